@@ -1,0 +1,106 @@
+#include "calibration_output.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "trundle/calibration/export.hpp"
+#include "trundle/report/calibration_json.hpp"
+#include "trundle/report/json_text.hpp"
+
+namespace trundle::app {
+namespace {
+
+struct OutputFile {
+  std::filesystem::path path;
+  std::string content;
+};
+
+std::filesystem::path beside(const std::filesystem::path& path, std::string_view name) {
+  return path.parent_path() / name;
+}
+
+/// Every file of the result, computed before any of them is written.
+std::vector<OutputFile> output_files(const CalibrationResult& result, const nlohmann::ordered_json& document,
+                                     const CalibrationOutput& output) {
+  if (output.robot_path.empty()) return {};
+  const std::filesystem::path robot = output.robot_path;
+  std::vector<OutputFile> files = {{robot, to_toml(result.calibrated)},
+                                   {beside(robot, "calibration.json"), json_text(document)}};
+  if (!output.export_format.empty())
+    files.push_back(
+        {beside(robot, fmt::format("{}.{}", robot.stem().string(), export_suffix(output.export_format))),
+         export_robot(output.export_format, result.nominal, result.calibrated)});
+  return files;
+}
+
+void add_provenance(const Provenance& provenance, CalibrationResult& result) {
+  if (!result.calibrated.calibration) return;
+  std::vector<std::string>& lines = result.calibrated.calibration->provenance;
+  const std::vector<std::string> named = to_lines(provenance);
+  lines.insert(lines.begin(), named.begin(), named.end());
+}
+
+/// Sigmas are read as a distance from the value: two digits are enough.
+std::string sigma_text(const ParameterEstimate& estimate) {
+  if (estimate.observable)
+    return fmt::format("± {:.2g}", std::hypot(estimate.sigma_within, estimate.sigma_between.value_or(0.0)));
+  if (!std::isfinite(estimate.sigma_data))
+    return fmt::format("held: not seen (prior ± {:.2g})", estimate.sigma_prior);
+  return fmt::format("held: data ± {:.2g}, prior ± {:.2g}", estimate.sigma_data, estimate.sigma_prior);
+}
+
+std::string parameter_lines(const CalibrationResult& result) {
+  std::string text = fmt::format("{:<24} {:>14} {:>14}\n", "parameter", "nominal", "calibrated");
+  for (const ParameterEstimate& estimate : result.parameters)
+    text += fmt::format("{:<24} {:>14.8g} {:>14.8g}  {} {}\n", estimate.name, estimate.nominal,
+                        estimate.value, sigma_text(estimate), estimate.unit == "1" ? "" : estimate.unit);
+  return text;
+}
+
+std::string error_lines(const CalibrationResult& result) {
+  if (!result.calibrated.calibration || result.calibrated.calibration->errors.empty()) return {};
+  std::string text = fmt::format("{:<39} {:>10} {:>10}\n", "error", "before", "after");
+  for (const ErrorBeforeAfter& error : result.calibrated.calibration->errors)
+    text += fmt::format("{:<39} {:>10.5g} {:>10.5g} {}\n", error.what, error.before, error.after, error.unit);
+  return text;
+}
+
+}  // namespace
+
+void add_calibration_output(CLI::App& command, CalibrationOutput& output) {
+  CLI::Option* robot = command.add_option("-o,--output", output.robot_path,
+                                          "Calibrated robot file; calibration.json is written beside it");
+  const auto formats = export_formats();
+  command
+      .add_option("--export", output.export_format,
+                  "Also write the result in the words of another stack, beside -o")
+      ->check(CLI::IsMember(std::vector<std::string>(formats.begin(), formats.end())))
+      ->needs(robot);
+}
+
+std::string table_of(const CalibrationResult& result) {
+  std::string text = fmt::format("{} ({})\n\n{}\n{}", result.summary, result.method, parameter_lines(result),
+                                 error_lines(result));
+  for (const std::string& unknown : result.cannot_tell) text += fmt::format("cannot tell: {}\n", unknown);
+  for (const std::string& warning : result.warnings) text += fmt::format("warning: {}\n", warning);
+  for (const std::string& note : result.notes) text += fmt::format("note: {}\n", note);
+  return text;
+}
+
+void finish_calibration(CalibrationResult result, const Provenance& provenance,
+                        const CalibrationOutput& output, const Common& common) {
+  add_provenance(provenance, result);
+  nlohmann::ordered_json document = calibration_json(result, to_json(provenance));
+  const std::vector<OutputFile> files = output_files(result, document, output);
+  std::string text = table_of(result);
+  document["outputs"] = nlohmann::ordered_json::array();
+  for (const OutputFile& file : files) {
+    write_file(file.path, file.content);
+    document["outputs"].push_back(file.path.string());
+    text += fmt::format("wrote {}\n", file.path.string());
+  }
+  print(common, document, text);
+}
+
+}  // namespace trundle::app

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "trundle/io/error.hpp"
+#include "trundle/io/file.hpp"
+
+namespace trundle::app {
+
+/// Flags every command has.
+struct Common {
+  bool json = false;   ///< one JSON document on stdout instead of text
+  bool quiet = false;  ///< no text on stdout, no progress
+};
+
+/// Adds a subcommand with the common flags; `example` is shown at the end of its --help.
+CLI::App* add_command(CLI::App& app, const std::string& name, const std::string& description,
+                      const std::string& example, Common& common);
+
+/// Program version, inputs with SHA-256, options and seed: what every output names.
+struct Provenance {
+  std::vector<InputFile> inputs;
+  std::vector<std::pair<std::string, std::string>> options;
+  std::optional<std::uint64_t> seed;
+};
+nlohmann::ordered_json to_json(const Provenance& provenance);
+/// The same as lines for the head of CSV ("# ...") and TOML files.
+std::vector<std::string> to_lines(const Provenance& provenance);
+
+/// Prints the document when --json was given, else the text unless --quiet.
+void print(const Common& common, const nlohmann::ordered_json& document, const std::string& text);
+
+// One function for each command, each in a file of its own: declares options, sets the callback.
+void add_calibrate(CLI::App& app);
+void add_umbmark(CLI::App& app);
+void add_odometry(CLI::App& app);
+void add_evaluate(CLI::App& app);
+void add_simulate(CLI::App& app);
+void add_info(CLI::App& app);
+void add_report(CLI::App& app);
+
+}  // namespace trundle::app

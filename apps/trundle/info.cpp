@@ -1,0 +1,228 @@
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "trundle/recording/inspect.hpp"
+
+#include "command.hpp"
+
+namespace trundle::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Options {
+  std::string recording;
+  std::string robot;
+  int robot_number = 0;
+  bool gyro_noise = false;
+  Common common;
+};
+
+/// All that is told of one recording.
+struct Findings {
+  Recording recording;
+  std::vector<StreamSummary> streams;
+  std::vector<Problem> problems;
+  std::vector<std::string> missing;
+  std::optional<Abilities> abilities;
+  std::optional<GyroNoise> noise;
+};
+
+/// What align() finds; where it refuses, missing_in() says why.
+std::vector<Problem> problems_with(const Recording& recording, const Robot& robot) {
+  try {
+    return inspect(recording, robot, align(recording, robot));
+  } catch (const InputError&) {
+    return inspect(recording);
+  }
+}
+
+Findings find(const std::filesystem::path& path, const std::optional<Robot>& robot, const Options& options) {
+  Findings findings;
+  findings.recording = read_recording(path, {.robot_number = options.robot_number});
+  const Recording& recording = findings.recording;
+  findings.streams = summaries_of(recording);
+  findings.problems = recording.problems;
+  const std::vector<Problem> more = robot ? problems_with(recording, *robot) : inspect(recording);
+  findings.problems.insert(findings.problems.end(), more.begin(), more.end());
+  findings.missing = missing_in(recording, robot ? &*robot : nullptr);
+  if (robot) findings.abilities = abilities_of(*robot, robot->chassis.gyro && !recording.gyro.time_s.empty());
+  if (options.gyro_noise) {
+    findings.noise = gyro_noise(recording);
+    if (!findings.noise)
+      throw CannotAnswer(
+          path.string() +
+          ": the gyro's noise cannot be told: the robot never rests for 1.4 s while its gyro runs");
+  }
+  return findings;
+}
+
+/// The partial references in words.
+std::vector<std::pair<std::string, std::string>> references_of(const Recording& recording) {
+  std::vector<std::pair<std::string, std::string>> found;
+  const PartialReference& partial = recording.partial;
+  const auto add = [&](const char* name, const std::optional<Measured>& measured, const char* unit) {
+    if (measured)
+      found.emplace_back(name, fmt::format("{:.6g} ± {:.3g} {}", measured->value, measured->sigma, unit));
+  };
+  if (!recording.reference.time_s.empty())
+    found.emplace_back("trajectory", fmt::format("{} rows", recording.reference.time_s.size()));
+  if (!recording.relative_motions.empty())
+    found.emplace_back("relative motions", fmt::format("{} intervals", recording.relative_motions.size()));
+  if (partial.closed)
+    found.emplace_back("closed", fmt::format("ends where it started ± {:.3g} m", partial.closed->sigma));
+  if (partial.closed_heading)
+    found.emplace_back("closed heading",
+                       fmt::format("heads as it started ± {:.3g}°", degrees(partial.closed_heading->sigma)));
+  add("distance", partial.distance_m, "m");
+  add("turns", partial.turns, "turns");
+  add("end x", partial.end_x_m, "m");
+  add("end y", partial.end_y_m, "m");
+  add("end heading", partial.end_heading_rad, "rad");
+  return found;
+}
+
+Json to_json(const StreamSummary& stream) {
+  Json json = {{"stream", stream.stream},
+               {"rows", stream.rows},
+               {"start_s", stream.start_s},
+               {"end_s", stream.end_s},
+               {"duration_s", stream.end_s - stream.start_s}};
+  if (stream.rate_hz > 0.0) {
+    json["rate_hz"] = stream.rate_hz;
+    json["gaps"] = stream.gaps;
+    json["longest_step_s"] = stream.longest_step_s;
+  }
+  if (!stream.columns.empty()) json["columns"] = stream.columns;
+  return json;
+}
+
+Json to_json(const Problem& problem) {
+  return {{"severity", problem.severity == Severity::warning ? "warning" : "note"},
+          {"kind", problem.kind},
+          {"place", problem.place},
+          {"count", problem.count},
+          {"message", problem.message}};
+}
+
+Json to_json(const GyroNoise& noise) {
+  Json json = {{"rest_s", noise.rest_s},
+               {"bias_rad_s", noise.bias_rad_s},
+               {"noise_rad_s_sqrt_hz", noise.noise_rad_s_sqrt_hz}};
+  if (noise.bias_walk_rad_s_sqrt_s) json["bias_walk_rad_s_sqrt_s"] = *noise.bias_walk_rad_s_sqrt_s;
+  return json;
+}
+
+Json to_json(const Findings& findings) {
+  const Recording& recording = findings.recording;
+  Json json = {{"name", recording.name}, {"session", recording.session}, {"streams", Json::array()}};
+  for (const StreamSummary& stream : findings.streams) json["streams"].push_back(to_json(stream));
+  json["landmarks"] = recording.landmarks.size();
+  json["references"] = Json::object();
+  for (const auto& [name, text] : references_of(recording)) json["references"][name] = text;
+  json["problems"] = Json::array();
+  for (const Problem& problem : findings.problems) json["problems"].push_back(to_json(problem));
+  json["missing"] = findings.missing;
+  if (findings.abilities)
+    json["robot"] = {{"can_tell", findings.abilities->can}, {"cannot_tell", findings.abilities->cannot}};
+  if (findings.noise) json["gyro_noise"] = to_json(*findings.noise);
+  return json;
+}
+
+std::string line_of(const StreamSummary& stream) {
+  std::string line = fmt::format("  {:<16}{:>9} rows  {:>9.2f} s", stream.stream, stream.rows,
+                                 stream.end_s - stream.start_s);
+  if (stream.rate_hz > 0.0)
+    line += fmt::format("  {:>7.2f} Hz  {} gaps, longest step {:.3g} s", stream.rate_hz, stream.gaps,
+                        stream.longest_step_s);
+  return line + fmt::format("{}{}\n", stream.columns.empty() ? "" : "  ", fmt::join(stream.columns, " "));
+}
+
+std::string list(const std::string& title, const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += "  " + line + "\n";
+  return lines.empty() ? text : title + "\n" + text;
+}
+
+std::string text_of(const Findings& findings) {
+  const Recording& recording = findings.recording;
+  std::string text = fmt::format("{} (session {})\n", recording.name, recording.session);
+  for (const StreamSummary& stream : findings.streams) text += line_of(stream);
+  if (!recording.landmarks.empty())
+    text += fmt::format("  {:<16}{:>9} known\n", "landmarks", recording.landmarks.size());
+  std::vector<std::string> lines;
+  for (const auto& [name, what] : references_of(recording)) lines.push_back(name + ": " + what);
+  text += list("references:", lines);
+  lines.clear();
+  for (const Problem& problem : findings.problems)
+    lines.push_back(fmt::format("{}: {}: {}: {}", problem.severity == Severity::warning ? "warning" : "note",
+                                problem.place, problem.kind, problem.message));
+  text += lines.empty() ? "problems: none found\n" : list("problems:", lines);
+  text += list("missing:", findings.missing);
+  if (findings.abilities) {
+    text += list("this robot can tell:", findings.abilities->can);
+    text += list("this robot cannot tell:", findings.abilities->cannot);
+  }
+  if (const auto& noise = findings.noise) {
+    text += fmt::format("gyro at rest for {:.1f} s: bias {:.6g} rad/s, noise {:.3g} rad/s/√Hz", noise->rest_s,
+                        noise->bias_rad_s, noise->noise_rad_s_sqrt_hz);
+    text += noise->bias_walk_rad_s_sqrt_s
+                ? fmt::format(", bias walk {:.3g} rad/s/√s\n", *noise->bias_walk_rad_s_sqrt_s)
+                : std::string("; bias walk unknown: fewer than 4 rests\n");
+  }
+  return text;
+}
+
+Provenance provenance_of(const Options& options, const std::vector<Findings>& all) {
+  Provenance provenance;
+  for (const Findings& findings : all)
+    provenance.inputs.insert(provenance.inputs.end(), findings.recording.inputs.begin(),
+                             findings.recording.inputs.end());
+  if (!options.robot.empty()) provenance.inputs.push_back(input_file(options.robot));
+  if (options.robot_number != 0)
+    provenance.options.emplace_back("robot-number", std::to_string(options.robot_number));
+  if (options.gyro_noise) provenance.options.emplace_back("gyro-noise", "true");
+  return provenance;
+}
+
+void run(const Options& options) {
+  std::optional<Robot> robot;
+  if (!options.robot.empty()) robot = read_robot(options.robot);
+  const std::vector<std::filesystem::path> paths = recordings_below(options.recording);
+  if (paths.empty())
+    throw InputError(options.recording, "holds no recording",
+                     "a folder with wheels.csv or another stream, or recording.toml");
+  std::vector<Findings> all;
+  for (const auto& path : paths) all.push_back(find(path, robot, options));
+  Json document = app::to_json(provenance_of(options, all));
+  std::string text;
+  for (const Findings& findings : all) {
+    text += (text.empty() ? "" : "\n") + text_of(findings);
+    if (all.size() == 1) {
+      document.update(to_json(findings));
+    } else {
+      document["recordings"].push_back(to_json(findings));
+    }
+  }
+  print(options.common, document, text);
+}
+
+}  // namespace
+
+void add_info(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      add_command(app, "info", "What a recording holds, what is wrong with it, what this robot can tell",
+                  "trundle info recording --robot robot.toml", options->common);
+  command->add_option("RECORDING", options->recording, "Recording folder, or a folder of recordings")
+      ->required();
+  command->add_option("--robot", options->robot,
+                      "Robot file: also says what its sensors can and cannot tell");
+  command->add_option("--robot-number", options->robot_number, "Robot of a UTIAS MRCLAM folder");
+  command->add_flag("--gyro-noise", options->gyro_noise,
+                    "Bias and noise of the gyro, from where the robot rests");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace trundle::app

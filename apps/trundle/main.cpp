@@ -1,0 +1,44 @@
+#include <fmt/core.h>
+
+#include "command.hpp"
+
+namespace {
+
+enum ExitCode : int { kDone = 0, kBug = 1, kUsage = 2, kBadInput = 3, kCannotAnswer = 4 };
+
+int fail(ExitCode code, const char* what) {
+  fmt::print(stderr, "trundle: {}\n", what);
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace trundle::app;
+  CLI::App app("Calibrated wheels, honest odometry and maps from a wheeled robot's own recordings",
+               "trundle");
+  app.set_version_flag("--version", TRUNDLE_VERSION);
+  app.require_subcommand(0, 1);  // so that a misspelt command is named as what is wrong
+  add_info(app);
+  add_calibrate(app);
+  add_umbmark(app);
+  add_odometry(app);
+  add_evaluate(app);
+  add_simulate(app);
+  add_report(app);
+  try {
+    app.parse(argc, argv);
+    if (app.get_subcommands().empty()) throw CLI::RequiredError("A command");
+    return kDone;
+  } catch (const CLI::Success& success) {
+    return app.exit(success);
+  } catch (const CLI::ParseError& error) {
+    return fail(kUsage, error.what());
+  } catch (const trundle::InputError& error) {
+    return fail(kBadInput, error.what());
+  } catch (const trundle::CannotAnswer& error) {
+    return fail(kCannotAnswer, error.what());
+  } catch (const std::exception& error) {
+    return fail(kBug, error.what());
+  }
+}

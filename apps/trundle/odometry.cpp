@@ -1,0 +1,151 @@
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "trundle/odometry/integrate.hpp"
+
+#include "command.hpp"
+
+namespace trundle::app {
+namespace {
+
+struct Options {
+  std::string recording;
+  std::string robot;
+  std::string start = "0,0,0";
+  int robot_number = 0;
+  std::string output;
+  Common common;
+};
+
+[[noreturn]] void refuse_start(const std::string& text) {
+  throw CLI::ValidationError("--start",
+                             fmt::format("'{}' is not three numbers X,Y,DEG [m, m, degrees]", text));
+}
+
+Pose2 pose_from(const std::string& text) {
+  std::array<double, 3> number{};
+  const char* at = text.data();
+  const char* end = at + text.size();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto [next, error] = std::from_chars(at, end, number[i]);
+    const bool separated = i == 2 ? next == end : next != end && *next == ',';
+    if (error != std::errc{} || !separated || !std::isfinite(number[i])) refuse_start(text);
+    at = next + 1;
+  }
+  return {number[0], number[1], radians(number[2])};
+}
+
+Provenance provenance_of(const Options& options, const Recording& recording) {
+  Provenance provenance{recording.inputs, {{"start", options.start}}, std::nullopt};
+  provenance.inputs.push_back(input_file(options.robot));
+  if (options.robot_number != 0)
+    provenance.options.emplace_back("robot-number", std::to_string(options.robot_number));
+  return provenance;
+}
+
+void write_trajectory(const Options& options, const Provenance& provenance, const Trajectory& trajectory) {
+  const std::filesystem::path path = options.output;
+  std::string text;
+  for (const std::string& line : to_lines(provenance)) text += "# " + line + "\n";
+  text += path.extension() == ".tum" ? to_tum(trajectory) : to_csv(trajectory);
+  write_file(path, text);
+}
+
+struct Sigmas {
+  double x_m, y_m, heading_rad;
+};
+
+Sigmas sigmas_of(const Matrix3& covariance) {
+  return {std::sqrt(covariance(0, 0)), std::sqrt(covariance(1, 1)), std::sqrt(covariance(2, 2))};
+}
+
+nlohmann::ordered_json to_json(const Sigmas& sigmas) {
+  return {{"x_m", sigmas.x_m}, {"y_m", sigmas.y_m}, {"heading_rad", sigmas.heading_rad}};
+}
+
+nlohmann::ordered_json to_json(const Problem& problem) {
+  return {{"severity", problem.severity == Severity::warning ? "warning" : "note"},
+          {"kind", problem.kind},
+          {"place", problem.place},
+          {"count", problem.count},
+          {"message", problem.message}};
+}
+
+nlohmann::ordered_json document_of(const Provenance& provenance, const IntegratedOdometry& odometry) {
+  const StampedPose& end = odometry.trajectory.poses.back();
+  nlohmann::ordered_json document = app::to_json(provenance);
+  document["poses"] = odometry.trajectory.poses.size();
+  document["path_length_m"] = odometry.path_length_m;
+  document["end"] = {
+      {"time_s", end.time_s}, {"x_m", end.pose.x}, {"y_m", end.pose.y}, {"heading_rad", end.pose.heading}};
+  document["sigma"] = to_json(sigmas_of(odometry.trajectory.covariances.back()));
+  document["sigma_white"] = to_json(sigmas_of(odometry.white_covariances.back()));
+  document["sigma_parameters"] = nullptr;  // not known without a calibration
+  if (!odometry.parameters.empty())
+    document["sigma_parameters"] = to_json(sigmas_of(odometry.end_parameter_covariance));
+  document["uncertain_parameters"] = odometry.parameters;
+  document["degrees_of_freedom"] = odometry.degrees_of_freedom;
+  document["bridged_gaps"] = odometry.bridged;
+  document["problems"] = nlohmann::ordered_json::array();
+  for (const Problem& problem : odometry.problems) document["problems"].push_back(to_json(problem));
+  return document;
+}
+
+std::string line_of(const char* name, const Sigmas& sigmas) {
+  return fmt::format("  {:<28}± {:.4f} m, ± {:.4f} m, ± {:.3f}°\n", name, sigmas.x_m, sigmas.y_m,
+                     degrees(sigmas.heading_rad));
+}
+
+std::string text_of(const IntegratedOdometry& odometry) {
+  const auto& poses = odometry.trajectory.poses;
+  const Pose2& end = poses.back().pose;
+  std::string text = fmt::format("{} poses over {:.1f} s, path {:.3f} m\n", poses.size(),
+                                 poses.back().time_s - poses.front().time_s, odometry.path_length_m);
+  text +=
+      fmt::format("end pose: x {:.4f} m, y {:.4f} m, heading {:.3f}°\n", end.x, end.y, degrees(end.heading));
+  text += line_of("all together", sigmas_of(odometry.trajectory.covariances.back()));
+  text += line_of("noise of the readings", sigmas_of(odometry.white_covariances.back()));
+  text += odometry.parameters.empty()
+              ? "  the robot file has no calibration: how well its parameters are known is not in here\n"
+              : line_of("calibrated parameters", sigmas_of(odometry.end_parameter_covariance));
+  text += odometry.degrees_of_freedom == 0
+              ? "no reading beyond those the motion needs: slip cannot show\n"
+              : fmt::format("readings beyond those the motion needs: {}\n", odometry.degrees_of_freedom);
+  for (const Problem& problem : odometry.problems)
+    text += fmt::format("{}: {}: {}\n", problem.severity == Severity::warning ? "warning" : "note",
+                        problem.place, problem.message);
+  return text;
+}
+
+void run(const Options& options) {
+  const Pose2 start = pose_from(options.start);
+  const Robot robot = read_robot(options.robot);
+  const Recording recording = read_recording(options.recording, {.robot_number = options.robot_number});
+  IntegratedOdometry odometry = integrate(recording, robot, {.start = start});
+  odometry.problems.insert(odometry.problems.begin(), recording.problems.begin(), recording.problems.end());
+  const Provenance provenance = provenance_of(options, recording);
+  if (!options.output.empty()) write_trajectory(options, provenance, odometry.trajectory);
+  print(options.common, document_of(provenance, odometry), text_of(odometry));
+}
+
+}  // namespace
+
+void add_odometry(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = add_command(
+      app, "odometry", "Integrate a recording's wheels and gyro to a trajectory with covariance",
+      "trundle odometry recording --robot robot.toml --start 1,2,90 -o trajectory.csv", options->common);
+  command->add_option("RECORDING", options->recording, "Recording folder")->required();
+  command->add_option("--robot", options->robot, "Robot file")->required();
+  command->add_option("--start", options->start, "Pose at the first stamp: X,Y,DEG [m, m, degrees]")
+      ->capture_default_str();
+  command->add_option("--robot-number", options->robot_number, "Which robot of a UTIAS MRCLAM folder");
+  command->add_option("-o,--output", options->output, "Trajectory: .csv, or .tum by its name");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace trundle::app

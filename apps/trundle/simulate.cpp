@@ -1,0 +1,69 @@
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "trundle/simulation/scenario_file.hpp"
+
+#include "command.hpp"
+
+namespace trundle::app {
+namespace {
+
+struct Options {
+  Common common;
+  std::string scenario;
+  std::string output;
+  std::optional<std::uint64_t> seed;
+};
+
+Provenance provenance_of(const Plan& plan) {
+  return {.inputs = plan.inputs, .options = {}, .seed = plan.seed};
+}
+
+nlohmann::ordered_json document_of(const Plan& plan, const Options& options) {
+  nlohmann::ordered_json document = to_json(provenance_of(plan));
+  document["recordings"] = nlohmann::ordered_json::array();
+  for (const PlannedRun& run : plan.runs)
+    document["recordings"].push_back({{"folder", folder_of(plan, run, options.output).string()},
+                                      {"session", run.session},
+                                      {"length_m", length_of(run.scenario.path)},
+                                      {"duration_s", duration_of(run.scenario.path)}});
+  if (plan.sheet) document["sheet"] = (std::filesystem::path(options.output) / "sheet.csv").string();
+  return document;
+}
+
+std::string text_of(const Plan& plan, const Options& options) {
+  std::string text;
+  for (const PlannedRun& run : plan.runs)
+    text += fmt::format("{}: {:.1f} m in {:.0f} s\n", folder_of(plan, run, options.output).string(),
+                        length_of(run.scenario.path), duration_of(run.scenario.path));
+  if (plan.sheet)
+    text +=
+        fmt::format("{}: {} + {} squares\n", (std::filesystem::path(options.output) / "sheet.csv").string(),
+                    plan.sheet->plan.runs, plan.sheet->plan.runs);
+  return text;
+}
+
+void run(const Options& options) {
+  const Plan plan = read_plan(options.scenario, options.seed);
+  write_plan(plan, options.output, to_lines(provenance_of(plan)));
+  print(options.common, document_of(plan, options), text_of(plan, options));
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      add_command(app, "simulate", "Make recordings of a robot whose truth is known",
+                  "trundle simulate data/demo/scenario.toml -o out/simulated", options->common);
+  command->add_option("scenario", options->scenario, "Scenario file (docs/simulation.md)")->required();
+  command
+      ->add_option("-o,--output", options->output,
+                   "Folder to write: the recording, or one folder for each run")
+      ->required();
+  command->add_option("--seed", options->seed, "Seed of all random numbers, instead of the scenario's");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace trundle::app

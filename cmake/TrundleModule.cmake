@@ -1,0 +1,43 @@
+# How every target of this project is compiled. Floating point is not contracted: a fused multiply-add in one
+# place and not in another would make the online step and the batch kernels differ in the last bit.
+add_library(trundle_compile_options INTERFACE)
+target_compile_features(trundle_compile_options INTERFACE cxx_std_20)
+target_compile_options(trundle_compile_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
+                                                         -Wno-sign-conversion -ffp-contract=off)
+if(TRUNDLE_WERROR)
+  target_compile_options(trundle_compile_options INTERFACE -Werror)
+endif()
+if(TRUNDLE_SANITIZE)
+  # Instrumented code misleads the compiler's flow analysis: those two warnings are false alarms here, and on elsewhere.
+  target_compile_options(trundle_compile_options INTERFACE -fsanitize=address,undefined
+                                                           -fno-sanitize-recover=all -fno-omit-frame-pointer
+                                                           -Wno-maybe-uninitialized -Wno-restrict)
+  target_link_options(trundle_compile_options INTERFACE -fsanitize=address,undefined)
+endif()
+
+# trundle_module(NAME DEPENDS modules and libraries ... PRIVATE_DEPENDS libraries ...)
+# declares the library trundle::NAME from the folder NAME: all its sources (headers alone are fine), and all its
+# headers as public ones, each of which must compile alone. It may depend only on modules declared before it.
+function(trundle_module name)
+  cmake_parse_arguments(arg "" "" "DEPENDS;PRIVATE_DEPENDS" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*.cpp)
+  file(GLOB headers CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*.hpp)
+  set(target trundle_${name})
+  if(sources)
+    add_library(${target} STATIC ${sources})
+    target_link_libraries(${target} PRIVATE ${arg_PRIVATE_DEPENDS} $<BUILD_INTERFACE:trundle_compile_options>)
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    set(scope PUBLIC)
+  else()
+    add_library(${target} INTERFACE)
+    set(scope INTERFACE)
+  endif()
+  add_library(trundle::${name} ALIAS ${target})
+  target_sources(${target} ${scope} FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR}/src FILES ${headers})
+  target_link_libraries(${target} ${scope} ${arg_DEPENDS})
+  target_compile_features(${target} ${scope} cxx_std_20)
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} VERIFY_INTERFACE_HEADER_SETS ON)
+  install(TARGETS ${target} EXPORT trundle_targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+          FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+  set_property(GLOBAL APPEND PROPERTY TRUNDLE_MODULES ${name})
+endfunction()

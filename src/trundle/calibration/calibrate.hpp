@@ -1,0 +1,26 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "trundle/calibration/result.hpp"
+#include "trundle/recording/recording.hpp"
+
+namespace trundle {
+
+struct CalibrateOptions {
+  std::vector<std::string> free =
+      {};  ///< names of parameters to estimate besides the default ones (parameter.hpp)
+  std::vector<std::string> fix = {};  ///< names of parameters to leave at nominal
+};
+
+/// The general estimator: the parameters of any chassis from any mix of recordings whose references are
+/// trajectories, partial measurements, relative motions of a sensor, or only what the sensors on board say of
+/// each other; with error bars within and between sessions, and what the runs cannot tell. The hold-out
+/// recordings are only evaluated. docs/calibration.md. Throws CannotAnswer when nothing can be estimated,
+/// InputError for unknown parameter names.
+CalibrationResult calibrate(std::span<const Recording> training, std::span<const Recording> hold_out,
+                            const Robot& nominal, const CalibrateOptions& options = {});
+
+}  // namespace trundle

@@ -1,0 +1,71 @@
+#include "trundle/calibration/defaults.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "trundle/io/error.hpp"
+
+namespace trundle {
+namespace {
+
+/// Whether a wheel's own rolling direction and lever are parameters, rather than the track of all of them.
+bool stands_alone(const Wheel& wheel) {
+  return wheel.kind == WheelKind::omni || wheel.kind == WheelKind::mecanum;
+}
+
+bool is_default(const Parameter& parameter, const Robot& robot, bool length, bool anything) {
+  const auto alone = [&] {
+    return stands_alone(robot.chassis.wheels()[static_cast<std::size_t>(parameter.wheel)]);
+  };
+  switch (parameter.kind) {
+    case ParameterKind::diameter:
+      return length;
+    case ParameterKind::direction:
+    case ParameterKind::lever:
+      return anything && alone();
+    case ParameterKind::track:
+      return !stands_alone(robot.chassis.wheels().front()) && (anything || robot.chassis.gyro.has_value());
+    case ParameterKind::gyro_scale:
+      return anything;
+    case ParameterKind::gyro_bias:
+      return true;
+    default:
+      return false;
+  }
+}
+
+Parameter named(const std::string& name, const char* option, const Robot& robot) {
+  if (const auto parameter = parameter_named(name, robot)) return *parameter;
+  std::vector<std::string> known;
+  for (const Parameter& parameter : parameters_of(robot)) known.push_back(name_of(parameter, robot));
+  const std::string nearest = nearest_name(name, known);
+  throw InputError(option, fmt::format("'{}' is no parameter of this robot", name),
+                   nearest.empty() ? fmt::format("one of {}", fmt::join(known, ", "))
+                                   : fmt::format("perhaps '{}'", nearest));
+}
+
+}  // namespace
+
+std::vector<Parameter> default_parameters(const Robot& robot, std::span<const Run> runs) {
+  const bool length = std::ranges::any_of(runs, &Run::measures_length);
+  const bool anything = std::ranges::any_of(runs, &Run::measures_anything);
+  std::vector<Parameter> parameters;
+  for (const Parameter& parameter : parameters_of(robot))
+    if (is_default(parameter, robot, length, anything)) parameters.push_back(parameter);
+  return parameters;
+}
+
+std::vector<Parameter> choose_parameters(const Robot& robot, std::span<const Run> runs,
+                                         const std::vector<std::string>& free,
+                                         const std::vector<std::string>& fix) {
+  std::vector<Parameter> parameters = default_parameters(robot, runs);
+  for (const std::string& name : free) {
+    const Parameter parameter = named(name, "--free", robot);
+    if (std::ranges::find(parameters, parameter) == parameters.end()) parameters.push_back(parameter);
+  }
+  for (const std::string& name : fix) std::erase(parameters, named(name, "--fix", robot));
+  return parameters;
+}
+
+}  // namespace trundle

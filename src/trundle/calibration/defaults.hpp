@@ -1,0 +1,22 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "trundle/calibration/run.hpp"
+#include "trundle/chassis/parameter.hpp"
+
+namespace trundle {
+
+/// What is estimated unless told otherwise: of what the runs measured at all, the diameters, the track,
+/// directions and levers of omni and mecanum wheels, scale and bias of the gyro.
+std::vector<Parameter> default_parameters(const Robot& robot, std::span<const Run> runs);
+
+/// The default with names added (`free`) and taken away (`fix`). Throws InputError for a name this robot has
+/// not.
+std::vector<Parameter> choose_parameters(const Robot& robot, std::span<const Run> runs,
+                                         const std::vector<std::string>& free,
+                                         const std::vector<std::string>& fix);
+
+}  // namespace trundle

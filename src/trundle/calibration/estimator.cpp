@@ -1,0 +1,308 @@
+#include "trundle/calibration/estimator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include "trundle/calibration/chassis_likelihood.hpp"
+#include "trundle/calibration/relative_likelihood.hpp"
+#include "trundle/calibration/student_t.hpp"
+
+namespace trundle {
+namespace {
+
+constexpr double kNormal95 = 1.959963984540054;
+constexpr int kMostIterations = 60;
+constexpr double kConverged = 1e-11;         // step, in prior sigmas
+constexpr double kGate = 30.0;               // squared Mahalanobis distance of a 3-D residual: 1e-6 by chance
+constexpr std::size_t kFewestClusters = 12;  // runs are cut into pieces until there are so many
+constexpr std::size_t kRunsForWeights = 4;   // so many are needed to see that one is unlike the others
+constexpr double kOutlyingRun = 2.5;         // pull, in units of the typical run's
+constexpr int kWeightRounds = 5;
+constexpr double kShareThatCounts = 0.02;  // of all information in a direction, for a run to be judged by it
+constexpr int kMostHalvings = 10;
+constexpr double kNearEnough =
+    1e-3;  // a Gauss–Newton step [prior sigmas] that rounding or outliers may forbid
+constexpr double kRounding = 1e-7;
+constexpr NoiseEstimate kShortStretches{0.05, {.position_m = 0.05, .heading_rad = 0.2}, false};
+constexpr NoiseEstimate kWholeRuns{1e-4, {.position_m = 0.005, .heading_rad = 0.02}, false};
+
+/// All that is fixed while Gauss–Newton iterates.
+struct Fit {
+  std::span<const Run> runs;
+  const Robot& nominal;
+  std::span<const Parameter> parameters;
+  NoiseEstimate noise;
+  double chassis_variance_factor = 1.0;
+  double gate = std::numeric_limits<double>::infinity();
+  std::vector<Matrix3> relative_covariance;  ///< for each run
+  std::vector<double> weight;                ///< for each run
+
+  Eigen::Index size() const { return static_cast<Eigen::Index>(parameters.size()); }
+  int pieces() const {
+    return runs.size() >= kFewestClusters
+               ? 1
+               : static_cast<int>((kFewestClusters + runs.size() - 1) / runs.size());
+  }
+};
+
+void append(std::vector<Information>& all, const std::vector<Information>& more) {
+  for (const Information& information : more)
+    if (information.count > 0) all.push_back(information);
+}
+
+std::vector<Information> relative_information(const Run& run, const Robot& robot, const Fit& fit,
+                                              const Matrix3& covariance) {
+  std::vector<Information> pieces(static_cast<std::size_t>(fit.pieces()), Information::zero(fit.size()));
+  const RelativeResiduals r = relative_residuals(run, robot, fit.parameters);
+  const Matrix3 W = covariance.inverse();
+  for (std::size_t i = 0; i < r.residual.size(); ++i)
+    add_within(pieces[i * pieces.size() / r.residual.size()], r.jacobian[i], W, r.residual[i], fit.gate);
+  return pieces;
+}
+
+struct RunInformation {
+  std::vector<Information> pieces;
+  std::vector<OutlyingKnot> outliers;
+};
+
+RunInformation run_information(std::size_t index, const Robot& robot, const Fit& fit) {
+  const Run& run = fit.runs[index];
+  const Robot noisy = with_noise(robot, fit.noise);
+  RunInformation result;
+  const RunLikelihood stream =
+      stream_likelihood(run, noisy, fit.parameters,
+                        {.reference_noise = fit.noise.reference, .pieces = fit.pieces(), .gate = fit.gate});
+  append(result.pieces, stream.pieces);
+  append(result.pieces, partial_likelihood(run, noisy, fit.parameters).pieces);
+  append(result.pieces,
+         chassis_likelihood(
+             run, noisy, fit.nominal, fit.parameters,
+             {.pieces = fit.pieces(), .variance_factor = fit.chassis_variance_factor, .gate = fit.gate}));
+  if (!run.relative_motions.empty())
+    append(result.pieces, relative_information(run, noisy, fit, fit.relative_covariance[index]));
+  result.outliers = stream.outliers;
+  return result;
+}
+
+Information total_information(const Robot& robot, const Fit& fit) {
+  Information total = Information::zero(fit.size());
+  for (std::size_t i = 0; i < fit.runs.size(); ++i)
+    for (const Information& piece : run_information(i, robot, fit).pieces) total.add(piece, fit.weight[i]);
+  return total;
+}
+
+void move(Robot& robot, std::span<const Parameter> parameters, const Eigen::VectorXd& step) {
+  for (std::size_t j = 0; j < parameters.size(); ++j) {
+    const double value = value_of(parameters[j], robot);
+    const double moved = value + step[static_cast<Eigen::Index>(j)];
+    if (moved != value) set_value(parameters[j], moved, robot);
+  }
+}
+
+/// What is minimised: χ² of the runs plus that of the prior, `moved` being the way from nominal in prior
+/// sigmas.
+struct Objective {
+  Information information;
+  double value = 0.0;
+};
+
+Objective objective_at(const Robot& robot, const Fit& fit, const Eigen::VectorXd& moved,
+                       double prior_weight) {
+  Objective objective{total_information(robot, fit), 0.0};
+  objective.value = objective.information.chi2 + prior_weight * moved.squaredNorm();
+  return objective;
+}
+
+/// Gauss–Newton in the columns of `basis` (parameters in units of prior sigmas), from where the robot is,
+/// `moved` from nominal. A step that makes things worse is halved; when no part of it helps, the minimum is
+/// as near as the fixed weights allow.
+bool descend(Robot& robot, const Fit& fit, const Eigen::VectorXd& scale, const Eigen::MatrixXd& basis,
+             double prior_weight, int most_iterations) {
+  Eigen::VectorXd moved = Eigen::VectorXd::Zero(scale.size());
+  Objective here = objective_at(robot, fit, moved, prior_weight);
+  const Eigen::MatrixXd B = scale.asDiagonal() * basis;
+  for (int iteration = 0; iteration < most_iterations; ++iteration) {
+    Eigen::MatrixXd N = B.transpose() * here.information.matrix * B;
+    N.diagonal().array() += prior_weight;
+    Eigen::VectorXd step = N.ldlt().solve(B.transpose() * here.information.gradient -
+                                          prior_weight * (basis.transpose() * moved));
+    if (const double size = step.cwiseAbs().maxCoeff(); size > 1.0) step /= size;
+    const double full_step = step.norm();
+    for (int halving = 0;; ++halving, step *= 0.5) {
+      if (step.norm() < kConverged) return true;
+      if (halving == kMostHalvings) return full_step < kNearEnough;
+      Robot candidate = robot;
+      move(candidate, fit.parameters, B * step);
+      const Eigen::VectorXd there_moved = moved + basis * step;
+      Objective there = objective_at(candidate, fit, there_moved, prior_weight);
+      if (!std::isfinite(there.value) || there.value > here.value * (1.0 + kRounding)) continue;
+      robot = candidate;
+      moved = there_moved;
+      here = std::move(there);
+      break;
+    }
+  }
+  return false;
+}
+
+/// Within the estimable space, without prior.
+bool iterate(Robot& robot, const Fit& fit, const EstimableSpace& space) {
+  return space.basis.cols() == 0 || descend(robot, fit, space.scale, space.basis, 0.0, kMostIterations);
+}
+
+/// A first rough estimate from anywhere near nominal: prior sigmas keep what is not seen where it is.
+void approach(Robot& robot, const Fit& fit) {
+  Eigen::VectorXd scale(fit.size());
+  for (Eigen::Index j = 0; j < scale.size(); ++j)
+    scale[j] = prior_sigma(fit.parameters[static_cast<std::size_t>(j)], fit.nominal);
+  descend(robot, fit, scale, Eigen::MatrixXd::Identity(scale.size(), scale.size()), 1.0, 15);
+}
+
+/// gᵀ A⁺ g and the rank of A: the pull of a group of residuals on the parameters, χ² distributed. Directions
+/// in which the group knows next to nothing do not count: its own noise would pass for information there.
+struct Pull {
+  double chi2 = 0.0;
+  int rank = 0;
+};
+
+Pull pull_of(const Information& information, const Eigen::MatrixXd& whitening) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(whitening.transpose() * information.matrix *
+                                                             whitening);
+  const Eigen::VectorXd g = eigen.eigenvectors().transpose() * (whitening.transpose() * information.gradient);
+  Pull pull;
+  for (Eigen::Index k = 0; k < g.size(); ++k) {
+    if (eigen.eigenvalues()[k] < kShareThatCounts) continue;
+    pull.chi2 += g[k] * g[k] / eigen.eigenvalues()[k];
+    ++pull.rank;
+  }
+  return pull;
+}
+
+/// Columns that make the information of all runs the unit matrix, within the estimable space.
+Eigen::MatrixXd whitening_of(const Robot& robot, const Fit& fit, const EstimableSpace& space) {
+  const Eigen::MatrixXd B = space.scale.asDiagonal() * space.basis;
+  const Eigen::MatrixXd all = B.transpose() * total_information(robot, fit).matrix * B;
+  return B * Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(all).operatorInverseSqrt();
+}
+
+/// The noise is known only as well as the degrees of freedom allow: intervals of Student's instead of the
+/// normal distribution. As a factor on the variance half of that (its root): the dispersion's floor at 1
+/// gives the other half.
+double student_widening(int degrees_of_freedom) {
+  return degrees_of_freedom == 0 ? 1.0 : student_t_95(degrees_of_freedom) / kNormal95;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// Weights from each run's pull on the parameters, compared with the typical run's.
+void weigh_runs(const Robot& robot, Fit& fit, const EstimableSpace& space) {
+  if (fit.runs.size() < kRunsForWeights || space.basis.cols() == 0) return;
+  const Eigen::MatrixXd whitening = whitening_of(robot, fit, space);
+  std::vector<double> pull;
+  for (std::size_t i = 0; i < fit.runs.size(); ++i) {
+    Information total = Information::zero(fit.size());
+    for (const Information& piece : run_information(i, robot, fit).pieces) total.add(piece);
+    const Pull p = pull_of(total, whitening);
+    pull.push_back(p.rank == 0 ? 0.0 : std::sqrt(p.chi2 / p.rank));
+  }
+  const double typical = std::max(median(pull), 1.0);
+  for (std::size_t i = 0; i < pull.size(); ++i)
+    fit.weight[i] = std::min(1.0, std::pow(kOutlyingRun * typical / std::max(pull[i], 1e-300), 2));
+}
+
+/// How much more than their noise the clusters (runs, or pieces of runs) pull.
+void measure_dispersion(const Robot& robot, const Fit& fit, Estimate& estimate) {
+  const Eigen::MatrixXd whitening = whitening_of(robot, fit, estimate.space);
+  double chi2 = 0.0;
+  int count = 0;
+  for (std::size_t i = 0; i < fit.runs.size(); ++i) {
+    const RunInformation information = run_information(i, robot, fit);
+    Information total = Information::zero(fit.size());
+    for (const Information& piece : information.pieces) total.add(piece);
+    const Pull run_pull = pull_of(total, whitening);
+    estimate.runs.push_back(
+        {fit.weight[i], run_pull.rank == 0 ? 0.0 : run_pull.chi2 / run_pull.rank, information.outliers});
+    for (const Information& cluster :
+         fit.runs.size() >= kRunsForWeights ? std::vector{total} : information.pieces) {
+      const Pull pull = pull_of(cluster, whitening);
+      chi2 += fit.weight[i] * pull.chi2;
+      count += pull.rank;
+    }
+  }
+  estimate.degrees_of_freedom = std::max(0, count - static_cast<int>(estimate.space.basis.cols()));
+  if (estimate.degrees_of_freedom > 0)
+    estimate.dispersion = std::max(1.0, chi2 / estimate.degrees_of_freedom);
+}
+
+/// The scale of what no motion explains, by the median over pieces of the runs.
+double chassis_variance_factor(const Robot& robot, const Fit& fit) {
+  std::vector<double> factors;
+  for (const Run& run : fit.runs)
+    for (const Information& piece :
+         chassis_likelihood(run, with_noise(robot, fit.noise), fit.nominal, fit.parameters, {.pieces = 20}))
+      if (piece.count > 0) factors.push_back(piece.chi2 / piece.count);
+  return factors.empty() ? 1.0 : std::max(median(factors), 1e-12);
+}
+
+/// Wheel noise also sets the weight of what no motion explains, so its scale is found anew.
+void set_noise(const Robot& robot, const NoiseEstimate& noise, Fit& fit) {
+  fit.noise = noise;
+  fit.chassis_variance_factor = chassis_variance_factor(robot, fit);
+}
+
+void learn_noise(const Robot& robot, Fit& fit) {
+  set_noise(robot, estimate_noise(fit.runs, robot), fit);
+  for (std::size_t i = 0; i < fit.runs.size(); ++i) {
+    if (fit.runs[i].relative_motions.empty()) continue;
+    fit.relative_covariance[i] =
+        robust_covariance(relative_residuals(fit.runs[i], robot, fit.parameters).residual);
+  }
+}
+
+}  // namespace
+
+Estimate estimate_parameters(std::span<const Run> runs, const Robot& nominal,
+                             std::span<const Parameter> parameters) {
+  Fit fit{.runs = runs,
+          .nominal = nominal,
+          .parameters = parameters,
+          .noise = kShortStretches,
+          .relative_covariance = std::vector<Matrix3>(runs.size(), Matrix3::Identity() * 1e-4),
+          .weight = std::vector<double>(runs.size(), 1.0)};
+  Estimate estimate;
+  // With much wheel noise the filter holds on to the reference, so that even a bad start is approached; with
+  // little, whole runs are compared: what they leave over is what noise is learned from.
+  Robot rough = nominal;
+  set_noise(rough, kShortStretches, fit);
+  approach(rough, fit);
+  set_noise(rough, kWholeRuns, fit);
+  approach(rough, fit);
+  learn_noise(rough, fit);
+  estimate.space = estimable_space(total_information(rough, fit).matrix, parameters, nominal);
+  // From nominal, so that what is held stays there; without the gate, for nominal may be far from what the
+  // runs show.
+  estimate.robot = nominal;
+  iterate(estimate.robot, fit, estimate.space);
+  fit.gate = kGate;
+  for (int round = 0; round < kWeightRounds; ++round) {
+    estimate.converged = iterate(estimate.robot, fit, estimate.space);
+    weigh_runs(estimate.robot, fit, estimate.space);
+  }
+  if (estimate.space.basis.cols() > 0) measure_dispersion(estimate.robot, fit, estimate);
+  const Eigen::MatrixXd information = total_information(estimate.robot, fit).matrix;
+  estimate.covariance = estimate.dispersion * student_widening(estimate.degrees_of_freedom) *
+                        constrained_inverse(information, estimate.space);
+  estimate.noise = fit.noise;
+  return estimate;
+}
+
+}  // namespace trundle

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "trundle/calibration/noise.hpp"
+#include "trundle/calibration/subspace.hpp"
+
+namespace trundle {
+
+/// What one run contributed to an estimate.
+struct RunEvidence {
+  double weight = 1.0;        ///< below 1: down-weighted, it pulls the parameters away from all others
+  double chi2_per_dof = 0.0;  ///< of its pull on the parameters; 1 is expected
+  std::vector<OutlyingKnot> outliers;
+};
+
+/// Maximum-likelihood parameters of a robot from runs, with the evidence.
+struct Estimate {
+  Robot robot;  ///< with the parameters found
+  NoiseEstimate noise;
+  EstimableSpace space;
+  Eigen::MatrixXd covariance;  ///< of all parameters in their own units; zero rows where held
+  double dispersion = 1.0;     ///< by which the runs scatter more than their noise: part of the covariance
+  int degrees_of_freedom = 0;  ///< behind the dispersion
+  std::vector<RunEvidence> runs;
+  bool converged = false;
+};
+
+/// Gauss–Newton on the information of all runs, in the space that they can tell; noise levels and weights of
+/// outlying runs are found in between. docs/calibration.md.
+Estimate estimate_parameters(std::span<const Run> runs, const Robot& nominal,
+                             std::span<const Parameter> parameters);
+
+}  // namespace trundle

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <span>
+
+#include <Eigen/Core>
+
+#include "trundle/odometry/motion_model.hpp"
+
+namespace trundle {
+
+/// Measured displacements of a sensor in its own frame, and what the wheels read over the same intervals:
+/// columns of one length.
+struct RelativeColumns {
+  /// The inputs of LinearisedChassis in their order: revolutions of each wheel (without wheels: forward [m],
+  /// turn [rad]); where it uses the gyro, its integral [rad] and the duration [s].
+  std::array<std::span<const double>, kMaxInputs> input{};
+  std::span<const double> x_m;
+  std::span<const double> y_m;
+  std::span<const double> heading_rad;
+
+  std::size_t rows() const { return x_m.size(); }
+};
+
+struct RelativeWeights {
+  Matrix3 information = Matrix3::Identity();  ///< Ω of a displacement (x, y, heading) in the sensor's frame
+  /// Soft-L1: an increment of Mahalanobis norm χ counts with weight 1/√(1 + χ²/s²); 0: all count fully.
+  double soft_l1_scale = 0.0;
+};
+
+/// The linearised least-squares problem of r = measured − predicted, predicted = ℓ⁻¹ exp(ξ) ℓ with ℓ =
+/// body_from_sensor. Parameters: those of LinearisedChassis::derivative, then x, y [m] and heading [rad] of
+/// ℓ. Gauss–Newton's step is information⁻¹ · gradient.
+struct RelativeNormalEquations {
+  Eigen::MatrixXd information;  ///< Σ w Jᵀ Ω J, J = ∂predicted/∂p
+  Eigen::VectorXd gradient;     ///< Σ w Jᵀ Ω r
+  double cost = 0.0;            ///< Σ ρ(rᵀ Ω r); without robust weights Σ rᵀ Ω r
+};
+
+/// Sums the normal equations over all increments in one pass, eight at a time; the same bits on every
+/// processor. Its cost does not depend on the number of chassis parameters. docs/calibration.md, section on
+/// relative motions [Censi et al. 2013 give the problem]. Throws InputError when columns differ in length.
+RelativeNormalEquations accumulate_relative(const RelativeColumns& columns, const LinearisedChassis& chassis,
+                                            const Pose2& body_from_sensor,
+                                            const RelativeWeights& weights = {});
+
+}  // namespace trundle

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "trundle/chassis/parameter.hpp"
+#include "trundle/geometry/trajectory.hpp"
+
+namespace trundle {
+
+/// One parameter after calibration.
+struct ParameterEstimate {
+  Parameter parameter;
+  std::string name;
+  std::string unit;
+  double nominal = 0.0;
+  double value = 0.0;                   ///< equal to nominal when not observable
+  double sigma_within = 0.0;            ///< noise of the runs alone
+  std::optional<double> sigma_between;  ///< spread from session to session; nothing: fewer than two sessions
+  double sigma_data = 0.0;              ///< what the data alone would give, before holding anything
+  double sigma_prior = 0.0;             ///< how far from nominal it may plausibly be
+  bool observable = false;
+};
+
+/// A direction in parameter space (scaled by prior sigmas) and how well the runs see it.
+struct ObservableDirection {
+  double singular_value =
+      0.0;  ///< of the whitened Jacobian times prior sigmas; below 1: the prior knows more
+  std::vector<double> direction;  ///< one entry for each free parameter, unit length
+};
+
+/// Errors of one recording's trajectory against its reference, start-aligned.
+struct TrajectoryError {
+  double position_rms_m = 0.0;
+  double position_max_m = 0.0;
+  double heading_rms_rad = 0.0;
+  double end_x_m = 0.0;  ///< reference end minus odometry end, in the frame of the start pose
+  double end_y_m = 0.0;
+  double end_heading_rad = 0.0;
+  double path_m = 0.0;
+};
+
+/// What became of one recording.
+struct RunResult {
+  std::string name;
+  std::string session;
+  bool hold_out = false;
+  std::string turn;           ///< "cw", "ccw" or "": net turning of a closed run
+  double weight = 1.0;        ///< 1: fully trusted; smaller: down-weighted as an outlier
+  double chi2_per_dof = 0.0;  ///< of its residuals after calibration
+  std::string remark;         ///< why it was down-weighted, where the reference jumps
+  std::optional<TrajectoryError>
+      before;                            ///< with the nominal robot; nothing without a trajectory or end pose
+  std::optional<TrajectoryError> after;  ///< reprocessed: the same counts with the calibrated robot
+  std::optional<double> nees;            ///< mean over the run, both parts of the covariance; 3 is honest
+  std::optional<double> nees_white_only;  ///< without the parameter part
+  Trajectory nominal;                     ///< for pictures; thinned; empty when there is no reference
+  Trajectory calibrated;
+  Trajectory reference;
+};
+
+enum class CalibrationStatus { nothing_estimated, some_held, all_estimated };
+
+/// The result of `calibrate` and `umbmark`, with its evidence.
+struct CalibrationResult {
+  CalibrationStatus status = CalibrationStatus::nothing_estimated;
+  std::string method;   ///< "classic", "orientation" or "ml"
+  std::string summary;  ///< one sentence a person can act on
+  Robot nominal;
+  Robot calibrated;  ///< its CalibrationRecord is filled
+  std::vector<ParameterEstimate> parameters;
+  Eigen::MatrixXd covariance_within;  ///< of the observable parameters, in their order
+  Eigen::MatrixXd covariance_total;   ///< with the between-session spread where it is known
+  std::vector<ObservableDirection> directions;
+  std::vector<std::string> cannot_tell;  ///< in words, with what to drive
+  std::vector<std::string> warnings;
+  std::vector<std::string> notes;  ///< good to know, nothing to act on
+  int sessions = 0;
+  std::vector<RunResult> runs;
+  /// E_max,syst [m] before and after, and what 'after' means: "predicted" or "reprocessed".
+  std::optional<double> e_max_before_m;
+  std::optional<double> e_max_after_m;
+  std::string after_meaning;
+};
+
+}  // namespace trundle

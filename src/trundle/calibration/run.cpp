@@ -1,0 +1,140 @@
+#include "trundle/calibration/run.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "trundle/odometry/odometer.hpp"
+
+namespace trundle {
+namespace {
+
+// The errors of a reference (body wobble, tracking) are alike for a second or so.
+constexpr double kShortestKnotSpacing_s = 1.0;
+constexpr std::size_t kMostKnots = 400;
+constexpr double kLongestGap_s = 0.5;
+// A jump is so many times the usual disagreement of reference and nominal odometry from knot to knot, and at
+// least this.
+constexpr double kJump = 15.0;
+constexpr double kSmallestJump_m = 0.1;
+constexpr double kSmallestJump_rad = 0.35;
+constexpr std::size_t kFewestKnotsForJumps = 10;
+
+bool any_finite(const std::vector<double>& values) {
+  return std::ranges::any_of(values, [](double v) { return std::isfinite(v); });
+}
+
+std::vector<std::size_t> choose_knots(const Run& run, double time_offset_s) {
+  std::vector<std::size_t> knots;
+  const auto& increments = run.readings.increments;
+  if (increments.empty() || run.reference.time_s.empty()) return knots;
+  const double duration = increments.back().time_s - run.readings.start_s;
+  const double spacing = std::max(kShortestKnotSpacing_s, duration / static_cast<double>(kMostKnots));
+  double next = run.readings.start_s;
+  for (std::size_t n = 0; n <= increments.size(); ++n) {
+    const double time = n == 0 ? run.readings.start_s : increments[n - 1].time_s;
+    const bool last = n == increments.size();
+    if (!last && time < next - 1e-9) continue;
+    if (sample_reference(run.reference, time - time_offset_s).empty()) continue;
+    knots.push_back(n);
+    next = time + spacing;
+  }
+  return knots;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// By how much the motion from each knot to the next differs between reference and nominal odometry.
+struct Disagreement {
+  std::vector<double> distance_m;
+  std::vector<double> turn_rad;
+};
+
+Disagreement disagreement(const Run& run, const Robot& robot) {
+  Disagreement result;
+  Odometer odometer(robot, {.with_covariance = false});
+  ReferenceSample before = sample_reference(run.reference, run.knot_time(0) - robot.reference_time_offset_s);
+  for (std::size_t knot = 1; knot < run.knots.size(); ++knot) {
+    const Pose2 from = odometer.pose();
+    for (std::size_t i = run.knots[knot - 1]; i < run.knots[knot]; ++i)
+      odometer.step(run.readings.increments[i]);
+    const Pose2 moved = from.inverse() * odometer.pose();
+    const ReferenceSample after =
+        sample_reference(run.reference, run.knot_time(knot) - robot.reference_time_offset_s);
+    const Vector3 seen = after.value - before.value;
+    const double distance = seen.head<2>().norm() - moved.translation().norm();
+    const double turn = wrap_angle(seen.z() - moved.heading);
+    result.distance_m.push_back(std::isfinite(distance) ? std::abs(distance) : 0.0);
+    result.turn_rad.push_back(std::isfinite(turn) ? std::abs(turn) : 0.0);
+    before = after;
+  }
+  return result;
+}
+
+std::vector<std::size_t> find_jumps(const Run& run, const Robot& robot) {
+  std::vector<std::size_t> jumps;
+  if (run.knots.size() < kFewestKnotsForJumps || observability(rows_of(robot.chassis, true)).rank < 3)
+    return jumps;
+  const Disagreement d = disagreement(run, robot);
+  const double distance_limit = std::max(kJump * median(d.distance_m), kSmallestJump_m);
+  const double turn_limit = std::max(kJump * median(d.turn_rad), kSmallestJump_rad);
+  for (std::size_t i = 0; i < d.distance_m.size(); ++i)
+    if (d.distance_m[i] > distance_limit || d.turn_rad[i] > turn_limit) jumps.push_back(i + 1);
+  return jumps;
+}
+
+}  // namespace
+
+ReferenceSample sample_reference(const ReferenceStream& reference, double time_s) {
+  ReferenceSample sample;
+  const auto& t = reference.time_s;
+  const auto after = std::ranges::lower_bound(t, time_s);
+  const bool at_start = after == t.begin() && after != t.end() && *after - time_s < 1e-9;
+  if (after == t.end() || (after == t.begin() && !at_start) || t.size() < 2) {
+    // The last stamp may lie a rounding error before the time that is asked for.
+    if (t.size() < 2 || after != t.end() || time_s - t.back() > 1e-9) return sample;
+  }
+  const auto j = std::clamp<std::size_t>(static_cast<std::size_t>(after - t.begin()), 1, t.size() - 1);
+  const double gap = t[j] - t[j - 1];
+  if (gap > kLongestGap_s || gap <= 0.0) return sample;
+  const double u = (time_s - t[j - 1]) / gap;
+  const auto interpolate = [&](const std::vector<double>& values, int component, bool is_angle) {
+    if (values.empty()) return;
+    const double step = is_angle ? wrap_angle(values[j] - values[j - 1]) : values[j] - values[j - 1];
+    sample.value[component] = values[j - 1] + u * step;
+    sample.rate[component] = step / gap;
+  };
+  interpolate(reference.x_m, 0, false);
+  interpolate(reference.y_m, 1, false);
+  interpolate(reference.heading_rad, 2, true);
+  return sample;
+}
+
+bool Run::measures_length() const {
+  return any_finite(reference.x_m) || !relative_motions.empty() || partial.distance_m || partial.end_x_m ||
+         partial.end_y_m;
+}
+
+bool Run::measures_anything() const {
+  return !knots.empty() || !relative_motions.empty() || !partial.empty();
+}
+
+Run prepare_run(const Recording& recording, const Robot& robot) {
+  Run run{.name = recording.name,
+          .session = recording.session,
+          .readings = align(recording, robot),
+          .reference = recording.reference,
+          .partial = recording.partial,
+          .relative_motions = recording.relative_motions,
+          .knots = {},
+          .jumps = {}};
+  run.knots = choose_knots(run, robot.reference_time_offset_s);
+  if (run.knots.size() < 2) run.knots.clear();
+  run.jumps = find_jumps(run, robot);
+  return run;
+}
+
+}  // namespace trundle

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "trundle/recording/increments.hpp"
+
+namespace trundle {
+
+/// What the reference showed at one time; NaN where not measured.
+struct ReferenceSample {
+  Vector3 value = Vector3::Constant(kNotMeasured);  ///< x [m], y [m], heading [rad] of the reference sensor
+  Vector3 rate = Vector3::Zero();                   ///< its time derivative, for time offsets
+
+  bool has_position() const { return std::isfinite(value.x()) && std::isfinite(value.y()); }
+  bool has_heading() const { return std::isfinite(value.z()); }
+  bool empty() const { return !has_position() && !has_heading(); }
+};
+
+/// Linear interpolation of each measured quantity; nothing across gaps over half a second.
+ReferenceSample sample_reference(const ReferenceStream& reference, double time_s);
+
+/// A recording made ready for calibration: readings aligned, and the places ('knots') where odometry is held
+/// against the reference. Knots are so far apart that the reference's errors there are nearly independent.
+struct Run {
+  std::string name;
+  std::string session;
+  AlignedReadings readings;
+  ReferenceStream reference;
+  PartialReference partial;
+  std::vector<RelativeMotion> relative_motions;
+  /// Number of increments before each knot; the first knot is the start. Empty: no reference stream.
+  std::vector<std::size_t> knots;
+  /// Knots before which the reference moved as the robot cannot have: the run is continued from the new
+  /// place. Sorted.
+  std::vector<std::size_t> jumps;
+
+  double knot_time(std::size_t knot) const {
+    return knots[knot] == 0 ? readings.start_s : readings.increments[knots[knot] - 1].time_s;
+  }
+  bool measures_length() const;  ///< a reference in metres: the only thing that can show a wheel diameter
+  bool measures_anything() const;
+};
+
+Run prepare_run(const Recording& recording, const Robot& robot);
+
+}  // namespace trundle

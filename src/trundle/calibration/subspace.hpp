@@ -1,0 +1,42 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "trundle/calibration/result.hpp"
+
+namespace trundle {
+
+/// A combination of parameters that the runs cannot tell: it is held at its nominal value.
+struct HeldCombination {
+  Eigen::VectorXd combination;  ///< unit vector, parameters in units of their prior sigmas
+  std::vector<int> members;     ///< indices of the parameters in it
+};
+
+/// Which directions of parameter space the runs can tell.
+struct EstimableSpace {
+  Eigen::VectorXd scale;  ///< prior sigmas
+  Eigen::MatrixXd basis;  ///< columns span what is estimated, in units of prior sigmas
+  std::vector<HeldCombination> held;
+  std::vector<ObservableDirection> directions;  ///< of the whole space, best seen first
+  Eigen::VectorXd sigma_data;  ///< of each parameter from the data alone; infinite if it shows nothing
+
+  bool estimates(int parameter) const;  ///< false: held by itself
+};
+
+/// Holds, one after the other, the worst seen combinations of parameters of one kind, until the data alone
+/// know every parameter better than its prior sigma. `information` is Jᵀ W J in the parameters' own units.
+EstimableSpace estimable_space(const Eigen::MatrixXd& information, std::span<const Parameter> parameters,
+                               const Robot& nominal);
+
+/// (information)⁻¹ within the estimable space, zero outside; in the parameters' own units.
+Eigen::MatrixXd constrained_inverse(const Eigen::MatrixXd& information, const EstimableSpace& space);
+
+/// What cannot be told, in words, with what to drive.
+std::string words_for(const HeldCombination& held, std::span<const Parameter> parameters,
+                      const Robot& nominal);
+
+}  // namespace trundle

@@ -1,0 +1,70 @@
+#include "trundle/chassis/chassis.hpp"
+
+#include <stdexcept>
+
+namespace trundle {
+namespace {
+
+Wheel wheel_at(const WheelSize& size, WheelKind kind, double x_m, double y_m, double direction_rad = 0.0) {
+  return {.x_m = x_m,
+          .y_m = y_m,
+          .direction_rad = direction_rad,
+          .kind = kind,
+          .diameter_m = size.diameter_m,
+          .ticks_per_revolution = size.ticks_per_revolution,
+          .tick_bits = size.tick_bits};
+}
+
+}  // namespace
+
+void Chassis::add(const Wheel& wheel) {
+  if (wheel_count == kMaxWheels) throw std::length_error("a chassis has at most 8 wheels");
+  wheel_storage[static_cast<std::size_t>(wheel_count++)] = wheel;
+}
+
+Chassis differential_drive(const WheelSize& size, double track_m) {
+  Chassis chassis;
+  chassis.add(wheel_at(size, WheelKind::fixed, 0.0, 0.5 * track_m));
+  chassis.add(wheel_at(size, WheelKind::fixed, 0.0, -0.5 * track_m));
+  return chassis;
+}
+
+Chassis skid_steer(const WheelSize& size, double effective_track_m, double wheelbase_m) {
+  Chassis chassis;
+  for (const double x : {0.5, -0.5})
+    for (const double y : {0.5, -0.5})
+      chassis.add(wheel_at(size, WheelKind::skid, x * wheelbase_m, y * effective_track_m));
+  return chassis;
+}
+
+Chassis omni3(const WheelSize& size, double radius_m) {
+  Chassis chassis;
+  for (const double azimuth_deg : {60.0, 180.0, -60.0}) {
+    const double azimuth = radians(azimuth_deg);
+    chassis.add(wheel_at(size, WheelKind::omni, radius_m * std::cos(azimuth), radius_m * std::sin(azimuth),
+                         wrap_angle(azimuth + 0.5 * kPi)));
+  }
+  return chassis;
+}
+
+Chassis mecanum(const WheelSize& size, double track_m, double wheelbase_m) {
+  Chassis chassis;
+  for (const double x : {0.5, -0.5}) {
+    for (const double y : {0.5, -0.5}) {
+      Wheel wheel = wheel_at(size, WheelKind::mecanum, x * wheelbase_m, y * track_m);
+      wheel.roller_rad = x * y > 0.0 ? -0.25 * kPi : 0.25 * kPi;
+      chassis.add(wheel);
+    }
+  }
+  return chassis;
+}
+
+Chassis dead_wheels(const WheelSize& size, std::span<const Pod> pods, const Gyro& gyro) {
+  Chassis chassis;
+  for (const Pod& pod : pods)
+    chassis.add(wheel_at(size, WheelKind::omni, pod.x_m, pod.y_m, pod.direction_rad));
+  chassis.gyro = gyro;
+  return chassis;
+}
+
+}  // namespace trundle

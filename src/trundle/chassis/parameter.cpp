@@ -1,0 +1,298 @@
+#include "trundle/chassis/parameter.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+namespace trundle {
+namespace {
+
+constexpr std::pair<ParameterKind, std::string_view> kWheelParameters[] = {
+    {ParameterKind::diameter, "diameter"},
+    {ParameterKind::direction, "direction"},
+    {ParameterKind::lever, "lever"}};
+
+constexpr std::pair<ParameterKind, std::string_view> kRobotParameters[] = {
+    {ParameterKind::track, "track"},
+    {ParameterKind::icr_x, "icr_x"},
+    {ParameterKind::gyro_scale, "gyro.scale"},
+    {ParameterKind::gyro_bias, "gyro.bias"},
+    {ParameterKind::reference_x, "reference.x"},
+    {ParameterKind::reference_y, "reference.y"},
+    {ParameterKind::reference_heading, "reference.heading"},
+    {ParameterKind::time_offset, "reference.time_offset"},
+};
+
+const Wheel& wheel_of(const Parameter& parameter, const Chassis& chassis) {
+  return chassis.wheels()[static_cast<std::size_t>(parameter.wheel)];
+}
+
+/// ∂(turn coefficient of the rolling row)/∂(x, y): where to move a wheel to change its lever.
+Vector2 lever_gradient(const Wheel& wheel) {
+  const Vector3 row = rolling_row(wheel);
+  return {row.y(), -row.x()};
+}
+
+void set_lever(Wheel& wheel, double lever) {
+  const Vector2 gradient = lever_gradient(wheel);
+  const Vector2 shift = (lever - rolling_row(wheel).z()) / gradient.squaredNorm() * gradient;
+  wheel.x_m += shift.x();
+  wheel.y_m += shift.y();
+}
+
+/// Mean y of the wheels left and right of the middle.
+struct Sides {
+  double left = 0.0;
+  double right = 0.0;
+
+  double track() const { return left - right; }
+  double middle() const { return 0.5 * (left + right); }
+};
+
+std::optional<Sides> sides_of(const Chassis& chassis) {
+  const auto wheels = chassis.wheels();
+  if (wheels.empty()) return std::nullopt;
+  const auto [low, high] = std::ranges::minmax(wheels, {}, &Wheel::y_m);
+  const double middle = 0.5 * (low.y_m + high.y_m);
+  Sides sides;
+  int left_count = 0;
+  int right_count = 0;
+  for (const Wheel& wheel : wheels) {
+    if (wheel.kind == WheelKind::omni) return std::nullopt;
+    if (wheel.y_m > middle) sides.left += wheel.y_m, ++left_count;
+    if (wheel.y_m < middle) sides.right += wheel.y_m, ++right_count;
+  }
+  if (left_count == 0 || right_count == 0) return std::nullopt;
+  return Sides{sides.left / left_count, sides.right / right_count};
+}
+
+void set_track(Chassis& chassis, double track) {
+  const auto sides = sides_of(chassis);
+  assert(sides);
+  for (Wheel& wheel : chassis.wheels())
+    wheel.y_m = sides->middle() + (wheel.y_m - sides->middle()) * track / sides->track();
+}
+
+bool has_skid_wheels(const Chassis& chassis) {
+  return std::ranges::any_of(chassis.wheels(), [](const Wheel& w) { return w.kind == WheelKind::skid; });
+}
+
+bool exists(const Parameter& parameter, const Robot& robot) {
+  const Chassis& chassis = robot.chassis;
+  switch (parameter.kind) {
+    // A fixed or skid wheel's rolling direction is what the body's x axis means; it is no free parameter.
+    case ParameterKind::direction: {
+      const WheelKind kind = wheel_of(parameter, chassis).kind;
+      return kind == WheelKind::omni || kind == WheelKind::mecanum;
+    }
+    case ParameterKind::track:
+      return sides_of(chassis).has_value();
+    case ParameterKind::icr_x:
+      return has_skid_wheels(chassis);
+    case ParameterKind::gyro_scale:
+    case ParameterKind::gyro_bias:
+      return chassis.gyro.has_value();
+    default:
+      return true;
+  }
+}
+
+double largest_lever(const Chassis& chassis) {
+  double largest = 0.0;
+  for (const Wheel& wheel : chassis.wheels()) largest = std::max(largest, std::abs(rolling_row(wheel).z()));
+  return largest;
+}
+
+Vector3 direction_derivative(const Wheel& wheel) {
+  const Vector3 row = rolling_row(wheel);
+  return {-row.y(), row.x(), 0.0};  // the lever is held
+}
+
+void set_track_derivative(const Chassis& chassis, const Rows& rows, RowMatrix& derivative) {
+  const auto sides = sides_of(chassis);
+  assert(sides);
+  for (int i = 0; i < rows.count(); ++i) {
+    const Row& row = rows.row[static_cast<std::size_t>(i)];
+    if (row.kind != RowKind::wheel && row.kind != RowKind::lateral) continue;
+    const Wheel& wheel = chassis.wheels()[static_cast<std::size_t>(row.wheel)];
+    const double dy = (wheel.y_m - sides->middle()) / sides->track();
+    const double dturn_dy =
+        row.kind == RowKind::wheel ? lever_gradient(wheel).y() : std::sin(wheel.direction_rad);
+    derivative(i, 2) = dturn_dy * dy;
+  }
+}
+
+}  // namespace
+
+std::string name_of(const Parameter& parameter, const Robot& robot) {
+  for (const auto& [kind, word] : kWheelParameters)
+    if (kind == parameter.kind)
+      return robot.wheel_names[static_cast<std::size_t>(parameter.wheel)] + "." + std::string(word);
+  for (const auto& [kind, word] : kRobotParameters)
+    if (kind == parameter.kind) return std::string(word);
+  assert(false);
+  return {};
+}
+
+std::string_view unit_of(const Parameter& parameter) {
+  switch (parameter.kind) {
+    case ParameterKind::direction:
+    case ParameterKind::reference_heading:
+      return "rad";
+    case ParameterKind::gyro_scale:
+      return "1";
+    case ParameterKind::gyro_bias:
+      return "rad/s";
+    case ParameterKind::time_offset:
+      return "s";
+    default:
+      return "m";
+  }
+}
+
+std::vector<Parameter> parameters_of(const Robot& robot) {
+  std::vector<Parameter> parameters;
+  const auto offer = [&](const Parameter& parameter) {
+    if (exists(parameter, robot)) parameters.push_back(parameter);
+  };
+  for (int wheel = 0; wheel < robot.chassis.wheel_count; ++wheel)
+    for (const auto& [kind, word] : kWheelParameters) offer({kind, wheel});
+  for (const auto& [kind, word] : kRobotParameters) offer({kind, -1});
+  return parameters;
+}
+
+std::optional<Parameter> parameter_named(std::string_view name, const Robot& robot) {
+  for (const Parameter& parameter : parameters_of(robot))
+    if (name_of(parameter, robot) == name) return parameter;
+  return std::nullopt;
+}
+
+double value_of(const Parameter& parameter, const Robot& robot) {
+  const Chassis& chassis = robot.chassis;
+  switch (parameter.kind) {
+    case ParameterKind::diameter:
+      return wheel_of(parameter, chassis).diameter_m;
+    case ParameterKind::direction:
+      return wheel_of(parameter, chassis).direction_rad;
+    case ParameterKind::lever:
+      return rolling_row(wheel_of(parameter, chassis)).z();
+    case ParameterKind::track:
+      return sides_of(chassis)->track();
+    case ParameterKind::icr_x:
+      return chassis.icr_x_m;
+    case ParameterKind::gyro_scale:
+      return chassis.gyro->scale;
+    case ParameterKind::gyro_bias:
+      return chassis.gyro->bias_rad_s;
+    case ParameterKind::reference_x:
+      return robot.body_from_reference.x;
+    case ParameterKind::reference_y:
+      return robot.body_from_reference.y;
+    case ParameterKind::reference_heading:
+      return robot.body_from_reference.heading;
+    case ParameterKind::time_offset:
+      return robot.reference_time_offset_s;
+  }
+  return 0.0;
+}
+
+void set_value(const Parameter& parameter, double value, Robot& robot) {
+  Chassis& chassis = robot.chassis;
+  Wheel& wheel = chassis.wheel_storage[static_cast<std::size_t>(std::max(parameter.wheel, 0))];
+  switch (parameter.kind) {
+    case ParameterKind::diameter:
+      wheel.diameter_m = value;
+      break;
+    case ParameterKind::direction: {
+      const double lever = rolling_row(wheel).z();
+      wheel.direction_rad = value;
+      set_lever(wheel, lever);
+      break;
+    }
+    case ParameterKind::lever:
+      set_lever(wheel, value);
+      break;
+    case ParameterKind::track:
+      set_track(chassis, value);
+      break;
+    case ParameterKind::icr_x:
+      chassis.icr_x_m = value;
+      break;
+    case ParameterKind::gyro_scale:
+      chassis.gyro->scale = value;
+      break;
+    case ParameterKind::gyro_bias:
+      chassis.gyro->bias_rad_s = value;
+      break;
+    case ParameterKind::reference_x:
+      robot.body_from_reference.x = value;
+      break;
+    case ParameterKind::reference_y:
+      robot.body_from_reference.y = value;
+      break;
+    case ParameterKind::reference_heading:
+      robot.body_from_reference.heading = value;
+      break;
+    case ParameterKind::time_offset:
+      robot.reference_time_offset_s = value;
+      break;
+  }
+}
+
+double prior_sigma(const Parameter& parameter, const Robot& robot) {
+  switch (parameter.kind) {
+    case ParameterKind::diameter:
+      return 0.05 * value_of(parameter, robot);
+    case ParameterKind::direction:
+      return radians(10.0);
+    case ParameterKind::lever:
+      return std::max(0.2 * largest_lever(robot.chassis), 0.01);
+    case ParameterKind::track:
+      return 0.2 * value_of(parameter, robot);
+    case ParameterKind::icr_x:
+      return 0.2;
+    case ParameterKind::gyro_scale:
+      return 0.05;
+    case ParameterKind::gyro_bias:
+      return 0.05;
+    case ParameterKind::reference_x:
+    case ParameterKind::reference_y:
+      return 0.2;
+    case ParameterKind::reference_heading:
+      return radians(90.0);
+    case ParameterKind::time_offset:
+      return 0.5;
+  }
+  return 0.0;
+}
+
+RowMatrix row_derivative(const Parameter& parameter, const Chassis& chassis, const Rows& rows) {
+  RowMatrix derivative = RowMatrix::Zero(rows.count(), 3);
+  if (parameter.kind == ParameterKind::track) set_track_derivative(chassis, rows, derivative);
+  for (int i = 0; i < rows.count(); ++i) {
+    const Row& row = rows.row[static_cast<std::size_t>(i)];
+    const bool own_wheel = row.kind == RowKind::wheel && row.wheel == parameter.wheel;
+    if (parameter.kind == ParameterKind::direction && own_wheel)
+      derivative.row(i) = direction_derivative(wheel_of(parameter, chassis)).transpose();
+    if (parameter.kind == ParameterKind::lever && own_wheel) derivative(i, 2) = 1.0;
+    if (parameter.kind == ParameterKind::icr_x && row.kind == RowKind::skid_lateral) derivative(i, 2) = -1.0;
+  }
+  return derivative;
+}
+
+RowVector reading_derivative(const Parameter& parameter, const Chassis& chassis, const Rows& rows,
+                             const Increment& increment) {
+  RowVector derivative = RowVector::Zero(rows.count());
+  for (int i = 0; i < rows.count(); ++i) {
+    const Row& row = rows.row[static_cast<std::size_t>(i)];
+    if (parameter.kind == ParameterKind::diameter && row.kind == RowKind::wheel &&
+        row.wheel == parameter.wheel)
+      derivative[i] = kPi * increment.turned[static_cast<std::size_t>(row.wheel)];
+    if (parameter.kind == ParameterKind::gyro_scale && row.kind == RowKind::gyro)
+      derivative[i] = increment.gyro_rad - chassis.gyro->bias_rad_s * increment.duration_s;
+    if (parameter.kind == ParameterKind::gyro_bias && row.kind == RowKind::gyro)
+      derivative[i] = -chassis.gyro->scale * increment.duration_s;
+  }
+  return derivative;
+}
+
+}  // namespace trundle

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "trundle/chassis/robot.hpp"
+#include "trundle/chassis/rows.hpp"
+
+namespace trundle {
+
+enum class ParameterKind {
+  diameter,           ///< "left.diameter" [m]
+  direction,          ///< "left.direction" [rad]: of rolling
+  lever,              ///< "left.lever" [m]: the turn coefficient of the rolling row, px sin ψ − py cos ψ
+  track,              ///< "track" [m]: distance of the left wheels from the right ones; scales all y
+  icr_x,              ///< "icr_x" [m]
+  gyro_scale,         ///< "gyro.scale"
+  gyro_bias,          ///< "gyro.bias" [rad/s]
+  reference_x,        ///< "reference.x" [m]: of the reference sensor on the robot
+  reference_y,        ///< "reference.y" [m]
+  reference_heading,  ///< "reference.heading" [rad]
+  time_offset,        ///< "reference.time_offset" [s]: added to the reference's stamps
+};
+
+/// One scalar of a robot that calibration may change and whose uncertainty odometry carries along.
+struct Parameter {
+  ParameterKind kind = ParameterKind::diameter;
+  int wheel = -1;
+
+  bool operator==(const Parameter&) const = default;
+};
+
+std::string name_of(const Parameter& parameter, const Robot& robot);
+/// "m", "rad", "rad/s", "s" or "1".
+std::string_view unit_of(const Parameter& parameter);
+std::optional<Parameter> parameter_named(std::string_view name, const Robot& robot);
+/// Every parameter this robot has.
+std::vector<Parameter> parameters_of(const Robot& robot);
+
+double value_of(const Parameter& parameter, const Robot& robot);
+/// Changes that one scalar. `track` moves wheels; `lever` moves the wheel along its axle and a following
+/// change of `direction` keeps the lever.
+void set_value(const Parameter& parameter, double value, Robot& robot);
+
+/// How far the value may plausibly be from nominal: 5 % of a diameter, 20 % of a track, 10° of a direction...
+double prior_sigma(const Parameter& parameter, const Robot& robot);
+
+/// ∂H/∂p, and ∂z/∂p for one interval. Zero for parameters that are not in H.
+RowMatrix row_derivative(const Parameter& parameter, const Chassis& chassis, const Rows& rows);
+RowVector reading_derivative(const Parameter& parameter, const Chassis& chassis, const Rows& rows,
+                             const Increment& increment);
+
+}  // namespace trundle

@@ -1,0 +1,137 @@
+#include "trundle/chassis/robot.hpp"
+
+#include <algorithm>
+
+#include "trundle/chassis/detail/calibration_table.hpp"
+#include "trundle/chassis/detail/robot_keys.hpp"
+#include "trundle/chassis/detail/toml_source.hpp"
+#include "trundle/io/file.hpp"
+
+namespace trundle {
+namespace {
+
+using namespace robot_file;
+
+template <class... Keys>
+std::vector<std::string> names_of(std::vector<std::string> names, const Keys&... keys) {
+  (add_names(keys, names), ...);
+  return names;
+}
+
+constexpr std::string_view kNameExpected =
+    "letters, digits, '_' and '-', and neither \"gyro\" nor \"ambiguous\"";
+
+/// Wheel names become names of columns and of parameters, and stand in slip.csv.
+bool is_wheel_name(std::string_view name) {
+  const auto allowed = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-' || static_cast<unsigned char>(c) >= 0x80U;
+  };
+  return !name.empty() && std::ranges::all_of(name, allowed) && name != "gyro" && name != "ambiguous";
+}
+
+std::string wheel_name(const Section& section, std::span<const std::string> others) {
+  std::string name = text(section, "name", kNameExpected);
+  const toml::source_region& where = section.table.get("name")->source();
+  if (!is_wheel_name(name)) fail(section.source, where, fmt::format("name is \"{}\"", name), kNameExpected);
+  if (std::ranges::find(others, name) != others.end())
+    fail(section.source, where, fmt::format("two wheels are named \"{}\"", name),
+         "a different name for each");
+  return name;
+}
+
+WheelKind wheel_kind(const Section& section) {
+  if (section.table.get("kind") == nullptr) return WheelKind::fixed;
+  constexpr std::string_view kExpectation = "\"fixed\", \"skid\", \"omni\" or \"mecanum\"";
+  const std::string word = text(section, "kind", kExpectation);
+  for (const auto& [kind, its_word] : kWheelKinds)
+    if (its_word == word) return kind;
+  fail(section.source, section.table.get("kind")->source(), fmt::format("kind is \"{}\"", word),
+       kExpectation);
+}
+
+int tick_bits(const Section& section) {
+  const toml::node* node = section.table.get("tick_bits");
+  if (node == nullptr) return 0;
+  constexpr Range kBits{[](double v) { return v >= 0.0 && v <= kMostTickBits && v == std::floor(v); },
+                        "a whole number between 0 and 64"};
+  return static_cast<int>(number(section.source, "tick_bits", *node, kBits));
+}
+
+Wheel read_wheel(const Section& section) {
+  static const std::vector<std::string> known =
+      names_of({"name", "kind", "tick_bits"}, kWheelPlace, kWheelRoller, kWheelSize);
+  check_keys(section, known);
+  Wheel wheel;
+  wheel.kind = wheel_kind(section);
+  wheel.tick_bits = tick_bits(section);
+  read_numbers(section, kWheelPlace, wheel);
+  read_numbers(section, kWheelSize, wheel);
+  const toml::node* roller = section.table.get("roller_deg");
+  if (wheel.kind == WheelKind::mecanum) {
+    read_numbers(section, kWheelRoller, wheel);
+  } else if (roller != nullptr) {
+    fail(section.source, roller->source(), in(section, "roller_deg without rollers"),
+         "it only where kind is \"mecanum\"");
+  }
+  return wheel;
+}
+
+void read_wheels(const Section& file, Robot& robot) {
+  for (const Section& section : tables(file, "wheel", "[[wheel]]")) {
+    if (robot.chassis.wheel_count == kMaxWheels)
+      fail(section.source, section.table.source(), fmt::format("more than {} wheels", kMaxWheels),
+           fmt::format("at most {}", kMaxWheels));
+    robot.chassis.add(read_wheel(section));
+    robot.wheel_names.push_back(wheel_name(section, robot.wheel_names));
+  }
+}
+
+/// Reads a section of nothing but numbers; says whether it is there.
+template <class T, std::size_t n>
+bool read_section(const Section& file, std::string_view key, const std::array<NumberKey<T>, n>& keys,
+                  T& target) {
+  const std::optional<Section> section = table(file, key, fmt::format("[{}]", key));
+  if (!section) return false;
+  check_keys(*section, names_of({}, keys));
+  read_numbers(*section, keys, target);
+  return true;
+}
+
+Robot read(const Section& file) {
+  static const std::vector<std::string> known = names_of(
+      {"name", "wheel", "wheels", "gyro", "landmark_sensor", "noise", "reference_sensor", "calibration"},
+      kChassis);
+  check_keys(file, known);
+  Robot robot;
+  if (file.table.contains("name")) robot.name = text(file, "name", "a string");
+  read_numbers(file, kChassis, robot.chassis);
+  read_wheels(file, robot);
+  read_section(file, "wheels", kAllWheels, robot.chassis);
+  if (Gyro gyro; read_section(file, "gyro", kGyro, gyro)) robot.chassis.gyro = gyro;
+  if (LandmarkSensor sensor; read_section(file, "landmark_sensor", kLandmarkSensor, sensor))
+    robot.landmark_sensor = sensor;
+  read_section(file, "noise", kNoise, robot.chassis.noise);
+  read_section(file, "reference_sensor", kReferenceSensor, robot);
+  if (const auto section = table(file, "calibration", "[calibration]"))
+    robot.calibration = read_calibration(*section, robot);
+  return robot;
+}
+
+}  // namespace
+
+Robot parse_robot(std::string_view toml, std::string_view file_name) {
+  const Source source{toml, file_name};
+  try {
+    const toml::table table = toml::parse(toml, file_name);
+    return read({source, table, ""});
+  } catch (const toml::parse_error& error) {
+    fail(source, error.source(), error.description(), "TOML");
+  }
+}
+
+Robot read_robot(const std::filesystem::path& path) {
+  return parse_robot(read_file(path), path.string());
+}
+
+}  // namespace trundle

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "trundle/chassis/chassis.hpp"
+
+namespace trundle {
+
+/// A range-bearing sensor and where it stands on the body.
+struct LandmarkSensor {
+  Pose2 body_from_sensor;
+  double range_sigma_m = 0.1;
+  double bearing_sigma_rad = 0.03;
+  double max_range_m = 10.0;
+  double time_offset_s = 0.0;
+};
+
+/// What a calibration said of one parameter.
+struct CalibratedParameter {
+  std::string name;  ///< see parameter.hpp
+  std::string unit;
+  double value = 0.0;
+  double nominal = 0.0;
+  double sigma_within = 0.0;            ///< from the noise of the runs alone
+  std::optional<double> sigma_between;  ///< session to session; nothing: unknown, fewer than two sessions
+  bool observable = false;              ///< false: held at nominal
+};
+
+/// An error before and after, e.g. start-aligned position rms over the hold-out runs.
+struct ErrorBeforeAfter {
+  std::string what;
+  double before = 0.0;
+  double after = 0.0;
+  std::string unit;
+};
+
+/// The [calibration] table of a robot file.
+struct CalibrationRecord {
+  std::vector<CalibratedParameter> parameters;
+  /// Of the observable parameters in their order, between-session spread included where it is known.
+  Eigen::MatrixXd covariance;
+  std::vector<ErrorBeforeAfter> errors;
+  std::vector<std::string> provenance;  ///< "key: value" lines: version, inputs with SHA-256, options
+};
+
+/// A robot file: the chassis, the names of its wheels, what else is mounted on it.
+struct Robot {
+  std::string name;
+  Chassis chassis;
+  std::vector<std::string> wheel_names;  ///< one for each wheel
+  std::optional<LandmarkSensor> landmark_sensor;
+  Pose2 body_from_reference;  ///< where the reference was measured
+  double reference_time_offset_s = 0.0;
+  std::optional<CalibrationRecord> calibration;
+};
+
+/// Reads robot.toml. Throws InputError with file, line, fact and expectation; unknown keys are errors that
+/// name the nearest known one.
+Robot read_robot(const std::filesystem::path& path);
+Robot parse_robot(std::string_view toml, std::string_view file_name);
+
+/// The robot file as text: parse_robot(to_toml(r)) == r to the last bit.
+std::string to_toml(const Robot& robot);
+
+}  // namespace trundle

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "trundle/chassis/chassis.hpp"
+
+namespace trundle {
+
+/// Rolling rows, lateral rows and the gyro's.
+inline constexpr int kMaxRows = 2 * kMaxWheels + 2;
+
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxRows, 3>;
+using RowVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxRows, 1>;
+
+enum class RowKind { wheel, lateral, skid_lateral, gyro, forward, turn };
+
+/// What one row of H measures.
+struct Row {
+  RowKind kind = RowKind::wheel;
+  int wheel = -1;  ///< index of the wheel; for a merged lateral row, of the first one
+
+  bool measured() const { return kind != RowKind::lateral && kind != RowKind::skid_lateral; }
+};
+
+/// H of z = H ξ (docs/chassis.md, eq. 1), measured rows first.
+struct Rows {
+  std::array<Row, kMaxRows> row{};
+  RowMatrix H;
+  int measured = 0;
+
+  int count() const { return static_cast<int>(H.rows()); }
+};
+
+/// The rows of a chassis. Identical lateral rows (one axle) are merged: they add no information.
+Rows rows_of(const Chassis& chassis, bool with_gyro);
+
+/// The row of a rolling wheel for unit travel, and that of 'does not skid sideways'. docs/chassis.md, eq. 2
+/// to 4.
+Vector3 rolling_row(const Wheel& wheel);
+Vector3 lateral_row(const Wheel& wheel);
+
+/// z [m, rad] and the variances of its noise, over one interval.
+struct Readings {
+  RowVector z;
+  RowVector variance;
+};
+Readings readings_of(const Chassis& chassis, const Rows& rows, const Increment& increment);
+
+/// Weighted least squares over one interval: ξ̂ = (Hᵀ W H)⁻¹ Hᵀ W z.
+struct TwistEstimate {
+  Twist2 twist;
+  Matrix3 covariance = Matrix3::Zero();  ///< (Hᵀ W H)⁻¹
+};
+/// The rows must have rank 3 (see observability()).
+TwistEstimate estimate_twist(const Rows& rows, const Readings& readings);
+
+/// What no motion can explain: rᵀ W r of the measured rows alone, χ² distributed when nothing slips.
+struct ResidualTest {
+  double chi2 = 0.0;
+  int degrees_of_freedom = 0;  ///< measured rows − rank of their H
+};
+ResidualTest residual_test(const Rows& rows, const Readings& readings);
+
+/// What the sensors of a chassis can and cannot tell, in words and as numbers.
+struct Observability {
+  int rank = 0;
+  int degrees_of_freedom = 0;         ///< of the slip test
+  std::vector<Vector3> unobservable;  ///< directions of twist no row sees, turn scaled by the robot's size
+  /// Pairs of measured rows whose errors look alike; none is listed where there is no degree of freedom at
+  /// all.
+  std::vector<std::pair<int, int>> confusable;
+  /// Measured rows that no other one checks: an error of theirs leaves no residual.
+  std::vector<int> undetectable;
+};
+Observability observability(const Rows& rows);
+
+}  // namespace trundle

@@ -1,0 +1,117 @@
+#include "trundle/evaluation/align.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "trundle/geometry/gaussian.hpp"
+#include "trundle/io/error.hpp"
+
+namespace trundle {
+namespace {
+
+/// The covariance at a time by linear interpolation between the neighbouring poses'.
+Matrix3 covariance_at(const Trajectory& trajectory, double time_s) {
+  const auto& poses = trajectory.poses;
+  const auto after = std::lower_bound(poses.begin(), poses.end(), time_s,
+                                      [](const StampedPose& p, double t) { return p.time_s < t; });
+  const auto i = static_cast<std::size_t>(after - poses.begin());
+  if (after->time_s == time_s) return trajectory.covariances[i];
+  const double u = (time_s - poses[i - 1].time_s) / (after->time_s - poses[i - 1].time_s);
+  return (1.0 - u) * trajectory.covariances[i - 1] + u * trajectory.covariances[i];
+}
+
+Pose2 align_start(const std::vector<PosePair>& pairs) {
+  const PosePair& first = pairs.front();
+  if (std::isnan(first.reference.heading))
+    throw CannotAnswer(fmt::format(
+        "the reference has no heading at its first common stamp {:.3f} s, so start poses cannot be "
+        "laid on each other: align with se2 or none",
+        first.time_s));
+  return first.reference * first.estimate.inverse();
+}
+
+}  // namespace
+
+std::string_view name_of(Alignment alignment) {
+  switch (alignment) {
+    case Alignment::none:
+      return "none";
+    case Alignment::start:
+      return "start";
+    case Alignment::se2:
+      return "se2";
+  }
+  return "";
+}
+
+std::vector<PosePair> common_poses(const Trajectory& estimate, const Trajectory& reference,
+                                   double longest_gap_s) {
+  std::vector<PosePair> pairs;
+  for (const StampedPose& truth : reference.poses) {
+    const auto pose = pose_at(estimate, truth.time_s, longest_gap_s);
+    if (!pose) continue;
+    pairs.push_back({truth.time_s, *pose, truth.pose, std::nullopt});
+    if (estimate.has_covariance()) pairs.back().covariance = covariance_at(estimate, truth.time_s);
+  }
+  return pairs;
+}
+
+Pose2 align_se2(const std::vector<PosePair>& pairs) {
+  Vector2 estimates = Vector2::Zero();
+  Vector2 references = Vector2::Zero();
+  for (const PosePair& pair : pairs) {
+    estimates += pair.estimate.translation() / static_cast<double>(pairs.size());
+    references += pair.reference.translation() / static_cast<double>(pairs.size());
+  }
+  double dot = 0.0;
+  double cross = 0.0;
+  for (const PosePair& pair : pairs) {
+    const Vector2 a = pair.estimate.translation() - estimates;
+    const Vector2 b = pair.reference.translation() - references;
+    dot += a.dot(b);
+    cross += a.x() * b.y() - a.y() * b.x();
+  }
+  if (std::hypot(dot, cross) == 0.0)
+    throw CannotAnswer(
+        "all common positions are in one place, which tells no rotation: align with start or none");
+  const double angle = std::atan2(cross, dot);
+  const Vector2 shift = references - rotation(angle) * estimates;
+  return {shift.x(), shift.y(), angle};
+}
+
+Pose2 alignment_of(const std::vector<PosePair>& pairs, Alignment alignment) {
+  switch (alignment) {
+    case Alignment::none:
+      return {};
+    case Alignment::start:
+      return align_start(pairs);
+    case Alignment::se2:
+      return align_se2(pairs);
+  }
+  return {};
+}
+
+std::vector<PosePair> aligned(std::vector<PosePair> pairs, const Pose2& reference_from_estimate) {
+  Matrix3 R = Matrix3::Identity();
+  R.topLeftCorner<2, 2>() = rotation(reference_from_estimate.heading);
+  for (PosePair& pair : pairs) {
+    pair.estimate = reference_from_estimate * pair.estimate;
+    if (pair.covariance) pair.covariance = R * *pair.covariance * R.transpose();
+  }
+  return pairs;
+}
+
+void start_covariances_from_zero(std::vector<PosePair>& pairs) {
+  if (!pairs.front().covariance) return;
+  const Pose2 start = pairs.front().estimate;
+  const Matrix3 at_start = body_covariance(start, *pairs.front().covariance);
+  for (PosePair& pair : pairs) {
+    const Matrix3 Ad = adjoint((start.inverse() * pair.estimate).inverse());
+    const Matrix3 since = body_covariance(pair.estimate, *pair.covariance) - Ad * at_start * Ad.transpose();
+    pair.covariance = world_covariance({pair.estimate, since});
+  }
+}
+
+}  // namespace trundle

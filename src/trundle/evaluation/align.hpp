@@ -1,0 +1,17 @@
+#pragma once
+
+#include "trundle/evaluation/evaluate.hpp"
+
+namespace trundle {
+
+/// The motion that `alignment` applies to the estimates. Throws as evaluate().
+Pose2 alignment_of(const std::vector<PosePair>& pairs, Alignment alignment);
+
+/// Applies it to the estimates, and to the covariances' axes.
+std::vector<PosePair> aligned(std::vector<PosePair> pairs, const Pose2& reference_from_estimate);
+
+/// Replaces covariances by those of the motion since the first pair, for independent increments:
+/// Σ_δ = Σ_k − Ad(δ⁻¹) Σ_0 Ad(δ⁻¹)ᵀ in the body frame, δ the motion.
+void start_covariances_from_zero(std::vector<PosePair>& pairs);
+
+}  // namespace trundle

@@ -1,0 +1,200 @@
+#include "trundle/evaluation/evaluate.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <fmt/format.h>
+
+#include "trundle/evaluation/align.hpp"
+#include "trundle/io/error.hpp"
+
+namespace trundle {
+namespace {
+
+// 95 % quantiles of χ² with 2 and 3 degrees of freedom.
+constexpr double kChi2Of2 = 5.991464547107979;
+constexpr double kChi2Of3 = 7.814727903251178;
+
+double squared(double x) {
+  return x * x;
+}
+
+bool has_heading(const PosePair& pair) {
+  return !std::isnan(pair.reference.heading);
+}
+
+double position_error(const PosePair& pair) {
+  return (pair.estimate.translation() - pair.reference.translation()).norm();
+}
+
+double heading_error(const PosePair& pair) {
+  return wrap_angle(pair.estimate.heading - pair.reference.heading);
+}
+
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+ErrorStatistics statistics_of(const std::vector<double>& errors) {
+  ErrorStatistics statistics;
+  const auto n = static_cast<double>(errors.size());
+  for (const double error : errors) {
+    statistics.rms += squared(error) / n;
+    statistics.mean += error / n;
+    statistics.max = std::max(statistics.max, error);
+  }
+  statistics.rms = std::sqrt(statistics.rms);
+  statistics.median = median_of(errors);
+  return statistics;
+}
+
+std::optional<double> heading_rms(const std::vector<PosePair>& pairs) {
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (const PosePair& pair : pairs) {
+    if (!has_heading(pair)) continue;
+    sum += squared(heading_error(pair));
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return std::sqrt(sum / static_cast<double>(count));
+}
+
+/// Metres along the reference from its first pose, in steps long enough not to count noise as way.
+std::vector<double> way_along(const std::vector<PosePair>& pairs, double shortest_step_m) {
+  std::vector<double> way(pairs.size());
+  Vector2 anchor = pairs.front().reference.translation();
+  for (std::size_t i = 1; i < pairs.size(); ++i) {
+    const double step = (pairs[i].reference.translation() - anchor).norm();
+    way[i] = way[i - 1];
+    if (step < shortest_step_m) continue;
+    way[i] += step;
+    anchor = pairs[i].reference.translation();
+  }
+  return way;
+}
+
+/// The error of the estimated motion from one pair to another, in the frame of the end.
+Pose2 motion_error(const PosePair& from, const PosePair& to) {
+  const Pose2 truth = from.reference.inverse() * to.reference;
+  return truth.inverse() * (from.estimate.inverse() * to.estimate);
+}
+
+RelativePoseError relative_error(const std::vector<PosePair>& pairs, const std::vector<double>& way,
+                                 double distance_m) {
+  RelativePoseError result{.distance_m = distance_m};
+  double translation2 = 0.0;
+  double heading2 = 0.0;
+  double percent = 0.0;
+  std::size_t j = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    while (j < pairs.size() && way[j] - way[i] < distance_m) ++j;
+    if (j == pairs.size()) break;
+    const Pose2 error = motion_error(pairs[i], pairs[j]);
+    translation2 += error.translation().squaredNorm();
+    heading2 += squared(wrap_angle(error.heading));
+    percent += 100.0 * error.translation().norm() / (way[j] - way[i]);
+    ++result.pairs;
+  }
+  if (result.pairs == 0) return result;
+  const auto n = static_cast<double>(result.pairs);
+  result.translation_rms_m = std::sqrt(translation2 / n);
+  result.heading_rms_rad = std::sqrt(heading2 / n);
+  result.translation_mean_percent = percent / n;
+  return result;
+}
+
+std::vector<RelativePoseError> relative_errors(std::vector<PosePair> pairs, const EvaluateOptions& options) {
+  std::erase_if(pairs, [](const PosePair& pair) { return !has_heading(pair); });
+  if (pairs.empty()) return {};
+  const std::vector<double> way = way_along(pairs, options.shortest_step_m);
+  std::vector<RelativePoseError> errors;
+  for (const double distance : options.distances_m) errors.push_back(relative_error(pairs, way, distance));
+  return errors;
+}
+
+/// eᵀ Σ⁻¹ e of the first `dof` of (x, y, heading); nothing when Σ is not positive definite.
+std::optional<double> normalised_error(const PosePair& pair, int dof) {
+  Vector3 error;
+  error.head<2>() = pair.estimate.translation() - pair.reference.translation();
+  error.z() = dof == 3 ? heading_error(pair) : 0.0;
+  const Eigen::LLT<Eigen::MatrixXd> cholesky(pair.covariance->topLeftCorner(dof, dof));
+  if (cholesky.info() != Eigen::Success) return std::nullopt;
+  return cholesky.matrixL().solve(error.head(dof)).squaredNorm();
+}
+
+std::optional<Nees> nees_of(const std::vector<PosePair>& pairs) {
+  if (!pairs.front().covariance) return std::nullopt;
+  Nees nees;
+  nees.degrees_of_freedom = std::ranges::all_of(pairs, has_heading) ? 3 : 2;
+  nees.bound_95 = nees.degrees_of_freedom == 3 ? kChi2Of3 : kChi2Of2;
+  for (const PosePair& pair : pairs) {
+    const auto error = normalised_error(pair, nees.degrees_of_freedom);
+    if (!error) {
+      ++nees.without_covariance;
+      continue;
+    }
+    ++nees.poses;
+    nees.mean += *error;
+    nees.share_inside_95 += *error <= nees.bound_95 ? 1.0 : 0.0;
+  }
+  if (nees.poses == 0) return std::nullopt;
+  nees.mean /= static_cast<double>(nees.poses);
+  nees.share_inside_95 /= static_cast<double>(nees.poses);
+  return nees;
+}
+
+std::string extent_of(const Trajectory& trajectory) {
+  if (trajectory.poses.empty()) return "nothing";
+  return fmt::format("{:.3f} to {:.3f} s", trajectory.poses.front().time_s, trajectory.poses.back().time_s);
+}
+
+void demand_overlap(const std::vector<PosePair>& pairs, const Trajectory& estimate,
+                    const Trajectory& reference, double longest_gap_s) {
+  if (pairs.size() >= 2) return;
+  throw CannotAnswer(
+      fmt::format("the estimate (stamps {}) covers {} stamps of the reference (stamps {}) without a gap over "
+                  "{} s; at least 2 "
+                  "are needed: are both on the same clock?",
+                  extent_of(estimate), pairs.size(), extent_of(reference), longest_gap_s));
+}
+
+void describe_end(const std::vector<PosePair>& pairs, Evaluation& result) {
+  const PosePair& last = pairs.back();
+  result.first_s = pairs.front().time_s;
+  result.last_s = last.time_s;
+  result.final_position_m = position_error(last);
+  if (result.path_m > 0.0) result.final_percent = 100.0 * result.final_position_m / result.path_m;
+  if (has_heading(last)) result.final_heading_rad = heading_error(last);
+}
+
+}  // namespace
+
+Evaluation evaluate(const Trajectory& estimate, const Trajectory& reference, const EvaluateOptions& options) {
+  const auto raw = common_poses(estimate, reference, options.longest_gap_s);
+  demand_overlap(raw, estimate, reference, options.longest_gap_s);
+  Evaluation result;
+  result.alignment = options.alignment;
+  result.reference_from_estimate = alignment_of(raw, options.alignment);
+  auto pairs = aligned(raw, result.reference_from_estimate);
+  if (options.alignment == Alignment::start) start_covariances_from_zero(pairs);
+  result.estimate_poses = estimate.poses.size();
+  result.reference_poses = reference.poses.size();
+  result.compared = pairs.size();
+  std::vector<double> errors;
+  errors.reserve(pairs.size());
+  for (const PosePair& pair : pairs) errors.push_back(position_error(pair));
+  result.position_m = statistics_of(errors);
+  result.heading_rms_rad = heading_rms(pairs);
+  result.path_m = way_along(pairs, options.shortest_step_m).back();
+  describe_end(pairs, result);
+  result.relative = relative_errors(pairs, options);
+  result.nees = nees_of(pairs);
+  return result;
+}
+
+}  // namespace trundle

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "trundle/geometry/pose2.hpp"
+
+namespace trundle {
+
+/// A pose and the covariance of its error e in its own frame: truth = mean * exp(e).
+struct GaussianPose {
+  Pose2 mean;
+  Matrix3 covariance = Matrix3::Zero();  ///< of (forward, left, turn) [m, m, rad]
+};
+
+/// a * b with independent errors, to first order: Ad(b⁻¹) Σa Ad(b⁻¹)ᵀ + Σb. docs/geometry.md, eq. 11.
+GaussianPose operator*(const GaussianPose& a, const GaussianPose& b);
+/// Of the pose the other way round: Ad(a) Σ Ad(a)ᵀ. Eq. 12.
+GaussianPose inverse(const GaussianPose& a);
+
+/// The same covariance as that of the errors of (x, y, heading) in world axes, and back. Eq. 13.
+Matrix3 world_covariance(const GaussianPose& pose);
+Matrix3 body_covariance(const Pose2& pose, const Matrix3& covariance_in_world);
+
+}  // namespace trundle

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "trundle/geometry/pose2.hpp"
+
+namespace trundle {
+
+struct StampedPose {
+  double time_s = 0.0;
+  Pose2 pose;
+};
+
+/// Poses in time order, with the covariance of (x, y, heading) in world axes where it is known.
+struct Trajectory {
+  std::vector<StampedPose> poses;
+  std::vector<Matrix3> covariances;  ///< one for each pose, or none at all
+
+  bool has_covariance() const { return !covariances.empty(); }
+};
+
+/// The pose at a time by interpolation along the twist between its neighbours; nothing where the time lies
+/// outside or the neighbours are more than `longest_gap_s` apart. docs/geometry.md, eq. 14.
+std::optional<Pose2> pose_at(const Trajectory& trajectory, double time_s, double longest_gap_s);
+
+/// Metres along the poses, from the first (0) to each.
+std::vector<double> path_lengths(const Trajectory& trajectory);
+
+}  // namespace trundle

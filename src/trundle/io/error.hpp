@@ -1,0 +1,30 @@
+#pragma once
+
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace trundle {
+
+/// Wrong input or configuration: one line that names the place, the fact and what was expected.
+class InputError : public std::runtime_error {
+ public:
+  /// `place` is "file" or "file:line"; `fact` what stands there; `expectation` what should. The message is
+  /// one line, whatever they quote.
+  InputError(std::string_view place, std::string_view fact, std::string_view expectation);
+};
+
+/// "file:line", the form every message uses.
+std::string place(std::string_view file, std::size_t line);
+
+/// The data are well-formed but cannot answer the question that was asked.
+class CannotAnswer : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// The candidate with the smallest edit distance to `name`; empty if none is near enough to be meant.
+std::string nearest_name(std::string_view name, std::span<const std::string> candidates);
+
+}  // namespace trundle

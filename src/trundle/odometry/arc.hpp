@@ -1,0 +1,90 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "trundle/geometry/pose2.hpp"
+#include "trundle/odometry/arc_kernel.hpp"
+#include "trundle/odometry/motion_model.hpp"
+
+namespace trundle {
+
+// One arc at any angle: the kernel's arithmetic where it holds, the library's elsewhere.
+
+inline SinCos<double> sin_cos_of(double angle) {
+  if (std::abs(angle) <= kLargestAngle) return sin_cos(angle);
+  return {std::sin(angle), std::cos(angle)};
+}
+
+inline double half_sinc_of(double half_turn) {
+  return std::abs(half_turn) <= kLargestHalfTurn ? half_sinc(half_turn) : sinc(half_turn);
+}
+
+inline double half_sinc_derivative_of(double half_turn) {
+  return std::abs(half_turn) <= kLargestHalfTurn ? half_sinc_derivative(half_turn)
+                                                 : sinc_derivative(half_turn);
+}
+
+/// pose · exp(twist), eq. 3.
+inline Pose2 moved(const Pose2& pose, const std::array<double, 3>& twist) {
+  const double half = 0.5 * twist[2];
+  const Chord<double> chord =
+      chord_of(twist[0], twist[1], sin_cos_of(pose.heading + half), half_sinc_of(half));
+  return {pose.x + chord.x, pose.y + chord.y, pose.heading + twist[2]};
+}
+
+/// The same with its derivatives in world axes, eq. 4: by the old pose (F) and by the twist (G).
+class ArcStep {
+ public:
+  using Triple = std::array<double, 3>;
+
+  ArcStep(double heading, const Triple& twist) {
+    const double half = 0.5 * twist[2];
+    const SinCos<double> middle = sin_cos_of(heading + half);
+    const double sinc = half_sinc_of(half);
+    chord_ = chord_of(twist[0], twist[1], middle, sinc);
+    along_ = sinc * middle.cos;
+    across_ = sinc * middle.sin;
+    const Chord<double> bent = chord_of(twist[0], twist[1], middle, half_sinc_derivative_of(half));
+    by_turn_ = {0.5 * (bent.x - chord_.y), 0.5 * (bent.y + chord_.x)};
+  }
+
+  /// Displacement.
+  const Chord<double>& chord() const { return chord_; }
+  /// F v
+  Triple carry(const Triple& v) const { return {v[0] - chord_.y * v[2], v[1] + chord_.x * v[2], v[2]}; }
+  /// G v
+  Triple map(const Triple& v) const {
+    return {along_ * v[0] - across_ * v[1] + by_turn_.x * v[2],
+            across_ * v[0] + along_ * v[1] + by_turn_.y * v[2], v[2]};
+  }
+  /// F P Fᵀ + G Q Gᵀ
+  Symmetric3 carry(const Symmetric3& P, const Symmetric3& Q) const {
+    const auto& [xx, xy, xh, yy, yh, hh] = P;
+    const double new_xh = xh - chord_.y * hh;
+    const double new_yh = yh + chord_.x * hh;
+    const Triple gx = {along_, -across_, by_turn_.x};  // rows of G
+    const Triple gy = {across_, along_, by_turn_.y};
+    const Triple gxQ = times(gx, Q);
+    const Triple gyQ = times(gy, Q);
+    return {xx - chord_.y * (xh + new_xh) + dot(gxQ, gx),
+            xy + chord_.x * new_xh - chord_.y * yh + dot(gxQ, gy),
+            new_xh + gxQ[2],
+            yy + chord_.x * (yh + new_yh) + dot(gyQ, gy),
+            new_yh + gyQ[2],
+            hh + Q[5]};
+  }
+
+ private:
+  static double dot(const Triple& a, const Triple& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+  static Triple times(const Triple& v, const Symmetric3& Q) {
+    return {dot(v, {Q[0], Q[1], Q[2]}), dot(v, {Q[1], Q[3], Q[4]}), dot(v, {Q[2], Q[4], Q[5]})};
+  }
+
+  Chord<double> chord_;
+  double along_;
+  double across_;
+  Chord<double> by_turn_;  ///< ∂chord/∂θ
+};
+
+}  // namespace trundle

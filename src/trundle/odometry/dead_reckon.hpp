@@ -1,0 +1,34 @@
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "trundle/chassis/robot.hpp"
+
+namespace trundle {
+
+/// What the sensors read over successive intervals, as columns of one length: see Increment.
+struct TravelColumns {
+  /// Per wheel: revolutions. Without wheels: [0] forward travel [m], [1] turn [rad].
+  std::array<std::span<const double>, kMaxWheels> turned{};
+  std::span<const double> gyro_rad = {};    ///< integral of the raw reading; empty: the gyro is not used
+  std::span<const double> duration_s = {};  ///< needed with the gyro
+
+  std::size_t rows() const { return turned[0].size(); }
+};
+
+/// The pose after each interval, as columns of the same length, in the caller's memory.
+struct PoseColumns {
+  std::span<double> x_m;
+  std::span<double> y_m;
+  std::span<double> heading_rad;
+};
+
+/// Bulk dead reckoning without covariance. The poses are those of Odometer::step to the last bit: same
+/// arithmetic, done for eight rows at once where no row waits for the one before it. Fast where H is square
+/// (docs/odometry.md); a loop over Odometer::step where it is not. Throws CannotAnswer when the chassis
+/// cannot tell its motion, InputError when a column's length differs.
+void dead_reckon(const Robot& robot, const TravelColumns& travel, const Pose2& start,
+                 const PoseColumns& poses);
+
+}  // namespace trundle

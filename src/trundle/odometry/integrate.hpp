@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "trundle/odometry/odometer.hpp"
+#include "trundle/recording/increments.hpp"
+
+namespace trundle {
+
+struct IntegrateOptions {
+  Pose2 start = {};                            ///< pose at the first stamp
+  Matrix3 start_covariance = Matrix3::Zero();  ///< of (x, y, heading) in world axes
+  bool with_covariance = true;                 ///< false: much faster
+};
+
+/// A trajectory with its evidence.
+struct IntegratedOdometry {
+  Trajectory trajectory;                   ///< with the total covariance: white + parameter part
+  std::vector<Matrix3> white_covariances;  ///< the part from noise alone, one for each pose; or none
+  /// The part from the calibrated parameters, at the end; zero when the robot has no calibration.
+  Matrix3 end_parameter_covariance = Matrix3::Zero();
+  std::vector<std::string> parameters;  ///< whose uncertainty was carried along
+  PoseSensitivity end_sensitivity;      ///< ∂(end pose)/∂p in world axes, columns as `parameters`
+  double path_length_m = 0.0;
+  int degrees_of_freedom = 0;  ///< measured rows beyond those that the motion needs: what could show slip
+  std::size_t bridged = 0;     ///< intervals that span a gap
+  std::vector<Problem> problems;
+};
+
+/// The odometry of a recording: a loop over Odometer::step, from `start` at the first stamp.
+/// The parameters' covariance is that of robot.calibration where present.
+/// Throws CannotAnswer when the chassis, or what the recording holds of it, cannot tell the motion,
+/// InputError when the calibration names a parameter that the robot does not have.
+IntegratedOdometry integrate(const AlignedReadings& readings, const Robot& robot,
+                             const IntegrateOptions& options = {});
+IntegratedOdometry integrate(const Recording& recording, const Robot& robot,
+                             const IntegrateOptions& options = {});
+
+/// The parameters that a calibration gives a covariance of, in its order.
+std::vector<Parameter> calibrated_parameters(const Robot& robot);
+
+}  // namespace trundle

@@ -1,0 +1,152 @@
+#include "trundle/odometry/odometer.hpp"
+
+#include <cassert>
+#include <type_traits>
+
+#include <fmt/format.h>
+
+#include "trundle/io/error.hpp"
+#include "trundle/odometry/arc_kernel.hpp"
+
+namespace trundle {
+
+static_assert(std::is_trivially_copyable_v<OdometerState>);
+static_assert(sizeof(OdometerState) % sizeof(double) == 0);
+
+namespace {
+
+using Triple = std::array<double, 3>;
+
+/// Turns spread differently over a gap, or bends that cancel, move its end by this much per metre and radian.
+constexpr double kUnseenBend_rad = 0.1;
+
+std::string words_of(const Vector3& direction) {
+  constexpr std::array<const char*, 3> kNames = {"forward motion", "sideways motion", "turning"};
+  const double largest = direction.cwiseAbs().maxCoeff();
+  std::string words;
+  for (int i = 0; i < 3; ++i) {
+    if (std::abs(direction[i]) < 1e-6 * largest) continue;
+    words += (words.empty() ? "" : " together with ") + std::string(kNames[static_cast<std::size_t>(i)]);
+  }
+  return words;
+}
+
+void add(Symmetric3& sum, const Symmetric3& more) {
+  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += more[i];
+}
+
+/// a bᵀ + b aᵀ + factor · b bᵀ
+Symmetric3 outer(const Triple& a, const Triple& b, double factor) {
+  const auto entry = [&](std::size_t i, std::size_t k) {
+    return a[i] * b[k] + b[i] * a[k] + factor * b[i] * b[k];
+  };
+  return {entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)};
+}
+
+}  // namespace
+
+void require_observable(const Robot& robot, bool with_gyro) {
+  const Observability seen = observability(rows_of(robot.chassis, with_gyro));
+  if (seen.rank == 3) return;
+  std::string words;
+  for (const Vector3& direction : seen.unobservable)
+    words += (words.empty() ? "" : "; ") + words_of(direction);
+  throw CannotAnswer(
+      fmt::format("robot '{}' cannot tell its motion: no wheel{} measures {}; add a sensor that does",
+                  robot.name, with_gyro ? " or gyro" : "", words));
+}
+
+Odometer::Odometer(const Robot& robot, const Options& options)
+    : parameters_(options.parameters.size()), with_covariance_(options.with_covariance) {
+  const Chassis& chassis = robot.chassis;
+  if (parameters_ > kMaxParameters)
+    throw InputError(fmt::format("robot '{}'", robot.name),
+                     fmt::format("{} uncertain parameters", parameters_),
+                     fmt::format("at most {}", kMaxParameters));
+  std::vector<Parameter> parameters = options.parameters;
+  if (chassis.gyro) {
+    gyro_ = *chassis.gyro;
+    parameters.push_back({ParameterKind::gyro_bias, -1});
+  }
+  require_observable(robot, true);
+  if (chassis.gyro) with_gyro_.emplace(chassis, parameters, true);
+  if (observability(rows_of(chassis, false)).rank == 3) without_gyro_.emplace(chassis, parameters, false);
+  state_.pose = options.start;
+  state_.white = symmetric_of(options.start_covariance);
+}
+
+Triple Odometer::advance(const Increment& increment) {
+  const MotionModel* model = model_for(increment);
+  if (!model) return advance_unmeasured(increment);
+  if (with_covariance_) return advance_with_covariance(*model, increment);
+  const Triple twist = model->twist(increment);
+  state_.pose = moved(state_.pose, twist);
+  if (!without_gyro_ && increment.duration_s > 0.0) state_.turn_rate_rad_s = twist[2] / increment.duration_s;
+  return twist;
+}
+
+/// As if the gyro had gone on reading the last turn rate, with the uncertainty of that.
+Triple Odometer::advance_unmeasured(const Increment& increment) {
+  Increment assumed = increment;
+  assumed.has_gyro = true;
+  const double rate = state_.turn_rate_rad_s;
+  assumed.gyro_rad = (rate / gyro_.scale + gyro_.bias_rad_s) * increment.duration_s;
+  const double heading = state_.pose.heading;
+  const Triple twist = advance(assumed);
+  state_.turn_rate_rad_s = rate;
+  if (with_covariance_) {
+    const Triple change = ArcStep(heading, twist).map(with_gyro_->response_to_turn(assumed, gyro_.scale));
+    add(state_.white, outer({}, change, kUnmeasuredTurn * kUnmeasuredTurn * increment.duration_s));
+  }
+  return twist;
+}
+
+Triple Odometer::advance_with_covariance(const MotionModel& model, const Increment& increment) {
+  TwistStep step;
+  model.twist_with_covariance(increment, step);
+  const ArcStep arc(state_.pose.heading, step.twist);
+  state_.white = arc.carry(state_.white, step.covariance);
+  for (std::size_t j = 0; j < parameters_; ++j) {
+    const Triple carried = arc.carry(state_.sensitivity[j]);
+    const Triple added = arc.map(step.derivative[j]);
+    for (std::size_t i = 0; i < 3; ++i) state_.sensitivity[j][i] = carried[i] + added[i];
+  }
+  if (model.uses_gyro()) add_bias_walk(arc, step.derivative[parameters_], increment.duration_s);
+  Pose2& pose = state_.pose;
+  pose = {pose.x + arc.chord().x, pose.y + arc.chord().y, pose.heading + step.twist[2]};
+  if (!without_gyro_ && increment.duration_s > 0.0)
+    state_.turn_rate_rad_s = step.twist[2] / increment.duration_s;
+  return step.twist;
+}
+
+/// The bias's walk is one more state b beside the pose, with ∂ξ/∂b as for the parameter: docs/odometry.md,
+/// eq. 8.
+void Odometer::add_bias_walk(const ArcStep& arc, const Triple& by_bias, double duration_s) {
+  const Triple g = arc.map(by_bias);
+  const Triple carried = arc.carry(state_.bias);
+  add(state_.white, outer(carried, g, state_.bias_variance));
+  for (std::size_t i = 0; i < 3; ++i) state_.bias[i] = carried[i] + state_.bias_variance * g[i];
+  state_.bias_variance += gyro_.bias_walk_rad_s_sqrt_s * gyro_.bias_walk_rad_s_sqrt_s * duration_s;
+}
+
+void Odometer::step_across_gap(const Increment& increment) {
+  const Triple twist = advance(increment);
+  if (!with_covariance_) return;
+  const double sigma =
+      std::hypot(twist[0], twist[1]) * (std::abs(twist[2]) + kUnseenBend_rad) / std::sqrt(12.0);
+  state_.white[0] += sigma * sigma;
+  state_.white[3] += sigma * sigma;
+}
+
+PoseSensitivity Odometer::sensitivity() const {
+  PoseSensitivity J(3, parameters_);
+  for (std::size_t j = 0; j < parameters_; ++j)
+    J.col(static_cast<Eigen::Index>(j)) = Eigen::Map<const Vector3>(state_.sensitivity[j].data());
+  return J;
+}
+
+Matrix3 parameter_covariance(const PoseSensitivity& sensitivity, const Eigen::MatrixXd& covariance) {
+  return sensitivity * covariance * sensitivity.transpose();
+}
+
+}  // namespace trundle

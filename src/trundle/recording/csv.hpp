@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "trundle/recording/line_map.hpp"
+
+namespace trundle {
+
+/// A file's bytes, mapped into memory read-only. Throws InputError when it cannot be read.
+class MappedFile {
+ public:
+  explicit MappedFile(const std::filesystem::path& path);
+  ~MappedFile();
+  MappedFile(const MappedFile&) = delete;
+  MappedFile& operator=(const MappedFile&) = delete;
+
+  std::string_view text() const { return text_; }
+
+ private:
+  std::string_view text_;
+};
+
+struct CsvFormat {
+  char delimiter = ',';  ///< ' ': any run of spaces and tabs
+  char comment = '#';    ///< lines that start with it are skipped; '\0': none are
+  bool header = true;    ///< the first line names the columns
+};
+
+/// A stamp becomes cell · 10^unit_exponent − origin_s seconds, the difference taken before rounding to
+/// double.
+struct TimeScale {
+  int unit_exponent = 0;  ///< 0: s, −3: ms, −6: µs, −9: ns
+  std::int64_t origin_s = 0;
+};
+
+enum class CellKind { number, time, text };
+
+/// One column to read.
+struct CsvColumn {
+  std::size_t index = 0;  ///< 0-based
+  CellKind kind = CellKind::number;
+  TimeScale time = {};
+};
+
+/// The rows of a table; one entry in `numbers` or `texts` for each wanted column, in their order.
+struct CsvRows {
+  std::vector<std::vector<double>> numbers;  ///< NaN for empty cells, nan, null, na and inf
+  std::vector<std::vector<std::string>> texts;
+  LineMap lines;
+  std::optional<std::size_t>
+      truncated_line;  ///< the last line, when it breaks off before its last wanted cell
+
+  std::size_t count() const { return lines.rows(); }
+};
+
+/// A table in memory: where its header and rows are. A byte-order mark, comment lines, blank lines, CRLF,
+/// spaces around cells and quotes are tolerated. The text must outlive it.
+class CsvTable {
+ public:
+  /// `file` names the place in errors. Throws InputError when the text is empty or not UTF-8, or names
+  /// repeat.
+  CsvTable(std::string_view text, std::string file, const CsvFormat& format);
+
+  const std::string& file() const { return file_; }
+  const std::vector<std::string>& names() const { return names_; }
+  std::size_t columns() const { return columns_; }
+  std::size_t header_line() const { return header_line_; }
+  std::optional<std::size_t> column_named(std::string_view name) const;
+
+  /// Throws InputError with file and line at a row with more or fewer cells than the header (the first row
+  /// where there is none), and at text where a number should be. Numbers are the same bits as strtod's.
+  CsvRows read(std::span<const CsvColumn> wanted) const;
+
+ private:
+  std::string_view text_;
+  std::string file_;
+  CsvFormat format_;
+  std::vector<std::string> names_;
+  std::size_t columns_ = 0;
+  std::size_t header_line_ = 0;
+  std::size_t body_ = 0;       // offset of the first row
+  std::size_t body_line_ = 1;  // its line
+};
+
+}  // namespace trundle

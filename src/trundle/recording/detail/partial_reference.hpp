@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+
+#include "trundle/recording/detail/toml_reader.hpp"
+#include "trundle/recording/recording.hpp"
+
+namespace trundle {
+
+/// The partial references among the keys of a [reference] table. Throws InputError.
+PartialReference read_partial_reference(TomlReader& table);
+
+/// The same keys as text, to be read back with the same bits.
+std::string to_toml(const PartialReference& partial);
+
+}  // namespace trundle

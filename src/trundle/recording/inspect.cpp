@@ -1,0 +1,248 @@
+#include "trundle/recording/inspect.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "trundle/chassis/rows.hpp"
+#include "trundle/recording/detail/courses.hpp"
+#include "trundle/recording/detail/table.hpp"
+
+namespace trundle {
+namespace {
+
+/// The bits of a counter whose values fill their range and that is seen to cross its end; 0 when none fit.
+int guessed_bits(std::span<const double> time_s, const WheelSeries& series) {
+  if (series.unit != WheelUnit::ticks) return 0;
+  const auto [low, high] = std::minmax_element(series.value.begin(), series.value.end());
+  CounterFindings plain;
+  course_of_counter(time_s, series.value, 0, 0.0, plain);
+  const std::size_t breaks = plain.resets.size() + plain.jumps.size();
+  for (const int bits : {8, 16, 32}) {
+    const double range = std::ldexp(1.0, bits);
+    const bool fits = (*low >= 0.0 && *high < range) || (*low >= -range / 2.0 && *high < range / 2.0);
+    CounterFindings wrapped;
+    if (!fits || breaks == 0) continue;
+    course_of_counter(time_s, series.value, bits, 0.0, wrapped);
+    if (wrapped.resets.size() + wrapped.jumps.size() < breaks) return bits;
+  }
+  return 0;
+}
+
+/// A stretch of rows over which a wheel reads the same.
+struct Standstill {
+  std::size_t first = 0;
+  std::size_t last = 0;
+};
+
+std::vector<Standstill> standstills_of(const std::vector<double>& value, const std::vector<double>& time_s,
+                                       double shortest_s) {
+  std::vector<Standstill> found;
+  for (std::size_t first = 0; first < value.size();) {
+    std::size_t last = first;
+    while (last + 1 < value.size() && (value[last + 1] == value[first] || std::isnan(value[last + 1])))
+      ++last;
+    if (time_s[last] - time_s[first] >= shortest_s) found.push_back({first, last});
+    first = last + 1;
+  }
+  return found;
+}
+
+/// Length of the way between two rows, there and back counted twice.
+double way(const std::vector<double>& value, std::size_t first, std::size_t last) {
+  double sum = 0.0;
+  for (std::size_t row = first + 1; row <= last; ++row) {
+    const double step = std::abs(value[row] - value[row - 1]);
+    if (!std::isnan(step)) sum += step;
+  }
+  return sum;
+}
+
+/// Times and the course of every wheel.
+struct WheelCourses {
+  std::vector<double> time_s;
+  std::vector<std::string> wheel;
+  std::vector<std::vector<double>> value;
+};
+
+constexpr double kShortestStandstill = 2.0;  // [s]
+
+/// Without knowing the robot: it stands still while every other wheel goes at least a twentieth of its whole
+/// way.
+void find_stuck(const WheelCourses& courses, const StreamOrigin& origin, std::vector<Problem>& problems) {
+  constexpr double kShare = 0.05;
+  const std::size_t rows = courses.time_s.size();
+  for (std::size_t w = 0; w < courses.wheel.size() && courses.wheel.size() > 1; ++w)
+    for (const Standstill& still : standstills_of(courses.value[w], courses.time_s, kShortestStandstill)) {
+      bool others_move = true;
+      for (std::size_t other = 0; other < courses.wheel.size(); ++other) {
+        const double whole = way(courses.value[other], 0, rows - 1);
+        const double meanwhile = way(courses.value[other], still.first, still.last);
+        if (other != w) others_move = others_move && whole > 0.0 && meanwhile >= kShare * whole;
+      }
+      if (!others_move) continue;
+      problems.push_back(
+          {Severity::warning, "stuck encoder", origin.place_of(still.first), 1,
+           fmt::format("the encoder of '{}' stands still for {:.1f} s while the other wheels move: it is "
+                       "stuck, or the robot moved so that this wheel rests",
+                       courses.wheel[w], courses.time_s[still.last] - courses.time_s[still.first])});
+    }
+}
+
+/// The chassis without one of its wheels.
+Chassis without(const Chassis& chassis, std::size_t wheel) {
+  Chassis rest = chassis;
+  rest.wheel_count = 0;
+  for (std::size_t i = 0; i < chassis.wheels().size(); ++i)
+    if (i != wheel) rest.add(chassis.wheels()[i]);
+  return rest;
+}
+
+Increment without(Increment increment, std::size_t wheel) {
+  std::copy(increment.turned.begin() + static_cast<std::ptrdiff_t>(wheel) + 1, increment.turned.end(),
+            increment.turned.begin() + static_cast<std::ptrdiff_t>(wheel));
+  return increment;
+}
+
+/// What the other sensors say that a wheel rolled over some intervals [m]; nothing where they cannot tell.
+std::optional<double> expected_travel(const Robot& robot, std::size_t wheel,
+                                      std::span<const Increment> increments) {
+  const Chassis rest = without(robot.chassis, wheel);
+  const bool with_gyro = rest.gyro && std::all_of(increments.begin(), increments.end(),
+                                                  [](const Increment& i) { return i.has_gyro; });
+  const Rows rows = rows_of(rest, with_gyro);
+  if (rest.wheel_count == 0 || observability(rows).rank < 3) return std::nullopt;
+  double travel = 0.0;
+  for (const Increment& increment : increments) {
+    const Twist2 twist = estimate_twist(rows, readings_of(rest, rows, without(increment, wheel))).twist;
+    travel += rolling_row(robot.chassis.wheels()[wheel]).dot(twist.vector());
+  }
+  return travel;
+}
+
+/// The rows of the recording as courses of revolutions, one row more than there are increments.
+WheelCourses courses_of(const AlignedReadings& readings, const Robot& robot) {
+  WheelCourses courses{{readings.start_s}, robot.wheel_names, {}};
+  courses.value.assign(robot.wheel_names.size(), {0.0});
+  for (const Increment& increment : readings.increments) {
+    courses.time_s.push_back(increment.time_s);
+    for (std::size_t w = 0; w < courses.value.size(); ++w)
+      courses.value[w].push_back(courses.value[w].back() + increment.turned[w]);
+  }
+  return courses;
+}
+
+std::string place_at(const Recording& recording, const Robot& robot, double time_s) {
+  const auto& stamps = recording.wheels.time_s;
+  const auto row =
+      std::lower_bound(stamps.begin(), stamps.end(), time_s - robot.chassis.wheels_time_offset_s - 1e-9);
+  return recording.wheels.origin.place_of(static_cast<std::size_t>(row - stamps.begin()));
+}
+
+void find_stuck(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
+                std::vector<Problem>& problems) {
+  constexpr double kLeastTravel = 0.05;  // [m]
+  const WheelCourses courses = courses_of(readings, robot);
+  bool all_can_be_told = true;
+  for (std::size_t w = 0; w < courses.wheel.size(); ++w)
+    for (const Standstill& still : standstills_of(courses.value[w], courses.time_s, kShortestStandstill)) {
+      const auto travel = expected_travel(
+          robot, w, std::span(readings.increments).subspan(still.first, still.last - still.first));
+      all_can_be_told = all_can_be_told && travel.has_value();
+      if (!travel || std::abs(*travel) < kLeastTravel) continue;
+      problems.push_back(
+          {Severity::warning, "stuck encoder", place_at(recording, robot, courses.time_s[still.first]), 1,
+           fmt::format("the encoder of '{}' is stuck: it stands still for {:.1f} s while the other sensors "
+                       "say it rolls {:.2f} m",
+                       courses.wheel[w], courses.time_s[still.last] - courses.time_s[still.first], *travel)});
+    }
+  if (!all_can_be_told) find_stuck(courses, recording.wheels.origin, problems);
+}
+
+/// Turns of the wheels and of the gyro over pieces of half a second.
+struct TurnPairs {
+  double wheels2 = 0.0, gyro2 = 0.0, product = 0.0;
+
+  double slope() const { return product / wheels2; }
+  double correlation() const { return product / std::sqrt(wheels2 * gyro2); }
+};
+
+TurnPairs turn_pairs(const Robot& robot, const Rows& rows, const AlignedReadings& readings) {
+  constexpr double kPiece = 0.5;  // [s]
+  TurnPairs pairs;
+  double by_wheels = 0.0, by_gyro = 0.0, duration_s = 0.0;
+  for (const Increment& increment : readings.increments) {
+    if (!increment.has_gyro) continue;
+    by_wheels += estimate_twist(rows, readings_of(robot.chassis, rows, increment)).twist.dtheta;
+    by_gyro += (increment.gyro_rad - robot.chassis.gyro->bias_rad_s * increment.duration_s) *
+               robot.chassis.gyro->scale;
+    duration_s += increment.duration_s;
+    if (duration_s < kPiece) continue;
+    pairs.wheels2 += by_wheels * by_wheels;
+    pairs.gyro2 += by_gyro * by_gyro;
+    pairs.product += by_wheels * by_gyro;
+    by_wheels = by_gyro = duration_s = 0.0;
+  }
+  return pairs;
+}
+
+void compare_gyro(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
+                  std::vector<Problem>& problems) {
+  if (!robot.chassis.gyro || recording.gyro.time_s.empty()) return;
+  const Rows rows = rows_of(robot.chassis, false);
+  if (observability(rows).rank < 3) return;
+  const TurnPairs pairs = turn_pairs(robot, rows, readings);
+  constexpr double kLeastTurning = 0.1;  // [rad], root of the sum of squares
+  if (std::sqrt(pairs.wheels2) < kLeastTurning || pairs.gyro2 == 0.0) return;
+  const auto warn = [&](const char* kind, const std::string& message) {
+    problems.push_back({Severity::warning, kind, recording.gyro.origin.file, 1, message});
+  };
+  if (pairs.correlation() < -0.5)
+    warn("gyro sign",
+         "the gyro turns the other way than the wheels: it is mounted upside down ([gyro] scale = -1) or "
+         "left and right are swapped");
+  if (pairs.correlation() > 0.5 && pairs.slope() > 20.0)
+    warn("gyro unit",
+         fmt::format(
+             "the gyro turns {:.0f} times as far as the wheels: its rates look like degrees per second",
+             pairs.slope()));
+}
+
+}  // namespace
+
+std::vector<Problem> inspect(const Recording& recording) {
+  std::vector<Problem> problems;
+  const WheelStream& wheels = recording.wheels;
+  if (wheels.time_s.empty()) return problems;
+  WheelCourses courses{wheels.time_s, {}, {}};
+  for (const WheelSeries& series : wheels.series) {
+    CounterFindings findings;
+    const int bits = guessed_bits(wheels.time_s, series);
+    courses.wheel.push_back(series.wheel);
+    courses.value.push_back(
+        series.unit == WheelUnit::rate
+            ? course_of_rate(wheels.time_s, series.value).value
+            : course_of_counter(wheels.time_s, series.value, bits, longest_step(wheels.time_s), findings)
+                  .value);
+    report(findings, series.wheel, wheels.origin, problems);
+    if (bits > 0 && !findings.wraps.empty())
+      problems.back().message += fmt::format("; it looks like {} bits: tick_bits = {}", bits, bits);
+  }
+  find_stuck(courses, wheels.origin, problems);
+  return problems;
+}
+
+std::vector<Problem> inspect(const Recording& recording, const Robot& robot,
+                             const AlignedReadings& readings) {
+  std::vector<Problem> problems = readings.problems;
+  if (robot.chassis.wheel_count > 0) {
+    find_stuck(recording, robot, readings, problems);
+    compare_gyro(recording, robot, readings, problems);
+  }
+  return problems;
+}
+
+}  // namespace trundle

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "trundle/chassis/robot.hpp"
+#include "trundle/recording/increments.hpp"
+#include "trundle/recording/recording.hpp"
+
+namespace trundle {
+
+/// What is wrong with a recording beyond its rows: counters that start again, encoders that are stuck.
+/// Without a robot a counter's bits are guessed from its range.
+std::vector<Problem> inspect(const Recording& recording);
+
+/// The same with the robot at hand: what align() found, encoders that are stuck although the other sensors
+/// see the wheel roll, a gyro that turns the other way than the wheels or in degrees.
+std::vector<Problem> inspect(const Recording& recording, const Robot& robot, const AlignedReadings& readings);
+
+/// One stream at a glance.
+struct StreamSummary {
+  std::string stream;
+  std::vector<std::string> columns;  ///< of wheels
+  std::size_t rows = 0;
+  double start_s = 0.0;
+  double end_s = 0.0;
+  double rate_hz = 0.0;  ///< one over the median step; 0: unknown
+  std::size_t gaps = 0;  ///< steps longer than max(0.5 s, 5 median steps)
+  double longest_step_s = 0.0;
+};
+std::vector<StreamSummary> summaries_of(const Recording& recording);
+
+/// What is missing in a recording for calibration and odometry, and what to add, in sentences. Without a
+/// robot: in general.
+std::vector<std::string> missing_in(const Recording& recording, const Robot* robot);
+
+/// What the robot's sensors can and cannot tell, in sentences.
+struct Abilities {
+  std::vector<std::string> can;
+  std::vector<std::string> cannot;
+};
+Abilities abilities_of(const Robot& robot, bool with_gyro);
+
+/// The gyro at rest: where the wheels (the velocity stream) do not move for at least a second.
+struct GyroNoise {
+  double rest_s = 0.0;  ///< how long altogether
+  double bias_rad_s = 0.0;
+  double noise_rad_s_sqrt_hz = 0.0;              ///< white density
+  std::optional<double> bias_walk_rad_s_sqrt_s;  ///< from one rest to the next; nothing: too few rests
+};
+/// Nothing when the robot never rests while the gyro runs.
+std::optional<GyroNoise> gyro_noise(const Recording& recording);
+
+}  // namespace trundle

@@ -1,0 +1,114 @@
+#include "trundle/recording/recording.hpp"
+
+#include <algorithm>
+
+#include "trundle/io/error.hpp"
+#include "trundle/recording/detail/layouts.hpp"
+#include "trundle/recording/detail/recording_map.hpp"
+#include "trundle/recording/detail/streams.hpp"
+
+namespace trundle {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool has_native_file(const fs::path& folder) {
+  return std::any_of(kStreamKinds.begin(), kStreamKinds.end(),
+                     [&](StreamKind kind) { return fs::exists(folder / file_name_of(kind)); });
+}
+
+bool is_recording(const fs::path& path) {
+  if (!fs::is_directory(path)) return path.extension() == ".tuple";
+  return has_native_file(path) || fs::exists(path / "recording.toml") || is_mrclam(path);
+}
+
+void note_input(const fs::path& file, Recording& recording) {
+  const auto same = [&](const InputFile& input) { return input.path == file.string(); };
+  if (std::none_of(recording.inputs.begin(), recording.inputs.end(), same))
+    recording.inputs.push_back(input_file(file));
+}
+
+/// The streams that recording.toml maps.
+RecordingMap read_mapped(const fs::path& folder, Recording& recording) {
+  const fs::path file = folder / "recording.toml";
+  note_input(file, recording);
+  RecordingMap map = read_recording_map(file);
+  for (const auto& [kind, source] : map.streams) {
+    note_input(source.file, recording);
+    read_stream(kind, source, recording);
+  }
+  if (!map.tuple_file.empty()) {
+    note_input(map.tuple_file, recording);
+    read_tuples(map.tuple_file, recording);
+  }
+  if (!map.session.empty()) recording.session = map.session;
+  recording.partial = map.partial;
+  return map;
+}
+
+void read_native(const fs::path& folder, const RecordingMap& map, Recording& recording) {
+  for (const StreamKind kind : kStreamKinds) {
+    const fs::path file = folder / file_name_of(kind);
+    const auto mapped = [&](const auto& stream) { return stream.first == kind; };
+    if (!fs::exists(file) || std::any_of(map.streams.begin(), map.streams.end(), mapped)) continue;
+    note_input(file, recording);
+    read_stream(kind, native_source(kind, file), recording);
+  }
+}
+
+bool is_empty(const Recording& recording) {
+  return recording.wheels.time_s.empty() && recording.gyro.time_s.empty() &&
+         recording.velocity.time_s.empty() && recording.commands.time_s.empty() &&
+         recording.accel.time_s.empty() && recording.sightings.empty() && recording.landmarks.empty() &&
+         !recording.has_reference();
+}
+
+}  // namespace
+
+bool PartialReference::empty() const {
+  return !closed && !closed_heading && !distance_m && !turns && !end_x_m && !end_y_m && !end_heading_rad;
+}
+
+bool Recording::has_reference() const {
+  return !reference.time_s.empty() || !relative_motions.empty() || !partial.empty();
+}
+
+Recording read_recording(const fs::path& path, const ReadOptions& options) {
+  if (!fs::exists(path)) throw InputError(path.string(), "does not exist", "the folder of a recording");
+  if (!is_recording(path))
+    throw InputError(path.string(), "holds no recording",
+                     "a folder with wheels.csv or another stream, or recording.toml");
+  const fs::path whole = fs::canonical(path);
+  Recording recording;
+  recording.name = fs::is_directory(path) ? whole.filename().string() : whole.stem().string();
+  recording.session = whole.parent_path().filename().string();
+  if (!fs::is_directory(path)) {
+    note_input(path, recording);
+    read_tuples(path, recording);
+  } else if (is_mrclam(path)) {
+    read_mrclam(path, options.robot_number, recording);
+  } else {
+    const RecordingMap map =
+        fs::exists(path / "recording.toml") ? read_mapped(path, recording) : RecordingMap{};
+    read_native(path, map, recording);
+  }
+  if (is_empty(recording))
+    throw InputError(path.string(), "holds no samples", "at least one stream with rows");
+  return recording;
+}
+
+std::vector<fs::path> recordings_below(const fs::path& folder) {
+  if (is_recording(folder)) return {folder};
+  if (!fs::is_directory(folder))
+    throw InputError(folder.string(), "is not a folder", "the folder of a recording");
+  std::vector<fs::path> found;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (!entry.is_directory()) continue;
+    const std::vector<fs::path> inside = recordings_below(entry.path());
+    found.insert(found.end(), inside.begin(), inside.end());
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+}  // namespace trundle

@@ -1,0 +1,166 @@
+#pragma once
+
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "trundle/geometry/trajectory.hpp"
+#include "trundle/io/file.hpp"
+#include "trundle/recording/line_map.hpp"
+
+namespace trundle {
+
+inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
+
+/// In order of precedence where a file gives several for one wheel.
+enum class WheelUnit {
+  ticks,    ///< cumulative counts, possibly wrapped
+  radians,  ///< cumulative angle
+  metres,   ///< cumulative travel
+  rate,     ///< [rad/s], the mean over (t_{k−1}, t_k]
+};
+
+/// Where a stream was read: nothing for streams made in memory.
+struct StreamOrigin {
+  std::string file;
+  LineMap lines;
+
+  /// "file:line" of a row, the file alone or "row n" where that is all that is known.
+  std::string place_of(std::size_t row) const;
+};
+
+/// One wheel's column in wheels.csv; NaN where the cell was empty.
+struct WheelSeries {
+  std::string wheel;
+  WheelUnit unit = WheelUnit::ticks;
+  std::vector<double> value;
+};
+
+struct WheelStream {
+  std::vector<double> time_s;
+  std::vector<WheelSeries> series;
+  StreamOrigin origin = {};
+};
+
+struct GyroStream {
+  std::vector<double> time_s;
+  std::vector<double> yaw_rate_rad_s;  ///< the mean over (t_{k−1}, t_k], NaN where the cell was empty
+  StreamOrigin origin = {};
+};
+
+/// commands.csv and velocity.csv. Velocities are the mean over (t_{k−1}, t_k].
+struct VelocityStream {
+  std::vector<double> time_s;
+  std::vector<double> forward_m_s;
+  std::vector<double> yaw_rate_rad_s;
+  StreamOrigin origin = {};
+};
+
+struct AccelStream {
+  std::vector<double> time_s;
+  std::vector<double> x_m_s2;
+  std::vector<double> y_m_s2;
+};
+
+struct Sighting {
+  double time_s = 0.0;
+  std::string landmark;  ///< empty: unknown
+  double range_m = 0.0;
+  double bearing_rad = 0.0;
+};
+
+struct Landmark {
+  std::string name;
+  Vector2 position;
+};
+
+/// reference.csv: NaN where not measured; the heading continuous within each stretch without a gap.
+struct ReferenceStream {
+  std::vector<double> time_s;
+  std::vector<double> x_m;
+  std::vector<double> y_m;
+  std::vector<double> heading_rad;
+  StreamOrigin origin = {};
+};
+
+/// Displacements of the reference sensor in its own frame over intervals, as scan matching gives them.
+struct RelativeMotion {
+  double start_s = 0.0;
+  double end_s = 0.0;
+  Pose2 motion;
+};
+
+/// A measured number and its 1σ.
+struct Measured {
+  double value = 0.0;
+  double sigma = 0.0;
+};
+
+/// What was measured of a run as a whole, of the reference sensor: the [reference] table of recording.toml.
+/// 'Start' and 'end' are the first and the last instant of the recording's increments.
+struct PartialReference {
+  std::optional<Measured> closed;  ///< ends where it started: value 0, sigma of x and of y each [m]
+  std::optional<Measured>
+      closed_heading;                  ///< and heads as it started, full turns aside: value 0, sigma [rad]
+  std::optional<Measured> distance_m;  ///< straight line from start to end, not the length of the path
+  std::optional<Measured> turns;    ///< net turning, full turns, counter-clockwise positive; sigma in turns
+  std::optional<Measured> end_x_m;  ///< end position in the frame of the start pose
+  std::optional<Measured> end_y_m;
+  std::optional<Measured> end_heading_rad;  ///< of the end in the frame of the start, full turns aside
+
+  bool empty() const;
+};
+
+/// Sigmas that a [reference] table takes where it names none.
+inline constexpr double kDefaultPositionSigma = 0.005;                ///< [m], by tape measure
+inline constexpr double kDefaultHeadingSigma = 0.017453292519943295;  ///< [rad], one degree
+
+enum class Severity { note, warning };
+
+/// Something found in a log: counted, with the first place.
+struct Problem {
+  Severity severity = Severity::warning;
+  std::string kind;   ///< "gap", "duplicate", "back-step", "nan", "counter reset", "stuck encoder", ...
+  std::string place;  ///< "file:line" of the first
+  std::size_t count = 1;
+  std::string message;  ///< one sentence a person can act on
+};
+
+/// Everything one folder holds. Streams that are absent are empty.
+struct Recording {
+  std::string name;     ///< of the folder
+  std::string session;  ///< recordings of one session share it; default: the parent folder
+  WheelStream wheels;
+  GyroStream gyro;
+  VelocityStream velocity;
+  VelocityStream commands;
+  AccelStream accel;
+  std::vector<Sighting> sightings;
+  ReferenceStream reference;
+  std::vector<RelativeMotion> relative_motions;
+  PartialReference partial;
+  std::vector<Landmark> landmarks;
+  std::vector<Problem> problems;
+  std::vector<InputFile> inputs;
+
+  bool has_reference() const;
+};
+
+struct ReadOptions {
+  int robot_number = 0;  ///< UTIAS MRCLAM folders hold several robots; 0: not given
+};
+
+/// Reads a recording folder: native CSV files, recording.toml, or a known layout (UTIAS MRCLAM).
+/// Throws InputError with file, line, fact and expectation.
+Recording read_recording(const std::filesystem::path& folder, const ReadOptions& options = {});
+
+/// The recordings below a folder: the folder itself if it is one, else those of its sub-folders in name
+/// order.
+std::vector<std::filesystem::path> recordings_below(const std::filesystem::path& folder);
+
+/// Writes the native files of a recording into a folder.
+void write_recording(const Recording& recording, const std::filesystem::path& folder);
+
+}  // namespace trundle

@@ -1,0 +1,141 @@
+#include "trundle/recording/detail/table.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "trundle/io/error.hpp"
+
+namespace trundle {
+namespace {
+
+/// The column's place in the file.
+std::size_t index_of(const ColumnSource& source, const CsvTable& table) {
+  if (source.name.empty()) {
+    if (source.number >= 1 && source.number <= table.columns()) return source.number - 1;
+    throw InputError(
+        source.place,
+        fmt::format("column {} is beyond the {} columns of {}", source.number, table.columns(), table.file()),
+        fmt::format("a number from 1 to {}", table.columns()));
+  }
+  if (const auto index = table.column_named(source.name)) return *index;
+  const std::string nearest = nearest_name(source.name, table.names());
+  const std::string fact = fmt::format("has no column '{}'", source.name);
+  if (source.place.empty())
+    throw InputError(place(table.file(), table.header_line()), fact,
+                     nearest.empty() ? fmt::format("a header with '{}'", source.name)
+                                     : fmt::format("'{}' in place of '{}'", source.name, nearest));
+  throw InputError(source.place, table.file() + " " + fact,
+                   nearest.empty() ? fmt::format("one of {}", fmt::join(table.names(), ", "))
+                                   : fmt::format("'{}' in place of '{}'", nearest, source.name));
+}
+
+bool is_missing(const ColumnSource& source, const CsvTable& table) {
+  return source.optional && source.number == 0 && source.place.empty() && !table.column_named(source.name);
+}
+
+InputError no_column(const StreamSource& source, const CsvTable& table) {
+  std::string names;
+  for (const ColumnSource& column : source.columns) names += (names.empty() ? "" : " or ") + column.column;
+  return InputError(source.place.empty() ? place(table.file(), table.header_line()) : source.place,
+                    "has none of the stream's columns", names);
+}
+
+void add_to_all(std::vector<double>& values, double offset) {
+  if (offset != 0.0)
+    for (double& value : values) value += offset;
+}
+
+/// The columns to read from the file: each once, though several columns of the stream may come from it.
+class Selection {
+ public:
+  explicit Selection(std::string place) : place_(std::move(place)) {}
+  /// Returns the position of the column's cells among those that are read.
+  std::size_t add(const CsvColumn& column) {
+    const auto same = [&](const CsvColumn& other) { return other.index == column.index; };
+    const auto found = std::find_if(wanted_.begin(), wanted_.end(), same);
+    if (found == wanted_.end()) {
+      wanted_.push_back(column);
+      return wanted_.size() - 1;
+    }
+    if (found->kind != column.kind)
+      throw InputError(place_, fmt::format("uses column {} for two kinds of values", column.index + 1),
+                       "a column each for stamps, numbers and names");
+    return static_cast<std::size_t>(found - wanted_.begin());
+  }
+  const std::vector<CsvColumn>& wanted() const { return wanted_; }
+
+ private:
+  std::string place_;
+  std::vector<CsvColumn> wanted_;
+};
+
+std::vector<double> stamps_of(const StreamSource& source, std::size_t rows) {
+  std::vector<double> time_s(rows);
+  for (std::size_t row = 0; row < rows; ++row) time_s[row] = static_cast<double>(row) / source.rate_hz;
+  return time_s;
+}
+
+/// All rows as they are, in the stream's columns and units.
+Table read_rows(const StreamSource& source, std::vector<Problem>& problems) {
+  const MappedFile file(source.file);
+  const CsvTable csv(file.text(), source.file.string(), source.format);
+  Selection selection(source.place.empty() ? csv.file() : source.place);
+  std::vector<std::optional<std::size_t>> positions;
+  for (const ColumnSource& column : source.columns) {
+    if (is_missing(column, csv)) {
+      positions.emplace_back();
+    } else {
+      positions.emplace_back(selection.add({index_of(column, csv), column.kind, source.time_scale}));
+    }
+  }
+  std::optional<std::size_t> time;
+  if (source.time) time = selection.add({index_of(*source.time, csv), CellKind::time, source.time_scale});
+  if (!source.columns.empty() && selection.wanted().size() == (time ? 1 : 0)) throw no_column(source, csv);
+
+  CsvRows rows = csv.read(selection.wanted());
+  if (rows.truncated_line)
+    problems.push_back({Severity::warning, "cut off", place(csv.file(), *rows.truncated_line), 1,
+                        "the last line breaks off and was left out"});
+  Table table;
+  const std::size_t count = rows.count();
+  table.origin = {csv.file(), std::move(rows.lines)};
+  table.time_s = time ? std::move(rows.numbers[*time]) : stamps_of(source, count);
+  add_to_all(table.time_s, source.time_offset_s);
+  for (std::size_t i = 0; i < source.columns.size(); ++i) {
+    const ColumnSource& column = source.columns[i];
+    table.numbers.push_back(positions[i] ? rows.numbers[*positions[i]]
+                                         : std::vector<double>(count, kNotMeasured));
+    table.texts.push_back(positions[i] ? rows.texts[*positions[i]] : std::vector<std::string>(count));
+    if (column.scale != 1.0)
+      for (double& value : table.numbers.back()) value *= column.scale;
+    if (column.kind == CellKind::time) add_to_all(table.numbers.back(), source.time_offset_s);
+  }
+  return table;
+}
+
+}  // namespace
+
+Table read_table(const StreamSource& source, const RowRules& rules, std::vector<Problem>& problems) {
+  Table table = read_rows(source, problems);
+  clean(table, source, rules, problems);
+  return table;
+}
+
+std::optional<double> first_stamp(const StreamSource& source) {
+  if (!source.time) return std::nullopt;
+  constexpr std::size_t kHead = 65536;
+  const MappedFile file(source.file);
+  const std::string_view head = file.text().substr(0, kHead);
+  const CsvTable csv(head.substr(0, head.rfind('\n') + 1), source.file.string(), source.format);
+  const CsvColumn stamp{index_of(*source.time, csv), CellKind::time, {source.time_scale.unit_exponent, 0}};
+  const CsvRows rows = csv.read({&stamp, 1});
+  const auto found =
+      std::find_if(rows.numbers[0].begin(), rows.numbers[0].end(), [](double t) { return std::isfinite(t); });
+  if (found == rows.numbers[0].end()) return std::nullopt;
+  return *found;
+}
+
+}  // namespace trundle

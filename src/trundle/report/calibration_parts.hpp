@@ -1,0 +1,26 @@
+#pragma once
+
+#include <span>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "trundle/calibration/result.hpp"
+
+namespace trundle {
+
+// The parts of a calibration.json (docs/calibration-json.md), each a value of its own.
+
+/// "parameters": an array, with intervals and, for a held one, the sentence why.
+nlohmann::ordered_json parameters_json(const CalibrationResult& result);
+/// "correlation": names and matrices of the observable parameters.
+nlohmann::ordered_json correlation_json(const CalibrationResult& result);
+/// "directions": an array, each with what it is in words.
+nlohmann::ordered_json directions_json(const CalibrationResult& result);
+/// "runs": an array, with the trajectories to draw.
+nlohmann::ordered_json runs_json(std::span<const RunResult> runs);
+/// "errors": before and after, over the training and over the hold-out runs.
+nlohmann::ordered_json errors_json(std::span<const RunResult> runs);
+/// "end_points": the scatter of the closed runs by turn, before and after.
+nlohmann::ordered_json end_points_json(std::span<const RunResult> runs);
+
+}  // namespace trundle

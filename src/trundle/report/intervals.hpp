@@ -1,0 +1,23 @@
+#pragma once
+
+#include <optional>
+#include <utility>
+
+#include "trundle/calibration/result.hpp"
+
+namespace trundle {
+
+/// Lower and upper end, in the unit of the parameter.
+using Interval = std::pair<double, double>;
+
+/// Where the parameter lies by the noise of these runs alone: value ± 1.96 σ_w. Nothing for a held one.
+std::optional<Interval> interval95_within(const ParameterEstimate& estimate);
+
+/// Where a further session of this robot is expected: value ± t_{k−1} √(s_b² (1 + 1/k) + σ_w²).
+/// Nothing for a held parameter, and where the spread from session to session is unknown.
+std::optional<Interval> interval95_between(const ParameterEstimate& estimate, int sessions);
+
+/// √(σ_w² + s_b²), the latter where it is known.
+double total_sigma(const ParameterEstimate& estimate);
+
+}  // namespace trundle

@@ -1,0 +1,36 @@
+#include "trundle/report/page.hpp"
+
+#include <cassert>
+
+#include <nlohmann/json.hpp>
+
+namespace trundle {
+
+using Json = nlohmann::ordered_json;
+
+std::string json_for_script(const Json& document) {
+  std::string escaped;
+  for (const char c : document.dump(-1, ' ', false, Json::error_handler_t::replace)) {
+    if (c == '<') {
+      escaped += "\\u003c";  // '<' occurs only inside strings, where this means the same
+    } else {
+      escaped += c;
+    }
+  }
+  return escaped;
+}
+
+std::string report_page(const Json& results, const Json& provenance) {
+  std::string page(page_template());
+  const std::size_t mark = page.find(kDataMark);
+  assert(mark != std::string::npos);
+  return page.replace(mark, kDataMark.size(),
+                      json_for_script({{"provenance", provenance}, {"results", results}}));
+}
+
+std::string calibration_page(const Json& calibration) {
+  const Json result = {{"label", ""}, {"document", calibration}};
+  return report_page(Json::array({result}), nullptr);
+}
+
+}  // namespace trundle

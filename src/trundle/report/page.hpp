@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace trundle {
+
+/// One HTML file that shows results: style, drawing (web/, inlined when the library is built) and data in
+/// one; it fetches nothing and opens from disk. `results` is an array of
+///   {"label": where it came from, "document": calibration_json(...)}
+/// and `provenance` that of the page itself, or null. Whatever stands in their strings is shown as text,
+/// never read as markup.
+std::string report_page(const nlohmann::ordered_json& results, const nlohmann::ordered_json& provenance);
+
+/// The page of one calibration.
+std::string calibration_page(const nlohmann::ordered_json& calibration);
+
+/// JSON as it may stand inside <script type="application/json">: every '<' escaped, so that neither </script>
+/// nor <!-- can occur. Parses back to the same value.
+std::string json_for_script(const nlohmann::ordered_json& document);
+
+/// The page before the data: web/index.html with style and modules inlined. Holds kDataMark once.
+std::string_view page_template();
+inline constexpr std::string_view kDataMark = "{{data}}";
+
+}  // namespace trundle

@@ -1,0 +1,191 @@
+#include "trundle/simulation/drive.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "trundle/simulation/kinematics.hpp"
+#include "trundle/simulation/streams.hpp"
+
+namespace trundle {
+namespace {
+
+// Times closer than this are one.
+constexpr double kSameTime_s = 1e-9;
+
+/// The segments on the time line, each ending where the next begins; the last one is rest until the last
+/// sample.
+struct TimedSegment {
+  double start_s = 0.0;
+  double end_s = 0.0;
+  Twist2 motion;
+};
+
+double snapped(double time_s, double rate_hz) {
+  const double sample = std::round(time_s * rate_hz) / rate_hz;
+  return std::abs(time_s - sample) < kSameTime_s ? sample : time_s;
+}
+
+std::vector<TimedSegment> time_line(const Scenario& scenario) {
+  const double rate = scenario.encoders.rate_hz;
+  const Path path = scenario.whole_intervals ? in_whole_intervals(scenario.path, rate) : scenario.path;
+  std::vector<TimedSegment> line;
+  double clock = 0.0;
+  for (const Segment& segment : path) {
+    const double start = snapped(clock, rate);
+    clock += segment.duration_s;
+    line.push_back({start, snapped(clock, rate), segment.motion});
+  }
+  const double end = line.empty() ? 0.0 : line.back().end_s;
+  line.push_back({end, std::ceil(end * rate - kSameTime_s) / rate, {}});
+  return line;
+}
+
+/// Where twist or bookkeeping changes: samples, ends of segments, edges of slips.
+std::vector<double> cut_times(const std::vector<TimedSegment>& line, const std::vector<SlipBurst>& slips,
+                              double rate_hz) {
+  std::vector<double> cuts;
+  const double end = line.back().end_s;
+  for (int k = 0; k / rate_hz <= end; ++k) cuts.push_back(k / rate_hz);
+  for (const TimedSegment& segment : line) cuts.push_back(segment.end_s);
+  for (const SlipBurst& slip : slips)
+    for (const double t : {slip.span.start_s, slip.span.end_s()})
+      if (t > 0.0 && t < end) cuts.push_back(snapped(t, rate_hz));
+  std::ranges::sort(cuts);
+  const auto same = [](double a, double b) { return b - a < kSameTime_s; };
+  cuts.erase(std::unique(cuts.begin(), cuts.end(), same), cuts.end());
+  return cuts;
+}
+
+bool overlaps(const TimeSpan& a, const TimeSpan& b) {
+  return a.start_s < b.end_s() && b.start_s < a.end_s();
+}
+
+std::vector<SlipBurst> all_slips(const Scenario& scenario, double end_s) {
+  constexpr int kTries = 1000;
+  std::vector<SlipBurst> slips = scenario.slips;
+  const RandomSlips& wanted = scenario.random_slips;
+  Random random = random_for(scenario.seed, RandomStream::slips);
+  const std::size_t count = slips.size() + static_cast<std::size_t>(wanted.count);
+  for (int i = 0; i < kTries && slips.size() < count; ++i) {
+    SlipBurst slip;
+    slip.wheel =
+        static_cast<int>(random.below(static_cast<std::uint64_t>(scenario.truth.chassis.wheel_count)));
+    slip.span.duration_s = random.uniform(wanted.shortest_s, wanted.longest_s);
+    slip.span.start_s = random.uniform(0.0, std::max(0.0, end_s - slip.span.duration_s));
+    slip.factor = random.uniform(wanted.least_factor, wanted.greatest_factor);
+    if (std::ranges::none_of(slips, [&](const SlipBurst& s) { return overlaps(s.span, slip.span); }))
+      slips.push_back(slip);
+  }
+  return slips;
+}
+
+/// Draws the errors of an interval and keeps the books of the slips.
+class ErrorSource {
+ public:
+  ErrorSource(const Scenario& scenario, const Rows& rows, std::vector<SlipBurst> slips)
+      : noise_(scenario.truth.chassis.noise),
+        steering_(scenario.steering),
+        rows_(rows),
+        slips_(std::move(slips)),
+        wheels_(random_for(scenario.seed, RandomStream::wheels)),
+        lateral_(random_for(scenario.seed, RandomStream::lateral)) {
+    for (const SlipBurst& slip : slips_) truths_.push_back({slip.wheel, slip.span});
+  }
+
+  RowErrors draw(const RowVector& travel, const TimeSpan& interval) {
+    RowErrors errors{RowVector::Zero(rows_.measured), RowVector::Zero(rows_.count() - rows_.measured)};
+    if (!travel.isZero(0.0)) {
+      for (int i = 0; i < rows_.measured; ++i) errors.measured[i] = wheels_.normal(row_sigma(i, travel));
+      const double mean_travel = mean_wheel_travel(travel);
+      for (int i = rows_.measured; i < rows_.count(); ++i)
+        errors.lateral[i - rows_.measured] = lateral_.normal(lateral_per_sqrt_m(i) * std::sqrt(mean_travel));
+    }
+    add_slips(travel, interval, errors);
+    return errors;
+  }
+
+  const std::vector<SlipTruth>& slips() const { return truths_; }
+
+ private:
+  double row_sigma(int i, const RowVector& travel) const {
+    if (rows_.row[static_cast<std::size_t>(i)].kind == RowKind::turn)
+      return std::hypot(noise_.turn_per_sqrt_rad * std::sqrt(std::abs(travel[i])),
+                        noise_.turn_per_sqrt_m * std::sqrt(std::abs(travel[0])));
+    return noise_.wheel_per_sqrt_m * std::sqrt(std::abs(travel[i]));
+  }
+
+  double mean_wheel_travel(const RowVector& travel) const {
+    return rows_.row[0].kind == RowKind::forward ? std::abs(travel[0]) : travel.cwiseAbs().mean();
+  }
+
+  double lateral_per_sqrt_m(int i) const {
+    const bool skids = rows_.row[static_cast<std::size_t>(i)].kind == RowKind::skid_lateral;
+    return skids ? noise_.skid_per_sqrt_m : noise_.lateral_per_sqrt_m;
+  }
+
+  void add_slips(const RowVector& travel, const TimeSpan& interval, RowErrors& errors) {
+    for (std::size_t i = 0; i < slips_.size(); ++i) {
+      const SlipBurst& slip = slips_[i];
+      const double middle = interval.start_s + 0.5 * interval.duration_s;
+      if (middle < slip.span.start_s || middle >= slip.span.end_s()) continue;
+      const double excess =
+          excess_of_factor(slip.factor, travel[slip.wheel]) + slip.excess_m_s * interval.duration_s;
+      errors.measured[slip.wheel] += excess;
+      truths_[i].excess_m += excess;
+      truths_[i].ground_m += steering_ == Steering::truth ? travel[slip.wheel] : travel[slip.wheel] - excess;
+    }
+  }
+
+  /// Wheel travel = factor · ground travel; what is given is the ground's travel when the truth drives the
+  /// path, the wheel's when odometry does.
+  double excess_of_factor(double factor, double travel) const {
+    if (steering_ == Steering::truth) return (factor - 1.0) * travel;
+    assert(factor > 0.0);
+    return (1.0 - 1.0 / factor) * travel;
+  }
+
+  ChassisNoise noise_;
+  Steering steering_;
+  const Rows& rows_;
+  std::vector<SlipBurst> slips_;
+  std::vector<SlipTruth> truths_;
+  Random wheels_;
+  Random lateral_;
+};
+
+Moment moved(const Moment& before, double time_s, const Motion& motion, const Chassis& truth) {
+  Moment after{time_s, before.body * exp(motion.twist), before.turned};
+  for (int i = 0; i < motion.travel.size(); ++i) {
+    const auto w = static_cast<std::size_t>(i);
+    const double metres_per_unit = truth.wheel_count == 0 ? 1.0 : kPi * truth.wheels()[w].diameter_m;
+    after.turned[w] += motion.travel[i] / metres_per_unit;
+  }
+  return after;
+}
+
+}  // namespace
+
+Drive drive(const Scenario& scenario) {
+  const std::vector<TimedSegment> line = time_line(scenario);
+  const std::vector<SlipBurst> slips = all_slips(scenario, line.back().end_s);
+  const Kinematics kinematics(scenario);
+  ErrorSource error_source(scenario, kinematics.rows(), slips);
+  Drive result;
+  result.moments.push_back({0.0, scenario.start, {}});
+  auto segment = line.begin();
+  for (const double end : cut_times(line, slips, scenario.encoders.rate_hz)) {
+    const Moment& before = result.moments.back();
+    if (end <= before.time_s) continue;
+    while (segment->end_s < end - kSameTime_s) ++segment;
+    const double share = (end - before.time_s) / (segment->end_s - segment->start_s);
+    const Twist2 commanded = Twist2::from(share * segment->motion.vector());
+    const RowVector ideal = kinematics.ideal_travel(commanded);
+    const RowErrors errors = error_source.draw(ideal, {before.time_s, end - before.time_s});
+    result.moments.push_back(moved(before, end, kinematics.move(commanded, errors), scenario.truth.chassis));
+  }
+  result.slips = error_source.slips();
+  return result;
+}
+
+}  // namespace trundle

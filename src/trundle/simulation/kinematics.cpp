@@ -1,0 +1,107 @@
+#include "trundle/simulation/kinematics.hpp"
+
+#include <cassert>
+
+#include <Eigen/Dense>
+
+#include "trundle/io/error.hpp"
+
+namespace trundle {
+namespace {
+
+using RowBlock = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxRows + 1, 3>;
+
+int lateral_count(const Rows& rows) {
+  return rows.count() - rows.measured;
+}
+
+/// Changes the translation alone so that the lateral rows read `lateral`; least squares where they
+/// contradict.
+Vector3 without_skidding(const Rows& rows, const Twist2& commanded, const RowVector& lateral) {
+  Vector3 xi = commanded.vector();
+  if (lateral_count(rows) == 0) return xi;
+  const auto N = rows.H.bottomRows(lateral_count(rows));
+  const RowVector missing = lateral - N * xi;
+  const Matrix2 NtN = N.leftCols<2>().transpose() * N.leftCols<2>();
+  const Vector2 Ntm = N.leftCols<2>().transpose() * missing;
+  // Of rank 1 when all axles are parallel: move across them only.
+  const double trace = NtN.trace();
+  const double determinant = NtN.determinant();
+  const bool parallel = determinant < 1e-12 * trace * trace;
+  xi.head<2>() += parallel ? Vector2(Ntm / trace) : Vector2(NtN.inverse() * Ntm);
+  return xi;
+}
+
+RowVector ratios_of_diameters(const Scenario& scenario, const Rows& rows) {
+  RowVector ratio = RowVector::Ones(rows.measured);
+  for (int i = 0; i < scenario.truth.chassis.wheel_count; ++i) {
+    const auto w = static_cast<std::size_t>(i);
+    ratio[i] =
+        scenario.truth.chassis.wheels()[w].diameter_m / scenario.nominal.chassis.wheels()[w].diameter_m;
+  }
+  return ratio;
+}
+
+int rank_of(const RowBlock& H) {
+  Eigen::ColPivHouseholderQR<RowBlock> qr(H);
+  qr.setThreshold(1e-9);
+  return static_cast<int>(qr.rank());
+}
+
+}  // namespace
+
+Kinematics::Kinematics(const Scenario& scenario)
+    : steering_(scenario.steering),
+      nominal_rows_(rows_of(scenario.nominal.chassis, false)),
+      true_rows_(rows_of(scenario.truth.chassis, false)),
+      diameter_ratio_(ratios_of_diameters(scenario, true_rows_)) {
+  assert(scenario.nominal.chassis.wheel_count == scenario.truth.chassis.wheel_count);
+  if (steering_ == Steering::odometry) prepare_solver(scenario);
+}
+
+void Kinematics::prepare_solver(const Scenario& scenario) {
+  RowBlock H = true_rows_.H;
+  const auto& gyro = scenario.truth.chassis.gyro;
+  if (rank_of(H) < 3 && gyro && scenario.nominal.chassis.gyro) {
+    holds_heading_ = true;
+    gyro_scale_ratio_ = gyro->scale / scenario.nominal.chassis.gyro->scale;
+    H.conservativeResize(H.rows() + 1, 3);
+    H.row(H.rows() - 1) << 0.0, 0.0, 1.0;
+  }
+  if (rank_of(H) < 3)
+    throw CannotAnswer(
+        "the wheels do not see every direction of motion, so the robot cannot steer by them: "
+        "choose the truth as the one that drives the path, or add a gyro or wheels");
+  const Matrix3 HtH = H.transpose() * H;
+  twist_from_readings_ = HtH.inverse() * H.transpose();
+}
+
+RowVector Kinematics::ideal_travel(const Twist2& commanded) const {
+  const Rows& rows = steering_ == Steering::odometry ? nominal_rows_ : true_rows_;
+  const Vector3 xi = without_skidding(rows, commanded, RowVector::Zero(lateral_count(rows)));
+  const RowVector travel = rows.H.topRows(rows.measured) * xi;
+  if (steering_ == Steering::truth) return travel;
+  return diameter_ratio_.cwiseProduct(travel);  // the same revolutions of the true wheels
+}
+
+Motion Kinematics::move(const Twist2& commanded, const RowErrors& errors) const {
+  const auto H = true_rows_.H.topRows(true_rows_.measured);
+  if (steering_ == Steering::truth) {
+    const Vector3 xi = without_skidding(true_rows_, commanded, errors.lateral);
+    return {Twist2::from(xi), H * xi + errors.measured};
+  }
+  const RowVector asked = ideal_travel(commanded);
+  const Vector3 xi = solve(asked - errors.measured, errors.lateral, commanded.dtheta);
+  const Vector3 xi_without_errors = solve(asked, RowVector::Zero(errors.lateral.size()), commanded.dtheta);
+  return {Twist2::from(xi), asked + errors.measured - H * (xi_without_errors - xi)};
+}
+
+Vector3 Kinematics::solve(const RowVector& travel, const RowVector& lateral, double held_turn) const {
+  Readings z(twist_from_readings_.cols());
+  z.head(travel.size()) = travel;
+  z.segment(travel.size(), lateral.size()) = lateral;
+  if (holds_heading_) z[z.size() - 1] = gyro_scale_ratio_ * held_turn;
+  return twist_from_readings_ * z;
+}
+
+}  // namespace trundle

@@ -1,0 +1,174 @@
+#include "trundle/simulation/scenario_file.hpp"
+
+#include <algorithm>
+
+#include "trundle/io/file.hpp"
+#include "trundle/simulation/detail/path_table.hpp"
+#include "trundle/simulation/detail/sensor_options.hpp"
+#include "trundle/simulation/detail/true_robot.hpp"
+
+namespace trundle {
+namespace scenario_file {
+
+namespace {
+
+// Streams of a plan's seed; runs take those from kFirstRun on, sessions from kFirstSession on.
+constexpr std::uint64_t kFirstSession = 1000;
+constexpr std::uint64_t kFirstRun = 1000000;
+constexpr std::uint64_t kPathStream = 200;
+
+SlipBurst read_slip(const Section& section, const Scenario& scenario) {
+  check_keys(section, names_with({"wheel"}, kSpan, kSlip));
+  SlipBurst slip;
+  slip.wheel = static_cast<int>(read_word(section, "wheel", scenario.nominal.wheel_names));
+  read_numbers(section, kSpan, slip.span);
+  read_numbers(section, kSlip, slip);
+  if (slip.factor == 0.0 && scenario.steering == Steering::odometry)
+    fail(section.source, section.table.get("factor")->source(),
+         in(section, "a locked wheel (factor 0) on a robot that steers by its wheels"),
+         "a factor above 0, or steering = \"truth\"");
+  return slip;
+}
+
+void read_slips(const Section& run, Scenario& scenario) {
+  for (const Section& section : tables(run, "slip", "[[run.slip]]"))
+    scenario.slips.push_back(read_slip(section, scenario));
+  RandomSlips& slips = scenario.random_slips;
+  read_options(run, "random_slips", {"count"}, kRandomSlips, slips,
+               [&](const Section& s) { read_whole(s, "count", 0, 10000, slips.count); });
+  if (slips.count > 0 && scenario.truth.chassis.wheel_count == 0)
+    fail(run.source, run.table.source(), in(run, "slip of a robot without wheels"), "none");
+}
+
+/// Everything of the file that runs have in common.
+struct Common {
+  Scenario scenario;
+  Pace pace;
+};
+
+Steering read_steering(const Section& file) {
+  static const std::vector<std::string> words = {"odometry", "truth"};
+  if (!file.table.contains("steering")) return Steering::odometry;
+  return read_word(file, "steering", words) == 0 ? Steering::odometry : Steering::truth;
+}
+
+Common read_common(const Section& file, const Robot& nominal, std::uint64_t seed) {
+  Common common;
+  Scenario& scenario = common.scenario;
+  scenario.nominal = nominal;
+  scenario.truth = read_truth(file, nominal);
+  scenario.steering = read_steering(file);
+  read_flag(file, "whole_intervals", scenario.whole_intervals);
+  read_sensors(file, scenario, common.pace);
+  scenario.landmarks = read_landmarks(file, seed);
+  scenario.seed = seed;
+  return common;
+}
+
+std::string name_of_run(const Section& run) {
+  if (!run.table.contains("name")) return "run";
+  const std::string name = text(run, "name", "a string");
+  const bool is_folder_name =
+      !name.empty() && name.find_first_of("/\\") == std::string::npos && name[0] != '.';
+  if (!is_folder_name)
+    fail(run.source, run.table.get("name")->source(), in(run, fmt::format("name is \"{}\"", name)),
+         "the name of a folder");
+  return name;
+}
+
+/// The repetitions of one [[run]] in one session.
+void plan_run(const Section& run, const Common& common, const std::string& session, Plan& plan) {
+  static const std::vector<std::string> known = [] {
+    std::vector<std::string> names = {"name", "repeat", "path", "slip", "random_slips"};
+    names.insert(names.end(), sensor_sections().begin(), sensor_sections().end());
+    return names;
+  }();
+  check_keys(run, known);
+  const std::string name = name_of_run(run);
+  int repeat = 1;
+  read_whole(run, "repeat", 1, 9999, repeat);
+  for (int i = 1; i <= repeat; ++i) {
+    Common own = common;
+    own.scenario.seed = Random(plan.seed, kFirstRun + plan.runs.size()).bits();
+    read_sensors(run, own.scenario, own.pace);
+    Random path_random(own.scenario.seed, kPathStream);
+    own.scenario.path = read_path(run, own.pace, own.scenario.start, path_random);
+    read_slips(run, own.scenario);
+    plan.runs.push_back(
+        {repeat == 1 ? name : fmt::format("{}_{:02}", name, i), session, std::move(own.scenario)});
+  }
+}
+
+void demand_different_names(const Section& file, const Plan& plan) {
+  std::vector<std::string> places;
+  for (const PlannedRun& run : plan.runs) places.push_back(run.session + "/" + run.name);
+  std::ranges::sort(places);
+  const auto twice = std::ranges::adjacent_find(places);
+  if (twice != places.end())
+    fail(file.source, file.table.get("run")->source(), fmt::format("two runs are named \"{}\"", *twice),
+         "a different name for each");
+}
+
+void plan_sessions(const Section& file, const Common& common, Plan& plan) {
+  int sessions = 1;
+  read_whole(file, "sessions", 1, 9999, sessions);
+  const SessionSpread spread(file, common.scenario.nominal);
+  for (int i = 1; i <= sessions; ++i) {
+    Common own = common;
+    Random random(plan.seed, kFirstSession + static_cast<std::uint64_t>(i));
+    own.scenario.truth = spread.drawn(common.scenario.truth, random);
+    const std::string session = sessions == 1 ? plan.name : fmt::format("{}_{:02}", plan.name, i);
+    for (const Section& run : tables(file, "run", "[[run]]")) plan_run(run, own, session, plan);
+  }
+  if (!plan.runs.empty()) demand_different_names(file, plan);
+}
+
+std::optional<PlannedSheet> read_sheet(const Section& file, const Common& common) {
+  if (!file.table.contains("sheet")) return std::nullopt;
+  PlannedSheet sheet{common.scenario, {.pace = common.pace}};
+  read_options(file, "sheet", {"runs", "with_leg"}, kSheet, sheet.plan, [&](const Section& s) {
+    read_whole(s, "runs", 1, 9999, sheet.plan.runs);
+    read_flag(s, "with_leg", sheet.plan.with_leg);
+  });
+  return sheet;
+}
+
+Plan read(const Section& file, const std::filesystem::path& path, std::optional<std::uint64_t> seed) {
+  static const std::vector<std::string> known = [] {
+    std::vector<std::string> names = {"name",  "seed", "robot", "steering",  "whole_intervals", "sessions",
+                                      "truth", "run",  "sheet", "landmarks", "session_spread",  "landmark"};
+    names.insert(names.end(), sensor_sections().begin(), sensor_sections().end());
+    return names;
+  }();
+  check_keys(file, known);
+  Plan plan;
+  plan.name = file.table.contains("name") ? text(file, "name", "a string") : path.stem().string();
+  int own_seed = 1;
+  read_whole(file, "seed", 0, INT32_MAX, own_seed);
+  plan.seed = seed.value_or(static_cast<std::uint64_t>(own_seed));
+  const auto robot_path = path.parent_path() / text(file, "robot", "the path of a robot file");
+  plan.inputs = {input_file(path), input_file(robot_path)};
+  const Common common = read_common(file, read_robot(robot_path), plan.seed);
+  plan_sessions(file, common, plan);
+  plan.sheet = read_sheet(file, common);
+  if (plan.runs.empty() && !plan.sheet)
+    throw InputError(file.source.name, "no [[run]] and no [sheet]", "at least one of them");
+  return plan;
+}
+
+}  // namespace
+}  // namespace scenario_file
+
+Plan read_plan(const std::filesystem::path& path, std::optional<std::uint64_t> seed) {
+  const std::string content = read_file(path);
+  const std::string name = path.string();
+  const robot_file::Source source{content, name};
+  try {
+    const toml::table table = toml::parse(content, name);
+    return scenario_file::read({source, table, ""}, path, seed);
+  } catch (const toml::parse_error& error) {
+    robot_file::fail(source, error.source(), error.description(), "TOML");
+  }
+}
+
+}  // namespace trundle

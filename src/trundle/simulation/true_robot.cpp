@@ -1,0 +1,113 @@
+#include "trundle/simulation/detail/true_robot.hpp"
+
+#include "trundle/chassis/parameter.hpp"
+
+namespace trundle::scenario_file {
+namespace {
+
+constexpr Parameter kTrack{ParameterKind::track, -1};
+
+bool has_track(const Robot& robot) {
+  return parameter_named("track", robot).has_value();
+}
+
+/// track_m where the robot has one; it is no plain number of the robot but moves wheels.
+std::optional<double> read_track(const Section& section, const Robot& robot) {
+  const toml::node* node = section.table.get("track_m");
+  if (node == nullptr) return std::nullopt;
+  if (!has_track(robot))
+    fail(section.source, node->source(), in(section, "track_m of a robot that has no left and right wheels"),
+         "places of wheels: [" + section.title.substr(1, section.title.size() - 2) + ".wheel.NAME]");
+  return number(section.source, "track_m", *node, kPosition);
+}
+
+std::optional<Section> subsection(const Section& section, std::string_view key) {
+  const std::string outer = section.title.substr(1, section.title.size() - 2);
+  return table(section, key, fmt::format("[{}.{}]", outer, key));
+}
+
+template <class T, std::size_t n>
+bool read_subsection(const Section& section, std::string_view key, const std::array<NumberKey<T>, n>& keys,
+                     T& target) {
+  const auto inner = subsection(section, key);
+  if (!inner) return false;
+  check_keys(*inner, names_with({}, keys));
+  read_numbers(*inner, keys, target);
+  return true;
+}
+
+void read_wheels(const Section& section, Robot& robot) {
+  const auto wheels = subsection(section, "wheel");
+  if (!wheels) return;
+  check_keys(*wheels, robot.wheel_names);
+  for (std::size_t i = 0; i < robot.wheel_names.size(); ++i)
+    read_subsection(*wheels, robot.wheel_names[i], kTrueWheel, robot.chassis.wheels()[i]);
+}
+
+/// The sections that [truth] and [session_spread] share: numbers of the robot file under the same names.
+void read_robot_numbers(const Section& section, Robot& robot) {
+  static const std::vector<std::string> known = names_with(
+      {"track_m", "wheel", "wheels", "gyro", "noise", "landmark_sensor", "reference_sensor"}, kChassis);
+  check_keys(section, known);
+  read_numbers(section, kChassis, robot.chassis);
+  read_wheels(section, robot);
+  read_subsection(section, "wheels", kAllWheels, robot.chassis);
+  Gyro gyro = robot.chassis.gyro.value_or(Gyro{});
+  if (read_subsection(section, "gyro", kGyro, gyro)) robot.chassis.gyro = gyro;
+  LandmarkSensor sensor = robot.landmark_sensor.value_or(LandmarkSensor{});
+  if (read_subsection(section, "landmark_sensor", kLandmarkSensor, sensor)) robot.landmark_sensor = sensor;
+  read_subsection(section, "noise", kNoise, robot.chassis.noise);
+  read_subsection(section, "reference_sensor", kReferenceSensor, robot);
+}
+
+/// Every number of the robot that the file can name, zero.
+Robot zero_robot(const Robot& like) {
+  Robot zero;
+  zero.wheel_names = like.wheel_names;
+  for (std::size_t i = 0; i < like.wheel_names.size(); ++i) zero.chassis.add({});
+  zero.chassis.noise = {0.0, 0.0, 0.0, 0.0, 0.0};
+  zero.chassis.gyro = Gyro{0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  zero.landmark_sensor = LandmarkSensor{{}, 0.0, 0.0, 0.0, 0.0};
+  return zero;
+}
+
+template <class T, std::size_t n>
+void scatter(const std::array<NumberKey<T>, n>& keys, const T& sigma, T& target, Random& random) {
+  T sigmas = sigma;
+  for (const NumberKey<T>& key : keys) key.in(target) += random.normal(key.in(sigmas));
+}
+
+}  // namespace
+
+Robot read_truth(const Section& file, const Robot& nominal) {
+  Robot truth = nominal;
+  truth.calibration.reset();
+  const auto section = table(file, "truth", "[truth]");
+  if (!section) return truth;
+  if (const auto track = read_track(*section, nominal)) set_value(kTrack, *track, truth);
+  read_robot_numbers(*section, truth);
+  return truth;
+}
+
+SessionSpread::SessionSpread(const Section& file, const Robot& nominal) : sigma_(zero_robot(nominal)) {
+  const auto section = table(file, "session_spread", "[session_spread]");
+  if (!section) return;
+  track_sigma_m_ = read_track(*section, nominal).value_or(0.0);
+  read_robot_numbers(*section, sigma_);
+}
+
+Robot SessionSpread::drawn(const Robot& truth, Random& random) const {
+  Robot robot = truth;
+  if (has_track(truth)) set_value(kTrack, value_of(kTrack, truth) + random.normal(track_sigma_m_), robot);
+  for (std::size_t i = 0; i < robot.wheel_names.size(); ++i)
+    scatter(kTrueWheel, sigma_.chassis.wheels()[i], robot.chassis.wheels()[i], random);
+  scatter(kChassis, sigma_.chassis, robot.chassis, random);
+  scatter(kAllWheels, sigma_.chassis, robot.chassis, random);
+  if (robot.chassis.gyro) scatter(kGyro, *sigma_.chassis.gyro, *robot.chassis.gyro, random);
+  if (robot.landmark_sensor)
+    scatter(kLandmarkSensor, *sigma_.landmark_sensor, *robot.landmark_sensor, random);
+  scatter(kReferenceSensor, sigma_, robot, random);
+  return robot;
+}
+
+}  // namespace trundle::scenario_file

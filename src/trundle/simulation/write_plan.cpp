@@ -1,0 +1,121 @@
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "trundle/io/file.hpp"
+#include "trundle/recording/increments.hpp"
+#include "trundle/simulation/scenario_file.hpp"
+
+namespace trundle {
+namespace {
+
+// Files hold what a careful logger would write: microseconds, micrometres, a tenth of a microradian.
+constexpr double kTimeDecimals = 1e6;
+constexpr double kLengthDecimals = 1e6;
+constexpr double kAngleDecimals = 1e7;
+
+void round_to(double& value, double decimals) {
+  value = std::round(value * decimals) / decimals;
+}
+
+void round_to(std::vector<double>& values, double decimals) {
+  for (double& value : values) round_to(value, decimals);
+}
+
+Recording rounded(Recording recording) {
+  round_to(recording.wheels.time_s, kTimeDecimals);
+  for (WheelSeries& series : recording.wheels.series) round_to(series.value, kAngleDecimals);
+  round_to(recording.gyro.time_s, kTimeDecimals);
+  round_to(recording.gyro.yaw_rate_rad_s, kAngleDecimals);
+  round_to(recording.velocity.time_s, kTimeDecimals);
+  round_to(recording.velocity.forward_m_s, kAngleDecimals);
+  round_to(recording.velocity.yaw_rate_rad_s, kAngleDecimals);
+  round_to(recording.reference.time_s, kTimeDecimals);
+  round_to(recording.reference.x_m, kLengthDecimals);
+  round_to(recording.reference.y_m, kLengthDecimals);
+  round_to(recording.reference.heading_rad, kAngleDecimals);
+  for (Sighting& sighting : recording.sightings) {
+    round_to(sighting.time_s, kTimeDecimals);
+    round_to(sighting.range_m, kLengthDecimals);
+    round_to(sighting.bearing_rad, kAngleDecimals);
+  }
+  for (Landmark& landmark : recording.landmarks) {
+    round_to(landmark.position.x(), kLengthDecimals);
+    round_to(landmark.position.y(), kLengthDecimals);
+  }
+  return recording;
+}
+
+Trajectory rounded(Trajectory trajectory) {
+  for (auto& [time_s, pose] : trajectory.poses) {
+    round_to(time_s, kTimeDecimals);
+    round_to(pose.x, kLengthDecimals);
+    round_to(pose.y, kLengthDecimals);
+    round_to(pose.heading, kAngleDecimals);
+  }
+  return trajectory;
+}
+
+std::string comments(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += "# " + line + "\n";
+  return text;
+}
+
+/// The layout of slip.csv, as it really was.
+std::string slips_csv(const Scenario& scenario, const Truth& truth) {
+  std::string text = "start_s,end_s,wheel,kind,excess_m\n";
+  for (const SlipTruth& slip : truth.slips)
+    text += fmt::format("{:.6f},{:.6f},{},{},{:.6f}\n", slip.span.start_s + scenario.start_s,
+                        slip.span.end_s() + scenario.start_s,
+                        scenario.nominal.wheel_names[static_cast<std::size_t>(slip.wheel)],
+                        slip.spins() ? "spin" : "skid", slip.excess_m);
+  return text;
+}
+
+void write_run(const PlannedRun& run, const std::filesystem::path& folder, const std::string& head) {
+  Simulation simulation = simulate(run.scenario);
+  simulation.recording.name = run.name;
+  simulation.recording.session = run.session;
+  write_recording(rounded(std::move(simulation.recording)), folder);
+  const auto description = folder / "recording.toml";
+  write_file(description, head + read_file(description));
+  write_file(folder / "truth.csv", head + to_csv(rounded(simulation.truth.body)));
+  if (!simulation.truth.slips.empty())
+    write_file(folder / "truth_slip.csv", head + slips_csv(run.scenario, simulation.truth));
+}
+
+/// Never over the robot file that the scenario was read with.
+void write_robot(const Plan& plan, const std::filesystem::path& path, const std::string& text) {
+  std::error_code missing;
+  for (const InputFile& input : plan.inputs)
+    if (std::filesystem::equivalent(input.path, path, missing)) return;
+  write_file(path, text);
+}
+
+}  // namespace
+
+std::filesystem::path folder_of(const Plan& plan, const PlannedRun& run,
+                                const std::filesystem::path& folder) {
+  return plan.runs.size() == 1 ? folder : folder / run.session / run.name;
+}
+
+void write_plan(const Plan& plan, const std::filesystem::path& folder,
+                const std::vector<std::string>& provenance) {
+  const std::string head = comments(provenance);
+  for (const PlannedRun& run : plan.runs) {
+    const auto its_folder = folder_of(plan, run, folder);
+    write_run(run, its_folder, head);
+    const auto beside = plan.runs.size() == 1 ? folder : its_folder.parent_path();
+    write_file(beside / "truth.toml", head + to_toml(run.scenario.truth));
+  }
+  const Scenario& common = plan.runs.empty() ? plan.sheet->scenario : plan.runs.front().scenario;
+  write_robot(plan, folder / "robot.toml", head + to_toml(common.nominal));
+  if (!plan.sheet) return;
+  const std::string rows =
+      to_csv(simulate_sheet(plan.sheet->scenario, plan.sheet->plan), plan.sheet->plan.side_m);
+  write_file(folder / "sheet.csv", head + rows);
+  if (plan.runs.empty()) write_file(folder / "truth.toml", head + to_toml(common.truth));
+}
+
+}  // namespace trundle

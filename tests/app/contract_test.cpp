@@ -1,0 +1,248 @@
+// What every command promises its users: interfaces in docs/commands.md. A new command is one line in
+// kCommands.
+#include <algorithm>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "trundle/io/file.hpp"
+
+#include "app/process.hpp"
+#include "app/sample.hpp"
+
+namespace trundle::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::StartsWith;
+
+/// A command with arguments that succeed in the folder of a Sample.
+struct Command {
+  std::string name;
+  Arguments arguments;    ///< the first names an input
+  Arguments outputs;      ///< files it writes
+  Arguments before = {};  ///< a command line that makes its inputs
+};
+
+const std::vector<Command> kCommands = {
+    {"calibrate",
+     {"cw", "ccw", "--robot", "nominal.toml", "-o", "out/calibrated.toml"},
+     {"out/calibrated.toml", "out/calibration.json"}},
+    {"umbmark",
+     {"sheet.csv", "--robot", "nominal.toml", "-o", "out/calibrated.toml"},
+     {"out/calibrated.toml", "out/calibration.json"}},
+    {"odometry", {"ccw", "--robot", "nominal.toml", "-o", "out/trajectory.csv"}, {"out/trajectory.csv"}},
+    {"evaluate", {"cw/reference.csv", "ccw/reference.csv", "--align", "se2"}, {}},
+    {"simulate",
+     {"scenario.toml", "-o", "out/simulated"},
+     {"out/simulated/wheels.csv", "out/simulated/reference.csv"}},
+    {"info", {"ccw", "--robot", "nominal.toml"}, {}},
+    {"report",
+     {"calibrated", "-o", "out/report.html"},
+     {"out/report.html"},
+     {"calibrate", "cw", "ccw", "--robot", "nominal.toml", "-o", "calibrated/calibrated.toml"}},
+};
+
+void PrintTo(const Command& command, std::ostream* stream) {
+  *stream << command.name;
+}
+
+Arguments command_line(const Command& command, const Arguments& more = {}) {
+  Arguments line = {command.name};
+  line.insert(line.end(), command.arguments.begin(), command.arguments.end());
+  line.insert(line.end(), more.begin(), more.end());
+  return line;
+}
+
+/// One line, and only one: "trundle: ...\n".
+MATCHER(IsOneLineOfError, "is one line that starts with 'trundle: '") {
+  return arg.starts_with("trundle: ") && arg.ends_with('\n') && std::ranges::count(arg, '\n') == 1;
+}
+
+class Contract : public testing::TestWithParam<Command> {
+ protected:
+  void SetUp() override {
+    if (GetParam().before.empty()) return;
+    ASSERT_EQ(run(GetParam().before).exit_code, 0);
+  }
+  Outcome run(const Arguments& arguments) const { return run_program(sample_.folder(), arguments); }
+  std::vector<std::string> outputs() const {
+    std::vector<std::string> contents;
+    for (const std::string& output : GetParam().outputs)
+      contents.push_back(read_file(sample_.folder() / output));
+    return contents;
+  }
+
+  Sample sample_;
+};
+
+TEST_P(Contract, HelpShowsAnExample) {
+  const Outcome outcome = run({GetParam().name, "--help"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.err, IsEmpty());
+  EXPECT_THAT(outcome.out, HasSubstr("Example:\n  trundle " + GetParam().name + " "));
+  EXPECT_THAT(outcome.out, HasSubstr("--json"));
+  EXPECT_THAT(outcome.out, HasSubstr("--quiet"));
+}
+
+TEST_P(Contract, SaysSomethingAndNoError) {
+  const Outcome outcome = run(command_line(GetParam()));
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.err, IsEmpty());
+  EXPECT_THAT(outcome.out, testing::Not(IsEmpty()));
+}
+
+TEST_P(Contract, JsonIsOneDocument) {
+  const Outcome outcome = run(command_line(GetParam(), {"--json"}));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, IsEmpty());
+  EXPECT_TRUE(nlohmann::json::accept(outcome.out)) << outcome.out;
+}
+
+TEST_P(Contract, JsonNamesVersionInputsAndOptions) {
+  const auto document = nlohmann::json::parse(run(command_line(GetParam(), {"--json"})).out);
+  const auto& provenance = document.contains("provenance") ? document.at("provenance") : document;
+  EXPECT_EQ(provenance.at("program"), "trundle");
+  EXPECT_FALSE(provenance.at("version").empty());
+  EXPECT_TRUE(provenance.contains("options"));
+  ASSERT_FALSE(provenance.at("inputs").empty());
+  for (const auto& input : provenance.at("inputs"))
+    EXPECT_EQ(input.at("sha256").get<std::string>().size(), 64U);
+}
+
+TEST_P(Contract, QuietIsQuiet) {
+  const Outcome outcome = run(command_line(GetParam(), {"--quiet"}));
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.out + outcome.err, IsEmpty());
+}
+
+TEST_P(Contract, SameInputsGiveTheSameBytes) {
+  const Outcome first = run(command_line(GetParam(), {"--json"}));
+  const std::vector<std::string> first_outputs = outputs();
+  std::filesystem::remove_all(sample_.folder() / "out");
+  const Outcome second = run(command_line(GetParam(), {"--json"}));
+  EXPECT_EQ(first.out, second.out);
+  EXPECT_EQ(first_outputs, outputs());
+}
+
+TEST_P(Contract, AMissingInputIsNamedInOneLine) {
+  Command command = GetParam();
+  command.arguments.front() = "no_such_input.csv";
+  const Outcome outcome = run(command_line(command));
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_THAT(outcome.out, IsEmpty());
+  EXPECT_THAT(outcome.err, IsOneLineOfError());
+  EXPECT_THAT(outcome.err, HasSubstr("no_such_input.csv"));
+  EXPECT_FALSE(std::filesystem::exists(sample_.folder() / "out"));
+}
+
+TEST_P(Contract, UsageErrorsAreOneLineAndExitWith2) {
+  for (const Arguments& wrong :
+       {command_line(GetParam(), {"--no-such-option"}), Arguments{GetParam().name}}) {
+    const Outcome outcome = run(wrong);
+    EXPECT_EQ(outcome.exit_code, 2) << wrong.back();
+    EXPECT_THAT(outcome.out, IsEmpty()) << wrong.back();
+    EXPECT_THAT(outcome.err, IsOneLineOfError()) << wrong.back();
+  }
+}
+
+class Writing : public Contract {};
+
+TEST_P(Writing, AnOutputThatCannotBeWrittenIsBadInput) {
+  Command command = GetParam();
+  *std::next(std::ranges::find(command.arguments, "-o")) = "nominal.toml/below_a_file";
+  const Outcome outcome = run(command_line(command));
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_THAT(outcome.err, IsOneLineOfError());
+  EXPECT_THAT(outcome.err, HasSubstr("nominal.toml"));
+}
+
+TEST_P(Writing, AKilledRunLeavesOldOutputsOrNewOnes) {
+  ASSERT_EQ(run(command_line(GetParam())).exit_code, 0);
+  const std::vector<std::string> complete = outputs();
+  for (int delay_us = 500; delay_us < 50'000; delay_us = delay_us * 5 / 4) {
+    for (const std::string& output : GetParam().outputs) write_file(sample_.folder() / output, "old");
+    run_program(sample_.folder(), command_line(GetParam()), std::chrono::microseconds(delay_us));
+    const std::vector<std::string> left = outputs();
+    for (std::size_t i = 0; i < left.size(); ++i)
+      EXPECT_TRUE(left[i] == "old" || left[i] == complete[i])
+          << GetParam().outputs[i] << " after " << delay_us;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(, Contract, testing::ValuesIn(kCommands),
+                         [](const auto& test) { return test.param.name; });
+
+std::vector<Command> writing_commands() {
+  std::vector<Command> commands;
+  std::ranges::copy_if(kCommands, std::back_inserter(commands),
+                       [](const Command& c) { return !c.outputs.empty(); });
+  return commands;
+}
+INSTANTIATE_TEST_SUITE_P(, Writing, testing::ValuesIn(writing_commands()),
+                         [](const auto& test) { return test.param.name; });
+
+/// A command line, how it must end, and what its one line of error must say.
+struct Failure {
+  std::string name;
+  Arguments arguments;
+  int exit_code;
+  std::string says;
+};
+
+const std::vector<Failure> kFailures = {
+    {"NoCommand", {}, 2, "command"},
+    {"UnknownCommand", {"calibrat"}, 2, "calibrat"},
+    {"UnknownOption", {"--no-such-option"}, 2, "--no-such-option"},
+    {"UnknownAlignment", {"evaluate", "cw/reference.csv", "cw/reference.csv", "--align", "sim3"}, 2, "sim3"},
+    {"RobotFileThatIsNone", {"odometry", "cw", "--robot", "sheet.csv", "-o", "out/t.csv"}, 3, "sheet.csv:2"},
+    {"FolderWithoutStreams", {"info", "empty"}, 3, "empty"},
+    {"WrongParameterName",
+     {"calibrate", "cw", "--robot", "nominal.toml", "--free", "trck", "-o", "out/c.toml"},
+     3,
+     "trck"},
+    {"NothingToCalibrateWith",
+     {"calibrate", "blind", "--robot", "nominal.toml", "-o", "out/c.toml"},
+     4,
+     "to calibrate with"},
+    {"NothingInCommon", {"evaluate", "cw/reference.csv", "later.csv"}, 4, ""},
+};
+
+void PrintTo(const Failure& failure, std::ostream* stream) {
+  *stream << failure.name;
+}
+
+class Fails : public testing::TestWithParam<Failure> {};
+
+TEST_P(Fails, WithItsExitCodeAndOneLine) {
+  const Sample sample;
+  const Outcome outcome = run_program(sample.folder(), GetParam().arguments);
+  EXPECT_EQ(outcome.exit_code, GetParam().exit_code);
+  EXPECT_THAT(outcome.out, IsEmpty());
+  EXPECT_THAT(outcome.err, IsOneLineOfError());
+  EXPECT_THAT(outcome.err, HasSubstr(GetParam().says));
+  EXPECT_FALSE(std::filesystem::exists(sample.folder() / "out"));
+}
+
+INSTANTIATE_TEST_SUITE_P(, Fails, testing::ValuesIn(kFailures),
+                         [](const auto& test) { return test.param.name; });
+
+TEST(Program, HelpNamesEveryCommand) {
+  const Sample sample;
+  const Outcome outcome = run_program(sample.folder(), {"--help"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  for (const Command& command : kCommands) EXPECT_THAT(outcome.out, HasSubstr("\n  " + command.name + " "));
+}
+
+TEST(Program, SaysItsVersion) {
+  const Sample sample;
+  const Outcome outcome = run_program(sample.folder(), {"--version"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.out,
+              testing::MatchesRegex("trundle [0-9]+\\.[0-9]+\\.[0-9]+\n|[0-9]+\\.[0-9]+\\.[0-9]+\n"));
+}
+
+}  // namespace
+}  // namespace trundle::test

@@ -1,0 +1,125 @@
+#include "app/sample.hpp"
+
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "trundle/geometry/pose2.hpp"
+#include "trundle/io/file.hpp"
+
+namespace trundle::test {
+namespace {
+
+constexpr double kLeftDiameter = 0.101;  // true values; nominal: 0.1, 0.1, 0.2
+constexpr double kRightDiameter = 0.099;
+constexpr double kTrack = 0.205;
+constexpr double kTicks = 10000.0;
+
+constexpr const char* kRobot = R"(name = "sample"
+[[wheel]]
+name = "left"
+y_m = 0.1
+diameter_m = 0.1
+ticks_per_revolution = 10000
+[[wheel]]
+name = "right"
+y_m = -0.1
+diameter_m = 0.1
+ticks_per_revolution = 10000
+)";
+
+constexpr const char* kScenario = R"(name = "sample"
+robot = "nominal.toml"
+[truth]
+track_m = 0.205
+[truth.wheel.left]
+diameter_m = 0.101
+[truth.wheel.right]
+diameter_m = 0.099
+[reference]
+rate_hz = 20
+[[run]]
+[[run.path]]
+drive = "square"
+side_m = 1.0
+)";
+
+// What `trundle simulate` writes for a robot with diameters of 0.1003 m and 0.0997 m and a track of 0.205 m.
+constexpr const char* kSheet = R"(# side_m = 2
+turn,x_m,y_m,heading_deg,leg_m
+cw,0.108033,0.096414,-6.199694,1.998836
+cw,0.099889,0.069220,-4.923197,2.000087
+cw,0.089419,0.072420,-4.797898,2.000254
+ccw,-0.325163,0.487111,-22.385992,1.999489
+ccw,-0.329740,0.476954,-22.297304,2.000125
+ccw,-0.345931,0.484182,-22.518853,1.999797
+)";
+
+/// Drives the true robot and notes what its encoders and a perfect reference say.
+struct Run {
+  std::string wheels = "time_s,left_ticks,right_ticks\n";
+  std::string reference = "time_s,x_m,y_m,heading_rad\n";
+  Pose2 pose;
+  double left_m = 0.0;
+  double right_m = 0.0;
+  int step = 0;
+
+  void note() {
+    const double time_s = 0.05 * step;
+    wheels += fmt::format("{:.2f},{},{}\n", time_s,
+                          std::lround(left_m / (std::numbers::pi * kLeftDiameter) * kTicks),
+                          std::lround(right_m / (std::numbers::pi * kRightDiameter) * kTicks));
+    reference += fmt::format("{:.2f},{:.9f},{:.9f},{:.9f}\n", time_s, pose.x, pose.y, pose.heading);
+  }
+  void move(double forward_m, double turn_rad) {
+    left_m += forward_m - turn_rad * kTrack / 2.0;
+    right_m += forward_m + turn_rad * kTrack / 2.0;
+    pose = pose * exp(Twist2{forward_m, 0.0, turn_rad});
+    ++step;
+    note();
+  }
+};
+
+Run square(double turn_sign) {
+  Run run;
+  run.note();
+  for (int side = 0; side < 4; ++side) {
+    for (int i = 0; i < 40; ++i) run.move(0.025, 0.0);
+    for (int i = 0; i < 30; ++i) run.move(0.0, turn_sign * std::numbers::pi / 60.0);
+  }
+  return run;
+}
+
+void write_run(const std::filesystem::path& folder, const Run& run) {
+  write_file(folder / "wheels.csv", run.wheels);
+  write_file(folder / "reference.csv", run.reference);
+}
+
+std::filesystem::path fresh_folder() {
+  std::string name = (std::filesystem::temp_directory_path() / "trundle_app_XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder: " + name);
+  return name;
+}
+
+}  // namespace
+
+Sample::Sample() : folder_(fresh_folder()) {
+  write_file(folder_ / "nominal.toml", kRobot);
+  write_file(folder_ / "scenario.toml", kScenario);
+  write_file(folder_ / "sheet.csv", kSheet);
+  write_run(folder_ / "cw", square(-1.0));
+  write_run(folder_ / "ccw", square(1.0));
+  write_file(folder_ / "blind/wheels.csv", square(1.0).wheels);
+  write_file(folder_ / "later.csv", "time_s,x_m,y_m,heading_rad\n1000,0,0,0\n1001,1,0,0\n");
+  std::filesystem::create_directory(folder_ / "empty");
+}
+
+Sample::~Sample() {
+  std::error_code ignored;
+  std::filesystem::remove_all(folder_, ignored);
+}
+
+}  // namespace trundle::test

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+
+namespace trundle::test {
+
+/// A fresh folder with inputs for every command: nominal.toml; the runs `cw` and `ccw`, squares of 1 m of a
+/// robot that differs from nominal.toml, with wheels.csv and reference.csv; `blind`, the same wheels without
+/// a reference; scenario.toml; later.csv, a reference of another time; the folder `empty`; sheet.csv,
+/// measured on a 2 m square. Removed at the end.
+class Sample {
+ public:
+  Sample();
+  ~Sample();
+  Sample(const Sample&) = delete;
+  Sample& operator=(const Sample&) = delete;
+
+  const std::filesystem::path& folder() const { return folder_; }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+}  // namespace trundle::test

@@ -1,0 +1,200 @@
+#include "trundle/calibration/calibrate.hpp"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "trundle/io/error.hpp"
+
+#include "calibration/simulated_runs.hpp"
+
+namespace trundle {
+namespace {
+
+using test::nominal_differential;
+using test::recorded;
+using test::scenario_of;
+using test::true_differential;
+using ::testing::AnyOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+const ParameterEstimate& parameter(const CalibrationResult& result, const std::string& name) {
+  for (const ParameterEstimate& e : result.parameters)
+    if (e.name == name) return e;
+  throw std::out_of_range(name);
+}
+
+/// A run of which only the end was measured.
+Recording with_partial_reference(const Robot& nominal, const Robot& truth, const Path& path,
+                                 std::uint64_t seed, const PartialReferenceOptions& partial) {
+  Scenario scenario = scenario_of(nominal, truth, path, seed);
+  scenario.reference.rate_hz = 0.0;
+  scenario.partial = partial;
+  Recording recording = simulate(scenario).recording;
+  recording.name = "run " + std::to_string(seed);
+  recording.session = "one";
+  return recording;
+}
+
+TEST(Calibrate, FindsTheTrueRobotAndSaysHowSure) {
+  const auto runs = recorded(nominal_differential(), true_differential(), test::differential_paths(), 1);
+  const CalibrationResult result = calibrate(runs, {}, nominal_differential());
+  EXPECT_EQ(result.status, CalibrationStatus::all_estimated);
+  for (const ParameterEstimate& e : result.parameters) {
+    EXPECT_NEAR(e.value, value_of(e.parameter, true_differential()), 4.0 * e.sigma_within) << e.name;
+    EXPECT_LT(e.sigma_within, 0.01 * std::abs(e.value)) << e.name;
+    EXPECT_FALSE(e.sigma_between.has_value()) << "one session cannot show a spread";
+  }
+  EXPECT_THAT(result.warnings, Contains(HasSubstr("spread between sessions unknown")));
+  ASSERT_EQ(result.calibrated.calibration->errors.size() >= 2, true);
+  EXPECT_LT(result.calibrated.calibration->errors[0].after,
+            0.3 * result.calibrated.calibration->errors[0].before);
+}
+
+TEST(Calibrate, HoldOutRunsAreEvaluatedButNotLearnedFrom) {
+  const auto runs = recorded(nominal_differential(), true_differential(), test::differential_paths(), 2);
+  const auto tour =
+      recorded(nominal_differential(), true_differential(), {circle(1.0, 1.0, TurnSense::ccw)}, 3);
+  const CalibrationResult alone = calibrate(runs, {}, nominal_differential());
+  const CalibrationResult with = calibrate(runs, tour, nominal_differential());
+  EXPECT_EQ(parameter(alone, "track").value, parameter(with, "track").value);
+  ASSERT_TRUE(with.runs.back().hold_out);
+  EXPECT_LT(with.runs.back().after->position_rms_m, 0.2 * with.runs.back().before->position_rms_m);
+}
+
+TEST(Calibrate, ClosedSquaresCannotShowTheMeanDiameter) {
+  std::vector<Recording> runs;
+  for (std::uint64_t i = 0; i < 8; ++i)
+    runs.push_back(with_partial_reference(nominal_differential(), true_differential(),
+                                          square(1.0, i % 2 == 0 ? TurnSense::cw : TurnSense::ccw), 10 + i,
+                                          {.turns = true, .heading_sigma_rad = 0.002}));
+  const CalibrationResult result =
+      calibrate(runs, {}, nominal_differential(), {.free = {"left.diameter", "right.diameter"}});
+  EXPECT_EQ(result.status, CalibrationStatus::some_held);
+  EXPECT_THAT(result.cannot_tell, Contains(HasSubstr("straight run of known length")));
+  const double mean =
+      0.5 * (parameter(result, "left.diameter").value + parameter(result, "right.diameter").value);
+  EXPECT_NEAR(mean, 0.15, 1e-9) << "held at nominal";
+}
+
+TEST(Calibrate, EndPosesAloneAreEnoughForADifferentialDrive) {
+  std::vector<Recording> runs;
+  std::uint64_t seed = 20;
+  for (const Path& path : test::differential_paths())
+    for (int repeat = 0; repeat < 3; ++repeat)
+      runs.push_back(with_partial_reference(nominal_differential(), true_differential(), path, seed++,
+                                            {.end_pose = true}));
+  const CalibrationResult result = calibrate(runs, {}, nominal_differential());
+  EXPECT_EQ(result.status, CalibrationStatus::all_estimated);
+  for (const ParameterEstimate& e : result.parameters)
+    EXPECT_NEAR(e.value, value_of(e.parameter, true_differential()), 4.0 * e.sigma_within) << e.name;
+}
+
+TEST(Calibrate, NothingMeasuredIsNothingEstimated) {
+  auto runs = recorded(nominal_differential(), true_differential(), test::differential_paths(), 4);
+  for (Recording& run : runs) run.reference = {};
+  EXPECT_THROW(calibrate(runs, {}, nominal_differential()), CannotAnswer);
+}
+
+TEST(Calibrate, AStraightRunAloneHoldsTheTrack) {
+  Recording run = with_partial_reference(nominal_differential(), true_differential(), straight(4.0), 5,
+                                         {.distance = true});
+  const CalibrationResult result = calibrate(std::vector{run}, {}, nominal_differential());
+  EXPECT_EQ(parameter(result, "track").value, parameter(result, "track").nominal);
+  EXPECT_FALSE(parameter(result, "track").observable);
+  EXPECT_THAT(result.cannot_tell, Contains(HasSubstr("turn on the spot")));
+}
+
+TEST(Calibrate, AnOutlyingRunIsDownWeightedAndNamed) {
+  std::vector<Path> paths;
+  for (int i = 0; i < 2; ++i)
+    for (const Path& path : test::differential_paths()) paths.push_back(path);
+  auto runs = recorded(nominal_differential(), true_differential(), paths, 6);
+  // A wheel of one run slipped by 10 %.
+  for (WheelSeries& series : runs[4].wheels.series)
+    if (series.wheel == "left")
+      for (double& ticks : series.value) ticks *= 1.1;
+  const CalibrationResult result = calibrate(runs, {}, nominal_differential());
+  EXPECT_LT(result.runs[4].weight, 0.5);
+  EXPECT_THAT(result.runs[4].remark, AnyOf(HasSubstr("outlying run"), HasSubstr("reference left out")));
+  EXPECT_THAT(result.warnings, Contains(HasSubstr("run 5")));
+}
+
+TEST(Calibrate, AJumpOfTheReferenceIsNamedAndDoesNoHarm) {
+  auto runs = recorded(nominal_differential(), true_differential(), test::differential_paths(), 7);
+  ReferenceStream& reference = runs[3].reference;
+  for (std::size_t i = reference.time_s.size() / 2; i < reference.time_s.size(); ++i) reference.x_m[i] += 0.5;
+  const CalibrationResult result = calibrate(runs, {}, nominal_differential());
+  EXPECT_THAT(result.runs[3].remark, HasSubstr("jumps"));
+  for (const ParameterEstimate& e : result.parameters)
+    EXPECT_NEAR(e.value, value_of(e.parameter, true_differential()), 0.004 * std::abs(e.value)) << e.name;
+}
+
+TEST(Calibrate, FindsWhereTheReferenceSensorSits) {
+  Robot truth = true_differential();
+  truth.body_from_reference = {0.12, -0.05, 0.3};
+  const auto runs = recorded(nominal_differential(), truth, test::differential_paths(), 8);
+  const CalibrationResult result = calibrate(runs, {}, nominal_differential(),
+                                             {.free = {"reference.x", "reference.y", "reference.heading"}});
+  EXPECT_NEAR(parameter(result, "reference.x").value, 0.12, 0.01);
+  EXPECT_NEAR(parameter(result, "reference.y").value, -0.05, 0.01);
+  EXPECT_NEAR(parameter(result, "reference.heading").value, 0.3, 0.02);
+  EXPECT_NEAR(parameter(result, "track").value, 0.413, 0.004);
+}
+
+TEST(Calibrate, FindsATimeOffsetOfTheReferenceWhenAsked) {
+  auto runs = recorded(nominal_differential(), true_differential(), test::differential_paths(), 9);
+  for (Recording& run : runs)
+    for (double& t : run.reference.time_s) t -= 0.15;
+  const CalibrationResult result =
+      calibrate(runs, {}, nominal_differential(), {.free = {"reference.time_offset"}});
+  EXPECT_NEAR(parameter(result, "reference.time_offset").value, 0.15, 0.02);
+}
+
+TEST(Calibrate, SessionsThatDifferWidenTheIntervals) {
+  std::vector<Recording> runs;
+  for (int session = 0; session < 4; ++session) {
+    Robot truth = true_differential();
+    set_value({ParameterKind::track, -1}, 0.413 + 0.003 * (session - 1.5), truth);
+    for (Recording& run : recorded(nominal_differential(), truth, test::differential_paths(),
+                                   30 + static_cast<std::uint64_t>(session))) {
+      run.session = "session " + std::to_string(session);
+      runs.push_back(std::move(run));
+    }
+  }
+  const CalibrationResult result = calibrate(runs, {}, nominal_differential());
+  EXPECT_EQ(result.sessions, 4);
+  ASSERT_TRUE(parameter(result, "track").sigma_between.has_value());
+  // The four tracks given have a standard deviation of 3.9 mm.
+  EXPECT_NEAR(*parameter(result, "track").sigma_between, 0.0039, 0.0015);
+  EXPECT_GT(*parameter(result, "track").sigma_between, 2.0 * parameter(result, "track").sigma_within);
+}
+
+TEST(Calibrate, AnUnknownParameterIsNamedWithTheNearestKnownOne) {
+  const auto runs = recorded(nominal_differential(), true_differential(), test::differential_paths(), 11);
+  try {
+    calibrate(runs, {}, nominal_differential(), {.free = {"left.diametre"}});
+    FAIL() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("left.diameter"));
+  }
+}
+
+TEST(Calibrate, SkidSteerFindsItsEffectiveTrackFromTheGyroAlone) {
+  Robot nominal = test::robot_of(skid_steer({0.25, 2000.0, 0}, 0.40, 0.3), {"fl", "fr", "rl", "rr"});
+  nominal.chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = 1e-3};
+  Robot truth = nominal;
+  set_value({ParameterKind::track, -1}, 0.62, truth);
+  auto runs =
+      recorded(nominal, truth,
+               {joined({pause(3.0), circle(1.0, 2.0, TurnSense::ccw), circle(1.0, 2.0, TurnSense::cw)})}, 12);
+  for (Recording& run : runs) run.reference = {};
+  const CalibrationResult result = calibrate(runs, {}, nominal);
+  EXPECT_NEAR(parameter(result, "track").value, 0.62, 4.0 * parameter(result, "track").sigma_within);
+  EXPECT_LT(parameter(result, "track").sigma_within, 0.02);
+}
+
+}  // namespace
+}  // namespace trundle

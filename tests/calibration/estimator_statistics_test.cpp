@@ -1,0 +1,96 @@
+// Are the error bars what they say? Thousands of simulated calibrations: the share of 95 % intervals that
+// hold the truth, and the scatter against the Cramér–Rao bound.
+#include <cmath>
+
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include "trundle/calibration/defaults.hpp"
+#include "trundle/calibration/estimator.hpp"
+
+#include "calibration/simulated_runs.hpp"
+#include "scale.hpp"
+
+namespace trundle {
+namespace {
+
+using test::prepared;
+
+/// What a series of calibrations of the same robot showed, parameter by parameter.
+struct Series {
+  Eigen::VectorXd covered;
+  Eigen::VectorXd squared_error;
+  Eigen::VectorXd bound;  ///< Cramér–Rao variance
+  int count = 0;
+};
+
+NoiseEstimate true_noise(const Robot& truth) {
+  return {truth.chassis.noise.wheel_per_sqrt_m,
+          {.position_m = test::kPositionSigma_m, .heading_rad = test::kHeadingSigma_rad},
+          true};
+}
+
+Eigen::VectorXd cramer_rao(const std::vector<Run>& runs, const Robot& truth,
+                           std::span<const Parameter> parameters) {
+  Information information = Information::zero(static_cast<Eigen::Index>(parameters.size()));
+  const NoiseEstimate noise = true_noise(truth);
+  for (const Run& run : runs)
+    information.add(
+        stream_likelihood(run, with_noise(truth, noise), parameters, {.reference_noise = noise.reference})
+            .total());
+  return information.matrix.inverse().diagonal();
+}
+
+Series calibrate_often(const Robot& nominal, const Robot& truth, const std::vector<Path>& paths, int times) {
+  Series series;
+  for (int i = 0; i < times; ++i) {
+    const std::vector<Run> runs = prepared(nominal, truth, paths, 1000 + static_cast<std::uint64_t>(i));
+    const std::vector<Parameter> parameters = default_parameters(nominal, runs);
+    const auto n = static_cast<Eigen::Index>(parameters.size());
+    if (series.count == 0) {
+      series.covered = series.squared_error = Eigen::VectorXd::Zero(n);
+      series.bound = cramer_rao(runs, truth, parameters);
+    }
+    const Estimate estimate = estimate_parameters(runs, nominal, parameters);
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const Parameter& parameter = parameters[static_cast<std::size_t>(j)];
+      const double error = value_of(parameter, estimate.robot) - value_of(parameter, truth);
+      series.squared_error[j] += error * error;
+      if (std::abs(error) <= 1.959964 * std::sqrt(estimate.covariance(j, j))) series.covered[j] += 1.0;
+    }
+    ++series.count;
+  }
+  series.covered /= series.count;
+  series.squared_error /= series.count;
+  return series;
+}
+
+void expect_honest(const Series& series) {
+  // With fewer repetitions than the full 2000 the limits are widened by 3 σ of the binomial and of a
+  // variance.
+  const double missing = series.count < 2000 ? 3.0 / std::sqrt(series.count) : 0.0;
+  const double binomial = missing * std::sqrt(0.95 * 0.05);
+  for (Eigen::Index j = 0; j < series.covered.size(); ++j) {
+    EXPECT_GE(series.covered[j], 0.93 - binomial) << "parameter " << j;
+    EXPECT_LE(series.covered[j], 0.97 + binomial) << "parameter " << j;
+    const double scatter = std::sqrt(series.squared_error[j] / series.bound[j]);
+    EXPECT_LE(scatter, 1.10 + missing / std::sqrt(2.0)) << "parameter " << j;
+    EXPECT_GE(scatter, 0.90 - missing / std::sqrt(2.0)) << "parameter " << j;
+    ::testing::Test::RecordProperty("coverage_" + std::to_string(j), std::to_string(series.covered[j]));
+    std::printf("parameter %d: coverage %.3f, scatter / bound %.3f\n", static_cast<int>(j), series.covered[j],
+                scatter);
+  }
+}
+
+TEST(EstimatorStatistics, DifferentialDriveIntervalsAndScatter) {
+  expect_honest(calibrate_often(test::nominal_differential(), test::true_differential(),
+                                test::differential_paths(), test::trials(2000)));
+}
+
+TEST(EstimatorStatistics, Omni3IntervalsAndScatter) {
+  expect_honest(
+      calibrate_often(test::nominal_omni3(), test::true_omni3(), test::omni_paths(), test::trials(2000)));
+}
+
+}  // namespace
+}  // namespace trundle

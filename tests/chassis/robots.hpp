@@ -1,0 +1,93 @@
+#pragma once
+
+#include <random>
+
+#include <fmt/format.h>
+
+#include "trundle/chassis/robot.hpp"
+#include "trundle/chassis/rows.hpp"
+
+namespace trundle::test {
+
+inline Robot robot_of(const Chassis& chassis) {
+  Robot robot;
+  robot.name = "test";
+  robot.chassis = chassis;
+  for (int i = 0; i < chassis.wheel_count; ++i) robot.wheel_names.push_back(fmt::format("w{}", i));
+  return robot;
+}
+
+inline constexpr WheelSize kSize{.diameter_m = 0.15, .ticks_per_revolution = 2048, .tick_bits = 0};
+
+inline Chassis with_gyro(Chassis chassis) {
+  chassis.gyro = Gyro{.bias_rad_s = 0.01, .scale = 1.02};
+  return chassis;
+}
+
+/// The pods of a frame that holds a robot's passive wheels: forward at the left, sideways at the rear.
+inline Chassis two_pods() {
+  const std::array<Pod, 2> pods{{{0.02, 0.1, 0.0}, {-0.12, 0.01, radians(90)}}};
+  return dead_wheels(kSize, pods, Gyro{});
+}
+
+inline Chassis three_pods() {
+  const std::array<Pod, 3> pods{{{0.0, 0.12, 0.0}, {0.0, -0.12, 0.0}, {-0.15, 0.0, radians(90)}}};
+  return dead_wheels(kSize, pods, Gyro{});
+}
+
+/// Driven wheels of one chassis with the passive ones of another, which may carry a gyro.
+inline Chassis joined(Chassis chassis, const Chassis& pods) {
+  for (const Wheel& pod : pods.wheels()) chassis.add(pod);
+  chassis.gyro = pods.gyro;
+  return chassis;
+}
+
+/// A robot nobody thought of: all kinds of wheel, at odd places and angles.
+inline Chassis odd_chassis() {
+  Chassis chassis;
+  const auto wheel = [&](WheelKind kind, double x, double y, double direction, double roller = 0.0) {
+    chassis.add({.x_m = x,
+                 .y_m = y,
+                 .direction_rad = direction,
+                 .kind = kind,
+                 .roller_rad = roller,
+                 .diameter_m = 0.1 + 0.01 * chassis.wheel_count,
+                 .ticks_per_revolution = -1000});
+  };
+  wheel(WheelKind::fixed, 0.1, 0.2, 0.05);
+  wheel(WheelKind::skid, -0.2, -0.3, -0.03);
+  wheel(WheelKind::mecanum, 0.3, -0.25, 0.1, radians(40));
+  wheel(WheelKind::mecanum, -0.3, 0.22, 0.0, radians(-50));
+  chassis.icr_x_m = 0.04;
+  return with_gyro(chassis);
+}
+
+inline Chassis velocity_robot() {
+  return with_gyro({});
+}
+
+/// What the wheels and the gyro of a chassis read, without noise, over a motion of the body.
+inline Increment increment_of(const Chassis& chassis, const Twist2& motion, double duration_s = 0.05) {
+  Increment increment;
+  increment.duration_s = duration_s;
+  for (std::size_t i = 0; i < chassis.wheels().size(); ++i) {
+    const Wheel& wheel = chassis.wheels()[i];
+    increment.turned[i] = rolling_row(wheel).dot(motion.vector()) / (kPi * wheel.diameter_m);
+  }
+  if (chassis.wheel_count == 0) increment.turned = {motion.dx, motion.dtheta};
+  if (chassis.gyro) {
+    increment.has_gyro = true;
+    increment.gyro_rad = motion.dtheta / chassis.gyro->scale + chassis.gyro->bias_rad_s * duration_s;
+  }
+  return increment;
+}
+
+/// Readings with Gaussian noise of their own variances.
+inline Readings with_noise(Readings readings, std::mt19937_64& engine) {
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < readings.z.size(); ++i)
+    readings.z[i] += std::sqrt(readings.variance[i]) * normal(engine);
+  return readings;
+}
+
+}  // namespace trundle::test

@@ -1,0 +1,63 @@
+#include <cstdlib>
+#include <new>
+
+#include <gtest/gtest.h>
+
+#include "trundle/odometry/odometer.hpp"
+
+#include "increments.hpp"
+
+// This program counts every allocation.
+namespace {
+std::size_t allocations = 0;
+}
+
+// The replaced operators are malloc and free on purpose; g++ 12 says so where it inlines only one of a pair.
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
+
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+
+namespace trundle {
+namespace {
+
+void expect_no_allocation(const Chassis& chassis) {
+  const Robot robot = test::robot_of(chassis);
+  const auto increments = test::wandering(robot, 20);
+  Odometer odometer(robot, {.parameters = parameters_of(robot)});
+  const std::size_t before = allocations;
+  for (const Increment& increment : increments) odometer.step(increment);
+  odometer.step_across_gap(increments.front());
+  const OdometerState saved = odometer.state();
+  odometer.resume(saved);
+  const PoseSensitivity J = odometer.sensitivity();
+  const std::size_t after = allocations;
+  EXPECT_EQ(after, before);
+  EXPECT_GT(J.norm(), 0.0);
+}
+
+TEST(Allocation, TheCounterCounts) {
+  const std::size_t before = allocations;
+  ::operator delete(::operator new(1));
+  const std::size_t after = allocations;
+  EXPECT_EQ(after, before + 1);
+}
+
+TEST(Allocation, StepNeedsNoHeap) {
+  expect_no_allocation(differential_drive(test::kSize, 0.5));
+  expect_no_allocation(mecanum(test::kSize, 0.4, 0.5));
+  expect_no_allocation(test::two_pods());
+  expect_no_allocation(test::odd_chassis());
+}
+
+}  // namespace
+}  // namespace trundle

@@ -1,0 +1,100 @@
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include "trundle/geometry/gaussian.hpp"
+#include "trundle/odometry/odometer.hpp"
+#include "trundle/simulation/random.hpp"
+
+#include "increments.hpp"
+#include "scale.hpp"
+
+namespace trundle {
+namespace {
+
+Matrix3 some_covariance() {
+  return (Matrix3() << 0.04, 0.01, -0.002, 0.01, 0.09, 0.003, -0.002, 0.003, 0.01).finished();
+}
+
+Robot without_bias_walk(const Chassis& chassis) {
+  Robot robot = test::robot_of(chassis);
+  if (robot.chassis.gyro) robot.chassis.gyro->bias_walk_rad_s_sqrt_s = 0.0;
+  return robot;
+}
+
+TEST(Covariance, AgreesWithTheAdjointForm) {
+  for (const Chassis& chassis : {differential_drive(test::kSize, 0.5), omni3(test::kSize, 0.2),
+                                 mecanum(test::kSize, 0.4, 0.5), test::two_pods(), test::odd_chassis()}) {
+    const Robot robot = without_bias_walk(chassis);
+    const Pose2 start{0.5, -0.3, 0.8};
+    Odometer odometer(robot, {.start = start, .start_covariance = some_covariance()});
+    GaussianPose pose{start, body_covariance(start, some_covariance())};
+    for (const Increment& increment : test::wandering(robot, 300)) {
+      odometer.step(increment);
+      const Rows rows = rows_of(robot.chassis, increment.has_gyro);
+      const TwistEstimate estimate = estimate_twist(rows, readings_of(robot.chassis, rows, increment));
+      const Matrix3 Jr = right_jacobian(estimate.twist);
+      pose = pose * GaussianPose{exp(estimate.twist), Jr * estimate.covariance * Jr.transpose()};
+    }
+    const Matrix3 expected = world_covariance(pose);
+    EXPECT_LT((odometer.white_covariance() - expected).norm(), 1e-7 * expected.norm());
+  }
+}
+
+/// Draws z with the readings' own noise, many times, and compares the scatter of the end pose.
+TEST(Covariance, AgreesWithMonteCarlo) {
+  const Robot robot =
+      test::robot_of(differential_drive({.diameter_m = 0.15, .ticks_per_revolution = 0}, 0.5));
+  const auto increments = test::wandering(robot, 50);
+  Odometer odometer(robot, {});
+  for (const Increment& increment : increments) odometer.step(increment);
+  const int runs = test::trials(4000, 400);
+  Random random(7);
+  Matrix3 scatter = Matrix3::Zero();
+  for (int run = 0; run < runs; ++run) {
+    Pose2 pose;
+    for (const Increment& increment : increments) {
+      const Rows rows = rows_of(robot.chassis, false);
+      Readings readings = readings_of(robot.chassis, rows, increment);
+      for (int i = 0; i < rows.count(); ++i) readings.z[i] += random.normal(std::sqrt(readings.variance[i]));
+      pose = pose * exp(estimate_twist(rows, readings).twist);
+    }
+    const Vector3 error(pose.x - odometer.pose().x, pose.y - odometer.pose().y,
+                        pose.heading - odometer.pose().heading);
+    scatter += error * error.transpose() / runs;
+  }
+  // Whitened, the sample covariance is 1 within √(2/n) per entry; 4.5 of that for six entries, and 2 % for
+  // curvature.
+  const Matrix3 L = odometer.white_covariance().llt().matrixL();
+  const Matrix3 whitened = L.inverse() * scatter * L.inverse().transpose();
+  EXPECT_LT((whitened - Matrix3::Identity()).cwiseAbs().maxCoeff(), 4.5 * std::sqrt(2.0 / runs) + 0.02);
+}
+
+TEST(Covariance, OfTheWalkOfTheBias) {
+  // Standing still with a gyro whose bias walks: the heading's variance is q² Σ (t_end − t_k)² dt, in steps.
+  Robot robot = test::robot_of(test::two_pods());
+  robot.chassis.gyro->noise_rad_s_sqrt_hz = 0.0;
+  robot.chassis.gyro->bias_walk_rad_s_sqrt_s = 0.01;
+  Odometer odometer(robot, {});
+  const Increment still{.duration_s = 0.1, .has_gyro = true};
+  double expected = 0.0;
+  for (int i = 0; i < 100; ++i) odometer.step(still);
+  for (int k = 0; k < 100; ++k) expected += 1e-4 * 0.1 * std::pow(0.1 * k, 2);
+  EXPECT_NEAR(odometer.white_covariance()(2, 2), expected, 1e-9);
+}
+
+TEST(Covariance, GrowsByWhatAGapHides) {
+  const Robot robot = test::differential_robot(0.5);
+  Odometer through(robot, {});
+  Odometer across(robot, {});
+  through.step(test::two_wheels(0.9, 1.1));
+  across.step_across_gap(test::two_wheels(0.9, 1.1));
+  EXPECT_EQ(across.pose().x, through.pose().x);
+  const double sigma = 1.0 * (0.4 + 0.1) / std::sqrt(12.0);
+  const Matrix3 added = across.white_covariance() - through.white_covariance();
+  EXPECT_NEAR(added(0, 0), sigma * sigma, 1e-12);
+  EXPECT_NEAR(added(1, 1), sigma * sigma, 1e-12);
+  EXPECT_EQ(added(2, 2), 0.0);
+}
+
+}  // namespace
+}  // namespace trundle

@@ -1,0 +1,107 @@
+#include "trundle/odometry/dead_reckon.hpp"
+
+#include <gtest/gtest.h>
+
+#include "trundle/io/error.hpp"
+
+#include "increments.hpp"
+
+namespace trundle {
+namespace {
+
+/// A log as columns, and what dead_reckon makes of it.
+struct Columns {
+  std::array<std::vector<double>, kMaxWheels> turned;
+  std::vector<double> gyro_rad, duration_s;
+  std::vector<double> x_m, y_m, heading_rad;
+
+  explicit Columns(const std::vector<Increment>& increments) {
+    for (const Increment& increment : increments) {
+      for (std::size_t k = 0; k < kMaxWheels; ++k) turned[k].push_back(increment.turned[k]);
+      if (!increment.has_gyro) continue;
+      gyro_rad.push_back(increment.gyro_rad);
+      duration_s.push_back(increment.duration_s);
+    }
+    x_m.resize(increments.size());
+    y_m.resize(increments.size());
+    heading_rad.resize(increments.size());
+  }
+
+  TravelColumns travel() const {
+    TravelColumns columns{.gyro_rad = gyro_rad, .duration_s = duration_s};
+    for (std::size_t k = 0; k < kMaxWheels; ++k) columns.turned[k] = turned[k];
+    return columns;
+  }
+  PoseColumns poses() { return {x_m, y_m, heading_rad}; }
+};
+
+void expect_same_bits(const Robot& robot, const std::vector<Increment>& increments, const Pose2& start) {
+  Columns columns(increments);
+  dead_reckon(robot, columns.travel(), start, columns.poses());
+  Odometer odometer(robot, {.start = start, .with_covariance = false});
+  for (std::size_t i = 0; i < increments.size(); ++i) {
+    odometer.step(increments[i]);
+    ASSERT_EQ(columns.x_m[i], odometer.pose().x) << i;
+    ASSERT_EQ(columns.y_m[i], odometer.pose().y) << i;
+    ASSERT_EQ(columns.heading_rad[i], odometer.pose().heading) << i;
+  }
+}
+
+TEST(DeadReckon, GivesTheBitsOfTheStep) {
+  for (const Chassis& chassis : {differential_drive(test::kSize, 0.5), omni3(test::kSize, 0.2),
+                                 test::two_pods(), mecanum(test::kSize, 0.4, 0.5), Chassis{}}) {
+    const Robot robot = test::robot_of(chassis);
+    for (const int rows : {1, 7, 256, 257, 1000})
+      expect_same_bits(robot, test::wandering(robot, rows), {0.3, -0.1, 2.0});
+  }
+}
+
+TEST(DeadReckon, GivesThemBeyondTheKernelsRangeToo) {
+  const Robot robot = test::differential_robot();
+  auto increments = test::wandering(robot, 1000);
+  increments[300] = test::two_wheels(-1.0, 1.0);  // 4 rad in one interval
+  expect_same_bits(robot, increments, {0.0, 0.0, 0.0});
+  expect_same_bits(robot, increments, {0.0, 0.0, 2e6});
+}
+
+TEST(DeadReckon, StaysWithinItsBoundOverAMillionRows) {
+  const Robot robot = test::differential_robot();
+  const auto increments = test::wandering(robot, 1'000'000, 0.02);
+  Columns columns(increments);
+  dead_reckon(robot, columns.travel(), {}, columns.poses());
+  long double x = 0.0L;
+  long double y = 0.0L;
+  long double heading = 0.0L;
+  double worst = 0.0;
+  const long double metres = static_cast<long double>(kPi) * robot.chassis.wheels()[0].diameter_m;
+  for (std::size_t i = 0; i < increments.size(); ++i) {
+    const long double left = metres * increments[i].turned[0];
+    const long double right = metres * increments[i].turned[1];
+    const long double half = (right - left) / 0.5L / 2.0L;
+    const long double chord = 0.5L * (left + right) * (half == 0.0L ? 1.0L : std::sin(half) / half);
+    x += chord * std::cos(heading + half);
+    y += chord * std::sin(heading + half);
+    heading += 2.0L * half;
+    worst = std::max({worst, std::abs(static_cast<double>(x - columns.x_m[i])),
+                      std::abs(static_cast<double>(y - columns.y_m[i]))});
+  }
+  EXPECT_LT(worst, 1e-9);
+}
+
+TEST(DeadReckon, RefusesColumnsOfDifferentLength) {
+  const Robot robot = test::differential_robot();
+  Columns columns(test::wandering(robot, 10));
+  columns.turned[1].pop_back();
+  EXPECT_THROW(dead_reckon(robot, columns.travel(), {}, columns.poses()), InputError);
+}
+
+TEST(DeadReckon, RefusesWhatCannotBeObserved) {
+  const Robot robot = test::robot_of(test::two_pods());
+  Columns columns(test::wandering(robot, 10));
+  columns.gyro_rad.clear();
+  columns.duration_s.clear();
+  EXPECT_THROW(dead_reckon(robot, columns.travel(), {}, columns.poses()), CannotAnswer);
+}
+
+}  // namespace
+}  // namespace trundle

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cmath>
+#include <random>
+#include <span>
+#include <vector>
+
+#include "trundle/chassis/robot.hpp"
+#include "trundle/odometry/odometer.hpp"
+#include "trundle/recording/increments.hpp"
+
+#include "chassis/robots.hpp"
+
+namespace trundle::test {
+
+/// Readings of a robot that wanders: every wheel turns on its own, so that every row and residual is
+/// exercised.
+inline std::vector<Increment> wandering(const Robot& robot, int count, double revolutions = 0.05,
+                                        unsigned seed = 1) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> noise(-1.0, 1.0);
+  std::vector<Increment> increments;
+  double turn = 0.0;
+  for (int i = 0; i < count; ++i) {
+    Increment increment{.time_s = 0.05 * (i + 1), .duration_s = 0.05};
+    turn = 0.9 * turn + 0.05 * noise(random);
+    for (double& turned : increment.turned) turned = revolutions * (0.6 + 0.4 * noise(random));
+    increment.gyro_rad = turn;
+    increment.has_gyro = robot.chassis.gyro.has_value();
+    increments.push_back(increment);
+  }
+  return increments;
+}
+
+/// The definition, without any preparation: weighted least squares row by row, weights as `weights` has them.
+inline Pose2 plainly_integrated(const Robot& robot, const Chassis& weights,
+                                std::span<const Increment> increments, Pose2 pose = {}) {
+  for (const Increment& increment : increments) {
+    const Rows rows = rows_of(robot.chassis, increment.has_gyro);
+    Readings readings = readings_of(robot.chassis, rows, increment);
+    readings.variance = readings_of(weights, rows, increment).variance;
+    pose = pose * exp(estimate_twist(rows, readings).twist);
+  }
+  return pose;
+}
+
+inline AlignedReadings aligned(std::vector<Increment> increments) {
+  AlignedReadings readings;
+  readings.bridged.assign(increments.size(), false);
+  readings.increments = std::move(increments);
+  return readings;
+}
+
+/// A calibration that knows these parameters with this covariance.
+inline CalibrationRecord calibrated(const std::vector<std::string>& names,
+                                    const Eigen::MatrixXd& covariance) {
+  CalibrationRecord record;
+  for (const std::string& name : names) {
+    record.parameters.emplace_back().name = name;
+    record.parameters.back().observable = true;
+  }
+  record.covariance = covariance;
+  return record;
+}
+
+inline Robot differential_robot(double track_m = 0.5) {
+  return robot_of(differential_drive(kSize, track_m));
+}
+
+/// Revolutions for so many metres.
+inline double revolutions(double metres) {
+  return metres / (kPi * kSize.diameter_m);
+}
+
+inline Increment two_wheels(double left_m, double right_m, double duration_s = 0.1) {
+  Increment increment{.duration_s = duration_s};
+  increment.turned[0] = revolutions(left_m);
+  increment.turned[1] = revolutions(right_m);
+  return increment;
+}
+
+}  // namespace trundle::test

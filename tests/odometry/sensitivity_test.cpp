@@ -1,0 +1,87 @@
+#include <gtest/gtest.h>
+
+#include "trundle/odometry/integrate.hpp"
+
+#include "increments.hpp"
+
+namespace trundle {
+namespace {
+
+Vector3 vector_of(const Pose2& pose) {
+  return {pose.x, pose.y, pose.heading};
+}
+
+/// ∂(end pose)/∂p by central differences of the whole integration, weights held at the nominal robot's.
+Vector3 numeric_sensitivity(const Parameter& parameter, const Robot& robot,
+                            const std::vector<Increment>& increments) {
+  const double value = value_of(parameter, robot);
+  const double step = 1e-5 * std::max(0.1, std::abs(value));
+  Robot more = robot;
+  Robot less = robot;
+  set_value(parameter, value + step, more);
+  set_value(parameter, value - step, less);
+  return (vector_of(test::plainly_integrated(more, robot.chassis, increments)) -
+          vector_of(test::plainly_integrated(less, robot.chassis, increments))) /
+         (2.0 * step);
+}
+
+void expect_sensitivities(const Chassis& chassis) {
+  const Robot robot = test::robot_of(chassis);
+  const auto increments = test::wandering(robot, 200);
+  const std::vector<Parameter> parameters = parameters_of(robot);
+  Odometer odometer(robot, {.parameters = parameters});
+  for (const Increment& increment : increments) odometer.step(increment);
+  const PoseSensitivity J = odometer.sensitivity();
+  ASSERT_EQ(J.cols(), static_cast<Eigen::Index>(parameters.size()));
+  for (std::size_t j = 0; j < parameters.size(); ++j) {
+    const Vector3 expected = numeric_sensitivity(parameters[j], robot, increments);
+    const Vector3 actual = J.col(static_cast<Eigen::Index>(j));
+    EXPECT_LT((actual - expected).norm(), 1e-6 * (1.0 + expected.norm())) << name_of(parameters[j], robot);
+  }
+}
+
+TEST(Sensitivity, Differential) {
+  expect_sensitivities(differential_drive(test::kSize, 0.5));
+}
+TEST(Sensitivity, DifferentialWithGyro) {
+  expect_sensitivities(test::with_gyro(differential_drive(test::kSize, 0.5)));
+}
+TEST(Sensitivity, SkidSteer) {
+  expect_sensitivities(skid_steer(test::kSize, 0.7, 0.4));
+}
+TEST(Sensitivity, Omni3) {
+  expect_sensitivities(omni3(test::kSize, 0.2));
+}
+TEST(Sensitivity, Mecanum) {
+  expect_sensitivities(mecanum(test::kSize, 0.4, 0.5));
+}
+TEST(Sensitivity, PodsAndGyro) {
+  expect_sensitivities(test::two_pods());
+}
+TEST(Sensitivity, AllKindsOfWheel) {
+  expect_sensitivities(test::odd_chassis());
+}
+
+TEST(Sensitivity, MakesTheSecondPartOfTheCovariance) {
+  Robot robot = test::differential_robot();
+  const auto increments = test::wandering(robot, 100);
+  const std::vector<Parameter> parameters = {{ParameterKind::diameter, 1}, {ParameterKind::track, -1}};
+  const Matrix2 covariance = (Matrix2() << 1e-6, 2e-7, 2e-7, 4e-6).finished();
+  robot.calibration = test::calibrated({"w1.diameter", "track"}, covariance);
+  CalibratedParameter held;
+  held.name = "w0.diameter";
+  robot.calibration->parameters.insert(robot.calibration->parameters.begin(), held);
+
+  const IntegratedOdometry result = integrate(test::aligned(increments), robot);
+  Odometer odometer(robot, {.parameters = parameters});
+  for (const Increment& increment : increments) odometer.step(increment);
+  const PoseSensitivity J = odometer.sensitivity();
+  const Matrix3 expected = J * covariance * J.transpose();
+  EXPECT_LT((result.end_parameter_covariance - expected).norm(), 1e-15);
+  EXPECT_LT((result.trajectory.covariances.back() - result.white_covariances.back() - expected).norm(),
+            1e-12);
+  EXPECT_EQ(result.parameters, (std::vector<std::string>{"w1.diameter", "track"}));
+}
+
+}  // namespace
+}  // namespace trundle

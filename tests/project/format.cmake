@@ -1,0 +1,11 @@
+# Fails where a source is not as clang-format would write it. cmake -DROOT=<checkout> -DCLANG_FORMAT=<program>
+cmake_minimum_required(VERSION 3.25)
+set(globs "")
+foreach(folder IN ITEMS src apps tests bench examples)
+  list(APPEND globs ${ROOT}/${folder}/*.hpp ${ROOT}/${folder}/*.cpp)
+endforeach()
+file(GLOB_RECURSE files ${globs})
+execute_process(COMMAND ${CLANG_FORMAT} --dry-run -Werror ${files} RESULT_VARIABLE result)
+if(result)
+  message(FATAL_ERROR "Not formatted; clang-format-14 -i <files> does it")
+endif()

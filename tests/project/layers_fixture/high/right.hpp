@@ -1,0 +1,1 @@
+#include "trundle/low/wrong.hpp"

@@ -1,0 +1,140 @@
+#include "trundle/recording/csv.hpp"
+
+#include <cmath>
+#include <memory>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "trundle/io/error.hpp"
+
+#include "recording/folder.hpp"
+
+namespace trundle {
+namespace {
+
+using testing::ElementsAre;
+
+CsvRows read_all(std::string_view text, const CsvFormat& format = {}) {
+  const CsvTable table(text, "log.csv", format);
+  std::vector<CsvColumn> wanted;
+  for (std::size_t i = 0; i < table.columns(); ++i) wanted.push_back({i});
+  return table.read(wanted);
+}
+
+TEST(Csv, reads_columns_and_their_names) {
+  const CsvTable table("a,b\n1,2\n3,4\n", "log.csv", {});
+  EXPECT_THAT(table.names(), ElementsAre("a", "b"));
+  const CsvColumn second{1};
+  EXPECT_THAT(table.read({&second, 1}).numbers[0], ElementsAre(2, 4));
+}
+
+TEST(Csv, tolerates_byte_order_mark_carriage_returns_comments_blanks_and_quotes) {
+  const CsvRows rows = read_all(
+      "\xEF\xBB\xBF# made today\r\n\r\n \"a\" , b\r\n1,2\r\n# between\r\n\r\n \"3\" , 4 \r\n5,6\r\n");
+  EXPECT_THAT(rows.numbers[0], ElementsAre(1, 3, 5));
+  EXPECT_THAT(rows.numbers[1], ElementsAre(2, 4, 6));
+  EXPECT_EQ(rows.lines.line_of(0), 4);
+  EXPECT_EQ(rows.lines.line_of(1), 7);
+  EXPECT_EQ(rows.lines.line_of(2), 8);
+  EXPECT_EQ(rows.lines.line_of(3), 0);
+}
+
+TEST(Csv, skips_text_in_columns_that_nobody_wants) {
+  const CsvTable table("a,note,b\n1,hello,2\n3,\"x, y\",4\n5,,6\n", "log.csv", {});
+  const std::vector<CsvColumn> wanted = {{0}, {2}};
+  const CsvRows rows = table.read(wanted);
+  EXPECT_THAT(rows.numbers[0], ElementsAre(1, 3, 5));
+  EXPECT_THAT(rows.numbers[1], ElementsAre(2, 4, 6));
+}
+
+TEST(Csv, reads_texts) {
+  const CsvTable table("t,name\n1,tree\n2,\n3,\"a b\"\n", "log.csv", {});
+  const std::vector<CsvColumn> wanted = {{1, CellKind::text}, {0}};
+  const CsvRows rows = table.read(wanted);
+  EXPECT_THAT(rows.texts[0], ElementsAre("tree", "", "a b"));
+  EXPECT_THAT(rows.numbers[1], ElementsAre(1, 2, 3));
+}
+
+TEST(Csv, separates_by_runs_of_spaces_and_tabs) {
+  const CsvRows rows = read_all("  1 \t 2\n3   4  \n", {.delimiter = ' ', .header = false});
+  EXPECT_THAT(rows.numbers[0], ElementsAre(1, 3));
+  EXPECT_THAT(rows.numbers[1], ElementsAre(2, 4));
+}
+
+TEST(Csv, separates_by_tabs_and_semicolons) {
+  EXPECT_THAT(read_all("a\tb\n1\t2\n", {.delimiter = '\t'}).numbers[1], ElementsAre(2));
+  EXPECT_THAT(read_all("a;b\n1;2\n", {.delimiter = ';'}).numbers[1], ElementsAre(2));
+}
+
+TEST(Csv, takes_empty_cells_and_words_for_nothing_as_not_measured) {
+  const CsvRows rows = read_all("a,b\n,1\nNaN,1\nnull,1\nNA,1\ninf,1\n-inf,1\nnone,\n");
+  ASSERT_EQ(rows.count(), 7);
+  for (const double value : rows.numbers[0]) EXPECT_TRUE(std::isnan(value));
+  EXPECT_TRUE(std::isnan(rows.numbers[1][6]));
+}
+
+TEST(Csv, a_trailing_delimiter_is_no_cell) {
+  EXPECT_THAT(read_all("a,b,\n1,2,\n3,4\n").numbers[1], ElementsAre(2, 4));
+}
+
+TEST(Csv, a_last_line_that_breaks_off_is_left_out_and_told) {
+  for (const char* end : {"3", "3,", "3,-", "3,1e"}) {
+    const CsvRows rows = read_all(std::string("a,b,c\n1,2,3\n") + end);
+    EXPECT_EQ(rows.count(), 1) << end;
+    EXPECT_EQ(rows.truncated_line, 3U) << end;
+  }
+  const CsvRows whole = read_all("a,b\n1,2\n3,4");
+  EXPECT_EQ(whole.count(), 2);
+  EXPECT_FALSE(whole.truncated_line);
+}
+
+TEST(Csv, reads_nothing_beyond_the_text) {
+  // Exactly as long as the text: a sanitizer sees every byte too far.
+  for (const std::string text :
+       {"a,b\n1,2\n3,4", "a,b\n1,2\n3,4\n", "a\n1234567", "a\n-", "a\n1.5", "a\n.", "a\n1.\r"}) {
+    const std::unique_ptr<char[]> exact(new char[text.size()]);
+    std::copy(text.begin(), text.end(), exact.get());
+    EXPECT_LE(read_all({exact.get(), text.size()}).count(), 2) << text;
+  }
+}
+
+TEST(Csv, reads_a_mapped_file_that_ends_with_a_page) {
+  const test::Folder folder;
+  const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+  std::string text = "a\n";
+  while (text.size() + 8 <= page) text += "1234567\n";
+  text.resize(page, '9');
+  const std::filesystem::path path = folder.write("page.csv", text);
+  const MappedFile file(path);
+  ASSERT_EQ(file.text().size(), page);
+  const CsvRows rows = read_all(file.text());
+  EXPECT_EQ(rows.numbers[0].front(), 1234567);
+  EXPECT_EQ(rows.count(), (page - 2) / 8 + 1);
+}
+
+TEST(Csv, more_rows_than_a_block_keep_their_order) {
+  std::string text = "a,b\n";
+  for (int i = 0; i < 5000; ++i) text += std::to_string(i) + "," + std::to_string(-i) + "\n";
+  const CsvRows rows = read_all(text);
+  ASSERT_EQ(rows.count(), 5000);
+  for (int i = 0; i < 5000; ++i) {
+    ASSERT_EQ(rows.numbers[0][static_cast<std::size_t>(i)], i);
+    ASSERT_EQ(rows.numbers[1][static_cast<std::size_t>(i)], -i);
+  }
+}
+
+TEST(LineMap, keeps_the_lines_of_the_rows_that_remain) {
+  LineMap lines;
+  for (const std::size_t line : {2U, 3U, 7U, 8U, 9U}) lines.append(line);
+  const std::vector<std::size_t> rows = {0, 2, 4};
+  const LineMap kept = lines.only(rows);
+  EXPECT_EQ(kept.rows(), 3);
+  EXPECT_EQ(kept.line_of(0), 2);
+  EXPECT_EQ(kept.line_of(1), 7);
+  EXPECT_EQ(kept.line_of(2), 9);
+}
+
+}  // namespace
+}  // namespace trundle

@@ -1,0 +1,30 @@
+#include "trundle/report/json_text.hpp"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace trundle {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+TEST(JsonText, PutsArraysOfPlainValuesOnOneLine) {
+  const Json document = {
+      {"a", 1}, {"b", {1.5, nullptr, "x"}}, {"c", Json::array({Json::array({1, 2}), Json::array({3, 4})})}};
+  EXPECT_EQ(json_text(document),
+            "{\n  \"a\": 1,\n  \"b\": [1.5,null,\"x\"],\n  \"c\": [\n    [1,2],\n    [3,4]\n  ]\n}\n");
+}
+
+TEST(JsonText, EmptyOnesStayShort) {
+  EXPECT_EQ(json_text(Json::object()), "{}\n");
+  EXPECT_EQ(json_text({{"a", Json::array()}, {"b", Json::object()}}), "{\n  \"a\": [],\n  \"b\": {}\n}\n");
+  EXPECT_EQ(json_text(3), "3\n");
+}
+
+TEST(JsonText, ParsesBackToTheSame) {
+  const Json document = {{"\"key\"\n", {{"x", {{{"y", "</script>\t🤖"}}, {0.1, -1e-300}}}}}, {"", false}};
+  EXPECT_EQ(Json::parse(json_text(document)), document);
+}
+
+}  // namespace
+}  // namespace trundle
