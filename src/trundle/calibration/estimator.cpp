@@ -10,12 +10,10 @@
 
 #include "trundle/calibration/chassis_likelihood.hpp"
 #include "trundle/calibration/relative_likelihood.hpp"
-#include "trundle/calibration/student_t.hpp"
 
 namespace trundle {
 namespace {
 
-constexpr double kNormal95 = 1.959963984540054;
 constexpr int kMostIterations = 60;
 constexpr double kConverged = 1e-11;         // step, in prior sigmas
 constexpr double kGate = 30.0;               // squared Mahalanobis distance of a 3-D residual: 1e-6 by chance
@@ -190,13 +188,6 @@ Eigen::MatrixXd whitening_of(const Robot& robot, const Fit& fit, const Estimable
   return B * Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(all).operatorInverseSqrt();
 }
 
-/// The noise is known only as well as the degrees of freedom allow: intervals of Student's instead of the
-/// normal distribution. As a factor on the variance half of that (its root): the dispersion's floor at 1
-/// gives the other half.
-double student_widening(int degrees_of_freedom) {
-  return degrees_of_freedom == 0 ? 1.0 : student_t_95(degrees_of_freedom) / kNormal95;
-}
-
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::ranges::nth_element(values, middle);
@@ -299,8 +290,7 @@ Estimate estimate_parameters(std::span<const Run> runs, const Robot& nominal,
   }
   if (estimate.space.basis.cols() > 0) measure_dispersion(estimate.robot, fit, estimate);
   const Eigen::MatrixXd information = total_information(estimate.robot, fit).matrix;
-  estimate.covariance = estimate.dispersion * student_widening(estimate.degrees_of_freedom) *
-                        constrained_inverse(information, estimate.space);
+  estimate.covariance = estimate.dispersion * constrained_inverse(information, estimate.space);
   estimate.noise = fit.noise;
   return estimate;
 }

@@ -73,7 +73,7 @@ std::vector<LagVariance> variogram(std::span<const HeadingError> errors) {
     if (!e.path_m.empty()) longest = std::max(longest, e.path_m.back() - e.path_m.front());
   std::vector<LagVariance> points;
   // Longer lags are no use: the fitted parameters have already bent the odometry to the reference over them.
-  for (const double share : {1.0 / 32, 1.0 / 16, 3.0 / 32, 1.0 / 8, 3.0 / 16, 1.0 / 4}) {
+  for (const double share : {1.0 / 64, 1.0 / 32, 1.0 / 16, 3.0 / 32, 1.0 / 8, 3.0 / 16}) {
     const double lag = share * longest;
     std::vector<double> differences;
     double lags = 0.0;
@@ -159,7 +159,7 @@ Vector3 autocorrelation(std::span<const Run> runs, const Robot& robot, const Ref
     }
   }
   const Vector3 rho = lagged.cwiseQuotient(own.cwiseMax(1e-12)).cwiseMin(kLargestCorrelation);
-  const double chance = 2.0 / std::sqrt(std::max(count, 1.0));
+  const double chance = 3.0 / std::sqrt(std::max(count, 1.0));  // three sigma
   return (rho.array() > chance).select(rho, 0.0);
 }
 
