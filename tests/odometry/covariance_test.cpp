@@ -28,7 +28,7 @@ TEST(Covariance, AgreesWithTheAdjointForm) {
     const Pose2 start{0.5, -0.3, 0.8};
     Odometer odometer(robot, {.start = start, .start_covariance = some_covariance()});
     GaussianPose pose{start, body_covariance(start, some_covariance())};
-    for (const Increment& increment : test::wandering(robot, 300)) {
+    for (const Increment& increment : test::slipping(test::wandering(robot, 300))) {
       odometer.step(increment);
       const Rows rows = rows_of(robot.chassis, increment.has_gyro);
       const TwistEstimate estimate = estimate_twist(rows, readings_of(robot.chassis, rows, increment));

@@ -32,6 +32,13 @@ inline std::vector<Increment> wandering(const Robot& robot, int count, double re
   return increments;
 }
 
+/// The same, some of them with a wheel that slips.
+inline std::vector<Increment> slipping(std::vector<Increment> increments) {
+  for (std::size_t i = 0; i < increments.size(); i += 5)
+    increments[i].slip_variance[i % 2] = i % 3 == 0 ? 1e-4 : 3e-4;
+  return increments;
+}
+
 /// The definition, without any preparation: weighted least squares row by row, weights as `weights` has them.
 inline Pose2 plainly_integrated(const Robot& robot, const Chassis& weights,
                                 std::span<const Increment> increments, Pose2 pose = {}) {

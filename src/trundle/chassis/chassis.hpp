@@ -72,7 +72,10 @@ struct Increment {
   /// Per wheel: revolutions, forwards positive. Without wheels: [0] forward travel [m], [1] turn [rad].
   std::array<double, kMaxWheels> turned{};
   double gyro_rad = 0.0;  ///< integral of the gyro's raw reading
-  bool has_gyro = false;
+  bool has_gyro = false;  ///< false also where it was saturated
+  /// Added to the variance of a wheel's travel [m²] (without wheels: of forward and of turn [rad²]): where it
+  /// slips, its reading counts for little.
+  std::array<double, kMaxWheels> slip_variance{};
 };
 
 // Common robots. Widths and lengths are between ground contacts [m]; wheel order left to right, front to

@@ -160,12 +160,15 @@ Rows rows_of(const Chassis& chassis, bool with_gyro) {
 
 Readings readings_of(const Chassis& chassis, const Rows& rows, const Increment& increment) {
   const double mean_travel = mean_travel_of(chassis, increment);
+  const int own_rows =
+      chassis.wheel_count > 0 ? chassis.wheel_count : 2;  // of wheels, or of forward and turn
   Readings readings{RowVector(rows.count()), RowVector(rows.count())};
   for (int i = 0; i < rows.count(); ++i) {
     const Reading reading =
         reading_of(chassis, rows.row[static_cast<std::size_t>(i)], increment, mean_travel);
     readings.z[i] = reading.z;
-    readings.variance[i] = reading.variance;
+    readings.variance[i] =
+        reading.variance + (i < own_rows ? increment.slip_variance[static_cast<std::size_t>(i)] : 0.0);
   }
   return readings;
 }

@@ -157,7 +157,7 @@ void MotionModel::linearise() {
 void MotionModel::linearise_noise(const Matrix3& M) {
   for (std::size_t i = 0; i < 3; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    const Triple m = {M(0, row), M(1, row), M(2, row)};
+    const Triple m = by_row_[i] = {M(0, row), M(1, row), M(2, row)};
     add_outer(noise_at_rest_, variance_at_rest_[i], m);
     for (std::size_t k = 0; k < inputs_; ++k) add_outer(noise_[k], variance_[i][k], m);
   }
@@ -170,12 +170,12 @@ void MotionModel::read_inputs(const Increment& increment, Inputs& u) const {
   u[wheels_ + 1] = increment.duration_s;
 }
 
-void MotionModel::weigh(const Inputs& u, Weighted& equations) const {
+void MotionModel::weigh(const Inputs& u, const Increment& increment, Weighted& equations) const {
   equations.normal = {};
   equations.right = {};
   for (std::size_t i = 0; i < rows_; ++i) {
     double z = 0.0;
-    double variance = variance_at_rest_[i];
+    double variance = variance_at_rest_[i] + (i < wheels_ ? increment.slip_variance[i] : 0.0);
     for (std::size_t k = 0; k < inputs_; ++k) {
       z += reading_[i][k] * u[k];
       variance += variance_[i][k] * std::abs(u[k]);
@@ -191,7 +191,7 @@ Triple MotionModel::weighted_twist(const Increment& increment) const {
   Inputs u;
   read_inputs(increment, u);
   Weighted equations;
-  weigh(u, equations);
+  weigh(u, increment, equations);
   return Cholesky(equations.normal).solve(equations.right);
 }
 
@@ -200,9 +200,9 @@ void MotionModel::twist_with_covariance(const Increment& increment, TwistStep& s
   read_inputs(increment, u);
   if (square_) {
     step.twist = twist(increment);
-    square_step(u, step);
+    square_step(u, increment, step);
   } else {
-    weighted_step(u, step);
+    weighted_step(u, increment, step);
   }
 }
 
@@ -215,8 +215,11 @@ Triple MotionModel::response_to_turn(const Increment& increment, double gyro_sca
   return {after[0] - before[0], after[1] - before[1], after[2] - before[2]};
 }
 
-void MotionModel::square_step(const Inputs& u, TwistStep& step) const {
+void MotionModel::square_step(const Inputs& u, const Increment& increment, TwistStep& step) const {
   step.covariance = noise_at_rest_;
+  for (std::size_t i = 0; i < wheels_; ++i)
+    if (const double slip = increment.slip_variance[i]; slip > 0.0)
+      add_outer(step.covariance, slip, by_row_[i]);
   for (std::size_t k = 0; k < inputs_; ++k)
     for (std::size_t i = 0; i < 6; ++i) step.covariance[i] += std::abs(u[k]) * noise_[k][i];
   for (std::size_t j = 0; j < parameters_; ++j) {
@@ -229,9 +232,9 @@ void MotionModel::square_step(const Inputs& u, TwistStep& step) const {
 }
 
 /// ∂ξ/∂p = N⁻¹ (∂Hᵀ W r + Hᵀ W (∂z − ∂H ξ)), W held. docs/odometry.md, eq. 5.
-void MotionModel::weighted_step(const Inputs& u, TwistStep& step) const {
+void MotionModel::weighted_step(const Inputs& u, const Increment& increment, TwistStep& step) const {
   Weighted equations;
-  weigh(u, equations);
+  weigh(u, increment, equations);
   const Cholesky normal(equations.normal);
   step.twist = normal.solve(equations.right);
   step.covariance = normal.inverse();

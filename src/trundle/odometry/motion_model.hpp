@@ -77,15 +77,15 @@ class MotionModel {
   void linearise();
   void linearise_noise(const Matrix3& M);
   void read_inputs(const Increment& increment, Inputs& u) const;
-  void weigh(const Inputs& u, Weighted& equations) const;
+  void weigh(const Inputs& u, const Increment& increment, Weighted& equations) const;
   std::array<double, 3> weighted_twist(const Increment& increment) const;
-  void square_step(const Inputs& u, TwistStep& step) const;
-  void weighted_step(const Inputs& u, TwistStep& step) const;
+  void square_step(const Inputs& u, const Increment& increment, TwistStep& step) const;
+  void weighted_step(const Inputs& u, const Increment& increment, TwistStep& step) const;
 
   std::size_t rows_ = 0;
   std::size_t inputs_ = 0;
   std::size_t parameters_ = 0;
-  std::size_t wheels_ = 0;
+  std::size_t wheels_ = 0;  ///< inputs, and rows of H, that are wheels (without wheels: forward and turn)
   bool with_gyro_ = false;
   bool square_ = false;
   std::array<std::array<double, 3>, kMaxRows> h_{};
@@ -98,6 +98,7 @@ class MotionModel {
   std::array<std::array<double, 3>, kMaxInputs> columns_{};  ///< square H: T, the gyro's two columns last
   std::array<Symmetric3, kMaxInputs> noise_{};               ///< square H: covariance of the twist by |u|
   Symmetric3 noise_at_rest_{};
+  std::array<std::array<double, 3>, 3> by_row_{};  ///< square H: columns of H⁻¹
 };
 
 inline std::array<double, 3> MotionModel::twist(const Increment& increment) const {
