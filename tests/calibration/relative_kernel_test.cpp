@@ -67,7 +67,7 @@ Vector3 components(const Pose2& pose) {
 RelativeNormalEquations plainly(const Motions& motions, const Robot& robot,
                                 const std::vector<Parameter>& parameters, const RelativeWeights& weights) {
   const auto n = static_cast<Eigen::Index>(parameters.size());
-  RelativeNormalEquations sums{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), 0.0};
+  RelativeNormalEquations sums{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), 0.0, 0};
   for (std::size_t i = 0; i < motions.increments.size(); ++i) {
     Eigen::MatrixXd J(3, n);
     for (Eigen::Index j = 0; j < n; ++j) {
@@ -84,11 +84,13 @@ RelativeNormalEquations plainly(const Motions& motions, const Robot& robot,
     Vector3 r = components(motions.measured[i]) - components(predicted(robot, motions.increments[i]));
     r.z() = wrap_angle(r.z());
     const double chi2 = r.dot(weights.information * r);
-    const double s2 = weights.soft_l1_scale * weights.soft_l1_scale;
-    const double root = s2 > 0.0 ? std::sqrt(1.0 + chi2 / s2) : 1.0;
-    sums.information += J.transpose() * weights.information * J / root;
-    sums.gradient += J.transpose() * weights.information * r / root;
-    sums.cost += s2 > 0.0 ? 2.0 * s2 * (root - 1.0) : chi2;
+    sums.cost += std::min(chi2, weights.gate);
+    if (chi2 > weights.gate) {
+      ++sums.outliers;
+      continue;
+    }
+    sums.information += J.transpose() * weights.information * J;
+    sums.gradient += J.transpose() * weights.information * r;
   }
   return sums;
 }
@@ -117,6 +119,8 @@ void expect_the_plain_sums(const Chassis& chassis, double turn_rad, const Relati
     parameters.push_back({kind, -1});
   const RelativeNormalEquations expected = plainly(motions, robot, parameters, weights);
   EXPECT_NEAR(sums.cost, expected.cost, 1e-10 * expected.cost);
+  EXPECT_EQ(sums.outliers, expected.outliers);
+  EXPECT_EQ(sums.outliers > 0, std::isfinite(weights.gate));
   EXPECT_LT((sums.gradient - expected.gradient).norm(), 1e-7 * expected.gradient.norm());
   EXPECT_LT((sums.information - expected.information).norm(), 1e-7 * expected.information.norm());
 }
@@ -133,9 +137,9 @@ TEST(RelativeKernel, SumsOfPodsAndGyro) {
 TEST(RelativeKernel, TurnsOfAnySize) {
   expect_the_plain_sums(test::two_pods(), 6.0, some_weights());
 }
-TEST(RelativeKernel, RobustWeights) {
+TEST(RelativeKernel, OutliersTeachNothing) {
   RelativeWeights weights = some_weights();
-  weights.soft_l1_scale = 0.7;
+  weights.gate = 1.5;
   expect_the_plain_sums(differential_drive(test::kSize, 0.5), 0.2, weights);
 }
 

@@ -10,6 +10,7 @@
 
 #include "trundle/calibration/chassis_likelihood.hpp"
 #include "trundle/calibration/relative_likelihood.hpp"
+#include "trundle/calibration/relative_table.hpp"
 
 namespace trundle {
 namespace {
@@ -38,7 +39,8 @@ struct Fit {
   double chassis_variance_factor = 1.0;
   double gate = std::numeric_limits<double>::infinity();
   std::vector<Matrix3> relative_covariance;  ///< for each run
-  std::vector<double> weight;                ///< for each run
+  std::vector<std::optional<RelativeTable>> relative_table;
+  std::vector<double> weight;  ///< for each run
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(parameters.size()); }
   int pieces() const {
@@ -53,14 +55,18 @@ void append(std::vector<Information>& all, const std::vector<Information>& more)
     if (information.count > 0) all.push_back(information);
 }
 
-std::vector<Information> relative_information(const Run& run, const Robot& robot, const Fit& fit,
-                                              const Matrix3& covariance) {
-  std::vector<Information> pieces(static_cast<std::size_t>(fit.pieces()), Information::zero(fit.size()));
+/// Of one run: in one fast pass where a table holds the whole problem, else motion by motion.
+std::vector<Information> relative_information_of(std::size_t index, const Robot& robot, const Fit& fit) {
+  const Run& run = fit.runs[index];
+  const Matrix3 W = fit.relative_covariance[index].inverse();
+  const auto pieces = static_cast<std::size_t>(fit.pieces());
+  if (fit.relative_table[index])
+    return relative_information(*fit.relative_table[index], robot, fit.parameters, {W, fit.gate}, pieces);
+  std::vector<Information> result(pieces, Information::zero(fit.size()));
   const RelativeResiduals r = relative_residuals(run, robot, fit.parameters);
-  const Matrix3 W = covariance.inverse();
   for (std::size_t i = 0; i < r.residual.size(); ++i)
-    add_within(pieces[i * pieces.size() / r.residual.size()], r.jacobian[i], W, r.residual[i], fit.gate);
-  return pieces;
+    add_within(result[i * pieces / r.residual.size()], r.jacobian[i], W, r.residual[i], fit.gate);
+  return result;
 }
 
 struct RunInformation {
@@ -81,8 +87,7 @@ RunInformation run_information(std::size_t index, const Robot& robot, const Fit&
          chassis_likelihood(
              run, noisy, fit.nominal, fit.parameters,
              {.pieces = fit.pieces(), .variance_factor = fit.chassis_variance_factor, .gate = fit.gate}));
-  if (!run.relative_motions.empty())
-    append(result.pieces, relative_information(run, noisy, fit, fit.relative_covariance[index]));
+  if (!run.relative_motions.empty()) append(result.pieces, relative_information_of(index, noisy, fit));
   result.outliers = stream.outliers;
   return result;
 }
@@ -259,6 +264,16 @@ void learn_noise(const Robot& robot, Fit& fit) {
   }
 }
 
+/// Which readings belong to a motion is fixed unless the clocks' offset is estimated.
+std::vector<std::optional<RelativeTable>> relative_tables(std::span<const Run> runs, const Robot& nominal,
+                                                          std::span<const Parameter> parameters) {
+  std::vector<std::optional<RelativeTable>> tables(runs.size());
+  if (std::ranges::find(parameters, ParameterKind::time_offset, &Parameter::kind) != parameters.end())
+    return tables;
+  std::ranges::transform(runs, tables.begin(), [&](const Run& run) { return relative_table(run, nominal); });
+  return tables;
+}
+
 }  // namespace
 
 Estimate estimate_parameters(std::span<const Run> runs, const Robot& nominal,
@@ -268,6 +283,7 @@ Estimate estimate_parameters(std::span<const Run> runs, const Robot& nominal,
           .parameters = parameters,
           .noise = kShortStretches,
           .relative_covariance = std::vector<Matrix3>(runs.size(), Matrix3::Identity() * 1e-4),
+          .relative_table = relative_tables(runs, nominal, parameters),
           .weight = std::vector<double>(runs.size(), 1.0)};
   Estimate estimate;
   // With much wheel noise the filter holds on to the reference, so that even a bad start is approached; with

@@ -26,6 +26,7 @@ struct Sums {
   std::array<std::array<Lanes, 3>, kMaxInputs> chassis_gradient;
   std::array<Lanes, 3> sensor_gradient;
   Lanes cost;
+  Lanes outliers;
 };
 
 /// Everything that is the same for all increments. Vectors are in body axes: the residual turned by ℓ's
@@ -36,7 +37,7 @@ struct Constants {
   double lever_x, lever_y;
   double cos_mount, sin_mount;
   std::array<double, 6> omega;  ///< Ω in body axes: xx, xy, xh, yy, yh, hh
-  double inverse_scale2;        ///< 1/s² of soft-L1; 0: not robust
+  double gate;
 };
 
 struct Vector {
@@ -111,7 +112,7 @@ TRUNDLE_INLINE Prediction predict(const Constants& is, const Twists& twist) {
           s};
 }
 
-/// Ω r, and the cost and weight of each increment: soft-L1 has ρ = 2 s² (√(1 + χ²/s²) − 1), weight ρ′(χ²).
+/// Ω r, and what each increment costs; beyond the gate it has no weight.
 struct Residual {
   Lanes x, y, turn;  ///< of Ω r, times the weight
   Lanes weight, cost;
@@ -126,12 +127,13 @@ TRUNDLE_INLINE Residual residual(const Constants& is, const Prediction& at, cons
   Residual f{Oxx * x + Oxy * y + Oxh * turn, Oxy * x + Oyy * y + Oyh * turn, Oxh * x + Oyh * y + Ohh * turn,
              Lanes{} + 1.0, Lanes{}};
   f.cost = x * f.x + y * f.y + turn * f.turn;
-  if (is.inverse_scale2 == 0.0) return f;
-  Lanes root = 1.0 + f.cost * is.inverse_scale2;
-  for (int lane = 0; lane < kLanes; ++lane) root[lane] = std::sqrt(root[lane]);
-  f.weight = 1.0 / root;
-  f.cost = 2.0 * f.cost / (root + 1.0);
-  return {f.x * f.weight, f.y * f.weight, f.turn * f.weight, f.weight, f.cost};
+  if (!any_beyond(beyond(f.cost, is.gate))) return f;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (f.cost[lane] <= is.gate) continue;
+    f.weight[lane] = f.x[lane] = f.y[lane] = f.turn[lane] = 0.0;
+    f.cost[lane] = is.gate;
+  }
+  return f;
 }
 
 TRUNDLE_INLINE void add_chassis(const Constants& is, const InputLanes& u, const Prediction& at,
@@ -196,6 +198,7 @@ TRUNDLE_KERNEL void sum_rows(const RelativeColumns& columns, const Constants& co
     const Vector measured = {load(columns.x_m, first), load(columns.y_m, first)};
     const Residual f = residual(constants, at, measured, load(columns.heading_rad, first));
     sums.cost += f.cost;
+    sums.outliers += 1.0 - f.weight;
     add_chassis(constants, u, at, f, sums);
     add_sensor(constants, at, f, sums);
   }
@@ -264,7 +267,6 @@ Eigen::MatrixXd coefficients_by_parameter(const LinearisedChassis& chassis) {
 Constants constants_of(const LinearisedChassis& chassis, const Pose2& mount, const RelativeWeights& weights) {
   Matrix3 R = Matrix3::Identity();
   R.topLeftCorner<2, 2>() = rotation(mount.heading);
-  const double scale = weights.soft_l1_scale;
   return {.T = chassis.twist.data(),
           .inputs = static_cast<std::size_t>(chassis.inputs()),
           .lever_x = mount.x,
@@ -272,7 +274,7 @@ Constants constants_of(const LinearisedChassis& chassis, const Pose2& mount, con
           .cos_mount = R(0, 0),
           .sin_mount = R(1, 0),
           .omega = symmetric_of(R * weights.information * R.transpose()),
-          .inverse_scale2 = scale > 0.0 ? 1.0 / (scale * scale) : 0.0};
+          .gate = weights.gate};
 }
 
 void require_equal_lengths(const RelativeColumns& columns, std::size_t inputs) {
@@ -295,7 +297,8 @@ RelativeNormalEquations accumulate_relative(const RelativeColumns& columns, cons
   sum_rows(columns, constants_of(chassis, body_from_sensor, weights), sums);
   const InputEquations equations = by_inputs(sums, chassis.inputs());
   const Eigen::MatrixXd D = coefficients_by_parameter(chassis);
-  return {D.transpose() * equations.information * D, D.transpose() * equations.gradient, total(sums.cost)};
+  return {D.transpose() * equations.information * D, D.transpose() * equations.gradient, total(sums.cost),
+          static_cast<std::size_t>(total(sums.outliers))};
 }
 
 }  // namespace trundle

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <span>
 
 #include <Eigen/Core>
@@ -24,17 +25,18 @@ struct RelativeColumns {
 
 struct RelativeWeights {
   Matrix3 information = Matrix3::Identity();  ///< Ω of a displacement (x, y, heading) in the sensor's frame
-  /// Soft-L1: an increment of Mahalanobis norm χ counts with weight 1/√(1 + χ²/s²); 0: all count fully.
-  double soft_l1_scale = 0.0;
+  /// A residual with a larger rᵀ Ω r teaches nothing and costs as much as this.
+  double gate = std::numeric_limits<double>::infinity();
 };
 
 /// The linearised least-squares problem of r = measured − predicted, predicted = ℓ⁻¹ exp(ξ) ℓ with ℓ =
 /// body_from_sensor. Parameters: those of LinearisedChassis::derivative, then x, y [m] and heading [rad] of
 /// ℓ. Gauss–Newton's step is information⁻¹ · gradient.
 struct RelativeNormalEquations {
-  Eigen::MatrixXd information;  ///< Σ w Jᵀ Ω J, J = ∂predicted/∂p
-  Eigen::VectorXd gradient;     ///< Σ w Jᵀ Ω r
-  double cost = 0.0;            ///< Σ ρ(rᵀ Ω r); without robust weights Σ rᵀ Ω r
+  Eigen::MatrixXd information;  ///< Σ Jᵀ Ω J, J = ∂predicted/∂p
+  Eigen::VectorXd gradient;     ///< Σ Jᵀ Ω r
+  double cost = 0.0;            ///< Σ min(rᵀ Ω r, gate)
+  std::size_t outliers = 0;     ///< beyond the gate
 };
 
 /// Sums the normal equations over all increments in one pass, eight at a time; the same bits on every
