@@ -224,6 +224,15 @@ TEST(Umbmark, RunsKeepTheirScatterWhenPredictedAgain) {
               1e-12);
 }
 
+TEST(Umbmark, HeadingsThatContradictThePositionsAreSaid) {
+  SquareSheet sheet = exact_sheet(kTruth);
+  for (SquareRun& run : sheet.runs) run.error.heading *= -1.0;
+  EXPECT_THAT(umbmark(sheet, nominal_robot(), SquareMethod::orientation).warnings,
+              Contains(HasSubstr("contradict each other")));
+  EXPECT_THAT(umbmark(exact_sheet(kTruth), nominal_robot(), SquareMethod::orientation).warnings,
+              testing::Not(Contains(HasSubstr("contradict each other"))));
+}
+
 // 95 % intervals from few noisy runs hold the truth in 95 % of the sheets. With 3000 sheets the share has a
 // sigma of 0.4 %; 93.5 ... 97 % allows for the curvature of the model and for the pooled degrees of freedom
 // of legs and runs. `ml` weighs with scatter known from few runs only, which costs it some coverage.

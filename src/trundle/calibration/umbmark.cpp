@@ -190,6 +190,11 @@ SquareSheet predict_sheet(const SquareSheet& sheet, const SidedDrive& nominal, c
 }
 
 void finish_square_result(CalibrationResult& result) {
+  if (*result.e_max_after_m > *result.e_max_before_m)
+    result.warnings.push_back(
+        "the new parameters make E_max larger: the runs' positions and headings contradict each other; check "
+        "their "
+        "signs (measured minus odometry), or use the method ml, which weighs both");
   result.summary = summary_of(result);
   fill_record(result);
 }
