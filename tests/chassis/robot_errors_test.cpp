@@ -10,6 +10,8 @@
 namespace trundle {
 namespace {
 
+using namespace std::string_view_literals;
+
 struct Malformed {
   const char* name;
   std::string text;
@@ -202,12 +204,13 @@ const Malformed kFiles[] = {
 TEST(MalformedRobot, of_any_bytes_is_read_or_refused_in_one_line) {
   const std::string good =
       calibrated(kGood) + "[gyro]\nscale = -1.0\n[reference_sensor]\nheading_deg = 9_0.5\n";
+  constexpr std::string_view kBytes = "0.-+=[]{}\"'#\n\r\t\\_eE\0\x80xnaif"sv;
   std::mt19937_64 engine(6);
   int refused = 0;
   for (int i = 0; i < 3000; ++i) {
     std::string text = good.substr(0, 1 + engine() % good.size());
     for (auto changes = engine() % 4; changes > 0; --changes)
-      text[engine() % text.size()] = "0.-+=[]{}\"'#\n\r\t\\_eE\0\x80xnaif"[engine() % 31];
+      text[engine() % text.size()] = kBytes[engine() % kBytes.size()];
     try {
       parse_robot(text, "r");
     } catch (const InputError& error) {
