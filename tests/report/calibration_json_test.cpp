@@ -79,7 +79,8 @@ TEST(CalibrationJson, AnAngleThatTheRunsDoNotSeeIsExplainedInDegrees) {
 }
 
 TEST(CalibrationJson, UnknownSpreadBetweenSessionsIsNull) {
-  for (const Json& parameter : json_of(test::example_of_one_session())["parameters"]) {
+  const Json parameters = json_of(test::example_of_one_session())["parameters"];
+  for (const Json& parameter : parameters) {
     EXPECT_TRUE(parameter["sigma_between"].is_null());
     EXPECT_TRUE(parameter["interval95_between"].is_null());
     EXPECT_EQ(parameter["sigma_total"], parameter["sigma_within"]);
