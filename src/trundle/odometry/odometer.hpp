@@ -10,6 +10,7 @@
 #include "trundle/odometry/arc.hpp"
 #include "trundle/odometry/motion_model.hpp"
 #include "trundle/odometry/rest.hpp"
+#include "trundle/odometry/stuck.hpp"
 
 namespace trundle {
 
@@ -27,7 +28,16 @@ struct OdometerState {
   double turn_rate_rad_s = 0.0;  ///< of the last step whose turn was measured
   std::array<std::array<double, 3>, kMaxParameters> sensitivity{};
   RestState rest;
-  std::uint64_t stuck = 0;  ///< wheels, one bit each
+  StuckState stuck;
+};
+
+/// How the last step made (pose, bias) of what was before: what smoothing backwards needs.
+struct StepTrace {
+  std::array<double, 2> displacement{};  ///< in world axes
+  std::array<double, 3> by_bias{};       ///< ∂pose/∂bias over the step alone
+  std::array<double, 4> gain{};          ///< Kalman's, of (pose, bias)
+  double innovation = 0.0;               ///< [rad/s]
+  double innovation_variance = 0.0;      ///< 0: the bias was not measured
 };
 
 /// What an interval was found to be.
@@ -82,6 +92,9 @@ class Odometer {
   /// ∂pose/∂p, columns as Options::parameters.
   PoseSensitivity sensitivity() const;
 
+  /// Of the last step; only with learn_gyro_bias.
+  const StepTrace& trace() const { return trace_; }
+
   const OdometerState& state() const { return state_; }
   /// `state` must come from an odometer of the same robot and parameters.
   void resume(const OdometerState& state) { state_ = state; }
@@ -96,6 +109,7 @@ class Odometer {
   std::array<double, 3> advance_unmeasured(const Increment& increment);
   std::array<double, 3> advance_with_covariance(const MotionModel& model, const Increment& increment);
   void add_bias_walk(const ArcStep& arc, const std::array<double, 3>& by_bias, double duration_s);
+  void trace_arc(const ArcStep& arc, const std::array<double, 3>& by_bias);
   Verdict judged_step(const Increment& increment);
   void stand_still(const Increment& increment);
   std::array<double, 3> move_on(const Increment& increment);
@@ -108,6 +122,8 @@ class Odometer {
   bool learns_ = false;
   Gyro gyro_;
   std::optional<RestDetector> rest_;
+  std::optional<StuckWheels> stuck_;
+  StepTrace trace_;
   OdometerState state_;
 };
 

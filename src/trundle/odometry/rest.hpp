@@ -22,6 +22,7 @@ struct RestOptions {
   double jitter_m = 1e-4;          ///< the same for wheels that give no ticks
   double sigmas = 3.0;             ///< of every test
   double gyro_noise_factor = 2.0;  ///< a gyro's true noise may be larger than the robot file says by this
+  double stuck_sigmas = 5.0;       ///< of the travel that a dead encoder should have seen
   double shaking_m_s2 = 0.15;      ///< largest rms of the accelerometer about its mean
 };
 
