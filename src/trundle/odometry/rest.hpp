@@ -20,8 +20,8 @@ struct RestOptions {
   int fewest_intervals = 3;        ///< in a block
   double jitter_ticks = 1.5;       ///< range over which a resting counter may toggle
   double jitter_m = 1e-4;          ///< the same for wheels that give no ticks
-  double sigmas = 3.0;             ///< of every test
-  double gyro_noise_factor = 2.0;  ///< a gyro's true noise may be larger than the robot file says by this
+  double sigmas = 4.0;             ///< of every test
+  double gyro_noise_factor = 1.5;  ///< a gyro's true noise may be larger than the robot file says by this
   double stuck_sigmas = 5.0;       ///< of the travel that a dead encoder should have seen
   double shaking_m_s2 = 0.15;      ///< largest rms of the accelerometer about its mean
 };
