@@ -45,6 +45,28 @@ void expect_no_allocation(const Chassis& chassis) {
   EXPECT_GT(J.norm(), 0.0);
 }
 
+void expect_no_allocation_while_learning(const Chassis& chassis) {
+  const Robot robot = test::robot_of(chassis);
+  auto increments = test::wandering(robot, 200);
+  for (std::size_t i = 0; i < 100; ++i) {  // at rest, then with dead encoders
+    increments[i].turned = {};
+    if (i < 60) increments[i].gyro_rad = chassis.gyro->bias_rad_s * increments[i].duration_s;
+  }
+  Odometer odometer(robot, {.learn_gyro_bias = true});
+  const std::size_t before = allocations;
+  bool rested = false;
+  bool stuck = false;
+  for (const Increment& increment : increments) {
+    const Verdict verdict = odometer.step(increment);
+    rested = rested || verdict.at_rest();
+    stuck = stuck || verdict.stuck != 0;
+  }
+  const std::size_t after = allocations;
+  EXPECT_EQ(after, before);
+  EXPECT_TRUE(rested);
+  EXPECT_TRUE(stuck);
+}
+
 TEST(Allocation, TheCounterCounts) {
   const std::size_t before = allocations;
   ::operator delete(::operator new(1));
@@ -57,6 +79,12 @@ TEST(Allocation, StepNeedsNoHeap) {
   expect_no_allocation(mecanum(test::kSize, 0.4, 0.5));
   expect_no_allocation(test::two_pods());
   expect_no_allocation(test::odd_chassis());
+}
+
+TEST(Allocation, NorDoesLearningTheBias) {
+  expect_no_allocation_while_learning(test::with_gyro(differential_drive(test::kSize, 0.5)));
+  expect_no_allocation_while_learning(test::with_gyro(mecanum(test::kSize, 0.4, 0.5)));
+  expect_no_allocation_while_learning(test::two_pods());
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ TEST(Integrate, GivesTheBytesOfTheStep) {
   const IntegratedOdometry result = integrate(readings, robot, {.start = {1.0, 2.0, 3.0}});
   ASSERT_EQ(result.trajectory.poses.size(), 301U);
   EXPECT_EQ(result.trajectory.poses.front().time_s, 1.0);
-  Odometer odometer(robot, {.start = {1.0, 2.0, 3.0}});
+  Odometer odometer(robot, {.start = {1.0, 2.0, 3.0}, .learn_gyro_bias = true});
   for (std::size_t i = 0; i < 300; ++i) {
     if (i == 100)
       odometer.step_across_gap(readings.increments[i]);

@@ -1,6 +1,7 @@
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
+#include "trundle/geometry/gaussian.hpp"
 #include "trundle/odometry/integrate.hpp"
 #include "trundle/simulation/scenario.hpp"
 
@@ -91,6 +92,71 @@ TEST(Nees, OfBothPartsWithParametersDrawnFromTheirCovariance) {
   Robot overconfident = robot;
   overconfident.calibration.reset();
   EXPECT_GT(mean_nees(overconfident, runs, false, drawn), 3.0 + 2.0 * band(runs));
+}
+
+/// e = Log(T̂⁻¹ T), by the covariance in the estimate's own axes.
+double nees_in_body(const Pose2& estimate, const Pose2& truth, const Matrix3& world_covariance) {
+  const Vector3 error = log(estimate.inverse() * truth).vector();
+  return error.dot(body_covariance(estimate, world_covariance).llt().solve(error));
+}
+
+/// Differential drive with a gyro of 100 Hz and 0.003 rad/s per sample whose bias is not known.
+Robot robot_with_gyro() {
+  Robot robot = robot_with_noise(differential_drive(test::kSize, 0.5));
+  robot.chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = 3e-4, .bias_walk_rad_s_sqrt_s = 1e-5};
+  return robot;
+}
+
+/// 5 s of standing still, then a tour with stops.
+Simulation tour_with_rests(const Robot& robot, std::uint64_t seed) {
+  Random random(seed, 101);
+  Robot truth = robot;
+  truth.chassis.gyro->bias_rad_s = random.normal(robot.chassis.gyro->bias_sigma_rad_s);
+  Scenario scenario = tour_of(robot, truth, seed, false);
+  const Tour tour{.length_m = 10.0, .pause_share = 0.3};
+  scenario.path = joined({pause(5.0), random_tour(tour, {}, random, {.rest_s = 2.0})});
+  return simulate(scenario);
+}
+
+TEST(Nees, WithALearnedGyroBias) {
+  const int runs = test::trials(1000, 100);
+  const Robot robot = robot_with_gyro();
+  double sum = 0.0;
+  for (int run = 0; run < runs; ++run) {
+    const Simulation simulation = tour_with_rests(robot, static_cast<std::uint64_t>(run + 1));
+    const IntegratedOdometry odometry = integrate(simulation.recording, robot);
+    EXPECT_GT(odometry.rest_s, 3.0);
+    sum += nees_in_body(odometry.trajectory.poses.back().pose, simulation.truth.body.poses.back().pose,
+                        odometry.trajectory.covariances.back());
+  }
+  RecordProperty("nees", std::to_string(sum / runs));
+  EXPECT_NEAR(sum / runs, 3.0, band(runs));
+}
+
+TEST(Nees, SmoothingIsHonestAndBeatsTheFilterInside) {
+  const int runs = test::trials(500, 100);
+  Robot robot = robot_with_gyro();
+  robot.chassis.gyro->noise_rad_s_sqrt_hz = 1e-3;
+  robot.chassis.gyro->bias_walk_rad_s_sqrt_s = 3e-4;  // so that a later rest has something to say
+  double nees = 0.0;
+  double filter2 = 0.0;
+  double smoother2 = 0.0;
+  for (int run = 0; run < runs; ++run) {
+    const Simulation simulation = tour_with_rests(robot, static_cast<std::uint64_t>(run + 1));
+    const AlignedReadings readings = align(simulation.recording, robot);
+    const Trajectory filter = integrate(readings, robot).trajectory;
+    const Trajectory smoother = integrate(readings, robot, {.smooth = true}).trajectory;
+    const std::size_t middle = filter.poses.size() / 2;
+    const auto truth = pose_at(simulation.truth.body, filter.poses[middle].time_s, 1.0);
+    ASSERT_TRUE(truth);
+    nees += nees_in_body(smoother.poses[middle].pose, *truth, smoother.covariances[middle]);
+    filter2 += std::pow(filter.poses[middle].pose.heading - truth->heading, 2);
+    smoother2 += std::pow(smoother.poses[middle].pose.heading - truth->heading, 2);
+  }
+  RecordProperty("nees", std::to_string(nees / runs));
+  RecordProperty("heading_rms_ratio", std::to_string(std::sqrt(smoother2 / filter2)));
+  EXPECT_NEAR(nees / runs, 3.0, band(runs));
+  EXPECT_LT(std::sqrt(smoother2 / filter2), 0.95);
 }
 
 }  // namespace

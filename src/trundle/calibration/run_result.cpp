@@ -43,7 +43,8 @@ IntegratedOdometry odometry_from_start(const Run& run, const Robot& robot, const
   AlignedReadings readings = run.readings;
   readings.problems.clear();
   const Vector3 sigma = noise.sigma();
-  return integrate(readings, robot, {.start_covariance = sigma.cwiseAbs2().asDiagonal()});
+  return integrate(readings, robot,
+                   {.start_covariance = sigma.cwiseAbs2().asDiagonal(), .learn_gyro_bias = false});
 }
 
 TrajectoryError error_of(const Trajectory& odometry, const Trajectory& reference) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <optional>
 #include <span>
 
@@ -36,7 +37,8 @@ struct Gyro {
   double noise_rad_s_sqrt_hz = 3e-4;
   double bias_walk_rad_s_sqrt_s = 1e-5;
   double max_rate_rad_s = 8.7;
-  double time_offset_s = 0.0;  ///< added to its stamps
+  double time_offset_s = 0.0;      ///< added to its stamps
+  double bias_sigma_rad_s = 0.02;  ///< 1σ of the bias about bias_rad_s before the first rest shows it
 };
 
 struct ChassisNoise {
@@ -76,6 +78,8 @@ struct Increment {
   /// Added to the variance of a wheel's travel [m²] (without wheels: of forward and of turn [rad²]): where it
   /// slips, its reading counts for little.
   std::array<double, kMaxWheels> slip_variance{};
+  /// rms of the accelerometer about its mean over the interval; NaN: not measured.
+  double shaking_m_s2 = std::numeric_limits<double>::quiet_NaN();
 };
 
 // Common robots. Widths and lengths are between ground contacts [m]; wheel order left to right, front to

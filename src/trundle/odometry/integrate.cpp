@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/odometry/smooth.hpp"
 
 namespace trundle {
 namespace {
@@ -65,6 +66,46 @@ Eigen::MatrixXd covariance_of(const Robot& robot, std::size_t parameters) {
                    fmt::format("{}×{}, one row for each observable parameter", n, n));
 }
 
+/// The parameters whose uncertainty is carried along, and their covariance.
+struct Uncertain {
+  std::vector<Parameter> parameters;
+  Eigen::MatrixXd covariance;
+};
+
+constexpr Parameter kBias{ParameterKind::gyro_bias, -1};
+
+void remove(Eigen::Index index, Eigen::MatrixXd& covariance) {
+  std::vector<Eigen::Index> others;
+  for (Eigen::Index i = 0; i < covariance.rows(); ++i)
+    if (i != index) others.push_back(i);
+  covariance = Eigen::MatrixXd(covariance(others, others));
+}
+
+bool spread_is_known(const CalibrationRecord& calibration, const std::string& name) {
+  return std::ranges::any_of(calibration.parameters, [&](const CalibratedParameter& parameter) {
+    return parameter.name == name && parameter.sigma_between.has_value();
+  });
+}
+
+/// A bias that is learned is no longer a parameter. A calibration that knows how far it moves from session to
+/// session says where it starts; one session alone says nothing of the next.
+void make_bias_a_state(Uncertain& uncertain, Robot& robot) {
+  const auto bias = std::ranges::find(uncertain.parameters, kBias);
+  if (bias == uncertain.parameters.end()) return;
+  const auto index = bias - uncertain.parameters.begin();
+  if (spread_is_known(*robot.calibration, name_of(kBias, robot)))
+    robot.chassis.gyro->bias_sigma_rad_s = std::sqrt(uncertain.covariance(index, index));
+  uncertain.parameters.erase(bias);
+  remove(index, uncertain.covariance);
+}
+
+Uncertain uncertain_of(const Robot& robot, bool with_covariance) {
+  if (!with_covariance) return {};
+  std::vector<Parameter> parameters = calibrated_parameters(robot);
+  Eigen::MatrixXd covariance = covariance_of(robot, parameters.size());
+  return {std::move(parameters), std::move(covariance)};
+}
+
 void append(IntegratedOdometry& result, double time_s, const Odometer& odometer,
             const Eigen::MatrixXd& covariance, bool with_covariance) {
   result.trajectory.poses.push_back({time_s, odometer.pose()});
@@ -74,6 +115,97 @@ void append(IntegratedOdometry& result, double time_s, const Odometer& odometer,
   result.trajectory.covariances.push_back(
       covariance.size() == 0 ? white : white + parameter_covariance(odometer.sensitivity(), covariance));
 }
+
+/// Intervals of which a step said something, and where the first of them is.
+struct Findings {
+  std::array<std::size_t, kMaxWheels> stuck{};
+  std::array<double, kMaxWheels> stuck_s{};
+  std::size_t disturbed = 0;
+  double disturbed_s = 0.0;
+
+  void add(const Verdict& verdict, const Increment& increment) {
+    for (std::size_t wheel = 0; wheel < kMaxWheels; ++wheel)
+      if (verdict.is_stuck(wheel) && stuck[wheel]++ == 0) stuck_s[wheel] = increment.time_s;
+    if (verdict.gyro_disturbed && disturbed++ == 0) disturbed_s = increment.time_s;
+  }
+};
+
+void report(const Findings& findings, const Robot& robot, std::vector<Problem>& problems) {
+  const auto warn = [&](const char* kind, double time_s, std::size_t count, std::string message) {
+    if (count > 0)
+      problems.push_back(
+          {Severity::warning, kind, fmt::format("{:.3f} s", time_s), count, std::move(message)});
+  };
+  for (std::size_t i = 0; i < robot.wheel_names.size(); ++i)
+    warn("stuck encoder", findings.stuck_s[i], findings.stuck[i],
+         fmt::format("the encoder of '{}' reads nothing in {} intervals while the other sensors say that it "
+                     "rolls: it is dead, the wheel is locked, or the others slip",
+                     robot.wheel_names[i], findings.stuck[i]));
+  warn("gyro disturbed", findings.disturbed_s, findings.disturbed,
+       fmt::format("the gyro turns beyond its max_rate_rad_s in {} intervals; it was not used there",
+                   findings.disturbed));
+}
+
+/// Steps through all intervals; with smoothing, what the filter knew after each is kept.
+class Integration {
+ public:
+  Integration(const Robot& robot, const Uncertain& uncertain, const IntegrateOptions& options)
+      : odometer_(robot, {.start = options.start,
+                          .start_covariance = options.start_covariance,
+                          .parameters = uncertain.parameters,
+                          .with_covariance = options.with_covariance,
+                          .learn_gyro_bias = options.learn_gyro_bias}),
+        covariance_(uncertain.covariance),
+        options_(options),
+        smooths_(options.smooth && options.learn_gyro_bias && options.with_covariance &&
+                 robot.chassis.gyro.has_value()) {}
+
+  IntegratedOdometry over(const AlignedReadings& readings, const Robot& robot) {
+    IntegratedOdometry result;
+    result.problems = readings.problems;
+    keep(readings.start_s, result);
+    Findings findings;
+    for (std::size_t i = 0; i < readings.increments.size(); ++i) {
+      const Increment& increment = readings.increments[i];
+      if (i < readings.bridged.size() && readings.bridged[i]) {
+        odometer_.step_across_gap(increment);
+      } else {
+        const Verdict verdict = odometer_.step(increment);
+        findings.add(verdict, increment);
+        result.rest_s += verdict.at_rest() ? increment.duration_s : 0.0;
+      }
+      keep(increment.time_s, result);
+    }
+    report(findings, robot, result.problems);
+    if (smooths_) smooth_in(result);
+    result.end_gyro_bias = odometer_.gyro_bias();
+    result.end_sensitivity = odometer_.sensitivity();
+    return result;
+  }
+
+ private:
+  void keep(double time_s, IntegratedOdometry& result) {
+    append(result, time_s, odometer_, covariance_, options_.with_covariance);
+    if (smooths_) filtered_.push_back(filtered_step(odometer_));
+  }
+
+  /// The part from the parameters stays: what a rest shows of the bias does not depend on them.
+  void smooth_in(IntegratedOdometry& result) {
+    smooth(filtered_);
+    for (std::size_t i = 0; i < filtered_.size(); ++i) {
+      const Matrix3 white = full_matrix(filtered_[i].white);
+      result.trajectory.poses[i].pose = filtered_[i].pose;
+      result.trajectory.covariances[i] += white - result.white_covariances[i];
+      result.white_covariances[i] = white;
+    }
+  }
+
+  Odometer odometer_;
+  Eigen::MatrixXd covariance_;
+  IntegrateOptions options_;
+  bool smooths_;
+  std::vector<FilteredStep> filtered_;
+};
 
 double length_of(const Trajectory& trajectory) {
   const std::vector<double> lengths = path_lengths(trajectory);
@@ -99,26 +231,16 @@ std::vector<Parameter> calibrated_parameters(const Robot& robot) {
 IntegratedOdometry integrate(const AlignedReadings& readings, const Robot& robot,
                              const IntegrateOptions& options) {
   require_gyro_where_needed(readings, robot);
-  const std::vector<Parameter> parameters =
-      options.with_covariance ? calibrated_parameters(robot) : std::vector<Parameter>{};
-  const Eigen::MatrixXd covariance = covariance_of(robot, parameters.size());
-  Odometer odometer(robot, {options.start, options.start_covariance, parameters, options.with_covariance});
-  IntegratedOdometry result;
-  result.problems = readings.problems;
-  append(result, readings.start_s, odometer, covariance, options.with_covariance);
-  for (std::size_t i = 0; i < readings.increments.size(); ++i) {
-    if (i < readings.bridged.size() && readings.bridged[i])
-      odometer.step_across_gap(readings.increments[i]);
-    else
-      odometer.step(readings.increments[i]);
-    append(result, readings.increments[i].time_s, odometer, covariance, options.with_covariance);
-  }
+  Robot believed = robot;
+  Uncertain uncertain = uncertain_of(robot, options.with_covariance);
+  if (options.learn_gyro_bias) make_bias_a_state(uncertain, believed);
+  IntegratedOdometry result = Integration(believed, uncertain, options).over(readings, robot);
   report_gaps(readings, result);
   report_missing_gyro(readings, robot, result.problems);
-  for (const Parameter& parameter : parameters) result.parameters.push_back(name_of(parameter, robot));
-  result.end_sensitivity = odometer.sensitivity();
-  if (!parameters.empty())
-    result.end_parameter_covariance = parameter_covariance(result.end_sensitivity, covariance);
+  for (const Parameter& parameter : uncertain.parameters)
+    result.parameters.push_back(name_of(parameter, robot));
+  if (!uncertain.parameters.empty())
+    result.end_parameter_covariance = parameter_covariance(result.end_sensitivity, uncertain.covariance);
   result.path_length_m = length_of(result.trajectory);
   result.degrees_of_freedom = observability(rows_of(robot.chassis, true)).degrees_of_freedom;
   return result;

@@ -12,6 +12,10 @@ struct IntegrateOptions {
   Pose2 start = {};                            ///< pose at the first stamp
   Matrix3 start_covariance = Matrix3::Zero();  ///< of (x, y, heading) in world axes
   bool with_covariance = true;                 ///< false: much faster
+  /// Learns the gyro's bias where the robot stands still (needs the covariance). Where the calibration knows
+  /// how far the bias moves from session to session, it starts with that sigma, else with the gyro's.
+  bool learn_gyro_bias = true;
+  bool smooth = false;  ///< every pose by what was learned before and after it (needs learn_gyro_bias)
 };
 
 /// A trajectory with its evidence.
@@ -25,6 +29,8 @@ struct IntegratedOdometry {
   double path_length_m = 0.0;
   int degrees_of_freedom = 0;  ///< measured rows beyond those that the motion needs: what could show slip
   std::size_t bridged = 0;     ///< intervals that span a gap
+  double rest_s = 0.0;         ///< how long the robot stood still; only where the gyro's bias is learned
+  GyroBias end_gyro_bias;      ///< the same
   std::vector<Problem> problems;
 };
 

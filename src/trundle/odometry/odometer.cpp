@@ -1,5 +1,6 @@
 #include "trundle/odometry/odometer.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <type_traits>
 
@@ -35,6 +36,10 @@ void add(Symmetric3& sum, const Symmetric3& more) {
   for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += more[i];
 }
 
+bool has_turned(const Increment& increment) {
+  return std::ranges::any_of(increment.turned, [](double turned) { return turned != 0.0; });
+}
+
 /// a bᵀ + b aᵀ + factor · b bᵀ
 Symmetric3 outer(const Triple& a, const Triple& b, double factor) {
   const auto entry = [&](std::size_t i, std::size_t k) {
@@ -63,16 +68,82 @@ Odometer::Odometer(const Robot& robot, const Options& options)
     throw InputError(fmt::format("robot '{}'", robot.name),
                      fmt::format("{} uncertain parameters", parameters_),
                      fmt::format("at most {}", kMaxParameters));
+  constexpr Parameter kBias{ParameterKind::gyro_bias, -1};
   std::vector<Parameter> parameters = options.parameters;
+  learns_ = options.learn_gyro_bias && options.with_covariance && chassis.gyro.has_value();
+  if (learns_ && std::ranges::find(parameters, kBias) != parameters.end())
+    throw InputError(fmt::format("robot '{}'", robot.name),
+                     "the bias of the gyro is both learned and an uncertain parameter", "one of them");
   if (chassis.gyro) {
     gyro_ = *chassis.gyro;
-    parameters.push_back({ParameterKind::gyro_bias, -1});
+    parameters.push_back(kBias);
   }
   require_observable(robot, true);
   if (chassis.gyro) with_gyro_.emplace(chassis, parameters, true);
   if (observability(rows_of(chassis, false)).rank == 3) without_gyro_.emplace(chassis, parameters, false);
   state_.pose = options.start;
   state_.white = symmetric_of(options.start_covariance);
+  if (!learns_) return;
+  rest_.emplace(chassis, options.rest);
+  stuck_.emplace(chassis, options.rest);
+  state_.bias_variance = gyro_.bias_sigma_rad_s * gyro_.bias_sigma_rad_s;
+}
+
+Verdict Odometer::judged_step(const Increment& increment) {
+  Increment usable = increment;
+  Verdict verdict;
+  verdict.gyro_disturbed =
+      increment.has_gyro && std::abs(increment.gyro_rad) > gyro_.max_rate_rad_s * increment.duration_s;
+  if (verdict.gyro_disturbed) usable.has_gyro = false;
+  trace_ = {};
+  if (rest_->continues(state_.rest, usable, gyro_bias()))
+    stand_still(usable);
+  else
+    move_on(usable);
+  verdict.phase = state_.rest.phase;
+  verdict.stuck = state_.stuck.stuck;
+  return verdict;
+}
+
+/// The pose does not move; the bias walks, and what the gyro reads is its bias.
+void Odometer::stand_still(const Increment& increment) {
+  state_.bias_variance += gyro_.bias_walk_rad_s_sqrt_s * gyro_.bias_walk_rad_s_sqrt_s * increment.duration_s;
+  if (const auto evidence = rest_->add(state_.rest, increment)) learn_bias(*evidence);
+  if (state_.rest.phase == RestPhase::resting) state_.stuck.still = {};
+}
+
+Triple Odometer::move_on(const Increment& increment) {
+  const auto advance_without_bias = [&](Increment reading) {
+    reading.gyro_rad -= state_.bias_rad_s * reading.duration_s;
+    stuck_->watch(state_.stuck, reading, gyro_bias());
+    return advance(reading);
+  };
+  if (state_.rest.phase != RestPhase::moving) {
+    const Increment withheld = RestDetector::withheld(state_.rest, increment.time_s - increment.duration_s);
+    state_.rest = {};
+    if (withheld.duration_s > 0.0 || has_turned(withheld)) advance_without_bias(withheld);
+  }
+  return advance_without_bias(increment);
+}
+
+/// Kalman update of pose and bias by a reading of the bias: docs/gyro.md, eq. 5.
+void Odometer::learn_bias(const GyroEvidence& evidence) {
+  const double R = gyro_.noise_rad_s_sqrt_hz * gyro_.noise_rad_s_sqrt_hz / evidence.duration_s;
+  const double S = state_.bias_variance + R;
+  if (S <= 0.0) return;
+  const double innovation = evidence.gyro_rad / evidence.duration_s - gyro_bias().rad_s;
+  const Triple c = state_.bias;
+  const std::array<double, 4> K = {c[0] / S, c[1] / S, c[2] / S, state_.bias_variance / S};
+  state_.pose.x += K[0] * innovation;
+  state_.pose.y += K[1] * innovation;
+  state_.pose.heading += K[2] * innovation;
+  state_.bias_rad_s += K[3] * innovation;
+  add(state_.white, outer({}, c, -1.0 / S));
+  for (double& entry : state_.bias) entry *= R / S;
+  state_.bias_variance *= R / S;
+  trace_.gain = K;
+  trace_.innovation = innovation;
+  trace_.innovation_variance = S;
 }
 
 Triple Odometer::advance(const Increment& increment) {
@@ -111,7 +182,8 @@ Triple Odometer::advance_with_covariance(const MotionModel& model, const Increme
     const Triple added = arc.map(step.derivative[j]);
     for (std::size_t i = 0; i < 3; ++i) state_.sensitivity[j][i] = carried[i] + added[i];
   }
-  if (model.uses_gyro()) add_bias_walk(arc, step.derivative[parameters_], increment.duration_s);
+  if (learns_) trace_arc(arc, step.derivative[parameters_]);
+  if (with_gyro_) add_bias_walk(arc, step.derivative[parameters_], increment.duration_s);
   Pose2& pose = state_.pose;
   pose = {pose.x + arc.chord().x, pose.y + arc.chord().y, pose.heading + step.twist[2]};
   if (!without_gyro_ && increment.duration_s > 0.0)
@@ -129,8 +201,17 @@ void Odometer::add_bias_walk(const ArcStep& arc, const Triple& by_bias, double d
   state_.bias_variance += gyro_.bias_walk_rad_s_sqrt_s * gyro_.bias_walk_rad_s_sqrt_s * duration_s;
 }
 
+void Odometer::trace_arc(const ArcStep& arc, const Triple& by_bias) {
+  const Triple carried = arc.carry(trace_.by_bias);
+  const Triple added = arc.map(by_bias);
+  for (std::size_t i = 0; i < 3; ++i) trace_.by_bias[i] = carried[i] + added[i];
+  trace_.displacement[0] += arc.chord().x;
+  trace_.displacement[1] += arc.chord().y;
+}
+
 void Odometer::step_across_gap(const Increment& increment) {
-  const Triple twist = advance(increment);
+  trace_ = {};
+  const Triple twist = learns_ ? move_on(increment) : advance(increment);
   if (!with_covariance_) return;
   const double sigma =
       std::hypot(twist[0], twist[1]) * (std::abs(twist[2]) + kUnseenBend_rad) / std::sqrt(12.0);

@@ -9,6 +9,8 @@
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/odometry/arc.hpp"
 #include "trundle/odometry/motion_model.hpp"
+#include "trundle/odometry/rest.hpp"
+#include "trundle/odometry/stuck.hpp"
 
 namespace trundle {
 
@@ -20,10 +22,32 @@ using PoseSensitivity = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxParam
 struct OdometerState {
   Pose2 pose;
   Symmetric3 white{};            ///< covariance of (x, y, heading) in world axes
-  std::array<double, 3> bias{};  ///< its covariance with the gyro bias's walk
+  std::array<double, 3> bias{};  ///< its covariance with the gyro's bias
+  double bias_rad_s = 0.0;       ///< what was learned of the bias, added to the robot file's
   double bias_variance = 0.0;    ///< [rad²/s²]
   double turn_rate_rad_s = 0.0;  ///< of the last step whose turn was measured
   std::array<std::array<double, 3>, kMaxParameters> sensitivity{};
+  RestState rest;
+  StuckState stuck;
+};
+
+/// How the last step made (pose, bias) of what was before: what smoothing backwards needs.
+struct StepTrace {
+  std::array<double, 2> displacement{};  ///< in world axes
+  std::array<double, 3> by_bias{};       ///< ∂pose/∂bias over the step alone
+  std::array<double, 4> gain{};          ///< Kalman's, of (pose, bias)
+  double innovation = 0.0;               ///< [rad/s]
+  double innovation_variance = 0.0;      ///< 0: the bias was not measured
+};
+
+/// What an interval was found to be.
+struct Verdict {
+  RestPhase phase = RestPhase::moving;
+  bool gyro_disturbed = false;  ///< it turned faster than it can measure: it was not used
+  std::uint64_t stuck = 0;  ///< one bit for each wheel that reads zero while the other sensors say it rolls
+
+  bool at_rest() const { return phase == RestPhase::resting; }
+  bool is_stuck(std::size_t wheel) const { return (stuck >> wheel & 1U) != 0; }
 };
 
 /// Online odometry: pose, white-noise covariance, and how the pose depends on the chassis parameters.
@@ -37,23 +61,39 @@ class Odometer {
     Matrix3 start_covariance = Matrix3::Zero();  ///< of (x, y, heading) in world axes
     std::vector<Parameter> parameters = {};  ///< whose sensitivity is carried along; at most kMaxParameters
     bool with_covariance = true;
+    /// Finds where the robot stands still, and learns the gyro's bias there. Needs the covariance, and that
+    /// gyro.bias is not among `parameters`.
+    bool learn_gyro_bias = false;
+    RestOptions rest = {};
   };
 
   /// Throws CannotAnswer when the chassis cannot observe all three directions of motion, InputError beyond
-  /// kMaxParameters.
+  /// kMaxParameters, or when the bias of the gyro is both learned and a parameter.
   Odometer(const Robot& robot, const Options& options);
 
   /// Where an interval lacks the gyro, the wheels alone are used; if they cannot tell the turn, the last turn
   /// rate is kept, with σ = kUnmeasuredTurn · √duration.
-  void step(const Increment& increment) { advance(increment); }
+  /// With learn_gyro_bias the pose does not move while the robot may stand still: what the sensors read then
+  /// is withheld until it is clear that it moved after all (RestOptions::block_s at most).
+  Verdict step(const Increment& increment) {
+    if (learns_) return judged_step(increment);
+    advance(increment);
+    return {};
+  }
   /// An interval whose travel is known but whose course is not: adds the uncertainty of eq. 7.
   void step_across_gap(const Increment& increment);
+
+  /// The bias that the gyro is believed to have now; without learn_gyro_bias the robot file's, and its walk.
+  GyroBias gyro_bias() const { return {gyro_.bias_rad_s + state_.bias_rad_s, state_.bias_variance}; }
 
   const Pose2& pose() const { return state_.pose; }
   /// White part in world axes: grows like √distance. Includes the walk of the gyro's bias.
   Matrix3 white_covariance() const { return full_matrix(state_.white); }
   /// ∂pose/∂p, columns as Options::parameters.
   PoseSensitivity sensitivity() const;
+
+  /// Of the last step; only with learn_gyro_bias.
+  const StepTrace& trace() const { return trace_; }
 
   const OdometerState& state() const { return state_; }
   /// `state` must come from an odometer of the same robot and parameters.
@@ -69,12 +109,21 @@ class Odometer {
   std::array<double, 3> advance_unmeasured(const Increment& increment);
   std::array<double, 3> advance_with_covariance(const MotionModel& model, const Increment& increment);
   void add_bias_walk(const ArcStep& arc, const std::array<double, 3>& by_bias, double duration_s);
+  void trace_arc(const ArcStep& arc, const std::array<double, 3>& by_bias);
+  Verdict judged_step(const Increment& increment);
+  void stand_still(const Increment& increment);
+  std::array<double, 3> move_on(const Increment& increment);
+  void learn_bias(const GyroEvidence& evidence);
 
   std::optional<MotionModel> with_gyro_;
   std::optional<MotionModel> without_gyro_;
   std::size_t parameters_ = 0;
   bool with_covariance_ = true;
+  bool learns_ = false;
   Gyro gyro_;
+  std::optional<RestDetector> rest_;
+  std::optional<StuckWheels> stuck_;
+  StepTrace trace_;
   OdometerState state_;
 };
 

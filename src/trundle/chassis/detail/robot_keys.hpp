@@ -82,6 +82,8 @@ inline constexpr std::array kGyro{
                     kNotNegative},
     NumberKey<Gyro>{"bias_walk_rad_s_sqrt_s", [](Gyro& g) -> double& { return g.bias_walk_rad_s_sqrt_s; },
                     kNotNegative},
+    NumberKey<Gyro>{"bias_sigma_rad_s", [](Gyro& g) -> double& { return g.bias_sigma_rad_s; }, kNotNegative,
+                    Presence::rare},
     NumberKey<Gyro>{"max_rate_rad_s", [](Gyro& g) -> double& { return g.max_rate_rad_s; }, kPositive},
     NumberKey<Gyro>{"time_offset_s", [](Gyro& g) -> double& { return g.time_offset_s; }},
 };

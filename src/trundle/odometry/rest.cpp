@@ -1,0 +1,104 @@
+#include "trundle/odometry/rest.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+#include <utility>
+
+namespace trundle {
+
+static_assert(std::is_trivially_copyable_v<RestState> && std::is_trivially_copyable_v<RestDetector>);
+static_assert(sizeof(RestState) % sizeof(double) == 0);
+
+RestDetector::RestDetector(const Chassis& chassis, const RestOptions& options)
+    : options_(options),
+      wheels_(chassis.wheel_count > 0 ? chassis.wheels().size() : 2),
+      has_gyro_(chassis.gyro.has_value()) {
+  if (chassis.wheel_count == 0) jitter_ = {options.jitter_m, 0.0};  // a turn rate at rest is zero
+  for (std::size_t i = 0; i < chassis.wheels().size(); ++i) {
+    const Wheel& wheel = chassis.wheels()[i];
+    jitter_[i] = wheel.ticks_per_revolution == 0.0
+                     ? options.jitter_m / (kPi * wheel.diameter_m)
+                     : options.jitter_ticks / std::abs(wheel.ticks_per_revolution);
+  }
+  if (!has_gyro_) return;
+  const double density = options.gyro_noise_factor * chassis.gyro->noise_rad_s_sqrt_hz;
+  gyro_density_ = density * density;
+}
+
+bool RestDetector::continues(const RestState& state, const Increment& increment, const GyroBias& bias) const {
+  if (increment.duration_s <= 0.0 || !wheels_rest(state, increment)) return false;
+  const RestBlock block = with(state.block, increment);
+  if (has_gyro_ && (!increment.has_gyro || !gyro_rests(increment.gyro_rad, increment.duration_s, bias) ||
+                    !gyro_rests(block.gyro_rad, block.duration_s, bias)))
+    return false;
+  if (block.shaking_squares > options_.shaking_m_s2 * options_.shaking_m_s2 * block.shaking_intervals)
+    return false;
+  return !has_gyro_ || !complete(block) || scatter_rests(block);
+}
+
+std::optional<GyroEvidence> RestDetector::add(RestState& state, const Increment& increment) const {
+  for (std::size_t i = 0; i < wheels_; ++i) {
+    state.turned[i] += increment.turned[i];
+    state.low[i] = std::min(state.low[i], state.turned[i]);
+    state.high[i] = std::max(state.high[i], state.turned[i]);
+  }
+  state.block = with(state.block, increment);
+  if (state.phase == RestPhase::moving) state.phase = RestPhase::settling;
+  if (!complete(state.block)) return std::nullopt;
+  const RestBlock passed = std::exchange(state.passed, std::exchange(state.block, {}));
+  state.phase = RestPhase::resting;
+  if (!has_gyro_ || passed.duration_s == 0.0) return std::nullopt;
+  return GyroEvidence{passed.gyro_rad, passed.duration_s};
+}
+
+Increment RestDetector::withheld(const RestState& state, double time_s) {
+  Increment increment;
+  increment.time_s = time_s;
+  increment.duration_s = state.block.duration_s;
+  increment.turned = state.turned;
+  increment.gyro_rad = state.block.gyro_rad;
+  increment.has_gyro = true;
+  return increment;
+}
+
+RestBlock RestDetector::with(const RestBlock& block, const Increment& increment) const {
+  RestBlock sum = block;
+  sum.duration_s += increment.duration_s;
+  sum.intervals += 1.0;
+  sum.gyro_rad += increment.gyro_rad;
+  sum.gyro_squares += increment.gyro_rad * increment.gyro_rad / increment.duration_s;
+  if (std::isnan(increment.shaking_m_s2)) return sum;
+  sum.shaking_squares += increment.shaking_m_s2 * increment.shaking_m_s2;
+  sum.shaking_intervals += 1.0;
+  return sum;
+}
+
+/// Counters may toggle, but not creep: their range since the rest began is bounded.
+bool RestDetector::wheels_rest(const RestState& state, const Increment& increment) const {
+  for (std::size_t i = 0; i < wheels_; ++i) {
+    const double turned = state.turned[i] + increment.turned[i];
+    if (std::max(state.high[i], turned) - std::min(state.low[i], turned) > jitter_[i]) return false;
+  }
+  return true;
+}
+
+/// docs/gyro.md, eq. 1
+bool RestDetector::gyro_rests(double gyro_rad, double duration_s, const GyroBias& bias) const {
+  const double turn = gyro_rad - bias.rad_s * duration_s;
+  const double variance = bias.variance * duration_s * duration_s + gyro_density_ * duration_s;
+  return turn * turn <= options_.sigmas * options_.sigmas * variance;
+}
+
+/// docs/gyro.md, eq. 2
+bool RestDetector::scatter_rests(const RestBlock& block) const {
+  const double degrees = block.intervals - 1.0;
+  const double squares = block.gyro_squares - block.gyro_rad * block.gyro_rad / block.duration_s;
+  return squares <= gyro_density_ * (degrees + options_.sigmas * std::sqrt(2.0 * degrees));
+}
+
+bool RestDetector::complete(const RestBlock& block) const {
+  return block.duration_s >= options_.block_s && block.intervals >= options_.fewest_intervals;
+}
+
+}  // namespace trundle

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "trundle/chassis/chassis.hpp"
+
+namespace trundle {
+
+/// What is known of a gyro's bias: its reading at rest.
+struct GyroBias {
+  double rad_s = 0.0;
+  double variance = 0.0;  ///< [rad²/s²]
+};
+
+/// When a robot is said to stand still. docs/gyro.md, eq. 1 to 3.
+struct RestOptions {
+  double block_s = 0.5;            ///< wheels and gyro must be still for so long, block after block
+  int fewest_intervals = 3;        ///< in a block
+  double jitter_ticks = 1.5;       ///< range over which a resting counter may toggle
+  double jitter_m = 1e-4;          ///< the same for wheels that give no ticks
+  double sigmas = 4.0;             ///< of every test
+  double gyro_noise_factor = 1.5;  ///< a gyro's true noise may be larger than the robot file says by this
+  double stuck_sigmas = 5.0;       ///< of the travel that a dead encoder should have seen
+  double shaking_m_s2 = 0.15;      ///< largest rms of the accelerometer about its mean
+};
+
+enum class RestPhase : std::uint64_t {
+  moving,
+  settling,  ///< nothing moves, but not yet for long enough to be sure
+  resting,
+};
+
+/// Sums over the intervals of a block.
+struct RestBlock {
+  double duration_s = 0.0;
+  double intervals = 0.0;
+  double gyro_rad = 0.0;
+  double gyro_squares = 0.0;  ///< Σ gyro²/duration
+  double shaking_squares = 0.0;
+  double shaking_intervals = 0.0;
+};
+
+/// All that a RestDetector remembers: plain numbers.
+struct RestState {
+  RestPhase phase = RestPhase::moving;
+  std::array<double, kMaxWheels> turned{};  ///< since the wheels rest, and its range
+  std::array<double, kMaxWheels> low{};
+  std::array<double, kMaxWheels> high{};
+  RestBlock block;   ///< the one that is not complete yet
+  RestBlock passed;  ///< the complete one before it
+};
+
+/// What a gyro read while the robot stood still.
+struct GyroEvidence {
+  double gyro_rad = 0.0;
+  double duration_s = 0.0;
+};
+
+/// Tells standing still from moving: the wheels do not turn, and the gyro agrees (its mean is that of its
+/// bias, its scatter that of its noise), and so does the accelerometer where there is one. A dead encoder is
+/// not enough. Its functions never allocate.
+class RestDetector {
+ public:
+  RestDetector(const Chassis& chassis, const RestOptions& options);
+
+  /// Could the robot still rest, or begin to, in this interval?
+  bool continues(const RestState& state, const Increment& increment, const GyroBias& bias) const;
+  /// Adds an interval that continues. What the gyro read is evidence of its bias one block later, when the
+  /// robot is known to have stood still on both sides of it.
+  std::optional<GyroEvidence> add(RestState& state, const Increment& increment) const;
+  /// What was read and not yet judged: all of it while settling, the last block and the counters' jitter at
+  /// rest. To be integrated when the robot moves on.
+  static Increment withheld(const RestState& state, double time_s);
+
+ private:
+  RestBlock with(const RestBlock& block, const Increment& increment) const;
+  bool wheels_rest(const RestState& state, const Increment& increment) const;
+  bool gyro_rests(double gyro_rad, double duration_s, const GyroBias& bias) const;
+  bool scatter_rests(const RestBlock& block) const;
+  bool complete(const RestBlock& block) const;
+
+  RestOptions options_;
+  std::size_t wheels_ = 0;
+  std::array<double, kMaxWheels> jitter_{};  ///< in units of Increment::turned
+  bool has_gyro_ = false;
+  double gyro_density_ = 0.0;  ///< variance of the gyro's integral per second
+};
+
+}  // namespace trundle

@@ -1,0 +1,80 @@
+#include "trundle/odometry/smooth.hpp"
+
+#include <ranges>
+
+namespace trundle {
+namespace {
+
+using Vector4 = Eigen::Vector4d;
+using Matrix4 = Eigen::Matrix4d;
+
+Matrix4 covariance_of(const FilteredStep& step) {
+  Matrix4 P;
+  P.topLeftCorner<3, 3>() = full_matrix(step.white);
+  P.topRightCorner<3, 1>() = Eigen::Map<const Vector3>(step.bias.data());
+  P.bottomLeftCorner<1, 3>() = P.topRightCorner<3, 1>().transpose();
+  P(3, 3) = step.gyro_bias.variance;
+  return P;
+}
+
+/// How the state before a step enters the one after it.
+Matrix4 transition_of(const StepTrace& trace) {
+  Matrix4 A = Matrix4::Identity();
+  A(0, 2) = -trace.displacement[1];
+  A(1, 2) = trace.displacement[0];
+  A.topRightCorner<3, 1>() = Eigen::Map<const Vector3>(trace.by_bias.data());
+  return A;
+}
+
+/// What is still to be learned after a step, as a change of its estimate: x − P λ, P − P Λ P.
+struct Adjoint {
+  Vector4 lambda = Vector4::Zero();
+  Matrix4 Lambda = Matrix4::Zero();
+};
+
+/// docs/gyro.md, eq. 7
+void back_through_update(Adjoint& adjoint, const StepTrace& trace) {
+  if (trace.innovation_variance <= 0.0) return;
+  Matrix4 C = Matrix4::Identity();  // I − K H, H = (0 0 0 1)
+  C.col(3) -= Eigen::Map<const Vector4>(trace.gain.data());
+  adjoint.lambda = C.transpose() * adjoint.lambda;
+  adjoint.Lambda = C.transpose() * adjoint.Lambda * C;
+  adjoint.lambda[3] -= trace.innovation / trace.innovation_variance;
+  adjoint.Lambda(3, 3) += 1.0 / trace.innovation_variance;
+}
+
+void back_through_motion(Adjoint& adjoint, const StepTrace& trace) {
+  const Matrix4 A = transition_of(trace);
+  adjoint.lambda = A.transpose() * adjoint.lambda;
+  adjoint.Lambda = A.transpose() * adjoint.Lambda * A;
+}
+
+/// docs/gyro.md, eq. 8
+void apply(const Adjoint& adjoint, FilteredStep& step) {
+  const Matrix4 P = covariance_of(step);
+  const Vector4 change = P * adjoint.lambda;
+  const Matrix4 smoothed = P - P * adjoint.Lambda * P;
+  step.pose = {step.pose.x - change[0], step.pose.y - change[1], step.pose.heading - change[2]};
+  step.gyro_bias = {step.gyro_bias.rad_s - change[3], smoothed(3, 3)};
+  step.white = symmetric_of(smoothed.topLeftCorner<3, 3>());
+  Eigen::Map<Vector3>(step.bias.data()) = smoothed.topRightCorner<3, 1>();
+}
+
+}  // namespace
+
+FilteredStep filtered_step(const Odometer& odometer) {
+  const OdometerState& state = odometer.state();
+  return {state.pose, state.white, state.bias, odometer.gyro_bias(), odometer.trace()};
+}
+
+void smooth(std::vector<FilteredStep>& steps) {
+  Adjoint adjoint;
+  for (FilteredStep& step : std::views::reverse(steps)) {
+    const StepTrace trace = step.trace;
+    apply(adjoint, step);
+    back_through_update(adjoint, trace);
+    back_through_motion(adjoint, trace);
+  }
+}
+
+}  // namespace trundle

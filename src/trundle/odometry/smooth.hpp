@@ -1,0 +1,25 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "trundle/odometry/odometer.hpp"
+
+namespace trundle {
+
+/// Pose and gyro bias after a step, with their covariance, and how the step made them.
+struct FilteredStep {
+  Pose2 pose;
+  Symmetric3 white{};            ///< of the pose, in world axes
+  std::array<double, 3> bias{};  ///< covariance of pose and bias
+  GyroBias gyro_bias;
+  StepTrace trace;
+};
+
+FilteredStep filtered_step(const Odometer& odometer);
+
+/// Fixed-interval smoothing: every pose and bias by all that was learned before and after it, in place. The
+/// first step's trace is not used; the last one does not change. docs/gyro.md, eq. 6 to 8.
+void smooth(std::vector<FilteredStep>& steps);
+
+}  // namespace trundle

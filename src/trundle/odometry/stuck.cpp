@@ -1,0 +1,107 @@
+#include "trundle/odometry/stuck.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+
+namespace trundle {
+
+static_assert(std::is_trivially_copyable_v<StuckState>);
+
+namespace {
+
+using Triple = std::array<double, 3>;
+
+constexpr Parameter kBias{ParameterKind::gyro_bias, -1};
+
+Chassis without(const Chassis& chassis, std::size_t wheel) {
+  Chassis rest = chassis;
+  rest.wheel_count = 0;
+  for (std::size_t i = 0; i < chassis.wheels().size(); ++i)
+    if (i != wheel) rest.add(chassis.wheels()[i]);
+  return rest;
+}
+
+Increment without(const Increment& increment, std::size_t wheel) {
+  Increment rest = increment;
+  for (auto* column : {&rest.turned, &rest.slip_variance})
+    std::copy(column->begin() + static_cast<std::ptrdiff_t>(wheel) + 1, column->end(),
+              column->begin() + static_cast<std::ptrdiff_t>(wheel));
+  return rest;
+}
+
+std::optional<MotionModel> model_of(const Chassis& chassis, bool with_gyro) {
+  if (chassis.wheel_count == 0 || (with_gyro && !chassis.gyro)) return std::nullopt;
+  if (observability(rows_of(chassis, with_gyro)).rank < 3) return std::nullopt;
+  return MotionModel(chassis, std::span(&kBias, chassis.gyro ? 1 : 0), with_gyro);
+}
+
+double dot(const Triple& a, const Triple& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/// hᵀ Q h
+double variance_along(const Triple& h, const Symmetric3& Q) {
+  return h[0] * (h[0] * Q[0] + 2.0 * (h[1] * Q[1] + h[2] * Q[2])) + h[1] * (h[1] * Q[3] + 2.0 * h[2] * Q[4]) +
+         h[2] * h[2] * Q[5];
+}
+
+bool nothing_turns(const Increment& increment) {
+  return std::ranges::all_of(increment.turned, [](double turned) { return turned == 0.0; });
+}
+
+}  // namespace
+
+StuckWheels::StuckWheels(const Chassis& chassis, const RestOptions& options)
+    : sigmas_(options.stuck_sigmas), has_gyro_(chassis.gyro.has_value()) {
+  gyro_ = chassis.gyro.value_or(Gyro{});
+  for (std::size_t i = 0; i < chassis.wheels().size(); ++i) {
+    const Wheel& wheel = chassis.wheels()[i];
+    const Vector3 row = rolling_row(wheel);
+    row_.push_back({row.x(), row.y(), row.z()});
+    const double per_tick = wheel.ticks_per_revolution == 0.0
+                                ? 0.0
+                                : kPi * wheel.diameter_m / std::abs(wheel.ticks_per_revolution);
+    unseen_m_.push_back(std::max(options.jitter_ticks * per_tick, options.jitter_m));
+    const Chassis rest = without(chassis, i);
+    others_.push_back({model_of(rest, true), model_of(rest, false)});
+  }
+}
+
+void StuckWheels::watch(StuckState& state, const Increment& increment, const GyroBias& bias) const {
+  const bool all_still = nothing_turns(increment);
+  for (std::size_t i = 0; i < row_.size(); ++i) {
+    StillWheel& still = state.still[i];
+    const std::uint64_t bit = std::uint64_t{1} << i;
+    if (increment.turned[i] != 0.0) {
+      still = {};
+      state.stuck &= ~bit;
+      continue;
+    }
+    expect(still, i, increment, all_still);
+    const double variance = still.variance + still.by_bias * still.by_bias * bias.variance;
+    if (std::abs(still.travel_m) > unseen_m_[i] + sigmas_ * std::sqrt(variance)) state.stuck |= bit;
+  }
+}
+
+void StuckWheels::expect(StillWheel& still, std::size_t wheel, const Increment& increment,
+                         bool all_still) const {
+  const Triple& h = row_[wheel];
+  const bool gyro = has_gyro_ && increment.has_gyro;
+  const auto& others = gyro ? others_[wheel].with_gyro : others_[wheel].without_gyro;
+  if (others) {
+    TwistStep step;
+    others->twist_with_covariance(without(increment, wheel), step);
+    still.travel_m += dot(h, step.twist);
+    still.variance += variance_along(h, step.covariance);
+    if (gyro) still.by_bias += dot(h, step.derivative[0]);
+  } else if (all_still && gyro) {
+    const double lever = h[2] * gyro_.scale;
+    still.travel_m += lever * (increment.gyro_rad - gyro_.bias_rad_s * increment.duration_s);
+    still.variance +=
+        lever * lever * gyro_.noise_rad_s_sqrt_hz * gyro_.noise_rad_s_sqrt_hz * increment.duration_s;
+    still.by_bias -= lever * increment.duration_s;
+  }
+}
+
+}  // namespace trundle

@@ -1,0 +1,237 @@
+#include "trundle/odometry/rest.hpp"
+
+#include <cstring>
+
+#include <gtest/gtest.h>
+
+#include "trundle/io/error.hpp"
+
+#include "scale.hpp"
+#include "sensed_drive.hpp"
+
+namespace trundle {
+namespace {
+
+using test::learning;
+using test::Piece;
+using test::robot_with_gyro;
+using test::SensedDrive;
+using test::with_bias;
+
+constexpr double kDegree = kPi / 180.0;
+
+/// Steps through everything and returns the last verdict.
+Verdict run(Odometer& odometer, const std::vector<Increment>& increments) {
+  Verdict verdict;
+  for (const Increment& increment : increments) verdict = odometer.step(increment);
+  return verdict;
+}
+
+TEST(Rest, StandingStillIsSeenAfterABlockAndEndsWithTheFirstStep) {
+  for (const double rate_hz : {4.0, 20.0, 100.0}) {
+    SensedDrive drive(with_bias(robot_with_gyro(), 0.02), rate_hz, 1);
+    Odometer odometer = learning(robot_with_gyro());
+    double rest_s = 0.0;
+    for (const Increment& increment : drive.over({{10.0}}))
+      rest_s += odometer.step(increment).at_rest() ? increment.duration_s : 0.0;
+    EXPECT_GE(rest_s, 9.0) << rate_hz;
+    EXPECT_EQ(run(odometer, drive.over({{1.0, 0.2, 0.1}})).phase, RestPhase::moving);
+    EXPECT_TRUE(run(odometer, drive.over({{1.5}})).at_rest());
+  }
+}
+
+TEST(Rest, CountersMayToggleButNotCreep) {
+  const Robot robot = robot_with_gyro();
+  SensedDrive drive(robot, 20.0, 2);
+  Odometer toggles = learning(robot);
+  Odometer creeps = learning(robot);
+  double rest_s = 0.0;
+  double creep_s = 0.0;
+  const double tick = 1.0 / 1024.0;
+  const std::vector<Increment> still = drive.over({{20.0}});
+  for (std::size_t i = 0; i < still.size(); ++i) {
+    Increment increment = still[i];
+    increment.turned[0] = i % 2 == 0 ? tick : -tick;
+    rest_s += toggles.step(increment).at_rest() ? 0.05 : 0.0;
+    increment.turned[0] = increment.turned[1] = i % 4 == 0 ? tick : 0.0;
+    creep_s += creeps.step(increment).at_rest() ? 0.05 : 0.0;
+  }
+  EXPECT_GT(rest_s, 19.0);
+  EXPECT_EQ(creep_s, 0.0);
+  EXPECT_NEAR(toggles.pose().x, 0.0, 1e-3);
+  EXPECT_NEAR(creeps.pose().x, 100 * tick * kPi * 0.15, 1e-3);  // no count is lost
+}
+
+TEST(Rest, TheHeadingDoesNotMove) {
+  SensedDrive drive(with_bias(robot_with_gyro(), 0.02), 20.0, 3);
+  Odometer odometer = learning(robot_with_gyro());
+  double largest = 0.0;
+  for (int i = 0; i < 20 * 600; ++i) {
+    odometer.step(drive.next({}));
+    largest = std::max(largest, std::abs(odometer.pose().heading));
+  }
+  RecordProperty("largest_deg", std::to_string(largest / kDegree));
+  EXPECT_LT(largest, 0.05 * kDegree);  // over ten minutes
+}
+
+TEST(Rest, TheBiasIsAsGoodAsAKalmanFilterThatKnowsOfTheRest) {
+  SensedDrive drive(with_bias(robot_with_gyro(), 0.02), 20.0, 4);
+  Odometer odometer = learning(robot_with_gyro());
+  run(odometer, drive.over({{10.0}}));
+  const double optimum = 3e-4 / std::sqrt(10.0);
+  EXPECT_NEAR(optimum / kDegree * 60.0, 0.33, 0.005);  // °/min
+  RecordProperty("ratio", std::to_string(std::sqrt(odometer.gyro_bias().variance) / optimum));
+  EXPECT_LT(std::sqrt(odometer.gyro_bias().variance), 1.2 * optimum);
+  EXPECT_GT(std::sqrt(odometer.gyro_bias().variance), optimum);
+}
+
+/// Share of seeds whose bias lies inside its 95 % interval.
+double coverage(int seeds, double rest_s, const std::vector<Piece>& then) {
+  int inside = 0;
+  for (int seed = 0; seed < seeds; ++seed) {
+    Random random(static_cast<std::uint64_t>(seed), 3);
+    SensedDrive drive(with_bias(robot_with_gyro(), random.normal(0.02)), 20.0,
+                      static_cast<std::uint64_t>(seed));
+    Odometer odometer = learning(robot_with_gyro());
+    run(odometer, drive.over({{rest_s}}));
+    run(odometer, drive.over(then));
+    const GyroBias bias = odometer.gyro_bias();
+    inside += std::abs(bias.rad_s - drive.bias_rad_s()) <= 1.959964 * std::sqrt(bias.variance) ? 1 : 0;
+  }
+  return static_cast<double>(inside) / seeds;
+}
+
+TEST(Rest, TheBiasLiesInsideItsInterval) {
+  const int seeds = test::trials(1000, 100);
+  const double band = 0.02 * std::sqrt(1000.0 / seeds);  // 2.9 sigma of the share
+  const double share = coverage(seeds, 10.0, {});
+  RecordProperty("share", std::to_string(share));
+  EXPECT_NEAR(share, 0.95, band);
+  EXPECT_NEAR(coverage(seeds, 3.0, {{5.0, 0.3, 0.4}, {2.0}, {5.0, -0.3, 0.4}, {3.0}, {1.0, 0.2}}), 0.95,
+              band);
+}
+
+TEST(Rest, ARunThatStartsMovingLearnsNoBias) {
+  const std::vector<Piece> starts[] = {{{20.0, 0.25, 0.0}},  {{20.0, 0.0, 0.04}}, {{20.0, -0.1, -0.3}},
+                                       {{20.0, 0.01, 0.01}}, {{20.0, 0.0, 0.01}}, {{20.0, 0.25, 1.0}}};
+  for (const auto& pieces : starts)
+    for (const double rate_hz : {4.0, 20.0, 100.0}) {
+      SensedDrive drive(with_bias(robot_with_gyro(), 0.01), rate_hz, 5);
+      Odometer odometer = learning(robot_with_gyro());
+      for (const Increment& increment : drive.over(pieces))
+        ASSERT_FALSE(odometer.step(increment).at_rest()) << rate_hz << " " << pieces[0].turn_rad_s;
+      EXPECT_EQ(odometer.gyro_bias().rad_s, 0.0);
+      EXPECT_GE(odometer.gyro_bias().variance, 0.02 * 0.02);
+    }
+}
+
+/// Drives a robot some of whose encoders are dead, after `rest_s` of standing still. Returns how long the
+/// first of them stays unnoticed.
+double unnoticed_s(const std::vector<std::size_t>& dead, const Piece& motion, double rest_s, double rate_hz,
+                   const Robot& robot = robot_with_gyro()) {
+  SensedDrive drive(with_bias(robot, 0.01), rate_hz, 6);
+  for (const std::size_t wheel : dead) drive.encoder_gain[wheel] = 0.0;
+  Odometer odometer = learning(robot);
+  for (const Increment& increment : drive.over({{rest_s}})) EXPECT_EQ(odometer.step(increment).stuck, 0U);
+  double time_s = 0.0;
+  for (const Increment& increment : drive.over({motion})) {
+    time_s += increment.duration_s;
+    const Verdict verdict = odometer.step(increment);
+    EXPECT_FALSE(verdict.at_rest());
+    bool all = true;
+    for (const std::size_t wheel : dead) all = all && verdict.is_stuck(wheel);
+    if (all) return time_s;
+  }
+  return 1e9;
+}
+
+TEST(Rest, ADeadEncoderIsNoticedWithinHalfASecond) {
+  for (const double rate_hz : {4.0, 20.0, 100.0})
+    for (const double rest_s : {0.0, 5.0}) {
+      EXPECT_LE(unnoticed_s({0}, {3.0, 0.25, 0.0}, rest_s, rate_hz), 0.5) << rate_hz << " " << rest_s;
+      EXPECT_LE(unnoticed_s({1}, {3.0, 0.25, 0.0}, rest_s, rate_hz), 0.5) << rate_hz << " " << rest_s;
+      EXPECT_LE(unnoticed_s({0}, {3.0, -0.1, 0.2}, rest_s, rate_hz), 0.5) << rate_hz << " " << rest_s;
+      EXPECT_LE(unnoticed_s({1}, {3.0, 0.0, 0.5}, rest_s, rate_hz), 0.5) << rate_hz << " " << rest_s;
+      EXPECT_LE(unnoticed_s({0, 1}, {3.0, 0.25, 0.3}, rest_s, rate_hz), 0.5) << rate_hz << " " << rest_s;
+      EXPECT_LE(unnoticed_s({0, 1}, {3.0, 0.0, -0.15}, rest_s, rate_hz), 0.5) << rate_hz << " " << rest_s;
+    }
+}
+
+TEST(Rest, ASlowTurnOnDeadEncodersIsNoRestOnceTheBiasIsKnown) {
+  SensedDrive drive(with_bias(robot_with_gyro(), 0.01), 20.0, 7);
+  Odometer odometer = learning(robot_with_gyro());
+  run(odometer, drive.over({{10.0}}));
+  drive.encoder_gain[0] = drive.encoder_gain[1] = 0.0;
+  const double before = odometer.gyro_bias().rad_s;
+  const Verdict verdict = run(odometer, drive.over({{5.0, 0.0, 0.02}}));
+  EXPECT_FALSE(verdict.at_rest());
+  EXPECT_EQ(verdict.stuck, 3U);
+  EXPECT_NEAR(odometer.gyro_bias().rad_s, before, 1e-4);
+  EXPECT_NEAR(odometer.pose().heading, 0.1, 0.003);
+}
+
+TEST(Rest, HealthyDrivingRaisesNoFlag) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    SensedDrive drive(with_bias(robot_with_gyro(), 0.01), 20.0, seed);
+    Odometer odometer = learning(robot_with_gyro());
+    for (const Increment& increment : drive.over({{3.0},
+                                                  {10.0, 0.25, 0.0},
+                                                  {4.0, 0.125, 0.5},
+                                                  {4.0, 0.125, -0.5},
+                                                  {2.0},
+                                                  {5.0, 0.0, 1.0},
+                                                  {3.0, 0.005, 0.01},
+                                                  {10.0, -0.3, 0.1}}))
+      ASSERT_EQ(odometer.step(increment).stuck, 0U) << increment.time_s;
+  }
+}
+
+TEST(Rest, AShakingAccelerometerIsNoRest) {
+  SensedDrive drive(robot_with_gyro(), 20.0, 8);
+  Odometer odometer = learning(robot_with_gyro());
+  drive.shaking_m_s2 = 0.03;
+  EXPECT_TRUE(run(odometer, drive.over({{2.0}})).at_rest());
+  drive.encoder_gain[0] = drive.encoder_gain[1] = 0.0;
+  drive.shaking_m_s2 = 0.4;
+  const GyroBias before = odometer.gyro_bias();
+  for (const Increment& increment : drive.over({{2.0, 0.3, 0.0}})) {
+    const Verdict verdict = odometer.step(increment);
+    EXPECT_TRUE(increment.time_s < 2.5 || !verdict.at_rest()) << increment.time_s;
+  }
+  EXPECT_NEAR(odometer.gyro_bias().rad_s, before.rad_s, 3.0 * std::sqrt(before.variance));
+}
+
+TEST(Rest, AGyroBeyondItsLimitIsNotUsed) {
+  const Robot robot = robot_with_gyro();
+  SensedDrive drive(robot, 20.0, 9);
+  Odometer odometer = learning(robot);
+  Increment increment = drive.next({1.0, 0.2, 0.0});
+  increment.gyro_rad = 1.01 * robot.chassis.gyro->max_rate_rad_s * increment.duration_s;
+  EXPECT_TRUE(odometer.step(increment).gyro_disturbed);
+  EXPECT_NEAR(odometer.pose().heading, 0.0, 0.002);  // as the wheels say
+  EXPECT_FALSE(odometer.step(drive.next({1.0, 0.2, 0.0})).gyro_disturbed);
+}
+
+TEST(Rest, ResumesFromItsBytes) {
+  SensedDrive drive(with_bias(robot_with_gyro(), 0.01), 20.0, 10);
+  const std::vector<Increment> increments =
+      drive.over({{2.3}, {2.0, 0.2, 0.3}, {1.2}, {0.3, 0.1, 0.0}, {0.3}, {2.0, 0.1, 0.2}, {3.0}});
+  Odometer whole = learning(robot_with_gyro());
+  run(whole, increments);
+  for (std::size_t at = 0; at < increments.size(); at += 7) {
+    Odometer first = learning(robot_with_gyro());
+    run(first, {increments.begin(), increments.begin() + static_cast<std::ptrdiff_t>(at)});
+    Odometer second = learning(robot_with_gyro());
+    second.resume(first.state());
+    run(second, {increments.begin() + static_cast<std::ptrdiff_t>(at), increments.end()});
+    ASSERT_EQ(std::memcmp(&second.state(), &whole.state(), sizeof(OdometerState)), 0) << at;
+  }
+}
+
+TEST(Rest, TheBiasIsEitherLearnedOrAParameter) {
+  const Odometer::Options options{.parameters = {{ParameterKind::gyro_bias, -1}}, .learn_gyro_bias = true};
+  EXPECT_THROW(Odometer(robot_with_gyro(), options), InputError);
+}
+
+}  // namespace
+}  // namespace trundle
