@@ -205,7 +205,10 @@ Weight weight_of(const Measurement& measurement, const Matrix3& P) {
 }
 
 Innovation innovation_of(const Measurement& m, const Weight& W, double time_s, double distance) {
-  Innovation innovation{time_s, distance, Vector3::Zero(), static_cast<int>(m.innovation.size())};
+  Innovation innovation{.time_s = time_s,
+                        .squared_mahalanobis = distance,
+                        .normalised = Vector3::Zero(),
+                        .count = static_cast<int>(m.innovation.size())};
   const Weight S = W.inverse();
   for (Eigen::Index i = 0; i < m.innovation.size(); ++i)
     innovation.normalised[m.component[static_cast<std::size_t>(i)]] = m.innovation[i] / std::sqrt(S(i, i));
@@ -307,6 +310,10 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
     update(odometer, m, W);
   }
   return result;
+}
+
+Pose2 body_at_start(const Run& run, const Robot& robot) {
+  return anchor(run, 0, robot, {}, {}).pose();
 }
 
 RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters) {

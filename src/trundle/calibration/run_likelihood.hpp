@@ -58,6 +58,10 @@ struct LikelihoodOptions {
 RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
                                 const LikelihoodOptions& options);
 
+/// Where the body stands at the first knot, which the run must have: the mean of the reference over the time
+/// that the robot stands there; without headings in the reference, heading by the course over the ground.
+Pose2 body_at_start(const Run& run, const Robot& robot);
+
 /// The likelihood of what was measured of the run as a whole (PartialReference).
 RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters);
 
