@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "trundle/chassis/rows.hpp"
+#include "trundle/recording/gyro_noise.hpp"
 #include "trundle/recording/inspect.hpp"
 #include "trundle/recording/time_offset.hpp"
 
@@ -21,6 +22,7 @@ struct Options {
   std::string robot;
   int robot_number = 0;
   bool gyro_noise = false;
+  std::string output;
   Common common;
 };
 
@@ -140,8 +142,15 @@ Json to_json(const Problem& problem) {
 Json to_json(const GyroNoise& noise) {
   Json json = {{"rest_s", noise.rest_s},
                {"bias_rad_s", noise.bias_rad_s},
-               {"noise_rad_s_sqrt_hz", noise.noise_rad_s_sqrt_hz}};
+               {"noise_rad_s_sqrt_hz", noise.noise_rad_s_sqrt_hz},
+               {"noise_sigma", noise.noise_sigma}};
   if (noise.bias_walk_rad_s_sqrt_s) json["bias_walk_rad_s_sqrt_s"] = *noise.bias_walk_rad_s_sqrt_s;
+  json["bias_walk_limit"] = noise.bias_walk_limit;
+  json["allan"] = Json::array();
+  for (const AllanPoint& point : noise.allan)
+    json["allan"].push_back({{"tau_s", point.tau_s},
+                             {"deviation_rad_s", point.deviation},
+                             {"degrees_of_freedom", point.degrees_of_freedom}});
   return json;
 }
 
@@ -183,6 +192,24 @@ std::string list(const std::string& title, const std::vector<std::string>& lines
   return lines.empty() ? text : title + "\n" + text;
 }
 
+std::string walk_text_of(const GyroNoise& noise) {
+  if (!noise.bias_walk_rad_s_sqrt_s)
+    return fmt::format("the rests are too short to tell the walk of the bias: below {:.2g} rad/s/√s\n",
+                       noise.bias_walk_limit);
+  return fmt::format("bias walk {:.3g} rad/s/√s, {}\n", *noise.bias_walk_rad_s_sqrt_s,
+                     noise.walk_between_rests ? "from one rest to the next" : "by the Allan deviation");
+}
+
+std::string text_of(const GyroNoise& noise) {
+  std::string text =
+      fmt::format("gyro at rest for {:.1f} s: bias {:.6g} rad/s, noise {:.3g} ± {:.1g} rad/s/√Hz\n",
+                  noise.rest_s, noise.bias_rad_s, noise.noise_rad_s_sqrt_hz, noise.noise_sigma);
+  text += walk_text_of(noise) + "  Allan deviation:\n";
+  for (const AllanPoint& point : noise.allan)
+    text += fmt::format("  {:>10.3g} s  {:.4g} rad/s\n", point.tau_s, point.deviation);
+  return text;
+}
+
 std::string text_of(const Findings& findings) {
   const Recording& recording = findings.recording;
   std::string text = fmt::format("{} (session {})\n", recording.name, recording.session);
@@ -208,13 +235,7 @@ std::string text_of(const Findings& findings) {
                               findings.offset->offset_s, findings.offset->sigma_s)
                 : std::string(
                       "gyro against wheels: the time offset cannot be told; change the turn rate often\n");
-  if (const auto& noise = findings.noise) {
-    text += fmt::format("gyro at rest for {:.1f} s: bias {:.6g} rad/s, noise {:.3g} rad/s/√Hz", noise->rest_s,
-                        noise->bias_rad_s, noise->noise_rad_s_sqrt_hz);
-    text += noise->bias_walk_rad_s_sqrt_s
-                ? fmt::format(", bias walk {:.3g} rad/s/√s\n", *noise->bias_walk_rad_s_sqrt_s)
-                : std::string("; bias walk unknown: fewer than 4 rests\n");
-  }
+  if (findings.noise) text += text_of(*findings.noise);
   return text;
 }
 
@@ -230,6 +251,30 @@ Provenance provenance_of(const Options& options, const std::vector<Findings>& al
   return provenance;
 }
 
+/// The robot file with the gyro's noise, and how it was obtained.
+void write_gyro_noise(const Options& options, Robot robot, const Provenance& provenance,
+                      const GyroNoise& noise) {
+  Gyro gyro = robot.chassis.gyro.value_or(Gyro{});
+  gyro.noise_rad_s_sqrt_hz = noise.noise_rad_s_sqrt_hz;
+  gyro.bias_walk_rad_s_sqrt_s = noise.bias_walk_rad_s_sqrt_s.value_or(gyro.bias_walk_rad_s_sqrt_s);
+  robot.chassis.gyro = gyro;
+  std::string text;
+  for (const std::string& line : to_lines(provenance)) text += "# " + line + "\n";
+  text += fmt::format("# noise_rad_s_sqrt_hz: Allan deviation of {:.1f} s of standing still, ± {:.1g}\n",
+                      noise.rest_s, noise.noise_sigma);
+  text += "# bias_walk_rad_s_sqrt_s: " +
+          (noise.bias_walk_rad_s_sqrt_s ? "the same: " : std::string("as it was: ")) + walk_text_of(noise);
+  write_file(options.output, text + to_toml(robot));
+}
+
+void require_output_makes_sense(const Options& options, std::size_t recordings) {
+  if (options.output.empty()) return;
+  if (!options.gyro_noise || options.robot.empty())
+    throw CLI::ValidationError("--output",
+                               "needs --gyro-noise and --robot: it writes the robot file with the noise");
+  if (recordings != 1) throw CLI::ValidationError("--output", "needs one recording");
+}
+
 void run(const Options& options) {
   std::optional<Robot> robot;
   if (!options.robot.empty()) robot = read_robot(options.robot);
@@ -237,9 +282,12 @@ void run(const Options& options) {
   if (paths.empty())
     throw InputError(options.recording, "holds no recording",
                      "a folder with wheels.csv or another stream, or recording.toml");
+  require_output_makes_sense(options, paths.size());
   std::vector<Findings> all;
   for (const auto& path : paths) all.push_back(find(path, robot, options));
-  Json document = app::to_json(provenance_of(options, all));
+  const Provenance provenance = provenance_of(options, all);
+  if (!options.output.empty()) write_gyro_noise(options, *robot, provenance, *all.front().noise);
+  Json document = app::to_json(provenance);
   std::string text;
   for (const Findings& findings : all) {
     text += (text.empty() ? "" : "\n") + text_of(findings);
@@ -265,7 +313,9 @@ void add_info(CLI::App& app) {
                       "Robot file: also says what its sensors can and cannot tell");
   command->add_option("--robot-number", options->robot_number, "Robot of a UTIAS MRCLAM folder");
   command->add_flag("--gyro-noise", options->gyro_noise,
-                    "Bias and noise of the gyro, from where the robot rests");
+                    "Bias, noise and Allan deviation of the gyro, from where the robot rests");
+  command->add_option("-o,--output", options->output,
+                      "With --gyro-noise: the robot file with that noise in it");
   command->callback([options] { run(*options); });
 }
 

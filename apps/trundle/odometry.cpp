@@ -17,6 +17,7 @@ struct Options {
   std::string robot;
   std::string start = "0,0,0";
   int robot_number = 0;
+  bool smooth = false;
   std::string output;
   Common common;
 };
@@ -44,6 +45,7 @@ Provenance provenance_of(const Options& options, const Recording& recording) {
   provenance.inputs.push_back(input_file(options.robot));
   if (options.robot_number != 0)
     provenance.options.emplace_back("robot-number", std::to_string(options.robot_number));
+  if (options.smooth) provenance.options.emplace_back("smooth", "true");
   return provenance;
 }
 
@@ -89,6 +91,10 @@ nlohmann::ordered_json document_of(const Provenance& provenance, const Integrate
     document["sigma_parameters"] = to_json(sigmas_of(odometry.end_parameter_covariance));
   document["uncertain_parameters"] = odometry.parameters;
   document["degrees_of_freedom"] = odometry.degrees_of_freedom;
+  document["rest_s"] = odometry.rest_s;
+  if (odometry.end_gyro_bias.variance > 0.0)
+    document["gyro_bias"] = {{"rad_s", odometry.end_gyro_bias.rad_s},
+                             {"sigma_rad_s", std::sqrt(odometry.end_gyro_bias.variance)}};
   document["bridged_gaps"] = odometry.bridged;
   document["problems"] = nlohmann::ordered_json::array();
   for (const Problem& problem : odometry.problems) document["problems"].push_back(to_json(problem));
@@ -115,6 +121,10 @@ std::string text_of(const IntegratedOdometry& odometry) {
   text += odometry.degrees_of_freedom == 0
               ? "no reading beyond those the motion needs: slip cannot show\n"
               : fmt::format("readings beyond those the motion needs: {}\n", odometry.degrees_of_freedom);
+  if (const GyroBias& bias = odometry.end_gyro_bias; bias.variance > 0.0)
+    text += fmt::format("gyro bias {:.6f} ± {:.6f} rad/s, {}\n", bias.rad_s, std::sqrt(bias.variance),
+                        odometry.rest_s > 0.0 ? fmt::format("learned in {:.1f} s at rest", odometry.rest_s)
+                                              : "as the robot file says: it never rests");
   for (const Problem& problem : odometry.problems)
     text += fmt::format("{}: {}: {}\n", problem.severity == Severity::warning ? "warning" : "note",
                         problem.place, problem.message);
@@ -125,7 +135,7 @@ void run(const Options& options) {
   const Pose2 start = pose_from(options.start);
   const Robot robot = read_robot(options.robot);
   const Recording recording = read_recording(options.recording, {.robot_number = options.robot_number});
-  IntegratedOdometry odometry = integrate(recording, robot, {.start = start});
+  IntegratedOdometry odometry = integrate(recording, robot, {.start = start, .smooth = options.smooth});
   odometry.problems.insert(odometry.problems.begin(), recording.problems.begin(), recording.problems.end());
   const Provenance provenance = provenance_of(options, recording);
   if (!options.output.empty()) write_trajectory(options, provenance, odometry.trajectory);
@@ -144,6 +154,8 @@ void add_odometry(CLI::App& app) {
   command->add_option("--start", options->start, "Pose at the first stamp: X,Y,DEG [m, m, degrees]")
       ->capture_default_str();
   command->add_option("--robot-number", options->robot_number, "Which robot of a UTIAS MRCLAM folder");
+  command->add_flag("--smooth", options->smooth,
+                    "Every pose also by what later rests show of the gyro's bias");
   command->add_option("-o,--output", options->output, "Trajectory: .csv, or .tum by its name");
   command->callback([options] { run(*options); });
 }

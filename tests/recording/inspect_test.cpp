@@ -7,6 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "trundle/recording/gyro_noise.hpp"
+
 #include "recording/robots.hpp"
 
 namespace trundle {

@@ -141,6 +141,28 @@ class GyroIntegral {
   std::size_t cursor_ = 0;
 };
 
+/// rms of the accelerometer about its mean over each interval, of both axes together; two samples at least.
+void add_shaking(const AccelStream& accel, AlignedReadings& aligned) {
+  std::size_t row = 0;
+  for (Increment& increment : aligned.increments) {
+    const double start_s = increment.time_s - increment.duration_s;
+    while (row < accel.time_s.size() && accel.time_s[row] <= start_s) ++row;
+    double count = 0.0, x = 0.0, y = 0.0, squares = 0.0;
+    for (; row < accel.time_s.size() && accel.time_s[row] <= increment.time_s; ++row) {
+      const double ax = accel.x_m_s2[row];
+      const double ay = accel.y_m_s2[row];
+      if (std::isnan(ax) || std::isnan(ay)) continue;
+      count += 1.0;
+      const double dx = ax - x;
+      const double dy = ay - y;
+      x += dx / count;
+      y += dy / count;
+      squares += dx * (ax - x) + dy * (ay - y);
+    }
+    if (count >= 2.0) increment.shaking_m_s2 = std::sqrt(squares / (count - 1.0));
+  }
+}
+
 }  // namespace
 
 void add_gyro(const Recording& recording, const Robot& robot, AlignedReadings& aligned) {
@@ -174,6 +196,7 @@ AlignedReadings align(const Recording& recording, const Robot& robot) {
     throw InputError(recording.name, "has no velocity.csv", "a velocity stream: the robot has no wheels");
   AlignedReadings aligned = by_wheels ? align_wheels(recording, robot) : align_velocity(recording, robot);
   add_gyro(recording, robot, aligned);
+  add_shaking(recording.accel, aligned);
   return aligned;
 }
 

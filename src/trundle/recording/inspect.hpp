@@ -42,14 +42,4 @@ struct Abilities {
 };
 Abilities abilities_of(const Robot& robot, bool with_gyro);
 
-/// The gyro at rest: where the wheels (the velocity stream) do not move for at least a second.
-struct GyroNoise {
-  double rest_s = 0.0;  ///< how long altogether
-  double bias_rad_s = 0.0;
-  double noise_rad_s_sqrt_hz = 0.0;              ///< white density
-  std::optional<double> bias_walk_rad_s_sqrt_s;  ///< from one rest to the next; nothing: too few rests
-};
-/// Nothing when the robot never rests while the gyro runs.
-std::optional<GyroNoise> gyro_noise(const Recording& recording);
-
 }  // namespace trundle
