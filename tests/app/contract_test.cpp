@@ -35,6 +35,10 @@ const std::vector<Command> kCommands = {
      {"out/calibrated.toml", "out/calibration.json"}},
     {"install-angle", {"l_run", "--robot", "pods.toml"}, {}},
     {"odometry", {"ccw", "--robot", "nominal.toml", "-o", "out/trajectory.csv"}, {"out/trajectory.csv"}},
+    {"slip",
+     {"slippery", "--robot", "with_gyro.toml", "-o", "out/slip.csv", "--corrected", "out/trajectory.csv"},
+     {"out/slip.csv", "out/trajectory.csv"},
+     {"simulate", "slippery.toml", "-o", "slippery"}},
     {"evaluate", {"cw/reference.csv", "ccw/reference.csv", "--align", "se2"}, {}},
     {"simulate",
      {"scenario.toml", "-o", "out/simulated"},
@@ -232,6 +236,11 @@ const std::vector<Failure> kFailures = {
      {"install-angle", "cw", "--robot", "nominal.toml"},
      3,
      "two passive wheels"},
+    {"SlipThatNoReadingShows",
+     {"slip", "cw", "--robot", "nominal.toml", "-o", "out/s.csv"},
+     4,
+     "cannot show slip"},
+    {"UnknownSlipMethod", {"slip", "cw", "--robot", "nominal.toml", "--method", "best"}, 2, "best"},
     {"NothingInCommon", {"evaluate", "cw/reference.csv", "later.csv"}, 4, ""},
 };
 
