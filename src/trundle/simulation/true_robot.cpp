@@ -60,21 +60,28 @@ void read_robot_numbers(const Section& section, Robot& robot) {
   read_subsection(section, "reference_sensor", kReferenceSensor, robot);
 }
 
-/// Every number of the robot that the file can name, zero.
-Robot zero_robot(const Robot& like) {
-  Robot zero;
-  zero.wheel_names = like.wheel_names;
-  for (std::size_t i = 0; i < like.wheel_names.size(); ++i) zero.chassis.add({});
-  zero.chassis.noise = {0.0, 0.0, 0.0, 0.0, 0.0};
-  zero.chassis.gyro = Gyro{0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
-  zero.landmark_sensor = LandmarkSensor{{}, 0.0, 0.0, 0.0, 0.0};
-  return zero;
+template <class T, std::size_t n>
+void zero(const std::array<NumberKey<T>, n>& keys, T& target) {
+  for (const NumberKey<T>& key : keys) key.in(target) = 0.0;
 }
 
+/// Every number of the robot that the file can name, zero.
+Robot zero_robot(const Robot& like) {
+  Robot robot;
+  robot.wheel_names = like.wheel_names;
+  for (std::size_t i = 0; i < like.wheel_names.size(); ++i) robot.chassis.add({});
+  zero(kNoise, robot.chassis.noise);
+  zero(kGyro, robot.chassis.gyro.emplace());
+  zero(kLandmarkSensor, robot.landmark_sensor.emplace());
+  return robot;
+}
+
+/// Numbers without a spread draw nothing: a new key changes no scenario.
 template <class T, std::size_t n>
 void scatter(const std::array<NumberKey<T>, n>& keys, const T& sigma, T& target, Random& random) {
   T sigmas = sigma;
-  for (const NumberKey<T>& key : keys) key.in(target) += random.normal(key.in(sigmas));
+  for (const NumberKey<T>& key : keys)
+    if (key.in(sigmas) > 0.0) key.in(target) += random.normal(key.in(sigmas));
 }
 
 }  // namespace
