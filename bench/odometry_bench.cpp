@@ -108,6 +108,35 @@ void steps_with_parameters(const Robot& robot, const Log& log, Poses& out) {
   }
 }
 
+/// With a gyro whose bias is learned: the detectors of rest and of dead encoders at work.
+void steps_learning_bias(const Robot& robot, const Log& log, Poses& out) {
+  Robot with_gyro = robot;
+  with_gyro.chassis.gyro = Gyro{};
+  Odometer odometer(with_gyro, {.learn_gyro_bias = true});
+  Increment increment{.duration_s = 0.01, .has_gyro = true};
+  for (std::size_t i = 0; i < kRows; ++i) {
+    increment.turned[0] = log.left[i];
+    increment.turned[1] = log.right[i];
+    increment.gyro_rad = kPi * 0.0704 * (log.right[i] - log.left[i]) / 0.23;
+    odometer.step(increment);
+    out.x[i] = odometer.pose().x;
+    out.covariance[i] = odometer.state().white;
+  }
+}
+
+/// The same at rest.
+void steps_at_rest(const Robot& robot, Poses& out) {
+  Robot with_gyro = robot;
+  with_gyro.chassis.gyro = Gyro{};
+  Odometer odometer(with_gyro, {.learn_gyro_bias = true});
+  const Increment increment{.duration_s = 0.01, .gyro_rad = 1e-4, .has_gyro = true};
+  for (std::size_t i = 0; i < kRows; ++i) {
+    odometer.step(increment);
+    out.x[i] = odometer.pose().x;
+    out.covariance[i] = odometer.state().white;
+  }
+}
+
 /// This thread's processor time: what other programs take does not count.
 double processor_seconds() {
   timespec now{};
@@ -155,6 +184,8 @@ int main() {
       {"Odometer::step, pose alone", [&] { steps<false>(robot, log, stepped); }},
       {"Odometer::step, white covariance", [&] { steps<true>(robot, log, stepped); }},
       {"Odometer::step, both parts, 3 parameters", [&] { steps_with_parameters(robot, log, stepped); }},
+      {"Odometer::step, gyro, bias learned", [&] { steps_learning_bias(robot, log, stepped); }},
+      {"Odometer::step, the same at rest", [&] { steps_at_rest(robot, stepped); }},
   };
   for (Variant& variant : variants) variant.work();  // touch all memory once
   steps<false>(robot, log, stepped);

@@ -1,12 +1,16 @@
 // What every command promises its users: interfaces in docs/commands.md. A new command is one line in
 // kCommands.
 #include <algorithm>
+#include <cmath>
+#include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "trundle/chassis/robot.hpp"
 #include "trundle/io/file.hpp"
+#include "trundle/simulation/random.hpp"
 
 #include "app/process.hpp"
 #include "app/sample.hpp"
@@ -262,6 +266,59 @@ TEST_P(Fails, WithItsExitCodeAndOneLine) {
 
 INSTANTIATE_TEST_SUITE_P(, Fails, testing::ValuesIn(kFailures),
                          [](const auto& test) { return test.param.name; });
+
+/// A minute of standing still, then a turn.
+void write_parked(const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder);
+  std::ofstream wheels(folder / "wheels.csv");
+  std::ofstream gyro(folder / "gyro.csv");
+  wheels << "time_s,left_ticks,right_ticks\n";
+  gyro << "time_s,yaw_rate_rad_s\n";
+  Random random(1);
+  for (int k = 0; k <= 1300; ++k) {
+    const double t = 0.05 * k;
+    const int turned = std::max(0, k - 1200);
+    wheels << t << "," << -64 * turned << "," << 64 * turned << "\n";
+    gyro << t << "," << 0.01 + random.normal(0.003) + (turned > 0 ? 0.4 : 0.0) << "\n";
+  }
+}
+
+TEST(Program, MeasuresTheGyroAtRestAndWritesItIntoTheRobotFile) {
+  const Sample sample;
+  write_parked(sample.folder() / "parked");
+  const Outcome measured = run_program(sample.folder(), {"info", "parked", "--robot", "nominal.toml",
+                                                         "--gyro-noise", "-o", "out/robot.toml", "--json"});
+  ASSERT_EQ(measured.exit_code, 0) << measured.err;
+  const auto noise = nlohmann::json::parse(measured.out).at("gyro_noise");
+  EXPECT_NEAR(noise.at("noise_rad_s_sqrt_hz").get<double>(), 0.003 / std::sqrt(20.0), 1e-4);
+  EXPECT_FALSE(noise.contains("bias_walk_rad_s_sqrt_s"));
+  EXPECT_GT(noise.at("allan").size(), 5U);
+  const std::string robot = read_file(sample.folder() / "out/robot.toml");
+  EXPECT_THAT(robot, HasSubstr("# noise_rad_s_sqrt_hz: Allan deviation of"));
+  EXPECT_THAT(robot, HasSubstr("# bias_walk_rad_s_sqrt_s: as it was: the rests are too short"));
+  EXPECT_EQ(parse_robot(robot, "robot.toml").chassis.gyro->noise_rad_s_sqrt_hz,
+            noise.at("noise_rad_s_sqrt_hz").get<double>());
+
+  const Outcome integrated =
+      run_program(sample.folder(), {"odometry", "parked", "--robot", "out/robot.toml", "--smooth", "--json"});
+  ASSERT_EQ(integrated.exit_code, 0) << integrated.err;
+  const auto odometry = nlohmann::json::parse(integrated.out);
+  EXPECT_GT(odometry.at("rest_s").get<double>(), 58.0);
+  EXPECT_NEAR(odometry.at("gyro_bias").at("rad_s").get<double>(), 0.01,
+              4.0 * odometry.at("gyro_bias").at("sigma_rad_s").get<double>());
+}
+
+TEST(Program, WritesNoRobotFileWithoutBeingToldWhich) {
+  const Sample sample;
+  write_parked(sample.folder() / "parked");
+  for (const Arguments& arguments :
+       {Arguments{"info", "parked", "--gyro-noise", "-o", "out/robot.toml"},
+        Arguments{"info", "parked", "--robot", "nominal.toml", "-o", "out/robot.toml"}}) {
+    const Outcome outcome = run_program(sample.folder(), arguments);
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_THAT(outcome.err, IsOneLineOfError());
+  }
+}
 
 TEST(Program, HelpNamesEveryCommand) {
   const Sample sample;

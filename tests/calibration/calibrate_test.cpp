@@ -201,6 +201,20 @@ TEST(Calibrate, AnUnknownParameterIsNamedWithTheNearestKnownOne) {
   }
 }
 
+TEST(Calibrate, FindsTheScaleOfAGyroWhicheverWayItIsMounted) {
+  for (const double sign : {1.0, -1.0}) {
+    Robot nominal = nominal_differential();
+    nominal.chassis.gyro = Gyro{.scale = sign};
+    Robot truth = true_differential();
+    truth.chassis.gyro = Gyro{.bias_rad_s = 0.01, .scale = 1.03 * sign};
+    const CalibrationResult result =
+        calibrate(recorded(nominal, truth, test::differential_paths(), 13), {}, nominal);
+    const ParameterEstimate& scale = parameter(result, "gyro.scale");
+    EXPECT_NEAR(scale.value, 1.03 * sign, 4.0 * scale.sigma_within);
+    EXPECT_LT(scale.sigma_within, 0.005);
+  }
+}
+
 TEST(Calibrate, SkidSteerFindsItsEffectiveTrackFromTheGyroAlone) {
   Robot nominal = test::robot_of(skid_steer({0.25, 2000.0, 0}, 0.40, 0.3), {"fl", "fr", "rl", "rr"});
   nominal.chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = 1e-3};

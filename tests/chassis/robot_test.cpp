@@ -99,6 +99,13 @@ TEST(Robot, every_key_is_read) {
   EXPECT_FALSE(robot.calibration);
 }
 
+TEST(Robot, the_sigma_of_the_bias_is_written_where_it_is_not_the_default) {
+  const Robot robot = parse_robot("[gyro]\nbias_sigma_rad_s = 0.001\n", "r");
+  EXPECT_EQ(robot.chassis.gyro->bias_sigma_rad_s, 0.001);
+  EXPECT_NE(to_toml(robot).find("bias_sigma_rad_s = 0.001"), std::string::npos);
+  EXPECT_EQ(to_toml(parse_robot("[gyro]\n", "r")).find("bias_sigma_rad_s"), std::string::npos);
+}
+
 TEST(Robot, what_is_missing_has_its_default) {
   const Robot robot = parse_robot("[[wheel]]\nname = 'l'\ndiameter_m = 1\n[gyro]\n[landmark_sensor]\n", "r");
   EXPECT_EQ(robot.name, "");

@@ -186,6 +186,26 @@ TEST(Rest, HealthyDrivingRaisesNoFlag) {
   }
 }
 
+TEST(Rest, AGyroThatLagsRaisesNoFlag) {
+  SensedDrive drive(with_bias(robot_with_gyro(), 0.01), 50.0, 11);
+  std::vector<Increment> increments = drive.over({{3.0},
+                                                  {2.0, 0.0, 0.8},
+                                                  {1.0},
+                                                  {2.0, 0.2, 0.8},
+                                                  {0.3},
+                                                  {2.0, 0.2, -0.8},
+                                                  {2.0},
+                                                  {2.0, 0.0, -0.8},
+                                                  {2.0}});
+  const int lag = 4;  // 80 ms
+  for (std::size_t i = increments.size() - 1; i >= lag; --i)
+    increments[i].gyro_rad = increments[i - lag].gyro_rad;
+  Odometer odometer = learning(robot_with_gyro());
+  for (const Increment& increment : increments)
+    ASSERT_EQ(odometer.step(increment).stuck, 0U) << increment.time_s;
+  EXPECT_NEAR(odometer.gyro_bias().rad_s, 0.01, 4.0 * std::sqrt(odometer.gyro_bias().variance));
+}
+
 TEST(Rest, AShakingAccelerometerIsNoRest) {
   SensedDrive drive(robot_with_gyro(), 20.0, 8);
   Odometer odometer = learning(robot_with_gyro());

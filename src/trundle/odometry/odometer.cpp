@@ -109,7 +109,7 @@ Verdict Odometer::judged_step(const Increment& increment) {
 void Odometer::stand_still(const Increment& increment) {
   state_.bias_variance += gyro_.bias_walk_rad_s_sqrt_s * gyro_.bias_walk_rad_s_sqrt_s * increment.duration_s;
   if (const auto evidence = rest_->add(state_.rest, increment)) learn_bias(*evidence);
-  if (state_.rest.phase == RestPhase::resting) state_.stuck.still = {};
+  if (state_.rest.phase == RestPhase::resting) state_.stuck = {};
 }
 
 Triple Odometer::move_on(const Increment& increment) {

@@ -22,8 +22,9 @@ struct RestOptions {
   double jitter_m = 1e-4;          ///< the same for wheels that give no ticks
   double sigmas = 4.0;             ///< of every test
   double gyro_noise_factor = 1.5;  ///< a gyro's true noise may be larger than the robot file says by this
-  double stuck_sigmas = 5.0;       ///< of the travel that a dead encoder should have seen
-  double shaking_m_s2 = 0.15;      ///< largest rms of the accelerometer about its mean
+  double lag_s = 0.2;          ///< stamps of wheels and gyro may be apart by this when they start and stop
+  double stuck_sigmas = 5.0;   ///< of the travel that a dead encoder should have seen
+  double shaking_m_s2 = 0.15;  ///< largest rms of the accelerometer about its mean
 };
 
 enum class RestPhase : std::uint64_t {

@@ -53,7 +53,7 @@ bool nothing_turns(const Increment& increment) {
 }  // namespace
 
 StuckWheels::StuckWheels(const Chassis& chassis, const RestOptions& options)
-    : sigmas_(options.stuck_sigmas), has_gyro_(chassis.gyro.has_value()) {
+    : sigmas_(options.stuck_sigmas), lag_s_(options.lag_s), has_gyro_(chassis.gyro.has_value()) {
   gyro_ = chassis.gyro.value_or(Gyro{});
   for (std::size_t i = 0; i < chassis.wheels().size(); ++i) {
     const Wheel& wheel = chassis.wheels()[i];
@@ -78,7 +78,8 @@ void StuckWheels::watch(StuckState& state, const Increment& increment, const Gyr
       state.stuck &= ~bit;
       continue;
     }
-    expect(still, i, increment, all_still);
+    if (still.still_s >= lag_s_) expect(still, i, increment, all_still);
+    still.still_s += increment.duration_s;
     const double variance = still.variance + still.by_bias * still.by_bias * bias.variance;
     if (std::abs(still.travel_m) > unseen_m_[i] + sigmas_ * std::sqrt(variance)) state.stuck |= bit;
   }

@@ -13,7 +13,8 @@ namespace trundle {
 
 /// What the other sensors say of a wheel whose counter stands still.
 struct StillWheel {
-  double travel_m = 0.0;  ///< that it should have rolled
+  double still_s = 0.0;   ///< since it stands still
+  double travel_m = 0.0;  ///< that it should have rolled since, the first lag_s aside
   double variance = 0.0;  ///< of that, from noise [m²]
   double by_bias = 0.0;   ///< its derivative by the gyro's bias [m s/rad]
 };
@@ -25,8 +26,9 @@ struct StuckState {
 };
 
 /// Finds dead encoders: wheels that read nothing while the other sensors say that they roll. A flag stays
-/// until the wheel reads something again. Needs a gyro or more wheels than the motion needs; where every
-/// wheel of a robot is dead, its turning alone shows it. Its functions never allocate. docs/gyro.md, eq. 4.
+/// until the wheel reads something again or the robot rests. Needs a gyro or more wheels than the motion
+/// needs; where every wheel of a robot is dead, its turning alone shows it. Its functions never allocate.
+/// docs/gyro.md, eq. 4.
 class StuckWheels {
  public:
   StuckWheels(const Chassis& chassis, const RestOptions& options);
@@ -42,6 +44,7 @@ class StuckWheels {
   void expect(StillWheel& still, std::size_t wheel, const Increment& increment, bool all_still) const;
 
   double sigmas_;
+  double lag_s_;
   std::vector<std::array<double, 3>> row_;  ///< rolling row of each wheel
   std::vector<double> unseen_m_;            ///< a wheel may roll so far without a count
   std::vector<Others> others_;

@@ -117,7 +117,9 @@ std::optional<NoiseFit> fit_noise(std::span<const AllanPoint> points) {
   }
   const double walk2_sigma = std::sqrt(solution.covariance(1, 1));
   NoiseFit fit;
-  fit.density = root(solution.value[0]);
+  // Where no white noise shows, all of the shortest averaging time's scatter counts as white: never zero.
+  fit.density = solution.value[0] > 0.0 ? root(solution.value[0])
+                                        : points.front().deviation * std::sqrt(points.front().tau_s);
   if (fit.density > 0.0) fit.density_sigma = 0.5 * std::sqrt(solution.covariance(0, 0)) / fit.density;
   fit.walk_limit = root(std::max(0.0, solution.value[1]) + 1.645 * walk2_sigma);
   if (solution.value[1] > 2.0 * walk2_sigma) {
