@@ -117,11 +117,15 @@ RowMatrix scaled(const RowMatrix& H) {
   return scaled;
 }
 
-using Combinations = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows>;
+bool parallel(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  const double product = a.norm() * b.norm();
+  return product < kRankLimit || std::abs(std::abs(a.dot(b)) - product) < kRankLimit * product;
+}
 
-/// P with Pᵀ H = 0, orthonormal: its columns span what no motion can make the measured rows read. From the
-/// geometry alone, so that the noise of an interval, which may differ by many orders from row to row, has no
-/// say in the rank.
+}  // namespace
+
+// From the geometry alone, so that the noise of an interval, which may differ by many orders from row to row,
+// has no say in the rank.
 Combinations left_null_space(const Rows& rows) {
   const RowMatrix H = scaled(rows.H.topRows(rows.measured));
   Eigen::ColPivHouseholderQR<RowMatrix> qr(H);
@@ -129,13 +133,6 @@ Combinations left_null_space(const Rows& rows) {
   const Combinations Q = qr.householderQ() * Combinations::Identity(rows.measured, rows.measured);
   return Q.rightCols(rows.measured - qr.rank());
 }
-
-bool parallel(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
-  const double product = a.norm() * b.norm();
-  return product < kRankLimit || std::abs(std::abs(a.dot(b)) - product) < kRankLimit * product;
-}
-
-}  // namespace
 
 Vector3 rolling_row(const Wheel& wheel) {
   const double c = std::cos(wheel.direction_rad);

@@ -57,6 +57,10 @@ struct TwistEstimate {
 /// The rows must have rank 3 (see observability()).
 TwistEstimate estimate_twist(const Rows& rows, const Readings& readings);
 
+using Combinations = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows>;
+/// P with Pᵀ H = 0 for the measured rows, orthonormal: its columns span what no motion can make them read.
+Combinations left_null_space(const Rows& rows);
+
 /// What no motion can explain: rᵀ W r of the measured rows alone, χ² distributed when nothing slips.
 struct ResidualTest {
   double chi2 = 0.0;

@@ -1,0 +1,346 @@
+#include "trundle/slip/detector.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include <Eigen/Dense>
+#include <fmt/format.h>
+
+#include "trundle/io/error.hpp"
+#include "trundle/slip/distribution.hpp"
+
+namespace trundle {
+namespace {
+
+// Hysteresis: a slip goes on while its wheel's score stays beyond this with the same sign, and ends after so
+// many intervals without.
+constexpr double kHold = 1.5;
+constexpr int kQuiet = 2;
+// A wheel is named when its posterior probability reaches this and what remains is within its limit.
+constexpr double kCertain = 0.9;
+constexpr double kRestSigmas = 3.72;  // one-sided 1e-4
+// A slipping wheel's reading is doubted by this many times its excess: it pulls the estimate by a percent.
+constexpr double kDoubt = 10.0;
+constexpr double kWorthDoubting = 0.01;  // posterior probability
+// Cumulative sums saturate this far beyond their limit, so that they come back soon after a slip.
+constexpr double kSaturation = 2.0;
+constexpr double kStraight = 0.2;
+constexpr double kStillGyro = 4.0;      // sigmas
+constexpr double kBiasAllowance = 2.0;  // sigmas
+
+double squared(double x) {
+  return x * x;
+}
+
+/// The limit that χ² exceeds by chance with 1e-4 [Wilson & Hilferty 1931].
+double rest_limit(double dof) {
+  if (dof <= 0.0) return 0.0;
+  const double a = 2.0 / (9.0 * dof);
+  const double root = 1.0 - a + kRestSigmas * std::sqrt(a);
+  return dof * root * root * root;
+}
+
+bool moves(const Increment& interval, std::size_t wheels) {
+  return std::any_of(interval.turned.begin(), interval.turned.begin() + static_cast<std::ptrdiff_t>(wheels),
+                     [](double turned) { return turned != 0.0; });
+}
+
+/// Two wheels that roll forward on either side, with a gyro.
+bool suits_published_method(const Parity& parity) {
+  if (parity.wheels() != 2 || !parity.uses_gyro()) return false;
+  const RowMatrix& H = parity.rows().H;
+  const auto forward = [&](int i) { return std::abs(H(i, 0) - 1.0) < 1e-9 && std::abs(H(i, 1)) < 1e-9; };
+  return forward(0) && forward(1) && H(0, 2) != H(1, 2);
+}
+
+}  // namespace
+
+Increment corrected(const Increment& increment, const SlipCorrection& correction, const Chassis& chassis) {
+  Increment result = increment;
+  const auto wheels = chassis.wheels();
+  for (std::size_t i = 0; i < wheels.size(); ++i) result.slip_variance[i] += correction.variance[i];
+  if (correction.rebuilt_wheel < 0) return result;
+  // d' = other + B tan g, clamped so that it never turns against the motion: docs/slip.md, eq. 5.
+  const auto slips = static_cast<std::size_t>(correction.rebuilt_wheel);
+  const auto rolls = static_cast<std::size_t>(correction.other_wheel);
+  const double g = (increment.gyro_rad - correction.bias_rad_s * increment.duration_s) * chassis.gyro->scale;
+  const double other = kPi * wheels[rolls].diameter_m * increment.turned[rolls];
+  const double travel = other + correction.track_m * std::tan(g);
+  result.turned[slips] = travel * other < 0.0 ? 0.0 : travel / (kPi * wheels[slips].diameter_m);
+  return result;
+}
+
+SlipDetector::SlipDetector(const Robot& robot, const SlipOptions& options)
+    : parity_(robot), options_(options) {
+  if (options.method == SlipMethod::published && !suits_published_method(parity_))
+    throw CannotAnswer(
+        fmt::format("robot '{}': the published method is for two wheels that roll forward, with a gyro; use "
+                    "the general one",
+                    robot.name));
+  const double dof = parity_.degrees_of_freedom();
+  limit_ = options_.model ? options_.model->limit : chi_squared_limit(options_.probability, dof);
+  const Observability seen = observability(parity_.rows());
+  int checked = 0;
+  for (std::size_t i = 0; i < parity_.wheels(); ++i) {
+    checked_[i] = std::ranges::find(seen.undetectable, static_cast<int>(i)) == seen.undetectable.end();
+    checked += checked_[i] ? 1 : 0;
+  }
+  const double sums = 2.0 * std::max(1, checked);
+  persistent_limit_ = cusum_limit(sums / (options_.probability * options_.persistent_share));
+  if (options_.model) persistent_limit_ = std::max(persistent_limit_, options_.model->persistent_limit);
+  forget_sums();
+}
+
+void SlipDetector::forget_sums() {
+  for (auto& both : sums_)
+    for (Sum& sum : both) {
+      sum = Sum{};
+      sum.e = ParityVector::Zero(parity_.degrees_of_freedom());
+    }
+}
+
+SlipStatus SlipDetector::status_of(const Increment& interval) const {
+  if (parity_.uses_gyro() && !interval.has_gyro) return SlipStatus::no_gyro;
+  if (!moves(interval, parity_.wheels())) return SlipStatus::parked;
+  if (options_.method == SlipMethod::general) {
+    const bool other_length = options_.model && std::abs(interval.duration_s - options_.model->interval_s) >
+                                                    0.5 * options_.model->interval_s;
+    return other_length ? SlipStatus::not_learned : SlipStatus::judged;
+  }
+  const auto travel = [&](std::size_t i) {
+    return kPi * parity_.chassis().wheels()[i].diameter_m * interval.turned[i];
+  };
+  const double sum = travel(0) + travel(1);
+  if (!(std::abs(travel(1) - travel(0)) < kStraight * std::abs(sum))) return SlipStatus::not_applicable;
+  if (options_.band && !options_.band->holds_for(interval.duration_s, 0.5 * sum / interval.duration_s))
+    return SlipStatus::not_learned;
+  return SlipStatus::judged;
+}
+
+double SlipDetector::delta(const Contradiction& c) const {
+  const RowMatrix& H = parity_.rows().H;
+  return (c.travel[1] - c.travel[0]) / (H(1, 2) - H(0, 2)) - c.gyro_rad;
+}
+
+bool SlipDetector::alarms(const Contradiction& c) const {
+  if (options_.method == SlipMethod::general || !options_.band) return c.chi2 > limit_;
+  return !options_.band->contains(delta(c));
+}
+
+/// Feeds the cumulative sums; true where one of them is beyond its limit.
+bool SlipDetector::accumulate(const Contradiction& c, const Increment& interval) {
+  bool beyond = false;
+  for (std::size_t i = 0; i < parity_.wheels(); ++i) {
+    if (!checked_[i]) continue;
+    for (std::size_t side = 0; side < 2; ++side) {
+      Sum& sum = sums_[i][side];
+      const double score = side == 0 ? c.score[i] : -c.score[i];
+      if (sum.cusum.sum == 0.0) {
+        sum.intervals = 0;
+        sum.e.setZero();
+        sum.travel.fill(0.0);
+        sum.start_s = interval.time_s - interval.duration_s;
+      }
+      sum.cusum.step(score, kCusumAllowance + kBiasAllowance * c.drift[i]);
+      sum.cusum.sum = std::min(sum.cusum.sum, persistent_limit_ + kSaturation);
+      ++sum.intervals;
+      sum.e += c.e;
+      for (std::size_t j = 0; j < parity_.wheels(); ++j) sum.travel[j] += c.travel[j];
+      beyond = beyond || sum.cusum.sum > persistent_limit_;
+    }
+  }
+  return beyond;
+}
+
+SlipVerdict SlipDetector::step(const Increment& interval, const BiasBelief& bias, bool command_changed) {
+  if (command_changed) recent_.forget();
+  SlipVerdict verdict;
+  verdict.limit = limit_;
+  verdict.status = status_of(interval);
+  if (verdict.status != SlipStatus::judged) {
+    end_event(verdict);
+    forget_sums();
+    recent_.forget();
+    return verdict;
+  }
+  const Contradiction c = parity_.contradiction(interval, bias, options_.model ? &*options_.model : nullptr);
+  verdict.chi2 = c.chi2;
+  verdict.alarm = alarms(c);
+  if (options_.method == SlipMethod::general && !verdict.alarm) verdict.persistent = accumulate(c, interval);
+  judge(c, interval, verdict);
+  if (verdict.slipping)
+    correct(c, bias, verdict);
+  else if (!event_.lasts)
+    recent_.add(c, interval.duration_s, parity_.wheels());
+  return verdict;
+}
+
+SlipVerdict SlipDetector::finish() {
+  SlipVerdict verdict;
+  end_event(verdict);
+  return verdict;
+}
+
+SlipVerdict SlipDetector::interrupt() {
+  forget_sums();
+  recent_.forget();
+  return finish();
+}
+
+void SlipDetector::judge(const Contradiction& c, const Increment& interval, SlipVerdict& verdict) {
+  const bool active = verdict.alarm || verdict.persistent || (event_.lasts && holds_on(c));
+  if (!active) {
+    const int patience = options_.method == SlipMethod::published ? 1 : kQuiet;
+    if (event_.lasts && ++event_.quiet >= patience) {
+      end_event(verdict);
+      forget_sums();
+    }
+    return;
+  }
+  if (!event_.lasts) {
+    begin(c, interval, !verdict.alarm);
+  } else {
+    add_evidence(c, interval);
+  }
+  event_.quiet = 0;
+  event_.end_s = interval.time_s;
+  verdict.slipping = true;
+}
+
+void SlipDetector::begin(const Contradiction& c, const Increment& interval, bool persistent) {
+  event_ = Evidence{};
+  event_.lasts = true;
+  event_.start_s = interval.time_s - interval.duration_s;
+  if (!persistent) return add_evidence(c, interval);
+  const Sum* largest = &sums_[0][0];
+  for (const auto& both : sums_)
+    for (const Sum& sum : both)
+      if (sum.cusum.sum > largest->cusum.sum) largest = &sum;
+  event_.start_s = largest->start_s;
+  add_stretch(c, *largest);
+}
+
+/// All intervals since a cumulative sum left zero, as one.
+void SlipDetector::add_stretch(const Contradiction& c, const Sum& sum) {
+  const double n = sum.intervals;
+  for (std::size_t i = 0; i < parity_.wheels(); ++i) {
+    if (!checked_[i]) continue;
+    const double score = c.towards.col(static_cast<Eigen::Index>(i)).dot(sum.e);
+    event_.misfit[i] += (sum.e.squaredNorm() - squared(score)) / n;
+    event_.excess_m[i] += score * c.excess_sigma_m[i];
+    event_.travel_m[i] += sum.travel[i];
+  }
+  event_.misfit_dof += parity_.degrees_of_freedom() - 1;
+  event_.intervals += sum.intervals;
+}
+
+void SlipDetector::add_evidence(const Contradiction& c, const Increment& interval) {
+  const bool by_motion = parity_.degrees_of_freedom() == 1 && recent_.known();
+  for (std::size_t i = 0; i < parity_.wheels(); ++i) {
+    if (!checked_[i]) continue;
+    event_.misfit[i] += std::max(0.0, c.chi2 - squared(c.score[i]));
+    if (by_motion) event_.misfit[i] += recent_.misfit(i, c, interval.duration_s, parity_.wheels());
+    event_.excess_m[i] += c.excess_m[i];
+    event_.travel_m[i] += c.travel[i];
+  }
+  event_.misfit_dof += parity_.degrees_of_freedom() - 1;
+  if (by_motion) event_.misfit_dof += static_cast<double>(parity_.wheels());
+  ++event_.intervals;
+  if (is_stuck(c)) ++event_.stuck_intervals;
+}
+
+/// The wheel that slips has not come back yet.
+bool SlipDetector::holds_on(const Contradiction& c) const {
+  if (options_.method == SlipMethod::published) return false;
+  const auto i = static_cast<std::size_t>(attribute().likeliest);
+  return c.score[i] * std::copysign(1.0, event_.excess_m[i]) > kHold;
+}
+
+/// Wheels turn while those rows that stand still see every motion that the sensors see at all.
+bool SlipDetector::is_stuck(const Contradiction& c) const {
+  const Rows& rows = parity_.rows();
+  RowMatrix still(0, 3);
+  int turning = 0;
+  const auto keep = [&](int row) {
+    still.conservativeResize(still.rows() + 1, 3);
+    still.row(still.rows() - 1) = rows.H.row(row);
+  };
+  for (std::size_t i = 0; i < parity_.wheels(); ++i) {
+    if (c.travel[i] == 0.0)
+      keep(static_cast<int>(i));
+    else
+      ++turning;
+  }
+  if (parity_.uses_gyro() && std::abs(c.gyro_rad) < kStillGyro * c.gyro_sigma_rad) keep(rows.measured - 1);
+  if (turning < 2 || still.rows() == 0) return false;
+  const auto rank = [](const RowMatrix& H) { return Eigen::ColPivHouseholderQR<RowMatrix>(H).rank(); };
+  return rank(still) == rank(rows.H.topRows(rows.measured));
+}
+
+SlipDetector::Attribution SlipDetector::attribute() const {
+  Attribution result;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < parity_.wheels(); ++i) {
+    if (!checked_[i] || event_.misfit[i] >= least) continue;
+    least = event_.misfit[i];
+    result.likeliest = static_cast<int>(i);
+  }
+  double sum = 0.0;
+  for (std::size_t i = 0; i < parity_.wheels(); ++i) {
+    if (checked_[i]) result.probability[i] = std::exp(-0.5 * (event_.misfit[i] - least));
+    sum += result.probability[i];
+  }
+  for (double& p : result.probability) p /= sum;
+  result.certain = result.probability[static_cast<std::size_t>(result.likeliest)] >= kCertain &&
+                   least <= rest_limit(event_.misfit_dof);
+  return result;
+}
+
+void SlipDetector::correct(const Contradiction& c, const BiasBelief& bias, SlipVerdict& verdict) const {
+  const Attribution who = attribute();
+  verdict.wheel = who.certain ? who.likeliest : kAmbiguous;
+  if (options_.method == SlipMethod::published && who.certain) return rebuild(c, bias, verdict);
+  const bool stuck = 2 * event_.stuck_intervals > event_.intervals;
+  for (std::size_t i = 0; i < parity_.wheels(); ++i) {
+    const bool doubted = stuck         ? c.travel[i] != 0.0
+                         : who.certain ? static_cast<int>(i) == who.likeliest
+                                       : checked_[i] && who.probability[i] > kWorthDoubting;
+    const double excess = stuck ? c.travel[i] : c.excess_m[i];
+    if (doubted)
+      verdict.correction.variance[i] = squared(kDoubt * std::max(std::abs(excess), c.excess_sigma_m[i]));
+  }
+}
+
+void SlipDetector::rebuild(const Contradiction& c, const BiasBelief& bias, SlipVerdict& verdict) const {
+  SlipCorrection& correction = verdict.correction;
+  correction.rebuilt_wheel = verdict.wheel;
+  correction.other_wheel = 1 - verdict.wheel;
+  const RowMatrix& H = parity_.rows().H;
+  correction.track_m = H(correction.rebuilt_wheel, 2) - H(correction.other_wheel, 2);
+  correction.bias_rad_s = bias.value_rad_s;
+  correction.variance[static_cast<std::size_t>(verdict.wheel)] =
+      squared(c.excess_sigma_m[static_cast<std::size_t>(verdict.wheel)]);
+}
+
+void SlipDetector::end_event(SlipVerdict& verdict) {
+  if (!event_.lasts) return;
+  const auto tell = [&](int wheel, SlipKind kind, double excess, double confidence) {
+    verdict.ended[verdict.ended_count++] = {event_.start_s, event_.end_s, wheel, kind, excess, confidence};
+  };
+  const Attribution who = attribute();
+  if (2 * event_.stuck_intervals > event_.intervals) {
+    for (std::size_t i = 0; i < parity_.wheels(); ++i)
+      if (event_.travel_m[i] != 0.0) tell(static_cast<int>(i), SlipKind::stuck, event_.travel_m[i], 1.0);
+  } else {
+    const auto i = static_cast<std::size_t>(who.likeliest);
+    const double ground = event_.travel_m[i] - event_.excess_m[i];
+    const SlipKind kind = !who.certain                         ? SlipKind::unknown
+                          : event_.excess_m[i] * ground >= 0.0 ? SlipKind::spin
+                                                               : SlipKind::skid;
+    tell(who.certain ? who.likeliest : kAmbiguous, kind, event_.excess_m[i], who.probability[i]);
+  }
+  event_ = Evidence{};
+}
+
+}  // namespace trundle

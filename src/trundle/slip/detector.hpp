@@ -1,0 +1,158 @@
+#pragma once
+
+#include <optional>
+
+#include "trundle/slip/band.hpp"
+#include "trundle/slip/cusum.hpp"
+#include "trundle/slip/parity.hpp"
+#include "trundle/slip/recent_travel.hpp"
+
+namespace trundle {
+
+enum class SlipMethod {
+  general,    ///< any chassis: χ² on what the rows cannot explain, attribution by rows, cumulative sums
+  published,  ///< two wheels and a gyro, nearly straight driving: the band of δ and the geometric correction
+};
+
+enum class SlipKind {
+  spin,     ///< the wheel runs ahead of the ground
+  skid,     ///< it falls behind, or is locked
+  stuck,    ///< wheels turn, nothing else moves
+  unknown,  ///< which it is depends on the wheel, and that is ambiguous
+};
+
+inline constexpr int kAmbiguous = -1;
+
+/// A slip from its first interval to its last.
+struct SlipEvent {
+  double start_s = 0.0;
+  double end_s = 0.0;
+  int wheel = kAmbiguous;
+  SlipKind kind = SlipKind::unknown;
+  double excess_m =
+      0.0;  ///< wheel travel − ground travel, in the wheel's own direction; of the likeliest wheel
+  double confidence = 0.0;  ///< posterior probability of that wheel
+};
+
+struct SlipOptions {
+  SlipMethod method = SlipMethod::general;
+  double probability = 0.01;  ///< that an interval without slip is flagged
+  /// The same for the cumulative sums of the general method, as a share of `probability`.
+  double persistent_share = 0.1;
+  double interval_s =
+      0.25;  ///< readings are judged over at least this long; those that are longer one by one
+  std::optional<ResidualModel> model = {};  ///< learned from clean recordings, for `general`
+  std::optional<Band> band = {};            ///< the same for `published`
+};
+
+/// Why an interval was not judged, or that it was.
+enum class SlipStatus {
+  judged,
+  parked,          ///< no wheel turned
+  no_gyro,         ///< a gap of the gyro, or it was saturated
+  not_applicable,  ///< `published`: not nearly straight
+  not_learned,     ///< another length of interval or speed than the band was learned at
+};
+
+/// How the readings of an interval are to be corrected. docs/slip.md, eq. 5 and 11.
+struct SlipCorrection {
+  PerWheel variance{};      ///< added to the wheels' readings [m²]
+  int rebuilt_wheel = -1;   ///< `published`: this wheel's travel is computed from ...
+  int other_wheel = -1;     ///< ... the other wheel and the gyro
+  double track_m = 0.0;     ///< signed: rebuilt − other = track · tan g
+  double bias_rad_s = 0.0;  ///< of the gyro
+
+  bool none() const { return *this == SlipCorrection{}; }
+  bool operator==(const SlipCorrection&) const = default;
+};
+/// The corrected readings: never fewer than were measured.
+Increment corrected(const Increment& increment, const SlipCorrection& correction, const Chassis& chassis);
+
+/// The verdict on one interval.
+struct SlipVerdict {
+  SlipStatus status = SlipStatus::judged;
+  bool alarm = false;       ///< this interval alone contradicts itself
+  bool persistent = false;  ///< a cumulative sum is beyond its limit
+  bool slipping = false;    ///< within a slip
+  int wheel = kAmbiguous;   ///< as far as is known by now
+  double chi2 = 0.0;
+  double limit = 0.0;
+  SlipCorrection correction;
+  std::array<SlipEvent, kMaxWheels> ended{};  ///< slips that ended before this interval
+  std::size_t ended_count = 0;
+};
+
+/// Judges intervals one after the other: plain numbers, bounded time, no heap. docs/slip.md.
+class SlipDetector {
+ public:
+  /// Throws CannotAnswer where the robot's sensors cannot show slip, or do not suit the method.
+  SlipDetector(const Robot& robot, const SlipOptions& options);
+
+  /// `command_changed`: the commanded motion is not that of the interval before.
+  SlipVerdict step(const Increment& interval, const BiasBelief& bias, bool command_changed = false);
+  /// Ends the slip that lasts, if any.
+  SlipVerdict finish();
+  /// The same where the readings are interrupted: what was before is no guide.
+  SlipVerdict interrupt();
+
+  /// Whether an interval can be judged.
+  SlipStatus status_of(const Increment& interval) const;
+  /// δ = (dR − dL)/B − g of two wheels and a gyro [rad].
+  double delta(const Contradiction& c) const;
+  const Parity& parity() const { return parity_; }
+  double limit() const { return limit_; }
+  double persistent_limit() const { return persistent_limit_; }
+
+ private:
+  /// A cumulative sum, and what was added up since it last was zero.
+  struct Sum {
+    Cusum cusum;
+    double start_s = 0.0;
+    int intervals = 0;
+    ParityVector e;
+    PerWheel travel{};
+  };
+  /// What speaks for each wheel in the slip that lasts.
+  struct Evidence {
+    bool lasts = false;
+    double start_s = 0.0;
+    double end_s = 0.0;
+    int quiet = 0;
+    int intervals = 0;
+    int stuck_intervals = 0;
+    double misfit_dof = 0.0;
+    PerWheel misfit{};  ///< −2 log likelihood that this wheel slips
+    PerWheel excess_m{};
+    PerWheel travel_m{};
+  };
+  struct Attribution {
+    int likeliest = 0;
+    PerWheel probability{};
+    bool certain = false;
+  };
+
+  bool alarms(const Contradiction& c) const;
+  bool accumulate(const Contradiction& c, const Increment& interval);
+  void judge(const Contradiction& c, const Increment& interval, SlipVerdict& verdict);
+  void begin(const Contradiction& c, const Increment& interval, bool persistent);
+  void add_stretch(const Contradiction& c, const Sum& sum);
+  void add_evidence(const Contradiction& c, const Increment& interval);
+  bool holds_on(const Contradiction& c) const;
+  bool is_stuck(const Contradiction& c) const;
+  Attribution attribute() const;
+  void correct(const Contradiction& c, const BiasBelief& bias, SlipVerdict& verdict) const;
+  void rebuild(const Contradiction& c, const BiasBelief& bias, SlipVerdict& verdict) const;
+  void end_event(SlipVerdict& verdict);
+  void forget_sums();
+
+  Parity parity_;
+  SlipOptions options_;
+  double limit_ = 0.0;
+  double persistent_limit_ = 0.0;
+  std::array<bool, kMaxWheels> checked_{};
+  RecentTravel recent_;
+  std::array<std::array<Sum, 2>, kMaxWheels> sums_{};  ///< of both signs
+  Evidence event_;
+};
+
+}  // namespace trundle

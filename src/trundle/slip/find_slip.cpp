@@ -1,0 +1,176 @@
+#include "trundle/slip/find_slip.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "trundle/io/error.hpp"
+
+namespace trundle {
+namespace {
+
+// Commands that differ less are the same.
+constexpr double kSameCommand = 0.01;  // [m/s, rad/s]
+
+/// Walks through the commands along with the increments.
+class CommandChanges {
+ public:
+  explicit CommandChanges(const VelocityStream& commands) : commands_(commands) {}
+
+  /// Did the command change up to this time, since the last one that was asked for?
+  bool until(double time_s) {
+    bool changed = false;
+    for (; next_ < commands_.time_s.size() && commands_.time_s[next_] <= time_s; ++next_) {
+      if (next_ == 0) continue;
+      const auto differs = [&](const std::vector<double>& v) {
+        return !(std::abs(v[next_] - v[next_ - 1]) < kSameCommand);
+      };
+      changed = changed || differs(commands_.forward_m_s) || differs(commands_.yaw_rate_rad_s);
+    }
+    return changed;
+  }
+
+ private:
+  const VelocityStream& commands_;
+  std::size_t next_ = 0;
+};
+
+void count(const SlipVerdict& verdict, SlipCounts& counts) {
+  ++counts.intervals;
+  switch (verdict.status) {
+    case SlipStatus::judged:
+      ++counts.judged;
+      break;
+    case SlipStatus::parked:
+      ++counts.parked;
+      break;
+    case SlipStatus::no_gyro:
+      ++counts.no_gyro;
+      break;
+    case SlipStatus::not_applicable:
+      ++counts.not_applicable;
+      break;
+    case SlipStatus::not_learned:
+      ++counts.not_learned;
+      break;
+  }
+  counts.alarms += verdict.alarm ? 1 : 0;
+  counts.slipping += verdict.slipping ? 1 : 0;
+}
+
+void append_events(const SlipVerdict& verdict, std::vector<SlipEvent>& events) {
+  events.insert(events.end(), verdict.ended.begin(),
+                verdict.ended.begin() + static_cast<std::ptrdiff_t>(verdict.ended_count));
+}
+
+bool spans_gap(const AlignedReadings& readings, std::size_t i) {
+  return i < readings.bridged.size() && readings.bridged[i];
+}
+
+void report_unjudged(const SlipReport& report, const AlignedReadings& readings,
+                     std::vector<Problem>& problems) {
+  const auto note = [&](std::size_t number, const char* kind, const char* words) {
+    if (number > 0)
+      problems.push_back({.severity = Severity::note,
+                          .kind = kind,
+                          .place = fmt::format("{:.3f} s", readings.start_s),
+                          .count = number,
+                          .message = fmt::format(fmt::runtime(words), number)});
+  };
+  const SlipCounts& counts = report.counts;
+  note(counts.no_gyro, "slip not judged", "{} intervals have no gyro: slip was not judged there");
+  note(counts.not_applicable, "slip not judged",
+       "{} intervals are not nearly straight: the published method does not apply there");
+  note(counts.not_learned, "slip not judged",
+       "{} intervals have another length or speed than those that the band was learned at: not judged");
+}
+
+void require_judged(const SlipReport& report) {
+  const SlipCounts& counts = report.counts;
+  if (counts.judged > 0 || counts.intervals == counts.parked) return;
+  throw CannotAnswer(fmt::format(
+      "none of {} moving intervals can be judged: {} without gyro, {} not nearly straight, {} of another "
+      "length or "
+      "speed than learned; --method general judges any motion, --learn needs driving like this one",
+      counts.intervals - counts.parked, counts.no_gyro, counts.not_applicable, counts.not_learned));
+}
+
+}  // namespace
+
+SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& commands, const Robot& robot,
+                     const SlipOptions& options) {
+  SlipOdometer odometer(robot, {.slip = options});
+  CommandChanges changes(commands);
+  SlipReport report;
+  report.corrected = readings;
+  const auto take = [&](const SlipVerdict& verdict) {
+    count(verdict, report.counts);
+    append_events(verdict, report.events);
+  };
+  std::size_t begin = 0;
+  const auto correct_until = [&](std::size_t end, const SlipCorrection& correction) {
+    for (; begin < end; ++begin)
+      report.corrected.increments[begin] = corrected(readings.increments[begin], correction, robot.chassis);
+  };
+  for (std::size_t i = 0; i < readings.increments.size(); ++i) {
+    const Increment& increment = readings.increments[i];
+    const bool changed = changes.until(increment.time_s);
+    if (spans_gap(readings, i)) {
+      append_events(odometer.step_across_gap(increment), report.events);
+      begin = i + 1;
+      continue;
+    }
+    const std::optional<SlipVerdict> verdict = odometer.step(increment, changed);
+    if (!verdict) continue;
+    take(*verdict);
+    correct_until(i + 1, verdict->correction);
+  }
+  correct_until(readings.increments.size(), odometer.applied());
+  append_events(odometer.finish(), report.events);
+  require_judged(report);
+  report_unjudged(report, readings, report.problems);
+  return report;
+}
+
+std::vector<CleanInterval> clean_intervals(const AlignedReadings& readings, const Robot& robot,
+                                           double interval_s) {
+  IncrementMerger merger(interval_s);
+  std::vector<CleanInterval> clean;
+  for (std::size_t i = 0; i < readings.increments.size(); ++i) {
+    if (spans_gap(readings, i)) {
+      merger.reset();
+      continue;
+    }
+    if (const auto interval = merger.add(readings.increments[i]))
+      clean.push_back({*interval, bias_of(robot)});
+  }
+  return clean;
+}
+
+std::string name_of(SlipKind kind) {
+  switch (kind) {
+    case SlipKind::spin:
+      return "spin";
+    case SlipKind::skid:
+      return "skid";
+    case SlipKind::stuck:
+      return "stuck";
+    case SlipKind::unknown:
+      break;
+  }
+  return "unknown";
+}
+
+std::string wheel_of(const SlipEvent& event, const Robot& robot) {
+  return event.wheel == kAmbiguous ? "ambiguous" : robot.wheel_names[static_cast<std::size_t>(event.wheel)];
+}
+
+std::string to_csv(const std::vector<SlipEvent>& events, const Robot& robot) {
+  std::string text = "start_s,end_s,wheel,kind,excess_m,confidence\n";
+  for (const SlipEvent& e : events)
+    text += fmt::format("{:.6f},{:.6f},{},{},{:.6f},{:.4f}\n", e.start_s, e.end_s, wheel_of(e, robot),
+                        name_of(e.kind), e.excess_m, e.confidence);
+  return text;
+}
+
+}  // namespace trundle

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "trundle/odometry/integrate.hpp"
+#include "trundle/slip/learn.hpp"
+#include "trundle/slip/slip_odometer.hpp"
+
+namespace trundle {
+
+/// How many intervals met which fate.
+struct SlipCounts {
+  std::size_t intervals = 0;
+  std::size_t judged = 0;
+  std::size_t parked = 0;
+  std::size_t no_gyro = 0;
+  std::size_t not_applicable = 0;
+  std::size_t not_learned = 0;
+  std::size_t alarms = 0;    ///< contradict themselves
+  std::size_t slipping = 0;  ///< within a slip
+
+  double flagged_share() const {
+    return judged == 0 ? 0.0 : static_cast<double>(slipping) / static_cast<double>(judged);
+  }
+};
+
+/// The slips of a recording, and its readings corrected for them.
+struct SlipReport {
+  std::vector<SlipEvent> events;
+  SlipCounts counts;
+  AlignedReadings corrected;  ///< ready for integrate()
+  std::vector<Problem> problems;
+};
+
+/// A loop over SlipOdometer::step. `commands` may be empty. Throws as the SlipOdometer does, and CannotAnswer
+/// where the robot moves but no interval can be judged.
+SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& commands, const Robot& robot,
+                     const SlipOptions& options);
+
+/// What the readings are judged by, interval by interval: for learning from a recording without slip.
+std::vector<CleanInterval> clean_intervals(const AlignedReadings& readings, const Robot& robot,
+                                           double interval_s);
+
+/// `start_s,end_s,wheel,kind,excess_m,confidence`
+std::string to_csv(const std::vector<SlipEvent>& events, const Robot& robot);
+std::string name_of(SlipKind kind);
+/// Of the wheel of an event; "ambiguous".
+std::string wheel_of(const SlipEvent& event, const Robot& robot);
+
+}  // namespace trundle

@@ -1,0 +1,110 @@
+#include "trundle/slip/parity.hpp"
+
+#include <Eigen/Dense>
+#include <fmt/format.h>
+
+#include "trundle/io/error.hpp"
+
+namespace trundle {
+namespace {
+
+// An error of a wheel that moves the residual by less than this share of itself is not checked by any other.
+constexpr double kUnchecked = 1e-9;
+
+/// (HᵀH)⁻¹Hᵀ of rows that are weighed alike, turns and the gyro scaled to the size of the robot. Directions
+/// that no row sees stay zero.
+Eigen::MatrixXd twist_solver(const Rows& rows, double size_m) {
+  Eigen::MatrixXd H = rows.H;
+  Eigen::VectorXd weight = Eigen::VectorXd::Ones(rows.count());
+  for (int i = 0; i < rows.count(); ++i)
+    if (rows.row[static_cast<std::size_t>(i)].kind == RowKind::gyro) weight[i] = size_m;
+  H = weight.asDiagonal() * H;
+  H.col(2) /= size_m;
+  Eigen::MatrixXd solver = H.completeOrthogonalDecomposition().pseudoInverse() * weight.asDiagonal();
+  solver.row(2) /= size_m;
+  return solver;
+}
+
+Rows checked_rows(const Robot& robot) {
+  if (robot.chassis.wheel_count == 0)
+    throw CannotAnswer(
+        fmt::format("robot '{}' has no wheels: which of them slips cannot be told", robot.name));
+  Rows rows = rows_of(robot.chassis, true);
+  if (observability(rows).degrees_of_freedom == 0)
+    throw CannotAnswer(
+        fmt::format("robot '{}' cannot show slip: every reading is needed for the motion itself; a "
+                    "gyro or another wheel would check it",
+                    robot.name));
+  return rows;
+}
+
+}  // namespace
+
+BiasBelief bias_of(const Robot& robot) {
+  return {robot.chassis.gyro ? robot.chassis.gyro->bias_rad_s : 0.0, 0.0};
+}
+
+Parity::Parity(const Robot& robot)
+    : chassis_(robot.chassis), rows_(checked_rows(robot)), combinations_(left_null_space(rows_)) {
+  const double lever = rows_.H.col(2).cwiseAbs().maxCoeff();
+  size_ = {1.0, 1.0, lever > 0.0 ? lever : 1.0};
+  twist_from_readings_ = twist_solver(rows_, size_[2]);
+  if (chassis_.gyro) gyro_scale_ = chassis_.gyro->scale;
+}
+
+Parity::Raw Parity::raw(const Increment& increment, const BiasBelief& bias) const {
+  Raw raw;
+  raw.readings = readings_of(chassis_, rows_, increment);
+  Readings& readings = raw.readings;
+  if (chassis_.gyro) {
+    const double bias_turn = gyro_scale_ * increment.duration_s;
+    readings.z[rows_.measured - 1] += (chassis_.gyro->bias_rad_s - bias.value_rad_s) * bias_turn;
+    readings.variance[rows_.measured - 1] += bias.variance * bias_turn * bias_turn;
+  }
+  const auto measured = readings.z.head(rows_.measured);
+  raw.y = combinations_.transpose() * measured;
+  raw.covariance =
+      combinations_.transpose() * readings.variance.head(rows_.measured).asDiagonal() * combinations_;
+  raw.twist = twist_from_readings_ * readings.z;
+  return raw;
+}
+
+Contradiction Parity::contradiction(const Increment& increment, const BiasBelief& bias,
+                                    const ResidualModel* model) const {
+  const Raw raw = this->raw(increment, bias);
+  const Eigen::LLT<ParityMatrix> cholesky(raw.covariance);
+  const auto whiten = [&](auto&& x) {
+    cholesky.matrixL().solveInPlace(x);
+    if (model) model->scale.triangularView<Eigen::Lower>().solveInPlace(x);
+  };
+  Contradiction result;
+  result.e = raw.y;
+  if (model) result.e -= model->by_motion * raw.twist;
+  whiten(result.e);
+  result.chi2 = result.e.squaredNorm();
+  result.towards = combinations_.topRows(chassis_.wheel_count).transpose();
+  whiten(result.towards);
+  ParityVector by_bias = ParityVector::Zero(result.e.size());
+  if (chassis_.gyro) {
+    by_bias = combinations_.row(rows_.measured - 1).transpose() *
+              (std::sqrt(bias.variance) * gyro_scale_ * increment.duration_s);
+    whiten(by_bias);
+    result.gyro_rad = raw.readings.z[rows_.measured - 1];
+    result.gyro_sigma_rad = std::sqrt(raw.readings.variance[rows_.measured - 1]);
+  }
+  for (std::size_t i = 0; i < wheels(); ++i) {
+    const auto column = static_cast<Eigen::Index>(i);
+    result.travel[i] = raw.readings.z[column];
+    result.travel_sigma[i] = std::sqrt(raw.readings.variance[column]);
+    const double length = result.towards.col(column).norm();
+    if (length * result.travel_sigma[i] < kUnchecked) continue;
+    result.towards.col(column) /= length;
+    result.score[i] = result.towards.col(column).dot(result.e);
+    result.excess_m[i] = result.score[i] / length;
+    result.excess_sigma_m[i] = 1.0 / length;
+    result.drift[i] = std::abs(result.towards.col(column).dot(by_bias));
+  }
+  return result;
+}
+
+}  // namespace trundle

@@ -1,0 +1,57 @@
+#include "trundle/slip/recent_travel.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trundle {
+namespace {
+
+double squared(double x) {
+  return x * x;
+}
+
+/// How far a change is from what a wheel that slips by `excess` shows. It spins: its motor lets it run away
+/// by the excess, or holds its rate so that the ground falls behind, or something between. It skids: it loses
+/// the excess itself, for the ground does not run ahead of wheels that hold their rate.
+double distance_from_slip(double change, double excess, bool spins) {
+  if (!spins) return change - excess;
+  return change - std::clamp(change, std::min(0.0, excess), std::max(0.0, excess));
+}
+
+}  // namespace
+
+void RecentTravel::add(const Contradiction& interval, double duration_s, std::size_t wheels) {
+  intervals_ = std::min(intervals_ + 1, kMemory);
+  const double gain = 1.0 / intervals_;
+  for (std::size_t i = 0; i < wheels; ++i) {
+    if (intervals_ == 1) {
+      rate_[i] = interval.travel[i] / duration_s;
+      variance_[i] = 0.0;
+      continue;
+    }
+    const double change = interval.travel[i] - rate_[i] * duration_s;
+    rate_[i] += gain * change / duration_s;
+    variance_[i] = (1.0 - gain) * (variance_[i] + gain * squared(change));
+  }
+}
+
+RecentTravel::Change RecentTravel::change(std::size_t wheel, const Contradiction& interval,
+                                          double duration_s) const {
+  const double variance = std::max(squared(interval.travel_sigma[wheel]), variance_[wheel]);
+  return {interval.travel[wheel] - rate_[wheel] * duration_s, std::sqrt(variance * (1.0 + 1.0 / intervals_))};
+}
+
+double RecentTravel::misfit(std::size_t slips, const Contradiction& interval, double duration_s,
+                            std::size_t wheels) const {
+  double sum = 0.0;
+  for (std::size_t j = 0; j < wheels; ++j) {
+    const Change c = change(j, interval, duration_s);
+    const double excess = interval.excess_m[slips];
+    const bool spins = excess * rate_[slips] >= 0.0;
+    const double distance = j == slips ? distance_from_slip(c.value, excess, spins) : c.value;
+    sum += squared(distance / c.sigma);
+  }
+  return sum;
+}
+
+}  // namespace trundle

@@ -1,0 +1,40 @@
+#pragma once
+
+#include "trundle/slip/parity.hpp"
+
+namespace trundle {
+
+/// How each wheel has rolled lately: where the motion is steady, the change of a wheel against its own recent
+/// travel says which of two wheels slips although the residual cannot. docs/slip.md, eq. 9.
+class RecentTravel {
+ public:
+  /// An interval in which nothing slipped. Nothing is forgotten while the robot slips or stands.
+  void add(const Contradiction& interval, double duration_s, std::size_t wheels);
+  /// The command changed: what was before is no guide.
+  void forget() { intervals_ = 0; }
+
+  /// Enough intervals to compare with.
+  bool known() const { return intervals_ >= kLeast; }
+
+  /// A wheel's change [m] and its sigma.
+  struct Change {
+    double value = 0.0;
+    double sigma = 1.0;
+  };
+  Change change(std::size_t wheel, const Contradiction& interval, double duration_s) const;
+  double expected(std::size_t wheel, double duration_s) const { return rate_[wheel] * duration_s; }
+
+  /// −2 log likelihood that wheel `slips` by its excess and the others go on as before.
+  double misfit(std::size_t slips, const Contradiction& interval, double duration_s,
+                std::size_t wheels) const;
+
+ private:
+  static constexpr int kLeast = 3;
+  static constexpr int kMemory = 8;
+
+  int intervals_ = 0;
+  PerWheel rate_{};      ///< [m/s]
+  PerWheel variance_{};  ///< of the travel of one interval about it [m²]
+};
+
+}  // namespace trundle

@@ -1,0 +1,48 @@
+#include "trundle/slip/slip_odometer.hpp"
+
+namespace trundle {
+
+SlipOdometer::SlipOdometer(const Robot& robot, const Options& options)
+    : odometer_(robot, options.odometry),
+      detector_(robot, options.slip),
+      merger_(options.slip.interval_s),
+      bias_(bias_of(robot)),
+      interval_start_(odometer_.state()) {}
+
+BiasBelief SlipOdometer::bias() const {
+  return bias_;
+}
+
+std::optional<SlipVerdict> SlipOdometer::step(const Increment& increment, bool command_changed) {
+  command_changed_ = command_changed_ || command_changed;
+  parts_[part_count_++] = increment;
+  odometer_.step(corrected(increment, applied_, detector_.parity().chassis()));
+  const std::optional<Increment> interval = merger_.add(increment);
+  if (!interval) return std::nullopt;
+  const SlipVerdict verdict = detector_.step(*interval, bias(), command_changed_);
+  if (verdict.correction != applied_) redo(verdict.correction);
+  part_count_ = 0;
+  command_changed_ = false;
+  interval_start_ = odometer_.state();
+  return verdict;
+}
+
+/// The increments of this interval again, corrected otherwise. The next ones begin with the same correction.
+void SlipOdometer::redo(const SlipCorrection& correction) {
+  applied_ = correction;
+  odometer_.resume(interval_start_);
+  for (std::size_t i = 0; i < part_count_; ++i)
+    odometer_.step(corrected(parts_[i], applied_, detector_.parity().chassis()));
+}
+
+SlipVerdict SlipOdometer::step_across_gap(const Increment& increment) {
+  if (!applied_.none()) redo({});
+  odometer_.step_across_gap(increment);
+  merger_.reset();
+  part_count_ = 0;
+  command_changed_ = false;
+  interval_start_ = odometer_.state();
+  return detector_.interrupt();
+}
+
+}  // namespace trundle

@@ -1,0 +1,51 @@
+#pragma once
+
+#include "trundle/odometry/odometer.hpp"
+#include "trundle/slip/detector.hpp"
+#include "trundle/slip/merge.hpp"
+
+namespace trundle {
+
+/// Odometry that knows when not to trust a wheel: judges the readings interval by interval, and integrates
+/// them corrected. Readings are integrated as they come; when the interval they belong to turns out to slip,
+/// the pose goes back to where it began and takes the corrected ones. Bounded time, no heap after
+/// construction; a copy continues independently. docs/slip.md.
+class SlipOdometer {
+ public:
+  struct Options {
+    Odometer::Options odometry = {};
+    SlipOptions slip = {};
+  };
+
+  /// Throws CannotAnswer where the robot's sensors cannot show its motion or its slip.
+  SlipOdometer(const Robot& robot, const Options& options);
+
+  /// The verdict on the interval that this increment completes, if it completes one.
+  /// `command_changed`: the commanded motion is not that of the increment before.
+  std::optional<SlipVerdict> step(const Increment& increment, bool command_changed = false);
+  /// An increment whose course is not known: ends the interval and is not judged.
+  SlipVerdict step_across_gap(const Increment& increment);
+  /// Ends the slip that lasts, if any.
+  SlipVerdict finish() { return detector_.finish(); }
+
+  const Odometer& odometer() const { return odometer_; }
+  const SlipDetector& detector() const { return detector_; }
+  BiasBelief bias() const;
+  /// How the increments of the interval that is not complete yet are corrected for now.
+  const SlipCorrection& applied() const { return applied_; }
+
+ private:
+  void redo(const SlipCorrection& correction);
+
+  Odometer odometer_;
+  SlipDetector detector_;
+  IncrementMerger merger_;
+  BiasBelief bias_;
+  bool command_changed_ = false;
+  OdometerState interval_start_;
+  SlipCorrection applied_;  ///< to the increments of this interval, so far
+  std::array<Increment, IncrementMerger::kMostParts> parts_;
+  std::size_t part_count_ = 0;
+};
+
+}  // namespace trundle
