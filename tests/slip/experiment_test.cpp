@@ -41,7 +41,7 @@ Scenario drive_of(std::uint64_t seed, Steering steering) {
 }
 
 /// Bursts of 0.25 to 1 s on random wheels, none overlapping another.
-void add_bursts(Scenario& scenario, double greatest_factor) {
+void add_bursts(Scenario& scenario) {
   Random random(scenario.seed, 100);
   const std::uint64_t count = 2 + random.below(6);
   double clock = kRest_s + 1.0;
@@ -51,14 +51,20 @@ void add_bursts(Scenario& scenario, double greatest_factor) {
     burst.wheel = static_cast<int>(random.below(2));
     burst.span.duration_s = random.uniform(0.25, 1.0);
     burst.span.start_s = clock + random.uniform(0.0, room - burst.span.duration_s - 0.5);
-    burst.factor = random.uniform(1.2, greatest_factor);
+    burst.factor = random.uniform(1.3, 2.0);
     scenario.slips.push_back(burst);
   }
 }
 
-double end_error(const AlignedReadings& readings, const Robot& robot, const Truth& truth) {
-  const Pose2 end = integrate(readings, robot, {.with_covariance = false}).trajectory.poses.back().pose;
+double error(const Pose2& end, const Truth& truth) {
   return (end.translation() - truth.body.poses.back().pose.translation()).norm();
+}
+
+/// Where plain odometry ends.
+Pose2 end_of(const AlignedReadings& readings, const Robot& robot) {
+  Odometer odometer(robot, {.learn_gyro_bias = robot.chassis.gyro.has_value()});
+  for (const Increment& increment : readings.increments) odometer.step(increment);
+  return odometer.pose();
 }
 
 struct Outcome {
@@ -68,18 +74,6 @@ struct Outcome {
   double general = 0.0;
 };
 
-Robot with_learned_bias(Robot robot, const AlignedReadings& readings) {
-  double turn = 0.0;
-  double time = 0.0;
-  for (const Increment& i : readings.increments) {
-    if (i.time_s > kRest_s) break;
-    turn += i.gyro_rad;
-    time += i.duration_s;
-  }
-  robot.chassis.gyro->bias_rad_s = turn / time;
-  return robot;
-}
-
 Robot without_gyro(Robot robot) {
   robot.chassis.gyro.reset();
   return robot;
@@ -87,12 +81,12 @@ Robot without_gyro(Robot robot) {
 
 Outcome outcome_of(const Scenario& scenario) {
   const Simulation run = simulate(scenario);
-  const AlignedReadings readings = align(run.recording, scenario.nominal);
-  const Robot robot = with_learned_bias(scenario.nominal, readings);
+  const Robot& robot = scenario.nominal;
+  const AlignedReadings readings = align(run.recording, robot);
   const auto corrected = [&](SlipMethod method) {
-    return end_error(find_slip(readings, {}, robot, {.method = method}).corrected, robot, run.truth);
+    return error(find_slip(readings, run.recording.commands, robot, {.method = method}).end, run.truth);
   };
-  return {end_error(readings, without_gyro(robot), run.truth), end_error(readings, robot, run.truth),
+  return {error(end_of(readings, without_gyro(robot)), run.truth), error(end_of(readings, robot), run.truth),
           corrected(SlipMethod::published), corrected(SlipMethod::general)};
 }
 
@@ -115,43 +109,60 @@ void tell(const char* what, const std::vector<double>& v) {
              quantile(v, 0.05), quantile(v, 0.95), quantile(v, 1.0));
 }
 
-std::vector<Outcome> slipping_runs(Steering steering, double greatest_factor) {
+std::vector<Outcome> slipping_runs(Steering steering) {
   const auto wanted = static_cast<std::size_t>(test::trials(200));
   std::vector<Outcome> outcomes;
   for (std::uint64_t seed = 1; outcomes.size() < wanted && seed < 100 * wanted; ++seed) {
     Scenario scenario = drive_of(seed, steering);
-    add_bursts(scenario, greatest_factor);
+    add_bursts(scenario);
     const Outcome outcome = outcome_of(scenario);
     if (outcome.wheels_alone > 0.4 && outcome.wheels_alone < 0.85) outcomes.push_back(outcome);
   }
   return outcomes;
 }
 
-void expect_improvement(const std::vector<Outcome>& outcomes) {
-  const auto general = of(outcomes, [](const Outcome& o) { return o.wheels_alone / o.general; });
-  const auto published = of(outcomes, [](const Outcome& o) { return o.wheels_alone / o.published; });
-  const auto paired = of(outcomes, [](const Outcome& o) { return o.general / o.published; });
+std::vector<double> paired(const std::vector<Outcome>& outcomes) {
+  return of(outcomes, [](const Outcome& o) { return o.general / o.published; });
+}
+
+void tell(const std::vector<Outcome>& outcomes) {
   tell("wheels alone [m]", of(outcomes, [](const Outcome& o) { return o.wheels_alone; }));
   tell("fused, slip not judged [m]", of(outcomes, [](const Outcome& o) { return o.fused; }));
   tell("general [m]", of(outcomes, [](const Outcome& o) { return o.general; }));
   tell("published [m]", of(outcomes, [](const Outcome& o) { return o.published; }));
-  tell("times better, general", general);
-  tell("times better, published", published);
-  tell("general / published", paired);
-  EXPECT_GE(quantile(general, 0.5), 10.0);
-  EXPECT_GE(quantile(general, 0.05), 5.0);
-  EXPECT_GE(quantile(published, 0.5), 10.0);
-  EXPECT_GE(quantile(published, 0.05), 5.0);
-  EXPECT_LE(quantile(paired, 0.5), 1.0);
-  EXPECT_LE(quantile(paired, 0.95), 1.2);
+  tell("general / published", paired(outcomes));
 }
 
+void expect_improvement(const char* method, const std::vector<double>& times) {
+  tell(method, times);
+  EXPECT_GE(quantile(times, 0.5), 10.0);
+  EXPECT_GE(quantile(times, 0.05), 5.0);
+}
+
+// The motors hold their rate: the wheels read a straight line, and where one spins the robot swerves.
 TEST(Experiment, WheelsThatTurnAsCommandedWhileTheRobotSwerves) {
-  expect_improvement(slipping_runs(Steering::odometry, 2.0));
+  const std::vector<Outcome> outcomes = slipping_runs(Steering::odometry);
+  tell(outcomes);
+  expect_improvement("times better, general",
+                     of(outcomes, [](const Outcome& o) { return o.wheels_alone / o.general; }));
+  expect_improvement("times better, published",
+                     of(outcomes, [](const Outcome& o) { return o.wheels_alone / o.published; }));
+  // Here both do the same thing in all but a few intervals: a tie.
+  EXPECT_NEAR(quantile(paired(outcomes), 0.5), 1.0, 0.001);
+  EXPECT_LE(quantile(paired(outcomes), 0.95), 1.2);
 }
 
+// The robot goes straight on, and a wheel that spins runs away: beyond 1.5 times the ground's travel the
+// published method no longer applies.
 TEST(Experiment, WheelsThatRunAwayWhileTheRobotGoesStraight) {
-  expect_improvement(slipping_runs(Steering::truth, 1.45));
+  const std::vector<Outcome> outcomes = slipping_runs(Steering::truth);
+  tell(outcomes);
+  expect_improvement("times better, general",
+                     of(outcomes, [](const Outcome& o) { return o.wheels_alone / o.general; }));
+  tell("times better, published",
+       of(outcomes, [](const Outcome& o) { return o.wheels_alone / o.published; }));
+  EXPECT_LE(quantile(paired(outcomes), 0.5), 1.0);
+  EXPECT_LE(quantile(paired(outcomes), 0.95), 1.2);
 }
 
 TEST(Experiment, WithoutSlipNothingGetsWorse) {

@@ -17,7 +17,7 @@ struct Band {
   double greatest_speed_m_s = 0.0;
   bool empirical = false;      ///< quantiles of the sample, which is not normal
   bool beyond_sample = false;  ///< and the sample is too small for them: it is its whole range
-  NormalityTest normality;
+  NormalityTest normality = {};
 
   bool contains(double delta) const { return delta >= lower && delta <= upper; }
   /// Speeds and lengths of interval that differ more are another population.

@@ -41,6 +41,13 @@ double rest_limit(double dof) {
   return dof * root * root * root;
 }
 
+/// The variance added to a reading with such an excess. A slip that ends within an interval hardly shows in
+/// it: there the excess is doubted as far as it is more than noise.
+double doubt(double excess, double sigma, bool slipping) {
+  if (slipping) return squared(kDoubt * std::max(std::abs(excess), sigma));
+  return squared(kDoubt) * std::max(0.0, squared(excess) - squared(sigma));
+}
+
 bool moves(const Increment& interval, std::size_t wheels) {
   return std::any_of(interval.turned.begin(), interval.turned.begin() + static_cast<std::ptrdiff_t>(wheels),
                      [](double turned) { return turned != 0.0; });
@@ -153,7 +160,7 @@ bool SlipDetector::accumulate(const Contradiction& c, const Increment& interval)
   return beyond;
 }
 
-SlipVerdict SlipDetector::step(const Increment& interval, const BiasBelief& bias, bool command_changed) {
+SlipVerdict SlipDetector::step(const Increment& interval, const GyroBias& bias, bool command_changed) {
   if (command_changed) recent_.forget();
   SlipVerdict verdict;
   verdict.limit = limit_;
@@ -169,9 +176,9 @@ SlipVerdict SlipDetector::step(const Increment& interval, const BiasBelief& bias
   verdict.alarm = alarms(c);
   if (options_.method == SlipMethod::general && !verdict.alarm) verdict.persistent = accumulate(c, interval);
   judge(c, interval, verdict);
-  if (verdict.slipping)
+  if (event_.lasts)
     correct(c, bias, verdict);
-  else if (!event_.lasts)
+  else
     recent_.add(c, interval.duration_s, parity_.wheels());
   return verdict;
 }
@@ -236,7 +243,8 @@ void SlipDetector::add_stretch(const Contradiction& c, const Sum& sum) {
 }
 
 void SlipDetector::add_evidence(const Contradiction& c, const Increment& interval) {
-  const bool by_motion = parity_.degrees_of_freedom() == 1 && recent_.known();
+  const bool by_motion =
+      parity_.degrees_of_freedom() == 1 && recent_.decides(c, interval.duration_s, parity_.wheels());
   for (std::size_t i = 0; i < parity_.wheels(); ++i) {
     if (!checked_[i]) continue;
     event_.misfit[i] += std::max(0.0, c.chi2 - squared(c.score[i]));
@@ -297,7 +305,7 @@ SlipDetector::Attribution SlipDetector::attribute() const {
   return result;
 }
 
-void SlipDetector::correct(const Contradiction& c, const BiasBelief& bias, SlipVerdict& verdict) const {
+void SlipDetector::correct(const Contradiction& c, const GyroBias& bias, SlipVerdict& verdict) const {
   const Attribution who = attribute();
   verdict.wheel = who.certain ? who.likeliest : kAmbiguous;
   if (options_.method == SlipMethod::published && who.certain) return rebuild(c, bias, verdict);
@@ -307,18 +315,17 @@ void SlipDetector::correct(const Contradiction& c, const BiasBelief& bias, SlipV
                          : who.certain ? static_cast<int>(i) == who.likeliest
                                        : checked_[i] && who.probability[i] > kWorthDoubting;
     const double excess = stuck ? c.travel[i] : c.excess_m[i];
-    if (doubted)
-      verdict.correction.variance[i] = squared(kDoubt * std::max(std::abs(excess), c.excess_sigma_m[i]));
+    if (doubted) verdict.correction.variance[i] = doubt(excess, c.excess_sigma_m[i], verdict.slipping);
   }
 }
 
-void SlipDetector::rebuild(const Contradiction& c, const BiasBelief& bias, SlipVerdict& verdict) const {
+void SlipDetector::rebuild(const Contradiction& c, const GyroBias& bias, SlipVerdict& verdict) const {
   SlipCorrection& correction = verdict.correction;
   correction.rebuilt_wheel = verdict.wheel;
   correction.other_wheel = 1 - verdict.wheel;
   const RowMatrix& H = parity_.rows().H;
   correction.track_m = H(correction.rebuilt_wheel, 2) - H(correction.other_wheel, 2);
-  correction.bias_rad_s = bias.value_rad_s;
+  correction.bias_rad_s = bias.rad_s;
   correction.variance[static_cast<std::size_t>(verdict.wheel)] =
       squared(c.excess_sigma_m[static_cast<std::size_t>(verdict.wheel)]);
 }

@@ -89,7 +89,7 @@ class SlipDetector {
   SlipDetector(const Robot& robot, const SlipOptions& options);
 
   /// `command_changed`: the commanded motion is not that of the interval before.
-  SlipVerdict step(const Increment& interval, const BiasBelief& bias, bool command_changed = false);
+  SlipVerdict step(const Increment& interval, const GyroBias& bias, bool command_changed = false);
   /// Ends the slip that lasts, if any.
   SlipVerdict finish();
   /// The same where the readings are interrupted: what was before is no guide.
@@ -140,8 +140,8 @@ class SlipDetector {
   bool holds_on(const Contradiction& c) const;
   bool is_stuck(const Contradiction& c) const;
   Attribution attribute() const;
-  void correct(const Contradiction& c, const BiasBelief& bias, SlipVerdict& verdict) const;
-  void rebuild(const Contradiction& c, const BiasBelief& bias, SlipVerdict& verdict) const;
+  void correct(const Contradiction& c, const GyroBias& bias, SlipVerdict& verdict) const;
+  void rebuild(const Contradiction& c, const GyroBias& bias, SlipVerdict& verdict) const;
   void end_event(SlipVerdict& verdict);
   void forget_sums();
 

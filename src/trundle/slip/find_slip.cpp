@@ -63,6 +63,12 @@ void append_events(const SlipVerdict& verdict, std::vector<SlipEvent>& events) {
                 verdict.ended.begin() + static_cast<std::ptrdiff_t>(verdict.ended_count));
 }
 
+Odometer::Options learning_bias(const Robot& robot) {
+  Odometer::Options options;
+  options.learn_gyro_bias = robot.chassis.gyro.has_value();
+  return options;
+}
+
 bool spans_gap(const AlignedReadings& readings, std::size_t i) {
   return i < readings.bridged.size() && readings.bridged[i];
 }
@@ -99,7 +105,7 @@ void require_judged(const SlipReport& report) {
 
 SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& commands, const Robot& robot,
                      const SlipOptions& options) {
-  SlipOdometer odometer(robot, {.slip = options});
+  SlipOdometer odometer(robot, {.odometry = learning_bias(robot), .slip = options});
   CommandChanges changes(commands);
   SlipReport report;
   report.corrected = readings;
@@ -127,6 +133,7 @@ SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& comm
   }
   correct_until(readings.increments.size(), odometer.applied());
   append_events(odometer.finish(), report.events);
+  report.end = odometer.odometer().pose();
   require_judged(report);
   report_unjudged(report, readings, report.problems);
   return report;
@@ -135,14 +142,17 @@ SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& comm
 std::vector<CleanInterval> clean_intervals(const AlignedReadings& readings, const Robot& robot,
                                            double interval_s) {
   IncrementMerger merger(interval_s);
+  Odometer odometer(robot, learning_bias(robot));
   std::vector<CleanInterval> clean;
   for (std::size_t i = 0; i < readings.increments.size(); ++i) {
     if (spans_gap(readings, i)) {
+      odometer.step_across_gap(readings.increments[i]);
       merger.reset();
       continue;
     }
+    odometer.step(readings.increments[i]);
     if (const auto interval = merger.add(readings.increments[i]))
-      clean.push_back({*interval, bias_of(robot)});
+      clean.push_back({*interval, odometer.gyro_bias()});
   }
   return clean;
 }

@@ -30,11 +30,13 @@ struct SlipReport {
   std::vector<SlipEvent> events;
   SlipCounts counts;
   AlignedReadings corrected;  ///< ready for integrate()
+  Pose2 end;                  ///< the pose reached, from the origin
   std::vector<Problem> problems;
 };
 
-/// A loop over SlipOdometer::step. `commands` may be empty. Throws as the SlipOdometer does, and CannotAnswer
-/// where the robot moves but no interval can be judged.
+/// A loop over SlipOdometer::step, which learns the gyro's bias where the robot rests. `commands` may be
+/// empty. Throws as the SlipOdometer does, and CannotAnswer where the robot moves but no interval can be
+/// judged.
 SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& commands, const Robot& robot,
                      const SlipOptions& options);
 

@@ -10,7 +10,7 @@ namespace trundle {
 /// An interval of a clean recording, and what was known of the gyro's bias then.
 struct CleanInterval {
   Increment readings;
-  BiasBelief bias;
+  GyroBias bias;
 };
 
 /// How to learn.

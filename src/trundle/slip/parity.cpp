@@ -40,10 +40,6 @@ Rows checked_rows(const Robot& robot) {
 
 }  // namespace
 
-BiasBelief bias_of(const Robot& robot) {
-  return {robot.chassis.gyro ? robot.chassis.gyro->bias_rad_s : 0.0, 0.0};
-}
-
 Parity::Parity(const Robot& robot)
     : chassis_(robot.chassis), rows_(checked_rows(robot)), combinations_(left_null_space(rows_)) {
   const double lever = rows_.H.col(2).cwiseAbs().maxCoeff();
@@ -52,13 +48,13 @@ Parity::Parity(const Robot& robot)
   if (chassis_.gyro) gyro_scale_ = chassis_.gyro->scale;
 }
 
-Parity::Raw Parity::raw(const Increment& increment, const BiasBelief& bias) const {
+Parity::Raw Parity::raw(const Increment& increment, const GyroBias& bias) const {
   Raw raw;
   raw.readings = readings_of(chassis_, rows_, increment);
   Readings& readings = raw.readings;
   if (chassis_.gyro) {
     const double bias_turn = gyro_scale_ * increment.duration_s;
-    readings.z[rows_.measured - 1] += (chassis_.gyro->bias_rad_s - bias.value_rad_s) * bias_turn;
+    readings.z[rows_.measured - 1] += (chassis_.gyro->bias_rad_s - bias.rad_s) * bias_turn;
     readings.variance[rows_.measured - 1] += bias.variance * bias_turn * bias_turn;
   }
   const auto measured = readings.z.head(rows_.measured);
@@ -69,7 +65,7 @@ Parity::Raw Parity::raw(const Increment& increment, const BiasBelief& bias) cons
   return raw;
 }
 
-Contradiction Parity::contradiction(const Increment& increment, const BiasBelief& bias,
+Contradiction Parity::contradiction(const Increment& increment, const GyroBias& bias,
                                     const ResidualModel* model) const {
   const Raw raw = this->raw(increment, bias);
   const Eigen::LLT<ParityMatrix> cholesky(raw.covariance);

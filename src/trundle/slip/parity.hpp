@@ -2,6 +2,7 @@
 
 #include "trundle/chassis/robot.hpp"
 #include "trundle/chassis/rows.hpp"
+#include "trundle/odometry/rest.hpp"
 
 namespace trundle {
 
@@ -12,13 +13,6 @@ using ParityMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kM
 using MotionToParity = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxParity, 3>;
 using WheelDirections = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxParity, kMaxWheels>;
 using PerWheel = std::array<double, kMaxWheels>;
-
-/// What is known of the gyro's bias at this moment.
-struct BiasBelief {
-  double value_rad_s = 0.0;
-  double variance = 0.0;  ///< [rad²/s²]
-};
-BiasBelief bias_of(const Robot& robot);
 
 /// What clean recordings taught of the residuals of a chassis: docs/slip.md, eq. 12 and 13.
 struct ResidualModel {
@@ -60,7 +54,7 @@ class Parity {
   const Chassis& chassis() const { return chassis_; }
 
   /// Where the robot has a gyro the interval must have it. `model`: learned, or none.
-  Contradiction contradiction(const Increment& increment, const BiasBelief& bias,
+  Contradiction contradiction(const Increment& increment, const GyroBias& bias,
                               const ResidualModel* model) const;
   /// y = Pᵀ z and its covariance before any learning, and the twist: for learning.
   struct Raw {
@@ -69,7 +63,7 @@ class Parity {
     Vector3 twist;
     Readings readings;
   };
-  Raw raw(const Increment& increment, const BiasBelief& bias) const;
+  Raw raw(const Increment& increment, const GyroBias& bias) const;
   /// Sizes of the columns of H, by which geometry errors of so many percent are compared.
   const Vector3& size() const { return size_; }
 

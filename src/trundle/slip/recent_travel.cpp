@@ -41,6 +41,13 @@ RecentTravel::Change RecentTravel::change(std::size_t wheel, const Contradiction
   return {interval.travel[wheel] - rate_[wheel] * duration_s, std::sqrt(variance * (1.0 + 1.0 / intervals_))};
 }
 
+bool RecentTravel::decides(const Contradiction& interval, double duration_s, std::size_t wheels) const {
+  if (!known()) return false;
+  for (std::size_t i = 0; i < wheels; ++i)
+    if (std::abs(interval.excess_m[i]) < kOutstanding * change(i, interval, duration_s).sigma) return false;
+  return true;
+}
+
 double RecentTravel::misfit(std::size_t slips, const Contradiction& interval, double duration_s,
                             std::size_t wheels) const {
   double sum = 0.0;

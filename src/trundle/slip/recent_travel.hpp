@@ -24,6 +24,8 @@ class RecentTravel {
   Change change(std::size_t wheel, const Contradiction& interval, double duration_s) const;
   double expected(std::size_t wheel, double duration_s) const { return rate_[wheel] * duration_s; }
 
+  /// The excess stands out against how unsteadily the wheels have rolled lately.
+  bool decides(const Contradiction& interval, double duration_s, std::size_t wheels) const;
   /// −2 log likelihood that wheel `slips` by its excess and the others go on as before.
   double misfit(std::size_t slips, const Contradiction& interval, double duration_s,
                 std::size_t wheels) const;
@@ -31,6 +33,7 @@ class RecentTravel {
  private:
   static constexpr int kLeast = 3;
   static constexpr int kMemory = 8;
+  static constexpr double kOutstanding = 3.0;  ///< sigmas
 
   int intervals_ = 0;
   PerWheel rate_{};      ///< [m/s]

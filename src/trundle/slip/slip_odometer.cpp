@@ -6,12 +6,7 @@ SlipOdometer::SlipOdometer(const Robot& robot, const Options& options)
     : odometer_(robot, options.odometry),
       detector_(robot, options.slip),
       merger_(options.slip.interval_s),
-      bias_(bias_of(robot)),
       interval_start_(odometer_.state()) {}
-
-BiasBelief SlipOdometer::bias() const {
-  return bias_;
-}
 
 std::optional<SlipVerdict> SlipOdometer::step(const Increment& increment, bool command_changed) {
   command_changed_ = command_changed_ || command_changed;
@@ -19,7 +14,7 @@ std::optional<SlipVerdict> SlipOdometer::step(const Increment& increment, bool c
   odometer_.step(corrected(increment, applied_, detector_.parity().chassis()));
   const std::optional<Increment> interval = merger_.add(increment);
   if (!interval) return std::nullopt;
-  const SlipVerdict verdict = detector_.step(*interval, bias(), command_changed_);
+  const SlipVerdict verdict = detector_.step(*interval, odometer_.gyro_bias(), command_changed_);
   if (verdict.correction != applied_) redo(verdict.correction);
   part_count_ = 0;
   command_changed_ = false;

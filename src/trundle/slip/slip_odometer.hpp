@@ -13,7 +13,7 @@ namespace trundle {
 class SlipOdometer {
  public:
   struct Options {
-    Odometer::Options odometry = {};
+    Odometer::Options odometry = {};  ///< with learn_gyro_bias the slip test uses the bias learned so far
     SlipOptions slip = {};
   };
 
@@ -30,7 +30,6 @@ class SlipOdometer {
 
   const Odometer& odometer() const { return odometer_; }
   const SlipDetector& detector() const { return detector_; }
-  BiasBelief bias() const;
   /// How the increments of the interval that is not complete yet are corrected for now.
   const SlipCorrection& applied() const { return applied_; }
 
@@ -40,7 +39,6 @@ class SlipOdometer {
   Odometer odometer_;
   SlipDetector detector_;
   IncrementMerger merger_;
-  BiasBelief bias_;
   bool command_changed_ = false;
   OdometerState interval_start_;
   SlipCorrection applied_;  ///< to the increments of this interval, so far

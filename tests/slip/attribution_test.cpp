@@ -1,0 +1,187 @@
+// Which wheel slipped: where the rows can tell, where only the motion can, and where nothing can.
+#include <cmath>
+
+#include <fmt/core.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "trundle/recording/inspect.hpp"
+#include "trundle/simulation/scenario.hpp"
+#include "trundle/slip/find_slip.hpp"
+
+#include "chassis/robots.hpp"
+#include "scale.hpp"
+
+namespace trundle {
+namespace {
+
+struct Tally {
+  int detected = 0;
+  int right = 0;
+  int ambiguous = 0;
+  int wrong = 0;
+  int right_kind = 0;
+  double excess_error_m = 0.0;  ///< mean
+};
+
+Robot robot_with_noise(Chassis chassis) {
+  chassis.noise.wheel_per_sqrt_m = 0.002;
+  if (chassis.gyro) chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = 3e-4, .bias_sigma_rad_s = 0.0};
+  return test::robot_of(chassis);
+}
+
+Chassis with_quiet_gyro(Chassis chassis) {
+  chassis.gyro = Gyro{};
+  return chassis;
+}
+
+/// A motion at a constant speed, the robot's own kinds of motion only.
+Twist2 random_velocity(bool sideways, bool turning, Random& random) {
+  const double forward = (random.below(2) == 0 ? 1.0 : -1.0) * random.uniform(0.2, 0.4);
+  return {forward, sideways ? random.uniform(-0.3, 0.3) : 0.0, turning ? random.uniform(-0.3, 0.3) : 0.0};
+}
+
+Twist2 scaled(const Twist2& velocity, double s) {
+  return Twist2::from(s * velocity.vector());
+}
+
+/// One burst of one wheel in six seconds of driving.
+Scenario burst_scenario(const Robot& robot, const Twist2& velocity, Random& random) {
+  Scenario scenario;
+  scenario.nominal = robot;
+  scenario.truth = robot;
+  scenario.steering = Steering::truth;
+  scenario.path = {{scaled(velocity, 6.0), 6.0}};
+  scenario.seed = random.bits();
+  SlipBurst burst;
+  burst.wheel = static_cast<int>(random.below(static_cast<std::uint64_t>(robot.chassis.wheel_count)));
+  burst.span = {random.uniform(2.5, 4.0), random.uniform(0.25, 1.0)};
+  const bool spins = random.below(2) == 0;
+  burst.factor = spins ? random.uniform(1.3, 2.0) : random.uniform(0.0, 0.7);
+  scenario.slips = {burst};
+  return scenario;
+}
+
+bool overlaps(const SlipEvent& event, const SlipTruth& slip) {
+  return event.start_s < slip.span.end_s() && slip.span.start_s < event.end_s;
+}
+
+void judge(const Scenario& scenario, const VelocityStream& commands, Tally& tally) {
+  const Simulation run = simulate(scenario);
+  const SlipTruth& slip = run.truth.slips.front();
+  const SlipReport report =
+      find_slip(align(run.recording, scenario.nominal), commands, scenario.nominal, {.probability = 1e-3});
+  for (const SlipEvent& event : report.events) {
+    if (!overlaps(event, slip)) continue;
+    ++tally.detected;
+    if (event.wheel == kAmbiguous) {
+      ++tally.ambiguous;
+    } else if (event.wheel == slip.wheel) {
+      ++tally.right;
+      tally.right_kind += (event.kind == SlipKind::spin) == slip.spins() ? 1 : 0;
+      tally.excess_error_m += std::abs(event.excess_m - slip.excess_m);
+    } else {
+      ++tally.wrong;
+    }
+  }
+}
+
+void tell(const char* robot, const Tally& t) {
+  fmt::print(
+      "  {:<34} {} slips: right {:.2f} %, ambiguous {:.2f} %, wrong {:.2f} %; of the right ones kind {:.2f} "
+      "%, "
+      "excess within {:.1f} mm on average\n",
+      robot, t.detected, 100.0 * t.right / t.detected, 100.0 * t.ambiguous / t.detected,
+      100.0 * t.wrong / t.detected, 100.0 * t.right_kind / std::max(1, t.right),
+      1000.0 * t.excess_error_m / std::max(1, t.right));
+}
+
+Tally attributions(const Robot& robot, bool sideways, bool turning) {
+  Random random(7);
+  Tally tally;
+  const int runs = test::trials(1000, 100);
+  for (int i = 0; i < runs; ++i)
+    judge(burst_scenario(robot, random_velocity(sideways, turning, random), random), {}, tally);
+  return tally;
+}
+
+void expect_told_apart(const char* name, const Tally& tally) {
+  tell(name, tally);
+  ASSERT_GT(tally.detected, 50);
+  EXPECT_GE(tally.right, 0.97 * tally.detected);
+  EXPECT_LE(tally.ambiguous, 0.02 * tally.detected);
+  EXPECT_LE(tally.wrong, 0.01 * tally.detected);
+  EXPECT_GE(tally.right_kind, 0.97 * tally.right);
+}
+
+TEST(Attribution, MecanumWithTwoPodsAndGyro) {
+  const Robot robot = robot_with_noise(test::joined(mecanum(test::kSize, 0.4, 0.5), test::two_pods()));
+  expect_told_apart("mecanum, two pods, gyro", attributions(robot, true, true));
+}
+
+TEST(Attribution, Omni3WithTwoPodsAndGyro) {
+  const Robot robot = robot_with_noise(test::joined(omni3(test::kSize, 0.2), test::two_pods()));
+  expect_told_apart("omni-3, two pods, gyro", attributions(robot, true, true));
+}
+
+TEST(Attribution, SkidSteerWithFourEncodersAndGyro) {
+  const Robot robot = robot_with_noise(with_quiet_gyro(skid_steer(test::kSize, 0.6, 0.5)));
+  expect_told_apart("skid-steer, four encoders, gyro", attributions(robot, false, true));
+}
+
+TEST(Attribution, DrivenWheelsAgainstDeadWheels) {
+  const Robot robot =
+      robot_with_noise(test::joined(differential_drive(test::kSize, 0.4), test::three_pods()));
+  expect_told_apart("differential, three pods, gyro", attributions(robot, false, true));
+}
+
+// One degree of freedom: the residual says that something slips, the change of each wheel says which.
+TEST(Attribution, DifferentialWithGyroAtConstantCommand) {
+  const Robot robot = robot_with_noise(with_quiet_gyro(differential_drive(test::kSize, 0.5)));
+  expect_told_apart("differential, gyro, steady", attributions(robot, false, true));
+}
+
+// Front and rear wheel of a side have the same row: without a gyro their errors are each other's mirror.
+TEST(Attribution, IsAmbiguousWhereRowsCannotBeToldApart) {
+  Robot robot = robot_with_noise(skid_steer(test::kSize, 0.6, 0.5));
+  robot.wheel_names = {"front_left", "front_right", "rear_left", "rear_right"};
+  const Tally tally = attributions(robot, false, true);
+  tell("skid-steer, four encoders", tally);
+  ASSERT_GT(tally.detected, 50);
+  EXPECT_GE(tally.ambiguous, 0.99 * tally.detected);
+  EXPECT_THAT(abilities_of(robot, false).cannot,
+              testing::Contains(testing::HasSubstr("'front_left' from 'rear_left'")));
+}
+
+// The same robot as above whose speed changes all the time: what its wheels did before is no guide.
+TEST(Attribution, IsAmbiguousWithOneDegreeOfFreedomWhileTheCommandChanges) {
+  const Robot robot = robot_with_noise(with_quiet_gyro(differential_drive(test::kSize, 0.5)));
+  Random random(8);
+  Tally with_commands;
+  Tally without;
+  const int runs = test::trials(500, 100);
+  for (int i = 0; i < runs; ++i) {
+    Scenario scenario = burst_scenario(robot, {}, random);
+    scenario.path.clear();
+    VelocityStream commands;
+    double clock = 0.0;
+    while (clock < 6.0) {
+      const Twist2 velocity = random_velocity(false, true, random);
+      commands.time_s.push_back(clock + 0.01);
+      commands.forward_m_s.push_back(velocity.dx);
+      commands.yaw_rate_rad_s.push_back(velocity.dtheta);
+      scenario.path.push_back({scaled(velocity, 0.25), 0.25});
+      clock += 0.25;
+    }
+    judge(scenario, commands, with_commands);
+    judge(scenario, {}, without);
+  }
+  tell("differential, gyro, commands change", with_commands);
+  tell("the same, commands unknown", without);
+  EXPECT_GE(with_commands.ambiguous, 0.99 * with_commands.detected);
+  EXPECT_GE(without.ambiguous, 0.99 * without.detected);
+  EXPECT_THAT(abilities_of(robot, true).cannot, testing::Contains(testing::HasSubstr("'w0' from 'w1'")));
+}
+
+}  // namespace
+}  // namespace trundle

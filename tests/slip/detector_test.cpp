@@ -1,0 +1,233 @@
+// What the detector says of single situations: parked, stuck, without gyro, one event or two.
+#include "trundle/slip/detector.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "trundle/io/error.hpp"
+
+#include "chassis/robots.hpp"
+
+namespace trundle {
+namespace {
+
+constexpr double kDuration_s = 0.25;
+
+Robot differential() {
+  Robot robot = test::robot_of(differential_drive(test::kSize, 0.5));
+  robot.chassis.noise.wheel_per_sqrt_m = 0.001;
+  robot.chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = 3e-4};
+  return robot;
+}
+
+/// Driven wheels 0 and 1, pods 2 to 4.
+Robot with_pods() {
+  Robot robot = test::robot_of(test::joined(differential_drive(test::kSize, 0.4), test::three_pods()));
+  robot.chassis.noise.wheel_per_sqrt_m = 0.001;
+  return robot;
+}
+
+/// Feeds a detector with motions and excesses of single wheels.
+class Drive {
+ public:
+  Drive(const Robot& robot, const SlipOptions& options) : robot_(robot), detector_(robot, options) {}
+
+  SlipVerdict step(const Twist2& motion, std::size_t wheel = 0, double excess_m = 0.0) {
+    Increment increment = test::increment_of(robot_.chassis, motion, kDuration_s);
+    increment.turned[wheel] += excess_m / (kPi * robot_.chassis.wheels()[wheel].diameter_m);
+    return step(increment);
+  }
+  SlipVerdict step(Increment increment) {
+    increment.time_s = clock_ += kDuration_s;
+    return take(detector_.step(increment, {}));
+  }
+  std::vector<SlipEvent> events() {
+    take(detector_.finish());
+    return events_;
+  }
+
+ private:
+  SlipVerdict take(const SlipVerdict& verdict) {
+    events_.insert(events_.end(), verdict.ended.begin(),
+                   verdict.ended.begin() + static_cast<std::ptrdiff_t>(verdict.ended_count));
+    return verdict;
+  }
+
+  Robot robot_;
+  SlipDetector detector_;
+  double clock_ = 0.0;
+  std::vector<SlipEvent> events_;
+};
+
+const Twist2 kForward{0.06, 0.0, 0.0};
+const Twist2 kBackward{-0.06, 0.0, 0.0};
+
+void expect_one_event(const Twist2& motion, std::size_t wheel, double excess_m, SlipKind kind,
+                      SlipMethod method) {
+  Drive drive(differential(), {.method = method});
+  for (int i = 0; i < 10; ++i) EXPECT_FALSE(drive.step(motion).slipping);
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(drive.step(motion, wheel, excess_m).slipping);
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(drive.step(motion).slipping);
+  const std::vector<SlipEvent> events = drive.events();
+  ASSERT_EQ(events.size(), 1U);
+  EXPECT_EQ(events[0].wheel, static_cast<int>(wheel));
+  EXPECT_EQ(events[0].kind, kind);
+  EXPECT_NEAR(events[0].start_s, 2.5, 1e-9);
+  EXPECT_NEAR(events[0].end_s, 3.25, 1e-9);
+  EXPECT_NEAR(events[0].excess_m, 3 * excess_m, 1e-9);
+  EXPECT_GT(events[0].confidence, 0.99);
+}
+
+TEST(Detector, SpinAndSkidForwardsAndBackwardsOfEitherWheel) {
+  for (const SlipMethod method : {SlipMethod::general, SlipMethod::published}) {
+    for (const std::size_t wheel : {0, 1}) {
+      expect_one_event(kForward, wheel, 0.02, SlipKind::spin, method);
+      expect_one_event(kForward, wheel, -0.018, SlipKind::skid, method);
+      expect_one_event(kBackward, wheel, -0.02, SlipKind::spin, method);
+      expect_one_event(kBackward, wheel, 0.018, SlipKind::skid, method);
+    }
+  }
+}
+
+TEST(Detector, ALockedWheelSkids) {
+  expect_one_event(kForward, 0, -kForward.dx, SlipKind::skid, SlipMethod::general);
+}
+
+TEST(Detector, WithoutMotionBeforeItIsAmbiguous) {
+  Drive drive(differential(), {});
+  drive.step(kForward, 0, 0.02);
+  drive.step(kForward);
+  const std::vector<SlipEvent> events = drive.events();
+  ASSERT_EQ(events.size(), 1U);
+  EXPECT_EQ(events[0].wheel, kAmbiguous);
+  EXPECT_EQ(events[0].kind, SlipKind::unknown);
+  EXPECT_NEAR(events[0].confidence, 0.5, 1e-9);
+}
+
+TEST(Detector, TheWheelThatSlipsCountsForLittle) {
+  Drive drive(differential(), {});
+  for (int i = 0; i < 10; ++i) EXPECT_TRUE(drive.step(kForward).correction.none());
+  const SlipVerdict verdict = drive.step(kForward, 0, 0.02);
+  EXPECT_EQ(verdict.wheel, 0);
+  EXPECT_GT(verdict.correction.variance[0], 0.02 * 0.02);
+  EXPECT_EQ(verdict.correction.variance[1], 0.0);
+}
+
+TEST(Detector, SmallSlipThatPersistsIsFoundByItsSum) {
+  Drive drive(differential(), {.probability = 1e-3});
+  bool slipped = false;
+  int alarms = 0;
+  for (int i = 0; i < 10; ++i) drive.step(kForward);
+  for (int i = 0; i < 30; ++i) {
+    const SlipVerdict verdict = drive.step(kForward, 1, 0.0006);
+    slipped = slipped || verdict.slipping;
+    alarms += verdict.alarm ? 1 : 0;
+  }
+  EXPECT_EQ(alarms, 0);
+  EXPECT_TRUE(slipped);
+}
+
+TEST(Detector, AnUncertainBiasIsNoPersistentSlip) {
+  SlipDetector detector(differential(), {});
+  const GyroBias wrong{.rad_s = 0.003, .variance = 0.003 * 0.003};
+  for (int i = 0; i < 200; ++i) {
+    Increment increment = test::increment_of(differential().chassis, kForward, kDuration_s);
+    increment.time_s = kDuration_s * i;
+    EXPECT_FALSE(detector.step(increment, wrong).slipping);
+  }
+}
+
+TEST(Detector, ParkedIsNotStuck) {
+  Drive drive(with_pods(), {});
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(drive.step(Twist2{}).status, SlipStatus::parked);
+  EXPECT_TRUE(drive.events().empty());
+}
+
+TEST(Detector, StuckIsNotParked) {
+  Drive drive(with_pods(), {});
+  for (int i = 0; i < 10; ++i) drive.step(kForward);
+  for (int i = 0; i < 4; ++i) {
+    Increment spinning = test::increment_of(with_pods().chassis, kForward, kDuration_s);
+    for (std::size_t pod = 2; pod < 5; ++pod) spinning.turned[pod] = 0.0;
+    const SlipVerdict verdict = drive.step(spinning);
+    EXPECT_TRUE(verdict.slipping);
+    EXPECT_GT(verdict.correction.variance[0], 1e-3);
+    EXPECT_GT(verdict.correction.variance[1], 1e-3);
+    EXPECT_EQ(verdict.correction.variance[2], 0.0);
+  }
+  const std::vector<SlipEvent> events = drive.events();
+  ASSERT_EQ(events.size(), 2U);
+  for (const SlipEvent& event : events) {
+    EXPECT_EQ(event.kind, SlipKind::stuck);
+    EXPECT_NEAR(event.excess_m, 4 * kForward.dx, 1e-9);
+  }
+}
+
+TEST(Detector, TwoWheelsThatSlipAtOnceAreNotBlamedOnOne) {
+  Drive drive(with_pods(), {});
+  for (int i = 0; i < 10; ++i) drive.step(kForward);
+  Increment both = test::increment_of(with_pods().chassis, kForward, kDuration_s);
+  for (const std::size_t wheel : {0, 1}) both.turned[wheel] *= 1.5;
+  const SlipVerdict verdict = drive.step(both);
+  EXPECT_TRUE(verdict.slipping);
+  EXPECT_EQ(verdict.wheel, kAmbiguous);
+}
+
+TEST(Detector, AGapOfTheGyroEndsASlipAndIsNotJudged) {
+  Drive drive(differential(), {});
+  for (int i = 0; i < 10; ++i) drive.step(kForward);
+  drive.step(kForward, 0, 0.02);
+  Increment blind = test::increment_of(differential().chassis, kForward, kDuration_s);
+  blind.has_gyro = false;
+  const SlipVerdict verdict = drive.step(blind);
+  EXPECT_EQ(verdict.status, SlipStatus::no_gyro);
+  EXPECT_EQ(verdict.ended_count, 1U);
+  EXPECT_TRUE(verdict.correction.none());
+}
+
+TEST(Detector, ThePublishedMethodIsForNearlyStraightDriving) {
+  Drive drive(differential(), {.method = SlipMethod::published});
+  EXPECT_EQ(drive.step(Twist2{0.06, 0.0, 0.02}).status, SlipStatus::judged);  // |dL − dR| = 0.083 |dL + dR|
+  EXPECT_EQ(drive.step(Twist2{0.06, 0.0, 0.05}).status, SlipStatus::not_applicable);  // 0.208
+}
+
+TEST(Detector, ABandHoldsOnlyWhereItWasLearned) {
+  SlipOptions options{.method = SlipMethod::published};
+  options.band.emplace();
+  options.band->lower = -0.01;
+  options.band->upper = 0.01;
+  options.band->interval_s = kDuration_s;
+  options.band->least_speed_m_s = options.band->greatest_speed_m_s = 0.24;
+  Drive drive(differential(), options);
+  EXPECT_EQ(drive.step(kForward).status, SlipStatus::judged);
+  EXPECT_EQ(drive.step(Twist2{0.12, 0.0, 0.0}).status, SlipStatus::not_learned);
+  EXPECT_FALSE(drive.step(kForward, 0, -0.0049).alarm);
+  EXPECT_TRUE(drive.step(kForward, 0, -0.0051).alarm);
+}
+
+TEST(Detector, PublishedCorrectionIsTheSourcesFormula) {
+  const Chassis chassis = differential().chassis;
+  const double g = 0.03;
+  Increment increment = test::increment_of(chassis, {0.06, 0.0, g}, kDuration_s);
+  const double metres = kPi * test::kSize.diameter_m;
+  increment.turned[0] += 0.02 / metres;
+  SlipCorrection correction;
+  correction.rebuilt_wheel = 0;
+  correction.other_wheel = 1;
+  correction.track_m = -0.5;  // left − right
+  const double right = increment.turned[1] * metres;
+  EXPECT_NEAR(corrected(increment, correction, chassis).turned[0] * metres, right - 0.5 * std::tan(g), 1e-12);
+  // Clamped where the corrected travel would turn against the motion.
+  increment.turned[1] = 0.01 / metres;
+  EXPECT_EQ(corrected(increment, correction, chassis).turned[0], 0.0);
+}
+
+TEST(Detector, RefusesRobotsThatCannotShowSlip) {
+  EXPECT_THROW(SlipDetector(test::robot_of(differential_drive(test::kSize, 0.5)), {}), CannotAnswer);
+  EXPECT_THROW(SlipDetector(test::robot_of(test::velocity_robot()), {}), CannotAnswer);
+  EXPECT_THROW(SlipDetector(with_pods(), {.method = SlipMethod::published}), CannotAnswer);
+}
+
+}  // namespace
+}  // namespace trundle

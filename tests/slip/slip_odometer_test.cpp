@@ -1,0 +1,123 @@
+// The online step: no heap, the same bytes as offline, back to the start of an interval that slips.
+#include "trundle/slip/slip_odometer.hpp"
+
+#include <cstdlib>
+#include <cstring>
+#include <new>
+
+#include <gtest/gtest.h>
+
+#include "trundle/simulation/scenario.hpp"
+#include "trundle/slip/find_slip.hpp"
+
+#include "chassis/robots.hpp"
+
+// This program counts every allocation.
+namespace {
+std::size_t allocations = 0;
+}
+
+// The replaced operators are malloc and free on purpose; g++ 12 says so where it inlines only one of a pair.
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
+
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+
+namespace trundle {
+namespace {
+
+Robot robot_with_pods() {
+  Robot robot = test::robot_of(test::joined(mecanum(test::kSize, 0.4, 0.5), test::two_pods()));
+  robot.chassis.noise.wheel_per_sqrt_m = 0.002;
+  return robot;
+}
+
+Robot differential() {
+  Chassis chassis = differential_drive(test::kSize, 0.5);
+  chassis.gyro = Gyro{};
+  return test::robot_of(chassis);
+}
+
+Simulation slippery_run(const Robot& robot) {
+  Scenario scenario;
+  scenario.nominal = robot;
+  scenario.truth = robot;
+  scenario.steering = Steering::truth;
+  scenario.path = joined({pause(3.0), straight(4.0), turn_on_the_spot(1.0), straight(4.0)});
+  scenario.random_slips.count = 8;
+  scenario.seed = 5;
+  return simulate(scenario);
+}
+
+SlipOdometer::Options learning() {
+  SlipOdometer::Options options;
+  options.odometry.learn_gyro_bias = true;
+  return options;
+}
+
+TEST(SlipOdometer, StepNeedsNoHeap) {
+  for (const Robot& robot : {robot_with_pods(), differential()}) {
+    const AlignedReadings readings = align(slippery_run(robot).recording, robot);
+    SlipOdometer odometer(robot, learning());
+    std::size_t events = 0;
+    const std::size_t before = allocations;
+    for (const Increment& increment : readings.increments)
+      if (const auto verdict = odometer.step(increment)) events += verdict->ended_count;
+    odometer.step_across_gap(readings.increments.front());
+    const std::size_t after = allocations;
+    EXPECT_EQ(after, before);
+    EXPECT_GT(events, 0U);
+  }
+}
+
+TEST(SlipOdometer, OfflineIsALoopOverItToTheLastBit) {
+  for (const SlipMethod method : {SlipMethod::general, SlipMethod::published}) {
+    const Robot robot = differential();
+    const AlignedReadings readings = align(slippery_run(robot).recording, robot);
+    SlipOdometer::Options options = learning();
+    options.slip.method = method;
+    SlipOdometer online(robot, options);
+    for (const Increment& increment : readings.increments) online.step(increment);
+    const SlipReport offline = find_slip(readings, {}, robot, options.slip);
+    EXPECT_EQ(std::memcmp(&offline.end, &online.odometer().pose(), sizeof(Pose2)), 0);
+    // The corrected readings, integrated by plain odometry, end there too.
+    Odometer plain(robot, options.odometry);
+    for (const Increment& increment : offline.corrected.increments) plain.step(increment);
+    EXPECT_EQ(std::memcmp(&plain.pose(), &online.odometer().pose(), sizeof(Pose2)), 0);
+    EXPECT_FALSE(offline.events.empty());
+  }
+}
+
+TEST(SlipOdometer, ACopyContinuesIndependently) {
+  const Robot robot = robot_with_pods();
+  const AlignedReadings readings = align(slippery_run(robot).recording, robot);
+  SlipOdometer whole(robot, learning());
+  SlipOdometer first(robot, learning());
+  const std::size_t half = readings.increments.size() / 2 + 1;
+  for (std::size_t i = 0; i < half; ++i) first.step(readings.increments[i]);
+  SlipOdometer second = first;
+  for (std::size_t i = half; i < readings.increments.size(); ++i) second.step(readings.increments[i]);
+  for (const Increment& increment : readings.increments) whole.step(increment);
+  EXPECT_EQ(std::memcmp(&whole.odometer().pose(), &second.odometer().pose(), sizeof(Pose2)), 0);
+}
+
+TEST(SlipOdometer, CovarianceGrowsWhereAWheelSlips) {
+  const Robot robot = differential();
+  const AlignedReadings readings = align(slippery_run(robot).recording, robot);
+  const SlipReport report = find_slip(readings, {}, robot, {});
+  const Matrix3 with = integrate(report.corrected, robot).trajectory.covariances.back();
+  const Matrix3 without = integrate(readings, robot).trajectory.covariances.back();
+  EXPECT_GT(with(0, 0) + with(1, 1), without(0, 0) + without(1, 1));
+}
+
+}  // namespace
+}  // namespace trundle
