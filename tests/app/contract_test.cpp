@@ -38,6 +38,10 @@ const std::vector<Command> kCommands = {
      {"sheet.csv", "--robot", "nominal.toml", "-o", "out/calibrated.toml"},
      {"out/calibrated.toml", "out/calibration.json"}},
     {"odometry", {"ccw", "--robot", "nominal.toml", "-o", "out/trajectory.csv"}, {"out/trajectory.csv"}},
+    {"slip",
+     {"slippery", "--robot", "with_gyro.toml", "-o", "out/slip.csv", "--corrected", "out/trajectory.csv"},
+     {"out/slip.csv", "out/trajectory.csv"},
+     {"simulate", "slippery.toml", "-o", "slippery"}},
     {"evaluate", {"cw/reference.csv", "ccw/reference.csv", "--align", "se2"}, {}},
     {"simulate",
      {"scenario.toml", "-o", "out/simulated"},
@@ -211,6 +215,11 @@ const std::vector<Failure> kFailures = {
      {"calibrate", "blind", "--robot", "nominal.toml", "-o", "out/c.toml"},
      4,
      "to calibrate with"},
+    {"SlipThatNoReadingShows",
+     {"slip", "cw", "--robot", "nominal.toml", "-o", "out/s.csv"},
+     4,
+     "cannot show slip"},
+    {"UnknownSlipMethod", {"slip", "cw", "--robot", "nominal.toml", "--method", "best"}, 2, "best"},
     {"NothingInCommon", {"evaluate", "cw/reference.csv", "later.csv"}, 4, ""},
 };
 

@@ -47,6 +47,23 @@ drive = "square"
 side_m = 1.0
 )";
 
+constexpr const char* kSlippery = R"(name = "slippery"
+robot = "with_gyro.toml"
+steering = "truth"
+[[run]]
+[[run.path]]
+drive = "pause"
+duration_s = 2
+[[run.path]]
+drive = "straight"
+length_m = 4
+[[run.slip]]
+wheel = "left"
+start_s = 8
+duration_s = 0.8
+factor = 1.6
+)";
+
 // What `trundle simulate` writes for a robot with diameters of 0.1003 m and 0.0997 m and a track of 0.205 m.
 constexpr const char* kSheet = R"(# side_m = 2
 turn,x_m,y_m,heading_deg,leg_m
@@ -109,6 +126,8 @@ std::filesystem::path fresh_folder() {
 Sample::Sample() : folder_(fresh_folder()) {
   write_file(folder_ / "nominal.toml", kRobot);
   write_file(folder_ / "scenario.toml", kScenario);
+  write_file(folder_ / "with_gyro.toml", std::string(kRobot) + "[gyro]\n");
+  write_file(folder_ / "slippery.toml", kSlippery);
   write_file(folder_ / "sheet.csv", kSheet);
   write_run(folder_ / "cw", square(-1.0));
   write_run(folder_ / "ccw", square(1.0));
