@@ -22,7 +22,9 @@ double distance_from_slip(double change, double excess, bool spins) {
 
 void RecentTravel::add(const Contradiction& interval, double duration_s, std::size_t wheels) {
   intervals_ = std::min(intervals_ + 1, kMemory);
-  const double gain = 1.0 / intervals_;
+  const double gain = std::max(kGain, 1.0 / intervals_);
+  // The first interval has nothing to be compared with.
+  const double memory = 1.0 / std::max(1, intervals_ - 1);
   for (std::size_t i = 0; i < wheels; ++i) {
     if (intervals_ == 1) {
       rate_[i] = interval.travel[i] / duration_s;
@@ -31,14 +33,15 @@ void RecentTravel::add(const Contradiction& interval, double duration_s, std::si
     }
     const double change = interval.travel[i] - rate_[i] * duration_s;
     rate_[i] += gain * change / duration_s;
-    variance_[i] = (1.0 - gain) * (variance_[i] + gain * squared(change));
+    variance_[i] += memory * (squared(change) - variance_[i]);
   }
 }
 
 RecentTravel::Change RecentTravel::change(std::size_t wheel, const Contradiction& interval,
                                           double duration_s) const {
-  const double variance = std::max(squared(interval.travel_sigma[wheel]), variance_[wheel]);
-  return {interval.travel[wheel] - rate_[wheel] * duration_s, std::sqrt(variance * (1.0 + 1.0 / intervals_))};
+  // Of an interval's own noise and that of the smoothed rate before it.
+  const double noise = squared(interval.travel_sigma[wheel]) * 2.0 / (2.0 - kGain);
+  return {interval.travel[wheel] - rate_[wheel] * duration_s, std::sqrt(std::max(noise, variance_[wheel]))};
 }
 
 bool RecentTravel::decides(const Contradiction& interval, double duration_s, std::size_t wheels) const {

@@ -33,11 +33,12 @@ class RecentTravel {
  private:
   static constexpr int kLeast = 3;
   static constexpr int kMemory = 8;
+  static constexpr double kGain = 0.5;         ///< of the latest interval: speeds drift
   static constexpr double kOutstanding = 3.0;  ///< sigmas
 
   int intervals_ = 0;
-  PerWheel rate_{};      ///< [m/s]
-  PerWheel variance_{};  ///< of the travel of one interval about it [m²]
+  PerWheel rate_{};      ///< smoothed [m/s]
+  PerWheel variance_{};  ///< of an interval's travel about what was expected of it [m²]
 };
 
 }  // namespace trundle
