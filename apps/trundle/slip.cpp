@@ -40,10 +40,10 @@ bool is_published(const Options& options) {
 std::optional<Learned> learn(const Options& options, const Robot& robot, SlipOptions& slip) {
   if (options.learn.empty()) return std::nullopt;
   Learned learned;
-  std::vector<CleanInterval> clean;
+  std::vector<JudgedInterval> clean;
   for (const std::string& folder : options.learn) {
     const Recording recording = read_recording(folder, {.robot_number = options.robot_number});
-    const std::vector<CleanInterval> more =
+    const std::vector<JudgedInterval> more =
         clean_intervals(align(recording, robot), robot, options.interval_s);
     clean.insert(clean.end(), more.begin(), more.end());
     learned.inputs.insert(learned.inputs.end(), recording.inputs.begin(), recording.inputs.end());
@@ -120,6 +120,7 @@ Json to_json(const Learned& learned, const SlipOptions& slip) {
   if (slip.model)
     document["residuals"] = {{"intervals", slip.model->samples},
                              {"interval_s", slip.model->interval_s},
+                             {"timing_sigma_s", slip.model->timing_sigma_s},
                              {"chi2_limit", slip.model->limit},
                              {"persistent_limit", slip.model->persistent_limit}};
   document["histogram"] = Json::array();

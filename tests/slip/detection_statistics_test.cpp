@@ -96,7 +96,7 @@ void expect_false_alarms(const Robot& robot, const Twist2& motion, int intervals
   std::array<int, 3> alarms{};
   for (std::size_t k = 0; k < p.size(); ++k) limit[k] = chi_squared_limit(p[k], parity.degrees_of_freedom());
   for (int i = 0; i < intervals; ++i) {
-    const double chi2 = parity.contradiction(driving.next(), known_bias(robot), nullptr).chi2;
+    const double chi2 = parity.contradiction({driving.next(), known_bias(robot)}, nullptr).chi2;
     for (std::size_t k = 0; k < p.size(); ++k) alarms[k] += chi2 > limit[k] ? 1 : 0;
   }
   for (std::size_t k = 0; k < p.size(); ++k) {
@@ -121,17 +121,17 @@ TEST(FalseAlarms, TheDetectorAlarmsWhereChiSquaredIsBeyondItsLimit) {
   const double limit = chi_squared_limit(0.05, 1.0);
   int alarms = 0;
   for (int i = 0; i < intervals; ++i) {
-    const SlipVerdict verdict = detector.step(driving.next(), known_bias(robot));
+    const SlipVerdict verdict = detector.step({driving.next(), known_bias(robot)});
     EXPECT_EQ(verdict.alarm, verdict.chi2 > limit);
     alarms += verdict.alarm ? 1 : 0;
   }
   expect_share(alarms, intervals, 0.05, 0.999, "alarms");
 }
 
-std::vector<CleanInterval> clean_driving(const Robot& robot, const Twist2& motion, int count,
-                                         std::uint64_t seed) {
+std::vector<JudgedInterval> clean_driving(const Robot& robot, const Twist2& motion, int count,
+                                          std::uint64_t seed) {
   CleanDriving driving(robot, motion, seed);
-  std::vector<CleanInterval> clean;
+  std::vector<JudgedInterval> clean;
   for (int i = 0; i < count; ++i) clean.push_back({driving.next(), known_bias(robot)});
   return clean;
 }
@@ -151,8 +151,7 @@ TEST(FalseAlarms, LearnedBandsHoldOnAverageWhatStudentPromises) {
     for (int i = 0; i < repeats; ++i) {
       const auto clean = clean_driving(robot, kStraight, 300, static_cast<std::uint64_t>(1000 + i));
       const Band band = learn_band(clean, robot, LearnOptions{.probability = p}).band;
-      const Contradiction c =
-          Parity(robot).contradiction(clean.front().readings, clean.front().bias, nullptr);
+      const Contradiction c = Parity(robot).contradiction(clean.front(), nullptr);
       const double sigma = c.excess_sigma_m[0] / 0.5;  // of δ
       const double rate = normal_tail(band.upper / sigma) + normal_tail(-band.lower / sigma);
       sum += rate;
@@ -179,10 +178,9 @@ TEST(FalseAlarms, LearnedResidualsHoldOnAverageWhatHotellingPromises) {
     const auto clean = clean_driving(robot, motion, 300, static_cast<std::uint64_t>(5000 + i));
     const ResidualModel model = learn_residuals(clean, robot, {.probability = kP}).model;
     int alarms = 0;
-    for (const CleanInterval& interval :
+    for (const JudgedInterval& interval :
          clean_driving(robot, motion, kTests, static_cast<std::uint64_t>(9000 + i)))
-      alarms +=
-          Parity(robot).contradiction(interval.readings, interval.bias, &model).chi2 > model.limit ? 1 : 0;
+      alarms += Parity(robot).contradiction(interval, &model).chi2 > model.limit ? 1 : 0;
     const double rate = alarms / double(kTests);
     sum += rate;
     squares += rate * rate;
@@ -300,7 +298,8 @@ TEST(Power, OfOneIntervalAndOfCumulativeSumsIsThatOfTheModel) {
   const double h = cusum_limit(2.0 / (0.1 * kP));
   const CusumChain chain(h, kCusumAllowance);
   CleanDriving driving(robot, kStraight, 3);
-  const double excess_m = parity.contradiction(driving.next(), known_bias(robot), nullptr).excess_sigma_m[1];
+  const double excess_m =
+      parity.contradiction({driving.next(), known_bias(robot)}, nullptr).excess_sigma_m[1];
   const double revolutions = excess_m / (kPi * test::kSize.diameter_m);
   const int trials = test::trials(4000, 200);
   fmt::print("  s: detected by one interval / by cumulative sums, of bursts of 1, 2, 3, 4 intervals\n");
@@ -316,7 +315,7 @@ TEST(Power, OfOneIntervalAndOfCumulativeSumsIsThatOfTheModel) {
         for (int i = 0; i < m; ++i) {
           Increment increment = driving.next();
           increment.turned[1] += s * revolutions;
-          const Contradiction c = parity.contradiction(increment, known_bias(robot), nullptr);
+          const Contradiction c = parity.contradiction({increment, known_bias(robot)}, nullptr);
           alarm = alarm || c.chi2 > limit;
           beyond = sums[0].step(c.score[1], kCusumAllowance) > h || beyond;
           beyond = sums[1].step(-c.score[1], kCusumAllowance) > h || beyond;
@@ -360,7 +359,7 @@ TEST(Cusum, RoundedCountsDoNotRaiseFalseAlarms) {
       before[w] = now;
     }
     increment.gyro_rad += random.normal(3e-4 * std::sqrt(kDuration_s));
-    const SlipVerdict verdict = detector.step(increment, known_bias(robot));
+    const SlipVerdict verdict = detector.step({increment, known_bias(robot)});
     persistent += verdict.persistent && !was ? 1 : 0;
     was = verdict.persistent;
   }

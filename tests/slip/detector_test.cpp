@@ -40,7 +40,7 @@ class Drive {
   }
   SlipVerdict step(Increment increment) {
     increment.time_s = clock_ += kDuration_s;
-    return take(detector_.step(increment, {}));
+    return take(detector_.step({increment, {}}));
   }
   std::vector<SlipEvent> events() {
     take(detector_.finish());
@@ -134,7 +134,7 @@ TEST(Detector, AnUncertainBiasIsNoPersistentSlip) {
   for (int i = 0; i < 200; ++i) {
     Increment increment = test::increment_of(differential().chassis, kForward, kDuration_s);
     increment.time_s = kDuration_s * i;
-    EXPECT_FALSE(detector.step(increment, wrong).slipping);
+    EXPECT_FALSE(detector.step({increment, wrong}).slipping);
   }
 }
 

@@ -56,6 +56,9 @@ void tell_slip(const Rows& rows, const Observability& seen, const Robot& robot, 
   }
   abilities.can.push_back(fmt::format("whether something slips: {} reading{} more than the motion needs",
                                       seen.degrees_of_freedom, seen.degrees_of_freedom == 1 ? "" : "s"));
+  if (seen.degrees_of_freedom == 1 && robot.chassis.wheel_count > 0)
+    abilities.can.emplace_back(
+        "which wheel slips, while the motion is steady: by its change against its own recent travel");
   std::vector<std::string> unchecked;
   for (const int row : seen.undetectable)
     unchecked.push_back(name_of(rows.row[static_cast<std::size_t>(row)], robot));

@@ -160,7 +160,8 @@ bool SlipDetector::accumulate(const Contradiction& c, const Increment& interval)
   return beyond;
 }
 
-SlipVerdict SlipDetector::step(const Increment& interval, const GyroBias& bias, bool command_changed) {
+SlipVerdict SlipDetector::step(const JudgedInterval& judged, bool command_changed) {
+  const Increment& interval = judged.readings;
   if (command_changed) recent_.forget();
   SlipVerdict verdict;
   verdict.limit = limit_;
@@ -171,13 +172,13 @@ SlipVerdict SlipDetector::step(const Increment& interval, const GyroBias& bias, 
     recent_.forget();
     return verdict;
   }
-  const Contradiction c = parity_.contradiction(interval, bias, options_.model ? &*options_.model : nullptr);
+  const Contradiction c = parity_.contradiction(judged, options_.model ? &*options_.model : nullptr);
   verdict.chi2 = c.chi2;
   verdict.alarm = alarms(c);
   if (options_.method == SlipMethod::general && !verdict.alarm) verdict.persistent = accumulate(c, interval);
   judge(c, interval, verdict);
   if (event_.lasts)
-    correct(c, bias, verdict);
+    correct(c, judged.bias, verdict);
   else
     recent_.add(c, interval.duration_s, parity_.wheels());
   return verdict;

@@ -89,7 +89,7 @@ class SlipDetector {
   SlipDetector(const Robot& robot, const SlipOptions& options);
 
   /// `command_changed`: the commanded motion is not that of the interval before.
-  SlipVerdict step(const Increment& interval, const GyroBias& bias, bool command_changed = false);
+  SlipVerdict step(const JudgedInterval& judged, bool command_changed = false);
   /// Ends the slip that lasts, if any.
   SlipVerdict finish();
   /// The same where the readings are interrupted: what was before is no guide.

@@ -139,11 +139,11 @@ SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& comm
   return report;
 }
 
-std::vector<CleanInterval> clean_intervals(const AlignedReadings& readings, const Robot& robot,
-                                           double interval_s) {
+std::vector<JudgedInterval> clean_intervals(const AlignedReadings& readings, const Robot& robot,
+                                            double interval_s) {
   IncrementMerger merger(interval_s);
   Odometer odometer(robot, learning_bias(robot));
-  std::vector<CleanInterval> clean;
+  std::vector<JudgedInterval> clean;
   for (std::size_t i = 0; i < readings.increments.size(); ++i) {
     if (spans_gap(readings, i)) {
       odometer.step_across_gap(readings.increments[i]);
@@ -152,7 +152,7 @@ std::vector<CleanInterval> clean_intervals(const AlignedReadings& readings, cons
     }
     odometer.step(readings.increments[i]);
     if (const auto interval = merger.add(readings.increments[i]))
-      clean.push_back({*interval, odometer.gyro_bias()});
+      clean.push_back({*interval, odometer.gyro_bias(), merger.turn_rate_change()});
   }
   return clean;
 }

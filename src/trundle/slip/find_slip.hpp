@@ -41,8 +41,8 @@ SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& comm
                      const SlipOptions& options);
 
 /// What the readings are judged by, interval by interval: for learning from a recording without slip.
-std::vector<CleanInterval> clean_intervals(const AlignedReadings& readings, const Robot& robot,
-                                           double interval_s);
+std::vector<JudgedInterval> clean_intervals(const AlignedReadings& readings, const Robot& robot,
+                                            double interval_s);
 
 /// `start_s,end_s,wheel,kind,excess_m,confidence`
 std::string to_csv(const std::vector<SlipEvent>& events, const Robot& robot);

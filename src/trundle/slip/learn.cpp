@@ -17,8 +17,13 @@ namespace {
 constexpr double kGeometryPrior = 0.05;
 constexpr int kMotions = 3;
 constexpr std::size_t kLeastSpare = 8;
+// Timing noise that is looked for, and what −2 log likelihood must gain by it: 1e-3 by chance.
+constexpr double kLeastTiming_s = 0.001;
+constexpr double kGreatestTiming_s = 0.1;
+constexpr double kTimingStep = 1.25;
+constexpr double kClearlyLikelier = 10.8;
 
-bool is_moving(const CleanInterval& interval, const Parity& parity) {
+bool is_moving(const JudgedInterval& interval, const Parity& parity) {
   if (parity.uses_gyro() && !interval.readings.has_gyro) return false;
   const auto& turned = interval.readings.turned;
   return std::any_of(turned.begin(), turned.begin() + static_cast<std::ptrdiff_t>(parity.wheels()),
@@ -88,15 +93,15 @@ void learn_limit(std::span<const ParityVector> residuals, const LearnOptions& op
 }
 
 /// The largest value that a cumulative sum reaches where nothing slips.
-double largest_sum(std::span<const CleanInterval> clean, const Parity& parity, const ResidualModel& model) {
+double largest_sum(std::span<const JudgedInterval> clean, const Parity& parity, const ResidualModel& model) {
   std::array<std::array<Cusum, 2>, kMaxWheels> sums{};
   double largest = 0.0;
-  for (const CleanInterval& interval : clean) {
+  for (const JudgedInterval& interval : clean) {
     if (!is_moving(interval, parity)) {
       sums = {};
       continue;
     }
-    const Contradiction c = parity.contradiction(interval.readings, interval.bias, &model);
+    const Contradiction c = parity.contradiction(interval, &model);
     if (c.chi2 > model.limit) continue;
     for (std::size_t i = 0; i < parity.wheels(); ++i)
       for (const int side : {0, 1})
@@ -112,31 +117,66 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-}  // namespace
+std::vector<JudgedInterval> moving_intervals(std::span<const JudgedInterval> clean, const Parity& parity) {
+  std::vector<JudgedInterval> moving;
+  for (const JudgedInterval& interval : clean)
+    if (is_moving(interval, parity)) moving.push_back(interval);
+  return moving;
+}
 
-LearnedResiduals learn_residuals(std::span<const CleanInterval> clean, const Robot& robot,
-                                 const LearnOptions& options) {
-  const Parity parity(robot);
+/// A model without limits, and how well it fits.
+struct Fit {
+  ResidualModel model;
+  std::vector<ParityVector> residuals;
+  double deviance = 0.0;  ///< −2 log likelihood, but for a constant
+};
+
+Fit fit_with(double timing_sigma_s, std::span<const JudgedInterval> moving, const Parity& parity) {
+  Fit fit;
   std::vector<Parity::Raw> raws;
   std::vector<double> durations;
-  for (const CleanInterval& interval : clean) {
-    if (!is_moving(interval, parity)) continue;
-    raws.push_back(parity.raw(interval.readings, interval.bias));
+  for (const JudgedInterval& interval : moving) {
+    raws.push_back(parity.raw(interval, timing_sigma_s));
     durations.push_back(interval.readings.duration_s);
+    fit.deviance += std::log(raws.back().covariance.determinant());
   }
+  fit.model.timing_sigma_s = timing_sigma_s;
+  fit.model.samples = raws.size();
+  fit.model.interval_s = median(durations);
+  fit.model.by_motion = regression(raws, parity);
+  fit.model.scale = scale_of(whitened(raws, fit.model));
+  fit.deviance += 2.0 * static_cast<double>(raws.size()) * fit.model.scale.diagonal().array().log().sum();
+  fit.residuals = whitened(raws, fit.model);
+  return fit;
+}
+
+/// Stamps that tremble show where the turn rate changes within an interval. They are believed to where that
+/// makes the sample clearly likelier.
+Fit best_fit(std::span<const JudgedInterval> moving, const Parity& parity) {
+  Fit best = fit_with(0.0, moving, parity);
+  const double without = best.deviance - kClearlyLikelier;
+  for (double sigma_s = kLeastTiming_s; sigma_s <= kGreatestTiming_s; sigma_s *= kTimingStep) {
+    Fit fit = fit_with(sigma_s, moving, parity);
+    if (fit.deviance < std::min(without, best.deviance)) best = std::move(fit);
+  }
+  return best;
+}
+
+}  // namespace
+
+LearnedResiduals learn_residuals(std::span<const JudgedInterval> clean, const Robot& robot,
+                                 const LearnOptions& options) {
+  const Parity parity(robot);
+  const std::vector<JudgedInterval> moving = moving_intervals(clean, parity);
   const auto d = static_cast<std::size_t>(parity.degrees_of_freedom());
-  if (raws.size() < kMotions + d + kLeastSpare)
+  if (moving.size() < kMotions + d + kLeastSpare)
     throw CannotAnswer(fmt::format("only {} moving intervals to learn from: at least {} are needed",
-                                   raws.size(), kMotions + d + kLeastSpare));
+                                   moving.size(), kMotions + d + kLeastSpare));
+  Fit fit = best_fit(moving, parity);
   LearnedResiduals learned;
-  ResidualModel& model = learned.model;
-  model.samples = raws.size();
-  model.interval_s = median(durations);
-  model.by_motion = regression(raws, parity);
-  model.scale = scale_of(whitened(raws, model));
-  const std::vector<ParityVector> residuals = whitened(raws, model);
+  learned.model = fit.model;
   for (Eigen::Index k = 0; k < static_cast<Eigen::Index>(d); ++k) {
-    const std::vector<double> sample = component(residuals, k);
+    const std::vector<double> sample = component(fit.residuals, k);
     // One of d tests, so that all together have the significance that was asked for.
     const NormalityTest test =
         test_normality(moments_of(sample), options.significance / static_cast<double>(d));
@@ -144,22 +184,22 @@ LearnedResiduals learn_residuals(std::span<const CleanInterval> clean, const Rob
     if (k == 0 || worst(test) > worst(learned.normality)) learned.normality = test;
     learned.sample.insert(learned.sample.end(), sample.begin(), sample.end());
   }
-  model.empirical = learned.normality.rejected;
-  learn_limit(residuals, options, model);
-  model.persistent_limit = largest_sum(clean, parity, model);
+  learned.model.empirical = learned.normality.rejected;
+  learn_limit(fit.residuals, options, learned.model);
+  learned.model.persistent_limit = largest_sum(clean, parity, learned.model);
   return learned;
 }
 
-LearnedBand learn_band(std::span<const CleanInterval> clean, const Robot& robot,
+LearnedBand learn_band(std::span<const JudgedInterval> clean, const Robot& robot,
                        const LearnOptions& options) {
   const SlipDetector detector(robot, {.method = SlipMethod::published, .probability = options.probability});
   LearnedBand learned;
   std::vector<double> durations;
   double least = std::numeric_limits<double>::infinity();
   double greatest = 0.0;
-  for (const CleanInterval& interval : clean) {
+  for (const JudgedInterval& interval : clean) {
     if (detector.status_of(interval.readings) != SlipStatus::judged) continue;
-    const Contradiction c = detector.parity().contradiction(interval.readings, interval.bias, nullptr);
+    const Contradiction c = detector.parity().contradiction(interval, nullptr);
     learned.sample.push_back(detector.delta(c));
     durations.push_back(interval.readings.duration_s);
     const double speed = std::abs(0.5 * (c.travel[0] + c.travel[1])) / interval.readings.duration_s;

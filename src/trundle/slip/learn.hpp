@@ -7,12 +7,6 @@
 
 namespace trundle {
 
-/// An interval of a clean recording, and what was known of the gyro's bias then.
-struct CleanInterval {
-  Increment readings;
-  GyroBias bias;
-};
-
 /// How to learn.
 struct LearnOptions {
   double probability = 0.01;  ///< for which the limit is wanted
@@ -29,7 +23,7 @@ struct LearnedResiduals {
 
 /// The mean (from the geometry) and the covariance of what the rows contradict each other by in moving
 /// intervals: docs/slip.md, eq. 12 and 13. Throws CannotAnswer where there are too few.
-LearnedResiduals learn_residuals(std::span<const CleanInterval> clean, const Robot& robot,
+LearnedResiduals learn_residuals(std::span<const JudgedInterval> clean, const Robot& robot,
                                  const LearnOptions& options);
 
 /// δ in the intervals of nearly straight driving, and the band that follows: docs/slip.md, eq. 1 and 4.
@@ -37,6 +31,7 @@ struct LearnedBand {
   Band band;
   std::vector<double> sample;  ///< δ [rad]
 };
-LearnedBand learn_band(std::span<const CleanInterval> clean, const Robot& robot, const LearnOptions& options);
+LearnedBand learn_band(std::span<const JudgedInterval> clean, const Robot& robot,
+                       const LearnOptions& options);
 
 }  // namespace trundle

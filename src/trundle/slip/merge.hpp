@@ -13,8 +13,10 @@ class IncrementMerger {
 
   /// The merged interval, when this increment completes it. It has a gyro only where all its parts have.
   std::optional<Increment> add(const Increment& increment) {
+    const double turn_rate = increment.duration_s > 0.0 ? increment.gyro_rad / increment.duration_s : 0.0;
     if (parts_ == 0) {
       merged_ = increment;
+      first_turn_rate_ = turn_rate;
     } else {
       merged_.time_s = increment.time_s;
       merged_.duration_s += increment.duration_s;
@@ -23,12 +25,16 @@ class IncrementMerger {
       for (std::size_t i = 0; i < merged_.turned.size(); ++i) merged_.turned[i] += increment.turned[i];
     }
     ++parts_;
+    turn_rate_change_ = turn_rate - first_turn_rate_;
     // Half an increment early rather than half an increment late.
     if (merged_.duration_s + 0.5 * merged_.duration_s / parts_ < interval_s_ && parts_ < kMostParts)
       return std::nullopt;
     parts_ = 0;
     return merged_;
   }
+
+  /// How much the turn rate changed within the last interval, as the gyro reads it [rad/s].
+  double turn_rate_change() const { return turn_rate_change_; }
 
   /// Forgets what was added since the last interval was complete.
   void reset() { parts_ = 0; }
@@ -39,6 +45,8 @@ class IncrementMerger {
  private:
   double interval_s_;
   int parts_ = 0;
+  double first_turn_rate_ = 0.0;
+  double turn_rate_change_ = 0.0;
   Increment merged_;
 };
 

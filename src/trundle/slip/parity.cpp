@@ -48,7 +48,9 @@ Parity::Parity(const Robot& robot)
   if (chassis_.gyro) gyro_scale_ = chassis_.gyro->scale;
 }
 
-Parity::Raw Parity::raw(const Increment& increment, const GyroBias& bias) const {
+Parity::Raw Parity::raw(const JudgedInterval& interval, double timing_sigma_s) const {
+  const Increment& increment = interval.readings;
+  const GyroBias& bias = interval.bias;
   Raw raw;
   raw.readings = readings_of(chassis_, rows_, increment);
   Readings& readings = raw.readings;
@@ -56,6 +58,8 @@ Parity::Raw Parity::raw(const Increment& increment, const GyroBias& bias) const 
     const double bias_turn = gyro_scale_ * increment.duration_s;
     readings.z[rows_.measured - 1] += (chassis_.gyro->bias_rad_s - bias.rad_s) * bias_turn;
     readings.variance[rows_.measured - 1] += bias.variance * bias_turn * bias_turn;
+    const double jitter = timing_sigma_s * interval.turn_rate_change_rad_s;
+    readings.variance[rows_.measured - 1] += jitter * jitter;
   }
   const auto measured = readings.z.head(rows_.measured);
   raw.y = combinations_.transpose() * measured;
@@ -65,9 +69,8 @@ Parity::Raw Parity::raw(const Increment& increment, const GyroBias& bias) const 
   return raw;
 }
 
-Contradiction Parity::contradiction(const Increment& increment, const GyroBias& bias,
-                                    const ResidualModel* model) const {
-  const Raw raw = this->raw(increment, bias);
+Contradiction Parity::contradiction(const JudgedInterval& interval, const ResidualModel* model) const {
+  const Raw raw = this->raw(interval, model ? model->timing_sigma_s : 0.0);
   const Eigen::LLT<ParityMatrix> cholesky(raw.covariance);
   const auto whiten = [&](auto&& x) {
     cholesky.matrixL().solveInPlace(x);
@@ -83,7 +86,7 @@ Contradiction Parity::contradiction(const Increment& increment, const GyroBias& 
   ParityVector by_bias = ParityVector::Zero(result.e.size());
   if (chassis_.gyro) {
     by_bias = combinations_.row(rows_.measured - 1).transpose() *
-              (std::sqrt(bias.variance) * gyro_scale_ * increment.duration_s);
+              (std::sqrt(interval.bias.variance) * gyro_scale_ * interval.readings.duration_s);
     whiten(by_bias);
     result.gyro_rad = raw.readings.z[rows_.measured - 1];
     result.gyro_sigma_rad = std::sqrt(raw.readings.variance[rows_.measured - 1]);

@@ -14,10 +14,18 @@ using MotionToParity = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxParity, 3
 using WheelDirections = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxParity, kMaxWheels>;
 using PerWheel = std::array<double, kMaxWheels>;
 
+/// What is judged at once: readings added up, and what was known when they were complete.
+struct JudgedInterval {
+  Increment readings;
+  GyroBias bias;
+  double turn_rate_change_rad_s = 0.0;  ///< from the first of the readings to the last
+};
+
 /// What clean recordings taught of the residuals of a chassis: docs/slip.md, eq. 12 and 13.
 struct ResidualModel {
   MotionToParity by_motion;  ///< mean of the residual per unit of twist: what is wrong in the geometry
   ParityMatrix scale;  ///< lower L with L Lᵀ = covariance of the residuals whitened by the robot's noise
+  double timing_sigma_s = 0.0;    ///< of the gyro's stamps against the wheels'
   std::size_t samples = 0;        ///< intervals it was learned from
   double interval_s = 0.0;        ///< their length
   double limit = 0.0;             ///< of χ² at the probability it was learned for
@@ -54,8 +62,7 @@ class Parity {
   const Chassis& chassis() const { return chassis_; }
 
   /// Where the robot has a gyro the interval must have it. `model`: learned, or none.
-  Contradiction contradiction(const Increment& increment, const GyroBias& bias,
-                              const ResidualModel* model) const;
+  Contradiction contradiction(const JudgedInterval& interval, const ResidualModel* model) const;
   /// y = Pᵀ z and its covariance before any learning, and the twist: for learning.
   struct Raw {
     ParityVector y;
@@ -63,7 +70,7 @@ class Parity {
     Vector3 twist;
     Readings readings;
   };
-  Raw raw(const Increment& increment, const GyroBias& bias) const;
+  Raw raw(const JudgedInterval& interval, double timing_sigma_s) const;
   /// Sizes of the columns of H, by which geometry errors of so many percent are compared.
   const Vector3& size() const { return size_; }
 

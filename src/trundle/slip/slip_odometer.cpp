@@ -14,7 +14,8 @@ std::optional<SlipVerdict> SlipOdometer::step(const Increment& increment, bool c
   odometer_.step(corrected(increment, applied_, detector_.parity().chassis()));
   const std::optional<Increment> interval = merger_.add(increment);
   if (!interval) return std::nullopt;
-  const SlipVerdict verdict = detector_.step(*interval, odometer_.gyro_bias(), command_changed_);
+  const SlipVerdict verdict =
+      detector_.step({*interval, odometer_.gyro_bias(), merger_.turn_rate_change()}, command_changed_);
   if (verdict.correction != applied_) redo(verdict.correction);
   part_count_ = 0;
   command_changed_ = false;
