@@ -20,7 +20,16 @@ double distance_from_slip(double change, double excess, bool spins) {
 
 }  // namespace
 
+bool RecentTravel::jumps(const Contradiction& interval, double duration_s, std::size_t wheels) const {
+  for (std::size_t i = 0; intervals_ > 0 && i < wheels; ++i) {
+    const Change c = change(i, interval, duration_s);
+    if (std::abs(c.value) > kJump * std::max(c.sigma, kRipple * std::abs(interval.travel[i]))) return true;
+  }
+  return false;
+}
+
 void RecentTravel::add(const Contradiction& interval, double duration_s, std::size_t wheels) {
+  if (jumps(interval, duration_s, wheels)) forget();
   intervals_ = std::min(intervals_ + 1, kMemory);
   const double gain = std::max(kGain, 1.0 / intervals_);
   // The first interval has nothing to be compared with.

@@ -31,9 +31,14 @@ class RecentTravel {
                 std::size_t wheels) const;
 
  private:
+  /// The robot took another speed: what was before is no guide.
+  bool jumps(const Contradiction& interval, double duration_s, std::size_t wheels) const;
+
   static constexpr int kLeast = 3;
   static constexpr int kMemory = 8;
-  static constexpr double kGain = 0.5;         ///< of the latest interval: speeds drift
+  static constexpr double kGain = 0.5;     ///< of the latest interval: speeds drift
+  static constexpr double kJump = 4.0;     ///< sigmas
+  static constexpr double kRipple = 0.05;  ///< of its travel, by which a wheel's speed may vary at any time
   static constexpr double kOutstanding = 3.0;  ///< sigmas
 
   int intervals_ = 0;
