@@ -39,6 +39,7 @@ void print(const Common& common, const nlohmann::ordered_json& document, const s
 void add_calibrate(CLI::App& app);
 void add_umbmark(CLI::App& app);
 void add_odometry(CLI::App& app);
+void add_slam(CLI::App& app);
 void add_evaluate(CLI::App& app);
 void add_simulate(CLI::App& app);
 void add_info(CLI::App& app);

@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
   add_calibrate(app);
   add_umbmark(app);
   add_odometry(app);
+  add_slam(app);
   add_evaluate(app);
   add_simulate(app);
   add_report(app);

@@ -17,7 +17,7 @@ struct DenseEkf {
 
   Pose2 pose() const { return {x[0], x[1], x[2]}; }
 
-  void predict(const GaussianPose& motion) {
+  void predict(const Motion& motion) {
     const Eigen::Index n = x.size();
     const Pose2 after = pose() * motion.mean;
     Eigen::MatrixXd F = Eigen::MatrixXd::Identity(n, n);

@@ -45,8 +45,9 @@ TEST(Steps, ComposeToTheOdometry) {
   const Pose2 error = odometry.trajectory.poses.back().pose.inverse() * end_of(input);
   EXPECT_LT(error.translation().norm(), 1e-9);
   EXPECT_NEAR(error.heading, 0.0, 1e-9);
-  GaussianPose sum;
-  for (const SlamStep& step : input.steps) sum = sum * step.motion;
+  Motion motion;
+  for (const SlamStep& step : input.steps) motion = motion * step.motion;
+  const GaussianPose sum{motion.mean, motion.covariance};
   const Matrix3 expected = odometry.white_covariances.back();
   // Each cut adds the floors of the readings' noise once more.
   EXPECT_LT((world_covariance(sum) - expected).norm(), 1e-3 * expected.norm());

@@ -25,6 +25,7 @@ struct SlamWorldOptions {
   double sigma_across_m = 0.004;
   double sigma_turn_rad = 0.01;
   std::uint64_t seed = 1;
+  Systematic systematic = Systematic::Zero();  ///< what the odometry does wrong
 };
 
 inline std::vector<Observation> look_around(const SlamWorld& world, const Pose2& pose, Random& random) {
@@ -54,9 +55,11 @@ inline SlamWorld slam_world(const SlamWorldOptions& options = {}) {
   for (int k = 0; k < options.steps; ++k) {
     const Twist2 error{random.normal(options.sigma_along_m), random.normal(options.sigma_across_m),
                        random.normal(options.sigma_turn_rad)};
-    pose = pose * exp(twist) * exp(error);
+    const Twist2 true_twist{twist.dx * (1.0 + options.systematic[0]), 0.0,
+                            twist.dtheta * (1.0 + options.systematic[1]) + twist.dx * options.systematic[2]};
+    pose = pose * exp(true_twist) * exp(error);
     world.truth.push_back(pose);
-    world.steps.push_back({0.1 * (k + 1), {exp(twist), covariance}, look_around(world, pose, random)});
+    world.steps.push_back({0.1 * (k + 1), motion_of(twist, covariance), look_around(world, pose, random)});
   }
   return world;
 }

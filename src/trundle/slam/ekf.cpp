@@ -8,7 +8,7 @@
 namespace trundle {
 namespace {
 
-constexpr Eigen::Index kFirstCapacity = 3 + 2 * 32;
+constexpr Eigen::Index kFirstCapacity = 6 + 2 * 32;
 
 Matrix2 block_of(const Eigen::MatrixXd& S, std::size_t k) {
   return S.block<2, 2>(2 * static_cast<Eigen::Index>(k), 2 * static_cast<Eigen::Index>(k));
@@ -18,17 +18,25 @@ Matrix3 full(const Eigen::MatrixXd& lower) {
   return Matrix3(lower.topLeftCorner<3, 3>().selfadjointView<Eigen::Lower>());
 }
 
+Matrix3 world_from_body_axes(const Pose2& pose) {
+  Matrix3 R = Matrix3::Identity();
+  R.topLeftCorner<2, 2>() = rotation(pose.heading);
+  return R;
+}
+
 }  // namespace
 
 EkfSlam::EkfSlam(const LandmarkSensor& sensor, const EkfSlamOptions& options)
     : body_from_sensor_(sensor.body_from_sensor), R_(reading_covariance(sensor)), gate_(options.gate) {
   mean_ = Eigen::VectorXd::Zero(kFirstCapacity);
   P_ = Eigen::MatrixXd::Zero(kFirstCapacity, kFirstCapacity);
-  mean_.head<3>() << options.start.x, options.start.y, options.start.heading;
-  P_.topLeftCorner<3, 3>() = options.start_covariance;
+  const SlamPrior& prior = options.prior;
+  mean_.head<3>() << prior.start.x, prior.start.y, prior.start.heading;
+  P_.topLeftCorner<3, 3>() = prior.start_covariance;
+  P_.block<3, 3>(3, 3) = prior.systematic_sigma.cwiseAbs2().asDiagonal();
 }
 
-const StepReport& EkfSlam::step(const GaussianPose& motion, std::span<const Observation> observations) {
+const StepReport& EkfSlam::step(const Motion& motion, std::span<const Observation> observations) {
   predict(motion);
   report_.observations.assign(observations.size(), {});
   std::vector<std::size_t> open;
@@ -53,17 +61,26 @@ const StepReport& EkfSlam::step(const GaussianPose& motion, std::span<const Obse
 }
 
 /// Eq. 5. Landmarks stay where they are: of their part only the covariance with the pose changes.
-void EkfSlam::predict(const GaussianPose& motion) {
+void EkfSlam::predict(const Motion& motion) {
   const Pose2 before = pose();
-  const Pose2 after = before * motion.mean;
+  const Vector3 s = mean_.segment<3>(3);
+  const Pose2 after = before * motion.mean * exp(Twist2::from(motion.by_systematic * s));
+  const Matrix3 R = world_from_body_axes(after);
   Matrix3 F = Matrix3::Identity();
   F(0, 2) = -(after.y - before.y);
   F(1, 2) = after.x - before.x;
-  const Matrix3 Q = world_covariance({after, motion.covariance});
-  const Matrix3 pose_covariance = F * full(P_) * F.transpose() + Q;
-  const Index rest = size_ - 3;
-  P_.block(3, 0, rest, 3) = (P_.block(3, 0, rest, 3) * F.transpose()).eval();
-  P_.topLeftCorner<3, 3>() = pose_covariance;
+  const Matrix3 W = R * motion.by_systematic;
+  const Matrix3 of_pose = full(P_);
+  const Matrix3 of_systematic = P_.block<3, 3>(3, 3).selfadjointView<Eigen::Lower>();
+  const Matrix3 mixed = P_.block<3, 3>(3, 0);  // systematic by pose
+  const Matrix3 pose_with_systematic = F * mixed.transpose() + W * of_systematic;
+  P_.topLeftCorner<3, 3>() = F * (of_pose * F.transpose() + mixed.transpose() * W.transpose()) +
+                             W * (mixed * F.transpose() + of_systematic * W.transpose()) +
+                             R * motion.covariance * R.transpose();
+  P_.block<3, 3>(3, 0) = pose_with_systematic.transpose();
+  const Index rest = size_ - kBody;
+  P_.block(kBody, 0, rest, 3) =
+      (P_.block(kBody, 0, rest, 3) * F.transpose() + P_.block(kBody, 3, rest, 3) * W.transpose()).eval();
   mean_.head<3>() << after.x, after.y, after.heading;
 }
 
@@ -120,7 +137,7 @@ void EkfSlam::keep_gated(std::vector<Match>& matches, Eigen::MatrixXd& PHt, Eige
     const Match& match = matches[k];
     const double nis = match.innovation.dot(block_of(S, k).llt().solve(match.innovation));
     const bool passes = nis <= gate_;
-    const auto landmark = static_cast<std::size_t>((match.at - 3) / 2);
+    const auto landmark = static_cast<std::size_t>((match.at - kBody) / 2);
     report_.observations[match.observation] = {passes ? Decision::matched : Decision::rejected,
                                                passes ? static_cast<LandmarkId>(landmark) : kUnknownLandmark,
                                                match.innovation, nis};
@@ -187,12 +204,13 @@ Pose2 EkfSlam::pose() const {
   return {mean_[0], mean_[1], mean_[2]};
 }
 
-Matrix3 EkfSlam::pose_covariance() const {
-  return full(P_);
+PoseEstimate EkfSlam::estimate() const {
+  return {pose(), full(P_), mean_.segment<3>(3),
+          Matrix3(P_.block<3, 3>(3, 3).selfadjointView<Eigen::Lower>())};
 }
 
 MappedLandmark EkfSlam::landmark(std::size_t index) const {
-  const Index at = 3 + 2 * static_cast<Index>(index);
+  const Index at = kBody + 2 * static_cast<Index>(index);
   return {ids_[index], mean_.segment<2>(at), Matrix2(P_.block<2, 2>(at, at).selfadjointView<Eigen::Lower>()),
           sightings_[index]};
 }

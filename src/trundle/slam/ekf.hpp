@@ -3,28 +3,25 @@
 #include <span>
 #include <vector>
 
-#include "trundle/geometry/gaussian.hpp"
 #include "trundle/slam/report.hpp"
 
 namespace trundle {
 
 struct EkfSlamOptions {
-  Pose2 start;
-  Matrix3 start_covariance = Matrix3::Zero();  ///< of (x, y, heading) in world axes
-  double gate = kDefaultGate;                  ///< a sighting whose squared innovation is above is rejected
+  SlamPrior prior = {};
+  double gate = kDefaultGate;  ///< a sighting whose squared innovation is above is rejected
 };
 
-/// Pose and landmarks as one Gaussian: mean (x, y, heading, x_1, y_1, ...) and joint covariance, of which
-/// only the lower triangle is kept. All sightings of a step are one update, so that each entry of the
-/// covariance is touched once. Equations: docs/slam.md.
+/// Pose, systematic errors of the odometry and landmarks as one Gaussian: mean (x, y, heading, s, x_1, y_1,
+/// ...) and joint covariance, of which only the lower triangle is kept. All sightings of a step are one
+/// update, so that each entry of the covariance is touched once. Equations: docs/slam.md.
 class EkfSlam {
  public:
   EkfSlam(const LandmarkSensor& sensor, const EkfSlamOptions& options);
 
-  const StepReport& step(const GaussianPose& motion, std::span<const Observation> observations);
+  const StepReport& step(const Motion& motion, std::span<const Observation> observations);
 
-  Pose2 pose() const;
-  Matrix3 pose_covariance() const;  ///< of (x, y, heading) in world axes
+  PoseEstimate estimate() const;
   std::size_t landmarks() const { return ids_.size(); }
   MappedLandmark landmark(std::size_t index) const;
   /// The whole joint covariance.
@@ -40,7 +37,8 @@ class EkfSlam {
     Vector2 innovation;
   };
 
-  void predict(const GaussianPose& motion);
+  Pose2 pose() const;
+  void predict(const Motion& motion);
   std::vector<Match> matches_of(std::span<const Observation> observations, std::vector<std::size_t>& open);
   void update(std::vector<Match> matches);
   Eigen::MatrixXd cross_covariance(const std::vector<Match>& matches) const;
@@ -53,7 +51,8 @@ class EkfSlam {
   Pose2 body_from_sensor_;
   Matrix2 R_;
   double gate_;
-  Index size_ = 3;
+  static constexpr Index kBody = 6;  ///< pose and systematic errors
+  Index size_ = kBody;
   Eigen::VectorXd mean_;
   Eigen::MatrixXd P_;  ///< its first size_ rows and columns count, below the diagonal
   std::vector<LandmarkId> ids_;

@@ -7,6 +7,9 @@ namespace {
 
 // A landmark on top of the sensor has no bearing: it is taken to be this far away.
 constexpr double kLeastRange_m = 1e-6;
+// Beyond these no reading means anything, and squares of it would overflow.
+constexpr double kMostRange_m = 1e6;
+constexpr double kMostBearing_rad = 1e3;
 
 /// ∂(R b)/∂heading: a lever turned by a quarter.
 Vector2 turned(const Vector2& lever) {
@@ -16,8 +19,9 @@ Vector2 turned(const Vector2& lever) {
 }  // namespace
 
 bool is_valid(const Observation& observation) {
-  return std::isfinite(observation.range_m) && observation.range_m > 0.0 &&
-         std::isfinite(observation.bearing_rad);
+  // Comparisons that not-a-number fails.
+  return observation.range_m >= kLeastRange_m && observation.range_m <= kMostRange_m &&
+         std::abs(observation.bearing_rad) <= kMostBearing_rad;
 }
 
 // Eq. 2 and 3.

@@ -19,7 +19,7 @@ struct Observation {
   double bearing_rad = 0.0;  ///< in the sensor's frame, counter-clockwise
 };
 
-/// Finite, and ahead of the sensor: range > 0.
+/// A range from 1 µm to 1000 km and a bearing of at most 1000 rad: no NaN, nothing infinite or negative.
 bool is_valid(const Observation& observation);
 
 using Matrix23 = Eigen::Matrix<double, 2, 3>;

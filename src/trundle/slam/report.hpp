@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "trundle/slam/motion.hpp"
 #include "trundle/slam/observation.hpp"
 
 namespace trundle {
@@ -27,6 +28,21 @@ struct StepReport {
   std::vector<ObservationReport> observations;  ///< as they were given
   double effective_particles = 0.0;             ///< 1/Σw² before resampling; 0: the filter has no particles
   bool resampled = false;
+};
+
+/// Where the robot is, and what its odometry does wrong.
+struct PoseEstimate {
+  Pose2 pose;
+  Matrix3 covariance = Matrix3::Zero();  ///< of (x, y, heading) in world axes
+  Systematic systematic = Systematic::Zero();
+  Matrix3 systematic_covariance = Matrix3::Zero();
+};
+
+/// What a filter knows at the start.
+struct SlamPrior {
+  Pose2 start = {};
+  Matrix3 start_covariance = Matrix3::Zero();        ///< of (x, y, heading) in world axes
+  Systematic systematic_sigma = Systematic::Zero();  ///< 1σ of the odometry's errors; 0: it has none
 };
 
 /// One landmark of a map.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -48,24 +49,24 @@ class MotionSum {
  public:
   explicit MotionSum(const Robot& robot) : odometer_(robot, {}) {}
 
+  /// Each interval starts from certainty, and so does the gyro's bias.
   void add(const Increment& increment, bool bridged) {
+    OdometerState fresh;
+    fresh.turn_rate_rad_s = odometer_.state().turn_rate_rad_s;
+    odometer_.resume(fresh);
     if (bridged)
       odometer_.step_across_gap(increment);
     else
       odometer_.step(increment);
-  }
-  /// The motion since the last call. The next one starts from certainty, and so does the gyro's bias.
-  GaussianPose take() {
     const Pose2 mean = odometer_.pose();
-    const GaussianPose motion{mean, body_covariance(mean, odometer_.white_covariance())};
-    OdometerState fresh;
-    fresh.turn_rate_rad_s = odometer_.state().turn_rate_rad_s;
-    odometer_.resume(fresh);
-    return motion;
+    sum_ = sum_ * motion_of(log(mean), body_covariance(mean, odometer_.white_covariance()));
   }
+  /// The motion since the last call.
+  Motion take() { return std::exchange(sum_, {}); }
 
  private:
   Odometer odometer_;
+  Motion sum_;
 };
 
 /// Goes through increments and sightings side by side.
@@ -163,7 +164,7 @@ void require_names(const Recording& recording) {
   for (const Sighting& sighting : recording.sightings)
     if (sighting.landmark.empty())
       throw InputError(recording.name, fmt::format("the sighting at {} s names no landmark", sighting.time_s),
-                       "a name, or --unknown-ids");
+                       "a landmark's name in every row");
 }
 
 }  // namespace

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "trundle/geometry/gaussian.hpp"
 #include "trundle/recording/increments.hpp"
+#include "trundle/slam/motion.hpp"
 #include "trundle/slam/observation.hpp"
 
 namespace trundle {
@@ -12,8 +12,7 @@ namespace trundle {
 /// What a filter is given at once: how the body moved since the step before, and what it sees at the end.
 struct SlamStep {
   double time_s = 0.0;
-  GaussianPose
-      motion;  ///< body at the step before from body now; truth = mean · exp(e), e ~ N(0, covariance)
+  Motion motion;                          ///< since the step before
   std::vector<Observation> observations;  ///< all of one instant
 };
 
