@@ -25,6 +25,7 @@ int main(int argc, char** argv) {
   add_install_angle(app);
   add_odometry(app);
   add_slip(app);
+  add_slam(app);
   add_evaluate(app);
   add_simulate(app);
   add_report(app);

@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <memory>
 
@@ -10,6 +8,8 @@
 #include "trundle/odometry/integrate.hpp"
 
 #include "command.hpp"
+#include "problem_output.hpp"
+#include "start_pose.hpp"
 
 namespace trundle::app {
 namespace {
@@ -23,24 +23,6 @@ struct Options {
   std::string output;
   Common common;
 };
-
-[[noreturn]] void refuse_start(const std::string& text) {
-  throw CLI::ValidationError("--start",
-                             fmt::format("'{}' is not three numbers X,Y,DEG [m, m, degrees]", text));
-}
-
-Pose2 pose_from(const std::string& text) {
-  std::array<double, 3> number{};
-  const char* at = text.data();
-  const char* end = at + text.size();
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto [next, error] = std::from_chars(at, end, number[i]);
-    const bool separated = i == 2 ? next == end : next != end && *next == ',';
-    if (error != std::errc{} || !separated || !std::isfinite(number[i])) refuse_start(text);
-    at = next + 1;
-  }
-  return {number[0], number[1], radians(number[2])};
-}
 
 Provenance provenance_of(const Options& options, const Recording& recording) {
   Provenance provenance{recording.inputs, {{"start", options.start}}, std::nullopt};
@@ -71,14 +53,6 @@ nlohmann::ordered_json to_json(const Sigmas& sigmas) {
   return {{"x_m", sigmas.x_m}, {"y_m", sigmas.y_m}, {"heading_rad", sigmas.heading_rad}};
 }
 
-nlohmann::ordered_json to_json(const Problem& problem) {
-  return {{"severity", problem.severity == Severity::warning ? "warning" : "note"},
-          {"kind", problem.kind},
-          {"place", problem.place},
-          {"count", problem.count},
-          {"message", problem.message}};
-}
-
 nlohmann::ordered_json document_of(const Provenance& provenance, const IntegratedOdometry& odometry) {
   const StampedPose& end = odometry.trajectory.poses.back();
   nlohmann::ordered_json document = app::to_json(provenance);
@@ -99,7 +73,7 @@ nlohmann::ordered_json document_of(const Provenance& provenance, const Integrate
                              {"sigma_rad_s", std::sqrt(odometry.end_gyro_bias.variance)}};
   document["bridged_gaps"] = odometry.bridged;
   document["problems"] = nlohmann::ordered_json::array();
-  for (const Problem& problem : odometry.problems) document["problems"].push_back(to_json(problem));
+  for (const Problem& problem : odometry.problems) document["problems"].push_back(app::to_json(problem));
   return document;
 }
 
@@ -127,9 +101,7 @@ std::string text_of(const IntegratedOdometry& odometry) {
     text += fmt::format("gyro bias {:.6f} ± {:.6f} rad/s, {}\n", bias.rad_s, std::sqrt(bias.variance),
                         odometry.rest_s > 0.0 ? fmt::format("learned in {:.1f} s at rest", odometry.rest_s)
                                               : "as the robot file says: it never rests");
-  for (const Problem& problem : odometry.problems)
-    text += fmt::format("{}: {}: {}\n", problem.severity == Severity::warning ? "warning" : "note",
-                        problem.place, problem.message);
+  for (const Problem& problem : odometry.problems) text += app::line_of(problem);
   return text;
 }
 
@@ -142,7 +114,7 @@ std::vector<TrackOnGround> tracks_of(const Recording& recording, const Robot& ro
 }
 
 void run(const Options& options) {
-  const Pose2 start = pose_from(options.start);
+  const Pose2 start = start_pose_from(options.start);
   const Robot robot = read_robot(options.robot);
   const Recording recording = read_recording(options.recording, {.robot_number = options.robot_number});
   IntegratedOdometry odometry = integrate(recording, robot, {.start = start, .smooth = options.smooth});

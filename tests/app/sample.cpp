@@ -75,6 +75,18 @@ ccw,-0.329740,0.476954,-22.297304,2.000125
 ccw,-0.345931,0.484182,-22.518853,1.999797
 )";
 
+// On the first side of the square: two landmarks ahead of it, one to the left.
+constexpr const char* kSightings = R"(time_s,landmark,range_m,bearing_rad
+0.5,a,2.75,0.0
+0.5,"b, left",1.03,1.816
+1.0,a,2.5,0.001
+1.0,"b, left",1.0,1.571
+1.02,c,1.5,-0.5
+1.5,a,2.25,-0.001
+1.5,"b, left",1.03,1.326
+1.5,c,1.27,-0.6
+)";
+
 /// Drives the true robot and notes what its encoders and a perfect reference say.
 struct Run {
   std::string wheels = "time_s,left_ticks,right_ticks\n";
@@ -159,11 +171,16 @@ Sample::Sample() : folder_(fresh_folder()) {
   write_file(folder_ / "with_gyro.toml", std::string(kRobot) + "[gyro]\n");
   write_file(folder_ / "slippery.toml", kSlippery);
   write_file(folder_ / "sheet.csv", kSheet);
+  write_file(folder_ / "sighted.toml", std::string(kRobot) + "[landmark_sensor]\n");
   write_run(folder_ / "cw", square(-1.0));
   write_run(folder_ / "ccw", square(1.0));
   write_file(folder_ / "blind/wheels.csv", square(1.0).wheels);
   write_file(folder_ / "pods.toml", kPods);
   write_l_run(folder_ / "l_run");
+  write_file(folder_ / "seen/wheels.csv", square(1.0).wheels);
+  write_file(folder_ / "seen/sightings.csv", kSightings);
+  write_file(folder_ / "unnamed/wheels.csv", square(1.0).wheels);
+  write_file(folder_ / "unnamed/sightings.csv", "time_s,landmark,range_m,bearing_rad\n1,,2,0.1\n");
   write_file(folder_ / "later.csv", "time_s,x_m,y_m,heading_rad\n1000,0,0,0\n1001,1,0,0\n");
   std::filesystem::create_directory(folder_ / "empty");
 }

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <vector>
+
+namespace trundle {
+
+/// Who descends from whom, so that resampling copies nothing: columns of numbers by particle stay as they
+/// were at some epoch, and are gathered when they are next needed. An epoch lasts from one resampling to the
+/// next.
+///
+/// Parents are ascending (systematic resampling keeps the order), hence so is every map from particles to
+/// their ancestors, and a map is a few runs of particles with the same ancestor. Their number falls as
+/// families die out, about as 2N over the generations: all maps together cost little, however old they are.
+class Ancestry {
+ public:
+  using Epoch = std::uint64_t;
+  using Index = std::uint32_t;
+  /// Particles from `first` on, up to the next run, descend from `ancestor`.
+  struct Run {
+    Index first;
+    Index ancestor;
+  };
+
+  explicit Ancestry(std::size_t particles);
+
+  Epoch now() const { return now_; }
+  std::size_t particles() const { return particles_; }
+
+  /// Columns of an epoch are kept track of while somebody holds it.
+  void hold(Epoch epoch);
+  void release(Epoch epoch);
+
+  /// Particle i continues parents[i]; `parents` must ascend. A new epoch begins.
+  void resample(std::span<const Index> parents);
+
+  /// The map from today's particles to those of a held epoch.
+  std::span<const Run> runs(Epoch epoch) const;
+  Index ancestor(Epoch epoch, Index particle) const;
+  /// How many particles of a held epoch have descendants.
+  std::size_t survivors(Epoch epoch) const;
+
+  /// column[i] ← column[ancestor of i]: brings a column of a held epoch up to now.
+  void gather(Epoch epoch, std::span<double> column);
+
+ private:
+  struct Generation {
+    std::vector<Run> runs;  ///< empty: everyone is his own ancestor
+    std::size_t holders = 0;
+  };
+  void descend(Generation& generation, bool is_youngest) const;
+
+  std::size_t particles_;
+  Epoch now_ = 0;
+  std::map<Epoch, Generation> generations_;  ///< those held
+  std::vector<Index> first_child_;           ///< of each particle of the epoch before, and an end
+  std::vector<double> scratch_;
+};
+
+}  // namespace trundle

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+
+#include <Eigen/Core>
+
+#include "trundle/chassis/robot.hpp"
+#include "trundle/geometry/pose2.hpp"
+
+namespace trundle {
+
+using LandmarkId = std::int32_t;
+inline constexpr LandmarkId kUnknownLandmark = -1;
+
+/// One reading of the landmark sensor, and what is known of which landmark it shows.
+struct Observation {
+  LandmarkId landmark = kUnknownLandmark;  ///< >= 0: the caller's own number of it
+  double range_m = 0.0;
+  double bearing_rad = 0.0;  ///< in the sensor's frame, counter-clockwise
+};
+
+/// A range from 1 µm to 1000 km and a bearing of at most 1000 rad: no NaN, nothing infinite or negative.
+bool is_valid(const Observation& observation);
+
+using Matrix23 = Eigen::Matrix<double, 2, 3>;
+
+/// What the sensor should read of a landmark, (range, bearing), and how that changes. docs/slam.md, eq. 2, 3.
+struct ExpectedReading {
+  double range_m = 0.0;
+  double bearing_rad = 0.0;
+  Matrix23 by_pose;     ///< by (x, y, heading) of the body in world axes
+  Matrix2 by_landmark;  ///< by its position in the world
+};
+ExpectedReading expected_reading(const Pose2& world_from_body, const Pose2& body_from_sensor,
+                                 const Vector2& landmark_in_world);
+
+/// Reading minus expectation (range, bearing), the bearing wrapped: a landmark behind the sensor is no
+/// special case.
+Vector2 innovation_of(const Observation& observation, const ExpectedReading& expected);
+
+/// Where the landmark of a reading is, and how that changes. Eq. 4.
+struct SightedLandmark {
+  Vector2 in_world;
+  Matrix23 by_pose;    ///< by (x, y, heading) of the body in world axes
+  Matrix2 by_reading;  ///< by (range, bearing)
+};
+SightedLandmark sighted_landmark(const Pose2& world_from_body, const Pose2& body_from_sensor,
+                                 const Observation& observation);
+
+/// Covariance of (range, bearing).
+Matrix2 reading_covariance(const LandmarkSensor& sensor);
+
+}  // namespace trundle

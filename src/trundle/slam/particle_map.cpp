@@ -1,0 +1,50 @@
+#include "trundle/slam/particle_map.hpp"
+
+namespace trundle {
+
+LandmarkId ParticleMap::find(LandmarkId id) const {
+  const auto i = static_cast<std::size_t>(id);
+  return i < index_of_.size() ? index_of_[i] : kUnknownLandmark;
+}
+
+LandmarkId ParticleMap::add(LandmarkId id, Ancestry& ancestry) {
+  const auto landmark = static_cast<LandmarkId>(entries_.size());
+  entries_.push_back({id, ancestry.now(), LandmarkColumns(particles_), 1});
+  ancestry.hold(ancestry.now());
+  const auto i = static_cast<std::size_t>(id);
+  if (index_of_.size() <= i) index_of_.resize(i + 1, kUnknownLandmark);
+  index_of_[i] = landmark;
+  return landmark;
+}
+
+LandmarkColumns& ParticleMap::current(LandmarkId landmark, Ancestry& ancestry) {
+  Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  if (entry.epoch == ancestry.now()) return entry.columns;
+  for (std::size_t k = 0; k < 5; ++k) ancestry.gather(entry.epoch, entry.columns.column(k));
+  ancestry.hold(ancestry.now());
+  ancestry.release(entry.epoch);
+  entry.epoch = ancestry.now();
+  return entry.columns;
+}
+
+MappedLandmark ParticleMap::mixture(LandmarkId landmark, std::span<const double> weights,
+                                    const Ancestry& ancestry) const {
+  const Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  const auto estimate_of = [&](std::size_t particle) {
+    return entry.columns.at(ancestry.ancestor(entry.epoch, static_cast<Ancestry::Index>(particle)));
+  };
+  MappedLandmark result{entry.id, Vector2::Zero(), Matrix2::Zero(), entry.sightings};
+  for (std::size_t i = 0; i < particles_; ++i) {
+    const LandmarkEstimate m = estimate_of(i);
+    result.position += weights[i] * Vector2(m.x, m.y);
+  }
+  for (std::size_t i = 0; i < particles_; ++i) {
+    const LandmarkEstimate m = estimate_of(i);
+    const Vector2 apart = Vector2(m.x, m.y) - result.position;
+    const Matrix2 within = (Matrix2() << m.xx, m.xy, m.xy, m.yy).finished();
+    result.covariance += weights[i] * (within + apart * apart.transpose());
+  }
+  return result;
+}
+
+}  // namespace trundle

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "trundle/simulation/random.hpp"
+#include "trundle/slam/particle_paths.hpp"
+#include "trundle/slam/swarm.hpp"
+
+namespace trundle {
+
+/// How particles get their new poses.
+enum class Proposal {
+  motion,          ///< drawn from the motion: FastSLAM 1.0
+  linearised,      ///< from a Gaussian of motion and sightings: FastSLAM 2.0
+  swarm,           ///< moved by the swarm, as published: weights know nothing of it
+  swarm_gaussian,  ///< from a Gaussian at the swarm's optimum, weighted for it
+};
+
+struct ParticleSlamOptions {
+  Proposal proposal = Proposal::linearised;
+  std::size_t particles = 100;
+  std::uint64_t seed = 1;
+  SlamPrior prior = {};
+  double gate = kDefaultGate;   ///< a sighting is rejected when most particles find its NIS above
+  double resample_below = 0.5;  ///< effective particles, as a share of all
+  bool keep_paths = true;       ///< false: memory does not grow with time
+  SwarmOptions swarm = {};
+};
+
+/// Rao–Blackwellised particle filter: each particle is a path, with a Kalman filter for each landmark given
+/// that path. While nothing is seen the motion, which is the same for all, is only summed up; poses are drawn
+/// when there is something to draw them with. Equations: docs/slam.md.
+class ParticleSlam {
+ public:
+  /// Throws InputError when there is no particle.
+  ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptions& options);
+
+  const StepReport& step(const Motion& motion, std::span<const Observation> observations);
+
+  /// Weighted mean of the particles where the motion since they were last drawn has brought them, and the
+  /// covariance of both.
+  PoseEstimate estimate() const;
+  std::size_t landmarks() const { return map_.landmarks(); }
+  /// Over all particles. The covariance is of what they differ in and what each is unsure of.
+  MappedLandmark landmark(std::size_t index) const;
+
+  /// As they were last drawn: at the last step with sightings.
+  std::span<const Pose2> poses() const { return poses_; }
+  std::vector<double> weights() const;
+  /// Of the particle with the largest weight: poses after each step; empty when paths are not kept.
+  std::vector<Pose2> best_path() const;
+  /// Poses stored for that, by all particles together.
+  std::size_t stored_poses() const { return paths_.stored(); }
+
+ private:
+  struct Seen {
+    std::size_t observation;
+    LandmarkId landmark;
+    KnownReading known;
+  };
+
+  std::vector<Pose2> predicted() const;
+  Matrix3 predicted_covariance() const;
+  void learn_systematic(std::span<const Pose2> predicted);
+  std::vector<Seen> recognise(std::span<const Observation> observations, std::vector<std::size_t>& open);
+  void reject_outliers(std::span<const Pose2> predicted, std::vector<Seen>& seen);
+  void propose(std::span<const Pose2> predicted, std::span<const Seen> seen);
+  void sample_gaussian(const PoseTarget& target, std::size_t particle, Vector3& n);
+  void weigh(const Seen& seen);
+  void add_landmark(const Observation& observation, std::size_t index);
+  void normalise();
+  void resample();
+  std::size_t best_particle() const;
+  Random& random_of(std::size_t particle) { return random_[particle / kParticleBlock]; }
+  Vector3 normal_of(std::size_t particle);
+
+  LandmarkSensor sensor_;
+  ParticleSlamOptions options_;
+  std::vector<Random> random_;  ///< one for each block of particles, and one for resampling
+  std::vector<Pose2> poses_;
+  std::vector<SensorAt> sensors_;
+  std::vector<double> log_weights_;  ///< the largest is 0
+  std::vector<double> weights_;      ///< sum to 1
+  Ancestry ancestry_;
+  ParticleMap map_;
+  ParticlePaths paths_;
+  std::vector<Systematic> systematic_;  ///< each particle's mean, given its path
+  Matrix3 systematic_covariance_;       ///< the same for all: paths differ in where they went, not in how
+  Motion pending_;                      ///< since the poses were drawn
+  StepReport report_;
+};
+
+}  // namespace trundle

@@ -1,0 +1,153 @@
+#include "trundle/slam/slam.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace trundle {
+namespace {
+
+struct Method {
+  SlamMethod method;
+  std::string_view name;
+  Proposal proposal;  ///< of the particle filters
+};
+constexpr std::array<Method, 5> kMethods = {{
+    {SlamMethod::fastslam1, "fastslam1", Proposal::motion},
+    {SlamMethod::fastslam2, "fastslam2", Proposal::linearised},
+    {SlamMethod::mapso, "mapso", Proposal::swarm},
+    {SlamMethod::mapso_proposal, "mapso_proposal", Proposal::swarm_gaussian},
+    {SlamMethod::ekf, "ekf", Proposal::motion},
+}};
+
+const Method& entry_of(SlamMethod method) {
+  return *std::ranges::find(kMethods, method, &Method::method);
+}
+
+std::variant<EkfSlam, ParticleSlam> made(const LandmarkSensor& sensor, const SlamOptions& options) {
+  if (options.method == SlamMethod::ekf) return EkfSlam(sensor, {options.prior, options.gate});
+  return ParticleSlam(sensor, {.proposal = entry_of(options.method).proposal,
+                               .particles = options.particles,
+                               .seed = options.seed,
+                               .prior = options.prior,
+                               .gate = options.gate,
+                               .resample_below = options.resample_below,
+                               .keep_paths = options.keep_paths,
+                               .swarm = options.swarm});
+}
+
+/// Gathers SlamCounts.
+class Counter {
+ public:
+  void add(const StepReport& report, std::size_t particles) {
+    for (const ObservationReport& observation : report.observations) add(observation);
+    counts_.resampled += report.resampled ? 1 : 0;
+    if (report.effective_particles > 0.0)
+      counts_.smallest_effective_share = std::min(
+          counts_.smallest_effective_share, report.effective_particles / static_cast<double>(particles));
+  }
+  SlamCounts counts() {
+    if (nis_.empty()) return counts_;
+    for (const double nis : nis_) counts_.mean_nis += nis / static_cast<double>(nis_.size());
+    const auto middle = nis_.begin() + static_cast<std::ptrdiff_t>(nis_.size() / 2);
+    std::ranges::nth_element(nis_, middle);
+    counts_.median_nis = *middle;
+    return counts_;
+  }
+
+ private:
+  void add(const ObservationReport& observation) {
+    switch (observation.decision) {
+      case Decision::matched:
+        ++counts_.matched;
+        break;
+      case Decision::created:
+        ++counts_.created;
+        return;
+      case Decision::rejected:
+        ++counts_.rejected;
+        break;
+      case Decision::invalid:
+        ++counts_.invalid;
+        return;
+    }
+    nis_.push_back(observation.nis);
+  }
+
+  SlamCounts counts_;
+  std::vector<double> nis_;
+};
+
+void append(Trajectory& trajectory, double time_s, const SlamFilter& filter) {
+  const PoseEstimate estimate = filter.estimate();
+  trajectory.poses.push_back({time_s, estimate.pose});
+  trajectory.covariances.push_back(estimate.covariance);
+}
+
+std::optional<Trajectory> with_stamps(const std::vector<Pose2>& path, const SlamInput& input) {
+  if (path.empty()) return std::nullopt;
+  Trajectory trajectory;
+  for (std::size_t i = 0; i < path.size(); ++i) trajectory.poses.push_back({input.steps[i].time_s, path[i]});
+  return trajectory;
+}
+
+}  // namespace
+
+std::string_view name_of(SlamMethod method) {
+  return entry_of(method).name;
+}
+
+std::optional<SlamMethod> slam_method_named(std::string_view name) {
+  const auto at = std::ranges::find(kMethods, name, &Method::name);
+  return at == kMethods.end() ? std::nullopt : std::optional(at->method);
+}
+
+std::vector<std::string> slam_method_names() {
+  std::vector<std::string> names;
+  for (const Method& method : kMethods) names.emplace_back(method.name);
+  return names;
+}
+
+SlamFilter::SlamFilter(const LandmarkSensor& sensor, const SlamOptions& options)
+    : filter_(made(sensor, options)) {}
+
+const StepReport& SlamFilter::step(const Motion& motion, std::span<const Observation> observations) {
+  return std::visit([&](auto& filter) -> const StepReport& { return filter.step(motion, observations); },
+                    filter_);
+}
+
+PoseEstimate SlamFilter::estimate() const {
+  return std::visit([](const auto& filter) { return filter.estimate(); }, filter_);
+}
+
+std::vector<MappedLandmark> SlamFilter::map() const {
+  return std::visit(
+      [](const auto& filter) {
+        std::vector<MappedLandmark> map;
+        for (std::size_t i = 0; i < filter.landmarks(); ++i) map.push_back(filter.landmark(i));
+        return map;
+      },
+      filter_);
+}
+
+std::vector<Pose2> SlamFilter::best_path() const {
+  const auto* particles = std::get_if<ParticleSlam>(&filter_);
+  return particles ? particles->best_path() : std::vector<Pose2>{};
+}
+
+SlamResult slam(const SlamInput& input, const LandmarkSensor& sensor, const SlamOptions& options) {
+  SlamFilter filter(sensor, options);
+  SlamResult result;
+  Counter counter;
+  for (const SlamStep& step : input.steps) {
+    result.reports.push_back(filter.step(step.motion, step.observations));
+    counter.add(result.reports.back(), options.particles);
+    append(result.online, step.time_s, filter);
+  }
+  result.path = with_stamps(filter.best_path(), input);
+  result.last = filter.estimate();
+  result.map = filter.map();
+  result.counts = counter.counts();
+  return result;
+}
+
+}  // namespace trundle

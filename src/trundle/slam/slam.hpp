@@ -1,0 +1,77 @@
+#pragma once
+
+#include <optional>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "trundle/geometry/trajectory.hpp"
+#include "trundle/slam/ekf.hpp"
+#include "trundle/slam/particle_slam.hpp"
+#include "trundle/slam/steps.hpp"
+
+namespace trundle {
+
+enum class SlamMethod { fastslam1, fastslam2, mapso, mapso_proposal, ekf };
+
+std::string_view name_of(SlamMethod method);
+/// Nothing when no method is called so.
+std::optional<SlamMethod> slam_method_named(std::string_view name);
+/// All names, in order.
+std::vector<std::string> slam_method_names();
+
+struct SlamOptions {
+  SlamMethod method = SlamMethod::fastslam2;
+  std::size_t particles = 100;  ///< `ekf` has none
+  std::uint64_t seed = 1;       ///< `ekf` needs none
+  SlamPrior prior = {};
+  double gate = kDefaultGate;   ///< NIS above which a sighting is an outlier
+  double resample_below = 0.5;  ///< effective particles, as a share of all
+  bool keep_paths = true;       ///< false: no best path, and memory does not grow with time
+  SwarmOptions swarm = {};      ///< of `mapso` and `mapso_proposal`
+};
+
+/// Any of the filters: a value; a copy continues independently.
+class SlamFilter {
+ public:
+  SlamFilter(const LandmarkSensor& sensor, const SlamOptions& options);
+
+  /// One motion and what was seen at its end.
+  const StepReport& step(const Motion& motion, std::span<const Observation> observations);
+
+  /// Estimate of now, from what was seen up to now.
+  PoseEstimate estimate() const;
+  std::vector<MappedLandmark> map() const;
+  /// Of the particle with the largest weight; empty for `ekf` and when paths are not kept.
+  std::vector<Pose2> best_path() const;
+
+ private:
+  std::variant<EkfSlam, ParticleSlam> filter_;
+};
+
+/// Sightings by what became of them, and what their innovations say.
+struct SlamCounts {
+  std::size_t matched = 0;
+  std::size_t created = 0;
+  std::size_t rejected = 0;
+  std::size_t invalid = 0;
+  std::size_t resampled = 0;              ///< steps
+  double mean_nis = 0.0;                  ///< of matched and rejected sightings; honest: 2
+  double median_nis = 0.0;                ///< honest: 1.39
+  double smallest_effective_share = 1.0;  ///< of the particles, over all steps
+};
+
+/// A whole recording, filtered.
+struct SlamResult {
+  Trajectory online;               ///< after each step, from what was seen up to then; with covariance
+  std::optional<Trajectory> path;  ///< best particle's whole path; nothing for `ekf`
+  PoseEstimate last;               ///< after the last step, with the odometry's systematic errors
+  std::vector<MappedLandmark> map;
+  std::vector<StepReport> reports;  ///< one for each step
+  SlamCounts counts;
+};
+
+/// A loop over SlamFilter::step.
+SlamResult slam(const SlamInput& input, const LandmarkSensor& sensor, const SlamOptions& options);
+
+}  // namespace trundle

@@ -1,0 +1,189 @@
+#include "trundle/slam/steps.hpp"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "trundle/io/error.hpp"
+#include "trundle/odometry/odometer.hpp"
+
+namespace trundle {
+namespace {
+
+/// Sightings on the odometry's clock, in time order, those of one instant as they were recorded.
+std::vector<Sighting> timely_sightings(const Recording& recording, const LandmarkSensor& sensor) {
+  std::vector<Sighting> sightings = recording.sightings;
+  for (Sighting& sighting : sightings) sighting.time_s += sensor.time_offset_s;
+  std::ranges::stable_sort(sightings, {}, &Sighting::time_s);
+  return sightings;
+}
+
+/// Numbers for names, in order of first sight.
+class Names {
+ public:
+  LandmarkId id_of(const std::string& name) {
+    const auto [at, is_new] = ids_.try_emplace(name, static_cast<LandmarkId>(names_.size()));
+    if (is_new) names_.push_back(name);
+    return at->second;
+  }
+  std::vector<std::string> list() { return std::move(names_); }
+
+ private:
+  std::map<std::string, LandmarkId> ids_;
+  std::vector<std::string> names_;
+};
+
+/// The share u of an interval of constant twist.
+Increment share_of(Increment increment, double u) {
+  increment.duration_s *= u;
+  increment.gyro_rad *= u;
+  for (double& turned : increment.turned) turned *= u;
+  for (double& variance : increment.slip_variance) variance *= u;
+  return increment;
+}
+
+/// Composes increments to the motion of one step.
+class MotionSum {
+ public:
+  explicit MotionSum(const Robot& robot) : odometer_(robot, {}) {}
+
+  /// Each interval starts from certainty, and so does the gyro's bias.
+  void add(const Increment& increment, bool bridged) {
+    OdometerState fresh;
+    fresh.turn_rate_rad_s = odometer_.state().turn_rate_rad_s;
+    odometer_.resume(fresh);
+    if (bridged)
+      odometer_.step_across_gap(increment);
+    else
+      odometer_.step(increment);
+    const Pose2 mean = odometer_.pose();
+    sum_ = sum_ * motion_of(log(mean), body_covariance(mean, odometer_.white_covariance()));
+  }
+  /// The motion since the last call.
+  Motion take() { return std::exchange(sum_, {}); }
+
+ private:
+  Odometer odometer_;
+  Motion sum_;
+};
+
+/// Goes through increments and sightings side by side.
+class Cutter {
+ public:
+  Cutter(const Robot& robot, const SlamInputOptions& options, std::vector<Sighting> sightings)
+      : options_(options), motion_(robot), sightings_(std::move(sightings)) {}
+
+  SlamInput cut(const AlignedReadings& readings) {
+    input_.start_s = now_s_ = last_step_s_ = readings.start_s;
+    skip_sightings_before(readings.start_s);
+    look();
+    for (std::size_t i = 0; i < readings.increments.size(); ++i) {
+      const bool bridged = i < readings.bridged.size() && readings.bridged[i];
+      advance_through(readings.increments[i], bridged);
+    }
+    if (now_s_ > last_step_s_) finish_step();
+    report_outside();
+    input_.landmarks = names_.list();
+    return std::move(input_);
+  }
+
+ private:
+  bool sighting_until(double time_s) const {
+    return next_ < sightings_.size() && sightings_[next_].time_s <= time_s;
+  }
+
+  void skip_sightings_before(double time_s) {
+    while (next_ < sightings_.size() && sightings_[next_].time_s < time_s) ++next_;
+    outside_ = next_;
+  }
+
+  /// An interval, cut where something is seen.
+  void advance_through(const Increment& increment, bool bridged) {
+    const double end_s = increment.time_s;
+    const double start_s = end_s - increment.duration_s;
+    while (sighting_until(end_s)) {
+      const double stop_s = sightings_[next_].time_s;
+      move_to(stop_s, share_of(increment, (stop_s - now_s_) / (end_s - start_s)), bridged);
+      look();
+    }
+    if (end_s <= now_s_) return;
+    move_to(end_s, share_of(increment, (end_s - now_s_) / (end_s - start_s)), bridged);
+    if (end_s - last_step_s_ >= options_.longest_step_s - kSameTime_s) finish_step();
+  }
+
+  void move_to(double time_s, const Increment& part, bool bridged) {
+    if (time_s > now_s_) motion_.add(part, bridged);
+    now_s_ = time_s;
+  }
+
+  void finish_step() {
+    input_.steps.push_back({now_s_, motion_.take(), {}});
+    last_step_s_ = now_s_;
+  }
+
+  /// All that is seen now, if anything is.
+  void look() {
+    if (!sighting_until(now_s_)) return;
+    finish_step();
+    for (; sighting_until(now_s_); ++next_)
+      input_.steps.back().observations.push_back(observation_of(sightings_[next_]));
+  }
+
+  Observation observation_of(const Sighting& sighting) {
+    const LandmarkId id = options_.hide_ids ? kUnknownLandmark : names_.id_of(sighting.landmark);
+    return {id, sighting.range_m, sighting.bearing_rad};
+  }
+
+  void report_outside() {
+    outside_ += sightings_.size() - next_;
+    if (outside_ == 0) return;
+    input_.problems.push_back(
+        {.severity = Severity::note,
+         .kind = "sighting without odometry",
+         .place = "sightings",
+         .count = outside_,
+         .message =
+             fmt::format("{} sightings lie before or after the odometry and were left out", outside_)});
+  }
+
+  static constexpr double kSameTime_s = 1e-9;
+  SlamInputOptions options_;
+  MotionSum motion_;
+  std::vector<Sighting> sightings_;
+  Names names_;
+  std::size_t next_ = 0;     ///< of sightings_
+  std::size_t outside_ = 0;  ///< sightings without odometry
+  double now_s_ = 0.0;
+  double last_step_s_ = 0.0;
+  SlamInput input_;
+};
+
+void require_names(const Recording& recording) {
+  for (const Sighting& sighting : recording.sightings)
+    if (sighting.landmark.empty())
+      throw InputError(recording.name, fmt::format("the sighting at {} s names no landmark", sighting.time_s),
+                       "a landmark's name in every row");
+}
+
+}  // namespace
+
+std::size_t SlamInput::observations() const {
+  std::size_t count = 0;
+  for (const SlamStep& step : steps) count += step.observations.size();
+  return count;
+}
+
+SlamInput slam_input(const Recording& recording, const Robot& robot, const SlamInputOptions& options) {
+  if (!robot.landmark_sensor)
+    throw InputError(fmt::format("robot '{}'", robot.name), "has no landmark sensor", "[landmark_sensor]");
+  if (!options.hide_ids) require_names(recording);
+  const AlignedReadings readings = align(recording, robot);
+  Cutter cutter(robot, options, timely_sightings(recording, *robot.landmark_sensor));
+  SlamInput input = cutter.cut(readings);
+  input.problems.insert(input.problems.begin(), readings.problems.begin(), readings.problems.end());
+  return input;
+}
+
+}  // namespace trundle

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "trundle/recording/increments.hpp"
+#include "trundle/slam/motion.hpp"
+#include "trundle/slam/observation.hpp"
+
+namespace trundle {
+
+/// What a filter is given at once: how the body moved since the step before, and what it sees at the end.
+struct SlamStep {
+  double time_s = 0.0;
+  Motion motion;                          ///< since the step before
+  std::vector<Observation> observations;  ///< all of one instant
+};
+
+/// A recording as a filter wants it.
+struct SlamInput {
+  double start_s = 0.0;
+  std::vector<SlamStep> steps;
+  std::vector<std::string> landmarks;  ///< name of each LandmarkId, in order of first sight
+  std::vector<Problem> problems;
+
+  std::size_t observations() const;
+};
+
+struct SlamInputOptions {
+  double longest_step_s = 0.1;  ///< without sightings a step ends with the first interval after so long
+  bool hide_ids = false;        ///< every sighting's landmark is unknown
+};
+
+/// Cuts the recording's increments at the stamps of its sightings (time_offset_s of the landmark sensor
+/// applied) and composes what lies between: docs/slam.md, eq. 1. Sightings outside the odometry's time are
+/// left out and reported. Throws InputError when the robot has no landmark sensor or, ids not hidden, a
+/// sighting has no name; CannotAnswer when the chassis cannot tell its motion.
+SlamInput slam_input(const Recording& recording, const Robot& robot, const SlamInputOptions& options = {});
+
+}  // namespace trundle

@@ -1,0 +1,203 @@
+#include "trundle/slam/particle_slam.hpp"
+
+#include <limits>
+#include <numeric>
+
+#include <Eigen/Cholesky>
+#include <gtest/gtest.h>
+
+#include "trundle/io/error.hpp"
+
+#include "scale.hpp"
+#include "slam/copying_fastslam.hpp"
+#include "slam/world.hpp"
+
+namespace trundle {
+namespace {
+
+constexpr double kNoGate = std::numeric_limits<double>::infinity();
+
+TEST(ParticleSlam, IsTheCopyingFilterToTheLastBit) {
+  test::SlamWorld world = test::slam_world({.steps = 150});
+  for (std::size_t k = 0; k < 150; k += 4) world.steps[k].observations.clear();
+  ParticleSlam lazy(world.sensor, {.proposal = Proposal::motion,
+                                   .particles = 150,
+                                   .seed = 9,
+                                   .prior = {.systematic_sigma = Systematic::Zero()},
+                                   .gate = kNoGate});
+  test::CopyingFastSlam copying(world.sensor, 150, 9);
+  for (const SlamStep& step : world.steps) {
+    lazy.step(step.motion, step.observations);
+    copying.step(step);
+    for (std::size_t i = 0; i < 150; ++i) {
+      ASSERT_EQ(lazy.poses()[i].x, copying.particles[i].pose.x);
+      ASSERT_EQ(lazy.poses()[i].y, copying.particles[i].pose.y);
+      ASSERT_EQ(lazy.poses()[i].heading, copying.particles[i].pose.heading);
+    }
+  }
+  EXPECT_GT(copying.resamplings, 20U);
+  std::size_t best = 0;
+  for (std::size_t i = 0; i < 150; ++i)
+    if (copying.particles[i].log_weight > copying.particles[best].log_weight) best = i;
+  const std::vector<Pose2> path = lazy.best_path();
+  ASSERT_EQ(path.size(), world.steps.size());
+  std::size_t station = 0;
+  for (std::size_t k = 0; k < path.size(); ++k)
+    if (!world.steps[k].observations.empty()) {
+      ASSERT_EQ(path[k].x, copying.particles[best].path[station++].x);
+    }
+  const std::vector<double> weights = lazy.weights();
+  for (std::size_t l = 0; l < lazy.landmarks(); ++l) {
+    const MappedLandmark landmark = lazy.landmark(l);
+    Vector2 mean = Vector2::Zero();
+    for (std::size_t i = 0; i < 150; ++i) {
+      const LandmarkEstimate& m = copying.particles[i].map.at(landmark.id);
+      mean += weights[i] * Vector2(m.x, m.y);
+    }
+    ASSERT_EQ(landmark.position, mean);
+  }
+}
+
+double end_error(const test::SlamWorld& world, const ParticleSlamOptions& options) {
+  ParticleSlam filter(world.sensor, options);
+  double squares = 0.0;
+  for (std::size_t k = 0; k < world.steps.size(); ++k) {
+    filter.step(world.steps[k].motion, world.steps[k].observations);
+    squares += (filter.estimate().pose.translation() - world.truth[k].translation()).squaredNorm();
+  }
+  return std::sqrt(squares / static_cast<double>(world.steps.size()));
+}
+
+double dead_reckoning_error(const test::SlamWorld& world) {
+  Pose2 pose;
+  double squares = 0.0;
+  for (std::size_t k = 0; k < world.steps.size(); ++k) {
+    pose = pose * world.steps[k].motion.mean;
+    squares += (pose.translation() - world.truth[k].translation()).squaredNorm();
+  }
+  return std::sqrt(squares / static_cast<double>(world.steps.size()));
+}
+
+class EveryProposal : public testing::TestWithParam<Proposal> {};
+
+TEST_P(EveryProposal, FindsTheWayAndTheMap) {
+  double reckoned = 0.0;
+  double filtered = 0.0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const test::SlamWorld world = test::slam_world({.seed = seed});
+    reckoned += dead_reckoning_error(world) / 5.0;
+    filtered += end_error(world, {.proposal = GetParam(), .particles = 50, .seed = seed}) / 5.0;
+  }
+  EXPECT_LT(filtered, 0.5 * reckoned);
+  EXPECT_LT(filtered, 0.3);
+}
+
+TEST_P(EveryProposal, SameSeedSameBytesAndACopyContinues) {
+  const test::SlamWorld world = test::slam_world({.steps = 60});
+  ParticleSlam first(world.sensor, {.proposal = GetParam(), .particles = 70});
+  ParticleSlam second = first;
+  for (const SlamStep& step : world.steps) {
+    first.step(step.motion, step.observations);
+    second.step(step.motion, step.observations);
+    second = ParticleSlam(second);
+  }
+  EXPECT_EQ(first.estimate().pose.x, second.estimate().pose.x);
+  EXPECT_EQ(first.estimate().covariance, second.estimate().covariance);
+  EXPECT_EQ(first.landmark(3).position, second.landmark(3).position);
+}
+
+TEST_P(EveryProposal, SurvivesWhateverItIsShown) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<Observation> nonsense = {
+      {0, kNan, 0.0}, {0, -1.0, 0.0},  {1, 2.0, kNan},   {kUnknownLandmark, 2.0, 1.0},
+      {2, 0.0, 0.0},  {0, 1e308, 0.0}, {1, 1e-300, 0.0}, {3, 3.0, 1.0},
+      {3, 3.0, 1.0},  {3, 3.0, 1.0}};
+  const test::SlamWorld world = test::slam_world({.steps = 40});
+  for (const std::size_t particles : {1U, 2U, 3U, 7U}) {
+    ParticleSlam filter(world.sensor, {.proposal = GetParam(), .particles = particles});
+    filter.step({}, nonsense);  // and without any motion
+    for (const SlamStep& step : world.steps) {
+      filter.step(step.motion, step.observations);
+      const StepReport& report = filter.step(step.motion, nonsense);
+      EXPECT_EQ(report.observations[0].decision, Decision::invalid);
+      EXPECT_EQ(report.observations[1].decision, Decision::invalid);
+      ASSERT_TRUE(std::isfinite(filter.estimate().pose.x + filter.estimate().pose.y +
+                                filter.estimate().pose.heading));
+      ASSERT_TRUE(filter.estimate().covariance.allFinite());
+    }
+    for (std::size_t i = 0; i < filter.landmarks(); ++i)
+      ASSERT_TRUE(filter.landmark(i).position.allFinite() && filter.landmark(i).covariance.allFinite());
+  }
+}
+
+std::string name_of_proposal(const testing::TestParamInfo<Proposal>& proposal) {
+  constexpr std::array kNames = {"motion", "linearised", "swarm", "swarm_gaussian"};
+  return kNames[static_cast<std::size_t>(proposal.param)];
+}
+
+INSTANTIATE_TEST_SUITE_P(, EveryProposal,
+                         testing::Values(Proposal::motion, Proposal::linearised, Proposal::swarm,
+                                         Proposal::swarm_gaussian),
+                         name_of_proposal);
+
+TEST(ParticleSlam, LearnsTheOdometrysSystematicErrors) {
+  // On one circle turning and turning per metre look alike: the sum of both is what can be told.
+  const Systematic truth(0.04, 0.06, 0.0);
+  const Systematic sigma(0.05, 0.05, 0.0);
+  Systematic mean = Systematic::Zero();
+  const int seeds = test::trials(8, 4);
+  for (int seed = 1; seed <= seeds; ++seed) {
+    const test::SlamWorld world =
+        test::slam_world({.steps = 300, .seed = static_cast<std::uint64_t>(seed), .systematic = truth});
+    ParticleSlam filter(world.sensor, {.particles = 60, .prior = {.systematic_sigma = sigma}});
+    for (const SlamStep& step : world.steps) filter.step(step.motion, step.observations);
+    mean += filter.estimate().systematic / seeds;
+  }
+  // The travel's scale is only told by ranges: a long loop's error stays in it.
+  EXPECT_NEAR(mean[0], truth[0], 0.02);
+  EXPECT_NEAR(mean[1], truth[1], 0.02);
+}
+
+TEST(ParticleSlam, NeedsAParticle) {
+  EXPECT_THROW(ParticleSlam(LandmarkSensor{}, {.particles = 0}), InputError);
+}
+
+TEST(ParticleSlam, OutliersAreRejectedAndCounted) {
+  const test::SlamWorld world = test::slam_world({.steps = 100});
+  ParticleSlam filter(world.sensor, {.proposal = Proposal::linearised, .particles = 50});
+  int rejected = 0;
+  int honest_rejected = 0;
+  double worst = 0.0;
+  for (std::size_t k = 0; k < world.steps.size(); ++k) {
+    std::vector<Observation> observations = world.steps[k].observations;
+    const std::size_t honest = observations.size();
+    const LandmarkId wrong = filter.landmarks() > 0 ? filter.landmark(0).id : kUnknownLandmark;
+    observations.push_back({wrong, 30.0, 1.0});
+    const StepReport& report = filter.step(world.steps[k].motion, observations);
+    for (std::size_t i = 0; i < observations.size(); ++i)
+      if (report.observations[i].decision == Decision::rejected) ++(i < honest ? honest_rejected : rejected);
+    worst = std::max(worst, (filter.estimate().pose.translation() - world.truth[k].translation()).norm());
+  }
+  EXPECT_GE(rejected, 99);
+  EXPECT_LE(honest_rejected, 10);
+  EXPECT_LT(worst, 1.0);
+}
+
+TEST(ParticleSlam, WithoutPathsMemoryDoesNotGrow) {
+  const test::SlamWorld world = test::slam_world({.steps = 50});
+  ParticleSlam filter(world.sensor, {.particles = 10, .keep_paths = false});
+  for (const SlamStep& step : world.steps) filter.step(step.motion, step.observations);
+  EXPECT_EQ(filter.stored_poses(), 0U);
+  EXPECT_TRUE(filter.best_path().empty());
+}
+
+TEST(ParticleSlam, StoredPathsAreLittleMoreThanOne) {
+  const test::SlamWorld world = test::slam_world({.steps = 600});
+  ParticleSlam filter(world.sensor, {.particles = 100});
+  for (const SlamStep& step : world.steps) filter.step(step.motion, step.observations);
+  EXPECT_EQ(filter.best_path().size(), 600U);
+  EXPECT_LT(filter.stored_poses(), 600U * 100U / 4U);
+}
+
+}  // namespace
+}  // namespace trundle

@@ -1,0 +1,130 @@
+#include "trundle/slam/steps.hpp"
+
+#include <gtest/gtest.h>
+
+#include "trundle/io/error.hpp"
+#include "trundle/odometry/integrate.hpp"
+#include "trundle/simulation/scenario.hpp"
+
+namespace trundle {
+namespace {
+
+Robot robot_with_sensor() {
+  Robot robot;
+  robot.name = "sample";
+  robot.chassis = differential_drive({0.1, 0.0, 0}, 0.3);
+  robot.wheel_names = {"left", "right"};
+  robot.landmark_sensor = LandmarkSensor{{0.1, 0.0, 0.0}, 0.05, 0.01, 5.0, 0.0};
+  return robot;
+}
+
+/// A figure of eight with sightings at 3 Hz, wheels at 20 Hz: most sightings lie between rows.
+Recording drive(const Robot& robot, double sensor_delay_s = 0.0) {
+  Scenario scenario;
+  scenario.nominal = scenario.truth = robot;
+  scenario.truth.landmark_sensor->time_offset_s = sensor_delay_s;
+  scenario.truth.chassis.noise = {0.0, 0.0, 0.0, 0.0, 0.0};
+  scenario.path = figure_eight(1.0, {.forward_m_s = 0.5});
+  scenario.encoders = {.rate_hz = 20.0, .unit = WheelUnit::metres, .quantised = false};
+  scenario.sightings.rate_hz = 3.0;
+  scenario.landmarks = {{"a", {1.0, 2.0}}, {"b", {-1.0, -2.0}}, {"c", {2.5, 0.0}}};
+  return simulate(scenario).recording;
+}
+
+Pose2 end_of(const SlamInput& input) {
+  Pose2 pose;
+  for (const SlamStep& step : input.steps) pose = pose * step.motion.mean;
+  return pose;
+}
+
+TEST(Steps, ComposeToTheOdometry) {
+  const Robot robot = robot_with_sensor();
+  const Recording recording = drive(robot);
+  const SlamInput input = slam_input(recording, robot);
+  const IntegratedOdometry odometry = integrate(recording, robot);
+  const Pose2 error = odometry.trajectory.poses.back().pose.inverse() * end_of(input);
+  EXPECT_LT(error.translation().norm(), 1e-9);
+  EXPECT_NEAR(error.heading, 0.0, 1e-9);
+  Motion motion;
+  for (const SlamStep& step : input.steps) motion = motion * step.motion;
+  const GaussianPose sum{motion.mean, motion.covariance};
+  const Matrix3 expected = odometry.white_covariances.back();
+  // Each cut adds the floors of the readings' noise once more.
+  EXPECT_LT((world_covariance(sum) - expected).norm(), 1e-3 * expected.norm());
+}
+
+TEST(Steps, AreCutWhereSomethingIsSeen) {
+  const Robot robot = robot_with_sensor();
+  const Recording recording = drive(robot);
+  const SlamInput input = slam_input(recording, robot);
+  EXPECT_EQ(input.observations(), recording.sightings.size());
+  EXPECT_EQ(input.landmarks.size(), 3U);
+  double before = input.start_s;
+  std::size_t next = 0;
+  for (const SlamStep& step : input.steps) {
+    EXPECT_LE(step.time_s - before, 0.1 + 0.05);  // the limit, and an interval of the wheels
+    before = step.time_s;
+    for (const Observation& observation : step.observations) {
+      const Sighting& sighting = recording.sightings[next++];
+      EXPECT_EQ(sighting.time_s, step.time_s);
+      EXPECT_EQ(sighting.landmark, input.landmarks[static_cast<std::size_t>(observation.landmark)]);
+    }
+  }
+}
+
+/// Without any noise, every reading is what its step's pose says: cutting and offsets are exact.
+void expect_exact(const Recording& recording, const Robot& robot) {
+  const SlamInput input = slam_input(recording, robot);
+  Pose2 pose;
+  double worst = 0.0;
+  for (const SlamStep& step : input.steps) {
+    pose = pose * step.motion.mean;
+    for (const Observation& observation : step.observations) {
+      const std::string& name = input.landmarks[static_cast<std::size_t>(observation.landmark)];
+      const auto truth = std::ranges::find(recording.landmarks, name, &Landmark::name);
+      const ExpectedReading expected =
+          expected_reading(pose, robot.landmark_sensor->body_from_sensor, truth->position);
+      worst = std::max(worst, innovation_of(observation, expected).norm());
+    }
+  }
+  EXPECT_LT(worst, 1e-6);
+}
+
+TEST(Steps, SightingsLieWhereTheRobotWas) {
+  Robot robot = robot_with_sensor();
+  robot.landmark_sensor->range_sigma_m = robot.landmark_sensor->bearing_sigma_rad = 1e-12;
+  expect_exact(drive(robot), robot);
+}
+
+TEST(Steps, TheSensorsTimeOffsetIsApplied) {
+  Robot robot = robot_with_sensor();
+  robot.landmark_sensor->range_sigma_m = robot.landmark_sensor->bearing_sigma_rad = 1e-12;
+  const Recording late = drive(robot, 0.13);
+  robot.landmark_sensor->time_offset_s = 0.13;
+  expect_exact(late, robot);
+}
+
+TEST(Steps, SightingsOutsideAreReported) {
+  const Robot robot = robot_with_sensor();
+  Recording recording = drive(robot);
+  const std::size_t inside = recording.sightings.size();
+  recording.sightings.push_back({-5.0, "a", 1.0, 0.0});
+  recording.sightings.push_back({1e6, "a", 1.0, 0.0});
+  const SlamInput input = slam_input(recording, robot);
+  EXPECT_EQ(input.observations(), inside);
+  ASSERT_EQ(input.problems.size(), 1U);
+  EXPECT_EQ(input.problems[0].count, 2U);
+}
+
+TEST(Steps, WhatIsMissingIsNamed) {
+  Robot robot = robot_with_sensor();
+  Recording recording = drive(robot);
+  recording.sightings[3].landmark.clear();
+  EXPECT_THROW(slam_input(recording, robot), InputError);
+  EXPECT_EQ(slam_input(recording, robot, {.hide_ids = true}).observations(), recording.sightings.size());
+  robot.landmark_sensor.reset();
+  EXPECT_THROW(slam_input(recording, robot), InputError);
+}
+
+}  // namespace
+}  // namespace trundle
