@@ -74,6 +74,35 @@ TEST(Integrate, RefusesACalibrationOfAnotherRobot) {
   EXPECT_THROW(integrate(AlignedReadings{}, robot), InputError);
 }
 
+TEST(Integrate, ALearnedBiasIsNoParameterAndStartsAsTheCalibrationKnowsIt) {
+  Robot robot = test::robot_of(test::with_gyro(differential_drive(test::kSize, 0.5)));
+  Eigen::Matrix2d covariance;
+  covariance << 1e-6, 1e-7, 1e-7, 4e-6;
+  robot.calibration = test::calibrated({"track", "gyro.bias"}, covariance);
+  const AlignedReadings readings = test::aligned(test::wandering(robot, 10));
+  const double walked = std::pow(robot.chassis.gyro->bias_walk_rad_s_sqrt_s, 2) * 0.5;
+  const IntegratedOdometry one_session = integrate(readings, robot);
+  EXPECT_THAT(one_session.parameters, testing::ElementsAre("track"));
+  EXPECT_NEAR(one_session.end_gyro_bias.variance, 0.02 * 0.02 + walked, 1e-12);
+  robot.calibration->parameters[1].sigma_between = 0.001;
+  EXPECT_NEAR(integrate(readings, robot).end_gyro_bias.variance, 4e-6 + walked, 1e-12);
+  EXPECT_THAT(integrate(readings, robot, {.learn_gyro_bias = false}).parameters,
+              testing::ElementsAre("track", "gyro.bias"));
+}
+
+TEST(Integrate, ReportsDeadEncodersAndADisturbedGyro) {
+  const Robot robot = test::robot_of(test::with_gyro(differential_drive(test::kSize, 0.5)));
+  std::vector<Increment> increments = test::wandering(robot, 40);
+  for (std::size_t i = 10; i < 40; ++i) increments[i].turned[0] = 0.0;
+  increments[5].gyro_rad = 1.0;  // 20 rad/s
+  const IntegratedOdometry result = integrate(test::aligned(increments), robot);
+  ASSERT_EQ(result.problems.size(), 2U);
+  EXPECT_EQ(result.problems[0].kind, "stuck encoder");
+  EXPECT_THAT(result.problems[0].message, testing::HasSubstr("'w0'"));
+  EXPECT_EQ(result.problems[1].kind, "gyro disturbed");
+  EXPECT_EQ(result.problems[1].count, 1U);
+}
+
 /// A pivot that starts at 1 s: wheels and gyro log it, each with its own clock.
 Recording pivot(double wheels_late_s, double gyro_late_s) {
   Recording recording;

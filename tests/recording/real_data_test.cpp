@@ -2,6 +2,8 @@
 #include "real_data.hpp"
 
 #include <cmath>
+#include <fstream>
+#include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -163,6 +165,46 @@ y_m_s2 = {{ column = "ay_g", unit = "g" }}
   const std::vector<std::string> missing = missing_in(recording, &robot);
   ASSERT_THAT(missing, SizeIs(1));
   EXPECT_THAT(missing[0], testing::HasSubstr("the effective track in proportion to the wheel diameters"));
+}
+
+/// The windows of 2 s of one surface, one after the other.
+Recording warthog(const std::filesystem::path& path) {
+  Recording recording;
+  recording.wheels.series = {{"left", WheelUnit::rate, {}}, {"right", WheelUnit::rate, {}}};
+  std::ifstream stream(path);
+  std::string line;
+  std::getline(stream, line);
+  while (std::getline(stream, line)) {
+    std::istringstream cells(line);
+    std::vector<double> cell;
+    for (std::string text; std::getline(cells, text, ',');) cell.push_back(std::stod(text));
+    // window, calib_step, steady, transitory, k, t_s, cmd left, right, wheel left, right, yaw rate, ...
+    const double time_s = 2.0 * cell[0] + cell[5];
+    recording.wheels.time_s.push_back(time_s);
+    recording.wheels.series[0].value.push_back(cell[8]);
+    recording.wheels.series[1].value.push_back(cell[9]);
+    recording.gyro.time_s.push_back(time_s);
+    recording.gyro.yaw_rate_rad_s.push_back(cell[10]);
+  }
+  return recording;
+}
+
+TEST(RealData, gyros_that_were_mounted_the_other_way) {
+  TRUNDLE_NEEDS_REAL_DATA("warthog_drive");
+  Robot robot = robot_with({"left", "right"}, {0.6, 0.0, 0}, 1.08);
+  for (Wheel& wheel : robot.chassis.wheels()) wheel.kind = WheelKind::skid;
+  robot.chassis.gyro = Gyro{};
+  for (const auto& [name, inverted] : {std::pair{"warthog_wheels_asphalt.csv", false},
+                                       {"warthog_wheels_gravel_2024_8_6_11h37s32.csv", true},
+                                       {"warthog_wheels_ice_2024_7_30_16h30s21.csv", true}}) {
+    const Recording recording = warthog(test::real_data() / "warthog_drive" / name);
+    ASSERT_GT(recording.gyro.time_s.size(), 10000U);
+    const std::vector<Problem> problems = inspect(recording, robot, align(recording, robot));
+    EXPECT_EQ(
+        std::any_of(problems.begin(), problems.end(), [](const Problem& p) { return p.kind == "gyro sign"; }),
+        inverted)
+        << name;
+  }
 }
 
 }  // namespace

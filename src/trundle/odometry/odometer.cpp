@@ -113,17 +113,19 @@ void Odometer::stand_still(const Increment& increment) {
 }
 
 Triple Odometer::move_on(const Increment& increment) {
-  const auto advance_without_bias = [&](Increment reading) {
+  const auto unbiased = [&](Increment reading) {
     reading.gyro_rad -= state_.bias_rad_s * reading.duration_s;
-    stuck_->watch(state_.stuck, reading, gyro_bias());
-    return advance(reading);
+    return reading;
   };
   if (state_.rest.phase != RestPhase::moving) {
     const Increment withheld = RestDetector::withheld(state_.rest, increment.time_s - increment.duration_s);
     state_.rest = {};
-    if (withheld.duration_s > 0.0 || has_turned(withheld)) advance_without_bias(withheld);
+    state_.stuck.still = {};  // what starts to move gets lag_s to be seen by every sensor
+    if (withheld.duration_s > 0.0 || has_turned(withheld)) advance(unbiased(withheld));
   }
-  return advance_without_bias(increment);
+  const Increment reading = unbiased(increment);
+  stuck_->watch(state_.stuck, reading, gyro_bias());
+  return advance(reading);
 }
 
 /// Kalman update of pose and bias by a reading of the bias: docs/gyro.md, eq. 5.
