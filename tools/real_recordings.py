@@ -4,9 +4,9 @@
 usage: tools/real_recordings.py DATA OUT
 
 For every run of DATA (see docs/results.md) a folder OUT/<set>/<kind>/<session>/<run>/recording.toml maps the foreign
-CSV file onto Trundle's streams; OUT/<set>/robot.toml is the robot as its owners assumed it. OUT/optiodom_omni3_pods is
-the three-wheeled robot again as two measuring wheels and a gyro, which that robot has not: gyro.csv is computed from
-the reference's heading, smoothed, without bias or noise.
+CSV file onto Trundle's streams; OUT/<set>/robot.toml is the robot as its owners assumed it. OUT/<set>_pods are
+the omni robots again as two measuring wheels and a gyro, OUT/<set>_gyro as all their wheels and a gyro, which they have
+not: gyro.csv is computed from the reference's heading, smoothed, without bias or noise.
 """
 import csv
 import math
@@ -60,7 +60,7 @@ def optiodom_omni3(data, out):
     optiodom(data, out, "optiodom_omni3", robot, {"w0": 5, "w1": 6, "w2": 7})
 
 
-PODS_SMOOTHING = 6  # samples of 0.04 s to either side: the reference's heading trembles by a degree or so
+PODS_SMOOTHING_S = 0.24  # to either side: the reference's heading trembles by a degree or so
 
 
 def unwrapped(angles):
@@ -70,11 +70,11 @@ def unwrapped(angles):
     return result
 
 
-def smoothed(values):
+def smoothed(values, widest):
     """Moving average, shorter towards the ends, so that a constant rate keeps its value."""
     means = []
     for i in range(len(values)):
-        half = min(PODS_SMOOTHING, i, len(values) - 1 - i)
+        half = min(widest, i, len(values) - 1 - i)
         means.append(sum(values[i - half:i + half + 1]) / (2 * half + 1))
     return means
 
@@ -84,7 +84,8 @@ def gyro_of(file):
     with open(file, newline="") as lines:
         rows = [[float(cell) for cell in row[:4]] for row in csv.reader(lines)]
     time = [row[0] for row in rows]
-    heading = smoothed(unwrapped([row[3] for row in rows]))
+    step_s = (time[-1] - time[0]) / (len(time) - 1)
+    heading = smoothed(unwrapped([row[3] for row in rows]), round(PODS_SMOOTHING_S / step_s))
     text = "time_s,yaw_rate_rad_s\n"
     for i in range(len(time)):
         a, b = max(i - 1, 0), min(i + 1, len(time) - 1)
@@ -92,21 +93,36 @@ def gyro_of(file):
     return text
 
 
-def optiodom_omni3_pods(data, out):
-    robot = 'name = "optiodom_omni3_pods"\n\n' + omni3_wheels(2) + "[gyro]\nnoise_rad_s_sqrt_hz = 0.0003\n"
-    optiodom(data, out, "optiodom_omni3", robot, {"w0": 5, "w1": 6}, as_name="optiodom_omni3_pods")
-    for file in sorted((data / "optiodom_omni3").glob("*/*/*_run-*.csv")):
-        folder = out / "optiodom_omni3_pods" / file.parts[-3] / file.parts[-2] / file.stem[-6:]
-        write(folder / "gyro.csv", gyro_of(file))
+def with_gyro(data, out, name, wheels_of, count, as_name):
+    """A robot of `name` again with its first `count` wheels and a gyro."""
+    robot = f'name = "{as_name}"\n\n' + wheels_of(count) + "[gyro]\nnoise_rad_s_sqrt_hz = 0.0003\n"
+    optiodom(data, out, name, robot, {f"w{i}": 5 + i for i in range(count)}, as_name=as_name)
+    for file in sorted((data / name).glob("*/*/*_run-*.csv")):
+        write(out / as_name / file.parts[-3] / file.parts[-2] / file.stem[-6:] / "gyro.csv", gyro_of(file))
+
+
+def optiodom_omni3_with_gyro(data, out):
+    with_gyro(data, out, "optiodom_omni3", omni3_wheels, 2, "optiodom_omni3_pods")
+    with_gyro(data, out, "optiodom_omni3", omni3_wheels, 3, "optiodom_omni3_gyro")
+
+
+def omni4_wheels(count):
+    """Four mecanum wheels, known here by the direction that each of them senses; counts are revolutions."""
+    text = ""
+    for i, direction in enumerate((-45.0, -135.0, 45.0, 135.0)[:count]):
+        a = math.radians(direction)
+        text += wheel(f"w{i}", -0.146 * math.sin(a), 0.146 * math.cos(a), direction, "omni", 0.045, 1)
+    return text
 
 
 def optiodom_omni4(data, out):
-    # Four mecanum wheels, known here by the direction that each of them senses; counts are revolutions.
-    robot = 'name = "optiodom_omni4"\n\n'
-    for i, direction in enumerate((-45.0, -135.0, 45.0, 135.0)):
-        a = math.radians(direction)
-        robot += wheel(f"w{i}", -0.146 * math.sin(a), 0.146 * math.cos(a), direction, "omni", 0.045, 1)
+    robot = 'name = "optiodom_omni4"\n\n' + omni4_wheels(4)
     optiodom(data, out, "optiodom_omni4", robot, {f"w{i}": 5 + i for i in range(4)})
+
+
+def optiodom_omni4_with_gyro(data, out):
+    with_gyro(data, out, "optiodom_omni4", omni4_wheels, 2, "optiodom_omni4_pods")
+    with_gyro(data, out, "optiodom_omni4", omni4_wheels, 4, "optiodom_omni4_gyro")
 
 
 def censi(data, out):
@@ -137,7 +153,8 @@ def ese650(data, out):
 
 def main():
     data, out = Path(sys.argv[1]), Path(sys.argv[2])
-    for lay_out in (optiodom_diff, optiodom_omni3, optiodom_omni3_pods, optiodom_omni4, censi, ese650):
+    for lay_out in (optiodom_diff, optiodom_omni3, optiodom_omni3_with_gyro, optiodom_omni4,
+                    optiodom_omni4_with_gyro, censi, ese650):
         lay_out(data, out)
 
 

@@ -9,6 +9,7 @@ namespace trundle {
 namespace {
 
 constexpr double kSmallestWheelNoise = 1e-5;  // [m/√m]
+constexpr double kLargestWheelNoise = 0.3;
 constexpr double kSmallestHeadingNoise_rad = 1e-5;
 constexpr double kSmallestPositionNoise_m = 1e-5;
 constexpr std::size_t kFewestPairs = 20;
@@ -144,6 +145,62 @@ double consistent_position_noise(std::span<const Run> runs, const Robot& robot, 
   return std::exp(high);
 }
 
+/// −2 log likelihood of the innovations, outliers cut. docs/calibration.md, eq. 9.
+double surprise(std::span<const Run> runs, const Robot& robot, const ReferenceNoise& noise) {
+  double sum = 0.0;
+  for (const Run& run : runs)
+    for (const Innovation& innovation :
+         stream_likelihood(run, robot, {}, {.reference_noise = noise}).innovations)
+      sum += std::min(innovation.squared_mahalanobis, kLargestInnovation) + innovation.log_determinant;
+  return sum;
+}
+
+/// Where a function of log x is smallest between two bounds: golden section.
+template <class Function>
+double smallest(double low, double high, const Function& function) {
+  constexpr double kGolden = 0.6180339887498949;
+  double a = std::log(low);
+  double b = std::log(high);
+  double left = b - kGolden * (b - a);
+  double right = a + kGolden * (b - a);
+  double at_left = function(std::exp(left));
+  double at_right = function(std::exp(right));
+  while (b - a > 0.02) {
+    if (at_left < at_right) {
+      b = right;
+      right = left;
+      at_right = at_left;
+      left = b - kGolden * (b - a);
+      at_left = function(std::exp(left));
+    } else {
+      a = left;
+      left = right;
+      at_left = at_right;
+      right = a + kGolden * (b - a);
+      at_right = function(std::exp(right));
+    }
+  }
+  return std::exp(0.5 * (a + b));
+}
+
+/// Wheel noise and position noise that make the innovations most likely, in turn.
+void most_likely_noise(std::span<const Run> runs, const Robot& robot, NoiseEstimate& noise) {
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds; ++round) {
+    const Robot noisy = with_noise(robot, noise);
+    noise.reference.position_m = smallest(kSmallestPositionNoise_m, 1.0, [&](double position_m) {
+      ReferenceNoise reference = noise.reference;
+      reference.position_m = position_m;
+      return surprise(runs, noisy, reference);
+    });
+    noise.wheel_per_sqrt_m = smallest(kSmallestWheelNoise, kLargestWheelNoise, [&](double wheel_per_sqrt_m) {
+      NoiseEstimate candidate = noise;
+      candidate.wheel_per_sqrt_m = wheel_per_sqrt_m;
+      return surprise(runs, with_noise(robot, candidate), noise.reference);
+    });
+  }
+}
+
 /// Correlation of each normalised innovation with the one before it; 0 where it may be chance.
 Vector3 autocorrelation(std::span<const Run> runs, const Robot& robot, const ReferenceNoise& noise) {
   Vector3 lagged = Vector3::Zero();
@@ -172,6 +229,17 @@ void allow_for_correlation(std::span<const Run> runs, const Robot& robot, Refere
   noise.heading_persistence = std::sqrt((1.0 + rho.z()) / (1.0 - rho.z()));
 }
 
+/// By how much odometry's heading error grows faster than the model says.
+double growth_factor(std::span<const HeadingError> errors, const Line& line) {
+  double model = 0.0;
+  double path = 0.0;
+  for (const HeadingError& e : errors) {
+    model += e.model_variance;
+    if (!e.path_m.empty()) path += e.path_m.back();
+  }
+  return std::sqrt(line.slope * path / std::max(model, 1e-30));
+}
+
 }  // namespace
 
 NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot) {
@@ -181,20 +249,21 @@ NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot) {
   for (const Run& run : runs)
     if (!run.knots.empty()) errors.push_back(heading_error(run, unrounded));
   const std::vector<LagVariance> points = variogram(errors);
+  const bool by_gyro = robot.chassis.gyro.has_value();
   if (points.size() >= 3) {
     const Line line = fit_line(points);
-    double model = 0.0;
-    double path = 0.0;
-    for (const HeadingError& e : errors) {
-      model += e.model_variance;
-      if (!e.path_m.empty()) path += e.path_m.back();
-    }
-    const double factor = std::sqrt(line.slope * path / std::max(model, 1e-30));
-    noise.wheel_per_sqrt_m = std::max(noise.wheel_per_sqrt_m * factor, kSmallestWheelNoise);
+    const double growth = growth_factor(errors, line);
     noise.reference.heading_rad = std::max(std::sqrt(0.5 * line.intercept), kSmallestHeadingNoise_rad);
     noise.from_runs = true;
+    if (by_gyro) {
+      noise.gyro_factor = std::max(growth, 1.0);
+      most_likely_noise(runs, robot, noise);
+    } else {
+      noise.wheel_per_sqrt_m = std::max(noise.wheel_per_sqrt_m * growth, kSmallestWheelNoise);
+    }
   }
-  noise.reference.position_m = consistent_position_noise(runs, with_noise(robot, noise), noise.reference);
+  if (!by_gyro || !noise.from_runs)
+    noise.reference.position_m = consistent_position_noise(runs, with_noise(robot, noise), noise.reference);
   allow_for_correlation(runs, with_noise(robot, noise), noise.reference);
   return noise;
 }
@@ -202,6 +271,7 @@ NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot) {
 Robot with_noise(const Robot& robot, const NoiseEstimate& noise) {
   Robot result = robot;
   result.chassis.noise.wheel_per_sqrt_m = noise.wheel_per_sqrt_m;
+  if (result.chassis.gyro) result.chassis.gyro->noise_rad_s_sqrt_hz *= noise.gyro_factor;
   for (Wheel& wheel : result.chassis.wheels()) wheel.ticks_per_revolution = 0.0;
   return result;
 }

@@ -10,16 +10,19 @@ namespace trundle {
 struct NoiseEstimate {
   double wheel_per_sqrt_m = 0.0;
   ReferenceNoise reference;
-  bool from_runs = false;  ///< false: too little reference, the robot file's numbers stand
+  bool from_runs = false;    ///< false: too little reference, the robot file's numbers stand
+  double gyro_factor = 1.0;  ///< by which the gyro's noise is larger than the robot file says
 };
 
 /// Separates odometry's noise from the reference's by how the difference of their headings grows along a run:
 /// the variance over a lag s is 2 σ_heading² + (rate of odometry noise) · s. What is alike at all lags (body
 /// wobble, tracking) is the reference's; only what grows is the wheels'. Position noise then makes the
-/// innovations consistent. docs/calibration.md, eq. 8. `robot` should already be calibrated roughly.
+/// innovations consistent. Where a gyro tells the heading, its growth says nothing of the wheels: their noise
+/// and the position's are those that make the innovations most likely. docs/calibration.md, eq. 8 and 9.
+/// `robot` should already be calibrated roughly.
 NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot);
 
-/// The robot with that wheel noise, and without counting the rounding of counts as noise of every interval:
+/// The robot with that noise, and without counting the rounding of counts as noise of every interval:
 /// rounding errors of successive increments cancel.
 Robot with_noise(const Robot& robot, const NoiseEstimate& noise);
 

@@ -205,8 +205,12 @@ Weight weight_of(const Measurement& measurement, const Matrix3& P) {
 }
 
 Innovation innovation_of(const Measurement& m, const Weight& W, double time_s, double distance) {
-  Innovation innovation{time_s, distance, Vector3::Zero(), static_cast<int>(m.innovation.size())};
+  Innovation innovation{.time_s = time_s,
+                        .squared_mahalanobis = distance,
+                        .normalised = Vector3::Zero(),
+                        .count = static_cast<int>(m.innovation.size())};
   const Weight S = W.inverse();
+  innovation.log_determinant = std::log(S.determinant());
   for (Eigen::Index i = 0; i < m.innovation.size(); ++i)
     innovation.normalised[m.component[static_cast<std::size_t>(i)]] = m.innovation[i] / std::sqrt(S(i, i));
   return innovation;

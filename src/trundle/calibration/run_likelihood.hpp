@@ -34,6 +34,7 @@ struct Innovation {
   double squared_mahalanobis = 0.0;
   Vector3 normalised = Vector3::Zero();  ///< each over its own sigma; zero where not measured
   int count = 0;                         ///< of scalars measured
+  double log_determinant = 0.0;          ///< of their covariance
 };
 
 /// What a run says about the parameters.
