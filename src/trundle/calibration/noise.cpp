@@ -1,7 +1,9 @@
 #include "trundle/calibration/noise.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 
 #include "trundle/odometry/odometer.hpp"
 
@@ -9,7 +11,6 @@ namespace trundle {
 namespace {
 
 constexpr double kSmallestWheelNoise = 1e-5;  // [m/√m]
-constexpr double kLargestWheelNoise = 0.3;
 constexpr double kSmallestHeadingNoise_rad = 1e-5;
 constexpr double kSmallestPositionNoise_m = 1e-5;
 constexpr std::size_t kFewestPairs = 20;
@@ -30,35 +31,54 @@ double mean_square(std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-/// Heading of the reference minus that of free-running odometry, along one run.
-struct HeadingError {
+/// Reference minus free-running odometry, of one quantity along one run.
+struct Drift {
   std::vector<double> path_m;
-  std::vector<double> error_rad;
-  double model_variance = 0.0;  ///< of odometry's heading at the end for the wheel noise it was run with
+  std::vector<double> error;
+  double model_variance = 0.0;  ///< of odometry at the end for the noise it was run with
+
+  void add(double path, double value) {
+    path_m.push_back(path);
+    error.push_back(value);
+  }
 };
 
-HeadingError heading_error(const Run& run, const Robot& robot) {
-  HeadingError result;
-  Odometer odometer(robot, {});
+/// Of x and y [m] and of the heading [rad].
+using Drifts = std::array<Drift, 3>;
+
+double mean_travel(const Robot& robot, const Increment& increment) {
+  double sum = 0.0;
+  for (std::size_t w = 0; w < robot.chassis.wheels().size(); ++w)
+    sum += std::abs(kPi * robot.chassis.wheels()[w].diameter_m * increment.turned[w]) /
+           robot.chassis.wheel_count;
+  return sum;
+}
+
+Drifts drifts_of(const Run& run, const Robot& robot) {
+  Drifts drifts;
+  auto& [x, y, heading] = drifts;
+  Odometer odometer(robot, {.start = body_at_start(run, robot)});
   double path = 0.0;
   std::size_t done = run.knots.front();
   for (std::size_t knot = 0; knot < run.knots.size(); ++knot) {
     for (; done < run.knots[knot]; ++done) {
-      const Increment& increment = run.readings.increments[done];
-      odometer.step(increment);
-      for (std::size_t w = 0; w < robot.chassis.wheels().size(); ++w)
-        path += std::abs(kPi * robot.chassis.wheels()[w].diameter_m * increment.turned[w]) /
-                robot.chassis.wheel_count;
+      odometer.step(run.readings.increments[done]);
+      path += mean_travel(robot, run.readings.increments[done]);
     }
     const ReferenceSample sample =
         sample_reference(run.reference, run.knot_time(knot) - robot.reference_time_offset_s);
-    if (!sample.has_heading()) continue;
-    const double previous = result.error_rad.empty() ? 0.0 : result.error_rad.back();
-    result.path_m.push_back(path);
-    result.error_rad.push_back(unwrap_angle(sample.value.z() - odometer.pose().heading, previous));
+    const Pose2 sensor = odometer.pose() * robot.body_from_reference;
+    if (sample.has_position()) {
+      x.add(path, sample.value.x() - sensor.x);
+      y.add(path, sample.value.y() - sensor.y);
+    }
+    if (sample.has_heading())
+      heading.add(path, unwrap_angle(sample.value.z() - sensor.heading,
+                                     heading.error.empty() ? 0.0 : heading.error.back()));
   }
-  result.model_variance = odometer.white_covariance()(2, 2);
-  return result;
+  const Vector3 variance = odometer.white_covariance().diagonal();
+  for (std::size_t i = 0; i < 3; ++i) drifts[i].model_variance = variance[static_cast<Eigen::Index>(i)];
+  return drifts;
 }
 
 /// One point of the variogram.
@@ -68,9 +88,9 @@ struct LagVariance {
   double weight = 0.0;
 };
 
-std::vector<LagVariance> variogram(std::span<const HeadingError> errors) {
+std::vector<LagVariance> variogram(std::span<const Drift> drifts) {
   double longest = 0.0;
-  for (const HeadingError& e : errors)
+  for (const Drift& e : drifts)
     if (!e.path_m.empty()) longest = std::max(longest, e.path_m.back() - e.path_m.front());
   std::vector<LagVariance> points;
   // Longer lags are no use: the fitted parameters have already bent the odometry to the reference over them.
@@ -78,13 +98,13 @@ std::vector<LagVariance> variogram(std::span<const HeadingError> errors) {
     const double lag = share * longest;
     std::vector<double> differences;
     double lags = 0.0;
-    for (const HeadingError& e : errors) {
+    for (const Drift& e : drifts) {
       std::size_t j = 0;
       for (std::size_t i = 0; i < e.path_m.size(); ++i) {
         while (j < e.path_m.size() && e.path_m[j] < e.path_m[i] + lag) ++j;
         if (j == e.path_m.size()) break;
         if (j == i) continue;
-        differences.push_back(e.error_rad[j] - e.error_rad[i]);
+        differences.push_back(e.error[j] - e.error[i]);
         lags += e.path_m[j] - e.path_m[i];
       }
     }
@@ -145,62 +165,6 @@ double consistent_position_noise(std::span<const Run> runs, const Robot& robot, 
   return std::exp(high);
 }
 
-/// −2 log likelihood of the innovations, outliers cut. docs/calibration.md, eq. 9.
-double surprise(std::span<const Run> runs, const Robot& robot, const ReferenceNoise& noise) {
-  double sum = 0.0;
-  for (const Run& run : runs)
-    for (const Innovation& innovation :
-         stream_likelihood(run, robot, {}, {.reference_noise = noise}).innovations)
-      sum += std::min(innovation.squared_mahalanobis, kLargestInnovation) + innovation.log_determinant;
-  return sum;
-}
-
-/// Where a function of log x is smallest between two bounds: golden section.
-template <class Function>
-double smallest(double low, double high, const Function& function) {
-  constexpr double kGolden = 0.6180339887498949;
-  double a = std::log(low);
-  double b = std::log(high);
-  double left = b - kGolden * (b - a);
-  double right = a + kGolden * (b - a);
-  double at_left = function(std::exp(left));
-  double at_right = function(std::exp(right));
-  while (b - a > 0.02) {
-    if (at_left < at_right) {
-      b = right;
-      right = left;
-      at_right = at_left;
-      left = b - kGolden * (b - a);
-      at_left = function(std::exp(left));
-    } else {
-      a = left;
-      left = right;
-      at_left = at_right;
-      right = a + kGolden * (b - a);
-      at_right = function(std::exp(right));
-    }
-  }
-  return std::exp(0.5 * (a + b));
-}
-
-/// Wheel noise and position noise that make the innovations most likely, in turn.
-void most_likely_noise(std::span<const Run> runs, const Robot& robot, NoiseEstimate& noise) {
-  constexpr int kRounds = 3;
-  for (int round = 0; round < kRounds; ++round) {
-    const Robot noisy = with_noise(robot, noise);
-    noise.reference.position_m = smallest(kSmallestPositionNoise_m, 1.0, [&](double position_m) {
-      ReferenceNoise reference = noise.reference;
-      reference.position_m = position_m;
-      return surprise(runs, noisy, reference);
-    });
-    noise.wheel_per_sqrt_m = smallest(kSmallestWheelNoise, kLargestWheelNoise, [&](double wheel_per_sqrt_m) {
-      NoiseEstimate candidate = noise;
-      candidate.wheel_per_sqrt_m = wheel_per_sqrt_m;
-      return surprise(runs, with_noise(robot, candidate), noise.reference);
-    });
-  }
-}
-
 /// Correlation of each normalised innovation with the one before it; 0 where it may be chance.
 Vector3 autocorrelation(std::span<const Run> runs, const Robot& robot, const ReferenceNoise& noise) {
   Vector3 lagged = Vector3::Zero();
@@ -229,41 +193,80 @@ void allow_for_correlation(std::span<const Run> runs, const Robot& robot, Refere
   noise.heading_persistence = std::sqrt((1.0 + rho.z()) / (1.0 - rho.z()));
 }
 
-/// By how much odometry's heading error grows faster than the model says.
-double growth_factor(std::span<const HeadingError> errors, const Line& line) {
+/// How the differences of reference and odometry grow along the runs.
+struct Growth {
+  double odometry = 1.0;         ///< σ of what grows, over the model's
+  double reference_sigma = 0.0;  ///< of what is alike at all lags
+};
+
+/// Nothing when the runs are too short or too few. docs/calibration.md, eq. 8.
+std::optional<Growth> growth_of(std::span<const Drift> drifts) {
+  const std::vector<LagVariance> points = variogram(drifts);
+  if (points.size() < 3) return std::nullopt;
+  const Line line = fit_line(points);
   double model = 0.0;
   double path = 0.0;
-  for (const HeadingError& e : errors) {
-    model += e.model_variance;
-    if (!e.path_m.empty()) path += e.path_m.back();
+  for (const Drift& drift : drifts) {
+    model += drift.model_variance;
+    if (!drift.path_m.empty()) path += drift.path_m.back();
   }
-  return std::sqrt(line.slope * path / std::max(model, 1e-30));
+  return Growth{std::sqrt(line.slope * path / std::max(model, 1e-30)), std::sqrt(0.5 * line.intercept)};
+}
+
+struct RunDrifts {
+  std::vector<Drift> position;  ///< x and y of every run
+  std::vector<Drift> heading;
+};
+
+RunDrifts drifts_of(std::span<const Run> runs, const Robot& robot) {
+  RunDrifts all;
+  for (const Run& run : runs) {
+    if (run.knots.empty()) continue;
+    Drifts drifts = drifts_of(run, robot);
+    all.position.push_back(std::move(drifts[0]));
+    all.position.push_back(std::move(drifts[1]));
+    all.heading.push_back(std::move(drifts[2]));
+  }
+  return all;
+}
+
+/// The robot as if its gyro were perfect: what then grows in its position is the wheels'.
+Robot with_perfect_gyro(Robot robot) {
+  robot.chassis.gyro->noise_rad_s_sqrt_hz = 0.0;
+  robot.chassis.gyro->bias_walk_rad_s_sqrt_s = 0.0;
+  return robot;
+}
+
+/// Where a gyro tells the heading, the wheels' noise shows in the position, and the heading shows the gyro's.
+void learn_noise_with_gyro(std::span<const Run> runs, const Robot& robot, NoiseEstimate& noise) {
+  if (const auto growth = growth_of(drifts_of(runs, with_noise(with_perfect_gyro(robot), noise)).position)) {
+    noise.wheel_per_sqrt_m = std::max(noise.wheel_per_sqrt_m * growth->odometry, kSmallestWheelNoise);
+    noise.from_runs = true;
+  }
+  if (const auto growth = growth_of(drifts_of(runs, with_noise(robot, noise)).heading)) {
+    noise.reference.heading_rad = std::max(growth->reference_sigma, kSmallestHeadingNoise_rad);
+    noise.gyro_factor = std::max(growth->odometry, 1.0);
+  }
+}
+
+void learn_noise_of_wheels(std::span<const Run> runs, const Robot& robot, NoiseEstimate& noise) {
+  const auto growth = growth_of(drifts_of(runs, with_noise(robot, noise)).heading);
+  if (!growth) return;
+  noise.wheel_per_sqrt_m = std::max(noise.wheel_per_sqrt_m * growth->odometry, kSmallestWheelNoise);
+  noise.reference.heading_rad = std::max(growth->reference_sigma, kSmallestHeadingNoise_rad);
+  noise.from_runs = true;
 }
 
 }  // namespace
 
 NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot) {
   NoiseEstimate noise{robot.chassis.noise.wheel_per_sqrt_m, {}, false};
-  const Robot unrounded = with_noise(robot, noise);
-  std::vector<HeadingError> errors;
-  for (const Run& run : runs)
-    if (!run.knots.empty()) errors.push_back(heading_error(run, unrounded));
-  const std::vector<LagVariance> points = variogram(errors);
-  const bool by_gyro = robot.chassis.gyro.has_value();
-  if (points.size() >= 3) {
-    const Line line = fit_line(points);
-    const double growth = growth_factor(errors, line);
-    noise.reference.heading_rad = std::max(std::sqrt(0.5 * line.intercept), kSmallestHeadingNoise_rad);
-    noise.from_runs = true;
-    if (by_gyro) {
-      noise.gyro_factor = std::max(growth, 1.0);
-      most_likely_noise(runs, robot, noise);
-    } else {
-      noise.wheel_per_sqrt_m = std::max(noise.wheel_per_sqrt_m * growth, kSmallestWheelNoise);
-    }
+  if (robot.chassis.gyro) {
+    learn_noise_with_gyro(runs, robot, noise);
+  } else {
+    learn_noise_of_wheels(runs, robot, noise);
   }
-  if (!by_gyro || !noise.from_runs)
-    noise.reference.position_m = consistent_position_noise(runs, with_noise(robot, noise), noise.reference);
+  noise.reference.position_m = consistent_position_noise(runs, with_noise(robot, noise), noise.reference);
   allow_for_correlation(runs, with_noise(robot, noise), noise.reference);
   return noise;
 }

@@ -16,10 +16,10 @@ struct NoiseEstimate {
 
 /// Separates odometry's noise from the reference's by how the difference of their headings grows along a run:
 /// the variance over a lag s is 2 σ_heading² + (rate of odometry noise) · s. What is alike at all lags (body
-/// wobble, tracking) is the reference's; only what grows is the wheels'. Position noise then makes the
-/// innovations consistent. Where a gyro tells the heading, its growth says nothing of the wheels: their noise
-/// and the position's are those that make the innovations most likely. docs/calibration.md, eq. 8 and 9.
-/// `robot` should already be calibrated roughly.
+/// wobble, tracking) is the reference's; only what grows is the wheels'. Where a gyro tells the heading, its
+/// growth says nothing of the wheels: theirs is then that of the position. The reference's position noise is
+/// what makes the innovations consistent. docs/calibration.md, eq. 8. `robot` should already be calibrated
+/// roughly.
 NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot);
 
 /// The robot with that noise, and without counting the rounding of counts as noise of every interval:

@@ -210,7 +210,6 @@ Innovation innovation_of(const Measurement& m, const Weight& W, double time_s, d
                         .normalised = Vector3::Zero(),
                         .count = static_cast<int>(m.innovation.size())};
   const Weight S = W.inverse();
-  innovation.log_determinant = std::log(S.determinant());
   for (Eigen::Index i = 0; i < m.innovation.size(); ++i)
     innovation.normalised[m.component[static_cast<std::size_t>(i)]] = m.innovation[i] / std::sqrt(S(i, i));
   return innovation;
@@ -311,6 +310,10 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
     update(odometer, m, W);
   }
   return result;
+}
+
+Pose2 body_at_start(const Run& run, const Robot& robot) {
+  return anchor(run, 0, robot, {}, {}).pose();
 }
 
 RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters) {

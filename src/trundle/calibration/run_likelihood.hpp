@@ -34,7 +34,6 @@ struct Innovation {
   double squared_mahalanobis = 0.0;
   Vector3 normalised = Vector3::Zero();  ///< each over its own sigma; zero where not measured
   int count = 0;                         ///< of scalars measured
-  double log_determinant = 0.0;          ///< of their covariance
 };
 
 /// What a run says about the parameters.
@@ -58,6 +57,10 @@ struct LikelihoodOptions {
 /// compares whole runs, with much of it short stretches. docs/calibration.md, eq. 3-6.
 RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
                                 const LikelihoodOptions& options);
+
+/// Where the body stands at the first knot, which the run must have: the mean of the reference over the time
+/// that the robot stands there; without headings in the reference, heading by the course over the ground.
+Pose2 body_at_start(const Run& run, const Robot& robot);
 
 /// The likelihood of what was measured of the run as a whole (PartialReference).
 RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters);
