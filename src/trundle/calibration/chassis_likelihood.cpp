@@ -5,7 +5,6 @@
 namespace trundle {
 namespace {
 
-constexpr double kWindow_s = 1.0;
 constexpr double kRankLimit = 1e-9;
 
 /// Readings of a window of intervals, summed.
@@ -111,8 +110,8 @@ std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot, 
   for (std::size_t i = 0; i < increments.size(); ++i) {
     const bool broken = run.readings.bridged[i] || !usable(increments[i], with_gyro);
     if (!broken) extend(window, increments[i], readings_of(robot.chassis, rows, increments[i]));
-    if (!broken && window.sum.duration_s < kWindow_s - 1e-9) continue;
-    if (window.sum.duration_s >= 0.5 * kWindow_s)
+    if (!broken && window.sum.duration_s < options.window_s - 1e-9) continue;
+    if (window.sum.duration_s >= 0.5 * options.window_s)
       add_window(window, context, result[i * result.size() / increments.size()]);
     window = {};
   }

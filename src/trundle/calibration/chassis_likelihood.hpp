@@ -11,11 +11,12 @@ namespace trundle {
 struct ChassisLikelihoodOptions {
   int pieces = 1;                ///< into which the run is cut, one Information for each
   double variance_factor = 1.0;  ///< by which the readings' variances are scaled
+  double window_s = 1.0;         ///< over which readings are summed
   double gate = 1e300;           ///< windows whose squared Mahalanobis residual is larger are left out
 };
 
 /// What the sensors on board say about each other: the part of their readings that no motion of the chassis
-/// explains, summed over windows of about a second. Needs no reference; empty where rows and unknowns are
+/// explains, summed over windows. Needs no reference; empty where rows and unknowns are
 /// equal in number. The noise is that of the counts, whatever a count is worth: `nominal` gives its size in
 /// metres, so that a wheel is not made small to make its errors small. docs/calibration.md.
 std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot, const Robot& nominal,

@@ -1,8 +1,10 @@
 #include "trundle/calibration/estimator.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -26,6 +28,9 @@ constexpr int kMostHalvings = 10;
 constexpr double kNearEnough =
     1e-3;  // a Gauss–Newton step [prior sigmas] that rounding or outliers may forbid
 constexpr double kRounding = 1e-7;
+constexpr double kWindow_s = 1.0;  // over which is summed what no motion explains
+constexpr std::array kLongerWindows_s = {4.0, 16.0};
+constexpr int kFewestWindows = 10;
 constexpr NoiseEstimate kShortStretches{0.05, {.position_m = 0.05, .heading_rad = 0.2}, false};
 constexpr NoiseEstimate kWholeRuns{1e-4, {.position_m = 0.005, .heading_rad = 0.02}, false};
 
@@ -77,10 +82,11 @@ RunInformation run_information(std::size_t index, const Robot& robot, const Fit&
                         {.reference_noise = fit.noise.reference, .pieces = fit.pieces(), .gate = fit.gate});
   append(result.pieces, stream.pieces);
   append(result.pieces, partial_likelihood(run, noisy, fit.parameters).pieces);
-  append(result.pieces,
-         chassis_likelihood(
-             run, noisy, fit.nominal, fit.parameters,
-             {.pieces = fit.pieces(), .variance_factor = fit.chassis_variance_factor, .gate = fit.gate}));
+  append(result.pieces, chassis_likelihood(run, noisy, fit.nominal, fit.parameters,
+                                           {.pieces = fit.pieces(),
+                                            .variance_factor = fit.chassis_variance_factor,
+                                            .window_s = kWindow_s,
+                                            .gate = fit.gate}));
   if (!run.relative_motions.empty())
     append(result.pieces, relative_information(run, noisy, fit, fit.relative_covariance[index]));
   result.outliers = stream.outliers;
@@ -234,24 +240,44 @@ void measure_dispersion(const Robot& robot, const Fit& fit, Estimate& estimate) 
     estimate.dispersion = std::max(1.0, chi2 / estimate.degrees_of_freedom);
 }
 
-/// The scale of what no motion explains, by the median over pieces of the runs.
-double chassis_variance_factor(const Robot& robot, const Fit& fit) {
+/// How much larger than the readings' noise that is which no motion explains, summed over windows: the median
+/// over pieces of the runs. Nothing where runs are too short for such windows.
+std::optional<double> chassis_variance_factor(const Robot& robot, const Fit& fit, double window_s) {
   std::vector<double> factors;
-  for (const Run& run : fit.runs)
+  int windows = 0;
+  for (const Run& run : fit.runs) {
+    const auto& increments = run.readings.increments;
+    const double duration = increments.empty() ? 0.0 : increments.back().time_s - run.readings.start_s;
+    const int pieces = std::clamp(static_cast<int>(duration / (3.0 * window_s)), 1, 20);
     for (const Information& piece :
-         chassis_likelihood(run, with_noise(robot, fit.noise), fit.nominal, fit.parameters, {.pieces = 20}))
-      if (piece.count > 0) factors.push_back(piece.chi2 / piece.count);
-  return factors.empty() ? 1.0 : std::max(median(factors), 1e-12);
+         chassis_likelihood(run, with_noise(robot, fit.noise), fit.nominal, fit.parameters,
+                            {.pieces = pieces, .window_s = window_s})) {
+      if (piece.count == 0) continue;
+      factors.push_back(piece.chi2 / piece.count);
+      windows += piece.count;
+    }
+  }
+  if (windows < kFewestWindows) return std::nullopt;
+  return std::max(median(factors), 1e-12);
 }
 
 /// Wheel noise also sets the weight of what no motion explains, so its scale is found anew.
 void set_noise(const Robot& robot, const NoiseEstimate& noise, Fit& fit) {
   fit.noise = noise;
-  fit.chassis_variance_factor = chassis_variance_factor(robot, fit);
+  fit.chassis_variance_factor = chassis_variance_factor(robot, fit, kWindow_s).value_or(1.0);
+}
+
+/// Errors that last for several windows (scrubbing, rollers) teach less than the number of windows suggests:
+/// summed over longer windows they are larger than independent ones would be.
+void allow_for_lasting_errors(const Robot& robot, Fit& fit) {
+  for (const double window_s : kLongerWindows_s)
+    if (const auto factor = chassis_variance_factor(robot, fit, window_s))
+      fit.chassis_variance_factor = std::max(fit.chassis_variance_factor, *factor);
 }
 
 void learn_noise(const Robot& robot, Fit& fit) {
   set_noise(robot, estimate_noise(fit.runs, robot), fit);
+  allow_for_lasting_errors(robot, fit);
   for (std::size_t i = 0; i < fit.runs.size(); ++i) {
     if (fit.runs[i].relative_motions.empty()) continue;
     fit.relative_covariance[i] =
@@ -283,6 +309,11 @@ Estimate estimate_parameters(std::span<const Run> runs, const Robot& nominal,
   // runs show.
   estimate.robot = nominal;
   iterate(estimate.robot, fit, estimate.space);
+  if (nominal.chassis.gyro) {
+    // What the rough robot leaves over in positions is more than noise: its heading is the gyro's, not yet scaled.
+    learn_noise(estimate.robot, fit);
+    iterate(estimate.robot, fit, estimate.space);
+  }
   fit.gate = kGate;
   for (int round = 0; round < kWeightRounds; ++round) {
     estimate.converged = iterate(estimate.robot, fit, estimate.space);
