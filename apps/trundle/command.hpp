@@ -42,6 +42,7 @@ void add_odometry(CLI::App& app);
 void add_evaluate(CLI::App& app);
 void add_simulate(CLI::App& app);
 void add_info(CLI::App& app);
+void add_install_angle(CLI::App& app);
 void add_report(CLI::App& app);
 
 }  // namespace trundle::app

@@ -22,6 +22,7 @@ int main(int argc, char** argv) {
   add_info(app);
   add_calibrate(app);
   add_umbmark(app);
+  add_install_angle(app);
   add_odometry(app);
   add_evaluate(app);
   add_simulate(app);

@@ -37,6 +37,7 @@ const std::vector<Command> kCommands = {
     {"umbmark",
      {"sheet.csv", "--robot", "nominal.toml", "-o", "out/calibrated.toml"},
      {"out/calibrated.toml", "out/calibration.json"}},
+    {"install-angle", {"l_run", "--robot", "pods.toml"}, {}},
     {"odometry", {"ccw", "--robot", "nominal.toml", "-o", "out/trajectory.csv"}, {"out/trajectory.csv"}},
     {"evaluate", {"cw/reference.csv", "ccw/reference.csv", "--align", "se2"}, {}},
     {"simulate",
@@ -51,6 +52,13 @@ const std::vector<Command> kCommands = {
 
 void PrintTo(const Command& command, std::ostream* stream) {
   *stream << command.name;
+}
+
+/// Names of tests hold no hyphens.
+std::string test_name(const Command& command) {
+  std::string name = command.name;
+  std::ranges::replace(name, '-', '_');
+  return name;
 }
 
 Arguments command_line(const Command& command, const Arguments& more = {}) {
@@ -177,7 +185,7 @@ TEST_P(Writing, AKilledRunLeavesOldOutputsOrNewOnes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(, Contract, testing::ValuesIn(kCommands),
-                         [](const auto& test) { return test.param.name; });
+                         [](const auto& test) { return test_name(test.param); });
 
 std::vector<Command> writing_commands() {
   std::vector<Command> commands;
@@ -186,7 +194,7 @@ std::vector<Command> writing_commands() {
   return commands;
 }
 INSTANTIATE_TEST_SUITE_P(, Writing, testing::ValuesIn(writing_commands()),
-                         [](const auto& test) { return test.param.name; });
+                         [](const auto& test) { return test_name(test.param); });
 
 /// A command line, how it must end, and what its one line of error must say.
 struct Failure {
@@ -211,6 +219,23 @@ const std::vector<Failure> kFailures = {
      {"calibrate", "blind", "--robot", "nominal.toml", "-o", "out/c.toml"},
      4,
      "to calibrate with"},
+    {"InstallAngleWithoutAnEnd", {"install-angle", "--side-m", "2"}, 2, "--end-x-m"},
+    {"InstallAngleOfARepeatThatIsNone",
+     {"install-angle", "--side-m", "2", "--end-x-m", "2", "--end-y-m", "2", "--repeat", "2;2"},
+     2,
+     "2;2"},
+    {"InstallAngleOfNoSide",
+     {"install-angle", "--side-m", "0", "--end-x-m", "2", "--end-y-m", "2"},
+     3,
+     "0 m"},
+    {"InstallAngleOfNoL",
+     {"install-angle", "--side-m", "2", "--end-x-m", "2", "--end-y-m", "0"},
+     4,
+     "L-shaped"},
+    {"InstallAngleOfADifferentialDrive",
+     {"install-angle", "cw", "--robot", "nominal.toml"},
+     3,
+     "two passive wheels"},
     {"NothingInCommon", {"evaluate", "cw/reference.csv", "later.csv"}, 4, ""},
 };
 

@@ -93,6 +93,36 @@ Run square(double turn_sign) {
   return run;
 }
 
+constexpr std::string_view kPods = R"(name = "pods"
+[[wheel]]
+name = "ahead"
+direction_deg = 0.0
+kind = "omni"
+diameter_m = 0.05
+ticks_per_revolution = 2048
+[[wheel]]
+name = "across"
+direction_deg = 90.0
+kind = "omni"
+diameter_m = 0.05
+ticks_per_revolution = 2048
+[gyro]
+)";
+
+/// An L of 1 m by the pods, of which one was mounted 0.1 rad wrong.
+void write_l_run(const std::filesystem::path& folder) {
+  std::string wheels = "time_s,ahead_m,across_m\n";
+  std::string gyro = "time_s,yaw_rate_rad_s\n";
+  for (int i = 0; i <= 100; ++i) {
+    wheels += fmt::format("{:.1f},{},{}\n", 0.1 * i, 0.02 * std::min(i, 50), 0.02 * std::max(i - 50, 0));
+    gyro += fmt::format("{:.1f},0\n", 0.1 * i);
+  }
+  write_file(folder / "wheels.csv", wheels);
+  write_file(folder / "gyro.csv", gyro);
+  write_file(folder / "recording.toml", fmt::format("[reference]\nend_x_m = 1.0\nend_y_m = {}\n",
+                                                    (1.0 - std::sin(0.1)) / std::cos(0.1)));
+}
+
 void write_run(const std::filesystem::path& folder, const Run& run) {
   write_file(folder / "wheels.csv", run.wheels);
   write_file(folder / "reference.csv", run.reference);
@@ -113,6 +143,8 @@ Sample::Sample() : folder_(fresh_folder()) {
   write_run(folder_ / "cw", square(-1.0));
   write_run(folder_ / "ccw", square(1.0));
   write_file(folder_ / "blind/wheels.csv", square(1.0).wheels);
+  write_file(folder_ / "pods.toml", kPods);
+  write_l_run(folder_ / "l_run");
   write_file(folder_ / "later.csv", "time_s,x_m,y_m,heading_rad\n1000,0,0,0\n1001,1,0,0\n");
   std::filesystem::create_directory(folder_ / "empty");
 }
