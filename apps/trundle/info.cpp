@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include "trundle/chassis/rows.hpp"
 #include "trundle/recording/gyro_noise.hpp"
 #include "trundle/recording/inspect.hpp"
+#include "trundle/recording/time_offset.hpp"
 
 #include "command.hpp"
 
@@ -12,6 +14,8 @@ namespace trundle::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr double kSmallOffset_s = 0.005;  // does no harm
 
 struct Options {
   std::string recording;
@@ -30,6 +34,8 @@ struct Findings {
   std::vector<std::string> missing;
   std::optional<Abilities> abilities;
   std::optional<GyroNoise> noise;
+  bool compares_clocks = false;  ///< wheels that see turns and a gyro are there
+  std::optional<TimeOffset> offset;
 };
 
 /// What align() finds; where it refuses, missing_in() says why.
@@ -41,6 +47,29 @@ std::vector<Problem> problems_with(const Recording& recording, const Robot& robo
   }
 }
 
+/// The gyro's clock against the wheels'.
+void compare_clocks(const Robot& robot, Findings& findings) {
+  const bool wheels_turn = robot.chassis.wheel_count > 0 && !findings.recording.wheels.time_s.empty() &&
+                           observability(rows_of(robot.chassis, false)).rank == 3;
+  findings.compares_clocks = wheels_turn && robot.chassis.gyro && !findings.recording.gyro.time_s.empty();
+  if (!findings.compares_clocks) return;
+  try {
+    findings.offset = gyro_time_offset(findings.recording, robot);
+  } catch (const InputError&) {  // missing_in() says why
+    findings.compares_clocks = false;
+  }
+  const auto& offset = findings.offset;
+  if (!offset) return;
+  const double off = offset->offset_s - robot.chassis.gyro->time_offset_s;
+  if (std::abs(off) > std::max(3.0 * offset->sigma_s, kSmallOffset_s))
+    findings.problems.push_back(
+        {Severity::warning, "time offset", findings.recording.gyro.origin.file, 1,
+         fmt::format(
+             "the gyro is {:.1f} ms off the wheels, which looks like slip at every start of a turn: write "
+             "time_offset_s = {:.4f} under [gyro]",
+             1e3 * off, offset->offset_s)});
+}
+
 Findings find(const std::filesystem::path& path, const std::optional<Robot>& robot, const Options& options) {
   Findings findings;
   findings.recording = read_recording(path, {.robot_number = options.robot_number});
@@ -50,6 +79,7 @@ Findings find(const std::filesystem::path& path, const std::optional<Robot>& rob
   const std::vector<Problem> more = robot ? problems_with(recording, *robot) : inspect(recording);
   findings.problems.insert(findings.problems.end(), more.begin(), more.end());
   findings.missing = missing_in(recording, robot ? &*robot : nullptr);
+  if (robot) compare_clocks(*robot, findings);
   if (robot) findings.abilities = abilities_of(*robot, robot->chassis.gyro && !recording.gyro.time_s.empty());
   if (options.gyro_noise) {
     findings.noise = gyro_noise(recording);
@@ -124,6 +154,11 @@ Json to_json(const GyroNoise& noise) {
   return json;
 }
 
+Json to_json(const TimeOffset& offset) {
+  return {
+      {"time_offset_s", offset.offset_s}, {"sigma_s", offset.sigma_s}, {"correlation", offset.correlation}};
+}
+
 Json to_json(const Findings& findings) {
   const Recording& recording = findings.recording;
   Json json = {{"name", recording.name}, {"session", recording.session}, {"streams", Json::array()}};
@@ -136,6 +171,8 @@ Json to_json(const Findings& findings) {
   json["missing"] = findings.missing;
   if (findings.abilities)
     json["robot"] = {{"can_tell", findings.abilities->can}, {"cannot_tell", findings.abilities->cannot}};
+  if (findings.compares_clocks)
+    json["gyro_time_offset"] = findings.offset ? to_json(*findings.offset) : Json();
   if (findings.noise) json["gyro_noise"] = to_json(*findings.noise);
   return json;
 }
@@ -192,6 +229,12 @@ std::string text_of(const Findings& findings) {
     text += list("this robot can tell:", findings.abilities->can);
     text += list("this robot cannot tell:", findings.abilities->cannot);
   }
+  if (findings.compares_clocks)
+    text += findings.offset
+                ? fmt::format("gyro against wheels: time_offset_s = {:.4f} ± {:.4f} s\n",
+                              findings.offset->offset_s, findings.offset->sigma_s)
+                : std::string(
+                      "gyro against wheels: the time offset cannot be told; change the turn rate often\n");
   if (findings.noise) text += text_of(*findings.noise);
   return text;
 }

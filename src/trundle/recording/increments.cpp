@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/recording/detail/add_gyro.hpp"
 #include "trundle/recording/detail/courses.hpp"
 #include "trundle/recording/detail/table.hpp"
 
@@ -140,6 +141,8 @@ class GyroIntegral {
   std::size_t cursor_ = 0;
 };
 
+}  // namespace
+
 void add_gyro(const Recording& recording, const Robot& robot, AlignedReadings& aligned) {
   if (!robot.chassis.gyro || recording.gyro.time_s.empty()) return;
   GyroIntegral integral(recording.gyro, *robot.chassis.gyro);
@@ -162,6 +165,8 @@ void add_gyro(const Recording& recording, const Robot& robot, AlignedReadings& a
   warn("gyro missing", without,
        "{} intervals of the wheels have no gyro: a gap, saturation, or before its start or after its end");
 }
+
+namespace {
 
 /// rms of the accelerometer about its mean over each interval, of both axes together; two samples at least.
 void add_shaking(const AccelStream& accel, AlignedReadings& aligned) {
