@@ -65,9 +65,9 @@ void compare_clocks(const Robot& robot, Findings& findings) {
     findings.problems.push_back(
         {Severity::warning, "time offset", findings.recording.gyro.origin.file, 1,
          fmt::format(
-             "the gyro is {:.1f} ms off the wheels, which looks like slip at every start of a turn: write "
-             "time_offset_s = {:.4f} under [gyro]",
-             1e3 * off, offset->offset_s)});
+             "the gyro's stamps are {:.1f} ms too {} against the wheels', which looks like slip at every "
+             "start of a turn: write time_offset_s = {:.4f} under [gyro]",
+             1e3 * std::abs(off), off < 0.0 ? "late" : "early", offset->offset_s)});
 }
 
 Findings find(const std::filesystem::path& path, const std::optional<Robot>& robot, const Options& options) {

@@ -153,6 +153,25 @@ TEST(Calibrate, FindsATimeOffsetOfTheReferenceWhenAsked) {
   EXPECT_NEAR(parameter(result, "reference.time_offset").value, 0.15, 0.02);
 }
 
+TEST(Calibrate, SetsTheClockOfTheGyroByTheLogs) {
+  Robot nominal = nominal_differential();
+  nominal.chassis.gyro = Gyro{};
+  Robot truth = true_differential();
+  truth.chassis.gyro = Gyro{.time_offset_s = -0.05};
+  std::vector<Recording> runs;
+  std::uint64_t seed = 60;
+  for (const Path& path : test::differential_paths()) {
+    Scenario scenario = scenario_of(nominal, truth, path, seed++);
+    scenario.encoders.rate_hz = 20.0;
+    runs.push_back(simulate(scenario).recording);
+    runs.back().session = "one";
+  }
+  const CalibrationResult result = calibrate(runs, {}, nominal);
+  EXPECT_NEAR(result.calibrated.chassis.gyro->time_offset_s, -0.05, 0.002);
+  EXPECT_THAT(result.notes, Contains(HasSubstr("gyro.time_offset_s -0.0")));
+  EXPECT_EQ(result.nominal.chassis.gyro->time_offset_s, 0.0);
+}
+
 TEST(Calibrate, SessionsThatDifferWidenTheIntervals) {
   std::vector<Recording> runs;
   for (int session = 0; session < 4; ++session) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,11 +11,52 @@
 #include "trundle/calibration/run_result.hpp"
 #include "trundle/calibration/sessions.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/recording/time_offset.hpp"
 
 namespace trundle {
 namespace {
 
 constexpr double kOutlyingWeight = 0.5;
+constexpr double kSmallOffset_s = 0.005;  // of the gyro's clock: does no harm
+
+/// What the logs say of the gyro's clock.
+struct ClockOffset {
+  double offset_s = 0.0;
+  double sigma_s = 0.0;
+  int recordings = 0;
+};
+
+std::optional<ClockOffset> clock_offset(std::span<const Recording> recordings, const Robot& robot) {
+  double weights = 0.0;
+  double sum = 0.0;
+  ClockOffset clock;
+  for (const Recording& recording : recordings) {
+    const auto offset = gyro_time_offset(recording, robot);
+    if (!offset) continue;
+    const double weight = 1.0 / (offset->sigma_s * offset->sigma_s);
+    weights += weight;
+    sum += weight * offset->offset_s;
+    ++clock.recordings;
+  }
+  if (clock.recordings == 0) return std::nullopt;
+  clock.offset_s = sum / weights;
+  clock.sigma_s = 1.0 / std::sqrt(weights);
+  return clock;
+}
+
+/// Sets the gyro's clock by the logs, where they show it wrong. Returns what was done, in words.
+std::string set_clock(std::span<const Recording> recordings, Robot& robot) {
+  const auto clock = clock_offset(recordings, robot);
+  if (!clock) return {};
+  double& time_offset_s = robot.chassis.gyro->time_offset_s;
+  const double given_s = time_offset_s;
+  if (std::abs(clock->offset_s - given_s) < std::max(kSmallOffset_s, 3.0 * clock->sigma_s)) return {};
+  time_offset_s = clock->offset_s;
+  return fmt::format(
+      "gyro.time_offset_s {:.4f} ± {:.4f} s (was {:.4f}), from the turns of gyro and wheels in {} "
+      "recording{}",
+      clock->offset_s, clock->sigma_s, given_s, clock->recordings, clock->recordings == 1 ? "" : "s");
+}
 
 std::vector<Run> prepare_runs(std::span<const Recording> recordings, const Robot& robot) {
   std::vector<Run> runs;
@@ -155,13 +197,15 @@ std::string summary_of(const CalibrationResult& result) {
 
 CalibrationResult calibrate(std::span<const Recording> training, std::span<const Recording> hold_out,
                             const Robot& nominal, const CalibrateOptions& options) {
-  const std::vector<Run> runs = prepare_runs(training, nominal);
+  Robot start = nominal;
+  const std::string clock = set_clock(training, start);
+  const std::vector<Run> runs = prepare_runs(training, start);
   const std::vector<Parameter> parameters = choose_parameters(nominal, runs, options.free, options.fix);
   if (parameters.empty())
     throw CannotAnswer("no parameter is free: these recordings measure nothing to calibrate with");
-  const Estimate estimate = estimate_parameters(runs, nominal, parameters);
+  const Estimate estimate = estimate_parameters(runs, start, parameters);
   if (estimate.space.basis.cols() == 0) refuse_nothing_estimated(estimate, parameters, nominal);
-  const SessionSpread spread = session_spread(runs, nominal, parameters, estimate.space);
+  const SessionSpread spread = session_spread(runs, start, parameters, estimate.space);
 
   CalibrationResult result;
   result.method = "ml";
@@ -183,7 +227,11 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   }
   if (!estimate.converged) result.warnings.push_back("the fit did not converge: treat the numbers with care");
   result.calibrated.calibration = record_of(result, estimate);
-  add_runs(runs, prepare_runs(hold_out, nominal), estimate, result);
+  if (!clock.empty()) {
+    result.notes.push_back(clock);
+    result.calibrated.calibration->provenance.push_back(clock);
+  }
+  add_runs(runs, prepare_runs(hold_out, start), estimate, result);
   add_errors(result);
   add_session_words(spread, result);
   result.summary = summary_of(result);
