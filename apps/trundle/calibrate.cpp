@@ -45,6 +45,7 @@ void run(const Options& options) {
   add_inputs(hold_out, provenance);
   for (const std::string& name : options.calibrate.free) provenance.options.emplace_back("free", name);
   for (const std::string& name : options.calibrate.fix) provenance.options.emplace_back("fix", name);
+  if (options.calibrate.learn_noise) provenance.options.emplace_back("learn_noise", "true");
   finish_calibration(calibrate(training, hold_out, nominal, options.calibrate), provenance, options.output,
                      options.common);
 }
@@ -65,6 +66,8 @@ void add_calibrate(CLI::App& app) {
   command->add_option("--robot", options->robot, "The nominal robot file")->required();
   command->add_option("--free", options->calibrate.free, "Also estimate this parameter, e.g. reference.x");
   command->add_option("--fix", options->calibrate.fix, "Leave this parameter at its nominal value");
+  command->add_flag("--learn-noise", options->calibrate.learn_noise,
+                    "Also learn the noise of wheels, sideways motion and gyro from what odometry misses");
   command->add_option("--robot-number", options->robot_number, "Which robot of a folder that holds several");
   add_calibration_output(*command, options->output);
   command->callback([options] { run(*options); });

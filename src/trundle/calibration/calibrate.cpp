@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "trundle/calibration/defaults.hpp"
+#include "trundle/calibration/learn_noise.hpp"
 #include "trundle/calibration/run_result.hpp"
 #include "trundle/calibration/sessions.hpp"
 #include "trundle/io/error.hpp"
@@ -227,6 +228,14 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   }
   if (!estimate.converged) result.warnings.push_back("the fit did not converge: treat the numbers with care");
   result.calibrated.calibration = record_of(result, estimate);
+  if (options.learn_noise) {
+    const LearnedNoise learned = learn_noise(runs, result.calibrated);
+    result.calibrated = with_learned_noise(result.calibrated, learned);
+    std::erase_if(result.calibrated.calibration->provenance,
+                  [](const std::string& line) { return line.starts_with("noise."); });
+    result.calibrated.calibration->provenance.push_back(learned.how);
+    result.notes.push_back(learned.how);
+  }
   if (!clock.empty()) {
     result.notes.push_back(clock);
     result.calibrated.calibration->provenance.push_back(clock);

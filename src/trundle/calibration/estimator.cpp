@@ -310,7 +310,8 @@ Estimate estimate_parameters(std::span<const Run> runs, const Robot& nominal,
   estimate.robot = nominal;
   iterate(estimate.robot, fit, estimate.space);
   if (nominal.chassis.gyro) {
-    // What the rough robot leaves over in positions is more than noise: its heading is the gyro's, not yet scaled.
+    // What the rough robot leaves over in positions is more than noise: its heading is the gyro's, not yet
+    // scaled.
     learn_noise(estimate.robot, fit);
     iterate(estimate.robot, fit, estimate.space);
   }

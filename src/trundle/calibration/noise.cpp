@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "trundle/calibration/learn_noise.hpp"
 #include "trundle/odometry/odometer.hpp"
 
 namespace trundle {
@@ -14,6 +15,7 @@ constexpr double kSmallestWheelNoise = 1e-5;  // [m/√m]
 constexpr double kSmallestHeadingNoise_rad = 1e-5;
 constexpr double kSmallestPositionNoise_m = 1e-5;
 constexpr std::size_t kFewestPairs = 20;
+constexpr std::size_t kFewestKnotsForLags = 11;
 // Differences larger than so many robust sigmas are lost tracking, not wobble: they count as that much.
 constexpr double kLargestDeviation = 6.0;
 constexpr double kLargestCorrelation = 0.95;
@@ -237,8 +239,14 @@ Robot with_perfect_gyro(Robot robot) {
   return robot;
 }
 
+/// Whether the runs are so long against the spacing of their knots that lags differ.
+bool have_lags(std::span<const Run> runs) {
+  return std::ranges::any_of(runs, [](const Run& run) { return run.knots.size() >= kFewestKnotsForLags; });
+}
+
 /// Where a gyro tells the heading, the wheels' noise shows in the position, and the heading shows the gyro's.
 void learn_noise_with_gyro(std::span<const Run> runs, const Robot& robot, NoiseEstimate& noise) {
+  if (!have_lags(runs)) return;
   if (const auto growth = growth_of(drifts_of(runs, with_noise(with_perfect_gyro(robot), noise)).position)) {
     noise.wheel_per_sqrt_m = std::max(noise.wheel_per_sqrt_m * growth->odometry, kSmallestWheelNoise);
     noise.from_runs = true;
@@ -257,6 +265,21 @@ void learn_noise_of_wheels(std::span<const Run> runs, const Robot& robot, NoiseE
   noise.from_runs = true;
 }
 
+/// Runs too short for lags: what odometry misses of them as a whole.
+bool learn_noise_of_pieces(std::span<const Run> runs, const Robot& robot, NoiseEstimate& noise) {
+  const auto learned = learn_noise_if_possible(runs, robot);
+  if (!learned) return false;
+  noise.wheel_per_sqrt_m = learned->noise.wheel_per_sqrt_m;
+  noise.sideways = learned->noise;
+  noise.reference.position_m = std::max(learned->reference_position_m, kSmallestPositionNoise_m);
+  noise.reference.heading_rad = std::max(learned->reference_heading_rad, kSmallestHeadingNoise_rad);
+  if (learned->gyro_rad_s_sqrt_hz)
+    noise.gyro_factor =
+        *learned->gyro_rad_s_sqrt_hz / std::max(robot.chassis.gyro->noise_rad_s_sqrt_hz, 1e-12);
+  noise.from_runs = true;
+  return true;
+}
+
 }  // namespace
 
 NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot) {
@@ -266,6 +289,7 @@ NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot) {
   } else {
     learn_noise_of_wheels(runs, robot, noise);
   }
+  if (!noise.from_runs && learn_noise_of_pieces(runs, robot, noise)) return noise;
   noise.reference.position_m = consistent_position_noise(runs, with_noise(robot, noise), noise.reference);
   allow_for_correlation(runs, with_noise(robot, noise), noise.reference);
   return noise;
@@ -273,6 +297,7 @@ NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot) {
 
 Robot with_noise(const Robot& robot, const NoiseEstimate& noise) {
   Robot result = robot;
+  if (noise.sideways) result.chassis.noise = *noise.sideways;
   result.chassis.noise.wheel_per_sqrt_m = noise.wheel_per_sqrt_m;
   if (result.chassis.gyro) result.chassis.gyro->noise_rad_s_sqrt_hz *= noise.gyro_factor;
   for (Wheel& wheel : result.chassis.wheels()) wheel.ticks_per_revolution = 0.0;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "trundle/calibration/run_likelihood.hpp"
@@ -10,7 +11,8 @@ namespace trundle {
 struct NoiseEstimate {
   double wheel_per_sqrt_m = 0.0;
   ReferenceNoise reference;
-  bool from_runs = false;    ///< false: too little reference, the robot file's numbers stand
+  bool from_runs = false;                     ///< false: too little reference, the robot file's numbers stand
+  std::optional<ChassisNoise> sideways = {};  ///< lateral and skid noise, where they were learned
   double gyro_factor = 1.0;  ///< by which the gyro's noise is larger than the robot file says
 };
 

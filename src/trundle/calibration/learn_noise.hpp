@@ -1,0 +1,39 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include "trundle/calibration/run.hpp"
+
+namespace trundle {
+
+struct LearnNoiseOptions {
+  double piece_s = 2.0;  ///< runs are cut into pieces of this length: errors over that time are made honest
+};
+
+/// How noisy the readings of a calibrated robot are, by what odometry misses of the reference over short
+/// pieces.
+struct LearnedNoise {
+  ChassisNoise noise;                        ///< wheel, and lateral or skid; the rest as it was
+  std::optional<double> gyro_rad_s_sqrt_hz;  ///< with a gyro
+  double reference_position_m = 0.0;         ///< of each reference pose
+  double reference_heading_rad = 0.0;
+  int pieces = 0;
+  double inside_95 = 0.0;  ///< share of the pieces whose position error lies inside the 95 % ellipse
+  std::string how;         ///< for the robot file
+};
+
+/// The noise that makes those errors most likely. docs/calibration.md, eq. 9. Throws CannotAnswer with fewer
+/// than 20 pieces that have a pose at both ends.
+LearnedNoise learn_noise(std::span<const Run> runs, const Robot& robot,
+                         const LearnNoiseOptions& options = {});
+
+/// The same; nothing with fewer pieces.
+std::optional<LearnedNoise> learn_noise_if_possible(std::span<const Run> runs, const Robot& robot,
+                                                    const LearnNoiseOptions& options = {});
+
+/// The robot with that noise.
+Robot with_learned_noise(const Robot& robot, const LearnedNoise& learned);
+
+}  // namespace trundle
