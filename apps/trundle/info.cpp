@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "trundle/calibration/wiring.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/recording/gyro_noise.hpp"
 #include "trundle/recording/inspect.hpp"
@@ -70,6 +71,20 @@ void compare_clocks(const Robot& robot, Findings& findings) {
              1e3 * std::abs(off), off < 0.0 ? "late" : "early", offset->offset_s)});
 }
 
+/// Columns that do not belong to the wheels whose names they bear.
+void compare_wiring(const Robot& robot, Findings& findings) {
+  try {
+    const Wiring wiring = check_wiring(std::span(&findings.recording, 1), robot);
+    for (const std::string& fault : wiring.faults)
+      findings.problems.push_back(
+          {Severity::warning, "wiring", findings.recording.wheels.origin.file, 1, fault});
+    for (const std::string& pair : wiring.untold)
+      findings.problems.push_back({Severity::note, "wiring", findings.recording.wheels.origin.file, 1, pair});
+  } catch (const InputError&) {  // missing_in() says why
+  } catch (const CannotAnswer&) {
+  }
+}
+
 Findings find(const std::filesystem::path& path, const std::optional<Robot>& robot, const Options& options) {
   Findings findings;
   findings.recording = read_recording(path, {.robot_number = options.robot_number});
@@ -79,6 +94,7 @@ Findings find(const std::filesystem::path& path, const std::optional<Robot>& rob
   const std::vector<Problem> more = robot ? problems_with(recording, *robot) : inspect(recording);
   findings.problems.insert(findings.problems.end(), more.begin(), more.end());
   findings.missing = missing_in(recording, robot ? &*robot : nullptr);
+  if (robot) compare_wiring(*robot, findings);
   if (robot) compare_clocks(*robot, findings);
   if (robot) findings.abilities = abilities_of(*robot, robot->chassis.gyro && !recording.gyro.time_s.empty());
   if (options.gyro_noise) {

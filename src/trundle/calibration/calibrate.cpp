@@ -11,6 +11,7 @@
 #include "trundle/calibration/learn_noise.hpp"
 #include "trundle/calibration/run_result.hpp"
 #include "trundle/calibration/sessions.hpp"
+#include "trundle/calibration/wiring.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/recording/time_offset.hpp"
 
@@ -197,7 +198,9 @@ std::string summary_of(const CalibrationResult& result) {
 }  // namespace
 
 CalibrationResult calibrate(std::span<const Recording> training, std::span<const Recording> hold_out,
-                            const Robot& nominal, const CalibrateOptions& options) {
+                            const Robot& given, const CalibrateOptions& options) {
+  const Wiring wiring = check_wiring(training, given);
+  const Robot& nominal = wiring.robot;
   Robot start = nominal;
   const std::string clock = set_clock(training, start);
   const std::vector<Run> runs = prepare_runs(training, start);
@@ -210,6 +213,9 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
 
   CalibrationResult result;
   result.method = "ml";
+  for (const std::string& fault : wiring.faults)
+    result.warnings.push_back(fault + "; corrected before calibrating, check the robot");
+  result.cannot_tell = wiring.untold;
   result.status =
       estimate.space.held.empty() ? CalibrationStatus::all_estimated : CalibrationStatus::some_held;
   result.nominal = nominal;

@@ -19,9 +19,10 @@ struct CalibrateOptions {
 /// The general estimator: the parameters of any chassis from any mix of recordings whose references are
 /// trajectories, partial measurements, relative motions of a sensor, or only what the sensors on board say of
 /// each other; with error bars within and between sessions, and what the runs cannot tell. The hold-out
-/// recordings are only evaluated. docs/calibration.md. Throws CannotAnswer when nothing can be estimated,
+/// recordings are only evaluated. Swapped ports, reversed counts and a gyro upside down are corrected first,
+/// with a warning (wiring.hpp). docs/calibration.md. Throws CannotAnswer when nothing can be estimated,
 /// InputError for unknown parameter names.
 CalibrationResult calibrate(std::span<const Recording> training, std::span<const Recording> hold_out,
-                            const Robot& nominal, const CalibrateOptions& options = {});
+                            const Robot& given, const CalibrateOptions& options = {});
 
 }  // namespace trundle

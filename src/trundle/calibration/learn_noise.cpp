@@ -27,23 +27,15 @@ struct Piece {
   Vector3 motion;  ///< of the body by the reference, in the frame of its start: x, y, heading
 };
 
-std::optional<Pose2> body_at(const Run& run, std::size_t increments, const Robot& robot) {
-  const double time_s =
-      increments == 0 ? run.readings.start_s : run.readings.increments[increments - 1].time_s;
-  const ReferenceSample sample = sample_reference(run.reference, time_s - robot.reference_time_offset_s);
-  if (!sample.has_position() || !sample.has_heading()) return std::nullopt;
-  return Pose2{sample.value.x(), sample.value.y(), sample.value.z()} * robot.body_from_reference.inverse();
-}
-
 /// From each place to the last one that is at most a piece later, and on from there.
 void add_pieces(const Run& run, const Robot& robot, double piece_s, std::vector<Piece>& pieces) {
   const auto& increments = run.readings.increments;
-  std::optional<Pose2> start = body_at(run, 0, robot);
+  std::optional<Pose2> start = body_by_reference(run, 0, robot);
   std::optional<Pose2> end;
   std::size_t first = 0, last = 0;
   double start_s = run.readings.start_s;
   for (std::size_t n = 1; n <= increments.size(); ++n) {
-    const auto here = body_at(run, n, robot);
+    const auto here = body_by_reference(run, n, robot);
     if (here && start) {
       end = here;
       last = n;

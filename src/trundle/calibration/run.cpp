@@ -122,6 +122,14 @@ bool Run::measures_anything() const {
   return !knots.empty() || !relative_motions.empty() || !partial.empty();
 }
 
+std::optional<Pose2> body_by_reference(const Run& run, std::size_t increments, const Robot& robot) {
+  const double time_s =
+      increments == 0 ? run.readings.start_s : run.readings.increments[increments - 1].time_s;
+  const ReferenceSample sample = sample_reference(run.reference, time_s - robot.reference_time_offset_s);
+  if (!sample.has_position() || !sample.has_heading()) return std::nullopt;
+  return Pose2{sample.value.x(), sample.value.y(), sample.value.z()} * robot.body_from_reference.inverse();
+}
+
 Run prepare_run(const Recording& recording, const Robot& robot) {
   Run run{.name = recording.name,
           .session = recording.session,

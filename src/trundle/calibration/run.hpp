@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,9 @@ struct Run {
   bool measures_length() const;  ///< a reference in metres: the only thing that can show a wheel diameter
   bool measures_anything() const;
 };
+
+/// world_from_body by the reference after so many increments; nothing where position or heading is missing.
+std::optional<Pose2> body_by_reference(const Run& run, std::size_t increments, const Robot& robot);
 
 Run prepare_run(const Recording& recording, const Robot& robot);
 

@@ -1,0 +1,219 @@
+#include "trundle/calibration/wiring.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "trundle/calibration/run.hpp"
+#include "trundle/chassis/rows.hpp"
+
+namespace trundle {
+namespace {
+
+constexpr std::size_t kFewestPieces = 5;
+constexpr std::size_t kMostToPermute = 5;  // wheels
+// The robot file is wrong where its readings miss by so much of their size, and another wiring by far less.
+constexpr double kWrong = 0.1;
+constexpr double kFarLess = 0.25;
+constexpr double kAlike = 0.02;  // of the readings' size: what cannot tell two wirings apart
+
+/// Between two knots: how the body moved by the reference, and what was read.
+struct Piece {
+  Vector3 motion;
+  Increment sum;
+};
+
+void add_pieces(const Run& run, const Robot& robot, std::vector<Piece>& pieces) {
+  for (std::size_t knot = 1; knot < run.knots.size(); ++knot) {
+    const auto start = body_by_reference(run, run.knots[knot - 1], robot);
+    const auto end = body_by_reference(run, run.knots[knot], robot);
+    if (!start || !end || std::ranges::binary_search(run.jumps, knot)) continue;
+    Piece& piece = pieces.emplace_back();
+    Pose2 moved = start->inverse() * *end;
+    moved.heading = wrap_angle(moved.heading);
+    piece.motion = log(moved).vector();
+    piece.sum.has_gyro = true;
+    for (std::size_t i = run.knots[knot - 1]; i < run.knots[knot]; ++i) {
+      const Increment& increment = run.readings.increments[i];
+      piece.sum.duration_s += increment.duration_s;
+      piece.sum.gyro_rad += increment.gyro_rad;
+      piece.sum.has_gyro = piece.sum.has_gyro && increment.has_gyro;
+      for (std::size_t w = 0; w < piece.sum.turned.size(); ++w) piece.sum.turned[w] += increment.turned[w];
+    }
+  }
+}
+
+/// How far the readings of column j are from what the wheel at place i should read, as a share of their mean
+/// square; for both signs.
+struct Misfit {
+  double as_is = 0.0;
+  double reversed = 0.0;
+
+  double best() const { return std::min(as_is, reversed); }
+  bool is_reversed() const { return reversed < as_is; }
+};
+
+using Misfits = std::array<std::array<Misfit, kMaxWheels>, kMaxWheels>;
+
+Misfits misfits_of(const std::vector<Piece>& pieces, const Chassis& chassis) {
+  const auto wheels = chassis.wheels();
+  double size = 0.0;
+  Misfits misfits{};
+  for (const Piece& piece : pieces)
+    for (std::size_t i = 0; i < wheels.size(); ++i) {
+      const double expected = rolling_row(wheels[i]).dot(piece.motion);
+      size += expected * expected / static_cast<double>(wheels.size());
+      for (std::size_t j = 0; j < wheels.size(); ++j) {
+        const double read = kPi * wheels[i].diameter_m * piece.sum.turned[j];
+        misfits[i][j].as_is += (read - expected) * (read - expected);
+        misfits[i][j].reversed += (read + expected) * (read + expected);
+      }
+    }
+  for (auto& row : misfits)
+    for (Misfit& misfit : row)
+      misfit = {misfit.as_is / std::max(size, 1e-30), misfit.reversed / std::max(size, 1e-30)};
+  return misfits;
+}
+
+using Places = std::vector<std::size_t>;  ///< for each place on the chassis, the column that belongs to it
+
+double cost_of(const Places& columns, const Misfits& misfits) {
+  double cost = 0.0;
+  for (std::size_t i = 0; i < columns.size(); ++i) cost += misfits[i][columns[i]].best();
+  return cost;
+}
+
+Places as_named(std::size_t wheels) {
+  Places columns(wheels);
+  std::iota(columns.begin(), columns.end(), 0U);
+  return columns;
+}
+
+Places best_places(std::size_t wheels, const Misfits& misfits) {
+  const Places named = as_named(wheels);
+  if (wheels > kMostToPermute) return named;
+  // A wheel that only counts backwards has its place: ports are swapped only where that explains far more.
+  Places best = named;
+  double smallest = kFarLess * cost_of(named, misfits);
+  Places columns = named;
+  while (std::next_permutation(columns.begin(), columns.end()))
+    if (const double cost = cost_of(columns, misfits); cost < smallest) {
+      smallest = cost;
+      best = columns;
+    }
+  return best;
+}
+
+double as_in_the_file(std::size_t wheels, const Misfits& misfits) {
+  double cost = 0.0;
+  for (std::size_t i = 0; i < wheels; ++i) cost = std::max(cost, misfits[i][i].as_is);
+  return cost;
+}
+
+/// The encoder stays with its column: it and the name change places.
+void give_places(const Places& columns, const Robot& given, Wiring& wiring) {
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const std::size_t j = columns[i];
+    wiring.robot.wheel_names[i] = given.wheel_names[j];
+    Wheel& wheel = wiring.robot.chassis.wheels()[i];
+    wheel.ticks_per_revolution = given.chassis.wheels()[j].ticks_per_revolution;
+    wheel.tick_bits = given.chassis.wheels()[j].tick_bits;
+    wheel.recorded_diameter_m = given.chassis.wheels()[j].recorded_diameter_m;
+    if (j > i && columns[j] == i) {
+      wiring.faults.push_back(
+          fmt::format("the ports of '{}' and '{}' look swapped: each reads what the other should",
+                      given.wheel_names[i], given.wheel_names[j]));
+    } else if (j != i && columns[j] != i) {
+      wiring.faults.push_back(fmt::format("the ports look mixed up: '{}' reads what '{}' should",
+                                          given.wheel_names[j], given.wheel_names[i]));
+    }
+  }
+}
+
+/// Columns in ticks count the other way round, others roll the other way round.
+void turn_around(std::size_t i, bool in_ticks, Wiring& wiring) {
+  Wheel& wheel = wiring.robot.chassis.wheels()[i];
+  const std::string& name = wiring.robot.wheel_names[i];
+  if (in_ticks) {
+    wheel.ticks_per_revolution = -wheel.ticks_per_revolution;
+    wiring.faults.push_back(fmt::format("'{}' counts backwards: ticks_per_revolution = {:.10g}", name,
+                                        wheel.ticks_per_revolution));
+  } else {
+    wheel.direction_rad = wrap_angle(wheel.direction_rad + kPi);
+    wiring.faults.push_back(
+        fmt::format("'{}' reads backwards: direction_deg = {:.6g}", name, degrees(wheel.direction_rad)));
+  }
+}
+
+bool in_ticks(std::span<const Recording> recordings, const std::string& wheel) {
+  return std::ranges::any_of(recordings, [&](const Recording& recording) {
+    return std::ranges::any_of(recording.wheels.series, [&](const WheelSeries& series) {
+      return series.wheel == wheel && series.unit == WheelUnit::ticks;
+    });
+  });
+}
+
+void check_wheels(const std::vector<Piece>& pieces, std::span<const Recording> recordings, const Robot& given,
+                  Wiring& wiring) {
+  const auto n = given.chassis.wheels().size();
+  const Misfits misfits = misfits_of(pieces, given.chassis);
+  if (as_in_the_file(n, misfits) < kWrong) return;
+  const Places columns = best_places(n, misfits);
+  give_places(columns, given, wiring);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Misfit& misfit = misfits[i][columns[i]];
+    if (misfit.reversed < kFarLess * misfit.as_is)
+      turn_around(i, in_ticks(recordings, wiring.robot.wheel_names[i]), wiring);
+  }
+}
+
+void name_what_is_alike(const std::vector<Piece>& pieces, Wiring& wiring) {
+  const auto wheels = wiring.robot.chassis.wheels();
+  const Misfits misfits = misfits_of(pieces, wiring.robot.chassis);
+  for (std::size_t i = 0; i < wheels.size(); ++i)
+    for (std::size_t j = i + 1; j < wheels.size(); ++j) {
+      const double swapped = misfits[i][j].as_is + misfits[j][i].as_is;
+      if (swapped > misfits[i][i].as_is + misfits[j][j].as_is + kAlike) continue;
+      const bool one_line = (rolling_row(wheels[i]) - rolling_row(wheels[j])).norm() < kAlike;
+      wiring.untold.push_back(fmt::format(
+          "'{}' and '{}' cannot be told apart {}", wiring.robot.wheel_names[i], wiring.robot.wheel_names[j],
+          one_line ? "by any run: they roll along the same line"
+                   : "by these runs: both read alike; move ahead, sideways and turn, one after the other"));
+    }
+}
+
+void check_gyro(const std::vector<Piece>& pieces, const Robot& given, Wiring& wiring) {
+  if (!given.chassis.gyro) return;
+  const Gyro& gyro = *given.chassis.gyro;
+  double as_is = 0.0, turned = 0.0, size = 0.0;
+  for (const Piece& piece : pieces) {
+    if (!piece.sum.has_gyro) continue;
+    const double read = (piece.sum.gyro_rad - gyro.bias_rad_s * piece.sum.duration_s) * gyro.scale;
+    as_is += (read - piece.motion.z()) * (read - piece.motion.z());
+    turned += (read + piece.motion.z()) * (read + piece.motion.z());
+    size += piece.motion.z() * piece.motion.z();
+  }
+  if (as_is < kWrong * size || turned >= kFarLess * as_is) return;
+  wiring.robot.chassis.gyro->scale = -gyro.scale;
+  wiring.faults.push_back(fmt::format("the gyro is mounted upside down: scale = {:.6g}", -gyro.scale));
+}
+
+}  // namespace
+
+Wiring check_wiring(std::span<const Recording> recordings, const Robot& robot) {
+  Wiring wiring{robot, {}, {}};
+  if (robot.chassis.wheel_count == 0) return wiring;
+  std::vector<Piece> pieces;
+  for (const Recording& recording : recordings)
+    if (!recording.reference.time_s.empty()) add_pieces(prepare_run(recording, robot), robot, pieces);
+  if (pieces.size() < kFewestPieces) return wiring;
+  check_wheels(pieces, recordings, robot, wiring);
+  check_gyro(pieces, robot, wiring);
+  if (wiring.faults.empty()) name_what_is_alike(pieces, wiring);
+  return wiring;
+}
+
+}  // namespace trundle

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "trundle/chassis/robot.hpp"
+#include "trundle/recording/recording.hpp"
+
+namespace trundle {
+
+/// Whether the columns of a log belong to the wheels whose names they bear.
+struct Wiring {
+  Robot robot;                      ///< as the log shows it wired
+  std::vector<std::string> faults;  ///< what differs from the robot file, in sentences; empty: nothing
+  std::vector<std::string> untold;  ///< pairs that may be swapped without these runs showing it, in sentences
+};
+
+/// Compares what every wheel read with what each place on the chassis should have read while the reference
+/// moved: swapped ports, wheels that count backwards, a gyro upside down. These are errors of the order of
+/// the readings themselves, far from what calibration may correct. Without a reference trajectory with
+/// headings the robot is left as it is. docs/dead-wheels.md. Throws as align() does.
+Wiring check_wiring(std::span<const Recording> recordings, const Robot& robot);
+
+}  // namespace trundle

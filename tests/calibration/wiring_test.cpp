@@ -1,0 +1,142 @@
+#include "trundle/calibration/wiring.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "trundle/calibration/calibrate.hpp"
+
+#include "calibration/simulated_runs.hpp"
+
+namespace trundle {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+Robot nominal_pods() {
+  const std::array<Pod, 2> pods{{{0.0, 0.12, 0.0}, {-0.10, 0.0, 0.5 * kPi}}};
+  Robot robot = test::robot_of(dead_wheels({0.05, 2048.0, 0}, pods, Gyro{.bias_walk_rad_s_sqrt_s = 0.0}),
+                               {"ahead", "across"});
+  return robot;
+}
+
+/// As it is: other scales, angles and levers; the gyro's scale 2 % off.
+Robot true_pods() {
+  Robot robot = nominal_pods();
+  set_value({ParameterKind::diameter, 0}, 0.0507, robot);
+  set_value({ParameterKind::diameter, 1}, 0.0494, robot);
+  set_value({ParameterKind::direction, 0}, 0.02, robot);
+  set_value({ParameterKind::direction, 1}, 0.5 * kPi - 0.1, robot);
+  set_value({ParameterKind::lever, 0}, -0.126, robot);
+  set_value({ParameterKind::lever, 1}, -0.094, robot);
+  robot.chassis.gyro->scale = 1.02;
+  return robot;
+}
+
+std::vector<Path> rich_paths() {
+  return {joined({l_run(1.5), turn_on_the_spot(kPi), l_run(1.5)}),
+          joined({l_run(1.5, TurnSense::cw), turn_on_the_spot(-kPi), circle(0.6, 1.5, TurnSense::cw)}),
+          circle(0.6, 1.5, TurnSense::ccw), square(1.5, TurnSense::cw)};
+}
+
+std::vector<Recording> rich_runs(std::uint64_t seed) {
+  return test::recorded(nominal_pods(), true_pods(), rich_paths(), seed);
+}
+
+std::vector<double>& counts(Recording& recording, std::size_t wheel) {
+  return recording.wheels.series[wheel].value;
+}
+
+void expect_true_pods(const CalibrationResult& result, const Robot& truth) {
+  for (const ParameterEstimate& e : result.parameters) {
+    if (e.parameter.kind == ParameterKind::gyro_bias) continue;
+    EXPECT_NEAR(e.value, value_of(e.parameter, truth), 4.0 * e.sigma_within + 1e-9) << e.name;
+    EXPECT_TRUE(e.observable) << e.name;
+  }
+}
+
+TEST(Wiring, of_a_robot_as_its_file_says_is_left_alone) {
+  const Wiring wiring = check_wiring(rich_runs(1), nominal_pods());
+  EXPECT_THAT(wiring.faults, IsEmpty());
+  EXPECT_THAT(wiring.untold, IsEmpty());
+  EXPECT_EQ(to_toml(wiring.robot), to_toml(nominal_pods()));
+}
+
+TEST(Wiring, a_rich_run_gives_angles_scales_offsets_and_gyro_scale_of_two_pods) {
+  const CalibrationResult result = calibrate(rich_runs(2), {}, nominal_pods());
+  EXPECT_EQ(result.status, CalibrationStatus::all_estimated);
+  expect_true_pods(result, true_pods());
+}
+
+TEST(Wiring, swapped_ports_are_said_and_calibrated_all_the_same) {
+  auto runs = rich_runs(3);
+  for (Recording& run : runs) std::swap(counts(run, 0), counts(run, 1));
+  const Wiring wiring = check_wiring(runs, nominal_pods());
+  EXPECT_THAT(wiring.faults, ElementsAre(HasSubstr("ports of 'ahead' and 'across' look swapped")));
+  EXPECT_THAT(wiring.robot.wheel_names, ElementsAre("across", "ahead"));
+  const CalibrationResult result = calibrate(runs, {}, nominal_pods());
+  EXPECT_THAT(result.warnings, Contains(HasSubstr("look swapped")));
+  expect_true_pods(result, true_pods());
+}
+
+TEST(Wiring, a_pod_that_counts_backwards_is_said_and_calibrated_all_the_same) {
+  auto runs = rich_runs(4);
+  for (Recording& run : runs)
+    for (double& count : counts(run, 1)) count = -count;
+  const Wiring wiring = check_wiring(runs, nominal_pods());
+  EXPECT_THAT(wiring.faults,
+              ElementsAre(HasSubstr("'across' counts backwards: ticks_per_revolution = -2048")));
+  expect_true_pods(calibrate(runs, {}, nominal_pods()), true_pods());
+}
+
+TEST(Wiring, everything_wrong_at_once) {
+  auto runs = rich_runs(5);
+  for (Recording& run : runs) {
+    std::swap(counts(run, 0), counts(run, 1));
+    for (double& count : counts(run, 0)) count = -count;
+    for (double& rate : run.gyro.yaw_rate_rad_s) rate = -rate;
+  }
+  const Wiring wiring = check_wiring(runs, nominal_pods());
+  EXPECT_THAT(wiring.faults, ElementsAre(HasSubstr("look swapped"), HasSubstr("'ahead' counts backwards"),
+                                         HasSubstr("gyro is mounted upside down")));
+}
+
+TEST(Wiring, columns_that_are_no_counts_are_turned_by_direction) {
+  auto runs = rich_runs(6);
+  for (Recording& run : runs)
+    for (std::size_t w = 0; w < 2; ++w) {
+      run.wheels.series[w].unit = WheelUnit::radians;
+      for (double& value : counts(run, w)) value *= (w == 1 ? -1.0 : 1.0) * 2.0 * kPi / 2048.0;
+    }
+  const Wiring wiring = check_wiring(runs, nominal_pods());
+  EXPECT_THAT(wiring.faults, ElementsAre(HasSubstr("'across' reads backwards: direction_deg = -90")));
+}
+
+TEST(Wiring, of_a_differential_drive_shows_in_turns) {
+  auto runs =
+      test::recorded(test::nominal_differential(), test::true_differential(), test::differential_paths(), 7);
+  EXPECT_THAT(check_wiring(runs, test::nominal_differential()).faults, IsEmpty());
+  for (Recording& run : runs) std::swap(counts(run, 0), counts(run, 1));
+  EXPECT_THAT(check_wiring(runs, test::nominal_differential()).faults,
+              ElementsAre(HasSubstr("ports of 'left' and 'right' look swapped")));
+}
+
+TEST(Wiring, what_cannot_be_told_apart_is_said) {
+  const auto straight_run =
+      test::recorded(test::nominal_differential(), test::true_differential(), {straight(5.0)}, 8);
+  EXPECT_THAT(check_wiring(straight_run, test::nominal_differential()).untold,
+              ElementsAre(HasSubstr("'left' and 'right' cannot be told apart by these runs")));
+  const CalibrationResult result = calibrate(straight_run, {}, test::nominal_differential());
+  EXPECT_THAT(result.cannot_tell, Contains(HasSubstr("cannot be told apart")));
+  // Two pods one behind the other read alike whatever the robot does.
+  const std::array<Pod, 3> pods{{{0.1, 0.0, 0.0}, {-0.1, 0.0, 0.0}, {0.0, 0.1, 0.5 * kPi}}};
+  const Robot in_line =
+      test::robot_of(dead_wheels({0.05, 2048.0, 0}, pods, Gyro{}), {"front", "rear", "across"});
+  EXPECT_THAT(check_wiring(test::recorded(in_line, in_line, rich_paths(), 9), in_line).untold,
+              ElementsAre(HasSubstr("'front' and 'rear' cannot be told apart by any run")));
+}
+
+}  // namespace
+}  // namespace trundle
