@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -5,6 +6,7 @@
 
 #include "trundle/calibration/wiring.hpp"
 #include "trundle/chassis/rows.hpp"
+#include "trundle/odometry/effective_track.hpp"
 #include "trundle/recording/gyro_noise.hpp"
 #include "trundle/recording/inspect.hpp"
 #include "trundle/recording/time_offset.hpp"
@@ -37,6 +39,7 @@ struct Findings {
   std::optional<GyroNoise> noise;
   bool compares_clocks = false;  ///< wheels that see turns and a gyro are there
   std::optional<TimeOffset> offset;
+  std::vector<TrackOnGround> tracks;
 };
 
 /// What align() finds; where it refuses, missing_in() says why.
@@ -71,6 +74,17 @@ void compare_clocks(const Robot& robot, Findings& findings) {
              1e3 * std::abs(off), off < 0.0 ? "late" : "early", offset->offset_s)});
 }
 
+/// The track that the ground gives, where wheels must scrub in turns.
+void find_tracks(const Robot& robot, Findings& findings) {
+  const auto wheels = robot.chassis.wheels();
+  const bool skids = std::ranges::any_of(wheels, [](const Wheel& w) { return w.kind == WheelKind::skid; });
+  if (!skids || !EffectiveTrack::applies_to(robot.chassis) || findings.recording.gyro.time_s.empty()) return;
+  try {
+    findings.tracks = effective_tracks(align(findings.recording, robot), robot.chassis);
+  } catch (const InputError&) {  // missing_in() says why
+  }
+}
+
 /// Columns that do not belong to the wheels whose names they bear.
 void compare_wiring(const Robot& robot, Findings& findings) {
   try {
@@ -96,6 +110,7 @@ Findings find(const std::filesystem::path& path, const std::optional<Robot>& rob
   findings.missing = missing_in(recording, robot ? &*robot : nullptr);
   if (robot) compare_wiring(*robot, findings);
   if (robot) compare_clocks(*robot, findings);
+  if (robot) find_tracks(*robot, findings);
   if (robot) findings.abilities = abilities_of(*robot, robot->chassis.gyro && !recording.gyro.time_s.empty());
   if (options.gyro_noise) {
     findings.noise = gyro_noise(recording);
@@ -175,6 +190,13 @@ Json to_json(const TimeOffset& offset) {
       {"time_offset_s", offset.offset_s}, {"sigma_s", offset.sigma_s}, {"correlation", offset.correlation}};
 }
 
+Json to_json(const TrackOnGround& track) {
+  return {{"start_s", track.start_s},
+          {"end_s", track.end_s},
+          {"track_m", track.track_m},
+          {"sigma_m", track.sigma_m}};
+}
+
 Json to_json(const Findings& findings) {
   const Recording& recording = findings.recording;
   Json json = {{"name", recording.name}, {"session", recording.session}, {"streams", Json::array()}};
@@ -189,6 +211,7 @@ Json to_json(const Findings& findings) {
     json["robot"] = {{"can_tell", findings.abilities->can}, {"cannot_tell", findings.abilities->cannot}};
   if (findings.compares_clocks)
     json["gyro_time_offset"] = findings.offset ? to_json(*findings.offset) : Json();
+  for (const TrackOnGround& track : findings.tracks) json["effective_track"].push_back(to_json(track));
   if (findings.noise) json["gyro_noise"] = to_json(*findings.noise);
   return json;
 }
@@ -245,6 +268,9 @@ std::string text_of(const Findings& findings) {
     text += list("this robot can tell:", findings.abilities->can);
     text += list("this robot cannot tell:", findings.abilities->cannot);
   }
+  for (const TrackOnGround& track : findings.tracks)
+    text += fmt::format("effective track by the gyro, {:.1f} to {:.1f} s: {:.4f} ± {:.4f} m\n", track.start_s,
+                        track.end_s, track.track_m, track.sigma_m);
   if (findings.compares_clocks)
     text += findings.offset
                 ? fmt::format("gyro against wheels: time_offset_s = {:.4f} ± {:.4f} s\n",

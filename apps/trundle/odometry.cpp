@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -5,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "trundle/odometry/effective_track.hpp"
 #include "trundle/odometry/integrate.hpp"
 
 #include "command.hpp"
@@ -131,6 +133,14 @@ std::string text_of(const IntegratedOdometry& odometry) {
   return text;
 }
 
+/// Where wheels must scrub in turns, the ground sets the track.
+std::vector<TrackOnGround> tracks_of(const Recording& recording, const Robot& robot) {
+  const auto wheels = robot.chassis.wheels();
+  const bool skids = std::ranges::any_of(wheels, [](const Wheel& w) { return w.kind == WheelKind::skid; });
+  if (!skids || !EffectiveTrack::applies_to(robot.chassis)) return {};
+  return effective_tracks(align(recording, robot), robot.chassis);
+}
+
 void run(const Options& options) {
   const Pose2 start = pose_from(options.start);
   const Robot robot = read_robot(options.robot);
@@ -139,7 +149,17 @@ void run(const Options& options) {
   odometry.problems.insert(odometry.problems.begin(), recording.problems.begin(), recording.problems.end());
   const Provenance provenance = provenance_of(options, recording);
   if (!options.output.empty()) write_trajectory(options, provenance, odometry.trajectory);
-  print(options.common, document_of(provenance, odometry), text_of(odometry));
+  nlohmann::ordered_json document = document_of(provenance, odometry);
+  std::string text = text_of(odometry);
+  for (const TrackOnGround& track : tracks_of(recording, robot)) {
+    document["effective_track"].push_back({{"start_s", track.start_s},
+                                           {"end_s", track.end_s},
+                                           {"track_m", track.track_m},
+                                           {"sigma_m", track.sigma_m}});
+    text += fmt::format("effective track by the gyro, {:.1f} to {:.1f} s: {:.4f} ± {:.4f} m\n", track.start_s,
+                        track.end_s, track.track_m, track.sigma_m);
+  }
+  print(options.common, document, text);
 }
 
 }  // namespace
