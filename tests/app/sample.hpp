@@ -6,8 +6,8 @@ namespace trundle::test {
 
 /// A fresh folder with inputs for every command: nominal.toml; the runs `cw` and `ccw`, squares of 1 m of a
 /// robot that differs from nominal.toml, with wheels.csv and reference.csv; `blind`, the same wheels without
-/// a reference; scenario.toml; pods.toml and `l_run`, an L-shaped run of two dead wheels; later.csv, a reference of another time; the folder `empty`; sheet.csv,
-/// measured on a 2 m square. Removed at the end.
+/// a reference; scenario.toml; pods.toml and `l_run`, an L-shaped run of two dead wheels; later.csv, a
+/// reference of another time; the folder `empty`; sheet.csv, measured on a 2 m square. Removed at the end.
 class Sample {
  public:
   Sample();
