@@ -6,7 +6,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 trundle=$(realpath "${1:-build/trundle}")
 data=$(realpath "${2:-${TRUNDLE_DATA:-../shared/data}}")
 out=$(realpath -m "${3:-out/real}")
-readonly trundle data out
+repository=$PWD
+readonly trundle data out repository
 
 python3 tools/real_recordings.py "$data" "$out"
 section() { printf '\n== %s\n' "$*"; }
@@ -41,3 +42,10 @@ for run in encoders*; do
   section "ese650_skidsteer: $run, no reference"
   calibrate "$run" --robot robot.toml
 done
+
+section "pods, all wheels: every session in turn is learned from"
+python3 "$repository/tools/pods_results.py" "$trundle" "$out"
+
+section "warthog_drive: asphalt, gravel, ice"
+python3 "$repository/tools/warthog_recordings.py" "$data" "$out/warthog"
+python3 "$repository/tools/warthog_results.py" "$trundle" "$out/warthog"

@@ -11,6 +11,7 @@
 #include "trundle/recording/increments.hpp"
 #include "trundle/recording/inspect.hpp"
 #include "trundle/recording/recording.hpp"
+#include "trundle/recording/time_offset.hpp"
 
 #include "recording/folder.hpp"
 
@@ -204,6 +205,35 @@ TEST(RealData, gyros_that_were_mounted_the_other_way) {
         std::any_of(problems.begin(), problems.end(), [](const Problem& p) { return p.kind == "gyro sign"; }),
         inverted)
         << name;
+  }
+}
+
+/// Known to be 40 to 80 ms; the wheels of two of the three robots slip.
+TEST(RealData, time_offset_of_a_gyro_whose_clock_is_late) {
+  TRUNDLE_NEEDS_REAL_DATA("kobuki_slip");
+  Robot robot = robot_with({"left", "right"}, {0.0704, 2578.33, 16}, 0.230);
+  robot.chassis.gyro = Gyro{};
+  for (const char* run : {"nonfaulty", "left_faulty", "right_faulty"}) {
+    const test::Folder folder;
+    folder.write("recording.toml", fmt::format(R"(
+[wheels]
+file = "{0}/core.csv"
+columns = {{ time_s = "stamp_ns", left_ticks = "left_ticks", right_ticks = "right_ticks" }}
+time_unit = "ns"
+[gyro]
+file = "{0}/imu.csv"
+columns = {{ time_s = "stamp_ns", yaw_rate_rad_s = "gz_rads" }}
+time_unit = "ns"
+)",
+                                               file("kobuki_slip") + "/" + run));
+    const auto found = gyro_time_offset(read_recording(folder.path()), robot);
+    ASSERT_TRUE(found) << run;
+    EXPECT_GT(found->offset_s, -0.080) << run;
+    EXPECT_LT(found->offset_s, -0.040) << run;
+    EXPECT_LT(found->sigma_s, 0.003) << run;
+    EXPECT_GT(found->correlation, 0.9) << run;
+    RecordProperty(std::string(run) + "_ms",
+                   fmt::format("{:.1f} ± {:.1f}", 1e3 * found->offset_s, 1e3 * found->sigma_s));
   }
 }
 
