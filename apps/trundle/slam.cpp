@@ -22,6 +22,7 @@ struct Options {
   std::uint64_t seed = SlamOptions{}.seed;
   std::string start = "0,0,0";
   double systematic_sigma = 0.0;
+  bool unknown_ids = false;
   std::string output;
 };
 
@@ -37,6 +38,7 @@ Provenance provenance_of(const Options& options, const Recording& recording) {
   provenance.options = {{"filter", options.filter}, {"start", options.start}};
   if (options.filter != name_of(SlamMethod::ekf))
     provenance.options.emplace_back("particles", std::to_string(options.particles));
+  if (options.unknown_ids) provenance.options.emplace_back("unknown-ids", "true");
   if (options.systematic_sigma != 0.0)
     provenance.options.emplace_back("systematic-sigma", fmt::format("{}", options.systematic_sigma));
   if (options.robot_number != 0)
@@ -44,12 +46,21 @@ Provenance provenance_of(const Options& options, const Recording& recording) {
   return provenance;
 }
 
+/// Names of landmarks that have none: 1, 2, ... in order of first sight.
+std::vector<std::string> numbers_for(const std::vector<MappedLandmark>& map) {
+  std::vector<std::string> names;
+  for (std::size_t i = 1; i <= map.size(); ++i) names.push_back(std::to_string(i));
+  return names;
+}
+
 Run filtered(const Options& options) {
   const Pose2 start = start_pose_from(options.start);
+  if (options.unknown_ids && options.filter != name_of(SlamMethod::ekf))
+    throw CLI::ValidationError("--unknown-ids", "only --filter ekf finds out which landmark is which");
   const Robot robot = read_robot(options.robot);
   const Recording recording = read_recording(options.recording, {.robot_number = options.robot_number});
   Run run;
-  run.input = slam_input(recording, robot);
+  run.input = slam_input(recording, robot, {.hide_ids = options.unknown_ids});
   run.input.problems.insert(run.input.problems.begin(), recording.problems.begin(), recording.problems.end());
   if (run.input.observations() == 0)
     throw CannotAnswer(fmt::format("{}: no sightings while the robot's odometry runs", recording.name));
@@ -60,6 +71,7 @@ Run filtered(const Options& options) {
             .seed = options.seed,
             .prior = {.start = start, .systematic_sigma = Systematic::Constant(options.systematic_sigma)}});
   run.provenance = provenance_of(options, recording);
+  if (options.unknown_ids) run.input.landmarks = numbers_for(run.result.map);
   return run;
 }
 
@@ -92,14 +104,20 @@ std::string csv_of_steps(const Run& run) {
   return text;
 }
 
+/// What the observation itself says, else what it was taken for.
+std::string name_in(const Run& run, const Observation& observation, const ObservationReport& report) {
+  const LandmarkId id = observation.landmark >= 0 ? observation.landmark : report.landmark;
+  return id < 0 ? "" : cell_of(run.input.landmarks[static_cast<std::size_t>(id)]);
+}
+
 std::string csv_of_innovations(const Run& run) {
   std::string text = "time_s,landmark,decision,range_innovation_m,bearing_innovation_rad,nis\n";
   for (std::size_t k = 0; k < run.input.steps.size(); ++k) {
     const SlamStep& step = run.input.steps[k];
     for (std::size_t i = 0; i < step.observations.size(); ++i) {
       const ObservationReport& report = run.result.reports[k].observations[i];
-      const std::string& name = run.input.landmarks[static_cast<std::size_t>(step.observations[i].landmark)];
-      text += fmt::format("{},{},{},", step.time_s, cell_of(name), name_of(report.decision));
+      text += fmt::format("{},{},{},", step.time_s, name_in(run, step.observations[i], report),
+                          name_of(report.decision));
       text += report.nis > 0.0
                   ? fmt::format("{},{},{}\n", report.innovation.x(), report.innovation.y(), report.nis)
                   : std::string(",,\n");
@@ -202,6 +220,8 @@ void add_slam(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--start", options->start, "Pose at the first stamp: X,Y,DEG [m, m, degrees]")
       ->capture_default_str();
+  command->add_flag("--unknown-ids", options->unknown_ids,
+                    "Forget the landmarks' names and find out which is which (--filter ekf)");
   command
       ->add_option(
           "--systematic-sigma", options->systematic_sigma,

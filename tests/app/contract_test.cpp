@@ -259,6 +259,10 @@ const std::vector<Failure> kFailures = {
      {"slam", "unnamed", "--robot", "sighted.toml", "-o", "out"},
      3,
      "names no landmark"},
+    {"UnknownIdsWithParticles",
+     {"slam", "unnamed", "--robot", "sighted.toml", "--unknown-ids", "-o", "out"},
+     2,
+     "--unknown-ids"},
     {"NothingSeen", {"slam", "blind", "--robot", "sighted.toml", "-o", "out"}, 4, "no sightings"},
     {"NothingInCommon", {"evaluate", "cw/reference.csv", "later.csv"}, 4, ""},
 };

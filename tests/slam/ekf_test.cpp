@@ -95,6 +95,36 @@ TEST(Ekf, LearnsTheOdometrysSystematicErrors) {
   }
 }
 
+TEST(Ekf, WithoutNamesFindsTheSameMap) {
+  const test::SlamWorld world = test::slam_world({.steps = 200});
+  EkfSlam named(world.sensor, {});
+  EkfSlam nameless(world.sensor, {});
+  double worst = 0.0;
+  for (std::size_t k = 0; k < world.steps.size(); ++k) {
+    std::vector<Observation> hidden = world.steps[k].observations;
+    std::ranges::reverse(hidden);
+    for (Observation& observation : hidden) observation.landmark = kUnknownLandmark;
+    named.step(world.steps[k].motion, world.steps[k].observations);
+    nameless.step(world.steps[k].motion, hidden);
+    const Vector2 apart = nameless.estimate().pose.translation() - named.estimate().pose.translation();
+    worst = std::max(worst, apart.norm());
+  }
+  EXPECT_EQ(nameless.landmarks(), named.landmarks());
+  EXPECT_LT(worst, 0.1);
+}
+
+TEST(Ekf, NoLandmarkIsSeenTwiceAtOnce) {
+  LandmarkSensor sensor;
+  EkfSlam filter(sensor, {});
+  const std::vector<Observation> first = {{kUnknownLandmark, 3.0, 0.0}};
+  filter.step({}, first);
+  const std::vector<Observation> both = {{kUnknownLandmark, 3.05, 0.01}, {kUnknownLandmark, 3.0, 0.0}};
+  const StepReport& report = filter.step({}, both);
+  EXPECT_EQ(report.observations[1].decision, Decision::matched);
+  EXPECT_EQ(report.observations[0].decision, Decision::rejected);  // near the landmark: not a new one
+  EXPECT_EQ(filter.landmarks(), 1U);
+}
+
 TEST(Ekf, DuplicatesAndTwoSightingsOfANewLandmark) {
   LandmarkSensor sensor;
   EkfSlam filter(sensor, {});

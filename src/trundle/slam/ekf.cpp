@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 namespace trundle {
 namespace {
@@ -27,7 +29,10 @@ Matrix3 world_from_body_axes(const Pose2& pose) {
 }  // namespace
 
 EkfSlam::EkfSlam(const LandmarkSensor& sensor, const EkfSlamOptions& options)
-    : body_from_sensor_(sensor.body_from_sensor), R_(reading_covariance(sensor)), gate_(options.gate) {
+    : body_from_sensor_(sensor.body_from_sensor),
+      max_range_m_(sensor.max_range_m),
+      R_(reading_covariance(sensor)),
+      gate_(options.gate) {
   mean_ = Eigen::VectorXd::Zero(kFirstCapacity);
   P_ = Eigen::MatrixXd::Zero(kFirstCapacity, kFirstCapacity);
   const SlamPrior& prior = options.prior;
@@ -36,9 +41,10 @@ EkfSlam::EkfSlam(const LandmarkSensor& sensor, const EkfSlamOptions& options)
   P_.block<3, 3>(3, 3) = prior.systematic_sigma.cwiseAbs2().asDiagonal();
 }
 
-const StepReport& EkfSlam::step(const Motion& motion, std::span<const Observation> observations) {
+const StepReport& EkfSlam::step(const Motion& motion, std::span<const Observation> given) {
   predict(motion);
-  report_.observations.assign(observations.size(), {});
+  report_.observations.assign(given.size(), {});
+  const std::vector<Observation> observations = recognise(given);
   std::vector<std::size_t> open;
   for (std::size_t i = 0; i < observations.size(); ++i)
     if (is_valid(observations[i]) && observations[i].landmark >= 0) open.push_back(i);
@@ -58,6 +64,48 @@ const StepReport& EkfSlam::step(const Motion& motion, std::span<const Observatio
     open = std::move(again);
   }
   return report_;
+}
+
+/// Names for those that have none: of a landmark in the map, or the next free one. What is neither keeps none
+/// and is rejected.
+std::vector<Observation> EkfSlam::recognise(std::span<const Observation> given) {
+  std::vector<Observation> observations(given.begin(), given.end());
+  std::vector<std::size_t> nameless;
+  std::vector<std::vector<Fit>> fits;
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    if (given[i].landmark >= 0 || !is_valid(given[i])) continue;
+    nameless.push_back(i);
+    fits.push_back(fits_of(given[i]));
+  }
+  if (nameless.empty()) return observations;
+  const auto found = associate(fits, {.gate = gate_, .max_range_m = max_range_m_});
+  auto next = static_cast<LandmarkId>(index_of_.size());
+  for (std::size_t k = 0; k < nameless.size(); ++k) {
+    const std::size_t i = nameless[k];
+    if (found[k].kind == Association::matched) observations[i].landmark = found[k].landmark;
+    if (found[k].kind == Association::fresh) observations[i].landmark = next++;
+    if (found[k].kind == Association::doubtful) report_.observations[i].decision = Decision::rejected;
+  }
+  return observations;
+}
+
+/// Of all landmarks that the sensor might see, with the covariance of eq. 6.
+std::vector<Fit> EkfSlam::fits_of(const Observation& observation) const {
+  std::vector<Fit> fits;
+  const Matrix3 of_pose = full(P_);
+  for (std::size_t k = 0; k < ids_.size(); ++k) {
+    const Index at = kBody + 2 * static_cast<Index>(k);
+    const ExpectedReading expected = expected_reading(pose(), body_from_sensor_, mean_.segment<2>(at));
+    const Matrix23& G = expected.by_pose;
+    const Matrix2& L = expected.by_landmark;
+    const Matrix2 mixed = L * P_.block<2, 3>(at, 0) * G.transpose();
+    const Matrix2 S = G * of_pose * G.transpose() + mixed + mixed.transpose() +
+                      L * P_.block<2, 2>(at, at).selfadjointView<Eigen::Lower>() * L.transpose() + R_;
+    const Vector2 innovation = innovation_of(observation, expected);
+    const double nis = innovation.dot(S.llt().solve(innovation));
+    fits.push_back({ids_[k], nis, nis + std::log(S.determinant()) + 2.0 * std::log(2.0 * kPi)});
+  }
+  return fits;
 }
 
 /// Eq. 5. Landmarks stay where they are: of their part only the covariance with the pose changes.

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "trundle/slam/association.hpp"
 #include "trundle/slam/report.hpp"
 
 namespace trundle {
@@ -39,6 +40,8 @@ class EkfSlam {
 
   Pose2 pose() const;
   void predict(const Motion& motion);
+  std::vector<Observation> recognise(std::span<const Observation> observations);
+  std::vector<Fit> fits_of(const Observation& observation) const;
   std::vector<Match> matches_of(std::span<const Observation> observations, std::vector<std::size_t>& open);
   void update(std::vector<Match> matches);
   Eigen::MatrixXd cross_covariance(const std::vector<Match>& matches) const;
@@ -49,6 +52,7 @@ class EkfSlam {
   Index find(LandmarkId id) const;
 
   Pose2 body_from_sensor_;
+  double max_range_m_;
   Matrix2 R_;
   double gate_;
   static constexpr Index kBody = 6;  ///< pose and systematic errors

@@ -164,7 +164,7 @@ void require_names(const Recording& recording) {
   for (const Sighting& sighting : recording.sightings)
     if (sighting.landmark.empty())
       throw InputError(recording.name, fmt::format("the sighting at {} s names no landmark", sighting.time_s),
-                       "a landmark's name in every row");
+                       "a name in every row, or --unknown-ids");
 }
 
 }  // namespace
