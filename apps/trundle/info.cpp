@@ -12,6 +12,7 @@
 #include "trundle/recording/time_offset.hpp"
 
 #include "command.hpp"
+#include "shared_output.hpp"
 
 namespace trundle::app {
 namespace {
@@ -162,14 +163,6 @@ Json to_json(const StreamSummary& stream) {
   return json;
 }
 
-Json to_json(const Problem& problem) {
-  return {{"severity", problem.severity == Severity::warning ? "warning" : "note"},
-          {"kind", problem.kind},
-          {"place", problem.place},
-          {"count", problem.count},
-          {"message", problem.message}};
-}
-
 Json to_json(const GyroNoise& noise) {
   Json json = {{"rest_s", noise.rest_s},
                {"bias_rad_s", noise.bias_rad_s},
@@ -205,7 +198,7 @@ Json to_json(const Findings& findings) {
   json["references"] = Json::object();
   for (const auto& [name, text] : references_of(recording)) json["references"][name] = text;
   json["problems"] = Json::array();
-  for (const Problem& problem : findings.problems) json["problems"].push_back(to_json(problem));
+  for (const Problem& problem : findings.problems) json["problems"].push_back(app::to_json(problem));
   json["missing"] = findings.missing;
   if (findings.abilities)
     json["robot"] = {{"can_tell", findings.abilities->can}, {"cannot_tell", findings.abilities->cannot}};

@@ -8,7 +8,7 @@
 #include "trundle/odometry/integrate.hpp"
 
 #include "command.hpp"
-#include "problem_output.hpp"
+#include "shared_output.hpp"
 #include "start_pose.hpp"
 
 namespace trundle::app {
@@ -31,14 +31,6 @@ Provenance provenance_of(const Options& options, const Recording& recording) {
     provenance.options.emplace_back("robot-number", std::to_string(options.robot_number));
   if (options.smooth) provenance.options.emplace_back("smooth", "true");
   return provenance;
-}
-
-void write_trajectory(const Options& options, const Provenance& provenance, const Trajectory& trajectory) {
-  const std::filesystem::path path = options.output;
-  std::string text;
-  for (const std::string& line : to_lines(provenance)) text += "# " + line + "\n";
-  text += path.extension() == ".tum" ? to_tum(trajectory) : to_csv(trajectory);
-  write_file(path, text);
 }
 
 struct Sigmas {
@@ -120,7 +112,7 @@ void run(const Options& options) {
   IntegratedOdometry odometry = integrate(recording, robot, {.start = start, .smooth = options.smooth});
   odometry.problems.insert(odometry.problems.begin(), recording.problems.begin(), recording.problems.end());
   const Provenance provenance = provenance_of(options, recording);
-  if (!options.output.empty()) write_trajectory(options, provenance, odometry.trajectory);
+  if (!options.output.empty()) write_trajectory(options.output, provenance, odometry.trajectory);
   nlohmann::ordered_json document = document_of(provenance, odometry);
   std::string text = text_of(odometry);
   for (const TrackOnGround& track : tracks_of(recording, robot)) {

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "command.hpp"
-#include "problem_output.hpp"
+#include "shared_output.hpp"
 #include "start_pose.hpp"
 
 namespace trundle::app {
@@ -128,8 +128,7 @@ std::string csv_of_innovations(const Run& run) {
 
 void write_results(const Options& options, const Run& run) {
   const std::filesystem::path folder = options.output;
-  std::string head;
-  for (const std::string& line : to_lines(run.provenance)) head += "# " + line + "\n";
+  const std::string head = head_of(run.provenance);
   write_file(folder / "trajectory.csv", head + to_csv(run.result.online));
   write_file(folder / "landmarks.csv", head + csv_of(run.result.map, run.input.landmarks));
   write_file(folder / "steps.csv", head + csv_of_steps(run));

@@ -5,6 +5,7 @@
 #include "trundle/slip/find_slip.hpp"
 
 #include "command.hpp"
+#include "shared_output.hpp"
 
 namespace trundle::app {
 namespace {
@@ -82,18 +83,6 @@ Provenance provenance_of(const Options& options, const Recording& recording,
   return provenance;
 }
 
-std::string head_of(const Provenance& provenance) {
-  std::string text;
-  for (const std::string& line : to_lines(provenance)) text += "# " + line + "\n";
-  return text;
-}
-
-void write_trajectory(const std::filesystem::path& path, const Provenance& provenance,
-                      const Trajectory& trajectory) {
-  write_file(path,
-             head_of(provenance) + (path.extension() == ".tum" ? to_tum(trajectory) : to_csv(trajectory)));
-}
-
 Json to_json(const NormalityTest& test) {
   return {{"n", test.moments.count},
           {"mean", test.moments.mean},
@@ -149,14 +138,6 @@ Json to_json(const SlipCounts& counts) {
           {"flagged_share", counts.flagged_share()}};
 }
 
-Json to_json(const Problem& problem) {
-  return {{"severity", problem.severity == Severity::warning ? "warning" : "note"},
-          {"kind", problem.kind},
-          {"place", problem.place},
-          {"count", problem.count},
-          {"message", problem.message}};
-}
-
 /// What the program found, in one place for text and JSON.
 struct Findings {
   Robot robot;
@@ -174,7 +155,7 @@ Json document_of(const Provenance& provenance, const Findings& findings) {
   document["learned"] = nullptr;
   if (findings.learned) document["learned"] = to_json(*findings.learned, findings.slip);
   document["problems"] = Json::array();
-  for (const Problem& problem : findings.report.problems) document["problems"].push_back(to_json(problem));
+  for (const Problem& problem : findings.report.problems) document["problems"].push_back(app::to_json(problem));
   return document;
 }
 
@@ -197,9 +178,7 @@ std::string text_of(const Findings& findings) {
                         findings.learned->normality.rejected ? "not normal" : "normal",
                         findings.learned->normality.u1, findings.learned->normality.u2,
                         findings.learned->normality.limit);
-  for (const Problem& problem : findings.report.problems)
-    text += fmt::format("{}: {}: {}\n", problem.severity == Severity::warning ? "warning" : "note",
-                        problem.place, problem.message);
+  for (const Problem& problem : findings.report.problems) text += line_of(problem);
   return text;
 }
 

@@ -1,34 +1,14 @@
-#include <cstdlib>
-#include <new>
-
 #include <gtest/gtest.h>
 
 #include "trundle/odometry/odometer.hpp"
 
+#include "allocations.hpp"
 #include "increments.hpp"
-
-// This program counts every allocation.
-namespace {
-std::size_t allocations = 0;
-}
-
-// The replaced operators are malloc and free on purpose; g++ 12 says so where it inlines only one of a pair.
-#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
 
 namespace trundle {
 namespace {
+
+using test::allocations;
 
 void expect_no_allocation(const Chassis& chassis) {
   const Robot robot = test::robot_of(chassis);

@@ -1,39 +1,20 @@
 // The online step: no heap, the same bytes as offline, back to the start of an interval that slips.
 #include "trundle/slip/slip_odometer.hpp"
 
-#include <cstdlib>
 #include <cstring>
-#include <new>
 
 #include <gtest/gtest.h>
 
 #include "trundle/simulation/scenario.hpp"
 #include "trundle/slip/find_slip.hpp"
 
+#include "allocations.hpp"
 #include "chassis/robots.hpp"
-
-// This program counts every allocation.
-namespace {
-std::size_t allocations = 0;
-}
-
-// The replaced operators are malloc and free on purpose; g++ 12 says so where it inlines only one of a pair.
-#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
 
 namespace trundle {
 namespace {
+
+using test::allocations;
 
 Robot robot_with_pods() {
   Robot robot = test::robot_of(test::joined(mecanum(test::kSize, 0.4, 0.5), test::two_pods()));

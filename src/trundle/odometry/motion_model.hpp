@@ -46,7 +46,6 @@ class MotionModel {
   /// At most kMaxModelParameters. H must have rank 3.
   MotionModel(const Chassis& chassis, std::span<const Parameter> parameters, bool with_gyro);
 
-  bool uses_gyro() const { return with_gyro_; }
   bool square() const { return square_; }
   /// Only where H is square.
   const LinearisedChassis& linearised() const { return linearised_; }
