@@ -1,0 +1,59 @@
+#!/usr/bin/env bash
+# The figures of docs/slam-results.md, from the real recordings. Position errors [m, rms] of each filter: of the whole path
+# (the best particle's; of `ekf` the online estimate) and of the online estimate, median and worst over the seeds, and the
+# mean NIS and outliers of the median run.
+# tools/slam_results.sh [PROGRAM [DATA [OUT [SEEDS]]]]
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+trundle=$(realpath "${1:-build/trundle}")
+data=$(realpath "${2:-${TRUNDLE_DATA:-../shared/data}}")
+out=$(realpath -m "${3:-out/slam}")
+seeds=${4:-10}
+readonly trundle data out seeds filters="ekf fastslam1 fastslam2 mapso mapso_proposal"
+
+python3 tools/slam_recordings.py "$data" "$out"
+
+# First number of KEY in a JSON document with one key on each line, inside OBJECT.
+number() { awk -v object="\"$2\":" -v key="\"$3\":" '$1 == object { inside = 1 } inside && $1 == key { print $2 + 0; exit }' "$1"; }
+# rms [m] of a trajectory against a reference
+error() { "$trundle" evaluate "$1" "$2" --align "$3" --json >"$out/evaluation.json"; number "$out/evaluation.json" position_m rms; }
+
+# errors_of FILTER SEED ALIGNMENT REFERENCE SLAM_ARGUMENTS...: one row of path, online, NIS, rejected
+errors_of() {
+  local filter=$1 seed=$2 align=$3 reference=$4 result=$out/result path
+  shift 4
+  rm -rf "$result"
+  "$trundle" slam "$@" --filter "$filter" --seed "$seed" --json -o "$result" >"$out/slam.json"
+  path=$result/path.csv
+  [[ -e $path ]] || path=$result/trajectory.csv
+  echo "$(error "$path" "$reference" "$align") $(error "$result/trajectory.csv" "$reference" "$align")" \
+    "$(number "$out/slam.json" nis mean) $(number "$out/slam.json" sightings rejected)"
+}
+# The middle line of sorted ones.
+middle() { awk '{ row[NR] = $0 } END { print row[int((NR + 1) / 2)] }'; }
+summary() {
+  local rows median online worst
+  rows=$(sort -n)
+  read -r -a median < <(middle <<<"$rows")
+  read -r worst _ < <(tail -n 1 <<<"$rows")
+  online=$(cut -d ' ' -f 2 <<<"$rows" | sort -n | middle)
+  printf '%-16s %8.3f %8.3f %8.3f %8.2f %9d\n' "$1" "${median[0]}" "$worst" "$online" "${median[2]}" "${median[3]}"
+}
+all_filters() {
+  printf '%-16s %8s %8s %8s %8s %9s\n' filter path worst online NIS rejected
+  for filter in $filters; do
+    last=$seeds
+    [[ $filter != ekf ]] || last=1
+    for seed in $(seq "$last"); do errors_of "$filter" "$seed" "$@"; done | summary "$filter"
+  done
+}
+
+for robot in 1 2 3 4 5; do
+  printf '\n== mrclam dataset 6, robot %s, SE(2)-aligned, %s seeds, 100 particles\n' "$robot" "$seeds"
+  all_filters se2 "$out/mrclam/Robot$robot" "$data/mrclam/MRCLAM_Dataset6" --robot-number "$robot" \
+    --robot "$out/mrclam/robot.toml"
+done
+
+printf '\n== lost_in_the_woods, from the true start, not aligned, %s seeds, 100 particles\n' "$seeds"
+start=$(awk -F, 'NR == 2 { printf "%s,%s,%.12g", $2, $3, $4 * 57.29577951308232 }' "$out/lost_in_the_woods/reference.csv")
+all_filters none "$out/lost_in_the_woods" "$out/lost_in_the_woods" --robot "$out/lost_in_the_woods/robot.toml" --start="$start"
