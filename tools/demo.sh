@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The main job on the bundled sample, a simulated robot whose true dimensions are known: calibrate it on three sessions,
-# drive a session that the calibration has not seen, compare before and after, draw the report.
+# drive a session that the calibration has not seen, find where its wheels slip, map the landmarks that it sees, compare
+# each with the truth, draw the report.
 # tools/demo.sh PROGRAM SAMPLE OUT
 set -euo pipefail
 readonly trundle=$1 sample=$2 out=$3
@@ -13,6 +14,14 @@ mkdir -p "$out"
 for robot in nominal calibrated; do
   "$trundle" odometry "$unseen/tour" --robot "${!robot}" -o "$out/$robot.csv" --quiet
   "$trundle" evaluate "$out/$robot.csv" "$unseen/tour" --align start --json >"$out/$robot.json"
+done
+"$trundle" slam "$unseen/tour" --robot "$calibrated" -o "$out/slam" --quiet
+"$trundle" evaluate "$out/slam/trajectory.csv" "$unseen/tour" --align start --json >"$out/slam.json"
+"$trundle" slip "$sample/slip" --robot "$calibrated" --learn "$sample/session_01/tour" -o "$out/slip.csv" \
+  --corrected "$out/slip_corrected.csv" >"$out/slip.txt"
+"$trundle" odometry "$sample/slip" --robot "$calibrated" -o "$out/slip_plain.csv" --quiet
+for slip in plain corrected; do
+  "$trundle" evaluate "$out/slip_$slip.csv" "$sample/slip" --align start --json >"$out/slip_$slip.json"
 done
 "$trundle" report "$out" -o "$out/report.html" --quiet
 
@@ -45,4 +54,9 @@ printf '\n%-34s %12s %12s\n' 'Its tour of 40 m, odometry alone' nominal calibrat
 mapfile -t values < <(errors position_m rms) && row 'position error, rms [m]' "${values[@]}"
 mapfile -t values < <(errors position_m max) && row 'position error, largest [m]' "${values[@]}"
 mapfile -t values < <(errors final position_m) && row 'position error at the end [m]' "${values[@]}"
+printf '%-34s %12s %12.5f\n' 'with its landmarks mapped, rms [m]' '' "$(number "$out/slam.json" position_m rms)"
+printf '\n%-34s %12s %12s\n' 'A tour on which wheels slip' odometry corrected
+slipped() { number "$out/slip_plain.json" "$@"; number "$out/slip_corrected.json" "$@"; }
+mapfile -t values < <(slipped position_m rms) && row 'position error, rms [m]' "${values[@]}"
+mapfile -t values < <(slipped final position_m) && row 'position error at the end [m]' "${values[@]}"
 printf '\nResults: %s   report: %s\n' "$out" "$out/report.html"
