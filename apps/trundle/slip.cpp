@@ -155,7 +155,8 @@ Json document_of(const Provenance& provenance, const Findings& findings) {
   document["learned"] = nullptr;
   if (findings.learned) document["learned"] = to_json(*findings.learned, findings.slip);
   document["problems"] = Json::array();
-  for (const Problem& problem : findings.report.problems) document["problems"].push_back(app::to_json(problem));
+  for (const Problem& problem : findings.report.problems)
+    document["problems"].push_back(app::to_json(problem));
   return document;
 }
 
