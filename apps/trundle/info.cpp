@@ -253,8 +253,8 @@ std::string text_of(const Findings& findings) {
   text += list("references:", lines);
   lines.clear();
   for (const Problem& problem : findings.problems)
-    lines.push_back(fmt::format("{}: {}: {}: {}", problem.severity == Severity::warning ? "warning" : "note",
-                                problem.place, problem.kind, problem.message));
+    lines.push_back(fmt::format("{}: {}: {}: {}", word_of(problem.severity), problem.place, problem.kind,
+                                problem.message));
   text += lines.empty() ? "problems: none found\n" : list("problems:", lines);
   text += list("missing:", findings.missing);
   if (findings.abilities) {
@@ -293,8 +293,7 @@ void write_gyro_noise(const Options& options, Robot robot, const Provenance& pro
   gyro.noise_rad_s_sqrt_hz = noise.noise_rad_s_sqrt_hz;
   gyro.bias_walk_rad_s_sqrt_s = noise.bias_walk_rad_s_sqrt_s.value_or(gyro.bias_walk_rad_s_sqrt_s);
   robot.chassis.gyro = gyro;
-  std::string text;
-  for (const std::string& line : to_lines(provenance)) text += "# " + line + "\n";
+  std::string text = head_of(provenance);
   text += fmt::format("# noise_rad_s_sqrt_hz: Allan deviation of {:.1f} s of standing still, ± {:.1g}\n",
                       noise.rest_s, noise.noise_sigma);
   text += "# bias_walk_rad_s_sqrt_s: " +

@@ -5,13 +5,10 @@
 #include "trundle/recording/increments.hpp"
 
 namespace trundle::app {
-namespace {
 
 const char* word_of(Severity severity) {
   return severity == Severity::warning ? "warning" : "note";
 }
-
-}  // namespace
 
 nlohmann::ordered_json to_json(const Problem& problem) {
   return {{"severity", word_of(problem.severity)},

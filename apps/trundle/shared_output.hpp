@@ -10,6 +10,8 @@
 
 namespace trundle::app {
 
+/// "warning" or "note".
+const char* word_of(Severity severity);
 nlohmann::ordered_json to_json(const Problem& problem);
 /// "warning: place: message".
 std::string line_of(const Problem& problem);

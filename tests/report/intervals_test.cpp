@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "trundle/calibration/student_t.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 namespace trundle {
 namespace {
@@ -33,7 +33,7 @@ ParameterEstimate track() {
 
 TEST(Intervals, StudentsQuantileHolds95Percent) {
   for (int n = 1; n <= 400; n += n < 30 ? 1 : 37)
-    EXPECT_NEAR(probability_within(student_t_95(n), n), 0.95, 2e-6) << n << " degrees of freedom";
+    EXPECT_NEAR(probability_within(student_t_limit(0.05, n), n), 0.95, 2e-6) << n << " degrees of freedom";
 }
 
 TEST(Intervals, WithinComesFromTheNoiseOfTheRuns) {

@@ -10,8 +10,8 @@
 
 #include "trundle/simulation/random.hpp"
 #include "trundle/slip/detector.hpp"
-#include "trundle/slip/distribution.hpp"
 #include "trundle/slip/learn.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 #include "chassis/robots.hpp"
 #include "scale.hpp"

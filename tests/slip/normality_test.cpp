@@ -8,7 +8,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/simulation/random.hpp"
 #include "trundle/slip/band.hpp"
-#include "trundle/slip/distribution.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 #include "scale.hpp"
 

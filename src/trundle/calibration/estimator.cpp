@@ -13,6 +13,7 @@
 #include "trundle/calibration/chassis_likelihood.hpp"
 #include "trundle/calibration/relative_likelihood.hpp"
 #include "trundle/calibration/relative_table.hpp"
+#include "trundle/statistics/median.hpp"
 
 namespace trundle {
 namespace {
@@ -197,12 +198,6 @@ Eigen::MatrixXd whitening_of(const Robot& robot, const Fit& fit, const Estimable
   const Eigen::MatrixXd B = space.scale.asDiagonal() * space.basis;
   const Eigen::MatrixXd all = B.transpose() * total_information(robot, fit).matrix * B;
   return B * Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(all).operatorInverseSqrt();
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 /// Weights from each run's pull on the parameters, compared with the typical run's.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "trundle/odometry/odometer.hpp"
+#include "trundle/statistics/median.hpp"
 
 namespace trundle {
 namespace {
@@ -39,12 +40,6 @@ std::vector<std::size_t> choose_knots(const Run& run, double time_offset_s) {
     next = time + spacing;
   }
   return knots;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 /// By how much the motion from each knot to the next differs between reference and nominal odometry.

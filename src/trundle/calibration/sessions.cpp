@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "trundle/calibration/student_t.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 namespace trundle {
 namespace {
@@ -56,7 +56,7 @@ void predict_each_from_the_others(const std::vector<SessionEstimate>& estimates,
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(left_out));
     const auto k = static_cast<double>(others.size());
     const MeanAndCovariance scatter = scatter_of(others);
-    const double t = student_t_95(static_cast<int>(others.size()) - 1);
+    const double t = student_t_limit(0.05, static_cast<double>(others.size()) - 1.0);
     for (Eigen::Index j = 0; j < scatter.mean.size(); ++j) {
       if (!space.estimates(static_cast<int>(j))) continue;
       const SessionEstimate& seen = estimates[left_out];

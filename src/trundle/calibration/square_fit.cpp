@@ -5,8 +5,8 @@
 
 #include <Eigen/Dense>
 
-#include "trundle/calibration/student_t.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 namespace trundle {
 namespace {
@@ -23,7 +23,7 @@ constexpr double kNormal95 = 1.959963984540054;
 constexpr int kDegreesOfFreedomForCorrelations = 8;
 
 double widening(int degrees_of_freedom) {
-  const double ratio = student_t_95(degrees_of_freedom) / kNormal95;
+  const double ratio = student_t_limit(0.05, degrees_of_freedom) / kNormal95;
   return ratio * ratio;
 }
 

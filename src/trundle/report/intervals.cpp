@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "trundle/calibration/student_t.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 namespace trundle {
 namespace {
@@ -26,7 +26,7 @@ std::optional<Interval> interval95_between(const ParameterEstimate& estimate, in
   const double k = sessions;
   const double spread = *estimate.sigma_between;
   const double sigma = std::hypot(spread * std::sqrt(1.0 + 1.0 / k), estimate.sigma_within);
-  return interval(estimate.value, student_t_95(sessions - 1) * sigma);
+  return interval(estimate.value, student_t_limit(0.05, sessions - 1) * sigma);
 }
 
 double total_sigma(const ParameterEstimate& estimate) {

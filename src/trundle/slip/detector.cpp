@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/slip/distribution.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 namespace trundle {
 namespace {

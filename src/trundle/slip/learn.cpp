@@ -7,7 +7,8 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/slip/distribution.hpp"
+#include "trundle/statistics/distribution.hpp"
+#include "trundle/statistics/median.hpp"
 
 namespace trundle {
 namespace {
@@ -109,12 +110,6 @@ double largest_sum(std::span<const JudgedInterval> clean, const Parity& parity, 
                                         side == 0 ? c.score[i] : -c.score[i], kCusumAllowance));
   }
   return largest;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 std::vector<JudgedInterval> moving_intervals(std::span<const JudgedInterval> clean, const Parity& parity) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "trundle/slip/distribution.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 namespace trundle {
 namespace {

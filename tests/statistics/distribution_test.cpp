@@ -1,5 +1,5 @@
 // Tails and quantiles against closed forms and printed tables.
-#include "trundle/slip/distribution.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "trundle/slip/distribution.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 #include <cassert>
 #include <cmath>

@@ -2,8 +2,8 @@
 
 namespace trundle {
 
-// Tails and quantiles of the distributions that tests of slip need; relative error below 1e-10. Quantiles are
-// given by the probability of what lies *beyond* them, so that small ones keep their digits.
+// Tails and quantiles of the distributions that intervals and tests need; relative error below 1e-10.
+// Quantiles are given by the probability of what lies *beyond* them, so that small ones keep their digits.
 
 /// P(X > x) of χ² with so many degrees of freedom.
 double chi_squared_tail(double x, double degrees_of_freedom);

@@ -1,0 +1,13 @@
+#include "trundle/statistics/median.hpp"
+
+#include <algorithm>
+
+namespace trundle {
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+}  // namespace trundle

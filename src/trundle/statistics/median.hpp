@@ -1,0 +1,10 @@
+#pragma once
+
+#include <vector>
+
+namespace trundle {
+
+/// Of an even number of values the upper of the two in the middle. There must be one at least.
+double median(std::vector<double> values);
+
+}  // namespace trundle
