@@ -198,7 +198,7 @@ Json to_json(const Findings& findings) {
   json["references"] = Json::object();
   for (const auto& [name, text] : references_of(recording)) json["references"][name] = text;
   json["problems"] = Json::array();
-  for (const Problem& problem : findings.problems) json["problems"].push_back(app::to_json(problem));
+  for (const Problem& problem : findings.problems) json["problems"].push_back(trundle::to_json(problem));
   json["missing"] = findings.missing;
   if (findings.abilities)
     json["robot"] = {{"can_tell", findings.abilities->can}, {"cannot_tell", findings.abilities->cannot}};
@@ -321,7 +321,7 @@ void run(const Options& options) {
   for (const auto& path : paths) all.push_back(find(path, robot, options));
   const Provenance provenance = provenance_of(options, all);
   if (!options.output.empty()) write_gyro_noise(options, *robot, provenance, *all.front().noise);
-  Json document = app::to_json(provenance);
+  Json document = trundle::to_json(provenance);
   std::string text;
   for (const Findings& findings : all) {
     text += (text.empty() ? "" : "\n") + text_of(findings);
