@@ -35,5 +35,6 @@ void add_simulate(CLI::App& app);
 void add_info(CLI::App& app);
 void add_install_angle(CLI::App& app);
 void add_report(CLI::App& app);
+void add_run(CLI::App& app);
 
 }  // namespace trundle::app
