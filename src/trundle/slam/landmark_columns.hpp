@@ -38,6 +38,20 @@ class LandmarkColumns {
     double_.swap(other.double_);
   }
 
+  /// The landmark of some particles of another map of the same precision.
+  void take(const LandmarkColumns& from, std::span<const std::size_t> particles) {
+    origin_ = from.origin_;
+    for (std::size_t k = 0; k < kColumns; ++k)
+      for (std::size_t i = 0; i < particles.size(); ++i) {
+        const std::size_t to = k * stride_ + i;
+        const std::size_t of = k * from.stride_ + particles[i];
+        if (double_.empty())
+          single_[to] = from.single_[of];
+        else
+          double_[to] = from.double_[of];
+      }
+  }
+
   /// In the world.
   LandmarkEstimate at(std::size_t particle) const {
     const auto number = [&](std::size_t k) {

@@ -12,9 +12,6 @@
 namespace trundle {
 namespace {
 
-/// So many particles, spread over all, decide what an outlier is.
-constexpr std::size_t kJury = 32;
-
 Matrix3 pose_root(const Pose2& pose, const Matrix3& covariance_in_world) {
   return semidefinite_root(body_covariance(pose, covariance_in_world));
 }
@@ -28,11 +25,13 @@ ParticleSlam::ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptio
       poses_(options.particles),
       predicted_(options.particles),
       n_(options.particles),
+      z_(options.particles),
       sensors_(options.particles),
       log_weights_(padded(options.particles), 0.0),
       weights_(padded(options.particles)),
       ancestry_(options.particles),
       map_(options.particles, options.map_precision),
+      jury_(options.particles, options.map_precision),
       systematic_(options.particles),
       systematic_covariance_(options.prior.systematic_sigma.cwiseAbs2().asDiagonal()) {
   if (options.particles == 0) throw InputError("particle filter", "has 0 particles", "at least 1");
@@ -97,51 +96,42 @@ Matrix3 ParticleSlam::predicted_covariance() const {
 
 /// Eq. 14. Reports what the most probable particle finds, before this step has moved or weighted any.
 void ParticleSlam::reject_outliers() {
-  const PoseTarget target(predicted_, predicted_covariance(), sensor_.body_from_sensor, {});
-  const std::size_t stride = (options_.particles + kJury - 1) / kJury;
-  const std::size_t reporter = best_particle();
+  if (seen_.empty()) return;
+  jury_.meet({predicted_, weights_, best_particle(), predicted_covariance(), sensor_.body_from_sensor});
   std::erase_if(seen_, [&](const Seen& s) {
-    double against = 0.0;
-    double all = 0.0;
-    for (std::size_t i = 0; i < options_.particles; i += stride) {
-      all += weights_[i];
-      if (target.surprise(i, s.known).nis > options_.gate) against += weights_[i];
-    }
-    const bool rejected = against > 0.5 * all;
-    const PoseTarget::Surprise surprise = target.surprise(reporter, s.known);
-    report_.observations[s.observation] = {rejected ? Decision::rejected : Decision::matched,
-                                           rejected ? kUnknownLandmark : s.landmark, surprise.innovation,
-                                           surprise.nis};
-    return rejected;
+    const Jury::Verdict verdict = jury_.on(s.known, options_.gate);
+    report_.observations[s.observation] = {verdict.rejected ? Decision::rejected : Decision::matched,
+                                           verdict.rejected ? kUnknownLandmark : s.landmark,
+                                           verdict.innovation, verdict.nis};
+    return verdict.rejected;
   });
 }
 
 void ParticleSlam::propose() {
-  std::vector<KnownReading> readings;
-  for (const Seen& s : seen_) readings.push_back(s.known);
-  const PoseTarget target(predicted_, predicted_covariance(), sensor_.body_from_sensor, readings);
+  readings_.clear();
+  for (const Seen& s : seen_) readings_.push_back(s.known);
   const Proposal proposal = options_.proposal;
   const bool by_swarm = proposal == Proposal::swarm || proposal == Proposal::swarm_gaussian;
   const bool by_gaussian = proposal == Proposal::linearised || proposal == Proposal::swarm_gaussian;
-  draw_normals(next_draw(), all(), n_);
-  if (by_swarm) refine_by_swarm(target, options_.swarm, options_.particles, random_, n_);
-  if (by_gaussian && target.sees_something())
-    for (std::size_t i = 0; i < options_.particles; ++i) sample_gaussian(target, i);
+  const Placement placement{semidefinite_root(predicted_covariance()), sensor_.body_from_sensor};
   sensors_.origin = predicted_.at(0).translation();
-  place(predicted_, n_, {semidefinite_root(predicted_covariance()), sensor_.body_from_sensor}, all(), poses_,
-        sensors_);
+  draw_normals(next_draw(), all(), n_);
+  if (by_swarm) {
+    const PoseTarget target(predicted_, predicted_covariance(), sensor_.body_from_sensor, readings_);
+    refine_by_swarm(target, options_.swarm, options_.particles, random_, n_);
+  }
+  if (by_gaussian && !readings_.empty()) draw_near_sightings(placement);
+  place(predicted_, n_, placement, all(), poses_, sensors_);
 }
 
-/// Eq. 16: n becomes a draw from the Gaussian at n; the weight takes prior/proposal.
-void ParticleSlam::sample_gaussian(const PoseTarget& target, std::size_t particle) {
-  const bool from_swarm = options_.proposal == Proposal::swarm_gaussian;
-  const WhitenedGaussian q = target.gaussian_near(particle, from_swarm ? n_.at(particle) : Vector3::Zero());
-  Random& random = random_[particle / kParticleBlock];
-  const Vector3 z = from_swarm ? Vector3(random.normal(), random.normal(), random.normal()) : n_.at(particle);
-  const Vector3 n = q.mean + q.information_root.transpose().triangularView<Eigen::Upper>().solve(z);
-  n_.set(particle, n);
-  log_weights_[particle] +=
-      0.5 * (z.squaredNorm() - n.squaredNorm()) - q.information_root.diagonal().array().log().sum();
+/// Eq. 16: n becomes a draw from the Gaussian at n; the weights take prior over proposal.
+void ParticleSlam::draw_near_sightings(const Placement& placement) {
+  const bool after_swarm = options_.proposal == Proposal::swarm_gaussian;
+  if (after_swarm) draw_normals(next_draw(), all(), z_);
+  place(predicted_, n_, {Matrix3::Zero(), sensor_.body_from_sensor}, all(), poses_, sensors_);
+  const Matrix3 L = adjoint(sensor_.body_from_sensor.inverse()) * placement.L;
+  const GaussianProposal gaussians{sensors_, L, after_swarm ? &n_ : nullptr, after_swarm ? z_ : n_};
+  draw_from_gaussians(readings_, gaussians, all(), n_, log_weights_.data());
 }
 
 /// A Kalman filter for each particle, given its path: the drawn pose is a measurement of S s, whose error
@@ -159,12 +149,8 @@ void ParticleSlam::learn_systematic() {
 }
 
 void ParticleSlam::weigh() {
-  std::vector<KnownReading> readings;
-  for (const Seen& s : seen_) {
-    readings.push_back(s.known);
-    map_.count_sighting(s.landmark);
-  }
-  weigh_and_improve(readings, sensors_, all(), log_weights_.data());
+  for (const Seen& s : seen_) map_.count_sighting(s.landmark);
+  weigh_and_improve(readings_, sensors_, all(), log_weights_.data());
 }
 
 /// A landmark seen for the first time; a second sighting of it in the same step improves it.

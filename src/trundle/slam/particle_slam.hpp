@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "trundle/simulation/random.hpp"
+#include "trundle/slam/jury.hpp"
 #include "trundle/slam/particle_kernels.hpp"
 #include "trundle/slam/particle_map.hpp"
 #include "trundle/slam/particle_paths.hpp"
@@ -71,7 +72,7 @@ class ParticleSlam {
   Matrix3 predicted_covariance() const;
   void reject_outliers();
   void propose();
-  void sample_gaussian(const PoseTarget& target, std::size_t particle);
+  void draw_near_sightings(const Placement& placement);
   void learn_systematic();
   void weigh();
   void add_landmark(const Observation& observation, std::size_t index);
@@ -89,17 +90,20 @@ class ParticleSlam {
   PoseColumns poses_;
   PoseColumns predicted_;  ///< before their noise of this step
   TripleColumns n_;        ///< that noise, whitened
+  TripleColumns z_;        ///< a second draw, where n is what the swarm has found
   SensorColumns sensors_;
   Column<double> log_weights_;  ///< the largest is 0
   Column<double> weights_;      ///< sum to 1
   Ancestry ancestry_;
   ParticleMap map_;
+  Jury jury_;
   ParticlePaths paths_;
-  TripleColumns systematic_;       ///< each particle's mean, given its path
-  Matrix3 systematic_covariance_;  ///< the same for all: paths differ in where they went, not in how
-  Motion pending_;                 ///< since the poses were drawn
-  std::vector<Seen> seen_;         ///< in this step, of landmarks in the map
-  std::vector<std::size_t> open_;  ///< valid observations of this step that show none of them
+  TripleColumns systematic_;            ///< each particle's mean, given its path
+  Matrix3 systematic_covariance_;       ///< the same for all: paths differ in where they went, not in how
+  Motion pending_;                      ///< since the poses were drawn
+  std::vector<Seen> seen_;              ///< in this step, of landmarks in the map
+  std::vector<KnownReading> readings_;  ///< of those seen
+  std::vector<std::size_t> open_;       ///< valid observations of this step that show none of them
   StepReport report_;
 };
 
