@@ -30,6 +30,7 @@ void add_umbmark(CLI::App& app);
 void add_odometry(CLI::App& app);
 void add_slip(CLI::App& app);
 void add_slam(CLI::App& app);
+void add_localize(CLI::App& app);
 void add_evaluate(CLI::App& app);
 void add_simulate(CLI::App& app);
 void add_info(CLI::App& app);

@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
   add_odometry(app);
   add_slip(app);
   add_slam(app);
+  add_localize(app);
   add_evaluate(app);
   add_simulate(app);
   add_report(app);
