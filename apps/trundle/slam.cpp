@@ -46,10 +46,14 @@ Provenance provenance_of(const Options& options, const Recording& recording) {
   return provenance;
 }
 
-/// Names of landmarks that have none: 1, 2, ... in order of first sight.
-std::vector<std::string> numbers_for(const std::vector<MappedLandmark>& map) {
+/// Names of landmarks that have none: 1, 2, ... in order of first sight, those removed since among them.
+std::vector<std::string> numbers_for(const std::vector<StepReport>& reports) {
+  LandmarkId last = kUnknownLandmark;
+  for (const StepReport& report : reports)
+    for (const ObservationReport& observation : report.observations)
+      last = std::max(last, observation.landmark);
   std::vector<std::string> names;
-  for (std::size_t i = 1; i <= map.size(); ++i) names.push_back(std::to_string(i));
+  for (LandmarkId i = 0; i <= last; ++i) names.push_back(std::to_string(i + 1));
   return names;
 }
 
@@ -71,7 +75,7 @@ Run filtered(const Options& options) {
             .seed = options.seed,
             .prior = {.start = start, .systematic_sigma = Systematic::Constant(options.systematic_sigma)}});
   run.provenance = provenance_of(options, recording);
-  if (options.unknown_ids) run.input.landmarks = numbers_for(run.result.map);
+  if (options.unknown_ids) run.input.landmarks = numbers_for(run.result.reports);
   return run;
 }
 
