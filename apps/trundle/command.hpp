@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/error.hpp"
-#include "trundle/io/file.hpp"
+#include "trundle/pipeline/provenance.hpp"
 
 namespace trundle::app {
 
@@ -21,16 +20,6 @@ struct Common {
 /// Adds a subcommand with the common flags; `example` is shown at the end of its --help.
 CLI::App* add_command(CLI::App& app, const std::string& name, const std::string& description,
                       const std::string& example, Common& common);
-
-/// Program version, inputs with SHA-256, options and seed: what every output names.
-struct Provenance {
-  std::vector<InputFile> inputs;
-  std::vector<std::pair<std::string, std::string>> options;
-  std::optional<std::uint64_t> seed;
-};
-nlohmann::ordered_json to_json(const Provenance& provenance);
-/// The same as lines for the head of CSV ("# ...") and TOML files.
-std::vector<std::string> to_lines(const Provenance& provenance);
 
 /// Prints the document when --json was given, else the text unless --quiet.
 void print(const Common& common, const nlohmann::ordered_json& document, const std::string& text);

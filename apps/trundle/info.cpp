@@ -1,15 +1,8 @@
-#include <algorithm>
-#include <cmath>
 #include <memory>
 
 #include <fmt/format.h>
 
-#include "trundle/calibration/wiring.hpp"
-#include "trundle/chassis/rows.hpp"
-#include "trundle/odometry/effective_track.hpp"
-#include "trundle/recording/gyro_noise.hpp"
-#include "trundle/recording/inspect.hpp"
-#include "trundle/recording/time_offset.hpp"
+#include "trundle/inspection/findings.hpp"
 
 #include "command.hpp"
 #include "shared_output.hpp"
@@ -18,8 +11,6 @@ namespace trundle::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr double kSmallOffset_s = 0.005;  // does no harm
 
 struct Options {
   std::string recording;
@@ -30,97 +21,24 @@ struct Options {
   Common common;
 };
 
-/// All that is told of one recording.
-struct Findings {
+/// One recording and all that is told of it.
+struct Told {
   Recording recording;
-  std::vector<StreamSummary> streams;
-  std::vector<Problem> problems;
-  std::vector<std::string> missing;
-  std::optional<Abilities> abilities;
+  Findings findings;
   std::optional<GyroNoise> noise;
-  bool compares_clocks = false;  ///< wheels that see turns and a gyro are there
-  std::optional<TimeOffset> offset;
-  std::vector<TrackOnGround> tracks;
 };
 
-/// What align() finds; where it refuses, missing_in() says why.
-std::vector<Problem> problems_with(const Recording& recording, const Robot& robot) {
-  try {
-    return inspect(recording, robot, align(recording, robot));
-  } catch (const InputError&) {
-    return inspect(recording);
-  }
-}
-
-/// The gyro's clock against the wheels'.
-void compare_clocks(const Robot& robot, Findings& findings) {
-  const bool wheels_turn = robot.chassis.wheel_count > 0 && !findings.recording.wheels.time_s.empty() &&
-                           observability(rows_of(robot.chassis, false)).rank == 3;
-  findings.compares_clocks = wheels_turn && robot.chassis.gyro && !findings.recording.gyro.time_s.empty();
-  if (!findings.compares_clocks) return;
-  try {
-    findings.offset = gyro_time_offset(findings.recording, robot);
-  } catch (const InputError&) {  // missing_in() says why
-    findings.compares_clocks = false;
-  }
-  const auto& offset = findings.offset;
-  if (!offset) return;
-  const double off = offset->offset_s - robot.chassis.gyro->time_offset_s;
-  if (std::abs(off) > std::max(3.0 * offset->sigma_s, kSmallOffset_s))
-    findings.problems.push_back(
-        {Severity::warning, "time offset", findings.recording.gyro.origin.file, 1,
-         fmt::format(
-             "the gyro's stamps are {:.1f} ms too {} against the wheels', which looks like slip at every "
-             "start of a turn: write time_offset_s = {:.4f} under [gyro]",
-             1e3 * std::abs(off), off < 0.0 ? "late" : "early", offset->offset_s)});
-}
-
-/// The track that the ground gives, where wheels must scrub in turns.
-void find_tracks(const Robot& robot, Findings& findings) {
-  const auto wheels = robot.chassis.wheels();
-  const bool skids = std::ranges::any_of(wheels, [](const Wheel& w) { return w.kind == WheelKind::skid; });
-  if (!skids || !EffectiveTrack::applies_to(robot.chassis) || findings.recording.gyro.time_s.empty()) return;
-  try {
-    findings.tracks = effective_tracks(align(findings.recording, robot), robot.chassis);
-  } catch (const InputError&) {  // missing_in() says why
-  }
-}
-
-/// Columns that do not belong to the wheels whose names they bear.
-void compare_wiring(const Robot& robot, Findings& findings) {
-  try {
-    const Wiring wiring = check_wiring(std::span(&findings.recording, 1), robot);
-    for (const std::string& fault : wiring.faults)
-      findings.problems.push_back(
-          {Severity::warning, "wiring", findings.recording.wheels.origin.file, 1, fault});
-    for (const std::string& pair : wiring.untold)
-      findings.problems.push_back({Severity::note, "wiring", findings.recording.wheels.origin.file, 1, pair});
-  } catch (const InputError&) {  // missing_in() says why
-  } catch (const CannotAnswer&) {
-  }
-}
-
-Findings find(const std::filesystem::path& path, const std::optional<Robot>& robot, const Options& options) {
-  Findings findings;
-  findings.recording = read_recording(path, {.robot_number = options.robot_number});
-  const Recording& recording = findings.recording;
-  findings.streams = summaries_of(recording);
-  findings.problems = recording.problems;
-  const std::vector<Problem> more = robot ? problems_with(recording, *robot) : inspect(recording);
-  findings.problems.insert(findings.problems.end(), more.begin(), more.end());
-  findings.missing = missing_in(recording, robot ? &*robot : nullptr);
-  if (robot) compare_wiring(*robot, findings);
-  if (robot) compare_clocks(*robot, findings);
-  if (robot) find_tracks(*robot, findings);
-  if (robot) findings.abilities = abilities_of(*robot, robot->chassis.gyro && !recording.gyro.time_s.empty());
-  if (options.gyro_noise) {
-    findings.noise = gyro_noise(recording);
-    if (!findings.noise)
-      throw CannotAnswer(
-          path.string() +
-          ": the gyro's noise cannot be told: the robot never rests for 1.4 s while its gyro runs");
-  }
-  return findings;
+Told tell(const std::filesystem::path& path, const std::optional<Robot>& robot, const Options& options) {
+  Told told;
+  told.recording = read_recording(path, {.robot_number = options.robot_number});
+  told.findings = find_in(told.recording, robot ? &*robot : nullptr);
+  if (!options.gyro_noise) return told;
+  told.noise = gyro_noise(told.recording);
+  if (!told.noise)
+    throw CannotAnswer(
+        path.string() +
+        ": the gyro's noise cannot be told: the robot never rests for 1.4 s while its gyro runs");
+  return told;
 }
 
 /// The partial references in words.
@@ -190,22 +108,23 @@ Json to_json(const TrackOnGround& track) {
           {"sigma_m", track.sigma_m}};
 }
 
-Json to_json(const Findings& findings) {
-  const Recording& recording = findings.recording;
+Json to_json(const Told& told) {
+  const Recording& recording = told.recording;
+  const Findings& findings = told.findings;
   Json json = {{"name", recording.name}, {"session", recording.session}, {"streams", Json::array()}};
   for (const StreamSummary& stream : findings.streams) json["streams"].push_back(to_json(stream));
   json["landmarks"] = recording.landmarks.size();
   json["references"] = Json::object();
   for (const auto& [name, text] : references_of(recording)) json["references"][name] = text;
   json["problems"] = Json::array();
-  for (const Problem& problem : findings.problems) json["problems"].push_back(app::to_json(problem));
+  for (const Problem& problem : findings.problems) json["problems"].push_back(trundle::to_json(problem));
   json["missing"] = findings.missing;
   if (findings.abilities)
     json["robot"] = {{"can_tell", findings.abilities->can}, {"cannot_tell", findings.abilities->cannot}};
   if (findings.compares_clocks)
-    json["gyro_time_offset"] = findings.offset ? to_json(*findings.offset) : Json();
+    json["gyro_time_offset"] = findings.gyro_time_offset ? to_json(*findings.gyro_time_offset) : Json();
   for (const TrackOnGround& track : findings.tracks) json["effective_track"].push_back(to_json(track));
-  if (findings.noise) json["gyro_noise"] = to_json(*findings.noise);
+  if (told.noise) json["gyro_noise"] = to_json(*told.noise);
   return json;
 }
 
@@ -242,8 +161,9 @@ std::string text_of(const GyroNoise& noise) {
   return text;
 }
 
-std::string text_of(const Findings& findings) {
-  const Recording& recording = findings.recording;
+std::string text_of(const Told& told) {
+  const Recording& recording = told.recording;
+  const Findings& findings = told.findings;
   std::string text = fmt::format("{} (session {})\n", recording.name, recording.session);
   for (const StreamSummary& stream : findings.streams) text += line_of(stream);
   if (!recording.landmarks.empty())
@@ -265,20 +185,20 @@ std::string text_of(const Findings& findings) {
     text += fmt::format("effective track by the gyro, {:.1f} to {:.1f} s: {:.4f} ± {:.4f} m\n", track.start_s,
                         track.end_s, track.track_m, track.sigma_m);
   if (findings.compares_clocks)
-    text += findings.offset
+    text += findings.gyro_time_offset
                 ? fmt::format("gyro against wheels: time_offset_s = {:.4f} ± {:.4f} s\n",
-                              findings.offset->offset_s, findings.offset->sigma_s)
+                              findings.gyro_time_offset->offset_s, findings.gyro_time_offset->sigma_s)
                 : std::string(
                       "gyro against wheels: the time offset cannot be told; change the turn rate often\n");
-  if (findings.noise) text += text_of(*findings.noise);
+  if (told.noise) text += text_of(*told.noise);
   return text;
 }
 
-Provenance provenance_of(const Options& options, const std::vector<Findings>& all) {
+Provenance provenance_of(const Options& options, const std::vector<Told>& all) {
   Provenance provenance;
-  for (const Findings& findings : all)
-    provenance.inputs.insert(provenance.inputs.end(), findings.recording.inputs.begin(),
-                             findings.recording.inputs.end());
+  for (const Told& told : all)
+    provenance.inputs.insert(provenance.inputs.end(), told.recording.inputs.begin(),
+                             told.recording.inputs.end());
   if (!options.robot.empty()) provenance.inputs.push_back(input_file(options.robot));
   if (options.robot_number != 0)
     provenance.options.emplace_back("robot-number", std::to_string(options.robot_number));
@@ -317,18 +237,18 @@ void run(const Options& options) {
     throw InputError(options.recording, "holds no recording",
                      "a folder with wheels.csv or another stream, or recording.toml");
   require_output_makes_sense(options, paths.size());
-  std::vector<Findings> all;
-  for (const auto& path : paths) all.push_back(find(path, robot, options));
+  std::vector<Told> all;
+  for (const auto& path : paths) all.push_back(tell(path, robot, options));
   const Provenance provenance = provenance_of(options, all);
   if (!options.output.empty()) write_gyro_noise(options, *robot, provenance, *all.front().noise);
-  Json document = app::to_json(provenance);
+  Json document = trundle::to_json(provenance);
   std::string text;
-  for (const Findings& findings : all) {
-    text += (text.empty() ? "" : "\n") + text_of(findings);
+  for (const Told& told : all) {
+    text += (text.empty() ? "" : "\n") + text_of(told);
     if (all.size() == 1) {
-      document.update(to_json(findings));
+      document.update(to_json(told));
     } else {
-      document["recordings"].push_back(to_json(findings));
+      document["recordings"].push_back(to_json(told));
     }
   }
   print(options.common, document, text);
