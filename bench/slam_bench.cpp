@@ -130,6 +130,7 @@ int main(int argc, char** argv) {
   for (const int landmarks : {100, 1000, 10'000}) time_of(SlamMethod::fastslam1, landmarks, 1000);
   for (const SlamMethod method : kAll)
     if (method != SlamMethod::fastslam1) time_of(method, 100, method == SlamMethod::fastslam2 ? 1000 : 30);
+  time_of(SlamMethod::ekf, 1000, 0);
   time_of(SlamMethod::fastslam1, 100, 300);
   fmt::print("\n{:<16} {:>6} {:>8} {:>10}   online position, rms [m], median, M = 100\n", "filter", "N",
              "seeds", "error");

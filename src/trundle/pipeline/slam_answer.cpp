@@ -23,10 +23,14 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
   return provenance;
 }
 
-/// Names of landmarks that have none: 1, 2, ... in order of first sight.
-std::vector<std::string> numbers_for(const std::vector<MappedLandmark>& map) {
+/// Names of landmarks that have none: 1, 2, ... in order of first sight, those removed since among them.
+std::vector<std::string> numbers_for(const std::vector<StepReport>& reports) {
+  LandmarkId last = kUnknownLandmark;
+  for (const StepReport& report : reports)
+    for (const ObservationReport& observation : report.observations)
+      last = std::max(last, observation.landmark);
   std::vector<std::string> names;
-  for (std::size_t i = 1; i <= map.size(); ++i) names.push_back(std::to_string(i));
+  for (LandmarkId i = 0; i <= last; ++i) names.push_back(std::to_string(i + 1));
   return names;
 }
 
@@ -109,7 +113,7 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
                         .prior = {.start = question.start,
                                   .systematic_sigma = Systematic::Constant(question.systematic_sigma)}});
   answer.provenance = provenance_of(recording, robot, question);
-  if (question.unknown_ids) answer.input.landmarks = numbers_for(answer.result.map);
+  if (question.unknown_ids) answer.input.landmarks = numbers_for(answer.result.reports);
   return answer;
 }
 
