@@ -32,6 +32,7 @@ std::variant<EkfSlam, ParticleSlam> made(const LandmarkSensor& sensor, const Sla
                                .gate = options.gate,
                                .resample_below = options.resample_below,
                                .keep_paths = options.keep_paths,
+                               .map_precision = options.map_precision,
                                .swarm = options.swarm});
 }
 
