@@ -73,7 +73,8 @@ TEST(Place, IsTheExponentialAndTheSensorThere) {
   TripleColumns n(40);
   for (std::size_t i = 0; i < 40; ++i) {
     predicted.set(i, {random.uniform(-99.0, 99.0), random.uniform(-99.0, 99.0), random.uniform(-9.0, 9.0)});
-    n.set(i, Vector3(random.normal(), random.normal(), random.normal()) * std::pow(10.0, -static_cast<double>(i % 10)));
+    n.set(i, Vector3(random.normal(), random.normal(), random.normal()) *
+                 std::pow(10.0, -static_cast<double>(i % 10)));
   }
   Matrix3 L = Matrix3::Zero();
   L << 0.5, 0.0, 0.0, 0.1, 0.2, 0.0, -0.1, 0.3, 1.2;

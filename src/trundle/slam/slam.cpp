@@ -24,7 +24,8 @@ const Method& entry_of(SlamMethod method) {
 }
 
 std::variant<EkfSlam, ParticleSlam> made(const LandmarkSensor& sensor, const SlamOptions& options) {
-  if (options.method == SlamMethod::ekf) return EkfSlam(sensor, {.prior = options.prior, .gate = options.gate});
+  if (options.method == SlamMethod::ekf)
+    return EkfSlam(sensor, {.prior = options.prior, .gate = options.gate});
   return ParticleSlam(sensor, {.proposal = entry_of(options.method).proposal,
                                .particles = options.particles,
                                .seed = options.seed,
