@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "trundle/slam/smoother.hpp"
+
 #include "command.hpp"
 #include "shared_output.hpp"
 #include "start_pose.hpp"
@@ -21,15 +23,21 @@ struct Options {
   std::size_t particles = SlamOptions{}.particles;
   std::uint64_t seed = SlamOptions{}.seed;
   std::string start = "0,0,0";
-  double systematic_sigma = 0.0;
+  std::optional<double> systematic_sigma;
   bool unknown_ids = false;
+  bool smooth = false;
   std::string output;
 };
 
 struct Run {
   SlamInput input;
   SlamResult result;
+  std::optional<SmoothedSlam> smoothed;
   Provenance provenance;
+
+  const Trajectory& trajectory() const { return smoothed ? smoothed->trajectory : result.online; }
+  const std::vector<MappedLandmark>& map() const { return smoothed ? smoothed->map : result.map; }
+  const PoseEstimate& last() const { return smoothed ? smoothed->last : result.last; }
 };
 
 Provenance provenance_of(const Options& options, const Recording& recording) {
@@ -39,8 +47,9 @@ Provenance provenance_of(const Options& options, const Recording& recording) {
   if (options.filter != name_of(SlamMethod::ekf))
     provenance.options.emplace_back("particles", std::to_string(options.particles));
   if (options.unknown_ids) provenance.options.emplace_back("unknown-ids", "true");
-  if (options.systematic_sigma != 0.0)
-    provenance.options.emplace_back("systematic-sigma", fmt::format("{}", options.systematic_sigma));
+  if (options.systematic_sigma)
+    provenance.options.emplace_back("systematic-sigma", fmt::format("{}", *options.systematic_sigma));
+  if (options.smooth) provenance.options.emplace_back("smooth", "true");
   if (options.robot_number != 0)
     provenance.options.emplace_back("robot-number", std::to_string(options.robot_number));
   return provenance;
@@ -64,12 +73,15 @@ Run filtered(const Options& options) {
   run.input.problems.insert(run.input.problems.begin(), recording.problems.begin(), recording.problems.end());
   if (run.input.observations() == 0)
     throw CannotAnswer(fmt::format("{}: no sightings while the robot's odometry runs", recording.name));
-  run.result =
-      slam(run.input, *robot.landmark_sensor,
-           {.method = *slam_method_named(options.filter),
-            .particles = options.particles,
-            .seed = options.seed,
-            .prior = {.start = start, .systematic_sigma = Systematic::Constant(options.systematic_sigma)}});
+  SlamPrior prior{.start = start,
+                  .systematic_sigma = Systematic::Constant(options.systematic_sigma.value_or(0.0))};
+  run.result = slam(run.input, *robot.landmark_sensor,
+                    {.method = *slam_method_named(options.filter),
+                     .particles = options.particles,
+                     .seed = options.seed,
+                     .prior = prior});
+  if (!options.systematic_sigma) prior.systematic_sigma = kUsualSystematicSigma;
+  if (options.smooth) run.smoothed = smooth(run.input, *robot.landmark_sensor, run.result, {.prior = prior});
   run.provenance = provenance_of(options, recording);
   if (options.unknown_ids) run.input.landmarks = numbers_for(run.result.map);
   return run;
@@ -129,15 +141,16 @@ std::string csv_of_innovations(const Run& run) {
 void write_results(const Options& options, const Run& run) {
   const std::filesystem::path folder = options.output;
   const std::string head = head_of(run.provenance);
-  write_file(folder / "trajectory.csv", head + to_csv(run.result.online));
-  write_file(folder / "landmarks.csv", head + csv_of(run.result.map, run.input.landmarks));
+  write_file(folder / "trajectory.csv", head + to_csv(run.trajectory()));
+  write_file(folder / "landmarks.csv", head + csv_of(run.map(), run.input.landmarks));
+  if (run.smoothed) write_file(folder / "online.csv", head + to_csv(run.result.online));
   write_file(folder / "steps.csv", head + csv_of_steps(run));
   write_file(folder / "innovations.csv", head + csv_of_innovations(run));
   if (run.result.path) write_file(folder / "path.csv", head + to_csv(*run.result.path));
 }
 
 nlohmann::ordered_json systematic_of(const Run& run) {
-  const PoseEstimate& last = run.result.last;
+  const PoseEstimate& last = run.last();
   const Vector3 sigma = last.systematic_covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   nlohmann::ordered_json document = nlohmann::ordered_json::array();
   constexpr std::array kNames = {"travel", "turn", "turn_per_m"};
@@ -147,12 +160,23 @@ nlohmann::ordered_json systematic_of(const Run& run) {
   return document;
 }
 
+nlohmann::ordered_json smoother_of(const SmootherCounts& counts) {
+  return {{"poses", counts.poses},
+          {"sightings", counts.sightings},
+          {"outliers", counts.outliers},
+          {"cost", counts.cost},
+          {"degrees_of_freedom", counts.degrees_of_freedom},
+          {"iterations", counts.iterations},
+          {"starts", counts.starts},
+          {"converged", counts.converged}};
+}
+
 nlohmann::ordered_json document_of(const Run& run) {
   const SlamCounts& counts = run.result.counts;
-  const StampedPose& end = run.result.online.poses.back();
+  const StampedPose& end = run.trajectory().poses.back();
   nlohmann::ordered_json document = app::to_json(run.provenance);
   document["steps"] = run.input.steps.size();
-  document["landmarks"] = run.result.map.size();
+  document["landmarks"] = run.map().size();
   document["sightings"] = {{"matched", counts.matched},
                            {"created", counts.created},
                            {"rejected", counts.rejected},
@@ -162,7 +186,11 @@ nlohmann::ordered_json document_of(const Run& run) {
   document["smallest_effective_share"] = counts.smallest_effective_share;
   document["end"] = {
       {"time_s", end.time_s}, {"x_m", end.pose.x}, {"y_m", end.pose.y}, {"heading_rad", end.pose.heading}};
-  document["trajectory"] = "online estimate";
+  document["trajectory"] = run.smoothed ? "smoothed" : "online estimate";
+  if (run.smoothed) {
+    document["online"] = "online estimate";
+    document["smoother"] = smoother_of(run.smoothed->counts);
+  }
   if (run.result.path) document["path"] = "whole path of the best particle";
   document["systematic_errors"] = systematic_of(run);
   document["problems"] = nlohmann::ordered_json::array();
@@ -170,11 +198,19 @@ nlohmann::ordered_json document_of(const Run& run) {
   return document;
 }
 
+std::string smoother_line(const SmootherCounts& counts) {
+  return fmt::format(
+      "  smoothed {} poses: {} of {} sightings are outliers; cost {:.1f}, {} degrees of freedom; {} after {} "
+      "iterations\n",
+      counts.poses, counts.outliers, counts.sightings, counts.cost, counts.degrees_of_freedom,
+      counts.converged ? "converged" : "not converged", counts.iterations);
+}
+
 std::string text_of(const Options& options, const Run& run) {
   const SlamCounts& counts = run.result.counts;
-  const StampedPose& end = run.result.online.poses.back();
+  const StampedPose& end = run.trajectory().poses.back();
   std::string text = fmt::format("{}: {} landmarks from {} sightings in {} steps\n", options.filter,
-                                 run.result.map.size(), run.input.observations(), run.input.steps.size());
+                                 run.map().size(), run.input.observations(), run.input.steps.size());
   text += fmt::format("  matched {}, new {}, rejected as outliers {}, invalid {}\n", counts.matched,
                       counts.created, counts.rejected, counts.invalid);
   text +=
@@ -184,12 +220,13 @@ std::string text_of(const Options& options, const Run& run) {
     text += fmt::format(
         "  resampled in {} steps; effective particles at worst {:.1f} of {}\n", counts.resampled,
         counts.smallest_effective_share * static_cast<double>(options.particles), options.particles);
+  if (run.smoothed) text += smoother_line(run.smoothed->counts);
   text += fmt::format("end pose: x {:.4f} m, y {:.4f} m, heading {:.3f}°\n", end.pose.x, end.pose.y,
                       degrees(end.pose.heading));
-  text += fmt::format(
-      "written to {}: trajectory.csv (online estimate), {}landmarks.csv, steps.csv, "
-      "innovations.csv\n",
-      options.output, run.result.path ? "path.csv (best particle's whole path), " : "");
+  text +=
+      fmt::format("written to {}: trajectory.csv ({}), {}landmarks.csv, steps.csv, innovations.csv\n",
+                  options.output, run.smoothed ? "smoothed), online.csv (online estimate" : "online estimate",
+                  run.result.path ? "path.csv (best particle's whole path), " : "");
   for (const Problem& problem : run.input.problems) text += line_of(problem);
   return text;
 }
@@ -219,6 +256,8 @@ void add_slam(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--start", options->start, "Pose at the first stamp: X,Y,DEG [m, m, degrees]")
       ->capture_default_str();
+  command->add_flag("--smooth", options->smooth,
+                    "Then the most probable trajectory and map given everything seen, before and after");
   command->add_flag("--unknown-ids", options->unknown_ids,
                     "Forget the landmarks' names and find out which is which (--filter ekf)");
   command
