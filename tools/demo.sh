@@ -1,29 +1,11 @@
 #!/usr/bin/env bash
-# The main job on the bundled sample, a simulated robot whose true dimensions are known: calibrate it on three sessions,
-# drive a session that the calibration has not seen, find where its wheels slip, map the landmarks that it sees, compare
-# each with the truth, draw the report.
+# The main job on the bundled sample, a simulated robot whose true dimensions are known: a tour with landmarks on which
+# wheels slip goes through all stages of `trundle run`, with the robot calibrated on three other sessions. Where the real
+# recordings are ($TRUNDLE_DATA, else ../shared/data), a real robot after that.
 # tools/demo.sh PROGRAM SAMPLE OUT
 set -euo pipefail
 readonly trundle=$1 sample=$2 out=$3
-readonly nominal=$sample/robot.toml calibrated=$out/calibrated.toml unseen=$out/unseen/session_01
-
-rm -rf "$out"
-mkdir -p "$out"
-"$trundle" simulate "$sample/scenario.toml" --seed 7 -o "$out/unseen" --quiet
-"$trundle" calibrate "$sample"/session_* --robot "$nominal" --hold-out "$unseen" -o "$calibrated" >"$out/calibrate.txt"
-for robot in nominal calibrated; do
-  "$trundle" odometry "$unseen/tour" --robot "${!robot}" -o "$out/$robot.csv" --quiet
-  "$trundle" evaluate "$out/$robot.csv" "$unseen/tour" --align start --json >"$out/$robot.json"
-done
-"$trundle" slam "$unseen/tour" --robot "$calibrated" -o "$out/slam" --quiet
-"$trundle" evaluate "$out/slam/trajectory.csv" "$unseen/tour" --align start --json >"$out/slam.json"
-"$trundle" slip "$sample/slip" --robot "$calibrated" --learn "$sample/session_01/tour" -o "$out/slip.csv" \
-  --corrected "$out/slip_corrected.csv" >"$out/slip.txt"
-"$trundle" odometry "$sample/slip" --robot "$calibrated" -o "$out/slip_plain.csv" --quiet
-for slip in plain corrected; do
-  "$trundle" evaluate "$out/slip_$slip.csv" "$sample/slip" --align start --json >"$out/slip_$slip.json"
-done
-"$trundle" report "$out" -o "$out/report.html" --quiet
+readonly real=${TRUNDLE_DATA:-../shared/data}/optiodom_diff
 
 # KEY of the N-th wheel in a robot file, and the distance between its two wheels.
 wheel() {
@@ -31,10 +13,10 @@ wheel() {
     inside && $1 == key && count == n { print $3; exit }' "$1"
 }
 track() { awk -v left="$(wheel "$1" 1 y_m)" -v right="$(wheel "$1" 2 y_m)" 'BEGIN { print left - right }'; }
-# KEY inside OBJECT of a JSON document with one key on each line.
+# KEY inside "position_m" or "final" of a document with one key on each line.
 number() {
-  awk -v object="\"$2\":" -v key="\"$3\":" '$1 == object { inside = 1 }
-    inside && $1 == key { print $2 + 0; exit }' "$1"
+  awk -v object="\"$1\":" -v key="\"$2\":" '$1 == object { inside = 1 }
+    inside && $1 == key { print $2 + 0; exit }'
 }
 
 row() {
@@ -43,20 +25,91 @@ row() {
   printf ' %12.5f' "$@"
   printf '\n'
 }
-robots() { "$1" "$nominal" "${@:2}"; "$1" "$calibrated" "${@:2}"; "$1" "$unseen/truth.toml" "${@:2}"; }
-errors() { number "$out/nominal.json" "$@"; number "$out/calibrated.json" "$@"; }
+# LABEL TRAJECTORY RECORDING ROBOT: how far it is from the truth, started where the truth starts.
+errors() {
+  local document
+  document=$("$trundle" evaluate "$2" "$3" --robot "$4" --align start --json)
+  row "$1" "$(number position_m rms <<<"$document")" "$(number position_m max <<<"$document")" \
+    "$(number final position_m <<<"$document")"
+}
+# FOLDER RECORDING TITLE: the trajectories of a run, the better ones below.
+table() {
+  printf '%-34s %12s %12s %12s\n' "$3" rms largest 'at the end'
+  errors 'robot as given' "$1/nominal.csv" "$2" "$1/calibrated.toml"
+  errors 'robot calibrated' "$1/odometry.csv" "$2" "$1/calibrated.toml"
+  [[ ! -e $1/slip.csv ]] || errors '... and slips corrected' "$1/trajectory.csv" "$2" "$1/calibrated.toml"
+  [[ ! -e $1/slam ]] || errors '... or landmarks mapped on the way' "$1/slam/path.csv" "$2" "$1/calibrated.toml"
+}
 
-printf '%-34s %12s %12s %12s\n' 'The robot of an unseen session' nominal calibrated truth
-mapfile -t values < <(robots wheel 1 diameter_m) && row 'left diameter [m]' "${values[@]}"
-mapfile -t values < <(robots wheel 2 diameter_m) && row 'right diameter [m]' "${values[@]}"
-mapfile -t values < <(robots track) && row 'track [m]' "${values[@]}"
-printf '\n%-34s %12s %12s\n' 'Its tour of 40 m, odometry alone' nominal calibrated
-mapfile -t values < <(errors position_m rms) && row 'position error, rms [m]' "${values[@]}"
-mapfile -t values < <(errors position_m max) && row 'position error, largest [m]' "${values[@]}"
-mapfile -t values < <(errors final position_m) && row 'position error at the end [m]' "${values[@]}"
-printf '%-34s %12s %12.5f\n' 'with its landmarks mapped, rms [m]' '' "$(number "$out/slam.json" position_m rms)"
-printf '\n%-34s %12s %12s\n' 'A tour on which wheels slip' odometry corrected
-slipped() { number "$out/slip_plain.json" "$@"; number "$out/slip_corrected.json" "$@"; }
-mapfile -t values < <(slipped position_m rms) && row 'position error, rms [m]' "${values[@]}"
-mapfile -t values < <(slipped final position_m) && row 'position error at the end [m]' "${values[@]}"
-printf '\nResults: %s   report: %s\n' "$out" "$out/report.html"
+# CSV FOLDER: a recording folder over a foreign file, which stays as it is (docs/getting-started.md).
+lay_over() {
+  mkdir -p "$2"
+  cat >"$2/recording.toml" <<TOML
+[wheels]
+file = "$1"
+header = false
+increments = true
+columns.time_s = 1
+columns.right_ticks = 5
+columns.left_ticks = 6
+[reference]
+file = "$1"
+header = false
+columns.time_s = 1
+columns.x_m = 2
+columns.y_m = 3
+columns.heading_rad = 4
+TOML
+}
+lay_over_session() {
+  local file
+  for file in "$real/$1"/*_run-*.csv; do lay_over "$(realpath "$file")" "$out/real/recordings/$1/$(basename "$file" .csv)"; done
+}
+
+simulated() {
+  "$trundle" run "$sample/slip" --robot "$sample/robot.toml" --calibrate-on "$sample"/session_* \
+    --learn "$sample/session_01/tour" -o "$out" --quiet
+  local robots=("$sample/robot.toml" "$out/calibrated.toml" "$sample/slip/truth.toml") robot
+  local left=() right=() tracks=()
+  for robot in "${robots[@]}"; do
+    left+=("$(wheel "$robot" 1 diameter_m)")
+    right+=("$(wheel "$robot" 2 diameter_m)")
+    tracks+=("$(track "$robot")")
+  done
+  printf '%-34s %12s %12s %12s\n' 'A simulated robot' 'as given' calibrated truth
+  row 'left diameter [m]' "${left[@]}"
+  row 'right diameter [m]' "${right[@]}"
+  row 'track [m]' "${tracks[@]}"
+  printf '\n'
+  table "$out" "$sample/slip" 'Position error on a tour [m]'
+  printf '\nResults: %s   report: %s\n' "$out" "$out/report.html"
+}
+
+recorded() {
+  local robot=$out/real/robot.toml free=free/020120212354/020120212354_run-01 squares=square/231220200040
+  lay_over_session "${free%/*}"
+  lay_over_session "$squares"
+  cat >"$robot" <<'TOML'
+name = "optiodom_diff"
+[[wheel]]
+name = "left"
+y_m = 0.1
+diameter_m = 0.084
+ticks_per_revolution = 2796.8
+[[wheel]]
+name = "right"
+y_m = -0.1
+diameter_m = 0.084
+ticks_per_revolution = 2796.8
+TOML
+  "$trundle" run "$out/real/recordings/$free" --robot "$robot" --calibrate-on "$out/real/recordings/$squares" \
+    -o "$out/real" --quiet
+  printf '\n'
+  table "$out/real" "$out/real/recordings/$free" 'A real robot, squares -> free run'
+  printf '\nResults: %s   report: %s\n' "$out/real" "$out/real/report.html"
+}
+
+rm -rf "$out"
+mkdir -p "$(dirname "$out")"
+simulated
+[[ ! -d $real ]] || recorded

@@ -1,8 +1,6 @@
-#include "trundle/calibration/calibrate.hpp"
-
 #include <memory>
 
-#include <fmt/format.h>
+#include "trundle/pipeline/calibration_answer.hpp"
 
 #include "calibration_output.hpp"
 #include "command.hpp"
@@ -20,33 +18,14 @@ struct Options {
   Common common;
 };
 
-std::vector<Recording> read_all(const std::vector<std::string>& folders, const Options& options) {
-  std::vector<Recording> recordings;
-  for (const std::string& folder : folders)
-    for (const std::filesystem::path& path : recordings_below(folder))
-      recordings.push_back(read_recording(path, {.robot_number = options.robot_number}));
-  return recordings;
-}
-
-void add_inputs(const std::vector<Recording>& recordings, Provenance& provenance) {
-  for (const Recording& recording : recordings)
-    provenance.inputs.insert(provenance.inputs.end(), recording.inputs.begin(), recording.inputs.end());
-}
-
 void run(const Options& options) {
-  const Robot nominal = read_robot(options.robot);
-  const std::vector<Recording> training = read_all(options.recordings, options);
-  const std::vector<Recording> hold_out = read_all(options.hold_out, options);
+  const RobotFile nominal = read_robot_file(options.robot);
+  const ReadOptions how{.robot_number = options.robot_number};
+  const std::vector<Recording> training = read_recordings(options.recordings, how);
+  const std::vector<Recording> hold_out = read_recordings(options.hold_out, how);
   if (training.empty())
     throw InputError(options.recordings.front(), "holds no recording", "recording folders");
-  Provenance provenance;
-  provenance.inputs.push_back(input_file(options.robot));
-  add_inputs(training, provenance);
-  add_inputs(hold_out, provenance);
-  for (const std::string& name : options.calibrate.free) provenance.options.emplace_back("free", name);
-  for (const std::string& name : options.calibrate.fix) provenance.options.emplace_back("fix", name);
-  if (options.calibrate.learn_noise) provenance.options.emplace_back("learn_noise", "true");
-  finish_calibration(calibrate(training, hold_out, nominal, options.calibrate), provenance, options.output,
+  finish_calibration(answer_calibration(training, hold_out, nominal, options.calibrate), options.output,
                      options.common);
 }
 

@@ -5,41 +5,9 @@
 #include <fmt/format.h>
 
 #include "trundle/calibration/export.hpp"
-#include "trundle/report/calibration_json.hpp"
-#include "trundle/report/json_text.hpp"
 
 namespace trundle::app {
 namespace {
-
-struct OutputFile {
-  std::filesystem::path path;
-  std::string content;
-};
-
-std::filesystem::path beside(const std::filesystem::path& path, std::string_view name) {
-  return path.parent_path() / name;
-}
-
-/// Every file of the result, computed before any of them is written.
-std::vector<OutputFile> output_files(const CalibrationResult& result, const nlohmann::ordered_json& document,
-                                     const CalibrationOutput& output) {
-  if (output.robot_path.empty()) return {};
-  const std::filesystem::path robot = output.robot_path;
-  std::vector<OutputFile> files = {{robot, to_toml(result.calibrated)},
-                                   {beside(robot, "calibration.json"), json_text(document)}};
-  if (!output.export_format.empty())
-    files.push_back(
-        {beside(robot, fmt::format("{}.{}", robot.stem().string(), export_suffix(output.export_format))),
-         export_robot(output.export_format, result.nominal, result.calibrated)});
-  return files;
-}
-
-void add_provenance(const Provenance& provenance, CalibrationResult& result) {
-  if (!result.calibrated.calibration) return;
-  std::vector<std::string>& lines = result.calibrated.calibration->provenance;
-  const std::vector<std::string> named = to_lines(provenance);
-  lines.insert(lines.begin(), named.begin(), named.end());
-}
 
 /// Sigmas are read as a distance from the value: two digits are enough.
 std::string sigma_text(const ParameterEstimate& estimate) {
@@ -88,15 +56,15 @@ std::string table_of(const CalibrationResult& result) {
   return text;
 }
 
-void finish_calibration(CalibrationResult result, const Provenance& provenance,
-                        const CalibrationOutput& output, const Common& common) {
-  add_provenance(provenance, result);
-  nlohmann::ordered_json document = calibration_json(result, to_json(provenance));
-  const std::vector<OutputFile> files = output_files(result, document, output);
-  std::string text = table_of(result);
+void finish_calibration(const CalibrationAnswer& answer, const CalibrationOutput& output,
+                        const Common& common) {
+  std::vector<OutputFile> files;
+  if (!output.robot_path.empty()) files = files_of(answer, output.robot_path, output.export_format);
+  write_files(files);
+  nlohmann::ordered_json document = document_of(answer);
+  std::string text = table_of(answer.result);
   document["outputs"] = nlohmann::ordered_json::array();
   for (const OutputFile& file : files) {
-    write_file(file.path, file.content);
     document["outputs"].push_back(file.path.string());
     text += fmt::format("wrote {}\n", file.path.string());
   }

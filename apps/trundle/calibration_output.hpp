@@ -1,10 +1,8 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
-#include <vector>
 
-#include "trundle/calibration/result.hpp"
+#include "trundle/pipeline/calibration_answer.hpp"
 
 #include "command.hpp"
 
@@ -19,8 +17,8 @@ void add_calibration_output(CLI::App& command, CalibrationOutput& output);
 
 /// Writes the robot file, calibration.json and the export beside it, then prints the table (or the document).
 /// Everything is computed before the first file is written. Throws as export_robot and write_file do.
-void finish_calibration(CalibrationResult result, const Provenance& provenance,
-                        const CalibrationOutput& output, const Common& common);
+void finish_calibration(const CalibrationAnswer& answer, const CalibrationOutput& output,
+                        const Common& common);
 
 /// Parameters before and after with their sigmas, errors before and after, what cannot be told, warnings.
 std::string table_of(const CalibrationResult& result);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/error.hpp"
-#include "trundle/io/file.hpp"
+#include "trundle/pipeline/provenance.hpp"
 
 namespace trundle::app {
 
@@ -22,16 +21,6 @@ struct Common {
 CLI::App* add_command(CLI::App& app, const std::string& name, const std::string& description,
                       const std::string& example, Common& common);
 
-/// Program version, inputs with SHA-256, options and seed: what every output names.
-struct Provenance {
-  std::vector<InputFile> inputs;
-  std::vector<std::pair<std::string, std::string>> options;
-  std::optional<std::uint64_t> seed;
-};
-nlohmann::ordered_json to_json(const Provenance& provenance);
-/// The same as lines for the head of CSV ("# ...") and TOML files.
-std::vector<std::string> to_lines(const Provenance& provenance);
-
 /// Prints the document when --json was given, else the text unless --quiet.
 void print(const Common& common, const nlohmann::ordered_json& document, const std::string& text);
 
@@ -41,10 +30,12 @@ void add_umbmark(CLI::App& app);
 void add_odometry(CLI::App& app);
 void add_slip(CLI::App& app);
 void add_slam(CLI::App& app);
+void add_localize(CLI::App& app);
 void add_evaluate(CLI::App& app);
 void add_simulate(CLI::App& app);
 void add_info(CLI::App& app);
 void add_install_angle(CLI::App& app);
 void add_report(CLI::App& app);
+void add_run(CLI::App& app);
 
 }  // namespace trundle::app

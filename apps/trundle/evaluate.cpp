@@ -1,10 +1,8 @@
-#include "trundle/evaluation/evaluate.hpp"
-
-#include <filesystem>
+#include <optional>
 
 #include <fmt/format.h>
 
-#include "trundle/recording/increments.hpp"
+#include "trundle/pipeline/evaluation_answer.hpp"
 
 #include "command.hpp"
 
@@ -23,68 +21,6 @@ struct Options {
 Alignment alignment_named(const std::string& name) {
   if (name == "none") return Alignment::none;
   return name == "se2" ? Alignment::se2 : Alignment::start;
-}
-
-/// A trajectory and the file that it came from.
-struct Input {
-  Trajectory trajectory;
-  InputFile file;
-};
-
-Input read_input(const std::filesystem::path& path) {
-  if (!std::filesystem::is_directory(path)) return {read_trajectory(path), input_file(path)};
-  const Recording recording = read_recording(path);
-  Input input{reference_trajectory(recording), {}};
-  if (input.trajectory.poses.empty()) input.trajectory = positions_of(recording.reference);
-  if (input.trajectory.poses.empty())
-    throw InputError(path.string(), "the recording holds no reference position", "a reference with x and y");
-  const auto file = path / "reference.csv";
-  input.file = std::filesystem::exists(file) ? input_file(file) : InputFile{path.string(), ""};
-  return input;
-}
-
-nlohmann::ordered_json json_of(const RelativePoseError& error) {
-  nlohmann::ordered_json json = {{"distance_m", error.distance_m}, {"pairs", error.pairs}};
-  if (error.pairs == 0) return json;
-  json["translation_rms_m"] = error.translation_rms_m;
-  json["translation_mean_percent"] = error.translation_mean_percent;
-  json["heading_rms_deg"] = degrees(error.heading_rms_rad);
-  return json;
-}
-
-nlohmann::ordered_json json_of(const Nees& nees) {
-  return {{"degrees_of_freedom", nees.degrees_of_freedom},
-          {"mean", nees.mean},
-          {"bound_95", nees.bound_95},
-          {"share_inside_95", nees.share_inside_95},
-          {"poses", nees.poses},
-          {"without_covariance", nees.without_covariance}};
-}
-
-nlohmann::ordered_json json_of(const Evaluation& e) {
-  const Pose2& T = e.reference_from_estimate;
-  nlohmann::ordered_json json;
-  json["alignment"] = {
-      {"kind", name_of(e.alignment)}, {"x_m", T.x}, {"y_m", T.y}, {"heading_deg", degrees(T.heading)}};
-  json["overlap"] = {{"first_s", e.first_s},
-                     {"last_s", e.last_s},
-                     {"duration_s", e.overlap_s()},
-                     {"compared", e.compared},
-                     {"estimate_poses", e.estimate_poses},
-                     {"reference_poses", e.reference_poses}};
-  json["path_m"] = e.path_m;
-  json["position_m"] = {{"rms", e.position_m.rms},
-                        {"mean", e.position_m.mean},
-                        {"median", e.position_m.median},
-                        {"max", e.position_m.max}};
-  if (e.heading_rms_rad) json["heading_rms_deg"] = degrees(*e.heading_rms_rad);
-  json["final"] = {{"position_m", e.final_position_m}};
-  if (e.final_percent) json["final"]["percent_of_path"] = *e.final_percent;
-  if (e.final_heading_rad) json["final"]["heading_deg"] = degrees(*e.final_heading_rad);
-  json["relative"] = nlohmann::ordered_json::array();
-  for (const RelativePoseError& error : e.relative) json["relative"].push_back(json_of(error));
-  if (e.nees) json["nees"] = json_of(*e.nees);
-  return json;
 }
 
 std::string text_of(const RelativePoseError& error) {
@@ -117,22 +53,15 @@ std::string text_of(const Evaluation& e) {
 }
 
 void run(const Options& options) {
-  Input estimate = read_input(options.estimate);
-  const Input reference = read_input(options.reference);
-  Provenance provenance{
-      .inputs = {estimate.file, reference.file},
-      .options = {{"align", options.alignment}, {"longest_gap_s", fmt::format("{}", options.longest_gap_s)}},
-      .seed = std::nullopt};
-  if (options.robot) {
-    estimate.trajectory = of_reference_sensor(estimate.trajectory, read_robot(*options.robot));
-    provenance.inputs.push_back(input_file(*options.robot));
-  }
-  const Evaluation evaluation =
-      evaluate(estimate.trajectory, reference.trajectory,
-               {.alignment = alignment_named(options.alignment), .longest_gap_s = options.longest_gap_s});
-  auto document = to_json(provenance);
-  document.update(json_of(evaluation));
-  print(options.common, document, text_of(evaluation));
+  const TrajectoryFile estimate = read_trajectory_file(options.estimate);
+  const TrajectoryFile reference = read_trajectory_file(options.reference);
+  std::optional<RobotFile> robot;
+  if (options.robot) robot = read_robot_file(*options.robot);
+  const EvaluationAnswer answer = answer_evaluation(
+      estimate, reference,
+      {.alignment = alignment_named(options.alignment), .longest_gap_s = options.longest_gap_s},
+      robot ? &*robot : nullptr);
+  print(options.common, document_of(answer), text_of(answer.evaluation));
 }
 
 }  // namespace

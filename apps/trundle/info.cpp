@@ -1,25 +1,14 @@
-#include <algorithm>
-#include <cmath>
 #include <memory>
 
 #include <fmt/format.h>
 
-#include "trundle/calibration/wiring.hpp"
-#include "trundle/chassis/rows.hpp"
-#include "trundle/odometry/effective_track.hpp"
-#include "trundle/recording/gyro_noise.hpp"
-#include "trundle/recording/inspect.hpp"
-#include "trundle/recording/time_offset.hpp"
+#include "trundle/pipeline/info_answer.hpp"
 
 #include "command.hpp"
 #include "shared_output.hpp"
 
 namespace trundle::app {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-constexpr double kSmallOffset_s = 0.005;  // does no harm
 
 struct Options {
   std::string recording;
@@ -29,185 +18,6 @@ struct Options {
   std::string output;
   Common common;
 };
-
-/// All that is told of one recording.
-struct Findings {
-  Recording recording;
-  std::vector<StreamSummary> streams;
-  std::vector<Problem> problems;
-  std::vector<std::string> missing;
-  std::optional<Abilities> abilities;
-  std::optional<GyroNoise> noise;
-  bool compares_clocks = false;  ///< wheels that see turns and a gyro are there
-  std::optional<TimeOffset> offset;
-  std::vector<TrackOnGround> tracks;
-};
-
-/// What align() finds; where it refuses, missing_in() says why.
-std::vector<Problem> problems_with(const Recording& recording, const Robot& robot) {
-  try {
-    return inspect(recording, robot, align(recording, robot));
-  } catch (const InputError&) {
-    return inspect(recording);
-  }
-}
-
-/// The gyro's clock against the wheels'.
-void compare_clocks(const Robot& robot, Findings& findings) {
-  const bool wheels_turn = robot.chassis.wheel_count > 0 && !findings.recording.wheels.time_s.empty() &&
-                           observability(rows_of(robot.chassis, false)).rank == 3;
-  findings.compares_clocks = wheels_turn && robot.chassis.gyro && !findings.recording.gyro.time_s.empty();
-  if (!findings.compares_clocks) return;
-  try {
-    findings.offset = gyro_time_offset(findings.recording, robot);
-  } catch (const InputError&) {  // missing_in() says why
-    findings.compares_clocks = false;
-  }
-  const auto& offset = findings.offset;
-  if (!offset) return;
-  const double off = offset->offset_s - robot.chassis.gyro->time_offset_s;
-  if (std::abs(off) > std::max(3.0 * offset->sigma_s, kSmallOffset_s))
-    findings.problems.push_back(
-        {Severity::warning, "time offset", findings.recording.gyro.origin.file, 1,
-         fmt::format(
-             "the gyro's stamps are {:.1f} ms too {} against the wheels', which looks like slip at every "
-             "start of a turn: write time_offset_s = {:.4f} under [gyro]",
-             1e3 * std::abs(off), off < 0.0 ? "late" : "early", offset->offset_s)});
-}
-
-/// The track that the ground gives, where wheels must scrub in turns.
-void find_tracks(const Robot& robot, Findings& findings) {
-  const auto wheels = robot.chassis.wheels();
-  const bool skids = std::ranges::any_of(wheels, [](const Wheel& w) { return w.kind == WheelKind::skid; });
-  if (!skids || !EffectiveTrack::applies_to(robot.chassis) || findings.recording.gyro.time_s.empty()) return;
-  try {
-    findings.tracks = effective_tracks(align(findings.recording, robot), robot.chassis);
-  } catch (const InputError&) {  // missing_in() says why
-  }
-}
-
-/// Columns that do not belong to the wheels whose names they bear.
-void compare_wiring(const Robot& robot, Findings& findings) {
-  try {
-    const Wiring wiring = check_wiring(std::span(&findings.recording, 1), robot);
-    for (const std::string& fault : wiring.faults)
-      findings.problems.push_back(
-          {Severity::warning, "wiring", findings.recording.wheels.origin.file, 1, fault});
-    for (const std::string& pair : wiring.untold)
-      findings.problems.push_back({Severity::note, "wiring", findings.recording.wheels.origin.file, 1, pair});
-  } catch (const InputError&) {  // missing_in() says why
-  } catch (const CannotAnswer&) {
-  }
-}
-
-Findings find(const std::filesystem::path& path, const std::optional<Robot>& robot, const Options& options) {
-  Findings findings;
-  findings.recording = read_recording(path, {.robot_number = options.robot_number});
-  const Recording& recording = findings.recording;
-  findings.streams = summaries_of(recording);
-  findings.problems = recording.problems;
-  const std::vector<Problem> more = robot ? problems_with(recording, *robot) : inspect(recording);
-  findings.problems.insert(findings.problems.end(), more.begin(), more.end());
-  findings.missing = missing_in(recording, robot ? &*robot : nullptr);
-  if (robot) compare_wiring(*robot, findings);
-  if (robot) compare_clocks(*robot, findings);
-  if (robot) find_tracks(*robot, findings);
-  if (robot) findings.abilities = abilities_of(*robot, robot->chassis.gyro && !recording.gyro.time_s.empty());
-  if (options.gyro_noise) {
-    findings.noise = gyro_noise(recording);
-    if (!findings.noise)
-      throw CannotAnswer(
-          path.string() +
-          ": the gyro's noise cannot be told: the robot never rests for 1.4 s while its gyro runs");
-  }
-  return findings;
-}
-
-/// The partial references in words.
-std::vector<std::pair<std::string, std::string>> references_of(const Recording& recording) {
-  std::vector<std::pair<std::string, std::string>> found;
-  const PartialReference& partial = recording.partial;
-  const auto add = [&](const char* name, const std::optional<Measured>& measured, const char* unit) {
-    if (measured)
-      found.emplace_back(name, fmt::format("{:.6g} ± {:.3g} {}", measured->value, measured->sigma, unit));
-  };
-  if (!recording.reference.time_s.empty())
-    found.emplace_back("trajectory", fmt::format("{} rows", recording.reference.time_s.size()));
-  if (!recording.relative_motions.empty())
-    found.emplace_back("relative motions", fmt::format("{} intervals", recording.relative_motions.size()));
-  if (partial.closed)
-    found.emplace_back("closed", fmt::format("ends where it started ± {:.3g} m", partial.closed->sigma));
-  if (partial.closed_heading)
-    found.emplace_back("closed heading",
-                       fmt::format("heads as it started ± {:.3g}°", degrees(partial.closed_heading->sigma)));
-  add("distance", partial.distance_m, "m");
-  add("turns", partial.turns, "turns");
-  add("end x", partial.end_x_m, "m");
-  add("end y", partial.end_y_m, "m");
-  add("end heading", partial.end_heading_rad, "rad");
-  return found;
-}
-
-Json to_json(const StreamSummary& stream) {
-  Json json = {{"stream", stream.stream},
-               {"rows", stream.rows},
-               {"start_s", stream.start_s},
-               {"end_s", stream.end_s},
-               {"duration_s", stream.end_s - stream.start_s}};
-  if (stream.rate_hz > 0.0) {
-    json["rate_hz"] = stream.rate_hz;
-    json["gaps"] = stream.gaps;
-    json["longest_step_s"] = stream.longest_step_s;
-  }
-  if (!stream.columns.empty()) json["columns"] = stream.columns;
-  return json;
-}
-
-Json to_json(const GyroNoise& noise) {
-  Json json = {{"rest_s", noise.rest_s},
-               {"bias_rad_s", noise.bias_rad_s},
-               {"noise_rad_s_sqrt_hz", noise.noise_rad_s_sqrt_hz},
-               {"noise_sigma", noise.noise_sigma}};
-  if (noise.bias_walk_rad_s_sqrt_s) json["bias_walk_rad_s_sqrt_s"] = *noise.bias_walk_rad_s_sqrt_s;
-  json["bias_walk_limit"] = noise.bias_walk_limit;
-  json["allan"] = Json::array();
-  for (const AllanPoint& point : noise.allan)
-    json["allan"].push_back({{"tau_s", point.tau_s},
-                             {"deviation_rad_s", point.deviation},
-                             {"degrees_of_freedom", point.degrees_of_freedom}});
-  return json;
-}
-
-Json to_json(const TimeOffset& offset) {
-  return {
-      {"time_offset_s", offset.offset_s}, {"sigma_s", offset.sigma_s}, {"correlation", offset.correlation}};
-}
-
-Json to_json(const TrackOnGround& track) {
-  return {{"start_s", track.start_s},
-          {"end_s", track.end_s},
-          {"track_m", track.track_m},
-          {"sigma_m", track.sigma_m}};
-}
-
-Json to_json(const Findings& findings) {
-  const Recording& recording = findings.recording;
-  Json json = {{"name", recording.name}, {"session", recording.session}, {"streams", Json::array()}};
-  for (const StreamSummary& stream : findings.streams) json["streams"].push_back(to_json(stream));
-  json["landmarks"] = recording.landmarks.size();
-  json["references"] = Json::object();
-  for (const auto& [name, text] : references_of(recording)) json["references"][name] = text;
-  json["problems"] = Json::array();
-  for (const Problem& problem : findings.problems) json["problems"].push_back(app::to_json(problem));
-  json["missing"] = findings.missing;
-  if (findings.abilities)
-    json["robot"] = {{"can_tell", findings.abilities->can}, {"cannot_tell", findings.abilities->cannot}};
-  if (findings.compares_clocks)
-    json["gyro_time_offset"] = findings.offset ? to_json(*findings.offset) : Json();
-  for (const TrackOnGround& track : findings.tracks) json["effective_track"].push_back(to_json(track));
-  if (findings.noise) json["gyro_noise"] = to_json(*findings.noise);
-  return json;
-}
 
 std::string line_of(const StreamSummary& stream) {
   std::string line = fmt::format("  {:<16}{:>9} rows  {:>9.2f} s", stream.stream, stream.rows,
@@ -242,8 +52,9 @@ std::string text_of(const GyroNoise& noise) {
   return text;
 }
 
-std::string text_of(const Findings& findings) {
-  const Recording& recording = findings.recording;
+std::string text_of(const RecordingInfo& info) {
+  const Recording& recording = info.recording;
+  const Findings& findings = info.findings;
   std::string text = fmt::format("{} (session {})\n", recording.name, recording.session);
   for (const StreamSummary& stream : findings.streams) text += line_of(stream);
   if (!recording.landmarks.empty())
@@ -265,25 +76,13 @@ std::string text_of(const Findings& findings) {
     text += fmt::format("effective track by the gyro, {:.1f} to {:.1f} s: {:.4f} ± {:.4f} m\n", track.start_s,
                         track.end_s, track.track_m, track.sigma_m);
   if (findings.compares_clocks)
-    text += findings.offset
+    text += findings.gyro_time_offset
                 ? fmt::format("gyro against wheels: time_offset_s = {:.4f} ± {:.4f} s\n",
-                              findings.offset->offset_s, findings.offset->sigma_s)
+                              findings.gyro_time_offset->offset_s, findings.gyro_time_offset->sigma_s)
                 : std::string(
                       "gyro against wheels: the time offset cannot be told; change the turn rate often\n");
-  if (findings.noise) text += text_of(*findings.noise);
+  if (info.noise) text += text_of(*info.noise);
   return text;
-}
-
-Provenance provenance_of(const Options& options, const std::vector<Findings>& all) {
-  Provenance provenance;
-  for (const Findings& findings : all)
-    provenance.inputs.insert(provenance.inputs.end(), findings.recording.inputs.begin(),
-                             findings.recording.inputs.end());
-  if (!options.robot.empty()) provenance.inputs.push_back(input_file(options.robot));
-  if (options.robot_number != 0)
-    provenance.options.emplace_back("robot-number", std::to_string(options.robot_number));
-  if (options.gyro_noise) provenance.options.emplace_back("gyro-noise", "true");
-  return provenance;
 }
 
 /// The robot file with the gyro's noise, and how it was obtained.
@@ -310,28 +109,20 @@ void require_output_makes_sense(const Options& options, std::size_t recordings) 
 }
 
 void run(const Options& options) {
-  std::optional<Robot> robot;
-  if (!options.robot.empty()) robot = read_robot(options.robot);
-  const std::vector<std::filesystem::path> paths = recordings_below(options.recording);
-  if (paths.empty())
+  InfoQuestion question{.robot = {}, .gyro_noise = options.gyro_noise, .robot_number = options.robot_number};
+  if (!options.robot.empty()) question.robot = read_robot_file(options.robot);
+  std::vector<Recording> recordings =
+      read_recordings({options.recording}, {.robot_number = options.robot_number});
+  if (recordings.empty())
     throw InputError(options.recording, "holds no recording",
                      "a folder with wheels.csv or another stream, or recording.toml");
-  require_output_makes_sense(options, paths.size());
-  std::vector<Findings> all;
-  for (const auto& path : paths) all.push_back(find(path, robot, options));
-  const Provenance provenance = provenance_of(options, all);
-  if (!options.output.empty()) write_gyro_noise(options, *robot, provenance, *all.front().noise);
-  Json document = app::to_json(provenance);
+  require_output_makes_sense(options, recordings.size());
+  const InfoAnswer answer = answer_info(std::move(recordings), question);
+  if (!options.output.empty())
+    write_gyro_noise(options, question.robot->robot, answer.provenance, *answer.recordings.front().noise);
   std::string text;
-  for (const Findings& findings : all) {
-    text += (text.empty() ? "" : "\n") + text_of(findings);
-    if (all.size() == 1) {
-      document.update(to_json(findings));
-    } else {
-      document["recordings"].push_back(to_json(findings));
-    }
-  }
-  print(options.common, document, text);
+  for (const RecordingInfo& info : answer.recordings) text += (text.empty() ? "" : "\n") + text_of(info);
+  print(options.common, document_of(answer), text);
 }
 
 }  // namespace

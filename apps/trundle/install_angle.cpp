@@ -107,7 +107,7 @@ Provenance provenance_of(const Options& options, const Input& input) {
 }
 
 Json document_of(const Provenance& provenance, const Input& input, const InstallAngle& angle) {
-  Json document = app::to_json(provenance);
+  Json document = trundle::to_json(provenance);
   document["alpha_rad"] = angle.alpha_rad;
   document["alpha_deg"] = degrees(angle.alpha_rad);
   document["theta_rad"] = angle.theta_rad;

@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
                "trundle");
   app.set_version_flag("--version", TRUNDLE_VERSION);
   app.require_subcommand(0, 1);  // so that a misspelt command is named as what is wrong
+  add_run(app);
   add_info(app);
   add_calibrate(app);
   add_umbmark(app);
@@ -26,6 +27,7 @@ int main(int argc, char** argv) {
   add_odometry(app);
   add_slip(app);
   add_slam(app);
+  add_localize(app);
   add_evaluate(app);
   add_simulate(app);
   add_report(app);

@@ -32,19 +32,11 @@ Input from_sheet(const Options& options, const Robot& nominal, SquareMethod meth
   return {umbmark(read_sheet(path, options.side_m), nominal, method), {input_file(path)}};
 }
 
-std::vector<Recording> read_recordings(const std::vector<std::string>& folders) {
-  std::vector<Recording> recordings;
-  for (const std::string& folder : folders)
-    for (const std::filesystem::path& path : recordings_below(folder))
-      recordings.push_back(read_recording(path));
-  if (recordings.empty())
-    throw InputError(folders.front(), "holds no recording", "a sheet or recording folders");
-  return recordings;
-}
-
 Input from_recordings(const Options& options, const Robot& nominal, SquareMethod method) {
   if (!options.side_m) throw CLI::RequiredError("--side-m (the nominal side of the square that was driven)");
   const std::vector<Recording> recordings = read_recordings(options.inputs);
+  if (recordings.empty())
+    throw InputError(options.inputs.front(), "holds no recording", "a sheet or recording folders");
   Input input = {umbmark(recordings, nominal, *options.side_m, method), {}};
   for (const Recording& recording : recordings)
     input.files.insert(input.files.end(), recording.inputs.begin(), recording.inputs.end());
@@ -75,8 +67,9 @@ void run(const Options& options) {
   const SquareMethod method = *square_method_named(options.method);
   Input input =
       is_sheet(options) ? from_sheet(options, nominal, method) : from_recordings(options, nominal, method);
-  finish_calibration(std::move(input.result), provenance_of(options, std::move(input.files)), options.output,
-                     options.common);
+  CalibrationAnswer answer{provenance_of(options, std::move(input.files)), std::move(input.result)};
+  add_provenance(answer.provenance, answer.result);
+  finish_calibration(answer, options.output, options.common);
 }
 
 }  // namespace

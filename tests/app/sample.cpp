@@ -179,6 +179,9 @@ Sample::Sample() : folder_(fresh_folder()) {
   write_l_run(folder_ / "l_run");
   write_file(folder_ / "seen/wheels.csv", square(1.0).wheels);
   write_file(folder_ / "seen/sightings.csv", kSightings);
+  write_file(folder_ / "map.csv", "landmark,x_m,y_m\na,3,0\n\"b, left\",0.5,1\nc,2.1,-0.7\n");
+  write_file(folder_ / "other_map.csv", "landmark,x_m,y_m\nd,3,0\ne,0.5,1\n");
+  write_file(folder_ / "twice.csv", "landmark,x_m,y_m\na,3,0\na,0.5,1\n");
   write_file(folder_ / "unnamed/wheels.csv", square(1.0).wheels);
   write_file(folder_ / "unnamed/sightings.csv", "time_s,landmark,range_m,bearing_rad\n1,,2,0.1\n");
   write_file(folder_ / "later.csv", "time_s,x_m,y_m,heading_rad\n1000,0,0,0\n1001,1,0,0\n");

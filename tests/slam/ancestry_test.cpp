@@ -48,7 +48,8 @@ TEST(Ancestry, GatheringLateIsCopyingAtOnce) {
     Column& seen = columns[random.below(columns.size())];
     for (Index i = 0; i < kParticles; ++i)
       ASSERT_EQ(seen.lazy[ancestry.ancestor(seen.epoch, i)], seen.copied[i]);
-    ancestry.gather(seen.epoch, seen.lazy);
+    const std::vector<double> old = seen.lazy;
+    ancestry.gather(seen.epoch, old.data(), seen.lazy.data());
     ancestry.hold(ancestry.now());
     ancestry.release(seen.epoch);
     seen.epoch = ancestry.now();

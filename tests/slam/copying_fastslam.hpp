@@ -8,65 +8,75 @@
 namespace trundle::test {
 
 /// FastSLAM 1.0 as it is usually written: each particle owns its map and its path, and resampling copies
-/// both. Poses are drawn when something is seen. It shares the arithmetic of one landmark, the random numbers
-/// and their order with ParticleSlam, and nothing of how it stores anything.
+/// both. Poses are drawn when something is seen. It shares the arithmetic of one landmark and the random
+/// numbers with ParticleSlam, and nothing of how it stores anything: every particle is alone in its columns.
 struct CopyingFastSlam {
   struct Particle {
-    Pose2 pose;
+    PoseColumns pose{1};
     double log_weight = 0.0;
-    std::map<LandmarkId, LandmarkEstimate> map;
+    std::map<LandmarkId, LandmarkColumns> map;
     std::vector<Pose2> path;
   };
+  static constexpr ParticleRange kOne{0, kParticleLanes};
 
   LandmarkSensor sensor;
+  Precision precision;
+  std::uint64_t seed;
   std::vector<Particle> particles;
-  std::vector<Random> random;
+  Random random;
   Motion pending;
+  std::uint64_t draws = 1;  ///< the start is certain: drawn all the same
   std::size_t resamplings = 0;
 
-  CopyingFastSlam(const LandmarkSensor& s, std::size_t count, std::uint64_t seed)
-      : sensor(s), particles(count) {
-    for (std::size_t block = 0; block <= (count + kParticleBlock - 1) / kParticleBlock; ++block)
-      random.emplace_back(seed, block);
-    for (std::size_t i = 0; i < count; ++i) draw(i);  // the start is certain: drawn all the same
-  }
-
-  Vector3 draw(std::size_t i) {
-    Random& r = random[i / kParticleBlock];
-    const double x = r.normal();
-    const double y = r.normal();
-    return {x, y, r.normal()};
-  }
+  CopyingFastSlam(const LandmarkSensor& s, std::size_t count, std::uint64_t number, Precision p)
+      : sensor(s), precision(p), seed(number), particles(count), random(number, kResamplingStream) {}
 
   void step(const SlamStep& step) {
     pending = pending * step.motion;
     if (step.observations.empty()) return;
     const Matrix3 L = pending.covariance.llt().matrixL();
+    TripleColumns n(particles.size());
+    draw_normals({seed, draws++, 0}, {0, padded(particles.size())}, n);
+    Vector2 origin;
     for (std::size_t i = 0; i < particles.size(); ++i) {
       Particle& p = particles[i];
-      p.pose = p.pose * pending.mean * exp(Twist2::from(L * draw(i)));
-      const SensorAt at = sensor_at(p.pose, sensor.body_from_sensor);
-      for (const bool known : {true, false})
-        for (const Observation& observation : step.observations) look(p, at, observation, known);
-      p.path.push_back(p.pose);
+      PoseColumns predicted(1);
+      predict(p.pose, TripleColumns(1), pending, kOne, predicted);
+      if (i == 0) origin = predicted.at(0).translation();
+      TripleColumns own(1);
+      own.set(0, n.at(i));
+      SensorColumns at(1);
+      at.origin = origin;
+      place(predicted, own, {L, sensor.body_from_sensor}, kOne, p.pose, at);
+      look(p, at, step.observations);
+      p.path.push_back(p.pose.at(0));
     }
     pending = {};
     weigh_and_resample();
   }
 
  private:
-  void look(Particle& p, const SensorAt& at, const Observation& observation, bool known) const {
-    const bool mapped = p.map.contains(observation.landmark);
-    if (known != mapped) return;
-    const ReadingTerms reading = reading_terms(observation, sensor);
-    if (!mapped) {
-      p.map[observation.landmark] = first_estimate(at, reading);
-      return;
+  void look(Particle& p, const SensorColumns& at, const std::vector<Observation>& observations) {
+    std::vector<KnownReading> known;
+    std::vector<const Observation*> fresh;
+    for (const Observation& observation : observations) {
+      const auto mapped = p.map.find(observation.landmark);
+      if (mapped == p.map.end())
+        fresh.push_back(&observation);
+      else
+        known.push_back({reading_terms(observation, sensor), &mapped->second});
     }
-    LandmarkEstimate& m = p.map.at(observation.landmark);
-    const Sight sight = sight_of(at, reading, m);
-    p.log_weight += log_likelihood_of(sight);
-    improve(m, sight);
+    Column<double> sum(kParticleLanes, p.log_weight);
+    weigh_and_improve(known, at, kOne, sum.data());
+    p.log_weight = sum[0];
+    for (const Observation* observation : fresh) {
+      const ReadingTerms reading = reading_terms(*observation, sensor);
+      const LandmarkEstimate of_first =
+          first_estimate(sensor_at(particles[0].pose.at(0), sensor.body_from_sensor), reading);
+      const auto [mapped, is_new] =
+          p.map.try_emplace(observation->landmark, 1, precision, Vector2(of_first.x, of_first.y));
+      set_first_estimates(reading, at, kOne, mapped->second);
+    }
   }
 
   void weigh_and_resample() {
@@ -76,7 +86,9 @@ struct CopyingFastSlam {
     std::vector<double> weight;
     for (Particle& p : particles) {
       p.log_weight -= largest;
-      weight.push_back(std::exp(p.log_weight));
+      Column<double> log_weight(kParticleLanes, p.log_weight);
+      exponentials(log_weight.data(), kOne, log_weight.data());
+      weight.push_back(log_weight[0]);
       sum += weight.back();
     }
     double squares = 0.0;
@@ -87,7 +99,7 @@ struct CopyingFastSlam {
     const auto count = particles.size();
     if (1.0 / squares >= 0.5 * static_cast<double>(count)) return;
     ++resamplings;
-    const double offset = random.back().uniform();
+    const double offset = random.uniform();
     std::vector<Particle> children;
     double reached = weight[0];
     std::size_t parent = 0;

@@ -118,7 +118,7 @@ TEST(Ekf, NoLandmarkIsSeenTwiceAtOnce) {
   EkfSlam filter(sensor, {});
   const std::vector<Observation> first = {{kUnknownLandmark, 3.0, 0.0}};
   filter.step({}, first);
-  const std::vector<Observation> both = {{kUnknownLandmark, 3.05, 0.01}, {kUnknownLandmark, 3.0, 0.0}};
+  const std::vector<Observation> both = {{kUnknownLandmark, 3.5, 0.0}, {kUnknownLandmark, 3.0, 0.0}};
   const StepReport& report = filter.step({}, both);
   EXPECT_EQ(report.observations[1].decision, Decision::matched);
   EXPECT_EQ(report.observations[0].decision, Decision::rejected);  // near the landmark: not a new one

@@ -104,12 +104,13 @@ TEST(PoseTarget, GaussianIsTheTargetsCurvature) {
   std::vector<KnownReading> readings;
   columns.reserve(3);
   for (const Vector2& place : {Vector2(4.0, 3.0), Vector2(-1.0, 5.0), Vector2(2.0, -3.0)}) {
-    columns.emplace_back(1);
+    columns.emplace_back(1, Precision::float64);
     columns.back().set(0, {place.x(), place.y(), 0.02, 0.005, 0.03});
     const ExpectedReading exact = expected_reading(predicted, sensor.body_from_sensor, place);
     readings.push_back({reading_terms({0, exact.range_m, exact.bearing_rad}, sensor), &columns.back()});
   }
-  const std::vector<Pose2> poses = {predicted};
+  PoseColumns poses(1);
+  poses.set(0, predicted);
   const PoseTarget target(poses, Q, sensor.body_from_sensor, readings);
   const WhitenedGaussian at = target.gaussian_at(0, Vector3::Zero());
   EXPECT_LT(at.mean.norm(), 1e-9);
@@ -127,15 +128,16 @@ TEST(PoseTarget, GaussianIsTheTargetsCurvature) {
 
 TEST(PoseTarget, SurpriseIsTheInnovationInAllItsCovariance) {
   const LandmarkSensor sensor{{0.3, -0.1, 0.2}, 0.1, 0.03, 20.0, 0.0};
-  const std::vector<Pose2> predicted = {{1.0, 2.0, 0.7}};
+  PoseColumns predicted(1);
+  predicted.set(0, {1.0, 2.0, 0.7});
   const Matrix3 Q = Vector3(4e-4, 1e-4, 9e-4).asDiagonal();
-  LandmarkColumns columns(1);
+  LandmarkColumns columns(1, Precision::float64);
   columns.set(0, {4.0, 3.0, 0.02, 0.005, 0.03});
   const Observation observation{0, 3.0, 0.1};
   const std::vector<KnownReading> readings = {{reading_terms(observation, sensor), &columns}};
   const PoseTarget target(predicted, Q, sensor.body_from_sensor, readings);
-  const ExpectedReading expected = expected_reading(predicted[0], sensor.body_from_sensor, {4.0, 3.0});
-  const Matrix3 in_world = world_covariance({predicted[0], Q});
+  const ExpectedReading expected = expected_reading(predicted.at(0), sensor.body_from_sensor, {4.0, 3.0});
+  const Matrix3 in_world = world_covariance({predicted.at(0), Q});
   const Matrix2 P = (Matrix2() << 0.02, 0.005, 0.005, 0.03).finished();
   const Matrix2 S = expected.by_pose * in_world * expected.by_pose.transpose() +
                     expected.by_landmark * P * expected.by_landmark.transpose() + reading_covariance(sensor);

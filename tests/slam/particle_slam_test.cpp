@@ -17,22 +17,27 @@ namespace {
 
 constexpr double kNoGate = std::numeric_limits<double>::infinity();
 
-TEST(ParticleSlam, IsTheCopyingFilterToTheLastBit) {
+class EveryPrecision : public testing::TestWithParam<Precision> {};
+
+TEST_P(EveryPrecision, IsTheCopyingFilterToTheLastBit) {
   test::SlamWorld world = test::slam_world({.steps = 150});
   for (std::size_t k = 0; k < 150; k += 4) world.steps[k].observations.clear();
   ParticleSlam lazy(world.sensor, {.proposal = Proposal::motion,
                                    .particles = 150,
                                    .seed = 9,
                                    .prior = {.systematic_sigma = Systematic::Zero()},
-                                   .gate = kNoGate});
-  test::CopyingFastSlam copying(world.sensor, 150, 9);
+                                   .gate = kNoGate,
+                                   .map_precision = GetParam()});
+  test::CopyingFastSlam copying(world.sensor, 150, 9, GetParam());
   for (const SlamStep& step : world.steps) {
     lazy.step(step.motion, step.observations);
     copying.step(step);
+    const std::vector<Pose2> poses = lazy.poses();
     for (std::size_t i = 0; i < 150; ++i) {
-      ASSERT_EQ(lazy.poses()[i].x, copying.particles[i].pose.x);
-      ASSERT_EQ(lazy.poses()[i].y, copying.particles[i].pose.y);
-      ASSERT_EQ(lazy.poses()[i].heading, copying.particles[i].pose.heading);
+      const Pose2 copied = copying.particles[i].pose.at(0);
+      ASSERT_EQ(poses[i].x, copied.x);
+      ASSERT_EQ(poses[i].y, copied.y);
+      ASSERT_EQ(poses[i].heading, copied.heading);
     }
   }
   EXPECT_GT(copying.resamplings, 20U);
@@ -51,12 +56,19 @@ TEST(ParticleSlam, IsTheCopyingFilterToTheLastBit) {
     const MappedLandmark landmark = lazy.landmark(l);
     Vector2 mean = Vector2::Zero();
     for (std::size_t i = 0; i < 150; ++i) {
-      const LandmarkEstimate& m = copying.particles[i].map.at(landmark.id);
+      const LandmarkEstimate m = copying.particles[i].map.at(landmark.id).at(0);
       mean += weights[i] * Vector2(m.x, m.y);
     }
     ASSERT_EQ(landmark.position, mean);
   }
 }
+
+std::string name_of_precision(const testing::TestParamInfo<Precision>& precision) {
+  return precision.param == Precision::float32 ? "float32" : "float64";
+}
+
+INSTANTIATE_TEST_SUITE_P(, EveryPrecision, testing::Values(Precision::float32, Precision::float64),
+                         name_of_precision);
 
 double end_error(const test::SlamWorld& world, const ParticleSlamOptions& options) {
   ParticleSlam filter(world.sensor, options);

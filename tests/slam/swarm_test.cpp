@@ -35,16 +35,18 @@ struct Scene {
   LandmarkSensor sensor{{0.2, 0.0, 0.0}, 0.05, 0.01, 20.0, 0.0};
   Pose2 truth{0.1, -0.05, 0.08};
   Matrix3 Q = Vector3(0.01, 0.01, 0.0025).asDiagonal();
-  std::vector<Pose2> predicted;
+  std::size_t count;
+  PoseColumns predicted;
   std::vector<LandmarkColumns> columns;
   std::vector<KnownReading> readings;
   std::vector<Random> random;
-  std::vector<Vector3> n;
+  TripleColumns n;
 
-  explicit Scene(std::size_t particles, bool sees = true) : predicted(particles) {
+  explicit Scene(std::size_t particles, bool sees = true)
+      : count(particles), predicted(particles), n(particles) {
     columns.reserve(3);
     for (const Vector2& place : {Vector2(4.0, 3.0), Vector2(-1.0, 5.0), Vector2(2.0, -3.0)}) {
-      columns.emplace_back(particles);
+      columns.emplace_back(particles, Precision::float64);
       for (std::size_t i = 0; i < particles; ++i)
         columns.back().set(i, {place.x(), place.y(), 1e-4, 0.0, 1e-4});
       const ExpectedReading exact = expected_reading(truth, sensor.body_from_sensor, place);
@@ -53,7 +55,7 @@ struct Scene {
     }
     for (std::size_t block = 0; block <= particles / kParticleBlock; ++block) random.emplace_back(5, block);
     for (std::size_t i = 0; i < particles; ++i)
-      n.emplace_back(random[0].normal(), random[0].normal(), random[0].normal());
+      n.set(i, {random[0].normal(), random[0].normal(), random[0].normal()});
   }
   PoseTarget target() const { return {predicted, Q, sensor.body_from_sensor, readings}; }
 };
@@ -62,13 +64,14 @@ TEST(Swarm, NoParticleEndsWorseAndTheBestFindsTheMode) {
   Scene scene(36);
   const PoseTarget target = scene.target();
   std::vector<double> before;
-  for (std::size_t i = 0; i < 36; ++i) before.push_back(target.at(i, target.clamped(scene.n[i])).log_density);
-  refine_by_swarm(target, {.iterations = 10}, scene.random, scene.n);
+  for (std::size_t i = 0; i < 36; ++i)
+    before.push_back(target.at(i, target.clamped(scene.n.at(i))).log_density);
+  refine_by_swarm(target, {.iterations = 10}, scene.count, scene.random, scene.n);
   Vector3 mode = Vector3::Zero();
   for (int k = 0; k < 10; ++k) mode = target.gaussian_at(0, mode).mean;
   double best = -1e300;
   for (std::size_t i = 0; i < 36; ++i) {
-    const double after = target.at(i, scene.n[i]).log_density;
+    const double after = target.at(i, scene.n.at(i)).log_density;
     EXPECT_GE(after, before[i]);
     best = std::max(best, after);
   }
@@ -77,26 +80,28 @@ TEST(Swarm, NoParticleEndsWorseAndTheBestFindsTheMode) {
 
 TEST(Swarm, StaysWithinThreeSigma) {
   Scene scene(25);
-  for (Pose2& pose : scene.predicted) pose = {-0.6, 0.6, 0.0};  // farther than the motion allows
+  for (std::size_t i = 0; i < 25; ++i)
+    scene.predicted.set(i, {-0.6, 0.6, 0.0});  // farther than the motion allows
   const PoseTarget target = scene.target();
-  refine_by_swarm(target, {.iterations = 10}, scene.random, scene.n);
-  for (const Vector3& n : scene.n) EXPECT_LE(n.cwiseAbs().maxCoeff(), 3.0 + 1e-12);
+  refine_by_swarm(target, {.iterations = 10}, scene.count, scene.random, scene.n);
+  for (std::size_t i = 0; i < 25; ++i) EXPECT_LE(scene.n.at(i).cwiseAbs().maxCoeff(), 3.0 + 1e-12);
 }
 
 TEST(Swarm, WithoutSightingsNothingMoves) {
   Scene scene(16, false);
-  const std::vector<Vector3> before = scene.n;
-  refine_by_swarm(scene.target(), {}, scene.random, scene.n);
-  EXPECT_EQ(scene.n, before);
+  const TripleColumns before = scene.n;
+  refine_by_swarm(scene.target(), {}, scene.count, scene.random, scene.n);
+  for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(scene.n.at(i), before.at(i));
 }
 
 TEST(Swarm, StopsWhenTheParticlesAgree) {
   // With a target that any particle reaches, one iteration is made: the same as asking for one.
   Scene one(16);
   Scene many(16);
-  refine_by_swarm(one.target(), {.iterations = 1}, one.random, one.n);
-  refine_by_swarm(many.target(), {.iterations = 8, .target_agreement = 1e-300}, many.random, many.n);
-  EXPECT_EQ(one.n, many.n);
+  refine_by_swarm(one.target(), {.iterations = 1}, one.count, one.random, one.n);
+  refine_by_swarm(many.target(), {.iterations = 8, .target_agreement = 1e-300}, many.count, many.random,
+                  many.n);
+  for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(one.n.at(i), many.n.at(i));
 }
 
 }  // namespace

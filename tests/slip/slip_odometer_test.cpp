@@ -1,6 +1,7 @@
 // The online step: no heap, the same bytes as offline, back to the start of an interval that slips.
 #include "trundle/slip/slip_odometer.hpp"
 
+#include <cmath>
 #include <cstring>
 
 #include <gtest/gtest.h>
@@ -89,6 +90,19 @@ TEST(SlipOdometer, ACopyContinuesIndependently) {
   for (std::size_t i = half; i < readings.increments.size(); ++i) second.step(readings.increments[i]);
   for (const Increment& increment : readings.increments) whole.step(increment);
   EXPECT_EQ(std::memcmp(&whole.odometer().pose(), &second.odometer().pose(), sizeof(Pose2)), 0);
+}
+
+TEST(SlipOdometer, TheBiasStartsAsTheCalibrationKnowsIt) {
+  Robot robot = differential();
+  robot.calibration = CalibrationRecord{};
+  robot.calibration->parameters = {{.name = "track", .observable = true},
+                                   {.name = "gyro.scale", .observable = false},
+                                   {.name = "gyro.bias", .sigma_between = 0.001, .observable = true}};
+  robot.calibration->covariance = Eigen::Vector2d(1e-6, 4e-6).asDiagonal();
+  EXPECT_EQ(SlipOdometer(robot, learning()).odometer().gyro_bias().variance, 4e-6);
+  robot.calibration->parameters[2].sigma_between.reset();
+  EXPECT_EQ(SlipOdometer(robot, learning()).odometer().gyro_bias().variance,
+            std::pow(robot.chassis.gyro->bias_sigma_rad_s, 2));
 }
 
 TEST(SlipOdometer, CovarianceGrowsWhereAWheelSlips) {

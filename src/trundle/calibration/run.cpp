@@ -126,9 +126,13 @@ std::optional<Pose2> body_by_reference(const Run& run, std::size_t increments, c
 }
 
 Run prepare_run(const Recording& recording, const Robot& robot) {
+  return prepare_run(recording, robot, align(recording, robot));
+}
+
+Run prepare_run(const Recording& recording, const Robot& robot, AlignedReadings readings) {
   Run run{.name = recording.name,
           .session = recording.session,
-          .readings = align(recording, robot),
+          .readings = std::move(readings),
           .reference = recording.reference,
           .partial = recording.partial,
           .relative_motions = recording.relative_motions,

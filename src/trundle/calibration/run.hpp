@@ -48,5 +48,7 @@ struct Run {
 std::optional<Pose2> body_by_reference(const Run& run, std::size_t increments, const Robot& robot);
 
 Run prepare_run(const Recording& recording, const Robot& robot);
+/// The same of readings that align() gave.
+Run prepare_run(const Recording& recording, const Robot& robot, AlignedReadings readings);
 
 }  // namespace trundle

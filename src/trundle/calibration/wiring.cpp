@@ -201,19 +201,30 @@ void check_gyro(const std::vector<Piece>& pieces, const Robot& given, Wiring& wi
   wiring.faults.push_back(fmt::format("the gyro is mounted upside down: scale = {:.6g}", -gyro.scale));
 }
 
-}  // namespace
-
-Wiring check_wiring(std::span<const Recording> recordings, const Robot& robot) {
+Wiring compare(const std::vector<Piece>& pieces, std::span<const Recording> recordings, const Robot& robot) {
   Wiring wiring{robot, {}, {}};
-  if (robot.chassis.wheel_count == 0) return wiring;
-  std::vector<Piece> pieces;
-  for (const Recording& recording : recordings)
-    if (!recording.reference.time_s.empty()) add_pieces(prepare_run(recording, robot), robot, pieces);
   if (pieces.size() < kFewestPieces) return wiring;
   check_wheels(pieces, recordings, robot, wiring);
   check_gyro(pieces, robot, wiring);
   if (wiring.faults.empty()) name_what_is_alike(pieces, wiring);
   return wiring;
+}
+
+}  // namespace
+
+Wiring check_wiring(std::span<const Recording> recordings, const Robot& robot) {
+  std::vector<Piece> pieces;
+  for (const Recording& recording : recordings)
+    if (robot.chassis.wheel_count > 0 && !recording.reference.time_s.empty())
+      add_pieces(prepare_run(recording, robot), robot, pieces);
+  return compare(pieces, recordings, robot);
+}
+
+Wiring check_wiring(const Recording& recording, const AlignedReadings& readings, const Robot& robot) {
+  std::vector<Piece> pieces;
+  if (robot.chassis.wheel_count > 0 && !recording.reference.time_s.empty())
+    add_pieces(prepare_run(recording, robot, readings), robot, pieces);
+  return compare(pieces, std::span(&recording, 1), robot);
 }
 
 }  // namespace trundle

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "trundle/chassis/robot.hpp"
-#include "trundle/recording/recording.hpp"
+#include "trundle/recording/increments.hpp"
 
 namespace trundle {
 
@@ -21,5 +21,7 @@ struct Wiring {
 /// the readings themselves, far from what calibration may correct. Without a reference trajectory with
 /// headings the robot is left as it is. docs/dead-wheels.md. Throws as align() does.
 Wiring check_wiring(std::span<const Recording> recordings, const Robot& robot);
+/// The same of one recording whose readings align() gave.
+Wiring check_wiring(const Recording& recording, const AlignedReadings& readings, const Robot& robot);
 
 }  // namespace trundle

@@ -31,6 +31,7 @@ struct Parameter {
 
   bool operator==(const Parameter&) const = default;
 };
+inline constexpr Parameter kGyroBias{ParameterKind::gyro_bias, -1};
 
 std::string name_of(const Parameter& parameter, const Robot& robot);
 /// "m", "rad", "rad/s", "s" or "1".

@@ -72,8 +72,6 @@ struct Uncertain {
   Eigen::MatrixXd covariance;
 };
 
-constexpr Parameter kBias{ParameterKind::gyro_bias, -1};
-
 void remove(Eigen::Index index, Eigen::MatrixXd& covariance) {
   std::vector<Eigen::Index> others;
   for (Eigen::Index i = 0; i < covariance.rows(); ++i)
@@ -81,20 +79,11 @@ void remove(Eigen::Index index, Eigen::MatrixXd& covariance) {
   covariance = Eigen::MatrixXd(covariance(others, others));
 }
 
-bool spread_is_known(const CalibrationRecord& calibration, const std::string& name) {
-  return std::ranges::any_of(calibration.parameters, [&](const CalibratedParameter& parameter) {
-    return parameter.name == name && parameter.sigma_between.has_value();
-  });
-}
-
-/// A bias that is learned is no longer a parameter. A calibration that knows how far it moves from session to
-/// session says where it starts; one session alone says nothing of the next.
-void make_bias_a_state(Uncertain& uncertain, Robot& robot) {
-  const auto bias = std::ranges::find(uncertain.parameters, kBias);
+/// A bias that is learned is no longer a parameter: initial_bias_sigma() says where it starts.
+void make_bias_a_state(Uncertain& uncertain) {
+  const auto bias = std::ranges::find(uncertain.parameters, kGyroBias);
   if (bias == uncertain.parameters.end()) return;
   const auto index = bias - uncertain.parameters.begin();
-  if (spread_is_known(*robot.calibration, name_of(kBias, robot)))
-    robot.chassis.gyro->bias_sigma_rad_s = std::sqrt(uncertain.covariance(index, index));
   uncertain.parameters.erase(bias);
   remove(index, uncertain.covariance);
 }
@@ -231,10 +220,9 @@ std::vector<Parameter> calibrated_parameters(const Robot& robot) {
 IntegratedOdometry integrate(const AlignedReadings& readings, const Robot& robot,
                              const IntegrateOptions& options) {
   require_gyro_where_needed(readings, robot);
-  Robot believed = robot;
   Uncertain uncertain = uncertain_of(robot, options.with_covariance);
-  if (options.learn_gyro_bias) make_bias_a_state(uncertain, believed);
-  IntegratedOdometry result = Integration(believed, uncertain, options).over(readings, robot);
+  if (options.learn_gyro_bias) make_bias_a_state(uncertain);
+  IntegratedOdometry result = Integration(robot, uncertain, options).over(readings, robot);
   report_gaps(readings, result);
   report_missing_gyro(readings, robot, result.problems);
   for (const Parameter& parameter : uncertain.parameters)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <type_traits>
 
 #include <fmt/format.h>
@@ -61,6 +62,20 @@ void require_observable(const Robot& robot, bool with_gyro) {
                   robot.name, with_gyro ? " or gyro" : "", words));
 }
 
+double initial_bias_sigma(const Robot& robot) {
+  if (!robot.calibration) return robot.chassis.gyro->bias_sigma_rad_s;
+  const CalibrationRecord& calibration = *robot.calibration;
+  Eigen::Index index = 0;  // of the observable parameters
+  for (const CalibratedParameter& parameter : calibration.parameters) {
+    if (!parameter.observable) continue;
+    const bool is_bias = parameter.name == name_of(kGyroBias, robot);
+    if (is_bias && parameter.sigma_between && index < calibration.covariance.rows())
+      return std::sqrt(calibration.covariance(index, index));
+    ++index;
+  }
+  return robot.chassis.gyro->bias_sigma_rad_s;
+}
+
 Odometer::Odometer(const Robot& robot, const Options& options)
     : parameters_(options.parameters.size()), with_covariance_(options.with_covariance) {
   const Chassis& chassis = robot.chassis;
@@ -68,15 +83,14 @@ Odometer::Odometer(const Robot& robot, const Options& options)
     throw InputError(fmt::format("robot '{}'", robot.name),
                      fmt::format("{} uncertain parameters", parameters_),
                      fmt::format("at most {}", kMaxParameters));
-  constexpr Parameter kBias{ParameterKind::gyro_bias, -1};
   std::vector<Parameter> parameters = options.parameters;
   learns_ = options.learn_gyro_bias && options.with_covariance && chassis.gyro.has_value();
-  if (learns_ && std::ranges::find(parameters, kBias) != parameters.end())
+  if (learns_ && std::ranges::find(parameters, kGyroBias) != parameters.end())
     throw InputError(fmt::format("robot '{}'", robot.name),
                      "the bias of the gyro is both learned and an uncertain parameter", "one of them");
   if (chassis.gyro) {
     gyro_ = *chassis.gyro;
-    parameters.push_back(kBias);
+    parameters.push_back(kGyroBias);
   }
   require_observable(robot, true);
   if (chassis.gyro) with_gyro_.emplace(chassis, parameters, true);
@@ -86,7 +100,8 @@ Odometer::Odometer(const Robot& robot, const Options& options)
   if (!learns_) return;
   rest_.emplace(chassis, options.rest);
   stuck_.emplace(chassis, options.rest);
-  state_.bias_variance = gyro_.bias_sigma_rad_s * gyro_.bias_sigma_rad_s;
+  const double bias_sigma = initial_bias_sigma(robot);
+  state_.bias_variance = bias_sigma * bias_sigma;
 }
 
 Verdict Odometer::judged_step(const Increment& increment) {

@@ -130,6 +130,10 @@ class Odometer {
 /// 1σ of an unmeasured turn [rad/√s].
 inline constexpr double kUnmeasuredTurn = 0.5;
 
+/// 1σ of the gyro's bias before the first rest shows it [rad/s]: where the calibration knows how far it moves
+/// from session to session, that, for one session alone says nothing of the next; else the gyro's own.
+double initial_bias_sigma(const Robot& robot);
+
 /// Throws CannotAnswer, in words, when the rows of the chassis do not see all three directions of motion.
 void require_observable(const Robot& robot, bool with_gyro);
 

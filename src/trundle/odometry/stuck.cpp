@@ -12,8 +12,6 @@ namespace {
 
 using Triple = std::array<double, 3>;
 
-constexpr Parameter kBias{ParameterKind::gyro_bias, -1};
-
 Chassis without(const Chassis& chassis, std::size_t wheel) {
   Chassis rest = chassis;
   rest.wheel_count = 0;
@@ -33,7 +31,7 @@ Increment without(const Increment& increment, std::size_t wheel) {
 std::optional<MotionModel> model_of(const Chassis& chassis, bool with_gyro) {
   if (chassis.wheel_count == 0 || (with_gyro && !chassis.gyro)) return std::nullopt;
   if (observability(rows_of(chassis, with_gyro)).rank < 3) return std::nullopt;
-  return MotionModel(chassis, std::span(&kBias, chassis.gyro ? 1 : 0), with_gyro);
+  return MotionModel(chassis, std::span(&kGyroBias, chassis.gyro ? 1 : 0), with_gyro);
 }
 
 double dot(const Triple& a, const Triple& b) {

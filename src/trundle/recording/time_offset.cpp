@@ -35,12 +35,10 @@ struct Windows {
 };
 
 /// Windows of the wheels alone; those for which the gyro runs at any offset of the search.
-Windows windows_of(const Recording& recording, const Robot& robot, const TimeOffsetOptions& options) {
-  Robot wheels = robot;
-  wheels.chassis.gyro.reset();
-  Windows windows{
-      .readings = align(recording, wheels), .first = {0}, .used = {}, .by_wheels = {}, .duration_s = {}};
-  const Rows rows = rows_of(wheels.chassis, false);
+Windows windows_of(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
+                   const TimeOffsetOptions& options) {
+  Windows windows{.readings = readings, .first = {0}, .used = {}, .by_wheels = {}, .duration_s = {}};
+  const Rows rows = rows_of(robot.chassis, false);
   const double gyro_offset_s = robot.chassis.gyro->time_offset_s;
   const double start_s = recording.gyro.time_s.front() + gyro_offset_s + options.largest_s;
   const double end_s = recording.gyro.time_s.back() + gyro_offset_s - options.largest_s;
@@ -49,7 +47,7 @@ Windows windows_of(const Recording& recording, const Robot& robot, const TimeOff
   bool whole = true;
   const auto& increments = windows.readings.increments;
   for (std::size_t i = 0; i < increments.size(); ++i) {
-    turn += estimate_twist(rows, readings_of(wheels.chassis, rows, increments[i])).twist.dtheta;
+    turn += estimate_twist(rows, readings_of(robot.chassis, rows, increments[i])).twist.dtheta;
     duration_s += increments[i].duration_s;
     whole = whole && !windows.readings.bridged[i];
     if (duration_s < options.window_s - 1e-9) continue;
@@ -208,9 +206,15 @@ double sigma_at(Search& search, double offset_s, double step_s) {
 std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Robot& robot,
                                            const TimeOffsetOptions& options) {
   if (!robot.chassis.gyro || recording.gyro.time_s.size() < 2) return std::nullopt;
+  return gyro_time_offset(recording, align(recording, robot), robot, options);
+}
+
+std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const AlignedReadings& readings,
+                                           const Robot& robot, const TimeOffsetOptions& options) {
+  if (!robot.chassis.gyro || recording.gyro.time_s.size() < 2) return std::nullopt;
   if (observability(rows_of(robot.chassis, false)).rank < 3) return std::nullopt;
   const double gyro_step_s = median_step(recording.gyro.time_s);
-  Search search(recording, robot, windows_of(recording, robot, options));
+  Search search(recording, robot, windows_of(recording, readings, robot, options));
   if (search.used() < kFewestWindows) return std::nullopt;
   const double given_s = robot.chassis.gyro->time_offset_s;
   const double step_s = std::max(0.25 * options.window_s, 0.5 * gyro_step_s);

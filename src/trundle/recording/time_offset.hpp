@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "trundle/chassis/robot.hpp"
-#include "trundle/recording/recording.hpp"
+#include "trundle/recording/increments.hpp"
 
 namespace trundle {
 
@@ -28,5 +28,8 @@ struct TimeOffsetOptions {
 /// agree, or no gyro was recorded. Throws as align() does.
 std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Robot& robot,
                                            const TimeOffsetOptions& options = {});
+/// The same of readings that align() gave.
+std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const AlignedReadings& readings,
+                                           const Robot& robot, const TimeOffsetOptions& options = {});
 
 }  // namespace trundle

@@ -5,8 +5,7 @@
 
 namespace trundle {
 
-Ancestry::Ancestry(std::size_t particles)
-    : particles_(particles), first_child_(particles + 1), scratch_(particles) {}
+Ancestry::Ancestry(std::size_t particles) : particles_(particles), first_child_(particles + 1) {}
 
 void Ancestry::hold(Epoch epoch) {
   assert(epoch == now_ || generations_.contains(epoch));
@@ -63,17 +62,6 @@ Ancestry::Index Ancestry::ancestor(Epoch epoch, Index particle) const {
 
 std::size_t Ancestry::survivors(Epoch epoch) const {
   return epoch == now_ ? particles_ : runs(epoch).size();
-}
-
-void Ancestry::gather(Epoch epoch, std::span<double> column) {
-  if (epoch == now_) return;
-  std::ranges::copy(column, scratch_.begin());
-  const auto of_epoch = runs(epoch);
-  for (std::size_t k = 0; k < of_epoch.size(); ++k) {
-    const std::size_t end = k + 1 < of_epoch.size() ? of_epoch[k + 1].first : particles_;
-    std::fill(column.begin() + of_epoch[k].first, column.begin() + static_cast<std::ptrdiff_t>(end),
-              scratch_[of_epoch[k].ancestor]);
-  }
 }
 
 }  // namespace trundle

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <span>
@@ -42,8 +43,16 @@ class Ancestry {
   /// How many particles of a held epoch have descendants.
   std::size_t survivors(Epoch epoch) const;
 
-  /// column[i] ← column[ancestor of i]: brings a column of a held epoch up to now.
-  void gather(Epoch epoch, std::span<double> column);
+  /// to[i] = from[ancestor of i]: a column of a held epoch brought up to now.
+  template <class T>
+  void gather(Epoch epoch, const T* from, T* to) const {
+    if (epoch == now_) return static_cast<void>(std::copy_n(from, particles_, to));
+    const auto of_epoch = runs(epoch);
+    for (std::size_t k = 0; k < of_epoch.size(); ++k) {
+      const std::size_t end = k + 1 < of_epoch.size() ? of_epoch[k + 1].first : particles_;
+      std::fill(to + of_epoch[k].first, to + end, from[of_epoch[k].ancestor]);
+    }
+  }
 
  private:
   struct Generation {
@@ -56,7 +65,6 @@ class Ancestry {
   Epoch now_ = 0;
   std::map<Epoch, Generation> generations_;  ///< those held
   std::vector<Index> first_child_;           ///< of each particle of the epoch before, and an end
-  std::vector<double> scratch_;
 };
 
 }  // namespace trundle

@@ -1,7 +1,6 @@
 #include "trundle/slam/ekf.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -10,15 +9,10 @@
 namespace trundle {
 namespace {
 
-constexpr Eigen::Index kFirstCapacity = 6 + 2 * 32;
-
-Matrix2 block_of(const Eigen::MatrixXd& S, std::size_t k) {
-  return S.block<2, 2>(2 * static_cast<Eigen::Index>(k), 2 * static_cast<Eigen::Index>(k));
-}
-
-Matrix3 full(const Eigen::MatrixXd& lower) {
-  return Matrix3(lower.topLeftCorner<3, 3>().selfadjointView<Eigen::Lower>());
-}
+constexpr std::size_t kMostTogether = 64;   // sightings whose joint gate is computed beforehand
+constexpr std::size_t kMostCandidates = 8;  // landmarks that one observation may show
+constexpr double kCellShare = 0.25;         // of the sensor's range: cells of the grid
+constexpr double kOffGridShare = 0.05;      // of the sensor's range: then all landmarks are put there again
 
 Matrix3 world_from_body_axes(const Pose2& pose) {
   Matrix3 R = Matrix3::Identity();
@@ -29,242 +23,276 @@ Matrix3 world_from_body_axes(const Pose2& pose) {
 }  // namespace
 
 EkfSlam::EkfSlam(const LandmarkSensor& sensor, const EkfSlamOptions& options)
-    : body_from_sensor_(sensor.body_from_sensor),
-      max_range_m_(sensor.max_range_m),
+    : sensor_(sensor),
       R_(reading_covariance(sensor)),
-      gate_(options.gate) {
-  mean_ = Eigen::VectorXd::Zero(kFirstCapacity);
-  P_ = Eigen::MatrixXd::Zero(kFirstCapacity, kFirstCapacity);
-  const SlamPrior& prior = options.prior;
-  mean_.head<3>() << prior.start.x, prior.start.y, prior.start.heading;
-  P_.topLeftCorner<3, 3>() = prior.start_covariance;
-  P_.block<3, 3>(3, 3) = prior.systematic_sigma.cwiseAbs2().asDiagonal();
-}
+      options_(options),
+      joint_limits_(joint_limits(options.unknown.gate, kMostTogether)),
+      state_(options.prior),
+      grid_(kCellShare * sensor.max_range_m),
+      visibility_(sensor.max_range_m) {}
 
-const StepReport& EkfSlam::step(const Motion& motion, std::span<const Observation> given) {
+const StepReport& EkfSlam::step(const Motion& motion, std::span<const Observation> observations) {
   predict(motion);
-  report_.observations.assign(given.size(), {});
-  const std::vector<Observation> observations = recognise(given);
-  std::vector<std::size_t> open;
-  for (std::size_t i = 0; i < observations.size(); ++i)
-    if (is_valid(observations[i]) && observations[i].landmark >= 0) open.push_back(i);
+  report_.observations.assign(observations.size(), {});
+  observations_.assign(observations.begin(), observations.end());
+  recognise();
+  open_.clear();
+  for (std::size_t i = 0; i < observations_.size(); ++i)
+    if (is_valid(observations_[i]) && observations_[i].landmark >= 0) open_.push_back(i);
   // What creates a landmark and is followed by another sighting of the same one takes a second round.
-  while (!open.empty()) {
-    update(matches_of(observations, open));
-    std::vector<std::size_t> again;
-    for (const std::size_t i : open) {
-      if (find(observations[i].landmark) >= 0) {
-        again.push_back(i);
-      } else {
-        add_landmark(observations[i]);
-        report_.observations[i].decision = Decision::created;
-        report_.observations[i].landmark = static_cast<LandmarkId>(ids_.size()) - 1;
-      }
-    }
-    open = std::move(again);
+  while (!open_.empty()) {
+    match_open();
+    update_matched();
+    std::erase_if(open_, [&](std::size_t i) {
+      if (find(observations_[i].landmark) >= 0) return false;
+      add_landmark(i);
+      return true;
+    });
   }
+  if (!nameless_.empty()) look_around();
   return report_;
 }
 
-/// Names for those that have none: of a landmark in the map, or the next free one. What is neither keeps none
-/// and is rejected.
-std::vector<Observation> EkfSlam::recognise(std::span<const Observation> given) {
-  std::vector<Observation> observations(given.begin(), given.end());
-  std::vector<std::size_t> nameless;
-  std::vector<std::vector<Fit>> fits;
-  for (std::size_t i = 0; i < given.size(); ++i) {
-    if (given[i].landmark >= 0 || !is_valid(given[i])) continue;
-    nameless.push_back(i);
-    fits.push_back(fits_of(given[i]));
-  }
-  if (nameless.empty()) return observations;
-  const auto found = associate(fits, {.gate = gate_, .max_range_m = max_range_m_});
-  auto next = static_cast<LandmarkId>(index_of_.size());
-  for (std::size_t k = 0; k < nameless.size(); ++k) {
-    const std::size_t i = nameless[k];
-    if (found[k].kind == Association::matched) observations[i].landmark = found[k].landmark;
-    if (found[k].kind == Association::fresh) observations[i].landmark = next++;
-    if (found[k].kind == Association::doubtful) report_.observations[i].decision = Decision::rejected;
-  }
-  return observations;
-}
-
-/// Of all landmarks that the sensor might see, with the covariance of eq. 6.
-std::vector<Fit> EkfSlam::fits_of(const Observation& observation) const {
-  std::vector<Fit> fits;
-  const Matrix3 of_pose = full(P_);
-  for (std::size_t k = 0; k < ids_.size(); ++k) {
-    const Index at = kBody + 2 * static_cast<Index>(k);
-    const ExpectedReading expected = expected_reading(pose(), body_from_sensor_, mean_.segment<2>(at));
-    const Matrix23& G = expected.by_pose;
-    const Matrix2& L = expected.by_landmark;
-    const Matrix2 mixed = L * P_.block<2, 3>(at, 0) * G.transpose();
-    const Matrix2 S = G * of_pose * G.transpose() + mixed + mixed.transpose() +
-                      L * P_.block<2, 2>(at, at).selfadjointView<Eigen::Lower>() * L.transpose() + R_;
-    const Vector2 innovation = innovation_of(observation, expected);
-    const double nis = innovation.dot(S.llt().solve(innovation));
-    fits.push_back({ids_[k], nis, nis + std::log(S.determinant()) + 2.0 * std::log(2.0 * kPi)});
-  }
-  return fits;
-}
-
-/// Eq. 5. Landmarks stay where they are: of their part only the covariance with the pose changes.
+/// Eq. 5.
 void EkfSlam::predict(const Motion& motion) {
-  const Pose2 before = pose();
-  const Vector3 s = mean_.segment<3>(3);
+  const Pose2 before = state_.pose();
+  const Systematic s = state_.body().systematic;
   const Pose2 after = before * motion.mean * exp(Twist2::from(motion.by_systematic * s));
   const Matrix3 R = world_from_body_axes(after);
-  Matrix3 F = Matrix3::Identity();
-  F(0, 2) = -(after.y - before.y);
-  F(1, 2) = after.x - before.x;
-  const Matrix3 W = R * motion.by_systematic;
-  const Matrix3 of_pose = full(P_);
-  const Matrix3 of_systematic = P_.block<3, 3>(3, 3).selfadjointView<Eigen::Lower>();
-  const Matrix3 mixed = P_.block<3, 3>(3, 0);  // systematic by pose
-  const Matrix3 pose_with_systematic = F * mixed.transpose() + W * of_systematic;
-  P_.topLeftCorner<3, 3>() = F * (of_pose * F.transpose() + mixed.transpose() * W.transpose()) +
-                             W * (mixed * F.transpose() + of_systematic * W.transpose()) +
-                             R * motion.covariance * R.transpose();
-  P_.block<3, 3>(3, 0) = pose_with_systematic.transpose();
-  const Index rest = size_ - kBody;
-  P_.block(kBody, 0, rest, 3) =
-      (P_.block(kBody, 0, rest, 3) * F.transpose() + P_.block(kBody, 3, rest, 3) * W.transpose()).eval();
-  mean_.head<3>() << after.x, after.y, after.heading;
+  JointGaussian::Prediction prediction{after, Matrix3::Identity(), R * motion.by_systematic,
+                                       R * motion.covariance * R.transpose()};
+  prediction.F(0, 2) = -(after.y - before.y);
+  prediction.F(1, 2) = after.x - before.x;
+  state_.predict(prediction);
 }
 
-/// Those of `open` whose landmark is in the map; they leave `open`.
-std::vector<EkfSlam::Match> EkfSlam::matches_of(std::span<const Observation> observations,
-                                                std::vector<std::size_t>& open) {
-  std::vector<Match> matches;
-  std::erase_if(open, [&](std::size_t i) {
-    const Index at = find(observations[i].landmark);
-    if (at < 0) return false;
-    const ExpectedReading expected = expected_reading(pose(), body_from_sensor_, mean_.segment<2>(at));
-    matches.push_back({i, at, expected, innovation_of(observations[i], expected)});
+/// Names for those that have none: of a landmark in the map, or the next free one. What is neither keeps none
+/// and is rejected. Eq. 21, 22.
+void EkfSlam::recognise() {
+  nameless_.clear();
+  for (std::size_t i = 0; i < observations_.size(); ++i)
+    if (observations_[i].landmark < 0 && is_valid(observations_[i])) nameless_.push_back(i);
+  if (nameless_.empty()) return;
+  find_candidates();
+  pair_up();
+  const double least = std::log(R_.determinant()) + 2.0 * std::log(2.0 * kPi);
+  const double none = 2.0 * std::log(2.0 * kPi * sensor_.max_range_m);
+  decide(
+      most_probable_explanations(readings_, {.none = none, .least = least, .limit = joint_limits_}).front());
+}
+
+/// Landmarks near where each observation points, made active.
+void EkfSlam::find_candidates() {
+  if (off_grid_m_ > kOffGridShare * sensor_.max_range_m) locate_again();
+  candidates_.resize(nameless_.size());
+  seen_.clear();
+  const Matrix3 of_pose = state_.body().covariance;
+  for (std::size_t k = 0; k < nameless_.size(); ++k) {
+    const SightedLandmark sighted =
+        sighted_landmark(state_.pose(), sensor_.body_from_sensor, observations_[nameless_[k]]);
+    const Matrix2 spread = sighted.by_pose * of_pose * sighted.by_pose.transpose() +
+                           sighted.by_reading * R_ * sighted.by_reading.transpose();
+    const double sigma = std::sqrt(spread.trace());
+    const double radius =
+        std::sqrt(options_.unknown.near * options_.unknown.gate) * 2.0 * sigma + 2.0 * off_grid_m_;
+    grid_.near(sighted.in_world, radius, kMostCandidates, candidates_[k]);
+    seen_.insert(seen_.end(), candidates_[k].begin(), candidates_[k].end());
+  }
+  std::ranges::sort(seen_);
+  seen_.erase(std::unique(seen_.begin(), seen_.end()), seen_.end());
+  state_.activate(seen_);
+}
+
+/// The pairings that pass the gate alone, and the covariance of all their innovations together.
+void EkfSlam::pair_up() {
+  readings_.observations = nameless_.size();
+  readings_.pairings.clear();
+  H_.clear();
+  matches_.clear();
+  is_near_.assign(nameless_.size(), false);
+  for (std::size_t k = 0; k < nameless_.size(); ++k)
+    for (const std::size_t landmark : candidates_[k])
+      if (!pair(k, landmark)) is_near_[k] = true;
+  covary();
+  const auto rows = 2 * static_cast<Index>(matches_.size());
+  readings_.S = S_.topLeftCorner(rows, rows);
+  readings_.innovation.resize(rows);
+  for (std::size_t p = 0; p < matches_.size(); ++p)
+    readings_.innovation.segment<2>(2 * static_cast<Index>(p)) = matches_[p].innovation;
+}
+
+/// False where the observation is near the landmark and yet not within its gate. One within the gate of a
+/// landmark that another observation shows is a new one: both are there.
+bool EkfSlam::pair(std::size_t nameless, std::size_t landmark) {
+  const std::size_t i = nameless_[nameless];
+  const Index at = state_.index_of(landmark);
+  const ExpectedReading expected =
+      expected_reading(state_.pose(), sensor_.body_from_sensor, state_.active(at));
+  const JointGaussian::Rows rows{at, expected.by_pose, expected.by_landmark};
+  const Vector2 innovation = innovation_of(observations_[i], expected);
+  const Matrix2 S = state_.projected_covariance(rows) + R_;
+  const double nis = innovation.dot(S.inverse() * innovation);
+  if (nis > options_.unknown.gate) return nis > options_.unknown.near * options_.unknown.gate;
+  readings_.pairings.push_back({nameless, landmark});
+  matches_.push_back({i, landmark, innovation});
+  H_.push_back(rows);
+  return true;
+}
+
+void EkfSlam::decide(const JointExplanation& explanation) {
+  auto next = static_cast<LandmarkId>(index_of_.size());
+  for (std::size_t k = 0; k < nameless_.size(); ++k) {
+    const std::size_t i = nameless_[k];
+    const int pairing = explanation.pairing[k];
+    if (pairing < 0 && is_near_[k])
+      report_.observations[i].decision = Decision::rejected;
+    else if (pairing >= 0)
+      observations_[i].landmark = entries_[readings_.pairings[static_cast<std::size_t>(pairing)].landmark].id;
+    else
+      observations_[i].landmark = next++;
+  }
+}
+
+/// Landmarks without names that ought to be seen become less likely where they are not.
+void EkfSlam::look_around() {
+  const bool has_matched = std::ranges::any_of(
+      report_.observations, [](const ObservationReport& o) { return o.decision == Decision::matched; });
+  const Pose2 pose = state_.pose();
+  std::vector<bool> is_seen(entries_.size(), false);
+  for (const std::size_t i : nameless_) {
+    const LandmarkId id = observations_[i].landmark;
+    if (id < 0 || report_.observations[i].decision == Decision::rejected) continue;
+    is_seen[static_cast<std::size_t>(find(id))] = true;
+    visibility_.saw(observations_[i].range_m, observations_[i].bearing_rad);
+  }
+  if (!has_matched) return;
+  std::vector<std::size_t> around;
+  const Pose2 sensor = pose * sensor_.body_from_sensor;
+  grid_.near(sensor.translation(), visibility_.reach_m(), entries_.size(), around);
+  std::vector<std::size_t> gone;
+  for (const std::size_t landmark : around) {
+    const ExpectedReading expected = expected_reading(pose, sensor_.body_from_sensor, grid_.place(landmark));
+    Existence& existence = entries_[landmark].existence;
+    if (!visibility_.covers(expected.range_m, expected.bearing_rad) ||
+        !existence.is_another_look(pose.translation(), expected.range_m))
+      continue;
+    if (!existence.look(pose.translation(), is_seen[landmark], visibility_)) gone.push_back(landmark);
+  }
+  std::ranges::sort(gone, std::greater<>());
+  for (const std::size_t landmark : gone) remove(landmark);
+}
+
+/// The last landmark takes its number.
+void EkfSlam::remove(std::size_t landmark) {
+  state_.remove(landmark);
+  index_of_[static_cast<std::size_t>(entries_[landmark].id)] = -1;
+  entries_[landmark] = entries_.back();
+  entries_.pop_back();
+  if (landmark < entries_.size())
+    index_of_[static_cast<std::size_t>(entries_[landmark].id)] = static_cast<std::int64_t>(landmark);
+  locate_again();
+}
+
+void EkfSlam::locate_again() {
+  grid_.clear();
+  for (std::size_t i = 0; i < entries_.size(); ++i)
+    if (!entries_[i].has_name) grid_.put(i, state_.landmark(i));
+  off_grid_m_ = 0.0;
+}
+
+/// Those of `open_` whose landmark is in the map become matches.
+void EkfSlam::match_open() {
+  matches_.clear();
+  seen_.clear();
+  std::erase_if(open_, [&](std::size_t i) {
+    const std::int64_t landmark = find(observations_[i].landmark);
+    if (landmark < 0) return false;
+    seen_.push_back(static_cast<std::size_t>(landmark));
+    matches_.push_back({i, seen_.back(), Vector2::Zero()});
     return true;
   });
-  return matches;
-}
-
-/// Columns of P Hᵀ: H has entries at the pose and at one landmark only.
-Eigen::MatrixXd EkfSlam::cross_covariance(const std::vector<Match>& matches) const {
-  Eigen::MatrixXd PHt(size_, 2 * static_cast<Index>(matches.size()));
-  Eigen::MatrixXd of_landmark(size_, 2);
-  Eigen::MatrixXd of_pose(size_, 3);
-  of_pose.topRows<3>() = full(P_);
-  of_pose.bottomRows(size_ - 3) = P_.block(3, 0, size_ - 3, 3);
-  for (std::size_t k = 0; k < matches.size(); ++k) {
-    const Index at = matches[k].at;
-    of_landmark.topRows(at) = P_.block(at, 0, 2, at).transpose();
-    of_landmark.middleRows<2>(at) = P_.block<2, 2>(at, at).selfadjointView<Eigen::Lower>();
-    of_landmark.bottomRows(size_ - at - 2) = P_.block(at + 2, at, size_ - at - 2, 2);
-    PHt.middleCols<2>(2 * static_cast<Index>(k)).noalias() =
-        of_pose * matches[k].expected.by_pose.transpose() +
-        of_landmark * matches[k].expected.by_landmark.transpose();
+  state_.activate(seen_);
+  H_.clear();
+  for (Match& match : matches_) {
+    const Index at = state_.index_of(match.landmark);
+    const ExpectedReading expected =
+        expected_reading(state_.pose(), sensor_.body_from_sensor, state_.active(at));
+    match.innovation = innovation_of(observations_[match.observation], expected);
+    H_.push_back({at, expected.by_pose, expected.by_landmark});
   }
-  return PHt;
-}
-
-Eigen::MatrixXd EkfSlam::innovation_covariance(const std::vector<Match>& matches,
-                                               const Eigen::MatrixXd& PHt) const {
-  Eigen::MatrixXd S(PHt.cols(), PHt.cols());
-  for (std::size_t k = 0; k < matches.size(); ++k) {
-    const Index row = 2 * static_cast<Index>(k);
-    S.middleRows<2>(row) = matches[k].expected.by_pose * PHt.topRows<3>() +
-                           matches[k].expected.by_landmark * PHt.middleRows<2>(matches[k].at);
-    S.block<2, 2>(row, row) += R_;
-  }
-  return S;
 }
 
 /// Eq. 6: reports every match, and leaves those that pass the gate.
-void EkfSlam::keep_gated(std::vector<Match>& matches, Eigen::MatrixXd& PHt, Eigen::MatrixXd& S) {
-  std::vector<Match> kept;
-  std::vector<Index> columns;
-  for (std::size_t k = 0; k < matches.size(); ++k) {
-    const Match& match = matches[k];
-    const double nis = match.innovation.dot(block_of(S, k).llt().solve(match.innovation));
-    const bool passes = nis <= gate_;
-    const auto landmark = static_cast<std::size_t>((match.at - kBody) / 2);
+void EkfSlam::keep_gated() {
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < matches_.size(); ++k) {
+    const Match& match = matches_[k];
+    const auto row = 2 * static_cast<Index>(k);
+    const double nis = match.innovation.dot(Matrix2(S_.block<2, 2>(row, row)).llt().solve(match.innovation));
+    const bool passes = nis <= options_.gate;
     report_.observations[match.observation] = {passes ? Decision::matched : Decision::rejected,
-                                               passes ? static_cast<LandmarkId>(landmark) : kUnknownLandmark,
+                                               passes ? number_of(match.landmark) : kUnknownLandmark,
                                                match.innovation, nis};
     if (!passes) continue;
-    ++sightings_[landmark];
-    columns.insert(columns.end(), {2 * static_cast<Index>(k), 2 * static_cast<Index>(k) + 1});
-    kept.push_back(match);
+    ++entries_[match.landmark].sightings;
+    matches_[kept] = match;
+    H_[kept++] = H_[k];
   }
-  if (kept.size() == matches.size()) return;
-  matches = std::move(kept);
-  PHt = PHt(Eigen::all, columns).eval();
-  S = S(columns, columns).eval();
+  if (kept == matches_.size()) return;
+  matches_.resize(kept);
+  H_.resize(kept);
+  covary();
 }
 
-/// Eq. 7: S = L Lᵀ, V = P Hᵀ L⁻ᵀ, P ← P − V Vᵀ, mean ← mean + V L⁻¹ ν.
-void EkfSlam::update(std::vector<Match> matches) {
-  if (matches.empty()) return;
-  Eigen::MatrixXd PHt = cross_covariance(matches);
-  Eigen::MatrixXd S = innovation_covariance(matches, PHt);
-  keep_gated(matches, PHt, S);
-  if (matches.empty()) return;
-  Eigen::VectorXd innovation(PHt.cols());
-  for (std::size_t k = 0; k < matches.size(); ++k)
-    innovation.segment<2>(2 * static_cast<Index>(k)) = matches[k].innovation;
-  const Eigen::LLT<Eigen::MatrixXd> factor(S);
-  assert(factor.info() == Eigen::Success);
-  factor.matrixL().solveInPlace(innovation);
-  factor.matrixL().transpose().solveInPlace<Eigen::OnTheRight>(PHt);
-  mean_.head(size_).noalias() += PHt * innovation;
-  P_.topLeftCorner(size_, size_).selfadjointView<Eigen::Lower>().rankUpdate(PHt, -1.0);
+void EkfSlam::covary() {
+  state_.cross_covariance(H_, PHt_);
+  state_.projected_covariance(H_, PHt_, S_);
+  for (Index row = 0; row < 2 * static_cast<Index>(H_.size()); row += 2) S_.block<2, 2>(row, row) += R_;
 }
 
-/// Eq. 8.
-void EkfSlam::add_landmark(const Observation& observation) {
-  const SightedLandmark sighted = sighted_landmark(pose(), body_from_sensor_, observation);
-  reserve(size_ + 2);
-  const Matrix3 pose_covariance = full(P_);
-  P_.block<2, 3>(size_, 0) = sighted.by_pose * pose_covariance;
-  P_.block(size_, 3, 2, size_ - 3) = sighted.by_pose * P_.block(3, 0, size_ - 3, 3).transpose();
-  P_.block<2, 2>(size_, size_) = sighted.by_pose * pose_covariance * sighted.by_pose.transpose() +
-                                 sighted.by_reading * R_ * sighted.by_reading.transpose();
-  mean_.segment<2>(size_) = sighted.in_world;
-  const auto id = static_cast<std::size_t>(observation.landmark);
+void EkfSlam::update_matched() {
+  if (matches_.empty()) return;
+  covary();
+  keep_gated();
+  if (matches_.empty()) return;
+  const auto size = 2 * static_cast<Index>(matches_.size());
+  if (innovation_.size() < size) innovation_.resize(2 * size);
+  for (std::size_t k = 0; k < matches_.size(); ++k)
+    innovation_.segment<2>(2 * static_cast<Index>(k)) = matches_[k].innovation;
+  state_.update(H_, PHt_, S_, innovation_);
+  for (const Match& match : matches_)
+    if (grid_.contains(match.landmark)) {
+      const Vector2 place = state_.landmark(match.landmark);
+      off_grid_m_ = std::max(off_grid_m_, (place - grid_.place(match.landmark)).norm());
+    }
+}
+
+void EkfSlam::add_landmark(std::size_t i) {
+  const SightedLandmark sighted = sighted_landmark(state_.pose(), sensor_.body_from_sensor, observations_[i]);
+  state_.append(sighted.in_world, sighted.by_pose, sighted.by_reading * R_ * sighted.by_reading.transpose());
+  const auto id = static_cast<std::size_t>(observations_[i].landmark);
   if (index_of_.size() <= id) index_of_.resize(id + 1, -1);
-  index_of_[id] = size_;
-  ids_.push_back(observation.landmark);
-  sightings_.push_back(1);
-  size_ += 2;
+  index_of_[id] = static_cast<std::int64_t>(entries_.size());
+  const bool has_name = std::ranges::find(nameless_, i) == nameless_.end();
+  if (!has_name) grid_.put(entries_.size(), sighted.in_world);
+  entries_.push_back({observations_[i].landmark, 1, has_name, {0.0, state_.pose().translation()}});
+  report_.observations[i].decision = Decision::created;
+  report_.observations[i].landmark = number_of(entries_.size() - 1);
 }
 
-void EkfSlam::reserve(Index size) {
-  if (size <= P_.rows()) return;
-  const Index capacity = std::max(size, 2 * P_.rows());
-  mean_.conservativeResize(capacity);
-  P_.conservativeResize(capacity, capacity);
+/// What a report calls it: landmarks without names may get another place in the map, but keep their id.
+LandmarkId EkfSlam::number_of(std::size_t landmark) const {
+  return entries_[landmark].has_name ? static_cast<LandmarkId>(landmark) : entries_[landmark].id;
 }
 
-EkfSlam::Index EkfSlam::find(LandmarkId id) const {
+std::int64_t EkfSlam::find(LandmarkId id) const {
   const auto i = static_cast<std::size_t>(id);
   return i < index_of_.size() ? index_of_[i] : -1;
 }
 
-Pose2 EkfSlam::pose() const {
-  return {mean_[0], mean_[1], mean_[2]};
-}
-
-PoseEstimate EkfSlam::estimate() const {
-  return {pose(), full(P_), mean_.segment<3>(3),
-          Matrix3(P_.block<3, 3>(3, 3).selfadjointView<Eigen::Lower>())};
-}
-
 MappedLandmark EkfSlam::landmark(std::size_t index) const {
-  const Index at = kBody + 2 * static_cast<Index>(index);
-  return {ids_[index], mean_.segment<2>(at), Matrix2(P_.block<2, 2>(at, at).selfadjointView<Eigen::Lower>()),
-          sightings_[index]};
-}
-
-Eigen::MatrixXd EkfSlam::covariance() const {
-  return P_.topLeftCorner(size_, size_).selfadjointView<Eigen::Lower>();
+  return {entries_[index].id, state_.landmark(index), state_.landmark_covariance(index),
+          entries_[index].sightings};
 }
 
 }  // namespace trundle

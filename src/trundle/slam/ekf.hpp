@@ -3,66 +3,98 @@
 #include <span>
 #include <vector>
 
-#include "trundle/slam/association.hpp"
-#include "trundle/slam/report.hpp"
+#include "trundle/slam/existence.hpp"
+#include "trundle/slam/joint_compatibility.hpp"
+#include "trundle/slam/joint_gaussian.hpp"
+#include "trundle/slam/landmark_grid.hpp"
 
 namespace trundle {
+
+/// Of sightings without names. docs/slam.md, 'Without names'.
+struct UnknownIdOptions {
+  double gate = 9.2103403719761836;  ///< NIS of a match is at most this: 99 % of the honest ones
+  double near = 2.0;  ///< what is within this times the gate of a landmark, but not it, is no new one
+};
 
 struct EkfSlamOptions {
   SlamPrior prior = {};
   double gate = kDefaultGate;  ///< a sighting whose squared innovation is above is rejected
+  UnknownIdOptions unknown = {};
 };
 
-/// Pose, systematic errors of the odometry and landmarks as one Gaussian: mean (x, y, heading, s, x_1, y_1,
-/// ...) and joint covariance, of which only the lower triangle is kept. All sightings of a step are one
-/// update, so that each entry of the covariance is touched once. Equations: docs/slam.md.
+/// Pose, systematic errors of the odometry and landmarks as one Gaussian: JointGaussian, with all sightings
+/// of a step in one update. Equations: docs/slam.md.
 class EkfSlam {
  public:
   EkfSlam(const LandmarkSensor& sensor, const EkfSlamOptions& options);
 
   const StepReport& step(const Motion& motion, std::span<const Observation> observations);
 
-  PoseEstimate estimate() const;
-  std::size_t landmarks() const { return ids_.size(); }
+  PoseEstimate estimate() const { return state_.body(); }
+  std::size_t landmarks() const { return entries_.size(); }
   MappedLandmark landmark(std::size_t index) const;
-  /// The whole joint covariance.
-  Eigen::MatrixXd covariance() const;
+  /// The whole joint covariance, in the order x, y, heading, s, x_1, y_1, ...
+  Eigen::MatrixXd covariance() const { return state_.covariance(); }
 
  private:
   using Index = Eigen::Index;
   /// An observation of a landmark that the map has.
   struct Match {
     std::size_t observation;
-    Index at;  ///< of the landmark's x in the state
-    ExpectedReading expected;
+    std::size_t landmark;
     Vector2 innovation;
   };
 
-  Pose2 pose() const;
-  void predict(const Motion& motion);
-  std::vector<Observation> recognise(std::span<const Observation> observations);
-  std::vector<Fit> fits_of(const Observation& observation) const;
-  std::vector<Match> matches_of(std::span<const Observation> observations, std::vector<std::size_t>& open);
-  void update(std::vector<Match> matches);
-  Eigen::MatrixXd cross_covariance(const std::vector<Match>& matches) const;
-  Eigen::MatrixXd innovation_covariance(const std::vector<Match>& matches, const Eigen::MatrixXd& PHt) const;
-  void keep_gated(std::vector<Match>& matches, Eigen::MatrixXd& PHt, Eigen::MatrixXd& S);
-  void add_landmark(const Observation& observation);
-  void reserve(Index size);
-  Index find(LandmarkId id) const;
+  /// A landmark.
+  struct Entry {
+    LandmarkId id;
+    std::size_t sightings;
+    bool has_name;  ///< given by the caller: it exists
+    Existence existence;
+  };
 
-  Pose2 body_from_sensor_;
-  double max_range_m_;
+  void predict(const Motion& motion);
+  void recognise();
+  void find_candidates();
+  void pair_up();
+  bool pair(std::size_t nameless, std::size_t landmark);
+  void decide(const JointExplanation& explanation);
+  void match_open();
+  void covary();
+  void keep_gated();
+  void update_matched();
+  void add_landmark(std::size_t observation);
+  void look_around();
+  void remove(std::size_t landmark);
+  void locate_again();
+  std::int64_t find(LandmarkId id) const;
+  LandmarkId number_of(std::size_t landmark) const;
+
+  LandmarkSensor sensor_;
   Matrix2 R_;
-  double gate_;
-  static constexpr Index kBody = 6;  ///< pose and systematic errors
-  Index size_ = kBody;
-  Eigen::VectorXd mean_;
-  Eigen::MatrixXd P_;  ///< its first size_ rows and columns count, below the diagonal
-  std::vector<LandmarkId> ids_;
-  std::vector<std::size_t> sightings_;
-  std::vector<Index> index_of_;  ///< by id; −1: not in the map
+  EkfSlamOptions options_;
+  std::vector<double> joint_limits_;
+  JointGaussian state_;
+  std::vector<Entry> entries_;
+  std::vector<std::int64_t> index_of_;  ///< by id; −1: not in the map
+  LandmarkGrid grid_;                   ///< of landmarks without names
+  double off_grid_m_ = 0.0;             ///< so far have landmarks moved since all were put there
+  Visibility visibility_;
   StepReport report_;
+  // Of one step; kept so that steps with names allocate nothing.
+  std::vector<Observation> observations_;
+  std::vector<std::size_t> open_;  ///< observations without a landmark yet
+  std::vector<std::size_t> seen_;  ///< landmarks
+  std::vector<Match> matches_;
+  std::vector<JointGaussian::Rows> H_;
+  Strips PHt_;
+  Eigen::MatrixXd S_;
+  Eigen::VectorXd innovation_;
+  // Of the sightings without names.
+  std::vector<std::size_t> nameless_;
+  std::vector<std::vector<std::size_t>> candidates_;
+  std::vector<bool> is_near_;  ///< a landmark that it is not
+  JointReadings readings_;
 };
 
 }  // namespace trundle

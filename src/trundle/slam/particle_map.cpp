@@ -7,9 +7,9 @@ LandmarkId ParticleMap::find(LandmarkId id) const {
   return i < index_of_.size() ? index_of_[i] : kUnknownLandmark;
 }
 
-LandmarkId ParticleMap::add(LandmarkId id, Ancestry& ancestry) {
+LandmarkId ParticleMap::add(LandmarkId id, const Vector2& origin, Ancestry& ancestry) {
   const auto landmark = static_cast<LandmarkId>(entries_.size());
-  entries_.push_back({id, ancestry.now(), LandmarkColumns(particles_), 1});
+  entries_.push_back({id, ancestry.now(), LandmarkColumns(particles_, precision_, origin), 1});
   ancestry.hold(ancestry.now());
   const auto i = static_cast<std::size_t>(id);
   if (index_of_.size() <= i) index_of_.resize(i + 1, kUnknownLandmark);
@@ -17,10 +17,22 @@ LandmarkId ParticleMap::add(LandmarkId id, Ancestry& ancestry) {
   return landmark;
 }
 
+template <class Real>
+void ParticleMap::gather_as(Entry& entry, const Ancestry& ancestry) {
+  for (std::size_t k = 0; k < LandmarkColumns::kColumns; ++k) {
+    const std::size_t at = k * spare_.stride();
+    ancestry.gather(entry.epoch, entry.columns.numbers<Real>() + at, spare_.numbers<Real>() + at);
+  }
+  entry.columns.swap_numbers(spare_);
+}
+
 LandmarkColumns& ParticleMap::current(LandmarkId landmark, Ancestry& ancestry) {
   Entry& entry = entries_[static_cast<std::size_t>(landmark)];
   if (entry.epoch == ancestry.now()) return entry.columns;
-  for (std::size_t k = 0; k < 5; ++k) ancestry.gather(entry.epoch, entry.columns.column(k));
+  if (precision_ == Precision::float32)
+    gather_as<float>(entry, ancestry);
+  else
+    gather_as<double>(entry, ancestry);
   ancestry.hold(ancestry.now());
   ancestry.release(entry.epoch);
   entry.epoch = ancestry.now();

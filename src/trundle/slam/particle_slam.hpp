@@ -4,6 +4,9 @@
 #include <vector>
 
 #include "trundle/simulation/random.hpp"
+#include "trundle/slam/jury.hpp"
+#include "trundle/slam/particle_kernels.hpp"
+#include "trundle/slam/particle_map.hpp"
 #include "trundle/slam/particle_paths.hpp"
 #include "trundle/slam/swarm.hpp"
 
@@ -17,6 +20,9 @@ enum class Proposal {
   swarm_gaussian,  ///< from a Gaussian at the swarm's optimum, weighted for it
 };
 
+/// Of Random: which of its streams resampling draws from.
+inline constexpr std::uint64_t kResamplingStream = 1;
+
 struct ParticleSlamOptions {
   Proposal proposal = Proposal::linearised;
   std::size_t particles = 100;
@@ -25,6 +31,7 @@ struct ParticleSlamOptions {
   double gate = kDefaultGate;   ///< a sighting is rejected when most particles find its NIS above
   double resample_below = 0.5;  ///< effective particles, as a share of all
   bool keep_paths = true;       ///< false: memory does not grow with time
+  Precision map_precision = Precision::float32;
   SwarmOptions swarm = {};
 };
 
@@ -46,7 +53,7 @@ class ParticleSlam {
   MappedLandmark landmark(std::size_t index) const;
 
   /// As they were last drawn: at the last step with sightings.
-  std::span<const Pose2> poses() const { return poses_; }
+  std::vector<Pose2> poses() const;
   std::vector<double> weights() const;
   /// Of the particle with the largest weight: poses after each step; empty when paths are not kept.
   std::vector<Pose2> best_path() const;
@@ -60,34 +67,43 @@ class ParticleSlam {
     KnownReading known;
   };
 
-  std::vector<Pose2> predicted() const;
+  void recognise(std::span<const Observation> observations);
+  void predict_poses();
   Matrix3 predicted_covariance() const;
-  void learn_systematic(std::span<const Pose2> predicted);
-  std::vector<Seen> recognise(std::span<const Observation> observations, std::vector<std::size_t>& open);
-  void reject_outliers(std::span<const Pose2> predicted, std::vector<Seen>& seen);
-  void propose(std::span<const Pose2> predicted, std::span<const Seen> seen);
-  void sample_gaussian(const PoseTarget& target, std::size_t particle, Vector3& n);
-  void weigh(const Seen& seen);
+  void reject_outliers();
+  void propose();
+  void draw_near_sightings(const Placement& placement);
+  void learn_systematic();
+  void weigh();
   void add_landmark(const Observation& observation, std::size_t index);
   void normalise();
   void resample();
   std::size_t best_particle() const;
-  Random& random_of(std::size_t particle) { return random_[particle / kParticleBlock]; }
-  Vector3 normal_of(std::size_t particle);
+  ParticleRange all() const { return {0, padded(options_.particles)}; }
+  Draw next_draw() { return {options_.seed, draws_++, 0}; }
 
   LandmarkSensor sensor_;
   ParticleSlamOptions options_;
-  std::vector<Random> random_;  ///< one for each block of particles, and one for resampling
-  std::vector<Pose2> poses_;
-  std::vector<SensorAt> sensors_;
-  std::vector<double> log_weights_;  ///< the largest is 0
-  std::vector<double> weights_;      ///< sum to 1
+  std::uint64_t draws_ = 0;     ///< so many numbers each particle has drawn
+  std::vector<Random> random_;  ///< of the swarm: one for each block of particles
+  Random resampling_;
+  PoseColumns poses_;
+  PoseColumns predicted_;  ///< before their noise of this step
+  TripleColumns n_;        ///< that noise, whitened
+  TripleColumns z_;        ///< a second draw, where n is what the swarm has found
+  SensorColumns sensors_;
+  Column<double> log_weights_;  ///< the largest is 0
+  Column<double> weights_;      ///< sum to 1
   Ancestry ancestry_;
   ParticleMap map_;
+  Jury jury_;
   ParticlePaths paths_;
-  std::vector<Systematic> systematic_;  ///< each particle's mean, given its path
+  TripleColumns systematic_;            ///< each particle's mean, given its path
   Matrix3 systematic_covariance_;       ///< the same for all: paths differ in where they went, not in how
   Motion pending_;                      ///< since the poses were drawn
+  std::vector<Seen> seen_;              ///< in this step, of landmarks in the map
+  std::vector<KnownReading> readings_;  ///< of those seen
+  std::vector<std::size_t> open_;       ///< valid observations of this step that show none of them
   StepReport report_;
 };
 

@@ -29,7 +29,7 @@ SensorAt sensor_at(const Pose2& world_from_body, const Pose2& body_from_sensor) 
           body.cos * bc - body.sin * bs, body.sin * bc + body.cos * bs};
 }
 
-PoseTarget::PoseTarget(std::span<const Pose2> predicted, const Matrix3& motion_covariance,
+PoseTarget::PoseTarget(const PoseColumns& predicted, const Matrix3& motion_covariance,
                        const Pose2& body_from_sensor, std::span<const KnownReading> readings)
     : predicted_(predicted),
       body_from_sensor_(body_from_sensor),
@@ -38,7 +38,7 @@ PoseTarget::PoseTarget(std::span<const Pose2> predicted, const Matrix3& motion_c
       invertible_(L_.diagonal().minCoeff() > 0.0) {}
 
 Vector3 PoseTarget::whitened(std::size_t particle, const Pose2& pose) const {
-  const Vector3 e = log(predicted_[particle].inverse() * pose).vector();
+  const Vector3 e = log(predicted(particle).inverse() * pose).vector();
   return L_.triangularView<Eigen::Lower>().solve(e);
 }
 
@@ -103,7 +103,7 @@ WhitenedGaussian PoseTarget::gaussian_near(std::size_t particle, const Vector3& 
 }
 
 PoseTarget::Surprise PoseTarget::surprise(std::size_t particle, const KnownReading& known) const {
-  const Pose2& at = predicted_[particle];
+  const Pose2 at = predicted(particle);
   const SensorAt sensor = sensor_at(at, body_from_sensor_);
   const Sight sight = sight_of(sensor, known.reading, known.landmark->at(particle));
   const Matrix23 A = derivative(at, sensor, sight);

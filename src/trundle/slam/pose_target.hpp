@@ -4,15 +4,10 @@
 #include <vector>
 
 #include "trundle/geometry/gaussian.hpp"
-#include "trundle/slam/particle_map.hpp"
+#include "trundle/slam/landmark_kernels.hpp"
+#include "trundle/slam/observation.hpp"
 
 namespace trundle {
-
-/// A reading of a landmark that the map has.
-struct KnownReading {
-  ReadingTerms reading;
-  const LandmarkColumns* landmark;
-};
 
 ReadingTerms reading_terms(const Observation& observation, const LandmarkSensor& sensor);
 SensorAt sensor_at(const Pose2& world_from_body, const Pose2& body_from_sensor);
@@ -28,18 +23,17 @@ struct WhitenedGaussian {
 /// predicted · exp(e), e = L n with L Lᵀ the motion's covariance, so the prior of n is standard normal.
 class PoseTarget {
  public:
-  /// `predicted`: of each particle, before noise. Both spans must outlive the target.
-  PoseTarget(std::span<const Pose2> predicted, const Matrix3& motion_covariance,
-             const Pose2& body_from_sensor, std::span<const KnownReading> readings);
+  /// `predicted`: of each particle, before noise. It and the readings must outlive the target.
+  PoseTarget(const PoseColumns& predicted, const Matrix3& motion_covariance, const Pose2& body_from_sensor,
+             std::span<const KnownReading> readings);
 
-  std::size_t particles() const { return predicted_.size(); }
   bool sees_something() const { return !readings_.empty(); }
   /// False where the motion is certain in some direction: then nothing can be searched.
   bool can_be_searched() const { return invertible_; }
 
-  const Pose2& predicted(std::size_t particle) const { return predicted_[particle]; }
+  Pose2 predicted(std::size_t particle) const { return predicted_.at(particle); }
   Pose2 pose(std::size_t particle, const Vector3& n) const {
-    return predicted_[particle] * exp(Twist2::from(L_ * n));
+    return predicted(particle) * exp(Twist2::from(L_ * n));
   }
   /// The n of a pose; the pose must be one that can_be_searched().
   Vector3 whitened(std::size_t particle, const Pose2& pose) const;
@@ -67,7 +61,7 @@ class PoseTarget {
   /// ∂(along, across)/∂n at a pose.
   Matrix23 derivative(const Pose2& pose, const SensorAt& sensor, const Sight& sight) const;
 
-  std::span<const Pose2> predicted_;
+  const PoseColumns& predicted_;
   Pose2 body_from_sensor_;
   std::span<const KnownReading> readings_;
   Matrix3 L_;

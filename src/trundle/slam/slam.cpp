@@ -24,7 +24,7 @@ const Method& entry_of(SlamMethod method) {
 }
 
 std::variant<EkfSlam, ParticleSlam> made(const LandmarkSensor& sensor, const SlamOptions& options) {
-  if (options.method == SlamMethod::ekf) return EkfSlam(sensor, {options.prior, options.gate});
+  if (options.method == SlamMethod::ekf) return EkfSlam(sensor, {.prior = options.prior, .gate = options.gate});
   return ParticleSlam(sensor, {.proposal = entry_of(options.method).proposal,
                                .particles = options.particles,
                                .seed = options.seed,
@@ -32,6 +32,7 @@ std::variant<EkfSlam, ParticleSlam> made(const LandmarkSensor& sensor, const Sla
                                .gate = options.gate,
                                .resample_below = options.resample_below,
                                .keep_paths = options.keep_paths,
+                               .map_precision = options.map_precision,
                                .swarm = options.swarm});
 }
 

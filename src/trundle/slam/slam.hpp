@@ -25,10 +25,11 @@ struct SlamOptions {
   std::size_t particles = 100;  ///< `ekf` has none
   std::uint64_t seed = 1;       ///< `ekf` needs none
   SlamPrior prior = {};
-  double gate = kDefaultGate;   ///< NIS above which a sighting is an outlier
-  double resample_below = 0.5;  ///< effective particles, as a share of all
-  bool keep_paths = true;       ///< false: no best path, and memory does not grow with time
-  SwarmOptions swarm = {};      ///< of `mapso` and `mapso_proposal`
+  double gate = kDefaultGate;                    ///< NIS above which a sighting is an outlier
+  double resample_below = 0.5;                   ///< effective particles, as a share of all
+  bool keep_paths = true;                        ///< false: no best path, and memory does not grow with time
+  Precision map_precision = Precision::float32;  ///< of the particles' maps
+  SwarmOptions swarm = {};                       ///< of `mapso` and `mapso_proposal`
 };
 
 /// Any of the filters: a value; a copy continues independently.

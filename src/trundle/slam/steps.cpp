@@ -23,6 +23,9 @@ std::vector<Sighting> timely_sightings(const Recording& recording, const Landmar
 /// Numbers for names, in order of first sight.
 class Names {
  public:
+  explicit Names(const std::vector<std::string>& first) {
+    for (const std::string& name : first) id_of(name);
+  }
   LandmarkId id_of(const std::string& name) {
     const auto [at, is_new] = ids_.try_emplace(name, static_cast<LandmarkId>(names_.size()));
     if (is_new) names_.push_back(name);
@@ -73,7 +76,7 @@ class MotionSum {
 class Cutter {
  public:
   Cutter(const Robot& robot, const SlamInputOptions& options, std::vector<Sighting> sightings)
-      : options_(options), motion_(robot), sightings_(std::move(sightings)) {}
+      : options_(options), motion_(robot), sightings_(std::move(sightings)), names_(options.names) {}
 
   SlamInput cut(const AlignedReadings& readings) {
     input_.start_s = now_s_ = last_step_s_ = readings.start_s;

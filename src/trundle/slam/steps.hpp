@@ -20,7 +20,7 @@ struct SlamStep {
 struct SlamInput {
   double start_s = 0.0;
   std::vector<SlamStep> steps;
-  std::vector<std::string> landmarks;  ///< name of each LandmarkId, in order of first sight
+  std::vector<std::string> landmarks;  ///< name of each LandmarkId: those given, then in order of first sight
   std::vector<Problem> problems;
 
   std::size_t observations() const;
@@ -29,6 +29,7 @@ struct SlamInput {
 struct SlamInputOptions {
   double longest_step_s = 0.1;  ///< without sightings a step ends with the first interval after so long
   bool hide_ids = false;        ///< every sighting's landmark is unknown
+  std::vector<std::string> names = {};  ///< those of a map: they are the first LandmarkIds, in this order
 };
 
 /// Cuts the recording's increments at the stamps of its sightings (time_offset_s of the landmark sensor

@@ -27,11 +27,11 @@ Vector3 difference(const Pose2& from, const Pose2& to) {
 
 class Swarm {
  public:
-  Swarm(const PoseTarget& target, const SwarmOptions& options, std::span<Random> random,
-        std::span<const Vector3> start)
-      : target_(target), options_(options), random_(random), lattice_(lattice_of(start.size())) {
-    for (std::size_t i = 0; i < start.size(); ++i) {
-      const Vector3 n = target.clamped(start[i]);
+  Swarm(const PoseTarget& target, const SwarmOptions& options, std::size_t particles,
+        std::span<Random> random, const TripleColumns& start)
+      : target_(target), options_(options), random_(random), lattice_(lattice_of(particles)) {
+    for (std::size_t i = 0; i < particles; ++i) {
+      const Vector3 n = target.clamped(start.at(i));
       const PoseTarget::Value value = target.at(i, n);
       agents_.push_back({n, value, n, value});
     }
@@ -162,12 +162,12 @@ Lattice lattice_of(std::size_t particles) {
   return all.rows == 1 && particles > 3 ? most_square(particles - 1) : all;
 }
 
-void refine_by_swarm(const PoseTarget& target, const SwarmOptions& options, std::span<Random> random,
-                     std::span<Vector3> n) {
+void refine_by_swarm(const PoseTarget& target, const SwarmOptions& options, std::size_t particles,
+                     std::span<Random> random, TripleColumns& n) {
   if (!target.sees_something() || !target.can_be_searched()) return;
-  Swarm swarm(target, options, random, n);
+  Swarm swarm(target, options, particles, random, n);
   swarm.iterate();
-  for (std::size_t i = 0; i < n.size(); ++i) n[i] = swarm.agents()[i].best;
+  for (std::size_t i = 0; i < particles; ++i) n.set(i, swarm.agents()[i].best);
 }
 
 }  // namespace trundle

@@ -26,8 +26,8 @@ inline constexpr std::size_t kParticleBlock = 64;
 /// Moves every particle to a better pose: agents on a torus lattice compete with their neighbours, fly as a
 /// swarm, and the best of them searches around itself. `n` (whitened, one for each particle) comes in as
 /// drawn from the motion and leaves as the best that each agent has found. docs/slam.md, 'The swarm'.
-void refine_by_swarm(const PoseTarget& target, const SwarmOptions& options, std::span<Random> random,
-                     std::span<Vector3> n);
+void refine_by_swarm(const PoseTarget& target, const SwarmOptions& options, std::size_t particles,
+                     std::span<Random> random, TripleColumns& n);
 
 /// The agents' lattice: the most nearly square factorisation of the particles; of a prime number of them one
 /// is left out.

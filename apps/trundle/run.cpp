@@ -1,0 +1,72 @@
+#include "trundle/pipeline/run.hpp"
+
+#include <cstdio>
+#include <memory>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "command.hpp"
+
+namespace trundle::app {
+namespace {
+
+struct Options {
+  RunQuestion question;
+  std::string filter = std::string(name_of(SlamMethod::fastslam2));
+  std::string output;
+  Common common;
+};
+
+std::string line_of(const Stage& stage) {
+  return fmt::format("{:<14} {:<8} {}\n", stage.name, name_of(stage.status), stage.message);
+}
+
+/// What runs now, on a terminal; each stage as it is done, on stdout.
+OnProgress progress_of(const Common& common) {
+  const bool terminal = isatty(STDERR_FILENO) == 1 && !common.quiet;
+  return [common, terminal](const RunProgress& progress) {
+    if (terminal && progress.finished == nullptr) fmt::print(stderr, "\r\x1b[K{} ...", progress.stage);
+    if (progress.finished == nullptr) return;
+    if (terminal) fmt::print(stderr, "\r\x1b[K");
+    if (common.quiet || common.json) return;
+    fmt::print("{}", line_of(*progress.finished));
+    std::fflush(stdout);
+  };
+}
+
+void run(const Options& options) {
+  RunQuestion question = options.question;
+  question.output = options.output;
+  question.slam.method = *slam_method_named(options.filter);
+  const RunAnswer answer = trundle::run(question, progress_of(options.common));
+  print(options.common, document_of(answer), fmt::format("written to {}\n", options.output));
+}
+
+}  // namespace
+
+void add_run(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  RunQuestion& question = options->question;
+  CLI::App* command = add_command(
+      app, "run", "All of it in one go: health, calibration, odometry, slip, map, errors, one page",
+      "trundle run my_tour --robot robot.toml --calibrate-on my_squares -o out/my_tour", options->common);
+  command->add_option("RECORDING", question.recording, "Recording folder")->required();
+  command->add_option("--robot", question.robot, "Robot file")->required();
+  command->add_option("--calibrate-on", question.calibrate_on,
+                      "Recordings to calibrate on, instead of RECORDING; it is held out then");
+  command->add_option("--learn", question.learn, "Recordings without slip, to measure the noise on");
+  command->add_option("--filter", options->filter, "Which filter maps the landmarks")
+      ->check(CLI::IsMember(slam_method_names()))
+      ->capture_default_str();
+  command->add_option("--particles", question.slam.particles, "Particles of the particle filters")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  command->add_option("--seed", question.slam.seed, "Seed of the particle filters' random numbers")
+      ->capture_default_str();
+  command->add_option("--robot-number", question.robot_number, "Which robot of a UTIAS MRCLAM folder");
+  command->add_option("-o,--output", options->output, "Folder for all results")->required();
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace trundle::app

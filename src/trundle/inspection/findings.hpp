@@ -1,0 +1,30 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "trundle/odometry/effective_track.hpp"
+#include "trundle/recording/gyro_noise.hpp"
+#include "trundle/recording/inspect.hpp"
+#include "trundle/recording/time_offset.hpp"
+
+namespace trundle {
+
+/// All that can be told of one recording before anything is done with it.
+struct Findings {
+  std::vector<StreamSummary> streams;
+  std::vector<Problem> problems;     ///< of reading, aligning and comparing the sensors
+  std::vector<std::string> missing;  ///< and what to add, in sentences
+  // With a robot:
+  std::optional<Abilities> abilities;
+  bool compares_clocks = false;  ///< wheels that see turns and a gyro are there
+  std::optional<TimeOffset> gyro_time_offset;
+  std::vector<TrackOnGround> tracks;  ///< where wheels must scrub in turns
+};
+
+/// Looks at a recording, and at how it fits the robot. Readings are aligned once; where they cannot be,
+/// `missing` says why.
+Findings find_in(const Recording& recording, const Robot* robot = nullptr);
+
+}  // namespace trundle

@@ -1,0 +1,59 @@
+#include "trundle/pipeline/calibration_answer.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "trundle/calibration/export.hpp"
+#include "trundle/report/calibration_json.hpp"
+#include "trundle/report/json_text.hpp"
+
+namespace trundle {
+namespace {
+
+Provenance provenance_of(std::span<const Recording> training, std::span<const Recording> hold_out,
+                         const RobotFile& nominal, const CalibrateOptions& options) {
+  Provenance provenance;
+  provenance.inputs.push_back(nominal.file);
+  for (const Recording& recording : training) add_inputs(recording.inputs, provenance);
+  for (const Recording& recording : hold_out) add_inputs(recording.inputs, provenance);
+  for (const std::string& name : options.free) provenance.options.emplace_back("free", name);
+  for (const std::string& name : options.fix) provenance.options.emplace_back("fix", name);
+  if (options.learn_noise) provenance.options.emplace_back("learn_noise", "true");
+  return provenance;
+}
+
+}  // namespace
+
+CalibrationAnswer answer_calibration(std::span<const Recording> training, std::span<const Recording> hold_out,
+                                     const RobotFile& nominal, const CalibrateOptions& options) {
+  CalibrationAnswer answer{.provenance = provenance_of(training, hold_out, nominal, options),
+                           .result = calibrate(training, hold_out, nominal.robot, options)};
+  add_provenance(answer.provenance, answer.result);
+  return answer;
+}
+
+void add_provenance(const Provenance& provenance, CalibrationResult& result) {
+  if (!result.calibrated.calibration) return;
+  std::vector<std::string>& lines = result.calibrated.calibration->provenance;
+  const std::vector<std::string> named = to_lines(provenance);
+  lines.insert(lines.begin(), named.begin(), named.end());
+}
+
+std::vector<OutputFile> files_of(const CalibrationAnswer& answer, const std::filesystem::path& robot,
+                                 const std::string& export_format) {
+  const CalibrationResult& result = answer.result;
+  std::vector<OutputFile> files = {
+      {robot, to_toml(result.calibrated)},
+      {robot.parent_path() / "calibration.json", json_text(document_of(answer))}};
+  if (!export_format.empty())
+    files.push_back(
+        {robot.parent_path() / fmt::format("{}.{}", robot.stem().string(), export_suffix(export_format)),
+         export_robot(export_format, result.nominal, result.calibrated)});
+  return files;
+}
+
+nlohmann::ordered_json document_of(const CalibrationAnswer& answer) {
+  return calibration_json(answer.result, to_json(answer.provenance));
+}
+
+}  // namespace trundle

@@ -1,0 +1,93 @@
+#include "trundle/pipeline/evaluation_answer.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "trundle/io/error.hpp"
+#include "trundle/recording/increments.hpp"
+
+namespace trundle {
+namespace {
+
+nlohmann::ordered_json json_of(const RelativePoseError& error) {
+  nlohmann::ordered_json json = {{"distance_m", error.distance_m}, {"pairs", error.pairs}};
+  if (error.pairs == 0) return json;
+  json["translation_rms_m"] = error.translation_rms_m;
+  json["translation_mean_percent"] = error.translation_mean_percent;
+  json["heading_rms_deg"] = degrees(error.heading_rms_rad);
+  return json;
+}
+
+nlohmann::ordered_json json_of(const Nees& nees) {
+  return {{"degrees_of_freedom", nees.degrees_of_freedom},
+          {"mean", nees.mean},
+          {"bound_95", nees.bound_95},
+          {"share_inside_95", nees.share_inside_95},
+          {"poses", nees.poses},
+          {"without_covariance", nees.without_covariance}};
+}
+
+nlohmann::ordered_json json_of(const Evaluation& e) {
+  const Pose2& T = e.reference_from_estimate;
+  nlohmann::ordered_json json;
+  json["alignment"] = {
+      {"kind", name_of(e.alignment)}, {"x_m", T.x}, {"y_m", T.y}, {"heading_deg", degrees(T.heading)}};
+  json["overlap"] = {{"first_s", e.first_s},
+                     {"last_s", e.last_s},
+                     {"duration_s", e.overlap_s()},
+                     {"compared", e.compared},
+                     {"estimate_poses", e.estimate_poses},
+                     {"reference_poses", e.reference_poses}};
+  json["path_m"] = e.path_m;
+  json["position_m"] = {{"rms", e.position_m.rms},
+                        {"mean", e.position_m.mean},
+                        {"median", e.position_m.median},
+                        {"max", e.position_m.max}};
+  if (e.heading_rms_rad) json["heading_rms_deg"] = degrees(*e.heading_rms_rad);
+  json["final"] = {{"position_m", e.final_position_m}};
+  if (e.final_percent) json["final"]["percent_of_path"] = *e.final_percent;
+  if (e.final_heading_rad) json["final"]["heading_deg"] = degrees(*e.final_heading_rad);
+  json["relative"] = nlohmann::ordered_json::array();
+  for (const RelativePoseError& error : e.relative) json["relative"].push_back(json_of(error));
+  if (e.nees) json["nees"] = json_of(*e.nees);
+  return json;
+}
+
+}  // namespace
+
+TrajectoryFile read_trajectory_file(const std::filesystem::path& path) {
+  if (std::filesystem::is_directory(path)) return reference_of(read_recording(path), path);
+  return {read_trajectory(path), input_file(path)};
+}
+
+TrajectoryFile reference_of(const Recording& recording, const std::filesystem::path& path) {
+  TrajectoryFile reference{reference_trajectory(recording), {}};
+  if (reference.trajectory.poses.empty()) reference.trajectory = positions_of(recording.reference);
+  if (reference.trajectory.poses.empty())
+    throw InputError(path.string(), "the recording holds no reference position", "a reference with x and y");
+  const auto file = path / "reference.csv";
+  reference.file = std::filesystem::exists(file) ? input_file(file) : InputFile{path.string(), ""};
+  return reference;
+}
+
+EvaluationAnswer answer_evaluation(const TrajectoryFile& estimate, const TrajectoryFile& reference,
+                                   const EvaluateOptions& options, const RobotFile* robot) {
+  EvaluationAnswer answer;
+  answer.provenance = {.inputs = {estimate.file, reference.file},
+                       .options = {{"align", std::string(name_of(options.alignment))},
+                                   {"longest_gap_s", fmt::format("{}", options.longest_gap_s)}},
+                       .seed = std::nullopt};
+  if (robot != nullptr) answer.provenance.inputs.push_back(robot->file);
+  answer.evaluation = evaluate(
+      robot != nullptr ? of_reference_sensor(estimate.trajectory, robot->robot) : estimate.trajectory,
+      reference.trajectory, options);
+  return answer;
+}
+
+nlohmann::ordered_json document_of(const EvaluationAnswer& answer) {
+  nlohmann::ordered_json document = to_json(answer.provenance);
+  document.update(json_of(answer.evaluation));
+  return document;
+}
+
+}  // namespace trundle

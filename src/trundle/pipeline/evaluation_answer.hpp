@@ -1,0 +1,38 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "trundle/evaluation/evaluate.hpp"
+#include "trundle/pipeline/files.hpp"
+#include "trundle/pipeline/provenance.hpp"
+
+namespace trundle {
+
+/// A trajectory and the file that it came from.
+struct TrajectoryFile {
+  Trajectory trajectory;
+  InputFile file;
+};
+/// trajectory.csv, .tum, reference.csv, or the reference of a recording folder. Throws InputError.
+TrajectoryFile read_trajectory_file(const std::filesystem::path& path);
+/// The reference of a recording that has been read from `path`.
+TrajectoryFile reference_of(const Recording& recording, const std::filesystem::path& path);
+
+struct EvaluationAnswer {
+  Provenance provenance;
+  Evaluation evaluation;
+};
+
+/// What `trundle evaluate` does; with a robot the estimate is of its body, and the reference of its reference
+/// sensor. Throws as evaluate.
+EvaluationAnswer answer_evaluation(const TrajectoryFile& estimate, const TrajectoryFile& reference,
+                                   const EvaluateOptions& options, const RobotFile* robot = nullptr);
+
+/// What `trundle evaluate --json` prints.
+nlohmann::ordered_json document_of(const EvaluationAnswer& answer);
+
+}  // namespace trundle

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "trundle/chassis/robot.hpp"
+#include "trundle/io/file.hpp"
+#include "trundle/recording/recording.hpp"
+
+namespace trundle {
+
+/// A robot, and the file that said so.
+struct RobotFile {
+  Robot robot;
+  InputFile file;
+};
+/// Throws as read_robot.
+RobotFile read_robot_file(const std::filesystem::path& path);
+
+/// The recordings in and below each of these folders, in order. Throws as read_recording.
+std::vector<Recording> read_recordings(const std::vector<std::string>& folders,
+                                       const ReadOptions& options = {});
+
+/// A file of a result, complete before the first of them is written.
+struct OutputFile {
+  std::filesystem::path path;
+  std::string content;
+};
+/// One after the other, each as write_file does.
+void write_files(const std::vector<OutputFile>& files);
+
+}  // namespace trundle

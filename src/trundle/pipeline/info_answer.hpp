@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "trundle/inspection/findings.hpp"
+#include "trundle/pipeline/files.hpp"
+#include "trundle/pipeline/provenance.hpp"
+
+namespace trundle {
+
+/// One recording and all that is told of it.
+struct RecordingInfo {
+  Recording recording;
+  Findings findings;
+  std::optional<GyroNoise> noise;  ///< where it was asked for
+};
+/// Throws CannotAnswer where the gyro's noise is asked for and cannot be told.
+RecordingInfo inform(Recording recording, const Robot* robot, bool with_gyro_noise);
+
+struct InfoAnswer {
+  Provenance provenance;
+  std::vector<RecordingInfo> recordings;  ///< at least one
+};
+
+/// What `trundle info` is asked.
+struct InfoQuestion {
+  std::optional<RobotFile> robot = {};
+  bool gyro_noise = false;
+  int robot_number = 0;  ///< of a folder with several robots; 0: not given
+};
+InfoAnswer answer_info(std::vector<Recording> recordings, const InfoQuestion& question);
+
+/// What `trundle info --json` prints.
+nlohmann::ordered_json document_of(const InfoAnswer& answer);
+
+/// What was measured of a run, in words: name and text.
+std::vector<std::pair<std::string, std::string>> references_of(const Recording& recording);
+
+}  // namespace trundle

@@ -1,0 +1,77 @@
+#include "trundle/pipeline/odometry_answer.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+namespace trundle {
+namespace {
+
+Provenance provenance_of(const Recording& recording, const RobotFile& robot,
+                         const OdometryQuestion& question) {
+  Provenance provenance{recording.inputs, {{"start", question.start_text}}, std::nullopt};
+  provenance.inputs.push_back(robot.file);
+  add_robot_number(question.robot_number, provenance);
+  if (question.smooth) provenance.options.emplace_back("smooth", "true");
+  return provenance;
+}
+
+/// Where wheels must scrub in turns, the ground sets the track.
+std::vector<TrackOnGround> tracks_of(const AlignedReadings& readings, const Chassis& chassis) {
+  const bool skids =
+      std::ranges::any_of(chassis.wheels(), [](const Wheel& w) { return w.kind == WheelKind::skid; });
+  if (!skids || !EffectiveTrack::applies_to(chassis)) return {};
+  return effective_tracks(readings, chassis);
+}
+
+nlohmann::ordered_json sigmas_of(const Matrix3& covariance) {
+  return {{"x_m", std::sqrt(covariance(0, 0))},
+          {"y_m", std::sqrt(covariance(1, 1))},
+          {"heading_rad", std::sqrt(covariance(2, 2))}};
+}
+
+}  // namespace
+
+OdometryAnswer answer_odometry(const Recording& recording, const RobotFile& robot,
+                               const OdometryQuestion& question) {
+  const AlignedReadings readings = align(recording, robot.robot);
+  OdometryAnswer answer{
+      .provenance = provenance_of(recording, robot, question),
+      .odometry = integrate(readings, robot.robot, {.start = question.start, .smooth = question.smooth}),
+      .tracks = tracks_of(readings, robot.robot.chassis)};
+  auto& problems = answer.odometry.problems;
+  problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
+  return answer;
+}
+
+nlohmann::ordered_json document_of(const OdometryAnswer& answer) {
+  const IntegratedOdometry& odometry = answer.odometry;
+  const StampedPose& end = odometry.trajectory.poses.back();
+  nlohmann::ordered_json document = to_json(answer.provenance);
+  document["poses"] = odometry.trajectory.poses.size();
+  document["path_length_m"] = odometry.path_length_m;
+  document["end"] = {
+      {"time_s", end.time_s}, {"x_m", end.pose.x}, {"y_m", end.pose.y}, {"heading_rad", end.pose.heading}};
+  document["sigma"] = sigmas_of(odometry.trajectory.covariances.back());
+  document["sigma_white"] = sigmas_of(odometry.white_covariances.back());
+  document["sigma_parameters"] = nullptr;  // not known without a calibration
+  if (!odometry.parameters.empty())
+    document["sigma_parameters"] = sigmas_of(odometry.end_parameter_covariance);
+  document["uncertain_parameters"] = odometry.parameters;
+  document["degrees_of_freedom"] = odometry.degrees_of_freedom;
+  document["rest_s"] = odometry.rest_s;
+  if (odometry.end_gyro_bias.variance > 0.0)
+    document["gyro_bias"] = {{"rad_s", odometry.end_gyro_bias.rad_s},
+                             {"sigma_rad_s", std::sqrt(odometry.end_gyro_bias.variance)}};
+  document["bridged_gaps"] = odometry.bridged;
+  document["problems"] = to_json(odometry.problems);
+  for (const TrackOnGround& track : answer.tracks)
+    document["effective_track"].push_back({{"start_s", track.start_s},
+                                           {"end_s", track.end_s},
+                                           {"track_m", track.track_m},
+                                           {"sigma_m", track.sigma_m}});
+  return document;
+}
+
+}  // namespace trundle

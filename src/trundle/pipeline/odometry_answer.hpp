@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "trundle/odometry/effective_track.hpp"
+#include "trundle/odometry/integrate.hpp"
+#include "trundle/pipeline/files.hpp"
+#include "trundle/pipeline/provenance.hpp"
+
+namespace trundle {
+
+/// What `trundle odometry` is asked, besides recording and robot.
+struct OdometryQuestion {
+  Pose2 start = {};                  ///< pose at the first stamp
+  std::string start_text = "0,0,0";  ///< the same as it was given
+  bool smooth = false;               ///< every pose also by what later rests show of the gyro's bias
+  int robot_number = 0;              ///< of a folder with several robots; 0: not given
+};
+
+struct OdometryAnswer {
+  Provenance provenance;
+  IntegratedOdometry odometry;        ///< with the problems of reading the recording
+  std::vector<TrackOnGround> tracks;  ///< where wheels must scrub in turns
+};
+
+/// Throws as integrate.
+OdometryAnswer answer_odometry(const Recording& recording, const RobotFile& robot,
+                               const OdometryQuestion& question);
+
+/// What `trundle odometry --json` prints.
+nlohmann::ordered_json document_of(const OdometryAnswer& answer);
+
+}  // namespace trundle

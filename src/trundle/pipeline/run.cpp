@@ -1,0 +1,180 @@
+#include "trundle/pipeline/run.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include <nlohmann/json.hpp>
+
+#include "trundle/io/error.hpp"
+#include "trundle/pipeline/stages.hpp"
+
+namespace trundle {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Provenance provenance_of(const Work& work) {
+  const RunQuestion& question = work.question;
+  Provenance provenance{work.recording.inputs, {}, question.slam.seed};
+  provenance.inputs.push_back(work.used.file);
+  for (const Recording& recording : work.training) add_inputs(recording.inputs, provenance);
+  for (const Recording& recording : read_recordings(question.learn, {.robot_number = question.robot_number}))
+    add_inputs(recording.inputs, provenance);
+  for (const std::string& folder : question.calibrate_on)
+    provenance.options.emplace_back("calibrate-on", folder);
+  for (const std::string& folder : question.learn) provenance.options.emplace_back("learn", folder);
+  provenance.options.emplace_back("filter", std::string(name_of(question.slam.method)));
+  provenance.options.emplace_back("particles", std::to_string(question.slam.particles));
+  add_robot_number(question.robot_number, provenance);
+  return provenance;
+}
+
+/// Reads everything that is named, so that a wrong input is found before anything is done.
+Work prepared(const RunQuestion& question) {
+  const ReadOptions how{.robot_number = question.robot_number};
+  Work work{.question = question,
+            .given = read_robot_file(question.before.empty() ? question.robot : question.before),
+            .used = read_robot_file(question.robot),
+            .recording = read_recording(question.recording, how),
+            .training = read_recordings(question.calibrate_on, how),
+            .answer = {},
+            .no_odometry = {}};
+  if (work.training.empty() && !question.calibrate_on.empty())
+    throw InputError(question.calibrate_on.front(), "holds no recording", "recording folders");
+  RunAnswer& answer = work.answer;
+  answer.provenance = provenance_of(work);
+  answer.recording_name = work.recording.name;
+  answer.session = work.recording.session;
+  answer.recording_path = question.recording;
+  answer.given_robot = work.given.file.path;
+  answer.used_robot = work.used.file.path;
+  return work;
+}
+
+/// Writes the files of a stage; their names relative to the folder.
+std::vector<std::string> save(const Work& work, const std::vector<OutputFile>& files) {
+  write_files(files);
+  std::vector<std::string> names;
+  for (const OutputFile& file : files)
+    names.push_back(file.path.lexically_relative(work.question.output).generic_string());
+  return names;
+}
+
+/// What a stage tells, or why it tells nothing.
+Stage tried(Work& work, const char* name, Told (*stage)(Work&), std::vector<OutputFile>& files) {
+  try {
+    Told told = stage(work);
+    files = std::move(told.files);
+    return {name, StageStatus::done, std::move(told.message), {}};
+  } catch (const NotApplicable& reason) {
+    return {name, StageStatus::skipped, reason.why, {}};
+  } catch (const CannotAnswer& reason) {
+    return {name, StageStatus::failed, reason.what(), {}};
+  } catch (const InputError& reason) {
+    return {name, StageStatus::failed, reason.what(), {}};
+  }
+}
+
+/// The stages one after the other, told about as they go.
+class Stages {
+ public:
+  Stages(Work& work, const OnProgress& on_progress) : work_(work), on_progress_(on_progress) {}
+
+  void attempt(const char* name, Told (*stage)(Work&)) {
+    tell({work_.answer.recording_name, name, nullptr});
+    std::vector<OutputFile> files;
+    Stage entry = tried(work_, name, stage, files);
+    entry.outputs = save(work_, files);
+    work_.answer.stages.push_back(std::move(entry));
+    tell({work_.answer.recording_name, name, &work_.answer.stages.back()});
+  }
+
+ private:
+  void tell(const RunProgress& progress) const {
+    if (on_progress_) on_progress_(progress);
+  }
+
+  Work& work_;
+  const OnProgress& on_progress_;
+};
+
+bool wrote(const RunAnswer& answer, const std::string& file) {
+  return std::ranges::any_of(answer.stages, [&](const Stage& stage) {
+    return std::ranges::find(stage.outputs, file) != stage.outputs.end();
+  });
+}
+
+/// The best odometry there is, where slip cannot be told.
+void keep_odometry_as_trajectory(Work& work) {
+  if (work.no_odometry || wrote(work.answer, "trajectory.csv")) return;
+  Stage& odometry = *std::ranges::find(work.answer.stages, "odometry", &Stage::name);
+  const std::vector<std::string> kept =
+      save(work, {{work.in_folder("trajectory.csv"), read_file(work.in_folder("odometry.csv"))}});
+  odometry.outputs.insert(odometry.outputs.end(), kept.begin(), kept.end());
+}
+
+/// What an earlier run left in the folder: a result is of one run.
+void forget_earlier(const Work& work) {
+  constexpr std::array kFiles = {
+      "calibrated.toml", "calibration.json",     "nominal.csv",        "nominal.json",
+      "odometry.csv",    "odometry.json",        "trajectory.csv",     "slip.csv",
+      "slip.json",       "localization.csv",     "localization.json",  "slam/trajectory.csv",
+      "slam/path.csv",   "slam/online.csv",      "slam/landmarks.csv", "slam/steps.csv",
+      "slam/slam.json",  "slam/innovations.csv", "reference.csv",      "evaluation.json"};
+  for (const char* file : kFiles)
+    if (!wrote(work.answer, file)) std::filesystem::remove(work.in_folder(file));
+}
+
+void write_run_json(const Work& work) {
+  write_file(work.in_folder("run.json"), printed(document_of(work.answer)));
+}
+
+}  // namespace
+
+std::string_view name_of(StageStatus status) {
+  constexpr std::array<std::string_view, 3> kNames = {"done", "skipped", "failed"};
+  return kNames[static_cast<std::size_t>(status)];
+}
+
+RunAnswer run(const RunQuestion& question, const OnProgress& on_progress) {
+  Work work = prepared(question);
+  std::error_code ignored;                                       // where there is no such folder yet
+  std::filesystem::remove(work.in_folder("run.json"), ignored);  // until all of it is of this run
+  Stages stages(work, on_progress);
+  stages.attempt("health check", check_health);
+  stages.attempt("calibration", calibrate_robot);
+  stages.attempt("odometry", integrate_odometry);
+  stages.attempt("slip", find_slips);
+  keep_odometry_as_trajectory(work);
+  stages.attempt("slam", map_landmarks);
+  stages.attempt("evaluation", evaluate_trajectories);
+  forget_earlier(work);
+  write_run_json(work);  // the page shows it too
+  stages.attempt("report", draw_page);
+  write_run_json(work);
+  if (work.no_odometry) std::rethrow_exception(work.no_odometry);
+  return work.answer;
+}
+
+nlohmann::ordered_json document_of(const RunAnswer& answer) {
+  Json document = {{"format", "trundle-run"}, {"format_version", 1}};
+  document.update(to_json(answer.provenance));
+  document["recording"] = {
+      {"name", answer.recording_name}, {"session", answer.session}, {"path", answer.recording_path}};
+  document["robot"] = {{"given", answer.given_robot}, {"used", answer.used_robot}};
+  document["held_out"] = answer.held_out ? Json(*answer.held_out) : Json();
+  document["stages"] = Json::array();
+  for (const Stage& stage : answer.stages)
+    document["stages"].push_back({{"name", stage.name},
+                                  {"status", name_of(stage.status)},
+                                  {"message", stage.message},
+                                  {"outputs", stage.outputs}});
+  document["trajectories"] = Json::array();
+  for (const RunTrajectory& trajectory : answer.trajectories)
+    document["trajectories"].push_back(
+        {{"name", trajectory.name}, {"file", trajectory.file}, {"what", trajectory.what}});
+  if (!answer.recordings.empty()) document["recordings"] = answer.recordings;
+  return document;
+}
+
+}  // namespace trundle

@@ -1,0 +1,172 @@
+#include "trundle/pipeline/slam_answer.hpp"
+
+#include <array>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "trundle/io/error.hpp"
+
+namespace trundle {
+namespace {
+
+Provenance provenance_of(const Recording& recording, const RobotFile& robot, const SlamQuestion& question) {
+  Provenance provenance{recording.inputs, {}, question.seed};
+  provenance.inputs.push_back(robot.file);
+  provenance.options = {{"filter", std::string(name_of(question.method))}, {"start", question.start_text}};
+  if (question.method != SlamMethod::ekf)
+    provenance.options.emplace_back("particles", std::to_string(question.particles));
+  if (question.unknown_ids) provenance.options.emplace_back("unknown-ids", "true");
+  if (question.systematic_sigma)
+    provenance.options.emplace_back("systematic-sigma", fmt::format("{}", *question.systematic_sigma));
+  if (question.smooth) provenance.options.emplace_back("smooth", "true");
+  add_robot_number(question.robot_number, provenance);
+  return provenance;
+}
+
+/// Names of landmarks that have none: 1, 2, ... in order of first sight, those removed since among them.
+std::vector<std::string> numbers_for(const std::vector<StepReport>& reports) {
+  LandmarkId last = kUnknownLandmark;
+  for (const StepReport& report : reports)
+    for (const ObservationReport& observation : report.observations)
+      last = std::max(last, observation.landmark);
+  std::vector<std::string> names;
+  for (LandmarkId i = 0; i <= last; ++i) names.push_back(std::to_string(i + 1));
+  return names;
+}
+
+/// A name as a cell: in quotes where it holds the delimiter.
+std::string cell_of(const std::string& name) {
+  return name.find(',') == std::string::npos ? name : '"' + name + '"';
+}
+
+std::string csv_of(const std::vector<MappedLandmark>& map, const std::vector<std::string>& names) {
+  std::string text = "landmark,x_m,y_m,var_xx,var_xy,var_yy,sightings\n";
+  for (const MappedLandmark& m : map)
+    text +=
+        fmt::format("{},{},{},{},{},{},{}\n", cell_of(names[static_cast<std::size_t>(m.id)]), m.position.x(),
+                    m.position.y(), m.covariance(0, 0), m.covariance(0, 1), m.covariance(1, 1), m.sightings);
+  return text;
+}
+
+std::string_view name_of(Decision decision) {
+  constexpr std::array<std::string_view, 4> kNames = {"matched", "created", "rejected", "invalid"};
+  return kNames[static_cast<std::size_t>(decision)];
+}
+
+std::string csv_of_steps(const SlamAnswer& answer) {
+  std::string text = "time_s,sightings,effective_particles,resampled\n";
+  for (std::size_t k = 0; k < answer.input.steps.size(); ++k) {
+    const StepReport& report = answer.result.reports[k];
+    text += fmt::format("{},{},{},{}\n", answer.input.steps[k].time_s, report.observations.size(),
+                        report.effective_particles, report.resampled ? 1 : 0);
+  }
+  return text;
+}
+
+/// What the observation itself says, else what it was taken for.
+std::string name_in(const SlamAnswer& answer, const Observation& observation,
+                    const ObservationReport& report) {
+  const LandmarkId id = observation.landmark >= 0 ? observation.landmark : report.landmark;
+  return id < 0 ? "" : cell_of(answer.input.landmarks[static_cast<std::size_t>(id)]);
+}
+
+std::string csv_of_innovations(const SlamAnswer& answer) {
+  std::string text = "time_s,landmark,decision,range_innovation_m,bearing_innovation_rad,nis\n";
+  for (std::size_t k = 0; k < answer.input.steps.size(); ++k) {
+    const SlamStep& step = answer.input.steps[k];
+    for (std::size_t i = 0; i < step.observations.size(); ++i) {
+      const ObservationReport& report = answer.result.reports[k].observations[i];
+      text += fmt::format("{},{},{},", step.time_s, name_in(answer, step.observations[i], report),
+                          name_of(report.decision));
+      text += report.nis > 0.0
+                  ? fmt::format("{},{},{}\n", report.innovation.x(), report.innovation.y(), report.nis)
+                  : std::string(",,\n");
+    }
+  }
+  return text;
+}
+
+nlohmann::ordered_json systematic_of(const SlamAnswer& answer) {
+  const PoseEstimate& last = answer.last();
+  const Vector3 sigma = last.systematic_covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  nlohmann::ordered_json document = nlohmann::ordered_json::array();
+  constexpr std::array kNames = {"travel", "turn", "turn_per_m"};
+  for (int i = 0; i < 3; ++i)
+    document.push_back(
+        {{"name", kNames[static_cast<std::size_t>(i)]}, {"value", last.systematic[i]}, {"sigma", sigma[i]}});
+  return document;
+}
+
+nlohmann::ordered_json smoother_of(const SmootherCounts& counts) {
+  return {{"poses", counts.poses},
+          {"sightings", counts.sightings},
+          {"outliers", counts.outliers},
+          {"cost", counts.cost},
+          {"degrees_of_freedom", counts.degrees_of_freedom},
+          {"iterations", counts.iterations},
+          {"starts", counts.starts},
+          {"converged", counts.converged}};
+}
+
+}  // namespace
+
+SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const SlamQuestion& question) {
+  SlamAnswer answer;
+  answer.input = slam_input(recording, robot.robot, {.hide_ids = question.unknown_ids});
+  auto& problems = answer.input.problems;
+  problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
+  if (answer.input.observations() == 0)
+    throw CannotAnswer(fmt::format("{}: no sightings while the robot's odometry runs", recording.name));
+  const LandmarkSensor& sensor = *robot.robot.landmark_sensor;
+  SlamPrior prior{.start = question.start,
+                  .systematic_sigma = Systematic::Constant(question.systematic_sigma.value_or(0.0))};
+  answer.result = slam(
+      answer.input, sensor,
+      {.method = question.method, .particles = question.particles, .seed = question.seed, .prior = prior});
+  if (!question.systematic_sigma) prior.systematic_sigma = kUsualSystematicSigma;
+  if (question.smooth) answer.smoothed = smooth(answer.input, sensor, answer.result, {.prior = prior});
+  answer.provenance = provenance_of(recording, robot, question);
+  if (question.unknown_ids) answer.input.landmarks = numbers_for(answer.result.reports);
+  return answer;
+}
+
+nlohmann::ordered_json document_of(const SlamAnswer& answer) {
+  const SlamCounts& counts = answer.result.counts;
+  const StampedPose& end = answer.trajectory().poses.back();
+  nlohmann::ordered_json document = to_json(answer.provenance);
+  document["steps"] = answer.input.steps.size();
+  document["landmarks"] = answer.map().size();
+  document["sightings"] = {{"matched", counts.matched},
+                           {"created", counts.created},
+                           {"rejected", counts.rejected},
+                           {"invalid", counts.invalid}};
+  document["nis"] = {{"mean", counts.mean_nis}, {"median", counts.median_nis}, {"honest_mean", 2.0}};
+  document["resampled_steps"] = counts.resampled;
+  document["smallest_effective_share"] = counts.smallest_effective_share;
+  document["end"] = {
+      {"time_s", end.time_s}, {"x_m", end.pose.x}, {"y_m", end.pose.y}, {"heading_rad", end.pose.heading}};
+  document["trajectory"] = answer.smoothed ? "smoothed" : "online estimate";
+  if (answer.smoothed) {
+    document["online"] = "online estimate";
+    document["smoother"] = smoother_of(answer.smoothed->counts);
+  }
+  if (answer.result.path) document["path"] = "whole path of the best particle";
+  document["systematic_errors"] = systematic_of(answer);
+  document["problems"] = to_json(answer.input.problems);
+  return document;
+}
+
+std::vector<OutputFile> files_of(const SlamAnswer& answer, const std::filesystem::path& folder) {
+  const std::string head = head_of(answer.provenance);
+  std::vector<OutputFile> files = {
+      {folder / "trajectory.csv", head + to_csv(answer.trajectory())},
+      {folder / "landmarks.csv", head + csv_of(answer.map(), answer.input.landmarks)},
+      {folder / "steps.csv", head + csv_of_steps(answer)},
+      {folder / "innovations.csv", head + csv_of_innovations(answer)}};
+  if (answer.smoothed) files.push_back({folder / "online.csv", head + to_csv(answer.result.online)});
+  if (answer.result.path) files.push_back({folder / "path.csv", head + to_csv(*answer.result.path)});
+  return files;
+}
+
+}  // namespace trundle

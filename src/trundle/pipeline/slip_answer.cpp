@@ -1,0 +1,163 @@
+#include "trundle/pipeline/slip_answer.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace trundle {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Intervals of driving without slip, and where they are from.
+struct CleanDriving {
+  std::vector<InputFile> inputs;
+  std::vector<JudgedInterval> intervals;
+};
+
+CleanDriving clean_driving(const Robot& robot, const SlipQuestion& question) {
+  CleanDriving clean;
+  for (const std::string& folder : question.learn) {
+    const Recording recording = read_recording(folder, {.robot_number = question.robot_number});
+    const std::vector<JudgedInterval> more =
+        clean_intervals(align(recording, robot), robot, question.interval_s);
+    clean.intervals.insert(clean.intervals.end(), more.begin(), more.end());
+    clean.inputs.insert(clean.inputs.end(), recording.inputs.begin(), recording.inputs.end());
+  }
+  return clean;
+}
+
+LearnedSlip learn(const CleanDriving& clean, const Robot& robot, SlipOptions& options) {
+  const LearnOptions how{options.probability};
+  if (options.method == SlipMethod::published) {
+    LearnedBand learned = learn_band(clean.intervals, robot, how);
+    options.band = learned.band;
+    return {std::move(learned.sample), learned.band.normality, learned.band.empirical,
+            learned.band.beyond_sample};
+  }
+  LearnedResiduals learned = learn_residuals(clean.intervals, robot, how);
+  options.model = learned.model;
+  return {std::move(learned.sample), learned.normality, learned.model.empirical, learned.model.beyond_sample};
+}
+
+Provenance provenance_of(const Recording& recording, const RobotFile& robot, const CleanDriving& clean,
+                         const SlipQuestion& question) {
+  Provenance provenance{recording.inputs,
+                        {{"method", name_of(question.method)},
+                         {"probability", fmt::format("{}", question.probability)},
+                         {"interval-s", fmt::format("{}", question.interval_s)}},
+                        std::nullopt};
+  provenance.inputs.push_back(robot.file);
+  add_inputs(clean.inputs, provenance);
+  for (const std::string& folder : question.learn) provenance.options.emplace_back("learn", folder);
+  add_robot_number(question.robot_number, provenance);
+  return provenance;
+}
+
+void warn_of_learning(const SlipQuestion& question, SlipAnswer& answer) {
+  if (!answer.learned || !answer.learned->empirical) return;
+  answer.report.problems.push_back(
+      {.severity = Severity::warning,
+       .kind = "not normal",
+       .place = question.learn.front(),
+       .count = answer.learned->normality.moments.count,
+       .message = fmt::format(
+           "the residuals of clean driving are not normal: their own quantiles are the limit{}",
+           answer.learned->beyond_sample ? fmt::format("; there are too few of them for a probability of {}: "
+                                                       "the largest one is used",
+                                                       question.probability)
+                                         : "")});
+}
+
+Json to_json(const NormalityTest& test) {
+  return {{"n", test.moments.count},
+          {"mean", test.moments.mean},
+          {"variance", test.moments.variance},
+          {"skewness", test.moments.skewness},
+          {"kurtosis", test.moments.kurtosis},
+          {"u1", test.u1},
+          {"u2", test.u2},
+          {"limit", test.limit},
+          {"normal", !test.rejected}};
+}
+
+Json to_json(const LearnedSlip& learned, const SlipOptions& options) {
+  Json document = {{"normality", to_json(learned.normality)},
+                   {"empirical_limit", learned.empirical},
+                   {"beyond_sample", learned.beyond_sample}};
+  if (options.band)
+    document["band"] = {{"unit", "rad"},
+                        {"lower", options.band->lower},
+                        {"upper", options.band->upper},
+                        {"interval_s", options.band->interval_s},
+                        {"least_speed_m_s", options.band->least_speed_m_s},
+                        {"greatest_speed_m_s", options.band->greatest_speed_m_s}};
+  if (options.model)
+    document["residuals"] = {{"intervals", options.model->samples},
+                             {"interval_s", options.model->interval_s},
+                             {"timing_sigma_s", options.model->timing_sigma_s},
+                             {"chi2_limit", options.model->limit},
+                             {"persistent_limit", options.model->persistent_limit}};
+  document["histogram"] = Json::array();
+  for (const Bin& bin : histogram_of(learned.sample, 20))
+    document["histogram"].push_back({{"centre", bin.centre}, {"count", bin.count}});
+  document["quantiles"] = Json::array();
+  for (const QuantilePair& pair : quantile_pairs(learned.sample))
+    document["quantiles"].push_back({pair.normal, pair.sample});
+  return document;
+}
+
+Json to_json(const SlipEvent& event, const Robot& robot) {
+  return {{"start_s", event.start_s},    {"end_s", event.end_s},       {"wheel", wheel_of(event, robot)},
+          {"kind", name_of(event.kind)}, {"excess_m", event.excess_m}, {"confidence", event.confidence}};
+}
+
+Json to_json(const SlipCounts& counts) {
+  return {{"intervals", counts.intervals},
+          {"judged", counts.judged},
+          {"parked", counts.parked},
+          {"no_gyro", counts.no_gyro},
+          {"not_applicable", counts.not_applicable},
+          {"not_learned", counts.not_learned},
+          {"alarms", counts.alarms},
+          {"slipping", counts.slipping},
+          {"flagged_share", counts.flagged_share()}};
+}
+
+}  // namespace
+
+std::string name_of(SlipMethod method) {
+  return method == SlipMethod::published ? "published" : "general";
+}
+
+SlipAnswer answer_slip(const Recording& recording, const RobotFile& robot, const SlipQuestion& question) {
+  SlipAnswer answer;
+  answer.options.method = question.method;
+  answer.options.probability = question.probability;
+  answer.options.interval_s = question.interval_s;
+  const CleanDriving clean = clean_driving(robot.robot, question);
+  if (!question.learn.empty()) answer.learned = learn(clean, robot.robot, answer.options);
+  answer.report = find_slip(align(recording, robot.robot), recording.commands, robot.robot, answer.options);
+  auto& problems = answer.report.problems;
+  problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
+  warn_of_learning(question, answer);
+  answer.provenance = provenance_of(recording, robot, clean, question);
+  answer.corrected = integrate(answer.report.corrected, robot.robot).trajectory;
+  return answer;
+}
+
+nlohmann::ordered_json document_of(const SlipAnswer& answer, const Robot& robot) {
+  Json document = to_json(answer.provenance);
+  document["intervals"] = to_json(answer.report.counts);
+  document["events"] = Json::array();
+  for (const SlipEvent& event : answer.report.events) document["events"].push_back(to_json(event, robot));
+  document["learned"] = nullptr;
+  if (answer.learned) document["learned"] = to_json(*answer.learned, answer.options);
+  document["problems"] = to_json(answer.report.problems);
+  return document;
+}
+
+std::string slip_csv_of(const SlipAnswer& answer, const Robot& robot) {
+  return head_of(answer.provenance) + to_csv(answer.report.events, robot);
+}
+
+}  // namespace trundle

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "trundle/pipeline/files.hpp"
+#include "trundle/pipeline/provenance.hpp"
+#include "trundle/slip/find_slip.hpp"
+
+namespace trundle {
+
+/// What `trundle slip` is asked, besides recording and robot.
+struct SlipQuestion {
+  std::vector<std::string> learn = {};  ///< folders of recordings without slip
+  double probability = 0.01;            ///< that an interval without slip is flagged
+  double interval_s = 0.25;             ///< readings are judged over at least this long
+  SlipMethod method = SlipMethod::general;
+  int robot_number = 0;  ///< of a folder with several robots; 0: not given
+};
+
+/// What clean recordings taught.
+struct LearnedSlip {
+  std::vector<double> sample;  ///< the residuals
+  NormalityTest normality;
+  bool empirical = false;      ///< not normal: the limit is a quantile of the sample
+  bool beyond_sample = false;  ///< and it is its largest one, for lack of more
+};
+
+struct SlipAnswer {
+  Provenance provenance;
+  SlipOptions options;  ///< with the model or the band that was learned
+  std::optional<LearnedSlip> learned;
+  SlipReport report;  ///< with the problems of reading the recording
+  Trajectory corrected;
+};
+
+/// Throws as find_slip, and as learn_residuals or learn_band.
+SlipAnswer answer_slip(const Recording& recording, const RobotFile& robot, const SlipQuestion& question);
+
+/// What `trundle slip --json` prints.
+nlohmann::ordered_json document_of(const SlipAnswer& answer, const Robot& robot);
+
+/// slip.csv.
+std::string slip_csv_of(const SlipAnswer& answer, const Robot& robot);
+
+/// "general" or "published".
+std::string name_of(SlipMethod method);
+
+}  // namespace trundle

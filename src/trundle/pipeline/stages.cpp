@@ -1,0 +1,230 @@
+#include "trundle/pipeline/stages.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "trundle/io/error.hpp"
+#include "trundle/pipeline/calibration_answer.hpp"
+#include "trundle/pipeline/evaluation_answer.hpp"
+#include "trundle/pipeline/info_answer.hpp"
+#include "trundle/pipeline/odometry_answer.hpp"
+#include "trundle/pipeline/slip_answer.hpp"
+#include "trundle/report/page.hpp"
+
+namespace trundle {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string plural(std::size_t count, const char* noun) {
+  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
+bool gyro_rests(const Recording& recording) {
+  return !recording.gyro.time_s.empty() && gyro_noise(recording).has_value();
+}
+
+/// A robot as it is about to be written.
+RobotFile robot_of(const OutputFile& file) {
+  const std::string path = file.path.string();
+  return {parse_robot(file.content, path), {path, sha256_of(file.content)}};
+}
+
+/// What cannot be learned from.
+void require_something_to_learn_from(const Work& work) {
+  if (!work.question.before.empty()) throw NotApplicable{"the robot was calibrated with the whole session"};
+  if (work.question.calibrate_on.empty() && work.used.robot.calibration)
+    throw NotApplicable{"the robot file has a [calibration] already: it is used as it is"};
+}
+
+std::string sentence_of(const IntegratedOdometry& odometry) {
+  const Matrix3& end = odometry.trajectory.covariances.back();
+  const auto& poses = odometry.trajectory.poses;
+  return fmt::format("{:.2f} m in {:.1f} s; at the end ± {:.3f} m and ± {:.2f}°", odometry.path_length_m,
+                     poses.back().time_s - poses.front().time_s, std::sqrt(end(0, 0) + end(1, 1)),
+                     degrees(std::sqrt(end(2, 2))));
+}
+
+/// Trajectory and document of one robot.
+Told integrate_with(Work& work, const RobotFile& robot, const std::string& name, const std::string& what) {
+  const OdometryAnswer odometry =
+      answer_odometry(work.recording, robot, {.robot_number = work.question.robot_number});
+  Told told{
+      sentence_of(odometry.odometry),
+      {{work.in_folder(name + ".csv"), head_of(odometry.provenance) + to_csv(odometry.odometry.trajectory)},
+       {work.in_folder(name + ".json"), printed(document_of(odometry))}}};
+  work.answer.trajectories.push_back({name, name + ".csv", what});
+  return told;
+}
+
+std::string sentence_of(const SlipReport& report) {
+  double excess_m = 0.0;
+  for (const SlipEvent& event : report.events) excess_m += std::abs(event.excess_m);
+  if (report.events.empty())
+    return fmt::format("no slip in {}", plural(report.counts.judged, "moving interval"));
+  return fmt::format("{}, {:.3f} m of wheel travel that the ground did not see",
+                     plural(report.events.size(), "slip"), excess_m);
+}
+
+bool any_without_name(const std::vector<Sighting>& sightings) {
+  return std::ranges::any_of(sightings, [](const Sighting& s) { return s.landmark.empty(); });
+}
+
+void require_sightings(const Work& work) {
+  if (work.recording.sightings.empty()) throw NotApplicable{"the recording has no sightings"};
+  if (!work.used.robot.landmark_sensor) throw NotApplicable{"the robot file has no [landmark_sensor]"};
+}
+
+/// The reference as it was read, for those who draw.
+std::string reference_csv_of(const Work& work) {
+  const ReferenceStream& reference = work.recording.reference;
+  const auto cell = [](double value) { return std::isnan(value) ? std::string() : fmt::format("{}", value); };
+  std::string text = head_of(work.answer.provenance) + "time_s,x_m,y_m,heading_rad\n";
+  for (std::size_t i = 0; i < reference.time_s.size(); ++i)
+    text += fmt::format("{},{},{},{}\n", cell(reference.time_s[i]), cell(reference.x_m[i]),
+                        cell(reference.y_m[i]), cell(reference.heading_rad[i]));
+  return text;
+}
+
+/// One trajectory by every alignment that can be done.
+Json evaluations_of(const Work& work, const RunTrajectory& trajectory, const TrajectoryFile& reference) {
+  const TrajectoryFile estimate = read_trajectory_file(work.in_folder(trajectory.file));
+  Json evaluations = Json::object();
+  for (const Alignment alignment : {Alignment::start, Alignment::se2}) try {
+      evaluations[std::string(name_of(alignment))] =
+          document_of(answer_evaluation(estimate, reference, {.alignment = alignment}, &work.used));
+    } catch (const CannotAnswer&) {  // of this alignment alone
+    }
+  return evaluations;
+}
+
+/// "0.0960 m rms nominal, 0.0138 m odometry".
+std::string sentence_of(const Json& trajectories, const std::string& alignment) {
+  std::string text;
+  for (const Json& one : trajectories)
+    if (const Json& evaluations = one.at("evaluations"); evaluations.contains(alignment))
+      text += fmt::format("{}{} {:.4f} m", text.empty() ? "position error, rms: " : ", ",
+                          one.at("name").get<std::string>(),
+                          evaluations.at(alignment).at("position_m").at("rms").get<double>());
+  return text;
+}
+
+}  // namespace
+
+Told check_health(Work& work) {
+  const InfoAnswer info = answer_info({work.recording}, {.robot = work.given,
+                                                         .gyro_noise = gyro_rests(work.recording),
+                                                         .robot_number = work.question.robot_number});
+  const std::vector<Problem>& problems = info.recordings.front().findings.problems;
+  const auto warnings =
+      static_cast<std::size_t>(std::ranges::count(problems, Severity::warning, &Problem::severity));
+  const std::string found =
+      problems.empty() ? "no fault found"
+                       : plural(warnings, "warning") + ", " + plural(problems.size() - warnings, "note");
+  return {found, {{work.in_folder("info.json"), printed(document_of(info))}}};
+}
+
+Told calibrate_robot(Work& work) {
+  require_something_to_learn_from(work);
+  const bool apart = !work.question.calibrate_on.empty();
+  std::vector<Recording> hold_out;
+  if (apart && work.recording.has_reference()) hold_out.push_back(work.recording);
+  const CalibrationAnswer calibration =
+      answer_calibration(apart ? work.training : std::vector{work.recording}, hold_out, work.given, {});
+  const std::vector<OutputFile> files = files_of(calibration, work.in_folder("calibrated.toml"));
+  work.used = robot_of(files.front());
+  work.answer.used_robot = "calibrated.toml";
+  work.answer.held_out = apart;
+  return {calibration.result.summary, files};
+}
+
+Told integrate_odometry(Work& work) {
+  try {
+    Told told;
+    if (work.used.file.sha256 != work.given.file.sha256)
+      told = integrate_with(work, work.given, "nominal", "odometry with the robot file as given");
+    Told used = integrate_with(work, work.used, "odometry",
+                               work.answer.held_out || !work.question.before.empty()
+                                   ? "odometry with the calibrated robot"
+                                   : "odometry with the robot file as given");
+    used.files.insert(used.files.begin(), told.files.begin(), told.files.end());
+    return used;
+  } catch (...) {
+    work.no_odometry = std::current_exception();
+    throw;
+  }
+}
+
+Told find_slips(Work& work) {
+  const auto& wheels = work.used.robot.chassis;
+  if (observability(rows_of(wheels, !work.recording.gyro.time_s.empty())).degrees_of_freedom == 0)
+    throw NotApplicable{"the robot has no reading beyond those the motion needs: slip cannot show"};
+  const SlipAnswer slip = answer_slip(
+      work.recording, work.used, {.learn = work.question.learn, .robot_number = work.question.robot_number});
+  Told told{sentence_of(slip.report),
+            {{work.in_folder("slip.csv"), slip_csv_of(slip, work.used.robot)},
+             {work.in_folder("slip.json"), printed(document_of(slip, work.used.robot))},
+             {work.in_folder("trajectory.csv"), head_of(slip.provenance) + to_csv(slip.corrected)}}};
+  work.answer.trajectories.push_back({"corrected", "trajectory.csv", "odometry with the slips corrected"});
+  return told;
+}
+
+Told map_landmarks(Work& work) {
+  require_sightings(work);
+  SlamQuestion question = work.question.slam;
+  question.robot_number = work.question.robot_number;
+  question.unknown_ids = question.unknown_ids || any_without_name(work.recording.sightings);
+  if (question.unknown_ids) question.method = SlamMethod::ekf;
+  const SlamAnswer slam = answer_slam(work.recording, work.used, question);
+  std::vector<OutputFile> files = files_of(slam, work.in_folder("slam"));
+  files.push_back({work.in_folder("slam") / "slam.json", printed(document_of(slam))});
+  work.answer.trajectories.push_back(
+      {"slam", "slam/trajectory.csv", "with landmarks, from what was seen up to then"});
+  if (slam.result.path)
+    work.answer.trajectories.push_back(
+        {"slam path", "slam/path.csv", "with landmarks, the whole path of the best particle"});
+  return {fmt::format("{} mapped from {}", plural(slam.result.map.size(), "landmark"),
+                      plural(slam.input.observations(), "sighting")),
+          files};
+}
+
+Told evaluate_trajectories(Work& work) {
+  if (positions_of(work.recording.reference).poses.empty())
+    throw NotApplicable{"the recording has no reference with x and y"};
+  if (work.answer.trajectories.empty()) throw NotApplicable{"there is no trajectory to compare"};
+  const TrajectoryFile reference = reference_of(work.recording, work.question.recording);
+  Json trajectories = Json::array();
+  for (const RunTrajectory& trajectory : work.answer.trajectories)
+    trajectories.push_back({{"name", trajectory.name},
+                            {"file", trajectory.file},
+                            {"evaluations", evaluations_of(work, trajectory, reference)}});
+  std::string sentence = sentence_of(trajectories, "start");
+  const std::string alignment = sentence.empty() ? "se2" : "start";
+  if (sentence.empty()) sentence = sentence_of(trajectories, alignment);
+  if (sentence.empty())
+    throw CannotAnswer("no trajectory can be compared with the reference: are they of the same time?");
+  Json document = to_json(work.answer.provenance);
+  document["alignment"] = {{"kind", alignment}};
+  document["trajectories"] = std::move(trajectories);
+  return {sentence,
+          {{work.in_folder("reference.csv"), reference_csv_of(work)},
+           {work.in_folder("evaluation.json"), printed(document)}}};
+}
+
+Told draw_page(Work& work) {
+  const std::filesystem::path calibration = work.in_folder("calibration.json");
+  if (!std::filesystem::exists(calibration)) throw NotApplicable{"there is no calibration to draw"};
+  const std::string page = report_page(Json::array({{{"label", work.question.output.string()},
+                                                     {"document", Json::parse(read_file(calibration))}}}),
+                                       to_json(work.answer.provenance));
+  return {"one page with all of it", {{work.in_folder("report.html"), page}}};
+}
+
+std::string printed(const Json& document) {
+  return document.dump(2) + "\n";
+}
+
+}  // namespace trundle

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <exception>
+#include <string>
+#include <vector>
+
+#include "trundle/pipeline/files.hpp"
+#include "trundle/pipeline/run.hpp"
+
+namespace trundle {
+
+/// What the stages of a run hand on to each other.
+struct Work {
+  RunQuestion question;
+  RobotFile given;  ///< before the calibration
+  RobotFile used;   ///< after it
+  Recording recording;
+  std::vector<Recording> training;  ///< where they are others than `recording`
+  RunAnswer answer;
+  std::exception_ptr no_odometry;  ///< why there is none
+
+  std::filesystem::path in_folder(const std::string& name) const { return question.output / name; }
+};
+
+/// What a stage tells when it is done, and what it wants written.
+struct Told {
+  std::string message;
+  std::vector<OutputFile> files;
+};
+
+/// Why a stage has nothing to do.
+struct NotApplicable {
+  std::string why;
+};
+
+// The stages, each from the work of those before it. They throw NotApplicable, CannotAnswer, InputError.
+Told check_health(Work& work);
+Told calibrate_robot(Work& work);
+Told integrate_odometry(Work& work);
+Told find_slips(Work& work);
+Told map_landmarks(Work& work);
+Told evaluate_trajectories(Work& work);
+Told draw_page(Work& work);
+
+/// The bytes that a command with --json prints.
+std::string printed(const nlohmann::ordered_json& document);
+
+}  // namespace trundle

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "trundle/slam/motion.hpp"
+#include "trundle/slam/observation.hpp"
+
+namespace trundle {
+
+/// A landmark as it was last seen, carried along with the robot's motion since.
+struct SightedPoint {
+  Vector2 in_body = Vector2::Zero();
+  Matrix2 covariance = Matrix2::Zero();  ///< of the reading, and of the motion since
+  LandmarkId landmark = kUnknownLandmark;
+  std::uint64_t step = 0;  ///< when it was seen
+};
+
+/// The landmarks seen lately, in today's body frame: what a robot that does not know where it is has to
+/// recognise a place by. Bounded: the points seen last, none less certain than a metre. docs/slam.md, eq. 27.
+class Constellation {
+ public:
+  explicit Constellation(const LandmarkSensor& sensor) : sensor_(sensor) {}
+
+  void step(const Motion& motion, std::span<const Observation> observations);
+  /// What was seen before that step belongs to another place.
+  void forget_before(std::uint64_t step);
+
+  std::span<const SightedPoint> points() const { return points_; }  ///< those seen last come last
+  std::uint64_t now() const { return now_; }
+  /// Points seen in the last step.
+  std::size_t fresh() const;
+
+ private:
+  void add(const Observation& observation);
+
+  LandmarkSensor sensor_;
+  std::uint64_t now_ = 0;
+  std::vector<SightedPoint> points_;
+};
+
+}  // namespace trundle

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "trundle/slam/observation.hpp"
+
+namespace trundle {
+
+struct KnownLandmark {
+  Vector2 position = Vector2::Zero();
+  Matrix2 covariance = Matrix2::Zero();  ///< how well it is known; zero: exactly
+};
+
+/// A map that is not estimated: landmarks by LandmarkId, with look-up by place and by the distance between
+/// two.
+class KnownMap {
+ public:
+  /// Two landmarks further apart than `reach_m` are no pair. Throws InputError when there is no landmark or a
+  /// number is none.
+  KnownMap(std::vector<KnownLandmark> landmarks, double reach_m);
+
+  std::size_t size() const { return landmarks_.size(); }
+  bool has(LandmarkId id) const { return id >= 0 && static_cast<std::size_t>(id) < landmarks_.size(); }
+  const KnownLandmark& operator[](LandmarkId id) const { return landmarks_[static_cast<std::size_t>(id)]; }
+  /// No landmark has a covariance.
+  bool is_exact() const { return exact_; }
+  /// Variance along its worst direction of the landmark that is known least.
+  double largest_variance() const { return largest_variance_; }
+  /// Of the rectangle that holds all landmarks, with a margin [m] on every side.
+  double area_m2(double margin_m) const;
+
+  /// All not further from a point than this, by ascending x.
+  std::vector<LandmarkId> within(const Vector2& centre, double radius_m) const;
+
+  struct Pair {
+    double distance_m;
+    LandmarkId first;
+    LandmarkId second;
+  };
+  /// Pairs at a distance from `low_m` to `high_m`, by ascending distance; each is there once.
+  std::span<const Pair> pairs(double low_m, double high_m) const;
+
+ private:
+  std::vector<KnownLandmark> landmarks_;
+  std::vector<LandmarkId> by_x_;
+  std::vector<double> x_;  ///< in the order of by_x_
+  std::vector<Pair> pairs_;
+  bool exact_ = true;
+  double largest_variance_ = 0.0;
+};
+
+}  // namespace trundle

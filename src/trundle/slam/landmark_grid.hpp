@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "trundle/geometry/pose2.hpp"
+
+namespace trundle {
+
+/// Which landmarks are near a place, without visiting all: they are kept in square cells.
+class LandmarkGrid {
+ public:
+  explicit LandmarkGrid(double cell_m) : cell_m_(cell_m) {}
+
+  /// Numbers are 0, 1, 2, ...; a landmark that is there already moves.
+  void put(std::size_t landmark, const Vector2& place);
+  void remove(std::size_t landmark);
+  void clear();
+  bool contains(std::size_t landmark) const {
+    return landmark < places_.size() && places_[landmark].is_there;
+  }
+  const Vector2& place(std::size_t landmark) const { return places_[landmark].at; }
+
+  /// Those within a radius, the nearest first, at most so many. Work grows with the landmarks there.
+  void near(const Vector2& place, double radius_m, std::size_t most, std::vector<std::size_t>& found) const;
+
+ private:
+  struct Cell {
+    std::int32_t x, y;
+    bool operator==(const Cell&) const = default;
+  };
+  struct Hash {
+    std::size_t operator()(const Cell& cell) const;
+  };
+  struct Place {
+    Vector2 at = Vector2::Zero();
+    bool is_there = false;
+  };
+  Cell cell_of(const Vector2& place) const;
+
+  double cell_m_;
+  std::vector<Place> places_;  ///< by landmark
+  std::unordered_map<Cell, std::vector<std::size_t>, Hash> cells_;
+};
+
+}  // namespace trundle

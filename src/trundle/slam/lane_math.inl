@@ -1,0 +1,275 @@
+// Elementary functions of many numbers at once, in Highway's vectors: no branches, no library calls, and no
+// fused multiply-adds, so that every instruction set, and every width, gives the same bits. Included once for
+// each instruction set. Real is float or double.
+#if defined(TRUNDLE_SLAM_LANE_MATH) == defined(HWY_TARGET_TOGGLE)
+#ifdef TRUNDLE_SLAM_LANE_MATH
+#undef TRUNDLE_SLAM_LANE_MATH
+#else
+#define TRUNDLE_SLAM_LANE_MATH
+#endif
+
+#include <array>
+#include <cstdint>
+
+#include <hwy/highway.h>
+
+#include "trundle/geometry/angle.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace trundle::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+template <class Real>
+using Tag = hn::CappedTag<Real, 16>;
+template <class Real>
+using Vec = hn::Vec<Tag<Real>>;
+/// Doubles, as many as there are Reals in a vector.
+using Wide = Vec<double>;
+
+template <class Real>
+HWY_INLINE Vec<Real> lanes(double x) {
+  return hn::Set(Tag<Real>(), static_cast<Real>(x));
+}
+
+/// c₀ + x (c₁ + x (...)).
+template <class Real, std::size_t N>
+HWY_INLINE Vec<Real> polynomial(const std::array<Real, N>& c, Vec<Real> x) {
+  Vec<Real> sum = hn::Set(Tag<Real>(), c[N - 1]);
+  for (std::size_t i = N - 1; i-- > 0;) sum = sum * x + hn::Set(Tag<Real>(), c[i]);
+  return sum;
+}
+
+template <class Real>
+struct Coefficients;  // of the polynomials below, with the precision of Real
+
+template <>
+struct Coefficients<float> {  // [Moshier, Cephes]
+  static constexpr std::array<float, 4> kAtan = {-3.33329491539e-1F, 1.99777106478e-1F, -1.38776856032e-1F,
+                                                 8.05374449538e-2F};
+  static constexpr std::array<float, 3> kSin = {-1.6666654611e-1F, 8.3321608736e-3F, -1.9515295891e-4F};
+  static constexpr std::array<float, 3> kCos = {4.166664568298827e-2F, -1.388731625493765e-3F,
+                                                2.443315711809948e-5F};
+  static constexpr std::array<float, 9> kLog = {3.3333331174e-1F,  -2.4999993993e-1F, 2.0000714765e-1F,
+                                                -1.6668057665e-1F, 1.4249322787e-1F,  -1.2420140846e-1F,
+                                                1.1676998740e-1F,  -1.1514610310e-1F, 7.0376836292e-2F};
+  static constexpr std::array<float, 3> kHalfPi = {1.5703125F, 4.837512969970703125e-4F,
+                                                   7.54978995489188216e-8F};
+  static constexpr float kRound = 0x1.8p23F;
+  static constexpr std::int32_t kRootHalf = 0x3f3504f3;
+  static constexpr int kMantissa = 23;
+};
+
+template <>
+struct Coefficients<double> {  // atan: FDLIBM [Sun 1993]; others: fitted at Chebyshev nodes
+  static constexpr std::array<double, 11> kAtan = {
+      -3.33333333333329318027e-01, 1.99999999998764832476e-01,  -1.42857142725034663711e-01,
+      1.11111104054623557880e-01,  -9.09088713343650656196e-02, 7.69187620504482999495e-02,
+      -6.66107313738753120669e-02, 5.83357013379057348645e-02,  -4.97687799461593236017e-02,
+      3.65315727442169155270e-02,  -1.62858201153657823623e-02};
+  static constexpr std::array<double, 6> kSin = {-0x1.5555555555555p-3,  0x1.1111111110ba5p-7,
+                                                 -0x1.a01a019e80693p-13, 0x1.71de379252004p-19,
+                                                 -0x1.ae60069e53ef0p-26, 0x1.5e098556d2fd6p-33};
+  static constexpr std::array<double, 6> kCos = {0x1.5555555555555p-5,  -0x1.6c16c16c16960p-10,
+                                                 0x1.a01a019f4d0edp-16, -0x1.27e4fa15bd814p-22,
+                                                 0x1.1eeb66b683027p-29, -0x1.907c0e63adb5ep-37};
+  static constexpr std::array<double, 7> kLog = {
+      6.666666666666735130e-01, 3.999999999940941908e-01, 2.857142874366239149e-01, 2.222219843214978396e-01,
+      1.818357216161805012e-01, 1.531383769920937332e-01, 1.479819860511658591e-01};
+  static constexpr std::array<double, 3> kHalfPi = {0x1.921fb544p+0, 0x1.0b4611a6p-34, 0x1.3198a2ep-69};
+  static constexpr double kRound = 0x1.8p52;
+  static constexpr std::int64_t kRootHalf = 0x3fe6a09e667f3bcd;
+  static constexpr int kMantissa = 52;
+};
+
+template <class Real>
+using Integers = hn::Vec<hn::RebindToSigned<Tag<Real>>>;
+
+template <class Real>
+struct LaneSinCos {
+  Vec<Real> sin, cos;
+};
+
+/// sin and cos of r + q π/2, |r| <= π/4; q stands in the low bits of `quadrant`.
+template <class Real>
+HWY_INLINE LaneSinCos<Real> sin_cos_in_quadrant(Vec<Real> r, Integers<Real> quadrant) {
+  using K = Coefficients<Real>;
+  const Tag<Real> d;
+  const hn::RebindToSigned<Tag<Real>> di;
+  const Vec<Real> z = r * r;
+  const Vec<Real> sin_r = r + r * z * polynomial<Real>(K::kSin, z);
+  const Vec<Real> cos_r = lanes<Real>(1.0) - (lanes<Real>(0.5) * z - z * z * polynomial<Real>(K::kCos, z));
+  const auto one = hn::Set(di, 1);
+  const auto two = hn::Set(di, 2);
+  const auto exchange = hn::RebindMask(d, hn::TestBit(quadrant, one));
+  const auto sign = [&](Integers<Real> turns) HWY_ATTR {
+    return hn::BitCast(d, hn::ShiftLeft<sizeof(Real) * 8 - 2>(hn::And(turns, two)));
+  };
+  return {hn::Xor(hn::IfThenElse(exchange, cos_r, sin_r), sign(quadrant)),
+          hn::Xor(hn::IfThenElse(exchange, sin_r, cos_r), sign(hn::Add(quadrant, one)))};
+}
+
+/// Of angles up to 1e6 (double) or 1e3 (float) [rad], to a few units in the last place of 1.
+template <class Real>
+HWY_INLINE LaneSinCos<Real> sin_cos(Vec<Real> x) {
+  using K = Coefficients<Real>;
+  const Vec<Real> shifted = x * lanes<Real>(2.0 / kPi) + lanes<Real>(K::kRound);
+  const Vec<Real> q = shifted - lanes<Real>(K::kRound);
+  const Vec<Real> r = ((x - q * lanes<Real>(K::kHalfPi[0])) - q * lanes<Real>(K::kHalfPi[1])) -
+                      q * lanes<Real>(K::kHalfPi[2]);
+  return sin_cos_in_quadrant<Real>(r, hn::BitCast(hn::RebindToSigned<Tag<Real>>(), shifted));
+}
+
+/// Of y and x not both huge or tiny; 0 at (0, 0).
+template <class Real>
+HWY_INLINE Vec<Real> atan2(Vec<Real> y, Vec<Real> x) {
+  const Tag<Real> d;
+  const Vec<Real> ax = hn::Abs(x);
+  const Vec<Real> ay = hn::Abs(y);
+  const Vec<Real> smaller = hn::Min(ax, ay);
+  const Vec<Real> larger = hn::Max(hn::Max(ax, ay), lanes<Real>(1e-30));
+  // atan t = π/4 + atan((t − 1)/(t + 1)) above tan(π/8)
+  const auto reduce = smaller > lanes<Real>(0.41421356237309503) * larger;
+  const Vec<Real> r =
+      hn::IfThenElse(reduce, smaller - larger, smaller) / hn::IfThenElse(reduce, smaller + larger, larger);
+  const Vec<Real> z = r * r;
+  const Vec<Real> octant = hn::IfThenElseZero(reduce, lanes<Real>(0.25 * kPi)) +
+                           (r + r * z * polynomial<Real>(Coefficients<Real>::kAtan, z));
+  const Vec<Real> quadrant = hn::IfThenElse(ay > ax, lanes<Real>(0.5 * kPi) - octant, octant);
+  const Vec<Real> half = hn::IfThenElse(x < hn::Zero(d), lanes<Real>(kPi) - quadrant, quadrant);
+  return hn::CopySignToAbs(half, y);
+}
+
+/// Of normal positive numbers, to a unit in the last place.
+template <class Real>
+HWY_INLINE Vec<Real> log(Vec<Real> x) {
+  using K = Coefficients<Real>;
+  const Tag<Real> d;
+  const hn::RebindToSigned<Tag<Real>> di;
+  const auto root_half = hn::Set(di, K::kRootHalf);  // the mantissa becomes √½ to √2
+  const auto bits = hn::Sub(hn::BitCast(di, x), root_half);
+  const Vec<Real> k = hn::ConvertTo(d, hn::ShiftRight<K::kMantissa>(bits));
+  const auto mantissa_bits = hn::Set(di, (hn::TFromD<decltype(di)>{1} << K::kMantissa) - 1);
+  const Vec<Real> f = hn::BitCast(d, hn::Add(hn::And(bits, mantissa_bits), root_half)) - lanes<Real>(1.0);
+  const Vec<Real> half_square = lanes<Real>(0.5) * f * f;
+  if constexpr (sizeof(Real) == sizeof(float)) {
+    const Vec<Real> tail = f * f * f * polynomial<Real>(K::kLog, f);
+    const Vec<Real> low = tail + k * lanes<Real>(-2.12194440e-4) - half_square;
+    return (f + low) + k * lanes<Real>(0.693359375);
+  } else {
+    const Vec<Real> s = f / (lanes<Real>(2.0) + f);
+    const Vec<Real> z = s * s;
+    const Vec<Real> R = z * polynomial<Real>(K::kLog, z);
+    const Vec<Real> low = s * (half_square + R) + k * lanes<Real>(1.90821492927058770002e-10);
+    return k * lanes<Real>(6.93147180369123816490e-01) - ((half_square - low) - f);
+  }
+}
+
+/// Of x <= 709, to two units in the last place; 0 below −708.
+HWY_INLINE Wide exp(Wide x) {
+  const Tag<double> d;
+  const hn::RebindToSigned<Tag<double>> di;
+  constexpr std::array<double, 14> kTaylor = {1.0,
+                                              1.0,
+                                              1.0 / 2,
+                                              1.0 / 6,
+                                              1.0 / 24,
+                                              1.0 / 120,
+                                              1.0 / 720,
+                                              1.0 / 5040,
+                                              1.0 / 40320,
+                                              1.0 / 362880,
+                                              1.0 / 3628800,
+                                              1.0 / 39916800,
+                                              1.0 / 479001600,
+                                              1.0 / 6227020800};
+  const Wide round = lanes<double>(0x1.8p52);
+  const Wide limited = hn::Max(x, lanes<double>(-708.0));
+  const Wide shifted = limited * lanes<double>(1.4426950408889634) + round;
+  const Wide k = shifted - round;
+  const Wide r = (limited - k * lanes<double>(6.93147180369123816490e-01)) -
+                 k * lanes<double>(1.90821492927058770002e-10);
+  const auto exponent = hn::ShiftLeft<52>(hn::BitCast(di, shifted));
+  const Wide y = hn::BitCast(d, hn::Add(hn::BitCast(di, polynomial<double>(kTaylor, r)), exponent));
+  return hn::IfThenElseZero(x >= lanes<double>(-708.0), y);
+}
+
+#if HWY_TARGET != HWY_SCALAR
+/// The doubles of one vector of floats.
+struct TwoWide {
+  using Tag64 = hn::Repartition<double, Tag<float>>;
+  hn::Vec<Tag64> low, high;
+};
+HWY_INLINE TwoWide load_two(const double* from) {
+  const TwoWide::Tag64 d;
+  return {hn::Load(d, from), hn::Load(d, from + hn::Lanes(d))};
+}
+HWY_INLINE void store_two(const TwoWide& x, double* to) {
+  const TwoWide::Tag64 d;
+  hn::Store(x.low, d, to);
+  hn::Store(x.high, d, to + hn::Lanes(d));
+}
+HWY_INLINE TwoWide promoted(Vec<float> x) {
+  const TwoWide::Tag64 d;
+  const hn::Half<Tag<float>> half;
+  return {hn::PromoteTo(d, hn::LowerHalf(half, x)), hn::PromoteTo(d, hn::UpperHalf(half, x))};
+}
+HWY_INLINE Vec<float> demoted(const TwoWide& x) {
+  const hn::Half<Tag<float>> half;
+  return hn::Combine(Tag<float>(), hn::DemoteTo(half, x.high), hn::DemoteTo(half, x.low));
+}
+#else
+struct TwoWide {
+  Wide low;
+};
+HWY_INLINE TwoWide load_two(const double* from) {
+  return {hn::Load(Tag<double>(), from)};
+}
+HWY_INLINE void store_two(const TwoWide& x, double* to) {
+  hn::Store(x.low, Tag<double>(), to);
+}
+HWY_INLINE TwoWide promoted(Vec<float> x) {
+  return {hn::PromoteTo(Tag<double>(), x)};
+}
+HWY_INLINE Vec<float> demoted(const TwoWide& x) {
+  return hn::DemoteTo(Tag<float>(), x.low);
+}
+#endif
+
+/// As many doubles as Tag<Real> has lanes, rounded to Real.
+template <class Real>
+HWY_INLINE Vec<Real> load(const double* from) {
+  if constexpr (sizeof(Real) == sizeof(double))
+    return hn::Load(Tag<double>(), from);
+  else
+    return demoted(load_two(from));
+}
+
+template <class Real>
+HWY_INLINE void store(Vec<Real> x, double* to) {
+  if constexpr (sizeof(Real) == sizeof(double))
+    hn::Store(x, Tag<double>(), to);
+  else
+    store_two(promoted(x), to);
+}
+
+/// to[i] += x[i], the sum in double.
+template <class Real>
+HWY_INLINE void add(Vec<Real> x, double* to) {
+  if constexpr (sizeof(Real) == sizeof(double)) {
+    hn::Store(hn::Load(Tag<double>(), to) + x, Tag<double>(), to);
+  } else {
+    TwoWide sum = load_two(to);
+    const TwoWide more = promoted(x);
+    sum.low = sum.low + more.low;
+#if HWY_TARGET != HWY_SCALAR
+    sum.high = sum.high + more.high;
+#endif
+    store_two(sum, to);
+  }
+}
+
+}  // namespace trundle::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

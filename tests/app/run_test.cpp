@@ -1,0 +1,144 @@
+// `trundle run` is the single commands in turn: the same bytes, and a word on every stage.
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "trundle/io/file.hpp"
+
+#include "app/process.hpp"
+#include "app/sample.hpp"
+
+namespace trundle::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using Json = nlohmann::json;
+
+const std::filesystem::path kDemo = std::filesystem::path(TRUNDLE_SOURCE_DIR) / "data/demo";
+
+/// A fresh folder with the inputs of a Sample, and the demo's recordings under their own paths.
+class RunCommand : public testing::Test {
+ protected:
+  Outcome run(const Arguments& arguments) const { return run_program(sample_.folder(), arguments); }
+  std::string read(const std::string& file) const { return read_file(sample_.folder() / file); }
+  Json json(const std::string& file) const { return Json::parse(read(file)); }
+  bool exists(const std::string& file) const { return std::filesystem::exists(sample_.folder() / file); }
+  void keep(const std::string& file, const std::string& text) const {
+    write_file(sample_.folder() / file, text);
+  }
+  /// The entry of a stage in DIR/run.json.
+  Json stage(const std::string& folder, const std::string& name) const {
+    const Json run = json(folder + "/run.json");
+    for (const Json& stage : run.at("stages"))
+      if (stage.at("name") == name) return stage;
+    return nullptr;
+  }
+
+  Sample sample_;
+};
+
+/// What the folder of a run must hold, file by file.
+constexpr std::array kFiles = {
+    "info.json",      "calibrated.toml",    "calibration.json",    "nominal.csv",
+    "nominal.json",   "odometry.csv",       "odometry.json",       "slip.csv",
+    "slip.json",      "trajectory.csv",     "slam/trajectory.csv", "slam/path.csv",
+    "slam/slam.json", "slam/landmarks.csv", "slam/steps.csv",      "slam/innovations.csv"};
+
+TEST_F(RunCommand, GivesTheBytesOfTheSingleCommandsInTurn) {
+  const std::string tour = (kDemo / "session_01/tour").string();
+  const std::string nominal = (kDemo / "robot.toml").string();
+  const std::string squares = (kDemo / "session_02").string();
+  const std::string clean = (kDemo / "session_02/tour").string();
+  ASSERT_EQ(
+      run({"run", tour, "--robot", nominal, "--calibrate-on", squares, "--learn", clean, "-o", "d"}).err, "");
+  std::map<std::string, std::string> in_one_go;
+  for (const char* file : kFiles) in_one_go[file] = read(std::string("d/") + file);
+  const Json evaluation = json("d/evaluation.json");
+
+  std::filesystem::remove_all(sample_.folder() / "d");
+  const auto printed_into = [&](const std::string& file, Arguments arguments) {
+    arguments.emplace_back("--json");
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    keep(file, outcome.out);
+  };
+  printed_into("d/info.json", {"info", tour, "--robot", nominal, "--gyro-noise"});
+  run({"calibrate", squares, "--hold-out", tour, "--robot", nominal, "-o", "d/calibrated.toml"});
+  printed_into("d/nominal.json", {"odometry", tour, "--robot", nominal, "-o", "d/nominal.csv"});
+  printed_into("d/odometry.json", {"odometry", tour, "--robot", "d/calibrated.toml", "-o", "d/odometry.csv"});
+  printed_into("d/slip.json", {"slip", tour, "--robot", "d/calibrated.toml", "--learn", clean, "-o",
+                               "d/slip.csv", "--corrected", "d/trajectory.csv"});
+  printed_into("d/slam/slam.json", {"slam", tour, "--robot", "d/calibrated.toml", "-o", "d/slam"});
+  for (const char* file : kFiles) EXPECT_EQ(read(std::string("d/") + file), in_one_go[file]) << file;
+
+  for (const Json& trajectory : evaluation.at("trajectories"))
+    for (const auto& [alignment, document] : trajectory.at("evaluations").items()) {
+      const Outcome outcome = run({"evaluate", "d/" + trajectory.at("file").get<std::string>(), tour,
+                                   "--robot", "d/calibrated.toml", "--align", alignment, "--json"});
+      EXPECT_EQ(Json::parse(outcome.out), document) << trajectory.at("name") << " " << alignment;
+    }
+}
+
+TEST_F(RunCommand, StagesThatCannotRunSayWhyAndTheRestGoesOn) {
+  const Outcome outcome = run({"run", "blind", "--robot", "nominal.toml", "-o", "d"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(stage("d", "odometry").at("status"), "done");
+  for (const char* name : {"calibration", "slip", "slam", "evaluation"}) {
+    EXPECT_NE(stage("d", name).at("status"), "done") << name;
+    EXPECT_THAT(stage("d", name).at("message").get<std::string>(), testing::Not(IsEmpty())) << name;
+    EXPECT_THAT(stage("d", name).at("outputs"), IsEmpty()) << name;
+  }
+  EXPECT_EQ(read("d/trajectory.csv"), read("d/odometry.csv"));
+  EXPECT_FALSE(exists("d/nominal.csv"));
+}
+
+TEST_F(RunCommand, OutputsThatStagesNameAreThere) {
+  ASSERT_EQ(run({"run", "ccw", "--robot", "nominal.toml", "-o", "d"}).exit_code, 0);
+  const Json run_json = json("d/run.json");
+  for (const Json& stage : run_json.at("stages"))
+    for (const Json& output : stage.at("outputs"))
+      EXPECT_TRUE(exists("d/" + output.get<std::string>())) << output;
+  for (const Json& trajectory : run_json.at("trajectories"))
+    EXPECT_TRUE(exists("d/" + trajectory.at("file").get<std::string>())) << trajectory;
+}
+
+TEST_F(RunCommand, ACalibratedRobotIsTakenAsItIs) {
+  ASSERT_EQ(run({"run", "ccw", "--robot", "nominal.toml", "-o", "d"}).exit_code, 0);
+  EXPECT_EQ(json("d/run.json").at("held_out"), false);
+  ASSERT_EQ(run({"run", "cw", "--robot", "d/calibrated.toml", "-o", "e"}).exit_code, 0);
+  EXPECT_EQ(stage("e", "calibration").at("status"), "skipped");
+  EXPECT_TRUE(json("e/run.json").at("held_out").is_null());
+  ASSERT_EQ(run({"run", "cw", "--robot", "d/calibrated.toml", "--calibrate-on", "ccw", "-o", "f"}).exit_code,
+            0);
+  EXPECT_EQ(stage("f", "calibration").at("status"), "done");
+  EXPECT_EQ(json("f/run.json").at("held_out"), true);
+}
+
+TEST_F(RunCommand, AResultHoldsNothingOfTheRunBeforeIt) {
+  ASSERT_EQ(run({"run", "ccw", "--robot", "nominal.toml", "-o", "d"}).exit_code, 0);
+  ASSERT_TRUE(exists("d/calibrated.toml"));
+  ASSERT_EQ(run({"run", "blind", "--robot", "nominal.toml", "-o", "d"}).exit_code, 0);
+  EXPECT_FALSE(exists("d/calibrated.toml"));
+  EXPECT_FALSE(exists("d/evaluation.json"));
+}
+
+TEST_F(RunCommand, NothingAnsweredIsExitCodeFourAndStillTold) {
+  keep("one_wheel.toml",
+       "name = \"one\"\n[[wheel]]\nname = \"left\"\ndiameter_m = 0.1\nticks_per_revolution = 100\n");
+  const Outcome outcome = run({"run", "blind", "--robot", "one_wheel.toml", "-o", "d"});
+  EXPECT_EQ(outcome.exit_code, 4);
+  EXPECT_EQ(stage("d", "odometry").at("status"), "failed");
+  EXPECT_THAT(outcome.err, HasSubstr(stage("d", "odometry").at("message").get<std::string>()));
+}
+
+TEST_F(RunCommand, WrongInputIsExitCodeThree) {
+  EXPECT_EQ(run({"run", "nowhere", "--robot", "nominal.toml", "-o", "d"}).exit_code, 3);
+  EXPECT_EQ(run({"run", "ccw", "--robot", "nowhere.toml", "-o", "d"}).exit_code, 3);
+  EXPECT_FALSE(exists("d"));
+}
+
+}  // namespace
+}  // namespace trundle::test

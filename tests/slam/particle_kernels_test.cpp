@@ -1,0 +1,187 @@
+#include "trundle/slam/particle_kernels.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include "trundle/slam/landmark_kernels.hpp"
+#include "trundle/slam/lane_targets.hpp"
+#include "trundle/slam/particle_slam.hpp"
+
+#include "slam/world.hpp"
+
+namespace trundle {
+namespace {
+
+TEST(Threefry, IsThePublishedOne) {
+  using Words = std::array<std::uint32_t, 4>;
+  constexpr std::uint32_t kAll = 0xffffffff;
+  EXPECT_EQ(threefry({0, 0, 0, 0}, {0, 0, 0, 0}), (Words{0x9c6ca96a, 0xe17eae66, 0xfc10ecd4, 0x5256a7d8}));
+  EXPECT_EQ(threefry({kAll, kAll, kAll, kAll}, {kAll, kAll, kAll, kAll}),
+            (Words{0x2a881696, 0x57012287, 0xf6c7446e, 0xa16a6732}));
+}
+
+TEST(DrawNormals, AreNormalAndIndependent) {
+  constexpr std::size_t kCount = 1 << 18;
+  TripleColumns n(kCount);
+  draw_normals({.seed = 5, .step = 7}, {0, kCount}, n);
+  const double sigma = 1.0 / std::sqrt(static_cast<double>(kCount));
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::array<double, 5> moments{};
+    double with_next = 0.0;
+    double with_neighbour = 0.0;
+    for (std::size_t i = 0; i < kCount; ++i) {
+      const double x = n[k][i];
+      double power = 1.0;
+      for (double& moment : moments) moment += (power *= x) / kCount;
+      with_next += x * n[(k + 1) % 3][i] / kCount;
+      with_neighbour += x * n[k][(i + 1) % kCount] / kCount;
+    }
+    EXPECT_NEAR(moments[0], 0.0, 4.0 * sigma);
+    EXPECT_NEAR(moments[1], 1.0, 4.0 * std::sqrt(2.0) * sigma);
+    EXPECT_NEAR(moments[2], 0.0, 4.0 * std::sqrt(15.0) * sigma);
+    EXPECT_NEAR(moments[3], 3.0, 4.0 * std::sqrt(96.0) * sigma);
+    EXPECT_NEAR(with_next, 0.0, 4.0 * sigma);
+    EXPECT_NEAR(with_neighbour, 0.0, 4.0 * sigma);
+  }
+}
+
+TEST(Predict, IsComposition) {
+  Random random(3);
+  PoseColumns poses(50);
+  TripleColumns systematic(50);
+  for (std::size_t i = 0; i < 50; ++i) {
+    poses.set(i, {random.uniform(-99.0, 99.0), random.uniform(-99.0, 99.0), random.uniform(-9.0, 9.0)});
+    systematic.set(i, {random.normal(0.1), random.normal(0.1), random.normal(0.1)});
+  }
+  Motion motion = motion_of({2.0, 0.3, -1.5}, Matrix3::Zero());
+  PoseColumns predicted(50);
+  predict(poses, systematic, motion, {0, padded(50)}, predicted);
+  for (std::size_t i = 0; i < 50; ++i) {
+    const Pose2 exact =
+        poses.at(i) * motion.mean * exp(Twist2::from(motion.by_systematic * systematic.at(i)));
+    EXPECT_NEAR(predicted.at(i).x, exact.x, 1e-13);
+    EXPECT_NEAR(predicted.at(i).y, exact.y, 1e-13);
+    EXPECT_NEAR(wrap_angle(predicted.at(i).heading - exact.heading), 0.0, 1e-13);
+  }
+}
+
+TEST(Place, IsTheExponentialAndTheSensorThere) {
+  Random random(4);
+  PoseColumns predicted(40);
+  TripleColumns n(40);
+  for (std::size_t i = 0; i < 40; ++i) {
+    predicted.set(i, {random.uniform(-99.0, 99.0), random.uniform(-99.0, 99.0), random.uniform(-9.0, 9.0)});
+    n.set(i, Vector3(random.normal(), random.normal(), random.normal()) * std::pow(10.0, -static_cast<double>(i % 10)));
+  }
+  Matrix3 L = Matrix3::Zero();
+  L << 0.5, 0.0, 0.0, 0.1, 0.2, 0.0, -0.1, 0.3, 1.2;
+  const Pose2 B{0.4, -0.2, 0.7};
+  PoseColumns poses(40);
+  SensorColumns sensors(40);
+  sensors.origin = {12.0, -7.0};
+  place(predicted, n, {L, B}, {0, padded(40)}, poses, sensors);
+  for (std::size_t i = 0; i < 40; ++i) {
+    const Pose2 exact = predicted.at(i) * exp(Twist2::from(L * n.at(i)));
+    const Pose2 sensor = exact * B;
+    EXPECT_NEAR(poses.at(i).x, exact.x, 1e-13);
+    EXPECT_NEAR(poses.at(i).y, exact.y, 1e-13);
+    EXPECT_NEAR(sensors.x[i] + 12.0, sensor.x, 1e-13);
+    EXPECT_NEAR(sensors.y[i] - 7.0, sensor.y, 1e-13);
+    EXPECT_NEAR(sensors.cos[i], std::cos(sensor.heading), 1e-14);
+    EXPECT_NEAR(sensors.sin[i], std::sin(sensor.heading), 1e-14);
+  }
+}
+
+TEST(Exponentials, AreTheLibrarys) {
+  Column<double> x(padded(2000));
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = 2.0 - 0.36 * static_cast<double>(i);
+  x[1999] = -std::numeric_limits<double>::infinity();
+  Column<double> y = x;
+  exponentials(x.data(), {0, x.size()}, y.data());
+  for (std::size_t i = 0; i < x.size(); ++i)
+    EXPECT_NEAR(y[i], x[i] < -708.0 ? 0.0 : std::exp(x[i]), 5e-16 * std::exp(x[i]));
+}
+
+/// One landmark, many particles around it, the same readings for all.
+class LanesIn : public testing::TestWithParam<Precision> {};
+
+TEST_P(LanesIn, LanesAgreeWithOneLandmarkAlone) {
+  // In float32 the landmark keeps 24 bits of its distance from its own origin, metres, far from zero.
+  const double tolerance = GetParam() == Precision::float32 ? 2e-6 : 1e-12;
+  const Vector2 far(5e5, -3e5);
+  constexpr std::size_t kParticles = 33;
+  Random random(6);
+  SensorColumns sensors(kParticles);
+  sensors.origin = far;
+  LandmarkColumns columns(kParticles, GetParam(), far + Vector2(3.0, 3.0));
+  std::vector<LandmarkEstimate> alone;
+  std::vector<SensorAt> at;
+  for (std::size_t i = 0; i < kParticles; ++i) {
+    const double heading = random.uniform(-kPi, kPi);
+    at.push_back(
+        {random.uniform(-2.0, 2.0), random.uniform(-2.0, 2.0), std::cos(heading), std::sin(heading)});
+    sensors.x[i] = at[i].x;
+    sensors.y[i] = at[i].y;
+    sensors.cos[i] = at[i].cos;
+    sensors.sin[i] = at[i].sin;
+  }
+  const LandmarkSensor sensor{{}, 0.1, 0.02, 20.0, 0.0};
+  const ReadingTerms first = reading_terms({0, 4.0, 0.5}, sensor);
+  set_first_estimates(first, sensors, {0, padded(kParticles)}, columns);
+  for (const SensorAt& s : at) alone.push_back(first_estimate(s, first));
+  Column<double> log_weights(padded(kParticles));
+  std::vector<double> expected(kParticles);
+  for (int k = 0; k < 10; ++k) {
+    const ReadingTerms reading =
+        reading_terms({0, 4.0 + random.normal(0.1), 0.5 + random.normal(0.02)}, sensor);
+    const KnownReading known{reading, &columns};
+    weigh_and_improve({&known, 1}, sensors, {0, padded(kParticles)}, log_weights.data());
+    for (std::size_t i = 0; i < kParticles; ++i) {
+      const Sight sight = sight_of(at[i], reading, alone[i]);
+      expected[i] += log_likelihood_of(sight);
+      improve(alone[i], sight);
+    }
+  }
+  const double of_place = std::max(tolerance, 1e-9);  // far from zero doubles have 1e-10 m
+  for (std::size_t i = 0; i < kParticles; ++i) {
+    const LandmarkEstimate m = columns.at(i);
+    EXPECT_NEAR(m.x - far.x(), alone[i].x, of_place);
+    EXPECT_NEAR(m.y - far.y(), alone[i].y, of_place);
+    EXPECT_NEAR(m.xx, alone[i].xx, tolerance * 0.01);
+    EXPECT_NEAR(m.xy, alone[i].xy, tolerance * 0.01);
+    EXPECT_NEAR(m.yy, alone[i].yy, tolerance * 0.01);
+    EXPECT_NEAR(log_weights[i], expected[i], 100.0 * tolerance);
+  }
+}
+
+TEST_P(LanesIn, EveryInstructionSetGivesTheSameBytes) {
+  const test::SlamWorld world = test::slam_world({.steps = 60});
+  std::vector<std::vector<Pose2>> poses;
+  std::vector<Vector2> landmarks;
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    ParticleSlam filter(world.sensor,
+                        {.proposal = Proposal::linearised, .particles = 70, .map_precision = GetParam()});
+    for (const SlamStep& step : world.steps) filter.step(step.motion, step.observations);
+    poses.push_back(filter.poses());
+    landmarks.push_back(filter.landmark(3).position);
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  for (std::size_t k = 1; k < poses.size(); ++k) {
+    EXPECT_EQ(landmarks[k], landmarks[0]);
+    for (std::size_t i = 0; i < 70; ++i) {
+      EXPECT_EQ(poses[k][i].x, poses[0][i].x);
+      EXPECT_EQ(poses[k][i].heading, poses[0][i].heading);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(, LanesIn, testing::Values(Precision::float32, Precision::float64),
+                         [](const testing::TestParamInfo<Precision>& precision) {
+                           return precision.param == Precision::float32 ? "float32" : "float64";
+                         });
+
+}  // namespace
+}  // namespace trundle
