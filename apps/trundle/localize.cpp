@@ -116,7 +116,7 @@ nlohmann::ordered_json to_json(const KnownStretch& stretch) {
 nlohmann::ordered_json document_of(const Run& run) {
   const LocalizationCounts& counts = run.result.counts;
   const StampedPose& end = run.result.trajectory.poses.back();
-  nlohmann::ordered_json document = app::to_json(run.provenance);
+  nlohmann::ordered_json document = trundle::to_json(run.provenance);
   document["landmarks"] = run.landmarks;
   document["steps"] = run.input.steps.size();
   document["poses"] = run.result.trajectory.poses.size();
@@ -134,7 +134,7 @@ nlohmann::ordered_json document_of(const Run& run) {
       {"time_s", end.time_s}, {"x_m", end.pose.x}, {"y_m", end.pose.y}, {"heading_rad", end.pose.heading}};
   document["trajectory"] = "online estimate, where the pose is known";
   document["problems"] = nlohmann::ordered_json::array();
-  for (const Problem& problem : run.input.problems) document["problems"].push_back(app::to_json(problem));
+  for (const Problem& problem : run.input.problems) document["problems"].push_back(trundle::to_json(problem));
   return document;
 }
 

@@ -95,9 +95,15 @@ TEST(SlipOdometer, ACopyContinuesIndependently) {
 TEST(SlipOdometer, TheBiasStartsAsTheCalibrationKnowsIt) {
   Robot robot = differential();
   robot.calibration = CalibrationRecord{};
-  robot.calibration->parameters = {{.name = "track", .observable = true},
-                                   {.name = "gyro.scale", .observable = false},
-                                   {.name = "gyro.bias", .sigma_between = 0.001, .observable = true}};
+  const auto parameter = [](std::string name, std::optional<double> sigma_between, bool observable) {
+    CalibratedParameter of;
+    of.name = std::move(name);
+    of.sigma_between = sigma_between;
+    of.observable = observable;
+    return of;
+  };
+  robot.calibration->parameters = {parameter("track", {}, true), parameter("gyro.scale", {}, false),
+                                   parameter("gyro.bias", 0.001, true)};
   robot.calibration->covariance = Eigen::Vector2d(1e-6, 4e-6).asDiagonal();
   EXPECT_EQ(SlipOdometer(robot, learning()).odometer().gyro_bias().variance, 4e-6);
   robot.calibration->parameters[2].sigma_between.reset();
