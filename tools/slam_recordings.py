@@ -14,8 +14,8 @@ from pathlib import Path
 
 MRCLAM_ROBOT = """name = "mrclam"
 [landmark_sensor]
-range_sigma_m = 0.25
-bearing_sigma_deg = 5.0
+range_sigma_m = 0.5
+bearing_sigma_deg = 2.5
 [noise]
 wheel_per_sqrt_m = 0.05
 lateral_per_sqrt_m = 0.02

@@ -20,12 +20,19 @@ struct Options {
   std::string output;
 };
 
+std::string smoother_line(const SmootherCounts& counts) {
+  return fmt::format(
+      "  smoothed {} poses: {} of {} sightings are outliers; cost {:.1f}, {} degrees of freedom; {} after {} "
+      "iterations\n",
+      counts.poses, counts.outliers, counts.sightings, counts.cost, counts.degrees_of_freedom,
+      counts.converged ? "converged" : "not converged", counts.iterations);
+}
+
 std::string text_of(const Options& options, const SlamAnswer& answer) {
   const SlamCounts& counts = answer.result.counts;
-  const StampedPose& end = answer.result.online.poses.back();
-  std::string text =
-      fmt::format("{}: {} landmarks from {} sightings in {} steps\n", options.filter,
-                  answer.result.map.size(), answer.input.observations(), answer.input.steps.size());
+  const StampedPose& end = answer.trajectory().poses.back();
+  std::string text = fmt::format("{}: {} landmarks from {} sightings in {} steps\n", options.filter,
+                                 answer.map().size(), answer.input.observations(), answer.input.steps.size());
   text += fmt::format("  matched {}, new {}, rejected as outliers {}, invalid {}\n", counts.matched,
                       counts.created, counts.rejected, counts.invalid);
   text +=
@@ -36,12 +43,13 @@ std::string text_of(const Options& options, const SlamAnswer& answer) {
         fmt::format("  resampled in {} steps; effective particles at worst {:.1f} of {}\n", counts.resampled,
                     counts.smallest_effective_share * static_cast<double>(options.question.particles),
                     options.question.particles);
+  if (answer.smoothed) text += smoother_line(answer.smoothed->counts);
   text += fmt::format("end pose: x {:.4f} m, y {:.4f} m, heading {:.3f}°\n", end.pose.x, end.pose.y,
                       degrees(end.pose.heading));
-  text += fmt::format(
-      "written to {}: trajectory.csv (online estimate), {}landmarks.csv, steps.csv, "
-      "innovations.csv\n",
-      options.output, answer.result.path ? "path.csv (best particle's whole path), " : "");
+  text += fmt::format("written to {}: trajectory.csv ({}), {}landmarks.csv, steps.csv, innovations.csv\n",
+                      options.output,
+                      answer.smoothed ? "smoothed), online.csv (online estimate" : "online estimate",
+                      answer.result.path ? "path.csv (best particle's whole path), " : "");
   for (const Problem& problem : answer.input.problems) text += line_of(problem);
   return text;
 }
@@ -85,6 +93,8 @@ void add_slam(CLI::App& app) {
       ->add_option("--start", options->question.start_text,
                    "Pose at the first stamp: X,Y,DEG [m, m, degrees]")
       ->capture_default_str();
+  command->add_flag("--smooth", options->question.smooth,
+                    "Then the most probable trajectory and map given everything seen, before and after");
   command->add_flag("--unknown-ids", options->question.unknown_ids,
                     "Forget the landmarks' names and find out which is which (--filter ekf)");
   command

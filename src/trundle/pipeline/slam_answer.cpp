@@ -17,8 +17,9 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
   if (question.method != SlamMethod::ekf)
     provenance.options.emplace_back("particles", std::to_string(question.particles));
   if (question.unknown_ids) provenance.options.emplace_back("unknown-ids", "true");
-  if (question.systematic_sigma != 0.0)
-    provenance.options.emplace_back("systematic-sigma", fmt::format("{}", question.systematic_sigma));
+  if (question.systematic_sigma)
+    provenance.options.emplace_back("systematic-sigma", fmt::format("{}", *question.systematic_sigma));
+  if (question.smooth) provenance.options.emplace_back("smooth", "true");
   add_robot_number(question.robot_number, provenance);
   return provenance;
 }
@@ -87,7 +88,7 @@ std::string csv_of_innovations(const SlamAnswer& answer) {
 }
 
 nlohmann::ordered_json systematic_of(const SlamAnswer& answer) {
-  const PoseEstimate& last = answer.result.last;
+  const PoseEstimate& last = answer.last();
   const Vector3 sigma = last.systematic_covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   nlohmann::ordered_json document = nlohmann::ordered_json::array();
   constexpr std::array kNames = {"travel", "turn", "turn_per_m"};
@@ -95,6 +96,17 @@ nlohmann::ordered_json systematic_of(const SlamAnswer& answer) {
     document.push_back(
         {{"name", kNames[static_cast<std::size_t>(i)]}, {"value", last.systematic[i]}, {"sigma", sigma[i]}});
   return document;
+}
+
+nlohmann::ordered_json smoother_of(const SmootherCounts& counts) {
+  return {{"poses", counts.poses},
+          {"sightings", counts.sightings},
+          {"outliers", counts.outliers},
+          {"cost", counts.cost},
+          {"degrees_of_freedom", counts.degrees_of_freedom},
+          {"iterations", counts.iterations},
+          {"starts", counts.starts},
+          {"converged", counts.converged}};
 }
 
 }  // namespace
@@ -106,12 +118,14 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
   problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
   if (answer.input.observations() == 0)
     throw CannotAnswer(fmt::format("{}: no sightings while the robot's odometry runs", recording.name));
-  answer.result = slam(answer.input, *robot.robot.landmark_sensor,
-                       {.method = question.method,
-                        .particles = question.particles,
-                        .seed = question.seed,
-                        .prior = {.start = question.start,
-                                  .systematic_sigma = Systematic::Constant(question.systematic_sigma)}});
+  const LandmarkSensor& sensor = *robot.robot.landmark_sensor;
+  SlamPrior prior{.start = question.start,
+                  .systematic_sigma = Systematic::Constant(question.systematic_sigma.value_or(0.0))};
+  answer.result = slam(
+      answer.input, sensor,
+      {.method = question.method, .particles = question.particles, .seed = question.seed, .prior = prior});
+  if (!question.systematic_sigma) prior.systematic_sigma = kUsualSystematicSigma;
+  if (question.smooth) answer.smoothed = smooth(answer.input, sensor, answer.result, {.prior = prior});
   answer.provenance = provenance_of(recording, robot, question);
   if (question.unknown_ids) answer.input.landmarks = numbers_for(answer.result.reports);
   return answer;
@@ -119,10 +133,10 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
 
 nlohmann::ordered_json document_of(const SlamAnswer& answer) {
   const SlamCounts& counts = answer.result.counts;
-  const StampedPose& end = answer.result.online.poses.back();
+  const StampedPose& end = answer.trajectory().poses.back();
   nlohmann::ordered_json document = to_json(answer.provenance);
   document["steps"] = answer.input.steps.size();
-  document["landmarks"] = answer.result.map.size();
+  document["landmarks"] = answer.map().size();
   document["sightings"] = {{"matched", counts.matched},
                            {"created", counts.created},
                            {"rejected", counts.rejected},
@@ -132,7 +146,11 @@ nlohmann::ordered_json document_of(const SlamAnswer& answer) {
   document["smallest_effective_share"] = counts.smallest_effective_share;
   document["end"] = {
       {"time_s", end.time_s}, {"x_m", end.pose.x}, {"y_m", end.pose.y}, {"heading_rad", end.pose.heading}};
-  document["trajectory"] = "online estimate";
+  document["trajectory"] = answer.smoothed ? "smoothed" : "online estimate";
+  if (answer.smoothed) {
+    document["online"] = "online estimate";
+    document["smoother"] = smoother_of(answer.smoothed->counts);
+  }
   if (answer.result.path) document["path"] = "whole path of the best particle";
   document["systematic_errors"] = systematic_of(answer);
   document["problems"] = to_json(answer.input.problems);
@@ -142,10 +160,11 @@ nlohmann::ordered_json document_of(const SlamAnswer& answer) {
 std::vector<OutputFile> files_of(const SlamAnswer& answer, const std::filesystem::path& folder) {
   const std::string head = head_of(answer.provenance);
   std::vector<OutputFile> files = {
-      {folder / "trajectory.csv", head + to_csv(answer.result.online)},
-      {folder / "landmarks.csv", head + csv_of(answer.result.map, answer.input.landmarks)},
+      {folder / "trajectory.csv", head + to_csv(answer.trajectory())},
+      {folder / "landmarks.csv", head + csv_of(answer.map(), answer.input.landmarks)},
       {folder / "steps.csv", head + csv_of_steps(answer)},
       {folder / "innovations.csv", head + csv_of_innovations(answer)}};
+  if (answer.smoothed) files.push_back({folder / "online.csv", head + to_csv(answer.result.online)});
   if (answer.result.path) files.push_back({folder / "path.csv", head + to_csv(*answer.result.path)});
   return files;
 }

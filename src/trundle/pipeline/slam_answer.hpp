@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/provenance.hpp"
 #include "trundle/slam/slam.hpp"
+#include "trundle/slam/smoother.hpp"
 
 namespace trundle {
 
@@ -19,15 +21,24 @@ struct SlamQuestion {
   std::uint64_t seed = SlamOptions{}.seed;
   Pose2 start = {};                  ///< pose at the first stamp
   std::string start_text = "0,0,0";  ///< the same as it was given
-  double systematic_sigma = 0.0;     ///< prior of the odometry's systematic errors [1, 1, rad/m]
-  bool unknown_ids = false;          ///< forget the landmarks' names and find out which is which
-  int robot_number = 0;              ///< of a folder with several robots; 0: not given
+  /// Prior of the odometry's systematic errors [1, 1, rad/m]; nothing: filters take them for 0, the smoother
+  /// for unknown as usual.
+  std::optional<double> systematic_sigma = {};
+  bool unknown_ids = false;  ///< forget the landmarks' names and find out which is which
+  bool smooth = false;       ///< then also the most probable trajectory and map of all
+  int robot_number = 0;      ///< of a folder with several robots; 0: not given
 };
 
 struct SlamAnswer {
   Provenance provenance;
   SlamInput input;  ///< with the problems of reading the recording, and names for all landmarks
   SlamResult result;
+  std::optional<SmoothedSlam> smoothed;
+
+  /// The smoothed ones where there are such.
+  const Trajectory& trajectory() const { return smoothed ? smoothed->trajectory : result.online; }
+  const std::vector<MappedLandmark>& map() const { return smoothed ? smoothed->map : result.map; }
+  const PoseEstimate& last() const { return smoothed ? smoothed->last : result.last; }
 };
 
 /// Throws as slam_input and slam, and CannotAnswer where nothing is seen while the odometry runs.
@@ -36,7 +47,8 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
 /// What `trundle slam --json` prints.
 nlohmann::ordered_json document_of(const SlamAnswer& answer);
 
-/// trajectory.csv, landmarks.csv, steps.csv, innovations.csv and, where there is one, path.csv.
+/// trajectory.csv, landmarks.csv, steps.csv, innovations.csv and, where there is one, path.csv; online.csv
+/// where trajectory.csv is the smoothed one.
 std::vector<OutputFile> files_of(const SlamAnswer& answer, const std::filesystem::path& folder);
 
 }  // namespace trundle

@@ -1,0 +1,92 @@
+#include "trundle/slam/smoothing_problem.hpp"
+
+#include <gtest/gtest.h>
+
+#include "trundle/simulation/random.hpp"
+
+namespace trundle {
+namespace {
+
+constexpr double kStep = 1e-6;
+
+Pose2 any_pose(Random& random) {
+  return {random.uniform(-5.0, 5.0), random.uniform(-5.0, 5.0), random.uniform(-9.0, 9.0)};
+}
+
+Pose2 nudged(const Pose2& pose, int coordinate, double by) {
+  Vector3 delta = Vector3::Zero();
+  delta[coordinate] = by;
+  return pose * exp(Twist2::from(delta));
+}
+
+TEST(MotionResidual, DerivativesAreThoseOfSmallMoves) {
+  Random random(1, 1);
+  for (int trial = 0; trial < 50; ++trial) {
+    MotionLink link;
+    link.mean = exp({random.uniform(-2.0, 2.0), random.uniform(-1.0, 1.0), random.uniform(-2.5, 2.5)});
+    link.by_parameters = Eigen::Matrix3Xd::Random(3, 2);
+    const Eigen::Vector2d p(random.normal(0.1), random.normal(0.1));
+    const Pose2 a = any_pose(random);
+    const Pose2 b = a * link.mean * exp({random.normal(0.3), random.normal(0.3), random.normal(0.3)});
+    const MotionResidual r = motion_residual(link, a, b, p);
+    for (int i = 0; i < 3; ++i) {
+      const Vector3 by_a = (motion_residual(link, nudged(a, i, kStep), b, p).error -
+                            motion_residual(link, nudged(a, i, -kStep), b, p).error) /
+                           (2.0 * kStep);
+      const Vector3 by_b = (motion_residual(link, a, nudged(b, i, kStep), p).error -
+                            motion_residual(link, a, nudged(b, i, -kStep), p).error) /
+                           (2.0 * kStep);
+      EXPECT_LT((by_a - r.by_from.col(i)).norm(), 1e-7);
+      EXPECT_LT((by_b - r.by_to.col(i)).norm(), 1e-7);
+    }
+  }
+}
+
+TEST(SightingResidual, DerivativesAreThoseOfSmallMoves) {
+  const LandmarkSensor sensor{{0.2, -0.1, 0.7}, 0.1, 0.02, 10.0, 0.0};
+  Random random(2, 1);
+  for (int trial = 0; trial < 50; ++trial) {
+    const Pose2 pose = any_pose(random);
+    const Vector2 landmark(random.uniform(-5.0, 5.0), random.uniform(-5.0, 5.0));
+    const Observation observation{0, 3.0, random.uniform(-kPi, kPi)};
+    const auto error = [&](const Pose2& from, const Vector2& of) -> Vector2 {
+      return sighting_residual(sensor, observation, from, of).error;
+    };
+    const SightingResidual r = sighting_residual(sensor, observation, pose, landmark);
+    const double tolerance = 1e-6 * (1.0 + r.by_pose.norm());
+    for (int i = 0; i < 3; ++i) {
+      const Vector2 by_pose =
+          (error(nudged(pose, i, kStep), landmark) - error(nudged(pose, i, -kStep), landmark)) /
+          (2.0 * kStep);
+      EXPECT_LT((by_pose - r.by_pose.col(i)).norm(), tolerance);
+    }
+    for (int i = 0; i < 2; ++i) {
+      const Vector2 nudge = kStep * Vector2::Unit(i);
+      const Vector2 by_landmark =
+          (error(pose, landmark + nudge) - error(pose, landmark - nudge)) / (2.0 * kStep);
+      EXPECT_LT((by_landmark - r.by_landmark.col(i)).norm(), tolerance);
+    }
+  }
+}
+
+TEST(FreeMotion, ComposesAsMotionsDo) {
+  const Motion a = motion_of({0.5, 0.1, 0.4}, Matrix3::Identity() * 0.01);
+  const Motion b = motion_of({0.3, -0.1, -0.7}, Matrix3::Identity() * 0.02);
+  const Motion whole = a * b;
+  const FreeMotion free =
+      FreeMotion{a.mean, a.covariance, a.by_systematic} * FreeMotion{b.mean, b.covariance, b.by_systematic};
+  EXPECT_LT((free.covariance - whole.covariance).norm(), 1e-15);
+  EXPECT_LT((free.by_parameters - whole.by_systematic).norm(), 1e-15);
+  EXPECT_DOUBLE_EQ(free.mean.x, whole.mean.x);
+}
+
+TEST(RobustCost, IsSmoothAtTheGateAndHasItsWeightForDerivative) {
+  const double gate = 9.0;
+  for (const double s : {0.5, 8.999, 9.001, 30.0, 1e4}) {
+    const double slope = (robust_cost(s + 1e-6, gate) - robust_cost(s - 1e-6, gate)) / 2e-6;
+    EXPECT_NEAR(slope, robust_weight(s, gate), 1e-4);
+  }
+}
+
+}  // namespace
+}  // namespace trundle
