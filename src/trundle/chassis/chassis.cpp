@@ -1,5 +1,6 @@
 #include "trundle/chassis/chassis.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace trundle {
@@ -20,6 +21,10 @@ Wheel wheel_at(const WheelSize& size, WheelKind kind, double x_m, double y_m, do
 void Chassis::add(const Wheel& wheel) {
   if (wheel_count == kMaxWheels) throw std::length_error("a chassis has at most 8 wheels");
   wheel_storage[static_cast<std::size_t>(wheel_count++)] = wheel;
+}
+
+bool any_turns(const Increment& increment) {
+  return std::ranges::any_of(increment.turned, [](double turned) { return turned != 0.0; });
 }
 
 Chassis differential_drive(const WheelSize& size, double track_m) {

@@ -82,6 +82,9 @@ struct Increment {
   double shaking_m_s2 = std::numeric_limits<double>::quiet_NaN();
 };
 
+/// Whether a wheel turned (without wheels: whether the robot moved).
+bool any_turns(const Increment& increment);
+
 // Common robots. Widths and lengths are between ground contacts [m]; wheel order left to right, front to
 // rear.
 struct WheelSize {
