@@ -221,7 +221,7 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   result.nominal = nominal;
   result.calibrated = estimate.robot;
   if (estimate.noise.from_runs)
-    result.calibrated.chassis.noise.wheel_per_sqrt_m = estimate.noise.wheel_per_sqrt_m;
+    set_typical_wheel_noise(estimate.noise.wheel_per_sqrt_m, result.calibrated.chassis);
   result.parameters = parameter_estimates(estimate, spread, parameters, nominal);
   const std::vector<Eigen::Index> estimated = estimated_of(estimate);
   result.covariance_within = estimate.covariance(estimated, estimated);
