@@ -82,8 +82,9 @@ struct Increment {
   double duration_s = 0.0;  ///< [s]
   /// Per wheel: revolutions, forwards positive. Without wheels: [0] forward travel [m], [1] turn [rad].
   std::array<double, kMaxWheels> turned{};
-  double gyro_rad = 0.0;  ///< integral of the gyro's raw reading
-  bool has_gyro = false;  ///< false also where it was saturated
+  double gyro_rad = 0.0;           ///< integral of the gyro's raw reading
+  bool has_gyro = false;           ///< false also where it was saturated
+  double gyro_change_rad_s = 0.0;  ///< raw rate at the end less that at the start: −∂gyro_rad/∂(time offset)
   /// Added to the variance of a wheel's travel [m²] (without wheels: of forward and of turn [rad²]): where it
   /// slips, its reading counts for little.
   std::array<double, kMaxWheels> slip_variance{};
