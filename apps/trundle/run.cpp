@@ -56,6 +56,8 @@ void add_run(CLI::App& app) {
   command->add_option("--calibrate-on", question.calibrate_on,
                       "Recordings to calibrate on, instead of RECORDING; it is held out then");
   command->add_option("--learn", question.learn, "Recordings without slip, to measure the noise on");
+  command->add_option("--map", question.map,
+                      "Known landmarks to localize on; without it RECORDING/landmarks.csv, where it is");
   command->add_option("--filter", options->filter, "Which filter maps the landmarks")
       ->check(CLI::IsMember(slam_method_names()))
       ->capture_default_str();

@@ -23,6 +23,10 @@ Provenance provenance_of(const Work& work) {
   for (const std::string& folder : question.calibrate_on)
     provenance.options.emplace_back("calibrate-on", folder);
   for (const std::string& folder : question.learn) provenance.options.emplace_back("learn", folder);
+  if (!question.map.empty()) {
+    provenance.inputs.push_back(input_file(question.map));
+    provenance.options.emplace_back("map", question.map);
+  }
   provenance.options.emplace_back("filter", std::string(name_of(question.slam.method)));
   provenance.options.emplace_back("particles", std::to_string(question.slam.particles));
   add_robot_number(question.robot_number, provenance);
@@ -146,6 +150,7 @@ RunAnswer run(const RunQuestion& question, const OnProgress& on_progress) {
   stages.attempt("odometry", integrate_odometry);
   stages.attempt("slip", find_slips);
   keep_odometry_as_trajectory(work);
+  stages.attempt("localization", localize_on_map);
   stages.attempt("slam", map_landmarks);
   stages.attempt("evaluation", evaluate_trajectories);
   forget_earlier(work);

@@ -10,6 +10,7 @@
 #include "trundle/pipeline/calibration_answer.hpp"
 #include "trundle/pipeline/evaluation_answer.hpp"
 #include "trundle/pipeline/info_answer.hpp"
+#include "trundle/pipeline/localize_answer.hpp"
 #include "trundle/pipeline/odometry_answer.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
 #include "trundle/report/page.hpp"
@@ -78,6 +79,23 @@ void require_sightings(const Work& work) {
   if (!work.used.robot.landmark_sensor) throw NotApplicable{"the robot file has no [landmark_sensor]"};
 }
 
+/// Where the landmarks are.
+MapFile known_map_of(const Work& work) {
+  if (!work.question.map.empty()) return read_map_file(work.question.map);
+  const std::filesystem::path path = std::filesystem::path(work.question.recording) / "landmarks.csv";
+  if (!std::filesystem::exists(path)) throw NotApplicable{"nothing says where the landmarks are"};
+  return read_map_file(path);
+}
+
+std::string sentence_of(const LocalizeAnswer& answer) {
+  const auto& stretches = answer.result.stretches;
+  double known_s = 0.0;
+  for (const KnownStretch& stretch : stretches) known_s += stretch.end_s - stretch.start_s;
+  return fmt::format("on a map of {} the pose is known from {:.2f} s on, for {:.1f} s in {}",
+                     plural(answer.landmarks, "landmark"), stretches.front().start_s, known_s,
+                     stretches.size() == 1 ? "one piece" : plural(stretches.size(), "piece"));
+}
+
 /// The reference as it was read, for those who draw.
 std::string reference_csv_of(const Work& work) {
   const ReferenceStream& reference = work.recording.reference;
@@ -93,7 +111,9 @@ std::string reference_csv_of(const Work& work) {
 Json evaluations_of(const Work& work, const RunTrajectory& trajectory, const TrajectoryFile& reference) {
   const TrajectoryFile estimate = read_trajectory_file(work.in_folder(trajectory.file));
   Json evaluations = Json::object();
-  for (const Alignment alignment : {Alignment::start, Alignment::se2}) try {
+  std::vector<Alignment> alignments = {Alignment::start, Alignment::se2};
+  if (trajectory.name == "localization") alignments.push_back(Alignment::none);  // in the map's frame
+  for (const Alignment alignment : alignments) try {
       evaluations[std::string(name_of(alignment))] =
           document_of(answer_evaluation(estimate, reference, {.alignment = alignment}, &work.used));
     } catch (const CannotAnswer&) {  // of this alignment alone
@@ -170,6 +190,22 @@ Told find_slips(Work& work) {
              {work.in_folder("trajectory.csv"), head_of(slip.provenance) + to_csv(slip.corrected)}}};
   work.answer.trajectories.push_back({"corrected", "trajectory.csv", "odometry with the slips corrected"});
   return told;
+}
+
+Told localize_on_map(Work& work) {
+  require_sightings(work);
+  const MapFile map = known_map_of(work);
+  const Recording& recording = work.recording;
+  const LocalizeQuestion question{.seed = work.question.slam.seed,
+                                  .unknown_ids = any_without_name(recording.sightings),
+                                  .robot_number = work.question.robot_number};
+  const LocalizeAnswer answer = answer_localize(recording, work.used, map, question);
+  work.answer.trajectories.push_back(
+      {"localization", "localization.csv", "on the known map, where the pose is known"});
+  return {
+      sentence_of(answer),
+      {{work.in_folder("localization.csv"), head_of(answer.provenance) + to_csv(answer.result.trajectory)},
+       {work.in_folder("localization.json"), printed(document_of(answer))}}};
 }
 
 Told map_landmarks(Work& work) {

@@ -38,6 +38,7 @@ Told check_health(Work& work);
 Told calibrate_robot(Work& work);
 Told integrate_odometry(Work& work);
 Told find_slips(Work& work);
+Told localize_on_map(Work& work);
 Told map_landmarks(Work& work);
 Told evaluate_trajectories(Work& work);
 Told draw_page(Work& work);
