@@ -121,9 +121,12 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
   const LandmarkSensor& sensor = *robot.robot.landmark_sensor;
   SlamPrior prior{.start = question.start,
                   .systematic_sigma = Systematic::Constant(question.systematic_sigma.value_or(0.0))};
-  answer.result = slam(
-      answer.input, sensor,
-      {.method = question.method, .particles = question.particles, .seed = question.seed, .prior = prior});
+  answer.result = slam(answer.input, sensor,
+                       {.method = question.method,
+                        .particles = question.particles,
+                        .seed = question.seed,
+                        .prior = prior,
+                        .threads = question.threads});
   if (!question.systematic_sigma) prior.systematic_sigma = kUsualSystematicSigma;
   if (question.smooth) answer.smoothed = smooth(answer.input, sensor, answer.result, {.prior = prior});
   answer.provenance = provenance_of(recording, robot, question);
