@@ -103,6 +103,11 @@ void add_slam(CLI::App& app) {
           "Estimate the odometry's systematic errors with this prior: share of travel, share of turns, "
           "turn per metre [1, 1, rad/m]")
       ->check(CLI::NonNegativeNumber);
+  command
+      ->add_option("--threads", options->question.threads,
+                   "Threads of the particle filters; results do not depend on it")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
   command->add_option("--robot-number", options->question.robot_number,
                       "Which robot of a UTIAS MRCLAM folder");
   SlamCheckpoints& checkpoints = options->question.checkpoints;

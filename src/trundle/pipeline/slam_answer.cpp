@@ -131,9 +131,11 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
   const LandmarkSensor& sensor = *robot.robot.landmark_sensor;
   SlamPrior prior{.start = question.start,
                   .systematic_sigma = Systematic::Constant(question.systematic_sigma.value_or(0.0))};
-  const SlamRun run(
-      sensor,
-      {.method = question.method, .particles = question.particles, .seed = question.seed, .prior = prior});
+  const SlamRun run(sensor, {.method = question.method,
+                             .particles = question.particles,
+                             .seed = question.seed,
+                             .prior = prior,
+                             .threads = question.threads});
   answer.result =
       slam_with_checkpoints(answer.input, run, settings_of(robot, question), question.checkpoints);
   if (!question.systematic_sigma) prior.systematic_sigma = kUsualSystematicSigma;

@@ -27,6 +27,7 @@ struct SlamQuestion {
   std::optional<double> systematic_sigma = {};
   bool unknown_ids = false;  ///< forget the landmarks' names and find out which is which
   bool smooth = false;       ///< then also the most probable trajectory and map of all
+  std::size_t threads = 1;   ///< results do not depend on it
   int robot_number = 0;      ///< of a folder with several robots; 0: not given
   SlamCheckpoints checkpoints = {};
 };

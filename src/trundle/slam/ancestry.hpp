@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <span>
@@ -54,16 +53,8 @@ class Ancestry {
     archive(self.now_, self.generations_);
   }
 
-  /// to[i] = from[ancestor of i]: a column of a held epoch brought up to now.
-  template <class T>
-  void gather(Epoch epoch, const T* from, T* to) const {
-    if (epoch == now_) return static_cast<void>(std::copy_n(from, particles_, to));
-    const auto of_epoch = runs(epoch);
-    for (std::size_t k = 0; k < of_epoch.size(); ++k) {
-      const std::size_t end = k + 1 < of_epoch.size() ? of_epoch[k + 1].first : particles_;
-      std::fill(to + of_epoch[k].first, to + end, from[of_epoch[k].ancestor]);
-    }
-  }
+  /// Each particle's ancestor of a held epoch, runs written out; what stands beyond the particles stays.
+  void write_ancestors(Epoch epoch, std::span<Index> ancestors) const;
 
  private:
   struct Generation {

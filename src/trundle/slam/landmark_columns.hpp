@@ -34,6 +34,11 @@ class LandmarkColumns {
       return double_.data();
   }
 
+  template <class Real>
+  const Real* numbers() const {
+    return const_cast<LandmarkColumns*>(this)->numbers<Real>();
+  }
+  /// Keeps the origin.
   void swap_numbers(LandmarkColumns& other) {
     single_.swap(other.single_);
     double_.swap(other.double_);

@@ -32,6 +32,7 @@ struct ParticleSlamOptions {
   double resample_below = 0.5;  ///< effective particles, as a share of all
   bool keep_paths = true;       ///< false: memory does not grow with time
   Precision map_precision = Precision::float32;
+  std::size_t threads = 1;  ///< results do not depend on it
   SwarmOptions swarm = {};
 };
 
@@ -80,7 +81,7 @@ class ParticleSlam {
   Matrix3 predicted_covariance() const;
   void reject_outliers();
   void propose();
-  void draw_near_sightings(const Placement& placement);
+  void draw_near_sightings(const Placement& placement, ParticleRange range);
   void learn_systematic();
   void weigh();
   void add_landmark(const Observation& observation, std::size_t index);

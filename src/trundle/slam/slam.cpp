@@ -34,6 +34,7 @@ std::variant<EkfSlam, ParticleSlam> made(const LandmarkSensor& sensor, const Sla
                                .resample_below = options.resample_below,
                                .keep_paths = options.keep_paths,
                                .map_precision = options.map_precision,
+                               .threads = options.threads,
                                .swarm = options.swarm});
 }
 

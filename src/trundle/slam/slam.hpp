@@ -29,6 +29,7 @@ struct SlamOptions {
   double resample_below = 0.5;                   ///< effective particles, as a share of all
   bool keep_paths = true;                        ///< false: no best path, and memory does not grow with time
   Precision map_precision = Precision::float32;  ///< of the particles' maps
+  std::size_t threads = 1;                       ///< results do not depend on it
   SwarmOptions swarm = {};                       ///< of `mapso` and `mapso_proposal`
 };
 
