@@ -17,7 +17,8 @@ export function ticks(low, high, count = 5) {
 }
 
 export function tickText(value, step) {
-  const decimals = Math.min(9, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
+  let decimals = Math.min(9, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
+  if (decimals < 9 && Math.abs(step * 10 ** decimals - Math.round(step * 10 ** decimals)) > 1e-6) decimals += 1; // 2.5
   return (Math.abs(value) < step * 1e-6 ? 0 : value).toFixed(decimals).replace('-', '−');
 }
 

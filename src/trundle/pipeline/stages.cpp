@@ -12,6 +12,7 @@
 #include "trundle/pipeline/info_answer.hpp"
 #include "trundle/pipeline/localize_answer.hpp"
 #include "trundle/pipeline/odometry_answer.hpp"
+#include "trundle/pipeline/report_answer.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
 #include "trundle/report/page.hpp"
 
@@ -251,12 +252,8 @@ Told evaluate_trajectories(Work& work) {
 }
 
 Told draw_page(Work& work) {
-  const std::filesystem::path calibration = work.in_folder("calibration.json");
-  if (!std::filesystem::exists(calibration)) throw NotApplicable{"there is no calibration to draw"};
-  const std::string page = report_page(Json::array({{{"label", work.question.output.string()},
-                                                     {"document", Json::parse(read_file(calibration))}}}),
-                                       to_json(work.answer.provenance));
-  return {"one page with all of it", {{work.in_folder("report.html"), page}}};
+  const ReportAnswer report = answer_report({.inputs = {work.question.output.string()}});
+  return {"one page with all of it", {{work.in_folder("report.html"), report_page(report.document)}}};
 }
 
 std::string printed(const Json& document) {
