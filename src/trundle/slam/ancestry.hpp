@@ -23,6 +23,11 @@ class Ancestry {
   struct Run {
     Index first;
     Index ancestor;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.first, self.ancestor);
+    }
   };
 
   explicit Ancestry(std::size_t particles);
@@ -43,6 +48,12 @@ class Ancestry {
   /// How many particles of a held epoch have descendants.
   std::size_t survivors(Epoch epoch) const;
 
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.now_, self.generations_);
+  }
+
   /// to[i] = from[ancestor of i]: a column of a held epoch brought up to now.
   template <class T>
   void gather(Epoch epoch, const T* from, T* to) const {
@@ -58,6 +69,11 @@ class Ancestry {
   struct Generation {
     std::vector<Run> runs;  ///< empty: everyone is his own ancestor
     std::size_t holders = 0;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.runs, self.holders);
+    }
   };
   void descend(Generation& generation, bool is_youngest) const;
 

@@ -29,12 +29,23 @@ class ParticleMap {
   MappedLandmark mixture(LandmarkId landmark, std::span<const double> weights,
                          const Ancestry& ancestry) const;
 
+  /// Its state, for io/archive.hpp. What is in the spare columns' padding comes into the map's.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.spare_, self.entries_, self.index_of_);
+  }
+
  private:
   struct Entry {
     LandmarkId id;
     Ancestry::Epoch epoch;
     LandmarkColumns columns;
     std::size_t sightings;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.id, self.epoch, self.columns, self.sightings);
+    }
   };
   template <class Real>
   void gather_as(Entry& entry, const Ancestry& ancestry);
