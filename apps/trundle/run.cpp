@@ -22,15 +22,23 @@ std::string line_of(const Stage& stage) {
   return fmt::format("{:<14} {:<8} {}\n", stage.name, name_of(stage.status), stage.message);
 }
 
+/// Names the recordings of a session before their stages.
+std::string heading_of(std::string_view recording, std::string& last) {
+  if (recording == last) return {};
+  const bool first = last.empty();
+  last = recording;
+  return first ? std::string() : fmt::format("\n{}\n", recording);
+}
+
 /// What runs now, on a terminal; each stage as it is done, on stdout.
 OnProgress progress_of(const Common& common) {
   const bool terminal = isatty(STDERR_FILENO) == 1 && !common.quiet;
-  return [common, terminal](const RunProgress& progress) {
+  return [common, terminal, last = std::string()](const RunProgress& progress) mutable {
     if (terminal && progress.finished == nullptr) fmt::print(stderr, "\r\x1b[K{} ...", progress.stage);
     if (progress.finished == nullptr) return;
     if (terminal) fmt::print(stderr, "\r\x1b[K");
     if (common.quiet || common.json) return;
-    fmt::print("{}", line_of(*progress.finished));
+    fmt::print("{}{}", heading_of(progress.recording, last), line_of(*progress.finished));
     std::fflush(stdout);
   };
 }
