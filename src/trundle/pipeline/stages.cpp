@@ -50,6 +50,12 @@ std::string sentence_of(const IntegratedOdometry& odometry) {
                      degrees(std::sqrt(end(2, 2))));
 }
 
+/// No reference anywhere, but something seen.
+bool only_landmarks(const std::vector<Recording>& recordings, const Robot& robot) {
+  return robot.landmark_sensor && std::ranges::none_of(recordings, &Recording::has_reference) &&
+         std::ranges::any_of(recordings, [](const Recording& r) { return !r.sightings.empty(); });
+}
+
 /// Trajectory and document of one robot.
 Told integrate_with(Work& work, const RobotFile& robot, const std::string& name, const std::string& what) {
   const OdometryAnswer odometry =
@@ -154,8 +160,10 @@ Told calibrate_robot(Work& work) {
   const bool apart = !work.question.calibrate_on.empty();
   std::vector<Recording> hold_out;
   if (apart) std::ranges::copy_if(work.recordings, std::back_inserter(hold_out), &Recording::has_reference);
-  const CalibrationAnswer calibration =
-      answer_calibration(apart ? work.training : work.recordings, hold_out, work.given, {});
+  const std::vector<Recording>& training = apart ? work.training : work.recordings;
+  const auto answer =
+      only_landmarks(training, work.given.robot) ? answer_landmark_calibration : answer_calibration;
+  const CalibrationAnswer calibration = answer(training, hold_out, work.given, {});
   const std::vector<OutputFile> files = files_of(calibration, work.in_folder("calibrated.toml"));
   work.used = robot_of(files.front());
   work.answer.used_robot = "calibrated.toml";
