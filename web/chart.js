@@ -138,8 +138,8 @@ function drawing(plot, spec, factor, unit) {
     for (const { value } of spec.limits ?? []) pen.line([inner.left, y(value), inner.right, y(value)], { colour: colour('soft'), dash: [5, 4] });
     for (const one of spec.series) {
       const flat = points(one.x, one.y);
-      if (one.dots) for (let i = 0; i < flat.length; i += 2) pen.ellipse(flat[i], flat[i + 1], 2, 2, 0, { fill: one.style.colour });
-      else pen.line(flat, { colour: one.style.colour, width: one.style.width, dash: one.style.dash });
+      if (!one.dots) pen.line(flat, { colour: one.style.colour, width: one.style.width, dash: one.style.dash });
+      for (let i = 0; one.dots && i < flat.length; i += 2) if (!Number.isNaN(flat[i])) pen.ellipse(flat[i], flat[i + 1], 2, 2, 0, { fill: one.style.colour });
     }
     pen.text((inner.left + inner.right) / 2, height - 10, spec.x.name, { ...soft, align: 'center' });
     pen.text(14, (inner.top + inner.bottom) / 2, unit.unit ? `${spec.y.name} [${unit.unit}]` : spec.y.name, { ...soft, align: 'center', turn: -Math.PI / 2 });

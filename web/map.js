@@ -125,7 +125,7 @@ function paintSlips(pen, spec, to, inner) {
   for (const slip of spec.slips) {
     const from = indexBefore(main.time, slip.from);
     const flat = line(main, to, inner, from, indexBefore(main.time, slip.to) + 2);
-    pen.line(flat, { colour: colour('slip'), width: 7, opacity: 0.55 });
+    pen.line(flat, { colour: colour('slip'), width: 14, opacity: 0.75 });
   }
 }
 

@@ -63,7 +63,7 @@ function stages(list) {
   if (list.length === 0) return null;
   const line = ({ name, status }) => html('span', { class: `stage ${status}` }, html('span', { 'aria-hidden': 'true' }, signs[status] ?? '○'), ` ${name} `, status === 'done' ? null : html('span', { class: 'soft' }, text.stages[status] ?? status));
   const entry = ({ name, status, message }) => html('li', {}, html('strong', {}, name), ` ${text.stages[status] ?? status}`, message ? `: ${message}` : null);
-  return html('details', { class: 'asked' }, html('summary', { 'aria-label': text.asked.stages }, list.map(line)), html('ul', { class: 'stages' }, list.map(entry)));
+  return html('details', { class: 'asked' }, html('summary', {}, html('span', {}, text.asked.stages), list.map(line)), html('ul', { class: 'stages' }, list.map(entry)));
 }
 
 function asked(run) {
