@@ -6,7 +6,7 @@ import { fixed, significant } from './format.js';
 import { listen } from './gestures.js';
 import { colour } from './palette.js';
 import { asSvg } from './pens.js';
-import { linear, ticks, tickText } from './scale.js';
+import { linear, powerText, ticks, tickText } from './scale.js';
 import { cursorTime, on, setCursor, setTimeWindow, timeWindow } from './shared.js';
 import { text } from './strings/en.js';
 
@@ -37,8 +37,9 @@ function rangeOf(spec, factor) {
     if (wanted.length === 0) return [0, 1];
     const [least, most] = [Math.min(...wanted, spec.y.from ?? Infinity), Math.max(...wanted, spec.y.to ?? -Infinity)];
     if (spec.y.log) return [Math.max(least * 0.8, 1e-12), most * 1.25];
-    const margin = 0.06 * (most - least || Math.abs(most) || 1);
-    return [spec.y.from === least ? least : least - margin, most + margin];
+    const top = Math.min(most, spec.y.most ?? Infinity);
+    const margin = 0.06 * (top - least || Math.abs(top) || 1);
+    return [spec.y.from === least ? least : least - margin, top + margin];
   };
 }
 
@@ -86,13 +87,23 @@ function underlay(spec, factor) {
   };
 }
 
+function tickOf(value, step) {
+  return Math.abs(value) >= 1e4 || (value !== 0 && Math.abs(value) < 1e-3) ? significant(value, 2) : tickText(value, step);
+}
+
+// Whole powers of ten only.
+function decadeText(value) {
+  const exponent = Math.log10(value);
+  return Math.abs(exponent - Math.round(exponent)) < 1e-6 ? powerText(Math.round(exponent)) : '';
+}
+
 function axes(spec, unit) {
   const font = `${size}px system-ui, sans-serif`;
   const common = { stroke: colour('soft'), font, labelFont: font, grid: { stroke: colour('grid'), width: 1 }, ticks: { show: false }, labelGap: 0 };
   return [
     { ...common, label: spec.x.name, size: 30, labelSize: 18, space: 70, values: (plot, splits) => splits.map((value) => tickText(value, splits[1] - splits[0] || 1)) },
     { ...common, label: unit.unit ? `${spec.y.name} [${unit.unit}]` : spec.y.name, size: 56, labelSize: 18, space: 34,
-      values: (plot, splits) => splits.map((value) => (value === null ? '' : Math.abs(value) >= 1e4 || (value !== 0 && Math.abs(value) < 1e-3) ? significant(value, 2) : tickText(value, spec.y.log ? Math.abs(value) : splits[1] - splits[0]))) },
+      values: (plot, splits) => splits.map((value) => (value === null ? '' : spec.y.log ? decadeText(value) : tickOf(value, splits[1] - splits[0]))) },
   ];
 }
 
@@ -162,7 +173,7 @@ function reading(spec, at, unit) {
   return `${spec.x.short} ${fixed(at, 2)}${spec.x.unit ? ` ${spec.x.unit}` : ''}${parts.length > 0 ? ` · ${parts.join(' · ')}` : ''}`;
 }
 
-// spec: {label, height, x: {name, short, unit, isTime, ofTime?, toTime?}, y: {name, unit: {factor, unit}, from?, log?},
+// spec: {label, height, x: {name, short, unit, isTime, ofTime?, toTime?}, y: {name, unit: {factor, unit}, from?, most?, log?},
 //   series: [{name, x, y, style, dots?}], bands: [{x, low, high, colour}], limits: [{value, inView}],
 //   stretches: [{from, to, colour}]}; returns {node, svg(), zoom(), reset()}.
 export function chart(spec) {
@@ -233,13 +244,15 @@ export function chart(spec) {
   };
 
   let drawn = 0;
-  new ResizeObserver(() => requestAnimationFrame(() => {
+  const fit = () => {
     const width = Math.floor(box.clientWidth);
     if (width === 0 || width === drawn) return;
     drawn = width;
     if (plot) plot.setSize({ width, height: plot.height });
     else build(width);
-  })).observe(box);
+  };
+  new ResizeObserver(() => requestAnimationFrame(fit)).observe(box);
+  on('fit', fit);
   on('cursor', place);
   if (spec.x.isTime) on('window', (window, source) => source !== node && show(window ?? whole, false));
   return { node, svg: () => drawing(plot, spec, factor, unit), zoom: moves.zoom, reset: moves.reset };
