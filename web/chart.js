@@ -6,7 +6,7 @@ import { fixed, significant } from './format.js';
 import { listen } from './gestures.js';
 import { colour } from './palette.js';
 import { asSvg } from './pens.js';
-import { linear, powerText, ticks, tickText } from './scale.js';
+import { linear, logTicks, logTickText, ticks, tickText } from './scale.js';
 import { cursorTime, on, setCursor, setTimeWindow, timeWindow } from './shared.js';
 import { text } from './strings/en.js';
 
@@ -91,19 +91,14 @@ function tickOf(value, step) {
   return Math.abs(value) >= 1e4 || (value !== 0 && Math.abs(value) < 1e-3) ? significant(value, 2) : tickText(value, step);
 }
 
-// Whole powers of ten only.
-function decadeText(value) {
-  const exponent = Math.log10(value);
-  return Math.abs(exponent - Math.round(exponent)) < 1e-6 ? powerText(Math.round(exponent)) : '';
-}
-
 function axes(spec, unit) {
   const font = `${size}px system-ui, sans-serif`;
   const common = { stroke: colour('soft'), font, labelFont: font, grid: { stroke: colour('grid'), width: 1 }, ticks: { show: false }, labelGap: 0 };
   return [
     { ...common, label: spec.x.name, size: 30, labelSize: 18, space: 70, values: (plot, splits) => splits.map((value) => tickText(value, splits[1] - splits[0] || 1)) },
     { ...common, label: unit.unit ? `${spec.y.name} [${unit.unit}]` : spec.y.name, size: 56, labelSize: 18, space: 34,
-      values: (plot, splits) => splits.map((value) => (value === null ? '' : spec.y.log ? decadeText(value) : tickOf(value, splits[1] - splits[0]))) },
+      ...(spec.y.log ? { splits: (plot, axis, low, high) => logTicks(low, high), filter: (plot, splits) => splits } : {}),
+      values: (plot, splits) => splits.map((value) => (value === null ? '' : spec.y.log ? logTickText(value) : tickOf(value, splits[1] - splits[0]))) },
   ];
 }
 
@@ -131,10 +126,10 @@ function drawing(plot, spec, factor, unit) {
       pen.line([x(value), inner.top, x(value), inner.bottom], { colour: colour('grid') });
       pen.text(x(value), inner.bottom + 16, tickText(value, columns[1] - columns[0] || 1), { ...soft, align: 'center' });
     }
-    const rows = spec.y.log ? [y0, Math.sqrt(y0 * y1), y1] : ticks(y0, y1, (inner.bottom - inner.top) / 40);
+    const rows = spec.y.log ? logTicks(y0, y1) : ticks(y0, y1, (inner.bottom - inner.top) / 40);
     for (const value of rows) {
       pen.line([inner.left, y(value / factor), inner.right, y(value / factor)], { colour: colour('grid') });
-      pen.text(inner.left - 6, y(value / factor) + 4, spec.y.log ? significant(value, 2) : tickText(value, rows[1] - rows[0] || 1), { ...soft, align: 'right' });
+      pen.text(inner.left - 6, y(value / factor) + 4, spec.y.log ? logTickText(value) : tickText(value, rows[1] - rows[0] || 1), { ...soft, align: 'right' });
     }
     for (const { from, to, colour: fill, alpha } of spec.stretches ?? []) {
       const [a, b] = [Math.max(x0, from), Math.min(x1, to)];
