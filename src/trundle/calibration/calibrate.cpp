@@ -203,7 +203,7 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   const Robot& nominal = wiring.robot;
   Robot start = nominal;
   const std::string clock = set_clock(training, start);
-  const std::vector<Run> runs = prepare_runs(training, start);
+  std::vector<Run> runs = prepare_runs(training, start);
   const std::vector<Parameter> parameters = choose_parameters(nominal, runs, options.free, options.fix);
   if (parameters.empty())
     throw CannotAnswer("no parameter is free: these recordings measure nothing to calibrate with");
@@ -220,8 +220,10 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
       estimate.space.held.empty() ? CalibrationStatus::all_estimated : CalibrationStatus::some_held;
   result.nominal = nominal;
   result.calibrated = estimate.robot;
+  if (start.chassis.gyro) start.chassis.gyro->time_offset_s = estimate.robot.chassis.gyro->time_offset_s;
+  for (Run& run : runs) set_gyro_clock(start, run);
   if (estimate.noise.from_runs)
-    result.calibrated.chassis.noise.wheel_per_sqrt_m = estimate.noise.wheel_per_sqrt_m;
+    set_typical_wheel_noise(estimate.noise.wheel_per_sqrt_m, result.calibrated.chassis);
   result.parameters = parameter_estimates(estimate, spread, parameters, nominal);
   const std::vector<Eigen::Index> estimated = estimated_of(estimate);
   result.covariance_within = estimate.covariance(estimated, estimated);

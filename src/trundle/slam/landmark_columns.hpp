@@ -14,6 +14,7 @@ class LandmarkColumns {
  public:
   static constexpr std::size_t kColumns = 5;
 
+  LandmarkColumns() : LandmarkColumns(0, Precision::float32) {}
   LandmarkColumns(std::size_t particles, Precision precision, const Vector2& origin = Vector2::Zero())
       : stride_(padded(particles)),
         origin_(origin),
@@ -33,6 +34,11 @@ class LandmarkColumns {
       return double_.data();
   }
 
+  template <class Real>
+  const Real* numbers() const {
+    return const_cast<LandmarkColumns*>(this)->numbers<Real>();
+  }
+  /// Keeps the origin.
   void swap_numbers(LandmarkColumns& other) {
     single_.swap(other.single_);
     double_.swap(other.double_);
@@ -73,6 +79,12 @@ class LandmarkColumns {
     put(2, m.xx);
     put(3, m.xy);
     put(4, m.yy);
+  }
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.stride_, self.origin_, self.single_, self.double_);
   }
 
  private:

@@ -195,6 +195,37 @@ void first(const ReadingTerms& reading, const SensorColumns& sensors, ParticleRa
     first_as<double>(reading, sensors, range, landmark);
 }
 
+HWY_INLINE hn::Vec<hn::RebindToSigned<Tag<float>>> load_index(Tag<float>, const std::uint32_t* from) {
+  const hn::RebindToSigned<Tag<float>> d;
+  return hn::BitCast(d, hn::Load(Tag<std::uint32_t>(), from));
+}
+HWY_INLINE hn::Vec<hn::RebindToSigned<Tag<double>>> load_index(Tag<double>, const std::uint32_t* from) {
+  const hn::RebindToSigned<Tag<double>> d;
+  const hn::Rebind<std::int32_t, Tag<double>> narrow;
+  return hn::PromoteTo(d, hn::Load(narrow, reinterpret_cast<const std::int32_t*>(from)));
+}
+
+template <class Real>
+void gather_as(const LandmarkColumns& from, const Column<std::uint32_t>& ancestors, ParticleRange range,
+               LandmarkColumns& to) {
+  const Tag<Real> d;
+  const std::size_t stride = from.stride();
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(d)) {
+    const auto index = load_index(d, ancestors.data() + i);
+    for (std::size_t k = 0; k < LandmarkColumns::kColumns; ++k)
+      hn::Store(hn::GatherIndex(d, from.numbers<Real>() + k * stride, index), d,
+                to.numbers<Real>() + k * stride + i);
+  }
+}
+
+void gather(const LandmarkColumns& from, const Column<std::uint32_t>& ancestors, ParticleRange range,
+            LandmarkColumns& to) {
+  if (from.precision() == Precision::float32)
+    gather_as<float>(from, ancestors, range, to);
+  else
+    gather_as<double>(from, ancestors, range, to);
+}
+
 /// Where a sight points in the sensor's own frame: how range and range · bearing change with a twist of the
 /// sensor, but for the sign. Rows (cos, sin, 0) and (−sin, cos, range).
 template <class Real>
@@ -571,12 +602,18 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace trundle {
 
+HWY_EXPORT(gather);
 HWY_EXPORT(weigh);
 HWY_EXPORT(first);
 HWY_EXPORT(surprises_of);
 HWY_EXPORT(gaussians);
 HWY_EXPORT(fitness_of_all);
 HWY_EXPORT(fitness_of_one);
+
+void gather_landmark(const LandmarkColumns& from, const Column<std::uint32_t>& ancestors, ParticleRange range,
+                     LandmarkColumns& to) {
+  HWY_DYNAMIC_DISPATCH(gather)(from, ancestors, range, to);
+}
 
 void weigh_and_improve(std::span<const KnownReading> readings, const SensorColumns& sensors,
                        ParticleRange range, double* log_weights) {

@@ -17,6 +17,10 @@ struct KnownReading {
   LandmarkColumns* landmark;  ///< of today's particles
 };
 
+/// to = what each particle has from its ancestor: the columns of an older epoch brought up to now.
+void gather_landmark(const LandmarkColumns& from, const Column<std::uint32_t>& ancestors, ParticleRange range,
+                     LandmarkColumns& to);
+
 /// Every particle's landmarks take their readings in turn; log weights take what each reading says of the
 /// particle. Eq. 11 to 13.
 void weigh_and_improve(std::span<const KnownReading> readings, const SensorColumns& sensors,

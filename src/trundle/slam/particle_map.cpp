@@ -1,6 +1,17 @@
 #include "trundle/slam/particle_map.hpp"
 
+#include <numeric>
+
+#include "trundle/slam/landmark_kernels.hpp"
+#include "trundle/slam/pieces.hpp"
+
 namespace trundle {
+
+ParticleMap::ParticleMap(std::size_t particles, Precision precision, std::size_t threads)
+    : particles_(particles), precision_(precision), threads_(threads), spare_(particles, precision) {
+  way_.ancestors.resize(padded(particles));
+  std::iota(way_.ancestors.begin(), way_.ancestors.end(), Ancestry::Index{0});  // what pads keeps to itself
+}
 
 LandmarkId ParticleMap::find(LandmarkId id) const {
   const auto i = static_cast<std::size_t>(id);
@@ -17,22 +28,22 @@ LandmarkId ParticleMap::add(LandmarkId id, const Vector2& origin, Ancestry& ance
   return landmark;
 }
 
-template <class Real>
-void ParticleMap::gather_as(Entry& entry, const Ancestry& ancestry) {
-  for (std::size_t k = 0; k < LandmarkColumns::kColumns; ++k) {
-    const std::size_t at = k * spare_.stride();
-    ancestry.gather(entry.epoch, entry.columns.numbers<Real>() + at, spare_.numbers<Real>() + at);
+void ParticleMap::gather(Entry& entry, const Ancestry& ancestry) {
+  if (way_.from != entry.epoch || way_.to != ancestry.now()) {
+    ancestry.write_ancestors(entry.epoch, way_.ancestors);
+    way_.from = entry.epoch;
+    way_.to = ancestry.now();
   }
+  for_all_particles(particles_, threads_, [&](ParticleRange piece) {
+    gather_landmark(entry.columns, way_.ancestors, piece, spare_);
+  });
   entry.columns.swap_numbers(spare_);
 }
 
 LandmarkColumns& ParticleMap::current(LandmarkId landmark, Ancestry& ancestry) {
   Entry& entry = entries_[static_cast<std::size_t>(landmark)];
   if (entry.epoch == ancestry.now()) return entry.columns;
-  if (precision_ == Precision::float32)
-    gather_as<float>(entry, ancestry);
-  else
-    gather_as<double>(entry, ancestry);
+  gather(entry, ancestry);
   ancestry.hold(ancestry.now());
   ancestry.release(entry.epoch);
   entry.epoch = ancestry.now();

@@ -13,8 +13,7 @@ namespace trundle {
 /// brought up to now when it is seen again.
 class ParticleMap {
  public:
-  ParticleMap(std::size_t particles, Precision precision)
-      : particles_(particles), precision_(precision), spare_(particles, precision) {}
+  ParticleMap(std::size_t particles, Precision precision, std::size_t threads = 1);
 
   std::size_t landmarks() const { return entries_.size(); }
   /// Number of a landmark in this map; kUnknownLandmark: none.
@@ -29,19 +28,36 @@ class ParticleMap {
   MappedLandmark mixture(LandmarkId landmark, std::span<const double> weights,
                          const Ancestry& ancestry) const;
 
+  /// Its state, for io/archive.hpp. What is in the spare columns' padding comes into the map's.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.spare_, self.entries_, self.index_of_);
+  }
+
  private:
   struct Entry {
     LandmarkId id;
     Ancestry::Epoch epoch;
     LandmarkColumns columns;
     std::size_t sightings;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.id, self.epoch, self.columns, self.sightings);
+    }
   };
-  template <class Real>
-  void gather_as(Entry& entry, const Ancestry& ancestry);
+  void gather(Entry& entry, const Ancestry& ancestry);
 
   std::size_t particles_;
   Precision precision_;
+  std::size_t threads_;
   LandmarkColumns spare_;  ///< columns are gathered into it, and change places with it
+  /// From whom to gather: most landmarks in view were last seen in the same epoch.
+  struct {
+    Ancestry::Epoch from = 0;
+    Ancestry::Epoch to = 0;
+    Column<Ancestry::Index> ancestors;
+  } way_;
   std::vector<Entry> entries_;
   std::vector<LandmarkId> index_of_;  ///< by id
 };

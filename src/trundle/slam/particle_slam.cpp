@@ -8,6 +8,7 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/slam/cholesky.hpp"
+#include "trundle/slam/pieces.hpp"
 
 namespace trundle {
 namespace {
@@ -30,7 +31,7 @@ ParticleSlam::ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptio
       log_weights_(padded(options.particles), 0.0),
       weights_(padded(options.particles)),
       ancestry_(options.particles),
-      map_(options.particles, options.map_precision),
+      map_(options.particles, options.map_precision, options.threads),
       jury_(options.particles, options.map_precision),
       systematic_(options.particles),
       systematic_covariance_(options.prior.systematic_sigma.cwiseAbs2().asDiagonal()) {
@@ -85,7 +86,8 @@ void ParticleSlam::recognise(std::span<const Observation> observations) {
 }
 
 void ParticleSlam::predict_poses() {
-  predict(poses_, systematic_, pending_, all(), predicted_);
+  for_all_particles(options_.particles, options_.threads,
+                    [&](ParticleRange piece) { predict(poses_, systematic_, pending_, piece, predicted_); });
 }
 
 /// Of the error of a particle's prediction: noise, and what is not known of the systematic errors. Eq. 9.
@@ -115,23 +117,28 @@ void ParticleSlam::propose() {
   const bool by_gaussian = proposal == Proposal::linearised || proposal == Proposal::swarm_gaussian;
   const Placement placement{semidefinite_root(predicted_covariance()), sensor_.body_from_sensor};
   sensors_.origin = predicted_.at(0).translation();
-  draw_normals(next_draw(), all(), n_);
+  const Draw draw = next_draw();
+  const Draw second_draw = next_draw();
   if (by_swarm) {
+    draw_normals(draw, all(), n_);
     const PoseTarget target(predicted_, predicted_covariance(), sensor_.body_from_sensor, readings_);
     refine_by_swarm(target, options_.swarm, options_.particles, random_, n_);
   }
-  if (by_gaussian && !readings_.empty()) draw_near_sightings(placement);
-  place(predicted_, n_, placement, all(), poses_, sensors_);
+  for_all_particles(options_.particles, options_.threads, [&](ParticleRange piece) {
+    if (!by_swarm) draw_normals(draw, piece, n_);
+    if (proposal == Proposal::swarm_gaussian) draw_normals(second_draw, piece, z_);
+    if (by_gaussian && !readings_.empty()) draw_near_sightings(placement, piece);
+    place(predicted_, n_, placement, piece, poses_, sensors_);
+  });
 }
 
 /// Eq. 16: n becomes a draw from the Gaussian at n; the weights take prior over proposal.
-void ParticleSlam::draw_near_sightings(const Placement& placement) {
+void ParticleSlam::draw_near_sightings(const Placement& placement, ParticleRange range) {
   const bool after_swarm = options_.proposal == Proposal::swarm_gaussian;
-  if (after_swarm) draw_normals(next_draw(), all(), z_);
-  place(predicted_, n_, {Matrix3::Zero(), sensor_.body_from_sensor}, all(), poses_, sensors_);
   const Matrix3 L = adjoint(sensor_.body_from_sensor.inverse()) * placement.L;
+  place(predicted_, n_, {Matrix3::Zero(), sensor_.body_from_sensor}, range, poses_, sensors_);
   const GaussianProposal gaussians{sensors_, L, after_swarm ? &n_ : nullptr, after_swarm ? z_ : n_};
-  draw_from_gaussians(readings_, gaussians, all(), n_, log_weights_.data());
+  draw_from_gaussians(readings_, gaussians, range, n_, log_weights_.data());
 }
 
 /// A Kalman filter for each particle, given its path: the drawn pose is a measurement of S s, whose error
@@ -150,7 +157,9 @@ void ParticleSlam::learn_systematic() {
 
 void ParticleSlam::weigh() {
   for (const Seen& s : seen_) map_.count_sighting(s.landmark);
-  weigh_and_improve(readings_, sensors_, all(), log_weights_.data());
+  for_all_particles(options_.particles, options_.threads, [&](ParticleRange piece) {
+    weigh_and_improve(readings_, sensors_, piece, log_weights_.data());
+  });
 }
 
 /// A landmark seen for the first time; a second sighting of it in the same step improves it.

@@ -32,6 +32,7 @@ struct ParticleSlamOptions {
   double resample_below = 0.5;  ///< effective particles, as a share of all
   bool keep_paths = true;       ///< false: memory does not grow with time
   Precision map_precision = Precision::float32;
+  std::size_t threads = 1;  ///< results do not depend on it
   SwarmOptions swarm = {};
 };
 
@@ -60,6 +61,14 @@ class ParticleSlam {
   /// Poses stored for that, by all particles together.
   std::size_t stored_poses() const { return paths_.stored(); }
 
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.draws_, self.random_, self.resampling_, self.poses_, self.sensors_, self.log_weights_,
+            self.weights_, self.ancestry_, self.map_, self.paths_, self.systematic_,
+            self.systematic_covariance_, self.pending_, self.report_);
+  }
+
  private:
   struct Seen {
     std::size_t observation;
@@ -72,7 +81,7 @@ class ParticleSlam {
   Matrix3 predicted_covariance() const;
   void reject_outliers();
   void propose();
-  void draw_near_sightings(const Placement& placement);
+  void draw_near_sightings(const Placement& placement, ParticleRange range);
   void learn_systematic();
   void weigh();
   void add_landmark(const Observation& observation, std::size_t index);

@@ -14,6 +14,11 @@ struct SlamStep {
   double time_s = 0.0;
   Motion motion;                          ///< since the step before
   std::vector<Observation> observations;  ///< all of one instant
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.time_s, self.motion, self.observations);
+  }
 };
 
 /// A recording as a filter wants it.

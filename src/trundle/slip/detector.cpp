@@ -48,11 +48,6 @@ double doubt(double excess, double sigma, bool slipping) {
   return squared(kDoubt) * std::max(0.0, squared(excess) - squared(sigma));
 }
 
-bool moves(const Increment& interval, std::size_t wheels) {
-  return std::any_of(interval.turned.begin(), interval.turned.begin() + static_cast<std::ptrdiff_t>(wheels),
-                     [](double turned) { return turned != 0.0; });
-}
-
 /// Two wheels that roll forward on either side, with a gyro.
 bool suits_published_method(const Parity& parity) {
   if (parity.wheels() != 2 || !parity.uses_gyro()) return false;
@@ -109,7 +104,7 @@ void SlipDetector::forget_sums() {
 
 SlipStatus SlipDetector::status_of(const Increment& interval) const {
   if (parity_.uses_gyro() && !interval.has_gyro) return SlipStatus::no_gyro;
-  if (!moves(interval, parity_.wheels())) return SlipStatus::parked;
+  if (parity_.wheels() == 0 || !any_turns(interval)) return SlipStatus::parked;
   if (options_.method == SlipMethod::general) {
     const bool other_length = options_.model && std::abs(interval.duration_s - options_.model->interval_s) >
                                                     0.5 * options_.model->interval_s;
