@@ -6,7 +6,7 @@ import { fixed, significant } from './format.js';
 import { listen } from './gestures.js';
 import { colour } from './palette.js';
 import { asSvg } from './pens.js';
-import { linear, ticks, tickText } from './scale.js';
+import { linear, logTicks, logTickText, ticks, tickText } from './scale.js';
 import { cursorTime, on, setCursor, setTimeWindow, timeWindow } from './shared.js';
 import { text } from './strings/en.js';
 
@@ -37,8 +37,9 @@ function rangeOf(spec, factor) {
     if (wanted.length === 0) return [0, 1];
     const [least, most] = [Math.min(...wanted, spec.y.from ?? Infinity), Math.max(...wanted, spec.y.to ?? -Infinity)];
     if (spec.y.log) return [Math.max(least * 0.8, 1e-12), most * 1.25];
-    const margin = 0.06 * (most - least || Math.abs(most) || 1);
-    return [spec.y.from === least ? least : least - margin, most + margin];
+    const top = Math.min(most, spec.y.most ?? Infinity);
+    const margin = 0.06 * (top - least || Math.abs(top) || 1);
+    return [spec.y.from === least ? least : least - margin, top + margin];
   };
 }
 
@@ -86,13 +87,18 @@ function underlay(spec, factor) {
   };
 }
 
+function tickOf(value, step) {
+  return Math.abs(value) >= 1e4 || (value !== 0 && Math.abs(value) < 1e-3) ? significant(value, 2) : tickText(value, step);
+}
+
 function axes(spec, unit) {
   const font = `${size}px system-ui, sans-serif`;
   const common = { stroke: colour('soft'), font, labelFont: font, grid: { stroke: colour('grid'), width: 1 }, ticks: { show: false }, labelGap: 0 };
   return [
     { ...common, label: spec.x.name, size: 30, labelSize: 18, space: 70, values: (plot, splits) => splits.map((value) => tickText(value, splits[1] - splits[0] || 1)) },
     { ...common, label: unit.unit ? `${spec.y.name} [${unit.unit}]` : spec.y.name, size: 56, labelSize: 18, space: 34,
-      values: (plot, splits) => splits.map((value) => (value === null ? '' : Math.abs(value) >= 1e4 || (value !== 0 && Math.abs(value) < 1e-3) ? significant(value, 2) : tickText(value, spec.y.log ? Math.abs(value) : splits[1] - splits[0]))) },
+      ...(spec.y.log ? { splits: (plot, axis, low, high) => logTicks(low, high), filter: (plot, splits) => splits } : {}),
+      values: (plot, splits) => splits.map((value) => (value === null ? '' : spec.y.log ? logTickText(value) : tickOf(value, splits[1] - splits[0]))) },
   ];
 }
 
@@ -120,10 +126,10 @@ function drawing(plot, spec, factor, unit) {
       pen.line([x(value), inner.top, x(value), inner.bottom], { colour: colour('grid') });
       pen.text(x(value), inner.bottom + 16, tickText(value, columns[1] - columns[0] || 1), { ...soft, align: 'center' });
     }
-    const rows = spec.y.log ? [y0, Math.sqrt(y0 * y1), y1] : ticks(y0, y1, (inner.bottom - inner.top) / 40);
+    const rows = spec.y.log ? logTicks(y0, y1) : ticks(y0, y1, (inner.bottom - inner.top) / 40);
     for (const value of rows) {
       pen.line([inner.left, y(value / factor), inner.right, y(value / factor)], { colour: colour('grid') });
-      pen.text(inner.left - 6, y(value / factor) + 4, spec.y.log ? significant(value, 2) : tickText(value, rows[1] - rows[0] || 1), { ...soft, align: 'right' });
+      pen.text(inner.left - 6, y(value / factor) + 4, spec.y.log ? logTickText(value) : tickText(value, rows[1] - rows[0] || 1), { ...soft, align: 'right' });
     }
     for (const { from, to, colour: fill, alpha } of spec.stretches ?? []) {
       const [a, b] = [Math.max(x0, from), Math.min(x1, to)];
@@ -138,8 +144,8 @@ function drawing(plot, spec, factor, unit) {
     for (const { value } of spec.limits ?? []) pen.line([inner.left, y(value), inner.right, y(value)], { colour: colour('soft'), dash: [5, 4] });
     for (const one of spec.series) {
       const flat = points(one.x, one.y);
-      if (one.dots) for (let i = 0; i < flat.length; i += 2) pen.ellipse(flat[i], flat[i + 1], 2, 2, 0, { fill: one.style.colour });
-      else pen.line(flat, { colour: one.style.colour, width: one.style.width, dash: one.style.dash });
+      if (!one.dots) pen.line(flat, { colour: one.style.colour, width: one.style.width, dash: one.style.dash });
+      for (let i = 0; one.dots && i < flat.length; i += 2) if (!Number.isNaN(flat[i])) pen.ellipse(flat[i], flat[i + 1], 2, 2, 0, { fill: one.style.colour });
     }
     pen.text((inner.left + inner.right) / 2, height - 10, spec.x.name, { ...soft, align: 'center' });
     pen.text(14, (inner.top + inner.bottom) / 2, unit.unit ? `${spec.y.name} [${unit.unit}]` : spec.y.name, { ...soft, align: 'center', turn: -Math.PI / 2 });
@@ -162,7 +168,7 @@ function reading(spec, at, unit) {
   return `${spec.x.short} ${fixed(at, 2)}${spec.x.unit ? ` ${spec.x.unit}` : ''}${parts.length > 0 ? ` · ${parts.join(' · ')}` : ''}`;
 }
 
-// spec: {label, height, x: {name, short, unit, isTime, ofTime?, toTime?}, y: {name, unit: {factor, unit}, from?, log?},
+// spec: {label, height, x: {name, short, unit, isTime, ofTime?, toTime?}, y: {name, unit: {factor, unit}, from?, most?, log?},
 //   series: [{name, x, y, style, dots?}], bands: [{x, low, high, colour}], limits: [{value, inView}],
 //   stretches: [{from, to, colour}]}; returns {node, svg(), zoom(), reset()}.
 export function chart(spec) {
@@ -233,13 +239,15 @@ export function chart(spec) {
   };
 
   let drawn = 0;
-  new ResizeObserver(() => requestAnimationFrame(() => {
+  const fit = () => {
     const width = Math.floor(box.clientWidth);
     if (width === 0 || width === drawn) return;
     drawn = width;
     if (plot) plot.setSize({ width, height: plot.height });
     else build(width);
-  })).observe(box);
+  };
+  new ResizeObserver(() => requestAnimationFrame(fit)).observe(box);
+  on('fit', fit);
   on('cursor', place);
   if (spec.x.isTime) on('window', (window, source) => source !== node && show(window ?? whole, false));
   return { node, svg: () => drawing(plot, spec, factor, unit), zoom: moves.zoom, reset: moves.reset };

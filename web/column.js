@@ -1,6 +1,6 @@
 // Columns of numbers as docs/report-json.md describes them.
 
-function bytesOf(base64) {
+export function bytesOf(base64) {
   if (Uint8Array.fromBase64) return Uint8Array.fromBase64(base64);
   const text = atob(base64);
   const bytes = new Uint8Array(text.length);

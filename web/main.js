@@ -25,7 +25,7 @@ import { trajectories } from './figures/trajectories.js';
 import { prepared } from './result.js';
 import { forgetSections } from './section.js';
 import { onSettings } from './settings.js';
-import { forgetListeners } from './shared.js';
+import { fitAll, forgetListeners } from './shared.js';
 import { text } from './strings/en.js';
 
 const ofCalibration = (figure) => ([{ calibration }]) => (calibration ? figure(calibration) : null);
@@ -57,7 +57,7 @@ function link(target, words) {
 function madeBy(made) {
   if (!made) return null;
   const files = made.inputs.map(({ path, sha256 }) => html('li', {}, html('span', { class: 'path' }, shortened(path, 120)), ' ', html('code', {}, sha256)));
-  return html('footer', {}, html('p', {}, text.provenance.drawnBy(made.program, made.version)), html('ul', {}, files));
+  return html('footer', {}, html('details', {}, html('summary', {}, text.provenance.drawnBy(made.program, made.version, files.length)), html('ul', {}, files)));
 }
 
 function show(report, results) {
@@ -73,6 +73,7 @@ function show(report, results) {
   const links = alone ? shown[0].sections.filter((node) => node.inContents).map((node) => link(node.id, node.inContents))
     : results.map(({ label }, index) => link(`result-${index + 1}`, shortened(label, 28)));
   document.getElementById('contents').replaceChildren(...links);
+  fitAll();
   scrollTo({ top: scrolled, behavior: 'instant' });
 }
 

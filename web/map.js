@@ -125,7 +125,7 @@ function paintSlips(pen, spec, to, inner) {
   for (const slip of spec.slips) {
     const from = indexBefore(main.time, slip.from);
     const flat = line(main, to, inner, from, indexBefore(main.time, slip.to) + 2);
-    pen.line(flat, { colour: colour('slip'), width: 7, opacity: 0.55 });
+    pen.line(flat, { colour: colour('slip'), width: 14, opacity: 0.75 });
   }
 }
 
@@ -305,13 +305,16 @@ export function map(spec) {
     redraw();
     box.scrollIntoView({ block: 'center', behavior: 'smooth' });
   });
-  new ResizeObserver(() => requestAnimationFrame(() => {
+  const fit = () => {
     const width = Math.floor(box.clientWidth);
     if (width === 0 || width === size?.[0]) return;
     size = [width, Math.round(Math.min(Math.max(320, width * 0.62), 620))];
     box.style.height = `${size[1]}px`;
-    whole();
-  })).observe(box);
+    view = viewOf(bounds, ...size);
+    paint();
+  };
+  new ResizeObserver(() => requestAnimationFrame(fit)).observe(box);
+  on('fit', fit);
   const drawing = () => asSvg(...size, (pen) => paintAll(pen, spec, view, hidden), spec.label);
   return { node: html('div', {}, box, readout, keyOf(spec, hidden, redraw)), svg: drawing, zoom: moves.zoom, reset: moves.reset };
 }

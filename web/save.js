@@ -1,4 +1,5 @@
 // Figures and tables as files.
+import { bytesOf } from './column.js';
 import { html } from './dom.js';
 import { colour } from './palette.js';
 
@@ -19,16 +20,18 @@ export function fileName(title, extension) {
   return `${plain || 'figure'}.${extension}`;
 }
 
-// A copy that needs no style sheet, on the page's ground.
+// A copy that needs no style sheet, on the page's ground. A drawing that is not in the page has no style but its own.
 export function standalone(drawing) {
   const copy = drawing.cloneNode(true);
-  const originals = [drawing, ...drawing.querySelectorAll('*')];
-  const copies = [copy, ...copy.querySelectorAll('*')];
-  originals.forEach((original, i) => {
-    const style = getComputedStyle(original);
-    for (const property of kept) copies[i].setAttribute(property, style.getPropertyValue(property));
-    copies[i].removeAttribute('class');
-  });
+  if (drawing.isConnected) {
+    const originals = [drawing, ...drawing.querySelectorAll('*')];
+    const copies = [copy, ...copy.querySelectorAll('*')];
+    originals.forEach((original, i) => {
+      const style = getComputedStyle(original);
+      for (const property of kept) copies[i].setAttribute(property, style.getPropertyValue(property));
+      copies[i].removeAttribute('class');
+    });
+  }
   copy.setAttribute('xmlns', drawing.namespaceURI);
   copy.setAttribute('style', `background:${colour('ground')}`);
   return copy;
@@ -53,7 +56,8 @@ export async function savePng(drawing, title) {
   pen.fillStyle = colour('ground');
   pen.fillRect(0, 0, canvas.width, canvas.height);
   pen.drawImage(picture, 0, 0, canvas.width, canvas.height);
-  canvas.toBlob((blob) => offer(blob, fileName(title, 'png')), 'image/png');
+  const [, base64] = canvas.toDataURL('image/png').split(','); // toBlob would wait for an idle moment
+  offer(new Blob([bytesOf(base64)], { type: 'image/png' }), fileName(title, 'png'));
 }
 
 function cell(text) {

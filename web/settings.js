@@ -31,9 +31,13 @@ function applyTheme(toDark) {
 
 applyTheme(isDark());
 dark.addEventListener('change', announce);
-// Paper is white.
+// Paper is white, and as wide as it is.
 addEventListener('beforeprint', () => {
   applyTheme(false);
+  document.documentElement.dataset.paper = '';
   for (const listener of listeners) listener();
 });
-addEventListener('afterprint', announce);
+addEventListener('afterprint', () => {
+  delete document.documentElement.dataset.paper;
+  announce();
+});

@@ -1,7 +1,7 @@
 // What all plots have in common: the moment under the cursor, the window of time in view, the place to look at.
 // Times are seconds since the start of the recording.
 const state = { cursor: null, window: null };
-const listeners = { cursor: [], window: [], place: [] };
+const listeners = { cursor: [], window: [], place: [], fit: [] };
 
 export function on(what, listener) {
   listeners[what].push(listener);
@@ -35,6 +35,11 @@ export function setTimeWindow(window, source) {
 export function lookAt(place) {
   setCursor(place.time, null);
   tell('place', place);
+}
+
+// All plots draw themselves now, at the width they have: paper does not wait for the next frame.
+export function fitAll() {
+  tell('fit');
 }
 
 // Before the page is drawn anew.

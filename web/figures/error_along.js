@@ -30,9 +30,10 @@ function largest(curves, name) {
 
 function positions(curves) {
   const series = curves.map(({ name, style, columns, x }) => ({ name, x, y: columns.position_m, style }));
+  const highest = largest(curves, 'position_m');
   const bands = curves.filter(({ columns, error }) => columns.bound95_m && error.role !== 'nominal')
     .map(({ columns, style, x }) => ({ x, low: new Float64Array(x.length), high: columns.bound95_m, colour: style.colour }));
-  return chart({ label: text.errorAlong.title, height: 260, x: wayAxis(curves), y: { name: text.errorAlong.position, unit: lengthUnit([largest(curves, 'position_m')]), from: 0 }, series, bands });
+  return chart({ label: text.errorAlong.title, height: 260, x: wayAxis(curves), y: { name: text.errorAlong.position, unit: lengthUnit([highest]), from: 0, most: 2.5 * highest * lengthUnit([highest]).factor }, series, bands });
 }
 
 function headings(curves) {

@@ -17,7 +17,7 @@ function facts({ program, version, seed, options = {} }) {
 function hashes(list, head) {
   if (list.length === 0) return null;
   const rows = list.map((input) => ({ cells: [html('span', { class: 'path' }, textOf(input.path ?? '')), html('code', {}, textOf(input.sha256 ?? ''))] }));
-  return scrolling(table([{ head, class: 'first' }, { head: 'SHA-256' }], rows, { class: 'inputs' }), head);
+  return html('details', { open: list.length <= 8 }, html('summary', {}, `${head} (${list.length})`), scrolling(table([{ head, class: 'first' }, { head: 'SHA-256' }], rows, { class: 'inputs' }), head));
 }
 
 // What the heads of the files say, each said once.

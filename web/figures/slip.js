@@ -12,13 +12,14 @@ function show(event) {
 }
 
 function chartOf({ timeline, events }) {
-  const { end_s: x, value: y } = timeline.columns();
+  const { end_s: x, value } = timeline.columns();
   const delta = timeline.statistic === 'delta_rad';
+  const y = delta ? value : value.map((one) => Math.max(one, 0.01)); // the axis is logarithmic
   const name = text.slip.statistic[timeline.statistic];
   return chart({
     label: text.slip.title, height: 240,
     x: { name: text.plot.time, short: text.plot.timeShort, unit: 's', isTime: true },
-    y: { name, unit: delta ? display('rad') : { factor: 1, unit: '' }, from: delta ? undefined : 0 },
+    y: { name, unit: delta ? display('rad') : { factor: 1, unit: '' }, log: !delta },
     series: [{ name, x, y, style: { colour: colour('after'), width: 1.3, dash: [] } }],
     limits: [timeline.lower, timeline.upper].filter(isNumber).map((value) => ({ value, inView: true })),
     stretches: events.map((event) => ({ from: event.start_s, to: event.end_s, colour: colour('slip'), alpha: 0.3 })),

@@ -27,11 +27,12 @@ export const text = {
     smoothed: 'smoothed', localized: 'localized', result: 'result', other: 'estimate',
   },
   stages: { done: 'done', skipped: 'not run', failed: 'could not run' },
+  // Keys of a robot file, as one says them.
+  parameter: (name) => ({ track: 'track width', 'gyro.scale': 'gyro scale', 'gyro.bias': 'gyro bias' }[name] ?? name.replace(/^(.*)\.diameter$/, '$1 wheel diameter')),
   answers: {
     track_error: { title: (role) => `Position error, ${role}`, from: (role) => `from ${role}`, note: (path) => `rms over ${path}` },
     calibration_error: { title: (heldOut) => `Position error, ${heldOut ? 'held-out' : 'training'} runs`, note: (runs) => `rms over ${count(runs, 'run', 'runs')}` },
-    wheel_ratio: { title: 'Wheels', value: (second, first, larger, share) => `${second} ${share} ${larger ? 'larger' : 'smaller'} than ${first}` },
-    parameter: { title: (name) => name },
+    wheel_ratio: { title: 'Wheel diameters', value: (second, first, larger) => `${second} ${larger ? 'larger' : 'smaller'} than ${first}` },
     slip: { title: 'Slip', value: (number) => count(number, 'time', 'times'), note: (lost, wheel, share) => `${lost} of travel that is not motion${wheel ? `, ${share} of it the ${wheel} wheel` : ''}`, none: 'no slip found' },
     map: { title: 'Map', value: (number) => count(number, 'landmark', 'landmarks'), note: (radius) => `95 % ellipses of ${radius} in the median` },
     gyro_bias: { title: 'Gyro bias at the end', note: (rest) => `learned in ${rest} s of standing still`, noRest: 'as the robot file says: it never rests' },
@@ -115,7 +116,7 @@ export const text = {
   provenance: {
     title: 'Where this comes from', contents: 'Provenance',
     how: 'The same program version, inputs and options give the same bytes again; the SHA-256 shows whether a file is still the same.',
-    program: 'program', seed: 'seed', input: 'Input', file: 'File', made: 'How it was made', drawnBy: (program, version) => `Drawn by ${program} ${version} from`,
+    program: 'program', seed: 'seed', input: 'Inputs', file: 'Files drawn', made: 'How it was made', drawnBy: (program, version, files) => `Drawn by ${program} ${version} from ${count(files, 'file', 'files')}`,
   },
   headline: {
     statuses: { all_estimated: 'All parameters estimated', some_held: 'Some parameters held at nominal', nothing_estimated: 'Nothing estimated' },

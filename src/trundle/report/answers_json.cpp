@@ -186,10 +186,16 @@ void attend_calibration(const Json& calibration, Json& attention) {
     attention.push_back({{"kind", "warning"}, {"words", sentence}});
 }
 
+/// Odometry before calibration, or before slips are corrected, is there to compare with.
+bool is_superseded(const std::string& role, const Json& result) {
+  return role == "nominal" || (role == "odometry" && error_of(result, {"corrected"}) != nullptr);
+}
+
 void attend_honesty(const Json& result, Json& attention) {
   for (const Json& error : result.at("errors")) {
     const Json& share = error.at("summary").at("share_inside_95");
-    if (error.at("role") == "nominal" || !share.is_number() || share.get<double>() >= kHonestShare) continue;
+    if (is_superseded(error.at("role"), result) || !share.is_number() || share.get<double>() >= kHonestShare)
+      continue;
     attention.push_back({{"kind", "overconfident"},
                          {"role", error.at("role")},
                          {"name", error.at("name")},
