@@ -103,10 +103,10 @@ TEST_F(RunCommand, LocalizesOnTheMapThatItIsGiven) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(stage("d", "localization").at("status"), "done");
   const std::string in_one_go = read("d/localization.csv");
-  EXPECT_EQ(
-      run({"localize", "seen", "--robot", "sighted.toml", "--map", "map.csv", "-o", "d/localization.csv"})
-          .exit_code,
-      0);
+  EXPECT_EQ(run({"localize", "seen", "--robot", "d/calibrated.toml", "--map", "map.csv", "-o",
+                 "d/localization.csv"})
+                .exit_code,
+            0);
   EXPECT_EQ(read("d/localization.csv"), in_one_go);
 
   ASSERT_EQ(run({"run", "seen", "--robot", "sighted.toml", "-o", "d"}).exit_code, 0);
