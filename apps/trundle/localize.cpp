@@ -6,6 +6,7 @@
 
 #include "command.hpp"
 #include "shared_output.hpp"
+#include "slip_correction.hpp"
 #include "start_pose.hpp"
 
 namespace trundle::app {
@@ -18,6 +19,7 @@ struct Options {
   std::string map;
   std::string filter = std::string(name_of(LocalizerOptions{}.filter));
   LocalizeQuestion question;
+  SlipCorrection slip;
   std::string output;
 };
 
@@ -50,6 +52,7 @@ std::string text_of(const Options& options, const LocalizeAnswer& answer) {
 
 LocalizeQuestion question_of(const Options& options) {
   LocalizeQuestion question = options.question;
+  question.slip = app::question_of(options.slip, question.robot_number);
   question.filter =
       options.filter == name_of(LocalizerFilter::ekf) ? LocalizerFilter::ekf : LocalizerFilter::particles;
   if (!question.start_text.empty()) question.start = start_pose_from(question.start_text);
@@ -96,6 +99,7 @@ void add_localize(CLI::App& app) {
       ->capture_default_str();
   command->add_flag("--unknown-ids", options->question.unknown_ids,
                     "Forget the landmarks' names and find out which is which");
+  add_slip_correction(*command, options->slip);
   command->add_option("--robot-number", options->question.robot_number,
                       "Which robot of a UTIAS MRCLAM folder");
   command->add_option("-o,--output", options->output, "Trajectory: .csv, or .tum by its name")->required();

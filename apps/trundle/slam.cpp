@@ -6,6 +6,7 @@
 
 #include "command.hpp"
 #include "shared_output.hpp"
+#include "slip_correction.hpp"
 #include "start_pose.hpp"
 
 namespace trundle::app {
@@ -16,6 +17,7 @@ struct Options {
   std::string recording;
   std::string robot;
   SlamQuestion question;
+  SlipCorrection slip;
   std::string filter = "fastslam2";
   std::string output;
 };
@@ -56,6 +58,7 @@ std::string text_of(const Options& options, const SlamAnswer& answer) {
 
 SlamQuestion question_of(const Options& options) {
   SlamQuestion question = options.question;
+  question.slip = app::question_of(options.slip, question.robot_number);
   question.method = *slam_method_named(options.filter);
   question.start = start_pose_from(question.start_text);
   if (question.unknown_ids && question.method != SlamMethod::ekf)
@@ -108,6 +111,7 @@ void add_slam(CLI::App& app) {
                    "Threads of the particle filters; results do not depend on it")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
+  add_slip_correction(*command, options->slip);
   command->add_option("--robot-number", options->question.robot_number,
                       "Which robot of a UTIAS MRCLAM folder");
   SlamCheckpoints& checkpoints = options->question.checkpoints;

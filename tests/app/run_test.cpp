@@ -72,9 +72,11 @@ TEST_F(RunCommand, GivesTheBytesOfTheSingleCommandsInTurn) {
   printed_into("d/odometry.json", {"odometry", tour, "--robot", "d/calibrated.toml", "-o", "d/odometry.csv"});
   printed_into("d/slip.json", {"slip", tour, "--robot", "d/calibrated.toml", "--learn", clean, "-o",
                                "d/slip.csv", "--corrected", "d/trajectory.csv"});
-  printed_into("d/localization.json", {"localize", tour, "--robot", "d/calibrated.toml", "--map",
-                                       tour + "/landmarks.csv", "-o", "d/localization.csv"});
-  printed_into("d/slam/slam.json", {"slam", tour, "--robot", "d/calibrated.toml", "-o", "d/slam"});
+  printed_into("d/localization.json",
+               {"localize", tour, "--robot", "d/calibrated.toml", "--map", tour + "/landmarks.csv",
+                "--correct-slip", "--learn", clean, "-o", "d/localization.csv"});
+  printed_into("d/slam/slam.json", {"slam", tour, "--robot", "d/calibrated.toml", "--correct-slip", "--learn",
+                                    clean, "-o", "d/slam"});
   for (const char* file : kFiles) EXPECT_EQ(read(std::string("d/") + file), in_one_go[file]) << file;
 
   for (const Json& trajectory : evaluation.at("trajectories"))

@@ -24,6 +24,7 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
   if (question.filter == LocalizerFilter::particles)
     provenance.options.emplace_back("particles", std::to_string(question.particles));
   if (question.unknown_ids) provenance.options.emplace_back("unknown-ids", "true");
+  add_options_of(question.slip, provenance);
   add_robot_number(question.robot_number, provenance);
   return provenance;
 }
@@ -80,16 +81,17 @@ MapFile read_map_file(const std::filesystem::path& path) {
 LocalizeAnswer answer_localize(const Recording& recording, const RobotFile& robot, const MapFile& map,
                                const LocalizeQuestion& question) {
   LocalizeAnswer answer;
+  answer.provenance = provenance_of(recording, robot, map, question);
   SlamInputOptions input_options{.hide_ids = question.unknown_ids};
   for (const MapLandmark& landmark : map.landmarks) input_options.names.push_back(landmark.name);
-  answer.input = slam_input(recording, robot.robot, input_options);
+  answer.input = slam_input(recording, readings_of(recording, robot, question.slip, answer.provenance),
+                            robot.robot, input_options);
   auto& problems = answer.input.problems;
   problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
   answer.landmarks = map.landmarks.size();
   const LandmarkSensor& sensor = *robot.robot.landmark_sensor;
   answer.result = localize(answer.input, known_map_of(map, sensor), sensor, options_of(question));
   if (answer.result.trajectory.poses.empty()) refuse(recording.name, answer);
-  answer.provenance = provenance_of(recording, robot, map, question);
   return answer;
 }
 

@@ -8,6 +8,7 @@
 
 #include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/provenance.hpp"
+#include "trundle/pipeline/slip_answer.hpp"
 #include "trundle/recording/landmark_file.hpp"
 #include "trundle/slam/localizer.hpp"
 
@@ -30,8 +31,9 @@ struct LocalizeQuestion {
   std::string start_text = "";      ///< the same as it was given
   double start_sigma_m = 0.5;
   double start_sigma_deg = 10.0;
-  bool unknown_ids = false;  ///< forget the landmarks' names and find out which is which
-  int robot_number = 0;      ///< of a folder with several robots; 0: not given
+  bool unknown_ids = false;               ///< forget the landmarks' names and find out which is which
+  std::optional<SlipQuestion> slip = {};  ///< then the odometry is corrected for slip first, found so
+  int robot_number = 0;                   ///< of a folder with several robots; 0: not given
 };
 
 struct LocalizeAnswer {

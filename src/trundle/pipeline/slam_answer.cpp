@@ -21,6 +21,7 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
   if (question.systematic_sigma)
     provenance.options.emplace_back("systematic-sigma", fmt::format("{}", *question.systematic_sigma));
   if (question.smooth) provenance.options.emplace_back("smooth", "true");
+  add_options_of(question.slip, provenance);
   add_robot_number(question.robot_number, provenance);
   return provenance;
 }
@@ -123,7 +124,9 @@ std::string settings_of(const RobotFile& robot, SlamQuestion question) {
 
 SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const SlamQuestion& question) {
   SlamAnswer answer;
-  answer.input = slam_input(recording, robot.robot, {.hide_ids = question.unknown_ids});
+  answer.provenance = provenance_of(recording, robot, question);
+  answer.input = slam_input(recording, readings_of(recording, robot, question.slip, answer.provenance),
+                            robot.robot, {.hide_ids = question.unknown_ids});
   auto& problems = answer.input.problems;
   problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
   if (answer.input.observations() == 0)
@@ -140,7 +143,6 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
       slam_with_checkpoints(answer.input, run, settings_of(robot, question), question.checkpoints);
   if (!question.systematic_sigma) prior.systematic_sigma = kUsualSystematicSigma;
   if (question.smooth) answer.smoothed = smooth(answer.input, sensor, answer.result, {.prior = prior});
-  answer.provenance = provenance_of(recording, robot, question);
   if (question.unknown_ids) answer.input.landmarks = numbers_for(answer.result.reports);
   return answer;
 }

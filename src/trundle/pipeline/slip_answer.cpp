@@ -165,6 +165,20 @@ SlipAnswer answer_slip(const Recording& recording, const RobotFile& robot, const
   return answer;
 }
 
+AlignedReadings readings_of(const Recording& recording, const RobotFile& robot,
+                            const std::optional<SlipQuestion>& slip, Provenance& provenance) {
+  if (!slip) return align(recording, robot.robot);
+  const SlipAnswer answer = answer_slip(recording, robot, *slip);
+  add_inputs(answer.provenance.inputs, provenance);
+  return answer.report.corrected;
+}
+
+void add_options_of(const std::optional<SlipQuestion>& slip, Provenance& provenance) {
+  if (!slip) return;
+  provenance.options.emplace_back("correct-slip", "true");
+  for (const std::string& folder : slip->learn) provenance.options.emplace_back("learn", folder);
+}
+
 nlohmann::ordered_json document_of(const SlipAnswer& answer, const Robot& robot) {
   Json document = to_json(answer.provenance);
   document["intervals"] = to_json(answer.report.counts);

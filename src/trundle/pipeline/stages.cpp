@@ -77,6 +77,12 @@ std::string sentence_of(const SlipReport& report) {
                      plural(report.events.size(), "slip"), excess_m);
 }
 
+/// Who goes on from the odometry takes the corrected one, where slip could be looked for.
+std::optional<SlipQuestion> slip_correction_of(const Work& work) {
+  if (!work.slip_judged) return std::nullopt;
+  return SlipQuestion{.learn = work.question.learn, .robot_number = work.question.robot_number};
+}
+
 bool any_without_name(const std::vector<Sighting>& sightings) {
   return std::ranges::any_of(sightings, [](const Sighting& s) { return s.landmark.empty(); });
 }
@@ -199,6 +205,7 @@ Told find_slips(Work& work) {
             {{work.in_folder("slip.csv"), slip_csv_of(slip, work.used.robot)},
              {work.in_folder("slip.json"), printed(document_of(slip, work.used.robot))},
              {work.in_folder("trajectory.csv"), head_of(slip.provenance) + to_csv(slip.corrected)}}};
+  work.slip_judged = true;
   work.answer.trajectories.push_back({"corrected", "trajectory.csv", "odometry with the slips corrected"});
   return told;
 }
@@ -209,6 +216,7 @@ Told localize_on_map(Work& work) {
   const Recording& recording = work.recording();
   const LocalizeQuestion question{.seed = work.question.slam.seed,
                                   .unknown_ids = any_without_name(recording.sightings),
+                                  .slip = slip_correction_of(work),
                                   .robot_number = work.question.robot_number};
   const LocalizeAnswer answer = answer_localize(recording, work.used, map, question);
   work.answer.trajectories.push_back(
@@ -225,6 +233,7 @@ Told map_landmarks(Work& work) {
   question.robot_number = work.question.robot_number;
   question.unknown_ids = question.unknown_ids || any_without_name(work.recording().sightings);
   if (question.unknown_ids) question.method = SlamMethod::ekf;
+  question.slip = slip_correction_of(work);
   const SlamAnswer slam = answer_slam(work.recording(), work.used, question);
   std::vector<OutputFile> files = files_of(slam, work.in_folder("slam"));
   files.push_back({work.in_folder("slam") / "slam.json", printed(document_of(slam))});

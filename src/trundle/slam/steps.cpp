@@ -194,10 +194,14 @@ std::size_t SlamInput::observations() const {
 }
 
 SlamInput slam_input(const Recording& recording, const Robot& robot, const SlamInputOptions& options) {
+  return slam_input(recording, align(recording, robot), robot, options);
+}
+
+SlamInput slam_input(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
+                     const SlamInputOptions& options) {
   if (!robot.landmark_sensor)
     throw InputError(fmt::format("robot '{}'", robot.name), "has no landmark sensor", "[landmark_sensor]");
   if (!options.hide_ids) require_names(recording);
-  const AlignedReadings readings = align(recording, robot);
   Cutter cutter(robot, options, timely_sightings(recording, *robot.landmark_sensor));
   SlamInput input = cutter.cut(readings);
   input.problems.insert(input.problems.begin(), readings.problems.begin(), readings.problems.end());

@@ -47,5 +47,8 @@ struct SlamInputOptions {
 /// left out and reported. Throws InputError when the robot has no landmark sensor or, ids not hidden, a
 /// sighting has no name; CannotAnswer when the chassis cannot tell its motion.
 SlamInput slam_input(const Recording& recording, const Robot& robot, const SlamInputOptions& options = {});
+/// The same with the recording's readings as someone corrected them (SlipReport::corrected).
+SlamInput slam_input(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
+                     const SlamInputOptions& options = {});
 
 }  // namespace trundle
