@@ -22,10 +22,16 @@ for interval in 0.25 0.5; do
   done
 done
 
+for run in nonfaulty_1 nonfaulty_2 left_faulty right_faulty; do
+  section "kobuki_slip: $run, the gyro's time offset by the estimator, and by cross-correlation"
+  "$trundle" calibrate "$run" --robot robot.toml --free gyro.time_offset | grep -e '^gyro.time_offset' -e 'note: gyro.time_offset'
+done
+
 # Slips, corrected and plain trajectory of a recording, and their errors against a reference.
 judge() {
-  local run=$1 robot=$2 clean=$3 reference=$4
-  "$trundle" slip "$run" --robot "$robot" --learn "$clean" --probability 0.001 -o "$run/slip.csv" \
+  local run=$1 robot=$2 reference=$3
+  shift 3
+  "$trundle" slip "$run" --robot "$robot" --learn "$@" --probability 0.001 -o "$run/slip.csv" \
     --corrected "$run/corrected.csv" --quiet
   "$trundle" odometry "$run" --robot "$robot" -o "$run/plain.csv" --quiet
   echo "$(error_of "$run/plain.csv" "$reference") $(error_of "$run/corrected.csv" "$reference")" > "$run/errors.txt"
@@ -34,7 +40,7 @@ judge() {
 cd "$out/kobuki_injected"
 section "kobuki_injected: against the odometry of the same log before the injection"
 "$trundle" odometry clean --robot robot.toml -o clean/trajectory.csv --quiet
-for run in [0-9]*; do judge "$run" robot.toml clean clean/trajectory.csv; done
+for run in [0-9]*; do judge "$run" robot.toml clean/trajectory.csv clean; done
 python3 "$tools/slip_score.py" [0-9]*
 
 cd "$out"
@@ -43,7 +49,7 @@ section "omni3_injected: calibrated and learned on one session, against motion c
 runs=()
 for run in omni3_injected/circular/*/* omni3_injected/square/*/*; do
   [[ $run == */221220201643/* ]] && continue
-  judge "$run" omni3/calibrated.toml omni3_clean/circular/221220201643/run-01 "$run"
+  judge "$run" omni3/calibrated.toml "$run" omni3_clean/circular/221220201643/*
   runs+=("$run")
 done
 python3 "$tools/slip_score.py" "${runs[@]}"

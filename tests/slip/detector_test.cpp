@@ -63,6 +63,22 @@ class Drive {
 const Twist2 kForward{0.06, 0.0, 0.0};
 const Twist2 kBackward{-0.06, 0.0, 0.0};
 
+// A slip begins within an interval that does not alarm yet: its wheel jumps there, but the robot has not
+// taken another speed.
+TEST(Detector, ASlipThatBeginsWithinAnIntervalIsStillToldByTheMotionBeforeIt) {
+  Robot robot = differential();
+  robot.chassis.noise.wheel_per_sqrt_m = 0.02;
+  Drive drive(robot, {.probability = 1e-4});
+  for (int i = 0; i < 10; ++i) drive.step(kForward);
+  EXPECT_FALSE(drive.step(kForward, 1, 0.028).slipping);
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(drive.step(kForward, 1, 0.06).slipping);
+  for (int i = 0; i < 5; ++i) drive.step(kForward);
+  const std::vector<SlipEvent> events = drive.events();
+  ASSERT_EQ(events.size(), 1U);
+  EXPECT_EQ(events[0].wheel, 1);
+  EXPECT_EQ(events[0].kind, SlipKind::spin);
+}
+
 void expect_one_event(const Twist2& motion, std::size_t wheel, double excess_m, SlipKind kind,
                       SlipMethod method) {
   Drive drive(differential(), {.method = method});

@@ -42,10 +42,10 @@ double rest_limit(double dof) {
 }
 
 /// The variance added to a reading with such an excess. A slip that ends within an interval hardly shows in
-/// it: there the excess is doubted as far as it is more than noise.
+/// it: there the variance is that which makes the excess likeliest, none where it may be noise.
 double doubt(double excess, double sigma, bool slipping) {
   if (slipping) return squared(kDoubt * std::max(std::abs(excess), sigma));
-  return squared(kDoubt) * std::max(0.0, squared(excess) - squared(sigma));
+  return std::max(0.0, squared(excess) - squared(sigma));
 }
 
 /// Two wheels that roll forward on either side, with a gyro.
@@ -172,8 +172,9 @@ SlipVerdict SlipDetector::step(const JudgedInterval& judged, bool command_change
   state_statistic(c, verdict);
   if (options_.method == SlipMethod::general && !verdict.alarm) verdict.persistent = accumulate(c, interval);
   judge(c, interval, verdict);
-  if (event_.lasts)
-    correct(c, judged.bias, verdict);
+  if (event_.lasts) correct(c, judged.bias, verdict);
+  if (event_.lasts || may_have_begun(c))
+    recent_.pass();
   else
     recent_.add(c, interval.duration_s, parity_.wheels());
   return verdict;
@@ -252,6 +253,11 @@ void SlipDetector::add_evidence(const Contradiction& c, const Increment& interva
   if (by_motion) event_.misfit_dof += static_cast<double>(parity_.wheels());
   ++event_.intervals;
   if (is_stuck(c)) ++event_.stuck_intervals;
+}
+
+/// A slip that begins within an interval may not alarm in it: it is no guide to how the wheels roll.
+bool SlipDetector::may_have_begun(const Contradiction& c) const {
+  return std::ranges::any_of(c.score, [](double score) { return std::abs(score) > kHold; });
 }
 
 /// The wheel that slips has not come back yet.

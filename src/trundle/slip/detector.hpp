@@ -140,6 +140,7 @@ class SlipDetector {
   void begin(const Contradiction& c, const Increment& interval, bool persistent);
   void add_stretch(const Contradiction& c, const Sum& sum);
   void add_evidence(const Contradiction& c, const Increment& interval);
+  bool may_have_begun(const Contradiction& c) const;
   bool holds_on(const Contradiction& c) const;
   bool is_stuck(const Contradiction& c) const;
   Attribution attribute() const;

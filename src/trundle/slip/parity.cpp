@@ -38,6 +38,11 @@ Rows checked_rows(const Robot& robot) {
   return rows;
 }
 
+/// By how much more or less than the robot file says clean residuals scatter, over all of them.
+double typical_scale(const ParityMatrix& scale) {
+  return scale.norm() / std::sqrt(static_cast<double>(scale.rows()));
+}
+
 }  // namespace
 
 Parity::Parity(const Robot& robot)
@@ -91,10 +96,11 @@ Contradiction Parity::contradiction(const JudgedInterval& interval, const Residu
     result.gyro_rad = raw.readings.z[rows_.measured - 1];
     result.gyro_sigma_rad = std::sqrt(raw.readings.variance[rows_.measured - 1]);
   }
+  const double noise_scale = model ? typical_scale(model->scale) : 1.0;
   for (std::size_t i = 0; i < wheels(); ++i) {
     const auto column = static_cast<Eigen::Index>(i);
     result.travel[i] = raw.readings.z[column];
-    result.travel_sigma[i] = std::sqrt(raw.readings.variance[column]);
+    result.travel_sigma[i] = noise_scale * std::sqrt(raw.readings.variance[column]);
     const double length = result.towards.col(column).norm();
     if (length * result.travel_sigma[i] < kUnchecked) continue;
     result.towards.col(column) /= length;

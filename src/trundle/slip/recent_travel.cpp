@@ -42,15 +42,17 @@ void RecentTravel::add(const Contradiction& interval, double duration_s, std::si
     }
     const double change = interval.travel[i] - rate_[i] * duration_s;
     rate_[i] += gain * change / duration_s;
-    variance_[i] += memory * (squared(change) - variance_[i]);
+    variance_[i] += memory * (squared(change) / growth() - variance_[i]);
   }
+  passed_ = 0;
 }
 
 RecentTravel::Change RecentTravel::change(std::size_t wheel, const Contradiction& interval,
                                           double duration_s) const {
   // Of an interval's own noise and that of the smoothed rate before it.
   const double noise = squared(interval.travel_sigma[wheel]) * 2.0 / (2.0 - kGain);
-  return {interval.travel[wheel] - rate_[wheel] * duration_s, std::sqrt(std::max(noise, variance_[wheel]))};
+  return {interval.travel[wheel] - rate_[wheel] * duration_s,
+          std::sqrt(growth() * std::max(noise, variance_[wheel]))};
 }
 
 bool RecentTravel::decides(const Contradiction& interval, double duration_s, std::size_t wheels) const {

@@ -8,10 +8,12 @@ namespace trundle {
 /// travel says which of two wheels slips although the residual cannot. docs/slip.md, eq. 9.
 class RecentTravel {
  public:
-  /// An interval in which nothing slipped. Nothing is forgotten while the robot slips or stands.
+  /// An interval in which nothing slipped.
   void add(const Contradiction& interval, double duration_s, std::size_t wheels);
+  /// One in which something slips, or may: nothing is learned, and what is expected of the next is less sure.
+  void pass() { ++passed_; }
   /// The command changed: what was before is no guide.
-  void forget() { intervals_ = 0; }
+  void forget() { intervals_ = passed_ = 0; }
 
   /// Enough intervals to compare with.
   bool known() const { return intervals_ >= kLeast; }
@@ -31,6 +33,9 @@ class RecentTravel {
                 std::size_t wheels) const;
 
  private:
+  /// By how much the variance of a change grows with the intervals that were passed: smoothing with a gain K
+  /// is the Kalman filter of a speed that wanders by K² of that variance in each.
+  double growth() const { return 1.0 + passed_ * kGain * kGain; }
   /// The robot took another speed: what was before is no guide.
   bool jumps(const Contradiction& interval, double duration_s, std::size_t wheels) const;
 
@@ -42,6 +47,7 @@ class RecentTravel {
   static constexpr double kOutstanding = 3.0;  ///< sigmas
 
   int intervals_ = 0;
+  int passed_ = 0;       ///< since the last that was added
   PerWheel rate_{};      ///< smoothed [m/s]
   PerWheel variance_{};  ///< of an interval's travel about what was expected of it [m²]
 };
