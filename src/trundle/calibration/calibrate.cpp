@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "trundle/calibration/defaults.hpp"
+#include "trundle/calibration/influence.hpp"
 #include "trundle/calibration/learn_noise.hpp"
 #include "trundle/calibration/run_result.hpp"
 #include "trundle/calibration/sessions.hpp"
@@ -249,6 +250,10 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
     result.calibrated.calibration->provenance.push_back(clock);
   }
   add_runs(runs, prepare_runs(hold_out, start), estimate, result);
+  const Influence influence = influence_of(estimate, nominal, parameters);
+  result.without_run = influence.without;
+  result.after_run = influence.after;
+  result.sigma_after_run = influence.sigma_after;
   add_errors(result);
   add_session_words(spread, result);
   result.summary = summary_of(result);
