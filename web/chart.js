@@ -7,10 +7,11 @@ import { listen } from './gestures.js';
 import { colour } from './palette.js';
 import { asSvg } from './pens.js';
 import { linear, logTicks, logTickText, ticks, tickText } from './scale.js';
-import { cursorTime, on, setCursor, setTimeWindow, timeWindow } from './shared.js';
+import { cursorTime, on, setCursor, setTimeWindow, soon, timeWindow } from './shared.js';
 import { text } from './strings/en.js';
 
 const size = 12;
+const mostRows = 2400; // of one series in view
 
 function nulls(values, factor) {
   return Array.from(values, (value) => (Number.isNaN(value) ? null : value * factor));
@@ -25,6 +26,47 @@ function table({ series, bands = [] }, factor) {
   for (const band of bands) add(band.x, band.low, band.high);
   for (const one of series) add(one.x, one.y);
   return window.uPlot.join(tables, tables.map((columns) => columns.map(() => 2)));
+}
+
+function wholeOf({ series, bands = [] }) {
+  const ends = [...bands, ...series].filter(({ x }) => x.length > 0).flatMap(({ x }) => [x[0], x.at(-1)]);
+  const [low, high] = ends.length > 0 ? [Math.min(...ends), Math.max(...ends)] : [0, 1];
+  return high > low ? [low, high] : [low - 0.5, low + 0.5];
+}
+
+// Of what is in the window no more than a screen can show: of each stretch the smallest and the largest value.
+function reducedTo(spec, window) {
+  return { series: spec.series.map((one) => reduced(one, window, ['y'])), bands: (spec.bands ?? []).map((one) => reduced(one, window, ['low', 'high'])) };
+}
+
+function reduced(one, [low, high], names) {
+  const begin = Math.max(0, indexBefore(one.x, low) - 1);
+  const end = Math.min(one.x.length, indexBefore(one.x, high) + 2);
+  if (end - begin <= mostRows) return begin === 0 && end === one.x.length ? one : { ...one, ...rowsOf(one, ['x', ...names], Array.from({ length: end - begin }, (unused, i) => begin + i)) };
+  const kept = [];
+  const stretches = mostRows / (2 * names.length);
+  for (let i = 0; i < stretches; ++i) {
+    const [from, to] = [i, i + 1].map((edge) => begin + Math.floor(((end - begin) * edge) / stretches));
+    for (const name of names) kept.push(...extremes(one[name], from, to));
+  }
+  return { ...one, ...rowsOf(one, ['x', ...names], [...new Set(kept)].sort((a, b) => a - b)) };
+}
+
+// Where the smallest and the largest value are, and one that is missing, for the gap.
+function extremes(values, from, to) {
+  let [least, most, none] = [-1, -1, -1];
+  for (let i = from; i < to; ++i) {
+    if (Number.isNaN(values[i])) none = i;
+    else {
+      if (least < 0 || values[i] < values[least]) least = i;
+      if (most < 0 || values[i] > values[most]) most = i;
+    }
+  }
+  return [least, most, none].filter((i) => i >= 0);
+}
+
+function rowsOf(one, names, rows) {
+  return Object.fromEntries(names.map((name) => [name, Float64Array.from(rows, (row) => one[name][row])]));
 }
 
 function withAlpha(name, alpha) {
@@ -174,20 +216,29 @@ function reading(spec, at, unit) {
 export function chart(spec) {
   const unit = spec.y.unit;
   const factor = unit.factor;
-  const data = table(spec, factor);
-  const full = [data[0][0] ?? 0, data[0].at(-1) ?? 1];
-  const whole = full[1] > full[0] ? full : [full[0] - 0.5, full[0] + 0.5];
+  const whole = wholeOf(spec);
   const box = html('div', { class: 'chart', tabindex: '0', role: 'img', 'aria-label': `${spec.label}. ${text.plot.keys}` });
   const readout = html('p', { class: 'readout', 'aria-hidden': 'true' }, '\u00a0');
   const node = html('div', {}, box, readout);
   let plot = null;
 
+  let asked = null;
+  let pending = false;
+  const draw = () => {
+    pending = false;
+    if (!plot) return;
+    plot.setData(tableIn(asked ?? whole), false);
+    plot.setScale('x', { min: (asked ?? whole)[0], max: (asked ?? whole)[1] });
+  };
+  const tableIn = (window) => table(reducedTo(spec, window), factor);
   const show = (window, ours = true) => {
     const next = clamped(window, whole);
     if (spec.x.isTime && ours) setTimeWindow(next[1] - next[0] >= 0.999 * (whole[1] - whole[0]) ? null : next, node);
-    plot?.setScale('x', { min: next[0], max: next[1] });
+    asked = next;
+    if (!pending) requestAnimationFrame(draw);
+    pending = true;
   };
-  const inView = () => (plot ? [plot.scales.x.min, plot.scales.x.max] : whole);
+  const inView = () => asked ?? whole;
   const moves = {
     pan: (dx) => {
       const [low, high] = inView();
@@ -224,6 +275,7 @@ export function chart(spec) {
   };
 
   const build = (width) => {
+    asked = spec.x.isTime ? timeWindow() ?? whole : whole;
     const fills = (spec.bands ?? []).map((band, i) => ({ series: [2 * i + 2, 2 * i + 1], fill: withAlpha(band.colour, 0.14) }));
     plot = new window.uPlot({
       width, height: spec.height ?? 240, legend: { show: false }, pxAlign: 0, padding: [10, 10, 0, 0],
@@ -231,9 +283,8 @@ export function chart(spec) {
       scales: { x: { time: false, range: (own, low, high) => [low ?? 0, high ?? 1] }, y: { range: rangeOf(spec, factor), distr: spec.y.log ? 3 : 1 } },
       series: seriesOptions(spec), bands: fills, axes: axes(spec, unit),
       hooks: { drawAxes: [underlay(spec, factor)], setCursor: [moved] },
-    }, data, box);
-    const window_ = spec.x.isTime ? timeWindow() ?? whole : whole;
-    plot.setScale('x', { min: window_[0], max: window_[1] });
+    }, tableIn(asked), box);
+    plot.setScale('x', { min: asked[0], max: asked[1] });
     listen(plot.over, box, moves);
     place(cursorTime(), null);
   };
@@ -246,7 +297,7 @@ export function chart(spec) {
     if (plot) plot.setSize({ width, height: plot.height });
     else build(width);
   };
-  new ResizeObserver(() => requestAnimationFrame(fit)).observe(box);
+  new ResizeObserver(() => soon(fit)).observe(box);
   on('fit', fit);
   on('cursor', place);
   if (spec.x.isTime) on('window', (window, source) => source !== node && show(window ?? whole, false));

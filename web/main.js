@@ -8,10 +8,12 @@ import { endpoints } from './figures/endpoints.js';
 import { errorAlong } from './figures/error_along.js';
 import { errors } from './figures/errors.js';
 import { filter } from './figures/filter.js';
+import { filters } from './figures/filters.js';
 import { firstScreen } from './figures/first_screen.js';
 import { gyro } from './figures/gyro.js';
 import { health } from './figures/health.js';
 import { headline } from './figures/headline.js';
+import { influence } from './figures/influence.js';
 import { learned } from './figures/learned.js';
 import { fromAbove } from './figures/from_above.js';
 import { nees } from './figures/nees.js';
@@ -29,8 +31,8 @@ import { fitAll, forgetListeners } from './shared.js';
 import { text } from './strings/en.js';
 
 const ofCalibration = (figure) => ([{ calibration }]) => (calibration ? figure(calibration) : null);
-const figures = [health, fromAbove, accuracy, errorAlong, nees, slip, learned, gyro, filter, nis, ...[headline, parameters, endpoints, trajectories, errors, residuals, observability, correlation].map(ofCalibration), provenance];
-const together = [accuracy, fromAbove, errorAlong, nees];
+const figures = [health, fromAbove, accuracy, errorAlong, nees, slip, learned, gyro, filter, nis, ...[headline, parameters, influence, endpoints, trajectories, errors, residuals, observability, correlation].map(ofCalibration), provenance];
+const together = [filters, accuracy, fromAbove, errorAlong, nees];
 
 function titleOf({ run, health: info, calibration, label }) {
   const name = run?.recording?.name ?? info?.name;

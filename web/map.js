@@ -8,11 +8,12 @@ import { colour } from './palette.js';
 import { asSvg, canvasPen } from './pens.js';
 import { ticks, tickText } from './scale.js';
 import { lineSample } from './section.js';
-import { cursorTime, on, setCursor, timeWindow } from './shared.js';
+import { cursorTime, on, setCursor, soon, timeWindow } from './shared.js';
 import { text } from './strings/en.js';
 
 const margin = { left: 54, right: 10, top: 10, bottom: 44 };
 const mostNames = 60; // of landmarks: more would cover the picture
+const mostAtOnce = 20000; // poses of all tracks that are drawn in full in every frame
 const nearest = 24; // pixels: the cursor takes the track it is near to
 
 function boundsOf(spec) {
@@ -35,14 +36,14 @@ function projection({ inner, scale, centre }) {
     toX: (pixels) => centre.x + (pixels - middleX) / scale, toY: (pixels) => centre.y - (pixels - middleY) / scale };
 }
 
-// Points of a track that make a difference of a pixel, with a pen lifted far outside the picture.
-function line(track, to, inner, from = 0, end = track.x.length) {
+// Points of a track that make a difference of so many pixels, with a pen lifted far outside the picture.
+function line(track, to, inner, { from = 0, end = track.x.length, finest = 1.2 } = {}) {
   const flat = [];
   let [lastX, lastY, wasOut] = [NaN, NaN, false];
   for (let i = from; i < end; ++i) {
     const x = to.x(track.x[i]);
     const y = to.y(track.y[i]);
-    if (Math.abs(x - lastX) + Math.abs(y - lastY) < 1.2 && i + 1 < end) continue;
+    if (Math.abs(x - lastX) + Math.abs(y - lastY) < finest && i + 1 < end) continue;
     const out = x < inner.left - 50 || x > inner.right + 50 || y < inner.top - 50 || y > inner.bottom + 50;
     if (out && wasOut) flat.push(NaN, NaN);
     flat.push(x, y);
@@ -124,7 +125,7 @@ function paintSlips(pen, spec, to, inner) {
   if (!main) return;
   for (const slip of spec.slips) {
     const from = indexBefore(main.time, slip.from);
-    const flat = line(main, to, inner, from, indexBefore(main.time, slip.to) + 2);
+    const flat = line(main, to, inner, { from, end: indexBefore(main.time, slip.to) + 2 });
     pen.line(flat, { colour: colour('slip'), width: 14, opacity: 0.75 });
   }
 }
@@ -167,6 +168,16 @@ function paintAll(pen, spec, view, hidden) {
   pen.unclip();
 }
 
+// While it moves: lines without dashes and detail, no tubes.
+function paintRoughly(pen, spec, view, hidden) {
+  const to = projection(view);
+  const { inner } = view;
+  paintGrid(pen, to, inner, lengthUnit([to.toX(inner.left), to.toX(inner.right), to.toY(inner.top), to.toY(inner.bottom)]));
+  pen.clip(inner);
+  for (const track of spec.tracks) if (!hidden.has(track)) pen.line(line(track, to, inner, { finest: 8 }), { ...track.style, dash: [], width: Math.min(2, track.style.width) });
+  pen.unclip();
+}
+
 function poseAt(track, time) {
   if (time < track.time[0] || time > track.time.at(-1)) return null;
   const i = indexBefore(track.time, time);
@@ -182,7 +193,7 @@ function paintMoment(pen, spec, view, hidden, time) {
   pen.clip(view.inner);
   for (const track of spec.tracks) {
     if (hidden.has(track)) continue;
-    if (window && track.isMain) pen.line(line(track, to, view.inner, indexBefore(track.time, window[0]), indexBefore(track.time, window[1]) + 1), { colour: track.style.colour, width: 5, opacity: 0.35 });
+    if (window && track.isMain) pen.line(line(track, to, view.inner, { from: indexBefore(track.time, window[0]), end: indexBefore(track.time, window[1]) + 1 }), { colour: track.style.colour, width: 5, opacity: 0.35 });
     const pose = time === null ? null : poseAt(track, time);
     if (!pose) continue;
     const [x, y] = [to.x(pose.x), to.y(pose.y)];
@@ -265,6 +276,21 @@ export function map(spec) {
     if (!asked) requestAnimationFrame(paint);
     asked = true;
   };
+  // Large ones are drawn roughly while they move.
+  const large = spec.tracks.reduce((sum, track) => sum + track.x.length, 0) > mostAtOnce;
+  let settle = 0;
+  const moved = () => {
+    if (!large) return redraw();
+    clearTimeout(settle);
+    settle = setTimeout(redraw, 180);
+    if (asked) return undefined;
+    asked = true;
+    return requestAnimationFrame(() => {
+      asked = false;
+      paintRoughly(penOn(still, ...size), spec, view, hidden);
+      paintMoment(penOn(moving, ...size), spec, view, hidden, null);
+    });
+  };
   const whole = () => {
     view = viewOf(bounds, ...size);
     redraw();
@@ -272,7 +298,7 @@ export function map(spec) {
   const moves = {
     pan: (dx, dy) => {
       view.centre = { x: view.centre.x + (dx * size[0]) / view.scale, y: view.centre.y - (dy * size[1]) / view.scale };
-      redraw();
+      moved();
     },
     zoom: (by, at = { x: 0.5, y: 0.5 }) => {
       const [x, y] = [at.x * size[0], at.y * size[1]];
@@ -281,7 +307,7 @@ export function map(spec) {
       view.scale *= by;
       const after = projection(view);
       view.centre = { x: view.centre.x + fixedPoint.x - after.toX(x), y: view.centre.y + fixedPoint.y - after.toY(y) };
-      redraw();
+      moved();
     },
     reset: whole,
   };
@@ -313,7 +339,7 @@ export function map(spec) {
     view = viewOf(bounds, ...size);
     paint();
   };
-  new ResizeObserver(() => requestAnimationFrame(fit)).observe(box);
+  new ResizeObserver(() => soon(fit)).observe(box);
   on('fit', fit);
   const drawing = () => asSvg(...size, (pen) => paintAll(pen, spec, view, hidden), spec.label);
   return { node: html('div', {}, box, readout, keyOf(spec, hidden, redraw)), svg: drawing, zoom: moves.zoom, reset: moves.reset };

@@ -42,7 +42,29 @@ export function fitAll() {
   tell('fit');
 }
 
+// Plots that have got a width draw in turn, as many in a frame as it has time for: the first picture waits for no other.
+const waiting = new Set();
+const share = 12; // ms of a frame
+
+function drawSome() {
+  const start = performance.now();
+  for (const draw of waiting) {
+    waiting.delete(draw);
+    draw();
+    if (performance.now() - start > share) break;
+  }
+  if (waiting.size > 0) requestAnimationFrame(drawSome);
+  document.documentElement.toggleAttribute('data-drawing', waiting.size > 0);
+}
+
+export function soon(draw) {
+  if (waiting.size === 0) requestAnimationFrame(drawSome);
+  waiting.add(draw);
+  document.documentElement.toggleAttribute('data-drawing', true);
+}
+
 // Before the page is drawn anew.
 export function forgetListeners() {
+  waiting.clear();
   for (const list of Object.values(listeners)) list.length = 0;
 }

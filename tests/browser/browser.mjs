@@ -35,7 +35,10 @@ export async function open(browser, file, { width = 1280, height = 900, colorSch
 export async function drawn(page) {
   await page.evaluate(() => new Promise((done) => {
     let frames = 4;
-    const next = () => (frames-- > 0 ? requestAnimationFrame(next) : done());
+    const next = () => {
+      if (!document.documentElement.hasAttribute('data-drawing')) frames -= 1;
+      return frames > 0 ? requestAnimationFrame(next) : done();
+    };
     next();
   }));
 }

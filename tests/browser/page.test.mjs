@@ -30,7 +30,7 @@ const section = (page, title) => page.locator('section', { has: page.getByRole('
 
 const sections = ['Health of the recording', 'Trajectories from above', 'Trajectories against the reference', 'Error along the way',
   'Is the stated uncertainty honest? (NEES)', 'Slip over time', 'What clean driving looks like', 'Gyro bias', 'Effective particles',
-  'Do sightings agree with the filter? (NIS)', 'Calibration', 'Parameters', 'End points of the closed runs', 'Runs of the calibration',
+  'Do sightings agree with the filter? (NIS)', 'Calibration', 'Parameters', 'Do the runs suffice?', 'End points of the closed runs', 'Runs of the calibration',
   'Errors before and after', 'Residual of each training run', 'What the runs see', 'Correlation of the estimates', 'Where this comes from'];
 
 describe('the report page', { concurrency: 3 }, () => {
@@ -237,6 +237,7 @@ describe('the report page', { concurrency: 3 }, () => {
     assert.match(await page.locator('h1').innerText(), /side by side/);
     const still = page.locator('canvas.still').first();
     for (const colour of ['result-0', 'result-1']) assert.ok((await pixelsOf(still, colour)).coloured > 100, colour);
+    assert.match(await section(page, 'Filter against filter').locator('tbody').innerText(), /fastslam2, 100 particles, seed 1[\s\S]*ekf/);
     const rows = section(page, 'Trajectories against the reference').first().locator('tbody tr');
     assert.ok(await rows.count() >= 6);
   });

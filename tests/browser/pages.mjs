@@ -60,7 +60,7 @@ export function makePages() {
   for (const name of ['demo', 'other', 'hostile']) rmSync(file(name), { recursive: true, force: true });
   trundle('run', join(demo, 'slip'), '--robot', join(demo, 'robot.toml'), '--calibrate-on', ...[1, 2, 3].map((i) => join(demo, `session_0${i}`)),
     '--learn', join(demo, 'session_01/tour'), '-o', file('demo'));
-  trundle('slam', join(demo, 'slip'), '--robot', join(file('demo'), 'calibrated.toml'), '--filter', 'ekf', '-o', join(file('other'), 'slam'));
+  trundle('slam', join(demo, 'slip'), '--robot', join(file('demo'), 'calibrated.toml'), '--filter', 'ekf', '-o', file('other'));
   cpSync(join(file('demo'), 'reference.csv'), join(file('other'), 'reference.csv'));
   cpSync(file('demo'), file('hostile'), { recursive: true });
   makeHostile(file('hostile'));

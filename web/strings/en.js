@@ -103,6 +103,12 @@ export const text = {
     how: 'How many particles still matter: near their number all are equally likely, near one a single one carries the belief. Marks below: resampling.',
     name: 'effective particles', resampled: (number, all) => `Resampled in ${number} of ${all} steps.`,
   },
+  filters: {
+    title: 'Filter against filter', contents: 'Filters',
+    how: 'The same sightings, filtered in different ways. NEES near its degrees of freedom and a mean NIS near 2 are honest; a small effective share means that at some time few particles carried the belief.',
+    columns: { result: 'Result', method: 'Filter', online: 'rms online', whole: 'rms afterwards', nees: 'NEES online', inside: 'inside 95 %', nis: 'mean NIS', landmarks: 'Landmarks', rejected: 'Rejected', effective: 'Least effective' },
+    particles: (number) => count(Number(number), 'particle', 'particles'), seed: (seed) => `seed ${seed}`,
+  },
   nis: {
     title: 'Do sightings agree with the filter? (NIS)', contents: 'NIS',
     how: 'Each dot is one sighting: how far it was from what the filter expected, squared in units of its noise. Honest noise has the dashed lines as its 95 % limits.',
@@ -147,6 +153,11 @@ export const text = {
     title: 'Errors before and after', contents: 'Run errors',
     how: 'Distance between odometry and reference, both laid on their common start; held-out runs took no part in the calibration, so they tell what it is worth. NEES near 3 means that the stated uncertainty is honest (in brackets: without the part that comes from the parameters).',
     groups: { training: 'All training runs', hold_out: 'All held-out runs' }, beforeOnly: 'before only', run: 'Run', worst: 'worst point', change: 'Change of rms',
+  },
+  influence: {
+    title: 'Do the runs suffice?', contents: 'Convergence',
+    how: 'The curve is each parameter from the first run alone, the first two, and so on: it should settle well before the last. Each dot is the value without that one run: a dot far from the others is a run on which much hangs.',
+    runs: 'run', after: 'from the runs up to here', band: '95 %', without: 'without this run', label: (name) => `${name} by the number of runs, and without each run`,
   },
   observability: {
     title: 'What the runs see', contents: 'Observability',

@@ -9,6 +9,7 @@
 
 #include "trundle/calibration/conclusion.hpp"
 #include "trundle/calibration/defaults.hpp"
+#include "trundle/calibration/influence.hpp"
 #include "trundle/calibration/learn_noise.hpp"
 #include "trundle/calibration/sessions.hpp"
 #include "trundle/calibration/wiring.hpp"
@@ -104,6 +105,10 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
     result.calibrated.calibration->provenance.push_back(clock);
   }
   conclude({runs, prepare_runs(hold_out, start)}, estimate, spread, result);
+  const Influence influence = influence_of(estimate, nominal, parameters);
+  result.without_run = influence.without;
+  result.after_run = influence.after;
+  result.sigma_after_run = influence.sigma_after;
   return result;
 }
 

@@ -179,7 +179,8 @@ std::vector<OutputFile> files_of(const SlamAnswer& answer, const std::filesystem
       {folder / "trajectory.csv", head + to_csv(answer.trajectory())},
       {folder / "landmarks.csv", head + csv_of(answer.map(), answer.input.landmarks)},
       {folder / "steps.csv", head + csv_of_steps(answer)},
-      {folder / "innovations.csv", head + csv_of_innovations(answer)}};
+      {folder / "innovations.csv", head + csv_of_innovations(answer)},
+      {folder / "slam.json", document_of(answer).dump(2) + "\n"}};
   if (answer.smoothed) files.push_back({folder / "online.csv", head + to_csv(answer.result.online)});
   if (answer.result.path) files.push_back({folder / "path.csv", head + to_csv(*answer.result.path)});
   return files;

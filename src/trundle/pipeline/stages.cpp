@@ -236,7 +236,6 @@ Told map_landmarks(Work& work) {
   question.slip = slip_correction_of(work);
   const SlamAnswer slam = answer_slam(work.recording(), work.used, question);
   std::vector<OutputFile> files = files_of(slam, work.in_folder("slam"));
-  files.push_back({work.in_folder("slam") / "slam.json", printed(document_of(slam))});
   work.answer.trajectories.push_back(
       {"slam", "slam/trajectory.csv", "with landmarks, from what was seen up to then"});
   if (slam.result.path)

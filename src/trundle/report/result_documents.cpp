@@ -99,6 +99,19 @@ constexpr std::array kSlipRules = {
     JsonRule{"learned/quantiles", kArray},
     JsonRule{"learned/quantiles/*", kArray},
 };
+constexpr std::array kSlamRules = {
+    JsonRule{"options", kObject},
+    JsonRule{"options/filter", kString},
+    JsonRule{"options/particles", kString | kMissing},
+    JsonRule{"seed", kNumber | kNull | kMissing},
+    JsonRule{"landmarks", kNumber},
+    JsonRule{"sightings", kObject},
+    JsonRule{"sightings/matched", kNumber},
+    JsonRule{"sightings/rejected", kNumber},
+    JsonRule{"nis", kObject},
+    JsonRule{"nis/mean", kNumber | kNull},
+    JsonRule{"smallest_effective_share", kNumber | kNull | kMissing},
+};
 constexpr std::array kEvaluationRules = {
     JsonRule{"alignment", kObject | kMissing},
     JsonRule{"alignment/kind", kString | kMissing},
@@ -109,6 +122,7 @@ std::span<const JsonRule> rules_of(std::string_view name) {
   if (name == "info") return kInfoRules;
   if (name == "odometry") return kOdometryRules;
   if (name == "slip") return kSlipRules;
+  if (name == "slam" || name == "slam/slam") return kSlamRules;
   return kEvaluationRules;
 }
 

@@ -9,8 +9,8 @@
 namespace trundle {
 namespace {
 
-constexpr std::array<std::string_view, 6> kDocuments = {"run",      "info", "calibration",
-                                                        "odometry", "slip", "evaluation"};
+constexpr std::array<std::string_view, 7> kDocuments = {"run",  "info", "calibration", "odometry",
+                                                        "slip", "slam", "evaluation"};
 /// A header holds all of these words.
 struct Sign {
   ResultKind kind;

@@ -47,6 +47,12 @@ Json document_named(const Found& found, const std::string& name) {
   return document == found.documents.end() ? Json(nullptr) : document->second;
 }
 
+/// What the filter says of itself: in a run's folder, or in that of `trundle slam`.
+Json slam_of(const Found& found) {
+  const Json inside = document_named(found, "slam/slam");
+  return inside.is_null() ? document_named(found, "slam") : inside;
+}
+
 /// The one that the evaluation chose; the frame of a known map is the reference's.
 Alignment alignment_of(const ResultTrack& track, const Json& evaluation) {
   if (track.role == "localized") return Alignment::none;
@@ -178,6 +184,7 @@ Json parts_of(const Found& found) {
   const Pose2 laid_by = map_laid_by(found.tracks);
   result["map"] =
       from_table(found, ResultKind::landmarks, [&](const auto& csv) { return map_json(csv, laid_by); });
+  result["slam"] = slam_of(found);
   result["filter"] = from_table(found, ResultKind::filter_steps, filter_json);
   result["sightings"] = from_table(found, ResultKind::innovations, sightings_json);
   return result;
