@@ -3,7 +3,7 @@
 
 usage: tools/slam_recordings.py DATA OUT
 
-OUT/mrclam/robot.toml and OUT/mrclam/Robot<N>/reference.csv: the layout itself is read as it is, with --robot-number.
+OUT/mrclam/robot.toml, landmarks.csv and Robot<N>/reference.csv: the layout itself is read as it is, with --robot-number.
 OUT/lost_in_the_woods: velocity.csv, sightings.csv, reference.csv, landmarks.csv, robot.toml. The noise settings are one set
 for all robots and filters; those of mrclam were chosen on robots 1 and 2. Sigmas of sightings are several times what
 single readings scatter by, because readings that follow each other err alike.
@@ -45,12 +45,18 @@ def table(header, rows):
     return "\n".join([header] + [",".join(row) for row in rows]) + "\n"
 
 
+def columns(path):
+    return [line.split() for line in path.read_text().splitlines() if line.strip() and not line.startswith("#")]
+
+
 def mrclam(data, out):
+    folder = data / "MRCLAM_Dataset6"
     write(out / "robot.toml", MRCLAM_ROBOT)
+    write(out / "landmarks.csv",
+          table("landmark,x_m,y_m", [row[:3] for row in columns(folder / "Landmark_Groundtruth.dat")]))
     for robot in range(1, 6):
-        lines = (data / "MRCLAM_Dataset6" / f"Robot{robot}_Groundtruth.dat").read_text().splitlines()
-        rows = [line.split() for line in lines if line and not line.startswith("#")]
-        write(out / f"Robot{robot}" / "reference.csv", table("time_s,x_m,y_m,heading_rad", rows))
+        write(out / f"Robot{robot}" / "reference.csv",
+              table("time_s,x_m,y_m,heading_rad", columns(folder / f"Robot{robot}_Groundtruth.dat")))
 
 
 def lost_in_the_woods(data, out):
