@@ -151,9 +151,9 @@ RunEvidence evidence_of(const Posed& posed, std::size_t index, const SmoothingSt
   own.landmarks = static_cast<int>(track.landmarks().size());
   std::erase_if(own.motions, [&](const MotionLink& link) { return !is_own(link.to); });
   std::erase_if(own.sightings, [&](const SightingLink& link) { return !is_own(link.pose); });
-  return {.weight = 1.0,
-          .chi2_per_dof = cost_of(own, state) / std::max(1, degrees_of_freedom(own)),
-          .outliers = {}};
+  RunEvidence evidence;
+  evidence.chi2_per_dof = cost_of(own, state) / std::max(1, degrees_of_freedom(own));
+  return evidence;
 }
 
 /// How far a step goes, in sigmas of what is sought.
