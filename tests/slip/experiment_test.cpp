@@ -2,9 +2,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Cholesky>
 #include <fmt/core.h>
 #include <gtest/gtest.h>
 
+#include "trundle/geometry/gaussian.hpp"
 #include "trundle/simulation/scenario.hpp"
 #include "trundle/slip/find_slip.hpp"
 
@@ -72,6 +74,7 @@ struct Outcome {
   double fused = 0.0;         ///< wheels and gyro, slip not judged
   double published = 0.0;
   double general = 0.0;
+  double nees = 0.0;  ///< of the general method's end pose
 };
 
 Robot without_gyro(Robot robot) {
@@ -79,15 +82,25 @@ Robot without_gyro(Robot robot) {
   return robot;
 }
 
+/// Of e = Log(T̂⁻¹ T) at the end.
+double nees_of(const AlignedReadings& corrected, const Robot& robot, const Truth& truth) {
+  const Trajectory trajectory = integrate(corrected, robot).trajectory;
+  const Pose2& end = trajectory.poses.back().pose;
+  const Vector3 e = log(end.inverse() * truth.body.poses.back().pose).vector();
+  return e.dot(body_covariance(end, trajectory.covariances.back()).llt().solve(e));
+}
+
 Outcome outcome_of(const Scenario& scenario) {
   const Simulation run = simulate(scenario);
   const Robot& robot = scenario.nominal;
   const AlignedReadings readings = align(run.recording, robot);
   const auto corrected = [&](SlipMethod method) {
-    return error(find_slip(readings, run.recording.commands, robot, {.method = method}).end, run.truth);
+    return find_slip(readings, run.recording.commands, robot, {.method = method});
   };
+  const SlipReport general = corrected(SlipMethod::general);
   return {error(end_of(readings, without_gyro(robot)), run.truth), error(end_of(readings, robot), run.truth),
-          corrected(SlipMethod::published), corrected(SlipMethod::general)};
+          error(corrected(SlipMethod::published).end, run.truth), error(general.end, run.truth),
+          nees_of(general.corrected, robot, run.truth)};
 }
 
 double quantile(std::vector<double> values, double q) {
@@ -125,12 +138,20 @@ std::vector<double> paired(const std::vector<Outcome>& outcomes) {
   return of(outcomes, [](const Outcome& o) { return o.general / o.published; });
 }
 
+/// Is the uncertainty honest? (3 if it is.)
+void tell_nees(const std::vector<Outcome>& outcomes) {
+  double sum = 0.0;
+  for (const Outcome& o : outcomes) sum += o.nees;
+  fmt::print("  NEES at the end, general: mean {:.2f}\n", sum / static_cast<double>(outcomes.size()));
+}
+
 void tell(const std::vector<Outcome>& outcomes) {
   tell("wheels alone [m]", of(outcomes, [](const Outcome& o) { return o.wheels_alone; }));
   tell("fused, slip not judged [m]", of(outcomes, [](const Outcome& o) { return o.fused; }));
   tell("general [m]", of(outcomes, [](const Outcome& o) { return o.general; }));
   tell("published [m]", of(outcomes, [](const Outcome& o) { return o.published; }));
   tell("general / published", paired(outcomes));
+  tell_nees(outcomes);
 }
 
 void expect_improvement(const char* method, const std::vector<double>& times) {
@@ -184,6 +205,7 @@ TEST(Experiment, WithoutSlipNothingGetsWorse) {
   tell("fused [m]", of(outcomes, [](const Outcome& o) { return o.fused; }));
   tell("general - fused [m]", general);
   tell("published - fused [m]", published);
+  tell_nees(outcomes);
   EXPECT_LE(quantile(general, 1.0), 0.005);
   EXPECT_LE(quantile(published, 1.0), 0.005);
 }
