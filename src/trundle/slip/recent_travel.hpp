@@ -30,6 +30,11 @@ class RecentTravel {
   double misfit(std::size_t slips, const Contradiction& interval, double duration_s,
                 std::size_t wheels) const;
 
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.intervals_, self.rate_, self.variance_);
+  }
+
  private:
   /// The robot took another speed: what was before is no guide.
   bool jumps(const Contradiction& interval, double duration_s, std::size_t wheels) const;
