@@ -154,8 +154,8 @@ Told calibrate_robot(Work& work) {
   const bool apart = !work.question.calibrate_on.empty();
   std::vector<Recording> hold_out;
   if (apart) std::ranges::copy_if(work.recordings, std::back_inserter(hold_out), &Recording::has_reference);
-  const CalibrationAnswer calibration =
-      answer_calibration(apart ? work.training : work.recordings, hold_out, work.given, {});
+  const CalibrationAnswer calibration = answer_calibration(apart ? work.training : work.recordings, hold_out,
+                                                           work.given, work.question.calibrate);
   const std::vector<OutputFile> files = files_of(calibration, work.in_folder("calibrated.toml"));
   work.used = robot_of(files.front());
   work.answer.used_robot = "calibrated.toml";
@@ -215,6 +215,7 @@ Told map_landmarks(Work& work) {
   require_sightings(work);
   SlamQuestion question = work.question.slam;
   question.robot_number = work.question.robot_number;
+  question.on_steps = work.on_steps;
   question.unknown_ids = question.unknown_ids || any_without_name(work.recording().sightings);
   if (question.unknown_ids) question.method = SlamMethod::ekf;
   const SlamAnswer slam = answer_slam(work.recording(), work.used, question);

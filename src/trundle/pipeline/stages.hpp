@@ -18,6 +18,7 @@ struct Work {
   std::vector<Recording> training;    ///< where others are to be learned from
   RunAnswer answer;
   std::exception_ptr no_odometry;  ///< why there is none
+  OnSteps on_steps;                ///< of the stage that runs
 
   const Recording& recording() const { return recordings.front(); }
   std::filesystem::path in_folder(const std::string& name) const { return question.output / name; }
