@@ -4,9 +4,9 @@
 #include <memory>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "command.hpp"
+#include "progress_bar.hpp"
 
 namespace trundle::app {
 namespace {
@@ -31,12 +31,12 @@ std::string heading_of(std::string_view recording, std::string& last) {
 }
 
 /// What runs now, on a terminal; each stage as it is done, on stdout.
-OnProgress progress_of(const Common& common) {
-  const bool terminal = isatty(STDERR_FILENO) == 1 && !common.quiet;
-  return [common, terminal, last = std::string()](const RunProgress& progress) mutable {
-    if (terminal && progress.finished == nullptr) fmt::print(stderr, "\r\x1b[K{} ...", progress.stage);
-    if (progress.finished == nullptr) return;
-    if (terminal) fmt::print(stderr, "\r\x1b[K");
+OnProgress progress_of(const Common& common, ProgressBar& bar) {
+  return [common, &bar, last = std::string()](const RunProgress& progress) mutable {
+    if (progress.of > 0) return bar.update(progress.done, progress.of);
+    if (progress.finished == nullptr)
+      return bar.begin(fmt::format("{}: {}", progress.recording, progress.stage));
+    bar.clear();
     if (common.quiet || common.json) return;
     fmt::print("{}{}", heading_of(progress.recording, last), line_of(*progress.finished));
     std::fflush(stdout);
@@ -47,7 +47,8 @@ void run(const Options& options) {
   RunQuestion question = options.question;
   question.output = options.output;
   question.slam.method = *slam_method_named(options.filter);
-  const RunAnswer answer = trundle::run(question, progress_of(options.common));
+  ProgressBar bar(options.common);
+  const RunAnswer answer = trundle::run(question, progress_of(options.common, bar));
   print(options.common, document_of(answer), fmt::format("written to {}\n", options.output));
 }
 
@@ -63,6 +64,8 @@ void add_run(CLI::App& app) {
   command->add_option("--robot", question.robot, "Robot file")->required();
   command->add_option("--calibrate-on", question.calibrate_on,
                       "Recordings to calibrate on, instead of RECORDING; it is held out then");
+  command->add_option("--free", question.calibrate.free, "Also calibrate this parameter, e.g. reference.x");
+  command->add_option("--fix", question.calibrate.fix, "Leave this parameter at its nominal value");
   command->add_option("--learn", question.learn, "Recordings without slip, to measure the noise on");
   command->add_option("--map", question.map,
                       "Known landmarks to localize on; without it RECORDING/landmarks.csv, where it is");

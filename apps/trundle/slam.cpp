@@ -5,6 +5,7 @@
 #include "trundle/pipeline/slam_answer.hpp"
 
 #include "command.hpp"
+#include "progress_bar.hpp"
 #include "shared_output.hpp"
 #include "slip_correction.hpp"
 #include "start_pose.hpp"
@@ -67,10 +68,14 @@ SlamQuestion question_of(const Options& options) {
 }
 
 void run(const Options& options) {
-  const SlamQuestion question = question_of(options);
+  SlamQuestion question = question_of(options);
   const RobotFile robot = read_robot_file(options.robot);
   const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
+  ProgressBar bar(options.common);
+  bar.begin(options.filter);
+  question.on_steps = [&](std::size_t done, std::size_t of) { bar.update(done, of); };
   const SlamAnswer answer = answer_slam(recording, robot, question);
+  bar.clear();
   write_files(files_of(answer, options.output));
   print(options.common, document_of(answer), text_of(options, answer));
 }

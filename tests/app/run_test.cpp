@@ -1,5 +1,6 @@
 // `trundle run` is the single commands in turn: the same bytes, and a word on every stage.
 #include <fstream>
+#include <map>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -157,6 +158,39 @@ TEST_F(RunCommand, NothingAnsweredIsExitCodeFourAndStillTold) {
   EXPECT_EQ(outcome.exit_code, 4);
   EXPECT_EQ(stage("d", "odometry").at("status"), "failed");
   EXPECT_THAT(outcome.err, HasSubstr(stage("d", "odometry").at("message").get<std::string>()));
+}
+
+/// Files below a folder, with their contents.
+std::map<std::string, std::string> files_below(const std::filesystem::path& folder) {
+  std::map<std::string, std::string> files;
+  if (!std::filesystem::exists(folder)) return files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+    if (entry.is_regular_file())
+      files[entry.path().lexically_relative(folder).generic_string()] = read_file(entry.path());
+  return files;
+}
+
+TEST_F(RunCommand, CtrlCLeavesNothingHalfWritten) {
+  const Arguments line = {"run", "seen", "--robot", "sighted.toml", "-o", "d"};
+  ASSERT_EQ(run(line).exit_code, 0);
+  const auto whole = files_below(sample_.folder() / "d");
+  int cut_short = 0;
+  for (int delay_us = 2'000; delay_us < 400'000; delay_us = delay_us * 5 / 4) {
+    std::filesystem::remove_all(sample_.folder() / "d");
+    run_program(sample_.folder(), line,
+                {.ended_after = std::chrono::microseconds(delay_us), .signal = SIGINT});
+    const auto left = files_below(sample_.folder() / "d");
+    cut_short += !left.empty() && left.size() < whole.size() ? 1 : 0;
+    for (const auto& [file, content] : left) {
+      ASSERT_TRUE(whole.contains(file)) << file << " after " << delay_us << " µs";
+      if (file != "run.json") EXPECT_EQ(content, whole.at(file)) << file << " after " << delay_us << " µs";
+    }
+    if (left.contains("run.json")) {
+      EXPECT_TRUE(Json::accept(left.at("run.json"))) << "after " << delay_us << " µs";
+      EXPECT_TRUE(left.contains("trajectory.csv")) << "after " << delay_us << " µs";
+    }
+  }
+  EXPECT_GT(cut_short, 0) << "no run was interrupted between its first file and its last";
 }
 
 TEST_F(RunCommand, WrongInputIsExitCodeThree) {

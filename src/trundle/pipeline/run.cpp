@@ -23,6 +23,8 @@ Provenance provenance_of(const Work& work) {
     add_inputs(recording.inputs, provenance);
   for (const std::string& folder : question.calibrate_on)
     provenance.options.emplace_back("calibrate-on", folder);
+  for (const std::string& name : question.calibrate.free) provenance.options.emplace_back("free", name);
+  for (const std::string& name : question.calibrate.fix) provenance.options.emplace_back("fix", name);
   for (const std::string& folder : question.learn) provenance.options.emplace_back("learn", folder);
   if (!question.map.empty()) {
     provenance.inputs.push_back(input_file(question.map));
@@ -43,7 +45,8 @@ Work prepared(const RunQuestion& question) {
             .recordings = read_recordings({question.recording}, how),
             .training = read_recordings(question.calibrate_on, how),
             .answer = {},
-            .no_odometry = {}};
+            .no_odometry = {},
+            .on_steps = {}};
   const auto demand_one = [](const std::vector<Recording>& recordings, const std::string& folder) {
     if (recordings.empty()) throw InputError(folder, "holds no recording", "recording folders");
   };
@@ -89,12 +92,16 @@ class Stages {
   Stages(Work& work, const OnProgress& on_progress) : work_(work), on_progress_(on_progress) {}
 
   void attempt(const char* name, Told (*stage)(Work&)) {
-    tell({work_.answer.recording_name, name, nullptr});
+    tell({.recording = work_.answer.recording_name, .stage = name});
+    if (on_progress_)
+      work_.on_steps = [&](std::size_t done, std::size_t of) {
+        tell({.recording = work_.answer.recording_name, .stage = name, .done = done, .of = of});
+      };
     std::vector<OutputFile> files;
     Stage entry = tried(work_, name, stage, files);
     entry.outputs = save(work_, files);
     work_.answer.stages.push_back(std::move(entry));
-    tell({work_.answer.recording_name, name, &work_.answer.stages.back()});
+    tell({.recording = work_.answer.recording_name, .stage = name, .finished = &work_.answer.stages.back()});
   }
 
  private:

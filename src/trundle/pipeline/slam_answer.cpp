@@ -139,8 +139,8 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
                              .seed = question.seed,
                              .prior = prior,
                              .threads = question.threads});
-  answer.result =
-      slam_with_checkpoints(answer.input, run, settings_of(robot, question), question.checkpoints);
+  answer.result = slam_with_checkpoints(answer.input, run, settings_of(robot, question), question.checkpoints,
+                                        question.on_steps);
   if (!question.systematic_sigma) prior.systematic_sigma = kUsualSystematicSigma;
   if (question.smooth) answer.smoothed = smooth(answer.input, sensor, answer.result, {.prior = prior});
   if (question.unknown_ids) answer.input.landmarks = numbers_for(answer.result.reports);

@@ -32,6 +32,7 @@ struct SlamQuestion {
   std::size_t threads = 1;                ///< results do not depend on it
   int robot_number = 0;                   ///< of a folder with several robots; 0: not given
   SlamCheckpoints checkpoints = {};
+  OnSteps on_steps = {};
 };
 
 struct SlamAnswer {

@@ -68,7 +68,7 @@ double time_of(const SlamRun& run, const SlamInput& input) {
 }  // namespace
 
 SlamResult slam_with_checkpoints(const SlamInput& input, SlamRun run, const std::string& settings,
-                                 const SlamCheckpoints& checkpoints) {
+                                 const SlamCheckpoints& checkpoints, const OnSteps& on_steps) {
   if (!checkpoints.resume.empty()) take_up(run, input, settings, checkpoints.resume);
   double stored_s = time_of(run, input);
   while (run.steps() < input.steps.size()) {
@@ -80,6 +80,7 @@ SlamResult slam_with_checkpoints(const SlamInput& input, SlamRun run, const std:
       stored_s = time_of(run, input);
     }
     run.step(input.steps[run.steps()]);
+    if (on_steps) on_steps(run.steps(), input.steps.size());
   }
   return run.result();
 }

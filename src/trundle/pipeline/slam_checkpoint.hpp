@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -16,10 +17,13 @@ struct SlamCheckpoints {
   std::filesystem::path resume = {};   ///< empty: from the start
 };
 
+/// Told after each step: how many are done, and of how many.
+using OnSteps = std::function<void(std::size_t done, std::size_t of)>;
+
 /// slam(), stored and taken up as asked. `settings` says in words all that a run depends on besides the
 /// recording: a checkpoint goes on under the same alone. Throws InputError where the checkpoint is none, or
 /// of another recording or other settings.
 SlamResult slam_with_checkpoints(const SlamInput& input, SlamRun run, const std::string& settings,
-                                 const SlamCheckpoints& checkpoints);
+                                 const SlamCheckpoints& checkpoints, const OnSteps& on_steps = {});
 
 }  // namespace trundle

@@ -169,7 +169,7 @@ Told calibrate_robot(Work& work) {
   const std::vector<Recording>& training = apart ? work.training : work.recordings;
   const auto answer =
       only_landmarks(training, work.given.robot) ? answer_landmark_calibration : answer_calibration;
-  const CalibrationAnswer calibration = answer(training, hold_out, work.given, {});
+  const CalibrationAnswer calibration = answer(training, hold_out, work.given, work.question.calibrate);
   const std::vector<OutputFile> files = files_of(calibration, work.in_folder("calibrated.toml"));
   work.used = robot_of(files.front());
   work.answer.used_robot = "calibrated.toml";
@@ -231,6 +231,7 @@ Told map_landmarks(Work& work) {
   require_sightings(work);
   SlamQuestion question = work.question.slam;
   question.robot_number = work.question.robot_number;
+  question.on_steps = work.on_steps;
   question.unknown_ids = question.unknown_ids || any_without_name(work.recording().sightings);
   if (question.unknown_ids) question.method = SlamMethod::ekf;
   question.slip = slip_correction_of(work);

@@ -19,6 +19,7 @@ struct Work {
   RunAnswer answer;
   std::exception_ptr no_odometry;  ///< why there is none
   bool slip_judged = false;        ///< the odometry was corrected for slip, if there was any
+  OnSteps on_steps;                ///< of the stage that runs
 
   const Recording& recording() const { return recordings.front(); }
   std::filesystem::path in_folder(const std::string& name) const { return question.output / name; }

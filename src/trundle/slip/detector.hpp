@@ -64,6 +64,11 @@ struct SlipCorrection {
 
   bool none() const { return *this == SlipCorrection{}; }
   bool operator==(const SlipCorrection&) const = default;
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.variance, self.rebuilt_wheel, self.other_wheel, self.track_m, self.bias_rad_s);
+  }
 };
 /// The corrected readings: never fewer than were measured.
 Increment corrected(const Increment& increment, const SlipCorrection& correction, const Chassis& chassis);
@@ -106,6 +111,11 @@ class SlipDetector {
   double limit() const { return limit_; }
   double persistent_limit() const { return persistent_limit_; }
 
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.recent_, self.sums_, self.event_);
+  }
+
  private:
   /// A cumulative sum, and what was added up since it last was zero.
   struct Sum {
@@ -114,6 +124,11 @@ class SlipDetector {
     int intervals = 0;
     ParityVector e;
     PerWheel travel{};
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.cusum, self.start_s, self.intervals, self.e, self.travel);
+    }
   };
   /// What speaks for each wheel in the slip that lasts.
   struct Evidence {
@@ -127,6 +142,12 @@ class SlipDetector {
     PerWheel misfit{};  ///< −2 log likelihood that this wheel slips
     PerWheel excess_m{};
     PerWheel travel_m{};
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.lasts, self.start_s, self.end_s, self.quiet, self.intervals, self.stuck_intervals,
+              self.misfit_dof, self.misfit, self.excess_m, self.travel_m);
+    }
   };
   struct Attribution {
     int likeliest = 0;
