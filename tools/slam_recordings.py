@@ -3,7 +3,8 @@
 
 usage: tools/slam_recordings.py DATA OUT
 
-OUT/mrclam/robot.toml and OUT/mrclam/Robot<N>/reference.csv: the layout itself is read as it is, with --robot-number.
+OUT/mrclam/robot.toml, OUT/mrclam/landmarks.csv (where they were measured to be) and
+OUT/mrclam/Robot<N>/reference.csv: the layout itself is read as it is, with --robot-number.
 OUT/lost_in_the_woods: velocity.csv, sightings.csv, reference.csv, landmarks.csv, robot.toml. The noise settings are one set
 for all robots and filters; those of mrclam were chosen on robots 1 and 2. Sigmas of sightings are several times what
 single readings scatter by, because readings that follow each other err alike.
@@ -46,11 +47,14 @@ def table(header, rows):
 
 
 def mrclam(data, out):
+    def rows_of(name):
+        lines = (data / "MRCLAM_Dataset6" / f"{name}_Groundtruth.dat").read_text().splitlines()
+        return [line.split() for line in lines if line and not line.startswith("#")]
+
     write(out / "robot.toml", MRCLAM_ROBOT)
+    write(out / "landmarks.csv", table("landmark,x_m,y_m", [row[:3] for row in rows_of("Landmark")]))
     for robot in range(1, 6):
-        lines = (data / "MRCLAM_Dataset6" / f"Robot{robot}_Groundtruth.dat").read_text().splitlines()
-        rows = [line.split() for line in lines if line and not line.startswith("#")]
-        write(out / f"Robot{robot}" / "reference.csv", table("time_s,x_m,y_m,heading_rad", rows))
+        write(out / f"Robot{robot}" / "reference.csv", table("time_s,x_m,y_m,heading_rad", rows_of(f"Robot{robot}")))
 
 
 def lost_in_the_woods(data, out):
