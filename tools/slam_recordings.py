@@ -3,7 +3,8 @@
 
 usage: tools/slam_recordings.py DATA OUT
 
-OUT/mrclam/robot.toml, landmarks.csv and Robot<N>/reference.csv: the layout itself is read as it is, with --robot-number.
+OUT/mrclam/robot.toml, OUT/mrclam/landmarks.csv (where they were measured to be) and
+OUT/mrclam/Robot<N>/reference.csv: the layout itself is read as it is, with --robot-number.
 OUT/lost_in_the_woods: velocity.csv, sightings.csv, reference.csv, landmarks.csv, robot.toml. The noise settings are one set
 for all robots and filters; those of mrclam were chosen on robots 1 and 2. Sigmas of sightings are several times what
 single readings scatter by, because readings that follow each other err alike.

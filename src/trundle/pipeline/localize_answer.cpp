@@ -44,7 +44,6 @@ LocalizerOptions options_of(const LocalizeQuestion& question) {
   options.filter = question.filter;
   options.start = start_of(question);
   options.particles.most = question.particles;
-  options.particles.least = std::min(options.particles.least, question.particles);
   options.seed = question.seed;
   return options;
 }

@@ -11,6 +11,11 @@ namespace trundle {
 struct MapStepReport {
   std::vector<ObservationReport> observations;  ///< as they were given
   double against = 0.0;  ///< log of how much better the readings fit somewhere else: docs/slam.md, eq. 43
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.observations, self.against);
+  }
 };
 
 /// The pose on a known map as one Gaussian. What is not known of the map stays unknown: its correlation with
@@ -25,6 +30,12 @@ class PoseEkf {
   const MapStepReport& step(const Motion& motion, std::span<const Observation> observations);
 
   const PoseEstimate& estimate() const { return belief_; }
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.belief_, self.with_map_, self.report_);
+  }
 
  private:
   struct Match {

@@ -41,12 +41,13 @@ std::size_t chosen(std::span<const double> cumulative, double point) {
 
 // Eq. 50, with the normal approximation of χ².
 std::size_t particles_for(std::size_t bins, const ParticleNumber& number) {
-  if (bins < 2) return number.least;
+  const std::size_t least = std::min(number.least, number.most);
+  if (bins < 2) return least;
   const double k = static_cast<double>(bins) - 1.0;
   const double third = 2.0 / (9.0 * k);
   const double root = 1.0 - third + std::sqrt(third) * normal_quantile(1.0 - number.tail);
   const double wanted = k / (2.0 * number.error) * root * root * root;
-  return std::clamp(static_cast<std::size_t>(wanted), number.least, number.most);
+  return std::clamp(static_cast<std::size_t>(wanted), least, number.most);
 }
 
 PoseParticles::PoseParticles(const KnownMap& map, const LandmarkSensor& sensor,

@@ -43,6 +43,13 @@ class PoseParticles {
   std::span<const Pose2> poses() const { return poses_; }
   double effective_particles() const;
 
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.random_, self.poses_, self.log_weights_, self.weights_, self.pending_, self.estimate_,
+            self.report_);
+  }
+
  private:
   PoseEstimate predicted(std::size_t particle) const;
   double improve(PoseEstimate& belief, std::span<const Observation> observations, bool reports);

@@ -46,6 +46,11 @@ struct PoseEstimate {
   Matrix3 covariance = Matrix3::Zero();  ///< of (x, y, heading) in world axes
   Systematic systematic = Systematic::Zero();
   Matrix3 systematic_covariance = Matrix3::Zero();
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.pose, self.covariance, self.systematic, self.systematic_covariance);
+  }
 };
 
 /// What a filter knows at the start.

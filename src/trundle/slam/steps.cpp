@@ -102,7 +102,7 @@ class Cutter {
       advance_through(readings.increments[i], bridged);
     }
     if (now_s_ > last_step_s_) finish_step();
-    report_outside();
+    report_left_out();
     input_.landmarks = names_.list();
     return std::move(input_);
   }
@@ -145,8 +145,22 @@ class Cutter {
   void look() {
     if (!sighting_until(now_s_)) return;
     finish_step();
-    for (; sighting_until(now_s_); ++next_)
-      input_.steps.back().observations.push_back(observation_of(sightings_[next_]));
+    for (const std::size_t first = next_; sighting_until(now_s_); ++next_) {
+      if (is_repeated(first))
+        ++repeated_;
+      else
+        input_.steps.back().observations.push_back(observation_of(sightings_[next_]));
+    }
+  }
+
+  /// The next sighting is one of those since `first` told twice.
+  bool is_repeated(std::size_t first) const {
+    const Sighting& next = sightings_[next_];
+    return std::any_of(sightings_.begin() + static_cast<std::ptrdiff_t>(first),
+                       sightings_.begin() + static_cast<std::ptrdiff_t>(next_), [&](const Sighting& s) {
+                         return s.range_m == next.range_m && s.bearing_rad == next.bearing_rad &&
+                                s.landmark == next.landmark && s.time_s == next.time_s;
+                       });
   }
 
   Observation observation_of(const Sighting& sighting) {
@@ -154,16 +168,19 @@ class Cutter {
     return {id, sighting.range_m, sighting.bearing_rad};
   }
 
-  void report_outside() {
+  void report_left_out() {
     outside_ += sightings_.size() - next_;
-    if (outside_ == 0) return;
-    input_.problems.push_back(
-        {.severity = Severity::note,
-         .kind = "sighting without odometry",
-         .place = "sightings",
-         .count = outside_,
-         .message =
-             fmt::format("{} sightings lie before or after the odometry and were left out", outside_)});
+    note(outside_, "sighting without odometry", "lie before or after the odometry");
+    note(repeated_, "repeated sighting", "repeat another, stamp, landmark and reading");
+  }
+
+  void note(std::size_t count, const char* kind, const char* what) {
+    if (count == 0) return;
+    input_.problems.push_back({.severity = Severity::note,
+                               .kind = kind,
+                               .place = "sightings",
+                               .count = count,
+                               .message = fmt::format("{} sightings {} and were left out", count, what)});
   }
 
   static constexpr double kSameTime_s = 1e-9;
@@ -173,6 +190,7 @@ class Cutter {
   Names names_;
   std::size_t next_ = 0;     ///< of sightings_
   std::size_t outside_ = 0;  ///< sightings without odometry
+  std::size_t repeated_ = 0;
   double now_s_ = 0.0;
   double last_step_s_ = 0.0;
   SlamInput input_;
