@@ -58,6 +58,9 @@ def report(program, folder):
         print(f"  learned from {name:<14} {len(ends):3} runs held out: end error / path median {median(ends):.2f} %, "
               f"mean {sum(ends) / len(ends):.2f} %, 95th percentile {ends[int(0.95 * (len(ends) - 1))]:.2f} %, "
               f"worst run {ends[-1]:.2f} %; NEES {nees:.1f}")
+        for warning in result["warnings"]:
+            if "converge" in warning:
+                print(f"      warning: {warning}")
         groups = {}
         for run in runs:
             groups.setdefault(run["session"], []).append(percent_of_path(run["after"]))

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "trundle/recording/inspect.hpp"
+
 namespace trundle {
 namespace {
 
@@ -187,6 +189,7 @@ nlohmann::ordered_json document_of(const SlipAnswer& answer, const Robot& robot)
   document["timeline"] = timeline_of(answer.report);
   document["learned"] = nullptr;
   if (answer.learned) document["learned"] = to_json(*answer.learned, answer.options);
+  document["cannot_see"] = abilities_of(robot, robot.chassis.gyro.has_value()).cannot;
   document["problems"] = to_json(answer.report.problems);
   return document;
 }
