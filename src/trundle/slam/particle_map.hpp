@@ -22,9 +22,16 @@ class ParticleMap {
   LandmarkId add(LandmarkId id, const Vector2& origin, Ancestry& ancestry);
   /// Columns of today's particles, for reading and writing.
   LandmarkColumns& current(LandmarkId landmark, Ancestry& ancestry);
+  /// One that no caller has named; it has an id of its own all the same, but is not found by it.
+  LandmarkId add_nameless(const Vector2& origin, Ancestry& ancestry);
+  /// Another may get its number, but none its id.
+  void remove(LandmarkId landmark, Ancestry& ancestry);
+  LandmarkId id_of(LandmarkId landmark) const { return entries_[static_cast<std::size_t>(landmark)].id; }
+  /// Whether a particle has it.
+  bool has(LandmarkId landmark, std::size_t particle, const Ancestry& ancestry) const;
   void count_sighting(LandmarkId landmark) { ++entries_[static_cast<std::size_t>(landmark)].sightings; }
 
-  /// Mean and covariance over all particles with these weights, which sum to 1. Eq. 17.
+  /// Mean and covariance over all particles that have it, with these weights. Eq. 17.
   MappedLandmark mixture(LandmarkId landmark, std::span<const double> weights,
                          const Ancestry& ancestry) const;
 
@@ -34,7 +41,12 @@ class ParticleMap {
     Ancestry::Epoch epoch;
     LandmarkColumns columns;
     std::size_t sightings;
+    bool has_name = false;
+    bool is_there = true;
   };
+  LandmarkId occupy(const Vector2& origin, Ancestry& ancestry);
+  void call(LandmarkId landmark, LandmarkId id);
+  LandmarkId next_id() const { return static_cast<LandmarkId>(index_of_.size()); }
   void gather(Entry& entry, const Ancestry& ancestry);
 
   std::size_t particles_;
@@ -49,6 +61,7 @@ class ParticleMap {
   } way_;
   std::vector<Entry> entries_;
   std::vector<LandmarkId> index_of_;  ///< by id
+  std::vector<LandmarkId> removed_;   ///< free numbers
 };
 
 }  // namespace trundle
