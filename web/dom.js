@@ -1,5 +1,7 @@
 // Elements by name. Every text goes in as a text node: nothing from the data is ever read as markup.
 
+import { on } from './shared.js';
+
 // Taken from the page itself, so that no address stands in the script.
 const svgNamespace = document.querySelector('svg').namespaceURI;
 
@@ -35,6 +37,7 @@ export function responsive(draw) {
     redraw();
   };
   new ResizeObserver(() => requestAnimationFrame(redraw)).observe(box);
+  on('fit', redraw);
   return box;
 }
 

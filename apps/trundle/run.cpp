@@ -22,15 +22,23 @@ std::string line_of(const Stage& stage) {
   return fmt::format("{:<14} {:<8} {}\n", stage.name, name_of(stage.status), stage.message);
 }
 
+/// Names the recordings of a session before their stages.
+std::string heading_of(std::string_view recording, std::string& last) {
+  if (recording == last) return {};
+  const bool first = last.empty();
+  last = recording;
+  return first ? std::string() : fmt::format("\n{}\n", recording);
+}
+
 /// What runs now, on a terminal; each stage as it is done, on stdout.
 OnProgress progress_of(const Common& common) {
   const bool terminal = isatty(STDERR_FILENO) == 1 && !common.quiet;
-  return [common, terminal](const RunProgress& progress) {
+  return [common, terminal, last = std::string()](const RunProgress& progress) mutable {
     if (terminal && progress.finished == nullptr) fmt::print(stderr, "\r\x1b[K{} ...", progress.stage);
     if (progress.finished == nullptr) return;
     if (terminal) fmt::print(stderr, "\r\x1b[K");
     if (common.quiet || common.json) return;
-    fmt::print("{}", line_of(*progress.finished));
+    fmt::print("{}{}", heading_of(progress.recording, last), line_of(*progress.finished));
     std::fflush(stdout);
   };
 }
@@ -56,6 +64,8 @@ void add_run(CLI::App& app) {
   command->add_option("--calibrate-on", question.calibrate_on,
                       "Recordings to calibrate on, instead of RECORDING; it is held out then");
   command->add_option("--learn", question.learn, "Recordings without slip, to measure the noise on");
+  command->add_option("--map", question.map,
+                      "Known landmarks to localize on; without it RECORDING/landmarks.csv, where it is");
   command->add_option("--filter", options->filter, "Which filter maps the landmarks")
       ->check(CLI::IsMember(slam_method_names()))
       ->capture_default_str();

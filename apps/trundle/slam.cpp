@@ -108,6 +108,16 @@ void add_slam(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--robot-number", options->question.robot_number,
                       "Which robot of a UTIAS MRCLAM folder");
+  SlamCheckpoints& checkpoints = options->question.checkpoints;
+  CLI::Option* checkpoint = command->add_option("--checkpoint", checkpoints.write,
+                                                "File to store the run in, near the end of the recording");
+  command
+      ->add_option("--checkpoint-every-s", checkpoints.every_s,
+                   "Store it also whenever so much of the recording's time has passed")
+      ->needs(checkpoint)
+      ->check(CLI::PositiveNumber);
+  command->add_option("--resume", checkpoints.resume,
+                      "Go on from a checkpoint of the same recording, or of its beginning");
   command->add_option("-o,--output", options->output, "Folder for the results")->required();
   command->callback([options] { run(*options); });
 }

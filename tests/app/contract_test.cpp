@@ -370,6 +370,57 @@ TEST(Program, WritesNoRobotFileWithoutBeingToldWhich) {
   }
 }
 
+std::vector<std::string> contents_of(const std::filesystem::path& folder) {
+  std::vector<std::string> contents;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    contents.push_back(entry.path().filename().string() + "\n" + read_file(entry.path()));
+  std::ranges::sort(contents);
+  return contents;
+}
+
+Arguments slam_of(const std::string& recording, const std::string& filter, const Arguments& more) {
+  Arguments line = {"slam", recording, "--robot", "sighted.toml", "--filter", filter, "--quiet"};
+  line.insert(line.end(), more.begin(), more.end());
+  return line;
+}
+
+TEST(Program, SlamGoesOnFromACheckpointAsIfNothingHadHappened) {
+  const Sample sample;
+  for (const std::string filter : {"ekf", "fastslam1", "fastslam2", "mapso", "mapso_proposal"}) {
+    ASSERT_EQ(run_program(sample.folder(), slam_of("seen", filter, {"-o", "whole"})).exit_code, 0);
+    const Outcome begun =
+        run_program(sample.folder(),
+                    slam_of("seen_half", filter,
+                            {"--checkpoint", "slam.state", "--checkpoint-every-s", "0.3", "-o", "half"}));
+    ASSERT_EQ(begun.exit_code, 0) << begun.err;
+    const Outcome ended =
+        run_program(sample.folder(), slam_of("seen", filter, {"--resume", "slam.state", "-o", "resumed"}));
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+    EXPECT_EQ(contents_of(sample.folder() / "whole"), contents_of(sample.folder() / "resumed")) << filter;
+  }
+}
+
+TEST(Program, SlamRefusesACheckpointThatIsNotItsOwn) {
+  const Sample sample;
+  ASSERT_EQ(
+      run_program(sample.folder(), slam_of("seen", "ekf", {"--checkpoint", "slam.state", "-o", "first"}))
+          .exit_code,
+      0);
+  write_file(sample.folder() / "short.state", read_file(sample.folder() / "slam.state").substr(0, 500));
+  const std::vector<std::pair<Arguments, std::string>> wrong = {
+      {slam_of("seen", "ekf", {"--resume", "short.state", "-o", "out"}), "cut short"},
+      {slam_of("seen", "ekf", {"--resume", "sheet.csv", "-o", "out"}), "no checkpoint"},
+      {slam_of("seen", "fastslam2", {"--resume", "slam.state", "-o", "out"}), "other options"},
+      {slam_of("seen_half", "ekf", {"--resume", "slam.state", "-o", "out"}), "another recording"}};
+  for (const auto& [line, says] : wrong) {
+    const Outcome outcome = run_program(sample.folder(), line);
+    EXPECT_EQ(outcome.exit_code, 3) << says;
+    EXPECT_THAT(outcome.err, IsOneLineOfError());
+    EXPECT_THAT(outcome.err, HasSubstr(says));
+    EXPECT_FALSE(std::filesystem::exists(sample.folder() / "out"));
+  }
+}
+
 TEST(Program, HelpNamesEveryCommand) {
   const Sample sample;
   const Outcome outcome = run_program(sample.folder(), {"--help"});

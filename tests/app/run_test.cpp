@@ -41,11 +41,12 @@ class RunCommand : public testing::Test {
 };
 
 /// What the folder of a run must hold, file by file.
-constexpr std::array kFiles = {
-    "info.json",      "calibrated.toml",    "calibration.json",    "nominal.csv",
-    "nominal.json",   "odometry.csv",       "odometry.json",       "slip.csv",
-    "slip.json",      "trajectory.csv",     "slam/trajectory.csv", "slam/path.csv",
-    "slam/slam.json", "slam/landmarks.csv", "slam/steps.csv",      "slam/innovations.csv"};
+constexpr std::array kFiles = {"info.json",           "calibrated.toml",  "calibration.json",
+                               "nominal.csv",         "nominal.json",     "odometry.csv",
+                               "odometry.json",       "slip.csv",         "slip.json",
+                               "trajectory.csv",      "localization.csv", "localization.json",
+                               "slam/trajectory.csv", "slam/path.csv",    "slam/slam.json",
+                               "slam/landmarks.csv",  "slam/steps.csv",   "slam/innovations.csv"};
 
 TEST_F(RunCommand, GivesTheBytesOfTheSingleCommandsInTurn) {
   const std::string tour = (kDemo / "session_01/tour").string();
@@ -71,6 +72,8 @@ TEST_F(RunCommand, GivesTheBytesOfTheSingleCommandsInTurn) {
   printed_into("d/odometry.json", {"odometry", tour, "--robot", "d/calibrated.toml", "-o", "d/odometry.csv"});
   printed_into("d/slip.json", {"slip", tour, "--robot", "d/calibrated.toml", "--learn", clean, "-o",
                                "d/slip.csv", "--corrected", "d/trajectory.csv"});
+  printed_into("d/localization.json", {"localize", tour, "--robot", "d/calibrated.toml", "--map",
+                                       tour + "/landmarks.csv", "-o", "d/localization.csv"});
   printed_into("d/slam/slam.json", {"slam", tour, "--robot", "d/calibrated.toml", "-o", "d/slam"});
   for (const char* file : kFiles) EXPECT_EQ(read(std::string("d/") + file), in_one_go[file]) << file;
 
@@ -93,6 +96,26 @@ TEST_F(RunCommand, StagesThatCannotRunSayWhyAndTheRestGoesOn) {
   }
   EXPECT_EQ(read("d/trajectory.csv"), read("d/odometry.csv"));
   EXPECT_FALSE(exists("d/nominal.csv"));
+}
+
+TEST_F(RunCommand, LocalizesOnTheMapThatItIsGiven) {
+  const Outcome outcome = run({"run", "seen", "--robot", "sighted.toml", "--map", "map.csv", "-o", "d"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(stage("d", "localization").at("status"), "done");
+  const std::string in_one_go = read("d/localization.csv");
+  EXPECT_EQ(run({"localize", "seen", "--robot", "d/calibrated.toml", "--map", "map.csv", "-o",
+                 "d/localization.csv"})
+                .exit_code,
+            0);
+  EXPECT_EQ(read("d/localization.csv"), in_one_go);
+
+  ASSERT_EQ(run({"run", "seen", "--robot", "sighted.toml", "-o", "d"}).exit_code, 0);
+  EXPECT_EQ(stage("d", "localization").at("status"), "skipped");
+  EXPECT_FALSE(exists("d/localization.csv"));
+  ASSERT_EQ(run({"run", "seen", "--robot", "sighted.toml", "--map", "other_map.csv", "-o", "d"}).exit_code,
+            0);
+  EXPECT_EQ(stage("d", "localization").at("status"), "failed");
+  EXPECT_EQ(run({"run", "seen", "--robot", "sighted.toml", "--map", "nowhere.csv", "-o", "d"}).exit_code, 3);
 }
 
 TEST_F(RunCommand, OutputsThatStagesNameAreThere) {

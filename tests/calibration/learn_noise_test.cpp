@@ -1,7 +1,11 @@
 #include "trundle/calibration/learn_noise.hpp"
 
+#include <cmath>
+
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "trundle/calibration/detail/noise_pieces.hpp"
 #include "trundle/io/error.hpp"
 
 #include "calibration/simulated_runs.hpp"
@@ -52,6 +56,67 @@ TEST(LearnNoise, finds_the_noise_that_made_the_runs) {
   EXPECT_NEAR(learned.inside_95, 0.95, 4.0 * std::sqrt(0.95 * 0.05 / learned.pieces));
   EXPECT_EQ(with_learned_noise(guess, learned).chassis.noise.wheel_per_sqrt_m,
             learned.noise.wheel_per_sqrt_m);
+}
+
+/// Noise of the robot's wheels, one after the other.
+Robot with_wheel_noise(Robot robot, const std::vector<double>& per_sqrt_m) {
+  for (std::size_t i = 0; i < per_sqrt_m.size(); ++i)
+    robot.chassis.wheels()[i].noise_per_sqrt_m = per_sqrt_m[i];
+  return robot;
+}
+
+Robot without_wheel_noise(Robot robot) {
+  for (Wheel& wheel : robot.chassis.wheels()) wheel.noise_per_sqrt_m = Wheel{}.noise_per_sqrt_m;
+  robot.chassis.noise.wheel_per_sqrt_m = 0.01;
+  return robot;
+}
+
+NoiseLevels levels_of(const LearnedNoise& learned) {
+  NoiseLevels levels{.wheel = learned.noise.wheel_per_sqrt_m,
+                     .sideways = learned.noise.lateral_per_sqrt_m,
+                     .gyro = learned.gyro_rad_s_sqrt_hz.value_or(0.0),
+                     .position = learned.reference_position_m,
+                     .heading = learned.reference_heading_rad};
+  for (std::size_t i = 0; i < learned.wheels.size(); ++i)
+    levels.share[i] = learned.wheels[i].per_sqrt_m / levels.wheel;
+  return levels;
+}
+
+void expect_wheels_told_apart(const Robot& truth, std::uint64_t seed) {
+  const LearnedNoise learned = learn_noise(tours(truth, seed), without_wheel_noise(truth));
+  ASSERT_EQ(learned.wheels.size(), truth.chassis.wheels().size()) << learned.how;
+  const Robot robot = with_learned_noise(truth, learned);
+  for (std::size_t i = 0; i < learned.wheels.size(); ++i) {
+    const double own = truth.chassis.wheels()[i].noise_per_sqrt_m;
+    EXPECT_NEAR(learned.wheels[i].per_sqrt_m, own, 4.0 * learned.wheels[i].sigma) << i << ": " << learned.how;
+    EXPECT_LT(learned.wheels[i].sigma, 0.35 * own) << i;
+    EXPECT_EQ(wheel_noise(robot.chassis, i), learned.wheels[i].per_sqrt_m);
+  }
+  EXPECT_NEAR(learned.inside_95, 0.95, 4.0 * std::sqrt(0.95 * 0.05 / learned.pieces)) << learned.how;
+  // And on runs that it was not learned from.
+  const auto fresh_runs = tours(truth, seed + 500);
+  const std::vector<NoisePiece> fresh = noise_pieces(fresh_runs, robot, 2.0);
+  EXPECT_NEAR(share_inside(fresh, robot, levels_of(learned)), 0.95,
+              4.0 * std::sqrt(0.95 * 0.05 / static_cast<double>(fresh.size())));
+}
+
+TEST(LearnNoise, tells_the_wheels_of_a_differential_drive_apart_by_their_errors) {
+  Robot truth = noisy_differential();
+  truth.chassis.gyro.reset();
+  expect_wheels_told_apart(with_wheel_noise(truth, {0.01, 0.03}), 20);
+}
+
+TEST(LearnNoise, tells_wheels_apart_where_a_gyro_checks_them) {
+  Robot truth = test::nominal_omni3();
+  truth.chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = 0.002, .bias_walk_rad_s_sqrt_s = 0.0};
+  expect_wheels_told_apart(with_wheel_noise(truth, {0.008, 0.03, 0.012}), 30);
+}
+
+TEST(LearnNoise, wheels_that_are_alike_are_not_told_apart) {
+  const Robot truth = noisy_differential();
+  const LearnedNoise learned = learn_noise(tours(truth, 40), truth);
+  EXPECT_TRUE(learned.wheels.empty()) << learned.how;
+  EXPECT_THAT(learned.how, testing::HasSubstr("no wheel is told to differ"));
 }
 
 TEST(LearnNoise, needs_enough_pieces) {

@@ -170,7 +170,8 @@ TEST(Parameter, derivative_of_readings_agrees_with_numeric_differentiation) {
 TEST(Parameter, every_parameter_of_the_chassis_is_seen_by_rows_or_readings) {
   for (const Robot& robot : every_robot()) {
     const Rows rows = rows_of(robot.chassis, true);
-    const Increment increment = test::increment_of(robot.chassis, {0.5, 0.1, 0.3}, 0.2);
+    Increment increment = test::increment_of(robot.chassis, {0.5, 0.1, 0.3}, 0.2);
+    increment.gyro_change_rad_s = 0.1;
     for (const Parameter& parameter : parameters_of(robot)) {
       const double seen = row_derivative(parameter, robot.chassis, rows).norm() +
                           reading_derivative(parameter, robot.chassis, rows, increment).norm();

@@ -168,6 +168,9 @@ const Malformed kFiles[] = {
     // sensors and noise
     {"offset_infinite", section("wheels", "time_offset_s = inf\n"), 2, "time_offset_s is inf", "a finite number"},
     {"scale_zero", section("gyro", "scale = 0.0\n"), 2, "scale is 0", "a number other than 0"},
+    {"noise_of_a_wheel_negative", wheel("noise_per_sqrt_m = -0.01\n"), 4, "noise_per_sqrt_m is -0.01", "at least 0"},
+    {"noise_of_a_wheel_infinite", wheel("noise_per_sqrt_m = inf\n"), 4, "noise_per_sqrt_m is inf", "at least 0"},
+    {"noise_of_a_wheel_unknown", wheel("noise_per_sqrt_m = nan\n"), 4, "noise_per_sqrt_m is nan", "at least 0"},
     {"gyro_noise_negative", section("gyro", "\nnoise_rad_s_sqrt_hz = -1e-4\n"), 3, "noise_rad_s_sqrt_hz is -0.0001", "at least 0"},
     {"max_rate_zero", section("gyro", "max_rate_rad_s = 0\n"), 2, "max_rate_rad_s is 0", "a number above 0"},
     {"bias_nan", section("gyro", "bias_rad_s = nan\n"), 2, "bias_rad_s is nan", "a finite number"},

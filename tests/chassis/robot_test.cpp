@@ -106,6 +106,27 @@ TEST(Robot, the_sigma_of_the_bias_is_written_where_it_is_not_the_default) {
   EXPECT_EQ(to_toml(parse_robot("[gyro]\n", "r")).find("bias_sigma_rad_s"), std::string::npos);
 }
 
+TEST(Robot, a_wheel_may_have_a_noise_of_its_own) {
+  const Robot robot = parse_robot(
+      "[[wheel]]\nname = 'l'\ndiameter_m = 1\nnoise_per_sqrt_m = 0.02\n"
+      "[[wheel]]\nname = 'r'\ndiameter_m = 1\n[noise]\nwheel_per_sqrt_m = 0.005\n",
+      "r");
+  EXPECT_EQ(wheel_noise(robot.chassis, 0), 0.02);
+  EXPECT_EQ(wheel_noise(robot.chassis, 1), 0.005);
+  EXPECT_NEAR(typical_wheel_noise(robot.chassis), std::sqrt((4e-4 + 25e-6) / 2.0), 1e-15);
+  Chassis twice = robot.chassis;
+  set_typical_wheel_noise(2.0 * typical_wheel_noise(twice), twice);
+  EXPECT_NEAR(wheel_noise(twice, 0), 0.04, 1e-15);
+  EXPECT_NEAR(wheel_noise(twice, 1), 0.01, 1e-15);
+  // Its variance is that of its own row alone.
+  const Rows rows = rows_of(robot.chassis, false);
+  Increment increment;
+  increment.turned = {1.0, 1.0};
+  const RowVector variance = readings_of(robot.chassis, rows, increment).variance;
+  EXPECT_NEAR(variance[0], 4e-4 * kPi, 1e-9);
+  EXPECT_NEAR(variance[1], 25e-6 * kPi, 1e-9);
+}
+
 TEST(Robot, what_is_missing_has_its_default) {
   const Robot robot = parse_robot("[[wheel]]\nname = 'l'\ndiameter_m = 1\n[gyro]\n[landmark_sensor]\n", "r");
   EXPECT_EQ(robot.name, "");

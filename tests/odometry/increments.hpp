@@ -26,6 +26,7 @@ inline std::vector<Increment> wandering(const Robot& robot, int count, double re
     turn = 0.9 * turn + 0.05 * noise(random);
     for (double& turned : increment.turned) turned = revolutions * (0.6 + 0.4 * noise(random));
     increment.gyro_rad = turn;
+    increment.gyro_change_rad_s = 0.2 * std::sin(0.7 * i);
     increment.has_gyro = robot.chassis.gyro.has_value();
     increments.push_back(increment);
   }

@@ -317,5 +317,27 @@ TEST(ReferenceTrajectory, keeps_complete_poses_alone) {
   EXPECT_FALSE(trajectory.has_covariance());
 }
 
+// −∂(what the gyro turns)/∂(its time offset), by central differences of the alignment itself.
+TEST(Align, the_change_of_rate_is_what_a_moved_clock_changes) {
+  constexpr double kStep_s = 0.05;
+  Recording recording = wheels(stamps(41, kStep_s), std::vector<double>(41), std::vector<double>(41));
+  recording.gyro.time_s = stamps(250, 0.01);
+  for (double& t : recording.gyro.time_s) t -= 0.2;
+  for (const double t : recording.gyro.time_s)
+    recording.gyro.yaw_rate_rad_s.push_back(0.3 + std::sin(3.0 * t) + 0.2 * std::cos(11.0 * t));
+  const auto aligned_with = [&](double time_offset_s) {
+    return align(recording, test::with_gyro(two_wheels(), {.time_offset_s = time_offset_s})).increments;
+  };
+  const std::vector<Increment> here = aligned_with(0.01);
+  constexpr double kMoved_s = 2.0 * kStep_s;
+  const std::vector<Increment> later = aligned_with(0.01 + kMoved_s);
+  const std::vector<Increment> earlier = aligned_with(0.01 - kMoved_s);
+  for (std::size_t i = 2; i + 2 < here.size(); ++i)
+    EXPECT_NEAR(here[i].gyro_change_rad_s, -(later[i].gyro_rad - earlier[i].gyro_rad) / (2.0 * kMoved_s),
+                1e-9)
+        << i;
+  EXPECT_EQ(here.front().gyro_change_rad_s, 0.0);  // nothing is known before it
+}
+
 }  // namespace
 }  // namespace trundle

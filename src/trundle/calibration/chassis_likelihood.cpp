@@ -23,6 +23,7 @@ void extend(Window& window, const Increment& increment, const Readings& readings
   }
   window.sum.duration_s += increment.duration_s;
   window.sum.gyro_rad += increment.gyro_rad;
+  window.sum.gyro_change_rad_s += increment.gyro_change_rad_s;
   for (std::size_t i = 0; i < window.sum.turned.size(); ++i) window.sum.turned[i] += increment.turned[i];
   window.readings.z += readings.z;
   window.readings.variance += readings.variance;
@@ -54,7 +55,7 @@ struct Context {
 /// ∂(z / σ)/∂p · σ with z as the motion predicts it: a diameter scales reading and noise alike.
 RowVector predicted_derivative(const Context& context, const Parameter& parameter, const RowVector& predicted,
                                const Increment& sum) {
-  if (parameter.kind == ParameterKind::gyro_bias)
+  if (parameter.kind == ParameterKind::gyro_bias || parameter.kind == ParameterKind::gyro_time_offset)
     return reading_derivative(parameter, context.chassis, context.rows, sum);
   RowVector derivative = RowVector::Zero(predicted.size());
   for (int i = 0; i < context.rows.measured; ++i) {

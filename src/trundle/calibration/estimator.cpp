@@ -41,6 +41,7 @@ struct Fit {
   std::span<const Run> runs;
   const Robot& nominal;
   std::span<const Parameter> parameters;
+  bool moves_gyro_clock = false;  ///< the gyro's time offset is a parameter: its readings change with it
   NoiseEstimate noise;
   double chassis_variance_factor = 1.0;
   double gate = std::numeric_limits<double>::infinity();
@@ -62,8 +63,8 @@ void append(std::vector<Information>& all, const std::vector<Information>& more)
 }
 
 /// Of one run: in one fast pass where a table holds the whole problem, else motion by motion.
-std::vector<Information> relative_information_of(std::size_t index, const Robot& robot, const Fit& fit) {
-  const Run& run = fit.runs[index];
+std::vector<Information> relative_information_of(const Run& run, std::size_t index, const Robot& robot,
+                                                 const Fit& fit) {
   const Matrix3 W = fit.relative_covariance[index].inverse();
   const auto pieces = static_cast<std::size_t>(fit.pieces());
   if (fit.relative_table[index])
@@ -80,8 +81,7 @@ struct RunInformation {
   std::vector<OutlyingKnot> outliers;
 };
 
-RunInformation run_information(std::size_t index, const Robot& robot, const Fit& fit) {
-  const Run& run = fit.runs[index];
+RunInformation information_of(const Run& run, std::size_t index, const Robot& robot, const Fit& fit) {
   const Robot noisy = with_noise(robot, fit.noise);
   RunInformation result;
   const RunLikelihood stream =
@@ -94,9 +94,16 @@ RunInformation run_information(std::size_t index, const Robot& robot, const Fit&
                                             .variance_factor = fit.chassis_variance_factor,
                                             .window_s = kWindow_s,
                                             .gate = fit.gate}));
-  if (!run.relative_motions.empty()) append(result.pieces, relative_information_of(index, noisy, fit));
+  if (!run.relative_motions.empty()) append(result.pieces, relative_information_of(run, index, noisy, fit));
   result.outliers = stream.outliers;
   return result;
+}
+
+RunInformation run_information(std::size_t index, const Robot& robot, const Fit& fit) {
+  if (!fit.moves_gyro_clock) return information_of(fit.runs[index], index, robot, fit);
+  Run run = fit.runs[index];
+  set_gyro_clock(robot, run);
+  return information_of(run, index, robot, fit);
 }
 
 Information total_information(const Robot& robot, const Fit& fit) {
@@ -285,11 +292,16 @@ void learn_noise(const Robot& robot, Fit& fit) {
   }
 }
 
-/// Which readings belong to a motion is fixed unless the clocks' offset is estimated.
+bool contains(std::span<const Parameter> parameters, ParameterKind kind) {
+  return std::ranges::find(parameters, kind, &Parameter::kind) != parameters.end();
+}
+
+/// Which readings belong to a motion, and what they are, is fixed unless an offset of clocks is estimated.
 std::vector<std::optional<RelativeTable>> relative_tables(std::span<const Run> runs, const Robot& nominal,
                                                           std::span<const Parameter> parameters) {
   std::vector<std::optional<RelativeTable>> tables(runs.size());
-  if (std::ranges::find(parameters, ParameterKind::time_offset, &Parameter::kind) != parameters.end())
+  if (contains(parameters, ParameterKind::time_offset) ||
+      contains(parameters, ParameterKind::gyro_time_offset))
     return tables;
   std::ranges::transform(runs, tables.begin(), [&](const Run& run) { return relative_table(run, nominal); });
   return tables;
@@ -297,15 +309,22 @@ std::vector<std::optional<RelativeTable>> relative_tables(std::span<const Run> r
 
 }  // namespace
 
-Estimate estimate_parameters(std::span<const Run> runs, const Robot& nominal,
+Estimate estimate_parameters(std::span<const Run> given, const Robot& nominal,
                              std::span<const Parameter> parameters) {
-  Fit fit{.runs = runs,
+  const bool moves_gyro_clock = contains(parameters, ParameterKind::gyro_time_offset);
+  std::vector<Run> runs;  // whose clocks move
+  if (moves_gyro_clock) runs.assign(given.begin(), given.end());
+  const auto set_clocks = [&](const Robot& robot) {
+    for (Run& run : runs) set_gyro_clock(robot, run);
+  };
+  Fit fit{.runs = moves_gyro_clock ? std::span<const Run>(runs) : given,
           .nominal = nominal,
           .parameters = parameters,
+          .moves_gyro_clock = moves_gyro_clock,
           .noise = kShortStretches,
-          .relative_covariance = std::vector<Matrix3>(runs.size(), Matrix3::Identity() * 1e-4),
-          .relative_table = relative_tables(runs, nominal, parameters),
-          .weight = std::vector<double>(runs.size(), 1.0)};
+          .relative_covariance = std::vector<Matrix3>(given.size(), Matrix3::Identity() * 1e-4),
+          .relative_table = relative_tables(given, nominal, parameters),
+          .weight = std::vector<double>(given.size(), 1.0)};
   Estimate estimate;
   // With much wheel noise the filter holds on to the reference, so that even a bad start is approached; with
   // little, whole runs are compared: what they leave over is what noise is learned from.
@@ -314,6 +333,7 @@ Estimate estimate_parameters(std::span<const Run> runs, const Robot& nominal,
   approach(rough, fit);
   set_noise(rough, kWholeRuns, fit);
   approach(rough, fit);
+  set_clocks(rough);
   learn_noise(rough, fit);
   estimate.space = estimable_space(total_information(rough, fit).matrix, parameters, nominal);
   // From nominal, so that what is held stays there; without the gate, for nominal may be far from what the
@@ -323,6 +343,7 @@ Estimate estimate_parameters(std::span<const Run> runs, const Robot& nominal,
   if (nominal.chassis.gyro) {
     // What the rough robot leaves over in positions is more than noise: its heading is the gyro's, not yet
     // scaled.
+    set_clocks(estimate.robot);
     learn_noise(estimate.robot, fit);
     iterate(estimate.robot, fit, estimate.space);
   }

@@ -3,126 +3,39 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <vector>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
 
+#include "trundle/calibration/detail/noise_pieces.hpp"
 #include "trundle/io/error.hpp"
-#include "trundle/odometry/odometer.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 namespace trundle {
 namespace {
 
+using Pieces = std::span<const NoisePiece>;
+using Level = double NoiseLevels::*;
+
 constexpr std::size_t kFewestPieces = 20;
 constexpr int kRounds = 4;
 constexpr double kFinestLog = 0.02;
-constexpr double kEllipse95 = 5.991465;  // χ² of two degrees of freedom
+// Wheels are told apart where that is likelier than one level for all by what chance gives once in so many.
+constexpr double kChance = 1e-3;
+constexpr double kAlikeWithin = 0.7;  // logarithm: wheels of one robot are alike within a factor of 2 (1σ)
+constexpr double kLargestShare = 30.0;
+constexpr double kCurvatureStep = 0.1;
 
-/// A stretch of a run between two poses of the reference.
-struct Piece {
-  const Run* run;
-  std::size_t first;  ///< increments
-  std::size_t last;
-  Vector3 motion;  ///< of the body by the reference, in the frame of its start: x, y, heading
-};
-
-/// From each place to the last one that is at most a piece later, and on from there.
-void add_pieces(const Run& run, const Robot& robot, double piece_s, std::vector<Piece>& pieces) {
-  const auto& increments = run.readings.increments;
-  std::optional<Pose2> start = body_by_reference(run, 0, robot);
-  std::optional<Pose2> end;
-  std::size_t first = 0, last = 0;
-  double start_s = run.readings.start_s;
-  for (std::size_t n = 1; n <= increments.size(); ++n) {
-    const auto here = body_by_reference(run, n, robot);
-    if (here && start) {
-      end = here;
-      last = n;
-    }
-    const bool full = increments[n - 1].time_s - start_s >= piece_s - 1e-9 || n == increments.size();
-    if (start && !full) continue;
-    if (start && end && increments[last - 1].time_s - start_s >= 0.5 * piece_s) {
-      const Pose2 moved = start->inverse() * *end;
-      pieces.push_back({&run, first, last, {moved.x, moved.y, wrap_angle(moved.heading)}});
-    }
-    start = here;
-    end.reset();
-    first = n;
-    start_s = increments[n - 1].time_s;
-  }
-}
-
-enum Noise : std::size_t { kWheel, kSideways, kGyro, kPosition, kHeading, kNoises };
-using Levels = std::array<double, kNoises>;
 struct Bounds {
   double low, high;
 };
-constexpr std::array<Bounds, kNoises> kBounds = {
-    {{1e-5, 3.0}, {1e-5, 3.0}, {1e-6, 1.0}, {1e-4, 1.0}, {1e-4, 0.5}}};
 
-bool skids(const Robot& robot) {
-  return std::ranges::any_of(robot.chassis.wheels(),
-                             [](const Wheel& w) { return w.kind == WheelKind::skid; });
-}
-
-bool has_sideways(const Robot& robot) {
-  const Rows rows = rows_of(robot.chassis, false);
-  return rows.count() > rows.measured;
-}
-
-Robot with_levels(const Robot& robot, const Levels& levels) {
-  Robot result = robot;
-  ChassisNoise& noise = result.chassis.noise;
-  noise.wheel_per_sqrt_m = levels[kWheel];
-  (skids(robot) ? noise.skid_per_sqrt_m : noise.lateral_per_sqrt_m) = levels[kSideways];
-  if (result.chassis.gyro) result.chassis.gyro->noise_rad_s_sqrt_hz = levels[kGyro];
-  return result;
-}
-
-/// What odometry misses of a piece, and how likely that is.
-struct Miss {
-  Vector3 error;
-  Matrix3 covariance;
-};
-
-/// Odometry's covariance plus that of the reference's poses at both ends; an error of the heading at the
-/// start swings the whole motion.
-Miss miss_of(const Piece& piece, Odometer odometer, const Levels& levels) {
-  for (std::size_t i = piece.first; i < piece.last; ++i) odometer.step(piece.run->readings.increments[i]);
-  const Pose2& pose = odometer.pose();
-  Miss miss;
-  miss.error = piece.motion - Vector3(pose.x, pose.y, pose.heading);
-  miss.error.z() = wrap_angle(miss.error.z());
-  const Vector3 swing(piece.motion.y(), -piece.motion.x(), -1.0);
-  const double heading = levels[kHeading] * levels[kHeading];
-  miss.covariance = odometer.white_covariance() + heading * swing * swing.transpose();
-  miss.covariance.diagonal() += Vector3(2.0 * levels[kPosition] * levels[kPosition],
-                                        2.0 * levels[kPosition] * levels[kPosition], heading);
-  return miss;
-}
-
-/// −2 log likelihood of all pieces.
-double surprise(std::span<const Piece> pieces, const Robot& robot, const Levels& levels) {
-  const Odometer odometer(with_levels(robot, levels), {});
-  double sum = 0.0;
-  for (const Piece& piece : pieces) {
-    const Miss miss = miss_of(piece, odometer, levels);
-    sum += miss.error.dot(miss.covariance.inverse() * miss.error) + std::log(miss.covariance.determinant());
-  }
-  return sum;
-}
-
-/// Golden section on the logarithm of one level.
-void improve(std::span<const Piece> pieces, const Robot& robot, std::size_t which, Levels& levels) {
+/// The logarithm at which a function of one level is least, by golden section.
+template <class Function>
+double least(const Bounds& bounds, Function at) {
   constexpr double kGolden = 0.6180339887498949;
-  const auto at = [&](double log_level) {
-    Levels candidate = levels;
-    candidate[which] = std::exp(log_level);
-    return surprise(pieces, robot, candidate);
-  };
-  double low = std::log(kBounds[which].low);
-  double high = std::log(kBounds[which].high);
+  double low = std::log(bounds.low);
+  double high = std::log(bounds.high);
   double left = high - kGolden * (high - low);
   double right = low + kGolden * (high - low);
   double at_left = at(left);
@@ -142,22 +55,49 @@ void improve(std::span<const Piece> pieces, const Robot& robot, std::size_t whic
       at_right = at(right);
     }
   }
-  levels[which] = std::exp(0.5 * (low + high));
+  return 0.5 * (low + high);
 }
 
-/// One level after the other. All noise may pass for the reference's, or for the robot's: the better of two
-/// starts.
-Levels most_likely(std::span<const Piece> pieces, const Robot& robot) {
-  constexpr std::array<Levels, 2> kStarts = {
+struct FreeLevel {
+  Level level;
+  Bounds bounds;
+};
+
+/// The levels that this robot has.
+std::vector<FreeLevel> free_levels(const Robot& robot) {
+  std::vector<FreeLevel> levels = {{&NoiseLevels::wheel, {1e-5, 3.0}}};
+  if (has_sideways(robot)) levels.push_back({&NoiseLevels::sideways, {1e-5, 3.0}});
+  if (robot.chassis.gyro) levels.push_back({&NoiseLevels::gyro, {1e-6, 1.0}});
+  levels.push_back({&NoiseLevels::position, {1e-4, 1.0}});
+  levels.push_back({&NoiseLevels::heading, {1e-4, 0.5}});
+  return levels;
+}
+
+/// By the reference, and by what no motion explains.
+double surprise(Pieces pieces, const Robot& robot, const NoiseLevels& levels) {
+  return surprise_of_misses(pieces, robot, levels) + surprise_of_contradictions(pieces, robot, levels);
+}
+
+/// One level after the other.
+void improve(Pieces pieces, const Robot& robot, int rounds, NoiseLevels& levels) {
+  for (int round = 0; round < rounds; ++round)
+    for (const auto& [level, bounds] : free_levels(robot)) {
+      NoiseLevels candidate = levels;
+      levels.*level = std::exp(least(bounds, [&](double log_level) {
+        candidate.*level = std::exp(log_level);
+        return surprise(pieces, robot, candidate);
+      }));
+    }
+}
+
+/// All noise may pass for the reference's, or for the robot's: the better of two starts.
+NoiseLevels most_likely(Pieces pieces, const Robot& robot) {
+  constexpr std::array<NoiseLevels, 2> kStarts = {
       {{0.05, 0.05, 0.05, 0.002, 0.002}, {0.005, 0.005, 0.0005, 0.02, 0.02}}};
-  Levels best{};
+  NoiseLevels best;
   double smallest = INFINITY;
-  for (Levels levels : kStarts) {
-    for (int round = 0; round < kRounds; ++round)
-      for (std::size_t which = 0; which < kNoises; ++which) {
-        if ((which == kSideways && !has_sideways(robot)) || (which == kGyro && !robot.chassis.gyro)) continue;
-        improve(pieces, robot, which, levels);
-      }
+  for (NoiseLevels levels : kStarts) {
+    improve(pieces, robot, kRounds, levels);
     const double surprised = surprise(pieces, robot, levels);
     if (surprised < smallest) best = levels;
     smallest = std::min(smallest, surprised);
@@ -165,22 +105,104 @@ Levels most_likely(std::span<const Piece> pieces, const Robot& robot) {
   return best;
 }
 
-double share_inside(std::span<const Piece> pieces, const Robot& robot, const Levels& levels) {
-  const Odometer odometer(with_levels(robot, levels), {});
-  std::size_t inside = 0;
-  for (const Piece& piece : pieces) {
-    const Miss miss = miss_of(piece, odometer, levels);
-    const Vector2 e = miss.error.head<2>();
-    inside += e.dot(miss.covariance.topLeftCorner<2, 2>().inverse() * e) <= kEllipse95 ? 1 : 0;
-  }
-  return static_cast<double>(inside) / static_cast<double>(pieces.size());
+/// The noise of each wheel as logarithms over a common one.
+using LogShares = Eigen::VectorXd;
+
+NoiseLevels with_shares(const NoiseLevels& levels, const LogShares& log_share) {
+  const double typical = std::sqrt((2.0 * log_share).array().exp().mean());
+  NoiseLevels result = levels;
+  result.wheel = levels.wheel * typical;
+  for (Eigen::Index i = 0; i < log_share.size(); ++i)
+    result.share[static_cast<std::size_t>(i)] = std::exp(log_share[i]) / typical;
+  return result;
+}
+
+/// Without evidence wheels are alike. docs/calibration.md, eq. 11.
+double surprise_of_wheels(Pieces pieces, const Robot& robot, const NoiseLevels& levels,
+                          const LogShares& log_share) {
+  const NoiseLevels candidate = with_shares(levels, log_share);
+  const double unlike = (log_share.array() - log_share.mean()).square().sum() / (kAlikeWithin * kAlikeWithin);
+  return surprise(pieces, robot, candidate) + unlike;
+}
+
+LogShares most_likely_shares(Pieces pieces, const Robot& robot, const NoiseLevels& levels) {
+  LogShares share = LogShares::Zero(robot.chassis.wheel_count);
+  for (int round = 0; round < kRounds; ++round)
+    for (double& own : share) {
+      LogShares candidate = share;
+      double& changed = candidate[&own - share.data()];
+      own = least({1.0 / kLargestShare, kLargestShare}, [&](double log_share) {
+        changed = log_share;
+        return surprise_of_wheels(pieces, robot, levels, candidate);
+      });
+    }
+  return share;
+}
+
+/// Is a level for each wheel likelier than one for all, beyond what chance gives?
+bool tells_wheels_apart(Pieces pieces, const Robot& robot, const NoiseLevels& levels,
+                        const LogShares& share) {
+  const auto least_alike = least({1.0 / kLargestShare, kLargestShare}, [&](double common) {
+    return surprise_of_wheels(pieces, robot, levels, LogShares::Constant(share.size(), common));
+  });
+  const double gain =
+      surprise_of_wheels(pieces, robot, levels, LogShares::Constant(share.size(), least_alike)) -
+      surprise_of_wheels(pieces, robot, levels, share);
+  return gain > chi_squared_limit(kChance, static_cast<double>(share.size() - 1));
+}
+
+/// 1σ of the logarithm of each wheel's noise: from the curvature of the surprise in all of them together.
+Eigen::VectorXd sigmas_of(Pieces pieces, const Robot& robot, const NoiseLevels& levels,
+                          const LogShares& share) {
+  const Eigen::Index n = share.size();
+  const auto at = [&](Eigen::Index i, double a, Eigen::Index j, double b) {
+    LogShares moved = share;
+    moved[i] += a;
+    moved[j] += b;
+    return surprise_of_wheels(pieces, robot, levels, moved);
+  };
+  constexpr double h = kCurvatureStep;
+  Eigen::MatrixXd curvature(n, n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = i; j < n; ++j)
+      curvature(i, j) = curvature(j, i) =
+          (at(i, h, j, h) - at(i, h, j, -h) - at(i, -h, j, h) + at(i, -h, j, -h)) / (4.0 * h * h);
+  return (2.0 * curvature.inverse().diagonal()).cwiseMax(0.0).cwiseSqrt();
+}
+
+/// Levels and, where wheels are told apart, the sigmas of the logarithms of theirs.
+struct Learned {
+  NoiseLevels levels;
+  Eigen::VectorXd wheel_sigma;
+};
+
+Learned learn(Pieces pieces, const Robot& robot, bool per_wheel) {
+  Learned learned{most_likely(pieces, robot), {}};
+  if (!per_wheel || robot.chassis.wheel_count < 2) return learned;
+  const LogShares share = most_likely_shares(pieces, robot, learned.levels);
+  if (!tells_wheels_apart(pieces, robot, learned.levels, share)) return learned;
+  learned.wheel_sigma = sigmas_of(pieces, robot, learned.levels, share);
+  learned.levels = with_shares(learned.levels, share);
+  improve(pieces, robot, kRounds / 2, learned.levels);
+  return learned;
+}
+
+std::string words_of_wheels(const LearnedNoise& learned, const Robot& robot) {
+  if (learned.wheels.empty())
+    return fmt::format("wheel {:.3g} m/√m{}", learned.noise.wheel_per_sqrt_m,
+                       robot.chassis.wheel_count > 1 ? " (no wheel is told to differ)" : "");
+  std::string text = "wheels";
+  for (std::size_t i = 0; i < learned.wheels.size(); ++i)
+    text += fmt::format("{} {} {:.3g} ± {:.1g}", i == 0 ? "" : ",", robot.wheel_names[i],
+                        learned.wheels[i].per_sqrt_m, learned.wheels[i].sigma);
+  return text + " m/√m";
 }
 
 std::string words(const LearnedNoise& learned, const Robot& robot, double piece_s) {
-  std::string text = fmt::format("wheel {:.3g} m/√m", learned.noise.wheel_per_sqrt_m);
+  std::string text = words_of_wheels(learned, robot);
   if (has_sideways(robot))
-    text += skids(robot) ? fmt::format(", skid {:.3g} m/√m", learned.noise.skid_per_sqrt_m)
-                         : fmt::format(", lateral {:.3g} m/√m", learned.noise.lateral_per_sqrt_m);
+    text += has_skid_wheels(robot) ? fmt::format(", skid {:.3g} m/√m", learned.noise.skid_per_sqrt_m)
+                                   : fmt::format(", lateral {:.3g} m/√m", learned.noise.lateral_per_sqrt_m);
   if (learned.gyro_rad_s_sqrt_hz) text += fmt::format(", gyro {:.3g} rad/s/√Hz", *learned.gyro_rad_s_sqrt_hz);
   return fmt::format(
       "noise learned from {} pieces of {:g} s against the reference ({:.3g} m, {:.2g}°): {}; {:.0f} % of the "
@@ -190,21 +212,17 @@ std::string words(const LearnedNoise& learned, const Robot& robot, double piece_
       100.0 * learned.inside_95);
 }
 
-std::vector<Piece> pieces_of(std::span<const Run> runs, const Robot& robot,
-                             const LearnNoiseOptions& options) {
-  std::vector<Piece> pieces;
-  for (const Run& run : runs) add_pieces(run, robot, options.piece_s, pieces);
-  return pieces;
-}
-
-LearnedNoise learned_from(std::span<const Piece> pieces, const Robot& robot,
-                          const LearnNoiseOptions& options) {
-  const Levels levels = most_likely(pieces, robot);
+LearnedNoise learned_from(Pieces pieces, const Robot& robot, const LearnNoiseOptions& options) {
+  const auto [levels, wheel_sigma] = learn(pieces, robot, options.per_wheel);
   LearnedNoise learned;
   learned.noise = with_levels(robot, levels).chassis.noise;
-  if (robot.chassis.gyro) learned.gyro_rad_s_sqrt_hz = levels[kGyro];
-  learned.reference_position_m = levels[kPosition];
-  learned.reference_heading_rad = levels[kHeading];
+  for (Eigen::Index i = 0; i < wheel_sigma.size(); ++i) {
+    const double own = levels.wheel * levels.share[static_cast<std::size_t>(i)];
+    learned.wheels.push_back({own, own * wheel_sigma[i]});
+  }
+  if (robot.chassis.gyro) learned.gyro_rad_s_sqrt_hz = levels.gyro;
+  learned.reference_position_m = levels.position;
+  learned.reference_heading_rad = levels.heading;
   learned.pieces = static_cast<int>(pieces.size());
   learned.inside_95 = share_inside(pieces, robot, levels);
   learned.how = words(learned, robot, options.piece_s);
@@ -215,13 +233,13 @@ LearnedNoise learned_from(std::span<const Piece> pieces, const Robot& robot,
 
 std::optional<LearnedNoise> learn_noise_if_possible(std::span<const Run> runs, const Robot& robot,
                                                     const LearnNoiseOptions& options) {
-  const std::vector<Piece> pieces = pieces_of(runs, robot, options);
+  const std::vector<NoisePiece> pieces = noise_pieces(runs, robot, options.piece_s);
   if (pieces.size() < kFewestPieces) return std::nullopt;
   return learned_from(pieces, robot, options);
 }
 
 LearnedNoise learn_noise(std::span<const Run> runs, const Robot& robot, const LearnNoiseOptions& options) {
-  const std::vector<Piece> pieces = pieces_of(runs, robot, options);
+  const std::vector<NoisePiece> pieces = noise_pieces(runs, robot, options.piece_s);
   if (pieces.size() < kFewestPieces)
     throw CannotAnswer(
         fmt::format("noise cannot be learned from {} pieces of {:g} s with a reference pose at both ends; "
@@ -233,6 +251,10 @@ LearnedNoise learn_noise(std::span<const Run> runs, const Robot& robot, const Le
 Robot with_learned_noise(const Robot& robot, const LearnedNoise& learned) {
   Robot result = robot;
   result.chassis.noise = learned.noise;
+  const auto wheels = result.chassis.wheels();
+  for (std::size_t i = 0; i < wheels.size(); ++i)
+    wheels[i].noise_per_sqrt_m =
+        learned.wheels.empty() ? Wheel{}.noise_per_sqrt_m : learned.wheels[i].per_sqrt_m;
   if (result.chassis.gyro) result.chassis.gyro->noise_rad_s_sqrt_hz = *learned.gyro_rad_s_sqrt_hz;
   return result;
 }

@@ -3,19 +3,28 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "trundle/calibration/run.hpp"
 
 namespace trundle {
 
 struct LearnNoiseOptions {
-  double piece_s = 2.0;  ///< runs are cut into pieces of this length: errors over that time are made honest
+  double piece_s = 2.0;   ///< runs are cut into pieces of this length: errors over that time are made honest
+  bool per_wheel = true;  ///< wheels may differ, where the pieces tell them apart
+};
+
+/// The noise of one wheel, where wheels were told apart.
+struct WheelNoise {
+  double per_sqrt_m = 0.0;
+  double sigma = 0.0;
 };
 
 /// How noisy the readings of a calibrated robot are, by what odometry misses of the reference over short
 /// pieces.
 struct LearnedNoise {
-  ChassisNoise noise;                        ///< wheel, and lateral or skid; the rest as it was
+  ChassisNoise noise;              ///< wheel (typical), and lateral or skid; the rest as it was
+  std::vector<WheelNoise> wheels;  ///< of each; empty: the pieces do not tell them apart, or they are alike
   std::optional<double> gyro_rad_s_sqrt_hz;  ///< with a gyro
   double reference_position_m = 0.0;         ///< of each reference pose
   double reference_heading_rad = 0.0;
@@ -24,8 +33,9 @@ struct LearnedNoise {
   std::string how;         ///< for the robot file
 };
 
-/// The noise that makes those errors most likely. docs/calibration.md, eq. 9. Throws CannotAnswer with fewer
-/// than 20 pieces that have a pose at both ends.
+/// The noise that makes those errors most likely; each wheel's own where that is beyond doubt likelier than
+/// one for all. docs/calibration.md, eq. 9 to 11. Throws CannotAnswer with fewer than 20 pieces that have a
+/// pose at both ends.
 LearnedNoise learn_noise(std::span<const Run> runs, const Robot& robot,
                          const LearnNoiseOptions& options = {});
 

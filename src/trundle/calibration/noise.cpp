@@ -267,7 +267,7 @@ void learn_noise_of_wheels(std::span<const Run> runs, const Robot& robot, NoiseE
 
 /// Runs too short for lags: what odometry misses of them as a whole.
 bool learn_noise_of_pieces(std::span<const Run> runs, const Robot& robot, NoiseEstimate& noise) {
-  const auto learned = learn_noise_if_possible(runs, robot);
+  const auto learned = learn_noise_if_possible(runs, robot, {.per_wheel = false});
   if (!learned) return false;
   noise.wheel_per_sqrt_m = learned->noise.wheel_per_sqrt_m;
   noise.sideways = learned->noise;
@@ -283,7 +283,7 @@ bool learn_noise_of_pieces(std::span<const Run> runs, const Robot& robot, NoiseE
 }  // namespace
 
 NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot) {
-  NoiseEstimate noise{robot.chassis.noise.wheel_per_sqrt_m, {}, false};
+  NoiseEstimate noise{typical_wheel_noise(robot.chassis), {}, false};
   if (robot.chassis.gyro) {
     learn_noise_with_gyro(runs, robot, noise);
   } else {
@@ -298,7 +298,7 @@ NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot) {
 Robot with_noise(const Robot& robot, const NoiseEstimate& noise) {
   Robot result = robot;
   if (noise.sideways) result.chassis.noise = *noise.sideways;
-  result.chassis.noise.wheel_per_sqrt_m = noise.wheel_per_sqrt_m;
+  set_typical_wheel_noise(noise.wheel_per_sqrt_m, result.chassis);
   if (result.chassis.gyro) result.chassis.gyro->noise_rad_s_sqrt_hz *= noise.gyro_factor;
   for (Wheel& wheel : result.chassis.wheels()) wheel.ticks_per_revolution = 0.0;
   return result;

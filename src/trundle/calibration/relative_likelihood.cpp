@@ -15,6 +15,7 @@ Increment part_of(const Increment& increment, double share) {
   Increment part = increment;
   part.duration_s *= share;
   part.gyro_rad *= share;
+  part.gyro_change_rad_s *= share;
   for (double& turned : part.turned) turned *= share;
   return part;
 }

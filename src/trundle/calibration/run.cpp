@@ -125,6 +125,12 @@ std::optional<Pose2> body_by_reference(const Run& run, std::size_t increments, c
   return Pose2{sample.value.x(), sample.value.y(), sample.value.z()} * robot.body_from_reference.inverse();
 }
 
+void set_gyro_clock(const Robot& robot, Run& run) {
+  std::vector<Problem> problems = std::move(run.readings.problems);
+  add_gyro(run.gyro, robot, run.readings);
+  run.readings.problems = std::move(problems);
+}
+
 Run prepare_run(const Recording& recording, const Robot& robot) {
   return prepare_run(recording, robot, align(recording, robot));
 }
@@ -133,6 +139,7 @@ Run prepare_run(const Recording& recording, const Robot& robot, AlignedReadings 
   Run run{.name = recording.name,
           .session = recording.session,
           .readings = std::move(readings),
+          .gyro = recording.gyro,
           .reference = recording.reference,
           .partial = recording.partial,
           .relative_motions = recording.relative_motions,

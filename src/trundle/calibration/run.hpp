@@ -28,6 +28,7 @@ struct Run {
   std::string name;
   std::string session;
   AlignedReadings readings;
+  GyroStream gyro;  ///< for other time offsets than that of `readings`
   ReferenceStream reference;
   PartialReference partial;
   std::vector<RelativeMotion> relative_motions;
@@ -46,6 +47,9 @@ struct Run {
 
 /// world_from_body by the reference after so many increments; nothing where position or heading is missing.
 std::optional<Pose2> body_by_reference(const Run& run, std::size_t increments, const Robot& robot);
+
+/// The gyro's stamps are moved to where the robot has them now.
+void set_gyro_clock(const Robot& robot, Run& run);
 
 Run prepare_run(const Recording& recording, const Robot& robot);
 /// The same of readings that align() gave.

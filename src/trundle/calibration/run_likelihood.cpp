@@ -113,8 +113,7 @@ double heading_from_course(const Run& run, const Robot& robot, std::size_t first
 /// Whether no sensor on board saw any motion in the interval that follows a place in the log.
 bool stands_still(const Run& run, std::size_t increment) {
   const auto& increments = run.readings.increments;
-  return increment < increments.size() &&
-         std::ranges::all_of(increments[increment].turned, [](double turned) { return turned == 0.0; });
+  return increment < increments.size() && !any_turns(increments[increment]);
 }
 
 /// Where the reference is at a knot: its mean over the time that the robot stands there.

@@ -70,6 +70,8 @@ std::string advice(ParameterKind kind, bool common) {
       return "these runs cannot show it: add several full turns of measured angle";
     case ParameterKind::gyro_bias:
       return "these runs cannot show it: stand still for ten seconds";
+    case ParameterKind::gyro_time_offset:
+      return "these runs cannot show it: change the turn rate often";
     case ParameterKind::reference_x:
     case ParameterKind::reference_y:
       return "these runs cannot show it: turn on the spot with the sensor's position measured";

@@ -1,5 +1,7 @@
 #include "trundle/chassis/chassis.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 namespace trundle {
@@ -20,6 +22,36 @@ Wheel wheel_at(const WheelSize& size, WheelKind kind, double x_m, double y_m, do
 void Chassis::add(const Wheel& wheel) {
   if (wheel_count == kMaxWheels) throw std::length_error("a chassis has at most 8 wheels");
   wheel_storage[static_cast<std::size_t>(wheel_count++)] = wheel;
+}
+
+bool any_turns(const Increment& increment) {
+  return std::ranges::any_of(increment.turned, [](double turned) { return turned != 0.0; });
+}
+
+double wheel_noise(const Chassis& chassis, std::size_t wheel) {
+  const double own = chassis.wheels()[wheel].noise_per_sqrt_m;
+  return std::isnan(own) ? chassis.noise.wheel_per_sqrt_m : own;
+}
+
+double typical_wheel_noise(const Chassis& chassis) {
+  if (chassis.wheel_count == 0) return chassis.noise.wheel_per_sqrt_m;
+  double squares = 0.0;
+  for (std::size_t i = 0; i < chassis.wheels().size(); ++i)
+    squares += wheel_noise(chassis, i) * wheel_noise(chassis, i);
+  return std::sqrt(squares / chassis.wheel_count);
+}
+
+void set_typical_wheel_noise(double per_sqrt_m, Chassis& chassis) {
+  const double before = typical_wheel_noise(chassis);
+  const bool alike =
+      std::ranges::all_of(chassis.wheels(), [](const Wheel& w) { return std::isnan(w.noise_per_sqrt_m); });
+  if (alike || before == 0.0) {
+    chassis.noise.wheel_per_sqrt_m = per_sqrt_m;
+    for (Wheel& wheel : chassis.wheels()) wheel.noise_per_sqrt_m = Wheel{}.noise_per_sqrt_m;
+    return;
+  }
+  chassis.noise.wheel_per_sqrt_m *= per_sqrt_m / before;
+  for (Wheel& wheel : chassis.wheels()) wheel.noise_per_sqrt_m *= per_sqrt_m / before;
 }
 
 Chassis differential_drive(const WheelSize& size, double track_m) {

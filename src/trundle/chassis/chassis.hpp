@@ -29,6 +29,8 @@ struct Wheel {
   double ticks_per_revolution = 0.0;  ///< negative: counts backwards; 0: gives no ticks
   int tick_bits = 0;                  ///< the counter wraps at 2^bits; 0: never
   double recorded_diameter_m = 0.0;   ///< with which recorded travel in metres was computed; 0: unknown
+  /// 1σ of its travel [m/√m]; NaN: that of ChassisNoise.
+  double noise_per_sqrt_m = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct Gyro {
@@ -42,7 +44,7 @@ struct Gyro {
 };
 
 struct ChassisNoise {
-  double wheel_per_sqrt_m = 0.01;     ///< 1σ of a wheel's travel [m/√m]
+  double wheel_per_sqrt_m = 0.01;     ///< 1σ of the travel of a wheel without a noise of its own [m/√m]
   double lateral_per_sqrt_m = 0.001;  ///< 1σ of 'does not skid sideways' [m/√m]
   double skid_per_sqrt_m = 0.02;      ///< the same for the chassis of `skid` wheels [m/√m]
   double turn_per_sqrt_m = 0.02;      ///< 1σ of the turn of a velocity stream, from travel [rad/√m]
@@ -67,20 +69,31 @@ struct Chassis {
   void add(const Wheel& wheel);
 };
 
+/// 1σ of a wheel's travel [m/√m]: its own, or that of all wheels.
+double wheel_noise(const Chassis& chassis, std::size_t wheel);
+/// Root mean square of that over the wheels; without wheels, the noise of the forward travel.
+double typical_wheel_noise(const Chassis& chassis);
+/// Makes that the typical noise; wheels keep their proportions.
+void set_typical_wheel_noise(double per_sqrt_m, Chassis& chassis);
+
 /// What the sensors on board read over one interval: the z of z = H ξ before units.
 struct Increment {
   double time_s = 0.0;      ///< end of the interval
   double duration_s = 0.0;  ///< [s]
   /// Per wheel: revolutions, forwards positive. Without wheels: [0] forward travel [m], [1] turn [rad].
   std::array<double, kMaxWheels> turned{};
-  double gyro_rad = 0.0;  ///< integral of the gyro's raw reading
-  bool has_gyro = false;  ///< false also where it was saturated
+  double gyro_rad = 0.0;           ///< integral of the gyro's raw reading
+  bool has_gyro = false;           ///< false also where it was saturated
+  double gyro_change_rad_s = 0.0;  ///< raw rate at the end less that at the start: −∂gyro_rad/∂(time offset)
   /// Added to the variance of a wheel's travel [m²] (without wheels: of forward and of turn [rad²]): where it
   /// slips, its reading counts for little.
   std::array<double, kMaxWheels> slip_variance{};
   /// rms of the accelerometer about its mean over the interval; NaN: not measured.
   double shaking_m_s2 = std::numeric_limits<double>::quiet_NaN();
 };
+
+/// Whether a wheel turned (without wheels: whether the robot moved).
+bool any_turns(const Increment& increment);
 
 // Common robots. Widths and lengths are between ground contacts [m]; wheel order left to right, front to
 // rear.

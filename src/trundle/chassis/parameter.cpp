@@ -16,6 +16,7 @@ constexpr std::pair<ParameterKind, std::string_view> kRobotParameters[] = {
     {ParameterKind::icr_x, "icr_x"},
     {ParameterKind::gyro_scale, "gyro.scale"},
     {ParameterKind::gyro_bias, "gyro.bias"},
+    {ParameterKind::gyro_time_offset, "gyro.time_offset"},
     {ParameterKind::reference_x, "reference.x"},
     {ParameterKind::reference_y, "reference.y"},
     {ParameterKind::reference_heading, "reference.heading"},
@@ -90,6 +91,7 @@ bool exists(const Parameter& parameter, const Robot& robot) {
       return has_skid_wheels(chassis);
     case ParameterKind::gyro_scale:
     case ParameterKind::gyro_bias:
+    case ParameterKind::gyro_time_offset:
       return chassis.gyro.has_value();
     default:
       return true;
@@ -142,6 +144,7 @@ std::string_view unit_of(const Parameter& parameter) {
       return "1";
     case ParameterKind::gyro_bias:
       return "rad/s";
+    case ParameterKind::gyro_time_offset:
     case ParameterKind::time_offset:
       return "s";
     default:
@@ -183,6 +186,8 @@ double value_of(const Parameter& parameter, const Robot& robot) {
       return chassis.gyro->scale;
     case ParameterKind::gyro_bias:
       return chassis.gyro->bias_rad_s;
+    case ParameterKind::gyro_time_offset:
+      return chassis.gyro->time_offset_s;
     case ParameterKind::reference_x:
       return robot.body_from_reference.x;
     case ParameterKind::reference_y:
@@ -223,6 +228,9 @@ void set_value(const Parameter& parameter, double value, Robot& robot) {
     case ParameterKind::gyro_bias:
       chassis.gyro->bias_rad_s = value;
       break;
+    case ParameterKind::gyro_time_offset:
+      chassis.gyro->time_offset_s = value;
+      break;
     case ParameterKind::reference_x:
       robot.body_from_reference.x = value;
       break;
@@ -253,6 +261,8 @@ double prior_sigma(const Parameter& parameter, const Robot& robot) {
     case ParameterKind::gyro_scale:
       return 0.05;
     case ParameterKind::gyro_bias:
+      return 0.05;
+    case ParameterKind::gyro_time_offset:
       return 0.05;
     case ParameterKind::reference_x:
     case ParameterKind::reference_y:
@@ -291,6 +301,8 @@ RowVector reading_derivative(const Parameter& parameter, const Chassis& chassis,
       derivative[i] = increment.gyro_rad - chassis.gyro->bias_rad_s * increment.duration_s;
     if (parameter.kind == ParameterKind::gyro_bias && row.kind == RowKind::gyro)
       derivative[i] = -chassis.gyro->scale * increment.duration_s;
+    if (parameter.kind == ParameterKind::gyro_time_offset && row.kind == RowKind::gyro)
+      derivative[i] = -chassis.gyro->scale * increment.gyro_change_rad_s;
   }
   return derivative;
 }

@@ -18,6 +18,7 @@ enum class ParameterKind {
   icr_x,              ///< "icr_x" [m]
   gyro_scale,         ///< "gyro.scale"
   gyro_bias,          ///< "gyro.bias" [rad/s]
+  gyro_time_offset,   ///< "gyro.time_offset" [s]: added to the gyro's stamps
   reference_x,        ///< "reference.x" [m]: of the reference sensor on the robot
   reference_y,        ///< "reference.y" [m]
   reference_heading,  ///< "reference.heading" [rad]

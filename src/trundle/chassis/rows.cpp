@@ -60,11 +60,12 @@ struct Reading {
   double variance = 0.0;
 };
 
-Reading wheel_reading(const Chassis& chassis, const Wheel& wheel, double turned) {
+Reading wheel_reading(const Chassis& chassis, std::size_t i, double turned) {
+  const Wheel& wheel = chassis.wheels()[i];
   const double travel = kPi * wheel.diameter_m * turned;
   const double quantum =
       wheel.ticks_per_revolution == 0.0 ? 0.0 : kPi * wheel.diameter_m / wheel.ticks_per_revolution;
-  return {travel, squared(chassis.noise.wheel_per_sqrt_m) * std::abs(travel) + squared(quantum) / 6.0 +
+  return {travel, squared(wheel_noise(chassis, i)) * std::abs(travel) + squared(quantum) / 6.0 +
                       squared(kTravelFloor_m)};
 }
 
@@ -90,7 +91,7 @@ Reading reading_of(const Chassis& chassis, const Row& row, const Increment& incr
   switch (row.kind) {
     case RowKind::wheel: {
       const auto i = static_cast<std::size_t>(row.wheel);
-      return wheel_reading(chassis, chassis.wheels()[i], increment.turned[i]);
+      return wheel_reading(chassis, i, increment.turned[i]);
     }
     case RowKind::gyro:
       return gyro_reading(*chassis.gyro, increment);

@@ -70,7 +70,7 @@ double EffectiveTrack::window_variance() const {
   const double quantum =
       wheel.ticks_per_revolution == 0.0 ? 0.0 : kPi * wheel.diameter_m / wheel.ticks_per_revolution;
   const double gyro = nominal_m_ * chassis_.gyro->noise_rad_s_sqrt_hz * chassis_.gyro->scale;
-  return squared(chassis_.noise.wheel_per_sqrt_m) * state_.path_m + squared(quantum) / 3.0 +
+  return squared(typical_wheel_noise(chassis_)) * state_.path_m + squared(quantum) / 3.0 +
          squared(gyro) * state_.duration_s + 1e-12;
 }
 

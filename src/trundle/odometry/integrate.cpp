@@ -135,6 +135,15 @@ void report(const Findings& findings, const Robot& robot, std::vector<Problem>& 
                    findings.disturbed));
 }
 
+/// Often enough for a picture.
+constexpr double kBiasEvery_s = 1.0;
+
+void keep_bias(const Odometer& odometer, double time_s, bool at_rest, std::vector<GyroBiasAt>& kept) {
+  if (!kept.empty() && kept.back().at_rest == at_rest && time_s - kept.back().time_s < kBiasEvery_s) return;
+  const GyroBias bias = odometer.gyro_bias();
+  kept.push_back({time_s, bias.rad_s, std::sqrt(std::max(0.0, bias.variance)), at_rest});
+}
+
 /// Steps through all intervals; with smoothing, what the filter knew after each is kept.
 class Integration {
  public:
@@ -146,8 +155,8 @@ class Integration {
                           .learn_gyro_bias = options.learn_gyro_bias}),
         covariance_(uncertain.covariance),
         options_(options),
-        smooths_(options.smooth && options.learn_gyro_bias && options.with_covariance &&
-                 robot.chassis.gyro.has_value()) {}
+        learns_bias_(options.learn_gyro_bias && options.with_covariance && robot.chassis.gyro.has_value()),
+        smooths_(options.smooth && learns_bias_) {}
 
   IntegratedOdometry over(const AlignedReadings& readings, const Robot& robot) {
     IntegratedOdometry result;
@@ -162,6 +171,7 @@ class Integration {
         const Verdict verdict = odometer_.step(increment);
         findings.add(verdict, increment);
         result.rest_s += verdict.at_rest() ? increment.duration_s : 0.0;
+        if (learns_bias_) keep_bias(odometer_, increment.time_s, verdict.at_rest(), result.gyro_bias);
       }
       keep(increment.time_s, result);
     }
@@ -192,6 +202,7 @@ class Integration {
   Odometer odometer_;
   Eigen::MatrixXd covariance_;
   IntegrateOptions options_;
+  bool learns_bias_;
   bool smooths_;
   std::vector<FilteredStep> filtered_;
 };

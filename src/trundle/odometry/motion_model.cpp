@@ -126,6 +126,8 @@ void MotionModel::probe_derivatives(const Chassis& chassis, const Rows& rows,
       for (int i = 0; i < dz.size(); ++i)
         if (dz[i] != 0.0) reading_changes_.push_back({j, static_cast<std::size_t>(i), k, dz[i]});
     }
+    if (with_gyro_ && parameters[j].kind == ParameterKind::gyro_time_offset)
+      clock_ = Clock{j, static_cast<std::size_t>(rows.measured - 1), chassis.gyro->scale};
   }
 }
 
@@ -229,6 +231,7 @@ void MotionModel::square_step(const Inputs& u, const Increment& increment, Twist
       for (std::size_t i = 0; i < 3; ++i) derivative[i] += column[i] * u[k];
     step.derivative[j] = derivative;
   }
+  if (clock_) add(step.derivative[clock_->parameter], -increment.gyro_change_rad_s, columns_[kMaxWheels]);
 }
 
 /// ∂ξ/∂p = N⁻¹ (∂Hᵀ W r + Hᵀ W (∂z − ∂H ξ)), W held. docs/odometry.md, eq. 5.
@@ -249,6 +252,9 @@ void MotionModel::weighted_step(const Inputs& u, const Increment& increment, Twi
   for (const ReadingChange& change : reading_changes_)
     add(derivatives[change.parameter], equations.weight[change.row] * change.dz * u[change.input],
         h_[change.row]);
+  if (clock_)
+    add(derivatives[clock_->parameter],
+        -equations.weight[clock_->row] * clock_->scale * increment.gyro_change_rad_s, h_[clock_->row]);
   for (Triple& derivative : derivatives) derivative = normal.solve(derivative);
 }
 

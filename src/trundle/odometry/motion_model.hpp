@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -93,6 +94,14 @@ class MotionModel {
   std::array<double, kMaxRows> variance_at_rest_{};
   std::vector<RowChange> row_changes_;
   std::vector<ReadingChange> reading_changes_;
+  /// The parameter that is the gyro's time offset, and the row of the gyro. It moves a reading by the change
+  /// of the rate, which is no input.
+  struct Clock {
+    std::size_t parameter;
+    std::size_t row;
+    double scale;
+  };
+  std::optional<Clock> clock_;
   LinearisedChassis linearised_;
   std::array<std::array<double, 3>, kMaxInputs> columns_{};  ///< square H: T, the gyro's two columns last
   std::array<Symmetric3, kMaxInputs> noise_{};               ///< square H: covariance of the twist by |u|

@@ -37,10 +37,6 @@ void add(Symmetric3& sum, const Symmetric3& more) {
   for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += more[i];
 }
 
-bool has_turned(const Increment& increment) {
-  return std::ranges::any_of(increment.turned, [](double turned) { return turned != 0.0; });
-}
-
 /// a bᵀ + b aᵀ + factor · b bᵀ
 Symmetric3 outer(const Triple& a, const Triple& b, double factor) {
   const auto entry = [&](std::size_t i, std::size_t k) {
@@ -136,7 +132,7 @@ Triple Odometer::move_on(const Increment& increment) {
     const Increment withheld = RestDetector::withheld(state_.rest, increment.time_s - increment.duration_s);
     state_.rest = {};
     state_.stuck.still = {};  // what starts to move gets lag_s to be seen by every sensor
-    if (withheld.duration_s > 0.0 || has_turned(withheld)) advance(unbiased(withheld));
+    if (withheld.duration_s > 0.0 || any_turns(withheld)) advance(unbiased(withheld));
   }
   const Increment reading = unbiased(increment);
   stuck_->watch(state_.stuck, reading, gyro_bias());

@@ -44,10 +44,6 @@ double variance_along(const Triple& h, const Symmetric3& Q) {
          h[2] * h[2] * Q[5];
 }
 
-bool nothing_turns(const Increment& increment) {
-  return std::ranges::all_of(increment.turned, [](double turned) { return turned == 0.0; });
-}
-
 }  // namespace
 
 StuckWheels::StuckWheels(const Chassis& chassis, const RestOptions& options)
@@ -67,7 +63,7 @@ StuckWheels::StuckWheels(const Chassis& chassis, const RestOptions& options)
 }
 
 void StuckWheels::watch(StuckState& state, const Increment& increment, const GyroBias& bias) const {
-  const bool all_still = nothing_turns(increment);
+  const bool all_still = !any_turns(increment);
   for (std::size_t i = 0; i < row_.size(); ++i) {
     StillWheel& still = state.still[i];
     const std::uint64_t bit = std::uint64_t{1} << i;

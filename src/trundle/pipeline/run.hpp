@@ -21,6 +21,7 @@ struct RunQuestion {
   std::filesystem::path output;                ///< folder for all results
   std::vector<std::string> calibrate_on = {};  ///< recordings to learn from; empty: the recording itself
   std::vector<std::string> learn = {};         ///< recordings without slip, to measure the noise on
+  std::string map = {};                        ///< of landmarks; empty: landmarks.csv of the recording
   SlamQuestion slam = {};
   int robot_number = 0;  ///< of a folder with several robots; 0: not given
   /// The robot before it was calibrated elsewhere, to compare with; empty: `robot`.

@@ -1,5 +1,6 @@
 #include "trundle/pipeline/slam_answer.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include <fmt/format.h>
@@ -109,6 +110,15 @@ nlohmann::ordered_json smoother_of(const SmootherCounts& counts) {
           {"converged", counts.converged}};
 }
 
+/// All that a filter's run depends on besides the recording.
+std::string settings_of(const RobotFile& robot, SlamQuestion question) {
+  question.smooth = false;
+  std::string text = robot.file.sha256;
+  for (const auto& [name, value] : provenance_of({}, robot, question).options)
+    text += fmt::format("\n{}={}", name, value);
+  return text + fmt::format("\nseed={}", question.seed);
+}
+
 }  // namespace
 
 SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const SlamQuestion& question) {
@@ -121,12 +131,13 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
   const LandmarkSensor& sensor = *robot.robot.landmark_sensor;
   SlamPrior prior{.start = question.start,
                   .systematic_sigma = Systematic::Constant(question.systematic_sigma.value_or(0.0))};
-  answer.result = slam(answer.input, sensor,
-                       {.method = question.method,
-                        .particles = question.particles,
-                        .seed = question.seed,
-                        .prior = prior,
-                        .threads = question.threads});
+  const SlamRun run(sensor, {.method = question.method,
+                             .particles = question.particles,
+                             .seed = question.seed,
+                             .prior = prior,
+                             .threads = question.threads});
+  answer.result =
+      slam_with_checkpoints(answer.input, run, settings_of(robot, question), question.checkpoints);
   if (!question.systematic_sigma) prior.systematic_sigma = kUsualSystematicSigma;
   if (question.smooth) answer.smoothed = smooth(answer.input, sensor, answer.result, {.prior = prior});
   answer.provenance = provenance_of(recording, robot, question);

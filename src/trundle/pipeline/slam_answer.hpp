@@ -9,6 +9,7 @@
 
 #include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/provenance.hpp"
+#include "trundle/pipeline/slam_checkpoint.hpp"
 #include "trundle/slam/slam.hpp"
 #include "trundle/slam/smoother.hpp"
 
@@ -28,6 +29,7 @@ struct SlamQuestion {
   bool smooth = false;       ///< then also the most probable trajectory and map of all
   std::size_t threads = 1;   ///< results do not depend on it
   int robot_number = 0;      ///< of a folder with several robots; 0: not given
+  SlamCheckpoints checkpoints = {};
 };
 
 struct SlamAnswer {
@@ -42,7 +44,8 @@ struct SlamAnswer {
   const PoseEstimate& last() const { return smoothed ? smoothed->last : result.last; }
 };
 
-/// Throws as slam_input and slam, and CannotAnswer where nothing is seen while the odometry runs.
+/// Throws as slam_input and slam, CannotAnswer where nothing is seen while the odometry runs, and InputError
+/// where the checkpoint is none, or of another recording, robot file or other options.
 SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const SlamQuestion& question);
 
 /// What `trundle slam --json` prints.

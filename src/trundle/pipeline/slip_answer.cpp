@@ -123,6 +123,26 @@ Json to_json(const SlipCounts& counts) {
           {"flagged_share", counts.flagged_share()}};
 }
 
+/// The statistic of every interval, and what it is judged by.
+Json timeline_of(const SlipReport& report) {
+  Json timeline = {{"statistic", report.band ? "delta_rad" : "chi2"}};
+  if (report.band) {
+    timeline["lower"] = report.band->lower;
+    timeline["upper"] = report.band->upper;
+  } else {
+    timeline["limit"] = report.chi2_limit;
+  }
+  for (const char* column : {"end_s", "value", "status", "slipping"}) timeline[column] = Json::array();
+  for (const SlipInterval& interval : report.intervals) {
+    timeline["end_s"].push_back(interval.end_s);
+    timeline["value"].push_back(interval.status == SlipStatus::judged ? Json(interval.statistic)
+                                                                      : Json(nullptr));
+    timeline["status"].push_back(name_of(interval.status));
+    timeline["slipping"].push_back(interval.slipping);
+  }
+  return timeline;
+}
+
 }  // namespace
 
 std::string name_of(SlipMethod method) {
@@ -150,6 +170,7 @@ nlohmann::ordered_json document_of(const SlipAnswer& answer, const Robot& robot)
   document["intervals"] = to_json(answer.report.counts);
   document["events"] = Json::array();
   for (const SlipEvent& event : answer.report.events) document["events"].push_back(to_json(event, robot));
+  document["timeline"] = timeline_of(answer.report);
   document["learned"] = nullptr;
   if (answer.learned) document["learned"] = to_json(*answer.learned, answer.options);
   document["problems"] = to_json(answer.report.problems);

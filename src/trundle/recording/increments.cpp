@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <optional>
 #include <span>
 
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/recording/detail/add_gyro.hpp"
 #include "trundle/recording/detail/courses.hpp"
 #include "trundle/recording/detail/table.hpp"
 
@@ -141,6 +142,42 @@ class GyroIntegral {
   std::size_t cursor_ = 0;
 };
 
+constexpr double kRateOver_s = 0.1;  // on either side of an instant: a single sample's rate is mostly noise
+
+/// What the gyro turned in at least so long, from an increment on, forwards or backwards; nothing across
+/// gaps.
+struct Turned {
+  double gyro_rad = 0.0;
+  double duration_s = 0.0;
+
+  template <class Iterator>
+  static std::optional<Turned> over(Iterator from, Iterator end) {
+    Turned turned;
+    for (; from != end && from->has_gyro; ++from) {
+      turned.gyro_rad += from->gyro_rad;
+      turned.duration_s += from->duration_s;
+      if (turned.duration_s >= kRateOver_s - 1e-9) return turned;
+    }
+    return std::nullopt;
+  }
+};
+
+/// The rate at a stamp is the mean over both its sides. At gaps and ends nothing is said.
+void add_changes_of_rate(std::vector<Increment>& increments) {
+  double before = kNotMeasured;  // rate at the start of the increment
+  for (std::size_t i = 0; i < increments.size(); ++i) {
+    const auto next = increments.begin() + static_cast<std::ptrdiff_t>(i + 1);
+    const auto later = Turned::over(next, increments.end());
+    const auto earlier = Turned::over(std::make_reverse_iterator(next), increments.rend());
+    const double after =
+        later && earlier ? (later->gyro_rad + earlier->gyro_rad) / (later->duration_s + earlier->duration_s)
+                         : kNotMeasured;
+    const double change = after - before;
+    increments[i].gyro_change_rad_s = std::isnan(change) ? 0.0 : change;
+    before = after;
+  }
+}
+
 /// rms of the accelerometer about its mean over each interval, of both axes together; two samples at least.
 void add_shaking(const AccelStream& accel, AlignedReadings& aligned) {
   std::size_t row = 0;
@@ -165,9 +202,9 @@ void add_shaking(const AccelStream& accel, AlignedReadings& aligned) {
 
 }  // namespace
 
-void add_gyro(const Recording& recording, const Robot& robot, AlignedReadings& aligned) {
-  if (!robot.chassis.gyro || recording.gyro.time_s.empty()) return;
-  GyroIntegral integral(recording.gyro, *robot.chassis.gyro);
+void add_gyro(const GyroStream& gyro, const Robot& robot, AlignedReadings& aligned) {
+  if (!robot.chassis.gyro || gyro.time_s.empty()) return;
+  GyroIntegral integral(gyro, *robot.chassis.gyro);
   double start_s = aligned.start_s;
   std::size_t without = 0;
   for (Increment& increment : aligned.increments) {
@@ -177,10 +214,10 @@ void add_gyro(const Recording& recording, const Robot& robot, AlignedReadings& a
     without += turn ? 0 : 1;
     start_s = increment.time_s;
   }
+  add_changes_of_rate(aligned.increments);
   const auto warn = [&](const char* kind, std::size_t count, const char* what) {
     if (count > 0)
-      aligned.problems.push_back({Severity::warning, kind,
-                                  recording.gyro.origin.place_of(recording.gyro.time_s.size()), count,
+      aligned.problems.push_back({Severity::warning, kind, gyro.origin.place_of(gyro.time_s.size()), count,
                                   fmt::format(fmt::runtime(what), count)});
   };
   warn("gyro saturated", integral.saturated(), "the gyro is at or beyond its max_rate_rad_s in {} samples");
@@ -195,7 +232,7 @@ AlignedReadings align(const Recording& recording, const Robot& robot) {
   if (!by_wheels && recording.velocity.time_s.empty())
     throw InputError(recording.name, "has no velocity.csv", "a velocity stream: the robot has no wheels");
   AlignedReadings aligned = by_wheels ? align_wheels(recording, robot) : align_velocity(recording, robot);
-  add_gyro(recording, robot, aligned);
+  add_gyro(recording.gyro, robot, aligned);
   add_shaking(recording.accel, aligned);
   return aligned;
 }

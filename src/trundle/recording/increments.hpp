@@ -20,6 +20,10 @@ struct AlignedReadings {
 /// when a wheel of the robot has no column, or the recording has neither wheels nor velocity.
 AlignedReadings align(const Recording& recording, const Robot& robot);
 
+/// Fills in what the gyro turned over each increment, its stamps moved as the robot says, and adds what was
+/// found wrong with it to the problems. Nothing without a gyro or its readings.
+void add_gyro(const GyroStream& gyro, const Robot& robot, AlignedReadings& aligned);
+
 /// The reference as a trajectory of the reference sensor: samples where x, y and heading are all there.
 Trajectory reference_trajectory(const Recording& recording);
 

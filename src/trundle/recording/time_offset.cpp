@@ -8,7 +8,6 @@
 #include <Eigen/Dense>
 
 #include "trundle/chassis/rows.hpp"
-#include "trundle/recording/detail/add_gyro.hpp"
 #include "trundle/recording/detail/table.hpp"
 
 namespace trundle {
@@ -70,7 +69,7 @@ Windows windows_of(const Recording& recording, const AlignedReadings& readings, 
 Vector turns_by_gyro(const Recording& recording, const Robot& robot, double offset_s, Windows& windows) {
   Robot moved = robot;
   moved.chassis.gyro->time_offset_s = offset_s;
-  add_gyro(recording, moved, windows.readings);
+  add_gyro(recording.gyro, moved, windows.readings);
   Vector turns = Vector::Zero(static_cast<Eigen::Index>(windows.count()));
   for (std::size_t w = 0; w < windows.count(); ++w)
     for (std::size_t i = windows.first[w]; i < windows.first[w + 1]; ++i) {

@@ -84,7 +84,7 @@ std::vector<SlipBurst> all_slips(const Scenario& scenario, double end_s) {
 class ErrorSource {
  public:
   ErrorSource(const Scenario& scenario, const Rows& rows, std::vector<SlipBurst> slips)
-      : noise_(scenario.truth.chassis.noise),
+      : chassis_(scenario.truth.chassis),
         steering_(scenario.steering),
         rows_(rows),
         slips_(std::move(slips)),
@@ -110,9 +110,11 @@ class ErrorSource {
  private:
   double row_sigma(int i, const RowVector& travel) const {
     if (rows_.row[static_cast<std::size_t>(i)].kind == RowKind::turn)
-      return std::hypot(noise_.turn_per_sqrt_rad * std::sqrt(std::abs(travel[i])),
-                        noise_.turn_per_sqrt_m * std::sqrt(std::abs(travel[0])));
-    return noise_.wheel_per_sqrt_m * std::sqrt(std::abs(travel[i]));
+      return std::hypot(chassis_.noise.turn_per_sqrt_rad * std::sqrt(std::abs(travel[i])),
+                        chassis_.noise.turn_per_sqrt_m * std::sqrt(std::abs(travel[0])));
+    const double per_sqrt_m = chassis_.wheel_count > 0 ? wheel_noise(chassis_, static_cast<std::size_t>(i))
+                                                       : chassis_.noise.wheel_per_sqrt_m;
+    return per_sqrt_m * std::sqrt(std::abs(travel[i]));
   }
 
   double mean_wheel_travel(const RowVector& travel) const {
@@ -121,7 +123,7 @@ class ErrorSource {
 
   double lateral_per_sqrt_m(int i) const {
     const bool skids = rows_.row[static_cast<std::size_t>(i)].kind == RowKind::skid_lateral;
-    return skids ? noise_.skid_per_sqrt_m : noise_.lateral_per_sqrt_m;
+    return skids ? chassis_.noise.skid_per_sqrt_m : chassis_.noise.lateral_per_sqrt_m;
   }
 
   void add_slips(const RowVector& travel, const TimeSpan& interval, RowErrors& errors) {
@@ -145,7 +147,7 @@ class ErrorSource {
     return (1.0 - 1.0 / factor) * travel;
   }
 
-  ChassisNoise noise_;
+  const Chassis& chassis_;
   Steering steering_;
   const Rows& rows_;
   std::vector<SlipBurst> slips_;

@@ -22,6 +22,11 @@ class Ancestry {
   struct Run {
     Index first;
     Index ancestor;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.first, self.ancestor);
+    }
   };
 
   explicit Ancestry(std::size_t particles);
@@ -42,6 +47,12 @@ class Ancestry {
   /// How many particles of a held epoch have descendants.
   std::size_t survivors(Epoch epoch) const;
 
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.now_, self.generations_);
+  }
+
   /// Each particle's ancestor of a held epoch, runs written out; what stands beyond the particles stays.
   void write_ancestors(Epoch epoch, std::span<Index> ancestors) const;
 
@@ -49,6 +60,11 @@ class Ancestry {
   struct Generation {
     std::vector<Run> runs;  ///< empty: everyone is his own ancestor
     std::size_t holders = 0;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.runs, self.holders);
+    }
   };
   void descend(Generation& generation, bool is_youngest) const;
 

@@ -33,7 +33,7 @@ void improve(SightedPoint& point, const SightedPoint& other) {
 
 }  // namespace
 
-// Eq. 27.
+// Eq. 46.
 void Constellation::step(const Motion& motion, std::span<const Observation> observations) {
   ++now_;
   const Pose2 back = motion.mean.inverse();

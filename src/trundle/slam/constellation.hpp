@@ -18,7 +18,7 @@ struct SightedPoint {
 };
 
 /// The landmarks seen lately, in today's body frame: what a robot that does not know where it is has to
-/// recognise a place by. Bounded: the points seen last, none less certain than a metre. docs/slam.md, eq. 27.
+/// recognise a place by. Bounded: the points seen last, none less certain than a metre. docs/slam.md, eq. 46.
 class Constellation {
  public:
   explicit Constellation(const LandmarkSensor& sensor) : sensor_(sensor) {}

@@ -33,6 +33,13 @@ class EkfSlam {
   /// The whole joint covariance, in the order x, y, heading, s, x_1, y_1, ...
   Eigen::MatrixXd covariance() const { return state_.covariance(); }
 
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.state_, self.entries_, self.index_of_, self.grid_, self.off_grid_m_, self.visibility_,
+            self.report_);
+  }
+
  private:
   using Index = Eigen::Index;
   /// An observation of a landmark that the map has.
@@ -48,6 +55,11 @@ class EkfSlam {
     std::size_t sightings;
     bool has_name;  ///< given by the caller: it exists
     Existence existence;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.id, self.sightings, self.has_name, self.existence);
+    }
   };
 
   void predict(const Motion& motion);

@@ -23,6 +23,7 @@ class LandmarkColumns {
  public:
   static constexpr std::size_t kColumns = 5;
 
+  LandmarkColumns() : LandmarkColumns(0, Precision::float32) {}
   LandmarkColumns(std::size_t particles, Precision precision, const Vector2& origin = Vector2::Zero())
       : stride_(padded(particles)),
         origin_(origin),
@@ -110,6 +111,12 @@ class LandmarkColumns {
     put(2, m.xx);
     put(3, m.xy);
     put(4, m.yy);
+  }
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.stride_, self.origin_, self.single_, self.double_);
   }
 
  private:

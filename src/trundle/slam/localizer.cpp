@@ -131,7 +131,7 @@ void Localizer::start_from(std::span<const PoseHypothesis> hypotheses) {
   sure_step_ = seen_.now();
 }
 
-/// Eq. 34: a sum of log likelihood ratios that never falls below 0.
+/// Eq. 53: a sum of log likelihood ratios that never falls below 0.
 void Localizer::track(const Motion& motion, std::span<const Observation> observations) {
   const auto step = [&](auto& filter) -> const MapStepReport* {
     if constexpr (std::is_same_v<std::decay_t<decltype(filter)>, std::monostate>)

@@ -34,7 +34,7 @@ enum class LocalizerPhase {
 struct LocalizerReport {
   LocalizerPhase phase = LocalizerPhase::searching;
   std::vector<ObservationReport> observations;  ///< as they were given; all invalid while searching
-  double alarm = 0.0;          ///< the sequential test's sum, of which 1 is the limit; eq. 34
+  double alarm = 0.0;          ///< the sequential test's sum, of which 1 is the limit; eq. 53
   std::size_t hypotheses = 0;  ///< poses that explain what was seen, while searching
   std::size_t particles = 0;   ///< 0: the filter has none
 };

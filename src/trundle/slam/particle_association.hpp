@@ -58,6 +58,12 @@ class ParticleAssociation {
   /// Adds new ones; after that there is nothing more to do in this step.
   void create(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry, StepReport& report);
 
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.grid_, self.entries_, self.widest_m_, self.located_, self.visibility_);
+  }
+
  private:
   /// One observation without a name.
   struct Sighting {
@@ -78,6 +84,11 @@ class ParticleAssociation {
   struct Entry {
     double slack_m = 0.0;
     Existence existence;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.slack_m, self.existence);
+    }
   };
 
   std::span<Sighting> sightings() { return {pool_.data(), sightings_}; }

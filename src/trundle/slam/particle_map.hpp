@@ -35,6 +35,12 @@ class ParticleMap {
   MappedLandmark mixture(LandmarkId landmark, std::span<const double> weights,
                          const Ancestry& ancestry) const;
 
+  /// Its state, for io/archive.hpp. What is in the spare columns' padding comes into the map's.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.spare_, self.entries_, self.index_of_, self.removed_);
+  }
+
  private:
   struct Entry {
     LandmarkId id;
@@ -43,6 +49,11 @@ class ParticleMap {
     std::size_t sightings;
     bool has_name = false;
     bool is_there = true;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.id, self.epoch, self.columns, self.sightings, self.has_name, self.is_there);
+    }
   };
   LandmarkId occupy(const Vector2& origin, Ancestry& ancestry);
   void call(LandmarkId landmark, LandmarkId id);

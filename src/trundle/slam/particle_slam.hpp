@@ -64,6 +64,14 @@ class ParticleSlam {
   /// Poses stored for that, by all particles together.
   std::size_t stored_poses() const { return paths_.stored(); }
 
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.draws_, self.random_, self.resampling_, self.poses_, self.sensors_, self.log_weights_,
+            self.weights_, self.ancestry_, self.map_, self.association_, self.paths_, self.systematic_,
+            self.systematic_covariance_, self.pending_, self.report_);
+  }
+
  private:
   struct Seen {
     std::size_t observation;

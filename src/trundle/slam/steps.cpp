@@ -50,7 +50,9 @@ Increment share_of(Increment increment, double u) {
 /// Composes increments to the motion of one step.
 class MotionSum {
  public:
-  explicit MotionSum(const Robot& robot) : odometer_(robot, {}) {}
+  MotionSum(const Robot& robot, const std::vector<Parameter>& parameters)
+      : odometer_(robot, {.parameters = parameters}),
+        by_parameters_(Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(parameters.size()))) {}
 
   /// Each interval starts from certainty, and so does the gyro's bias.
   void add(const Increment& increment, bool bridged) {
@@ -63,20 +65,33 @@ class MotionSum {
       odometer_.step(increment);
     const Pose2 mean = odometer_.pose();
     sum_ = sum_ * motion_of(log(mean), body_covariance(mean, odometer_.white_covariance()));
+    if (by_parameters_.cols() == 0) return;
+    Eigen::Matrix3Xd by_parameters = odometer_.sensitivity();
+    by_parameters.topRows<2>() = rotation(mean.heading).transpose() * by_parameters.topRows<2>();
+    by_parameters_ = adjoint(mean.inverse()) * by_parameters_ + by_parameters;
   }
-  /// The motion since the last call.
-  Motion take() { return std::exchange(sum_, {}); }
+  /// Appends the motion since the last call, and what was seen at its end, to come.
+  void finish_step(double time_s, SlamInput& input) {
+    input.steps.push_back({time_s, std::exchange(sum_, {}), {}});
+    if (by_parameters_.cols() == 0) return;
+    input.by_parameters.push_back(by_parameters_);
+    by_parameters_.setZero();
+  }
 
  private:
   Odometer odometer_;
   Motion sum_;
+  Eigen::Matrix3Xd by_parameters_;
 };
 
 /// Goes through increments and sightings side by side.
 class Cutter {
  public:
   Cutter(const Robot& robot, const SlamInputOptions& options, std::vector<Sighting> sightings)
-      : options_(options), motion_(robot), sightings_(std::move(sightings)), names_(options.names) {}
+      : options_(options),
+        motion_(robot, options.parameters),
+        sightings_(std::move(sightings)),
+        names_(options.names) {}
 
   SlamInput cut(const AlignedReadings& readings) {
     input_.start_s = now_s_ = last_step_s_ = readings.start_s;
@@ -122,7 +137,7 @@ class Cutter {
   }
 
   void finish_step() {
-    input_.steps.push_back({now_s_, motion_.take(), {}});
+    motion_.finish_step(now_s_, input_);
     last_step_s_ = now_s_;
   }
 

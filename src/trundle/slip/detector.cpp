@@ -48,11 +48,6 @@ double doubt(double excess, double sigma, bool slipping) {
   return squared(kDoubt) * std::max(0.0, squared(excess) - squared(sigma));
 }
 
-bool moves(const Increment& interval, std::size_t wheels) {
-  return std::any_of(interval.turned.begin(), interval.turned.begin() + static_cast<std::ptrdiff_t>(wheels),
-                     [](double turned) { return turned != 0.0; });
-}
-
 /// Two wheels that roll forward on either side, with a gyro.
 bool suits_published_method(const Parity& parity) {
   if (parity.wheels() != 2 || !parity.uses_gyro()) return false;
@@ -109,7 +104,7 @@ void SlipDetector::forget_sums() {
 
 SlipStatus SlipDetector::status_of(const Increment& interval) const {
   if (parity_.uses_gyro() && !interval.has_gyro) return SlipStatus::no_gyro;
-  if (!moves(interval, parity_.wheels())) return SlipStatus::parked;
+  if (parity_.wheels() == 0 || !any_turns(interval)) return SlipStatus::parked;
   if (options_.method == SlipMethod::general) {
     const bool other_length = options_.model && std::abs(interval.duration_s - options_.model->interval_s) >
                                                     0.5 * options_.model->interval_s;
@@ -130,9 +125,10 @@ double SlipDetector::delta(const Contradiction& c) const {
   return (c.travel[1] - c.travel[0]) / (H(1, 2) - H(0, 2)) - c.gyro_rad;
 }
 
-bool SlipDetector::alarms(const Contradiction& c) const {
-  if (options_.method == SlipMethod::general || !options_.band) return c.chi2 > limit_;
-  return !options_.band->contains(delta(c));
+void SlipDetector::state_statistic(const Contradiction& c, SlipVerdict& verdict) const {
+  verdict.chi2 = c.chi2;
+  verdict.statistic = by_band() ? delta(c) : c.chi2;
+  verdict.alarm = by_band() ? !options_.band->contains(delta(c)) : c.chi2 > limit_;
 }
 
 /// Feeds the cumulative sums; true where one of them is beyond its limit.
@@ -173,8 +169,7 @@ SlipVerdict SlipDetector::step(const JudgedInterval& judged, bool command_change
     return verdict;
   }
   const Contradiction c = parity_.contradiction(judged, options_.model ? &*options_.model : nullptr);
-  verdict.chi2 = c.chi2;
-  verdict.alarm = alarms(c);
+  state_statistic(c, verdict);
   if (options_.method == SlipMethod::general && !verdict.alarm) verdict.persistent = accumulate(c, interval);
   judge(c, interval, verdict);
   if (event_.lasts)

@@ -77,6 +77,7 @@ struct SlipVerdict {
   int wheel = kAmbiguous;   ///< as far as is known by now
   double chi2 = 0.0;
   double limit = 0.0;
+  double statistic = 0.0;  ///< what raises the alarm: χ², or δ [rad] where by_band(); 0 where not judged
   SlipCorrection correction;
   std::array<SlipEvent, kMaxWheels> ended{};  ///< slips that ended before this interval
   std::size_t ended_count = 0;
@@ -100,6 +101,8 @@ class SlipDetector {
   /// δ = (dR − dL)/B − g of two wheels and a gyro [rad].
   double delta(const Contradiction& c) const;
   const Parity& parity() const { return parity_; }
+  /// Is δ judged by the learned band, and not χ² by its limit?
+  bool by_band() const { return options_.method == SlipMethod::published && options_.band; }
   double limit() const { return limit_; }
   double persistent_limit() const { return persistent_limit_; }
 
@@ -131,7 +134,7 @@ class SlipDetector {
     bool certain = false;
   };
 
-  bool alarms(const Contradiction& c) const;
+  void state_statistic(const Contradiction& c, SlipVerdict& verdict) const;
   bool accumulate(const Contradiction& c, const Increment& interval);
   void judge(const Contradiction& c, const Increment& interval, SlipVerdict& verdict);
   void begin(const Contradiction& c, const Increment& interval, bool persistent);

@@ -65,6 +65,8 @@ inline constexpr std::array kWheelSize{
                      Presence::rare},
     NumberKey<Wheel>{"recorded_diameter_m", [](Wheel& w) -> double& { return w.recorded_diameter_m; },
                      kDiameter, Presence::rare},
+    NumberKey<Wheel>{"noise_per_sqrt_m", [](Wheel& w) -> double& { return w.noise_per_sqrt_m; }, kNotNegative,
+                     Presence::rare},
 };
 
 inline constexpr std::array kChassis{
