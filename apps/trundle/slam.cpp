@@ -62,8 +62,6 @@ SlamQuestion question_of(const Options& options) {
   question.slip = app::question_of(options.slip, question.robot_number);
   question.method = *slam_method_named(options.filter);
   question.start = start_pose_from(question.start_text);
-  if (question.unknown_ids && question.method != SlamMethod::ekf)
-    throw CLI::ValidationError("--unknown-ids", "only --filter ekf finds out which landmark is which");
   return question;
 }
 
@@ -104,7 +102,7 @@ void add_slam(CLI::App& app) {
   command->add_flag("--smooth", options->question.smooth,
                     "Then the most probable trajectory and map given everything seen, before and after");
   command->add_flag("--unknown-ids", options->question.unknown_ids,
-                    "Forget the landmarks' names and find out which is which (--filter ekf)");
+                    "Forget the landmarks' names and find out which is which");
   command
       ->add_option(
           "--systematic-sigma", options->question.systematic_sigma,

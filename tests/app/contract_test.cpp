@@ -11,6 +11,7 @@
 #include "trundle/chassis/robot.hpp"
 #include "trundle/io/file.hpp"
 #include "trundle/simulation/random.hpp"
+#include "trundle/slam/slam.hpp"
 
 #include "app/process.hpp"
 #include "app/sample.hpp"
@@ -105,6 +106,16 @@ class Contract : public testing::TestWithParam<Command> {
 
   Sample sample_;
 };
+
+TEST(Slam, EveryFilterDoesWithoutNames) {
+  const Sample sample;
+  for (const std::string& filter : slam_method_names()) {
+    const Outcome outcome = run_program(sample.folder(), {"slam", "unnamed", "--robot", "sighted.toml",
+                                                          "--filter", filter, "--unknown-ids", "-o", "out"});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_GT(std::ranges::count(read_file(sample.folder() / "out" / "landmarks.csv"), '\n'), 2);
+  }
+}
 
 TEST_P(Contract, HelpShowsAnExample) {
   const Outcome outcome = run({GetParam().name, "--help"});
@@ -267,10 +278,6 @@ const std::vector<Failure> kFailures = {
      {"slam", "unnamed", "--robot", "sighted.toml", "-o", "out"},
      3,
      "names no landmark"},
-    {"UnknownIdsWithParticles",
-     {"slam", "unnamed", "--robot", "sighted.toml", "--unknown-ids", "-o", "out"},
-     2,
-     "--unknown-ids"},
     {"NothingSeen", {"slam", "blind", "--robot", "sighted.toml", "-o", "out"}, 4, "no sightings"},
     {"MapThatIsNone",
      {"localize", "seen", "--robot", "sighted.toml", "--map", "sheet.csv", "-o", "out/t.csv"},

@@ -22,16 +22,23 @@ class ParticleMap {
   LandmarkId add(LandmarkId id, const Vector2& origin, Ancestry& ancestry);
   /// Columns of today's particles, for reading and writing.
   LandmarkColumns& current(LandmarkId landmark, Ancestry& ancestry);
+  /// One that no caller has named; it has an id of its own all the same, but is not found by it.
+  LandmarkId add_nameless(const Vector2& origin, Ancestry& ancestry);
+  /// Another may get its number, but none its id.
+  void remove(LandmarkId landmark, Ancestry& ancestry);
+  LandmarkId id_of(LandmarkId landmark) const { return entries_[static_cast<std::size_t>(landmark)].id; }
+  /// Whether a particle has it.
+  bool has(LandmarkId landmark, std::size_t particle, const Ancestry& ancestry) const;
   void count_sighting(LandmarkId landmark) { ++entries_[static_cast<std::size_t>(landmark)].sightings; }
 
-  /// Mean and covariance over all particles with these weights, which sum to 1. Eq. 17.
+  /// Mean and covariance over all particles that have it, with these weights. Eq. 17.
   MappedLandmark mixture(LandmarkId landmark, std::span<const double> weights,
                          const Ancestry& ancestry) const;
 
   /// Its state, for io/archive.hpp. What is in the spare columns' padding comes into the map's.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.spare_, self.entries_, self.index_of_);
+    archive(self.spare_, self.entries_, self.index_of_, self.removed_);
   }
 
  private:
@@ -40,12 +47,17 @@ class ParticleMap {
     Ancestry::Epoch epoch;
     LandmarkColumns columns;
     std::size_t sightings;
+    bool has_name = false;
+    bool is_there = true;
 
     template <class Archive, class Self>
     static void persist(Archive& archive, Self& self) {
-      archive(self.id, self.epoch, self.columns, self.sightings);
+      archive(self.id, self.epoch, self.columns, self.sightings, self.has_name, self.is_there);
     }
   };
+  LandmarkId occupy(const Vector2& origin, Ancestry& ancestry);
+  void call(LandmarkId landmark, LandmarkId id);
+  LandmarkId next_id() const { return static_cast<LandmarkId>(index_of_.size()); }
   void gather(Entry& entry, const Ancestry& ancestry);
 
   std::size_t particles_;
@@ -60,6 +72,7 @@ class ParticleMap {
   } way_;
   std::vector<Entry> entries_;
   std::vector<LandmarkId> index_of_;  ///< by id
+  std::vector<LandmarkId> removed_;   ///< free numbers
 };
 
 }  // namespace trundle

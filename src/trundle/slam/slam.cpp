@@ -121,7 +121,8 @@ std::vector<MappedLandmark> SlamFilter::map() const {
   return std::visit(
       [](const auto& filter) {
         std::vector<MappedLandmark> map;
-        for (std::size_t i = 0; i < filter.landmarks(); ++i) map.push_back(filter.landmark(i));
+        for (std::size_t i = 0; i < filter.landmarks(); ++i)
+          if (filter.has_landmark(i)) map.push_back(filter.landmark(i));
         return map;
       },
       filter_);
