@@ -154,8 +154,11 @@ def text_of(errors):
 # What has nothing to be compared with still has something to say.
 def told(folder):
     document = read(folder / "run.json")
-    stages = {stage["name"]: stage for stage in document["stages"]}
+    stages = {stage["name"]: stage for stage in document["stages"] if stage["name"] not in document.get("recordings", [])}
     words = []
+    calibration = stages.get("calibration")
+    if calibration and calibration["status"] == "done" and not document["held_out"]:
+        words.append(calibration["message"])
     for name, stage in stages.items():
         if stage["status"] == "failed":
             words.append(f"{name}: {stage['message']}")
