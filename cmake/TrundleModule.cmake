@@ -14,6 +14,9 @@ if(TRUNDLE_SANITIZE)
                                                            -fno-sanitize=null,alignment,object-size,vptr
                                                            -fno-sanitize-recover=all -fno-omit-frame-pointer
                                                            -Wno-maybe-uninitialized -Wno-restrict)
+  # Under AddressSanitizer Eigen allocates by hand what it takes from malloc elsewhere; Ceres was built without it, and
+  # memory that one of the two allocates the other may free.
+  target_compile_definitions(trundle_compile_options INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
   target_link_options(trundle_compile_options INTERFACE -fsanitize=address,undefined)
 endif()
 

@@ -1,8 +1,23 @@
+# Stops where a vendored file is not the one that was checked in.
+function(trundle_check_vendored folder)
+  file(STRINGS ${folder}/SHA256SUMS lines)
+  foreach(line IN LISTS lines)
+    string(REGEX MATCH "^([0-9a-f]+)  (.+)$" matched "${line}")
+    set(expected ${CMAKE_MATCH_1})
+    set(file ${folder}/${CMAKE_MATCH_2})
+    file(SHA256 ${file} found)
+    if(NOT found STREQUAL expected)
+      message(FATAL_ERROR "${file} has SHA-256 ${found}; expected ${expected}")
+    endif()
+  endforeach()
+endfunction()
+
 # trundle_inline_page(TARGET) compiles web/ into a target as one string: see InlinePage.cmake.
 function(trundle_inline_page target)
   set(web ${PROJECT_SOURCE_DIR}/web)
   set(script ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/InlinePage.cmake)
   set(output ${CMAKE_CURRENT_BINARY_DIR}/page_template.cpp)
+  trundle_check_vendored(${web}/vendor/uPlot)
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${web}/*.html ${web}/*.css ${web}/*.js)
   add_custom_command(OUTPUT ${output} DEPENDS ${sources} ${script} COMMENT "Inlining web/ into the report page"
                      COMMAND ${CMAKE_COMMAND} -D WEB=${web} -D OUTPUT=${output} -P ${script} VERBATIM)

@@ -3,12 +3,16 @@
 
 usage: tools/slam_recordings.py DATA OUT
 
-OUT/mrclam/robot.toml and OUT/mrclam/Robot<N>/reference.csv: the layout itself is read as it is, with --robot-number.
+OUT/mrclam/robot.toml, OUT/mrclam/landmarks.csv (where they were measured to be) and
+OUT/mrclam/Robot<N>/reference.csv: the layout itself is read as it is, with --robot-number.
+OUT/victoria_park: velocity.csv (of the rear axle's middle), sightings.csv without names, reference.csv (GPS fixes that are
+sane), robot.toml.
 OUT/lost_in_the_woods: velocity.csv, sightings.csv, reference.csv, landmarks.csv, robot.toml. The noise settings are one set
 for all robots and filters; those of mrclam were chosen on robots 1 and 2. Sigmas of sightings are several times what
 single readings scatter by, because readings that follow each other err alike.
 """
 import csv
+import math
 import sys
 from pathlib import Path
 
@@ -35,6 +39,20 @@ turn_per_sqrt_m = 0.06
 turn_per_sqrt_rad = 0.1
 """
 
+VICTORIA_ROBOT = """name = "victoria_park"
+[landmark_sensor]
+x_m = 3.78
+y_m = 0.5
+range_sigma_m = 0.3
+bearing_sigma_deg = 1.5
+max_range_m = 80
+[noise]
+wheel_per_sqrt_m = 0.1
+lateral_per_sqrt_m = 0.03
+turn_per_sqrt_m = 0.01
+turn_per_sqrt_rad = 0.02
+"""
+
 
 def write(path, text):
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -45,12 +63,18 @@ def table(header, rows):
     return "\n".join([header] + [",".join(row) for row in rows]) + "\n"
 
 
+def columns(path):
+    return [line.split() for line in path.read_text().splitlines() if line.strip() and not line.startswith("#")]
+
+
 def mrclam(data, out):
+    folder = data / "MRCLAM_Dataset6"
     write(out / "robot.toml", MRCLAM_ROBOT)
+    write(out / "landmarks.csv",
+          table("landmark,x_m,y_m", [row[:3] for row in columns(folder / "Landmark_Groundtruth.dat")]))
     for robot in range(1, 6):
-        lines = (data / "MRCLAM_Dataset6" / f"Robot{robot}_Groundtruth.dat").read_text().splitlines()
-        rows = [line.split() for line in lines if line and not line.startswith("#")]
-        write(out / f"Robot{robot}" / "reference.csv", table("time_s,x_m,y_m,heading_rad", rows))
+        write(out / f"Robot{robot}" / "reference.csv",
+              table("time_s,x_m,y_m,heading_rad", columns(folder / f"Robot{robot}_Groundtruth.dat")))
 
 
 def lost_in_the_woods(data, out):
@@ -68,9 +92,38 @@ def lost_in_the_woods(data, out):
     write(out / "landmarks.csv", table("landmark,x_m,y_m", landmarks))
 
 
+def is_sane(fixes, i):
+    """The truck drives at most 8 m/s; a fix stands beside both its neighbours, and not behind a gap."""
+    for a, b in ((fixes[i - 1], fixes[i]), (fixes[i], fixes[i + 1])):
+        if b[0] - a[0] > 2.0 or math.dist(a[1:], b[1:]) > 1.0 + 8.0 * (b[0] - a[0]):
+            return False
+    return True
+
+
+def victoria_park(data, out):
+    wheelbase, encoder_offset = 2.83, 0.76
+    write(out / "robot.toml", VICTORIA_ROBOT)
+
+    def rows_of(name):
+        return [[float(x) for x in line.split()] for line in (data / name).read_text().splitlines() if line.strip()]
+
+    velocity = []
+    for time, speed, steering in rows_of("inputs.dat"):
+        forward = speed / (1.0 - math.tan(steering) * encoder_offset / wheelbase)
+        velocity.append([repr(time), repr(forward), repr(forward * math.tan(steering) / wheelbase)])
+    sightings = [[repr(time), "", repr(distance), repr(bearing - math.pi / 2)]
+                 for time, distance, bearing, _ in rows_of("measurements.dat")]
+    fixes = rows_of("gps.dat")
+    sane = [[repr(x) for x in fixes[i]] for i in range(1, len(fixes) - 1) if is_sane(fixes, i)]
+    write(out / "velocity.csv", table("time_s,forward_m_s,yaw_rate_rad_s", velocity))
+    write(out / "sightings.csv", table("time_s,landmark,range_m,bearing_rad", sightings))
+    write(out / "reference.csv", table("time_s,x_m,y_m", sane))
+
+
 def main():
     data, out = Path(sys.argv[1]), Path(sys.argv[2])
     mrclam(data / "mrclam", out / "mrclam")
+    victoria_park(data / "victoria_park", out / "victoria_park")
     lost_in_the_woods(data / "lost_in_the_woods", out / "lost_in_the_woods")
 
 

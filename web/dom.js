@@ -1,5 +1,7 @@
 // Elements by name. Every text goes in as a text node: nothing from the data is ever read as markup.
 
+import { on, soon } from './shared.js';
+
 // Taken from the page itself, so that no address stands in the script.
 const svgNamespace = document.querySelector('svg').namespaceURI;
 
@@ -34,7 +36,8 @@ export function responsive(draw) {
     drawn = 0;
     redraw();
   };
-  new ResizeObserver(() => requestAnimationFrame(redraw)).observe(box);
+  new ResizeObserver(() => soon(redraw)).observe(box);
+  on('fit', redraw);
   return box;
 }
 

@@ -1,56 +1,87 @@
-// Puts the page together: for each result its figures in order. A new kind of result is one more entry in `kinds`.
+// Puts the page together: for each result its figures in order. A new figure is one more entry in `figures`.
+import { controls } from './controls.js';
 import { html, nameOf, shortened } from './dom.js';
+import { accuracy } from './figures/accuracy.js';
 import { comparison } from './figures/comparison.js';
 import { correlation } from './figures/correlation.js';
 import { endpoints } from './figures/endpoints.js';
+import { errorAlong } from './figures/error_along.js';
 import { errors } from './figures/errors.js';
+import { filter } from './figures/filter.js';
+import { filters } from './figures/filters.js';
+import { firstScreen } from './figures/first_screen.js';
+import { gyro } from './figures/gyro.js';
+import { health } from './figures/health.js';
 import { headline } from './figures/headline.js';
+import { influence } from './figures/influence.js';
+import { learned } from './figures/learned.js';
+import { fromAbove } from './figures/from_above.js';
+import { nees } from './figures/nees.js';
+import { nis } from './figures/nis.js';
 import { observability } from './figures/observability.js';
 import { parameters } from './figures/parameters.js';
 import { provenance } from './figures/provenance.js';
 import { residuals } from './figures/residuals.js';
+import { slip } from './figures/slip.js';
 import { trajectories } from './figures/trajectories.js';
+import { prepared } from './result.js';
+import { forgetSections } from './section.js';
+import { onSettings } from './settings.js';
+import { fitAll, forgetListeners } from './shared.js';
+import { text } from './strings/en.js';
 
-const kinds = {
-  'trundle-calibration': {
-    title: (document) => `Calibration of ${document.robot.name || 'a robot'}`,
-    figures: [headline, parameters, endpoints, trajectories, errors, residuals, observability, correlation, provenance],
-  },
-};
+const ofCalibration = (figure) => ([{ calibration }]) => (calibration ? figure(calibration) : null);
+const figures = [health, fromAbove, accuracy, errorAlong, nees, slip, learned, gyro, filter, nis, ...[headline, parameters, influence, endpoints, trajectories, errors, residuals, observability, correlation].map(ofCalibration), provenance];
+const together = [filters, accuracy, fromAbove, errorAlong, nees];
 
-function articleOf({ label, document }, index, alone) {
-  const kind = kinds[document.format];
-  const title = kind.title(document);
-  const sections = kind.figures.map((figure) => figure(document)).filter(Boolean);
+function titleOf({ run, health: info, calibration, label }) {
+  const name = run?.recording?.name ?? info?.name;
+  if (name) return text.titles.report(name);
+  if (calibration) return text.titles.calibration(calibration.robot.name || text.titles.robot);
+  return text.titles.report(label || text.titles.robot);
+}
+
+function articleOf(result, index, alone) {
   const id = `result-${index + 1}`;
+  const title = titleOf(result);
   const heading = html(alone ? 'h1' : 'h2', { id: `${id}-title`, class: 'title' }, shortened(title, 80));
-  const subtitle = alone ? null : html('p', { class: 'from' }, nameOf(label, 80));
-  const article = html('article', { id, 'aria-labelledby': `${id}-title` }, heading, subtitle, sections);
+  const subtitle = alone ? null : html('p', { class: 'from' }, nameOf(result.label, 80));
+  const sections = figures.map((figure) => figure([result])).filter(Boolean);
+  const article = html('article', { id, 'aria-labelledby': `${id}-title` }, heading, subtitle, firstScreen(result), sections);
   return { article, sections, title };
 }
 
-function link(target, text) {
-  return html('a', { href: `#${target}` }, text);
+function link(target, words) {
+  return html('a', { href: `#${target}` }, words);
 }
 
 // Which program drew this page, and from which files.
-function madeBy(provenance) {
-  if (!provenance) return null;
-  const { program, version, inputs } = provenance;
-  const files = inputs.map(({ path, sha256 }) => html('li', {}, html('span', { class: 'path' }, shortened(path, 120)), ' ', html('code', {}, sha256)));
-  return html('footer', {}, html('p', {}, `Drawn by ${program} ${version} from`), html('ul', {}, files));
+function madeBy(made) {
+  if (!made) return null;
+  const files = made.inputs.map(({ path, sha256 }) => html('li', {}, html('span', { class: 'path' }, shortened(path, 120)), ' ', html('code', {}, sha256)));
+  return html('footer', {}, html('details', {}, html('summary', {}, text.provenance.drawnBy(made.program, made.version, files.length)), html('ul', {}, files)));
 }
 
-function show(page) {
-  const alone = page.results.length === 1;
-  const shown = page.results.map((result, index) => articleOf(result, index, alone));
-  const compared = comparison(page.results.filter((result) => result.document.format === 'trundle-calibration'));
-  const title = alone ? null : html('h1', { class: 'title' }, 'Results side by side');
-  document.title = alone ? shortened(shown[0].title, 80) : title.textContent;
-  document.getElementById('report').replaceChildren(...[title, compared, ...shown.map(({ article }) => article), madeBy(page.provenance)].filter(Boolean));
+function show(report, results) {
+  forgetListeners();
+  forgetSections();
+  const alone = results.length === 1;
+  const side = alone ? [] : [comparison(results.filter(({ calibration }) => calibration)), ...together.map((figure) => figure(results))].filter(Boolean);
+  const shown = results.map((result, index) => articleOf(result, index, alone));
+  const title = alone ? null : html('h1', { class: 'title' }, text.titles.compare);
+  document.title = alone ? shortened(shown[0].title, 80) : text.titles.compare;
+  const scrolled = scrollY;
+  document.getElementById('report').replaceChildren(...[title, ...side, ...shown.map(({ article }) => article), madeBy(report.provenance)].filter(Boolean));
   const links = alone ? shown[0].sections.filter((node) => node.inContents).map((node) => link(node.id, node.inContents))
-    : page.results.map(({ label }, index) => link(`result-${index + 1}`, shortened(label, 28)));
+    : results.map(({ label }, index) => link(`result-${index + 1}`, shortened(label, 28)));
   document.getElementById('contents').replaceChildren(...links);
+  fitAll();
+  scrollTo({ top: scrolled, behavior: 'instant' });
 }
 
-show(JSON.parse(document.getElementById('data').textContent));
+document.documentElement.lang = text.language;
+const report = JSON.parse(document.getElementById('data').textContent);
+const results = report.results.map(prepared);
+document.getElementById('controls').replaceChildren(controls());
+onSettings(() => show(report, results));
+show(report, results);

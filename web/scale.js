@@ -16,8 +16,26 @@ export function ticks(low, high, count = 5) {
   return values;
 }
 
+// Round values on a logarithmic axis: 1, 2 and 5 of each decade, or its power of ten alone, or only some of these.
+export function logTicks(low, high, most = 7) {
+  const powers = [];
+  for (let exponent = Math.floor(Math.log10(low)); exponent <= Math.log10(high); ++exponent) powers.push(exponent);
+  const inside = (values) => values.filter((value) => value >= low * 0.999 && value <= high * 1.001);
+  const every = Math.ceil(powers.length / most);
+  const rare = inside(powers.filter((exponent) => exponent % every === 0).map((exponent) => 10 ** exponent));
+  const dense = inside(powers.flatMap((exponent) => [1, 2, 5].map((digit) => digit * 10 ** exponent)));
+  return dense.length <= most ? dense : rare;
+}
+
+export function logTickText(value) {
+  const exponent = Math.log10(value);
+  const isPower = Math.abs(exponent - Math.round(exponent)) < 1e-6;
+  return isPower ? powerText(Math.round(exponent)) : String(Number(value.toPrecision(1)));
+}
+
 export function tickText(value, step) {
-  const decimals = Math.min(9, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
+  let decimals = Math.min(9, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
+  if (decimals < 9 && Math.abs(step * 10 ** decimals - Math.round(step * 10 ** decimals)) > 1e-6) decimals += 1; // 2.5
   return (Math.abs(value) < step * 1e-6 ? 0 : value).toFixed(decimals).replace('-', '−');
 }
 

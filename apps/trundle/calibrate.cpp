@@ -14,6 +14,7 @@ struct Options {
   std::string robot;
   int robot_number = 0;
   CalibrateOptions calibrate;
+  bool landmarks = false;
   CalibrationOutput output;
   Common common;
 };
@@ -25,8 +26,8 @@ void run(const Options& options) {
   const std::vector<Recording> hold_out = read_recordings(options.hold_out, how);
   if (training.empty())
     throw InputError(options.recordings.front(), "holds no recording", "recording folders");
-  finish_calibration(answer_calibration(training, hold_out, nominal, options.calibrate), options.output,
-                     options.common);
+  const auto answer = options.landmarks ? answer_landmark_calibration : answer_calibration;
+  finish_calibration(answer(training, hold_out, nominal, options.calibrate), options.output, options.common);
 }
 
 }  // namespace
@@ -45,8 +46,13 @@ void add_calibrate(CLI::App& app) {
   command->add_option("--robot", options->robot, "The nominal robot file")->required();
   command->add_option("--free", options->calibrate.free, "Also estimate this parameter, e.g. reference.x");
   command->add_option("--fix", options->calibrate.fix, "Leave this parameter at its nominal value");
-  command->add_flag("--learn-noise", options->calibrate.learn_noise,
-                    "Also learn the noise of wheels, sideways motion and gyro from what odometry misses");
+  CLI::Option* learn_noise = command->add_flag(
+      "--learn-noise", options->calibrate.learn_noise,
+      "Also learn the noise of wheels, sideways motion and gyro from what odometry misses of the reference");
+  command
+      ->add_flag("--landmarks", options->landmarks,
+                 "Learn from what the robot saw of landmarks, without any reference")
+      ->excludes(learn_noise);
   command->add_option("--robot-number", options->robot_number, "Which robot of a folder that holds several");
   add_calibration_output(*command, options->output);
   command->callback([options] { run(*options); });

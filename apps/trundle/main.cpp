@@ -1,6 +1,7 @@
 #include <fmt/core.h>
 
 #include "command.hpp"
+#include "live.hpp"
 
 namespace {
 
@@ -30,6 +31,7 @@ int main(int argc, char** argv) {
   add_localize(app);
   add_evaluate(app);
   add_simulate(app);
+  add_live(app);
   add_report(app);
   try {
     app.parse(argc, argv);
@@ -41,6 +43,8 @@ int main(int argc, char** argv) {
     return fail(kUsage, error.what());
   } catch (const trundle::InputError& error) {
     return fail(kBadInput, error.what());
+  } catch (const BadInputTold&) {
+    return kBadInput;
   } catch (const trundle::CannotAnswer& error) {
     return fail(kCannotAnswer, error.what());
   } catch (const std::exception& error) {

@@ -2,7 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "trundle/report/calibration_json.hpp"
+#include "trundle/pipeline/report_answer.hpp"
+#include "trundle/report/json_text.hpp"
 #include "trundle/report/page.hpp"
 
 #include "command.hpp"
@@ -11,33 +12,20 @@ namespace trundle::app {
 namespace {
 
 struct Options {
-  std::vector<std::string> inputs;  ///< folders of results, or their files
+  ReportQuestion question;
   std::string output = "report.html";
   Common common;
 };
 
-/// The calibration.json that is meant by a folder or by its own name.
-std::filesystem::path result_file(const std::filesystem::path& input) {
-  constexpr const char* kExpected =
-      "the folder that trundle calibrate or umbmark wrote to, or its calibration.json";
-  if (!std::filesystem::exists(input)) throw InputError(input.string(), "does not exist", kExpected);
-  if (!std::filesystem::is_directory(input)) return input;
-  if (!std::filesystem::exists(input / "calibration.json"))
-    throw InputError(input.string(), "has no calibration.json", kExpected);
-  return input / "calibration.json";
+std::string text_of(const Options& options, const nlohmann::ordered_json& report) {
+  const bool json = std::filesystem::path(options.output).extension() == ".json";
+  return json ? json_text(report) : report_page(report);
 }
 
 void run(const Options& options) {
-  Provenance provenance;
-  nlohmann::ordered_json results = nlohmann::ordered_json::array();
-  for (const std::string& input : options.inputs) {
-    const std::filesystem::path path = result_file(input);
-    const std::string text = read_file(path);
-    provenance.inputs.push_back({path.string(), sha256_of(text)});
-    results.push_back({{"label", input}, {"document", parse_calibration_json(text, path.string())}});
-  }
-  write_file(options.output, report_page(results, to_json(provenance)));
-  nlohmann::ordered_json document = to_json(provenance);
+  const ReportAnswer answer = answer_report(options.question);
+  write_file(options.output, text_of(options, answer.document));
+  nlohmann::ordered_json document = to_json(answer.provenance);
   document["outputs"] = {options.output};
   print(options.common, document, fmt::format("wrote {}\n", options.output));
 }
@@ -47,12 +35,18 @@ void run(const Options& options) {
 void add_report(CLI::App& app) {
   auto options = std::make_shared<Options>();
   CLI::App* command = add_command(app, "report", "Draw results as one page that opens from disk",
-                                  "trundle report out/calibration -o report.html", options->common);
+                                  "trundle report out/kobuki -o report.html", options->common);
   command
-      ->add_option("DIR", options->inputs,
-                   "Folders with a calibration.json, or such files; several are compared")
+      ->add_option("DIR", options->question.inputs,
+                   "Folders with any of run.json, info.json, calibration.json, trajectories, slip.json or "
+                   "slip.csv, slam/; or such files; several are compared")
       ->required();
-  command->add_option("-o,--output", options->output, "The page")->capture_default_str();
+  command->add_option("--reference", options->question.reference,
+                      "What trajectories are compared with where a folder has no reference.csv: a recording, "
+                      "or a trajectory");
+  command->add_option("--robot", options->question.robot, "Robot file: where its [reference_sensor] is");
+  command->add_option("-o,--output", options->output, "The page; .json by its name: what it draws")
+      ->capture_default_str();
   command->callback([options] { run(*options); });
 }
 

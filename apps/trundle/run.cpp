@@ -4,9 +4,9 @@
 #include <memory>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "command.hpp"
+#include "progress_bar.hpp"
 
 namespace trundle::app {
 namespace {
@@ -22,15 +22,23 @@ std::string line_of(const Stage& stage) {
   return fmt::format("{:<14} {:<8} {}\n", stage.name, name_of(stage.status), stage.message);
 }
 
+/// Names the recordings of a session before their stages.
+std::string heading_of(std::string_view recording, std::string& last) {
+  if (recording == last) return {};
+  const bool first = last.empty();
+  last = recording;
+  return first ? std::string() : fmt::format("\n{}\n", recording);
+}
+
 /// What runs now, on a terminal; each stage as it is done, on stdout.
-OnProgress progress_of(const Common& common) {
-  const bool terminal = isatty(STDERR_FILENO) == 1 && !common.quiet;
-  return [common, terminal](const RunProgress& progress) {
-    if (terminal && progress.finished == nullptr) fmt::print(stderr, "\r\x1b[K{} ...", progress.stage);
-    if (progress.finished == nullptr) return;
-    if (terminal) fmt::print(stderr, "\r\x1b[K");
+OnProgress progress_of(const Common& common, ProgressBar& bar) {
+  return [common, &bar, last = std::string()](const RunProgress& progress) mutable {
+    if (progress.of > 0) return bar.update(progress.done, progress.of);
+    if (progress.finished == nullptr)
+      return bar.begin(fmt::format("{}: {}", progress.recording, progress.stage));
+    bar.clear();
     if (common.quiet || common.json) return;
-    fmt::print("{}", line_of(*progress.finished));
+    fmt::print("{}{}", heading_of(progress.recording, last), line_of(*progress.finished));
     std::fflush(stdout);
   };
 }
@@ -39,7 +47,8 @@ void run(const Options& options) {
   RunQuestion question = options.question;
   question.output = options.output;
   question.slam.method = *slam_method_named(options.filter);
-  const RunAnswer answer = trundle::run(question, progress_of(options.common));
+  ProgressBar bar(options.common);
+  const RunAnswer answer = trundle::run(question, progress_of(options.common, bar));
   print(options.common, document_of(answer), fmt::format("written to {}\n", options.output));
 }
 
@@ -55,7 +64,11 @@ void add_run(CLI::App& app) {
   command->add_option("--robot", question.robot, "Robot file")->required();
   command->add_option("--calibrate-on", question.calibrate_on,
                       "Recordings to calibrate on, instead of RECORDING; it is held out then");
+  command->add_option("--free", question.calibrate.free, "Also calibrate this parameter, e.g. reference.x");
+  command->add_option("--fix", question.calibrate.fix, "Leave this parameter at its nominal value");
   command->add_option("--learn", question.learn, "Recordings without slip, to measure the noise on");
+  command->add_option("--map", question.map,
+                      "Known landmarks to localize on; without it RECORDING/landmarks.csv, where it is");
   command->add_option("--filter", options->filter, "Which filter maps the landmarks")
       ->check(CLI::IsMember(slam_method_names()))
       ->capture_default_str();

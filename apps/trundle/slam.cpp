@@ -5,7 +5,9 @@
 #include "trundle/pipeline/slam_answer.hpp"
 
 #include "command.hpp"
+#include "progress_bar.hpp"
 #include "shared_output.hpp"
+#include "slip_correction.hpp"
 #include "start_pose.hpp"
 
 namespace trundle::app {
@@ -16,6 +18,7 @@ struct Options {
   std::string recording;
   std::string robot;
   SlamQuestion question;
+  SlipCorrection slip;
   std::string filter = "fastslam2";
   std::string output;
 };
@@ -56,18 +59,21 @@ std::string text_of(const Options& options, const SlamAnswer& answer) {
 
 SlamQuestion question_of(const Options& options) {
   SlamQuestion question = options.question;
+  question.slip = app::question_of(options.slip, question.robot_number);
   question.method = *slam_method_named(options.filter);
   question.start = start_pose_from(question.start_text);
-  if (question.unknown_ids && question.method != SlamMethod::ekf)
-    throw CLI::ValidationError("--unknown-ids", "only --filter ekf finds out which landmark is which");
   return question;
 }
 
 void run(const Options& options) {
-  const SlamQuestion question = question_of(options);
+  SlamQuestion question = question_of(options);
   const RobotFile robot = read_robot_file(options.robot);
   const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
+  ProgressBar bar(options.common);
+  bar.begin(options.filter);
+  question.on_steps = [&](std::size_t done, std::size_t of) { bar.update(done, of); };
   const SlamAnswer answer = answer_slam(recording, robot, question);
+  bar.clear();
   write_files(files_of(answer, options.output));
   print(options.common, document_of(answer), text_of(options, answer));
 }
@@ -96,15 +102,31 @@ void add_slam(CLI::App& app) {
   command->add_flag("--smooth", options->question.smooth,
                     "Then the most probable trajectory and map given everything seen, before and after");
   command->add_flag("--unknown-ids", options->question.unknown_ids,
-                    "Forget the landmarks' names and find out which is which (--filter ekf)");
+                    "Forget the landmarks' names and find out which is which");
   command
       ->add_option(
           "--systematic-sigma", options->question.systematic_sigma,
           "Estimate the odometry's systematic errors with this prior: share of travel, share of turns, "
           "turn per metre [1, 1, rad/m]")
       ->check(CLI::NonNegativeNumber);
+  command
+      ->add_option("--threads", options->question.threads,
+                   "Threads of the particle filters; results do not depend on it")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  add_slip_correction(*command, options->slip);
   command->add_option("--robot-number", options->question.robot_number,
                       "Which robot of a UTIAS MRCLAM folder");
+  SlamCheckpoints& checkpoints = options->question.checkpoints;
+  CLI::Option* checkpoint = command->add_option("--checkpoint", checkpoints.write,
+                                                "File to store the run in, near the end of the recording");
+  command
+      ->add_option("--checkpoint-every-s", checkpoints.every_s,
+                   "Store it also whenever so much of the recording's time has passed")
+      ->needs(checkpoint)
+      ->check(CLI::PositiveNumber);
+  command->add_option("--resume", checkpoints.resume,
+                      "Go on from a checkpoint of the same recording, or of its beginning");
   command->add_option("-o,--output", options->output, "Folder for the results")->required();
   command->callback([options] { run(*options); });
 }

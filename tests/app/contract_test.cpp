@@ -11,6 +11,7 @@
 #include "trundle/chassis/robot.hpp"
 #include "trundle/io/file.hpp"
 #include "trundle/simulation/random.hpp"
+#include "trundle/slam/slam.hpp"
 
 #include "app/process.hpp"
 #include "app/sample.hpp"
@@ -46,7 +47,7 @@ const std::vector<Command> kCommands = {
     {"slam",
      {"seen", "--robot", "sighted.toml", "-o", "out/slam"},
      {"out/slam/trajectory.csv", "out/slam/path.csv", "out/slam/landmarks.csv", "out/slam/steps.csv",
-      "out/slam/innovations.csv"}},
+      "out/slam/innovations.csv", "out/slam/slam.json"}},
     {"localize",
      {"seen", "--robot", "sighted.toml", "--map", "map.csv", "-o", "out/trajectory.csv"},
      {"out/trajectory.csv"}},
@@ -105,6 +106,16 @@ class Contract : public testing::TestWithParam<Command> {
 
   Sample sample_;
 };
+
+TEST(Slam, EveryFilterDoesWithoutNames) {
+  const Sample sample;
+  for (const std::string& filter : slam_method_names()) {
+    const Outcome outcome = run_program(sample.folder(), {"slam", "unnamed", "--robot", "sighted.toml",
+                                                          "--filter", filter, "--unknown-ids", "-o", "out"});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_GT(std::ranges::count(read_file(sample.folder() / "out" / "landmarks.csv"), '\n'), 2);
+  }
+}
 
 TEST_P(Contract, HelpShowsAnExample) {
   const Outcome outcome = run({GetParam().name, "--help"});
@@ -267,10 +278,6 @@ const std::vector<Failure> kFailures = {
      {"slam", "unnamed", "--robot", "sighted.toml", "-o", "out"},
      3,
      "names no landmark"},
-    {"UnknownIdsWithParticles",
-     {"slam", "unnamed", "--robot", "sighted.toml", "--unknown-ids", "-o", "out"},
-     2,
-     "--unknown-ids"},
     {"NothingSeen", {"slam", "blind", "--robot", "sighted.toml", "-o", "out"}, 4, "no sightings"},
     {"MapThatIsNone",
      {"localize", "seen", "--robot", "sighted.toml", "--map", "sheet.csv", "-o", "out/t.csv"},
@@ -360,6 +367,57 @@ TEST(Program, WritesNoRobotFileWithoutBeingToldWhich) {
     const Outcome outcome = run_program(sample.folder(), arguments);
     EXPECT_EQ(outcome.exit_code, 2);
     EXPECT_THAT(outcome.err, IsOneLineOfError());
+  }
+}
+
+std::vector<std::string> contents_of(const std::filesystem::path& folder) {
+  std::vector<std::string> contents;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    contents.push_back(entry.path().filename().string() + "\n" + read_file(entry.path()));
+  std::ranges::sort(contents);
+  return contents;
+}
+
+Arguments slam_of(const std::string& recording, const std::string& filter, const Arguments& more) {
+  Arguments line = {"slam", recording, "--robot", "sighted.toml", "--filter", filter, "--quiet"};
+  line.insert(line.end(), more.begin(), more.end());
+  return line;
+}
+
+TEST(Program, SlamGoesOnFromACheckpointAsIfNothingHadHappened) {
+  const Sample sample;
+  for (const std::string filter : {"ekf", "fastslam1", "fastslam2", "mapso", "mapso_proposal"}) {
+    ASSERT_EQ(run_program(sample.folder(), slam_of("seen", filter, {"-o", "whole"})).exit_code, 0);
+    const Outcome begun =
+        run_program(sample.folder(),
+                    slam_of("seen_half", filter,
+                            {"--checkpoint", "slam.state", "--checkpoint-every-s", "0.3", "-o", "half"}));
+    ASSERT_EQ(begun.exit_code, 0) << begun.err;
+    const Outcome ended =
+        run_program(sample.folder(), slam_of("seen", filter, {"--resume", "slam.state", "-o", "resumed"}));
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+    EXPECT_EQ(contents_of(sample.folder() / "whole"), contents_of(sample.folder() / "resumed")) << filter;
+  }
+}
+
+TEST(Program, SlamRefusesACheckpointThatIsNotItsOwn) {
+  const Sample sample;
+  ASSERT_EQ(
+      run_program(sample.folder(), slam_of("seen", "ekf", {"--checkpoint", "slam.state", "-o", "first"}))
+          .exit_code,
+      0);
+  write_file(sample.folder() / "short.state", read_file(sample.folder() / "slam.state").substr(0, 500));
+  const std::vector<std::pair<Arguments, std::string>> wrong = {
+      {slam_of("seen", "ekf", {"--resume", "short.state", "-o", "out"}), "cut short"},
+      {slam_of("seen", "ekf", {"--resume", "sheet.csv", "-o", "out"}), "no checkpoint"},
+      {slam_of("seen", "fastslam2", {"--resume", "slam.state", "-o", "out"}), "other options"},
+      {slam_of("seen_half", "ekf", {"--resume", "slam.state", "-o", "out"}), "another recording"}};
+  for (const auto& [line, says] : wrong) {
+    const Outcome outcome = run_program(sample.folder(), line);
+    EXPECT_EQ(outcome.exit_code, 3) << says;
+    EXPECT_THAT(outcome.err, IsOneLineOfError());
+    EXPECT_THAT(outcome.err, HasSubstr(says));
+    EXPECT_FALSE(std::filesystem::exists(sample.folder() / "out"));
   }
 }
 

@@ -13,35 +13,46 @@
 namespace trundle::test {
 namespace {
 
+void read_from(const std::filesystem::path& file) {
+  dup2(open(file.c_str(), O_RDONLY), STDIN_FILENO);
+}
+
 void redirect(int stream, const std::filesystem::path& file) {
   const int opened = open(file.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600);
   dup2(opened, stream);
 }
 
-[[noreturn]] void become_program(const std::filesystem::path& folder, const Arguments& arguments) {
+[[noreturn]] void become_program(const std::filesystem::path& folder, const Arguments& arguments,
+                                 const Circumstances& circumstances) {
   std::vector<char*> argv = {const_cast<char*>("trundle")};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
+  if (!circumstances.input.empty()) read_from(folder / circumstances.input);
   redirect(STDOUT_FILENO, folder / ".stdout");
   redirect(STDERR_FILENO, folder / ".stderr");
-  if (chdir(folder.c_str()) == 0) execv(TRUNDLE_PROGRAM, argv.data());
+  if (chdir(folder.c_str()) == 0) execv(circumstances.program.c_str(), argv.data());
   _exit(127);
 }
 
 }  // namespace
 
 Outcome run_program(const std::filesystem::path& folder, const Arguments& arguments,
-                    std::optional<std::chrono::microseconds> killed_after) {
+                    const Circumstances& circumstances) {
   const pid_t child = fork();
-  if (child == 0) become_program(folder, arguments);
-  if (killed_after) {
-    std::this_thread::sleep_for(*killed_after);
-    kill(child, SIGKILL);
+  if (child == 0) become_program(folder, arguments, circumstances);
+  if (circumstances.ended_after) {
+    std::this_thread::sleep_for(*circumstances.ended_after);
+    kill(child, circumstances.signal);
   }
   int status = 0;
   waitpid(child, &status, 0);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(folder / ".stdout"),
           read_file(folder / ".stderr")};
+}
+
+Outcome run_program(const std::filesystem::path& folder, const Arguments& arguments,
+                    std::optional<std::chrono::microseconds> killed_after) {
+  return run_program(folder, arguments, Circumstances{.ended_after = killed_after});
 }
 
 }  // namespace trundle::test

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -17,7 +18,18 @@ struct Outcome {
   std::string err;     ///< all of stderr
 };
 
-/// Runs the program in a folder and waits for it; kills it where it takes longer than `killed_after`.
+/// What a run of the program meets.
+struct Circumstances {
+  std::string input = {};                                     ///< file in the folder that is its stdin
+  std::optional<std::chrono::microseconds> ended_after = {};  ///< a signal comes where it takes longer
+  int signal = SIGKILL;
+  std::string program = TRUNDLE_PROGRAM;
+};
+
+/// Runs the program in a folder and waits for it.
+Outcome run_program(const std::filesystem::path& folder, const Arguments& arguments,
+                    const Circumstances& circumstances);
+/// Kills it where it takes longer than `killed_after`.
 Outcome run_program(const std::filesystem::path& folder, const Arguments& arguments,
                     std::optional<std::chrono::microseconds> killed_after = {});
 

@@ -1,5 +1,6 @@
 // `trundle run` is the single commands in turn: the same bytes, and a word on every stage.
 #include <fstream>
+#include <map>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -41,11 +42,12 @@ class RunCommand : public testing::Test {
 };
 
 /// What the folder of a run must hold, file by file.
-constexpr std::array kFiles = {
-    "info.json",      "calibrated.toml",    "calibration.json",    "nominal.csv",
-    "nominal.json",   "odometry.csv",       "odometry.json",       "slip.csv",
-    "slip.json",      "trajectory.csv",     "slam/trajectory.csv", "slam/path.csv",
-    "slam/slam.json", "slam/landmarks.csv", "slam/steps.csv",      "slam/innovations.csv"};
+constexpr std::array kFiles = {"info.json",           "calibrated.toml",  "calibration.json",
+                               "nominal.csv",         "nominal.json",     "odometry.csv",
+                               "odometry.json",       "slip.csv",         "slip.json",
+                               "trajectory.csv",      "localization.csv", "localization.json",
+                               "slam/trajectory.csv", "slam/path.csv",    "slam/slam.json",
+                               "slam/landmarks.csv",  "slam/steps.csv",   "slam/innovations.csv"};
 
 TEST_F(RunCommand, GivesTheBytesOfTheSingleCommandsInTurn) {
   const std::string tour = (kDemo / "session_01/tour").string();
@@ -71,7 +73,11 @@ TEST_F(RunCommand, GivesTheBytesOfTheSingleCommandsInTurn) {
   printed_into("d/odometry.json", {"odometry", tour, "--robot", "d/calibrated.toml", "-o", "d/odometry.csv"});
   printed_into("d/slip.json", {"slip", tour, "--robot", "d/calibrated.toml", "--learn", clean, "-o",
                                "d/slip.csv", "--corrected", "d/trajectory.csv"});
-  printed_into("d/slam/slam.json", {"slam", tour, "--robot", "d/calibrated.toml", "-o", "d/slam"});
+  printed_into("d/localization.json",
+               {"localize", tour, "--robot", "d/calibrated.toml", "--map", tour + "/landmarks.csv",
+                "--correct-slip", "--learn", clean, "-o", "d/localization.csv"});
+  printed_into("d/slam/slam.json", {"slam", tour, "--robot", "d/calibrated.toml", "--correct-slip", "--learn",
+                                    clean, "-o", "d/slam"});
   for (const char* file : kFiles) EXPECT_EQ(read(std::string("d/") + file), in_one_go[file]) << file;
 
   for (const Json& trajectory : evaluation.at("trajectories"))
@@ -93,6 +99,26 @@ TEST_F(RunCommand, StagesThatCannotRunSayWhyAndTheRestGoesOn) {
   }
   EXPECT_EQ(read("d/trajectory.csv"), read("d/odometry.csv"));
   EXPECT_FALSE(exists("d/nominal.csv"));
+}
+
+TEST_F(RunCommand, LocalizesOnTheMapThatItIsGiven) {
+  const Outcome outcome = run({"run", "seen", "--robot", "sighted.toml", "--map", "map.csv", "-o", "d"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(stage("d", "localization").at("status"), "done");
+  const std::string in_one_go = read("d/localization.csv");
+  EXPECT_EQ(run({"localize", "seen", "--robot", "d/calibrated.toml", "--map", "map.csv", "-o",
+                 "d/localization.csv"})
+                .exit_code,
+            0);
+  EXPECT_EQ(read("d/localization.csv"), in_one_go);
+
+  ASSERT_EQ(run({"run", "seen", "--robot", "sighted.toml", "-o", "d"}).exit_code, 0);
+  EXPECT_EQ(stage("d", "localization").at("status"), "skipped");
+  EXPECT_FALSE(exists("d/localization.csv"));
+  ASSERT_EQ(run({"run", "seen", "--robot", "sighted.toml", "--map", "other_map.csv", "-o", "d"}).exit_code,
+            0);
+  EXPECT_EQ(stage("d", "localization").at("status"), "failed");
+  EXPECT_EQ(run({"run", "seen", "--robot", "sighted.toml", "--map", "nowhere.csv", "-o", "d"}).exit_code, 3);
 }
 
 TEST_F(RunCommand, OutputsThatStagesNameAreThere) {
@@ -132,6 +158,40 @@ TEST_F(RunCommand, NothingAnsweredIsExitCodeFourAndStillTold) {
   EXPECT_EQ(outcome.exit_code, 4);
   EXPECT_EQ(stage("d", "odometry").at("status"), "failed");
   EXPECT_THAT(outcome.err, HasSubstr(stage("d", "odometry").at("message").get<std::string>()));
+}
+
+/// Files below a folder, with their contents.
+std::map<std::string, std::string> files_below(const std::filesystem::path& folder) {
+  std::map<std::string, std::string> files;
+  if (!std::filesystem::exists(folder)) return files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+    if (entry.is_regular_file())
+      files[entry.path().lexically_relative(folder).generic_string()] = read_file(entry.path());
+  return files;
+}
+
+TEST_F(RunCommand, CtrlCLeavesNothingHalfWritten) {
+  const Arguments line = {"run", "seen", "--robot", "sighted.toml", "-o", "d"};
+  ASSERT_EQ(run(line).exit_code, 0);
+  const auto whole = files_below(sample_.folder() / "d");
+  int cut_short = 0;
+  for (int delay_us = 2'000; delay_us < 400'000; delay_us = delay_us * 5 / 4) {
+    std::filesystem::remove_all(sample_.folder() / "d");
+    run_program(sample_.folder(), line,
+                {.ended_after = std::chrono::microseconds(delay_us), .signal = SIGINT});
+    const auto left = files_below(sample_.folder() / "d");
+    cut_short += !left.empty() && left.size() < whole.size() ? 1 : 0;
+    for (const auto& [file, content] : left) {
+      ASSERT_TRUE(whole.contains(file)) << file << " after " << delay_us << " µs";
+      if (file == "run.json") continue;
+      EXPECT_EQ(content, whole.at(file)) << file << " after " << delay_us << " µs";
+    }
+    if (left.contains("run.json")) {
+      EXPECT_TRUE(Json::accept(left.at("run.json"))) << "after " << delay_us << " µs";
+      EXPECT_TRUE(left.contains("trajectory.csv")) << "after " << delay_us << " µs";
+    }
+  }
+  EXPECT_GT(cut_short, 0) << "no run was interrupted between its first file and its last";
 }
 
 TEST_F(RunCommand, WrongInputIsExitCodeThree) {

@@ -152,6 +152,12 @@ void write_l_run(const std::filesystem::path& folder) {
                                                     (1.0 - std::sin(0.1)) / std::cos(0.1)));
 }
 
+std::string first_lines(std::string_view text, int count) {
+  std::size_t end = 0;
+  for (int i = 0; i < count; ++i) end = text.find('\n', end) + 1;
+  return std::string(text.substr(0, end));
+}
+
 void write_run(const std::filesystem::path& folder, const Run& run) {
   write_file(folder / "wheels.csv", run.wheels);
   write_file(folder / "reference.csv", run.reference);
@@ -179,6 +185,8 @@ Sample::Sample() : folder_(fresh_folder()) {
   write_l_run(folder_ / "l_run");
   write_file(folder_ / "seen/wheels.csv", square(1.0).wheels);
   write_file(folder_ / "seen/sightings.csv", kSightings);
+  write_file(folder_ / "seen_half/wheels.csv", first_lines(square(1.0).wheels, 29));
+  write_file(folder_ / "seen_half/sightings.csv", first_lines(kSightings, 6));
   write_file(folder_ / "map.csv", "landmark,x_m,y_m\na,3,0\n\"b, left\",0.5,1\nc,2.1,-0.7\n");
   write_file(folder_ / "other_map.csv", "landmark,x_m,y_m\nd,3,0\ne,0.5,1\n");
   write_file(folder_ / "twice.csv", "landmark,x_m,y_m\na,3,0\na,0.5,1\n");

@@ -7,10 +7,10 @@ namespace trundle::test {
 /// A fresh folder with inputs for every command: nominal.toml; the runs `cw` and `ccw`, squares of 1 m of a
 /// robot that differs from nominal.toml, with wheels.csv and reference.csv; `blind`, the same wheels without
 /// a reference; `seen`, the same wheels with sightings, for the robot sighted.toml, and map.csv with the
-/// landmarks that it sees; other_map.csv and twice.csv, maps of others and of one twice; `unnamed`, with a
-/// sighting without a name; scenario.toml; slippery.toml, a scenario in which a wheel of with_gyro.toml
-/// slips; pods.toml and `l_run`, an L-shaped run of two dead wheels; later.csv, a reference of another time;
-/// the folder `empty`; sheet.csv, measured on a 2 m square. Removed at the end.
+/// landmarks that it sees; `seen_half`, its beginning; other_map.csv and twice.csv, maps of others and of one
+/// twice; `unnamed`, with a sighting without a name; scenario.toml; slippery.toml, a scenario in which a
+/// wheel of with_gyro.toml slips; pods.toml and `l_run`, an L-shaped run of two dead wheels; later.csv, a
+/// reference of another time; the folder `empty`; sheet.csv, measured on a 2 m square. Removed at the end.
 class Sample {
  public:
   Sample();

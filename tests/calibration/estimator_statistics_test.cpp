@@ -45,7 +45,7 @@ Series calibrate_often(const Robot& nominal, const Robot& truth, const std::vect
   Series series;
   for (int i = 0; i < times; ++i) {
     const std::vector<Run> runs = prepared(nominal, truth, paths, 1000 + static_cast<std::uint64_t>(i));
-    const std::vector<Parameter> parameters = default_parameters(nominal, runs);
+    const std::vector<Parameter> parameters = default_parameters(nominal, from_outside(runs));
     const auto n = static_cast<Eigen::Index>(parameters.size());
     if (series.count == 0) {
       series.covered = series.squared_error = Eigen::VectorXd::Zero(n);

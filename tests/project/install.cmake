@@ -1,5 +1,5 @@
 # What a user of the library does: install it, find_package(trundle), build against it, run.
-# cmake -DBINARY_DIR= -DCONSUMER= -DCOMPILER= -DFLAGS= -DEXPECTED= -P install.cmake
+# cmake -DBINARY_DIR= -DCONSUMER= -DEXAMPLES= -DCOMPILER= -DFLAGS= -DEXPECTED= -P install.cmake
 cmake_minimum_required(VERSION 3.25)
 set(place ${BINARY_DIR}/installed)
 file(REMOVE_RECURSE ${place}/prefix)
@@ -14,3 +14,8 @@ if(NOT output STREQUAL "${EXPECTED}\n")
   message(FATAL_ERROR "The consumer printed '${output}' and not '${EXPECTED}'")
 endif()
 execute_process(COMMAND ${place}/prefix/bin/trundle --version ${run})
+# The examples are such projects too.
+execute_process(COMMAND ${CMAKE_COMMAND} -S ${EXAMPLES} -B ${place}/examples -G Ninja --fresh
+                        -DCMAKE_PREFIX_PATH=${place}/prefix -DCMAKE_CXX_COMPILER=${COMPILER} "-DCMAKE_CXX_FLAGS=${FLAGS}"
+                ${run})
+execute_process(COMMAND ${CMAKE_COMMAND} --build ${place}/examples ${run})

@@ -49,7 +49,9 @@ TEST(Ancestry, GatheringLateIsCopyingAtOnce) {
     for (Index i = 0; i < kParticles; ++i)
       ASSERT_EQ(seen.lazy[ancestry.ancestor(seen.epoch, i)], seen.copied[i]);
     const std::vector<double> old = seen.lazy;
-    ancestry.gather(seen.epoch, old.data(), seen.lazy.data());
+    std::vector<Index> ancestors(kParticles);
+    ancestry.write_ancestors(seen.epoch, ancestors);
+    for (std::size_t i = 0; i < kParticles; ++i) seen.lazy[i] = old[ancestors[i]];
     ancestry.hold(ancestry.now());
     ancestry.release(seen.epoch);
     seen.epoch = ancestry.now();

@@ -36,7 +36,8 @@ struct CopyingFastSlam {
     if (step.observations.empty()) return;
     const Matrix3 L = pending.covariance.llt().matrixL();
     TripleColumns n(particles.size());
-    draw_normals({seed, draws++, 0}, {0, padded(particles.size())}, n);
+    draw_normals({seed, draws, 0}, {0, padded(particles.size())}, n);
+    draws += 2;  // the second is for what this filter has not
     Vector2 origin;
     for (std::size_t i = 0; i < particles.size(); ++i) {
       Particle& p = particles[i];

@@ -118,6 +118,23 @@ TEST_P(EveryProposal, SameSeedSameBytesAndACopyContinues) {
   EXPECT_EQ(first.landmark(3).position, second.landmark(3).position);
 }
 
+TEST_P(EveryProposal, AnyNumberOfThreadsGivesTheSameBytes) {
+  const test::SlamWorld world = test::slam_world({.steps = 60});
+  ParticleSlam one(world.sensor, {.proposal = GetParam(), .particles = 300});
+  ParticleSlam three(world.sensor, {.proposal = GetParam(), .particles = 300, .threads = 3});
+  for (const SlamStep& step : world.steps) {
+    one.step(step.motion, step.observations);
+    three.step(step.motion, step.observations);
+  }
+  const std::vector<Pose2> poses = one.poses();
+  const std::vector<Pose2> others = three.poses();
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    EXPECT_EQ(poses[i].x, others[i].x);
+    EXPECT_EQ(poses[i].heading, others[i].heading);
+  }
+  EXPECT_EQ(one.landmark(3).covariance, three.landmark(3).covariance);
+}
+
 TEST_P(EveryProposal, SurvivesWhateverItIsShown) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<Observation> nonsense = {

@@ -112,6 +112,28 @@ TEST(Smoother, FindsTheSameMinimumWhereItsFilterIsLost) {
   EXPECT_GT(lost, 0);
 }
 
+// Poses of a robot that never skids are bound to a narrow curved valley of the cost.
+TEST(Smoother, NeedsFewStepsWhereTheRobotDoesNotSkid) {
+  const test::SlamWorld world = test::slam_world({.steps = 600,
+                                                  .landmarks = 60,
+                                                  .radius_m = 60.0,
+                                                  .step_m = 1.0,
+                                                  .sigma_along_m = 0.05,
+                                                  .sigma_across_m = 1e-6,
+                                                  .sigma_turn_rad = 0.01,
+                                                  .seed = 8});
+  const SlamInput input = input_of(world);
+  SlamResult blind = slam(input, world.sensor, {.method = SlamMethod::ekf});
+  Pose2 pose;
+  for (std::size_t k = 0; k < input.steps.size(); ++k)
+    blind.online.poses[k].pose = pose = pose * input.steps[k].motion.mean;
+  const SmoothedSlam smoothed = smooth(input, world.sensor, blind, {.prior = {}});
+  EXPECT_TRUE(smoothed.counts.converged);
+  EXPECT_LT(smoothed.counts.iterations, 30);
+  for (std::size_t k = 0; k < world.truth.size(); ++k) blind.online.poses[k].pose = world.truth[k];
+  EXPECT_LE(smoothed.counts.cost, 1.001 * smooth(input, world.sensor, blind, {.prior = {}}).counts.cost);
+}
+
 TEST(Smoother, IsNotPulledByOutliers) {
   test::SlamWorld world = test::slam_world({.steps = 300, .seed = 4});
   const SlamInput clean = input_of(world);

@@ -1,5 +1,7 @@
 #include "trundle/slam/steps.hpp"
 
+#include <set>
+
 #include <gtest/gtest.h>
 
 #include "trundle/io/error.hpp"
@@ -114,6 +116,36 @@ TEST(Steps, SightingsOutsideAreReported) {
   EXPECT_EQ(input.observations(), inside);
   ASSERT_EQ(input.problems.size(), 1U);
   EXPECT_EQ(input.problems[0].count, 2U);
+}
+
+using Reading = std::tuple<LandmarkId, double, double>;
+std::multiset<Reading> readings_of(const SlamStep& step) {
+  std::multiset<Reading> readings;
+  for (const Observation& o : step.observations) readings.insert({o.landmark, o.range_m, o.bearing_rad});
+  return readings;
+}
+
+TEST(Steps, SightingsMayBeInAnyOrderAndToldTwice) {
+  const Robot robot = robot_with_sensor();
+  const Recording recording = drive(robot);
+  const SlamInput input = slam_input(recording, robot);
+  Recording shuffled = recording;
+  const std::vector<Sighting>& in_order = recording.sightings;
+  shuffled.sightings.insert(shuffled.sightings.end(), in_order.begin(), in_order.end());
+  std::ranges::rotate(shuffled.sightings, shuffled.sightings.begin() + 7);
+  std::ranges::stable_sort(shuffled.sightings, std::greater{}, [](const Sighting& s) {
+    return std::llround(s.time_s * 1e3) % 17;  // stamps in disorder, rows of one stamp as they were
+  });
+  const SlamInput again = slam_input(shuffled, robot, {.names = input.landmarks});
+  EXPECT_EQ(again.observations(), input.observations());
+  ASSERT_EQ(again.steps.size(), input.steps.size());
+  for (std::size_t k = 0; k < input.steps.size(); ++k) {
+    EXPECT_EQ(again.steps[k].time_s, input.steps[k].time_s);
+    EXPECT_EQ(readings_of(again.steps[k]), readings_of(input.steps[k]));
+  }
+  ASSERT_EQ(again.problems.size(), 1U);
+  EXPECT_EQ(again.problems[0].kind, "repeated sighting");
+  EXPECT_EQ(again.problems[0].count, in_order.size());
 }
 
 TEST(Steps, WhatIsMissingIsNamed) {

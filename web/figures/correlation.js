@@ -1,7 +1,8 @@
 // Correlation matrix: teal for together, brown for against; the number in every cell.
 import { responsive, shortened, svg } from '../dom.js';
-import { isNumber } from '../format.js';
-import { section } from '../section.js';
+import { isNumber, unknown } from '../format.js';
+import { section, tooledSvg } from '../section.js';
+import { text } from '../strings/en.js';
 
 function twoDecimals(value) {
   return value.toFixed(2).replace('-', '−');
@@ -23,12 +24,12 @@ function draw(names, matrix, width) {
   const top = Math.min(120, longest * 4.6 + 16);
   const size = Math.min(64, (width - left - 8) / names.length);
   const height = top + size * names.length + 6;
-  const root = svg('svg', { class: 'plot', width, height, viewBox: `0 0 ${width} ${height}`, role: 'img', 'aria-label': `Correlation matrix of ${short.join(', ')}` });
+  const root = svg('svg', { class: 'plot', width, height, viewBox: `0 0 ${width} ${height}`, role: 'img', 'aria-label': text.correlation.label(short.join(', ')) });
   names.forEach((name, i) => {
     const middle = size * (i + 0.5);
     root.append(svg('text', { class: 'label', x: left - 8, y: top + middle + 3, 'text-anchor': 'end' }, short[i]),
       svg('text', { class: 'label', x: left + middle, y: top - 8, transform: `rotate(-40 ${left + middle} ${top - 8})` }, short[i]));
-    matrix[i].forEach((value, j) => root.append(cell(value, left + size * j, top + size * i, size, `${short[i]} with ${short[j]}: ${isNumber(value) ? twoDecimals(value) : 'unknown'}`)));
+    matrix[i].forEach((value, j) => root.append(cell(value, left + size * j, top + size * i, size, text.correlation.cell(short[i], short[j], isNumber(value) ? twoDecimals(value) : unknown))));
   });
   return root;
 }
@@ -38,7 +39,5 @@ export function correlation(calibration) {
   const betweenKnown = calibration.parameters.some((parameter) => parameter.sigma_between !== null) && total.length > 0;
   const matrix = betweenKnown ? total : within;
   if (names.length < 2 || matrix.length === 0) return null;
-  return section('Correlation of the estimates', 'Correlation',
-    `Near 0 two parameters were estimated independently; near +1 (teal) or −1 (brown) the runs tell only their difference or their sum well. ${betweenKnown ? 'The spread between sessions is included.' : 'From the noise of these runs alone.'}`,
-    responsive((width) => draw(names, matrix, width)));
+  return section({ ...text.correlation, how: text.correlation.how(betweenKnown) }, tooledSvg(responsive((width) => draw(names, matrix, width)), text.correlation.title));
 }

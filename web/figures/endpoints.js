@@ -2,9 +2,8 @@
 import { fullName, html, responsive, shortened, svg } from '../dom.js';
 import { isNumber, length } from '../format.js';
 import { boundsOf, plane, squareAround } from '../plane.js';
-import { legend, section } from '../section.js';
-
-const turnNames = { cw: 'clockwise', ccw: 'counter-clockwise' };
+import { legend, section, tooledSvg } from '../section.js';
+import { text } from '../strings/en.js';
 
 function pointsOf(scatter) {
   return scatter.x_m.map((x, i) => ({ x, y: scatter.y_m[i], run: scatter.run[i] })).filter(({ x, y }) => isNumber(x) && isNumber(y));
@@ -40,14 +39,14 @@ function drawScatter(frame, group, kind, runs) {
   if (several) frame.marks.append(svg('path', { class: `spoke ${kind}`, d: `M${frame.x(0)} ${frame.y(0)}L${x} ${y}` }));
   for (const point of pointsOf(scatter)) {
     frame.marks.append(marker(group.turn, frame.x(point.x), frame.y(point.y), `${kind} ${held}`,
-      `${runs[point.run] ? shortened(fullName(runs[point.run])) : ''}, ${turnNames[group.turn] ?? ''}, ${kind}`));
+      `${runs[point.run] ? shortened(fullName(runs[point.run])) : ''}, ${text.endpoints.turns[group.turn] ?? ''}, ${text.endpoints[kind]}`));
   }
   if (several) frame.marks.append(svg('path', { class: `centroid ${kind}`, d: `M${x - 7} ${y}h14M${x} ${y - 7}v14` }));
 }
 
 function panel(width, { groups, runs }, kinds, bounds, label, zoomed) {
   const height = Math.min(width * 0.95, 460);
-  const frame = plane({ width, height, bounds, label, names: { x: 'ahead', y: 'to the left' } });
+  const frame = plane({ width, height, bounds, label, names: { x: text.endpoints.ahead, y: text.endpoints.left } });
   const { left, right, top, bottom } = frame.inner;
   frame.marks.append(svg('path', { class: 'origin', d: `M${left} ${frame.y(0)}H${right}M${frame.x(0)} ${top}V${bottom}` }));
   if (zoomed) {
@@ -63,12 +62,12 @@ function panel(width, { groups, runs }, kinds, bounds, label, zoomed) {
 }
 
 function labelOf(groups) {
-  const part = (group, kind) => group[kind] && `${kind} ${length(group[kind].centroid_distance_m)}`;
-  return groups.map((group) => `${turnNames[group.turn] ?? group.turn}${group.hold_out ? ', held out' : ''}: ${group.before.run.length} runs, centroid from the origin ${[part(group, 'before'), part(group, 'after')].filter(Boolean).join(', ')}`).join('; ');
+  const part = (group, kind) => group[kind] && `${text.endpoints[kind]} ${length(group[kind].centroid_distance_m)}`;
+  return groups.map((group) => text.endpoints.group(text.endpoints.turns[group.turn] ?? group.turn, group.hold_out, group.before.run.length, [part(group, 'before'), part(group, 'after')].filter(Boolean).join(', '))).join('; ');
 }
 
 function titled(title, drawing) {
-  return html('div', { class: 'panel' }, html('h4', {}, title), drawing);
+  return html('div', { class: 'panel' }, html('h4', {}, title), tooledSvg(drawing, `${text.endpoints.title}, ${title}`));
 }
 
 export function endpoints(calibration) {
@@ -79,12 +78,11 @@ export function endpoints(calibration) {
   const anyAfter = all('after').length > 0;
   const near = squareAround(boundsOf([origin, ...all('after')], 2e-3));
   const far = squareAround(boundsOf([origin, ...all('before'), ...all('after')], 2e-3));
-  const label = `End points. ${labelOf(groups)}.`;
+  const label = `${text.endpoints.title}. ${labelOf(groups)}.`;
   const shown = { groups, runs: calibration.runs };
   const before = responsive((width) => panel(width, shown, ['before', 'after'], far, label, anyAfter ? near : null));
-  const after = anyAfter ? responsive((width) => panel(width, shown, ['after'], near, `${label} Enlarged.`)) : null;
-  return section('End points of the closed runs', 'End points',
-    'Each mark is one run: where it really ended, seen from where its odometry says. Systematic error moves the crosses away from the origin, noise widens the ellipses; 95 % of further runs are expected inside them.',
-    html('div', { class: 'panels' }, titled(anyAfter ? 'Before and after, same scale' : 'Before', before), after ? titled('After, enlarged (the dashed square)', after) : null),
-    legend(['dot before', 'before'], ['dot after', 'after'], ['dot soft', 'clockwise'], ['triangle', 'counter-clockwise'], ['cross', 'centroid'], ...(groups.some((group) => group.hold_out) ? [['circle', 'hollow: held out']] : [])));
+  const after = anyAfter ? responsive((width) => panel(width, shown, ['after'], near, `${label} ${text.endpoints.enlarged}`)) : null;
+  return section(text.endpoints,
+    html('div', { class: 'panels' }, titled(anyAfter ? text.endpoints.both : text.endpoints.onlyBefore, before), after ? titled(text.endpoints.onlyAfter, after) : null),
+    legend(['dot before', text.endpoints.before], ['dot after', text.endpoints.after], ['dot soft', text.endpoints.turns.cw], ['triangle', text.endpoints.turns.ccw], ['cross', text.endpoints.centroid], ...(groups.some((group) => group.hold_out) ? [['circle', text.endpoints.heldOut]] : [])));
 }

@@ -1,24 +1,17 @@
-// What came out, what to beware of, what these runs cannot tell: in words, before any picture.
+// What the calibration came to, in words and in a few numbers.
 import { html } from '../dom.js';
-import { isNumber, length, plural, ratioInWords } from '../format.js';
+import { isNumber, length, ratioInWords } from '../format.js';
+import { section } from '../section.js';
+import { text } from '../strings/en.js';
 
-const statuses = {
-  all_estimated: ['good', '●', 'All parameters estimated'],
-  some_held: ['part', '◐', 'Some parameters held at nominal'],
-  nothing_estimated: ['none', '○', 'Nothing estimated'],
-};
-
-const methods = {
-  ml: 'maximum likelihood over all runs',
-  classic: 'square runs, positions (Borenstein & Feng)',
-  orientation: 'square runs, orientation errors',
-};
+const signs = { all_estimated: ['good', '●'], some_held: ['part', '◐'], nothing_estimated: ['none', '○'] };
 
 function statusLine(calibration) {
-  const [kind, sign, words] = statuses[calibration.status] ?? ['none', '○', calibration.status];
+  const [kind, sign] = signs[calibration.status] ?? ['none', '○'];
+  const words = text.headline.statuses[calibration.status] ?? calibration.status;
   return html('p', { class: 'status' },
     html('span', { class: `chip ${kind}` }, html('span', { 'aria-hidden': 'true' }, sign), ' ', words),
-    html('span', { class: 'method' }, methods[calibration.method] ?? calibration.method));
+    html('span', { class: 'method' }, text.headline.methods[calibration.method] ?? calibration.method));
 }
 
 function tile(title, before, after, note) {
@@ -31,19 +24,19 @@ function tile(title, before, after, note) {
 }
 
 function errorTile(title, group) {
-  return group && tile(title, group.before.position_rms_m, group.after?.position_rms_m, plural(group.runs, 'run'));
+  return group && tile(title, group.before.position_rms_m, group.after?.position_rms_m, text.headline.runs(group.runs));
 }
 
 function tiles(calibration) {
   const { errors, e_max: eMax, runs, sessions } = calibration;
   const heldOut = runs.filter((run) => run.hold_out).length;
   const shown = [
-    errorTile('Position error, held-out runs, rms', errors.hold_out),
-    errorTile('Position error, training runs, rms', errors.training),
-    eMax && tile(['Square closing error, E', html('sub', {}, 'max,syst')], eMax.before_m, eMax.after_m, eMax.after_meaning),
-    html('div', { class: 'tile' }, html('h4', {}, 'Runs'),
+    errorTile(text.headline.heldOutError, errors.hold_out),
+    errorTile(text.headline.trainingError, errors.training),
+    eMax && tile([text.headline.square, html('sub', {}, 'max,syst')], eMax.before_m, eMax.after_m, eMax.after_meaning),
+    html('div', { class: 'tile' }, html('h4', {}, text.headline.runsTitle),
       html('p', { class: 'change' }, String(runs.length)),
-      html('p', { class: 'note' }, [plural(sessions, 'session'), heldOut > 0 ? `${heldOut} held out` : 'none held out'].join(' · '))),
+      html('p', { class: 'note' }, [text.headline.sessions(sessions), text.headline.heldOut(heldOut)].join(' · '))),
   ];
   return html('div', { class: 'tiles' }, shown);
 }
@@ -54,11 +47,7 @@ function note(kind, title, sentences) {
 }
 
 export function headline(calibration) {
-  return html('div', { class: 'headline' },
+  return section(text.headline,
     calibration.summary ? html('p', { class: 'summary' }, calibration.summary) : null,
-    statusLine(calibration),
-    note('cannot', 'What these runs cannot tell', calibration.cannot_tell),
-    note('warning', 'Warnings', calibration.warnings),
-    note('plain', 'Notes', calibration.notes),
-    tiles(calibration));
+    statusLine(calibration), tiles(calibration), note('plain', text.headline.notes, calibration.notes));
 }

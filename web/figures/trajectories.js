@@ -3,7 +3,8 @@ import { fullName, html, responsive, shortened, svg } from '../dom.js';
 import { isNumber, lengthUnit } from '../format.js';
 import { boundsOf, lineThrough, plane } from '../plane.js';
 import { linear, ticks, tickText } from '../scale.js';
-import { legend, section } from '../section.js';
+import { legend, section, tooledSvg } from '../section.js';
+import { text } from '../strings/en.js';
 
 const kinds = ['reference', 'nominal', 'calibrated'];
 
@@ -16,7 +17,7 @@ function fromAbove(run, width) {
   const bounds = boundsOf(points, 0.05);
   const ratio = (bounds.y[1] - bounds.y[0]) / (bounds.x[1] - bounds.x[0]);
   const height = Math.round(Math.min(Math.max(width * ratio, width * 0.45), 560, width * 1.1)) + 50;
-  const frame = plane({ width, height, bounds, label: `Run ${shortened(fullName(run))} from above: nominal odometry, calibrated odometry and reference` });
+  const frame = plane({ width, height, bounds, label: text.trajectories.label(shortened(fullName(run))) });
   for (const kind of kinds) {
     const trajectory = run.trajectories[kind];
     frame.marks.append(svg('path', { class: `track ${kind}`, d: lineThrough(trajectory, frame.x, frame.y) }));
@@ -26,7 +27,7 @@ function fromAbove(run, width) {
     if (last) frame.marks.append(svg('circle', { class: `finish ${kind}`, cx: frame.x(last.x), cy: frame.y(last.y), r: 4.5 }));
   }
   const first = points[0];
-  if (first) frame.marks.append(svg('path', { class: 'start', d: `M${frame.x(first.x) - 5} ${frame.y(first.y) - 5}h10v10h-10z` }, svg('title', {}, 'start')));
+  if (first) frame.marks.append(svg('path', { class: 'start', d: `M${frame.x(first.x) - 5} ${frame.y(first.y) - 5}h10v10h-10z` }, svg('title', {}, text.trajectories.start)));
   return frame.root;
 }
 
@@ -34,17 +35,17 @@ function range(values) {
   return values.reduce(([low, high], value) => (isNumber(value) ? [Math.min(low, value), Math.max(high, value)] : [low, high]), [Infinity, -Infinity]);
 }
 
-function deviationAxes(frame, unit) {
+function deviationAxes(frame, unit, way) {
   const { left, right, top, bottom } = frame.inner;
   const rows = ticks(0, frame.highest * unit.factor, 4);
-  const columns = ticks(...frame.span, (right - left) / 80);
+  const columns = ticks(...frame.span.map((metres) => metres * way.factor), (right - left) / 80);
   const step = (values) => (values.length > 1 ? values[1] - values[0] : 1);
   return [
     rows.map((value) => [svg('path', { class: 'grid', d: `M${left} ${frame.y(value / unit.factor)}H${right}` }),
       svg('text', { class: 'tick', x: left - 6, y: frame.y(value / unit.factor) + 4, 'text-anchor': 'end' }, tickText(value, step(rows)))]),
-    columns.map((value) => svg('text', { class: 'tick', x: frame.x(value), y: bottom + 16, 'text-anchor': 'middle' }, tickText(value, step(columns)))),
-    svg('text', { class: 'axis', x: (left + right) / 2, y: bottom + 32, 'text-anchor': 'middle' }, 'metres driven'),
-    svg('text', { class: 'axis', x: left, y: top - 8 }, `distance from the reference [${unit.unit}]`),
+    columns.map((value) => svg('text', { class: 'tick', x: frame.x(value / way.factor), y: bottom + 16, 'text-anchor': 'middle' }, tickText(value, step(columns)))),
+    svg('text', { class: 'axis', x: (left + right) / 2, y: bottom + 32, 'text-anchor': 'middle' }, text.plot.way(way.unit)),
+    svg('text', { class: 'axis', x: left, y: top - 8 }, text.trajectories.distance(unit.unit)),
   ].flat(2);
 }
 
@@ -56,8 +57,8 @@ function deviation(run, width) {
   const span = range(path);
   const frame = { inner, highest, span, x: linear(span, [inner.left, inner.right]), y: linear([0, highest], [inner.bottom, inner.top]) };
   const curve = (kind, values) => svg('path', { class: `track ${kind}`, d: lineThrough({ x_m: path, y_m: values }, frame.x, frame.y) });
-  return svg('svg', { class: 'plot', width, height, viewBox: `0 0 ${width} ${height}`, role: 'img', 'aria-label': `Distance from the reference along run ${shortened(fullName(run))}, nominal and calibrated` },
-    deviationAxes(frame, lengthUnit([highest])), curve('nominal', nominal), curve('calibrated', calibrated));
+  return svg('svg', { class: 'plot', width, height, viewBox: `0 0 ${width} ${height}`, role: 'img', 'aria-label': text.trajectories.alongLabel(shortened(fullName(run))) },
+    deviationAxes(frame, lengthUnit([highest]), lengthUnit([10])), curve('nominal', nominal), curve('calibrated', calibrated));
 }
 
 function drawable(run) {
@@ -65,7 +66,7 @@ function drawable(run) {
 }
 
 function chooser(runs, choose) {
-  const option = (run, i) => html('option', { value: i }, `${shortened(fullName(run), 60)}${run.hold_out ? ' (held out)' : ''}`);
+  const option = (run, i) => html('option', { value: i }, `${shortened(fullName(run), 60)}${run.hold_out ? text.trajectories.heldOut : ''}`);
   const select = html('select', {}, runs.map(option));
   const step = (by) => {
     select.selectedIndex = (select.selectedIndex + by + runs.length) % runs.length;
@@ -77,7 +78,7 @@ function chooser(runs, choose) {
     return node;
   };
   select.addEventListener('change', () => step(0));
-  return html('p', { class: 'chooser' }, html('label', {}, 'Run ', select), runs.length > 1 ? [button('‹', 'previous run', -1), button('›', 'next run', 1)] : null);
+  return html('p', { class: 'chooser' }, html('label', {}, html('span', {}, text.trajectories.run), select), runs.length > 1 ? [button('‹', text.trajectories.previous, -1), button('›', text.trajectories.next, 1)] : null);
 }
 
 // A held-out run first: it shows what calibration is worth.
@@ -96,8 +97,6 @@ export function trajectories(calibration) {
     above.redraw();
     along.redraw();
   };
-  return section('Trajectories', 'Trajectories',
-    'The same counts integrated with the nominal and with the calibrated robot, over what was measured from outside; the square is the start, the dots are the ends.',
-    chooser(runs, choose), above, along,
-    legend(['stroke nominal', 'nominal'], ['stroke calibrated', 'calibrated'], ['stroke reference', 'reference']));
+  return section(text.trajectories, chooser(runs, choose), tooledSvg(above, text.trajectories.title), tooledSvg(along, text.trajectories.alongTitle),
+    legend(['stroke nominal', text.trajectories.nominal], ['stroke calibrated', text.trajectories.calibrated], ['stroke reference', text.trajectories.reference]));
 }

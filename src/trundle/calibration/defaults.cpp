@@ -14,20 +14,21 @@ bool stands_alone(const Wheel& wheel) {
   return wheel.kind == WheelKind::omni || wheel.kind == WheelKind::mecanum;
 }
 
-bool is_default(const Parameter& parameter, const Robot& robot, bool length, bool anything) {
+bool is_default(const Parameter& parameter, const Robot& robot, const FromOutside& measured) {
   const auto alone = [&] {
     return stands_alone(robot.chassis.wheels()[static_cast<std::size_t>(parameter.wheel)]);
   };
   switch (parameter.kind) {
     case ParameterKind::diameter:
-      return length;
+      return measured.length;
     case ParameterKind::direction:
     case ParameterKind::lever:
-      return anything && alone();
+      return measured.anything && alone();
     case ParameterKind::track:
-      return !stands_alone(robot.chassis.wheels().front()) && (anything || robot.chassis.gyro.has_value());
+      return !stands_alone(robot.chassis.wheels().front()) &&
+             (measured.anything || robot.chassis.gyro.has_value());
     case ParameterKind::gyro_scale:
-      return anything;
+      return measured.anything;
     case ParameterKind::gyro_bias:
       return true;
     default:
@@ -47,19 +48,22 @@ Parameter named(const std::string& name, const char* option, const Robot& robot)
 
 }  // namespace
 
-std::vector<Parameter> default_parameters(const Robot& robot, std::span<const Run> runs) {
-  const bool length = std::ranges::any_of(runs, &Run::measures_length);
-  const bool anything = std::ranges::any_of(runs, &Run::measures_anything);
+FromOutside from_outside(std::span<const Run> runs) {
+  return {.length = std::ranges::any_of(runs, &Run::measures_length),
+          .anything = std::ranges::any_of(runs, &Run::measures_anything)};
+}
+
+std::vector<Parameter> default_parameters(const Robot& robot, const FromOutside& measured) {
   std::vector<Parameter> parameters;
   for (const Parameter& parameter : parameters_of(robot))
-    if (is_default(parameter, robot, length, anything)) parameters.push_back(parameter);
+    if (is_default(parameter, robot, measured)) parameters.push_back(parameter);
   return parameters;
 }
 
-std::vector<Parameter> choose_parameters(const Robot& robot, std::span<const Run> runs,
+std::vector<Parameter> choose_parameters(const Robot& robot, const FromOutside& measured,
                                          const std::vector<std::string>& free,
                                          const std::vector<std::string>& fix) {
-  std::vector<Parameter> parameters = default_parameters(robot, runs);
+  std::vector<Parameter> parameters = default_parameters(robot, measured);
   for (const std::string& name : free) {
     const Parameter parameter = named(name, "--free", robot);
     if (std::ranges::find(parameters, parameter) == parameters.end()) parameters.push_back(parameter);

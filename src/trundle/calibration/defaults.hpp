@@ -9,13 +9,20 @@
 
 namespace trundle {
 
-/// What is estimated unless told otherwise: of what the runs measured at all, the diameters, the track,
-/// directions and levers of omni and mecanum wheels, scale and bias of the gyro.
-std::vector<Parameter> default_parameters(const Robot& robot, std::span<const Run> runs);
+/// What was measured from outside the robot.
+struct FromOutside {
+  bool length = false;  ///< in metres
+  bool anything = false;
+};
+FromOutside from_outside(std::span<const Run> runs);
+
+/// What is estimated unless told otherwise: of what was measured at all, the diameters, the track, directions
+/// and levers of omni and mecanum wheels, scale and bias of the gyro.
+std::vector<Parameter> default_parameters(const Robot& robot, const FromOutside& measured);
 
 /// The default with names added (`free`) and taken away (`fix`). Throws InputError for a name this robot has
 /// not.
-std::vector<Parameter> choose_parameters(const Robot& robot, std::span<const Run> runs,
+std::vector<Parameter> choose_parameters(const Robot& robot, const FromOutside& measured,
                                          const std::vector<std::string>& free,
                                          const std::vector<std::string>& fix);
 

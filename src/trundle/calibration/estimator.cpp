@@ -233,8 +233,10 @@ void measure_dispersion(const Robot& robot, const Fit& fit, Estimate& estimate) 
     Information total = Information::zero(fit.size());
     for (const Information& piece : information.pieces) total.add(piece);
     const Pull run_pull = pull_of(total, whitening);
-    estimate.runs.push_back(
-        {fit.weight[i], run_pull.rank == 0 ? 0.0 : run_pull.chi2 / run_pull.rank, information.outliers});
+    Information weighted = Information::zero(fit.size());
+    weighted.add(total, fit.weight[i]);
+    estimate.runs.push_back({fit.weight[i], run_pull.rank == 0 ? 0.0 : run_pull.chi2 / run_pull.rank,
+                             information.outliers, std::move(weighted)});
     for (const Information& cluster :
          fit.runs.size() >= kRunsForWeights ? std::vector{total} : information.pieces) {
       const Pull pull = pull_of(cluster, whitening);

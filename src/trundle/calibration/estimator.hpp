@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "trundle/calibration/information.hpp"
 #include "trundle/calibration/noise.hpp"
 #include "trundle/calibration/subspace.hpp"
 
@@ -13,6 +14,7 @@ struct RunEvidence {
   double weight = 1.0;        ///< below 1: down-weighted, it pulls the parameters away from all others
   double chi2_per_dof = 0.0;  ///< of its pull on the parameters; 1 is expected
   std::vector<OutlyingKnot> outliers;
+  Information information;  ///< about the parameters, at the estimate; times the weight
 };
 
 /// Maximum-likelihood parameters of a robot from runs, with the evidence.

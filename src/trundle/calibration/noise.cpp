@@ -49,6 +49,7 @@ struct Drift {
 using Drifts = std::array<Drift, 3>;
 
 double mean_travel(const Robot& robot, const Increment& increment) {
+  if (robot.chassis.wheel_count == 0) return std::abs(increment.turned[0]);
   double sum = 0.0;
   for (std::size_t w = 0; w < robot.chassis.wheels().size(); ++w)
     sum += std::abs(kPi * robot.chassis.wheels()[w].diameter_m * increment.turned[w]) /
@@ -95,6 +96,7 @@ std::vector<LagVariance> variogram(std::span<const Drift> drifts) {
   for (const Drift& e : drifts)
     if (!e.path_m.empty()) longest = std::max(longest, e.path_m.back() - e.path_m.front());
   std::vector<LagVariance> points;
+  if (longest <= 0.0) return points;  // it stood
   // Longer lags are no use: the fitted parameters have already bent the odometry to the reference over them.
   for (const double share : {1.0 / 64, 1.0 / 32, 1.0 / 16, 3.0 / 32, 1.0 / 8, 3.0 / 16}) {
     const double lag = share * longest;

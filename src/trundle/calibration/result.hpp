@@ -80,6 +80,11 @@ struct CalibrationResult {
   std::vector<std::string> notes;  ///< good to know, nothing to act on
   int sessions = 0;
   std::vector<RunResult> runs;
+  /// What the estimate would be with other runs, an entry for each training run: values of `parameters`.
+  /// Empty where the method has no such answer.
+  std::vector<Eigen::VectorXd> without_run;      ///< without that run
+  std::vector<Eigen::VectorXd> after_run;        ///< with that run and those before it alone
+  std::vector<Eigen::VectorXd> sigma_after_run;  ///< of the latter
   /// E_max,syst [m] before and after, and what 'after' means: "predicted" or "reprocessed".
   std::optional<double> e_max_before_m;
   std::optional<double> e_max_after_m;

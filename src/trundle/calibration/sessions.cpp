@@ -73,14 +73,20 @@ void predict_each_from_the_others(const std::vector<SessionEstimate>& estimates,
 SessionSpread session_spread(std::span<const Run> runs, const Robot& nominal,
                              std::span<const Parameter> parameters, const EstimableSpace& space) {
   const auto sessions = by_session(runs);
+  std::vector<Estimate> estimates;
+  if (sessions.size() > 1)
+    for (const auto& [name, own_runs] : sessions)
+      estimates.push_back(estimate_parameters(own_runs, nominal, parameters));
+  return spread_of(estimates, parameters, space);
+}
+
+SessionSpread spread_of(std::span<const Estimate> sessions, std::span<const Parameter> parameters,
+                        const EstimableSpace& space) {
   SessionSpread spread;
-  spread.sessions = static_cast<int>(sessions.size());
-  if (sessions.size() < 2) return spread;
+  spread.sessions = std::max(1, static_cast<int>(sessions.size()));
   std::vector<SessionEstimate> estimates;
-  for (const auto& [name, own_runs] : sessions) {
-    const Estimate estimate = estimate_parameters(own_runs, nominal, parameters);
+  for (const Estimate& estimate : sessions)
     if (tells_as_much(estimate.space, space)) estimates.push_back(estimate_of(estimate, parameters));
-  }
   spread.calibrated = static_cast<int>(estimates.size());
   if (estimates.size() < 2) return spread;
   spread.covariance = scatter_of(estimates).covariance;

@@ -32,6 +32,11 @@ Pose2 align_start(const std::vector<PosePair>& pairs) {
   return first.reference * first.estimate.inverse();
 }
 
+std::string extent_of(const Trajectory& trajectory) {
+  if (trajectory.poses.empty()) return "nothing";
+  return fmt::format("{:.3f} to {:.3f} s", trajectory.poses.front().time_s, trajectory.poses.back().time_s);
+}
+
 }  // namespace
 
 std::string_view name_of(Alignment alignment) {
@@ -56,6 +61,16 @@ std::vector<PosePair> common_poses(const Trajectory& estimate, const Trajectory&
     if (estimate.has_covariance()) pairs.back().covariance = covariance_at(estimate, truth.time_s);
   }
   return pairs;
+}
+
+void demand_overlap(const std::vector<PosePair>& pairs, const Trajectory& estimate,
+                    const Trajectory& reference, double longest_gap_s) {
+  if (pairs.size() >= 2) return;
+  throw CannotAnswer(
+      fmt::format("the estimate (stamps {}) covers {} stamps of the reference (stamps {}) without a gap over "
+                  "{} s; at least 2 "
+                  "are needed: are both on the same clock?",
+                  extent_of(estimate), pairs.size(), extent_of(reference), longest_gap_s));
 }
 
 Pose2 align_se2(const std::vector<PosePair>& pairs) {

@@ -4,6 +4,10 @@
 
 namespace trundle {
 
+/// Throws CannotAnswer, in words, where fewer than two stamps are covered.
+void demand_overlap(const std::vector<PosePair>& pairs, const Trajectory& estimate,
+                    const Trajectory& reference, double longest_gap_s);
+
 /// The motion that `alignment` applies to the estimates. Throws as evaluate().
 Pose2 alignment_of(const std::vector<PosePair>& pairs, Alignment alignment);
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
 #include "trundle/evaluation/align.hpp"
+#include "trundle/evaluation/pair_errors.hpp"
 #include "trundle/io/error.hpp"
 
 namespace trundle {
@@ -18,18 +18,6 @@ constexpr double kChi2Of3 = 7.814727903251178;
 
 double squared(double x) {
   return x * x;
-}
-
-bool has_heading(const PosePair& pair) {
-  return !std::isnan(pair.reference.heading);
-}
-
-double position_error(const PosePair& pair) {
-  return (pair.estimate.translation() - pair.reference.translation()).norm();
-}
-
-double heading_error(const PosePair& pair) {
-  return wrap_angle(pair.estimate.heading - pair.reference.heading);
 }
 
 double median_of(std::vector<double> values) {
@@ -62,20 +50,6 @@ std::optional<double> heading_rms(const std::vector<PosePair>& pairs) {
   }
   if (count == 0) return std::nullopt;
   return std::sqrt(sum / static_cast<double>(count));
-}
-
-/// Metres along the reference from its first pose, in steps long enough not to count noise as way.
-std::vector<double> way_along(const std::vector<PosePair>& pairs, double shortest_step_m) {
-  std::vector<double> way(pairs.size());
-  Vector2 anchor = pairs.front().reference.translation();
-  for (std::size_t i = 1; i < pairs.size(); ++i) {
-    const double step = (pairs[i].reference.translation() - anchor).norm();
-    way[i] = way[i - 1];
-    if (step < shortest_step_m) continue;
-    way[i] += step;
-    anchor = pairs[i].reference.translation();
-  }
-  return way;
 }
 
 /// The error of the estimated motion from one pair to another, in the frame of the end.
@@ -117,20 +91,10 @@ std::vector<RelativePoseError> relative_errors(std::vector<PosePair> pairs, cons
   return errors;
 }
 
-/// eᵀ Σ⁻¹ e of the first `dof` of (x, y, heading); nothing when Σ is not positive definite.
-std::optional<double> normalised_error(const PosePair& pair, int dof) {
-  Vector3 error;
-  error.head<2>() = pair.estimate.translation() - pair.reference.translation();
-  error.z() = dof == 3 ? heading_error(pair) : 0.0;
-  const Eigen::LLT<Eigen::MatrixXd> cholesky(pair.covariance->topLeftCorner(dof, dof));
-  if (cholesky.info() != Eigen::Success) return std::nullopt;
-  return cholesky.matrixL().solve(error.head(dof)).squaredNorm();
-}
-
 std::optional<Nees> nees_of(const std::vector<PosePair>& pairs) {
   if (!pairs.front().covariance) return std::nullopt;
   Nees nees;
-  nees.degrees_of_freedom = std::ranges::all_of(pairs, has_heading) ? 3 : 2;
+  nees.degrees_of_freedom = degrees_of_freedom(pairs);
   nees.bound_95 = nees.degrees_of_freedom == 3 ? kChi2Of3 : kChi2Of2;
   for (const PosePair& pair : pairs) {
     const auto error = normalised_error(pair, nees.degrees_of_freedom);
@@ -146,21 +110,6 @@ std::optional<Nees> nees_of(const std::vector<PosePair>& pairs) {
   nees.mean /= static_cast<double>(nees.poses);
   nees.share_inside_95 /= static_cast<double>(nees.poses);
   return nees;
-}
-
-std::string extent_of(const Trajectory& trajectory) {
-  if (trajectory.poses.empty()) return "nothing";
-  return fmt::format("{:.3f} to {:.3f} s", trajectory.poses.front().time_s, trajectory.poses.back().time_s);
-}
-
-void demand_overlap(const std::vector<PosePair>& pairs, const Trajectory& estimate,
-                    const Trajectory& reference, double longest_gap_s) {
-  if (pairs.size() >= 2) return;
-  throw CannotAnswer(
-      fmt::format("the estimate (stamps {}) covers {} stamps of the reference (stamps {}) without a gap over "
-                  "{} s; at least 2 "
-                  "are needed: are both on the same clock?",
-                  extent_of(estimate), pairs.size(), extent_of(reference), longest_gap_s));
 }
 
 void describe_end(const std::vector<PosePair>& pairs, Evaluation& result) {

@@ -32,6 +32,11 @@ struct Pose2 {
 
   Vector2 translation() const { return {x, y}; }
   Pose2 inverse() const;
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.x, self.y, self.heading);
+  }
 };
 
 Pose2 operator*(const Pose2& a, const Pose2& b);

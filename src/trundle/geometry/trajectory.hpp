@@ -10,6 +10,11 @@ namespace trundle {
 struct StampedPose {
   double time_s = 0.0;
   Pose2 pose;
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.time_s, self.pose);
+  }
 };
 
 /// Poses in time order, with the covariance of (x, y, heading) in world axes where it is known.
@@ -18,6 +23,11 @@ struct Trajectory {
   std::vector<Matrix3> covariances;  ///< one for each pose, or none at all
 
   bool has_covariance() const { return !covariances.empty(); }
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.poses, self.covariances);
+  }
 };
 
 /// The pose at a time by interpolation along the twist between its neighbours; nothing where the time lies

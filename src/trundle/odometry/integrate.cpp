@@ -6,6 +6,7 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/odometry/smooth.hpp"
+#include "trundle/odometry/uncertain.hpp"
 
 namespace trundle {
 namespace {
@@ -56,53 +57,12 @@ void report_gaps(const AlignedReadings& readings, IntegratedOdometry& result) {
                               result.bridged)});
 }
 
-Eigen::MatrixXd covariance_of(const Robot& robot, std::size_t parameters) {
-  if (parameters == 0) return {};
-  const Eigen::MatrixXd& covariance = robot.calibration->covariance;
-  const auto n = static_cast<Eigen::Index>(parameters);
-  if (covariance.rows() == n && covariance.cols() == n) return covariance;
-  throw InputError(fmt::format("[calibration] of robot '{}'", robot.name),
-                   fmt::format("covariance is {}×{}", covariance.rows(), covariance.cols()),
-                   fmt::format("{}×{}, one row for each observable parameter", n, n));
-}
-
-/// The parameters whose uncertainty is carried along, and their covariance.
-struct Uncertain {
-  std::vector<Parameter> parameters;
-  Eigen::MatrixXd covariance;
-};
-
-void remove(Eigen::Index index, Eigen::MatrixXd& covariance) {
-  std::vector<Eigen::Index> others;
-  for (Eigen::Index i = 0; i < covariance.rows(); ++i)
-    if (i != index) others.push_back(i);
-  covariance = Eigen::MatrixXd(covariance(others, others));
-}
-
-/// A bias that is learned is no longer a parameter: initial_bias_sigma() says where it starts.
-void make_bias_a_state(Uncertain& uncertain) {
-  const auto bias = std::ranges::find(uncertain.parameters, kGyroBias);
-  if (bias == uncertain.parameters.end()) return;
-  const auto index = bias - uncertain.parameters.begin();
-  uncertain.parameters.erase(bias);
-  remove(index, uncertain.covariance);
-}
-
-Uncertain uncertain_of(const Robot& robot, bool with_covariance) {
-  if (!with_covariance) return {};
-  std::vector<Parameter> parameters = calibrated_parameters(robot);
-  Eigen::MatrixXd covariance = covariance_of(robot, parameters.size());
-  return {std::move(parameters), std::move(covariance)};
-}
-
 void append(IntegratedOdometry& result, double time_s, const Odometer& odometer,
             const Eigen::MatrixXd& covariance, bool with_covariance) {
   result.trajectory.poses.push_back({time_s, odometer.pose()});
   if (!with_covariance) return;
-  const Matrix3 white = odometer.white_covariance();
-  result.white_covariances.push_back(white);
-  result.trajectory.covariances.push_back(
-      covariance.size() == 0 ? white : white + parameter_covariance(odometer.sensitivity(), covariance));
+  result.white_covariances.push_back(odometer.white_covariance());
+  result.trajectory.covariances.push_back(total_covariance(odometer, covariance));
 }
 
 /// Intervals of which a step said something, and where the first of them is.
@@ -135,10 +95,19 @@ void report(const Findings& findings, const Robot& robot, std::vector<Problem>& 
                    findings.disturbed));
 }
 
+/// Often enough for a picture.
+constexpr double kBiasEvery_s = 1.0;
+
+void keep_bias(const Odometer& odometer, double time_s, bool at_rest, std::vector<GyroBiasAt>& kept) {
+  if (!kept.empty() && kept.back().at_rest == at_rest && time_s - kept.back().time_s < kBiasEvery_s) return;
+  const GyroBias bias = odometer.gyro_bias();
+  kept.push_back({time_s, bias.rad_s, std::sqrt(std::max(0.0, bias.variance)), at_rest});
+}
+
 /// Steps through all intervals; with smoothing, what the filter knew after each is kept.
 class Integration {
  public:
-  Integration(const Robot& robot, const Uncertain& uncertain, const IntegrateOptions& options)
+  Integration(const Robot& robot, const UncertainParameters& uncertain, const IntegrateOptions& options)
       : odometer_(robot, {.start = options.start,
                           .start_covariance = options.start_covariance,
                           .parameters = uncertain.parameters,
@@ -146,8 +115,8 @@ class Integration {
                           .learn_gyro_bias = options.learn_gyro_bias}),
         covariance_(uncertain.covariance),
         options_(options),
-        smooths_(options.smooth && options.learn_gyro_bias && options.with_covariance &&
-                 robot.chassis.gyro.has_value()) {}
+        learns_bias_(options.learn_gyro_bias && options.with_covariance && robot.chassis.gyro.has_value()),
+        smooths_(options.smooth && learns_bias_) {}
 
   IntegratedOdometry over(const AlignedReadings& readings, const Robot& robot) {
     IntegratedOdometry result;
@@ -162,6 +131,7 @@ class Integration {
         const Verdict verdict = odometer_.step(increment);
         findings.add(verdict, increment);
         result.rest_s += verdict.at_rest() ? increment.duration_s : 0.0;
+        if (learns_bias_) keep_bias(odometer_, increment.time_s, verdict.at_rest(), result.gyro_bias);
       }
       keep(increment.time_s, result);
     }
@@ -192,6 +162,7 @@ class Integration {
   Odometer odometer_;
   Eigen::MatrixXd covariance_;
   IntegrateOptions options_;
+  bool learns_bias_;
   bool smooths_;
   std::vector<FilteredStep> filtered_;
 };
@@ -220,8 +191,8 @@ std::vector<Parameter> calibrated_parameters(const Robot& robot) {
 IntegratedOdometry integrate(const AlignedReadings& readings, const Robot& robot,
                              const IntegrateOptions& options) {
   require_gyro_where_needed(readings, robot);
-  Uncertain uncertain = uncertain_of(robot, options.with_covariance);
-  if (options.learn_gyro_bias) make_bias_a_state(uncertain);
+  UncertainParameters uncertain;
+  if (options.with_covariance) uncertain = uncertain_parameters(robot, options.learn_gyro_bias);
   IntegratedOdometry result = Integration(robot, uncertain, options).over(readings, robot);
   report_gaps(readings, result);
   report_missing_gyro(readings, robot, result.problems);

@@ -18,6 +18,14 @@ struct IntegrateOptions {
   bool smooth = false;  ///< every pose by what was learned before and after it (needs learn_gyro_bias)
 };
 
+/// What was believed of the gyro's bias at a time.
+struct GyroBiasAt {
+  double time_s = 0.0;
+  double rad_s = 0.0;
+  double sigma_rad_s = 0.0;
+  bool at_rest = false;
+};
+
 /// A trajectory with its evidence.
 struct IntegratedOdometry {
   Trajectory trajectory;                   ///< with the total covariance: white + parameter part
@@ -31,6 +39,8 @@ struct IntegratedOdometry {
   std::size_t bridged = 0;     ///< intervals that span a gap
   double rest_s = 0.0;         ///< how long the robot stood still; only where the gyro's bias is learned
   GyroBias end_gyro_bias;      ///< the same
+  /// Every second, and where rests begin and end; the same.
+  std::vector<GyroBiasAt> gyro_bias;
   std::vector<Problem> problems;
 };
 

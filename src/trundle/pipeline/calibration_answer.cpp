@@ -6,6 +6,7 @@
 #include "trundle/calibration/export.hpp"
 #include "trundle/report/calibration_json.hpp"
 #include "trundle/report/json_text.hpp"
+#include "trundle/slam/landmark_calibration.hpp"
 
 namespace trundle {
 namespace {
@@ -28,6 +29,16 @@ CalibrationAnswer answer_calibration(std::span<const Recording> training, std::s
                                      const RobotFile& nominal, const CalibrateOptions& options) {
   CalibrationAnswer answer{.provenance = provenance_of(training, hold_out, nominal, options),
                            .result = calibrate(training, hold_out, nominal.robot, options)};
+  add_provenance(answer.provenance, answer.result);
+  return answer;
+}
+
+CalibrationAnswer answer_landmark_calibration(std::span<const Recording> training,
+                                              std::span<const Recording> hold_out, const RobotFile& nominal,
+                                              const CalibrateOptions& options) {
+  CalibrationAnswer answer{.provenance = provenance_of(training, hold_out, nominal, options),
+                           .result = calibrate_from_landmarks(training, hold_out, nominal.robot, options)};
+  answer.provenance.options.emplace_back("landmarks", "true");
   add_provenance(answer.provenance, answer.result);
   return answer;
 }

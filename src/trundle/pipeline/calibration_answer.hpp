@@ -22,6 +22,11 @@ struct CalibrationAnswer {
 CalibrationAnswer answer_calibration(std::span<const Recording> training, std::span<const Recording> hold_out,
                                      const RobotFile& nominal, const CalibrateOptions& options);
 
+/// What `trundle calibrate --landmarks` does. Throws as calibrate_from_landmarks.
+CalibrationAnswer answer_landmark_calibration(std::span<const Recording> training,
+                                              std::span<const Recording> hold_out, const RobotFile& nominal,
+                                              const CalibrateOptions& options);
+
 /// The robot takes the provenance along.
 void add_provenance(const Provenance& provenance, CalibrationResult& result);
 

@@ -31,6 +31,34 @@ nlohmann::ordered_json sigmas_of(const Matrix3& covariance) {
           {"heading_rad", std::sqrt(covariance(2, 2))}};
 }
 
+/// A row every second; fewer where there would be more than kMostBiasRows. The last one is kept.
+constexpr std::size_t kMostBiasRows = 4000;
+
+nlohmann::ordered_json bias_over_time(const std::vector<GyroBiasAt>& history) {
+  using Json = nlohmann::ordered_json;
+  Json columns = {{"time_s", Json::array()}, {"rad_s", Json::array()}, {"sigma_rad_s", Json::array()}};
+  const std::size_t stride = 1 + (history.size() - 1) / kMostBiasRows;
+  for (std::size_t i = 0; i < history.size(); ++i) {
+    if (i % stride != 0 && i + 1 != history.size()) continue;
+    columns["time_s"].push_back(history[i].time_s);
+    columns["rad_s"].push_back(history[i].rad_s);
+    columns["sigma_rad_s"].push_back(history[i].sigma_rad_s);
+  }
+  return columns;
+}
+
+/// Stretches [start_s, end_s] of standing still.
+nlohmann::ordered_json rests_of(const std::vector<GyroBiasAt>& history) {
+  nlohmann::ordered_json rests = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < history.size(); ++i) {
+    if (!history[i].at_rest) continue;
+    const double start = history[i].time_s;
+    while (i + 1 < history.size() && history[i].at_rest) ++i;
+    rests.push_back({start, history[i].time_s});
+  }
+  return rests;
+}
+
 }  // namespace
 
 OdometryAnswer answer_odometry(const Recording& recording, const RobotFile& robot,
@@ -64,6 +92,10 @@ nlohmann::ordered_json document_of(const OdometryAnswer& answer) {
   if (odometry.end_gyro_bias.variance > 0.0)
     document["gyro_bias"] = {{"rad_s", odometry.end_gyro_bias.rad_s},
                              {"sigma_rad_s", std::sqrt(odometry.end_gyro_bias.variance)}};
+  if (!odometry.gyro_bias.empty()) {
+    document["gyro_bias_over_time"] = bias_over_time(odometry.gyro_bias);
+    document["rests"] = rests_of(odometry.gyro_bias);
+  }
   document["bridged_gaps"] = odometry.bridged;
   document["problems"] = to_json(odometry.problems);
   for (const TrackOnGround& track : answer.tracks)

@@ -15,14 +15,21 @@ using Json = nlohmann::ordered_json;
 
 Provenance provenance_of(const Work& work) {
   const RunQuestion& question = work.question;
-  Provenance provenance{work.recording.inputs, {}, question.slam.seed};
+  Provenance provenance{{}, {}, question.slam.seed};
+  for (const Recording& recording : work.recordings) add_inputs(recording.inputs, provenance);
   provenance.inputs.push_back(work.used.file);
   for (const Recording& recording : work.training) add_inputs(recording.inputs, provenance);
   for (const Recording& recording : read_recordings(question.learn, {.robot_number = question.robot_number}))
     add_inputs(recording.inputs, provenance);
   for (const std::string& folder : question.calibrate_on)
     provenance.options.emplace_back("calibrate-on", folder);
+  for (const std::string& name : question.calibrate.free) provenance.options.emplace_back("free", name);
+  for (const std::string& name : question.calibrate.fix) provenance.options.emplace_back("fix", name);
   for (const std::string& folder : question.learn) provenance.options.emplace_back("learn", folder);
+  if (!question.map.empty()) {
+    provenance.inputs.push_back(input_file(question.map));
+    provenance.options.emplace_back("map", question.map);
+  }
   provenance.options.emplace_back("filter", std::string(name_of(question.slam.method)));
   provenance.options.emplace_back("particles", std::to_string(question.slam.particles));
   add_robot_number(question.robot_number, provenance);
@@ -35,16 +42,20 @@ Work prepared(const RunQuestion& question) {
   Work work{.question = question,
             .given = read_robot_file(question.before.empty() ? question.robot : question.before),
             .used = read_robot_file(question.robot),
-            .recording = read_recording(question.recording, how),
+            .recordings = read_recordings({question.recording}, how),
             .training = read_recordings(question.calibrate_on, how),
             .answer = {},
-            .no_odometry = {}};
-  if (work.training.empty() && !question.calibrate_on.empty())
-    throw InputError(question.calibrate_on.front(), "holds no recording", "recording folders");
+            .no_odometry = {},
+            .on_steps = {}};
+  const auto demand_one = [](const std::vector<Recording>& recordings, const std::string& folder) {
+    if (recordings.empty()) throw InputError(folder, "holds no recording", "recording folders");
+  };
+  demand_one(work.recordings, question.recording);
+  if (!question.calibrate_on.empty()) demand_one(work.training, question.calibrate_on.front());
   RunAnswer& answer = work.answer;
   answer.provenance = provenance_of(work);
-  answer.recording_name = work.recording.name;
-  answer.session = work.recording.session;
+  answer.recording_name = work.recordings.size() == 1 ? work.recording().name : question.recording;
+  answer.session = work.recording().session;
   answer.recording_path = question.recording;
   answer.given_robot = work.given.file.path;
   answer.used_robot = work.used.file.path;
@@ -81,12 +92,16 @@ class Stages {
   Stages(Work& work, const OnProgress& on_progress) : work_(work), on_progress_(on_progress) {}
 
   void attempt(const char* name, Told (*stage)(Work&)) {
-    tell({work_.answer.recording_name, name, nullptr});
+    tell({.recording = work_.answer.recording_name, .stage = name});
+    if (on_progress_)
+      work_.on_steps = [&](std::size_t done, std::size_t of) {
+        tell({.recording = work_.answer.recording_name, .stage = name, .done = done, .of = of});
+      };
     std::vector<OutputFile> files;
     Stage entry = tried(work_, name, stage, files);
     entry.outputs = save(work_, files);
     work_.answer.stages.push_back(std::move(entry));
-    tell({work_.answer.recording_name, name, &work_.answer.stages.back()});
+    tell({.recording = work_.answer.recording_name, .stage = name, .finished = &work_.answer.stages.back()});
   }
 
  private:
@@ -125,6 +140,49 @@ void forget_earlier(const Work& work) {
     if (!wrote(work.answer, file)) std::filesystem::remove(work.in_folder(file));
 }
 
+/// How far off it is, or else how far it went.
+std::string message_of(const RunAnswer& answer) {
+  for (const char* name : {"evaluation", "odometry"}) {
+    const auto stage = std::ranges::find(answer.stages, name, &Stage::name);
+    if (stage->status == StageStatus::done) return stage->message;
+  }
+  return {};
+}
+
+/// Of one recording of a session: with the robot that all of them made, in a folder below.
+RunQuestion question_of_one(const Work& work, const std::filesystem::path& recording,
+                            const std::string& name) {
+  RunQuestion question = work.question;
+  question.recording = recording.string();
+  question.output = work.in_folder(name);
+  question.calibrate_on.clear();
+  if (!work.answer.held_out) return question;
+  question.before = work.question.robot;
+  question.robot = work.used.file.path;
+  return question;
+}
+
+/// A session's recordings one by one; the first failure counts only where all fail.
+void run_each(Work& work, const OnProgress& on_progress) {
+  bool any = false;
+  for (const std::filesystem::path& path : recordings_below(work.question.recording)) {
+    const std::string name = path.lexically_relative(work.question.recording).generic_string();
+    Stage stage{name, StageStatus::failed, {}, {name + "/run.json"}};
+    try {
+      const RunAnswer one = run(question_of_one(work, path, name), on_progress);
+      stage.status = StageStatus::done;
+      stage.message = message_of(one);
+      any = true;
+    } catch (const std::runtime_error& reason) {  // CannotAnswer, InputError
+      stage.message = reason.what();
+      if (!work.no_odometry) work.no_odometry = std::current_exception();
+    }
+    work.answer.recordings.push_back(name);
+    work.answer.stages.push_back(std::move(stage));
+  }
+  if (any) work.no_odometry = nullptr;
+}
+
 void write_run_json(const Work& work) {
   write_file(work.in_folder("run.json"), printed(document_of(work.answer)));
 }
@@ -143,11 +201,16 @@ RunAnswer run(const RunQuestion& question, const OnProgress& on_progress) {
   Stages stages(work, on_progress);
   stages.attempt("health check", check_health);
   stages.attempt("calibration", calibrate_robot);
-  stages.attempt("odometry", integrate_odometry);
-  stages.attempt("slip", find_slips);
-  keep_odometry_as_trajectory(work);
-  stages.attempt("slam", map_landmarks);
-  stages.attempt("evaluation", evaluate_trajectories);
+  if (work.recordings.size() > 1) {
+    run_each(work, on_progress);
+  } else {
+    stages.attempt("odometry", integrate_odometry);
+    stages.attempt("slip", find_slips);
+    keep_odometry_as_trajectory(work);
+    stages.attempt("localization", localize_on_map);
+    stages.attempt("slam", map_landmarks);
+    stages.attempt("evaluation", evaluate_trajectories);
+  }
   forget_earlier(work);
   write_run_json(work);  // the page shows it too
   stages.attempt("report", draw_page);

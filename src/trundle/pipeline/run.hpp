@@ -9,6 +9,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "trundle/calibration/calibrate.hpp"
 #include "trundle/pipeline/provenance.hpp"
 #include "trundle/pipeline/slam_answer.hpp"
 
@@ -20,7 +21,9 @@ struct RunQuestion {
   std::string robot;
   std::filesystem::path output;                ///< folder for all results
   std::vector<std::string> calibrate_on = {};  ///< recordings to learn from; empty: the recording itself
-  std::vector<std::string> learn = {};         ///< recordings without slip, to measure the noise on
+  CalibrateOptions calibrate = {};
+  std::vector<std::string> learn = {};  ///< recordings without slip, to measure the noise on
+  std::string map = {};                 ///< of landmarks; empty: landmarks.csv of the recording
   SlamQuestion slam = {};
   int robot_number = 0;  ///< of a folder with several robots; 0: not given
   /// The robot before it was calibrated elsewhere, to compare with; empty: `robot`.
@@ -61,11 +64,13 @@ struct RunAnswer {
   std::vector<std::string> recordings;  ///< of a session: their folders
 };
 
-/// What is told while it runs: before a stage (finished null), and after it.
+/// What is told while it runs: before a stage, within a long one (done of so many steps), and after it.
 struct RunProgress {
   std::string_view recording;
   std::string_view stage;
   const Stage* finished = nullptr;
+  std::size_t done = 0;
+  std::size_t of = 0;  ///< 0: not known
 };
 using OnProgress = std::function<void(const RunProgress&)>;
 

@@ -1,5 +1,6 @@
 #include "trundle/pipeline/slam_answer.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include <fmt/format.h>
@@ -20,6 +21,7 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
   if (question.systematic_sigma)
     provenance.options.emplace_back("systematic-sigma", fmt::format("{}", *question.systematic_sigma));
   if (question.smooth) provenance.options.emplace_back("smooth", "true");
+  add_options_of(question.slip, provenance);
   add_robot_number(question.robot_number, provenance);
   return provenance;
 }
@@ -109,11 +111,22 @@ nlohmann::ordered_json smoother_of(const SmootherCounts& counts) {
           {"converged", counts.converged}};
 }
 
+/// All that a filter's run depends on besides the recording.
+std::string settings_of(const RobotFile& robot, SlamQuestion question) {
+  question.smooth = false;
+  std::string text = robot.file.sha256;
+  for (const auto& [name, value] : provenance_of({}, robot, question).options)
+    text += fmt::format("\n{}={}", name, value);
+  return text + fmt::format("\nseed={}", question.seed);
+}
+
 }  // namespace
 
 SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const SlamQuestion& question) {
   SlamAnswer answer;
-  answer.input = slam_input(recording, robot.robot, {.hide_ids = question.unknown_ids});
+  answer.provenance = provenance_of(recording, robot, question);
+  answer.input = slam_input(recording, readings_of(recording, robot, question.slip, answer.provenance),
+                            robot.robot, {.hide_ids = question.unknown_ids});
   auto& problems = answer.input.problems;
   problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
   if (answer.input.observations() == 0)
@@ -121,12 +134,15 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
   const LandmarkSensor& sensor = *robot.robot.landmark_sensor;
   SlamPrior prior{.start = question.start,
                   .systematic_sigma = Systematic::Constant(question.systematic_sigma.value_or(0.0))};
-  answer.result = slam(
-      answer.input, sensor,
-      {.method = question.method, .particles = question.particles, .seed = question.seed, .prior = prior});
+  const SlamRun run(sensor, {.method = question.method,
+                             .particles = question.particles,
+                             .seed = question.seed,
+                             .prior = prior,
+                             .threads = question.threads});
+  answer.result = slam_with_checkpoints(answer.input, run, settings_of(robot, question), question.checkpoints,
+                                        question.on_steps);
   if (!question.systematic_sigma) prior.systematic_sigma = kUsualSystematicSigma;
   if (question.smooth) answer.smoothed = smooth(answer.input, sensor, answer.result, {.prior = prior});
-  answer.provenance = provenance_of(recording, robot, question);
   if (question.unknown_ids) answer.input.landmarks = numbers_for(answer.result.reports);
   return answer;
 }
@@ -163,7 +179,8 @@ std::vector<OutputFile> files_of(const SlamAnswer& answer, const std::filesystem
       {folder / "trajectory.csv", head + to_csv(answer.trajectory())},
       {folder / "landmarks.csv", head + csv_of(answer.map(), answer.input.landmarks)},
       {folder / "steps.csv", head + csv_of_steps(answer)},
-      {folder / "innovations.csv", head + csv_of_innovations(answer)}};
+      {folder / "innovations.csv", head + csv_of_innovations(answer)},
+      {folder / "slam.json", document_of(answer).dump(2) + "\n"}};
   if (answer.smoothed) files.push_back({folder / "online.csv", head + to_csv(answer.result.online)});
   if (answer.result.path) files.push_back({folder / "path.csv", head + to_csv(*answer.result.path)});
   return files;

@@ -9,6 +9,8 @@
 
 #include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/provenance.hpp"
+#include "trundle/pipeline/slam_checkpoint.hpp"
+#include "trundle/pipeline/slip_answer.hpp"
 #include "trundle/slam/slam.hpp"
 #include "trundle/slam/smoother.hpp"
 
@@ -24,9 +26,13 @@ struct SlamQuestion {
   /// Prior of the odometry's systematic errors [1, 1, rad/m]; nothing: filters take them for 0, the smoother
   /// for unknown as usual.
   std::optional<double> systematic_sigma = {};
-  bool unknown_ids = false;  ///< forget the landmarks' names and find out which is which
-  bool smooth = false;       ///< then also the most probable trajectory and map of all
-  int robot_number = 0;      ///< of a folder with several robots; 0: not given
+  bool unknown_ids = false;               ///< forget the landmarks' names and find out which is which
+  std::optional<SlipQuestion> slip = {};  ///< then the odometry is corrected for slip first, found so
+  bool smooth = false;                    ///< then also the most probable trajectory and map of all
+  std::size_t threads = 1;                ///< results do not depend on it
+  int robot_number = 0;                   ///< of a folder with several robots; 0: not given
+  SlamCheckpoints checkpoints = {};
+  OnSteps on_steps = {};
 };
 
 struct SlamAnswer {
@@ -41,7 +47,8 @@ struct SlamAnswer {
   const PoseEstimate& last() const { return smoothed ? smoothed->last : result.last; }
 };
 
-/// Throws as slam_input and slam, and CannotAnswer where nothing is seen while the odometry runs.
+/// Throws as slam_input and slam, CannotAnswer where nothing is seen while the odometry runs, and InputError
+/// where the checkpoint is none, or of another recording, robot file or other options.
 SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const SlamQuestion& question);
 
 /// What `trundle slam --json` prints.

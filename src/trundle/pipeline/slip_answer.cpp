@@ -125,6 +125,26 @@ Json to_json(const SlipCounts& counts) {
           {"flagged_share", counts.flagged_share()}};
 }
 
+/// The statistic of every interval, and what it is judged by.
+Json timeline_of(const SlipReport& report) {
+  Json timeline = {{"statistic", report.band ? "delta_rad" : "chi2"}};
+  if (report.band) {
+    timeline["lower"] = report.band->lower;
+    timeline["upper"] = report.band->upper;
+  } else {
+    timeline["limit"] = report.chi2_limit;
+  }
+  for (const char* column : {"end_s", "value", "status", "slipping"}) timeline[column] = Json::array();
+  for (const SlipInterval& interval : report.intervals) {
+    timeline["end_s"].push_back(interval.end_s);
+    timeline["value"].push_back(interval.status == SlipStatus::judged ? Json(interval.statistic)
+                                                                      : Json(nullptr));
+    timeline["status"].push_back(name_of(interval.status));
+    timeline["slipping"].push_back(interval.slipping);
+  }
+  return timeline;
+}
+
 }  // namespace
 
 std::string name_of(SlipMethod method) {
@@ -147,11 +167,26 @@ SlipAnswer answer_slip(const Recording& recording, const RobotFile& robot, const
   return answer;
 }
 
+AlignedReadings readings_of(const Recording& recording, const RobotFile& robot,
+                            const std::optional<SlipQuestion>& slip, Provenance& provenance) {
+  if (!slip) return align(recording, robot.robot);
+  const SlipAnswer answer = answer_slip(recording, robot, *slip);
+  add_inputs(answer.provenance.inputs, provenance);
+  return answer.report.corrected;
+}
+
+void add_options_of(const std::optional<SlipQuestion>& slip, Provenance& provenance) {
+  if (!slip) return;
+  provenance.options.emplace_back("correct-slip", "true");
+  for (const std::string& folder : slip->learn) provenance.options.emplace_back("learn", folder);
+}
+
 nlohmann::ordered_json document_of(const SlipAnswer& answer, const Robot& robot) {
   Json document = to_json(answer.provenance);
   document["intervals"] = to_json(answer.report.counts);
   document["events"] = Json::array();
   for (const SlipEvent& event : answer.report.events) document["events"].push_back(to_json(event, robot));
+  document["timeline"] = timeline_of(answer.report);
   document["learned"] = nullptr;
   if (answer.learned) document["learned"] = to_json(*answer.learned, answer.options);
   document["cannot_see"] = abilities_of(robot, robot.chassis.gyro.has_value()).cannot;

@@ -10,7 +10,9 @@
 #include "trundle/pipeline/calibration_answer.hpp"
 #include "trundle/pipeline/evaluation_answer.hpp"
 #include "trundle/pipeline/info_answer.hpp"
+#include "trundle/pipeline/localize_answer.hpp"
 #include "trundle/pipeline/odometry_answer.hpp"
+#include "trundle/pipeline/report_answer.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
 #include "trundle/report/page.hpp"
 
@@ -48,10 +50,16 @@ std::string sentence_of(const IntegratedOdometry& odometry) {
                      degrees(std::sqrt(end(2, 2))));
 }
 
+/// No reference anywhere, but something seen.
+bool only_landmarks(const std::vector<Recording>& recordings, const Robot& robot) {
+  return robot.landmark_sensor && std::ranges::none_of(recordings, &Recording::has_reference) &&
+         std::ranges::any_of(recordings, [](const Recording& r) { return !r.sightings.empty(); });
+}
+
 /// Trajectory and document of one robot.
 Told integrate_with(Work& work, const RobotFile& robot, const std::string& name, const std::string& what) {
   const OdometryAnswer odometry =
-      answer_odometry(work.recording, robot, {.robot_number = work.question.robot_number});
+      answer_odometry(work.recording(), robot, {.robot_number = work.question.robot_number});
   Told told{
       sentence_of(odometry.odometry),
       {{work.in_folder(name + ".csv"), head_of(odometry.provenance) + to_csv(odometry.odometry.trajectory)},
@@ -69,18 +77,41 @@ std::string sentence_of(const SlipReport& report) {
                      plural(report.events.size(), "slip"), excess_m);
 }
 
+/// Who goes on from the odometry takes the corrected one, where slip could be looked for.
+std::optional<SlipQuestion> slip_correction_of(const Work& work) {
+  if (!work.slip_judged) return std::nullopt;
+  return SlipQuestion{.learn = work.question.learn, .robot_number = work.question.robot_number};
+}
+
 bool any_without_name(const std::vector<Sighting>& sightings) {
   return std::ranges::any_of(sightings, [](const Sighting& s) { return s.landmark.empty(); });
 }
 
 void require_sightings(const Work& work) {
-  if (work.recording.sightings.empty()) throw NotApplicable{"the recording has no sightings"};
+  if (work.recording().sightings.empty()) throw NotApplicable{"the recording has no sightings"};
   if (!work.used.robot.landmark_sensor) throw NotApplicable{"the robot file has no [landmark_sensor]"};
+}
+
+/// Where the landmarks are.
+MapFile known_map_of(const Work& work) {
+  if (!work.question.map.empty()) return read_map_file(work.question.map);
+  const std::filesystem::path path = std::filesystem::path(work.question.recording) / "landmarks.csv";
+  if (!std::filesystem::exists(path)) throw NotApplicable{"nothing says where the landmarks are"};
+  return read_map_file(path);
+}
+
+std::string sentence_of(const LocalizeAnswer& answer) {
+  const auto& stretches = answer.result.stretches;
+  double known_s = 0.0;
+  for (const KnownStretch& stretch : stretches) known_s += stretch.end_s - stretch.start_s;
+  return fmt::format("on a map of {} the pose is known from {:.2f} s on, for {:.1f} s in {}",
+                     plural(answer.landmarks, "landmark"), stretches.front().start_s, known_s,
+                     stretches.size() == 1 ? "one piece" : plural(stretches.size(), "piece"));
 }
 
 /// The reference as it was read, for those who draw.
 std::string reference_csv_of(const Work& work) {
-  const ReferenceStream& reference = work.recording.reference;
+  const ReferenceStream& reference = work.recording().reference;
   const auto cell = [](double value) { return std::isnan(value) ? std::string() : fmt::format("{}", value); };
   std::string text = head_of(work.answer.provenance) + "time_s,x_m,y_m,heading_rad\n";
   for (std::size_t i = 0; i < reference.time_s.size(); ++i)
@@ -93,7 +124,9 @@ std::string reference_csv_of(const Work& work) {
 Json evaluations_of(const Work& work, const RunTrajectory& trajectory, const TrajectoryFile& reference) {
   const TrajectoryFile estimate = read_trajectory_file(work.in_folder(trajectory.file));
   Json evaluations = Json::object();
-  for (const Alignment alignment : {Alignment::start, Alignment::se2}) try {
+  std::vector<Alignment> alignments = {Alignment::start, Alignment::se2};
+  if (trajectory.name == "localization") alignments.push_back(Alignment::none);  // in the map's frame
+  for (const Alignment alignment : alignments) try {
       evaluations[std::string(name_of(alignment))] =
           document_of(answer_evaluation(estimate, reference, {.alignment = alignment}, &work.used));
     } catch (const CannotAnswer&) {  // of this alignment alone
@@ -115,25 +148,28 @@ std::string sentence_of(const Json& trajectories, const std::string& alignment) 
 }  // namespace
 
 Told check_health(Work& work) {
-  const InfoAnswer info = answer_info({work.recording}, {.robot = work.given,
-                                                         .gyro_noise = gyro_rests(work.recording),
-                                                         .robot_number = work.question.robot_number});
-  const std::vector<Problem>& problems = info.recordings.front().findings.problems;
-  const auto warnings =
-      static_cast<std::size_t>(std::ranges::count(problems, Severity::warning, &Problem::severity));
-  const std::string found =
-      problems.empty() ? "no fault found"
-                       : plural(warnings, "warning") + ", " + plural(problems.size() - warnings, "note");
-  return {found, {{work.in_folder("info.json"), printed(document_of(info))}}};
+  const InfoAnswer info =
+      answer_info(work.recordings, {.robot = work.given,
+                                    .gyro_noise = std::ranges::all_of(work.recordings, gyro_rests),
+                                    .robot_number = work.question.robot_number});
+  std::size_t warnings = 0, notes = 0;
+  for (const RecordingInfo& one : info.recordings)
+    for (const Problem& problem : one.findings.problems)
+      ++(problem.severity == Severity::warning ? warnings : notes);
+  return {
+      warnings + notes == 0 ? "no fault found" : plural(warnings, "warning") + ", " + plural(notes, "note"),
+      {{work.in_folder("info.json"), printed(document_of(info))}}};
 }
 
 Told calibrate_robot(Work& work) {
   require_something_to_learn_from(work);
   const bool apart = !work.question.calibrate_on.empty();
   std::vector<Recording> hold_out;
-  if (apart && work.recording.has_reference()) hold_out.push_back(work.recording);
-  const CalibrationAnswer calibration =
-      answer_calibration(apart ? work.training : std::vector{work.recording}, hold_out, work.given, {});
+  if (apart) std::ranges::copy_if(work.recordings, std::back_inserter(hold_out), &Recording::has_reference);
+  const std::vector<Recording>& training = apart ? work.training : work.recordings;
+  const auto answer =
+      only_landmarks(training, work.given.robot) ? answer_landmark_calibration : answer_calibration;
+  const CalibrationAnswer calibration = answer(training, hold_out, work.given, work.question.calibrate);
   const std::vector<OutputFile> files = files_of(calibration, work.in_folder("calibrated.toml"));
   work.used = robot_of(files.front());
   work.answer.used_robot = "calibrated.toml";
@@ -160,27 +196,47 @@ Told integrate_odometry(Work& work) {
 
 Told find_slips(Work& work) {
   const auto& wheels = work.used.robot.chassis;
-  if (observability(rows_of(wheels, !work.recording.gyro.time_s.empty())).degrees_of_freedom == 0)
+  if (observability(rows_of(wheels, !work.recording().gyro.time_s.empty())).degrees_of_freedom == 0)
     throw NotApplicable{"the robot has no reading beyond those the motion needs: slip cannot show"};
-  const SlipAnswer slip = answer_slip(
-      work.recording, work.used, {.learn = work.question.learn, .robot_number = work.question.robot_number});
+  const SlipAnswer slip =
+      answer_slip(work.recording(), work.used,
+                  {.learn = work.question.learn, .robot_number = work.question.robot_number});
   Told told{sentence_of(slip.report),
             {{work.in_folder("slip.csv"), slip_csv_of(slip, work.used.robot)},
              {work.in_folder("slip.json"), printed(document_of(slip, work.used.robot))},
              {work.in_folder("trajectory.csv"), head_of(slip.provenance) + to_csv(slip.corrected)}}};
+  work.slip_judged = true;
   work.answer.trajectories.push_back({"corrected", "trajectory.csv", "odometry with the slips corrected"});
   return told;
+}
+
+Told localize_on_map(Work& work) {
+  require_sightings(work);
+  const MapFile map = known_map_of(work);
+  const Recording& recording = work.recording();
+  const LocalizeQuestion question{.seed = work.question.slam.seed,
+                                  .unknown_ids = any_without_name(recording.sightings),
+                                  .slip = slip_correction_of(work),
+                                  .robot_number = work.question.robot_number};
+  const LocalizeAnswer answer = answer_localize(recording, work.used, map, question);
+  work.answer.trajectories.push_back(
+      {"localization", "localization.csv", "on the known map, where the pose is known"});
+  return {
+      sentence_of(answer),
+      {{work.in_folder("localization.csv"), head_of(answer.provenance) + to_csv(answer.result.trajectory)},
+       {work.in_folder("localization.json"), printed(document_of(answer))}}};
 }
 
 Told map_landmarks(Work& work) {
   require_sightings(work);
   SlamQuestion question = work.question.slam;
   question.robot_number = work.question.robot_number;
-  question.unknown_ids = question.unknown_ids || any_without_name(work.recording.sightings);
+  question.on_steps = work.on_steps;
+  question.unknown_ids = question.unknown_ids || any_without_name(work.recording().sightings);
   if (question.unknown_ids) question.method = SlamMethod::ekf;
-  const SlamAnswer slam = answer_slam(work.recording, work.used, question);
+  question.slip = slip_correction_of(work);
+  const SlamAnswer slam = answer_slam(work.recording(), work.used, question);
   std::vector<OutputFile> files = files_of(slam, work.in_folder("slam"));
-  files.push_back({work.in_folder("slam") / "slam.json", printed(document_of(slam))});
   work.answer.trajectories.push_back(
       {"slam", "slam/trajectory.csv", "with landmarks, from what was seen up to then"});
   if (slam.result.path)
@@ -192,10 +248,10 @@ Told map_landmarks(Work& work) {
 }
 
 Told evaluate_trajectories(Work& work) {
-  if (positions_of(work.recording.reference).poses.empty())
+  if (positions_of(work.recording().reference).poses.empty())
     throw NotApplicable{"the recording has no reference with x and y"};
   if (work.answer.trajectories.empty()) throw NotApplicable{"there is no trajectory to compare"};
-  const TrajectoryFile reference = reference_of(work.recording, work.question.recording);
+  const TrajectoryFile reference = reference_of(work.recording(), work.question.recording);
   Json trajectories = Json::array();
   for (const RunTrajectory& trajectory : work.answer.trajectories)
     trajectories.push_back({{"name", trajectory.name},
@@ -215,12 +271,8 @@ Told evaluate_trajectories(Work& work) {
 }
 
 Told draw_page(Work& work) {
-  const std::filesystem::path calibration = work.in_folder("calibration.json");
-  if (!std::filesystem::exists(calibration)) throw NotApplicable{"there is no calibration to draw"};
-  const std::string page = report_page(Json::array({{{"label", work.question.output.string()},
-                                                     {"document", Json::parse(read_file(calibration))}}}),
-                                       to_json(work.answer.provenance));
-  return {"one page with all of it", {{work.in_folder("report.html"), page}}};
+  const ReportAnswer report = answer_report({.inputs = {work.question.output.string()}});
+  return {"one page with all of it", {{work.in_folder("report.html"), report_page(report.document)}}};
 }
 
 std::string printed(const Json& document) {

@@ -12,13 +12,16 @@ namespace trundle {
 /// What the stages of a run hand on to each other.
 struct Work {
   RunQuestion question;
-  RobotFile given;  ///< before the calibration
-  RobotFile used;   ///< after it
-  Recording recording;
-  std::vector<Recording> training;  ///< where they are others than `recording`
+  RobotFile given;                    ///< before the calibration
+  RobotFile used;                     ///< after it
+  std::vector<Recording> recordings;  ///< what is asked about: one, or those of a session
+  std::vector<Recording> training;    ///< where others are to be learned from
   RunAnswer answer;
   std::exception_ptr no_odometry;  ///< why there is none
+  bool slip_judged = false;        ///< the odometry was corrected for slip, if there was any
+  OnSteps on_steps;                ///< of the stage that runs
 
+  const Recording& recording() const { return recordings.front(); }
   std::filesystem::path in_folder(const std::string& name) const { return question.output / name; }
 };
 
@@ -38,6 +41,7 @@ Told check_health(Work& work);
 Told calibrate_robot(Work& work);
 Told integrate_odometry(Work& work);
 Told find_slips(Work& work);
+Told localize_on_map(Work& work);
 Told map_landmarks(Work& work);
 Told evaluate_trajectories(Work& work);
 Told draw_page(Work& work);

@@ -83,7 +83,7 @@ AlignedReadings align_velocity(const Recording& recording, const Robot& robot) {
 class GyroIntegral {
  public:
   GyroIntegral(const GyroStream& stream, const Gyro& gyro)
-      : time_s_(shifted(stream.time_s, gyro.time_offset_s)), usual_s_(median_step(time_s_)) {
+      : time_s_(shifted(stream.time_s, gyro.time_offset_s)) {
     const double longest_s = longest_step(time_s_);
     angle_.resize(time_s_.size());
     lost_.resize(time_s_.size());
@@ -98,6 +98,13 @@ class GyroIntegral {
     }
     first_rate_ = stream.yaw_rate_rad_s.front();
     last_rate_ = stream.yaw_rate_rad_s.back();
+    const auto reach = [&](std::size_t step) {
+      const double step_s = time_s_[step] - time_s_[step - 1];
+      return step_s > longest_s ? 0.0 : step_s;
+    };
+    if (time_s_.size() < 2) return;
+    before_s_ = reach(1);
+    beyond_s_ = reach(time_s_.size() - 1);
   }
 
   /// The turn between two times in order; nothing where the gyro has a gap or was saturated.
@@ -118,22 +125,24 @@ class GyroIntegral {
     std::size_t lost_after = 0;   // and up to the sample after it, or at it
   };
 
-  /// Beyond its ends the stream holds for a median step: samples of two sensors never start and end together.
+  /// Beyond its ends the stream holds for a step, its first or last: samples of two sensors never start and
+  /// end together.
   Reading at(double time_s) {
     while (cursor_ + 1 < time_s_.size() && time_s_[cursor_] < time_s) ++cursor_;
     const std::size_t after = cursor_;
     const double ahead_s = time_s_[after] - time_s;
     if (ahead_s < 0.0)  // after the last sample
-      return -ahead_s <= usual_s_ ? Reading{angle_[after] - last_rate_ * ahead_s, lost_[after], lost_[after]}
-                                  : Reading{};
+      return -ahead_s <= beyond_s_ ? Reading{angle_[after] - last_rate_ * ahead_s, lost_[after], lost_[after]}
+                                   : Reading{};
     if (ahead_s == 0.0) return {angle_[after], lost_[after], lost_[after]};
-    if (after == 0) return ahead_s <= usual_s_ ? Reading{-first_rate_ * ahead_s, 0, 0} : Reading{};
+    if (after == 0) return ahead_s <= before_s_ ? Reading{-first_rate_ * ahead_s, 0, 0} : Reading{};
     const double u = 1.0 - ahead_s / (time_s_[after] - time_s_[after - 1]);
     return {angle_[after - 1] + u * (angle_[after] - angle_[after - 1]), lost_[after - 1], lost_[after]};
   }
 
   std::vector<double> time_s_;
-  double usual_s_;
+  double before_s_ = 0.0;
+  double beyond_s_ = 0.0;
   std::vector<double> angle_;
   std::vector<std::size_t> lost_;  // steps without a usable rate up to this sample
   double first_rate_ = 0.0;

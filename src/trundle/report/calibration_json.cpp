@@ -56,6 +56,7 @@ Json calibration_json(const CalibrationResult& result, const Json& provenance) {
   document["errors"] = errors_json(result.runs);
   document["parameters"] = parameters_json(result);
   document["correlation"] = correlation_json(result);
+  document["influence"] = influence_json(result);
   document["directions"] = directions_json(result);
   document["end_points"] = end_points_json(result.runs);
   document["runs"] = runs_json(result.runs);

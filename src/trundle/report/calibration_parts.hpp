@@ -18,6 +18,8 @@ nlohmann::ordered_json correlation_json(const CalibrationResult& result);
 nlohmann::ordered_json directions_json(const CalibrationResult& result);
 /// "runs": an array, with the trajectories to draw.
 nlohmann::ordered_json runs_json(std::span<const RunResult> runs);
+/// "influence": the parameters without each run, and after the first so many; null where it is not known.
+nlohmann::ordered_json influence_json(const CalibrationResult& result);
 /// "errors": before and after, over the training and over the hold-out runs.
 nlohmann::ordered_json errors_json(std::span<const RunResult> runs);
 /// "end_points": the scatter of the closed runs by turn, before and after.

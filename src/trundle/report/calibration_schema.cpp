@@ -6,202 +6,149 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/report/calibration_json.hpp"
+#include "trundle/report/json_rules.hpp"
 
 namespace trundle {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-enum Type : unsigned { kString = 1, kNumber = 2, kBool = 4, kArray = 8, kObject = 16, kNull = 32 };
-
-struct Rule {
-  std::string_view path;  ///< keys from the root; "*": every element
-  unsigned types;         ///< any of these
-};
-
 /// docs/calibration-json.md as a table. A rule is skipped where an earlier one found null.
 constexpr std::array kRules = {
-    Rule{"provenance", kObject},
-    Rule{"robot", kObject},
-    Rule{"robot/name", kString},
-    Rule{"status", kString},
-    Rule{"method", kString},
-    Rule{"summary", kString},
-    Rule{"sessions", kNumber},
-    Rule{"warnings", kArray},
-    Rule{"warnings/*", kString},
-    Rule{"notes", kArray},
-    Rule{"notes/*", kString},
-    Rule{"cannot_tell", kArray},
-    Rule{"cannot_tell/*", kString},
-    Rule{"e_max", kObject | kNull},
-    Rule{"e_max/before_m", kNumber | kNull},
-    Rule{"e_max/after_m", kNumber | kNull},
-    Rule{"e_max/after_meaning", kString},
-    Rule{"errors", kObject},
-    Rule{"errors/training", kObject | kNull},
-    Rule{"errors/training/runs", kNumber},
-    Rule{"errors/training/before", kObject},
-    Rule{"errors/training/after", kObject | kNull},
-    Rule{"errors/hold_out", kObject | kNull},
-    Rule{"errors/hold_out/runs", kNumber},
-    Rule{"errors/hold_out/before", kObject},
-    Rule{"errors/hold_out/after", kObject | kNull},
-    Rule{"parameters", kArray},
-    Rule{"parameters/*", kObject},
-    Rule{"parameters/*/name", kString},
-    Rule{"parameters/*/unit", kString},
-    Rule{"parameters/*/nominal", kNumber | kNull},
-    Rule{"parameters/*/value", kNumber | kNull},
-    Rule{"parameters/*/observable", kBool},
-    Rule{"parameters/*/sigma_within", kNumber | kNull},
-    Rule{"parameters/*/sigma_between", kNumber | kNull},
-    Rule{"parameters/*/sigma_total", kNumber | kNull},
-    Rule{"parameters/*/interval95_within", kArray | kNull},
-    Rule{"parameters/*/interval95_within/*", kNumber},
-    Rule{"parameters/*/interval95_between", kArray | kNull},
-    Rule{"parameters/*/interval95_between/*", kNumber},
-    Rule{"parameters/*/sigmas_from_nominal", kNumber | kNull},
-    Rule{"parameters/*/sigma_data", kNumber | kNull},
-    Rule{"parameters/*/sigma_prior", kNumber | kNull},
-    Rule{"parameters/*/reason_held", kString | kNull},
-    Rule{"correlation", kObject},
-    Rule{"correlation/names", kArray},
-    Rule{"correlation/names/*", kString},
-    Rule{"correlation/within", kArray},
-    Rule{"correlation/within/*", kArray},
-    Rule{"correlation/within/*/*", kNumber | kNull},
-    Rule{"correlation/total", kArray},
-    Rule{"correlation/total/*", kArray},
-    Rule{"correlation/total/*/*", kNumber | kNull},
-    Rule{"directions", kArray},
-    Rule{"directions/*", kObject},
-    Rule{"directions/*/words", kString},
-    Rule{"directions/*/singular_value", kNumber | kNull},
-    Rule{"directions/*/log10_singular_value", kNumber | kNull},
-    Rule{"directions/*/told", kBool},
-    Rule{"end_points", kArray},
-    Rule{"end_points/*", kObject},
-    Rule{"end_points/*/turn", kString},
-    Rule{"end_points/*/hold_out", kBool},
-    Rule{"end_points/*/before", kObject},
-    Rule{"end_points/*/before/run", kArray},
-    Rule{"end_points/*/before/run/*", kNumber},
-    Rule{"end_points/*/before/x_m", kArray},
-    Rule{"end_points/*/before/x_m/*", kNumber | kNull},
-    Rule{"end_points/*/before/y_m", kArray},
-    Rule{"end_points/*/before/y_m/*", kNumber | kNull},
-    Rule{"end_points/*/before/centroid_x_m", kNumber | kNull},
-    Rule{"end_points/*/before/centroid_y_m", kNumber | kNull},
-    Rule{"end_points/*/before/ellipse95", kObject | kNull},
-    Rule{"end_points/*/after", kObject | kNull},
-    Rule{"end_points/*/after/run", kArray},
-    Rule{"end_points/*/after/run/*", kNumber},
-    Rule{"end_points/*/after/x_m", kArray},
-    Rule{"end_points/*/after/x_m/*", kNumber | kNull},
-    Rule{"end_points/*/after/y_m", kArray},
-    Rule{"end_points/*/after/y_m/*", kNumber | kNull},
-    Rule{"end_points/*/after/centroid_x_m", kNumber | kNull},
-    Rule{"end_points/*/after/centroid_y_m", kNumber | kNull},
-    Rule{"end_points/*/after/ellipse95", kObject | kNull},
-    Rule{"runs", kArray},
-    Rule{"runs/*", kObject},
-    Rule{"runs/*/name", kString},
-    Rule{"runs/*/session", kString},
-    Rule{"runs/*/hold_out", kBool},
-    Rule{"runs/*/turn", kString},
-    Rule{"runs/*/weight", kNumber | kNull},
-    Rule{"runs/*/outlier", kBool},
-    Rule{"runs/*/chi2_per_dof", kNumber | kNull},
-    Rule{"runs/*/remark", kString},
-    Rule{"runs/*/before", kObject | kNull},
-    Rule{"runs/*/before/position_rms_m", kNumber | kNull},
-    Rule{"runs/*/before/position_max_m", kNumber | kNull},
-    Rule{"runs/*/after", kObject | kNull},
-    Rule{"runs/*/after/position_rms_m", kNumber | kNull},
-    Rule{"runs/*/after/position_max_m", kNumber | kNull},
-    Rule{"runs/*/nees", kNumber | kNull},
-    Rule{"runs/*/nees_white_only", kNumber | kNull},
-    Rule{"runs/*/trajectories", kObject | kNull},
-    Rule{"runs/*/trajectories/nominal", kObject},
-    Rule{"runs/*/trajectories/nominal/x_m", kArray},
-    Rule{"runs/*/trajectories/nominal/x_m/*", kNumber | kNull},
-    Rule{"runs/*/trajectories/nominal/y_m", kArray},
-    Rule{"runs/*/trajectories/nominal/y_m/*", kNumber | kNull},
-    Rule{"runs/*/trajectories/calibrated", kObject},
-    Rule{"runs/*/trajectories/calibrated/x_m", kArray},
-    Rule{"runs/*/trajectories/calibrated/x_m/*", kNumber | kNull},
-    Rule{"runs/*/trajectories/calibrated/y_m", kArray},
-    Rule{"runs/*/trajectories/calibrated/y_m/*", kNumber | kNull},
-    Rule{"runs/*/trajectories/reference", kObject},
-    Rule{"runs/*/trajectories/reference/x_m", kArray},
-    Rule{"runs/*/trajectories/reference/x_m/*", kNumber | kNull},
-    Rule{"runs/*/trajectories/reference/y_m", kArray},
-    Rule{"runs/*/trajectories/reference/y_m/*", kNumber | kNull},
-    Rule{"runs/*/deviation", kObject | kNull},
-    Rule{"runs/*/deviation/path_m", kArray},
-    Rule{"runs/*/deviation/path_m/*", kNumber | kNull},
-    Rule{"runs/*/deviation/nominal_m", kArray},
-    Rule{"runs/*/deviation/nominal_m/*", kNumber | kNull},
-    Rule{"runs/*/deviation/calibrated_m", kArray},
-    Rule{"runs/*/deviation/calibrated_m/*", kNumber | kNull},
-};
-
-constexpr std::array<std::pair<Type, std::string_view>, 6> kTypeNames = {{{kString, "a string"},
-                                                                          {kNumber, "a number"},
-                                                                          {kBool, "true or false"},
-                                                                          {kArray, "an array"},
-                                                                          {kObject, "an object"},
-                                                                          {kNull, "null"}}};
-
-Type type_of(const Json& value) {
-  if (value.is_string()) return kString;
-  if (value.is_number()) return kNumber;
-  if (value.is_boolean()) return kBool;
-  if (value.is_array()) return kArray;
-  return value.is_object() ? kObject : kNull;
-}
-
-std::string in_words(unsigned types) {
-  std::string text;
-  for (const auto& [type, name] : kTypeNames)
-    if ((types & type) != 0) text += (text.empty() ? "" : " or ") + std::string(name);
-  return text;
-}
-
-/// Follows one rule into a document and throws where a value is missing or of another type.
-class RuleCheck {
- public:
-  RuleCheck(std::string_view file_name, unsigned types) : file_name_(file_name), types_(types) {}
-
-  void follow(const Json& value, std::string_view rest, const std::string& where) const {
-    if (rest.empty()) return expect_type(value, where);
-    if (value.is_null()) return;
-    const std::string_view key = rest.substr(0, rest.find('/'));
-    const std::string_view next =
-        key.size() == rest.size() ? std::string_view() : rest.substr(key.size() + 1);
-    if (key != "*") return follow_key(value, std::string(key), next, where);
-    for (std::size_t i = 0; i < value.size(); ++i) follow(value[i], next, fmt::format("{}[{}]", where, i));
-  }
-
- private:
-  void follow_key(const Json& value, const std::string& key, std::string_view next,
-                  const std::string& where) const {
-    const std::string path = where.empty() ? key : where + "." + key;
-    const auto found = value.find(key);
-    if (found == value.end())
-      throw InputError(file_name_, fmt::format("\"{}\" is missing", path), in_words(types_));
-    follow(*found, next, path);
-  }
-
-  void expect_type(const Json& value, const std::string& where) const {
-    const Type type = type_of(value);
-    if ((types_ & type) == 0)
-      throw InputError(file_name_, fmt::format("\"{}\" is {}", where, in_words(type)), in_words(types_));
-  }
-
-  std::string_view file_name_;
-  unsigned types_;
+    JsonRule{"provenance", kObject},
+    JsonRule{"robot", kObject},
+    JsonRule{"robot/name", kString},
+    JsonRule{"status", kString},
+    JsonRule{"method", kString},
+    JsonRule{"summary", kString},
+    JsonRule{"sessions", kNumber},
+    JsonRule{"warnings", kArray},
+    JsonRule{"warnings/*", kString},
+    JsonRule{"notes", kArray},
+    JsonRule{"notes/*", kString},
+    JsonRule{"cannot_tell", kArray},
+    JsonRule{"cannot_tell/*", kString},
+    JsonRule{"e_max", kObject | kNull},
+    JsonRule{"e_max/before_m", kNumber | kNull},
+    JsonRule{"e_max/after_m", kNumber | kNull},
+    JsonRule{"e_max/after_meaning", kString},
+    JsonRule{"errors", kObject},
+    JsonRule{"errors/training", kObject | kNull},
+    JsonRule{"errors/training/runs", kNumber},
+    JsonRule{"errors/training/before", kObject},
+    JsonRule{"errors/training/after", kObject | kNull},
+    JsonRule{"errors/hold_out", kObject | kNull},
+    JsonRule{"errors/hold_out/runs", kNumber},
+    JsonRule{"errors/hold_out/before", kObject},
+    JsonRule{"errors/hold_out/after", kObject | kNull},
+    JsonRule{"parameters", kArray},
+    JsonRule{"parameters/*", kObject},
+    JsonRule{"parameters/*/name", kString},
+    JsonRule{"parameters/*/unit", kString},
+    JsonRule{"parameters/*/nominal", kNumber | kNull},
+    JsonRule{"parameters/*/value", kNumber | kNull},
+    JsonRule{"parameters/*/observable", kBool},
+    JsonRule{"parameters/*/sigma_within", kNumber | kNull},
+    JsonRule{"parameters/*/sigma_between", kNumber | kNull},
+    JsonRule{"parameters/*/sigma_total", kNumber | kNull},
+    JsonRule{"parameters/*/interval95_within", kArray | kNull},
+    JsonRule{"parameters/*/interval95_within/*", kNumber},
+    JsonRule{"parameters/*/interval95_between", kArray | kNull},
+    JsonRule{"parameters/*/interval95_between/*", kNumber},
+    JsonRule{"parameters/*/sigmas_from_nominal", kNumber | kNull},
+    JsonRule{"parameters/*/sigma_data", kNumber | kNull},
+    JsonRule{"parameters/*/sigma_prior", kNumber | kNull},
+    JsonRule{"parameters/*/reason_held", kString | kNull},
+    JsonRule{"correlation", kObject},
+    JsonRule{"correlation/names", kArray},
+    JsonRule{"correlation/names/*", kString},
+    JsonRule{"correlation/within", kArray},
+    JsonRule{"correlation/within/*", kArray},
+    JsonRule{"correlation/within/*/*", kNumber | kNull},
+    JsonRule{"correlation/total", kArray},
+    JsonRule{"correlation/total/*", kArray},
+    JsonRule{"correlation/total/*/*", kNumber | kNull},
+    JsonRule{"influence", kObject | kNull | kMissing},
+    JsonRule{"influence/parameters", kArray},
+    JsonRule{"influence/parameters/*", kObject},
+    JsonRule{"influence/parameters/*/name", kString},
+    JsonRule{"influence/parameters/*/without", kArray},
+    JsonRule{"influence/parameters/*/without/*", kNumber | kNull},
+    JsonRule{"influence/parameters/*/after", kArray},
+    JsonRule{"influence/parameters/*/after/*", kNumber | kNull},
+    JsonRule{"influence/parameters/*/sigma_after", kArray},
+    JsonRule{"influence/parameters/*/sigma_after/*", kNumber | kNull},
+    JsonRule{"directions", kArray},
+    JsonRule{"directions/*", kObject},
+    JsonRule{"directions/*/words", kString},
+    JsonRule{"directions/*/singular_value", kNumber | kNull},
+    JsonRule{"directions/*/log10_singular_value", kNumber | kNull},
+    JsonRule{"directions/*/told", kBool},
+    JsonRule{"end_points", kArray},
+    JsonRule{"end_points/*", kObject},
+    JsonRule{"end_points/*/turn", kString},
+    JsonRule{"end_points/*/hold_out", kBool},
+    JsonRule{"end_points/*/before", kObject},
+    JsonRule{"end_points/*/before/run", kArray},
+    JsonRule{"end_points/*/before/run/*", kNumber},
+    JsonRule{"end_points/*/before/x_m", kArray},
+    JsonRule{"end_points/*/before/x_m/*", kNumber | kNull},
+    JsonRule{"end_points/*/before/y_m", kArray},
+    JsonRule{"end_points/*/before/y_m/*", kNumber | kNull},
+    JsonRule{"end_points/*/before/centroid_x_m", kNumber | kNull},
+    JsonRule{"end_points/*/before/centroid_y_m", kNumber | kNull},
+    JsonRule{"end_points/*/before/ellipse95", kObject | kNull},
+    JsonRule{"end_points/*/after", kObject | kNull},
+    JsonRule{"end_points/*/after/run", kArray},
+    JsonRule{"end_points/*/after/run/*", kNumber},
+    JsonRule{"end_points/*/after/x_m", kArray},
+    JsonRule{"end_points/*/after/x_m/*", kNumber | kNull},
+    JsonRule{"end_points/*/after/y_m", kArray},
+    JsonRule{"end_points/*/after/y_m/*", kNumber | kNull},
+    JsonRule{"end_points/*/after/centroid_x_m", kNumber | kNull},
+    JsonRule{"end_points/*/after/centroid_y_m", kNumber | kNull},
+    JsonRule{"end_points/*/after/ellipse95", kObject | kNull},
+    JsonRule{"runs", kArray},
+    JsonRule{"runs/*", kObject},
+    JsonRule{"runs/*/name", kString},
+    JsonRule{"runs/*/session", kString},
+    JsonRule{"runs/*/hold_out", kBool},
+    JsonRule{"runs/*/turn", kString},
+    JsonRule{"runs/*/weight", kNumber | kNull},
+    JsonRule{"runs/*/outlier", kBool},
+    JsonRule{"runs/*/chi2_per_dof", kNumber | kNull},
+    JsonRule{"runs/*/remark", kString},
+    JsonRule{"runs/*/before", kObject | kNull},
+    JsonRule{"runs/*/before/position_rms_m", kNumber | kNull},
+    JsonRule{"runs/*/before/position_max_m", kNumber | kNull},
+    JsonRule{"runs/*/after", kObject | kNull},
+    JsonRule{"runs/*/after/position_rms_m", kNumber | kNull},
+    JsonRule{"runs/*/after/position_max_m", kNumber | kNull},
+    JsonRule{"runs/*/nees", kNumber | kNull},
+    JsonRule{"runs/*/nees_white_only", kNumber | kNull},
+    JsonRule{"runs/*/trajectories", kObject | kNull},
+    JsonRule{"runs/*/trajectories/nominal", kObject},
+    JsonRule{"runs/*/trajectories/nominal/x_m", kArray},
+    JsonRule{"runs/*/trajectories/nominal/x_m/*", kNumber | kNull},
+    JsonRule{"runs/*/trajectories/nominal/y_m", kArray},
+    JsonRule{"runs/*/trajectories/nominal/y_m/*", kNumber | kNull},
+    JsonRule{"runs/*/trajectories/calibrated", kObject},
+    JsonRule{"runs/*/trajectories/calibrated/x_m", kArray},
+    JsonRule{"runs/*/trajectories/calibrated/x_m/*", kNumber | kNull},
+    JsonRule{"runs/*/trajectories/calibrated/y_m", kArray},
+    JsonRule{"runs/*/trajectories/calibrated/y_m/*", kNumber | kNull},
+    JsonRule{"runs/*/trajectories/reference", kObject},
+    JsonRule{"runs/*/trajectories/reference/x_m", kArray},
+    JsonRule{"runs/*/trajectories/reference/x_m/*", kNumber | kNull},
+    JsonRule{"runs/*/trajectories/reference/y_m", kArray},
+    JsonRule{"runs/*/trajectories/reference/y_m/*", kNumber | kNull},
+    JsonRule{"runs/*/deviation", kObject | kNull},
+    JsonRule{"runs/*/deviation/path_m", kArray},
+    JsonRule{"runs/*/deviation/path_m/*", kNumber | kNull},
+    JsonRule{"runs/*/deviation/nominal_m", kArray},
+    JsonRule{"runs/*/deviation/nominal_m/*", kNumber | kNull},
+    JsonRule{"runs/*/deviation/calibrated_m", kArray},
+    JsonRule{"runs/*/deviation/calibrated_m/*", kNumber | kNull},
 };
 
 void expect_format(const Json& document, std::string_view file_name) {
@@ -261,24 +208,12 @@ void expect_consistent_sizes(const Json& document, std::string_view file_name) {
   }
 }
 
-Json parse(std::string_view text, std::string_view file_name) {
-  try {
-    return Json::parse(text);
-  } catch (const Json::parse_error& error) {
-    const std::size_t end = std::min(error.byte, text.size());
-    const std::size_t line = 1 + static_cast<std::size_t>(std::count(
-                                     text.begin(), text.begin() + static_cast<std::ptrdiff_t>(end), '\n'));
-    throw InputError(place(file_name, line), "is not JSON here",
-                     "a calibration.json as trundle calibrate writes it");
-  }
-}
-
 }  // namespace
 
 Json parse_calibration_json(std::string_view text, std::string_view file_name) {
-  Json document = parse(text, file_name);
+  Json document = parse_json(text, file_name, "a calibration.json as trundle calibrate writes it");
   expect_format(document, file_name);
-  for (const Rule& rule : kRules) RuleCheck(file_name, rule.types).follow(document, rule.path, "");
+  check_rules(document, kRules, file_name);
   expect_consistent_sizes(document, file_name);
   return document;
 }

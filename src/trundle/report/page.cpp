@@ -1,8 +1,11 @@
 #include "trundle/report/page.hpp"
 
+#include <array>
 #include <cassert>
 
 #include <nlohmann/json.hpp>
+
+#include "trundle/report/result_json.hpp"
 
 namespace trundle {
 
@@ -20,17 +23,16 @@ std::string json_for_script(const Json& document) {
   return escaped;
 }
 
-std::string report_page(const Json& results, const Json& provenance) {
+std::string report_page(const Json& report) {
   std::string page(page_template());
   const std::size_t mark = page.find(kDataMark);
   assert(mark != std::string::npos);
-  return page.replace(mark, kDataMark.size(),
-                      json_for_script({{"provenance", provenance}, {"results", results}}));
+  return page.replace(mark, kDataMark.size(), json_for_script(report));
 }
 
 std::string calibration_page(const Json& calibration) {
-  const Json result = {{"label", ""}, {"document", calibration}};
-  return report_page(Json::array({result}), nullptr);
+  const std::array results = {result_of_calibration(calibration)};
+  return report_page(report_json(results, nullptr));
 }
 
 }  // namespace trundle

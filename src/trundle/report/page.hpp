@@ -8,11 +8,9 @@
 namespace trundle {
 
 /// One HTML file that shows results: style, drawing (web/, inlined when the library is built) and data in
-/// one; it fetches nothing and opens from disk. `results` is an array of
-///   {"label": where it came from, "document": calibration_json(...)}
-/// and `provenance` that of the page itself, or null. Whatever stands in their strings is shown as text,
-/// never read as markup.
-std::string report_page(const nlohmann::ordered_json& results, const nlohmann::ordered_json& provenance);
+/// one; it fetches nothing and opens from disk. Whatever stands in the strings of report_json() is shown as
+/// text, never read as markup.
+std::string report_page(const nlohmann::ordered_json& report);
 
 /// The page of one calibration.
 std::string calibration_page(const nlohmann::ordered_json& calibration);

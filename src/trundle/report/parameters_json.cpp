@@ -155,6 +155,24 @@ Json correlation_json(const CalibrationResult& result) {
           {"covariance_total", rows_of_matrix(result.covariance_total)}};
 }
 
+Json influence_json(const CalibrationResult& result) {
+  if (result.after_run.empty()) return nullptr;
+  Json parameters = Json::array();
+  for (std::size_t j = 0; j < result.parameters.size(); ++j) {
+    if (!result.parameters[j].observable) continue;
+    const auto of = [&](const std::vector<Eigen::VectorXd>& runs) {
+      Json values = Json::array();
+      for (const Eigen::VectorXd& run : runs) values.push_back(run[static_cast<Eigen::Index>(j)]);
+      return values;
+    };
+    parameters.push_back({{"name", result.parameters[j].name},
+                          {"without", of(result.without_run)},
+                          {"after", of(result.after_run)},
+                          {"sigma_after", of(result.sigma_after_run)}});
+  }
+  return {{"parameters", std::move(parameters)}};
+}
+
 Json directions_json(const CalibrationResult& result) {
   Json directions = Json::array();
   for (const ObservableDirection& direction : result.directions)

@@ -35,18 +35,25 @@ double axis_angle(const Vector2& axis) {
   return angle > kPi / 2.0 ? angle - kPi : (angle <= -kPi / 2.0 ? angle + kPi : angle);
 }
 
-Ellipse prediction_ellipse(std::span<const Vector2> points, const Vector2& mean) {
-  const Eigen::SelfAdjointEigenSolver<Matrix2> axes(sample_covariance(points, mean));
-  const double c = prediction_radius(static_cast<double>(points.size()));
+/// All points at most c sigmas from the mean.
+Ellipse ellipse_of(const Vector2& mean, const Matrix2& covariance, double c) {
+  const Eigen::SelfAdjointEigenSolver<Matrix2> axes(covariance);
   const Vector2 sigma = axes.eigenvalues().cwiseMax(0.0).cwiseSqrt();
   return {mean, c * sigma(1), c * sigma(0), axis_angle(axes.eigenvectors().col(1))};
 }
 
 }  // namespace
 
+Ellipse error_ellipse95(const Vector2& mean, const Matrix2& covariance) {
+  constexpr double kChi2Of2 = 5.991464547107979;
+  return ellipse_of(mean, covariance, std::sqrt(kChi2Of2));
+}
+
 Scatter scatter_of(std::span<const Vector2> points) {
   Scatter scatter{static_cast<int>(points.size()), mean_of(points), {}};
-  if (scatter.count >= kFewestForEllipse) scatter.ellipse95 = prediction_ellipse(points, scatter.centroid);
+  if (scatter.count >= kFewestForEllipse)
+    scatter.ellipse95 = ellipse_of(scatter.centroid, sample_covariance(points, scatter.centroid),
+                                   prediction_radius(static_cast<double>(scatter.count)));
   return scatter;
 }
 

@@ -15,6 +15,9 @@ struct Ellipse {
   double angle_rad = 0.0;  ///< of the major axis, in (−π/2, π/2]
 };
 
+/// The ellipse in which a Gaussian point lies with 95 % probability: (x − mean)ᵀ Σ⁻¹ (x − mean) ≤ χ²₀.₉₅(2).
+Ellipse error_ellipse95(const Vector2& mean, const Matrix2& covariance);
+
 /// The fewest points that get an ellipse: below, it would be larger than any picture of them.
 inline constexpr int kFewestForEllipse = 5;
 

@@ -22,6 +22,12 @@ class Random {
   double normal();
   double normal(double sigma) { return sigma == 0.0 ? 0.0 : sigma * normal(); }
 
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.state_);
+  }
+
  private:
   std::array<std::uint64_t, 4> state_{};
 };

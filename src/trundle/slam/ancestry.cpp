@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <numeric>
 
 namespace trundle {
 
@@ -62,6 +63,17 @@ Ancestry::Index Ancestry::ancestor(Epoch epoch, Index particle) const {
 
 std::size_t Ancestry::survivors(Epoch epoch) const {
   return epoch == now_ ? particles_ : runs(epoch).size();
+}
+
+void Ancestry::write_ancestors(Epoch epoch, std::span<Index> ancestors) const {
+  if (epoch == now_)
+    return std::iota(ancestors.begin(), ancestors.begin() + static_cast<std::ptrdiff_t>(particles_),
+                     Index{0});
+  const auto of_epoch = runs(epoch);
+  for (std::size_t k = 0; k < of_epoch.size(); ++k) {
+    const std::size_t end = k + 1 < of_epoch.size() ? of_epoch[k + 1].first : particles_;
+    for (std::size_t i = of_epoch[k].first; i < end; ++i) ancestors[i] = of_epoch[k].ancestor;
+  }
 }
 
 }  // namespace trundle

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <span>
@@ -23,6 +22,11 @@ class Ancestry {
   struct Run {
     Index first;
     Index ancestor;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.first, self.ancestor);
+    }
   };
 
   explicit Ancestry(std::size_t particles);
@@ -43,21 +47,24 @@ class Ancestry {
   /// How many particles of a held epoch have descendants.
   std::size_t survivors(Epoch epoch) const;
 
-  /// to[i] = from[ancestor of i]: a column of a held epoch brought up to now.
-  template <class T>
-  void gather(Epoch epoch, const T* from, T* to) const {
-    if (epoch == now_) return static_cast<void>(std::copy_n(from, particles_, to));
-    const auto of_epoch = runs(epoch);
-    for (std::size_t k = 0; k < of_epoch.size(); ++k) {
-      const std::size_t end = k + 1 < of_epoch.size() ? of_epoch[k + 1].first : particles_;
-      std::fill(to + of_epoch[k].first, to + end, from[of_epoch[k].ancestor]);
-    }
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.now_, self.generations_);
   }
+
+  /// Each particle's ancestor of a held epoch, runs written out; what stands beyond the particles stays.
+  void write_ancestors(Epoch epoch, std::span<Index> ancestors) const;
 
  private:
   struct Generation {
     std::vector<Run> runs;  ///< empty: everyone is his own ancestor
     std::size_t holders = 0;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.runs, self.holders);
+    }
   };
   void descend(Generation& generation, bool is_youngest) const;
 

@@ -22,11 +22,18 @@ std::map<LandmarkId, Index> columns_of(const std::vector<std::vector<Fit>>& fits
   return columns;
 }
 
-bool is_near_something(const std::vector<Fit>& fits, double limit) {
-  return std::ranges::any_of(fits, [&](const Fit& fit) { return fit.nis <= limit; });
+/// Within the gate of a landmark that another observation shows is no doubt: both are there.
+bool is_doubtful(const std::vector<Fit>& fits, const AssociationOptions& options) {
+  return std::ranges::any_of(fits, [&](const Fit& fit) {
+    return fit.nis > options.gate && fit.nis <= options.doubt * options.gate;
+  });
 }
 
 }  // namespace
+
+double cost_of_new(const AssociationOptions& options) {
+  return 2.0 * std::log(2.0 * kPi * options.max_range_m / options.new_share);
+}
 
 // Eq. 21: a column for each landmark, and one for each observation that stands for 'none of them'.
 std::vector<Associated> associate(const std::vector<std::vector<Fit>>& fits,
@@ -35,7 +42,7 @@ std::vector<Associated> associate(const std::vector<std::vector<Fit>>& fits,
   const auto rows = static_cast<Index>(fits.size());
   const auto landmarks = static_cast<Index>(columns.size());
   Eigen::MatrixXd cost = Eigen::MatrixXd::Constant(rows, landmarks + rows, kForbidden);
-  const double none = 2.0 * std::log(2.0 * kPi * options.max_range_m);
+  const double none = cost_of_new(options);
   std::vector<LandmarkId> landmark_of(columns.size());
   for (const auto& [landmark, column] : columns) landmark_of[static_cast<std::size_t>(column)] = landmark;
   for (Index row = 0; row < rows; ++row) {
@@ -48,7 +55,7 @@ std::vector<Associated> associate(const std::vector<std::vector<Fit>>& fits,
   for (std::size_t i = 0; i < fits.size(); ++i) {
     if (chosen[i] < landmarks)
       result[i] = {Association::matched, landmark_of[static_cast<std::size_t>(chosen[i])]};
-    else if (!is_near_something(fits[i], options.doubt * options.gate))
+    else if (!is_doubtful(fits[i], options))
       result[i].kind = Association::fresh;
   }
   return result;

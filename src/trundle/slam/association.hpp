@@ -14,9 +14,16 @@ struct Fit {
   double minus_two_log_p = 0.0;  ///< −2 log of the reading's density, (range, bearing) [m, rad]
 };
 
+/// Of sightings without names. docs/slam.md, 'Without names'.
+struct UnknownIdOptions {
+  double gate = 9.2103403719761836;  ///< NIS of a match is at most this: 99 % of the honest ones
+  double near = 2.0;  ///< what is within this times the gate of a landmark, but not it, is no new one
+};
+
 struct AssociationOptions {
   double gate = 0.0;          ///< NIS of a match is at most this
   double max_range_m = 10.0;  ///< of the sensor: a new landmark may be anywhere up to it
+  double new_share = 1.0;     ///< so many of the sightings are expected to show a new one
   double doubt = 2.0;  ///< a sighting within doubt · gate of a landmark, but matched to none, is no new one
 };
 
@@ -26,6 +33,9 @@ struct Associated {
   Association kind = Association::doubtful;
   LandmarkId landmark = kUnknownLandmark;  ///< where matched
 };
+
+/// −2 log of the density of a reading that shows a new landmark, anywhere in the sensor's range.
+double cost_of_new(const AssociationOptions& options);
 
 /// Which landmark each of the observations of one instant shows: the most probable explanation of all of them
 /// together in which no landmark is seen twice. `fits` lists for each observation the landmarks that are not

@@ -53,6 +53,12 @@ class TripleColumns {
   /// What was parents[i]'s becomes i's; `parents` ascends.
   void permute(std::span<const std::uint32_t> parents);
 
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.columns_);
+  }
+
  private:
   std::array<Column<double>, 3> columns_;
 };
@@ -67,6 +73,12 @@ class PoseColumns {
     return {numbers_[0][particle], numbers_[1][particle], numbers_[2][particle]};
   }
   void permute(std::span<const std::uint32_t> parents) { numbers_.permute(parents); }
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.numbers_);
+  }
   void set(std::size_t particle, const Pose2& pose) {
     numbers_.set(particle, {pose.x, pose.y, pose.heading});
   }
@@ -82,6 +94,11 @@ struct SensorColumns {
 
   Vector2 origin = Vector2::Zero();
   Column<double> x, y, cos, sin;
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.origin, self.x, self.y, self.cos, self.sin);
+  }
 };
 
 /// Particles from `first` to before `last`, both at whole groups of kParticleLanes.

@@ -18,9 +18,11 @@ bool fits(const SightedPoint& a, const SightedPoint& b) {
   return apart.dot((a.covariance + b.covariance).llt().solve(apart)) <= kDefaultGate;
 }
 
+/// Nameless readings of one instant show different landmarks.
 bool is_same(const SightedPoint& a, const SightedPoint& b) {
   const bool nameless = a.landmark == kUnknownLandmark && b.landmark == kUnknownLandmark;
-  return nameless ? fits(a, b) : a.landmark == b.landmark;
+  if (!nameless) return a.landmark == b.landmark;
+  return a.step != b.step && fits(a, b);
 }
 
 /// What two sightings of one landmark say together.
@@ -33,7 +35,7 @@ void improve(SightedPoint& point, const SightedPoint& other) {
 
 }  // namespace
 
-// Eq. 27.
+// Eq. 46.
 void Constellation::step(const Motion& motion, std::span<const Observation> observations) {
   ++now_;
   const Pose2 back = motion.mean.inverse();
@@ -58,10 +60,9 @@ void Constellation::add(const Observation& observation) {
   SightedPoint point{sighted.in_world,
                      sighted.by_reading * reading_covariance(sensor_) * sighted.by_reading.transpose(),
                      observation.landmark, now_};
-  const auto same = std::ranges::find_if(
-      points_, [&](const SightedPoint& p) { return p.step < now_ && is_same(p, point); });
+  const auto same = std::ranges::find_if(points_, [&](const SightedPoint& p) { return is_same(p, point); });
   if (same != points_.end()) {
-    if (fits(*same, point)) improve(point, *same);
+    if (same->step < now_ && fits(*same, point)) improve(point, *same);
     points_.erase(same);
   }
   points_.push_back(point);

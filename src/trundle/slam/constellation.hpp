@@ -15,10 +15,15 @@ struct SightedPoint {
   Matrix2 covariance = Matrix2::Zero();  ///< of the reading, and of the motion since
   LandmarkId landmark = kUnknownLandmark;
   std::uint64_t step = 0;  ///< when it was seen
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.in_body, self.covariance, self.landmark, self.step);
+  }
 };
 
 /// The landmarks seen lately, in today's body frame: what a robot that does not know where it is has to
-/// recognise a place by. Bounded: the points seen last, none less certain than a metre. docs/slam.md, eq. 27.
+/// recognise a place by. Bounded: the points seen last, none less certain than a metre. docs/slam.md, eq. 46.
 class Constellation {
  public:
   explicit Constellation(const LandmarkSensor& sensor) : sensor_(sensor) {}
@@ -31,6 +36,12 @@ class Constellation {
   std::uint64_t now() const { return now_; }
   /// Points seen in the last step.
   std::size_t fresh() const;
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.now_, self.points_);
+  }
 
  private:
   void add(const Observation& observation);

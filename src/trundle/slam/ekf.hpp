@@ -3,18 +3,13 @@
 #include <span>
 #include <vector>
 
+#include "trundle/slam/association.hpp"
 #include "trundle/slam/existence.hpp"
 #include "trundle/slam/joint_compatibility.hpp"
 #include "trundle/slam/joint_gaussian.hpp"
 #include "trundle/slam/landmark_grid.hpp"
 
 namespace trundle {
-
-/// Of sightings without names. docs/slam.md, 'Without names'.
-struct UnknownIdOptions {
-  double gate = 9.2103403719761836;  ///< NIS of a match is at most this: 99 % of the honest ones
-  double near = 2.0;  ///< what is within this times the gate of a landmark, but not it, is no new one
-};
 
 struct EkfSlamOptions {
   SlamPrior prior = {};
@@ -33,8 +28,17 @@ class EkfSlam {
   PoseEstimate estimate() const { return state_.body(); }
   std::size_t landmarks() const { return entries_.size(); }
   MappedLandmark landmark(std::size_t index) const;
+  /// Whether the map that is given out has it.
+  bool has_landmark(std::size_t) const { return true; }
   /// The whole joint covariance, in the order x, y, heading, s, x_1, y_1, ...
   Eigen::MatrixXd covariance() const { return state_.covariance(); }
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.state_, self.entries_, self.index_of_, self.grid_, self.off_grid_m_, self.visibility_,
+            self.report_);
+  }
 
  private:
   using Index = Eigen::Index;
@@ -51,6 +55,11 @@ class EkfSlam {
     std::size_t sightings;
     bool has_name;  ///< given by the caller: it exists
     Existence existence;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.id, self.sightings, self.has_name, self.existence);
+    }
   };
 
   void predict(const Motion& motion);

@@ -25,6 +25,12 @@ class Visibility {
   double for_seen() const;
   double for_missed() const;
 
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.furthest_m_, self.sightings_, self.seen_, self.looks_);
+  }
+
  private:
   static constexpr int kSectors = 36;
   static int sector_of(double bearing_rad);
@@ -52,6 +58,11 @@ struct Existence {
   }
   /// Counts a look. False: to be removed.
   bool look(const Vector2& from, bool seen, Visibility& visibility);
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.log_odds, self.looked_from);
+  }
 };
 
 }  // namespace trundle

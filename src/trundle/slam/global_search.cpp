@@ -30,7 +30,7 @@ struct PointSight {
   Matrix2 noise;
 };
 
-/// Eq. 28: q = Rᵀ(m − p).
+/// Eq. 47: q = Rᵀ(m − p).
 PointSight point_sight(const Pose2& pose, const SightedPoint& point, const KnownLandmark& landmark) {
   const Matrix2 Rt = rotation(-pose.heading);
   const Vector2 expected = Rt * (landmark.position - pose.translation());
@@ -133,7 +133,7 @@ class Search {
     return std::log1p(-options_.outlier_share) - std::log(std::max(1.0, in_view));
   }
 
-  /// Eq. 28, 29: least squares for the pose from two points, and what they weigh together.
+  /// Eq. 47, 48: least squares for the pose from two points, and what they weigh together.
   std::optional<PoseHypothesis> from_pair(const PointPair& pair, LandmarkId first, LandmarkId second) const {
     PoseHypothesis hypothesis;
     PoseEstimate& pose = hypothesis.pose;
@@ -167,7 +167,7 @@ class Search {
     return hypothesis;
   }
 
-  /// Eq. 30: the other points, the newest first, each as a measurement of the pose or as no landmark.
+  /// Eq. 49: the other points, the newest first, each as a measurement of the pose or as no landmark.
   PoseHypothesis with_the_rest(PoseHypothesis hypothesis, const PointPair& pair) const {
     const auto points = seen_.points();
     for (std::size_t i = points.size(); i-- > 0;) {

@@ -68,6 +68,13 @@ class JointGaussian {
   /// The last landmark takes the number of the removed one.
   void remove(std::size_t landmark);
 
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.size_, self.mean_, self.A_, self.transfer_, self.learned_, self.learned_mean_,
+            self.settled_of_, self.active_of_, self.settled_mean_, self.P_);
+  }
+
  private:
   std::size_t landmark_count() const { return active_of_.size(); }
   Index total() const { return kBody + 2 * static_cast<Index>(landmark_count()); }

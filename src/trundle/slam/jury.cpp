@@ -1,5 +1,8 @@
 #include "trundle/slam/jury.hpp"
 
+#include <algorithm>
+#include <limits>
+
 #include "trundle/slam/particle_kernels.hpp"
 
 namespace trundle {
@@ -41,6 +44,44 @@ Jury::Verdict Jury::on(const KnownReading& known, double gate) {
     if (surprises_[2][seat] > gate) against += votes_[seat];
   }
   return {against > 0.5 * all, {surprises_[0][0], surprises_[1][0]}, surprises_[2][0]};
+}
+
+void Jury::add_to(Whereabouts& where, const LandmarkEstimate& m) const {
+  const Vector2 place(m.x, m.y);
+  if (!where.is_somewhere) where.place = place;
+  where.is_somewhere = true;
+  where.reach_m = std::max(where.reach_m, (place - where.place).norm());
+  where.sigma_m = std::max(where.sigma_m, std::sqrt(m.xx + m.yy));
+}
+
+Jury::Whereabouts Jury::where_is(const LandmarkColumns& landmark) {
+  landmark_.take(landmark, jurors_);
+  Whereabouts where;
+  for (std::size_t seat = 0; seat < jurors_.size(); ++seat)
+    if (const LandmarkEstimate m = landmark_.at(seat); is_there(m)) add_to(where, m);
+  return where;
+}
+
+Jury::Whereabouts Jury::where_points(const ReadingTerms& reading) const {
+  Whereabouts where;
+  for (std::size_t seat = 0; seat < jurors_.size(); ++seat) {
+    const SensorAt sensor{sensors_.origin.x() + sensors_.x[seat], sensors_.origin.y() + sensors_.y[seat],
+                          sensors_.cos[seat], sensors_.sin[seat]};
+    add_to(where, first_estimate(sensor, reading));
+  }
+  const Matrix3& C = sensor_covariance_;
+  const double by_sensor = C(0, 0) + C(1, 1) + reading.range * reading.range * C(2, 2);
+  where.sigma_m = std::sqrt(where.sigma_m * where.sigma_m + by_sensor);
+  return where;
+}
+
+double Jury::least_nis(const KnownReading& known) {
+  landmark_.take(*known.landmark, jurors_);
+  set_surprises({known.reading, &landmark_}, sensors_, sensor_covariance_, {0, kSeats}, surprises_);
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t seat = 0; seat < jurors_.size(); ++seat)
+    if (is_there(landmark_.at(seat))) least = std::min(least, surprises_[2][seat]);
+  return least;
 }
 
 }  // namespace trundle

@@ -25,10 +25,24 @@ class Jury {
     Vector2 innovation = Vector2::Zero();  ///< of the reporter: (range, bearing) [m, rad]
     double nis = 0.0;
   };
+  /// Where jurors have a landmark, or take a reading to point: how far from the reporter they go.
+  struct Whereabouts {
+    bool is_somewhere = false;
+    Vector2 place = Vector2::Zero();  ///< the reporter's, or where it has none that of another
+    double reach_m = 0.0;             ///< greatest distance of another from it
+    double sigma_m = 0.0;             ///< greatest of a juror's own
+  };
+  Whereabouts where_is(const LandmarkColumns& landmark);
+  Whereabouts where_points(const ReadingTerms& reading) const;
+  /// Least NIS that a juror finds who has the landmark.
+  double least_nis(const KnownReading& known);
+
   /// Rejected where more than half of the jurors' weight finds the NIS above the gate.
   Verdict on(const KnownReading& known, double gate);
 
  private:
+  void add_to(Whereabouts& where, const LandmarkEstimate& m) const;
+
   static constexpr std::size_t kSeats = 32;  ///< the first is the reporter's
 
   std::size_t particles_;

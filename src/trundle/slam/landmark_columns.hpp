@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
+
 #include "trundle/slam/columns.hpp"
 #include "trundle/slam/particle_landmark.hpp"
 
@@ -9,11 +12,18 @@ namespace trundle {
 /// micrometres wherever the robot is.
 enum class Precision { float32, float64 };
 
+/// In the column of a landmark that a particle does not have; no variance is negative.
+inline constexpr double kAbsent = -1.0;
+inline bool is_there(const LandmarkEstimate& m) {
+  return m.xx >= 0.0;
+}
+
 /// One landmark in the maps of all particles: x, y, xx, xy, yy, each a column by particle.
 class LandmarkColumns {
  public:
   static constexpr std::size_t kColumns = 5;
 
+  LandmarkColumns() : LandmarkColumns(0, Precision::float32) {}
   LandmarkColumns(std::size_t particles, Precision precision, const Vector2& origin = Vector2::Zero())
       : stride_(padded(particles)),
         origin_(origin),
@@ -33,6 +43,11 @@ class LandmarkColumns {
       return double_.data();
   }
 
+  template <class Real>
+  const Real* numbers() const {
+    return const_cast<LandmarkColumns*>(this)->numbers<Real>();
+  }
+  /// Keeps the origin.
   void swap_numbers(LandmarkColumns& other) {
     single_.swap(other.single_);
     double_.swap(other.double_);
@@ -50,6 +65,29 @@ class LandmarkColumns {
         else
           double_[to] = from.double_[of];
       }
+  }
+
+  /// The same landmark for all particles.
+  void fill(const LandmarkEstimate& m) {
+    origin_ = {m.x, m.y};
+    const std::array<double, kColumns> numbers = {0.0, 0.0, m.xx, m.xy, m.yy};
+    for (std::size_t k = 0; k < kColumns; ++k)
+      if (double_.empty())
+        std::fill_n(single_.data() + k * stride_, stride_, static_cast<float>(numbers[k]));
+      else
+        std::fill_n(double_.data() + k * stride_, stride_, numbers[k]);
+  }
+  /// The landmarks of another map of the same precision, for the particles that chose it.
+  void take_where(std::span<const std::int32_t> choices, std::int32_t chosen, const LandmarkColumns& from) {
+    const Vector2 shift = from.origin_ - origin_;
+    for (std::size_t k = 0; k < kColumns; ++k) {
+      const double more = k < 2 ? shift[static_cast<Eigen::Index>(k)] : 0.0;
+      if (double_.empty())
+        blend(choices, chosen, static_cast<float>(more), from.single_.data() + k * stride_,
+              single_.data() + k * stride_);
+      else
+        blend(choices, chosen, more, from.double_.data() + k * stride_, double_.data() + k * stride_);
+    }
   }
 
   /// In the world.
@@ -75,7 +113,20 @@ class LandmarkColumns {
     put(4, m.yy);
   }
 
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.stride_, self.origin_, self.single_, self.double_);
+  }
+
  private:
+  template <class Real>
+  static void blend(std::span<const std::int32_t> choices, std::int32_t chosen, Real shift, const Real* from,
+                    Real* to) {
+    for (std::size_t i = 0; i < choices.size(); ++i)
+      to[i] = choices[i] == chosen ? static_cast<Real>(from[i] + shift) : to[i];
+  }
+
   std::size_t stride_;
   Vector2 origin_;
   Column<float> single_;

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <compare>
 #include <cstdint>
+#include <map>
 #include <unordered_map>
 #include <vector>
 
@@ -25,10 +27,24 @@ class LandmarkGrid {
   /// Those within a radius, the nearest first, at most so many. Work grows with the landmarks there.
   void near(const Vector2& place, double radius_m, std::size_t most, std::vector<std::size_t>& found) const;
 
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.places_);
+    auto cells = self.sorted_cells();
+    archive(cells);
+    if constexpr (Archive::kReads) self.cells_ = {cells.begin(), cells.end()};
+  }
+
  private:
   struct Cell {
     std::int32_t x, y;
-    bool operator==(const Cell&) const = default;
+    auto operator<=>(const Cell&) const = default;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.x, self.y);
+    }
   };
   struct Hash {
     std::size_t operator()(const Cell& cell) const;
@@ -36,8 +52,14 @@ class LandmarkGrid {
   struct Place {
     Vector2 at = Vector2::Zero();
     bool is_there = false;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.at, self.is_there);
+    }
   };
   Cell cell_of(const Vector2& place) const;
+  std::map<Cell, std::vector<std::size_t>> sorted_cells() const { return {cells_.begin(), cells_.end()}; }
 
   double cell_m_;
   std::vector<Place> places_;  ///< by landmark

@@ -195,6 +195,37 @@ void first(const ReadingTerms& reading, const SensorColumns& sensors, ParticleRa
     first_as<double>(reading, sensors, range, landmark);
 }
 
+HWY_INLINE hn::Vec<hn::RebindToSigned<Tag<float>>> load_index(Tag<float>, const std::uint32_t* from) {
+  const hn::RebindToSigned<Tag<float>> d;
+  return hn::BitCast(d, hn::Load(Tag<std::uint32_t>(), from));
+}
+HWY_INLINE hn::Vec<hn::RebindToSigned<Tag<double>>> load_index(Tag<double>, const std::uint32_t* from) {
+  const hn::RebindToSigned<Tag<double>> d;
+  const hn::Rebind<std::int32_t, Tag<double>> narrow;
+  return hn::PromoteTo(d, hn::Load(narrow, reinterpret_cast<const std::int32_t*>(from)));
+}
+
+template <class Real>
+void gather_as(const LandmarkColumns& from, const Column<std::uint32_t>& ancestors, ParticleRange range,
+               LandmarkColumns& to) {
+  const Tag<Real> d;
+  const std::size_t stride = from.stride();
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(d)) {
+    const auto index = load_index(d, ancestors.data() + i);
+    for (std::size_t k = 0; k < LandmarkColumns::kColumns; ++k)
+      hn::Store(hn::GatherIndex(d, from.numbers<Real>() + k * stride, index), d,
+                to.numbers<Real>() + k * stride + i);
+  }
+}
+
+void gather(const LandmarkColumns& from, const Column<std::uint32_t>& ancestors, ParticleRange range,
+            LandmarkColumns& to) {
+  if (from.precision() == Precision::float32)
+    gather_as<float>(from, ancestors, range, to);
+  else
+    gather_as<double>(from, ancestors, range, to);
+}
+
 /// Where a sight points in the sensor's own frame: how range and range · bearing change with a twist of the
 /// sensor, but for the sign. Rows (cos, sin, 0) and (−sin, cos, range).
 template <class Real>
@@ -255,28 +286,46 @@ HWY_INLINE LaneTriple<Real> times(const LaneSymmetric<Real>& A, const LaneTriple
           A.xh * v.x + A.yh * v.y + A.hh * v.h};
 }
 
-// Eq. 14: S' + A Aᵀ with A = −(rows) L.
+/// S' + A Q Aᵀ, Q the covariance of a twist of the sensor.
+template <class Real>
+struct LaneTotal {
+  Vec<Real> along, mixed, across;
+  Vec<Real> determinant;
+};
+
+template <class Real>
+HWY_INLINE LaneTotal<Real> total_covariance(const LaneSymmetric<Real>& Q, const LaneSensor<Real>& sensor,
+                                            const LaneSight<Real>& s) {
+  const LaneDirection<Real> at = direction_of(sensor, s);
+  const Vec<Real> zero = hn::Zero(Tag<Real>());
+  const LaneTriple<Real> along = {at.cos, at.sin, zero};
+  const LaneTriple<Real> across = {zero - at.sin, at.cos, s.range};
+  const LaneTriple<Real> Qa = times(Q, along);
+  const LaneTriple<Real> Qc = times(Q, across);
+  const Vec<Real> aa = s.s_along + dot(along, Qa);
+  const Vec<Real> ac = s.p_mixed + dot(across, Qa);
+  const Vec<Real> cc = s.s_across + dot(across, Qc);
+  return {aa, ac, cc, aa * cc - ac * ac};
+}
+
+template <class Real>
+HWY_INLINE Vec<Real> nis_of(const LaneSight<Real>& s, const LaneTotal<Real>& S) {
+  return (s.along * (S.across * s.along - S.mixed * s.across) +
+          s.across * (S.along * s.across - S.mixed * s.along)) /
+         S.determinant;
+}
+
+// Eq. 14.
 template <class Real>
 void surprises_as(const KnownReading& known, const SensorColumns& sensors, const Matrix3& covariance,
                   ParticleRange range, TripleColumns& surprises) {
   const LaneSymmetric<Real> Q = symmetric<Real>(covariance);
-  const Vec<Real> zero = hn::Zero(Tag<Real>());
   for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
     const LaneSensor<Real> sensor = load_sensor<Real>(sensors, i);
     const LaneSight<Real> s =
         sight_of(sensor, known.reading, known.landmark->origin() - sensors.origin,
                  load_landmark<Real>(known.landmark->numbers<Real>() + i, known.landmark->stride()));
-    const LaneDirection<Real> at = direction_of(sensor, s);
-    const LaneTriple<Real> along = {at.cos, at.sin, zero};
-    const LaneTriple<Real> across = {zero - at.sin, at.cos, s.range};
-    const LaneTriple<Real> Qa = times(Q, along);
-    const LaneTriple<Real> Qc = times(Q, across);
-    const Vec<Real> aa = s.s_along + dot(along, Qa);
-    const Vec<Real> ac = s.p_mixed + dot(across, Qa);
-    const Vec<Real> cc = s.s_across + dot(across, Qc);
-    const Vec<Real> nis =
-        (s.along * (cc * s.along - ac * s.across) + s.across * (aa * s.across - ac * s.along)) /
-        (aa * cc - ac * ac);
+    const Vec<Real> nis = nis_of(s, total_covariance(Q, sensor, s));
     store_triple<Real>({s.along, s.across * s.inverse_range, nis}, surprises, i);
   }
 }
@@ -287,6 +336,98 @@ void surprises_of(const KnownReading& known, const SensorColumns& sensors, const
     surprises_as<float>(known, sensors, covariance, range, surprises);
   else
     surprises_as<double>(known, sensors, covariance, range, surprises);
+}
+
+HWY_INLINE void store_choices(Vec<float> x, std::int32_t* to) {
+  const hn::RebindToSigned<Tag<float>> d;
+  hn::Store(hn::ConvertTo(d, x), d, to);
+}
+HWY_INLINE void store_choices(Vec<double> x, std::int32_t* to) {
+  const hn::Rebind<std::int32_t, Tag<double>> d;
+  hn::Store(hn::DemoteTo(d, x), d, to);
+}
+
+HWY_INLINE Vec<double> exp_of(Vec<double> x) {
+  return exp(x);
+}
+HWY_INLINE Vec<float> exp_of(Vec<float> x) {
+  TwoWide wide = promoted(x);
+  wide.low = exp(wide.low);
+#if HWY_TARGET != HWY_SCALAR
+  wide.high = exp(wide.high);
+#endif
+  return demoted(wide);
+}
+
+/// What one reading costs a group of particles, for each candidate: −2 log p, where they may choose it.
+template <class Real>
+struct LaneCosts {
+  std::array<Vec<Real>, kMostCandidates> of;
+  Vec<Real> least;
+  Vec<Real> otherwise;  ///< kFresh or kDoubtful
+};
+
+template <class Real>
+HWY_INLINE LaneCosts<Real> costs_of(const ReadingTerms& reading, std::span<const Candidate> candidates,
+                                    const Choosing& choosing, std::size_t i) {
+  const AssociationOptions& options = choosing.options;
+  const LaneSymmetric<Real> Q = symmetric<Real>(choosing.sensor_covariance);
+  const LaneSensor<Real> sensor = load_sensor<Real>(choosing.sensors, i);
+  const Vec<Real> gate = lanes<Real>(options.gate);
+  const Vec<Real> zero = hn::Zero(Tag<Real>());
+  LaneCosts<Real> costs;
+  costs.least = lanes<Real>(cost_of_new(options));
+  costs.otherwise = lanes<Real>(kFresh);
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    const LandmarkColumns& columns = *candidates[c].columns;
+    const LaneLandmark<Real> m = load_landmark<Real>(columns.numbers<Real>() + i, columns.stride());
+    const LaneSight<Real> s = sight_of(sensor, reading, columns.origin() - choosing.sensors.origin, m);
+    const LaneTotal<Real> S = total_covariance(Q, sensor, s);
+    const Vec<Real> nis = nis_of(s, S);
+    const Vec<Real> cost = nis + log<Real>(S.determinant * s.inverse_range * s.inverse_range) +
+                           lanes<Real>(2.0 * std::log(2.0 * kPi));
+    const auto passes = hn::And(m.xx >= zero, nis <= gate);
+    const auto is_near =
+        hn::And(hn::And(m.xx >= zero, nis > gate), nis <= lanes<Real>(options.doubt * options.gate));
+    costs.of[c] = hn::IfThenElse(passes, cost, lanes<Real>(1e9));
+    costs.least = hn::Min(costs.least, costs.of[c]);
+    costs.otherwise = hn::IfThenElse(is_near, lanes<Real>(kDoubtful), costs.otherwise);
+  }
+  return costs;
+}
+
+// Eq. 54.
+template <class Real>
+void choices_as(const ReadingTerms& reading, std::span<const Candidate> candidates, const Choosing& choosing,
+                ParticleRange range, std::int32_t* choices) {
+  const Vec<Real> half = lanes<Real>(-0.5);
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
+    const LaneCosts<Real> costs = costs_of<Real>(reading, candidates, choosing, i);
+    const auto relative = [&](Vec<Real> cost) HWY_ATTR { return exp_of(half * (cost - costs.least)); };
+    const Vec<Real> none = relative(lanes<Real>(cost_of_new(choosing.options)));
+    std::array<Vec<Real>, kMostCandidates> share;
+    Vec<Real> all = none;
+    for (std::size_t c = 0; c < candidates.size(); ++c) all = all + (share[c] = relative(costs.of[c]));
+    Vec<Real> left = load<Real>(choosing.chance + i) * all - none;
+    Vec<Real> choice = costs.otherwise;
+    Vec<Real> chosen = none;
+    for (std::size_t c = 0; c < candidates.size(); ++c) {
+      const auto takes = hn::And(left >= hn::Zero(Tag<Real>()), share[c] > hn::Zero(Tag<Real>()));
+      choice = hn::IfThenElse(takes, lanes<Real>(candidates[c].landmark), choice);
+      chosen = hn::IfThenElse(takes, share[c], chosen);
+      left = left - share[c];
+    }
+    store_choices(choice, choices + i);
+    add<Real>(log<Real>(all / chosen), choosing.log_weights + i);
+  }
+}
+
+void choices_of(const ReadingTerms& reading, std::span<const Candidate> candidates, const Choosing& choosing,
+                ParticleRange range, std::int32_t* choices) {
+  if (candidates.front().columns->precision() == Precision::float32)
+    choices_as<float>(reading, candidates, choosing, range, choices);
+  else
+    choices_as<double>(reading, candidates, choosing, range, choices);
 }
 
 /// L of a twist = L n.
@@ -503,18 +644,6 @@ void gaussians(std::span<const KnownReading> readings, const GaussianProposal& p
     gaussians_as<double>(readings, proposal, range, n, log_weights);
 }
 
-HWY_INLINE Vec<double> exp_of(Vec<double> x) {
-  return exp(x);
-}
-HWY_INLINE Vec<float> exp_of(Vec<float> x) {
-  TwoWide wide = promoted(x);
-  wide.low = exp(wide.low);
-#if HWY_TARGET != HWY_SCALAR
-  wide.high = exp(wide.high);
-#endif
-  return demoted(wide);
-}
-
 /// The landmark of a group of particles, or of one particle in all lanes.
 template <class Real, bool kOfOne>
 HWY_INLINE LaneLandmark<Real> landmark_of(LandmarkColumns& columns, std::size_t i) {
@@ -571,12 +700,19 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace trundle {
 
+HWY_EXPORT(gather);
 HWY_EXPORT(weigh);
 HWY_EXPORT(first);
 HWY_EXPORT(surprises_of);
+HWY_EXPORT(choices_of);
 HWY_EXPORT(gaussians);
 HWY_EXPORT(fitness_of_all);
 HWY_EXPORT(fitness_of_one);
+
+void gather_landmark(const LandmarkColumns& from, const Column<std::uint32_t>& ancestors, ParticleRange range,
+                     LandmarkColumns& to) {
+  HWY_DYNAMIC_DISPATCH(gather)(from, ancestors, range, to);
+}
 
 void weigh_and_improve(std::span<const KnownReading> readings, const SensorColumns& sensors,
                        ParticleRange range, double* log_weights) {
@@ -591,6 +727,14 @@ void set_first_estimates(const ReadingTerms& reading, const SensorColumns& senso
 void set_surprises(const KnownReading& known, const SensorColumns& sensors, const Matrix3& sensor_covariance,
                    ParticleRange range, TripleColumns& surprises) {
   HWY_DYNAMIC_DISPATCH(surprises_of)(known, sensors, sensor_covariance, range, surprises);
+}
+
+void choose_landmarks(const ReadingTerms& reading, std::span<const Candidate> candidates,
+                      const Choosing& choosing, ParticleRange range, std::int32_t* choices) {
+  if (candidates.empty())
+    std::fill(choices + range.first, choices + range.last, kFresh);
+  else
+    HWY_DYNAMIC_DISPATCH(choices_of)(reading, candidates, choosing, range, choices);
 }
 
 void draw_from_gaussians(std::span<const KnownReading> readings, const GaussianProposal& proposal,

@@ -2,13 +2,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "trundle/io/error.hpp"
 
 namespace trundle {
 namespace {
 
-/// A Gaussian is what is known at the start: it is one hypothesis.
-std::vector<PoseHypothesis> only(const PoseEstimate& pose) {
-  return {{pose, 0.0, 0}};
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr Observation kNoReading{kUnknownLandmark, kNan, kNan};
+
+/// A reading that repeats another of the same instant is no evidence: it becomes invalid.
+std::vector<Observation> without_repeats(std::span<const Observation> observations) {
+  std::vector<Observation> once;
+  for (const Observation& observation : observations) {
+    const bool repeated = std::ranges::any_of(once, [&](const Observation& o) {
+      return o.landmark == observation.landmark && o.range_m == observation.range_m &&
+             o.bearing_rad == observation.bearing_rad;
+    });
+    once.push_back(repeated ? kNoReading : observation);
+  }
+  return once;
 }
 
 /// Gathers what a whole recording shows.
@@ -93,17 +107,20 @@ std::string_view name_of(LocalizerFilter filter) {
 
 Localizer::Localizer(const KnownMap& map, const LandmarkSensor& sensor, const LocalizerOptions& options)
     : map_(&map), sensor_(sensor), options_(options), seen_(sensor) {
-  if (options.start) start_from(only(*options.start));
+  if (options.filter == LocalizerFilter::particles && options.particles.most == 0)
+    throw InputError("localizer", "may have 0 particles at most", "at least 1");
+  if (options.start) start_from(*options.start);
 }
 
 const LocalizerReport& Localizer::step(const Motion& motion, std::span<const Observation> observations) {
   report_ = {};
   report_.observations.assign(observations.size(), {});
-  seen_.step(motion, observations);
-  if (std::holds_alternative<std::monostate>(filter_))
-    search(observations);
+  const std::vector<Observation> once = without_repeats(observations);
+  seen_.step(motion, once);
+  if (is_known())
+    track(motion, once);
   else
-    track(motion, observations);
+    search(once);
   if (const auto* particles = std::get_if<PoseParticles>(&filter_))
     report_.particles = particles->poses().size();
   return report_;
@@ -131,7 +148,12 @@ void Localizer::start_from(std::span<const PoseHypothesis> hypotheses) {
   sure_step_ = seen_.now();
 }
 
-/// Eq. 34: a sum of log likelihood ratios that never falls below 0.
+/// What is known at the start is a Gaussian: one hypothesis.
+void Localizer::start_from(const PoseEstimate& pose) {
+  start_from(std::vector<PoseHypothesis>{{pose, 0.0, 0}});
+}
+
+/// Eq. 53: a sum of log likelihood ratios that never falls below 0.
 void Localizer::track(const Motion& motion, std::span<const Observation> observations) {
   const auto step = [&](auto& filter) -> const MapStepReport* {
     if constexpr (std::is_same_v<std::decay_t<decltype(filter)>, std::monostate>)
@@ -149,7 +171,7 @@ void Localizer::track(const Motion& motion, std::span<const Observation> observa
   if (alarm_ < limit) return;
   report_.phase = LocalizerPhase::lost;
   seen_.forget_before(sure_step_ + 1);
-  filter_ = std::monostate{};
+  forget();
 }
 
 std::optional<PoseEstimate> Localizer::estimate() const {

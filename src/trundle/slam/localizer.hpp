@@ -33,17 +33,24 @@ enum class LocalizerPhase {
 
 struct LocalizerReport {
   LocalizerPhase phase = LocalizerPhase::searching;
-  std::vector<ObservationReport> observations;  ///< as they were given; all invalid while searching
-  double alarm = 0.0;          ///< the sequential test's sum, of which 1 is the limit; eq. 34
+  std::vector<ObservationReport>
+      observations;            ///< as they were given; all invalid while searching; so are repeats
+  double alarm = 0.0;          ///< the sequential test's sum, of which 1 is the limit; eq. 53
   std::size_t hypotheses = 0;  ///< poses that explain what was seen, while searching
   std::size_t particles = 0;   ///< 0: the filter has none
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.phase, self.observations, self.alarm, self.hypotheses, self.particles);
+  }
 };
 
 /// Finds the pose on a known map, follows it, and notices when it is not there any more: a robot that was
 /// carried away, a wrong start. Each step takes bounded time. docs/slam.md, 'On a known map'.
 class Localizer {
  public:
-  /// The map must outlive the localizer. A copy continues independently.
+  /// The map must outlive the localizer. A copy continues independently. Throws InputError when there may be
+  /// no particle.
   Localizer(const KnownMap& map, const LandmarkSensor& sensor, const LocalizerOptions& options);
 
   const LocalizerReport& step(const Motion& motion, std::span<const Observation> observations);
@@ -53,10 +60,25 @@ class Localizer {
   /// After `lost`: so many steps ago the pose was still right.
   std::uint64_t doubtful_steps() const { return seen_.now() - sure_step_; }
 
+  /// Its state, for io/archive.hpp: a localizer of the same map, sensor and options continues with it to the
+  /// last bit.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    bool is_known = self.is_known();
+    archive(is_known);
+    if constexpr (Archive::kReads) is_known ? self.start_from(PoseEstimate{}) : self.forget();
+    archive(self.seen_, self.alarm_, self.sure_step_, self.report_);
+    if (auto* ekf = std::get_if<PoseEkf>(&self.filter_)) archive(*ekf);
+    if (auto* particles = std::get_if<PoseParticles>(&self.filter_)) archive(*particles);
+  }
+
  private:
+  bool is_known() const { return !std::holds_alternative<std::monostate>(filter_); }
+  void forget() { filter_ = std::monostate{}; }
   void search(std::span<const Observation> observations);
   void track(const Motion& motion, std::span<const Observation> observations);
   void start_from(std::span<const PoseHypothesis> hypotheses);
+  void start_from(const PoseEstimate& pose);
 
   const KnownMap* map_;
   LandmarkSensor sensor_;

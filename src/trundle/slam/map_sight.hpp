@@ -16,7 +16,7 @@ struct MapSightOptions {
 };
 
 /// One reading of one landmark of a known map, as somebody expects it who believes to be at a pose.
-/// docs/slam.md, eq. 23.
+/// docs/slam.md, eq. 42.
 struct MapSight {
   ExpectedReading expected;
   Vector2 innovation;  ///< (range, bearing)
@@ -36,12 +36,12 @@ std::vector<LandmarkId> identify(const PoseEstimate& belief, const KnownMap& map
 /// How far the landmarks of a map lie from a pose's sensor: how many it can see.
 std::size_t landmarks_in_view(const PoseEstimate& belief, const KnownMap& map, const LandmarkSensor& sensor);
 
-/// log of how much better a reading fits 'the robot is somewhere else' than 'it is here': eq. 24. `fitting`
+/// log of how much better a reading fits 'the robot is somewhere else' than 'it is here': eq. 43. `fitting`
 /// is the log density of the landmark that it was taken for, spread over as many as it might have been;
 /// nothing fits: −∞.
 double log_against(double fitting, double max_range_m, double outlier_share);
 
-/// Where a belief is after a motion. Eq. 22.
+/// Where a belief is after a motion. Eq. 41.
 PoseEstimate moved(const PoseEstimate& belief, const Motion& motion);
 
 }  // namespace trundle

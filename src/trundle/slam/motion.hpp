@@ -14,6 +14,11 @@ struct Motion {
   Pose2 mean;
   Matrix3 covariance = Matrix3::Zero();     ///< of (forward, left, turn) in the frame at the end [m, m, rad]
   Matrix3 by_systematic = Matrix3::Zero();  ///< of the same, by s
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.mean, self.covariance, self.by_systematic);
+  }
 };
 
 /// One interval of constant twist.

@@ -17,6 +17,11 @@ struct Observation {
   LandmarkId landmark = kUnknownLandmark;  ///< >= 0: the caller's own number of it
   double range_m = 0.0;
   double bearing_rad = 0.0;  ///< in the sensor's frame, counter-clockwise
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.landmark, self.range_m, self.bearing_rad);
+  }
 };
 
 /// A range from 1 µm to 1000 km and a bearing of at most 1000 rad: no NaN, nothing infinite or negative.

@@ -13,8 +13,7 @@ namespace trundle {
 /// brought up to now when it is seen again.
 class ParticleMap {
  public:
-  ParticleMap(std::size_t particles, Precision precision)
-      : particles_(particles), precision_(precision), spare_(particles, precision) {}
+  ParticleMap(std::size_t particles, Precision precision, std::size_t threads = 1);
 
   std::size_t landmarks() const { return entries_.size(); }
   /// Number of a landmark in this map; kUnknownLandmark: none.
@@ -23,11 +22,24 @@ class ParticleMap {
   LandmarkId add(LandmarkId id, const Vector2& origin, Ancestry& ancestry);
   /// Columns of today's particles, for reading and writing.
   LandmarkColumns& current(LandmarkId landmark, Ancestry& ancestry);
+  /// One that no caller has named; it has an id of its own all the same, but is not found by it.
+  LandmarkId add_nameless(const Vector2& origin, Ancestry& ancestry);
+  /// Another may get its number, but none its id.
+  void remove(LandmarkId landmark, Ancestry& ancestry);
+  LandmarkId id_of(LandmarkId landmark) const { return entries_[static_cast<std::size_t>(landmark)].id; }
+  /// Whether a particle has it.
+  bool has(LandmarkId landmark, std::size_t particle, const Ancestry& ancestry) const;
   void count_sighting(LandmarkId landmark) { ++entries_[static_cast<std::size_t>(landmark)].sightings; }
 
-  /// Mean and covariance over all particles with these weights, which sum to 1. Eq. 17.
+  /// Mean and covariance over all particles that have it, with these weights. Eq. 17.
   MappedLandmark mixture(LandmarkId landmark, std::span<const double> weights,
                          const Ancestry& ancestry) const;
+
+  /// Its state, for io/archive.hpp. What is in the spare columns' padding comes into the map's.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.spare_, self.entries_, self.index_of_, self.removed_);
+  }
 
  private:
   struct Entry {
@@ -35,15 +47,32 @@ class ParticleMap {
     Ancestry::Epoch epoch;
     LandmarkColumns columns;
     std::size_t sightings;
+    bool has_name = false;
+    bool is_there = true;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.id, self.epoch, self.columns, self.sightings, self.has_name, self.is_there);
+    }
   };
-  template <class Real>
-  void gather_as(Entry& entry, const Ancestry& ancestry);
+  LandmarkId occupy(const Vector2& origin, Ancestry& ancestry);
+  void call(LandmarkId landmark, LandmarkId id);
+  LandmarkId next_id() const { return static_cast<LandmarkId>(index_of_.size()); }
+  void gather(Entry& entry, const Ancestry& ancestry);
 
   std::size_t particles_;
   Precision precision_;
+  std::size_t threads_;
   LandmarkColumns spare_;  ///< columns are gathered into it, and change places with it
+  /// From whom to gather: most landmarks in view were last seen in the same epoch.
+  struct {
+    Ancestry::Epoch from = 0;
+    Ancestry::Epoch to = 0;
+    Column<Ancestry::Index> ancestors;
+  } way_;
   std::vector<Entry> entries_;
   std::vector<LandmarkId> index_of_;  ///< by id
+  std::vector<LandmarkId> removed_;   ///< free numbers
 };
 
 }  // namespace trundle

@@ -31,6 +31,12 @@ class ParticlePaths {
   /// Poses stored: for tests of what it costs.
   std::size_t stored() const;
 
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.steps_, self.common_, self.segments_);
+  }
+
  private:
   /// The stations of one epoch.
   struct Segment {
@@ -41,10 +47,20 @@ class ParticlePaths {
     std::size_t stations() const { return poses.size() / particles.size(); }
     const Pose2& at(std::size_t station, Ancestry::Index particle) const;
     void keep(std::span<const Ancestry::Run> survivors);
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.epoch, self.particles, self.poses);
+    }
   };
   struct Step {
     Motion since_station;
     bool is_station = false;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.since_station, self.is_station);
+    }
   };
 
   std::vector<Pose2> stations_of(Ancestry::Index particle, const Ancestry& ancestry) const;

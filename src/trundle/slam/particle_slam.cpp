@@ -8,6 +8,7 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/slam/cholesky.hpp"
+#include "trundle/slam/pieces.hpp"
 
 namespace trundle {
 namespace {
@@ -30,8 +31,9 @@ ParticleSlam::ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptio
       log_weights_(padded(options.particles), 0.0),
       weights_(padded(options.particles)),
       ancestry_(options.particles),
-      map_(options.particles, options.map_precision),
+      map_(options.particles, options.map_precision, options.threads),
       jury_(options.particles, options.map_precision),
+      association_(sensor, {options.particles, options.map_precision, options.threads}),
       systematic_(options.particles),
       systematic_covariance_(options.prior.systematic_sigma.cwiseAbs2().asDiagonal()) {
   if (options.particles == 0) throw InputError("particle filter", "has 0 particles", "at least 1");
@@ -53,14 +55,16 @@ const StepReport& ParticleSlam::step(const Motion& motion, std::span<const Obser
   recognise(observations);
   predict_poses();
   reject_outliers();
-  if (seen_.empty() && open_.empty()) {
+  const bool has_nameless = association_.collect(observations);
+  if (seen_.empty() && open_.empty() && !has_nameless) {
     if (options_.keep_paths) paths_.coast(pending_);
     return report_;
   }
+  if (has_nameless) look();
   propose();
   learn_systematic();
   weigh();
-  for (const std::size_t i : open_) add_landmark(observations[i], i);
+  settle(observations);
   normalise();
   if (options_.keep_paths) paths_.arrive(pending_, poses(), ancestry_);
   pending_ = {};
@@ -85,7 +89,8 @@ void ParticleSlam::recognise(std::span<const Observation> observations) {
 }
 
 void ParticleSlam::predict_poses() {
-  predict(poses_, systematic_, pending_, all(), predicted_);
+  for_all_particles(options_.particles, options_.threads,
+                    [&](ParticleRange piece) { predict(poses_, systematic_, pending_, piece, predicted_); });
 }
 
 /// Of the error of a particle's prediction: noise, and what is not known of the systematic errors. Eq. 9.
@@ -94,10 +99,14 @@ Matrix3 ParticleSlam::predicted_covariance() const {
   return pending_.covariance + S * systematic_covariance_ * S.transpose();
 }
 
+void ParticleSlam::convene() {
+  jury_.meet({predicted_, weights_, best_particle(), predicted_covariance(), sensor_.body_from_sensor});
+}
+
 /// Eq. 14. Reports what the most probable particle finds, before this step has moved or weighted any.
 void ParticleSlam::reject_outliers() {
   if (seen_.empty()) return;
-  jury_.meet({predicted_, weights_, best_particle(), predicted_covariance(), sensor_.body_from_sensor});
+  convene();
   std::erase_if(seen_, [&](const Seen& s) {
     const Jury::Verdict verdict = jury_.on(s.known, options_.gate);
     report_.observations[s.observation] = {verdict.rejected ? Decision::rejected : Decision::matched,
@@ -107,31 +116,56 @@ void ParticleSlam::reject_outliers() {
   });
 }
 
+/// Each particle finds out what it sees: where it will be drawn if that depends on the motion alone, else at
+/// its prediction with the motion's uncertainty.
+void ParticleSlam::look() {
+  const Matrix3 covariance = predicted_covariance();
+  const bool stays = options_.proposal == Proposal::motion;
+  const Matrix3 Ad = adjoint(sensor_.body_from_sensor.inverse());
+  const Matrix3 L = stays ? semidefinite_root(covariance) : Matrix3(Matrix3::Zero());
+  const Matrix3 unsure = stays ? Matrix3(Matrix3::Zero()) : Matrix3(Ad * covariance * Ad.transpose());
+  sensors_.origin = predicted_.at(0).translation();
+  for_all_particles(options_.particles, options_.threads, [&](ParticleRange piece) {
+    if (stays) draw_normals({options_.seed, draws_, 0}, piece, n_);  // those that propose() will draw
+    place(predicted_, n_, {L, sensor_.body_from_sensor}, piece, poses_, sensors_);
+  });
+  convene();
+  association_.recognise(
+      {sensors_, unsure, best_particle(), {options_.seed, draws_, 0}, log_weights_.data(), jury_}, map_,
+      ancestry_);
+}
+
 void ParticleSlam::propose() {
   readings_.clear();
   for (const Seen& s : seen_) readings_.push_back(s.known);
+  association_.add_readings(readings_);
   const Proposal proposal = options_.proposal;
   const bool by_swarm = proposal == Proposal::swarm || proposal == Proposal::swarm_gaussian;
   const bool by_gaussian = proposal == Proposal::linearised || proposal == Proposal::swarm_gaussian;
   const Placement placement{semidefinite_root(predicted_covariance()), sensor_.body_from_sensor};
   sensors_.origin = predicted_.at(0).translation();
-  draw_normals(next_draw(), all(), n_);
+  const Draw draw = next_draw();
+  const Draw second_draw = next_draw();
   if (by_swarm) {
+    draw_normals(draw, all(), n_);
     const PoseTarget target(predicted_, predicted_covariance(), sensor_.body_from_sensor, readings_);
     refine_by_swarm(target, options_.swarm, options_.particles, random_, n_);
   }
-  if (by_gaussian && !readings_.empty()) draw_near_sightings(placement);
-  place(predicted_, n_, placement, all(), poses_, sensors_);
+  for_all_particles(options_.particles, options_.threads, [&](ParticleRange piece) {
+    if (!by_swarm) draw_normals(draw, piece, n_);
+    if (proposal == Proposal::swarm_gaussian) draw_normals(second_draw, piece, z_);
+    if (by_gaussian && !readings_.empty()) draw_near_sightings(placement, piece);
+    place(predicted_, n_, placement, piece, poses_, sensors_);
+  });
 }
 
 /// Eq. 16: n becomes a draw from the Gaussian at n; the weights take prior over proposal.
-void ParticleSlam::draw_near_sightings(const Placement& placement) {
+void ParticleSlam::draw_near_sightings(const Placement& placement, ParticleRange range) {
   const bool after_swarm = options_.proposal == Proposal::swarm_gaussian;
-  if (after_swarm) draw_normals(next_draw(), all(), z_);
-  place(predicted_, n_, {Matrix3::Zero(), sensor_.body_from_sensor}, all(), poses_, sensors_);
   const Matrix3 L = adjoint(sensor_.body_from_sensor.inverse()) * placement.L;
+  place(predicted_, n_, {Matrix3::Zero(), sensor_.body_from_sensor}, range, poses_, sensors_);
   const GaussianProposal gaussians{sensors_, L, after_swarm ? &n_ : nullptr, after_swarm ? z_ : n_};
-  draw_from_gaussians(readings_, gaussians, all(), n_, log_weights_.data());
+  draw_from_gaussians(readings_, gaussians, range, n_, log_weights_.data());
 }
 
 /// A Kalman filter for each particle, given its path: the drawn pose is a measurement of S s, whose error
@@ -150,7 +184,18 @@ void ParticleSlam::learn_systematic() {
 
 void ParticleSlam::weigh() {
   for (const Seen& s : seen_) map_.count_sighting(s.landmark);
-  weigh_and_improve(readings_, sensors_, all(), log_weights_.data());
+  for_all_particles(options_.particles, options_.threads, [&](ParticleRange piece) {
+    weigh_and_improve(readings_, sensors_, piece, log_weights_.data());
+  });
+}
+
+/// Sightings without names find their way back into the map; then come the landmarks that are new.
+void ParticleSlam::settle(std::span<const Observation> observations) {
+  const Pose2 sensor = poses_.at(best_particle()) * sensor_.body_from_sensor;
+  const ParticleAssociation::Drawn drawn{sensors_, sensor, log_weights_.data(), weights_, jury_};
+  association_.settle(drawn, map_, ancestry_, report_);
+  for (const std::size_t i : open_) add_landmark(observations[i], i);
+  association_.create(drawn, map_, ancestry_, report_);
 }
 
 /// A landmark seen for the first time; a second sighting of it in the same step improves it.
@@ -244,6 +289,10 @@ std::vector<Pose2> ParticleSlam::poses() const {
 
 MappedLandmark ParticleSlam::landmark(std::size_t index) const {
   return map_.mixture(static_cast<LandmarkId>(index), weights_, ancestry_);
+}
+
+bool ParticleSlam::has_landmark(std::size_t index) const {
+  return map_.has(static_cast<LandmarkId>(index), best_particle(), ancestry_);
 }
 
 std::vector<double> ParticleSlam::weights() const {

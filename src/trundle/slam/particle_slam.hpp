@@ -5,6 +5,7 @@
 
 #include "trundle/simulation/random.hpp"
 #include "trundle/slam/jury.hpp"
+#include "trundle/slam/particle_association.hpp"
 #include "trundle/slam/particle_kernels.hpp"
 #include "trundle/slam/particle_map.hpp"
 #include "trundle/slam/particle_paths.hpp"
@@ -32,6 +33,7 @@ struct ParticleSlamOptions {
   double resample_below = 0.5;  ///< effective particles, as a share of all
   bool keep_paths = true;       ///< false: memory does not grow with time
   Precision map_precision = Precision::float32;
+  std::size_t threads = 1;  ///< results do not depend on it
   SwarmOptions swarm = {};
 };
 
@@ -51,6 +53,8 @@ class ParticleSlam {
   std::size_t landmarks() const { return map_.landmarks(); }
   /// Over all particles. The covariance is of what they differ in and what each is unsure of.
   MappedLandmark landmark(std::size_t index) const;
+  /// Whether the most probable particle has it: those without names not all have.
+  bool has_landmark(std::size_t index) const;
 
   /// As they were last drawn: at the last step with sightings.
   std::vector<Pose2> poses() const;
@@ -59,6 +63,14 @@ class ParticleSlam {
   std::vector<Pose2> best_path() const;
   /// Poses stored for that, by all particles together.
   std::size_t stored_poses() const { return paths_.stored(); }
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.draws_, self.random_, self.resampling_, self.poses_, self.sensors_, self.log_weights_,
+            self.weights_, self.ancestry_, self.map_, self.association_, self.paths_, self.systematic_,
+            self.systematic_covariance_, self.pending_, self.report_);
+  }
 
  private:
   struct Seen {
@@ -70,11 +82,14 @@ class ParticleSlam {
   void recognise(std::span<const Observation> observations);
   void predict_poses();
   Matrix3 predicted_covariance() const;
+  void convene();
   void reject_outliers();
+  void look();
   void propose();
-  void draw_near_sightings(const Placement& placement);
+  void draw_near_sightings(const Placement& placement, ParticleRange range);
   void learn_systematic();
   void weigh();
+  void settle(std::span<const Observation> observations);
   void add_landmark(const Observation& observation, std::size_t index);
   void normalise();
   void resample();
@@ -97,6 +112,7 @@ class ParticleSlam {
   Ancestry ancestry_;
   ParticleMap map_;
   Jury jury_;
+  ParticleAssociation association_;
   ParticlePaths paths_;
   TripleColumns systematic_;            ///< each particle's mean, given its path
   Matrix3 systematic_covariance_;       ///< the same for all: paths differ in where they went, not in how

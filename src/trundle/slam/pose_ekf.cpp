@@ -84,7 +84,7 @@ std::vector<PoseEkf::Match> PoseEkf::matches_of(std::span<const Observation> obs
   return matches;
 }
 
-/// Eq. 25, 26: only the pose is moved, the map is not.
+/// Eq. 44, 45: only the pose is moved, the map is not.
 void PoseEkf::update(const std::vector<Match>& matches) {
   if (matches.empty()) return;
   const auto rows = 2 * static_cast<Index>(matches.size());

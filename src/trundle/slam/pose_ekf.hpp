@@ -10,12 +10,17 @@ namespace trundle {
 /// What a step on a known map has found.
 struct MapStepReport {
   std::vector<ObservationReport> observations;  ///< as they were given
-  double against = 0.0;  ///< log of how much better the readings fit somewhere else: docs/slam.md, eq. 24
+  double against = 0.0;  ///< log of how much better the readings fit somewhere else: docs/slam.md, eq. 43
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.observations, self.against);
+  }
 };
 
 /// The pose on a known map as one Gaussian. What is not known of the map stays unknown: its correlation with
 /// the pose is carried along (Schmidt), so that a landmark seen a thousand times is not taken for a thousand
-/// landmarks. docs/slam.md, eq. 22 to 26.
+/// landmarks. docs/slam.md, eq. 41 to 45.
 class PoseEkf {
  public:
   /// The map must outlive the filter.
@@ -25,6 +30,12 @@ class PoseEkf {
   const MapStepReport& step(const Motion& motion, std::span<const Observation> observations);
 
   const PoseEstimate& estimate() const { return belief_; }
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.belief_, self.with_map_, self.report_);
+  }
 
  private:
   struct Match {

@@ -39,14 +39,15 @@ std::size_t chosen(std::span<const double> cumulative, double point) {
 
 }  // namespace
 
-// Eq. 31, with the normal approximation of χ².
+// Eq. 50, with the normal approximation of χ².
 std::size_t particles_for(std::size_t bins, const ParticleNumber& number) {
-  if (bins < 2) return number.least;
+  const std::size_t least = std::min(number.least, number.most);
+  if (bins < 2) return least;
   const double k = static_cast<double>(bins) - 1.0;
   const double third = 2.0 / (9.0 * k);
   const double root = 1.0 - third + std::sqrt(third) * normal_quantile(1.0 - number.tail);
   const double wanted = k / (2.0 * number.error) * root * root * root;
-  return std::clamp(static_cast<std::size_t>(wanted), number.least, number.most);
+  return std::clamp(static_cast<std::size_t>(wanted), least, number.most);
 }
 
 PoseParticles::PoseParticles(const KnownMap& map, const LandmarkSensor& sensor,
@@ -107,7 +108,7 @@ const MapStepReport& PoseParticles::step(const Motion& motion, std::span<const O
   return report_;
 }
 
-/// Eq. 32: a Gaussian of the motion, improved by the sightings one by one; returns the log of their density
+/// Eq. 51: a Gaussian of the motion, improved by the sightings one by one; returns the log of their density
 /// in that of 'somewhere else'.
 double PoseParticles::improve(PoseEstimate& belief, std::span<const Observation> observations, bool reports) {
   const auto landmarks = identify(belief, *map_, sensor_, observations, options_.sight.gate);
@@ -174,7 +175,7 @@ void PoseParticles::resample() {
   normalise();
 }
 
-/// Eq. 33: moves each particle a little towards the mean and scatters it by as much, so that mean and
+/// Eq. 52: moves each particle a little towards the mean and scatters it by as much, so that mean and
 /// covariance stay and no two particles do. A robot that stands still and looks around has no motion noise to
 /// tell them apart.
 void PoseParticles::spread() {

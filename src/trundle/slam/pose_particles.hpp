@@ -10,7 +10,7 @@
 namespace trundle {
 
 /// How many particles a cloud gets: so many that its distance (Kullback–Leibler) from what it stands for,
-/// counted in bins, stays below `error` with probability 1 − tail [Fox 2003]. docs/slam.md, eq. 31.
+/// counted in bins, stays below `error` with probability 1 − tail [Fox 2003]. docs/slam.md, eq. 50.
 struct ParticleNumber {
   std::size_t least = 50;
   std::size_t most = 10'000;
@@ -42,6 +42,13 @@ class PoseParticles {
   const PoseEstimate& estimate() const { return estimate_; }
   std::span<const Pose2> poses() const { return poses_; }
   double effective_particles() const;
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.random_, self.poses_, self.log_weights_, self.weights_, self.pending_, self.estimate_,
+            self.report_);
+  }
 
  private:
   PoseEstimate predicted(std::size_t particle) const;

@@ -21,6 +21,11 @@ struct ObservationReport {
   LandmarkId landmark = kUnknownLandmark;  ///< number in the filter's map; none where rejected or invalid
   Vector2 innovation = Vector2::Zero();    ///< (range, bearing) [m, rad]; where matched or rejected
   double nis = 0.0;  ///< innovation squared in its own covariance: χ² with 2 degrees of freedom if honest
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.decision, self.landmark, self.innovation, self.nis);
+  }
 };
 
 /// Evidence of one step.
@@ -28,6 +33,11 @@ struct StepReport {
   std::vector<ObservationReport> observations;  ///< as they were given
   double effective_particles = 0.0;             ///< 1/Σw² before resampling; 0: the filter has no particles
   bool resampled = false;
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.observations, self.effective_particles, self.resampled);
+  }
 };
 
 /// Where the robot is, and what its odometry does wrong.
@@ -36,6 +46,11 @@ struct PoseEstimate {
   Matrix3 covariance = Matrix3::Zero();  ///< of (x, y, heading) in world axes
   Systematic systematic = Systematic::Zero();
   Matrix3 systematic_covariance = Matrix3::Zero();
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.pose, self.covariance, self.systematic, self.systematic_covariance);
+  }
 };
 
 /// What a filter knows at the start.

@@ -34,6 +34,7 @@ std::variant<EkfSlam, ParticleSlam> made(const LandmarkSensor& sensor, const Sla
                                .resample_below = options.resample_below,
                                .keep_paths = options.keep_paths,
                                .map_precision = options.map_precision,
+                               .threads = options.threads,
                                .swarm = options.swarm});
 }
 
@@ -79,16 +80,11 @@ class Counter {
   std::vector<double> nis_;
 };
 
-void append(Trajectory& trajectory, double time_s, const SlamFilter& filter) {
-  const PoseEstimate estimate = filter.estimate();
-  trajectory.poses.push_back({time_s, estimate.pose});
-  trajectory.covariances.push_back(estimate.covariance);
-}
-
-std::optional<Trajectory> with_stamps(const std::vector<Pose2>& path, const SlamInput& input) {
+/// A path has the stamps of the online trajectory.
+std::optional<Trajectory> with_stamps(const std::vector<Pose2>& path, const Trajectory& online) {
   if (path.empty()) return std::nullopt;
   Trajectory trajectory;
-  for (std::size_t i = 0; i < path.size(); ++i) trajectory.poses.push_back({input.steps[i].time_s, path[i]});
+  for (std::size_t i = 0; i < path.size(); ++i) trajectory.poses.push_back({online.poses[i].time_s, path[i]});
   return trajectory;
 }
 
@@ -125,7 +121,8 @@ std::vector<MappedLandmark> SlamFilter::map() const {
   return std::visit(
       [](const auto& filter) {
         std::vector<MappedLandmark> map;
-        for (std::size_t i = 0; i < filter.landmarks(); ++i) map.push_back(filter.landmark(i));
+        for (std::size_t i = 0; i < filter.landmarks(); ++i)
+          if (filter.has_landmark(i)) map.push_back(filter.landmark(i));
         return map;
       },
       filter_);
@@ -136,20 +133,33 @@ std::vector<Pose2> SlamFilter::best_path() const {
   return particles ? particles->best_path() : std::vector<Pose2>{};
 }
 
-SlamResult slam(const SlamInput& input, const LandmarkSensor& sensor, const SlamOptions& options) {
-  SlamFilter filter(sensor, options);
+SlamRun::SlamRun(const LandmarkSensor& sensor, const SlamOptions& options)
+    : particles_(options.particles), filter_(sensor, options) {}
+
+void SlamRun::step(const SlamStep& step) {
+  reports_.push_back(filter_.step(step.motion, step.observations));
+  const PoseEstimate estimate = filter_.estimate();
+  online_.poses.push_back({step.time_s, estimate.pose});
+  online_.covariances.push_back(estimate.covariance);
+}
+
+SlamResult SlamRun::result() const {
   SlamResult result;
+  result.online = online_;
+  result.path = with_stamps(filter_.best_path(), online_);
+  result.last = filter_.estimate();
+  result.map = filter_.map();
+  result.reports = reports_;
   Counter counter;
-  for (const SlamStep& step : input.steps) {
-    result.reports.push_back(filter.step(step.motion, step.observations));
-    counter.add(result.reports.back(), options.particles);
-    append(result.online, step.time_s, filter);
-  }
-  result.path = with_stamps(filter.best_path(), input);
-  result.last = filter.estimate();
-  result.map = filter.map();
+  for (const StepReport& report : reports_) counter.add(report, particles_);
   result.counts = counter.counts();
   return result;
+}
+
+SlamResult slam(const SlamInput& input, const LandmarkSensor& sensor, const SlamOptions& options) {
+  SlamRun run(sensor, options);
+  for (const SlamStep& step : input.steps) run.step(step);
+  return run.result();
 }
 
 }  // namespace trundle

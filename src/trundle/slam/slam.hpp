@@ -29,6 +29,7 @@ struct SlamOptions {
   double resample_below = 0.5;                   ///< effective particles, as a share of all
   bool keep_paths = true;                        ///< false: no best path, and memory does not grow with time
   Precision map_precision = Precision::float32;  ///< of the particles' maps
+  std::size_t threads = 1;                       ///< results do not depend on it
   SwarmOptions swarm = {};                       ///< of `mapso` and `mapso_proposal`
 };
 
@@ -45,6 +46,13 @@ class SlamFilter {
   std::vector<MappedLandmark> map() const;
   /// Of the particle with the largest weight; empty for `ekf` and when paths are not kept.
   std::vector<Pose2> best_path() const;
+
+  /// Its state, for io/archive.hpp: a filter of the same sensor and options continues with it to the last
+  /// bit.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    std::visit([&](auto& filter) { archive(filter); }, self.filter_);
+  }
 
  private:
   std::variant<EkfSlam, ParticleSlam> filter_;
@@ -72,7 +80,30 @@ struct SlamResult {
   SlamCounts counts;
 };
 
-/// A loop over SlamFilter::step.
+/// A recording while it is filtered: it can be left after any step, stored, and taken up again by a run of
+/// the same sensor and options, and nobody will see where.
+class SlamRun {
+ public:
+  SlamRun(const LandmarkSensor& sensor, const SlamOptions& options);
+
+  void step(const SlamStep& step);
+  std::size_t steps() const { return reports_.size(); }
+  SlamResult result() const;
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.filter_, self.online_, self.reports_);
+  }
+
+ private:
+  std::size_t particles_;
+  SlamFilter filter_;
+  Trajectory online_;
+  std::vector<StepReport> reports_;
+};
+
+/// A loop over SlamRun::step.
 SlamResult slam(const SlamInput& input, const LandmarkSensor& sensor, const SlamOptions& options);
 
 }  // namespace trundle

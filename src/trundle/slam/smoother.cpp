@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "trundle/io/error.hpp"
+#include "trundle/slam/shown.hpp"
 #include "trundle/slam/smoother_start.hpp"
 #include "trundle/slam/track.hpp"
 
@@ -18,38 +19,15 @@ std::vector<int> free_of(const Systematic& sigma) {
   return free;
 }
 
-/// Numbers of the landmarks that the filter's map still has.
-std::vector<bool> mapped_by(const SlamResult& filtered) {
-  std::vector<bool> mapped;
-  for (const MappedLandmark& landmark : filtered.map) {
-    const auto id = static_cast<std::size_t>(landmark.id);
-    if (id >= mapped.size()) mapped.resize(id + 1, false);
-    mapped[id] = true;
-  }
-  return mapped;
-}
-
-/// What an observation shows: what it says itself, else what the filter took it for and still believes in.
-LandmarkId shown_by(const Observation& observation, const ObservationReport& report,
-                    const std::vector<bool>& mapped) {
-  if (observation.landmark >= 0 || report.landmark < 0) return observation.landmark;
-  const auto id = static_cast<std::size_t>(report.landmark);
-  return id < mapped.size() && mapped[id] ? report.landmark : kUnknownLandmark;
-}
-
 TrackInput track_input(const SlamInput& input, const SlamResult& filtered, const SlamPrior& prior) {
   const std::vector<int> free = free_of(prior.systematic_sigma);
-  const std::vector<bool> mapped = mapped_by(filtered);
-  TrackInput track{.start = prior.start, .start_covariance = prior.start_covariance};
-  for (std::size_t k = 0; k < input.steps.size(); ++k) {
-    const SlamStep& step = input.steps[k];
+  TrackInput track{.observations = shown_observations(input, filtered),
+                   .start = prior.start,
+                   .start_covariance = prior.start_covariance};
+  for (const SlamStep& step : input.steps) {
     track.time_s.push_back(step.time_s);
     track.motions.push_back(
         {step.motion.mean, step.motion.covariance, step.motion.by_systematic(Eigen::all, free)});
-    std::vector<Observation> observations = step.observations;
-    for (std::size_t i = 0; i < observations.size(); ++i)
-      observations[i].landmark = shown_by(observations[i], filtered.reports[k].observations[i], mapped);
-    track.observations.push_back(std::move(observations));
   }
   return track;
 }

@@ -50,7 +50,9 @@ Increment share_of(Increment increment, double u) {
 /// Composes increments to the motion of one step.
 class MotionSum {
  public:
-  explicit MotionSum(const Robot& robot) : odometer_(robot, {}) {}
+  MotionSum(const Robot& robot, const std::vector<Parameter>& parameters)
+      : odometer_(robot, {.parameters = parameters}),
+        by_parameters_(Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(parameters.size()))) {}
 
   /// Each interval starts from certainty, and so does the gyro's bias.
   void add(const Increment& increment, bool bridged) {
@@ -63,20 +65,33 @@ class MotionSum {
       odometer_.step(increment);
     const Pose2 mean = odometer_.pose();
     sum_ = sum_ * motion_of(log(mean), body_covariance(mean, odometer_.white_covariance()));
+    if (by_parameters_.cols() == 0) return;
+    Eigen::Matrix3Xd by_parameters = odometer_.sensitivity();
+    by_parameters.topRows<2>() = rotation(mean.heading).transpose() * by_parameters.topRows<2>();
+    by_parameters_ = adjoint(mean.inverse()) * by_parameters_ + by_parameters;
   }
-  /// The motion since the last call.
-  Motion take() { return std::exchange(sum_, {}); }
+  /// Appends the motion since the last call, and what was seen at its end, to come.
+  void finish_step(double time_s, SlamInput& input) {
+    input.steps.push_back({time_s, std::exchange(sum_, {}), {}});
+    if (by_parameters_.cols() == 0) return;
+    input.by_parameters.push_back(by_parameters_);
+    by_parameters_.setZero();
+  }
 
  private:
   Odometer odometer_;
   Motion sum_;
+  Eigen::Matrix3Xd by_parameters_;
 };
 
 /// Goes through increments and sightings side by side.
 class Cutter {
  public:
   Cutter(const Robot& robot, const SlamInputOptions& options, std::vector<Sighting> sightings)
-      : options_(options), motion_(robot), sightings_(std::move(sightings)), names_(options.names) {}
+      : options_(options),
+        motion_(robot, options.parameters),
+        sightings_(std::move(sightings)),
+        names_(options.names) {}
 
   SlamInput cut(const AlignedReadings& readings) {
     input_.start_s = now_s_ = last_step_s_ = readings.start_s;
@@ -87,7 +102,7 @@ class Cutter {
       advance_through(readings.increments[i], bridged);
     }
     if (now_s_ > last_step_s_) finish_step();
-    report_outside();
+    report_left_out();
     input_.landmarks = names_.list();
     return std::move(input_);
   }
@@ -122,7 +137,7 @@ class Cutter {
   }
 
   void finish_step() {
-    input_.steps.push_back({now_s_, motion_.take(), {}});
+    motion_.finish_step(now_s_, input_);
     last_step_s_ = now_s_;
   }
 
@@ -130,8 +145,22 @@ class Cutter {
   void look() {
     if (!sighting_until(now_s_)) return;
     finish_step();
-    for (; sighting_until(now_s_); ++next_)
-      input_.steps.back().observations.push_back(observation_of(sightings_[next_]));
+    for (const std::size_t first = next_; sighting_until(now_s_); ++next_) {
+      if (is_repeated(first))
+        ++repeated_;
+      else
+        input_.steps.back().observations.push_back(observation_of(sightings_[next_]));
+    }
+  }
+
+  /// The next sighting is one of those since `first` told twice.
+  bool is_repeated(std::size_t first) const {
+    const Sighting& next = sightings_[next_];
+    return std::any_of(sightings_.begin() + static_cast<std::ptrdiff_t>(first),
+                       sightings_.begin() + static_cast<std::ptrdiff_t>(next_), [&](const Sighting& s) {
+                         return s.range_m == next.range_m && s.bearing_rad == next.bearing_rad &&
+                                s.landmark == next.landmark && s.time_s == next.time_s;
+                       });
   }
 
   Observation observation_of(const Sighting& sighting) {
@@ -139,16 +168,19 @@ class Cutter {
     return {id, sighting.range_m, sighting.bearing_rad};
   }
 
-  void report_outside() {
+  void report_left_out() {
     outside_ += sightings_.size() - next_;
-    if (outside_ == 0) return;
-    input_.problems.push_back(
-        {.severity = Severity::note,
-         .kind = "sighting without odometry",
-         .place = "sightings",
-         .count = outside_,
-         .message =
-             fmt::format("{} sightings lie before or after the odometry and were left out", outside_)});
+    note(outside_, "sighting without odometry", "lie before or after the odometry");
+    note(repeated_, "repeated sighting", "repeat another, stamp, landmark and reading");
+  }
+
+  void note(std::size_t count, const char* kind, const char* what) {
+    if (count == 0) return;
+    input_.problems.push_back({.severity = Severity::note,
+                               .kind = kind,
+                               .place = "sightings",
+                               .count = count,
+                               .message = fmt::format("{} sightings {} and were left out", count, what)});
   }
 
   static constexpr double kSameTime_s = 1e-9;
@@ -158,6 +190,7 @@ class Cutter {
   Names names_;
   std::size_t next_ = 0;     ///< of sightings_
   std::size_t outside_ = 0;  ///< sightings without odometry
+  std::size_t repeated_ = 0;
   double now_s_ = 0.0;
   double last_step_s_ = 0.0;
   SlamInput input_;
@@ -179,10 +212,14 @@ std::size_t SlamInput::observations() const {
 }
 
 SlamInput slam_input(const Recording& recording, const Robot& robot, const SlamInputOptions& options) {
+  return slam_input(recording, align(recording, robot), robot, options);
+}
+
+SlamInput slam_input(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
+                     const SlamInputOptions& options) {
   if (!robot.landmark_sensor)
     throw InputError(fmt::format("robot '{}'", robot.name), "has no landmark sensor", "[landmark_sensor]");
   if (!options.hide_ids) require_names(recording);
-  const AlignedReadings readings = align(recording, robot);
   Cutter cutter(robot, options, timely_sightings(recording, *robot.landmark_sensor));
   SlamInput input = cutter.cut(readings);
   input.problems.insert(input.problems.begin(), readings.problems.begin(), readings.problems.end());

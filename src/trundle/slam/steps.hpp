@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "trundle/chassis/parameter.hpp"
 #include "trundle/recording/increments.hpp"
 #include "trundle/slam/motion.hpp"
 #include "trundle/slam/observation.hpp"
@@ -14,6 +15,11 @@ struct SlamStep {
   double time_s = 0.0;
   Motion motion;                          ///< since the step before
   std::vector<Observation> observations;  ///< all of one instant
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.time_s, self.motion, self.observations);
+  }
 };
 
 /// A recording as a filter wants it.
@@ -22,6 +28,9 @@ struct SlamInput {
   std::vector<SlamStep> steps;
   std::vector<std::string> landmarks;  ///< name of each LandmarkId: those given, then in order of first sight
   std::vector<Problem> problems;
+  /// Of each step's motion, by SlamInputOptions::parameters: truth = mean · exp(by_parameters · (true value −
+  /// the robot's) + e).
+  std::vector<Eigen::Matrix3Xd> by_parameters = {};
 
   std::size_t observations() const;
 };
@@ -29,7 +38,8 @@ struct SlamInput {
 struct SlamInputOptions {
   double longest_step_s = 0.1;  ///< without sightings a step ends with the first interval after so long
   bool hide_ids = false;        ///< every sighting's landmark is unknown
-  std::vector<std::string> names = {};  ///< those of a map: they are the first LandmarkIds, in this order
+  std::vector<std::string> names = {};     ///< those of a map: they are the first LandmarkIds, in this order
+  std::vector<Parameter> parameters = {};  ///< whose effect on every motion is wanted
 };
 
 /// Cuts the recording's increments at the stamps of its sightings (time_offset_s of the landmark sensor
@@ -37,5 +47,8 @@ struct SlamInputOptions {
 /// left out and reported. Throws InputError when the robot has no landmark sensor or, ids not hidden, a
 /// sighting has no name; CannotAnswer when the chassis cannot tell its motion.
 SlamInput slam_input(const Recording& recording, const Robot& robot, const SlamInputOptions& options = {});
+/// The same with the recording's readings as someone corrected them (SlipReport::corrected).
+SlamInput slam_input(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
+                     const SlamInputOptions& options = {});
 
 }  // namespace trundle

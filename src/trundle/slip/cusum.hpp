@@ -11,6 +11,11 @@ struct Cusum {
 
   /// `score` is N(0, 1) when nothing slips; `allowance` is what it must exceed to count.
   double step(double score, double allowance) { return sum = std::max(0.0, sum + score - allowance); }
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.sum);
+  }
 };
 
 /// What a score must exceed to count: half the shift that is to be found soonest (one sigma).

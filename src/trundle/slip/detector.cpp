@@ -125,9 +125,10 @@ double SlipDetector::delta(const Contradiction& c) const {
   return (c.travel[1] - c.travel[0]) / (H(1, 2) - H(0, 2)) - c.gyro_rad;
 }
 
-bool SlipDetector::alarms(const Contradiction& c) const {
-  if (options_.method == SlipMethod::general || !options_.band) return c.chi2 > limit_;
-  return !options_.band->contains(delta(c));
+void SlipDetector::state_statistic(const Contradiction& c, SlipVerdict& verdict) const {
+  verdict.chi2 = c.chi2;
+  verdict.statistic = by_band() ? delta(c) : c.chi2;
+  verdict.alarm = by_band() ? !options_.band->contains(delta(c)) : c.chi2 > limit_;
 }
 
 /// Feeds the cumulative sums; true where one of them is beyond its limit.
@@ -168,8 +169,7 @@ SlipVerdict SlipDetector::step(const JudgedInterval& judged, bool command_change
     return verdict;
   }
   const Contradiction c = parity_.contradiction(judged, options_.model ? &*options_.model : nullptr);
-  verdict.chi2 = c.chi2;
-  verdict.alarm = alarms(c);
+  state_statistic(c, verdict);
   if (options_.method == SlipMethod::general && !verdict.alarm) verdict.persistent = accumulate(c, interval);
   judge(c, interval, verdict);
   if (event_.lasts) correct(c, judged.bias, verdict);

@@ -64,6 +64,11 @@ struct SlipCorrection {
 
   bool none() const { return *this == SlipCorrection{}; }
   bool operator==(const SlipCorrection&) const = default;
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.variance, self.rebuilt_wheel, self.other_wheel, self.track_m, self.bias_rad_s);
+  }
 };
 /// The corrected readings: never fewer than were measured.
 Increment corrected(const Increment& increment, const SlipCorrection& correction, const Chassis& chassis);
@@ -77,6 +82,7 @@ struct SlipVerdict {
   int wheel = kAmbiguous;   ///< as far as is known by now
   double chi2 = 0.0;
   double limit = 0.0;
+  double statistic = 0.0;  ///< what raises the alarm: χ², or δ [rad] where by_band(); 0 where not judged
   SlipCorrection correction;
   std::array<SlipEvent, kMaxWheels> ended{};  ///< slips that ended before this interval
   std::size_t ended_count = 0;
@@ -100,8 +106,15 @@ class SlipDetector {
   /// δ = (dR − dL)/B − g of two wheels and a gyro [rad].
   double delta(const Contradiction& c) const;
   const Parity& parity() const { return parity_; }
+  /// Is δ judged by the learned band, and not χ² by its limit?
+  bool by_band() const { return options_.method == SlipMethod::published && options_.band; }
   double limit() const { return limit_; }
   double persistent_limit() const { return persistent_limit_; }
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.recent_, self.sums_, self.event_);
+  }
 
  private:
   /// A cumulative sum, and what was added up since it last was zero.
@@ -111,6 +124,11 @@ class SlipDetector {
     int intervals = 0;
     ParityVector e;
     PerWheel travel{};
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.cusum, self.start_s, self.intervals, self.e, self.travel);
+    }
   };
   /// What speaks for each wheel in the slip that lasts.
   struct Evidence {
@@ -124,6 +142,12 @@ class SlipDetector {
     PerWheel misfit{};  ///< −2 log likelihood that this wheel slips
     PerWheel excess_m{};
     PerWheel travel_m{};
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.lasts, self.start_s, self.end_s, self.quiet, self.intervals, self.stuck_intervals,
+              self.misfit_dof, self.misfit, self.excess_m, self.travel_m);
+    }
   };
   struct Attribution {
     int likeliest = 0;
@@ -131,7 +155,7 @@ class SlipDetector {
     bool certain = false;
   };
 
-  bool alarms(const Contradiction& c) const;
+  void state_statistic(const Contradiction& c, SlipVerdict& verdict) const;
   bool accumulate(const Contradiction& c, const Increment& interval);
   void judge(const Contradiction& c, const Increment& interval, SlipVerdict& verdict);
   void begin(const Contradiction& c, const Increment& interval, bool persistent);

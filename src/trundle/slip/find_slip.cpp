@@ -1,5 +1,6 @@
 #include "trundle/slip/find_slip.hpp"
 
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -109,10 +110,6 @@ SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& comm
   CommandChanges changes(commands);
   SlipReport report;
   report.corrected = readings;
-  const auto take = [&](const SlipVerdict& verdict) {
-    count(verdict, report.counts);
-    append_events(verdict, report.events);
-  };
   std::size_t begin = 0;
   const auto correct_until = [&](std::size_t end, const SlipCorrection& correction) {
     for (; begin < end; ++begin)
@@ -128,11 +125,15 @@ SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& comm
     }
     const std::optional<SlipVerdict> verdict = odometer.step(increment, changed);
     if (!verdict) continue;
-    take(*verdict);
+    count(*verdict, report.counts);
+    report.intervals.push_back({increment.time_s, verdict->status, verdict->statistic, verdict->slipping});
+    append_events(*verdict, report.events);
     correct_until(i + 1, verdict->correction);
   }
   correct_until(readings.increments.size(), odometer.applied());
   append_events(odometer.finish(), report.events);
+  report.chi2_limit = odometer.detector().limit();
+  if (odometer.detector().by_band()) report.band = options.band;
   report.end = odometer.odometer().pose();
   require_judged(report);
   report_unjudged(report, readings, report.problems);
@@ -169,6 +170,11 @@ std::string name_of(SlipKind kind) {
       break;
   }
   return "unknown";
+}
+
+std::string name_of(SlipStatus status) {
+  constexpr std::array kNames = {"judged", "parked", "no_gyro", "not_applicable", "not_learned"};
+  return kNames[static_cast<std::size_t>(status)];
 }
 
 std::string wheel_of(const SlipEvent& event, const Robot& robot) {

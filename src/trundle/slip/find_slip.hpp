@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,10 +26,21 @@ struct SlipCounts {
   }
 };
 
+/// One interval, and what it was judged by.
+struct SlipInterval {
+  double end_s = 0.0;
+  SlipStatus status = SlipStatus::judged;
+  double statistic = 0.0;  ///< χ², or δ [rad] where SlipReport::band is there
+  bool slipping = false;
+};
+
 /// The slips of a recording, and its readings corrected for them.
 struct SlipReport {
   std::vector<SlipEvent> events;
   SlipCounts counts;
+  std::vector<SlipInterval> intervals;
+  std::optional<Band> band;   ///< δ raises an alarm outside it
+  double chi2_limit = 0.0;    ///< else χ² does beyond this
   AlignedReadings corrected;  ///< ready for integrate()
   Pose2 end;                  ///< the pose reached, from the origin
   std::vector<Problem> problems;
@@ -47,6 +59,7 @@ std::vector<JudgedInterval> clean_intervals(const AlignedReadings& readings, con
 /// `start_s,end_s,wheel,kind,excess_m,confidence`
 std::string to_csv(const std::vector<SlipEvent>& events, const Robot& robot);
 std::string name_of(SlipKind kind);
+std::string name_of(SlipStatus status);
 /// Of the wheel of an event; "ambiguous".
 std::string wheel_of(const SlipEvent& event, const Robot& robot);
 

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "trundle/chassis/chassis.hpp"
+#include "trundle/odometry/persist.hpp"
 
 namespace trundle {
 
@@ -38,6 +39,12 @@ class IncrementMerger {
 
   /// Forgets what was added since the last interval was complete.
   void reset() { parts_ = 0; }
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.parts_, self.first_turn_rate_, self.turn_rate_change_);
+    persist_increment(archive, self.merged_);
+  }
 
   /// Increments that may be merged into one interval.
   static constexpr int kMostParts = 64;

@@ -32,6 +32,11 @@ class RecentTravel {
   double misfit(std::size_t slips, const Contradiction& interval, double duration_s,
                 std::size_t wheels) const;
 
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.intervals_, self.rate_, self.variance_);
+  }
+
  private:
   /// By how much the variance of a change grows with the intervals that were passed: smoothing with a gain K
   /// is the Kalman filter of a speed that wanders by K² of that variance in each.

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/slip/detector.hpp"
 #include "trundle/slip/merge.hpp"
@@ -32,6 +34,15 @@ class SlipOdometer {
   const SlipDetector& detector() const { return detector_; }
   /// How the increments of the interval that is not complete yet are corrected for now.
   const SlipCorrection& applied() const { return applied_; }
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    persist_odometer(archive, self.odometer_);
+    persist_odometer_state(archive, self.interval_start_);
+    archive(self.detector_, self.merger_, self.command_changed_, self.applied_, self.part_count_);
+    for (std::size_t i = 0; i < std::min(self.part_count_, self.parts_.size()); ++i)
+      persist_increment(archive, self.parts_[i]);
+  }
 
  private:
   void redo(const SlipCorrection& correction);

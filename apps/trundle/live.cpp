@@ -1,0 +1,209 @@
+#include "trundle/pipeline/live.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+#include <limits>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "trundle/pipeline/files.hpp"
+#include "trundle/pipeline/provenance.hpp"
+
+#include "command.hpp"
+#include "live.hpp"
+#include "start_pose.hpp"
+
+namespace trundle::app {
+namespace {
+
+struct Options {
+  Common common;
+  std::string robot;
+  std::string start = "0,0,0";
+  double probability = SlipOptions{}.probability;
+  double longest_step_s = OnlineAlignmentOptions{}.longest_step_s;
+  std::string checkpoint;
+  double checkpoint_every_s = 1.0;
+  std::string resume;
+  bool timing = false;
+};
+
+Provenance provenance_of(const Options& options, const RobotFile& robot) {
+  return {{robot.file},
+          {{"start", options.start},
+           {"probability", fmt::format("{}", options.probability)},
+           {"longest-step-s", fmt::format("{}", options.longest_step_s)}},
+          std::nullopt};
+}
+
+/// Lines to stdout, each as soon as it is known; with --json as the members of one document.
+class Printer {
+ public:
+  explicit Printer(const Common& common) : common_(common) {}
+
+  void begin(const Provenance& provenance) {
+    if (!common_.json) return;
+    std::string head = to_json(provenance).dump();
+    head.back() = ',';
+    put(head + "\"estimates\":[\n");
+  }
+  void line(const std::string& text) {
+    if (common_.json)
+      put((any_ ? ",\n" : "") + text);
+    else if (!common_.quiet)
+      put(text + "\n");
+    any_ = true;
+  }
+  void end() {
+    if (common_.json) put("\n]}\n");
+  }
+
+ private:
+  static void put(const std::string& text) {
+    std::fwrite(text.data(), 1, text.size(), stdout);
+    std::fflush(stdout);
+  }
+
+  Common common_;
+  bool any_ = false;
+};
+
+/// How long each line of input took, from the moment when it was read to that when its answer was out.
+class Timing {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  void add(Clock::duration spent) {
+    spent_us_.push_back(std::chrono::duration<float, std::micro>(spent).count());
+  }
+  std::string text() {
+    if (spent_us_.empty()) return "no line was read\n";
+    std::ranges::sort(spent_us_);
+    const auto quantile = [&](double p) {
+      return spent_us_[static_cast<std::size_t>(p * static_cast<double>(spent_us_.size() - 1))];
+    };
+    return fmt::format("{} lines; time for one: median {:.1f} µs, p99 {:.1f} µs, most {:.1f} µs\n",
+                       spent_us_.size(), quantile(0.5), quantile(0.99), quantile(1.0));
+  }
+
+ private:
+  std::vector<float> spent_us_;
+};
+
+/// Lines in, lines out, and what is stored on the way.
+class Session {
+ public:
+  Session(const Options& options, const RobotFile& robot)
+      : options_(options),
+        robot_(robot.robot),
+        provenance_(provenance_of(options, robot)),
+        settings_(to_json(provenance_).dump()),
+        printer_(options.common),
+        odometer_(robot.robot, {.start = start_pose_from(options.start),
+                                .slip = {.probability = options.probability},
+                                .alignment = {.longest_step_s = options.longest_step_s}}) {}
+
+  void run(std::istream& input) {
+    if (!options_.resume.empty()) read_live_checkpoint(options_.resume, settings_, odometer_);
+    repeats_ = !options_.resume.empty();
+    printer_.begin(provenance_);
+    std::string line;
+    while (std::getline(input, line)) {
+      const auto begin = Timing::Clock::now();
+      ++lines_in_;
+      if (!line.empty()) take(line);
+      if (options_.timing) timing_.add(Timing::Clock::now() - begin);
+    }
+    if (!options_.checkpoint.empty()) store();
+    odometer_.finish(estimates_);
+    print_estimates();
+    printer_.end();
+    if (options_.timing) fmt::print(stderr, "{}", timing_.text());
+  }
+
+  std::size_t bad_lines() const { return bad_lines_; }
+
+ private:
+  /// A line that is wrong is named and left out: a robot does not lose its pose for it.
+  void take(const std::string& text) {
+    const std::string place = trundle::place("stdin", lines_in_);
+    try {
+      const LiveLine line = parse_live_line(text, place);
+      repeats_ = repeats_ && !odometer_.is_later(line);
+      if (repeats_) return;
+      odometer_.take(line, place, estimates_);
+      print_estimates();
+      store_if_due(line.time_s);
+    } catch (const InputError& error) {
+      ++bad_lines_;
+      fmt::print(stderr, "trundle: {}\n", error.what());
+    }
+  }
+
+  void print_estimates() {
+    for (const LiveEstimate& estimate : estimates_) printer_.line(line_of(estimate, robot_));
+    estimates_.clear();
+  }
+
+  void store_if_due(double time_s) {
+    if (options_.checkpoint.empty() || time_s < next_store_s_) return;
+    next_store_s_ = time_s + options_.checkpoint_every_s;
+    store();
+  }
+
+  void store() { write_live_checkpoint(options_.checkpoint, settings_, odometer_); }
+
+  Options options_;
+  Robot robot_;
+  Provenance provenance_;
+  std::string settings_;
+  Printer printer_;
+  LiveOdometer odometer_;
+  Timing timing_;
+  std::vector<LiveEstimate> estimates_;
+  std::size_t lines_in_ = 0;
+  std::size_t bad_lines_ = 0;
+  bool repeats_ = false;  ///< after a resume, while the input repeats what is known
+  double next_store_s_ = -std::numeric_limits<double>::infinity();
+};
+
+void run(const Options& options) {
+  Session session(options, read_robot_file(options.robot));
+  session.run(std::cin);
+  if (session.bad_lines() > 0) throw BadInputTold{};
+}
+
+}  // namespace
+
+void add_live(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      add_command(app, "live", "Pose, covariance and slip as the readings come, line by line",
+                  "trundle live --robot robot.toml --checkpoint state < readings.jsonl", options->common);
+  command->add_option("--robot", options->robot, "Robot file")->required();
+  command->add_option("--start", options->start, "Pose at the first reading: X,Y,DEG [m, m, degrees]")
+      ->capture_default_str();
+  command->add_option("--probability", options->probability, "That an interval without slip is flagged")
+      ->check(CLI::Range(1e-12, 0.5))
+      ->capture_default_str();
+  command
+      ->add_option("--longest-step-s", options->longest_step_s,
+                   "Longer steps of a stream are gaps; a gyro silent for longer is not waited for [s]")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  CLI::Option* checkpoint =
+      command->add_option("--checkpoint", options->checkpoint, "File to store the state in, as it runs");
+  command->add_option("--checkpoint-every-s", options->checkpoint_every_s, "How often, by the stamps [s]")
+      ->check(CLI::NonNegativeNumber)
+      ->needs(checkpoint)
+      ->capture_default_str();
+  command->add_option("--resume", options->resume,
+                      "Go on from such a file; input that it has seen already is passed over");
+  command->add_flag("--timing", options->timing, "At the end, on stderr: how long a line took");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace trundle::app

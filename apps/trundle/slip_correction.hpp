@@ -1,0 +1,22 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "trundle/pipeline/slip_answer.hpp"
+
+namespace trundle::app {
+
+/// What --correct-slip and --learn say, of commands that go on from the odometry.
+struct SlipCorrection {
+  bool wanted = false;
+  std::vector<std::string> learn;
+};
+
+void add_slip_correction(CLI::App& command, SlipCorrection& correction);
+std::optional<SlipQuestion> question_of(const SlipCorrection& correction, int robot_number);
+
+}  // namespace trundle::app

@@ -1,0 +1,181 @@
+#include "trundle/calibration/conclusion.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "trundle/calibration/run_result.hpp"
+#include "trundle/io/error.hpp"
+
+namespace trundle {
+namespace {
+
+constexpr double kOutlyingWeight = 0.5;
+
+/// Indices of the parameters that are estimated, alone or in combination.
+std::vector<Eigen::Index> estimated_of(const Estimate& estimate) {
+  std::vector<Eigen::Index> indices;
+  for (Eigen::Index j = 0; j < estimate.space.scale.size(); ++j)
+    if (estimate.space.estimates(static_cast<int>(j))) indices.push_back(j);
+  return indices;
+}
+
+std::vector<ParameterEstimate> parameter_estimates(const Estimate& estimate, const SessionSpread& spread,
+                                                   std::span<const Parameter> parameters,
+                                                   const Robot& nominal) {
+  std::vector<ParameterEstimate> result;
+  for (std::size_t j = 0; j < parameters.size(); ++j) {
+    const auto k = static_cast<Eigen::Index>(j);
+    ParameterEstimate e;
+    e.parameter = parameters[j];
+    e.name = name_of(parameters[j], nominal);
+    e.unit = unit_of(parameters[j]);
+    e.nominal = value_of(parameters[j], nominal);
+    e.value = value_of(parameters[j], estimate.robot);
+    e.sigma_data = estimate.space.sigma_data[k] * std::sqrt(estimate.dispersion);
+    e.sigma_prior = estimate.space.scale[k];
+    e.observable = estimate.space.estimates(static_cast<int>(j));
+    e.sigma_within = std::sqrt(std::max(estimate.covariance(k, k), 0.0));
+    if (e.observable && spread.covariance.size() > 0) e.sigma_between = std::sqrt(spread.covariance(k, k));
+    result.push_back(std::move(e));
+  }
+  return result;
+}
+
+/// The covariance of what a further session's parameters will be: noise of the estimate, spread of sessions
+/// about their mean, and the uncertainty of that mean.
+Eigen::MatrixXd total_covariance(const Estimate& estimate, const SessionSpread& spread) {
+  if (spread.covariance.size() == 0) return estimate.covariance;
+  return estimate.covariance + spread.covariance * (1.0 + 1.0 / spread.calibrated);
+}
+
+CalibrationRecord record_of(const CalibrationResult& result, const Estimate& estimate) {
+  CalibrationRecord record;
+  for (const ParameterEstimate& e : result.parameters)
+    record.parameters.push_back(
+        {e.name, e.unit, e.value, e.nominal, e.sigma_within, e.sigma_between, e.observable});
+  record.covariance = result.covariance_total;
+  if (estimate.noise.from_runs)
+    record.provenance.push_back(
+        fmt::format("noise.wheel_per_sqrt_m {:.3g} measured from the growth of heading errors along the runs",
+                    estimate.noise.wheel_per_sqrt_m));
+  return record;
+}
+
+std::string remark_of(const RunEvidence& evidence) {
+  std::vector<std::string> remarks;
+  if (evidence.weight < kOutlyingWeight)
+    remarks.push_back(
+        fmt::format("outlying run: pulls the parameters {:.1f} times as hard as noise would, counts {:.0f} %",
+                    std::sqrt(evidence.chi2_per_dof), 100.0 * evidence.weight));
+  const auto jump = std::ranges::find(evidence.outliers, true, &OutlyingKnot::jump);
+  if (jump != evidence.outliers.end())
+    remarks.push_back(fmt::format("the reference jumps at {:.2f} s", jump->time_s));
+  if (!evidence.outliers.empty())
+    remarks.push_back(fmt::format("reference left out at {} places, first at {:.2f} s",
+                                  evidence.outliers.size(), evidence.outliers.front().time_s));
+  return fmt::format("{}", fmt::join(remarks, "; "));
+}
+
+void add_runs(std::span<const Run> training, std::span<const Run> hold_out, const Estimate& estimate,
+              CalibrationResult& result) {
+  for (std::size_t i = 0; i < training.size(); ++i) {
+    RunResult run =
+        run_result(training[i], result.nominal, result.calibrated, estimate.noise.reference, false);
+    run.weight = estimate.runs[i].weight;
+    run.chi2_per_dof = estimate.runs[i].chi2_per_dof;
+    const std::string remark = remark_of(estimate.runs[i]);
+    if (!remark.empty()) {
+      run.remark = run.remark.empty() ? remark : run.remark + "; " + remark;
+      if (run.weight < kOutlyingWeight)
+        result.warnings.push_back(fmt::format("run {}: {}", run.name, remark));
+    }
+    result.runs.push_back(std::move(run));
+  }
+  for (const Run& run : hold_out)
+    result.runs.push_back(run_result(run, result.nominal, result.calibrated, estimate.noise.reference, true));
+}
+
+void add_errors(CalibrationResult& result) {
+  auto& errors = result.calibrated.calibration->errors;
+  for (const bool hold_out : {false, true})
+    for (ErrorBeforeAfter& error : errors_of(result.runs, hold_out)) errors.push_back(std::move(error));
+  if (const auto e_max = maximum_error_of(result.runs)) {
+    result.e_max_before_m = e_max->before_m;
+    result.e_max_after_m = e_max->after_m;
+    result.after_meaning = "reprocessed";
+    errors.push_back({"E_max,syst (reprocessed)", e_max->before_m, e_max->after_m, "m"});
+  }
+}
+
+void add_session_words(const SessionSpread& spread, CalibrationResult& result) {
+  result.sessions = spread.sessions;
+  if (spread.covariance.size() == 0) {
+    result.warnings.push_back(
+        spread.sessions < 2
+            ? "spread between sessions unknown: one session only"
+            : "spread between sessions unknown: fewer than two sessions can tell all parameters");
+    return;
+  }
+  if (spread.trials > 0)
+    result.notes.push_back(
+        fmt::format("each session predicted from the others: {} of {} parameters inside their 95 % intervals",
+                    spread.hits, spread.trials));
+}
+
+std::string summary_of(const CalibrationResult& result) {
+  std::vector<std::string> found;
+  for (const ParameterEstimate& e : result.parameters)
+    if (e.observable)
+      found.push_back(
+          fmt::format("{} {:.6g} {} (was {:.6g})", e.name, e.value, e.unit == "1" ? "" : e.unit, e.nominal));
+  return fmt::format("{}{}", fmt::join(found, ", "),
+                     result.cannot_tell.empty() ? "" : "; some parameters cannot be told from these runs");
+}
+
+}  // namespace
+
+void require_something_estimated(const Estimate& estimate, std::span<const Parameter> parameters,
+                                 const Robot& nominal) {
+  if (estimate.space.basis.cols() > 0) return;
+  std::string reasons;
+  for (const HeldCombination& held : estimate.space.held)
+    reasons += (reasons.empty() ? "" : "; ") + words_for(held, parameters, nominal);
+  throw CannotAnswer("nothing can be estimated from these runs: " + reasons);
+}
+
+CalibrationResult result_of(const Estimate& estimate, const SessionSpread& spread,
+                            std::span<const Parameter> parameters, const Robot& nominal) {
+  CalibrationResult result;
+  result.status =
+      estimate.space.held.empty() ? CalibrationStatus::all_estimated : CalibrationStatus::some_held;
+  result.nominal = nominal;
+  result.calibrated = estimate.robot;
+  if (estimate.noise.from_runs)
+    set_typical_wheel_noise(estimate.noise.wheel_per_sqrt_m, result.calibrated.chassis);
+  result.parameters = parameter_estimates(estimate, spread, parameters, nominal);
+  const std::vector<Eigen::Index> estimated = estimated_of(estimate);
+  result.covariance_within = estimate.covariance(estimated, estimated);
+  result.covariance_total = total_covariance(estimate, spread)(estimated, estimated);
+  result.directions = estimate.space.directions;
+  for (const HeldCombination& held : estimate.space.held) {
+    std::string words = words_for(held, parameters, nominal);
+    if (std::ranges::find(result.cannot_tell, words) == result.cannot_tell.end())
+      result.cannot_tell.push_back(std::move(words));
+  }
+  if (!estimate.converged) result.warnings.push_back("the fit did not converge: treat the numbers with care");
+  result.calibrated.calibration = record_of(result, estimate);
+  return result;
+}
+
+void conclude(const ConcludedRuns& runs, const Estimate& estimate, const SessionSpread& spread,
+              CalibrationResult& result) {
+  add_runs(runs.training, runs.hold_out, estimate, result);
+  add_errors(result);
+  add_session_words(spread, result);
+  result.summary = summary_of(result);
+}
+
+}  // namespace trundle

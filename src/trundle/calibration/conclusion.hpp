@@ -1,0 +1,30 @@
+#pragma once
+
+#include <span>
+
+#include "trundle/calibration/estimator.hpp"
+#include "trundle/calibration/result.hpp"
+#include "trundle/calibration/sessions.hpp"
+
+namespace trundle {
+
+/// Throws CannotAnswer, in words, when the runs can tell no parameter.
+void require_something_estimated(const Estimate& estimate, std::span<const Parameter> parameters,
+                                 const Robot& nominal);
+
+/// What an estimate says of the parameters: values with error bars, what cannot be told, the calibrated robot
+/// and its record. Runs, errors and summary are still missing: conclude().
+CalibrationResult result_of(const Estimate& estimate, const SessionSpread& spread,
+                            std::span<const Parameter> parameters, const Robot& nominal);
+
+struct ConcludedRuns {
+  std::span<const Run> training;
+  std::span<const Run> hold_out;
+};
+
+/// Adds what became of every run under the calibrated robot, which must be final: errors before and after
+/// where there is a reference, remarks, what is known of the spread between sessions, the summary.
+void conclude(const ConcludedRuns& runs, const Estimate& estimate, const SessionSpread& spread,
+              CalibrationResult& result);
+
+}  // namespace trundle

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "trundle/odometry/odometer.hpp"
+
+namespace trundle {
+
+/// The parameters whose uncertainty an odometer carries along, and their covariance.
+struct UncertainParameters {
+  std::vector<Parameter> parameters;
+  Eigen::MatrixXd covariance;
+};
+
+/// Those of the calibration; without the gyro's bias where that is learned. Throws InputError.
+UncertainParameters uncertain_parameters(const Robot& robot, bool learn_gyro_bias);
+
+/// White part and parameter part together.
+Matrix3 total_covariance(const Odometer& odometer, const Eigen::MatrixXd& parameter_covariance);
+
+}  // namespace trundle

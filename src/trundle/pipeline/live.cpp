@@ -1,0 +1,181 @@
+#include "trundle/pipeline/live.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+
+#include "trundle/io/archive.hpp"
+#include "trundle/io/checkpoint.hpp"
+#include "trundle/io/error.hpp"
+
+namespace trundle {
+namespace {
+
+struct UnitEnding {
+  WheelUnit unit;
+  std::string_view ending;
+};
+/// As in wheels.csv, in order of precedence; a bare name is a count.
+constexpr std::array kUnitEndings = {UnitEnding{WheelUnit::ticks, "_ticks"}, UnitEnding{WheelUnit::ticks, ""},
+                                     UnitEnding{WheelUnit::radians, "_rad"},
+                                     UnitEnding{WheelUnit::metres, "_m"},
+                                     UnitEnding{WheelUnit::rate, "_rad_s"}};
+
+struct Reading {
+  WheelUnit unit = WheelUnit::ticks;
+  double value = 0.0;
+};
+
+Reading reading_of(const std::string& wheel, const LiveLine& line, std::string_view place) {
+  for (const UnitEnding& known : kUnitEndings) {
+    const std::string column = wheel + std::string(known.ending);
+    const auto at = std::ranges::find(line.wheels, column, &std::pair<std::string, double>::first);
+    if (at != line.wheels.end()) return {known.unit, at->second};
+  }
+  throw InputError(place, fmt::format("'wheels' has no reading of '{}'", wheel),
+                   fmt::format("'{}_ticks'", wheel));
+}
+
+Odometer::Options odometer_options(const Robot& robot, const UncertainParameters& uncertain,
+                                   const Pose2& start) {
+  return {
+      .start = start, .parameters = uncertain.parameters, .learn_gyro_bias = robot.chassis.gyro.has_value()};
+}
+
+/// None where no reading goes beyond those that the motion needs.
+std::optional<SlipOdometer> slip_odometer_of(const Robot& robot, const SlipOdometer::Options& options) {
+  if (observability(rows_of(robot.chassis, true)).degrees_of_freedom == 0) return std::nullopt;
+  return SlipOdometer(robot, options);
+}
+
+void require_later(std::string_view sensor, double time_s, const std::optional<double>& last_s,
+                   std::string_view place) {
+  if (last_s && time_s <= *last_s)
+    throw InputError(place, fmt::format("'{}' at {} s, after a reading at {} s", sensor, time_s, *last_s),
+                     "stamps that grow");
+}
+
+constexpr std::string_view kKind = "live";
+
+}  // namespace
+
+LiveOdometer::LiveOdometer(const Robot& robot, const LiveOptions& options)
+    : robot_(robot),
+      alignment_(robot, options.alignment),
+      uncertain_(uncertain_parameters(robot, true)),
+      odometer_(robot, odometer_options(robot, uncertain_, options.start)),
+      slip_(slip_odometer_of(
+          robot, {.odometry = odometer_options(robot, uncertain_, options.start), .slip = options.slip})) {}
+
+void LiveOdometer::take(const LiveLine& line, std::string_view place, std::vector<LiveEstimate>& estimates) {
+  require_suitable(line, place);
+  if (!line.wheels.empty()) take_wheels(line, place);
+  if (line.yaw_rate_rad_s) {
+    alignment_.add_gyro(line.time_s, *line.yaw_rate_rad_s);
+    gyro_s_ = line.time_s;
+  }
+  take_intervals(estimates);
+}
+
+void LiveOdometer::require_suitable(const LiveLine& line, std::string_view place) const {
+  if (!line.wheels.empty() && robot_.wheel_names.empty())
+    throw InputError(place, "'wheels' of a robot without any", "a robot file with [[wheel]]");
+  if (line.yaw_rate_rad_s) require_later("gyro", line.time_s, gyro_s_, place);
+  if (!line.wheels.empty()) require_later("wheels", line.time_s, wheels_s_, place);
+}
+
+bool LiveOdometer::is_later(const LiveLine& line) const {
+  const bool old_gyro = line.yaw_rate_rad_s && gyro_s_ && line.time_s <= *gyro_s_;
+  const bool old_wheels = !line.wheels.empty() && wheels_s_ && line.time_s <= *wheels_s_;
+  return !old_gyro && !old_wheels;
+}
+
+void LiveOdometer::finish(std::vector<LiveEstimate>& estimates) {
+  alignment_.finish();
+  take_intervals(estimates);
+}
+
+void LiveOdometer::take_wheels(const LiveLine& line, std::string_view place) {
+  WheelReadings readings{.time_s = line.time_s};
+  WheelUnits units{};
+  for (std::size_t i = 0; i < robot_.wheel_names.size(); ++i) {
+    const Reading reading = reading_of(robot_.wheel_names[i], line, place);
+    readings.value[i] = reading.value;
+    units[i] = reading.unit;
+  }
+  if (wheels_s_ && units != units_)
+    throw InputError(place, "gives the wheels in other units", "those of the first line");
+  if (!wheels_s_) alignment_.set_units(units);
+  alignment_.add(readings);
+  units_ = units;
+  wheels_s_ = line.time_s;
+}
+
+void LiveOdometer::take_intervals(std::vector<LiveEstimate>& estimates) {
+  std::optional<AlignedInterval> interval = alignment_.next();
+  if (!started_ && alignment_.start_s()) {
+    estimates.push_back(estimate_at(*alignment_.start_s()));
+    started_ = true;
+  }
+  for (; interval; interval = alignment_.next()) estimates.push_back(step(*interval));
+}
+
+LiveEstimate LiveOdometer::step(const AlignedInterval& interval) {
+  const Increment& increment = interval.increment;
+  bool at_rest = false;
+  std::optional<SlipVerdict> verdict;
+  if (interval.bridged) {
+    odometer_.step_across_gap(increment);
+    if (slip_) verdict = slip_->step_across_gap(increment);
+  } else {
+    at_rest = odometer_.step(increment).at_rest();
+    if (slip_) verdict = slip_->step(increment);
+  }
+  if (verdict) slipping_ = verdict->slipping;
+  LiveEstimate estimate = estimate_at(increment.time_s);
+  estimate.at_rest = at_rest;
+  if (slip_) estimate.slip->verdict = verdict;
+  return estimate;
+}
+
+LiveEstimate LiveOdometer::estimate_at(double time_s) const {
+  LiveEstimate estimate{.time_s = time_s,
+                        .pose = odometer_.pose(),
+                        .covariance = total_covariance(odometer_, uncertain_.covariance),
+                        .gyro_bias = {},
+                        .slip = {}};
+  if (robot_.chassis.gyro) estimate.gyro_bias = odometer_.gyro_bias();
+  if (slip_)
+    estimate.slip = {.pose = slip_->odometer().pose(),
+                     .covariance = total_covariance(slip_->odometer(), uncertain_.covariance),
+                     .slipping = slipping_,
+                     .verdict = {}};
+  return estimate;
+}
+
+void write_live_checkpoint(const std::filesystem::path& path, const std::string& settings,
+                           const LiveOdometer& odometer) {
+  StateWriter writer;
+  writer(settings, odometer);
+  write_checkpoint(path, kKind, writer.take());
+}
+
+void read_live_checkpoint(const std::filesystem::path& path, const std::string& settings,
+                          LiveOdometer& odometer) {
+  const std::string state = read_checkpoint(path, kKind);
+  StateReader reader(state);
+  std::string its_settings;
+  try {
+    reader(its_settings);
+    if (its_settings != settings)
+      throw InputError(path.string(), "was made with other options or another robot file",
+                       "the same robot file, start and options");
+    reader(odometer);
+    reader.finish();
+  } catch (const DamagedState&) {
+    throw InputError(path.string(), "is not the state of such a robot", "a file that --checkpoint wrote");
+  }
+}
+
+}  // namespace trundle

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "trundle/odometry/persist.hpp"
+#include "trundle/odometry/uncertain.hpp"
+#include "trundle/pipeline/live_line.hpp"
+#include "trundle/recording/online_alignment.hpp"
+
+namespace trundle {
+
+struct LiveOptions {
+  Pose2 start = {};  ///< at the first reading of the wheels
+  SlipOptions slip = {};
+  OnlineAlignmentOptions alignment = {};
+};
+
+/// Odometry with covariance, the gyro's bias and slip, reading by reading: what `trundle odometry` and
+/// `trundle slip --corrected` compute of a recording, to the last bit. A value: a copy goes on by itself, and
+/// so does a LiveOdometer of the same robot and options that is given the state (io/archive.hpp).
+class LiveOdometer {
+ public:
+  /// Throws CannotAnswer where the robot's sensors cannot tell its motion.
+  LiveOdometer(const Robot& robot, const LiveOptions& options);
+
+  /// Appends what the line completes to `estimates`: usually one for each reading of the wheels. Throws
+  /// InputError where the line does not suit the robot or is not later than the one before it; it is then
+  /// left out.
+  void take(const LiveLine& line, std::string_view place, std::vector<LiveEstimate>& estimates);
+  /// Later than what has been taken of the same sensors.
+  bool is_later(const LiveLine& line) const;
+  /// What waited for further readings.
+  void finish(std::vector<LiveEstimate>& estimates);
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.alignment_, self.started_, self.slipping_, self.wheels_s_, self.gyro_s_, self.units_);
+    persist_odometer(archive, self.odometer_);
+    if (self.slip_) archive(*self.slip_);
+  }
+
+ private:
+  void require_suitable(const LiveLine& line, std::string_view place) const;
+  void take_wheels(const LiveLine& line, std::string_view place);
+  void take_intervals(std::vector<LiveEstimate>& estimates);
+  LiveEstimate step(const AlignedInterval& interval);
+  LiveEstimate estimate_at(double time_s) const;
+
+  Robot robot_;
+  OnlineAlignment alignment_;
+  UncertainParameters uncertain_;
+  Odometer odometer_;
+  std::optional<SlipOdometer> slip_;
+  bool started_ = false;  ///< the start has been told
+  bool slipping_ = false;
+  std::optional<double> wheels_s_;  ///< stamps of the latest readings
+  std::optional<double> gyro_s_;
+  WheelUnits units_{};
+};
+
+/// `settings` says in words all that the odometer depends on besides the input: a checkpoint goes on under
+/// the same alone.
+void write_live_checkpoint(const std::filesystem::path& path, const std::string& settings,
+                           const LiveOdometer& odometer);
+/// Throws InputError where the file is no checkpoint of trundle live, or of other settings.
+void read_live_checkpoint(const std::filesystem::path& path, const std::string& settings,
+                          LiveOdometer& odometer);
+
+}  // namespace trundle

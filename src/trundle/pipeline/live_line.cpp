@@ -1,0 +1,124 @@
+#include "trundle/pipeline/live_line.hpp"
+
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "trundle/io/error.hpp"
+#include "trundle/slip/find_slip.hpp"
+
+namespace trundle {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kForm = R"({"time_s": ..., "wheels": {...}, "gyro": ...})";
+
+double finite(const Json& value, std::string_view name, std::string_view place) {
+  if (value.is_number() && std::isfinite(value.get<double>())) return value.get<double>();
+  throw InputError(place, fmt::format("'{}' is no finite number", name), "a number");
+}
+
+/// Of the line, or within what it gives of a sensor.
+double time_of(const Json& line, std::string_view place) {
+  if (const auto at = line.find("time_s"); at != line.end()) return finite(*at, "time_s", place);
+  for (const char* sensor : {"wheels", "gyro"})
+    if (const auto at = line.find(sensor); at != line.end() && at->is_object() && at->contains("time_s"))
+      return finite(at->at("time_s"), "time_s", place);
+  throw InputError(place, "has no 'time_s'", kForm);
+}
+
+std::vector<std::pair<std::string, double>> wheels_in(const Json& line, std::string_view place) {
+  std::vector<std::pair<std::string, double>> wheels;
+  const auto at = line.find("wheels");
+  if (at == line.end()) return wheels;
+  if (!at->is_object())
+    throw InputError(place, "'wheels' is no object", R"({"left_ticks": ..., "right_ticks": ...})");
+  for (const auto& [name, value] : at->items())
+    if (name != "time_s") wheels.emplace_back(name, finite(value, name, place));
+  return wheels;
+}
+
+/// {"gyro": rate} or {"gyro": {"yaw_rate_rad_s": rate}}.
+std::optional<double> gyro_in(const Json& line, std::string_view place) {
+  const auto at = line.find("gyro");
+  if (at == line.end()) return std::nullopt;
+  if (!at->is_object()) return finite(*at, "gyro", place);
+  const auto rate = at->find("yaw_rate_rad_s");
+  if (rate == at->end()) throw InputError(place, "'gyro' has no 'yaw_rate_rad_s'", "the rate, in rad/s");
+  return finite(*rate, "yaw_rate_rad_s", place);
+}
+
+void print_pose(std::string& text, const Pose2& pose, const Matrix3& P) {
+  fmt::format_to(std::back_inserter(text),
+                 R"("x_m":{},"y_m":{},"heading_rad":{},"var_xx":{},"var_xy":{},"var_xh":{},"var_yy":{},)"
+                 R"("var_yh":{},"var_hh":{})",
+                 pose.x, pose.y, pose.heading, P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2));
+}
+
+std::string quoted_wheel(int wheel, const Robot& robot) {
+  return Json(wheel == kAmbiguous ? std::string("ambiguous")
+                                  : robot.wheel_names[static_cast<std::size_t>(wheel)])
+      .dump();
+}
+
+void print_event(std::string& text, const SlipEvent& event, const Robot& robot) {
+  fmt::format_to(std::back_inserter(text),
+                 R"({{"start_s":{},"end_s":{},"wheel":{},"kind":"{}","excess_m":{},"confidence":{}}})",
+                 event.start_s, event.end_s, quoted_wheel(event.wheel, robot), name_of(event.kind),
+                 event.excess_m, event.confidence);
+}
+
+void print_verdict(std::string& text, const SlipVerdict& verdict, const Robot& robot) {
+  fmt::format_to(std::back_inserter(text), R"(,"status":"{}")", name_of(verdict.status));
+  if (verdict.status == SlipStatus::judged)
+    fmt::format_to(std::back_inserter(text), R"(,"chi2":{},"limit":{})", verdict.chi2, verdict.limit);
+  if (verdict.slipping) text += R"(,"wheel":)" + quoted_wheel(verdict.wheel, robot);
+  text += R"(,"ended":[)";
+  for (std::size_t i = 0; i < verdict.ended_count; ++i) {
+    if (i > 0) text += ',';
+    print_event(text, verdict.ended[i], robot);
+  }
+  text += ']';
+}
+
+void print_slip(std::string& text, const LiveSlip& slip, const Robot& robot) {
+  fmt::format_to(std::back_inserter(text), R"(,"slip":{{"slipping":{},"decided":{})", slip.slipping,
+                 slip.verdict.has_value());
+  if (slip.verdict) print_verdict(text, *slip.verdict, robot);
+  text += R"(,"corrected":{)";
+  print_pose(text, slip.pose, slip.covariance);
+  text += "}}";
+}
+
+}  // namespace
+
+LiveLine parse_live_line(std::string_view line, std::string_view place) {
+  const Json document = Json::parse(line, nullptr, false);
+  if (!document.is_object()) throw InputError(place, "is no JSON object", kForm);
+  LiveLine result;
+  result.time_s = time_of(document, place);
+  result.wheels = wheels_in(document, place);
+  result.yaw_rate_rad_s = gyro_in(document, place);
+  if (result.wheels.empty() && !result.yaw_rate_rad_s && !document.contains("sightings"))
+    throw InputError(place, "has no reading", kForm);
+  return result;
+}
+
+std::string line_of(const LiveEstimate& estimate, const Robot& robot) {
+  std::string text = fmt::format(R"({{"time_s":{},)", estimate.time_s);
+  print_pose(text, estimate.pose, estimate.covariance);
+  fmt::format_to(std::back_inserter(text), R"(,"at_rest":{})", estimate.at_rest);
+  if (estimate.gyro_bias)
+    fmt::format_to(std::back_inserter(text), R"(,"gyro_bias":{{"rad_s":{},"sigma_rad_s":{}}})",
+                   estimate.gyro_bias->rad_s, std::sqrt(estimate.gyro_bias->variance));
+  if (estimate.slip)
+    print_slip(text, *estimate.slip, robot);
+  else
+    text += R"(,"slip":null)";
+  return text + "}";
+}
+
+}  // namespace trundle

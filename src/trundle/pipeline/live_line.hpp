@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "trundle/slip/slip_odometer.hpp"
+
+namespace trundle {
+
+/// One line of input of `trundle live`: docs/live.md.
+struct LiveLine {
+  double time_s = 0.0;
+  std::vector<std::pair<std::string, double>> wheels;  ///< by the names of their columns
+  std::optional<double> yaw_rate_rad_s;
+};
+
+/// Throws InputError with `place`, what stands there, what was expected.
+LiveLine parse_live_line(std::string_view line, std::string_view place);
+
+/// Pose with the slips that were found by now corrected, and what was found.
+struct LiveSlip {
+  Pose2 pose;
+  Matrix3 covariance;
+  bool slipping = false;               ///< as far as is known by now
+  std::optional<SlipVerdict> verdict;  ///< on the interval that this reading completes; else to be revised
+};
+
+/// What is known after one reading of the wheels.
+struct LiveEstimate {
+  double time_s = 0.0;
+  Pose2 pose;  ///< from the readings as they are
+  Matrix3 covariance;
+  bool at_rest = false;
+  std::optional<GyroBias> gyro_bias;
+  std::optional<LiveSlip> slip;  ///< where the robot's sensors can show it
+};
+
+/// One line of output, without its end. docs/live.md.
+std::string line_of(const LiveEstimate& estimate, const Robot& robot);
+
+}  // namespace trundle

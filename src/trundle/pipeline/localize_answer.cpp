@@ -1,0 +1,121 @@
+#include "trundle/pipeline/localize_answer.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "trundle/io/error.hpp"
+
+namespace trundle {
+namespace {
+
+Provenance provenance_of(const Recording& recording, const RobotFile& robot, const MapFile& map,
+                         const LocalizeQuestion& question) {
+  Provenance provenance{recording.inputs, {}, question.seed};
+  provenance.inputs.push_back(robot.file);
+  provenance.inputs.push_back(map.file);
+  provenance.options = {{"filter", std::string(name_of(question.filter))},
+                        {"start", question.start ? question.start_text : "none"}};
+  if (question.start) {
+    provenance.options.emplace_back("start-sigma-m", fmt::format("{}", question.start_sigma_m));
+    provenance.options.emplace_back("start-sigma-deg", fmt::format("{}", question.start_sigma_deg));
+  }
+  if (question.filter == LocalizerFilter::particles)
+    provenance.options.emplace_back("particles", std::to_string(question.particles));
+  if (question.unknown_ids) provenance.options.emplace_back("unknown-ids", "true");
+  add_options_of(question.slip, provenance);
+  add_robot_number(question.robot_number, provenance);
+  return provenance;
+}
+
+std::optional<PoseEstimate> start_of(const LocalizeQuestion& question) {
+  if (!question.start) return std::nullopt;
+  PoseEstimate start;
+  start.pose = *question.start;
+  const double sigma_rad = radians(question.start_sigma_deg);
+  start.covariance.diagonal() << question.start_sigma_m * question.start_sigma_m,
+      question.start_sigma_m * question.start_sigma_m, sigma_rad * sigma_rad;
+  return start;
+}
+
+LocalizerOptions options_of(const LocalizeQuestion& question) {
+  LocalizerOptions options;
+  options.filter = question.filter;
+  options.start = start_of(question);
+  options.particles.most = question.particles;
+  options.seed = question.seed;
+  return options;
+}
+
+/// Two landmarks that are seen from one place or from two near each other are no further apart.
+KnownMap known_map_of(const MapFile& map, const LandmarkSensor& sensor) {
+  std::vector<KnownLandmark> landmarks;
+  for (const MapLandmark& landmark : map.landmarks)
+    landmarks.push_back({landmark.position, landmark.covariance});
+  return {std::move(landmarks), 2.0 * sensor.max_range_m};
+}
+
+[[noreturn]] void refuse(const std::string& recording, const LocalizeAnswer& answer) {
+  const std::size_t unmapped = answer.result.counts.unmapped;
+  throw CannotAnswer(
+      fmt::format("{}: {} sightings and the {} landmarks of the map never told where the robot is; {}",
+                  recording, answer.input.observations(), answer.landmarks,
+                  unmapped > 0 ? fmt::format("{} of them name landmarks that the map does not have", unmapped)
+                               : std::string("a --start may help")));
+}
+
+nlohmann::ordered_json to_json(const KnownStretch& stretch) {
+  nlohmann::ordered_json document = {{"start_s", stretch.start_s}, {"end_s", stretch.end_s}};
+  if (stretch.noticed_s) document["loss_noticed_s"] = *stretch.noticed_s;
+  return document;
+}
+
+}  // namespace
+
+MapFile read_map_file(const std::filesystem::path& path) {
+  return {read_landmark_map(path), input_file(path)};
+}
+
+LocalizeAnswer answer_localize(const Recording& recording, const RobotFile& robot, const MapFile& map,
+                               const LocalizeQuestion& question) {
+  LocalizeAnswer answer;
+  answer.provenance = provenance_of(recording, robot, map, question);
+  SlamInputOptions input_options{.hide_ids = question.unknown_ids};
+  for (const MapLandmark& landmark : map.landmarks) input_options.names.push_back(landmark.name);
+  answer.input = slam_input(recording, readings_of(recording, robot, question.slip, answer.provenance),
+                            robot.robot, input_options);
+  auto& problems = answer.input.problems;
+  problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
+  answer.landmarks = map.landmarks.size();
+  const LandmarkSensor& sensor = *robot.robot.landmark_sensor;
+  answer.result = localize(answer.input, known_map_of(map, sensor), sensor, options_of(question));
+  if (answer.result.trajectory.poses.empty()) refuse(recording.name, answer);
+  return answer;
+}
+
+nlohmann::ordered_json document_of(const LocalizeAnswer& answer) {
+  const LocalizationCounts& counts = answer.result.counts;
+  const StampedPose& end = answer.result.trajectory.poses.back();
+  nlohmann::ordered_json document = to_json(answer.provenance);
+  document["landmarks"] = answer.landmarks;
+  document["steps"] = answer.input.steps.size();
+  document["poses"] = answer.result.trajectory.poses.size();
+  document["localized_s"] = answer.result.stretches.front().start_s;
+  document["known"] = nlohmann::ordered_json::array();
+  for (const KnownStretch& stretch : answer.result.stretches) document["known"].push_back(to_json(stretch));
+  document["sightings"] = {{"matched", counts.matched},
+                           {"rejected", counts.rejected},
+                           {"while_searching", counts.searching},
+                           {"not_in_the_map", counts.unmapped},
+                           {"invalid", counts.invalid}};
+  document["nis"] = {{"mean", counts.mean_nis}, {"median", counts.median_nis}, {"honest_mean", 2.0}};
+  if (counts.most_particles > 0) document["most_particles"] = counts.most_particles;
+  document["end"] = {
+      {"time_s", end.time_s}, {"x_m", end.pose.x}, {"y_m", end.pose.y}, {"heading_rad", end.pose.heading}};
+  document["trajectory"] = "online estimate, where the pose is known";
+  document["problems"] = to_json(answer.input.problems);
+  return document;
+}
+
+}  // namespace trundle

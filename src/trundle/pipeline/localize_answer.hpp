@@ -1,0 +1,53 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "trundle/pipeline/files.hpp"
+#include "trundle/pipeline/provenance.hpp"
+#include "trundle/pipeline/slip_answer.hpp"
+#include "trundle/recording/landmark_file.hpp"
+#include "trundle/slam/localizer.hpp"
+
+namespace trundle {
+
+/// A map of landmarks, and the file that said so.
+struct MapFile {
+  std::vector<MapLandmark> landmarks;
+  InputFile file;
+};
+/// Throws as read_landmark_map.
+MapFile read_map_file(const std::filesystem::path& path);
+
+/// What `trundle localize` is asked, besides recording, robot and map.
+struct LocalizeQuestion {
+  LocalizerFilter filter = LocalizerOptions{}.filter;
+  std::size_t particles = ParticleNumber{}.most;  ///< at most
+  std::uint64_t seed = LocalizerOptions{}.seed;
+  std::optional<Pose2> start = {};  ///< pose at the first stamp; nothing: it is searched
+  std::string start_text = "";      ///< the same as it was given
+  double start_sigma_m = 0.5;
+  double start_sigma_deg = 10.0;
+  bool unknown_ids = false;               ///< forget the landmarks' names and find out which is which
+  std::optional<SlipQuestion> slip = {};  ///< then the odometry is corrected for slip first, found so
+  int robot_number = 0;                   ///< of a folder with several robots; 0: not given
+};
+
+struct LocalizeAnswer {
+  Provenance provenance;
+  SlamInput input;  ///< with the problems of reading the recording
+  std::size_t landmarks = 0;
+  Localization result;
+};
+
+/// Throws as slam_input and localize, and CannotAnswer where the pose never becomes known.
+LocalizeAnswer answer_localize(const Recording& recording, const RobotFile& robot, const MapFile& map,
+                               const LocalizeQuestion& question);
+
+/// What `trundle localize --json` prints.
+nlohmann::ordered_json document_of(const LocalizeAnswer& answer);
+
+}  // namespace trundle

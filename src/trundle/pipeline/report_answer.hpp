@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "trundle/pipeline/provenance.hpp"
+
+namespace trundle {
+
+struct ReportQuestion {
+  std::vector<std::string> inputs;  ///< folders of results, or their files
+  std::string reference = {};       ///< what folders without one are compared with: a recording, a trajectory
+  std::string robot = {};  ///< file of the robot whose reference sensor it is; else what run.json says
+};
+
+/// What `trundle report` draws: docs/report-json.md.
+struct ReportAnswer {
+  Provenance provenance;
+  nlohmann::ordered_json document;
+};
+
+/// Throws InputError.
+ReportAnswer answer_report(const ReportQuestion& question);
+
+}  // namespace trundle

@@ -1,0 +1,247 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <nlohmann/json.hpp>
+
+#include "trundle/report/result_parts.hpp"
+
+namespace trundle {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kMostAnswers = 5;
+/// A parameter so many standard deviations away from nominal, or a mean so far from what is expected, is
+/// worth a sentence.
+constexpr double kFarSigmas = 3.0;
+constexpr double kHonestShare = 0.8;  ///< of poses inside their 95 %
+constexpr double kHonestNis = 1.5;    ///< times what is expected
+
+const Json* parameter_named(const Json& calibration, const std::string& name) {
+  for (const Json& parameter : calibration.at("parameters"))
+    if (parameter.at("name") == name && parameter.at("observable") == true) return &parameter;
+  return nullptr;
+}
+
+double covariance_of(const Json& calibration, const std::string& a, const std::string& b) {
+  const Json& correlation = calibration.at("correlation");
+  const Json& names = correlation.at("names");
+  const auto index = [&](const std::string& name) {
+    return static_cast<std::size_t>(std::ranges::find(names, Json(name)) - names.begin());
+  };
+  const std::size_t i = index(a), j = index(b);
+  if (i >= names.size() || j >= names.size() || correlation.at("total").empty()) return 0.0;
+  const Json& rho = correlation.at("total")[i][j];
+  return rho.is_number() ? rho.get<double>() : 0.0;
+}
+
+double number_or_zero(const Json& value) {
+  return value.is_number() ? value.get<double>() : 0.0;
+}
+
+/// How much larger the second of two wheels is than the first, as a share, now and as configured:
+/// σ² = (D2/D1)² (σ1²/D1² + σ2²/D2² − 2 ρ σ1 σ2 / (D1 D2)).
+Json wheel_ratio(const Json& calibration) {
+  const Json& wheels = calibration.at("robot").value("wheels", Json::array());
+  if (wheels.size() != 2) return nullptr;
+  const std::string first = wheels[0].get<std::string>() + ".diameter";
+  const std::string second = wheels[1].get<std::string>() + ".diameter";
+  const Json* a = parameter_named(calibration, first);
+  const Json* b = parameter_named(calibration, second);
+  if (a == nullptr || b == nullptr) return nullptr;
+  const double d1 = number_or_zero(a->at("value")), d2 = number_or_zero(b->at("value"));
+  const double r1 = number_or_zero(a->at("sigma_total")) / d1, r2 = number_or_zero(b->at("sigma_total")) / d2;
+  const double variance = r1 * r1 + r2 * r2 - 2.0 * covariance_of(calibration, first, second) * r1 * r2;
+  const double sigma = d2 / d1 * std::sqrt(std::max(0.0, variance));
+  const double nominal = number_or_zero(b->at("nominal")) / number_or_zero(a->at("nominal"));
+  if (!(sigma > 0.0) || !std::isfinite(nominal)) return nullptr;
+  return {{"kind", "wheel_ratio"},
+          {"first", wheels[0]},
+          {"second", wheels[1]},
+          {"value", d2 / d1 - 1.0},
+          {"sigma", sigma},
+          {"nominal", nominal - 1.0},
+          {"sigmas_from_nominal", (d2 / d1 - nominal) / sigma}};
+}
+
+Json parameter_answer(const Json& calibration, const std::string& name) {
+  const Json* parameter = parameter_named(calibration, name);
+  if (parameter == nullptr) return nullptr;
+  return {{"kind", "parameter"},
+          {"name", name},
+          {"unit", parameter->at("unit")},
+          {"value", parameter->at("value")},
+          {"sigma", parameter->at("sigma_total")},
+          {"nominal", parameter->at("nominal")},
+          {"sigmas_from_nominal", parameter->at("sigmas_from_nominal")}};
+}
+
+/// The first parameter that is no diameter of the pair whose ratio is told already.
+Json other_parameter(const Json& calibration) {
+  for (const Json& parameter : calibration.at("parameters")) {
+    const std::string name = parameter.at("name");
+    if (parameter.at("observable") == true && !name.ends_with(".diameter"))
+      return parameter_answer(calibration, name);
+  }
+  return nullptr;
+}
+
+Json calibration_errors(const Json& calibration) {
+  const Json& errors = calibration.at("errors");
+  const bool held_out = errors.at("hold_out").is_object();
+  const Json& group = errors.at(held_out ? "hold_out" : "training");
+  if (!group.is_object()) return nullptr;
+  return {
+      {"kind", "calibration_error"},
+      {"held_out", held_out},
+      {"runs", group.at("runs")},
+      {"before_m", group.at("before").at("position_rms_m")},
+      {"after_m", group.at("after").is_object() ? group.at("after").at("position_rms_m") : Json(nullptr)}};
+}
+
+const Json* error_of(const Json& result, const std::vector<std::string>& roles) {
+  for (const std::string& role : roles)
+    for (const Json& error : result.at("errors"))
+      if (error.at("role") == role) return &error;
+  return nullptr;
+}
+
+Json track_error(const Json& result) {
+  const Json* best = error_of(
+      result, {"result", "smoothed", "path", "online", "localized", "corrected", "odometry", "other"});
+  const Json* before = error_of(result, {"nominal", "odometry"});
+  if (best == nullptr) best = before;
+  if (best == nullptr) return nullptr;
+  const auto rms = [](const Json& error) { return error.at("summary").at("position_rms_m"); };
+  return {{"kind", "track_error"},
+          {"role", best->at("role")},
+          {"before_role", before == nullptr || before == best ? Json(nullptr) : before->at("role")},
+          {"before_m", before == nullptr || before == best ? Json(nullptr) : rms(*before)},
+          {"after_m", rms(*best)},
+          {"path_m", best->at("summary").at("path_m")},
+          {"share_inside_95", best->at("summary").at("share_inside_95")}};
+}
+
+Json slip_answer(const Json& result) {
+  const Json& slip = result.at("slip");
+  if (slip.is_null()) return nullptr;
+  double lost_m = 0.0;
+  std::map<std::string, double> by_wheel;
+  for (const Json& event : slip.at("events")) {
+    const double excess = std::abs(number_or_zero(event.at("excess_m")));
+    lost_m += excess;
+    by_wheel[event.at("wheel")] += excess;
+  }
+  by_wheel.erase("ambiguous");
+  const auto worst = std::ranges::max_element(by_wheel, {}, &std::pair<const std::string, double>::second);
+  return {{"kind", "slip"},
+          {"count", slip.at("events").size()},
+          {"excess_m", lost_m},
+          {"worst_wheel", worst == by_wheel.end() ? Json(nullptr) : Json(worst->first)},
+          {"worst_share",
+           worst == by_wheel.end() || lost_m == 0.0 ? Json(nullptr) : Json(worst->second / lost_m)}};
+}
+
+Json map_answer(const Json& result) {
+  const Json& map = result.at("map");
+  if (map.is_null() || map.at("landmarks").empty()) return nullptr;
+  std::vector<double> axes;
+  for (const Json& landmark : map.at("landmarks"))
+    if (landmark.at("ellipse95").is_object()) axes.push_back(landmark.at("ellipse95").at("semi_major_m"));
+  std::ranges::sort(axes);
+  return {{"kind", "map"},
+          {"landmarks", map.at("landmarks").size()},
+          {"median95_m", axes.empty() ? Json(nullptr) : Json(axes[axes.size() / 2])}};
+}
+
+Json gyro_answer(const Json& result) {
+  const Json& gyro = result.at("gyro");
+  if (gyro.is_null() || gyro.at("bias").is_null() || gyro.at("bias").at("end_rad_s").is_null())
+    return nullptr;
+  return {{"kind", "gyro_bias"},
+          {"value", gyro.at("bias").at("end_rad_s")},
+          {"sigma", gyro.at("bias").at("end_sigma_rad_s")},
+          {"rest_s", gyro.at("bias").at("rest_s")}};
+}
+
+void add(Json answer, Json& answers) {
+  if (!answer.is_null()) answers.push_back(std::move(answer));
+}
+
+void attend_calibration(const Json& calibration, Json& attention) {
+  const Json ratio = wheel_ratio(calibration);
+  if (!ratio.is_null() && std::abs(number_or_zero(ratio.at("sigmas_from_nominal"))) > kFarSigmas)
+    attention.push_back(ratio);
+  for (const Json& parameter : calibration.at("parameters")) {
+    const std::string name = parameter.at("name");
+    const bool told_by_ratio = !ratio.is_null() && name.ends_with(".diameter");
+    if (told_by_ratio || std::abs(number_or_zero(parameter.at("sigmas_from_nominal"))) <= kFarSigmas)
+      continue;
+    add(parameter_answer(calibration, name), attention);
+  }
+  for (const Json& sentence : calibration.at("cannot_tell"))
+    attention.push_back({{"kind", "cannot_tell"}, {"words", sentence}});
+  for (const Json& sentence : calibration.at("warnings"))
+    attention.push_back({{"kind", "warning"}, {"words", sentence}});
+}
+
+/// Odometry before calibration, or before slips are corrected, is there to compare with.
+bool is_superseded(const std::string& role, const Json& result) {
+  return role == "nominal" || (role == "odometry" && error_of(result, {"corrected"}) != nullptr);
+}
+
+void attend_honesty(const Json& result, Json& attention) {
+  for (const Json& error : result.at("errors")) {
+    const Json& share = error.at("summary").at("share_inside_95");
+    if (is_superseded(error.at("role"), result) || !share.is_number() || share.get<double>() >= kHonestShare)
+      continue;
+    attention.push_back({{"kind", "overconfident"},
+                         {"role", error.at("role")},
+                         {"name", error.at("name")},
+                         {"share_inside_95", share}});
+  }
+  const Json& sightings = result.at("sightings");
+  if (sightings.is_null() || !sightings.at("nis_mean").is_number()) return;
+  const double expected = sightings.at("nis_expected");
+  if (sightings.at("nis_mean").get<double>() > kHonestNis * expected)
+    attention.push_back({{"kind", "nis"}, {"mean", sightings.at("nis_mean")}, {"expected", expected}});
+}
+
+}  // namespace
+
+Json answers_json(const Json& result) {
+  Json answers = Json::array();
+  const Json& calibration = result.at("calibration");
+  add(track_error(result), answers);
+  if (calibration.is_object()) {
+    if (answers.empty()) add(calibration_errors(calibration), answers);
+    add(wheel_ratio(calibration), answers);
+    add(other_parameter(calibration), answers);
+  }
+  add(slip_answer(result), answers);
+  add(map_answer(result), answers);
+  add(gyro_answer(result), answers);
+  if (answers.size() > kMostAnswers) answers.erase(answers.begin() + kMostAnswers, answers.end());
+  return answers;
+}
+
+Json attention_json(const Json& result) {
+  Json attention = Json::array();
+  for (const Json& stage : result.at("stages"))
+    if (stage.value("status", "") == "failed")
+      attention.push_back(
+          {{"kind", "stage"}, {"name", stage.at("name")}, {"words", stage.value("message", "")}});
+  if (result.at("calibration").is_object()) attend_calibration(result.at("calibration"), attention);
+  const Json slip = slip_answer(result);
+  if (!slip.is_null() && slip.at("count") > 0) attention.push_back(slip);
+  attend_honesty(result, attention);
+  if (result.at("health").is_object())
+    for (const Json& problem : result.at("health").at("problems"))
+      if (problem.at("severity") == "warning")
+        attention.push_back(
+            {{"kind", "problem"}, {"place", problem.at("place")}, {"words", problem.at("message")}});
+  return attention;
+}
+
+}  // namespace trundle

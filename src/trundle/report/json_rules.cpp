@@ -1,0 +1,91 @@
+#include "trundle/report/json_rules.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "trundle/io/error.hpp"
+
+namespace trundle {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::array<std::pair<JsonType, std::string_view>, 6> kTypeNames = {{{kString, "a string"},
+                                                                              {kNumber, "a number"},
+                                                                              {kBool, "true or false"},
+                                                                              {kArray, "an array"},
+                                                                              {kObject, "an object"},
+                                                                              {kNull, "null"}}};
+
+JsonType type_of(const Json& value) {
+  if (value.is_string()) return kString;
+  if (value.is_number()) return kNumber;
+  if (value.is_boolean()) return kBool;
+  if (value.is_array()) return kArray;
+  return value.is_object() ? kObject : kNull;
+}
+
+std::string in_words(unsigned types) {
+  std::string text;
+  for (const auto& [type, name] : kTypeNames)
+    if ((types & type) != 0) text += (text.empty() ? "" : " or ") + std::string(name);
+  return text;
+}
+
+/// Follows one rule into a document and throws where a value is missing or of another type.
+class RuleCheck {
+ public:
+  RuleCheck(std::string_view file_name, unsigned types) : file_name_(file_name), types_(types) {}
+
+  void follow(const Json& value, std::string_view rest, const std::string& where) const {
+    if (rest.empty()) return expect_type(value, where);
+    if (value.is_null()) return;
+    const std::string_view key = rest.substr(0, rest.find('/'));
+    const std::string_view next =
+        key.size() == rest.size() ? std::string_view() : rest.substr(key.size() + 1);
+    if (key != "*") return follow_key(value, std::string(key), next, where);
+    for (std::size_t i = 0; i < value.size(); ++i) follow(value[i], next, fmt::format("{}[{}]", where, i));
+  }
+
+ private:
+  void follow_key(const Json& value, const std::string& key, std::string_view next,
+                  const std::string& where) const {
+    const std::string path = where.empty() ? key : where + "." + key;
+    const auto found = value.find(key);
+    if (found == value.end() && (types_ & kMissing) != 0) return;
+    if (found == value.end())
+      throw InputError(file_name_, fmt::format("\"{}\" is missing", path), in_words(types_));
+    follow(*found, next, path);
+  }
+
+  void expect_type(const Json& value, const std::string& where) const {
+    const JsonType type = type_of(value);
+    if ((types_ & type) == 0)
+      throw InputError(file_name_, fmt::format("\"{}\" is {}", where, in_words(type)), in_words(types_));
+  }
+
+  std::string_view file_name_;
+  unsigned types_;
+};
+
+}  // namespace
+
+Json parse_json(std::string_view text, std::string_view file_name, std::string_view expected) {
+  try {
+    return Json::parse(text);
+  } catch (const Json::parse_error& error) {
+    const std::size_t end = std::min(error.byte, text.size());
+    const std::size_t line = 1 + static_cast<std::size_t>(std::count(
+                                     text.begin(), text.begin() + static_cast<std::ptrdiff_t>(end), '\n'));
+    throw InputError(place(file_name, line), "is not JSON here", expected);
+  }
+}
+
+void check_rules(const Json& document, std::span<const JsonRule> rules, std::string_view file_name) {
+  for (const JsonRule& rule : rules) RuleCheck(file_name, rule.types).follow(document, rule.path, "");
+}
+
+}  // namespace trundle

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+namespace trundle {
+
+/// A picture keeps at most about so many rows of a table: many more than a screen has columns of pixels.
+inline constexpr std::size_t kRowsInPicture = 40'000;
+
+/// The rows that a picture of these columns needs, in order: all where there are at most `most`. Else the
+/// rows are cut into equal buckets, and of each bucket those with the smallest and the largest value of every
+/// column are kept (and one without a value, where there is one, for the gap), besides the first and the last
+/// row of all: no peak is lost. The columns are equally long.
+std::vector<std::size_t> rows_for_picture(std::span<const std::span<const double>> columns,
+                                          std::size_t most = kRowsInPicture);
+
+}  // namespace trundle

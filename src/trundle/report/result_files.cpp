@@ -1,0 +1,88 @@
+#include "trundle/report/result_files.hpp"
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+
+#include "trundle/io/error.hpp"
+
+namespace trundle {
+namespace {
+
+constexpr std::array<std::string_view, 7> kDocuments = {"run",  "info", "calibration", "odometry",
+                                                        "slip", "slam", "evaluation"};
+/// A header holds all of these words.
+struct Sign {
+  ResultKind kind;
+  std::array<std::string_view, 3> columns;
+};
+constexpr std::array kSigns = {
+    Sign{ResultKind::trajectory, {"time_s", "x_m", "heading_rad"}},
+    Sign{ResultKind::slips, {"start_s", "wheel", "excess_m"}},
+    Sign{ResultKind::landmarks, {"landmark", "x_m", "y_m"}},
+    Sign{ResultKind::filter_steps, {"time_s", "effective_particles", "resampled"}},
+    Sign{ResultKind::innovations, {"time_s", "landmark", "nis"}},
+};
+
+/// The first line that is no comment; nothing of a file that is no text.
+std::string header_of(const std::filesystem::path& path) {
+  std::ifstream stream(path);
+  std::string line;
+  while (std::getline(stream, line))
+    if (!line.starts_with('#')) return line;
+  return {};
+}
+
+ResultKind kind_of(const std::filesystem::path& path) {
+  const std::string extension = path.extension().string();
+  if (extension == ".tum") return ResultKind::trajectory;
+  if (extension == ".json")
+    return std::ranges::find(kDocuments, path.stem().string()) == kDocuments.end() ? ResultKind::other
+                                                                                   : ResultKind::json;
+  if (extension != ".csv") return ResultKind::other;
+  const std::string header = header_of(path);
+  const auto holds = [&](std::string_view column) { return header.find(column) != header.npos; };
+  for (const Sign& sign : kSigns)
+    if (std::ranges::all_of(sign.columns, holds)) return sign.kind;
+  return ResultKind::other;
+}
+
+void append_results(const std::filesystem::path& folder, const std::string& prefix,
+                    std::vector<ResultFile>& files) {
+  if (!std::filesystem::is_directory(folder)) return;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (!entry.is_regular_file()) continue;
+    const ResultKind kind = kind_of(entry.path());
+    if (kind != ResultKind::other)
+      files.push_back({prefix + entry.path().stem().string(), entry.path(), kind});
+  }
+}
+
+}  // namespace
+
+std::vector<ResultFile> result_files(const std::filesystem::path& input) {
+  constexpr const char* kExpected =
+      "a folder with results of trundle, like calibration.json, trajectory.csv, slip.csv or slam/, or one of "
+      "these";
+  if (!std::filesystem::exists(input)) throw InputError(input.string(), "does not exist", kExpected);
+  std::vector<ResultFile> files;
+  if (std::filesystem::is_directory(input)) {
+    append_results(input, "", files);
+    append_results(input / "slam", "slam/", files);
+  } else if (const ResultKind kind = kind_of(input); kind != ResultKind::other) {
+    files.push_back({input.stem().string(), input, kind});
+  }
+  if (files.empty()) throw InputError(input.string(), "holds no results", kExpected);
+  std::ranges::sort(files, {}, &ResultFile::name);
+  return files;
+}
+
+std::vector<std::string> head_lines(const std::filesystem::path& path) {
+  std::ifstream stream(path);
+  std::vector<std::string> lines;
+  std::string line;
+  while (std::getline(stream, line) && line.starts_with("# ")) lines.push_back(line.substr(2));
+  return lines;
+}
+
+}  // namespace trundle

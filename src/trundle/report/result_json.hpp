@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string_view>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "trundle/report/compared_with.hpp"
+
+namespace trundle {
+
+/// What stands under "format" and "format_version" of the report's document.
+inline constexpr std::string_view kReportFormat = "trundle-report";
+inline constexpr int kReportFormatVersion = 1;
+
+/// One result of the document that docs/report-json.md describes: all that was found in a folder of results
+/// (or in one file of them: see result_files()), computed for drawing; its "sources" name the files. `with`:
+/// what trajectories are compared with; where the folder has a reference of its own, that one. Throws
+/// InputError at malformed files.
+nlohmann::ordered_json read_result(const std::filesystem::path& input, const ComparedWith& with = {});
+
+/// A result that is a calibration alone.
+nlohmann::ordered_json result_of_calibration(const nlohmann::ordered_json& calibration);
+
+/// The document of results: their clocks start together where their recordings overlap.
+nlohmann::ordered_json report_json(std::span<const nlohmann::ordered_json> results,
+                                   const nlohmann::ordered_json& provenance);
+
+}  // namespace trundle

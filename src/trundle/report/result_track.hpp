@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "trundle/evaluation/errors_along.hpp"
+#include "trundle/report/compared_with.hpp"
+
+namespace trundle {
+
+/// One trajectory of a result, and how far it is from the reference.
+struct ResultTrack {
+  std::string name;  ///< "slam/trajectory"
+  std::string role;  ///< reference, nominal, odometry, corrected, online, path, smoothed, localized, result
+                     ///< or other
+  Trajectory trajectory;  ///< laid on the reference where there is one
+  Pose2 laid_by;          ///< the motion that did so
+  std::optional<Evaluation> evaluation;
+  ErrorsAlong errors;
+  std::string not_compared;  ///< why there is a reference but no evaluation; empty: nothing to say
+};
+
+std::string role_of(std::string_view name);
+
+/// trajectory.csv, .tum or reference.csv; headings that a reference lacks are NaN.
+ResultTrack read_track(const std::filesystem::path& path, const std::string& name);
+
+/// Evaluates a track, as seen by the reference sensor, against the reference and lays it on it. Where the
+/// alignment asks for a heading that was not measured, se2 is used instead; where nothing can be compared,
+/// the track says why.
+void compare(ResultTrack& track, const ComparedWith& with, Alignment alignment);
+
+/// The one that the rest of a result refers to: the best informed; null where there is none.
+const ResultTrack* main_track(const std::vector<ResultTrack>& tracks);
+const ResultTrack* track_of_role(const std::vector<ResultTrack>& tracks, std::string_view role);
+
+}  // namespace trundle

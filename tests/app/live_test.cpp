@@ -1,0 +1,192 @@
+// `trundle live`: lines in, lines out, as a robot and somebody who kills it would use them.
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "trundle/io/file.hpp"
+
+#include "app/process.hpp"
+#include "app/sample.hpp"
+
+namespace trundle::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::StartsWith;
+using Json = nlohmann::json;
+
+const std::filesystem::path kDemo = std::filesystem::path(TRUNDLE_SOURCE_DIR) / "data/demo";
+const std::string kRobot = (kDemo / "robot.toml").string();
+const std::string kTour = (kDemo / "session_01/tour").string();
+
+std::vector<std::string> lines_in(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+std::vector<std::string> cells_in(const std::string& line) {
+  std::vector<std::string> cells;
+  std::istringstream stream(line);
+  for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
+  return cells;
+}
+
+std::vector<std::vector<std::string>> rows_of(const std::filesystem::path& file) {
+  std::vector<std::vector<std::string>> rows;
+  for (const std::string& line : lines_in(read_file(file)))
+    if (!line.starts_with("#") && !line.starts_with("time_s")) rows.push_back(cells_in(line));
+  return rows;
+}
+
+/// The demo's tour as the robot would have told it: each reading of wheels or gyro at its stamp.
+std::string tour_as_lines() {
+  std::multimap<double, std::string> lines;
+  for (const auto& row : rows_of(std::filesystem::path(kTour) / "wheels.csv"))
+    lines.emplace(std::stod(row[0]),
+                  fmt::format(R"({{"time_s":{},"wheels":{{"left_ticks":{},"right_ticks":{}}}}})", row[0],
+                              row[1], row[2]));
+  for (const auto& row : rows_of(std::filesystem::path(kTour) / "gyro.csv"))
+    lines.emplace(std::stod(row[0]), fmt::format(R"({{"time_s":{},"gyro":{}}})", row[0], row[1]));
+  std::string text;
+  for (const auto& [time_s, line] : lines) text += line + "\n";
+  return text;
+}
+
+class LiveCommand : public testing::Test {
+ protected:
+  LiveCommand() { keep("tour.jsonl", tour_as_lines()); }
+
+  void keep(const std::string& file, const std::string& text) const {
+    write_file(sample_.folder() / file, text);
+  }
+  Outcome live(Arguments more = {}, Circumstances circumstances = {.input = "tour.jsonl"}) const {
+    more.insert(more.begin(), {"live", "--robot", kRobot});
+    return run_program(sample_.folder(), more, circumstances);
+  }
+
+  Sample sample_;
+};
+
+TEST_F(LiveCommand, GivesTheTextOfTheTrajectoryFile) {
+  const Outcome outcome = live();
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.err, IsEmpty());
+  run_program(sample_.folder(), {"odometry", kTour, "--robot", kRobot, "-o", "t.csv"});
+  const auto expected = rows_of(sample_.folder() / "t.csv");
+  const auto lines = lines_in(outcome.out);
+  ASSERT_EQ(lines.size(), expected.size());
+  constexpr std::array kNames = {"time_s", "x_m",    "y_m",    "heading_rad", "var_xx",
+                                 "var_xy", "var_xh", "var_yy", "var_yh",      "var_hh"};
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    std::string start = "{";
+    for (std::size_t k = 0; k < kNames.size(); ++k)
+      start += fmt::format("{}\"{}\":{}", k > 0 ? "," : "", kNames[k], expected[i][k]);
+    ASSERT_THAT(lines[i], StartsWith(start + ","));
+    ASSERT_TRUE(Json::accept(lines[i])) << lines[i];
+  }
+}
+
+TEST_F(LiveCommand, KilledAtAnyMomentItGoesOnAsIfNothingHadHappened) {
+  const std::string whole = live().out;
+  int cut_short = 0;
+  for (int delay_us = 2'000; delay_us < 200'000; delay_us = delay_us * 4 / 3) {
+    std::filesystem::remove(sample_.folder() / "state");
+    const Outcome killed = live({"--checkpoint", "state", "--checkpoint-every-s", "0.5"},
+                                {.input = "tour.jsonl", .ended_after = std::chrono::microseconds(delay_us)});
+    EXPECT_THAT(whole, StartsWith(killed.out));
+    if (!std::filesystem::exists(sample_.folder() / "state")) continue;
+    cut_short += killed.out.size() < whole.size() ? 1 : 0;
+    const Outcome resumed = live({"--resume", "state"});
+    EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+    EXPECT_THAT(whole, testing::EndsWith(resumed.out)) << "after " << delay_us << " µs";
+    EXPECT_GE(killed.out.size() + resumed.out.size(), whole.size()) << "after " << delay_us << " µs";
+  }
+  EXPECT_GT(cut_short, 0) << "no run was killed before its end: the test tests nothing";
+}
+
+TEST_F(LiveCommand, GoesOnWithInputThatBeginsWhereTheCheckpointWasWritten) {
+  const std::vector<std::string> lines = lines_in(tour_as_lines());
+  const std::size_t half = lines.size() / 2;
+  std::string first, second;
+  for (std::size_t i = 0; i < lines.size(); ++i) (i < half ? first : second) += lines[i] + "\n";
+  keep("first.jsonl", first);
+  keep("second.jsonl", second);
+  const Outcome a = live({"--checkpoint", "state", "--checkpoint-every-s", "0"}, {.input = "first.jsonl"});
+  const Outcome b = live({"--resume", "state"}, {.input = "second.jsonl"});
+  const std::string whole = live().out;
+  // The last answer was given without what the gyro said later.
+  EXPECT_THAT(whole, StartsWith(a.out.substr(0, a.out.rfind('\n', a.out.size() - 2) + 1)));
+  EXPECT_THAT(whole, testing::EndsWith(b.out));
+  EXPECT_GE(a.out.size() + b.out.size(), whole.size());
+}
+
+TEST_F(LiveCommand, ALineThatIsWrongIsNamedAndLeftOut) {
+  std::vector<std::string> lines = lines_in(tour_as_lines());
+  lines.insert(lines.begin() + 7, R"({"time_s": 0.1, "wheels": )");
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  keep("wrong.jsonl", text);
+  const Outcome outcome = live({}, {.input = "wrong.jsonl"});
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_THAT(outcome.err, StartsWith("trundle: stdin:8: "));
+  EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1);
+  EXPECT_EQ(outcome.out, live().out);
+}
+
+TEST_F(LiveCommand, ACheckpointOfAnotherRobotIsRefused) {
+  ASSERT_EQ(live({"--checkpoint", "state"}).exit_code, 0);
+  keep("other.toml", read_file(kRobot) + "# another\n");
+  const Outcome other =
+      run_program(sample_.folder(), {"live", "--robot", "other.toml", "--resume", "state", "--json"},
+                  Circumstances{.input = "tour.jsonl"});
+  EXPECT_EQ(other.exit_code, 3);
+  EXPECT_THAT(other.out, IsEmpty());
+  EXPECT_THAT(other.err, HasSubstr("another robot file"));
+  keep("state", read_file(sample_.folder() / "state").substr(0, 1000));
+  EXPECT_EQ(live({"--resume", "state"}).exit_code, 3);
+  EXPECT_EQ(live({"--resume", "nowhere"}).exit_code, 3);
+  EXPECT_EQ(live({"--resume", "tour.jsonl"}).exit_code, 3);
+}
+
+TEST_F(LiveCommand, JsonIsOneDocumentAndQuietIsQuiet) {
+  const Json document = Json::parse(live({"--json"}).out);
+  EXPECT_EQ(document.at("program"), "trundle");
+  EXPECT_EQ(document.at("inputs").at(0).at("sha256").get<std::string>().size(), 64U);
+  EXPECT_EQ(document.at("estimates").size(), lines_in(live().out).size());
+  const Outcome quiet = live({"--quiet"});
+  EXPECT_THAT(quiet.out + quiet.err, IsEmpty());
+}
+
+TEST_F(LiveCommand, NoInputIsNoOutput) {
+  keep("nothing.jsonl", "");
+  const Outcome outcome = live({"--checkpoint", "state"}, {.input = "nothing.jsonl"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.out, IsEmpty());
+  EXPECT_EQ(live({"--resume", "state"}).out, live().out);
+}
+
+// 99 of 100 readings within a millisecond. A hundredth of that is usual; other programs may want the
+// processor.
+TEST_F(LiveCommand, ALineTakesLessThanAMillisecond) {
+  double best_us = 1e9;
+  for (int attempt = 0; attempt < 5 && best_us >= 1000.0; ++attempt) {
+    const Outcome outcome = live({"--timing"});
+    std::smatch p99;
+    ASSERT_TRUE(std::regex_search(outcome.err, p99, std::regex("p99 ([0-9.]+) µs"))) << outcome.err;
+    best_us = std::min(best_us, std::stod(p99[1]));
+  }
+  EXPECT_LT(best_us, 1000.0);
+}
+
+}  // namespace
+}  // namespace trundle::test

@@ -1,0 +1,244 @@
+// What a person does with the report page, done in a real browser.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { after, before, describe, test } from 'node:test';
+import { axe, drawn, inkIn, launch, open, pixelsOf } from './browser.mjs';
+import { makePages } from './pages.mjs';
+
+let browser;
+let pages;
+const loud = (page) => [page.troubles, page.requests];
+const silent = [[], []];
+
+before(async () => {
+  pages = makePages();
+  browser = await launch();
+});
+after(() => browser?.close());
+
+// A page of its own for each test, closed after it, and silent all the while.
+function look(name, file, options, body) {
+  test(name, async () => {
+    const page = await open(browser, pages[file], options);
+    await body(page);
+    assert.deepEqual(loud(page), silent);
+    await page.context().close();
+  });
+}
+
+const section = (page, title) => page.locator('section', { has: page.getByRole('heading', { level: 3, name: title, exact: true }) });
+
+const sections = ['Health of the recording', 'Trajectories from above', 'Trajectories against the reference', 'Error along the way',
+  'Is the stated uncertainty honest? (NEES)', 'Slip over time', 'What clean driving looks like', 'Gyro bias', 'Effective particles',
+  'Do sightings agree with the filter? (NIS)', 'Calibration', 'Parameters', 'Do the runs suffice?', 'End points of the closed runs', 'Runs of the calibration',
+  'Errors before and after', 'Residual of each training run', 'What the runs see', 'Correlation of the estimates', 'Where this comes from'];
+
+describe('the report page', { concurrency: 3 }, () => {
+  look('the first screen says what was asked, the answers and what needs attention', 'demo', {}, async (page) => {
+    const first = page.locator('.first-screen');
+    assert.match(await page.locator('h1').innerText(), /slip/);
+    assert.match(await first.locator('.from').innerText(), /data\/demo\/slip/);
+    assert.equal(await first.locator('.tile').count(), 5);
+    assert.match(await first.locator('.tiles').innerText(), /±/);
+    assert.match(await first.locator('.callout').innerText(), /wheel is .* smaller than/);
+    const { y, height } = await first.locator('.callout').boundingBox();
+    assert.ok(y + height <= 900, 'without scrolling');
+  });
+
+  for (const colorScheme of ['light', 'dark']) {
+    look(`every section is drawn, ${colorScheme}`, 'demo', { colorScheme }, async (page) => {
+      assert.deepEqual(await page.locator('section h3').allInnerTexts(), sections);
+      for (const title of sections) {
+        const figure = section(page, title).locator('figure');
+        await figure.scrollIntoViewIfNeeded();
+        await drawn(page);
+        assert.ok((await inkIn(page, await figure.screenshot())).drawn > 0.01, title);
+        assert.ok((await figure.locator('figcaption').innerText()).length > 20, `${title} says how to read it`);
+        for (const canvas of await figure.locator('canvas:not(.moving)').all()) assert.ok((await pixelsOf(canvas)).share > 0.005, title);
+      }
+    });
+  }
+
+  look('the map shows tracks, landmarks and slips', 'demo', {}, async (page) => {
+    const still = page.locator('canvas.still');
+    for (const colour of ['reference', 'track-nominal', 'track-corrected', 'track-path', 'landmark', 'slip']) {
+      const { coloured } = await pixelsOf(still, colour);
+      assert.ok(coloured > 30, `${colour}: ${coloured} pixels`);
+    }
+  });
+
+  look('the cursor is shared by all plots', 'demo', {}, async (page) => {
+    const chart = section(page, 'Slip over time').locator('.u-over');
+    await chart.scrollIntoViewIfNeeded();
+    const moving = page.locator('canvas.moving');
+    assert.equal((await pixelsOf(moving)).any, 0);
+    await chart.hover();
+    await drawn(page);
+    const others = await page.locator('.u-cursor-x').evaluateAll((lines) => lines.map((line) => line.getBoundingClientRect().x - line.parentNode.getBoundingClientRect().x));
+    const inside = others.filter((x) => x > 20);
+    assert.ok(inside.length >= 6, `cursors at ${others}`);
+    assert.ok((await pixelsOf(moving)).any > 50, 'the robot on the map');
+    assert.match(await section(page, 'Gyro bias').locator('.readout').first().innerText(), /^t \d/);
+  });
+
+  look('the window of time is shared by plots over time, by keyboard too', 'demo', {}, async (page) => {
+    const slip = section(page, 'Slip over time').locator('.chart');
+    const bias = section(page, 'Gyro bias').locator('.chart').first().locator('canvas');
+    const before = await bias.evaluate((canvas) => canvas.toDataURL());
+    await slip.focus();
+    await page.keyboard.press('+');
+    await page.keyboard.press('ArrowRight');
+    await drawn(page);
+    assert.notEqual(await bias.evaluate((canvas) => canvas.toDataURL()), before);
+    await page.keyboard.press('0');
+    await drawn(page);
+    assert.equal(await bias.evaluate((canvas) => canvas.toDataURL()), before);
+  });
+
+  for (const [name, press] of Object.entries({
+    'in the table': async (page) => page.locator('.show-slip').nth(2).click(),
+    'in the plot': async (page) => {
+      const over = section(page, 'Slip over time').locator('.u-over');
+      await over.scrollIntoViewIfNeeded();
+      const { x, y, width, height } = await over.boundingBox();
+      await page.mouse.click(x + (20.4 / 92.8) * width, y + height / 2); // the slip of the left wheel
+    },
+  })) {
+    look(`a slip pressed ${name} moves the map there`, 'demo', {}, async (page) => {
+      const still = page.locator('canvas.still');
+      const before = await pixelsOf(still, 'slip');
+      await press(page);
+      await drawn(page);
+      const after = await pixelsOf(still, 'slip');
+      assert.ok(after.coloured > 2 * before.coloured + 100, `${before.coloured} -> ${after.coloured} pixels of slip`);
+      assert.ok((await pixelsOf(page.locator('canvas.moving'))).any > 50, 'with the robot on it');
+    });
+  }
+
+  look('the wheel zooms with Ctrl, and dragging moves', 'demo', {}, async (page) => {
+    const still = page.locator('canvas.still');
+    const picture = () => still.evaluate((canvas) => canvas.toDataURL());
+    await still.scrollIntoViewIfNeeded();
+    const { x, y, width, height } = await page.locator('.map').boundingBox();
+    const whole = await picture();
+    await page.mouse.move(x + width / 2, y + height / 2);
+    await page.keyboard.down('Control');
+    await page.mouse.wheel(0, -300);
+    await page.keyboard.up('Control');
+    await drawn(page);
+    const zoomed = await picture();
+    assert.notEqual(zoomed, whole);
+    await page.mouse.down();
+    await page.mouse.move(x + width / 2 + 80, y + height / 2, { steps: 4 });
+    await page.mouse.up();
+    await drawn(page);
+    assert.notEqual(await picture(), zoomed);
+    await section(page, 'Trajectories from above').getByRole('button', { name: 'Show all' }).click();
+    await drawn(page);
+    assert.equal(await picture(), whole);
+  });
+
+  // A browser takes ten downloads a second at most.
+  async function saved(page, button) {
+    await new Promise((done) => { setTimeout(done, 110); });
+    const [download] = await Promise.all([page.waitForEvent('download'), button.click()]);
+    return { name: download.suggestedFilename(), content: readFileSync(await download.path()) };
+  }
+
+  async function checkSaved(page, kind, { name, content }) {
+    assert.match(name, new RegExp(`^[a-z0-9-]+\\.${kind.toLowerCase()}$`));
+    if (kind === 'CSV') {
+      const [head, ...rows] = content.toString().trim().split('\n');
+      assert.ok(head.includes(',') && rows.length > 0, name);
+      return;
+    }
+    const type = kind === 'PNG' ? 'image/png' : 'image/svg+xml';
+    const ink = await inkIn(page, content, type);
+    assert.ok(ink.drawn > 0.003 && ink.black < 0.001, `${name}: ${JSON.stringify(ink)}`);
+    if (kind === 'SVG') assert.equal(await page.evaluate((text) => new DOMParser().parseFromString(text, 'image/svg+xml').querySelectorAll('parsererror, script').length, content.toString()), 0);
+  }
+
+  for (const kind of ['PNG', 'SVG', 'CSV']) {
+    look(`everything is saved as ${kind}, and opens`, 'demo', {}, async (page) => {
+      await page.locator('details').evaluateAll((all) => all.forEach((one) => { one.open = true; }));
+      await drawn(page);
+      const buttons = await page.getByRole('button', { name: new RegExp(`as ${kind}$`) }).all();
+      assert.ok(buttons.length >= 10, `${buttons.length} buttons`);
+      for (const button of buttons) await checkSaved(page, kind, await saved(page, button));
+    });
+  }
+
+  look('a chart is saved with its curves', 'demo', {}, async (page) => {
+    const { content } = await saved(page, page.getByRole('button', { name: 'Save “Error along the way” as SVG' }));
+    const curves = content.toString().match(/<path d="[^"]{2000,}" fill="none"/g);
+    const errors = await page.evaluate(() => JSON.parse(document.getElementById('data').textContent).results.flatMap((result) => result.errors));
+    assert.ok(errors.length >= 4);
+    assert.equal(curves.length, errors.length);
+  });
+
+  look('hostile names are text', 'hostile', {}, async (page) => {
+    assert.equal(await page.evaluate(() => window.hacked), undefined);
+    assert.equal(await page.locator('img, main script, iframe, object').count(), 0);
+    assert.match(await page.locator('h1').innerText(), /<\/script><script>/);
+    assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'nothing sticks out');
+    for (const button of await page.getByRole('button', { name: /as CSV$/ }).all()) if (await button.isVisible()) await checkSaved(page, 'CSV', await saved(page, button));
+  });
+
+  look('units follow the reader', 'demo', {}, async (page) => {
+    const tile = page.locator('.tile', { hasText: 'rack' });
+    const metric = await tile.innerText();
+    assert.match(metric, /mm/);
+    await page.getByLabel('Lengths').selectOption('imperial');
+    assert.match(await page.locator('.tile', { hasText: 'rack' }).innerText(), / in\b/);
+    await page.getByLabel('Angles').selectOption('radians');
+    assert.match(await section(page, 'Parameters').innerText(), /rad\/s/);
+    await page.getByLabel('Colours').selectOption('dark');
+    assert.equal(await page.evaluate(() => getComputedStyle(document.documentElement).colorScheme), 'dark');
+    await page.getByLabel('Lengths').selectOption('metric');
+    assert.equal(await page.locator('.tile', { hasText: 'rack' }).innerText(), metric);
+  });
+
+  for (const [name, file, options] of [['light', 'demo', {}], ['dark', 'demo', { colorScheme: 'dark' }], ['narrow', 'demo', { width: 360, height: 740 }], ['several results', 'two', {}]]) {
+    look(`nothing serious for those who see or move differently: ${name}`, file, options, async (page) => {
+      await page.evaluate(axe);
+      const { violations } = await page.evaluate(() => window.axe.run(document, { resultTypes: ['violations'] }));
+      const serious = violations.filter(({ impact }) => ['serious', 'critical'].includes(impact));
+      assert.deepEqual(serious.map(({ id, nodes }) => `${id}: ${nodes.slice(0, 3).map(({ html }) => html.slice(0, 160)).join(' | ')}`), []);
+    });
+  }
+
+  look('a narrow window is usable', 'demo', { width: 360, height: 740 }, async (page) => {
+    const wide = await page.evaluate(() => [...document.querySelectorAll('main *')].filter((node) => !node.closest('.scrolling, pre, svg') && node.getBoundingClientRect().right > innerWidth + 1).map((node) => node.outerHTML.slice(0, 120)));
+    assert.deepEqual(wide, []);
+    assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth));
+    for (const canvas of await page.locator('canvas:not(.moving)').all()) assert.ok((await pixelsOf(canvas)).share > 0.005);
+  });
+
+  look('paper: white, without controls, nothing cut off', 'demo', { colorScheme: 'dark' }, async (page) => {
+    const pdf = await page.pdf({ format: 'A4' });
+    assert.equal(pdf.subarray(0, 5).toString(), '%PDF-');
+    await page.setViewportSize({ width: 720, height: 1000 }); // of an A4 sheet within its margins
+    await page.emulateMedia({ media: 'print' });
+    // What is not drawn at once is not on the paper.
+    const blank = await page.evaluate(async () => {
+      dispatchEvent(new Event('beforeprint'));
+      await null;
+      return [...document.querySelectorAll('canvas:not(.moving)')].filter((node) => !node.getContext('2d').getImageData(0, 0, node.width, node.height).data.some((value) => value !== 0)).length
+        + [...document.querySelectorAll('.drawing')].filter((node) => !node.firstElementChild).length;
+    });
+    assert.equal(blank, 0);
+    for (const hidden of ['nav', '#controls', '.tools']) assert.equal(await page.locator(hidden).first().isVisible(), false, hidden);
+    assert.equal(await page.evaluate(() => getComputedStyle(document.body).backgroundColor), 'rgb(255, 255, 255)');
+    const cut = await page.evaluate(() => [...document.querySelectorAll('main canvas, main table, main svg')].filter((node) => node.getBoundingClientRect().right > innerWidth + 1).map((node) => node.parentNode.outerHTML.slice(0, 120)));
+    assert.deepEqual(cut, []);
+  });
+
+  look('several results lie over each other', 'two', {}, async (page) => {
+    assert.match(await page.locator('h1').innerText(), /side by side/);
+    const still = page.locator('canvas.still').first();
+    for (const colour of ['result-0', 'result-1']) assert.ok((await pixelsOf(still, colour)).coloured > 100, colour);
+    assert.match(await section(page, 'Filter against filter').locator('tbody').innerText(), /fastslam2, 100 particles, seed 1[\s\S]*ekf/);
+    const rows = section(page, 'Trajectories against the reference').first().locator('tbody tr');
+    assert.ok(await rows.count() >= 6);
+  });
+});

@@ -1,0 +1,156 @@
+// What every filter promises: its state can be stored after any step, and nothing that it is shown breaks it.
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "trundle/io/archive.hpp"
+#include "trundle/io/error.hpp"
+#include "trundle/slam/slam.hpp"
+
+#include "scale.hpp"
+#include "slam/world.hpp"
+
+namespace trundle {
+namespace {
+
+class EveryFilter : public testing::TestWithParam<SlamMethod> {
+ protected:
+  SlamOptions options() const {
+    return {.method = GetParam(),
+            .particles = 23,
+            .seed = 4,
+            .prior = {.systematic_sigma = Systematic::Constant(0.02)}};
+  }
+};
+
+void hide_names(test::SlamWorld& world) {
+  for (SlamStep& step : world.steps)
+    for (Observation& observation : step.observations) observation.landmark = kUnknownLandmark;
+}
+
+void expect_finite(const SlamFilter& filter) {
+  const PoseEstimate estimate = filter.estimate();
+  ASSERT_TRUE(std::isfinite(estimate.pose.x + estimate.pose.y + estimate.pose.heading));
+  ASSERT_TRUE(estimate.covariance.allFinite());
+  for (const MappedLandmark& landmark : filter.map())
+    ASSERT_TRUE(landmark.position.allFinite() && landmark.covariance.allFinite());
+}
+
+TEST_P(EveryFilter, ContinuesFromAStoredStateToTheLastBit) {
+  for (const bool named : {true, false}) {
+    test::SlamWorld world = test::slam_world({.steps = 160});
+    if (!named) hide_names(world);
+    for (std::size_t k = 0; k < 160; k += 7) world.steps[k].observations.clear();
+    SlamRun uninterrupted(world.sensor, options());
+    for (const SlamStep& step : world.steps) uninterrupted.step(step);
+    const std::string end = state_of(uninterrupted);
+    Random random(5, static_cast<std::uint64_t>(GetParam()));
+    for (int trial = 0; trial < 5; ++trial) {
+      const std::size_t left_after = random.below(world.steps.size());
+      SlamRun first(world.sensor, options());
+      for (std::size_t k = 0; k < left_after; ++k) first.step(world.steps[k]);
+      SlamRun second(world.sensor, options());
+      resume_state(second, state_of(first));
+      ASSERT_EQ(second.steps(), left_after);
+      for (std::size_t k = left_after; k < world.steps.size(); ++k) second.step(world.steps[k]);
+      EXPECT_TRUE(state_of(second) == end) << "left after " << left_after << ", named " << named;
+    }
+  }
+}
+
+TEST_P(EveryFilter, SurvivesNonsense) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<Observation> nonsense = {
+      {0, kNan, 0.0},   {0, -1.0, 0.0},
+      {1, 2.0, kNan},   {kUnknownLandmark, 2.0, 1.0},
+      {-77, 2.0, 1.0},  {2, 0.0, 0.0},
+      {0, 1e308, 0.0},  {1, 1e-300, 0.0},
+      {3, 3.0, 1.0},    {3, 3.0, 1.0},
+      {3, 3.0, 1.0},    {4, std::numeric_limits<double>::infinity(), 0.0},
+      {99, 2.0, 100.0}, {kUnknownLandmark, kNan, 1.0}};
+  const test::SlamWorld world = test::slam_world({.steps = 40});
+  SlamFilter filter(world.sensor, options());
+  filter.step({}, nonsense);
+  for (const SlamStep& step : world.steps) {
+    filter.step(step.motion, step.observations);
+    const StepReport& report = filter.step(step.motion, nonsense);
+    ASSERT_EQ(report.observations.size(), nonsense.size());
+    for (const std::size_t i : {0U, 1U, 2U, 5U, 6U, 7U, 11U, 13U})
+      EXPECT_EQ(report.observations[i].decision, Decision::invalid) << i;
+    expect_finite(filter);
+  }
+}
+
+TEST_P(EveryFilter, SurvivesSightingsThatAreAllWrong) {
+  const test::SlamWorld world = test::slam_world({.steps = 150});
+  Random random(9);
+  SlamFilter filter(world.sensor, options());
+  for (const SlamStep& step : world.steps) {
+    std::vector<Observation> wrong = step.observations;
+    for (Observation& observation : wrong) {
+      observation.range_m = random.uniform(0.1, 8.0);
+      observation.bearing_rad = random.uniform(-kPi, kPi);
+    }
+    filter.step(step.motion, wrong);
+    expect_finite(filter);
+  }
+}
+
+TEST_P(EveryFilter, KnowsThatItKnowsLessWhenNothingIsSeenForLong) {
+  const test::SlamWorld world = test::slam_world({.steps = 60});
+  SlamFilter filter(world.sensor, options());
+  for (const SlamStep& step : world.steps) filter.step(step.motion, step.observations);
+  const double sure = filter.estimate().covariance.trace();
+  for (int k = 0; k < 10'000; ++k) filter.step(world.steps[0].motion, {});
+  EXPECT_GT(filter.estimate().covariance.trace(), 100.0 * sure);
+  for (int k = 0; k < 5; ++k) filter.step(world.steps[0].motion, world.steps[0].observations);
+  expect_finite(filter);
+}
+
+TEST_P(EveryFilter, OneParticleIsEnoughToRun) {
+  const test::SlamWorld world = test::slam_world({.steps = 60});
+  SlamOptions one = options();
+  one.particles = 1;
+  SlamFilter filter(world.sensor, one);
+  for (const SlamStep& step : world.steps) filter.step(step.motion, step.observations);
+  expect_finite(filter);
+}
+
+TEST_P(EveryFilter, NeedsAParticleIfItHasAny) {
+  SlamOptions none = options();
+  none.particles = 0;
+  if (GetParam() == SlamMethod::ekf)
+    EXPECT_NO_THROW(SlamFilter(LandmarkSensor{}, none));
+  else
+    EXPECT_THROW(SlamFilter(LandmarkSensor{}, none), InputError);
+}
+
+// The state holds all that a filter remembers: where its bytes do not grow, nothing does.
+TEST_P(EveryFilter, DoesNotGrowInAMillionSteps) {
+  const test::SlamWorld world = test::slam_world({.steps = 63});  // once around, roughly
+  SlamOptions small = options();
+  small.particles = 4;
+  small.keep_paths = false;
+  SlamFilter filter(world.sensor, small);
+  const int steps = test::trials(1'000'000, 20'000);
+  // Counters of the ancestors' generations come and go by a few runs of particles.
+  constexpr std::size_t kMore = 4096;
+  std::size_t after_a_while = 0;
+  for (int k = 0; k < steps; ++k) {
+    const SlamStep& step = world.steps[static_cast<std::size_t>(k) % world.steps.size()];
+    const bool looks = k % 40 == 0;
+    filter.step(step.motion, looks ? std::span(step.observations) : std::span<const Observation>());
+    if (k == steps / 10) after_a_while = state_of(filter).size();
+  }
+  EXPECT_LT(state_of(filter).size(), after_a_while + kMore);
+  expect_finite(filter);
+}
+
+INSTANTIATE_TEST_SUITE_P(, EveryFilter,
+                         testing::Values(SlamMethod::fastslam1, SlamMethod::fastslam2, SlamMethod::mapso,
+                                         SlamMethod::mapso_proposal, SlamMethod::ekf),
+                         [](const auto& test) { return std::string(name_of(test.param)); });
+
+}  // namespace
+}  // namespace trundle

@@ -1,0 +1,223 @@
+// What every filter owes where sightings have no names.
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "trundle/slam/slam.hpp"
+
+#include "slam/world.hpp"
+
+namespace trundle {
+namespace {
+
+class UnknownIds : public testing::TestWithParam<SlamMethod> {
+ protected:
+  SlamFilter filter(const test::SlamWorld& world, std::size_t particles = 64) const {
+    return SlamFilter(world.sensor, {.method = GetParam(), .particles = particles, .seed = 3});
+  }
+};
+
+std::vector<Observation> hidden(std::vector<Observation> observations) {
+  std::ranges::reverse(observations);
+  for (Observation& observation : observations) observation.landmark = kUnknownLandmark;
+  return observations;
+}
+
+double distance(const SlamFilter& filter, const Pose2& truth) {
+  return (filter.estimate().pose.translation() - truth.translation()).norm();
+}
+
+/// Landmarks of a map that stand within half a metre of one that is there.
+std::size_t right_ones(const SlamFilter& filter, const test::SlamWorld& world) {
+  std::size_t right = 0;
+  for (const MappedLandmark& m : filter.map())
+    right +=
+        std::ranges::any_of(world.landmarks, [&](const Vector2& l) { return (l - m.position).norm() < 0.5; });
+  return right;
+}
+
+std::size_t count(const StepReport& report, Decision decision) {
+  return static_cast<std::size_t>(
+      std::ranges::count(report.observations, decision, &ObservationReport::decision));
+}
+
+/// No two landmarks within 0.8 m, where no filter could tell them apart.
+test::SlamWorld clear_world(int steps = 200, std::uint64_t first_seed = 1) {
+  for (std::uint64_t seed = first_seed;; ++seed) {
+    test::SlamWorld world = test::slam_world({.steps = steps, .seed = seed});
+    bool clear = true;
+    for (std::size_t i = 0; i < world.landmarks.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        clear = clear && (world.landmarks[i] - world.landmarks[j]).norm() > 0.8;
+    if (clear) return world;
+  }
+}
+
+TEST_P(UnknownIds, TheMapAndThePathAreFound) {
+  double named_error = 0.0;
+  double nameless_error = 0.0;
+  for (const std::uint64_t seed : {1, 100, 200}) {
+    const test::SlamWorld world = clear_world(200, seed);
+    SlamFilter named = filter(world);
+    SlamFilter nameless = filter(world);
+    for (std::size_t k = 0; k < world.steps.size(); ++k) {
+      named.step(world.steps[k].motion, world.steps[k].observations);
+      nameless.step(world.steps[k].motion, hidden(world.steps[k].observations));
+      named_error += distance(named, world.truth[k]) / 600.0;
+      nameless_error += distance(nameless, world.truth[k]) / 600.0;
+    }
+    EXPECT_NEAR(static_cast<double>(nameless.map().size()), static_cast<double>(named.map().size()), 1.0);
+    EXPECT_EQ(right_ones(nameless, world), nameless.map().size());
+  }
+  EXPECT_LT(nameless_error, 1.6 * named_error);  // so much do 64 particles differ from seed to seed
+}
+
+TEST_P(UnknownIds, SpuriousSightingsDoNotBreakIt) {
+  const test::SlamWorld world = clear_world();
+  SlamFilter nameless = filter(world);
+  Random random(5);
+  double worst = 0.0;
+  for (std::size_t k = 0; k < world.steps.size(); ++k) {
+    std::vector<Observation> seen = hidden(world.steps[k].observations);
+    if (k % 2 == 0) seen.push_back({kUnknownLandmark, random.uniform(0.5, 8.0), random.uniform(-kPi, kPi)});
+    nameless.step(world.steps[k].motion, seen);
+    worst = std::max(worst, distance(nameless, world.truth[k]));
+  }
+  EXPECT_LT(worst, 0.6);
+  EXPECT_GE(right_ones(nameless, world), world.landmarks.size() - 2);
+  // Of 100 spurious ones those that the robot comes near again are removed.
+  const std::vector<MappedLandmark> map = nameless.map();
+  const auto near_path = std::ranges::count_if(map, [](const MappedLandmark& m) {
+    return std::abs((m.position - Vector2(0.0, 5.0)).norm() - 5.0) < 4.0;
+  });
+  EXPECT_LT(static_cast<std::size_t>(near_path), world.landmarks.size() + 8);
+}
+
+TEST_P(UnknownIds, ALandmarkBehindTheRobotIsNoSpecialCase) {
+  // Straight behind, the bearing jumps between +180° and −180° with the noise.
+  test::SlamWorld world;
+  world.sensor.body_from_sensor = {};
+  SlamFilter nameless = filter(world);
+  Random random(6);
+  const Motion motion = motion_of({0.1, 0.0, 0.0}, Vector3(1e-4, 1e-6, 1e-5).asDiagonal());
+  std::size_t matched = 0;
+  for (int k = 0; k < 40; ++k) {
+    const double x = 0.1 * (k + 1);
+    const std::vector<Observation> seen = {
+        {kUnknownLandmark, 2.0 + x + random.normal(0.05), wrap_angle(kPi + random.normal(0.02))}};
+    matched += count(nameless.step(motion, seen), Decision::matched);
+  }
+  EXPECT_EQ(nameless.map().size(), 1U);
+  EXPECT_EQ(matched, 39U);
+  EXPECT_NEAR(nameless.map().front().position.x(), -2.0, 0.3);
+}
+
+TEST_P(UnknownIds, InvalidReadingsAreCountedAndChangeNothing) {
+  const test::SlamWorld world = clear_world(60);
+  SlamFilter with = filter(world);
+  SlamFilter without = filter(world);
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  for (const SlamStep& step : world.steps) {
+    const std::vector<Observation> seen = hidden(step.observations);
+    std::vector<Observation> spoilt = seen;
+    spoilt.push_back({kUnknownLandmark, kNan, 0.0});
+    spoilt.push_back({kUnknownLandmark, 1.0, kNan});
+    spoilt.push_back({kUnknownLandmark, -1.0, 0.0});
+    without.step(step.motion, seen);
+    EXPECT_EQ(count(with.step(step.motion, spoilt), Decision::invalid), 3U);
+  }
+  EXPECT_EQ(with.estimate().pose.x, without.estimate().pose.x);
+  EXPECT_EQ(with.map().size(), without.map().size());
+}
+
+TEST_P(UnknownIds, DuplicatesAreOneLandmarkSeenTwice) {
+  // Every sighting twice: a second landmark beside each would be the other explanation, and is as good; but
+  // nothing may break, and the path stays right.
+  const test::SlamWorld world = clear_world(120);
+  SlamFilter nameless = filter(world);
+  for (std::size_t k = 0; k < world.steps.size(); ++k) {
+    std::vector<Observation> seen = hidden(world.steps[k].observations);
+    const std::vector<Observation> once = seen;
+    seen.insert(seen.end(), once.begin(), once.end());
+    nameless.step(world.steps[k].motion, seen);
+    ASSERT_LT(distance(nameless, world.truth[k]), 0.8);
+  }
+  EXPECT_LE(nameless.map().size(), 2 * world.landmarks.size() + 4);
+}
+
+TEST_P(UnknownIds, AllSightingsWrong) {
+  const test::SlamWorld world = clear_world(150);
+  SlamFilter nameless = filter(world);
+  Random random(7);
+  for (std::size_t k = 0; k < world.steps.size(); ++k) {
+    std::vector<Observation> wrong;
+    for (std::size_t i = 0; i < world.steps[k].observations.size(); ++i)
+      wrong.push_back({kUnknownLandmark, random.uniform(0.5, 8.0), random.uniform(-kPi, kPi)});
+    nameless.step(world.steps[k].motion, wrong);
+    const PoseEstimate estimate = nameless.estimate();
+    ASSERT_TRUE(std::isfinite(estimate.pose.x + estimate.pose.y + estimate.pose.heading));
+    ASSERT_TRUE(estimate.covariance.allFinite());
+  }
+}
+
+TEST_P(UnknownIds, NothingSeenForLong) {
+  const test::SlamWorld world = clear_world(200);
+  SlamFilter nameless = filter(world);
+  for (std::size_t k = 0; k < world.steps.size(); ++k) {
+    const bool blind = k > 60 && k < 100;
+    nameless.step(world.steps[k].motion,
+                  blind ? std::vector<Observation>{} : hidden(world.steps[k].observations));
+  }
+  EXPECT_LT(distance(nameless, world.truth.back()), 0.6);
+  EXPECT_LE(nameless.map().size(), world.landmarks.size() + 3);
+}
+
+TEST_P(UnknownIds, OneParticle) {
+  const test::SlamWorld world = clear_world(60);
+  SlamFilter nameless = filter(world, 1);
+  for (const SlamStep& step : world.steps) nameless.step(step.motion, hidden(step.observations));
+  EXPECT_GE(right_ones(nameless, world), 10U);
+}
+
+TEST_P(UnknownIds, ALandmarkThatIsTakenAwayLeavesTheMap) {
+  const test::SlamWorld world = clear_world(320);
+  SlamFilter nameless = filter(world);
+  const auto off_path = [](const Vector2& l) { return std::abs((l - Vector2(0.0, 5.0)).norm() - 5.0); };
+  const auto gone = std::ranges::min_element(world.landmarks, {}, off_path);
+  const auto number = static_cast<LandmarkId>(gone - world.landmarks.begin());
+  const auto is_mapped = [&] {
+    return std::ranges::any_of(nameless.map(),
+                               [&](const MappedLandmark& m) { return (m.position - *gone).norm() < 0.5; });
+  };
+  for (std::size_t k = 0; k < world.steps.size(); ++k) {
+    std::vector<Observation> seen = world.steps[k].observations;
+    // Occluded for a moment, and after two thirds of the way gone for good.
+    const bool is_hidden = (k >= 130 && k < 132) || k >= 200;
+    if (is_hidden) std::erase_if(seen, [&](const Observation& o) { return o.landmark == number; });
+    nameless.step(world.steps[k].motion, hidden(seen));
+    if (k == 140) {
+      EXPECT_TRUE(is_mapped());
+    }
+  }
+  EXPECT_FALSE(is_mapped());
+  EXPECT_GE(nameless.map().size(), world.landmarks.size() - 3);
+}
+
+TEST_P(UnknownIds, SameSeedSameResult) {
+  const test::SlamWorld world = clear_world(80);
+  SlamFilter first = filter(world);
+  SlamFilter second = filter(world);
+  for (const SlamStep& step : world.steps) {
+    first.step(step.motion, hidden(step.observations));
+    second.step(step.motion, hidden(step.observations));
+    ASSERT_EQ(first.estimate().pose.x, second.estimate().pose.x);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(OfEveryFilter, UnknownIds,
+                         testing::Values(SlamMethod::ekf, SlamMethod::fastslam1, SlamMethod::fastslam2,
+                                         SlamMethod::mapso, SlamMethod::mapso_proposal),
+                         [](const auto& method) { return std::string(name_of(method.param)); });
+
+}  // namespace
+}  // namespace trundle

@@ -1,0 +1,30 @@
+// The gyro's bias over time, and its noise by averaging time.
+import { chart } from '../chart.js';
+import { html } from '../dom.js';
+import { display } from '../format.js';
+import { colour } from '../palette.js';
+import { section, tooled } from '../section.js';
+import { text } from '../strings/en.js';
+
+function bias(found) {
+  const { time_s: x, rad_s: y, sigma_rad_s: sigma } = found.columns();
+  const style = { colour: colour('after'), width: 1.6, dash: [] };
+  const band = { x, low: y.map((value, i) => value - 1.96 * sigma[i]), high: y.map((value, i) => value + 1.96 * sigma[i]), colour: style.colour };
+  return chart({ label: text.gyro.title, height: 220, x: { name: text.plot.time, short: text.plot.timeShort, unit: 's', isTime: true }, y: { name: text.gyro.bias, unit: display('rad/s') },
+    series: [{ name: text.gyro.bias, x, y, style }], bands: [band], stretches: found.rests.map(([from, to]) => ({ from, to, colour: colour('good'), alpha: 0.18 })) });
+}
+
+function allan(points) {
+  const x = Float64Array.from(points, ({ tau_s: tau }) => Math.log10(tau));
+  const y = Float64Array.from(points, ({ deviation_rad_s: deviation }) => deviation ?? NaN);
+  const style = { colour: colour('after'), width: 1.6, dash: [] };
+  return chart({ label: text.gyro.allanTitle, height: 220, x: { name: `log₁₀ ${text.gyro.tau}`, short: 'log₁₀ τ', unit: '', isTime: false }, y: { name: text.gyro.deviation, unit: display('rad/s'), log: true },
+    series: [{ name: text.gyro.deviation, x, y, style }, { name: '', x, y, style, dots: true }] });
+}
+
+export function gyro([{ gyro: found }]) {
+  if (!found) return null;
+  const points = found.noise?.allan ?? [];
+  return section(text.gyro, found.bias ? tooled(bias(found.bias), text.gyro.title) : null,
+    points.length > 1 ? [html('h4', {}, text.gyro.allanTitle), html('p', { class: 'note' }, text.gyro.allan), tooled(allan(points), text.gyro.allanTitle)] : null);
+}
