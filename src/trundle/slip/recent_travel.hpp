@@ -34,7 +34,7 @@ class RecentTravel {
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.intervals_, self.rate_, self.variance_);
+    archive(self.intervals_, self.passed_, self.rate_, self.variance_);
   }
 
  private:
