@@ -4,8 +4,8 @@
 usage: tools/localize_results.py PROGRAM DATA OUT   (OUT: what tools/slam_recordings.py wrote)
 
 Poses are compared with the reference as they are, in the map's frame. Of each run: when the pose became known [s after
-the first sighting, and sightings until then], how much of the time from then on it was, the errors of what was claimed,
-and how much of it was off by more than a metre.
+the reference begins], how much of the time from then on it was, the errors of what was claimed, how much of that was off
+by more than a metre, and in how many pieces the pose was known.
 """
 import bisect
 import csv
@@ -63,7 +63,7 @@ def line_of(document, poses, reference):
     distances = [distance for distance, _ in errors]
     known_s = sum(stretch["end_s"] - stretch["start_s"] for stretch in document["known"])
     start_s = document["known"][0]["start_s"]
-    last_s = reference[-1]["time_s"]
+    last_s = max(reference[-1]["time_s"], poses[-1]["time_s"])
     far = sum(distance > FAR_M for distance in distances) / len(distances)
     return (f"{start_s - reference[0]['time_s']:7.0f} s {100 * known_s / (last_s - start_s):6.1f} % "
             f"{rms(distances):7.3f} m {sorted(distances)[len(distances) // 2]:7.3f} m {max(distances):7.2f} m "
