@@ -212,6 +212,22 @@ TEST(ParticleSlam, OutliersAreRejectedAndCounted) {
   EXPECT_LT(worst, 1.0);
 }
 
+TEST(ParticleSlam, FewerAndFewerAncestorsAreLeftTheFurtherBack) {
+  const test::SlamWorld world = test::slam_world({.steps = 300});
+  ParticleSlam filter(world.sensor, {.proposal = Proposal::motion, .particles = 40});
+  bool resampled = false;
+  for (const SlamStep& step : world.steps) {
+    resampled = filter.step(step.motion, step.observations).resampled || resampled;
+    if (!resampled) {
+      EXPECT_EQ(filter.ancestors(0), 40U);
+    }
+  }
+  for (std::size_t back = 1; back < 300; ++back)
+    EXPECT_LE(filter.ancestors(back), filter.ancestors(back - 1)) << back;
+  EXPECT_GT(filter.ancestors(0), 1U);
+  EXPECT_EQ(filter.ancestors(299), 1U);
+}
+
 TEST(ParticleSlam, WithoutPathsMemoryDoesNotGrow) {
   const test::SlamWorld world = test::slam_world({.steps = 50});
   ParticleSlam filter(world.sensor, {.particles = 10, .keep_paths = false});

@@ -90,6 +90,14 @@ std::vector<Pose2> ParticlePaths::path_of(const Query& query, const Ancestry& an
   return path;
 }
 
+std::size_t ParticlePaths::ancestors(std::size_t stations_back) const {
+  for (auto segment = segments_.rbegin(); segment != segments_.rend(); ++segment) {
+    if (stations_back < segment->stations()) return segment->particles.size();
+    stations_back -= segment->stations();
+  }
+  return 1;
+}
+
 std::size_t ParticlePaths::stored() const {
   return std::accumulate(segments_.begin(), segments_.end(), common_.size(),
                          [](std::size_t sum, const Segment& s) { return sum + s.poses.size(); });

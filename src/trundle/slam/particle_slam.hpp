@@ -61,6 +61,9 @@ class ParticleSlam {
   std::vector<double> weights() const;
   /// Of the particle with the largest weight: poses after each step; empty when paths are not kept.
   std::vector<Pose2> best_path() const;
+  /// Of how many particles at the step with sightings so many before the last those of now descend; 1 where
+  /// paths are not kept.
+  std::size_t ancestors(std::size_t steps_back) const { return paths_.ancestors(steps_back); }
   /// Poses stored for that, by all particles together.
   std::size_t stored_poses() const { return paths_.stored(); }
 
