@@ -1,8 +1,8 @@
 // Landmark filters on workload W1 (w1.hpp), each measured in slices that take turns with the textbook's
 // FastSLAM 1 (textbook_fastslam.hpp), so that what else the machine does touches all of them alike: the ratio
 // is the median over the slices. Maps are filled with all landmarks before the clock starts; the estimate is
-// read outside the clock.
-//   slam_bench [seeds of the error table, default 5]
+// read outside the clock. Prints markdown.
+//   slam_bench [seeds of the error table, default 5; 0: none] ["wide": also N = 1000, M = 100 000: 5 GB]
 #include <algorithm>
 #include <chrono>
 #include <fstream>
@@ -20,7 +20,7 @@ namespace {
 
 using namespace trundle;
 
-constexpr int kSlices = 5;
+constexpr int kSlices = 9;
 
 double median_of(std::vector<double> x) {
   std::ranges::nth_element(x, x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2));
@@ -41,13 +41,14 @@ double peak_memory_MiB() {
 struct Contender {
   std::string name;
   std::size_t particles;
-  std::function<void(const SlamStep&)> step;
+  std::function<bool(const SlamStep&)> step;  ///< true: it has resampled
   std::function<Vector2()> position;
   double memory_MiB = 0.0;
-  int slice = 400;                    ///< steps that it takes at a time
-  std::vector<double> slice_us = {};  ///< per step
-  std::vector<double> step_us = {};   ///< of all steps
-  double squares = 0.0;               ///< of the position's error
+  int slice = 200;                         ///< steps that it takes at a time
+  std::vector<double> slice_us = {};       ///< per step
+  std::vector<double> step_us = {};        ///< of all steps
+  std::vector<double> resampling_us = {};  ///< of those that resample
+  double squares = 0.0;                    ///< of the position's error
 
   void run_slice(const bench::W1& work) {
     using Clock = std::chrono::steady_clock;
@@ -56,8 +57,9 @@ struct Contender {
       const std::size_t k = step_us.size();
       const SlamStep& given = work.steps[k];
       const auto start = Clock::now();
-      step(given);
+      const bool resampled = step(given);
       step_us.push_back(1e6 * std::chrono::duration<double>(Clock::now() - start).count());
+      if (resampled) resampling_us.push_back(step_us.back());
       sum += step_us.back();
       squares += (position() - work.truth[k].translation()).squaredNorm();
     }
@@ -69,6 +71,12 @@ struct Contender {
     return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
   }
   double rms() const { return std::sqrt(squares / static_cast<double>(step_us.size())); }
+  /// Median over the slices of how many times faster it is than another, all particles together.
+  double faster_than(const Contender& other) const {
+    std::vector<double> ratios;
+    for (std::size_t i = 0; i < slice_us.size(); ++i) ratios.push_back(other.slice_us[i] / slice_us[i]);
+    return median_of(ratios);
+  }
 };
 
 Contender textbook(const bench::W1& work, std::size_t particles) {
@@ -78,9 +86,13 @@ Contender textbook(const bench::W1& work, std::size_t particles) {
   auto filter = std::make_shared<bench::TextbookFastSlam>(particles, work.landmarks.size(), noise);
   filter->step({}, work.all);
   Contender contender{"textbook", particles,
-                      [filter](const SlamStep& step) { filter->step(step.motion.mean, step.observations); },
+                      [filter](const SlamStep& step) {
+                        const auto before = filter->resamplings;
+                        filter->step(step.motion.mean, step.observations);
+                        return filter->resamplings > before;
+                      },
                       [filter] { return filter->mean(); }};
-  if (work.landmarks.size() >= 10'000) contender.slice = 40;
+  if (work.landmarks.size() >= 10'000) contender.slice = 20;
   contender.memory_MiB = peak_memory_MiB() - before;
   return contender;
 }
@@ -92,25 +104,57 @@ Contender ours(const bench::W1& work, SlamMethod method, const SlamOptions& base
   options.keep_paths = false;
   auto filter = std::make_shared<SlamFilter>(work.sensor, options);
   filter->step({}, work.all);
-  Contender contender{std::string(name_of(method)) + remark, method == SlamMethod::ekf ? 1 : base.particles,
-                      [filter](const SlamStep& step) { filter->step(step.motion, step.observations); },
-                      [filter] { return filter->estimate().pose.translation(); }};
+  Contender contender{
+      std::string(name_of(method)) + remark, method == SlamMethod::ekf ? 1 : base.particles,
+      [filter](const SlamStep& step) { return filter->step(step.motion, step.observations).resampled; },
+      [filter] { return filter->estimate().pose.translation(); }};
   contender.memory_MiB = peak_memory_MiB() - before;
   return contender;
 }
 
-void print(const bench::W1& work, const Contender& c, const Contender& yardstick) {
-  std::vector<double> ratios;
-  for (std::size_t i = 0; i < c.slice_us.size(); ++i)
-    ratios.push_back((yardstick.slice_us[i] / static_cast<double>(yardstick.particles)) /
-                     (c.slice_us[i] / static_cast<double>(c.particles)));
-  const double step_us = median_of(c.slice_us);
-  fmt::print("{:<24} {:>6} {:>6} {:>9.1f} {:>8.1f} {:>8.1f} {:>8.1f} {:>9.2f} {:>9.1f} {:>8.0f} {:>8.3f}\n",
-             c.name, work.landmarks.size(), c.particles, step_us, c.quantile(0.5), c.quantile(0.99),
-             c.quantile(1.0), 1e3 * step_us / (work.in_view * static_cast<double>(c.particles)),
-             median_of(ratios), c.memory_MiB, c.rms());
+std::vector<Observation> hidden(std::vector<Observation> observations) {
+  for (Observation& observation : observations) observation.landmark = kUnknownLandmark;
+  return observations;
 }
 
+/// The same without names. Its map is filled by a lap without any error of the odometry.
+Contender nameless(const bench::W1& work, SlamMethod method, const SlamOptions& base) {
+  SlamOptions options = base;
+  options.method = method;
+  options.keep_paths = false;
+  auto filter = std::make_shared<SlamFilter>(work.sensor, options);
+  Pose2 before;
+  for (std::size_t k = 0; k < work.steps_per_lap; ++k) {
+    filter->step(motion_of(log(before.inverse() * work.truth[k]), 1e-10 * Matrix3::Identity()),
+                 hidden(work.steps[k].observations));
+    before = work.truth[k];
+  }
+  return {std::string(name_of(method)) + " without names", base.particles,
+          [filter](const SlamStep& step) {
+            return filter->step(step.motion, hidden(step.observations)).resampled;
+          },
+          [filter] { return filter->estimate().pose.translation(); }};
+}
+
+void heading(const std::string& what) {
+  fmt::print(
+      "\n**{}**\n\n| filter | M | N | µs/step | p50 | p99 | max | resampling | ns/(N v) | times as fast | "
+      "MiB | rms [m] "
+      "|\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+      what);
+}
+
+void print(const bench::W1& work, const Contender& c, const Contender& yardstick) {
+  const double step_us = median_of(c.slice_us);
+  fmt::print(
+      "| {} | {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.2f} | {:.2f} | {:.0f} | {:.3f} |\n",
+      c.name, work.landmarks.size(), c.particles, step_us, c.quantile(0.5), c.quantile(0.99), c.quantile(1.0),
+      c.resampling_us.empty() ? 0.0 : median_of(c.resampling_us),
+      1e3 * step_us / (work.in_view * static_cast<double>(c.particles)), c.faster_than(yardstick),
+      c.memory_MiB, c.rms());
+}
+
+/// In turns; 'times as fast' as the first.
 void race(const bench::W1& work, std::vector<Contender> contenders) {
   for (int slice = 0; slice < kSlices; ++slice)
     for (Contender& contender : contenders) contender.run_slice(work);
@@ -118,11 +162,12 @@ void race(const bench::W1& work, std::vector<Contender> contenders) {
 }
 
 void races() {
-  fmt::print("{:<24} {:>6} {:>6} {:>9} {:>8} {:>8} {:>8} {:>9} {:>9} {:>8} {:>8}\n", "filter", "M", "N",
-             "us/step", "p50", "p99", "max", "ns/(N v)", "textb./it", "MiB", "rms [m]");
   const SlamOptions thousand{.particles = 1000};
   SlamOptions in_double = thousand;
   in_double.map_precision = Precision::float64;
+  SlamOptions by_two = thousand;
+  by_two.threads = 2;
+  heading("Against the textbook");
   for (const int landmarks : {100, 1000, 10'000}) {
     const bench::W1 work = bench::w1({.landmarks = landmarks});
     race(work, {textbook(work, 1000), ours(work, SlamMethod::fastslam1, thousand, ""),
@@ -131,12 +176,36 @@ void races() {
                 ours(work, SlamMethod::fastslam2, in_double, " float64")});
   }
   const bench::W1 work = bench::w1({});
-  race(work,
-       {textbook(work, 300), ours(work, SlamMethod::fastslam1, {.particles = 300}, ""),
-        ours(work, SlamMethod::mapso, {.particles = 30}, ""),
-        ours(work, SlamMethod::mapso_proposal, {.particles = 30}, ""), ours(work, SlamMethod::ekf, {}, "")});
   const bench::W1 wide = bench::w1({.landmarks = 1000});
-  race(wide, {textbook(wide, 100), ours(wide, SlamMethod::ekf, {}, "")});
+  heading("Two threads");
+  race(wide, {ours(wide, SlamMethod::fastslam1, thousand, ""),
+              ours(wide, SlamMethod::fastslam1, by_two, " two threads")});
+  race(wide, {ours(wide, SlamMethod::fastslam2, thousand, ""),
+              ours(wide, SlamMethod::fastslam2, by_two, " two threads")});
+  heading("Without names");
+  for (const SlamMethod method : {SlamMethod::fastslam1, SlamMethod::fastslam2})
+    race(wide, {ours(wide, method, thousand, ""), nameless(wide, method, thousand)});
+  heading("The swarm");
+  race(work, {ours(work, SlamMethod::fastslam1, {.particles = 300}, ""),
+              ours(work, SlamMethod::mapso, {.particles = 30}, ""),
+              ours(work, SlamMethod::mapso_proposal, {.particles = 30}, "")});
+  heading("ekf");
+  race(work, {ours(work, SlamMethod::ekf, {}, "")});
+  race(wide, {ours(wide, SlamMethod::ekf, {}, "")});
+}
+
+/// From 100 landmarks to 100 000; memory is that of a full map.
+void widths() {
+  heading("From narrow to wide");
+  std::vector<bench::W1> works;
+  for (const int landmarks : {100, 10'000, 100'000})
+    works.push_back(bench::w1({.landmarks = landmarks, .steps = 10'000}));
+  std::vector<Contender> contenders;
+  for (const bench::W1& work : works)
+    contenders.push_back(ours(work, SlamMethod::fastslam1, {.particles = 1000}, ""));
+  for (int slice = 0; slice < kSlices; ++slice)
+    for (std::size_t i = 0; i < works.size(); ++i) contenders[i].run_slice(works[i]);
+  for (std::size_t i = 0; i < works.size(); ++i) print(works[i], contenders[i], contenders.front());
 }
 
 double error_of(const bench::W1& work, const SlamOptions& options) {
@@ -150,8 +219,10 @@ double error_of(const bench::W1& work, const SlamOptions& options) {
 }
 
 void errors(int seeds) {
-  fmt::print("\n{:<16} {:>8} {:>6} {:>8} {:>10}   online position, rms [m], median; M = 100\n", "filter",
-             "map", "N", "seeds", "error");
+  fmt::print(
+      "\n**Online position, rms [m], median of {} seeds, M = 100, N = 100**\n\n| filter | map | error "
+      "|\n|---|---|---|\n",
+      seeds);
   for (const SlamMethod method : {SlamMethod::fastslam1, SlamMethod::fastslam2, SlamMethod::mapso,
                                   SlamMethod::mapso_proposal, SlamMethod::ekf})
     for (const Precision precision : {Precision::float32, Precision::float64}) {
@@ -165,15 +236,17 @@ void errors(int seeds) {
                                                            .keep_paths = false,
                                                            .map_precision = precision}));
       }
-      fmt::print("{:<16} {:>8} {:>6} {:>8} {:>10.3f}\n", name_of(method),
-                 precision == Precision::float32 ? "float32" : "float64", 100, seeds, median_of(errors));
+      fmt::print("| {} | {} | {:.3f} |\n", name_of(method),
+                 precision == Precision::float32 ? "float32" : "float64", median_of(errors));
     }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  const int seeds = argc > 1 ? std::atoi(argv[1]) : 5;
   races();
-  errors(argc > 1 ? std::atoi(argv[1]) : 5);
+  if (argc > 2 && std::string_view(argv[2]) == "wide") widths();
+  if (seeds > 0) errors(seeds);
   return 0;
 }

@@ -21,6 +21,7 @@ struct W1 {
   double sigma_m = 0.0;          ///< of a step's length
   double sigma_rad = 0.0;        ///< of its turn
   double in_view = 0.0;          ///< landmarks, on average
+  std::size_t steps_per_lap = 0;
 
   Pose2 start() const { return {}; }
 };
@@ -93,6 +94,7 @@ inline W1 w1(const W1Options& options) {
   for (std::size_t i = 0; i < work.landmarks.size(); ++i) work.all.push_back(seen(work, {}, i, random));
   const double least = 2.0 * kPi * radius / kLongestStep_m;
   const double steps_per_loop = std::max(options.landmarks >= 10'000 ? 1e4 : 1e3, std::ceil(least));
+  work.steps_per_lap = static_cast<std::size_t>(steps_per_loop);
   const Twist2 twist{2.0 * kPi * radius / steps_per_loop, 0.0, 2.0 * kPi / steps_per_loop};
   work.sigma_m = 0.05 * twist.dx;
   work.sigma_rad = radians(0.2);

@@ -162,7 +162,7 @@ double sigmas_of(const Eigen::VectorXd& q, const Eigen::MatrixXd& covariance) {
 }
 
 /// What was found, and how well noise as the robot file has it explains what is left.
-struct Fit {
+struct Fitted {
   Estimate estimate;
   double scatter = 1.0;  ///< cost for each degree of freedom
 };
@@ -183,7 +183,7 @@ class Search {
     move(fit_.estimate.robot, sought_, space.basis.transpose() * state_.parameters);
   }
 
-  Fit fit() {
+  Fitted fit() {
     if (sought_.columns.cols() == 0) return fit_;
     const Posed first = posed(all_, fit_.estimate.robot, sought_);
     Minimiser minimiser(first.problem);
@@ -227,10 +227,10 @@ class Search {
   std::span<const Seen> all_;
   Sought sought_;
   SmoothingState state_;  ///< parameters about those of the robot found so far
-  Fit fit_;
+  Fitted fit_;
 };
 
-Fit fit_to(std::span<const Seen> all, const Robot& nominal, std::span<const Parameter> parameters) {
+Fitted fit_to(std::span<const Seen> all, const Robot& nominal, std::span<const Parameter> parameters) {
   return Search(all, nominal, parameters).fit();
 }
 
@@ -284,7 +284,7 @@ CalibrationResult calibrate_from_landmarks(std::span<const Recording> training,
       choose_parameters(nominal, {.length = true, .anything = true}, options.free, options.fix);
   if (parameters.empty()) throw CannotAnswer("no parameter is free: this robot has none to calibrate");
   const std::vector<Seen> all = see(training, nominal);
-  const Fit fit = fit_to(all, nominal, parameters);
+  const Fitted fit = fit_to(all, nominal, parameters);
   const Estimate& estimate = fit.estimate;
   require_something_estimated(estimate, parameters, nominal);
   const SessionSpread spread = session_spread(all, nominal, parameters, estimate.space);

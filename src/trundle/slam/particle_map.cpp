@@ -83,6 +83,7 @@ void ParticleMap::remove(LandmarkId landmark, Ancestry& ancestry) {
   index_of_[static_cast<std::size_t>(entry.id)] = kUnknownLandmark;
   entry.columns = LandmarkColumns(0, precision_);
   entry.is_there = false;
+  entry.sightings = 0;
   removed_.push_back(landmark);
 }
 
@@ -99,6 +100,7 @@ MappedLandmark ParticleMap::mixture(LandmarkId landmark, std::span<const double>
     return entry.columns.at(ancestry.ancestor(entry.epoch, static_cast<Ancestry::Index>(particle)));
   };
   MappedLandmark result{entry.id, Vector2::Zero(), Matrix2::Zero(), entry.sightings};
+  if (!entry.is_there) return result;
   double share = 1.0;  // of the weight, that has it
   for (std::size_t i = 0; i < particles_; ++i) {
     const LandmarkEstimate m = estimate_of(i);

@@ -31,7 +31,8 @@ class ParticleMap {
   bool has(LandmarkId landmark, std::size_t particle, const Ancestry& ancestry) const;
   void count_sighting(LandmarkId landmark) { ++entries_[static_cast<std::size_t>(landmark)].sightings; }
 
-  /// Mean and covariance over all particles that have it, with these weights. Eq. 17.
+  /// Mean and covariance over all particles that have it, with these weights. Eq. 17. Of one that was
+  /// removed: no sightings.
   MappedLandmark mixture(LandmarkId landmark, std::span<const double> weights,
                          const Ancestry& ancestry) const;
 

@@ -5,6 +5,7 @@
 
 #include "trundle/odometry/arc.hpp"
 #include "trundle/slam/cholesky.hpp"
+#include "trundle/slam/particle_kernels.hpp"
 
 namespace trundle {
 namespace {
@@ -58,6 +59,22 @@ PoseTarget::Value PoseTarget::at(std::size_t particle, const Vector3& n) const {
   }
   if (!readings_.empty()) value.agreement /= static_cast<double>(readings_.size());
   return value;
+}
+
+void PoseTarget::set_values(const TripleColumns& n, std::size_t particles, PoseValues& values) const {
+  const ParticleRange all{0, padded(particles)};
+  values.sensors.origin = predicted(0).translation();
+  place(predicted_, n, {L_, body_from_sensor_}, all, values.poses, values.sensors);
+  set_fitness(readings_, values.sensors, n, all, values.fitness);
+}
+
+void PoseTarget::set_values_of(std::size_t particle, const TripleColumns& n, std::size_t count,
+                               PoseValues& values) const {
+  const ParticleRange all{0, padded(count)};
+  for (std::size_t i = 0; i < all.last; ++i) values.predicted.set(i, predicted(particle));
+  values.sensors.origin = predicted(particle).translation();
+  place(values.predicted, n, {L_, body_from_sensor_}, all, values.poses, values.sensors);
+  set_fitness_of(particle, readings_, values.sensors, n, all, values.fitness);
 }
 
 /// Of the range and of range · bearing: −[uᵀ; tᵀ] by the sensor's place, whose lever turns with the body.

@@ -18,6 +18,16 @@ struct WhitenedGaussian {
   Matrix3 information_root = Matrix3::Identity();  ///< lower C with C Cᵀ = inverse covariance
 };
 
+/// Room for the values of many poses at once.
+struct PoseValues {
+  explicit PoseValues(std::size_t count) : predicted(count), poses(count), sensors(count), fitness(count) {}
+
+  PoseColumns predicted;
+  PoseColumns poses;
+  SensorColumns sensors;
+  Fitness fitness;
+};
+
 /// What one step says of each particle's new pose, given its own map, association and pose before:
 /// motion prior times likelihood, up to a constant. docs/slam.md, eq. 15. Poses are written as
 /// predicted · exp(e), e = L n with L Lᵀ the motion's covariance, so the prior of n is standard normal.
@@ -45,6 +55,11 @@ class PoseTarget {
     double agreement = 0.0;  ///< mean over the readings of exp(−½ d²)
   };
   Value at(std::size_t particle, const Vector3& n) const;
+  /// Of all particles, each at its own n, in the precision of the map.
+  void set_values(const TripleColumns& n, std::size_t particles, PoseValues& values) const;
+  /// Of one particle, at so many n.
+  void set_values_of(std::size_t particle, const TripleColumns& n, std::size_t count,
+                     PoseValues& values) const;
   /// One Gauss–Newton step from n, and the curvature there.
   WhitenedGaussian gaussian_at(std::size_t particle, const Vector3& n) const;
   /// The same at the maximum, as Gauss–Newton finds it from n in a few steps.

@@ -29,12 +29,18 @@ class Swarm {
  public:
   Swarm(const PoseTarget& target, const SwarmOptions& options, std::size_t particles,
         std::span<Random> random, const TripleColumns& start)
-      : target_(target), options_(options), random_(random), lattice_(lattice_of(particles)) {
-    for (std::size_t i = 0; i < particles; ++i) {
-      const Vector3 n = target.clamped(start.at(i));
-      const PoseTarget::Value value = target.at(i, n);
-      agents_.push_back({n, value, n, value});
-    }
+      : target_(target),
+        options_(options),
+        random_(random),
+        lattice_(lattice_of(particles)),
+        candidates_(particles),
+        values_(particles),
+        search_(kCells),
+        search_values_(kCells) {
+    for (std::size_t i = 0; i < particles; ++i) candidates_.set(i, target.clamped(start.at(i)));
+    target_.set_values(candidates_, particles, values_);
+    for (std::size_t i = 0; i < particles; ++i)
+      agents_.push_back({candidates_.at(i), value(i), candidates_.at(i), value(i)});
   }
 
   void iterate() {
@@ -51,6 +57,11 @@ class Swarm {
   const std::vector<Agent>& agents() const { return agents_; }
 
  private:
+  static constexpr std::size_t kCells = 27;  ///< of the best agent's search
+
+  PoseTarget::Value value(std::size_t i) const {
+    return {values_.fitness.log_density[i], values_.fitness.agreement[i]};
+  }
   Vector3 uniform(std::size_t agent, double low) {
     Random& random = random_[agent / kParticleBlock];
     const double x = random.uniform(low, 1.0);
@@ -80,11 +91,6 @@ class Swarm {
     return target_.clamped(target_.whitened(i, pose));
   }
 
-  void go_if_better(std::size_t i, const Vector3& candidate) {
-    const PoseTarget::Value value = target_.at(i, candidate);
-    if (value.log_density > agents_[i].value.log_density) agents_[i].go(candidate, value);
-  }
-
   /// Eq. 19. All look at their neighbours as they were before anyone moved.
   void compete() {
     if (lattice_.cells() < 2) return;
@@ -99,10 +105,14 @@ class Swarm {
       const std::size_t m =
           *std::ranges::max_element(neighbours, {}, [&](std::size_t k) { return fitness[k]; });
       const Vector3 r = uniform(i, -1.0);
+      candidates_.set(i, agents_[i].n);
       if (fitness[i] >= fitness[m]) continue;
       const Vector3 step = r.cwiseProduct(difference(poses[m], poses[i]));
-      go_if_better(i, reachable(i, poses[m] * exp(Twist2::from(step))));
+      candidates_.set(i, reachable(i, poses[m] * exp(Twist2::from(step))));
     }
+    target_.set_values(candidates_, agents_.size(), values_);
+    for (std::size_t i = 0; i < lattice_.cells(); ++i)
+      if (value(i).log_density > agents_[i].value.log_density) agents_[i].go(candidates_.at(i), value(i));
   }
 
   /// Eq. 20.
@@ -118,21 +128,26 @@ class Swarm {
       const Vector3 to_global = difference(here, global_best);
       agent.velocity = inertia * agent.velocity + options_.cognitive * r1.cwiseProduct(to_own) +
                        options_.social * r2.cwiseProduct(to_global);
-      const Vector3 there = reachable(i, here * exp(Twist2::from(agent.velocity)));
-      agent.go(there, target_.at(i, there));
+      candidates_.set(i, reachable(i, here * exp(Twist2::from(agent.velocity))));
     }
+    target_.set_values(candidates_, agents_.size(), values_);
+    for (std::size_t i = 0; i < agents_.size(); ++i) agents_[i].go(candidates_.at(i), value(i));
   }
 
   /// The 26 neighbours on a lattice of the given width.
   void search_around_the_best(double radius) {
     const std::size_t i = best_agent();
     const Vector3 centre = agents_[i].best;
-    for (int cell = 0; cell < 27; ++cell) {
-      const Vector3 offset(cell % 3 - 1, cell / 3 % 3 - 1, cell / 9 - 1);
-      const Vector3 candidate = target_.clamped(centre + radius * offset);
-      const PoseTarget::Value value = target_.at(i, candidate);
-      if (value.log_density > agents_[i].best_value.log_density) agents_[i].go(candidate, value);
+    for (std::size_t cell = 0; cell < kCells; ++cell) {
+      const auto side = [](std::size_t k) { return static_cast<double>(k % 3) - 1.0; };
+      const Vector3 offset(side(cell), side(cell / 3), side(cell / 9));
+      search_.set(cell, target_.clamped(centre + radius * offset));
     }
+    target_.set_values_of(i, search_, kCells, search_values_);
+    const Fitness& found = search_values_.fitness;
+    for (std::size_t cell = 0; cell < kCells; ++cell)
+      if (found.log_density[cell] > agents_[i].best_value.log_density)
+        agents_[i].go(search_.at(cell), {found.log_density[cell], found.agreement[cell]});
   }
 
   const PoseTarget& target_;
@@ -140,6 +155,10 @@ class Swarm {
   std::span<Random> random_;
   Lattice lattice_;
   std::vector<Agent> agents_;
+  TripleColumns candidates_;  ///< where agents look next
+  PoseValues values_;         ///< there
+  TripleColumns search_;
+  PoseValues search_values_;
 };
 
 }  // namespace
