@@ -1,7 +1,7 @@
 // A line chart (uPlot) over time or over the way: series, bands, limits, shaded stretches. Its cursor is shared with every
 // other plot, its window of time with every other chart over time.
 import { indexBefore } from './column.js';
-import { html } from './dom.js';
+import { html, isSeen } from './dom.js';
 import { fixed, significant } from './format.js';
 import { listen } from './gestures.js';
 import { colour } from './palette.js';
@@ -11,7 +11,7 @@ import { cursorTime, on, setCursor, setTimeWindow, soon, timeWindow } from './sh
 import { text } from './strings/en.js';
 
 const size = 12;
-const mostRows = 2400; // of one series in view
+const mostRows = 1800; // of one series in view
 
 function nulls(values, factor) {
   return Array.from(values, (value) => (Number.isNaN(value) ? null : value * factor));
@@ -224,9 +224,11 @@ export function chart(spec) {
 
   let asked = null;
   let pending = false;
+  let stale = false; // the window moved while it was out of sight
   const draw = () => {
     pending = false;
-    if (!plot) return;
+    stale = !isSeen(box);
+    if (!plot || stale) return;
     plot.setData(tableIn(asked ?? whole), false);
     plot.setScale('x', { min: (asked ?? whole)[0], max: (asked ?? whole)[1] });
   };
@@ -298,6 +300,7 @@ export function chart(spec) {
     else build(width);
   };
   new ResizeObserver(() => soon(fit)).observe(box);
+  new IntersectionObserver(() => stale && draw()).observe(box);
   on('fit', fit);
   on('cursor', place);
   if (spec.x.isTime) on('window', (window, source) => source !== node && show(window ?? whole, false));

@@ -41,6 +41,12 @@ export function responsive(draw) {
   return box;
 }
 
+// Is any of it in the window?
+export function isSeen(node) {
+  const { top, bottom } = node.getBoundingClientRect();
+  return bottom > 0 && top < innerHeight;
+}
+
 // A name that may be a long path, shortened in its middle; the whole of it on hover.
 export function nameOf(name, longest = 44) {
   const letters = Array.from(name);

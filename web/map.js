@@ -1,7 +1,7 @@
 // The ground from above on a canvas: tracks with their 95 % tubes, time marks, ellipses, landmarks, slips. A second canvas
 // above it holds what moves with the cursor. The same painting, with the other pen, is the exported SVG.
 import { extent, indexBefore } from './column.js';
-import { html } from './dom.js';
+import { html, isSeen } from './dom.js';
 import { fixed, lengthUnit, significant } from './format.js';
 import { listen } from './gestures.js';
 import { colour } from './palette.js';
@@ -14,6 +14,8 @@ import { text } from './strings/en.js';
 const margin = { left: 54, right: 10, top: 10, bottom: 44 };
 const mostNames = 60; // of landmarks: more would cover the picture
 const mostAtOnce = 20000; // poses of all tracks that are drawn in full in every frame
+const roughPoints = 4000; // of a track
+const mostDashed = 12000; // numbers in a line
 const nearest = 24; // pixels: the cursor takes the track it is near to
 
 function boundsOf(spec) {
@@ -37,12 +39,13 @@ function projection({ inner, scale, centre }) {
 }
 
 // Points of a track that make a difference of so many pixels, with a pen lifted far outside the picture.
-function line(track, to, inner, { from = 0, end = track.x.length, finest = 1.2 } = {}) {
+function line(track, to, inner, { from = 0, end = track.x.length, finest = 1.2, stride = 1 } = {}) {
   const flat = [];
+  const [x0, y0, scale] = [to.x(0), to.y(0), to.x(1) - to.x(0)];
   let [lastX, lastY, wasOut] = [NaN, NaN, false];
-  for (let i = from; i < end; ++i) {
-    const x = to.x(track.x[i]);
-    const y = to.y(track.y[i]);
+  for (let i = from; i < end; i += stride) {
+    const x = x0 + scale * track.x[i];
+    const y = y0 - scale * track.y[i];
     if (Math.abs(x - lastX) + Math.abs(y - lastY) < finest && i + 1 < end) continue;
     const out = x < inner.left - 50 || x > inner.right + 50 || y < inner.top - 50 || y > inner.bottom + 50;
     if (out && wasOut) flat.push(NaN, NaN);
@@ -60,7 +63,7 @@ function tube(track, to, inner) {
   for (let i = 0; i < track.x.length; ++i) {
     const x = to.x(track.x[i]);
     const y = to.y(track.y[i]);
-    if (Math.abs(x - lastX) + Math.abs(y - lastY) < 3 && i + 1 < track.x.length) continue;
+    if (Math.abs(x - lastX) + Math.abs(y - lastY) < 4 && i + 1 < track.x.length) continue;
     const half = track.across[i] * Math.abs(to.x(1) - to.x(0));
     const [sin, cos] = [Math.sin(track.heading[i]), Math.cos(track.heading[i])];
     left.push(x - half * sin, y - half * cos);
@@ -103,6 +106,12 @@ function paintGrid(pen, to, inner, unit) {
 
 function paintEllipse(pen, to, scale, x, y, ellipse, given) {
   if (ellipse) pen.ellipse(to.x(x), to.y(y), Math.max(0.5, ellipse.semi_major_m * scale), Math.max(0.5, ellipse.semi_minor_m * scale), -ellipse.angle_rad, given);
+}
+
+// Dashes cost a lot on long lines, and do not show there.
+function lineOf(track, to, inner) {
+  const flat = line(track, to, inner);
+  return [flat, flat.length > mostDashed ? { ...track.style, dash: [] } : track.style];
 }
 
 function paintMarks(pen, track, to, scale) {
@@ -161,7 +170,7 @@ function paintAll(pen, spec, view, hidden) {
   pen.clip(inner);
   for (const track of tracks) paintTube(pen, track, to, inner);
   paintSlips(pen, spec, to, inner);
-  for (const track of tracks) pen.line(line(track, to, inner), track.style);
+  for (const track of tracks) pen.line(...lineOf(track, to, inner));
   for (const track of tracks) paintMarks(pen, track, to, scale);
   paintLandmarks(pen, spec, to, scale);
   for (const track of tracks) paintEnds(pen, track, to);
@@ -174,7 +183,7 @@ function paintRoughly(pen, spec, view, hidden) {
   const { inner } = view;
   paintGrid(pen, to, inner, lengthUnit([to.toX(inner.left), to.toX(inner.right), to.toY(inner.top), to.toY(inner.bottom)]));
   pen.clip(inner);
-  for (const track of spec.tracks) if (!hidden.has(track)) pen.line(line(track, to, inner, { finest: 8 }), { ...track.style, dash: [], width: Math.min(2, track.style.width) });
+  for (const track of spec.tracks) if (!hidden.has(track)) pen.line(line(track, to, inner, { finest: 6, stride: Math.ceil(track.x.length / roughPoints) }), { ...track.style, dash: [], width: Math.min(2, track.style.width) });
   pen.unclip();
 }
 
@@ -322,7 +331,7 @@ export function map(spec) {
     if (time !== null) readout.textContent = reading(spec, hidden, time);
     if (size) paintMoment(penOn(moving, ...size), spec, view, hidden, time);
   });
-  on('window', redraw);
+  on('window', () => size && isSeen(box) && paintMoment(penOn(moving, ...size), spec, view, hidden, cursorTime()));
   on('place', ({ points }) => {
     if (!size || points.length === 0) return;
     const near = { x: extent(points.map(({ x }) => x)), y: extent(points.map(({ y }) => y)) };

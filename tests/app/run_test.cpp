@@ -131,6 +131,22 @@ TEST_F(RunCommand, OutputsThatStagesNameAreThere) {
     EXPECT_TRUE(exists("d/" + trajectory.at("file").get<std::string>())) << trajectory;
 }
 
+/// What the page draws over time stands in the files of the stages.
+TEST_F(RunCommand, WritesBiasAndStatisticOverTime) {
+  const std::string tour = (kDemo / "session_01/tour").string();
+  ASSERT_EQ(run({"run", tour, "--robot", (kDemo / "robot.toml").string(), "-o", "d"}).exit_code, 0);
+  const Json bias = json("d/odometry.json").at("gyro_bias_over_time");
+  ASSERT_GT(bias.at("time_s").size(), 10);
+  EXPECT_EQ(bias.at("rad_s").size(), bias.at("time_s").size());
+  EXPECT_EQ(bias.at("rad_s").back(), json("d/odometry.json").at("gyro_bias").at("rad_s"));
+  EXPECT_LT(bias.at("sigma_rad_s").back(), bias.at("sigma_rad_s").front());
+  const Json slip = json("d/slip.json");
+  EXPECT_EQ(slip.at("timeline").at("value").size(), slip.at("timeline").at("end_s").size());
+  for (std::size_t i = 0; i < slip.at("timeline").at("value").size(); ++i)
+    EXPECT_EQ(slip.at("timeline").at("value")[i].is_number(),
+              slip.at("timeline").at("status")[i] == "judged");
+}
+
 TEST_F(RunCommand, ACalibratedRobotIsTakenAsItIs) {
   ASSERT_EQ(run({"run", "ccw", "--robot", "nominal.toml", "-o", "d"}).exit_code, 0);
   EXPECT_EQ(json("d/run.json").at("held_out"), false);

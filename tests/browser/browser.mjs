@@ -19,7 +19,7 @@ const readsPixels = /willReadFrequently/;
 export async function open(browser, file, { width = 1280, height = 900, colorScheme = 'light' } = {}) {
   const context = await browser.newContext({ viewport: { width, height }, colorScheme, acceptDownloads: true, reducedMotion: 'reduce' });
   const page = await context.newPage();
-  page.setDefaultTimeout(5000);
+  page.setDefaultTimeout(30000);
   page.troubles = [];
   page.requests = [];
   const address = pathToFileURL(file).href;
