@@ -27,7 +27,7 @@ import { trajectories } from './figures/trajectories.js';
 import { prepared } from './result.js';
 import { forgetSections } from './section.js';
 import { onSettings } from './settings.js';
-import { fitAll, forgetListeners } from './shared.js';
+import { fitAll, forgetListeners, soon } from './shared.js';
 import { text } from './strings/en.js';
 
 const ofCalibration = (figure) => ([{ calibration }]) => (calibration ? figure(calibration) : null);
@@ -41,14 +41,19 @@ function titleOf({ run, health: info, calibration, label }) {
   return text.titles.report(label || text.titles.robot);
 }
 
+// What stands first, and what is drawn below it.
 function articleOf(result, index, alone) {
   const id = `result-${index + 1}`;
   const title = titleOf(result);
   const heading = html(alone ? 'h1' : 'h2', { id: `${id}-title`, class: 'title' }, shortened(title, 80));
   const subtitle = alone ? null : html('p', { class: 'from' }, nameOf(result.label, 80));
-  const sections = figures.map((figure) => figure([result])).filter(Boolean);
-  const article = html('article', { id, 'aria-labelledby': `${id}-title` }, heading, subtitle, firstScreen(result), sections);
-  return { article, sections, title };
+  const article = html('article', { id, 'aria-labelledby': `${id}-title` }, heading, subtitle, firstScreen(result));
+  const fill = () => {
+    const sections = figures.map((figure) => figure([result])).filter(Boolean);
+    article.append(...sections);
+    return sections;
+  };
+  return { article, title, fill };
 }
 
 function link(target, words) {
@@ -62,19 +67,33 @@ function madeBy(made) {
   return html('footer', {}, html('details', {}, html('summary', {}, text.provenance.drawnBy(made.program, made.version, files.length)), html('ul', {}, files)));
 }
 
+function figuresOfAll(results) {
+  return [comparison(results.filter(({ calibration }) => calibration)), ...together.map((figure) => figure(results))].filter(Boolean);
+}
+
+// Puts up the first screens and returns what draws the rest.
 function show(report, results) {
   forgetListeners();
   forgetSections();
   const alone = results.length === 1;
-  const side = alone ? [] : [comparison(results.filter(({ calibration }) => calibration)), ...together.map((figure) => figure(results))].filter(Boolean);
   const shown = results.map((result, index) => articleOf(result, index, alone));
   const title = alone ? null : html('h1', { class: 'title' }, text.titles.compare);
+  const side = html('div');
   document.title = alone ? shortened(shown[0].title, 80) : text.titles.compare;
+  document.getElementById('report').replaceChildren(...[title, side, ...shown.map(({ article }) => article), madeBy(report.provenance)].filter(Boolean));
+  return () => {
+    if (!alone) side.append(...figuresOfAll(results));
+    const sections = shown.flatMap(({ fill }) => fill());
+    const links = alone ? sections.filter((node) => node.inContents).map((node) => link(node.id, node.inContents))
+      : results.map(({ label }, index) => link(`result-${index + 1}`, shortened(label, 28)));
+    document.getElementById('contents').replaceChildren(...links);
+  };
+}
+
+// Units or colours have changed, or it goes to paper: all at once.
+function showAnew(report, results) {
   const scrolled = scrollY;
-  document.getElementById('report').replaceChildren(...[title, ...side, ...shown.map(({ article }) => article), madeBy(report.provenance)].filter(Boolean));
-  const links = alone ? shown[0].sections.filter((node) => node.inContents).map((node) => link(node.id, node.inContents))
-    : results.map(({ label }, index) => link(`result-${index + 1}`, shortened(label, 28)));
-  document.getElementById('contents').replaceChildren(...links);
+  show(report, results)();
   fitAll();
   scrollTo({ top: scrolled, behavior: 'instant' });
 }
@@ -83,5 +102,6 @@ document.documentElement.lang = text.language;
 const report = JSON.parse(document.getElementById('data').textContent);
 const results = report.results.map(prepared);
 document.getElementById('controls').replaceChildren(controls());
-onSettings(() => show(report, results));
-show(report, results);
+onSettings(() => showAnew(report, results));
+const drawRest = show(report, results);
+soon(() => setTimeout(() => soon(drawRest))); // the first screen is on the glass by then
