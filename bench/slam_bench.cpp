@@ -80,7 +80,7 @@ struct Contender {
 };
 
 Contender textbook(const bench::W1& work, std::size_t particles) {
-  const double before = (peak_memory_MiB(), peak_memory_MiB());
+  const double before_MiB = (peak_memory_MiB(), peak_memory_MiB());
   const bench::TextbookFastSlam::Noise noise{work.sigma_m, work.sigma_rad, work.sensor.range_sigma_m,
                                              work.sensor.bearing_sigma_rad};
   auto filter = std::make_shared<bench::TextbookFastSlam>(particles, work.landmarks.size(), noise);
@@ -93,12 +93,12 @@ Contender textbook(const bench::W1& work, std::size_t particles) {
                       },
                       [filter] { return filter->mean(); }};
   if (work.landmarks.size() >= 10'000) contender.slice = 20;
-  contender.memory_MiB = peak_memory_MiB() - before;
+  contender.memory_MiB = peak_memory_MiB() - before_MiB;
   return contender;
 }
 
 Contender ours(const bench::W1& work, SlamMethod method, const SlamOptions& base, const std::string& remark) {
-  const double before = (peak_memory_MiB(), peak_memory_MiB());
+  const double before_MiB = (peak_memory_MiB(), peak_memory_MiB());
   SlamOptions options = base;
   options.method = method;
   options.keep_paths = false;
@@ -108,7 +108,7 @@ Contender ours(const bench::W1& work, SlamMethod method, const SlamOptions& base
       std::string(name_of(method)) + remark, method == SlamMethod::ekf ? 1 : base.particles,
       [filter](const SlamStep& step) { return filter->step(step.motion, step.observations).resampled; },
       [filter] { return filter->estimate().pose.translation(); }};
-  contender.memory_MiB = peak_memory_MiB() - before;
+  contender.memory_MiB = peak_memory_MiB() - before_MiB;
   return contender;
 }
 
