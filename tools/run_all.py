@@ -201,7 +201,7 @@ def row_of(job, program, out):
     held_out = {True: "yes", False: "no", None: "–"}[document["held_out"]]
     bad = not_numbers(target)
     words = [said] if said else []
-    words += [told_of(target)] + [f"NOT A NUMBER in {name}" for name in bad]
+    words += [told_of(target).replace(f"{out}/", "")] + [f"NOT A NUMBER in {name}" for name in bad]
     row = [job.title, str(len(singles)), held_out, column("nominal", "odometry"), column("odometry"), column("corrected"),
            column("slam path", "slam"), str(code), "; ".join(word for word in words if word)]
     return row, bool(bad) or code not in (0, 4)

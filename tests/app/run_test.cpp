@@ -167,6 +167,21 @@ TEST_F(RunCommand, AResultHoldsNothingOfTheRunBeforeIt) {
   EXPECT_FALSE(exists("d/evaluation.json"));
 }
 
+TEST_F(RunCommand, ASessionIsCalibratedAsAWholeAndItsRecordingsOneByOne) {
+  for (const char* name : {"cw", "ccw"})
+    for (const char* file : {"wheels.csv", "reference.csv"})
+      keep(std::string("both/") + name + "/" + file, read(std::string(name) + "/" + file));
+  const Outcome outcome = run({"run", "both", "--robot", "nominal.toml", "-o", "d"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const char* name : {"health check", "calibration", "report"})
+    EXPECT_EQ(stage("d", name).at("status"), "done") << stage("d", name).at("message");
+  EXPECT_EQ(json("d/run.json").at("recordings"), Json({"ccw", "cw"}));
+  for (const char* one : {"d/cw", "d/ccw"}) {
+    EXPECT_EQ(stage(one, "report").at("status"), "done") << stage(one, "report").at("message");
+    EXPECT_EQ(stage(one, "calibration").at("status"), "skipped");
+  }
+}
+
 TEST_F(RunCommand, NothingAnsweredIsExitCodeFourAndStillTold) {
   keep("one_wheel.toml",
        "name = \"one\"\n[[wheel]]\nname = \"left\"\ndiameter_m = 0.1\nticks_per_revolution = 100\n");

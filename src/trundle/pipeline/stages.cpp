@@ -270,8 +270,13 @@ Told evaluate_trajectories(Work& work) {
            {work.in_folder("evaluation.json"), printed(document)}}};
 }
 
+/// Of a session, what was calibrated: each of its recordings has a page of its own.
 Told draw_page(Work& work) {
-  const ReportAnswer report = answer_report({.inputs = {work.question.output.string()}});
+  const bool session = work.recordings.size() > 1;
+  const std::filesystem::path shown = session ? work.in_folder("calibration.json") : work.question.output;
+  if (session && !std::filesystem::exists(shown))
+    throw NotApplicable{"nothing was calibrated; each recording has a page of its own"};
+  const ReportAnswer report = answer_report({.inputs = {shown.string()}});
   return {"one page with all of it", {{work.in_folder("report.html"), report_page(report.document)}}};
 }
 
