@@ -26,7 +26,7 @@ struct Options {
   double probability = SlipOptions{}.probability;
   double longest_step_s = OnlineAlignmentOptions{}.longest_step_s;
   std::string checkpoint;
-  double checkpoint_every_s = 1.0;
+  double checkpoint_every_s = 5.0;
   std::string resume;
   bool timing = false;
 };
