@@ -87,9 +87,9 @@ Contender textbook(const bench::W1& work, std::size_t particles) {
   filter->step({}, work.all);
   Contender contender{"textbook", particles,
                       [filter](const SlamStep& step) {
-                        const auto before = filter->resamplings;
+                        const auto resampled_before = filter->resamplings;
                         filter->step(step.motion.mean, step.observations);
-                        return filter->resamplings > before;
+                        return filter->resamplings > resampled_before;
                       },
                       [filter] { return filter->mean(); }};
   if (work.landmarks.size() >= 10'000) contender.slice = 20;
