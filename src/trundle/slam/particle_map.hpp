@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "trundle/slam/ancestry.hpp"
@@ -40,6 +41,7 @@ class ParticleMap {
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
     archive(self.spare_, self.entries_, self.index_of_, self.removed_);
+    if constexpr (!std::is_const_v<Self>) self.way_.from = self.way_.to = 0;  // another ancestry's
   }
 
  private:

@@ -90,9 +90,9 @@ std::vector<Pose2> ParticlePaths::path_of(const Query& query, const Ancestry& an
   return path;
 }
 
-std::size_t ParticlePaths::ancestors(std::size_t stations_back) const {
+std::size_t ParticlePaths::ancestors(std::size_t stations_back, const Ancestry& ancestry) const {
   for (auto segment = segments_.rbegin(); segment != segments_.rend(); ++segment) {
-    if (stations_back < segment->stations()) return segment->particles.size();
+    if (stations_back < segment->stations()) return ancestry.survivors(segment->epoch);
     stations_back -= segment->stations();
   }
   return 1;

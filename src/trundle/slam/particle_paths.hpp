@@ -29,7 +29,7 @@ class ParticlePaths {
   };
   std::vector<Pose2> path_of(const Query& query, const Ancestry& ancestry) const;
   /// How many of the particles at the station so many before the last have descendants; 1: all are of one.
-  std::size_t ancestors(std::size_t stations_back) const;
+  std::size_t ancestors(std::size_t stations_back, const Ancestry& ancestry) const;
   /// Poses stored: for tests of what it costs.
   std::size_t stored() const;
 

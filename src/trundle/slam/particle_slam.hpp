@@ -63,7 +63,7 @@ class ParticleSlam {
   std::vector<Pose2> best_path() const;
   /// Of how many particles at the step with sightings so many before the last those of now descend; 1 where
   /// paths are not kept.
-  std::size_t ancestors(std::size_t steps_back) const { return paths_.ancestors(steps_back); }
+  std::size_t ancestors(std::size_t steps_back) const { return paths_.ancestors(steps_back, ancestry_); }
   /// Poses stored for that, by all particles together.
   std::size_t stored_poses() const { return paths_.stored(); }
 
