@@ -98,10 +98,23 @@ void add_runs(std::span<const Run> training, std::span<const Run> hold_out, cons
     result.runs.push_back(run_result(run, result.nominal, result.calibrated, estimate.noise.reference, true));
 }
 
+/// References that are worse than the robot's own odometry spoil what is learned from them.
+void warn_if_worse(const ErrorBeforeAfter& error, CalibrationResult& result) {
+  constexpr double kWorse = 1.1;
+  if (error.after > kWorse * error.before)
+    result.warnings.push_back(
+        fmt::format("{}: {:.3g} {} with the calibrated robot, {:.3g} {} with the one given; do not use it "
+                    "before you know why (references too coarse? runs of another floor?)",
+                    error.what, error.after, error.unit, error.before, error.unit));
+}
+
 void add_errors(CalibrationResult& result) {
   auto& errors = result.calibrated.calibration->errors;
   for (const bool hold_out : {false, true})
-    for (ErrorBeforeAfter& error : errors_of(result.runs, hold_out)) errors.push_back(std::move(error));
+    for (ErrorBeforeAfter& error : errors_of(result.runs, hold_out)) {
+      if (error.what.find("rms") != std::string::npos) warn_if_worse(error, result);
+      errors.push_back(std::move(error));
+    }
   if (const auto e_max = maximum_error_of(result.runs)) {
     result.e_max_before_m = e_max->before_m;
     result.e_max_after_m = e_max->after_m;
