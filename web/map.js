@@ -139,6 +139,14 @@ function paintSlips(pen, spec, to, inner) {
   }
 }
 
+// The last cloud: the heavier a particle, the darker.
+function paintParticles(pen, spec, to) {
+  if (!spec.particles) return;
+  const { x, y, weight } = spec.particles;
+  const heaviest = weight.reduce((most, one) => Math.max(most, one), 0);
+  for (let i = 0; i < x.length; ++i) pen.ellipse(to.x(x[i]), to.y(y[i]), 2, 2, 0, { fill: colour('landmark'), fillOpacity: 0.15 + 0.5 * weight[i] / heaviest });
+}
+
 function paintLandmarks(pen, spec, to, scale) {
   const few = spec.landmarks.length < mostNames;
   for (const landmark of spec.landmarks) {
@@ -173,6 +181,7 @@ function paintAll(pen, spec, view, hidden) {
   for (const track of tracks) pen.line(...lineOf(track, to, inner));
   for (const track of tracks) paintMarks(pen, track, to, scale);
   paintLandmarks(pen, spec, to, scale);
+  paintParticles(pen, spec, to);
   for (const track of tracks) paintEnds(pen, track, to);
   pen.unclip();
 }
@@ -262,7 +271,7 @@ function keyOf(spec, hidden, redraw) {
 }
 
 // spec: {label, tracks: [{label, short, time, x, y, heading, across?, marks, style, isMain?, isSightedFrom?}],
-//   landmarks: [{label, x, y, ellipse}], sightings: {time, landmark, decision} | null, slips: [{from, to}]};
+//   landmarks: [{label, x, y, ellipse}], particles: {x, y, weight} | null, sightings: {time, landmark, decision} | null, slips: [{from, to}]};
 // returns {node, svg(), zoom(), reset()}.
 export function map(spec) {
   const still = html('canvas', { class: 'still' });

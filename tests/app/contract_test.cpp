@@ -47,7 +47,7 @@ const std::vector<Command> kCommands = {
     {"slam",
      {"seen", "--robot", "sighted.toml", "-o", "out/slam"},
      {"out/slam/trajectory.csv", "out/slam/path.csv", "out/slam/landmarks.csv", "out/slam/steps.csv",
-      "out/slam/innovations.csv", "out/slam/slam.json"}},
+      "out/slam/innovations.csv", "out/slam/particles.csv", "out/slam/slam.json"}},
     {"localize",
      {"seen", "--robot", "sighted.toml", "--map", "map.csv", "-o", "out/trajectory.csv"},
      {"out/trajectory.csv"}},

@@ -42,12 +42,12 @@ class RunCommand : public testing::Test {
 };
 
 /// What the folder of a run must hold, file by file.
-constexpr std::array kFiles = {"info.json",           "calibrated.toml",  "calibration.json",
-                               "nominal.csv",         "nominal.json",     "odometry.csv",
-                               "odometry.json",       "slip.csv",         "slip.json",
-                               "trajectory.csv",      "localization.csv", "localization.json",
-                               "slam/trajectory.csv", "slam/path.csv",    "slam/slam.json",
-                               "slam/landmarks.csv",  "slam/steps.csv",   "slam/innovations.csv"};
+constexpr std::array kFiles = {
+    "info.json",           "calibrated.toml",      "calibration.json",  "nominal.csv",
+    "nominal.json",        "odometry.csv",         "odometry.json",     "slip.csv",
+    "slip.json",           "trajectory.csv",       "localization.csv",  "localization.json",
+    "slam/trajectory.csv", "slam/path.csv",        "slam/slam.json",    "slam/landmarks.csv",
+    "slam/steps.csv",      "slam/innovations.csv", "slam/particles.csv"};
 
 TEST_F(RunCommand, GivesTheBytesOfTheSingleCommandsInTurn) {
   const std::string tour = (kDemo / "session_01/tour").string();

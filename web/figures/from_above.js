@@ -41,6 +41,12 @@ function sightingsOf({ sightings, map: found }) {
   return { time, decision, landmark: landmark.map((number) => (Number.isNaN(number) ? -1 : numbers[number])) };
 }
 
+function particlesOf({ particles }) {
+  if (!particles) return null;
+  const { x_m: x, y_m: y, weight } = particles.columns();
+  return { x, y, weight };
+}
+
 function landmarkTable({ map: found }) {
   if (!found || found.landmarks.length === 0) return null;
   const words = text.map;
@@ -63,7 +69,7 @@ export function fromAbove(results) {
   if (tracks.length === 0) return null;
   const slips = several ? [] : (results[0].slip?.events ?? []).map(({ start_s: from, end_s: to }) => ({ from, to }));
   const landmarks = results.flatMap(landmarksOf);
-  const drawing = map({ label: text.map.label(tracks.length), tracks, landmarks, sightings: several ? null : sightingsOf(results[0]), slips });
-  const how = [text.map.how, landmarks.length > 0 ? text.map.landmarks : '', slips.length > 0 ? text.map.slips : ''].filter(Boolean).join(' ');
+  const drawing = map({ label: text.map.label(tracks.length), tracks, landmarks, particles: several ? null : particlesOf(results[0]), sightings: several ? null : sightingsOf(results[0]), slips });
+  const how = [text.map.how, landmarks.length > 0 ? text.map.landmarks : '', !several && results[0].particles ? text.map.particles : '', slips.length > 0 ? text.map.slips : ''].filter(Boolean).join(' ');
   return section({ ...text.map, how }, tooled(drawing, text.map.title), thinned(tracks), several ? null : landmarkTable(results[0]));
 }

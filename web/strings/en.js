@@ -68,6 +68,7 @@ export const text = {
     title: 'Trajectories from above', contents: 'Map',
     how: 'The square is the start, the dots are the ends; small circles are marks of equal time, with the ellipse that holds 95 % of positions. Shaded along a track: 95 % across it. Move over a track to see the same moment everywhere.',
     landmarks: 'Diamonds are landmarks with their 95 % ellipses; lines from the cursor lead to what was sighted just then, dashed where it was rejected.',
+    particles: 'Dots are the filter’s particles where it last saw something.',
     slips: 'Wide stretches: a wheel slipped.',
     label: (number) => `${count(number, 'trajectory', 'trajectories')} from above`,
     landmarkTable: 'Landmarks', landmark: 'Landmark', sightings: 'Sightings', semi: '95 % ellipse, half axes',

@@ -130,12 +130,13 @@ void keep_odometry_as_trajectory(Work& work) {
 
 /// What an earlier run left in the folder: a result is of one run.
 void forget_earlier(const Work& work) {
-  constexpr std::array kFiles = {
-      "calibrated.toml", "calibration.json",     "nominal.csv",        "nominal.json",
-      "odometry.csv",    "odometry.json",        "trajectory.csv",     "slip.csv",
-      "slip.json",       "localization.csv",     "localization.json",  "slam/trajectory.csv",
-      "slam/path.csv",   "slam/online.csv",      "slam/landmarks.csv", "slam/steps.csv",
-      "slam/slam.json",  "slam/innovations.csv", "reference.csv",      "evaluation.json"};
+  constexpr std::array kFiles = {"calibrated.toml",    "calibration.json",  "nominal.csv",
+                                 "nominal.json",       "odometry.csv",      "odometry.json",
+                                 "trajectory.csv",     "slip.csv",          "slip.json",
+                                 "localization.csv",   "localization.json", "slam/trajectory.csv",
+                                 "slam/path.csv",      "slam/online.csv",   "slam/landmarks.csv",
+                                 "slam/steps.csv",     "slam/slam.json",    "slam/innovations.csv",
+                                 "slam/particles.csv", "reference.csv",     "evaluation.json"};
   for (const char* file : kFiles)
     if (!wrote(work.answer, file)) std::filesystem::remove(work.in_folder(file));
 }

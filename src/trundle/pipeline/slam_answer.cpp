@@ -89,6 +89,14 @@ std::string csv_of_innovations(const SlamAnswer& answer) {
   return text;
 }
 
+std::string csv_of(const std::vector<WeightedPose>& particles) {
+  std::string text = "x_m,y_m,heading_rad,weight\n";
+  for (const WeightedPose& particle : particles)
+    text += fmt::format("{},{},{},{}\n", particle.pose.x, particle.pose.y, particle.pose.heading,
+                        particle.weight);
+  return text;
+}
+
 nlohmann::ordered_json systematic_of(const SlamAnswer& answer) {
   const PoseEstimate& last = answer.last();
   const Vector3 sigma = last.systematic_covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
@@ -182,6 +190,8 @@ std::vector<OutputFile> files_of(const SlamAnswer& answer, const std::filesystem
       {folder / "innovations.csv", head + csv_of_innovations(answer)},
       {folder / "slam.json", document_of(answer).dump(2) + "\n"}};
   if (answer.smoothed) files.push_back({folder / "online.csv", head + to_csv(answer.result.online)});
+  if (!answer.result.particles.empty())
+    files.push_back({folder / "particles.csv", head + csv_of(answer.result.particles)});
   if (answer.result.path) files.push_back({folder / "path.csv", head + to_csv(*answer.result.path)});
   return files;
 }

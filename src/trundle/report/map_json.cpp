@@ -78,6 +78,24 @@ Json map_json(const std::filesystem::path& csv, const Pose2& laid_by) {
   return {{"landmarks", std::move(landmarks)}};
 }
 
+Json particles_json(const std::filesystem::path& csv, const Pose2& laid_by) {
+  constexpr std::size_t kMostDrawn = 2000;
+  const CsvColumns columns(csv, {"x_m", "y_m", "heading_rad", "weight"});
+  std::vector<double> x, y, weight;
+  const std::size_t stride = columns.count() / kMostDrawn + 1;
+  for (std::size_t i = 0; i < columns.count(); i += stride) {
+    const Vector2 place = laid_by * Vector2(columns.numbers("x_m")[i], columns.numbers("y_m")[i]);
+    x.push_back(place.x());
+    y.push_back(place.y());
+    weight.push_back(columns.numbers("weight")[i]);
+  }
+  return {{"particles", columns.count()},
+          {"drawn", x.size()},
+          {"x_m", column_json(x)},
+          {"y_m", column_json(y)},
+          {"weight", column_json(weight)}};
+}
+
 Json filter_json(const std::filesystem::path& csv) {
   const CsvColumns columns(csv, {"time_s", "sightings", "effective_particles", "resampled"});
   const std::vector<double>& effective = columns.numbers("effective_particles");

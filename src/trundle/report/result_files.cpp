@@ -20,6 +20,7 @@ constexpr std::array kSigns = {
     Sign{ResultKind::trajectory, {"time_s", "x_m", "heading_rad"}},
     Sign{ResultKind::slips, {"start_s", "wheel", "excess_m"}},
     Sign{ResultKind::landmarks, {"landmark", "x_m", "y_m"}},
+    Sign{ResultKind::particles, {"x_m", "heading_rad", "weight"}},
     Sign{ResultKind::filter_steps, {"time_s", "effective_particles", "resampled"}},
     Sign{ResultKind::innovations, {"time_s", "landmark", "nis"}},
 };

@@ -7,7 +7,7 @@
 namespace trundle {
 
 /// What a file of results holds, told by its name (JSON) or its header (CSV).
-enum class ResultKind { trajectory, slips, landmarks, filter_steps, innovations, json, other };
+enum class ResultKind { trajectory, slips, landmarks, particles, filter_steps, innovations, json, other };
 
 struct ResultFile {
   std::string name;  ///< from the folder, without extension: "slam/trajectory"

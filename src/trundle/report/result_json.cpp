@@ -184,6 +184,8 @@ Json parts_of(const Found& found) {
   const Pose2 laid_by = map_laid_by(found.tracks);
   result["map"] =
       from_table(found, ResultKind::landmarks, [&](const auto& csv) { return map_json(csv, laid_by); });
+  result["particles"] =
+      from_table(found, ResultKind::particles, [&](const auto& csv) { return particles_json(csv, laid_by); });
   result["slam"] = slam_of(found);
   result["filter"] = from_table(found, ResultKind::filter_steps, filter_json);
   result["sightings"] = from_table(found, ResultKind::innovations, sightings_json);

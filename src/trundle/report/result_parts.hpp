@@ -25,6 +25,8 @@ nlohmann::ordered_json gyro_json(const nlohmann::ordered_json& odometry, const n
 
 /// "map": landmarks with ellipses, laid on the reference by the motion that laid its trajectory.
 nlohmann::ordered_json map_json(const std::filesystem::path& csv, const Pose2& laid_by);
+/// "particles": the last cloud of a particle filter, laid as its map is.
+nlohmann::ordered_json particles_json(const std::filesystem::path& csv, const Pose2& laid_by);
 /// "filter": N_eff and resampling; "sightings": NIS, decisions.
 nlohmann::ordered_json filter_json(const std::filesystem::path& csv);
 nlohmann::ordered_json sightings_json(const std::filesystem::path& csv);

@@ -133,6 +133,16 @@ std::vector<Pose2> SlamFilter::best_path() const {
   return particles ? particles->best_path() : std::vector<Pose2>{};
 }
 
+std::vector<WeightedPose> SlamFilter::particles() const {
+  const auto* particles = std::get_if<ParticleSlam>(&filter_);
+  if (!particles) return {};
+  const std::vector<Pose2> poses = particles->poses();
+  const std::vector<double> weights = particles->weights();
+  std::vector<WeightedPose> weighted;
+  for (std::size_t i = 0; i < poses.size(); ++i) weighted.push_back({poses[i], weights[i]});
+  return weighted;
+}
+
 SlamRun::SlamRun(const LandmarkSensor& sensor, const SlamOptions& options)
     : particles_(options.particles), filter_(sensor, options) {}
 
@@ -149,6 +159,7 @@ SlamResult SlamRun::result() const {
   result.path = with_stamps(filter_.best_path(), online_);
   result.last = filter_.estimate();
   result.map = filter_.map();
+  result.particles = filter_.particles();
   result.reports = reports_;
   Counter counter;
   for (const StepReport& report : reports_) counter.add(report, particles_);

@@ -33,6 +33,12 @@ struct SlamOptions {
   SwarmOptions swarm = {};                       ///< of `mapso` and `mapso_proposal`
 };
 
+/// A particle, without its map.
+struct WeightedPose {
+  Pose2 pose;
+  double weight = 0.0;  ///< all of them sum to 1
+};
+
 /// Any of the filters: a value; a copy continues independently.
 class SlamFilter {
  public:
@@ -46,6 +52,8 @@ class SlamFilter {
   std::vector<MappedLandmark> map() const;
   /// Of the particle with the largest weight; empty for `ekf` and when paths are not kept.
   std::vector<Pose2> best_path() const;
+  /// Where something was last seen; empty for `ekf`.
+  std::vector<WeightedPose> particles() const;
 
   /// Its state, for io/archive.hpp: a filter of the same sensor and options continues with it to the last
   /// bit.
@@ -76,7 +84,8 @@ struct SlamResult {
   std::optional<Trajectory> path;  ///< best particle's whole path; nothing for `ekf`
   PoseEstimate last;               ///< after the last step, with the odometry's systematic errors
   std::vector<MappedLandmark> map;
-  std::vector<StepReport> reports;  ///< one for each step
+  std::vector<WeightedPose> particles;  ///< where something was last seen; empty for `ekf`
+  std::vector<StepReport> reports;      ///< one for each step
   SlamCounts counts;
 };
 
