@@ -65,10 +65,10 @@ for filter in fastslam2 ekf; do
   before=$(date +%s.%N)
   "$trundle" slam "$park" --robot "$park/robot.toml" --filter "$filter" --unknown-ids --quiet -o "$result"
   seconds=$(awk -v a="$before" -v b="$(date +%s.%N)" 'BEGIN { print b - a }')
-  "$trundle" evaluate "$result/trajectory.csv" "$park/reference.csv" --align se2 --json >"$out/online.json"
+  "$trundle" evaluate "$result/trajectory.csv" "$park" --align se2 --json >"$out/online.json"
   path=$result/path.csv
   [[ -e $path ]] || path=$result/trajectory.csv
-  "$trundle" evaluate "$path" "$park/reference.csv" --align se2 --json >"$out/path.json"
+  "$trundle" evaluate "$path" "$park" --align se2 --json >"$out/path.json"
   printf '| `%s` | %.1f | %d | %.2f, %.2f, %.2f | %.2f |\n' "$filter" "$seconds" "$(landmarks "$result")" \
     "$(number "$out/online.json" position_m rms)" "$(number "$out/online.json" position_m median)" \
     "$(number "$out/online.json" position_m max)" "$(number "$out/path.json" position_m rms)"
