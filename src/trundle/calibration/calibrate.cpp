@@ -11,6 +11,7 @@
 #include "trundle/calibration/defaults.hpp"
 #include "trundle/calibration/influence.hpp"
 #include "trundle/calibration/learn_noise.hpp"
+#include "trundle/calibration/rough_scale.hpp"
 #include "trundle/calibration/sessions.hpp"
 #include "trundle/calibration/wiring.hpp"
 #include "trundle/io/error.hpp"
@@ -66,6 +67,19 @@ std::vector<Run> prepare_runs(std::span<const Recording> recordings, const Robot
   return runs;
 }
 
+/// The fit finds the minimum next to where it starts: wheels that are far off by the references start right.
+/// Returns what is wrong, in words.
+std::string set_scale(std::span<const Run> runs, Robot& robot) {
+  constexpr double kFarOff = 1.2;
+  const auto scale = rough_scale(runs, robot);
+  if (!scale || *scale == 0.0 || (*scale<kFarOff&& * scale> 1.0 / kFarOff)) return {};
+  scale_wheels(*scale, robot);
+  return fmt::format(
+      "the reference moves {:.3g} times as far as the wheels with the robot file as given: check "
+      "ticks_per_revolution, gears and diameters",
+      *scale);
+}
+
 }  // namespace
 
 CalibrationResult calibrate(std::span<const Recording> training, std::span<const Recording> hold_out,
@@ -75,6 +89,8 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   Robot start = nominal;
   const std::string clock = set_clock(training, start);
   std::vector<Run> runs = prepare_runs(training, start);
+  const std::string scale = set_scale(runs, start);
+  if (!scale.empty()) runs = prepare_runs(training, start);
   const std::vector<Parameter> parameters =
       choose_parameters(nominal, from_outside(runs), options.free, options.fix);
   if (parameters.empty())
@@ -85,6 +101,7 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
 
   CalibrationResult result = result_of(estimate, spread, parameters, nominal);
   result.method = "ml";
+  if (!scale.empty()) result.warnings.push_back(scale);
   for (const std::string& fault : wiring.faults)
     result.warnings.push_back(fault + "; corrected before calibrating, check the robot");
   if (start.chassis.gyro) start.chassis.gyro->time_offset_s = estimate.robot.chassis.gyro->time_offset_s;

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "trundle/calibration/run.hpp"
+
+namespace trundle {
+
+/// How many times as far the reference moves as the wheels say: the median over all stretches between knots,
+/// each counting as its length. Nothing where no reference has positions or no wheel rolls.
+std::optional<double> rough_scale(std::span<const Run> runs, const Robot& robot);
+
+/// All wheels' diameters, times the factor.
+void scale_wheels(double factor, Robot& robot);
+
+}  // namespace trundle

@@ -1,0 +1,41 @@
+// A robot file may be wrong by a gear or by the ticks of a revolution: the fit must not end in another
+// minimum.
+#include "trundle/calibration/rough_scale.hpp"
+
+#include <gmock/gmock.h>
+
+#include "trundle/calibration/calibrate.hpp"
+
+#include "calibration/simulated_runs.hpp"
+
+namespace trundle {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+class WheelsOfWrongSize : public testing::TestWithParam<double> {};
+
+TEST_P(WheelsOfWrongSize, AreFoundAllTheSameAndToldOf) {
+  const Robot right = test::nominal_differential();
+  const std::vector<Recording> runs =
+      test::recorded(right, test::true_differential(), test::differential_paths(), 1);
+  Robot wrong = right;
+  scale_wheels(GetParam(), wrong);
+
+  const CalibrationResult expected = calibrate(runs, {}, right, {});
+  const CalibrationResult found = calibrate(runs, {}, wrong, {});
+
+  ASSERT_EQ(found.parameters.size(), expected.parameters.size());
+  for (std::size_t j = 0; j < found.parameters.size(); ++j)
+    EXPECT_NEAR(found.parameters[j].value, expected.parameters[j].value,
+                0.2 * expected.parameters[j].sigma_within)
+        << found.parameters[j].name;
+  EXPECT_THAT(found.warnings, Contains(HasSubstr("ticks_per_revolution")));
+  EXPECT_THAT(expected.warnings, testing::Not(Contains(HasSubstr("ticks_per_revolution"))));
+}
+
+INSTANTIATE_TEST_SUITE_P(By, WheelsOfWrongSize, testing::Values(0.1, 0.5, 0.7, 1.4, 2.0, 40.0));
+
+}  // namespace
+}  // namespace trundle
