@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "trundle/pipeline/odometry_answer.hpp"
 
@@ -33,7 +35,22 @@ std::string line_of(const char* name, const Sigmas& sigmas) {
                      degrees(sigmas.heading_rad));
 }
 
-std::string text_of(const OdometryAnswer& answer) {
+/// Sizes that no calibration has measured: they take no part in what is said of the parameters.
+std::string taken_as_exact(const IntegratedOdometry& odometry, const Robot& robot) {
+  std::vector<std::string> names;
+  for (const Parameter& parameter : parameters_of(robot)) {
+    const bool is_size =
+        parameter.kind == ParameterKind::diameter || parameter.kind == ParameterKind::gyro_scale;
+    const std::string name = name_of(parameter, robot);
+    if (is_size && std::ranges::find(odometry.parameters, name) == odometry.parameters.end())
+      names.push_back(name);
+  }
+  return names.empty() ? ""
+                       : fmt::format("  taken as exact, for no calibration measured them: {}\n",
+                                     fmt::join(names, ", "));
+}
+
+std::string text_of(const OdometryAnswer& answer, const Robot& robot) {
   const IntegratedOdometry& odometry = answer.odometry;
   const auto& poses = odometry.trajectory.poses;
   const Pose2& end = poses.back().pose;
@@ -45,7 +62,8 @@ std::string text_of(const OdometryAnswer& answer) {
   text += line_of("noise of the readings", sigmas_of(odometry.white_covariances.back()));
   text += odometry.parameters.empty()
               ? "  the robot file has no calibration: how well its parameters are known is not in here\n"
-              : line_of("calibrated parameters", sigmas_of(odometry.end_parameter_covariance));
+              : line_of("calibrated parameters", sigmas_of(odometry.end_parameter_covariance)) +
+                    taken_as_exact(odometry, robot);
   text += odometry.degrees_of_freedom == 0
               ? "no reading beyond those the motion needs: slip cannot show\n"
               : fmt::format("readings beyond those the motion needs: {}\n", odometry.degrees_of_freedom);
@@ -68,7 +86,7 @@ void run(const Options& options) {
   const OdometryAnswer answer = answer_odometry(recording, robot, question);
   if (!options.output.empty())
     write_trajectory(options.output, answer.provenance, answer.odometry.trajectory);
-  print(options.common, document_of(answer), text_of(answer));
+  print(options.common, document_of(answer), text_of(answer, robot.robot));
 }
 
 }  // namespace

@@ -121,6 +121,16 @@ TEST_F(RunCommand, LocalizesOnTheMapThatItIsGiven) {
   EXPECT_EQ(run({"run", "seen", "--robot", "sighted.toml", "--map", "nowhere.csv", "-o", "d"}).exit_code, 3);
 }
 
+TEST_F(RunCommand, OdometrySaysWhichSizesNoCalibrationMeasured) {
+  ASSERT_EQ(run({"calibrate", "cw", "ccw", "--robot", "nominal.toml", "--fix", "left.diameter", "--fix",
+                 "right.diameter", "-o", "c.toml"})
+                .exit_code,
+            0);
+  const Outcome outcome = run({"odometry", "cw", "--robot", "c.toml", "-o", "t.csv"});
+  EXPECT_THAT(outcome.out, testing::HasSubstr("taken as exact"));
+  EXPECT_THAT(outcome.out, testing::HasSubstr("left.diameter, right.diameter"));
+}
+
 TEST_F(RunCommand, OutputsThatStagesNameAreThere) {
   ASSERT_EQ(run({"run", "ccw", "--robot", "nominal.toml", "-o", "d"}).exit_code, 0);
   const Json run_json = json("d/run.json");
