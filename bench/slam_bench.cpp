@@ -80,7 +80,8 @@ struct Contender {
 };
 
 Contender textbook(const bench::W1& work, std::size_t particles) {
-  const double before_MiB = (peak_memory_MiB(), peak_memory_MiB());
+  peak_memory_MiB();
+  const double before_MiB = peak_memory_MiB();
   const bench::TextbookFastSlam::Noise noise{work.sigma_m, work.sigma_rad, work.sensor.range_sigma_m,
                                              work.sensor.bearing_sigma_rad};
   auto filter = std::make_shared<bench::TextbookFastSlam>(particles, work.landmarks.size(), noise);
@@ -98,7 +99,8 @@ Contender textbook(const bench::W1& work, std::size_t particles) {
 }
 
 Contender ours(const bench::W1& work, SlamMethod method, const SlamOptions& base, const std::string& remark) {
-  const double before_MiB = (peak_memory_MiB(), peak_memory_MiB());
+  peak_memory_MiB();
+  const double before_MiB = peak_memory_MiB();
   SlamOptions options = base;
   options.method = method;
   options.keep_paths = false;

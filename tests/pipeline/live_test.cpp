@@ -13,6 +13,7 @@
 #include "trundle/pipeline/odometry_answer.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
 
+#include "kobuki.hpp"
 #include "real_data.hpp"
 #include "recording/folder.hpp"
 
@@ -242,16 +243,6 @@ TEST(Live, StampsMayStandWithinWhatTheyBelongTo) {
   EXPECT_EQ(line.yaw_rate_rad_s, 0.5);
 }
 
-RobotFile kobuki() {
-  Robot robot;
-  robot.name = "kobuki";
-  robot.wheel_names = {"left", "right"};
-  robot.chassis =
-      differential_drive({.diameter_m = 0.0704, .ticks_per_revolution = 2578.33, .tick_bits = 16}, 0.23);
-  robot.chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = 5e-4, .time_offset_s = -0.06, .bias_sigma_rad_s = 0.001};
-  return in_memory(robot);
-}
-
 TEST(Live, KobukiWithAndWithoutTapeOnAWheel) {
   TRUNDLE_NEEDS_REAL_DATA("kobuki_slip");
   for (const char* name : {"nonfaulty", "left_faulty", "right_faulty"}) {
@@ -265,7 +256,7 @@ TEST(Live, KobukiWithAndWithoutTapeOnAWheel) {
                     "time_unit = \"ns\"\ncolumns = {{ time_s = \"stamp_ns\", "
                     "yaw_rate_rad_s = \"gz_rads\" }}\n",
                     (test::real_data() / "kobuki_slip" / name).string()));
-    expect_live_is_offline(read_recording(folder.path()), kobuki());
+    expect_live_is_offline(read_recording(folder.path()), in_memory(test::kobuki()));
   }
 }
 

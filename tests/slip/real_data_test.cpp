@@ -7,24 +7,16 @@
 
 #include "trundle/slip/find_slip.hpp"
 
+#include "kobuki.hpp"
 #include "recording/folder.hpp"
 
 namespace trundle {
 namespace {
 
+using test::kobuki;
+
 constexpr double kProbability = 0.01;
 constexpr double kHalf_s = 37.5;  // of the recording without slip
-
-/// Gyro stamps are 60 ms late (cross-correlation of the turns over 0.5 s); its driver has taken the bias off.
-Robot kobuki() {
-  Robot robot;
-  robot.name = "kobuki";
-  robot.wheel_names = {"left", "right"};
-  robot.chassis =
-      differential_drive({.diameter_m = 0.0704, .ticks_per_revolution = 2578.33, .tick_bits = 16}, 0.23);
-  robot.chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = 5e-4, .time_offset_s = -0.06, .bias_sigma_rad_s = 0.001};
-  return robot;
-}
 
 Recording recording_of(const std::string& name, const std::string& cut = "") {
   const test::Folder folder;

@@ -110,11 +110,11 @@ void warn_if_worse(const ErrorBeforeAfter& error, CalibrationResult& result) {
 
 void add_errors(CalibrationResult& result) {
   auto& errors = result.calibrated.calibration->errors;
-  for (const bool hold_out : {false, true})
-    for (ErrorBeforeAfter& error : errors_of(result.runs, hold_out)) {
-      if (error.what.find("rms") != std::string::npos) warn_if_worse(error, result);
-      errors.push_back(std::move(error));
-    }
+  for (const bool hold_out : {false, true}) {
+    const std::vector<ErrorBeforeAfter> of_set = errors_of(result.runs, hold_out);  // rms, worst
+    if (!of_set.empty()) warn_if_worse(of_set.front(), result);
+    errors.insert(errors.end(), of_set.begin(), of_set.end());
+  }
   if (const auto e_max = maximum_error_of(result.runs)) {
     result.e_max_before_m = e_max->before_m;
     result.e_max_after_m = e_max->after_m;

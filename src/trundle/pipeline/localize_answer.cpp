@@ -78,13 +78,14 @@ MapFile read_map_file(const std::filesystem::path& path) {
 }
 
 LocalizeAnswer answer_localize(const Recording& recording, const RobotFile& robot, const MapFile& map,
-                               const LocalizeQuestion& question) {
+                               const LocalizeQuestion& question, const SlipAnswer* slip_found) {
   LocalizeAnswer answer;
   answer.provenance = provenance_of(recording, robot, map, question);
   SlamInputOptions input_options{.hide_ids = question.unknown_ids};
   for (const MapLandmark& landmark : map.landmarks) input_options.names.push_back(landmark.name);
-  answer.input = slam_input(recording, readings_of(recording, robot, question.slip, answer.provenance),
-                            robot.robot, input_options);
+  answer.input = slam_input(
+      recording, corrected_readings(recording, robot, question.slip, slip_found, answer.provenance),
+      robot.robot, input_options);
   auto& problems = answer.input.problems;
   problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
   answer.landmarks = map.landmarks.size();

@@ -43,9 +43,10 @@ struct LocalizeAnswer {
   Localization result;
 };
 
+/// `slip_found`: the answer to question.slip, where it is there already.
 /// Throws as slam_input and localize, and CannotAnswer where the pose never becomes known.
 LocalizeAnswer answer_localize(const Recording& recording, const RobotFile& robot, const MapFile& map,
-                               const LocalizeQuestion& question);
+                               const LocalizeQuestion& question, const SlipAnswer* slip_found = nullptr);
 
 /// What `trundle localize --json` prints.
 nlohmann::ordered_json document_of(const LocalizeAnswer& answer);

@@ -130,11 +130,13 @@ std::string settings_of(const RobotFile& robot, SlamQuestion question) {
 
 }  // namespace
 
-SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const SlamQuestion& question) {
+SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const SlamQuestion& question,
+                       const SlipAnswer* slip_found) {
   SlamAnswer answer;
   answer.provenance = provenance_of(recording, robot, question);
-  answer.input = slam_input(recording, readings_of(recording, robot, question.slip, answer.provenance),
-                            robot.robot, {.hide_ids = question.unknown_ids});
+  answer.input = slam_input(
+      recording, corrected_readings(recording, robot, question.slip, slip_found, answer.provenance),
+      robot.robot, {.hide_ids = question.unknown_ids});
   auto& problems = answer.input.problems;
   problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
   if (answer.input.observations() == 0)

@@ -47,9 +47,11 @@ struct SlamAnswer {
   const PoseEstimate& last() const { return smoothed ? smoothed->last : result.last; }
 };
 
+/// `slip_found`: the answer to question.slip, where it is there already.
 /// Throws as slam_input and slam, CannotAnswer where nothing is seen while the odometry runs, and InputError
 /// where the checkpoint is none, or of another recording, robot file or other options.
-SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const SlamQuestion& question);
+SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const SlamQuestion& question,
+                       const SlipAnswer* slip_found = nullptr);
 
 /// What `trundle slam --json` prints.
 nlohmann::ordered_json document_of(const SlamAnswer& answer);

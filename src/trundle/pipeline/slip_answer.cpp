@@ -167,10 +167,11 @@ SlipAnswer answer_slip(const Recording& recording, const RobotFile& robot, const
   return answer;
 }
 
-AlignedReadings readings_of(const Recording& recording, const RobotFile& robot,
-                            const std::optional<SlipQuestion>& slip, Provenance& provenance) {
+AlignedReadings corrected_readings(const Recording& recording, const RobotFile& robot,
+                                   const std::optional<SlipQuestion>& slip, const SlipAnswer* found,
+                                   Provenance& provenance) {
   if (!slip) return align(recording, robot.robot);
-  const SlipAnswer answer = answer_slip(recording, robot, *slip);
+  const SlipAnswer answer = found ? *found : answer_slip(recording, robot, *slip);
   add_inputs(answer.provenance.inputs, provenance);
   return answer.report.corrected;
 }

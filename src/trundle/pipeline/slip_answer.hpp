@@ -40,10 +40,12 @@ struct SlipAnswer {
 /// Throws as find_slip, and as learn_residuals or learn_band.
 SlipAnswer answer_slip(const Recording& recording, const RobotFile& robot, const SlipQuestion& question);
 
-/// The recording's readings for those who go on from them: corrected for slip where that is asked. What was
-/// learned from is added to the provenance's inputs.
-AlignedReadings readings_of(const Recording& recording, const RobotFile& robot,
-                            const std::optional<SlipQuestion>& slip, Provenance& provenance);
+/// The recording's readings for those who go on from them: corrected for slip where that is asked, by the
+/// answer `found` to that question where there is one already. What was learned from is added to the
+/// provenance's inputs.
+AlignedReadings corrected_readings(const Recording& recording, const RobotFile& robot,
+                                   const std::optional<SlipQuestion>& slip, const SlipAnswer* found,
+                                   Provenance& provenance);
 /// The options of such a correction.
 void add_options_of(const std::optional<SlipQuestion>& slip, Provenance& provenance);
 

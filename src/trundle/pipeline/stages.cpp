@@ -77,10 +77,17 @@ std::string sentence_of(const SlipReport& report) {
                      plural(report.events.size(), "slip"), excess_m);
 }
 
+SlipQuestion slip_question(const Work& work) {
+  return {.learn = work.question.learn, .robot_number = work.question.robot_number};
+}
+
 /// Who goes on from the odometry takes the corrected one, where slip could be looked for.
-std::optional<SlipQuestion> slip_correction_of(const Work& work) {
-  if (!work.slip_judged) return std::nullopt;
-  return SlipQuestion{.learn = work.question.learn, .robot_number = work.question.robot_number};
+std::optional<SlipQuestion> slip_correction(const Work& work) {
+  return work.slip ? std::optional(slip_question(work)) : std::nullopt;
+}
+
+const SlipAnswer* slip_found(const Work& work) {
+  return work.slip ? &*work.slip : nullptr;
 }
 
 bool any_without_name(const std::vector<Sighting>& sightings) {
@@ -198,14 +205,11 @@ Told find_slips(Work& work) {
   const auto& wheels = work.used.robot.chassis;
   if (observability(rows_of(wheels, !work.recording().gyro.time_s.empty())).degrees_of_freedom == 0)
     throw NotApplicable{"the robot has no reading beyond those the motion needs: slip cannot show"};
-  const SlipAnswer slip =
-      answer_slip(work.recording(), work.used,
-                  {.learn = work.question.learn, .robot_number = work.question.robot_number});
+  const SlipAnswer& slip = work.slip.emplace(answer_slip(work.recording(), work.used, slip_question(work)));
   Told told{sentence_of(slip.report),
             {{work.in_folder("slip.csv"), slip_csv_of(slip, work.used.robot)},
              {work.in_folder("slip.json"), printed(document_of(slip, work.used.robot))},
              {work.in_folder("trajectory.csv"), head_of(slip.provenance) + to_csv(slip.corrected)}}};
-  work.slip_judged = true;
   work.answer.trajectories.push_back({"corrected", "trajectory.csv", "odometry with the slips corrected"});
   return told;
 }
@@ -216,9 +220,9 @@ Told localize_on_map(Work& work) {
   const Recording& recording = work.recording();
   const LocalizeQuestion question{.seed = work.question.slam.seed,
                                   .unknown_ids = any_without_name(recording.sightings),
-                                  .slip = slip_correction_of(work),
+                                  .slip = slip_correction(work),
                                   .robot_number = work.question.robot_number};
-  const LocalizeAnswer answer = answer_localize(recording, work.used, map, question);
+  const LocalizeAnswer answer = answer_localize(recording, work.used, map, question, slip_found(work));
   work.answer.trajectories.push_back(
       {"localization", "localization.csv", "on the known map, where the pose is known"});
   return {
@@ -234,8 +238,8 @@ Told map_landmarks(Work& work) {
   question.on_steps = work.on_steps;
   question.unknown_ids = question.unknown_ids || any_without_name(work.recording().sightings);
   if (question.unknown_ids) question.method = SlamMethod::ekf;
-  question.slip = slip_correction_of(work);
-  const SlamAnswer slam = answer_slam(work.recording(), work.used, question);
+  question.slip = slip_correction(work);
+  const SlamAnswer slam = answer_slam(work.recording(), work.used, question, slip_found(work));
   std::vector<OutputFile> files = files_of(slam, work.in_folder("slam"));
   work.answer.trajectories.push_back(
       {"slam", "slam/trajectory.csv", "with landmarks, from what was seen up to then"});

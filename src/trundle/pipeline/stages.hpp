@@ -1,11 +1,13 @@
 #pragma once
 
 #include <exception>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/run.hpp"
+#include "trundle/pipeline/slip_answer.hpp"
 
 namespace trundle {
 
@@ -17,9 +19,9 @@ struct Work {
   std::vector<Recording> recordings;  ///< what is asked about: one, or those of a session
   std::vector<Recording> training;    ///< where others are to be learned from
   RunAnswer answer;
-  std::exception_ptr no_odometry;  ///< why there is none
-  bool slip_judged = false;        ///< the odometry was corrected for slip, if there was any
-  OnSteps on_steps;                ///< of the stage that runs
+  std::exception_ptr no_odometry;       ///< why there is none
+  std::optional<SlipAnswer> slip = {};  ///< where slip could be looked for
+  OnSteps on_steps;                     ///< of the stage that runs
 
   const Recording& recording() const { return recordings.front(); }
   std::filesystem::path in_folder(const std::string& name) const { return question.output / name; }
