@@ -7,7 +7,7 @@
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
 
-#include "trundle/slam/smoother.hpp"
+#include "trundle/slam/smoother/smoother.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 #include "w1.hpp"

@@ -1,10 +1,10 @@
-#include "trundle/calibration/umbmark.hpp"
+#include "trundle/calibration/squares/umbmark.hpp"
 
 #include <memory>
 
 #include <fmt/format.h>
 
-#include "trundle/calibration/square_runs.hpp"
+#include "trundle/calibration/squares/square_runs.hpp"
 
 #include "calibration_output.hpp"
 #include "command.hpp"

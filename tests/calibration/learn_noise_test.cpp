@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "trundle/calibration/detail/noise_pieces.hpp"
+#include "trundle/calibration/noise_pieces.hpp"
 #include "trundle/io/error.hpp"
 
 #include "calibration/simulated_runs.hpp"

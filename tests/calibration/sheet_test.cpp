@@ -1,4 +1,4 @@
-#include "trundle/calibration/sheet.hpp"
+#include "trundle/calibration/squares/sheet.hpp"
 
 #include <cmath>
 #include <string>

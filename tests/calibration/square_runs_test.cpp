@@ -1,4 +1,4 @@
-#include "trundle/calibration/square_runs.hpp"
+#include "trundle/calibration/squares/square_runs.hpp"
 
 #include <cmath>
 #include <filesystem>

@@ -1,4 +1,4 @@
-#include "trundle/calibration/square.hpp"
+#include "trundle/calibration/squares/square.hpp"
 
 #include <cmath>
 

@@ -7,7 +7,7 @@
 
 #include <gmock/gmock.h>
 
-#include "trundle/calibration/umbmark.hpp"
+#include "trundle/calibration/squares/umbmark.hpp"
 #include "trundle/simulation/sheet.hpp"
 
 namespace trundle {

@@ -1,4 +1,4 @@
-#include "trundle/calibration/umbmark.hpp"
+#include "trundle/calibration/squares/umbmark.hpp"
 
 #include <algorithm>
 #include <cmath>

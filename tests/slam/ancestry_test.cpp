@@ -1,4 +1,4 @@
-#include "trundle/slam/ancestry.hpp"
+#include "trundle/slam/particles/ancestry.hpp"
 
 #include <algorithm>
 
@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "trundle/simulation/random.hpp"
-#include "trundle/slam/particle_paths.hpp"
+#include "trundle/slam/particles/particle_paths.hpp"
 
 namespace trundle {
 namespace {

@@ -1,4 +1,4 @@
-#include "trundle/slam/assignment.hpp"
+#include "trundle/slam/association/assignment.hpp"
 
 #include <algorithm>
 #include <numeric>

@@ -1,4 +1,4 @@
-#include "trundle/slam/block_cholesky.hpp"
+#include "trundle/slam/smoother/block_cholesky.hpp"
 
 #include <set>
 

@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "trundle/slam/particle_slam.hpp"
+#include "trundle/slam/particles/particle_slam.hpp"
 #include "trundle/slam/steps.hpp"
 
 namespace trundle::test {

@@ -1,4 +1,4 @@
-#include "trundle/slam/ekf.hpp"
+#include "trundle/slam/kalman/ekf.hpp"
 
 #include <limits>
 

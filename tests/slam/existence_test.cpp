@@ -1,4 +1,4 @@
-#include "trundle/slam/existence.hpp"
+#include "trundle/slam/association/existence.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "trundle/slam/localizer.hpp"
+#include "trundle/slam/localization/localizer.hpp"
 
 namespace trundle::test {
 

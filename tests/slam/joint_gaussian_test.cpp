@@ -1,8 +1,8 @@
-#include "trundle/slam/joint_gaussian.hpp"
+#include "trundle/slam/kalman/joint_gaussian.hpp"
 
 #include <gtest/gtest.h>
 
-#include "trundle/slam/ekf.hpp"
+#include "trundle/slam/kalman/ekf.hpp"
 
 #include "slam/dense_ekf.hpp"
 #include "slam/world.hpp"

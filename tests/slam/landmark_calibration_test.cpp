@@ -1,4 +1,4 @@
-#include "trundle/slam/landmark_calibration.hpp"
+#include "trundle/slam/smoother/landmark_calibration.hpp"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "trundle/slam/landmark_grid.hpp"
+#include "trundle/slam/association/landmark_grid.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "trundle/slam/localizer.hpp"
+#include "trundle/slam/localization/localizer.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
-#include "trundle/slam/particle_kernels.hpp"
+#include "trundle/slam/particles/particle_kernels.hpp"
 
 #include <cmath>
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
-#include "trundle/slam/landmark_kernels.hpp"
-#include "trundle/slam/lane_targets.hpp"
-#include "trundle/slam/particle_slam.hpp"
+#include "trundle/slam/particles/landmark_kernels.hpp"
+#include "trundle/slam/particles/lane_targets.hpp"
+#include "trundle/slam/particles/particle_slam.hpp"
 
 #include "slam/world.hpp"
 

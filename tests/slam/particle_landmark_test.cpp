@@ -1,10 +1,10 @@
-#include "trundle/slam/particle_landmark.hpp"
+#include "trundle/slam/particles/particle_landmark.hpp"
 
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
 #include "trundle/simulation/random.hpp"
-#include "trundle/slam/pose_target.hpp"
+#include "trundle/slam/particles/pose_target.hpp"
 
 namespace trundle {
 namespace {

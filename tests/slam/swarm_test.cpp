@@ -1,4 +1,4 @@
-#include "trundle/slam/swarm.hpp"
+#include "trundle/slam/particles/swarm.hpp"
 
 #include <gtest/gtest.h>
 

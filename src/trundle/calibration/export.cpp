@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "trundle/calibration/square.hpp"
+#include "trundle/calibration/squares/square.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/io/error.hpp"
 

@@ -7,7 +7,7 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
-#include "trundle/calibration/detail/noise_pieces.hpp"
+#include "trundle/calibration/noise_pieces.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/statistics/distribution.hpp"
 

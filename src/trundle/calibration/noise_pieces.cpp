@@ -1,4 +1,4 @@
-#include "trundle/calibration/detail/noise_pieces.hpp"
+#include "trundle/calibration/noise_pieces.hpp"
 
 #include <algorithm>
 #include <cmath>

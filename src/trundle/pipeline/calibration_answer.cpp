@@ -6,7 +6,7 @@
 #include "trundle/calibration/export.hpp"
 #include "trundle/report/calibration_json.hpp"
 #include "trundle/report/json_text.hpp"
-#include "trundle/slam/landmark_calibration.hpp"
+#include "trundle/slam/smoother/landmark_calibration.hpp"
 
 namespace trundle {
 namespace {

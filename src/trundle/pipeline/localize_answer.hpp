@@ -10,7 +10,7 @@
 #include "trundle/pipeline/provenance.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
 #include "trundle/recording/landmark_file.hpp"
-#include "trundle/slam/localizer.hpp"
+#include "trundle/slam/localization/localizer.hpp"
 
 namespace trundle {
 

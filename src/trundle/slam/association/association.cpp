@@ -1,0 +1,64 @@
+#include "trundle/slam/association/association.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "trundle/slam/association/assignment.hpp"
+
+namespace trundle {
+namespace {
+
+using Index = Eigen::Index;
+
+// More than any sum of costs that matter; small enough to keep their digits.
+constexpr double kForbidden = 1e7;
+
+/// Columns of the landmarks that somebody may have seen.
+std::map<LandmarkId, Index> columns_of(const std::vector<std::vector<Fit>>& fits, double gate) {
+  std::map<LandmarkId, Index> columns;
+  for (const auto& of_one : fits)
+    for (const Fit& fit : of_one)
+      if (fit.nis <= gate) columns.try_emplace(fit.landmark, static_cast<Index>(columns.size()));
+  return columns;
+}
+
+/// Within the gate of a landmark that another observation shows is no doubt: both are there.
+bool is_doubtful(const std::vector<Fit>& fits, const AssociationOptions& options) {
+  return std::ranges::any_of(fits, [&](const Fit& fit) {
+    return fit.nis > options.gate && fit.nis <= options.doubt * options.gate;
+  });
+}
+
+}  // namespace
+
+double cost_of_new(const AssociationOptions& options) {
+  return 2.0 * std::log(2.0 * kPi * options.max_range_m / options.new_share);
+}
+
+// Eq. 21: a column for each landmark, and one for each observation that stands for 'none of them'.
+std::vector<Associated> associate(const std::vector<std::vector<Fit>>& fits,
+                                  const AssociationOptions& options) {
+  const std::map<LandmarkId, Index> columns = columns_of(fits, options.gate);
+  const auto rows = static_cast<Index>(fits.size());
+  const auto landmarks = static_cast<Index>(columns.size());
+  Eigen::MatrixXd cost = Eigen::MatrixXd::Constant(rows, landmarks + rows, kForbidden);
+  const double none = cost_of_new(options);
+  std::vector<LandmarkId> landmark_of(columns.size());
+  for (const auto& [landmark, column] : columns) landmark_of[static_cast<std::size_t>(column)] = landmark;
+  for (Index row = 0; row < rows; ++row) {
+    cost(row, landmarks + row) = none;
+    for (const Fit& fit : fits[static_cast<std::size_t>(row)])
+      if (fit.nis <= options.gate) cost(row, columns.at(fit.landmark)) = fit.minus_two_log_p;
+  }
+  const std::vector<Index> chosen = cheapest_assignment(cost);
+  std::vector<Associated> result(fits.size());
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    if (chosen[i] < landmarks)
+      result[i] = {Association::matched, landmark_of[static_cast<std::size_t>(chosen[i])]};
+    else if (!is_doubtful(fits[i], options))
+      result[i].kind = Association::fresh;
+  }
+  return result;
+}
+
+}  // namespace trundle

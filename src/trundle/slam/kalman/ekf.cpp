@@ -1,0 +1,298 @@
+#include "trundle/slam/kalman/ekf.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+namespace trundle {
+namespace {
+
+constexpr std::size_t kMostTogether = 64;   // sightings whose joint gate is computed beforehand
+constexpr std::size_t kMostCandidates = 8;  // landmarks that one observation may show
+constexpr double kCellShare = 0.25;         // of the sensor's range: cells of the grid
+constexpr double kOffGridShare = 0.05;      // of the sensor's range: then all landmarks are put there again
+
+Matrix3 world_from_body_axes(const Pose2& pose) {
+  Matrix3 R = Matrix3::Identity();
+  R.topLeftCorner<2, 2>() = rotation(pose.heading);
+  return R;
+}
+
+}  // namespace
+
+EkfSlam::EkfSlam(const LandmarkSensor& sensor, const EkfSlamOptions& options)
+    : sensor_(sensor),
+      R_(reading_covariance(sensor)),
+      options_(options),
+      joint_limits_(joint_limits(options.unknown.gate, kMostTogether)),
+      state_(options.prior),
+      grid_(kCellShare * sensor.max_range_m),
+      visibility_(sensor.max_range_m) {}
+
+const StepReport& EkfSlam::step(const Motion& motion, std::span<const Observation> observations) {
+  predict(motion);
+  report_.observations.assign(observations.size(), {});
+  observations_.assign(observations.begin(), observations.end());
+  recognise();
+  open_.clear();
+  for (std::size_t i = 0; i < observations_.size(); ++i)
+    if (is_valid(observations_[i]) && observations_[i].landmark >= 0) open_.push_back(i);
+  // What creates a landmark and is followed by another sighting of the same one takes a second round.
+  while (!open_.empty()) {
+    match_open();
+    update_matched();
+    std::erase_if(open_, [&](std::size_t i) {
+      if (find(observations_[i].landmark) >= 0) return false;
+      add_landmark(i);
+      return true;
+    });
+  }
+  if (!nameless_.empty()) look_around();
+  return report_;
+}
+
+/// Eq. 5.
+void EkfSlam::predict(const Motion& motion) {
+  const Pose2 before = state_.pose();
+  const Systematic s = state_.body().systematic;
+  const Pose2 after = before * motion.mean * exp(Twist2::from(motion.by_systematic * s));
+  const Matrix3 R = world_from_body_axes(after);
+  JointGaussian::Prediction prediction{after, Matrix3::Identity(), R * motion.by_systematic,
+                                       R * motion.covariance * R.transpose()};
+  prediction.F(0, 2) = -(after.y - before.y);
+  prediction.F(1, 2) = after.x - before.x;
+  state_.predict(prediction);
+}
+
+/// Names for those that have none: of a landmark in the map, or the next free one. What is neither keeps none
+/// and is rejected. Eq. 21, 22.
+void EkfSlam::recognise() {
+  nameless_.clear();
+  for (std::size_t i = 0; i < observations_.size(); ++i)
+    if (observations_[i].landmark < 0 && is_valid(observations_[i])) nameless_.push_back(i);
+  if (nameless_.empty()) return;
+  find_candidates();
+  pair_up();
+  const double least = std::log(R_.determinant()) + 2.0 * std::log(2.0 * kPi);
+  const double none = 2.0 * std::log(2.0 * kPi * sensor_.max_range_m);
+  decide(
+      most_probable_explanations(readings_, {.none = none, .least = least, .limit = joint_limits_}).front());
+}
+
+/// Landmarks near where each observation points, made active.
+void EkfSlam::find_candidates() {
+  if (off_grid_m_ > kOffGridShare * sensor_.max_range_m) locate_again();
+  candidates_.resize(nameless_.size());
+  seen_.clear();
+  const Matrix3 of_pose = state_.body().covariance;
+  for (std::size_t k = 0; k < nameless_.size(); ++k) {
+    const SightedLandmark sighted =
+        sighted_landmark(state_.pose(), sensor_.body_from_sensor, observations_[nameless_[k]]);
+    const Matrix2 spread = sighted.by_pose * of_pose * sighted.by_pose.transpose() +
+                           sighted.by_reading * R_ * sighted.by_reading.transpose();
+    const double sigma = std::sqrt(spread.trace());
+    const double radius =
+        std::sqrt(options_.unknown.near * options_.unknown.gate) * 2.0 * sigma + 2.0 * off_grid_m_;
+    grid_.near(sighted.in_world, radius, kMostCandidates, candidates_[k]);
+    seen_.insert(seen_.end(), candidates_[k].begin(), candidates_[k].end());
+  }
+  std::ranges::sort(seen_);
+  seen_.erase(std::unique(seen_.begin(), seen_.end()), seen_.end());
+  state_.activate(seen_);
+}
+
+/// The pairings that pass the gate alone, and the covariance of all their innovations together.
+void EkfSlam::pair_up() {
+  readings_.observations = nameless_.size();
+  readings_.pairings.clear();
+  H_.clear();
+  matches_.clear();
+  is_near_.assign(nameless_.size(), false);
+  for (std::size_t k = 0; k < nameless_.size(); ++k)
+    for (const std::size_t landmark : candidates_[k])
+      if (!pair(k, landmark)) is_near_[k] = true;
+  covary();
+  const auto rows = 2 * static_cast<Index>(matches_.size());
+  readings_.S = S_.topLeftCorner(rows, rows);
+  readings_.innovation.resize(rows);
+  for (std::size_t p = 0; p < matches_.size(); ++p)
+    readings_.innovation.segment<2>(2 * static_cast<Index>(p)) = matches_[p].innovation;
+}
+
+/// False where the observation is near the landmark and yet not within its gate. One within the gate of a
+/// landmark that another observation shows is a new one: both are there.
+bool EkfSlam::pair(std::size_t nameless, std::size_t landmark) {
+  const std::size_t i = nameless_[nameless];
+  const Index at = state_.index_of(landmark);
+  const ExpectedReading expected =
+      expected_reading(state_.pose(), sensor_.body_from_sensor, state_.active(at));
+  const JointGaussian::Rows rows{at, expected.by_pose, expected.by_landmark};
+  const Vector2 innovation = innovation_of(observations_[i], expected);
+  const Matrix2 S = state_.projected_covariance(rows) + R_;
+  const double nis = innovation.dot(S.inverse() * innovation);
+  if (nis > options_.unknown.gate) return nis > options_.unknown.near * options_.unknown.gate;
+  readings_.pairings.push_back({nameless, landmark});
+  matches_.push_back({i, landmark, innovation});
+  H_.push_back(rows);
+  return true;
+}
+
+void EkfSlam::decide(const JointExplanation& explanation) {
+  auto next = static_cast<LandmarkId>(index_of_.size());
+  for (std::size_t k = 0; k < nameless_.size(); ++k) {
+    const std::size_t i = nameless_[k];
+    const int pairing = explanation.pairing[k];
+    if (pairing < 0 && is_near_[k])
+      report_.observations[i].decision = Decision::rejected;
+    else if (pairing >= 0)
+      observations_[i].landmark = entries_[readings_.pairings[static_cast<std::size_t>(pairing)].landmark].id;
+    else
+      observations_[i].landmark = next++;
+  }
+}
+
+/// Landmarks without names that ought to be seen become less likely where they are not.
+void EkfSlam::look_around() {
+  const bool has_matched = std::ranges::any_of(
+      report_.observations, [](const ObservationReport& o) { return o.decision == Decision::matched; });
+  const Pose2 pose = state_.pose();
+  std::vector<bool> is_seen(entries_.size(), false);
+  for (const std::size_t i : nameless_) {
+    const LandmarkId id = observations_[i].landmark;
+    if (id < 0 || report_.observations[i].decision == Decision::rejected) continue;
+    is_seen[static_cast<std::size_t>(find(id))] = true;
+    visibility_.saw(observations_[i].range_m, observations_[i].bearing_rad);
+  }
+  if (!has_matched) return;
+  std::vector<std::size_t> around;
+  const Pose2 sensor = pose * sensor_.body_from_sensor;
+  grid_.near(sensor.translation(), visibility_.reach_m(), entries_.size(), around);
+  std::vector<std::size_t> gone;
+  for (const std::size_t landmark : around) {
+    const ExpectedReading expected = expected_reading(pose, sensor_.body_from_sensor, grid_.place(landmark));
+    Existence& existence = entries_[landmark].existence;
+    if (!visibility_.covers(expected.range_m, expected.bearing_rad) ||
+        !existence.is_another_look(pose.translation(), expected.range_m))
+      continue;
+    if (!existence.look(pose.translation(), is_seen[landmark], visibility_)) gone.push_back(landmark);
+  }
+  std::ranges::sort(gone, std::greater<>());
+  for (const std::size_t landmark : gone) remove(landmark);
+}
+
+/// The last landmark takes its number.
+void EkfSlam::remove(std::size_t landmark) {
+  state_.remove(landmark);
+  index_of_[static_cast<std::size_t>(entries_[landmark].id)] = -1;
+  entries_[landmark] = entries_.back();
+  entries_.pop_back();
+  if (landmark < entries_.size())
+    index_of_[static_cast<std::size_t>(entries_[landmark].id)] = static_cast<std::int64_t>(landmark);
+  locate_again();
+}
+
+void EkfSlam::locate_again() {
+  grid_.clear();
+  for (std::size_t i = 0; i < entries_.size(); ++i)
+    if (!entries_[i].has_name) grid_.put(i, state_.landmark(i));
+  off_grid_m_ = 0.0;
+}
+
+/// Those of `open_` whose landmark is in the map become matches.
+void EkfSlam::match_open() {
+  matches_.clear();
+  seen_.clear();
+  std::erase_if(open_, [&](std::size_t i) {
+    const std::int64_t landmark = find(observations_[i].landmark);
+    if (landmark < 0) return false;
+    seen_.push_back(static_cast<std::size_t>(landmark));
+    matches_.push_back({i, seen_.back(), Vector2::Zero()});
+    return true;
+  });
+  state_.activate(seen_);
+  H_.clear();
+  for (Match& match : matches_) {
+    const Index at = state_.index_of(match.landmark);
+    const ExpectedReading expected =
+        expected_reading(state_.pose(), sensor_.body_from_sensor, state_.active(at));
+    match.innovation = innovation_of(observations_[match.observation], expected);
+    H_.push_back({at, expected.by_pose, expected.by_landmark});
+  }
+}
+
+/// Eq. 6: reports every match, and leaves those that pass the gate.
+void EkfSlam::keep_gated() {
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < matches_.size(); ++k) {
+    const Match& match = matches_[k];
+    const auto row = 2 * static_cast<Index>(k);
+    const double nis = match.innovation.dot(Matrix2(S_.block<2, 2>(row, row)).llt().solve(match.innovation));
+    const bool passes = nis <= options_.gate;
+    report_.observations[match.observation] = {passes ? Decision::matched : Decision::rejected,
+                                               passes ? number_of(match.landmark) : kUnknownLandmark,
+                                               match.innovation, nis};
+    if (!passes) continue;
+    ++entries_[match.landmark].sightings;
+    matches_[kept] = match;
+    H_[kept++] = H_[k];
+  }
+  if (kept == matches_.size()) return;
+  matches_.resize(kept);
+  H_.resize(kept);
+  covary();
+}
+
+void EkfSlam::covary() {
+  state_.cross_covariance(H_, PHt_);
+  state_.projected_covariance(H_, PHt_, S_);
+  for (Index row = 0; row < 2 * static_cast<Index>(H_.size()); row += 2) S_.block<2, 2>(row, row) += R_;
+}
+
+void EkfSlam::update_matched() {
+  if (matches_.empty()) return;
+  covary();
+  keep_gated();
+  if (matches_.empty()) return;
+  const auto size = 2 * static_cast<Index>(matches_.size());
+  if (innovation_.size() < size) innovation_.resize(2 * size);
+  for (std::size_t k = 0; k < matches_.size(); ++k)
+    innovation_.segment<2>(2 * static_cast<Index>(k)) = matches_[k].innovation;
+  state_.update(H_, PHt_, S_, innovation_);
+  for (const Match& match : matches_)
+    if (grid_.contains(match.landmark)) {
+      const Vector2 place = state_.landmark(match.landmark);
+      off_grid_m_ = std::max(off_grid_m_, (place - grid_.place(match.landmark)).norm());
+    }
+}
+
+void EkfSlam::add_landmark(std::size_t i) {
+  const SightedLandmark sighted = sighted_landmark(state_.pose(), sensor_.body_from_sensor, observations_[i]);
+  state_.append(sighted.in_world, sighted.by_pose, sighted.by_reading * R_ * sighted.by_reading.transpose());
+  const auto id = static_cast<std::size_t>(observations_[i].landmark);
+  if (index_of_.size() <= id) index_of_.resize(id + 1, -1);
+  index_of_[id] = static_cast<std::int64_t>(entries_.size());
+  const bool has_name = std::ranges::find(nameless_, i) == nameless_.end();
+  if (!has_name) grid_.put(entries_.size(), sighted.in_world);
+  entries_.push_back({observations_[i].landmark, 1, has_name, {0.0, state_.pose().translation()}});
+  report_.observations[i].decision = Decision::created;
+  report_.observations[i].landmark = number_of(entries_.size() - 1);
+}
+
+/// What a report calls it: landmarks without names may get another place in the map, but keep their id.
+LandmarkId EkfSlam::number_of(std::size_t landmark) const {
+  return entries_[landmark].has_name ? static_cast<LandmarkId>(landmark) : entries_[landmark].id;
+}
+
+std::int64_t EkfSlam::find(LandmarkId id) const {
+  const auto i = static_cast<std::size_t>(id);
+  return i < index_of_.size() ? index_of_[i] : -1;
+}
+
+MappedLandmark EkfSlam::landmark(std::size_t index) const {
+  return {entries_[index].id, state_.landmark(index), state_.landmark_covariance(index),
+          entries_[index].sightings};
+}
+
+}  // namespace trundle

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "trundle/slam/association/association.hpp"
+#include "trundle/slam/association/existence.hpp"
+#include "trundle/slam/association/landmark_grid.hpp"
+#include "trundle/slam/kalman/joint_compatibility.hpp"
+#include "trundle/slam/kalman/joint_gaussian.hpp"
+
+namespace trundle {
+
+struct EkfSlamOptions {
+  SlamPrior prior = {};
+  double gate = kDefaultGate;  ///< a sighting whose squared innovation is above is rejected
+  UnknownIdOptions unknown = {};
+};
+
+/// Pose, systematic errors of the odometry and landmarks as one Gaussian: JointGaussian, with all sightings
+/// of a step in one update. Equations: docs/slam.md.
+class EkfSlam {
+ public:
+  EkfSlam(const LandmarkSensor& sensor, const EkfSlamOptions& options);
+
+  const StepReport& step(const Motion& motion, std::span<const Observation> observations);
+
+  PoseEstimate estimate() const { return state_.body(); }
+  std::size_t landmarks() const { return entries_.size(); }
+  MappedLandmark landmark(std::size_t index) const;
+  /// Whether the map that is given out has it.
+  bool has_landmark(std::size_t) const { return true; }
+  /// The whole joint covariance, in the order x, y, heading, s, x_1, y_1, ...
+  Eigen::MatrixXd covariance() const { return state_.covariance(); }
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.state_, self.entries_, self.index_of_, self.grid_, self.off_grid_m_, self.visibility_,
+            self.report_);
+  }
+
+ private:
+  using Index = Eigen::Index;
+  /// An observation of a landmark that the map has.
+  struct Match {
+    std::size_t observation;
+    std::size_t landmark;
+    Vector2 innovation;
+  };
+
+  /// A landmark.
+  struct Entry {
+    LandmarkId id;
+    std::size_t sightings;
+    bool has_name;  ///< given by the caller: it exists
+    Existence existence;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.id, self.sightings, self.has_name, self.existence);
+    }
+  };
+
+  void predict(const Motion& motion);
+  void recognise();
+  void find_candidates();
+  void pair_up();
+  bool pair(std::size_t nameless, std::size_t landmark);
+  void decide(const JointExplanation& explanation);
+  void match_open();
+  void covary();
+  void keep_gated();
+  void update_matched();
+  void add_landmark(std::size_t observation);
+  void look_around();
+  void remove(std::size_t landmark);
+  void locate_again();
+  std::int64_t find(LandmarkId id) const;
+  LandmarkId number_of(std::size_t landmark) const;
+
+  LandmarkSensor sensor_;
+  Matrix2 R_;
+  EkfSlamOptions options_;
+  std::vector<double> joint_limits_;
+  JointGaussian state_;
+  std::vector<Entry> entries_;
+  std::vector<std::int64_t> index_of_;  ///< by id; −1: not in the map
+  LandmarkGrid grid_;                   ///< of landmarks without names
+  double off_grid_m_ = 0.0;             ///< so far have landmarks moved since all were put there
+  Visibility visibility_;
+  StepReport report_;
+  // Of one step; kept so that steps with names allocate nothing.
+  std::vector<Observation> observations_;
+  std::vector<std::size_t> open_;  ///< observations without a landmark yet
+  std::vector<std::size_t> seen_;  ///< landmarks
+  std::vector<Match> matches_;
+  std::vector<JointGaussian::Rows> H_;
+  Strips PHt_;
+  Eigen::MatrixXd S_;
+  Eigen::VectorXd innovation_;
+  // Of the sightings without names.
+  std::vector<std::size_t> nameless_;
+  std::vector<std::vector<std::size_t>> candidates_;
+  std::vector<bool> is_near_;  ///< a landmark that it is not
+  JointReadings readings_;
+};
+
+}  // namespace trundle

@@ -1,0 +1,60 @@
+#include "trundle/slam/localization/known_map.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "trundle/io/error.hpp"
+
+namespace trundle {
+
+KnownMap::KnownMap(std::vector<KnownLandmark> landmarks, double reach_m) : landmarks_(std::move(landmarks)) {
+  if (landmarks_.empty()) throw InputError("map", "has no landmark", "at least 1");
+  for (std::size_t i = 0; i < landmarks_.size(); ++i) {
+    if (!landmarks_[i].position.allFinite() || !landmarks_[i].covariance.allFinite())
+      throw InputError("map", fmt::format("landmark number {} is not finite", i), "numbers [m], [m²]");
+    largest_variance_ = std::max(largest_variance_, landmarks_[i].covariance.trace());
+  }
+  exact_ = largest_variance_ == 0.0;
+  by_x_.resize(landmarks_.size());
+  std::iota(by_x_.begin(), by_x_.end(), 0);
+  std::ranges::stable_sort(by_x_, {}, [&](LandmarkId id) { return (*this)[id].position.x(); });
+  for (const LandmarkId id : by_x_) x_.push_back((*this)[id].position.x());
+  for (LandmarkId first = 0; has(first); ++first)
+    for (const LandmarkId second : within((*this)[first].position, reach_m))
+      if (first < second)
+        pairs_.push_back({((*this)[second].position - (*this)[first].position).norm(), first, second});
+  std::ranges::sort(pairs_, [](const Pair& a, const Pair& b) {
+    return std::tie(a.distance_m, a.first, a.second) < std::tie(b.distance_m, b.first, b.second);
+  });
+}
+
+double KnownMap::area_m2(double margin_m) const {
+  Vector2 low = landmarks_.front().position;
+  Vector2 high = low;
+  for (const KnownLandmark& landmark : landmarks_) {
+    low = low.cwiseMin(landmark.position);
+    high = high.cwiseMax(landmark.position);
+  }
+  return ((high - low).array() + 2.0 * margin_m).prod();
+}
+
+std::vector<LandmarkId> KnownMap::within(const Vector2& centre, double radius_m) const {
+  std::vector<LandmarkId> found;
+  const auto first = std::ranges::lower_bound(x_, centre.x() - radius_m) - x_.begin();
+  const auto last = std::ranges::upper_bound(x_, centre.x() + radius_m) - x_.begin();
+  for (auto i = first; i < last; ++i) {
+    const LandmarkId id = by_x_[static_cast<std::size_t>(i)];
+    if (((*this)[id].position - centre).squaredNorm() <= radius_m * radius_m) found.push_back(id);
+  }
+  return found;
+}
+
+std::span<const KnownMap::Pair> KnownMap::pairs(double low_m, double high_m) const {
+  const auto first = std::ranges::lower_bound(pairs_, low_m, {}, &Pair::distance_m);
+  const auto last = std::ranges::upper_bound(pairs_, high_m, {}, &Pair::distance_m);
+  return first < last ? std::span<const Pair>(first, last) : std::span<const Pair>();
+}
+
+}  // namespace trundle

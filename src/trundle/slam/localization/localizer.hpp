@@ -1,0 +1,122 @@
+#pragma once
+
+#include <optional>
+#include <string_view>
+#include <variant>
+
+#include "trundle/geometry/trajectory.hpp"
+#include "trundle/slam/localization/pose_particles.hpp"
+#include "trundle/slam/steps.hpp"
+
+namespace trundle {
+
+enum class LocalizerFilter { ekf, particles };
+std::string_view name_of(LocalizerFilter filter);
+
+struct LocalizerOptions {
+  LocalizerFilter filter = LocalizerFilter::particles;
+  std::optional<PoseEstimate> start = {};  ///< nothing: the pose is found
+  MapSightOptions sight = {};
+  ParticleNumber particles = {};
+  std::uint64_t seed = 1;
+  double doubt = 0.01;                ///< a pose is known when the probability that it is another is below
+  double false_alarm_interval = 1e7;  ///< sightings between alarms, at least, of a robot that is not lost
+};
+
+/// Where the localizer stands after a step.
+enum class LocalizerPhase {
+  searching,  ///< the pose is not known
+  found,      ///< it has become known in this step
+  tracking,   ///< it is known
+  lost,       ///< it was thought to be known until this step
+};
+
+struct LocalizerReport {
+  LocalizerPhase phase = LocalizerPhase::searching;
+  std::vector<ObservationReport>
+      observations;            ///< as they were given; all invalid while searching; so are repeats
+  double alarm = 0.0;          ///< the sequential test's sum, of which 1 is the limit; eq. 53
+  std::size_t hypotheses = 0;  ///< poses that explain what was seen, while searching
+  std::size_t particles = 0;   ///< 0: the filter has none
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.phase, self.observations, self.alarm, self.hypotheses, self.particles);
+  }
+};
+
+/// Finds the pose on a known map, follows it, and notices when it is not there any more: a robot that was
+/// carried away, a wrong start. Each step takes bounded time. docs/slam.md, 'On a known map'.
+class Localizer {
+ public:
+  /// The map must outlive the localizer. A copy continues independently. Throws InputError when there may be
+  /// no particle.
+  Localizer(const KnownMap& map, const LandmarkSensor& sensor, const LocalizerOptions& options);
+
+  const LocalizerReport& step(const Motion& motion, std::span<const Observation> observations);
+
+  /// Nothing while the pose is not known.
+  std::optional<PoseEstimate> estimate() const;
+  /// After `lost`: so many steps ago the pose was still right.
+  std::uint64_t doubtful_steps() const { return seen_.now() - sure_step_; }
+
+  /// Its state, for io/archive.hpp: a localizer of the same map, sensor and options continues with it to the
+  /// last bit.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    bool is_known = self.is_known();
+    archive(is_known);
+    if constexpr (Archive::kReads) is_known ? self.start_from(PoseEstimate{}) : self.forget();
+    archive(self.seen_, self.alarm_, self.sure_step_, self.report_);
+    if (auto* ekf = std::get_if<PoseEkf>(&self.filter_)) archive(*ekf);
+    if (auto* particles = std::get_if<PoseParticles>(&self.filter_)) archive(*particles);
+  }
+
+ private:
+  bool is_known() const { return !std::holds_alternative<std::monostate>(filter_); }
+  void forget() { filter_ = std::monostate{}; }
+  void search(std::span<const Observation> observations);
+  void track(const Motion& motion, std::span<const Observation> observations);
+  void start_from(std::span<const PoseHypothesis> hypotheses);
+  void start_from(const PoseEstimate& pose);
+
+  const KnownMap* map_;
+  LandmarkSensor sensor_;
+  LocalizerOptions options_;
+  Constellation seen_;
+  std::variant<std::monostate, PoseEkf, PoseParticles> filter_;
+  double alarm_ = 0.0;
+  std::uint64_t sure_step_ = 0;  ///< the last at which nothing spoke against the pose
+  LocalizerReport report_;
+};
+
+/// A stretch of a recording over which the pose is known.
+struct KnownStretch {
+  double start_s = 0.0;
+  double end_s = 0.0;               ///< the last time at which nothing spoke against it
+  std::optional<double> noticed_s;  ///< when that was noticed; nothing: it lasts to the end
+};
+
+struct LocalizationCounts {
+  std::size_t matched = 0;
+  std::size_t rejected = 0;
+  std::size_t invalid = 0;    ///< no numbers, or no sensible ones
+  std::size_t unmapped = 0;   ///< their names are not in the map
+  std::size_t searching = 0;  ///< seen while the pose was not known
+  double mean_nis = 0.0;      ///< of matched sightings; honest: 2
+  double median_nis = 0.0;
+  std::size_t most_particles = 0;
+};
+
+struct Localization {
+  Trajectory trajectory;  ///< online estimate, where it is known; with covariance
+  std::vector<KnownStretch> stretches;
+  LocalizationCounts counts;
+};
+
+/// A loop over Localizer::step. What an alarm has shown to be wrong is withdrawn: no row of the trajectory
+/// lies outside the stretches.
+Localization localize(const SlamInput& input, const KnownMap& map, const LandmarkSensor& sensor,
+                      const LocalizerOptions& options);
+
+}  // namespace trundle

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "trundle/slam/localization/known_map.hpp"
+#include "trundle/slam/motion.hpp"
+#include "trundle/slam/report.hpp"
+
+namespace trundle {
+
+/// What finding the way on a known map takes beside map and sensor.
+struct MapSightOptions {
+  double gate = kDefaultGate;   ///< NIS above which a sighting is an outlier
+  double outlier_share = 0.05;  ///< of the sightings that show no landmark of the map, or the wrong one
+};
+
+/// One reading of one landmark of a known map, as somebody expects it who believes to be at a pose.
+/// docs/slam.md, eq. 42.
+struct MapSight {
+  ExpectedReading expected;
+  Vector2 innovation;  ///< (range, bearing)
+  Matrix2 S;           ///< covariance of the innovation
+  double nis = 0.0;
+  double log_density = 0.0;  ///< of the reading [1/(m rad)]
+};
+MapSight map_sight(const PoseEstimate& belief, const LandmarkSensor& sensor, const KnownLandmark& landmark,
+                   const Observation& observation);
+
+/// Which landmark each observation shows: its own id; where it has none, the most probable explanation of all
+/// of them together (docs/slam.md, eq. 21). kUnknownLandmark: invalid, not in the map, or none fits.
+std::vector<LandmarkId> identify(const PoseEstimate& belief, const KnownMap& map,
+                                 const LandmarkSensor& sensor, std::span<const Observation> observations,
+                                 double gate);
+
+/// How far the landmarks of a map lie from a pose's sensor: how many it can see.
+std::size_t landmarks_in_view(const PoseEstimate& belief, const KnownMap& map, const LandmarkSensor& sensor);
+
+/// log of how much better a reading fits 'the robot is somewhere else' than 'it is here': eq. 43. `fitting`
+/// is the log density of the landmark that it was taken for, spread over as many as it might have been;
+/// nothing fits: −∞.
+double log_against(double fitting, double max_range_m, double outlier_share);
+
+/// Where a belief is after a motion. Eq. 41.
+PoseEstimate moved(const PoseEstimate& belief, const Motion& motion);
+
+}  // namespace trundle

@@ -1,0 +1,133 @@
+#include "trundle/slam/localization/pose_ekf.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+namespace trundle {
+namespace {
+
+using Index = Eigen::Index;
+
+constexpr double kNothingFits = -std::numeric_limits<double>::infinity();
+
+Index column_of(LandmarkId landmark) {
+  return 2 * static_cast<Index>(landmark);
+}
+
+}  // namespace
+
+PoseEkf::PoseEkf(const KnownMap& map, const LandmarkSensor& sensor, const PoseEstimate& start,
+                 const MapSightOptions& options)
+    : map_(&map), sensor_(sensor), options_(options), belief_(start) {
+  if (!map.is_exact()) with_map_.setZero(3, 2 * static_cast<Index>(map.size()));
+}
+
+const MapStepReport& PoseEkf::step(const Motion& motion, std::span<const Observation> observations) {
+  report_.observations.assign(observations.size(), {});
+  report_.against = 0.0;
+  predict(motion);
+  update(matches_of(observations));
+  return report_;
+}
+
+void PoseEkf::predict(const Motion& motion) {
+  const Pose2 before = belief_.pose;
+  belief_ = moved(belief_, motion);
+  if (with_map_.size() == 0) return;
+  const double dx = belief_.pose.x - before.x;
+  const double dy = belief_.pose.y - before.y;
+  with_map_.row(0) -= dy * with_map_.row(2);
+  with_map_.row(1) += dx * with_map_.row(2);
+}
+
+/// With the correlation of pose and landmark.
+MapSight PoseEkf::sight_of(LandmarkId landmark, const Observation& observation) const {
+  MapSight sight = map_sight(belief_, sensor_, (*map_)[landmark], observation);
+  if (with_map_.size() == 0) return sight;
+  const Matrix2 mixed = sight.expected.by_pose * with_map_.middleCols<2>(column_of(landmark)) *
+                        sight.expected.by_landmark.transpose();
+  sight.S += mixed + mixed.transpose();
+  sight.nis = sight.innovation.dot(sight.S.llt().solve(sight.innovation));
+  sight.log_density = -0.5 * (sight.nis + std::log(sight.S.determinant())) - std::log(2.0 * kPi);
+  return sight;
+}
+
+/// Those that pass the gate; reports all.
+std::vector<PoseEkf::Match> PoseEkf::matches_of(std::span<const Observation> observations) {
+  const auto landmarks = identify(belief_, *map_, sensor_, observations, options_.gate);
+  const double in_view = std::max(1.0, static_cast<double>(landmarks_in_view(belief_, *map_, sensor_)));
+  std::vector<Match> matches;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    const Observation& observation = observations[i];
+    if (!is_valid(observation)) continue;
+    const bool nameless = observation.landmark == kUnknownLandmark;
+    if (!nameless && !map_->has(observation.landmark)) continue;
+    ObservationReport& report = report_.observations[i];
+    report.decision = Decision::rejected;
+    double fitting = kNothingFits;
+    if (landmarks[i] != kUnknownLandmark) {
+      const MapSight sight = sight_of(landmarks[i], observation);
+      report.innovation = sight.innovation;
+      report.nis = sight.nis;
+      if (sight.nis <= options_.gate) {
+        report.decision = Decision::matched;
+        report.landmark = landmarks[i];
+        fitting = sight.log_density - (nameless ? std::log(in_view) : 0.0);
+        matches.push_back({i, landmarks[i], sight});
+      }
+    }
+    report_.against += log_against(fitting, sensor_.max_range_m, options_.outlier_share);
+  }
+  return matches;
+}
+
+/// Eq. 44, 45: only the pose is moved, the map is not.
+void PoseEkf::update(const std::vector<Match>& matches) {
+  if (matches.empty()) return;
+  const auto rows = 2 * static_cast<Index>(matches.size());
+  const bool exact = with_map_.size() == 0;
+  Eigen::Matrix<double, 3, Eigen::Dynamic> PHt(3, rows);
+  Eigen::MatrixXd S(rows, rows);
+  Eigen::VectorXd innovation(rows);
+  const auto row_of = [](std::size_t k) { return 2 * static_cast<Index>(k); };
+  for (std::size_t k = 0; k < matches.size(); ++k) {
+    const auto& [observation, landmark, sight] = matches[k];
+    PHt.middleCols<2>(row_of(k)) = belief_.covariance * sight.expected.by_pose.transpose();
+    if (!exact)
+      PHt.middleCols<2>(row_of(k)) +=
+          with_map_.middleCols<2>(column_of(landmark)) * sight.expected.by_landmark.transpose();
+    innovation.segment<2>(row_of(k)) = sight.innovation;
+  }
+  Eigen::MatrixXd HC;  // H times the covariance of everything with the landmarks
+  if (!exact) HC.resize(rows, with_map_.cols());
+  for (std::size_t k = 0; k < matches.size(); ++k) {
+    const auto& [observation, landmark, sight] = matches[k];
+    const Index at = column_of(landmark);
+    S.middleRows<2>(row_of(k)) = sight.expected.by_pose * PHt;
+    S.block<2, 2>(row_of(k), row_of(k)) += reading_covariance(sensor_);
+    if (exact) continue;
+    const Matrix2 of_landmark = sight.expected.by_landmark * (*map_)[landmark].covariance;
+    HC.middleRows<2>(row_of(k)) = sight.expected.by_pose * with_map_;
+    HC.block<2, 2>(row_of(k), at) += of_landmark;
+    for (std::size_t l = 0; l < matches.size(); ++l) {
+      const Matrix2& L = matches[l].sight.expected.by_landmark;
+      const Matrix23& G = matches[l].sight.expected.by_pose;
+      S.block<2, 2>(row_of(k), row_of(l)) +=
+          sight.expected.by_landmark * with_map_.middleCols<2>(at).transpose() * G.transpose();
+      if (matches[l].landmark == landmark) S.block<2, 2>(row_of(k), row_of(l)) += of_landmark * L.transpose();
+    }
+  }
+  const Eigen::LLT<Eigen::MatrixXd> factor(S);
+  const Eigen::Matrix<double, 3, Eigen::Dynamic> K = factor.solve(PHt.transpose()).transpose();
+  const Vector3 change = K * innovation;
+  belief_.pose = {belief_.pose.x + change.x(), belief_.pose.y + change.y(),
+                  belief_.pose.heading + change.z()};
+  belief_.covariance -= K * PHt.transpose();
+  belief_.covariance = (0.5 * (belief_.covariance + belief_.covariance.transpose())).eval();
+  if (!exact) with_map_ -= K * HC;
+}
+
+}  // namespace trundle

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "trundle/slam/localization/map_sight.hpp"
+
+namespace trundle {
+
+/// What a step on a known map has found.
+struct MapStepReport {
+  std::vector<ObservationReport> observations;  ///< as they were given
+  double against = 0.0;  ///< log of how much better the readings fit somewhere else: docs/slam.md, eq. 43
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.observations, self.against);
+  }
+};
+
+/// The pose on a known map as one Gaussian. What is not known of the map stays unknown: its correlation with
+/// the pose is carried along (Schmidt), so that a landmark seen a thousand times is not taken for a thousand
+/// landmarks. docs/slam.md, eq. 41 to 45.
+class PoseEkf {
+ public:
+  /// The map must outlive the filter.
+  PoseEkf(const KnownMap& map, const LandmarkSensor& sensor, const PoseEstimate& start,
+          const MapSightOptions& options);
+
+  const MapStepReport& step(const Motion& motion, std::span<const Observation> observations);
+
+  const PoseEstimate& estimate() const { return belief_; }
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.belief_, self.with_map_, self.report_);
+  }
+
+ private:
+  struct Match {
+    std::size_t observation;
+    LandmarkId landmark;
+    MapSight sight;
+  };
+
+  void predict(const Motion& motion);
+  MapSight sight_of(LandmarkId landmark, const Observation& observation) const;
+  std::vector<Match> matches_of(std::span<const Observation> observations);
+  void update(const std::vector<Match>& matches);
+
+  const KnownMap* map_;
+  LandmarkSensor sensor_;
+  MapSightOptions options_;
+  PoseEstimate belief_;
+  Eigen::Matrix<double, 3, Eigen::Dynamic> with_map_;  ///< pose by landmarks; empty: the map is exact
+  MapStepReport report_;
+};
+
+}  // namespace trundle

@@ -1,0 +1,214 @@
+#include "trundle/slam/localization/pose_particles.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <tuple>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "trundle/slam/cholesky.hpp"
+
+namespace trundle {
+namespace {
+
+constexpr double kNothingFits = -std::numeric_limits<double>::infinity();
+
+/// Counts the bins that poses fall into.
+class Bins {
+ public:
+  explicit Bins(const ParticleNumber& number) : number_(number) {}
+  void add(const Pose2& pose) {
+    filled_.insert({std::llround(pose.x / number_.bin_m), std::llround(pose.y / number_.bin_m),
+                    std::llround(wrap_angle(pose.heading) / number_.bin_rad)});
+  }
+  std::size_t count() const { return filled_.size(); }
+
+ private:
+  const ParticleNumber& number_;
+  std::set<std::tuple<long long, long long, long long>> filled_;
+};
+
+/// Which of several, by the cumulative sum of their weights.
+std::size_t chosen(std::span<const double> cumulative, double point) {
+  const auto at = std::ranges::upper_bound(cumulative, point * cumulative.back());
+  return std::min(static_cast<std::size_t>(at - cumulative.begin()), cumulative.size() - 1);
+}
+
+}  // namespace
+
+// Eq. 50, with the normal approximation of χ².
+std::size_t particles_for(std::size_t bins, const ParticleNumber& number) {
+  const std::size_t least = std::min(number.least, number.most);
+  if (bins < 2) return least;
+  const double k = static_cast<double>(bins) - 1.0;
+  const double third = 2.0 / (9.0 * k);
+  const double root = 1.0 - third + std::sqrt(third) * normal_quantile(1.0 - number.tail);
+  const double wanted = k / (2.0 * number.error) * root * root * root;
+  return std::clamp(static_cast<std::size_t>(wanted), least, number.most);
+}
+
+PoseParticles::PoseParticles(const KnownMap& map, const LandmarkSensor& sensor,
+                             std::span<const PoseHypothesis> start, const PoseParticlesOptions& options)
+    : map_(&map), sensor_(sensor), options_(options), random_(options.seed) {
+  std::vector<double> cumulative;
+  double sum = 0.0;
+  for (const PoseHypothesis& hypothesis : start)
+    cumulative.push_back(sum += std::exp(hypothesis.log_odds - start.front().log_odds));
+  Bins bins(options.number);
+  while (poses_.size() < particles_for(bins.count(), options.number)) {
+    poses_.push_back(draw_from(start[chosen(cumulative, random_.uniform())].pose));
+    bins.add(poses_.back());
+  }
+  log_weights_.assign(poses_.size(), 0.0);
+  normalise();
+  estimate_ = start.front().pose;
+}
+
+Pose2 PoseParticles::draw_from(const PoseEstimate& belief) {
+  const double a = random_.normal();
+  const double b = random_.normal();
+  const Vector3 e = semidefinite_root(belief.covariance) * Vector3(a, b, random_.normal());
+  return {belief.pose.x + e.x(), belief.pose.y + e.y(), belief.pose.heading + e.z()};
+}
+
+PoseEstimate PoseParticles::predicted(std::size_t particle) const {
+  PoseEstimate still;
+  still.pose = poses_[particle];
+  return moved(still, pending_);
+}
+
+const MapStepReport& PoseParticles::step(const Motion& motion, std::span<const Observation> observations) {
+  report_.observations.assign(observations.size(), {});
+  report_.against = 0.0;
+  pending_ = pending_ * motion;
+  const bool any = std::ranges::any_of(observations, [&](const Observation& o) {
+    return is_valid(o) && (o.landmark == kUnknownLandmark || map_->has(o.landmark));
+  });
+  if (!any) {
+    estimate_ = moved(estimate_, motion);
+    return report_;
+  }
+  std::vector<PoseEstimate> beliefs;
+  double all = 0.0;
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
+    beliefs.push_back(predicted(i));
+    const double log_here = improve(beliefs[i], observations, i == 0);
+    poses_[i] = draw_from(beliefs[i]);
+    all += weights_[i] * std::exp(std::min(log_here, 700.0));
+    log_weights_[i] += log_here;
+  }
+  report_.against = -std::log(std::max(all, std::numeric_limits<double>::min()));
+  normalise();
+  mix(beliefs);
+  pending_ = {};
+  if (effective_particles() < options_.resample_below * static_cast<double>(poses_.size())) resample();
+  return report_;
+}
+
+/// Eq. 51: a Gaussian of the motion, improved by the sightings one by one; returns the log of their density
+/// in that of 'somewhere else'.
+double PoseParticles::improve(PoseEstimate& belief, std::span<const Observation> observations, bool reports) {
+  const auto landmarks = identify(belief, *map_, sensor_, observations, options_.sight.gate);
+  const double in_view = std::max(1.0, static_cast<double>(landmarks_in_view(belief, *map_, sensor_)));
+  double log_here = 0.0;
+  for (std::size_t k = 0; k < observations.size(); ++k) {
+    const Observation& observation = observations[k];
+    const bool nameless = observation.landmark == kUnknownLandmark;
+    if (!is_valid(observation) || (!nameless && !map_->has(observation.landmark))) continue;
+    ObservationReport report{.decision = Decision::rejected};
+    double fitting = kNothingFits;
+    if (landmarks[k] != kUnknownLandmark) {
+      const MapSight sight = map_sight(belief, sensor_, (*map_)[landmarks[k]], observation);
+      report.innovation = sight.innovation;
+      report.nis = sight.nis;
+      if (sight.nis <= options_.sight.gate) {
+        report.decision = Decision::matched;
+        report.landmark = landmarks[k];
+        fitting = sight.log_density - (nameless ? std::log(in_view) : 0.0);
+        const Eigen::Matrix<double, 3, 2> K =
+            belief.covariance * sight.expected.by_pose.transpose() * sight.S.inverse();
+        const Vector3 change = K * sight.innovation;
+        belief.pose = {belief.pose.x + change.x(), belief.pose.y + change.y(),
+                       belief.pose.heading + change.z()};
+        belief.covariance -= K * sight.S * K.transpose();
+      }
+    }
+    if (reports) report_.observations[k] = report;
+    log_here -= log_against(fitting, sensor_.max_range_m, options_.sight.outlier_share);
+  }
+  return log_here;
+}
+
+void PoseParticles::normalise() {
+  const double largest = *std::ranges::max_element(log_weights_);
+  weights_.resize(log_weights_.size());
+  double sum = 0.0;
+  for (std::size_t i = 0; i < weights_.size(); ++i) {
+    log_weights_[i] -= largest;
+    sum += weights_[i] = std::exp(log_weights_[i]);
+  }
+  for (double& weight : weights_) weight /= sum;
+}
+
+double PoseParticles::effective_particles() const {
+  double squares = 0.0;
+  for (const double weight : weights_) squares += weight * weight;
+  return 1.0 / squares;
+}
+
+void PoseParticles::resample() {
+  std::vector<double> cumulative;
+  double sum = 0.0;
+  for (const double weight : weights_) cumulative.push_back(sum += weight);
+  std::vector<Pose2> drawn;
+  Bins bins(options_.number);
+  while (drawn.size() < particles_for(bins.count(), options_.number)) {
+    drawn.push_back(poses_[chosen(cumulative, random_.uniform())]);
+    bins.add(drawn.back());
+  }
+  poses_ = std::move(drawn);
+  spread();
+  log_weights_.assign(poses_.size(), 0.0);
+  normalise();
+}
+
+/// Eq. 52: moves each particle a little towards the mean and scatters it by as much, so that mean and
+/// covariance stay and no two particles do. A robot that stands still and looks around has no motion noise to
+/// tell them apart.
+void PoseParticles::spread() {
+  constexpr double kDimensions = 3.0;
+  const double h =
+      std::pow(4.0 / ((kDimensions + 2.0) * static_cast<double>(poses_.size())), 1.0 / (kDimensions + 4.0));
+  const double keep = std::sqrt(1.0 - h * h);
+  const Pose2& mean = estimate_.pose;
+  PoseEstimate kernel;
+  kernel.covariance = h * h * estimate_.covariance;
+  for (Pose2& pose : poses_) {
+    kernel.pose = {mean.x + keep * (pose.x - mean.x), mean.y + keep * (pose.y - mean.y),
+                   mean.heading + keep * wrap_angle(pose.heading - mean.heading)};
+    pose = draw_from(kernel);
+  }
+}
+
+/// Eq. 17 for poses; headings are averaged as differences to the best particle's.
+void PoseParticles::mix(std::span<const PoseEstimate> beliefs) {
+  const auto best = static_cast<std::size_t>(std::ranges::max_element(weights_) - weights_.begin());
+  const Pose2 about = beliefs[best].pose;
+  const auto apart_of = [&](const PoseEstimate& belief) {
+    return Vector3(belief.pose.x - about.x, belief.pose.y - about.y,
+                   wrap_angle(belief.pose.heading - about.heading));
+  };
+  Vector3 mean = Vector3::Zero();
+  for (std::size_t i = 0; i < beliefs.size(); ++i) mean += weights_[i] * apart_of(beliefs[i]);
+  estimate_.pose = {about.x + mean.x(), about.y + mean.y(), about.heading + mean.z()};
+  estimate_.covariance.setZero();
+  for (std::size_t i = 0; i < beliefs.size(); ++i) {
+    const Vector3 apart = apart_of(beliefs[i]) - mean;
+    estimate_.covariance += weights_[i] * (beliefs[i].covariance + apart * apart.transpose());
+  }
+}
+
+}  // namespace trundle

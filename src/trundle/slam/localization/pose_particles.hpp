@@ -1,0 +1,74 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "trundle/simulation/random.hpp"
+#include "trundle/slam/localization/global_search.hpp"
+#include "trundle/slam/localization/pose_ekf.hpp"
+
+namespace trundle {
+
+/// How many particles a cloud gets: so many that its distance (Kullback–Leibler) from what it stands for,
+/// counted in bins, stays below `error` with probability 1 − tail [Fox 2003]. docs/slam.md, eq. 50.
+struct ParticleNumber {
+  std::size_t least = 50;
+  std::size_t most = 10'000;
+  double error = 0.05;
+  double tail = 0.01;
+  double bin_m = 0.1;
+  double bin_rad = radians(3.0);
+};
+std::size_t particles_for(std::size_t bins, const ParticleNumber& number);
+
+struct PoseParticlesOptions {
+  MapSightOptions sight = {};
+  ParticleNumber number = {};
+  std::uint64_t seed = 1;
+  double resample_below = 0.5;  ///< effective particles, as a share of all
+};
+
+/// The pose on a known map as particles, drawn from motion and sightings together as `fastslam2` does. Their
+/// number follows their spread at each resampling.
+class PoseParticles {
+ public:
+  /// Drawn from the hypotheses by their odds. The map must outlive the filter.
+  PoseParticles(const KnownMap& map, const LandmarkSensor& sensor, std::span<const PoseHypothesis> start,
+                const PoseParticlesOptions& options);
+
+  const MapStepReport& step(const Motion& motion, std::span<const Observation> observations);
+
+  /// Mean and covariance of the Gaussians that the particles were drawn from, by their weights.
+  const PoseEstimate& estimate() const { return estimate_; }
+  std::span<const Pose2> poses() const { return poses_; }
+  double effective_particles() const;
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.random_, self.poses_, self.log_weights_, self.weights_, self.pending_, self.estimate_,
+            self.report_);
+  }
+
+ private:
+  PoseEstimate predicted(std::size_t particle) const;
+  double improve(PoseEstimate& belief, std::span<const Observation> observations, bool reports);
+  void mix(std::span<const PoseEstimate> beliefs);
+  void normalise();
+  void resample();
+  void spread();
+  Pose2 draw_from(const PoseEstimate& belief);
+
+  const KnownMap* map_;
+  LandmarkSensor sensor_;
+  PoseParticlesOptions options_;
+  Random random_;
+  std::vector<Pose2> poses_;
+  std::vector<double> log_weights_;
+  std::vector<double> weights_;
+  Motion pending_;  ///< since the poses were drawn
+  PoseEstimate estimate_;
+  MapStepReport report_;
+};
+
+}  // namespace trundle

@@ -1,0 +1,87 @@
+#include "trundle/slam/particles/jury.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "trundle/slam/particles/particle_kernels.hpp"
+
+namespace trundle {
+
+Jury::Jury(std::size_t particles, Precision precision)
+    : particles_(particles),
+      predicted_(kSeats),
+      sensors_(kSeats),
+      landmark_(kSeats, precision),
+      surprises_(kSeats) {
+  jurors_.reserve(kSeats);
+  votes_.reserve(kSeats);
+}
+
+void Jury::meet(const Case& at) {
+  jurors_.assign(1, at.reporter);
+  votes_.assign(1, 0.0);
+  const std::size_t stride = (particles_ + kSeats - 2) / (kSeats - 1);
+  for (std::size_t i = 0; i < particles_; i += stride) {
+    jurors_.push_back(i);
+    votes_.push_back(at.weights[i]);
+  }
+  for (std::size_t seat = 0; seat < jurors_.size(); ++seat)
+    predicted_.set(seat, at.predicted.at(jurors_[seat]));
+  sensors_.origin = at.predicted.at(0).translation();
+  const TripleColumns still(kSeats);
+  place(predicted_, still, {Matrix3::Zero(), at.body_from_sensor}, {0, kSeats}, predicted_, sensors_);
+  const Matrix3 Ad = adjoint(at.body_from_sensor.inverse());
+  sensor_covariance_ = Ad * at.predicted_covariance * Ad.transpose();
+}
+
+Jury::Verdict Jury::on(const KnownReading& known, double gate) {
+  landmark_.take(*known.landmark, jurors_);
+  set_surprises({known.reading, &landmark_}, sensors_, sensor_covariance_, {0, kSeats}, surprises_);
+  double against = 0.0;
+  double all = 0.0;
+  for (std::size_t seat = 1; seat < jurors_.size(); ++seat) {
+    all += votes_[seat];
+    if (surprises_[2][seat] > gate) against += votes_[seat];
+  }
+  return {against > 0.5 * all, {surprises_[0][0], surprises_[1][0]}, surprises_[2][0]};
+}
+
+void Jury::add_to(Whereabouts& where, const LandmarkEstimate& m) const {
+  const Vector2 place(m.x, m.y);
+  if (!where.is_somewhere) where.place = place;
+  where.is_somewhere = true;
+  where.reach_m = std::max(where.reach_m, (place - where.place).norm());
+  where.sigma_m = std::max(where.sigma_m, std::sqrt(m.xx + m.yy));
+}
+
+Jury::Whereabouts Jury::where_is(const LandmarkColumns& landmark) {
+  landmark_.take(landmark, jurors_);
+  Whereabouts where;
+  for (std::size_t seat = 0; seat < jurors_.size(); ++seat)
+    if (const LandmarkEstimate m = landmark_.at(seat); is_there(m)) add_to(where, m);
+  return where;
+}
+
+Jury::Whereabouts Jury::where_points(const ReadingTerms& reading) const {
+  Whereabouts where;
+  for (std::size_t seat = 0; seat < jurors_.size(); ++seat) {
+    const SensorAt sensor{sensors_.origin.x() + sensors_.x[seat], sensors_.origin.y() + sensors_.y[seat],
+                          sensors_.cos[seat], sensors_.sin[seat]};
+    add_to(where, first_estimate(sensor, reading));
+  }
+  const Matrix3& C = sensor_covariance_;
+  const double by_sensor = C(0, 0) + C(1, 1) + reading.range * reading.range * C(2, 2);
+  where.sigma_m = std::sqrt(where.sigma_m * where.sigma_m + by_sensor);
+  return where;
+}
+
+double Jury::least_nis(const KnownReading& known) {
+  landmark_.take(*known.landmark, jurors_);
+  set_surprises({known.reading, &landmark_}, sensors_, sensor_covariance_, {0, kSeats}, surprises_);
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t seat = 0; seat < jurors_.size(); ++seat)
+    if (is_there(landmark_.at(seat))) least = std::min(least, surprises_[2][seat]);
+  return least;
+}
+
+}  // namespace trundle

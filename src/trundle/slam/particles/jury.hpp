@@ -1,0 +1,58 @@
+#pragma once
+
+#include "trundle/slam/particles/landmark_kernels.hpp"
+
+namespace trundle {
+
+/// Some particles, spread over all: what they see before they are drawn decides whether a sighting is an
+/// outlier. docs/slam.md, eq. 14. The most probable particle reports, and has no vote of its own.
+class Jury {
+ public:
+  Jury(std::size_t particles, Precision precision);
+
+  /// `predicted_covariance`: of the body's twist; weights are those before the step.
+  struct Case {
+    const PoseColumns& predicted;
+    const Column<double>& weights;
+    std::size_t reporter;
+    Matrix3 predicted_covariance;
+    Pose2 body_from_sensor;
+  };
+  void meet(const Case& at);
+
+  struct Verdict {
+    bool rejected = false;
+    Vector2 innovation = Vector2::Zero();  ///< of the reporter: (range, bearing) [m, rad]
+    double nis = 0.0;
+  };
+  /// Where jurors have a landmark, or take a reading to point: how far from the reporter they go.
+  struct Whereabouts {
+    bool is_somewhere = false;
+    Vector2 place = Vector2::Zero();  ///< the reporter's, or where it has none that of another
+    double reach_m = 0.0;             ///< greatest distance of another from it
+    double sigma_m = 0.0;             ///< greatest of a juror's own
+  };
+  Whereabouts where_is(const LandmarkColumns& landmark);
+  Whereabouts where_points(const ReadingTerms& reading) const;
+  /// Least NIS that a juror finds who has the landmark.
+  double least_nis(const KnownReading& known);
+
+  /// Rejected where more than half of the jurors' weight finds the NIS above the gate.
+  Verdict on(const KnownReading& known, double gate);
+
+ private:
+  void add_to(Whereabouts& where, const LandmarkEstimate& m) const;
+
+  static constexpr std::size_t kSeats = 32;  ///< the first is the reporter's
+
+  std::size_t particles_;
+  std::vector<std::size_t> jurors_;
+  std::vector<double> votes_;
+  PoseColumns predicted_;
+  SensorColumns sensors_;
+  LandmarkColumns landmark_;
+  TripleColumns surprises_;
+  Matrix3 sensor_covariance_ = Matrix3::Zero();
+};
+
+}  // namespace trundle

@@ -1,0 +1,136 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+
+#include "trundle/slam/particles/columns.hpp"
+#include "trundle/slam/particles/particle_landmark.hpp"
+
+namespace trundle {
+
+/// Of the numbers of a map. Landmarks are kept relative to a place of their own, so single precision holds
+/// micrometres wherever the robot is.
+enum class Precision { float32, float64 };
+
+/// In the column of a landmark that a particle does not have; no variance is negative.
+inline constexpr double kAbsent = -1.0;
+inline bool is_there(const LandmarkEstimate& m) {
+  return m.xx >= 0.0;
+}
+
+/// One landmark in the maps of all particles: x, y, xx, xy, yy, each a column by particle.
+class LandmarkColumns {
+ public:
+  static constexpr std::size_t kColumns = 5;
+
+  LandmarkColumns() : LandmarkColumns(0, Precision::float32) {}
+  LandmarkColumns(std::size_t particles, Precision precision, const Vector2& origin = Vector2::Zero())
+      : stride_(padded(particles)),
+        origin_(origin),
+        single_(precision == Precision::float32 ? kColumns * stride_ : 0),
+        double_(precision == Precision::float32 ? 0 : kColumns * stride_) {}
+
+  Precision precision() const { return double_.empty() ? Precision::float32 : Precision::float64; }
+  /// Where x and y are counted from.
+  const Vector2& origin() const { return origin_; }
+  std::size_t stride() const { return stride_; }
+  /// The columns, one after the other, each `stride` long. Real is that of the precision.
+  template <class Real>
+  Real* numbers() {
+    if constexpr (sizeof(Real) == sizeof(float))
+      return single_.data();
+    else
+      return double_.data();
+  }
+
+  template <class Real>
+  const Real* numbers() const {
+    return const_cast<LandmarkColumns*>(this)->numbers<Real>();
+  }
+  /// Keeps the origin.
+  void swap_numbers(LandmarkColumns& other) {
+    single_.swap(other.single_);
+    double_.swap(other.double_);
+  }
+
+  /// The landmark of some particles of another map of the same precision.
+  void take(const LandmarkColumns& from, std::span<const std::size_t> particles) {
+    origin_ = from.origin_;
+    for (std::size_t k = 0; k < kColumns; ++k)
+      for (std::size_t i = 0; i < particles.size(); ++i) {
+        const std::size_t to = k * stride_ + i;
+        const std::size_t of = k * from.stride_ + particles[i];
+        if (double_.empty())
+          single_[to] = from.single_[of];
+        else
+          double_[to] = from.double_[of];
+      }
+  }
+
+  /// The same landmark for all particles.
+  void fill(const LandmarkEstimate& m) {
+    origin_ = {m.x, m.y};
+    const std::array<double, kColumns> numbers = {0.0, 0.0, m.xx, m.xy, m.yy};
+    for (std::size_t k = 0; k < kColumns; ++k)
+      if (double_.empty())
+        std::fill_n(single_.data() + k * stride_, stride_, static_cast<float>(numbers[k]));
+      else
+        std::fill_n(double_.data() + k * stride_, stride_, numbers[k]);
+  }
+  /// The landmarks of another map of the same precision, for the particles that chose it.
+  void take_where(std::span<const std::int32_t> choices, std::int32_t chosen, const LandmarkColumns& from) {
+    const Vector2 shift = from.origin_ - origin_;
+    for (std::size_t k = 0; k < kColumns; ++k) {
+      const double more = k < 2 ? shift[static_cast<Eigen::Index>(k)] : 0.0;
+      if (double_.empty())
+        blend(choices, chosen, static_cast<float>(more), from.single_.data() + k * stride_,
+              single_.data() + k * stride_);
+      else
+        blend(choices, chosen, more, from.double_.data() + k * stride_, double_.data() + k * stride_);
+    }
+  }
+
+  /// In the world.
+  LandmarkEstimate at(std::size_t particle) const {
+    const auto number = [&](std::size_t k) {
+      const std::size_t i = k * stride_ + particle;
+      return double_.empty() ? static_cast<double>(single_[i]) : double_[i];
+    };
+    return {origin_.x() + number(0), origin_.y() + number(1), number(2), number(3), number(4)};
+  }
+  void set(std::size_t particle, const LandmarkEstimate& m) {
+    const auto put = [&](std::size_t k, double x) {
+      const std::size_t i = k * stride_ + particle;
+      if (double_.empty())
+        single_[i] = static_cast<float>(x);
+      else
+        double_[i] = x;
+    };
+    put(0, m.x - origin_.x());
+    put(1, m.y - origin_.y());
+    put(2, m.xx);
+    put(3, m.xy);
+    put(4, m.yy);
+  }
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.stride_, self.origin_, self.single_, self.double_);
+  }
+
+ private:
+  template <class Real>
+  static void blend(std::span<const std::int32_t> choices, std::int32_t chosen, Real shift, const Real* from,
+                    Real* to) {
+    for (std::size_t i = 0; i < choices.size(); ++i)
+      to[i] = choices[i] == chosen ? static_cast<Real>(from[i] + shift) : to[i];
+  }
+
+  std::size_t stride_;
+  Vector2 origin_;
+  Column<float> single_;
+  Column<double> double_;
+};
+
+}  // namespace trundle

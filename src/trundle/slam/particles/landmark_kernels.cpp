@@ -1,0 +1,756 @@
+#include "trundle/slam/particles/landmark_kernels.hpp"
+
+#include "trundle/slam/particles/lane_targets.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "trundle/slam/particles/landmark_kernels.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "trundle/slam/particles/lane_math.inl"
+
+HWY_BEFORE_NAMESPACE();
+namespace trundle::HWY_NAMESPACE {
+
+/// A group of particles' sensors.
+template <class Real>
+struct LaneSensor {
+  Vec<Real> x, y, cos, sin;
+};
+
+template <class Real>
+HWY_INLINE LaneSensor<Real> load_sensor(const SensorColumns& sensors, std::size_t i) {
+  return {load<Real>(sensors.x.data() + i), load<Real>(sensors.y.data() + i),
+          load<Real>(sensors.cos.data() + i), load<Real>(sensors.sin.data() + i)};
+}
+
+/// One landmark of a group of particles, x and y from the sensors' origin.
+template <class Real>
+struct LaneLandmark {
+  Vec<Real> x, y, xx, xy, yy;
+};
+
+template <class Real>
+HWY_INLINE LaneLandmark<Real> load_landmark(const Real* numbers, std::size_t stride) {
+  const Tag<Real> d;
+  return {hn::Load(d, numbers), hn::Load(d, numbers + stride), hn::Load(d, numbers + 2 * stride),
+          hn::Load(d, numbers + 3 * stride), hn::Load(d, numbers + 4 * stride)};
+}
+
+template <class Real>
+HWY_INLINE void store_landmark(const LaneLandmark<Real>& m, Real* numbers, std::size_t stride) {
+  const Tag<Real> d;
+  hn::Store(m.x, d, numbers);
+  hn::Store(m.y, d, numbers + stride);
+  hn::Store(m.xx, d, numbers + 2 * stride);
+  hn::Store(m.xy, d, numbers + 3 * stride);
+  hn::Store(m.yy, d, numbers + 4 * stride);
+}
+
+/// Sight of particle_landmark.hpp, in lanes.
+template <class Real>
+struct LaneSight {
+  Vec<Real> range, inverse_range;
+  Vec<Real> ux, uy;
+  Vec<Real> along, across;               ///< innovation
+  Vec<Real> r_along, r_across;           ///< R'
+  Vec<Real> p_along, p_mixed, p_across;  ///< P'
+  Vec<Real> s_along, s_across;           ///< S' = P' + R', p_mixed off the diagonal
+  Vec<Real> determinant, inverse_determinant;
+};
+
+// Eq. 11.
+template <class Real>
+HWY_INLINE LaneSight<Real> sight_of(const LaneSensor<Real>& sensor, const ReadingTerms& reading,
+                                    const Vector2& offset, const LaneLandmark<Real>& m) {
+  using V = Vec<Real>;
+  const V dx = (m.x - sensor.x) + lanes<Real>(offset.x());
+  const V dy = (m.y - sensor.y) + lanes<Real>(offset.y());
+  LaneSight<Real> s;
+  s.range = hn::Sqrt(hn::Max(dx * dx + dy * dy, lanes<Real>(1e-12)));
+  s.inverse_range = lanes<Real>(1.0) / s.range;
+  s.ux = dx * s.inverse_range;
+  s.uy = dy * s.inverse_range;
+  const V rc = lanes<Real>(reading.cos);
+  const V rs = lanes<Real>(reading.sin);
+  const V c = sensor.cos * rc - sensor.sin * rs;
+  const V d = sensor.sin * rc + sensor.cos * rs;
+  s.along = lanes<Real>(reading.range) - s.range;
+  s.across = s.range * atan2<Real>(s.ux * d - s.uy * c, s.ux * c + s.uy * d);
+  s.r_along = lanes<Real>(reading.range_variance);
+  s.r_across = s.range * s.range * lanes<Real>(reading.bearing_variance);
+  const V px = m.xx * s.ux + m.xy * s.uy;  // P u
+  const V py = m.xy * s.ux + m.yy * s.uy;
+  const V qx = m.xy * s.ux - m.xx * s.uy;  // P t
+  const V qy = m.yy * s.ux - m.xy * s.uy;
+  s.p_along = s.ux * px + s.uy * py;
+  s.p_mixed = s.ux * py - s.uy * px;
+  s.p_across = s.ux * qy - s.uy * qx;
+  s.s_along = s.p_along + s.r_along;
+  s.s_across = s.p_across + s.r_across;
+  s.determinant = s.s_along * s.s_across - s.p_mixed * s.p_mixed;
+  s.inverse_determinant = lanes<Real>(1.0) / s.determinant;
+  return s;
+}
+
+/// S'⁻¹ ν
+template <class Real>
+struct LaneShift {
+  Vec<Real> along, across;
+};
+
+template <class Real>
+HWY_INLINE LaneShift<Real> weighted_innovation(const LaneSight<Real>& s) {
+  return {(s.s_across * s.along - s.p_mixed * s.across) * s.inverse_determinant,
+          (s.s_along * s.across - s.p_mixed * s.along) * s.inverse_determinant};
+}
+
+// Eq. 12.
+template <class Real>
+HWY_INLINE Vec<Real> log_likelihood_of(const LaneSight<Real>& s, const LaneShift<Real>& shift) {
+  const Vec<Real> distance2 = s.along * shift.along + s.across * shift.across;
+  return lanes<Real>(-0.5) * (distance2 + log<Real>(s.determinant * s.inverse_range * s.inverse_range));
+}
+
+// Eq. 13.
+template <class Real>
+HWY_INLINE void improve(LaneLandmark<Real>& m, const LaneSight<Real>& s, const LaneShift<Real>& shift) {
+  using V = Vec<Real>;
+  const V move_along = s.p_along * shift.along + s.p_mixed * shift.across;
+  const V move_across = s.p_mixed * shift.along + s.p_across * shift.across;
+  const V minor = s.p_along * s.p_across - s.p_mixed * s.p_mixed;
+  const V ra = s.r_along * s.inverse_determinant;
+  const V rc = s.r_across * s.inverse_determinant;
+  const V aa = (minor + s.p_along * s.r_across) * ra;
+  const V cc = (minor + s.p_across * s.r_along) * rc;
+  const V ac = s.p_mixed * s.r_along * rc;
+  const V uxx = s.ux * s.ux;
+  const V uyy = s.uy * s.uy;
+  const V uxy = s.ux * s.uy;
+  const V twice = (ac + ac) * uxy;
+  m.x = m.x + (s.ux * move_along - s.uy * move_across);
+  m.y = m.y + (s.uy * move_along + s.ux * move_across);
+  m.xx = (aa * uxx + cc * uyy) - twice;
+  m.xy = (aa - cc) * uxy + ac * (uxx - uyy);
+  m.yy = (aa * uyy + cc * uxx) + twice;
+}
+
+template <class Real>
+void weigh_as(std::span<const KnownReading> readings, const SensorColumns& sensors, ParticleRange range,
+              double* log_weights) {
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
+    const LaneSensor<Real> sensor = load_sensor<Real>(sensors, i);
+    Vec<Real> sum = hn::Zero(Tag<Real>());
+    for (const KnownReading& known : readings) {
+      Real* const numbers = known.landmark->numbers<Real>() + i;
+      const std::size_t stride = known.landmark->stride();
+      LaneLandmark<Real> m = load_landmark(numbers, stride);
+      const LaneSight<Real> sight =
+          sight_of(sensor, known.reading, known.landmark->origin() - sensors.origin, m);
+      const LaneShift<Real> shift = weighted_innovation(sight);
+      sum = sum + log_likelihood_of(sight, shift);
+      improve(m, sight, shift);
+      store_landmark(m, numbers, stride);
+    }
+    add<Real>(sum, log_weights + i);
+  }
+}
+
+void weigh(std::span<const KnownReading> readings, const SensorColumns& sensors, ParticleRange range,
+           double* log_weights) {
+  if (readings.front().landmark->precision() == Precision::float32)
+    weigh_as<float>(readings, sensors, range, log_weights);
+  else
+    weigh_as<double>(readings, sensors, range, log_weights);
+}
+
+template <class Real>
+void first_as(const ReadingTerms& reading, const SensorColumns& sensors, ParticleRange range,
+              LandmarkColumns& landmark) {
+  const Vector2 offset = sensors.origin - landmark.origin();
+  const Vec<Real> rc = lanes<Real>(reading.cos);
+  const Vec<Real> rs = lanes<Real>(reading.sin);
+  const Vec<Real> aa = lanes<Real>(reading.range_variance);
+  const Vec<Real> cc = lanes<Real>(reading.range * reading.range * reading.bearing_variance);
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
+    const LaneSensor<Real> sensor = load_sensor<Real>(sensors, i);
+    const Vec<Real> ux = sensor.cos * rc - sensor.sin * rs;
+    const Vec<Real> uy = sensor.sin * rc + sensor.cos * rs;
+    const LaneLandmark<Real> m = {
+        (sensor.x + lanes<Real>(offset.x())) + lanes<Real>(reading.range) * ux,
+        (sensor.y + lanes<Real>(offset.y())) + lanes<Real>(reading.range) * uy,
+        aa * ux * ux + cc * uy * uy,
+        (aa - cc) * ux * uy,
+        aa * uy * uy + cc * ux * ux,
+    };
+    store_landmark(m, landmark.numbers<Real>() + i, landmark.stride());
+  }
+}
+
+void first(const ReadingTerms& reading, const SensorColumns& sensors, ParticleRange range,
+           LandmarkColumns& landmark) {
+  if (landmark.precision() == Precision::float32)
+    first_as<float>(reading, sensors, range, landmark);
+  else
+    first_as<double>(reading, sensors, range, landmark);
+}
+
+HWY_INLINE hn::Vec<hn::RebindToSigned<Tag<float>>> load_index(Tag<float>, const std::uint32_t* from) {
+  const hn::RebindToSigned<Tag<float>> d;
+  return hn::BitCast(d, hn::Load(Tag<std::uint32_t>(), from));
+}
+HWY_INLINE hn::Vec<hn::RebindToSigned<Tag<double>>> load_index(Tag<double>, const std::uint32_t* from) {
+  const hn::RebindToSigned<Tag<double>> d;
+  const hn::Rebind<std::int32_t, Tag<double>> narrow;
+  return hn::PromoteTo(d, hn::Load(narrow, reinterpret_cast<const std::int32_t*>(from)));
+}
+
+template <class Real>
+void gather_as(const LandmarkColumns& from, const Column<std::uint32_t>& ancestors, ParticleRange range,
+               LandmarkColumns& to) {
+  const Tag<Real> d;
+  const std::size_t stride = from.stride();
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(d)) {
+    const auto index = load_index(d, ancestors.data() + i);
+    for (std::size_t k = 0; k < LandmarkColumns::kColumns; ++k)
+      hn::Store(hn::GatherIndex(d, from.numbers<Real>() + k * stride, index), d,
+                to.numbers<Real>() + k * stride + i);
+  }
+}
+
+void gather(const LandmarkColumns& from, const Column<std::uint32_t>& ancestors, ParticleRange range,
+            LandmarkColumns& to) {
+  if (from.precision() == Precision::float32)
+    gather_as<float>(from, ancestors, range, to);
+  else
+    gather_as<double>(from, ancestors, range, to);
+}
+
+/// Where a sight points in the sensor's own frame: how range and range · bearing change with a twist of the
+/// sensor, but for the sign. Rows (cos, sin, 0) and (−sin, cos, range).
+template <class Real>
+struct LaneDirection {
+  Vec<Real> cos, sin;
+};
+
+template <class Real>
+HWY_INLINE LaneDirection<Real> direction_of(const LaneSensor<Real>& sensor, const LaneSight<Real>& s) {
+  return {s.ux * sensor.cos + s.uy * sensor.sin, s.uy * sensor.cos - s.ux * sensor.sin};
+}
+
+/// Symmetric 3 × 3.
+template <class Real>
+struct LaneSymmetric {
+  Vec<Real> xx, xy, xh, yy, yh, hh;
+};
+
+template <class Real>
+HWY_INLINE LaneSymmetric<Real> symmetric(const Matrix3& A) {
+  return {lanes<Real>(A(0, 0)), lanes<Real>(A(0, 1)), lanes<Real>(A(0, 2)),
+          lanes<Real>(A(1, 1)), lanes<Real>(A(1, 2)), lanes<Real>(A(2, 2))};
+}
+
+template <class Real>
+struct LaneTriple {
+  Vec<Real> x, y, h;
+};
+
+template <class Real>
+HWY_INLINE LaneTriple<Real> load_triple(const TripleColumns& from, std::size_t i) {
+  return {load<Real>(from[0] + i), load<Real>(from[1] + i), load<Real>(from[2] + i)};
+}
+
+template <class Real>
+HWY_INLINE void store_triple(const LaneTriple<Real>& v, TripleColumns& to, std::size_t i) {
+  store<Real>(v.x, to[0] + i);
+  store<Real>(v.y, to[1] + i);
+  store<Real>(v.h, to[2] + i);
+}
+
+template <class Real>
+HWY_INLINE LaneTriple<Real> operator+(const LaneTriple<Real>& a, const LaneTriple<Real>& b) {
+  return {a.x + b.x, a.y + b.y, a.h + b.h};
+}
+template <class Real>
+HWY_INLINE LaneTriple<Real> operator-(const LaneTriple<Real>& a, const LaneTriple<Real>& b) {
+  return {a.x - b.x, a.y - b.y, a.h - b.h};
+}
+template <class Real>
+HWY_INLINE Vec<Real> dot(const LaneTriple<Real>& a, const LaneTriple<Real>& b) {
+  return a.x * b.x + a.y * b.y + a.h * b.h;
+}
+
+template <class Real>
+HWY_INLINE LaneTriple<Real> times(const LaneSymmetric<Real>& A, const LaneTriple<Real>& v) {
+  return {A.xx * v.x + A.xy * v.y + A.xh * v.h, A.xy * v.x + A.yy * v.y + A.yh * v.h,
+          A.xh * v.x + A.yh * v.y + A.hh * v.h};
+}
+
+/// S' + A Q Aᵀ, Q the covariance of a twist of the sensor.
+template <class Real>
+struct LaneTotal {
+  Vec<Real> along, mixed, across;
+  Vec<Real> determinant;
+};
+
+template <class Real>
+HWY_INLINE LaneTotal<Real> total_covariance(const LaneSymmetric<Real>& Q, const LaneSensor<Real>& sensor,
+                                            const LaneSight<Real>& s) {
+  const LaneDirection<Real> at = direction_of(sensor, s);
+  const Vec<Real> zero = hn::Zero(Tag<Real>());
+  const LaneTriple<Real> along = {at.cos, at.sin, zero};
+  const LaneTriple<Real> across = {zero - at.sin, at.cos, s.range};
+  const LaneTriple<Real> Qa = times(Q, along);
+  const LaneTriple<Real> Qc = times(Q, across);
+  const Vec<Real> aa = s.s_along + dot(along, Qa);
+  const Vec<Real> ac = s.p_mixed + dot(across, Qa);
+  const Vec<Real> cc = s.s_across + dot(across, Qc);
+  return {aa, ac, cc, aa * cc - ac * ac};
+}
+
+template <class Real>
+HWY_INLINE Vec<Real> nis_of(const LaneSight<Real>& s, const LaneTotal<Real>& S) {
+  return (s.along * (S.across * s.along - S.mixed * s.across) +
+          s.across * (S.along * s.across - S.mixed * s.along)) /
+         S.determinant;
+}
+
+// Eq. 14.
+template <class Real>
+void surprises_as(const KnownReading& known, const SensorColumns& sensors, const Matrix3& covariance,
+                  ParticleRange range, TripleColumns& surprises) {
+  const LaneSymmetric<Real> Q = symmetric<Real>(covariance);
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
+    const LaneSensor<Real> sensor = load_sensor<Real>(sensors, i);
+    const LaneSight<Real> s =
+        sight_of(sensor, known.reading, known.landmark->origin() - sensors.origin,
+                 load_landmark<Real>(known.landmark->numbers<Real>() + i, known.landmark->stride()));
+    const Vec<Real> nis = nis_of(s, total_covariance(Q, sensor, s));
+    store_triple<Real>({s.along, s.across * s.inverse_range, nis}, surprises, i);
+  }
+}
+
+void surprises_of(const KnownReading& known, const SensorColumns& sensors, const Matrix3& covariance,
+                  ParticleRange range, TripleColumns& surprises) {
+  if (known.landmark->precision() == Precision::float32)
+    surprises_as<float>(known, sensors, covariance, range, surprises);
+  else
+    surprises_as<double>(known, sensors, covariance, range, surprises);
+}
+
+HWY_INLINE void store_choices(Vec<float> x, std::int32_t* to) {
+  const hn::RebindToSigned<Tag<float>> d;
+  hn::Store(hn::ConvertTo(d, x), d, to);
+}
+HWY_INLINE void store_choices(Vec<double> x, std::int32_t* to) {
+  const hn::Rebind<std::int32_t, Tag<double>> d;
+  hn::Store(hn::DemoteTo(d, x), d, to);
+}
+
+HWY_INLINE Vec<double> exp_of(Vec<double> x) {
+  return exp(x);
+}
+HWY_INLINE Vec<float> exp_of(Vec<float> x) {
+  TwoWide wide = promoted(x);
+  wide.low = exp(wide.low);
+#if HWY_TARGET != HWY_SCALAR
+  wide.high = exp(wide.high);
+#endif
+  return demoted(wide);
+}
+
+/// What one reading costs a group of particles, for each candidate: −2 log p, where they may choose it.
+template <class Real>
+struct LaneCosts {
+  std::array<Vec<Real>, kMostCandidates> of;
+  Vec<Real> least;
+  Vec<Real> otherwise;  ///< kFresh or kDoubtful
+};
+
+template <class Real>
+HWY_INLINE LaneCosts<Real> costs_of(const ReadingTerms& reading, std::span<const Candidate> candidates,
+                                    const Choosing& choosing, std::size_t i) {
+  const AssociationOptions& options = choosing.options;
+  const LaneSymmetric<Real> Q = symmetric<Real>(choosing.sensor_covariance);
+  const LaneSensor<Real> sensor = load_sensor<Real>(choosing.sensors, i);
+  const Vec<Real> gate = lanes<Real>(options.gate);
+  const Vec<Real> zero = hn::Zero(Tag<Real>());
+  LaneCosts<Real> costs;
+  costs.least = lanes<Real>(cost_of_new(options));
+  costs.otherwise = lanes<Real>(kFresh);
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    const LandmarkColumns& columns = *candidates[c].columns;
+    const LaneLandmark<Real> m = load_landmark<Real>(columns.numbers<Real>() + i, columns.stride());
+    const LaneSight<Real> s = sight_of(sensor, reading, columns.origin() - choosing.sensors.origin, m);
+    const LaneTotal<Real> S = total_covariance(Q, sensor, s);
+    const Vec<Real> nis = nis_of(s, S);
+    const Vec<Real> cost = nis + log<Real>(S.determinant * s.inverse_range * s.inverse_range) +
+                           lanes<Real>(2.0 * std::log(2.0 * kPi));
+    const auto passes = hn::And(m.xx >= zero, nis <= gate);
+    const auto is_near =
+        hn::And(hn::And(m.xx >= zero, nis > gate), nis <= lanes<Real>(options.doubt * options.gate));
+    costs.of[c] = hn::IfThenElse(passes, cost, lanes<Real>(1e9));
+    costs.least = hn::Min(costs.least, costs.of[c]);
+    costs.otherwise = hn::IfThenElse(is_near, lanes<Real>(kDoubtful), costs.otherwise);
+  }
+  return costs;
+}
+
+// Eq. 54.
+template <class Real>
+void choices_as(const ReadingTerms& reading, std::span<const Candidate> candidates, const Choosing& choosing,
+                ParticleRange range, std::int32_t* choices) {
+  const Vec<Real> half = lanes<Real>(-0.5);
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
+    const LaneCosts<Real> costs = costs_of<Real>(reading, candidates, choosing, i);
+    const auto relative = [&](Vec<Real> cost) HWY_ATTR { return exp_of(half * (cost - costs.least)); };
+    const Vec<Real> none = relative(lanes<Real>(cost_of_new(choosing.options)));
+    std::array<Vec<Real>, kMostCandidates> share;
+    Vec<Real> all = none;
+    for (std::size_t c = 0; c < candidates.size(); ++c) all = all + (share[c] = relative(costs.of[c]));
+    Vec<Real> left = load<Real>(choosing.chance + i) * all - none;
+    Vec<Real> choice = costs.otherwise;
+    Vec<Real> chosen = none;
+    for (std::size_t c = 0; c < candidates.size(); ++c) {
+      const auto takes = hn::And(left >= hn::Zero(Tag<Real>()), share[c] > hn::Zero(Tag<Real>()));
+      choice = hn::IfThenElse(takes, lanes<Real>(candidates[c].landmark), choice);
+      chosen = hn::IfThenElse(takes, share[c], chosen);
+      left = left - share[c];
+    }
+    store_choices(choice, choices + i);
+    add<Real>(log<Real>(all / chosen), choosing.log_weights + i);
+  }
+}
+
+void choices_of(const ReadingTerms& reading, std::span<const Candidate> candidates, const Choosing& choosing,
+                ParticleRange range, std::int32_t* choices) {
+  if (candidates.front().columns->precision() == Precision::float32)
+    choices_as<float>(reading, candidates, choosing, range, choices);
+  else
+    choices_as<double>(reading, candidates, choosing, range, choices);
+}
+
+/// L of a twist = L n.
+template <class Real>
+struct LaneMatrix {
+  std::array<LaneTriple<Real>, 3> columns;
+};
+
+template <class Real>
+HWY_INLINE LaneMatrix<Real> matrix(const Matrix3& A) {
+  LaneMatrix<Real> lane;
+  for (int k = 0; k < 3; ++k)
+    lane.columns[static_cast<std::size_t>(k)] = {lanes<Real>(A(0, k)), lanes<Real>(A(1, k)),
+                                                 lanes<Real>(A(2, k))};
+  return lane;
+}
+
+template <class Real>
+HWY_INLINE LaneTriple<Real> times(const LaneMatrix<Real>& A, const LaneTriple<Real>& v) {
+  const auto& [a, b, c] = A.columns;
+  return {a.x * v.x + b.x * v.y + c.x * v.h, a.y * v.x + b.y * v.y + c.y * v.h,
+          a.h * v.x + b.h * v.y + c.h * v.h};
+}
+
+template <class Real>
+HWY_INLINE LaneTriple<Real> transposed_times(const LaneMatrix<Real>& A, const LaneTriple<Real>& v) {
+  return {dot(A.columns[0], v), dot(A.columns[1], v), dot(A.columns[2], v)};
+}
+
+/// Lower C with C Cᵀ = A.
+template <class Real>
+struct LaneCholesky {
+  Vec<Real> xx, yx, yy, hx, hy, hh;
+  Vec<Real> inverse_xx, inverse_yy, inverse_hh;
+
+  explicit LaneCholesky(const LaneSymmetric<Real>& A) {
+    const Vec<Real> one = lanes<Real>(1.0);
+    xx = hn::Sqrt(A.xx);
+    inverse_xx = one / xx;
+    yx = A.xy * inverse_xx;
+    hx = A.xh * inverse_xx;
+    yy = hn::Sqrt(A.yy - yx * yx);
+    inverse_yy = one / yy;
+    hy = (A.yh - hx * yx) * inverse_yy;
+    hh = hn::Sqrt(A.hh - hx * hx - hy * hy);
+    inverse_hh = one / hh;
+  }
+  /// C⁻¹ v
+  LaneTriple<Real> forward(const LaneTriple<Real>& v) const {
+    const Vec<Real> x = v.x * inverse_xx;
+    const Vec<Real> y = (v.y - yx * x) * inverse_yy;
+    return {x, y, (v.h - hx * x - hy * y) * inverse_hh};
+  }
+  /// C⁻ᵀ v
+  LaneTriple<Real> backward(const LaneTriple<Real>& v) const {
+    const Vec<Real> h = v.h * inverse_hh;
+    const Vec<Real> y = (v.y - hy * h) * inverse_yy;
+    return {(v.x - yx * y - hx * h) * inverse_xx, y, h};
+  }
+};
+
+/// sensor · exp(twist).
+template <class Real>
+HWY_INLINE LaneSensor<Real> moved(const LaneSensor<Real>& sensor, const LaneTriple<Real>& twist) {
+  const Vec<Real> u = lanes<Real>(0.5) * twist.h;
+  const LaneSinCos<Real> half = sin_cos<Real>(u);
+  const auto tiny = hn::Abs(u) < lanes<Real>(1e-4);
+  const Vec<Real> sinc =
+      hn::IfThenElse(tiny, lanes<Real>(1.0), half.sin / hn::IfThenElse(tiny, lanes<Real>(1.0), u));
+  const Vec<Real> c = sensor.cos * half.cos - sensor.sin * half.sin;  // in the middle of the turn
+  const Vec<Real> s = sensor.sin * half.cos + sensor.cos * half.sin;
+  const Vec<Real> along = sinc * twist.x;
+  const Vec<Real> across = sinc * twist.y;
+  return {sensor.x + (c * along - s * across), sensor.y + (s * along + c * across),
+          c * half.cos - s * half.sin, s * half.cos + c * half.sin};
+}
+
+/// What the sightings say of a twist of the sensor, linearised where it stands.
+template <class Real>
+struct LaneNormalEquations {
+  LaneSymmetric<Real> information;
+  LaneTriple<Real> gradient;
+  Vec<Real> curving;  ///< greatest of (information of one reading) / range², an upper bound
+  Vec<Real> weight;   ///< greatest information of one reading
+};
+
+template <class Real>
+HWY_INLINE LaneNormalEquations<Real> normal_equations(std::span<const KnownReading> readings,
+                                                      const LaneSensor<Real>& sensor, const Vector2& origin,
+                                                      std::size_t i) {
+  using V = Vec<Real>;
+  const V zero = hn::Zero(Tag<Real>());
+  LaneNormalEquations<Real> sum = {{zero, zero, zero, zero, zero, zero}, {zero, zero, zero}, zero, zero};
+  LaneSymmetric<Real>& I = sum.information;
+  for (const KnownReading& known : readings) {
+    const LaneSight<Real> s =
+        sight_of(sensor, known.reading, known.landmark->origin() - origin,
+                 load_landmark<Real>(known.landmark->numbers<Real>() + i, known.landmark->stride()));
+    const LaneShift<Real> shift = weighted_innovation(s);
+    const LaneDirection<Real> at = direction_of(sensor, s);
+    const V aa = s.s_across * s.inverse_determinant;  // S'⁻¹
+    const V ac = zero - s.p_mixed * s.inverse_determinant;
+    const V cc = s.s_along * s.inverse_determinant;
+    const V cos2 = at.cos * at.cos;
+    const V sin2 = at.sin * at.sin;
+    const V sin_cos = at.sin * at.cos;
+    const V mixed = (ac + ac) * sin_cos;
+    I.xx = I.xx + (aa * cos2 + cc * sin2 - mixed);
+    I.yy = I.yy + (aa * sin2 + cc * cos2 + mixed);
+    I.xy = I.xy + ((aa - cc) * sin_cos + ac * (cos2 - sin2));
+    I.xh = I.xh + s.range * (ac * at.cos - cc * at.sin);
+    I.yh = I.yh + s.range * (ac * at.sin + cc * at.cos);
+    I.hh = I.hh + cc * s.range * s.range;
+    sum.gradient.x = sum.gradient.x - (at.cos * shift.along - at.sin * shift.across);
+    sum.gradient.y = sum.gradient.y - (at.sin * shift.along + at.cos * shift.across);
+    sum.gradient.h = sum.gradient.h - s.range * shift.across;
+    const V trace = aa + cc;
+    sum.weight = hn::Max(sum.weight, trace);
+    sum.curving = hn::Max(sum.curving, trace * s.inverse_range * s.inverse_range);
+  }
+  return sum;
+}
+
+template <class Real>
+struct LaneGaussian {
+  LaneTriple<Real> mean;
+  LaneCholesky<Real> root;  ///< of the information
+  Vec<Real> bend2;          ///< see gaussian_at
+};
+
+/// One Gauss–Newton step from n, and the curvature there. Over a step of length d and turn t what was
+/// linearised bends by less than d (d/range + t); `bend2` is that squared, in the readings' own σ.
+template <class Real>
+HWY_INLINE LaneGaussian<Real> gaussian_at(std::span<const KnownReading> readings,
+                                          const LaneSensor<Real>& sensor, const Vector2& origin,
+                                          std::size_t i, const LaneMatrix<Real>& L,
+                                          const LaneTriple<Real>& n) {
+  const LaneNormalEquations<Real> by_twist = normal_equations<Real>(readings, sensor, origin, i);
+  const LaneTriple<Real> x = times(by_twist.information, L.columns[0]);
+  const LaneTriple<Real> y = times(by_twist.information, L.columns[1]);
+  const LaneTriple<Real> h = times(by_twist.information, L.columns[2]);
+  const Vec<Real> one = lanes<Real>(1.0);
+  const LaneCholesky<Real> root({one + dot(L.columns[0], x), dot(L.columns[0], y), dot(L.columns[0], h),
+                                 one + dot(L.columns[1], y), dot(L.columns[1], h),
+                                 one + dot(L.columns[2], h)});
+  const LaneTriple<Real> step = root.backward(root.forward(transposed_times(L, by_twist.gradient) - n));
+  const LaneTriple<Real> twist = times(L, step);
+  const Vec<Real> length2 = twist.x * twist.x + twist.y * twist.y;
+  return {n + step, root, length2 * (length2 * by_twist.curving + twist.h * twist.h * by_twist.weight)};
+}
+
+template <class Real, class Mask>
+HWY_INLINE LaneTriple<Real> chosen(Mask mask, const LaneTriple<Real>& yes, const LaneTriple<Real>& no) {
+  return {hn::IfThenElse(mask, yes.x, no.x), hn::IfThenElse(mask, yes.y, no.y),
+          hn::IfThenElse(mask, yes.h, no.h)};
+}
+
+template <class Real, class Mask>
+HWY_INLINE void replace(Mask mask, const LaneGaussian<Real>& by, LaneGaussian<Real>& g) {
+  g.mean = chosen(mask, by.mean, g.mean);
+  const auto put = [&](const Vec<Real>& from, Vec<Real>& to)
+                       HWY_ATTR { to = hn::IfThenElse(mask, from, to); };
+  put(by.bend2, g.bend2);
+  put(by.root.xx, g.root.xx);
+  put(by.root.yx, g.root.yx);
+  put(by.root.yy, g.root.yy);
+  put(by.root.hx, g.root.hx);
+  put(by.root.hy, g.root.hy);
+  put(by.root.hh, g.root.hh);
+  put(by.root.inverse_xx, g.root.inverse_xx);
+  put(by.root.inverse_yy, g.root.inverse_yy);
+  put(by.root.inverse_hh, g.root.inverse_hh);
+}
+
+// Eq. 16. A lane whose step was short enough keeps its Gaussian while others go on: no lane sees what stands
+// beside it.
+template <class Real>
+void gaussians_as(std::span<const KnownReading> readings, const GaussianProposal& proposal,
+                  ParticleRange range, TripleColumns& n_columns, double* log_weights) {
+  constexpr int kMostSteps = 4;
+  constexpr double kGreatestBend2 = 0.01;
+  const LaneMatrix<Real> L = matrix<Real>(proposal.L);
+  const Vector2& origin = proposal.predicted.origin;
+  const Vec<Real> zero = hn::Zero(Tag<Real>());
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
+    const LaneSensor<Real> predicted = load_sensor<Real>(proposal.predicted, i);
+    LaneTriple<Real> n = {zero, zero, zero};
+    LaneSensor<Real> sensor = predicted;
+    if (proposal.from != nullptr) {
+      n = load_triple<Real>(*proposal.from, i);
+      sensor = moved(predicted, times(L, n));
+    }
+    LaneGaussian<Real> g = gaussian_at<Real>(readings, sensor, origin, i, L, n);
+    for (int step = 1; step < kMostSteps; ++step) {
+      const auto bends = g.bend2 > lanes<Real>(kGreatestBend2);
+      if (hn::AllFalse(Tag<Real>(), bends)) break;
+      n = g.mean;
+      replace(bends, gaussian_at<Real>(readings, moved(predicted, times(L, n)), origin, i, L, n), g);
+    }
+    const LaneTriple<Real> z = load_triple<Real>(proposal.z, i);
+    n = g.mean + g.root.backward(z);
+    store_triple(n, n_columns, i);
+    add<Real>(lanes<Real>(0.5) * (dot(z, z) - dot(n, n)) +
+                  log<Real>(g.root.inverse_xx * g.root.inverse_yy * g.root.inverse_hh),
+              log_weights + i);
+  }
+}
+
+void gaussians(std::span<const KnownReading> readings, const GaussianProposal& proposal, ParticleRange range,
+               TripleColumns& n, double* log_weights) {
+  if (readings.front().landmark->precision() == Precision::float32)
+    gaussians_as<float>(readings, proposal, range, n, log_weights);
+  else
+    gaussians_as<double>(readings, proposal, range, n, log_weights);
+}
+
+/// The landmark of a group of particles, or of one particle in all lanes.
+template <class Real, bool kOfOne>
+HWY_INLINE LaneLandmark<Real> landmark_of(LandmarkColumns& columns, std::size_t i) {
+  const Real* numbers = columns.numbers<Real>() + i;
+  const std::size_t stride = columns.stride();
+  if constexpr (!kOfOne) return load_landmark<Real>(numbers, stride);
+  const Tag<Real> d;
+  return {hn::Set(d, numbers[0]), hn::Set(d, numbers[stride]), hn::Set(d, numbers[2 * stride]),
+          hn::Set(d, numbers[3 * stride]), hn::Set(d, numbers[4 * stride])};
+}
+
+// Eq. 15.
+template <class Real, bool kOfOne>
+void fitness_as(std::size_t particle, std::span<const KnownReading> readings, const SensorColumns& sensors,
+                const TripleColumns& n_columns, ParticleRange range, Fitness& fitness) {
+  const Vec<Real> share = lanes<Real>(1.0 / static_cast<double>(readings.size()));
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
+    const LaneSensor<Real> sensor = load_sensor<Real>(sensors, i);
+    const LaneTriple<Real> n = load_triple<Real>(n_columns, i);
+    Vec<Real> log_density = lanes<Real>(-0.5) * dot(n, n);
+    Vec<Real> agreement = hn::Zero(Tag<Real>());
+    for (const KnownReading& known : readings) {
+      const LaneSight<Real> s = sight_of(sensor, known.reading, known.landmark->origin() - sensors.origin,
+                                         landmark_of<Real, kOfOne>(*known.landmark, kOfOne ? particle : i));
+      const LaneShift<Real> shift = weighted_innovation(s);
+      log_density = log_density + log_likelihood_of(s, shift);
+      agreement =
+          agreement + share * exp_of(lanes<Real>(-0.5) * (s.along * shift.along + s.across * shift.across));
+    }
+    store<Real>(log_density, fitness.log_density.data() + i);
+    store<Real>(agreement, fitness.agreement.data() + i);
+  }
+}
+
+void fitness_of_all(std::span<const KnownReading> readings, const SensorColumns& sensors,
+                    const TripleColumns& n, ParticleRange range, Fitness& fitness) {
+  if (readings.front().landmark->precision() == Precision::float32)
+    fitness_as<float, false>(0, readings, sensors, n, range, fitness);
+  else
+    fitness_as<double, false>(0, readings, sensors, n, range, fitness);
+}
+
+void fitness_of_one(std::size_t particle, std::span<const KnownReading> readings, const SensorColumns& places,
+                    const TripleColumns& n, ParticleRange range, Fitness& fitness) {
+  if (readings.front().landmark->precision() == Precision::float32)
+    fitness_as<float, true>(particle, readings, places, n, range, fitness);
+  else
+    fitness_as<double, true>(particle, readings, places, n, range, fitness);
+}
+
+}  // namespace trundle::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace trundle {
+
+HWY_EXPORT(gather);
+HWY_EXPORT(weigh);
+HWY_EXPORT(first);
+HWY_EXPORT(surprises_of);
+HWY_EXPORT(choices_of);
+HWY_EXPORT(gaussians);
+HWY_EXPORT(fitness_of_all);
+HWY_EXPORT(fitness_of_one);
+
+void gather_landmark(const LandmarkColumns& from, const Column<std::uint32_t>& ancestors, ParticleRange range,
+                     LandmarkColumns& to) {
+  HWY_DYNAMIC_DISPATCH(gather)(from, ancestors, range, to);
+}
+
+void weigh_and_improve(std::span<const KnownReading> readings, const SensorColumns& sensors,
+                       ParticleRange range, double* log_weights) {
+  if (!readings.empty()) HWY_DYNAMIC_DISPATCH(weigh)(readings, sensors, range, log_weights);
+}
+
+void set_first_estimates(const ReadingTerms& reading, const SensorColumns& sensors, ParticleRange range,
+                         LandmarkColumns& landmark) {
+  HWY_DYNAMIC_DISPATCH(first)(reading, sensors, range, landmark);
+}
+
+void set_surprises(const KnownReading& known, const SensorColumns& sensors, const Matrix3& sensor_covariance,
+                   ParticleRange range, TripleColumns& surprises) {
+  HWY_DYNAMIC_DISPATCH(surprises_of)(known, sensors, sensor_covariance, range, surprises);
+}
+
+void choose_landmarks(const ReadingTerms& reading, std::span<const Candidate> candidates,
+                      const Choosing& choosing, ParticleRange range, std::int32_t* choices) {
+  if (candidates.empty())
+    std::fill(choices + range.first, choices + range.last, kFresh);
+  else
+    HWY_DYNAMIC_DISPATCH(choices_of)(reading, candidates, choosing, range, choices);
+}
+
+void draw_from_gaussians(std::span<const KnownReading> readings, const GaussianProposal& proposal,
+                         ParticleRange range, TripleColumns& n, double* log_weights) {
+  HWY_DYNAMIC_DISPATCH(gaussians)(readings, proposal, range, n, log_weights);
+}
+
+void set_fitness(std::span<const KnownReading> readings, const SensorColumns& sensors, const TripleColumns& n,
+                 ParticleRange range, Fitness& fitness) {
+  HWY_DYNAMIC_DISPATCH(fitness_of_all)(readings, sensors, n, range, fitness);
+}
+
+void set_fitness_of(std::size_t particle, std::span<const KnownReading> readings, const SensorColumns& places,
+                    const TripleColumns& n, ParticleRange range, Fitness& fitness) {
+  HWY_DYNAMIC_DISPATCH(fitness_of_one)(particle, readings, places, n, range, fitness);
+}
+
+}  // namespace trundle
+#endif

@@ -1,0 +1,355 @@
+#include "trundle/slam/particles/particle_association.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+
+#include "trundle/slam/particles/pieces.hpp"
+#include "trundle/slam/particles/pose_target.hpp"
+
+namespace trundle {
+namespace {
+
+constexpr double kCellShare = 0.25;     // of the sensor's range: cells of the grid
+constexpr double kBeyondJurors = 1.5;   // so much further than jurors may other particles differ
+constexpr double kBetweenJurors = 4.0;  // what jurors find that much too far may be near to others
+constexpr double kAnywhere_m2 = 1e6;    // variance of a landmark that may be anywhere
+constexpr double kNewShare = 0.01;      // of the sightings, expected to show a new landmark
+constexpr double kLeastShare = 0.01;    // of the weight: fewer particles create no landmark
+
+SensorAt sensor_of(const SensorColumns& sensors, std::size_t i) {
+  return {sensors.origin.x() + sensors.x[i], sensors.origin.y() + sensors.y[i], sensors.cos[i],
+          sensors.sin[i]};
+}
+
+/// Covariance of (along, across) by the sensor's own uncertainty, that of a twist in its frame.
+Matrix2 by_sensor(const SensorAt& sensor, const Sight& s, const Matrix3& covariance) {
+  const double c = sensor.cos * s.ux + sensor.sin * s.uy;
+  const double d = sensor.cos * s.uy - sensor.sin * s.ux;
+  Matrix23 A;
+  A << -c, -d, 0.0, d, -c, -s.range;
+  return A * covariance * A.transpose();
+}
+
+/// What a particle makes of a reading of a landmark before it is drawn.
+struct Expected {
+  Vector2 innovation;  ///< (range, bearing) [m, rad]
+  double nis;
+  double minus_two_log_p;
+};
+
+// Eq. 11, 12, with the sensor's own uncertainty.
+Expected expected_of(const SensorAt& sensor, const Matrix3& sensor_covariance, const ReadingTerms& reading,
+                     const LandmarkEstimate& m) {
+  const Sight s = sight_of(sensor, reading, m);
+  Matrix2 S = by_sensor(sensor, s, sensor_covariance);
+  S += (Matrix2() << s.p_along + s.r_along, s.p_mixed, s.p_mixed, s.p_across + s.r_across).finished();
+  const Vector2 innovation(s.along, s.across);
+  const double nis = innovation.dot(S.inverse() * innovation);
+  const double log_det = std::log(S.determinant() / (s.range * s.range));
+  return {{s.along, s.across / s.range}, nis, nis + log_det + 2.0 * std::log(2.0 * kPi)};
+}
+
+bool share_a_candidate(std::span<const Candidate> a, std::span<const Candidate> b) {
+  return std::ranges::any_of(a, [&](const Candidate& one) {
+    return std::ranges::any_of(b, [&](const Candidate& other) { return one.landmark == other.landmark; });
+  });
+}
+
+}  // namespace
+
+ParticleAssociation::ParticleAssociation(const LandmarkSensor& sensor, const Particles& particles)
+    : sensor_(sensor),
+      particles_(particles),
+      options_{.gate = UnknownIdOptions{}.gate,
+               .max_range_m = sensor.max_range_m,
+               .new_share = kNewShare,
+               .doubt = UnknownIdOptions{}.near},
+      grid_(kCellShare * sensor.max_range_m),
+      visibility_(sensor.max_range_m) {}
+
+bool ParticleAssociation::collect(std::span<const Observation> observations) {
+  sightings_ = 0;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    if (observations[i].landmark >= 0 || !is_valid(observations[i])) continue;
+    if (pool_.size() == sightings_) pool_.emplace_back().choices.resize(padded(particles_.count));
+    Sighting& sighting = pool_[sightings_++];
+    sighting.observation = i;
+    sighting.seen = observations[i];
+    sighting.reading = reading_terms(observations[i], sensor_);
+  }
+  return sightings_ > 0;
+}
+
+void ParticleAssociation::recognise(const View& view, ParticleMap& map, Ancestry& ancestry) {
+  reporter_ = view.reporter;
+  for (Sighting& sighting : sightings()) look_up(sighting, view, map, ancestry);
+  choose(view);
+  exclude_each_other(view);
+  for (std::size_t k = 0; k < sightings_; ++k) prepare(k, view);
+}
+
+void ParticleAssociation::choose(const View& view) {
+  constexpr std::size_t kDrawn = 3;
+  while (chances_.size() * kDrawn < sightings_) chances_.emplace_back(particles_.count);
+  for_all_particles(particles_.count, particles_.threads, [&](ParticleRange piece) {
+    for (std::size_t k = 0; k < sightings_; ++k) {
+      Sighting& sighting = pool_[k];
+      TripleColumns& chances = chances_[k / kDrawn];
+      if (k % kDrawn == 0) {
+        const auto purpose = static_cast<std::uint32_t>(1 + k / kDrawn);
+        draw_uniforms({view.draw.seed, view.draw.step, purpose}, piece, chances);
+      }
+      choose_landmarks(
+          sighting.reading, sighting.candidates,
+          {view.sensors, view.sensor_covariance, options_, chances[k % kDrawn], view.log_weights}, piece,
+          sighting.choices.data());
+    }
+  });
+}
+
+/// The landmarks that some juror finds near, the likeliest first; their columns are brought up to now.
+void ParticleAssociation::look_up(Sighting& sighting, const View& view, ParticleMap& map,
+                                  Ancestry& ancestry) {
+  const double sigmas = std::sqrt(options_.doubt * options_.gate);
+  const Jury::Whereabouts points = view.jury.where_points(sighting.reading);
+  const double radius = kBeyondJurors * points.reach_m + sigmas * points.sigma_m;
+  sighting.place = points.place;
+  std::vector<std::size_t> near;
+  grid_.near(points.place, radius + widest_m_, map.landmarks(), near);
+  std::vector<std::pair<double, Candidate>> likely;
+  for (const std::size_t index : near) {
+    if ((grid_.place(index) - points.place).norm() > radius + entries_[index].slack_m) continue;
+    const auto landmark = static_cast<LandmarkId>(index);
+    LandmarkColumns& columns = map.current(landmark, ancestry);
+    const double nis = view.jury.least_nis({sighting.reading, &columns});
+    if (nis <= kBetweenJurors * options_.doubt * options_.gate) likely.push_back({nis, {landmark, &columns}});
+  }
+  std::ranges::sort(likely, {}, [](const auto& one) { return std::pair(one.first, one.second.landmark); });
+  if (likely.size() > kMostCandidates) likely.resize(kMostCandidates);
+  sighting.candidates.clear();
+  for (const auto& [nis, candidate] : likely) sighting.candidates.push_back(candidate);
+}
+
+/// Puts a landmark into the grid, where jurors have it today.
+void ParticleAssociation::locate(LandmarkId landmark, const LandmarkColumns& columns, Jury& jury) {
+  const auto index = static_cast<std::size_t>(landmark);
+  const Jury::Whereabouts where = jury.where_is(columns);
+  if (!where.is_somewhere) return;
+  grid_.put(index, where.place);
+  entries_[index].slack_m =
+      kBeyondJurors * where.reach_m + std::sqrt(options_.doubt * options_.gate) * where.sigma_m;
+  widest_m_ = std::max(widest_m_, entries_[index].slack_m);
+  if (++located_ < entries_.size()) return;
+  located_ = 0;
+  widest_m_ = 0.0;
+  for (const Entry& entry : entries_) widest_m_ = std::max(widest_m_, entry.slack_m);
+}
+
+/// Sightings that may show the same landmark come into one group.
+void ParticleAssociation::group_by_candidates() {
+  for (std::size_t k = 0; k < sightings_; ++k) {
+    pool_[k].group = k;
+    for (std::size_t j = 0; j < k; ++j) {
+      if (pool_[j].group == pool_[k].group || !share_a_candidate(pool_[j].candidates, pool_[k].candidates))
+        continue;
+      const std::size_t from = pool_[j].group;
+      for (std::size_t i = 0; i <= k; ++i)
+        if (pool_[i].group == from) pool_[i].group = pool_[k].group;
+    }
+  }
+}
+
+/// No landmark is seen twice: where a particle has taken two sightings for the same one, all of their group
+/// are decided together.
+void ParticleAssociation::exclude_each_other(const View& view) {
+  group_by_candidates();
+  std::vector<Sighting*> group;
+  std::vector<std::int32_t> conflict;
+  for (std::size_t number = 0; number < sightings_; ++number) {
+    group.clear();
+    for (Sighting& sighting : sightings())
+      if (sighting.group == number) group.push_back(&sighting);
+    if (group.size() < 2) continue;
+    conflict.assign(particles_.count, 0);
+    for (std::size_t k = 1; k < group.size(); ++k)
+      for (std::size_t j = 0; j < k; ++j) {
+        const std::int32_t* const one = group[j]->choices.data();
+        const std::int32_t* const other = group[k]->choices.data();
+        for (std::size_t i = 0; i < particles_.count; ++i)
+          conflict[i] |=
+              static_cast<std::int32_t>(one[i] == other[i]) & static_cast<std::int32_t>(one[i] >= 0);
+      }
+    for (std::size_t i = 0; i < particles_.count; ++i)
+      if (conflict[i] != 0) decide_together(group, i, view);
+  }
+}
+
+/// Eq. 21.
+void ParticleAssociation::decide_together(std::span<Sighting* const> group, std::size_t particle,
+                                          const View& view) const {
+  std::vector<std::vector<Fit>> fits;
+  for (const Sighting* sighting : group) fits.push_back(fits_of(*sighting, particle, view));
+  const std::vector<Associated> found = associate(fits, options_);
+  for (std::size_t k = 0; k < group.size(); ++k)
+    group[k]->choices[particle] = found[k].kind == Association::matched ? found[k].landmark
+                                  : found[k].kind == Association::fresh ? kFresh
+                                                                        : kDoubtful;
+}
+
+/// Of the landmarks that the particle has.
+std::vector<Fit> ParticleAssociation::fits_of(const Sighting& sighting, std::size_t particle,
+                                              const View& view) const {
+  std::vector<Fit> fits;
+  const SensorAt sensor = sensor_of(view.sensors, particle);
+  for (const Candidate& candidate : sighting.candidates) {
+    const LandmarkEstimate m = candidate.columns->at(particle);
+    if (!is_there(m)) continue;
+    const Expected expected = expected_of(sensor, view.sensor_covariance, sighting.reading, m);
+    fits.push_back({candidate.landmark, expected.nis, expected.minus_two_log_p});
+  }
+  return fits;
+}
+
+/// What the reporter finds; and where particles differ, the column of what each takes the sighting for.
+void ParticleAssociation::prepare(std::size_t k, const View& view) {
+  Sighting& sighting = pool_[k];
+  const std::span chosen(sighting.choices.data(), particles_.count);
+  sighting.is_unanimous = std::ranges::all_of(chosen, [&](std::int32_t c) { return c == chosen.front(); });
+  sighting.is_known = std::ranges::any_of(chosen, [](std::int32_t choice) { return choice >= 0; });
+  sighting.innovation = Vector2::Zero();
+  sighting.nis = 0.0;
+  for (const Candidate& candidate : sighting.candidates) {
+    const LandmarkEstimate m = candidate.columns->at(reporter_);
+    const bool is_reported = candidate.landmark == chosen[reporter_] || chosen[reporter_] == kDoubtful;
+    if (!is_reported || !is_there(m)) continue;
+    const Expected expected =
+        expected_of(sensor_of(view.sensors, reporter_), view.sensor_covariance, sighting.reading, m);
+    if (sighting.nis > 0.0 && expected.nis >= sighting.nis) continue;
+    sighting.innovation = expected.innovation;
+    sighting.nis = expected.nis;
+  }
+  if (taken_for_.size() == k) taken_for_.emplace_back(particles_.count, particles_.precision);
+  if (!sighting.is_known || sighting.is_unanimous) return;
+  taken_for_[k].fill({sighting.place.x(), sighting.place.y(), kAnywhere_m2, 0.0, kAnywhere_m2});
+  for (const Candidate& candidate : sighting.candidates)
+    taken_for_[k].take_where(sighting.choices, candidate.landmark, *candidate.columns);
+}
+
+void ParticleAssociation::add_readings(std::vector<KnownReading>& readings) {
+  for (std::size_t k = 0; k < sightings_; ++k) {
+    Sighting& sighting = pool_[k];
+    if (!sighting.is_known) continue;
+    LandmarkColumns* columns = &taken_for_[k];
+    if (sighting.is_unanimous)
+      columns =
+          std::ranges::find(sighting.candidates, sighting.choices.front(), &Candidate::landmark)->columns;
+    readings.push_back({sighting.reading, columns});
+  }
+}
+
+void ParticleAssociation::settle(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry,
+                                 StepReport& report) {
+  for (std::size_t k = 0; k < sightings_; ++k) {
+    const Sighting& sighting = pool_[k];
+    const std::int32_t choice = sighting.choices[reporter_];
+    report.observations[sighting.observation] = {choice >= 0 ? Decision::matched : Decision::rejected,
+                                                 choice >= 0 ? map.id_of(choice) : kUnknownLandmark,
+                                                 sighting.innovation, sighting.nis};
+    if (sighting.is_known && !sighting.is_unanimous) put_back(k, drawn);
+    for (const Candidate& candidate : sighting.candidates)
+      locate(candidate.landmark, *candidate.columns, drawn.jury);
+    if (choice != kDoubtful) visibility_.saw(sighting.seen.range_m, sighting.seen.bearing_rad);
+    if (choice >= 0) map.count_sighting(choice);
+  }
+  look_around(drawn, map, ancestry);
+}
+
+void ParticleAssociation::create(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry,
+                                 StepReport& report) {
+  for (const Sighting& sighting : sightings()) {
+    double share = 0.0;
+    for (std::size_t i = 0; i < particles_.count; ++i)
+      if (sighting.choices[i] == kFresh) share += drawn.weights[i];
+    const bool is_reported = sighting.choices[reporter_] == kFresh;
+    if (share < kLeastShare && !is_reported) continue;
+    const LandmarkId landmark = create(sighting, drawn, map, ancestry);
+    if (!is_reported) continue;
+    report.observations[sighting.observation].decision = Decision::created;
+    report.observations[sighting.observation].landmark = map.id_of(landmark);
+  }
+}
+
+/// What each particle has learned of its landmark; and for those that saw none of theirs, the density of a
+/// new landmark instead of that of one anywhere.
+void ParticleAssociation::put_back(std::size_t k, const Drawn& drawn) {
+  const Sighting& sighting = pool_[k];
+  for (const Candidate& candidate : sighting.candidates)
+    candidate.columns->take_where(sighting.choices, candidate.landmark, taken_for_[k]);
+  const double of_anywhere = std::log(sighting.seen.range_m / (2.0 * kPi * kAnywhere_m2));
+  const double more = -0.5 * cost_of_new(options_) - of_anywhere;
+  for (std::size_t i = 0; i < particles_.count; ++i)
+    if (sighting.choices[i] < 0) drawn.log_weights[i] += more;
+}
+
+LandmarkId ParticleAssociation::create(const Sighting& sighting, const Drawn& drawn, ParticleMap& map,
+                                       Ancestry& ancestry) {
+  const LandmarkEstimate near = first_estimate(sensor_of(drawn.sensors, reporter_), sighting.reading);
+  const LandmarkId landmark = map.add_nameless({near.x, near.y}, ancestry);
+  LandmarkColumns& columns = map.current(landmark, ancestry);
+  set_first_estimates(sighting.reading, drawn.sensors, {0, padded(particles_.count)}, columns);
+  for (std::size_t i = 0; i < particles_.count; ++i)
+    if (sighting.choices[i] != kFresh) columns.set(i, {near.x, near.y, kAbsent, 0.0, kAbsent});
+  const auto index = static_cast<std::size_t>(landmark);
+  if (entries_.size() <= index) entries_.resize(index + 1);
+  entries_[index].existence = {0.0, drawn.sensor_of_reporter.translation()};
+  locate(landmark, columns, drawn.jury);
+  if (!grid_.contains(index)) grid_.put(index, {near.x, near.y});
+  return landmark;
+}
+
+/// Landmarks that ought to be seen become less likely where most particles that have them do not see them;
+/// those that no particle has any more go as well. Eq. 23.
+void ParticleAssociation::look_around(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry) {
+  const bool has_matched =
+      std::ranges::any_of(sightings(), [&](const Sighting& s) { return s.choices[reporter_] >= 0; });
+  if (!has_matched) return;
+  const Vector2 from = drawn.sensor_of_reporter.translation();
+  std::vector<std::size_t> around;
+  grid_.near(from, visibility_.reach_m(), map.landmarks(), around);
+  for (const std::size_t index : around) {
+    const ExpectedReading expected = expected_reading(drawn.sensor_of_reporter, {}, grid_.place(index));
+    Existence& existence = entries_[index].existence;
+    if (!visibility_.covers(expected.range_m, expected.bearing_rad) ||
+        !existence.is_another_look(from, expected.range_m))
+      continue;
+    const auto landmark = static_cast<LandmarkId>(index);
+    const double having = share_that_has(map.current(landmark, ancestry), drawn.weights);
+    const bool is_seen = share_that_saw(landmark, drawn.weights) > 0.5 * having;
+    if (having > kLeastShare && existence.look(from, is_seen, visibility_)) continue;
+    map.remove(landmark, ancestry);
+    grid_.remove(index);
+    entries_[index] = {};
+  }
+}
+
+double ParticleAssociation::share_that_has(const LandmarkColumns& columns,
+                                           const Column<double>& weights) const {
+  double share = 0.0;
+  for (std::size_t i = 0; i < particles_.count; ++i) share += is_there(columns.at(i)) ? weights[i] : 0.0;
+  return share;
+}
+
+double ParticleAssociation::share_that_saw(LandmarkId landmark, const Column<double>& weights) const {
+  double share = 0.0;
+  for (const Sighting& sighting : sightings()) {
+    if (std::ranges::find(sighting.candidates, landmark, &Candidate::landmark) == sighting.candidates.end())
+      continue;
+    for (std::size_t i = 0; i < particles_.count; ++i)
+      share += sighting.choices[i] == landmark ? weights[i] : 0.0;
+  }
+  return share;
+}
+
+}  // namespace trundle

@@ -1,0 +1,126 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "trundle/slam/association/association.hpp"
+#include "trundle/slam/association/existence.hpp"
+#include "trundle/slam/association/landmark_grid.hpp"
+#include "trundle/slam/particles/ancestry.hpp"
+#include "trundle/slam/particles/jury.hpp"
+#include "trundle/slam/particles/particle_kernels.hpp"
+#include "trundle/slam/particles/particle_map.hpp"
+
+namespace trundle {
+
+/// Sightings without names, for particles: each finds out for itself which landmark of its own map is which.
+///
+/// All particles share one pool of landmark columns; a particle has some of them. Those that take one
+/// sighting for a new landmark get one column together. A sighting that all take for the same landmark is as
+/// good as one with a name. For any other a column is made in which every particle finds the landmark that it
+/// takes the sighting for: one that takes it for none finds a landmark there that may be anywhere, which says
+/// nothing about its pose. docs/slam.md, 'Without names'.
+class ParticleAssociation {
+ public:
+  struct Particles {
+    std::size_t count;
+    Precision precision;
+    std::size_t threads;
+  };
+  ParticleAssociation(const LandmarkSensor& sensor, const Particles& particles);
+
+  /// Takes the observations of a step that have no name. False: there are none.
+  bool collect(std::span<const Observation> observations);
+  /// The particles as they are when they look.
+  struct View {
+    const SensorColumns& sensors;
+    Matrix3 sensor_covariance;  ///< of a twist in the sensor's frame, beyond that
+    std::size_t reporter;       ///< whose decisions are reported
+    Draw draw;                  ///< purposes from 1 on are free
+    double* log_weights;
+    Jury& jury;  ///< that has met; it tells which landmarks come into question
+  };
+  /// Decides what each particle takes them for.
+  void recognise(const View& view, ParticleMap& map, Ancestry& ancestry);
+  /// Readings for all particles, of the sightings that some particle takes for a landmark it has.
+  void add_readings(std::vector<KnownReading>& readings);
+
+  /// What is left to do once particles are drawn and weighed.
+  struct Drawn {
+    const SensorColumns& sensors;
+    Pose2 sensor_of_reporter;
+    double* log_weights;
+    const Column<double>& weights;  ///< those before the step
+    Jury& jury;
+  };
+  /// Puts the improved landmarks back, and removes those that ought to be seen and are not.
+  void settle(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry, StepReport& report);
+  /// Adds new ones; after that there is nothing more to do in this step.
+  void create(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry, StepReport& report);
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.grid_, self.entries_, self.widest_m_, self.located_, self.visibility_);
+  }
+
+ private:
+  /// One observation without a name.
+  struct Sighting {
+    std::size_t observation = 0;
+    Observation seen = {};
+    ReadingTerms reading = {};
+    Vector2 place = Vector2::Zero();  ///< where the reporter sees it
+    std::vector<Candidate> candidates = {};
+    Column<std::int32_t> choices = {};  ///< of each particle: a landmark, kFresh or kDoubtful
+    bool is_unanimous = false;
+    bool is_known = false;  ///< some particle takes it for a landmark that it has
+    Vector2 innovation = Vector2::Zero();
+    double nis = 0.0;  ///< of what is reported
+    std::size_t group = 0;
+  };
+  /// Landmarks lie in the grid where a juror had them when they were last seen, and for all particles not
+  /// further away than this.
+  struct Entry {
+    double slack_m = 0.0;
+    Existence existence;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.slack_m, self.existence);
+    }
+  };
+
+  std::span<Sighting> sightings() { return {pool_.data(), sightings_}; }
+  std::span<const Sighting> sightings() const { return {pool_.data(), sightings_}; }
+  void look_up(Sighting& sighting, const View& view, ParticleMap& map, Ancestry& ancestry);
+  void locate(LandmarkId landmark, const LandmarkColumns& columns, Jury& jury);
+  void choose(const View& view);
+  void group_by_candidates();
+  void exclude_each_other(const View& view);
+  void decide_together(std::span<Sighting* const> group, std::size_t particle, const View& view) const;
+  std::vector<Fit> fits_of(const Sighting& sighting, std::size_t particle, const View& view) const;
+  void prepare(std::size_t k, const View& view);
+  void put_back(std::size_t k, const Drawn& drawn);
+  LandmarkId create(const Sighting& sighting, const Drawn& drawn, ParticleMap& map, Ancestry& ancestry);
+  void look_around(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry);
+  double share_that_saw(LandmarkId landmark, const Column<double>& weights) const;
+  double share_that_has(const LandmarkColumns& columns, const Column<double>& weights) const;
+
+  LandmarkSensor sensor_;
+  Particles particles_;
+  AssociationOptions options_;
+  std::size_t reporter_ = 0;
+  LandmarkGrid grid_;
+  std::vector<Entry> entries_;  ///< by landmark
+  double widest_m_ = 0.0;       ///< no slack is greater
+  std::size_t located_ = 0;     ///< landmarks, since that was found out
+  Visibility visibility_;
+  // Of one step.
+  std::vector<Sighting> pool_;
+  std::size_t sightings_ = 0;
+  std::vector<TripleColumns> chances_;      ///< for three sightings each
+  std::vector<LandmarkColumns> taken_for_;  ///< for each sighting, what each particle takes it for
+};
+
+}  // namespace trundle

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+
+#include "trundle/slam/motion.hpp"
+#include "trundle/slam/particles/columns.hpp"
+
+namespace trundle {
+
+// What is done to every particle in one step, whatever it sees: many at once, with the best instruction set
+// of the machine, and with the same bits on all.
+
+/// Which random numbers: they depend on seed, step, purpose and particle, and on nothing else. [Salmon et al.
+/// 2011, Threefry-4x32-20]
+struct Draw {
+  std::uint64_t seed = 0;
+  std::uint64_t step = 0;
+  std::uint32_t purpose = 0;
+};
+/// Standard normal numbers, three for each particle. [Box & Muller 1958], to ±5.7 σ.
+void draw_normals(const Draw& draw, ParticleRange range, TripleColumns& n);
+/// Uniform in (0, 1).
+void draw_uniforms(const Draw& draw, ParticleRange range, TripleColumns& u);
+/// The generator itself: the four words of one counter.
+std::array<std::uint32_t, 4> threefry(const std::array<std::uint32_t, 4>& counter,
+                                      const std::array<std::uint32_t, 4>& key);
+
+/// predicted = pose · M · exp(S s), each particle with its own s. docs/slam.md, eq. 9.
+void predict(const PoseColumns& poses, const TripleColumns& systematic, const Motion& motion,
+             ParticleRange range, PoseColumns& predicted);
+
+/// pose = predicted · exp(L n), L lower triangular, and the sensor there, from sensors.origin.
+struct Placement {
+  Matrix3 L = Matrix3::Zero();
+  Pose2 body_from_sensor;
+};
+void place(const PoseColumns& predicted, const TripleColumns& n, const Placement& placement,
+           ParticleRange range, PoseColumns& poses, SensorColumns& sensors);
+
+/// w = exp(log w) of logarithms up to 709; 0 where they are below −708.
+void exponentials(const double* log_weights, ParticleRange range, double* weights);
+
+}  // namespace trundle

@@ -1,0 +1,108 @@
+#pragma once
+
+#include "trundle/slam/particles/straight_math.hpp"
+
+namespace trundle {
+
+// One landmark of one particle: a Gaussian in the plane, given the particle's path. Everything is written in
+// the frame of the line of sight, u along it and t across, where the bearing times the range is a length:
+// docs/slam.md, eq. 11 to 13. Straight-line arithmetic, for loops over particles.
+
+/// Mean and covariance in the world.
+struct LandmarkEstimate {
+  double x, y;
+  double xx, xy, yy;
+};
+
+/// A particle's landmark sensor: where it stands, where its bearing 0 points.
+struct SensorAt {
+  double x, y;
+  double cos, sin;
+};
+
+/// A reading with what the sensor is worth.
+struct ReadingTerms {
+  double range;
+  double cos, sin;        ///< of the bearing
+  double range_variance;  ///< [m²]
+  double bearing_variance;
+};
+
+/// What a particle makes of a reading of one of its landmarks.
+struct Sight {
+  double range;                       ///< expected
+  double ux, uy;                      ///< along the line of sight
+  double along, across;               ///< innovation [m], the bearing's times `range`
+  double r_along, r_across;           ///< noise of the reading, its variance [m²]
+  double p_along, p_mixed, p_across;  ///< covariance of the landmark in the same frame
+  double determinant;                 ///< of S, landmark and reading together
+  double distance2;                   ///< squared innovation in S: χ² with two degrees of freedom
+};
+
+/// Eq. 11, 12. The direction of the reading is turned into the line of sight before the angle between them is
+/// taken: it needs no wrapping.
+inline Sight sight_of(const SensorAt& sensor, const ReadingTerms& reading, const LandmarkEstimate& m) {
+  constexpr double kLeastRange2 = 1e-12;
+  const double dx = m.x - sensor.x;
+  const double dy = m.y - sensor.y;
+  const double square = dx * dx + dy * dy;
+  Sight s;
+  s.range = std::sqrt(square > kLeastRange2 ? square : kLeastRange2);
+  s.ux = dx / s.range;
+  s.uy = dy / s.range;
+  const double c = sensor.cos * reading.cos - sensor.sin * reading.sin;
+  const double d = sensor.sin * reading.cos + sensor.cos * reading.sin;
+  s.along = reading.range - s.range;
+  s.across = s.range * straight_atan2(s.ux * d - s.uy * c, s.ux * c + s.uy * d);
+  s.r_along = reading.range_variance;
+  s.r_across = s.range * s.range * reading.bearing_variance;
+  const double px = m.xx * s.ux + m.xy * s.uy;  // P u
+  const double py = m.xy * s.ux + m.yy * s.uy;
+  s.p_along = s.ux * px + s.uy * py;
+  s.p_mixed = s.ux * py - s.uy * px;
+  s.p_across = m.xx * s.uy * s.uy - 2.0 * m.xy * s.ux * s.uy + m.yy * s.ux * s.ux;
+  const double along = s.p_along + s.r_along;
+  const double across = s.p_across + s.r_across;
+  s.determinant = along * across - s.p_mixed * s.p_mixed;
+  s.distance2 =
+      (s.along * s.along * across - 2.0 * s.along * s.across * s.p_mixed + s.across * s.across * along) /
+      s.determinant;
+  return s;
+}
+
+/// log p(reading) without −log 2π. Eq. 12.
+inline double log_likelihood_of(const Sight& s) {
+  return -0.5 * (s.distance2 + straight_log(s.determinant / (s.range * s.range)));
+}
+
+/// Eq. 13: P⁺ = P S⁻¹ R, which no rounding makes unsymmetric or indefinite.
+inline void improve(LandmarkEstimate& m, const Sight& s) {
+  const double along = s.p_along + s.r_along;
+  const double across = s.p_across + s.r_across;
+  const double inverse = 1.0 / s.determinant;
+  const double minor = s.p_along * s.p_across - s.p_mixed * s.p_mixed;
+  const double first = (across * s.along - s.p_mixed * s.across) * inverse;  // S⁻¹ ν
+  const double second = (along * s.across - s.p_mixed * s.along) * inverse;
+  const double move_along = s.p_along * first + s.p_mixed * second;
+  const double move_across = s.p_mixed * first + s.p_across * second;
+  const double aa = (minor + s.p_along * s.r_across) * s.r_along * inverse;
+  const double ac = s.p_mixed * s.r_along * s.r_across * inverse;
+  const double cc = (minor + s.p_across * s.r_along) * s.r_across * inverse;
+  m.x += s.ux * move_along - s.uy * move_across;
+  m.y += s.uy * move_along + s.ux * move_across;
+  m.xx = aa * s.ux * s.ux - 2.0 * ac * s.ux * s.uy + cc * s.uy * s.uy;
+  m.xy = (aa - cc) * s.ux * s.uy + ac * (s.ux * s.ux - s.uy * s.uy);
+  m.yy = aa * s.uy * s.uy + 2.0 * ac * s.ux * s.uy + cc * s.ux * s.ux;
+}
+
+/// A landmark seen for the first time.
+inline LandmarkEstimate first_estimate(const SensorAt& sensor, const ReadingTerms& reading) {
+  const double ux = sensor.cos * reading.cos - sensor.sin * reading.sin;
+  const double uy = sensor.sin * reading.cos + sensor.cos * reading.sin;
+  const double aa = reading.range_variance;
+  const double cc = reading.range * reading.range * reading.bearing_variance;
+  return {sensor.x + reading.range * ux, sensor.y + reading.range * uy, aa * ux * ux + cc * uy * uy,
+          (aa - cc) * ux * uy, aa * uy * uy + cc * ux * ux};
+}
+
+}  // namespace trundle

@@ -1,0 +1,126 @@
+#include "trundle/slam/particles/particle_map.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "trundle/slam/particles/landmark_kernels.hpp"
+#include "trundle/slam/particles/pieces.hpp"
+
+namespace trundle {
+
+ParticleMap::ParticleMap(std::size_t particles, Precision precision, std::size_t threads)
+    : particles_(particles), precision_(precision), threads_(threads), spare_(particles, precision) {
+  way_.ancestors.resize(padded(particles));
+  std::iota(way_.ancestors.begin(), way_.ancestors.end(), Ancestry::Index{0});  // what pads keeps to itself
+}
+
+LandmarkId ParticleMap::find(LandmarkId id) const {
+  const auto i = static_cast<std::size_t>(id);
+  const LandmarkId landmark = i < index_of_.size() ? index_of_[i] : kUnknownLandmark;
+  return landmark >= 0 && entries_[static_cast<std::size_t>(landmark)].has_name ? landmark : kUnknownLandmark;
+}
+
+LandmarkId ParticleMap::add(LandmarkId id, const Vector2& origin, Ancestry& ancestry) {
+  const auto i = static_cast<std::size_t>(id);
+  if (i < index_of_.size() && index_of_[i] >= 0) call(index_of_[i], next_id());  // it has no name
+  const LandmarkId landmark = occupy(origin, ancestry);
+  call(landmark, id);
+  entries_[static_cast<std::size_t>(landmark)].has_name = true;
+  return landmark;
+}
+
+LandmarkId ParticleMap::add_nameless(const Vector2& origin, Ancestry& ancestry) {
+  const LandmarkId landmark = occupy(origin, ancestry);
+  call(landmark, next_id());
+  return landmark;
+}
+
+LandmarkId ParticleMap::occupy(const Vector2& origin, Ancestry& ancestry) {
+  ancestry.hold(ancestry.now());
+  Entry entry{kUnknownLandmark, ancestry.now(), LandmarkColumns(particles_, precision_, origin), 1};
+  if (removed_.empty()) {
+    entries_.push_back(std::move(entry));
+    return static_cast<LandmarkId>(entries_.size() - 1);
+  }
+  const LandmarkId landmark = removed_.back();
+  removed_.pop_back();
+  entries_[static_cast<std::size_t>(landmark)] = std::move(entry);
+  return landmark;
+}
+
+void ParticleMap::call(LandmarkId landmark, LandmarkId id) {
+  entries_[static_cast<std::size_t>(landmark)].id = id;
+  const auto i = static_cast<std::size_t>(id);
+  if (index_of_.size() <= i) index_of_.resize(i + 1, kUnknownLandmark);
+  index_of_[i] = landmark;
+}
+
+void ParticleMap::gather(Entry& entry, const Ancestry& ancestry) {
+  if (way_.from != entry.epoch || way_.to != ancestry.now()) {
+    ancestry.write_ancestors(entry.epoch, way_.ancestors);
+    way_.from = entry.epoch;
+    way_.to = ancestry.now();
+  }
+  for_all_particles(particles_, threads_, [&](ParticleRange piece) {
+    gather_landmark(entry.columns, way_.ancestors, piece, spare_);
+  });
+  entry.columns.swap_numbers(spare_);
+}
+
+LandmarkColumns& ParticleMap::current(LandmarkId landmark, Ancestry& ancestry) {
+  Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  if (entry.epoch == ancestry.now()) return entry.columns;
+  gather(entry, ancestry);
+  ancestry.hold(ancestry.now());
+  ancestry.release(entry.epoch);
+  entry.epoch = ancestry.now();
+  return entry.columns;
+}
+
+void ParticleMap::remove(LandmarkId landmark, Ancestry& ancestry) {
+  Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  ancestry.release(entry.epoch);
+  index_of_[static_cast<std::size_t>(entry.id)] = kUnknownLandmark;
+  entry.columns = LandmarkColumns(0, precision_);
+  entry.is_there = false;
+  entry.sightings = 0;
+  removed_.push_back(landmark);
+}
+
+bool ParticleMap::has(LandmarkId landmark, std::size_t particle, const Ancestry& ancestry) const {
+  const Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  return entry.is_there &&
+         is_there(entry.columns.at(ancestry.ancestor(entry.epoch, static_cast<Ancestry::Index>(particle))));
+}
+
+MappedLandmark ParticleMap::mixture(LandmarkId landmark, std::span<const double> weights,
+                                    const Ancestry& ancestry) const {
+  const Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  const auto estimate_of = [&](std::size_t particle) {
+    return entry.columns.at(ancestry.ancestor(entry.epoch, static_cast<Ancestry::Index>(particle)));
+  };
+  MappedLandmark result{entry.id, Vector2::Zero(), Matrix2::Zero(), entry.sightings};
+  if (!entry.is_there) return result;
+  double share = 1.0;  // of the weight, that has it
+  for (std::size_t i = 0; i < particles_; ++i) {
+    const LandmarkEstimate m = estimate_of(i);
+    if (!is_there(m)) {
+      share -= weights[i];
+      continue;
+    }
+    result.position += weights[i] * Vector2(m.x, m.y);
+  }
+  share = std::max(share, 1e-12);
+  result.position /= share;
+  for (std::size_t i = 0; i < particles_; ++i) {
+    const LandmarkEstimate m = estimate_of(i);
+    if (!is_there(m)) continue;
+    const Vector2 apart = Vector2(m.x, m.y) - result.position;
+    const Matrix2 within = (Matrix2() << m.xx, m.xy, m.xy, m.yy).finished();
+    result.covariance += weights[i] * (within + apart * apart.transpose());
+  }
+  result.covariance /= share;
+  return result;
+}
+
+}  // namespace trundle

@@ -1,0 +1,308 @@
+#include "trundle/slam/particles/particle_slam.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+#include <Eigen/Cholesky>
+
+#include "trundle/io/error.hpp"
+#include "trundle/slam/cholesky.hpp"
+#include "trundle/slam/particles/pieces.hpp"
+
+namespace trundle {
+namespace {
+
+Matrix3 pose_root(const Pose2& pose, const Matrix3& covariance_in_world) {
+  return semidefinite_root(body_covariance(pose, covariance_in_world));
+}
+
+}  // namespace
+
+ParticleSlam::ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptions& options)
+    : sensor_(sensor),
+      options_(options),
+      resampling_(options.seed, kResamplingStream),
+      poses_(options.particles),
+      predicted_(options.particles),
+      n_(options.particles),
+      z_(options.particles),
+      sensors_(options.particles),
+      log_weights_(padded(options.particles), 0.0),
+      weights_(padded(options.particles)),
+      ancestry_(options.particles),
+      map_(options.particles, options.map_precision, options.threads),
+      jury_(options.particles, options.map_precision),
+      association_(sensor, {options.particles, options.map_precision, options.threads}),
+      systematic_(options.particles),
+      systematic_covariance_(options.prior.systematic_sigma.cwiseAbs2().asDiagonal()) {
+  if (options.particles == 0) throw InputError("particle filter", "has 0 particles", "at least 1");
+  const std::size_t blocks = (options.particles + kParticleBlock - 1) / kParticleBlock;
+  for (std::size_t block = 0; block < blocks; ++block)
+    random_.emplace_back(options.seed, kResamplingStream + 1 + block);
+  const Pose2& start = options.prior.start;
+  for (std::size_t i = 0; i < all().last; ++i) predicted_.set(i, start);
+  draw_normals(next_draw(), all(), n_);
+  place(predicted_, n_, {pose_root(start, options.prior.start_covariance), sensor.body_from_sensor}, all(),
+        poses_, sensors_);
+  normalise();
+}
+
+const StepReport& ParticleSlam::step(const Motion& motion, std::span<const Observation> observations) {
+  report_.observations.assign(observations.size(), {});
+  report_.resampled = false;
+  pending_ = pending_ * motion;
+  recognise(observations);
+  predict_poses();
+  reject_outliers();
+  const bool has_nameless = association_.collect(observations);
+  if (seen_.empty() && open_.empty() && !has_nameless) {
+    if (options_.keep_paths) paths_.coast(pending_);
+    return report_;
+  }
+  if (has_nameless) look();
+  propose();
+  learn_systematic();
+  weigh();
+  settle(observations);
+  normalise();
+  if (options_.keep_paths) paths_.arrive(pending_, poses(), ancestry_);
+  pending_ = {};
+  const double limit = options_.resample_below * static_cast<double>(options_.particles);
+  if (report_.effective_particles < limit) resample();
+  return report_;
+}
+
+/// Observations of landmarks in the map, whose columns are brought up to now; the valid rest stays open.
+void ParticleSlam::recognise(std::span<const Observation> observations) {
+  seen_.clear();
+  open_.clear();
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    if (!is_valid(observations[i]) || observations[i].landmark < 0) continue;
+    const LandmarkId landmark = map_.find(observations[i].landmark);
+    if (landmark < 0)
+      open_.push_back(i);
+    else
+      seen_.push_back(
+          {i, landmark, {reading_terms(observations[i], sensor_), &map_.current(landmark, ancestry_)}});
+  }
+}
+
+void ParticleSlam::predict_poses() {
+  for_all_particles(options_.particles, options_.threads,
+                    [&](ParticleRange piece) { predict(poses_, systematic_, pending_, piece, predicted_); });
+}
+
+/// Of the error of a particle's prediction: noise, and what is not known of the systematic errors. Eq. 9.
+Matrix3 ParticleSlam::predicted_covariance() const {
+  const Matrix3& S = pending_.by_systematic;
+  return pending_.covariance + S * systematic_covariance_ * S.transpose();
+}
+
+void ParticleSlam::convene() {
+  jury_.meet({predicted_, weights_, best_particle(), predicted_covariance(), sensor_.body_from_sensor});
+}
+
+/// Eq. 14. Reports what the most probable particle finds, before this step has moved or weighted any.
+void ParticleSlam::reject_outliers() {
+  if (seen_.empty()) return;
+  convene();
+  std::erase_if(seen_, [&](const Seen& s) {
+    const Jury::Verdict verdict = jury_.on(s.known, options_.gate);
+    report_.observations[s.observation] = {verdict.rejected ? Decision::rejected : Decision::matched,
+                                           verdict.rejected ? kUnknownLandmark : s.landmark,
+                                           verdict.innovation, verdict.nis};
+    return verdict.rejected;
+  });
+}
+
+/// Each particle finds out what it sees: where it will be drawn if that depends on the motion alone, else at
+/// its prediction with the motion's uncertainty.
+void ParticleSlam::look() {
+  const Matrix3 covariance = predicted_covariance();
+  const bool stays = options_.proposal == Proposal::motion;
+  const Matrix3 Ad = adjoint(sensor_.body_from_sensor.inverse());
+  const Matrix3 L = stays ? semidefinite_root(covariance) : Matrix3(Matrix3::Zero());
+  const Matrix3 unsure = stays ? Matrix3(Matrix3::Zero()) : Matrix3(Ad * covariance * Ad.transpose());
+  sensors_.origin = predicted_.at(0).translation();
+  for_all_particles(options_.particles, options_.threads, [&](ParticleRange piece) {
+    if (stays) draw_normals({options_.seed, draws_, 0}, piece, n_);  // those that propose() will draw
+    place(predicted_, n_, {L, sensor_.body_from_sensor}, piece, poses_, sensors_);
+  });
+  convene();
+  association_.recognise(
+      {sensors_, unsure, best_particle(), {options_.seed, draws_, 0}, log_weights_.data(), jury_}, map_,
+      ancestry_);
+}
+
+void ParticleSlam::propose() {
+  readings_.clear();
+  for (const Seen& s : seen_) readings_.push_back(s.known);
+  association_.add_readings(readings_);
+  const Proposal proposal = options_.proposal;
+  const bool by_swarm = proposal == Proposal::swarm || proposal == Proposal::swarm_gaussian;
+  const bool by_gaussian = proposal == Proposal::linearised || proposal == Proposal::swarm_gaussian;
+  const Placement placement{semidefinite_root(predicted_covariance()), sensor_.body_from_sensor};
+  sensors_.origin = predicted_.at(0).translation();
+  const Draw draw = next_draw();
+  const Draw second_draw = next_draw();
+  if (by_swarm) {
+    draw_normals(draw, all(), n_);
+    const PoseTarget target(predicted_, predicted_covariance(), sensor_.body_from_sensor, readings_);
+    refine_by_swarm(target, options_.swarm, options_.particles, random_, n_);
+  }
+  for_all_particles(options_.particles, options_.threads, [&](ParticleRange piece) {
+    if (!by_swarm) draw_normals(draw, piece, n_);
+    if (proposal == Proposal::swarm_gaussian) draw_normals(second_draw, piece, z_);
+    if (by_gaussian && !readings_.empty()) draw_near_sightings(placement, piece);
+    place(predicted_, n_, placement, piece, poses_, sensors_);
+  });
+}
+
+/// Eq. 16: n becomes a draw from the Gaussian at n; the weights take prior over proposal.
+void ParticleSlam::draw_near_sightings(const Placement& placement, ParticleRange range) {
+  const bool after_swarm = options_.proposal == Proposal::swarm_gaussian;
+  const Matrix3 L = adjoint(sensor_.body_from_sensor.inverse()) * placement.L;
+  place(predicted_, n_, {Matrix3::Zero(), sensor_.body_from_sensor}, range, poses_, sensors_);
+  const GaussianProposal gaussians{sensors_, L, after_swarm ? &n_ : nullptr, after_swarm ? z_ : n_};
+  draw_from_gaussians(readings_, gaussians, range, n_, log_weights_.data());
+}
+
+/// A Kalman filter for each particle, given its path: the drawn pose is a measurement of S s, whose error
+/// against the prediction is L n. Eq. 10.
+void ParticleSlam::learn_systematic() {
+  if (systematic_covariance_.isZero(0.0)) return;
+  const Matrix3 all = predicted_covariance();
+  const Matrix3 SP = pending_.by_systematic * systematic_covariance_;
+  const Matrix3 gain = Eigen::LDLT<Matrix3>(all).solve(SP).transpose();
+  const Matrix3 by_n = gain * semidefinite_root(all);
+  for (std::size_t i = 0; i < options_.particles; ++i)
+    systematic_.set(i, systematic_.at(i) + by_n * n_.at(i));
+  systematic_covariance_ -= gain * SP;
+  systematic_covariance_ = (0.5 * (systematic_covariance_ + systematic_covariance_.transpose())).eval();
+}
+
+void ParticleSlam::weigh() {
+  for (const Seen& s : seen_) map_.count_sighting(s.landmark);
+  for_all_particles(options_.particles, options_.threads, [&](ParticleRange piece) {
+    weigh_and_improve(readings_, sensors_, piece, log_weights_.data());
+  });
+}
+
+/// Sightings without names find their way back into the map; then come the landmarks that are new.
+void ParticleSlam::settle(std::span<const Observation> observations) {
+  const Pose2 sensor = poses_.at(best_particle()) * sensor_.body_from_sensor;
+  const ParticleAssociation::Drawn drawn{sensors_, sensor, log_weights_.data(), weights_, jury_};
+  association_.settle(drawn, map_, ancestry_, report_);
+  for (const std::size_t i : open_) add_landmark(observations[i], i);
+  association_.create(drawn, map_, ancestry_, report_);
+}
+
+/// A landmark seen for the first time; a second sighting of it in the same step improves it.
+void ParticleSlam::add_landmark(const Observation& observation, std::size_t index) {
+  const ReadingTerms reading = reading_terms(observation, sensor_);
+  ObservationReport& report = report_.observations[index];
+  report.landmark = map_.find(observation.landmark);
+  if (report.landmark >= 0) {
+    report.decision = Decision::matched;
+    const KnownReading again{reading, &map_.current(report.landmark, ancestry_)};
+    weigh_and_improve({&again, 1}, sensors_, all(), log_weights_.data());
+    return map_.count_sighting(report.landmark);
+  }
+  report.decision = Decision::created;
+  const LandmarkEstimate near = first_estimate(sensor_at(poses_.at(0), sensor_.body_from_sensor), reading);
+  report.landmark = map_.add(observation.landmark, {near.x, near.y}, ancestry_);
+  set_first_estimates(reading, sensors_, all(), map_.current(report.landmark, ancestry_));
+}
+
+void ParticleSlam::normalise() {
+  const auto count = static_cast<std::ptrdiff_t>(options_.particles);
+  const double largest = *std::max_element(log_weights_.begin(), log_weights_.begin() + count);
+  for (double& log_weight : log_weights_) log_weight -= largest;
+  std::fill(log_weights_.begin() + count, log_weights_.end(), -std::numeric_limits<double>::infinity());
+  exponentials(log_weights_.data(), all(), weights_.data());
+  const double sum = std::accumulate(weights_.begin(), weights_.end(), 0.0);
+  double squares = 0.0;
+  for (double& weight : weights_) {
+    weight /= sum;
+    squares += weight * weight;
+  }
+  report_.effective_particles = 1.0 / squares;
+}
+
+/// Headings are averaged as differences to the best particle's.
+PoseEstimate ParticleSlam::estimate() const {
+  PoseColumns now(options_.particles);
+  predict(poses_, systematic_, pending_, all(), now);
+  const double heading = now.at(best_particle()).heading;
+  const auto numbers_of = [&](std::size_t i) {
+    const Pose2 pose = now.at(i);
+    return Vector3(pose.x, pose.y, heading + wrap_angle(pose.heading - heading));
+  };
+  Vector3 mean = Vector3::Zero();
+  for (std::size_t i = 0; i < options_.particles; ++i) mean += weights_[i] * numbers_of(i);
+  PoseEstimate estimate;
+  estimate.pose = {mean.x(), mean.y(), mean.z()};
+  estimate.covariance = world_covariance({estimate.pose, predicted_covariance()});
+  for (std::size_t i = 0; i < options_.particles; ++i) estimate.systematic += weights_[i] * systematic_.at(i);
+  estimate.systematic_covariance = systematic_covariance_;
+  for (std::size_t i = 0; i < options_.particles; ++i) {
+    const Vector3 apart = numbers_of(i) - mean;
+    estimate.covariance += weights_[i] * apart * apart.transpose();
+    const Systematic unlike = systematic_.at(i) - estimate.systematic;
+    estimate.systematic_covariance += weights_[i] * unlike * unlike.transpose();
+  }
+  return estimate;
+}
+
+/// Systematic: one random number, and as many children for each as its weight says, to within one.
+void ParticleSlam::resample() {
+  const std::size_t count = options_.particles;
+  std::vector<Ancestry::Index> parents(count);
+  const double offset = resampling_.uniform();
+  double sum = weights_[0];
+  Ancestry::Index parent = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double point = (static_cast<double>(i) + offset) / static_cast<double>(count);
+    while (sum < point && parent + 1 < count) sum += weights_[++parent];
+    parents[i] = parent;
+  }
+  poses_.permute(parents);
+  systematic_.permute(parents);
+  ancestry_.resample(parents);
+  if (options_.keep_paths) paths_.resampled(ancestry_);
+  std::fill_n(log_weights_.begin(), count, 0.0);
+  std::fill_n(weights_.begin(), count, 1.0 / static_cast<double>(count));
+  report_.resampled = true;
+}
+
+std::size_t ParticleSlam::best_particle() const {
+  return static_cast<std::size_t>(std::ranges::max_element(log_weights_) - log_weights_.begin());
+}
+
+std::vector<Pose2> ParticleSlam::poses() const {
+  std::vector<Pose2> poses;
+  poses.reserve(options_.particles);
+  for (std::size_t i = 0; i < options_.particles; ++i) poses.push_back(poses_.at(i));
+  return poses;
+}
+
+MappedLandmark ParticleSlam::landmark(std::size_t index) const {
+  return map_.mixture(static_cast<LandmarkId>(index), weights_, ancestry_);
+}
+
+bool ParticleSlam::has_landmark(std::size_t index) const {
+  return map_.has(static_cast<LandmarkId>(index), best_particle(), ancestry_);
+}
+
+std::vector<double> ParticleSlam::weights() const {
+  return {weights_.begin(), weights_.begin() + static_cast<std::ptrdiff_t>(options_.particles)};
+}
+
+std::vector<Pose2> ParticleSlam::best_path() const {
+  const std::size_t best = best_particle();
+  return paths_.path_of({static_cast<Ancestry::Index>(best), options_.prior.start, systematic_.at(best)},
+                        ancestry_);
+}
+
+}  // namespace trundle

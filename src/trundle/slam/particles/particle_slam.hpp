@@ -1,0 +1,129 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "trundle/simulation/random.hpp"
+#include "trundle/slam/particles/jury.hpp"
+#include "trundle/slam/particles/particle_association.hpp"
+#include "trundle/slam/particles/particle_kernels.hpp"
+#include "trundle/slam/particles/particle_map.hpp"
+#include "trundle/slam/particles/particle_paths.hpp"
+#include "trundle/slam/particles/swarm.hpp"
+
+namespace trundle {
+
+/// How particles get their new poses.
+enum class Proposal {
+  motion,          ///< drawn from the motion: FastSLAM 1.0
+  linearised,      ///< from a Gaussian of motion and sightings: FastSLAM 2.0
+  swarm,           ///< moved by the swarm, as published: weights know nothing of it
+  swarm_gaussian,  ///< from a Gaussian at the swarm's optimum, weighted for it
+};
+
+/// Of Random: which of its streams resampling draws from.
+inline constexpr std::uint64_t kResamplingStream = 1;
+
+struct ParticleSlamOptions {
+  Proposal proposal = Proposal::linearised;
+  std::size_t particles = 100;
+  std::uint64_t seed = 1;
+  SlamPrior prior = {};
+  double gate = kDefaultGate;   ///< a sighting is rejected when most particles find its NIS above
+  double resample_below = 0.5;  ///< effective particles, as a share of all
+  bool keep_paths = true;       ///< false: memory does not grow with time
+  Precision map_precision = Precision::float32;
+  std::size_t threads = 1;  ///< results do not depend on it
+  SwarmOptions swarm = {};
+};
+
+/// Rao–Blackwellised particle filter: each particle is a path, with a Kalman filter for each landmark given
+/// that path. While nothing is seen the motion, which is the same for all, is only summed up; poses are drawn
+/// when there is something to draw them with. Equations: docs/slam.md.
+class ParticleSlam {
+ public:
+  /// Throws InputError when there is no particle.
+  ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptions& options);
+
+  const StepReport& step(const Motion& motion, std::span<const Observation> observations);
+
+  /// Weighted mean of the particles where the motion since they were last drawn has brought them, and the
+  /// covariance of both.
+  PoseEstimate estimate() const;
+  std::size_t landmarks() const { return map_.landmarks(); }
+  /// Over all particles. The covariance is of what they differ in and what each is unsure of.
+  MappedLandmark landmark(std::size_t index) const;
+  /// Whether the most probable particle has it: those without names not all have.
+  bool has_landmark(std::size_t index) const;
+
+  /// As they were last drawn: at the last step with sightings.
+  std::vector<Pose2> poses() const;
+  std::vector<double> weights() const;
+  /// Of the particle with the largest weight: poses after each step; empty when paths are not kept.
+  std::vector<Pose2> best_path() const;
+  /// Of how many particles at the step with sightings so many before the last those of now descend; 1 where
+  /// paths are not kept.
+  std::size_t ancestors(std::size_t steps_back) const { return paths_.ancestors(steps_back, ancestry_); }
+  /// Poses stored for that, by all particles together.
+  std::size_t stored_poses() const { return paths_.stored(); }
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.draws_, self.random_, self.resampling_, self.poses_, self.sensors_, self.log_weights_,
+            self.weights_, self.ancestry_, self.map_, self.association_, self.paths_, self.systematic_,
+            self.systematic_covariance_, self.pending_, self.report_);
+  }
+
+ private:
+  struct Seen {
+    std::size_t observation;
+    LandmarkId landmark;
+    KnownReading known;
+  };
+
+  void recognise(std::span<const Observation> observations);
+  void predict_poses();
+  Matrix3 predicted_covariance() const;
+  void convene();
+  void reject_outliers();
+  void look();
+  void propose();
+  void draw_near_sightings(const Placement& placement, ParticleRange range);
+  void learn_systematic();
+  void weigh();
+  void settle(std::span<const Observation> observations);
+  void add_landmark(const Observation& observation, std::size_t index);
+  void normalise();
+  void resample();
+  std::size_t best_particle() const;
+  ParticleRange all() const { return {0, padded(options_.particles)}; }
+  Draw next_draw() { return {options_.seed, draws_++, 0}; }
+
+  LandmarkSensor sensor_;
+  ParticleSlamOptions options_;
+  std::uint64_t draws_ = 0;     ///< so many numbers each particle has drawn
+  std::vector<Random> random_;  ///< of the swarm: one for each block of particles
+  Random resampling_;
+  PoseColumns poses_;
+  PoseColumns predicted_;  ///< before their noise of this step
+  TripleColumns n_;        ///< that noise, whitened
+  TripleColumns z_;        ///< a second draw, where n is what the swarm has found
+  SensorColumns sensors_;
+  Column<double> log_weights_;  ///< the largest is 0
+  Column<double> weights_;      ///< sum to 1
+  Ancestry ancestry_;
+  ParticleMap map_;
+  Jury jury_;
+  ParticleAssociation association_;
+  ParticlePaths paths_;
+  TripleColumns systematic_;            ///< each particle's mean, given its path
+  Matrix3 systematic_covariance_;       ///< the same for all: paths differ in where they went, not in how
+  Motion pending_;                      ///< since the poses were drawn
+  std::vector<Seen> seen_;              ///< in this step, of landmarks in the map
+  std::vector<KnownReading> readings_;  ///< of those seen
+  std::vector<std::size_t> open_;       ///< valid observations of this step that show none of them
+  StepReport report_;
+};
+
+}  // namespace trundle
