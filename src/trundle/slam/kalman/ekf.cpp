@@ -172,11 +172,8 @@ void EkfSlam::look_around() {
   std::vector<std::size_t> gone;
   for (const std::size_t landmark : around) {
     const ExpectedReading expected = expected_reading(pose, sensor_.body_from_sensor, grid_.place(landmark));
-    Existence& existence = entries_[landmark].existence;
-    if (!visibility_.covers(expected.range_m, expected.bearing_rad) ||
-        !existence.is_another_look(pose.translation(), expected.range_m))
-      continue;
-    if (!existence.look(pose.translation(), is_seen[landmark], visibility_)) gone.push_back(landmark);
+    const Existence::Look look{pose.translation(), expected.range_m, expected.bearing_rad, is_seen[landmark]};
+    if (!entries_[landmark].existence.look(look, visibility_)) gone.push_back(landmark);
   }
   std::ranges::sort(gone, std::greater<>());
   for (const std::size_t landmark : gone) remove(landmark);

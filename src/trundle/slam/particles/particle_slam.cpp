@@ -313,7 +313,8 @@ MappedLandmark ParticleSlam::landmark(std::size_t index) const {
 }
 
 bool ParticleSlam::has_landmark(std::size_t index) const {
-  return map_.has(static_cast<LandmarkId>(index), best_particle(), ancestry_);
+  const auto landmark = static_cast<LandmarkId>(index);
+  return association_.is_confirmed(landmark) && map_.has(landmark, best_particle(), ancestry_);
 }
 
 std::vector<double> ParticleSlam::weights() const {

@@ -55,7 +55,8 @@ class ParticleSlam {
   /// Over all particles. The covariance is of what they differ in, or have forgotten, and what each is unsure
   /// of.
   MappedLandmark landmark(std::size_t index) const;
-  /// Whether the most probable particle has it: those without names not all have.
+  /// Whether the map that is given out has it: one without a name if the most probable particle has it and
+  /// its existence is confirmed.
   bool has_landmark(std::size_t index) const;
 
   /// As they were last drawn: at the last step with sightings.
