@@ -43,12 +43,14 @@ ErrorsAlong errors_along(const Trajectory& estimate, const Trajectory& reference
                          const EvaluateOptions& options) {
   const std::vector<PosePair> raw = common_poses(estimate, reference, options.longest_gap_s);
   demand_overlap(raw, estimate, reference, options.longest_gap_s);
-  std::vector<PosePair> pairs = aligned(raw, alignment_of(raw, options.alignment));
-  if (options.alignment == Alignment::start) start_covariances_from_zero(pairs);
+  const std::vector<PosePair> pairs = judged(raw, alignment_of(raw, options.alignment), options);
+  const std::size_t judged_from = options.alignment == Alignment::start ? first_moved(pairs, options) : 0;
   const std::vector<double> way = way_along(pairs, options.shortest_step_m);
   ErrorsAlong errors{{}, degrees_of_freedom(pairs)};
-  for (std::size_t i = 0; i < pairs.size(); ++i)
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
     errors.at.push_back(error_at(pairs[i], way[i], errors.degrees_of_freedom));
+    if (i < judged_from) errors.at.back().nees = kUnknown;
+  }
   return errors;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -91,12 +92,13 @@ std::vector<RelativePoseError> relative_errors(std::vector<PosePair> pairs, cons
   return errors;
 }
 
-std::optional<Nees> nees_of(const std::vector<PosePair>& pairs) {
+std::optional<Nees> nees_of(const std::vector<PosePair>& pairs, const EvaluateOptions& options) {
   if (!pairs.front().covariance) return std::nullopt;
   Nees nees;
+  if (options.alignment == Alignment::start) nees.before_motion = first_moved(pairs, options);
   nees.degrees_of_freedom = degrees_of_freedom(pairs);
   nees.bound_95 = nees.degrees_of_freedom == 3 ? kChi2Of3 : kChi2Of2;
-  for (const PosePair& pair : pairs) {
+  for (const PosePair& pair : std::span(pairs).subspan(nees.before_motion)) {
     const auto error = normalised_error(pair, nees.degrees_of_freedom);
     if (!error) {
       ++nees.without_covariance;
@@ -129,8 +131,8 @@ Evaluation evaluate(const Trajectory& estimate, const Trajectory& reference, con
   Evaluation result;
   result.alignment = options.alignment;
   result.reference_from_estimate = alignment_of(raw, options.alignment);
-  auto pairs = aligned(raw, result.reference_from_estimate);
-  if (options.alignment == Alignment::start) start_covariances_from_zero(pairs);
+  const auto pairs = judged(raw, result.reference_from_estimate, options);
+  result.reference_noise = options.reference_noise;
   result.estimate_poses = estimate.poses.size();
   result.reference_poses = reference.poses.size();
   result.compared = pairs.size();
@@ -142,7 +144,7 @@ Evaluation evaluate(const Trajectory& estimate, const Trajectory& reference, con
   result.path_m = way_along(pairs, options.shortest_step_m).back();
   describe_end(pairs, result);
   result.relative = relative_errors(pairs, options);
-  result.nees = nees_of(pairs);
+  result.nees = nees_of(pairs, options);
   return result;
 }
 

@@ -115,8 +115,14 @@ Json summary_json(const Evaluation& e) {
                   {"final_m", e.final_position_m},
                   {"final_percent", or_null(e.final_percent)},
                   {"nees_mean", nullptr},
-                  {"share_inside_95", nullptr}};
+                  {"share_inside_95", nullptr},
+                  {"before_motion", nullptr},
+                  {"reference_noise", nullptr}};
+  if (e.reference_noise.stated())
+    summary["reference_noise"] = {{"position_sigma_m", e.reference_noise.position_sigma_m},
+                                  {"heading_sigma_rad", e.reference_noise.heading_sigma_rad}};
   if (e.nees) {
+    summary["before_motion"] = e.nees->before_motion;
     summary["nees_mean"] = e.nees->mean;
     summary["share_inside_95"] = e.nees->share_inside_95;
   }
