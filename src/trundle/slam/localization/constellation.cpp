@@ -38,6 +38,7 @@ void repeat(SightedPoint& point, const SightedPoint& other) {
   const Matrix2 of_other = (1.0 - share) * other.covariance.inverse();
   point.covariance = (of_point + of_other).inverse();
   point.in_body = point.covariance * (of_point * point.in_body + of_other * other.in_body);
+  point.seen_from = other.seen_from;
 }
 
 /// What two sightings of one landmark from different places say together.
@@ -49,6 +50,10 @@ void improve(SightedPoint& point, const SightedPoint& other) {
 }
 
 }  // namespace
+
+bool are_one_place(const SightedPoint& a, const SightedPoint& b) {
+  return squared_distance(a, b) <= kDefaultGate;
+}
 
 // Eq. 46.
 void Constellation::step(const Motion& motion, std::span<const Observation> observations) {
@@ -77,30 +82,31 @@ double Constellation::add(const Observation& observation) {
   SightedPoint point{sighted.in_world,
                      sighted.by_reading * reading_covariance(sensor_) * sighted.by_reading.transpose(),
                      observation.landmark, now_};
-  auto same = points_.end();
-  double least = point.landmark == kUnknownLandmark ? kDefaultGate : std::numeric_limits<double>::infinity();
-  for (auto p = points_.begin(); p != points_.end(); ++p) {
-    if (!may_be_same(*p, point)) continue;
-    if (const double squared = squared_distance(*p, point); squared <= least) {
-      least = squared;
-      same = p;
-    }
-  }
-  double news = 1.0;
+  const bool repeats = std::ranges::any_of(
+      points_, [&](const SightedPoint& p) { return are_one_place(p, point) && !is_new_look(p); });
+  const auto same = same_as(point);
   if (same != points_.end()) {
-    if (same->step < now_ && least <= kDefaultGate) {
-      if (is_new_look(*same)) {
-        improve(point, *same);
-      } else {
-        repeat(point, *same);
-        point.seen_from = same->seen_from;
-        news = 0.0;
-      }
-    }
+    if (same->step < now_ && are_one_place(*same, point))
+      is_new_look(*same) ? improve(point, *same) : repeat(point, *same);
     points_.erase(same);
   }
   points_.push_back(point);
-  return news;
+  return repeats ? 0.0 : 1.0;
+}
+
+/// What has the same name; of those without names the nearest in that place.
+std::vector<SightedPoint>::iterator Constellation::same_as(const SightedPoint& point) {
+  auto same = points_.end();
+  double least = std::numeric_limits<double>::infinity();
+  for (auto p = points_.begin(); p != points_.end(); ++p) {
+    if (!may_be_same(*p, point)) continue;
+    const double squared = squared_distance(*p, point);
+    if (squared >= least) continue;
+    least = squared;
+    same = p;
+  }
+  const bool fits = point.landmark != kUnknownLandmark || least <= kDefaultGate;
+  return fits ? same : points_.end();
 }
 
 void Constellation::forget_before(std::uint64_t step) {

@@ -23,6 +23,9 @@ struct SightedPoint {
   }
 };
 
+/// Nothing tells them apart: sightings of one landmark, or of neighbours, whose errors are the same.
+bool are_one_place(const SightedPoint& a, const SightedPoint& b);
+
 /// The landmarks seen lately, in today's body frame: what a robot that does not know where it is has to
 /// recognise a place by. Bounded: the points seen last, none less certain than a metre. docs/slam.md, eq. 46.
 class Constellation {
@@ -48,6 +51,7 @@ class Constellation {
 
  private:
   double add(const Observation& observation);
+  std::vector<SightedPoint>::iterator same_as(const SightedPoint& point);
 
   LandmarkSensor sensor_;
   std::uint64_t now_ = 0;

@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t kMostPairs = 6;        // of points, tried in one step
 constexpr std::size_t kMostHypotheses = 64;  // kept
+constexpr double kLeastLogOdds = -10.0;      // less is no hypothesis
 constexpr double kSamePlace_m = 0.5;
 constexpr double kSameHeading_rad = radians(10.0);
 
@@ -131,7 +132,7 @@ class Search {
     if (!hypothesis) return;
     std::vector<LandmarkId> taken = {first, second};
     add_points(*hypothesis, pair, taken);
-    if (hypothesis->log_odds > 0.0) found_.push_back(*hypothesis);
+    if (hypothesis->log_odds > kLeastLogOdds) found_.push_back(*hypothesis);
   }
 
   /// log of the density of a point that is no landmark of the map, or has a wrong name: anywhere in sight.
@@ -188,9 +189,15 @@ class Search {
       const SightedPoint& point = points[i];
       if (&point == pair.first || &point == pair.second || !is_usable(point)) continue;
       const double log_in_map = take(hypothesis, point, taken) + log_landmark(point, hypothesis.pose);
-      const double log_chance_here = log_chance(point);
-      hypothesis.log_odds += std::log(std::exp(log_in_map - log_chance_here) + options_.outlier_share);
+      const double gain = std::log(std::exp(log_in_map - log_chance(point)) + options_.outlier_share);
+      hypothesis.log_odds += gain / static_cast<double>(crowd_of(point));
     }
+  }
+
+  /// Points in one place are one witness.
+  std::ptrdiff_t crowd_of(const SightedPoint& point) const {
+    return std::ranges::count_if(seen_.points(),
+                                 [&](const SightedPoint& p) { return are_one_place(p, point); });
   }
 
   /// Improves the hypothesis by a point, if a landmark fits that no other point has taken; returns the
@@ -265,14 +272,6 @@ double log_odds_at(const PoseEstimate& pose, const Constellation& seen, const Kn
 bool is_same_place(const Pose2& a, const Pose2& b) {
   const Pose2 apart = a.inverse() * b;
   return apart.translation().norm() < kSamePlace_m && std::abs(wrap_angle(apart.heading)) < kSameHeading_rad;
-}
-
-double certainty_of_first(const std::vector<PoseHypothesis>& hypotheses) {
-  if (hypotheses.empty()) return 0.0;
-  const double first = hypotheses.front().log_odds;
-  double all = std::exp(-first);
-  for (const PoseHypothesis& hypothesis : hypotheses) all += std::exp(hypothesis.log_odds - first);
-  return 1.0 / all;
 }
 
 }  // namespace trundle

@@ -29,7 +29,4 @@ double log_odds_at(const PoseEstimate& pose, const Constellation& seen, const Kn
 /// Too near to each other to be told apart.
 bool is_same_place(const Pose2& a, const Pose2& b);
 
-/// Probability that the first hypothesis is right and the others, and 'none', are wrong.
-double certainty_of_first(const std::vector<PoseHypothesis>& hypotheses);
-
 }  // namespace trundle

@@ -161,38 +161,34 @@ void Localizer::track(const Motion& motion, std::span<const Observation> observa
   rivals_.give_up(estimate()->pose);
 }
 
-/// Eq. 56. Those who are there already have been right before as well.
+/// Eq. 56: whoever is in question already has been right before as well, and was thought more probable then.
 void Localizer::look_for_rivals() {
-  const auto news = seen_.news();
-  if (std::ranges::all_of(news, [](double share) { return share == 0.0; })) return;
-  const auto hypotheses = find_poses(seen_, *map_, sensor_, options_.sight);
+  if (std::ranges::all_of(seen_.news(), [](double share) { return share == 0.0; })) return;
   double log_prior = 0.0;
-  double first = -std::numeric_limits<double>::infinity();
-  if (is_known() || !rivals_.all().empty()) {
-    const PoseEstimate pose = is_known() ? *estimate() : rivals_.all().front().filter.estimate();
-    first = is_known() ? log_odds_ : rivals_.all().front().log_odds;
-    const double before = first - log_odds_at(pose, seen_, *map_, sensor_, options_.sight);
-    log_prior = before - std::clamp(before, 0.0, limit());
+  if (const auto first = most_probable()) {
+    const double before = first->log_odds - log_odds_at(first->pose, seen_, *map_, sensor_, options_.sight);
+    log_prior = before - std::clamp(before, 0.0, is_known() ? limit() : -std::log(options_.doubt));
   }
-  rivals_.admit(hypotheses, log_prior);
+  rivals_.admit(find_poses(seen_, *map_, sensor_, options_.sight), log_prior);
   if (is_known()) rivals_.give_up(estimate()->pose);
-  if (!is_known() && !rivals_.all().empty()) first = rivals_.all().front().log_odds;
-  rivals_.give_up(first - limit(), limit());
+  if (const auto first = most_probable()) rivals_.give_up(first->log_odds - limit(), limit());
 }
 
-/// Eq. 57: probability of the pose that is known, or else of the first rival.
+/// The pose that is known, or else the first rival.
+std::optional<Localizer::Candidate> Localizer::most_probable() const {
+  if (is_known()) return Candidate{*estimate(), log_odds_, alarm_};
+  if (rivals_.all().empty()) return std::nullopt;
+  const Rival& first = rivals_.all().front();
+  return Candidate{first.filter.estimate(), first.log_odds, first.alarm};
+}
+
+/// Eq. 57: probability of the most probable pose.
 double Localizer::certainty() const {
-  auto others = rivals_.all();
-  double log_odds = log_odds_;
-  double alarm = alarm_;
-  if (!is_known()) {
-    if (others.empty()) return 0.0;
-    log_odds = others.front().log_odds;
-    alarm = others.front().alarm;
-    others = others.subspan(1);
-  }
-  double all = 1.0 + std::exp(-std::min(log_odds, limit() - alarm));
-  for (const Rival& rival : others) all += std::exp(rival.log_odds - log_odds);
+  const auto first = most_probable();
+  if (!first) return 0.0;
+  double all = 1.0 + std::exp(-std::min(first->log_odds, limit() - first->alarm));
+  for (const Rival& rival : rivals_.all().subspan(is_known() ? 0 : 1))
+    all += std::exp(rival.log_odds - first->log_odds);
   return 1.0 / all;
 }
 

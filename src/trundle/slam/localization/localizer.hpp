@@ -81,6 +81,12 @@ class Localizer {
   double limit() const;
   void track(const Motion& motion, std::span<const Observation> observations);
   void look_for_rivals();
+  struct Candidate {
+    PoseEstimate pose;
+    double log_odds;
+    double alarm;
+  };
+  std::optional<Candidate> most_probable() const;
   double certainty() const;
   void claim();
   void check();
