@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kMostPairs = 6;        // of points, tried in one step
 constexpr std::size_t kMostHypotheses = 64;  // kept
-constexpr double kLeastLogOdds = -10.0;      // less is no hypothesis
+constexpr double kReach = 16.0;              // hypotheses whose log odds are so far below the best are none
 constexpr double kSamePlace_m = 0.5;
 constexpr double kSameHeading_rad = radians(10.0);
 
@@ -65,7 +65,9 @@ class Search {
         map_(map),
         sensor_(sensor),
         options_(options),
-        log_space_(std::log(2.0 * kPi * map.area_m2(sensor.max_range_m))) {}
+        log_space_(std::log(2.0 * kPi * map.area_m2(sensor.max_range_m))) {
+    for (const SightedPoint& point : seen.points()) crowds_.push_back(crowd_of(point));
+  }
 
   std::vector<PoseHypothesis> run() {
     for (const PointPair& pair : best_pairs()) try_pair(pair);
@@ -132,7 +134,8 @@ class Search {
     if (!hypothesis) return;
     std::vector<LandmarkId> taken = {first, second};
     add_points(*hypothesis, pair, taken);
-    if (hypothesis->log_odds > kLeastLogOdds) found_.push_back(*hypothesis);
+    best_ = std::max(best_, hypothesis->log_odds);
+    if (hypothesis->log_odds > best_ - kReach) found_.push_back(*hypothesis);
   }
 
   /// log of the density of a point that is no landmark of the map, or has a wrong name: anywhere in sight.
@@ -190,14 +193,14 @@ class Search {
       if (&point == pair.first || &point == pair.second || !is_usable(point)) continue;
       const double log_in_map = take(hypothesis, point, taken) + log_landmark(point, hypothesis.pose);
       const double gain = std::log(std::exp(log_in_map - log_chance(point)) + options_.outlier_share);
-      hypothesis.log_odds += gain / static_cast<double>(crowd_of(point));
+      hypothesis.log_odds += gain / crowds_[i];
     }
   }
 
   /// Points in one place are one witness.
-  std::ptrdiff_t crowd_of(const SightedPoint& point) const {
-    return std::ranges::count_if(seen_.points(),
-                                 [&](const SightedPoint& p) { return are_one_place(p, point); });
+  double crowd_of(const SightedPoint& point) const {
+    return static_cast<double>(std::ranges::count_if(
+        seen_.points(), [&](const SightedPoint& p) { return are_one_place(p, point); }));
   }
 
   /// Improves the hypothesis by a point, if a landmark fits that no other point has taken; returns the
@@ -253,8 +256,10 @@ class Search {
   const KnownMap& map_;
   const LandmarkSensor& sensor_;
   const MapSightOptions& options_;
-  double log_space_;  ///< of the poses that there are
+  double log_space_;            ///< of the poses that there are
+  std::vector<double> crowds_;  ///< of each point: how many are in its place
   std::vector<PoseHypothesis> found_;
+  double best_ = 0.0;  ///< log odds of the best one found, or of none
 };
 
 }  // namespace

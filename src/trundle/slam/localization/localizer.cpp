@@ -164,6 +164,7 @@ void Localizer::track(const Motion& motion, std::span<const Observation> observa
 /// Eq. 56: whoever is in question already has been right before as well, and was thought more probable then.
 void Localizer::look_for_rivals() {
   if (std::ranges::all_of(seen_.news(), [](double share) { return share == 0.0; })) return;
+  if (is_known() && alarm_ == 0.0) return;
   double log_prior = 0.0;
   if (const auto first = most_probable()) {
     const double before = first->log_odds - log_odds_at(first->pose, seen_, *map_, sensor_, options_.sight);
