@@ -228,7 +228,7 @@ void EkfSlam::keep_gated() {
     const double nis = match.innovation.dot(Matrix2(S_.block<2, 2>(row, row)).llt().solve(match.innovation));
     const bool passes = nis <= options_.gate;
     report_.observations[match.observation] = {passes ? Decision::matched : Decision::rejected,
-                                               passes ? number_of(match.landmark) : kUnknownLandmark,
+                                               passes ? entries_[match.landmark].id : kUnknownLandmark,
                                                match.innovation, nis};
     if (!passes) continue;
     ++entries_[match.landmark].sightings;
@@ -274,12 +274,7 @@ void EkfSlam::add_landmark(std::size_t i) {
   if (!has_name) grid_.put(entries_.size(), sighted.in_world);
   entries_.push_back({observations_[i].landmark, 1, has_name, {0.0, state_.pose().translation()}});
   report_.observations[i].decision = Decision::created;
-  report_.observations[i].landmark = number_of(entries_.size() - 1);
-}
-
-/// What a report calls it: landmarks without names may get another place in the map, but keep their id.
-LandmarkId EkfSlam::number_of(std::size_t landmark) const {
-  return entries_[landmark].has_name ? static_cast<LandmarkId>(landmark) : entries_[landmark].id;
+  report_.observations[i].landmark = entries_.back().id;
 }
 
 std::int64_t EkfSlam::find(LandmarkId id) const {

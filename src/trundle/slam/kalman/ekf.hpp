@@ -79,7 +79,6 @@ class EkfSlam {
   void remove(std::size_t landmark);
   void locate_again();
   std::int64_t find(LandmarkId id) const;
-  LandmarkId number_of(std::size_t landmark) const;
 
   LandmarkSensor sensor_;
   Matrix2 R_;

@@ -110,7 +110,7 @@ void ParticleSlam::reject_outliers() {
   std::erase_if(seen_, [&](const Seen& s) {
     const Jury::Verdict verdict = jury_.on(s.known, options_.gate);
     report_.observations[s.observation] = {verdict.rejected ? Decision::rejected : Decision::matched,
-                                           verdict.rejected ? kUnknownLandmark : s.landmark,
+                                           verdict.rejected ? kUnknownLandmark : map_.id_of(s.landmark),
                                            verdict.innovation, verdict.nis};
     return verdict.rejected;
   });
@@ -202,17 +202,17 @@ void ParticleSlam::settle(std::span<const Observation> observations) {
 void ParticleSlam::add_landmark(const Observation& observation, std::size_t index) {
   const ReadingTerms reading = reading_terms(observation, sensor_);
   ObservationReport& report = report_.observations[index];
-  report.landmark = map_.find(observation.landmark);
-  if (report.landmark >= 0) {
+  report.landmark = observation.landmark;
+  if (const LandmarkId known = map_.find(observation.landmark); known >= 0) {
     report.decision = Decision::matched;
-    const KnownReading again{reading, &map_.current(report.landmark, ancestry_)};
+    const KnownReading again{reading, &map_.current(known, ancestry_)};
     weigh_and_improve({&again, 1}, sensors_, all(), log_weights_.data());
-    return map_.count_sighting(report.landmark);
+    return map_.count_sighting(known);
   }
   report.decision = Decision::created;
   const LandmarkEstimate near = first_estimate(sensor_at(poses_.at(0), sensor_.body_from_sensor), reading);
-  report.landmark = map_.add(observation.landmark, {near.x, near.y}, ancestry_);
-  set_first_estimates(reading, sensors_, all(), map_.current(report.landmark, ancestry_));
+  const LandmarkId landmark = map_.add(observation.landmark, {near.x, near.y}, ancestry_);
+  set_first_estimates(reading, sensors_, all(), map_.current(landmark, ancestry_));
 }
 
 void ParticleSlam::normalise() {
@@ -252,6 +252,7 @@ PoseEstimate ParticleSlam::estimate() const {
     const Systematic unlike = systematic_.at(i) - estimate.systematic;
     estimate.systematic_covariance += weights_[i] * unlike * unlike.transpose();
   }
+  estimate.covariance += forgotten_.beyond_scatter(estimate.pose.translation());
   return estimate;
 }
 
@@ -269,11 +270,31 @@ void ParticleSlam::resample() {
   }
   poses_.permute(parents);
   systematic_.permute(parents);
+  kinship_.hold(ancestry_);
   ancestry_.resample(parents);
   if (options_.keep_paths) paths_.resampled(ancestry_);
   std::fill_n(log_weights_.begin(), count, 0.0);
   std::fill_n(weights_.begin(), count, 1.0 / static_cast<double>(count));
   report_.resampled = true;
+  keep_doubt();
+}
+
+/// Eq. 61, after a resampling.
+void ParticleSlam::keep_doubt() {
+  const double share = kinship_.share_lost(ancestry_);
+  std::vector<LandmarkId> in_view;
+  std::vector<const LandmarkColumns*> columns;
+  for (const ObservationReport& seen : report_.observations) {
+    const LandmarkId landmark =
+        seen.decision == Decision::matched ? map_.number_of(seen.landmark) : kUnknownLandmark;
+    if (landmark < 0) continue;
+    in_view.push_back(landmark);
+    columns.push_back(&map_.current(landmark, ancestry_));
+  }
+  const std::optional<MapDoubt> left = map_scatter(columns, options_.particles);
+  if (!left) return;
+  const MapDoubt whole = forgotten_.forget(*left, share);
+  for (const LandmarkId landmark : in_view) map_.set_doubt(landmark, whole);
 }
 
 std::size_t ParticleSlam::best_particle() const {
@@ -288,7 +309,7 @@ std::vector<Pose2> ParticleSlam::poses() const {
 }
 
 MappedLandmark ParticleSlam::landmark(std::size_t index) const {
-  return map_.mixture(static_cast<LandmarkId>(index), weights_, ancestry_);
+  return map_.mixture(static_cast<LandmarkId>(index), weights_, ancestry_, forgotten_);
 }
 
 bool ParticleSlam::has_landmark(std::size_t index) const {
