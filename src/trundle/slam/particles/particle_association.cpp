@@ -69,7 +69,7 @@ ParticleAssociation::ParticleAssociation(const LandmarkSensor& sensor, const Par
       grid_(kCellShare * sensor.max_range_m),
       visibility_(sensor.max_range_m) {}
 
-bool ParticleAssociation::collect(std::span<const Observation> observations) {
+void ParticleAssociation::collect(std::span<const Observation> observations) {
   sightings_ = 0;
   for (std::size_t i = 0; i < observations.size(); ++i) {
     if (observations[i].landmark >= 0 || !is_valid(observations[i])) continue;
@@ -79,7 +79,6 @@ bool ParticleAssociation::collect(std::span<const Observation> observations) {
     sighting.seen = observations[i];
     sighting.reading = reading_terms(observations[i], sensor_);
   }
-  return sightings_ > 0;
 }
 
 void ParticleAssociation::recognise(const View& view, ParticleMap& map, Ancestry& ancestry) {

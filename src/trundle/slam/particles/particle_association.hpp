@@ -29,8 +29,9 @@ class ParticleAssociation {
   };
   ParticleAssociation(const LandmarkSensor& sensor, const Particles& particles);
 
-  /// Takes the observations of a step that have no name. False: there are none.
-  bool collect(std::span<const Observation> observations);
+  /// Takes the observations of a step that have no name.
+  void collect(std::span<const Observation> observations);
+  bool sees_something() const { return sightings_ > 0; }
   /// The particles as they are when they look.
   struct View {
     const SensorColumns& sensors;

@@ -30,6 +30,8 @@ ParticleSlam::ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptio
       sensors_(options.particles),
       log_weights_(padded(options.particles), 0.0),
       weights_(padded(options.particles)),
+      parents_(options.particles + 1),
+      spare_(padded(options.particles)),
       ancestry_(options.particles),
       map_(options.particles, options.map_precision, options.threads),
       jury_(options.particles, options.map_precision),
@@ -55,12 +57,12 @@ const StepReport& ParticleSlam::step(const Motion& motion, std::span<const Obser
   recognise(observations);
   predict_poses();
   reject_outliers();
-  const bool has_nameless = association_.collect(observations);
-  if (seen_.empty() && open_.empty() && !has_nameless) {
+  association_.collect(observations);
+  if (seen_.empty() && open_.empty() && !association_.sees_something()) {
     if (options_.keep_paths) paths_.coast(pending_);
     return report_;
   }
-  if (has_nameless) look();
+  if (association_.sees_something()) look();
   propose();
   learn_systematic();
   weigh();
@@ -191,10 +193,15 @@ void ParticleSlam::weigh() {
 
 /// Sightings without names find their way back into the map; then come the landmarks that are new.
 void ParticleSlam::settle(std::span<const Observation> observations) {
-  const Pose2 sensor = poses_.at(best_particle()) * sensor_.body_from_sensor;
+  const auto add_named = [&] {
+    for (const std::size_t i : open_) add_landmark(observations[i], i);
+  };
+  if (!association_.sees_something()) return add_named();
+  const auto best = static_cast<std::size_t>(std::ranges::max_element(log_weights_) - log_weights_.begin());
+  const Pose2 sensor = poses_.at(best) * sensor_.body_from_sensor;
   const ParticleAssociation::Drawn drawn{sensors_, sensor, log_weights_.data(), weights_, jury_};
   association_.settle(drawn, map_, ancestry_, report_);
-  for (const std::size_t i : open_) add_landmark(observations[i], i);
+  add_named();
   association_.create(drawn, map_, ancestry_, report_);
 }
 
@@ -255,20 +262,26 @@ PoseEstimate ParticleSlam::estimate() const {
   return estimate;
 }
 
-/// Systematic: one random number, and as many children for each as its weight says, to within one.
+/// Systematic: one random number, and as many children for each as its weight says, to within one. Child i
+/// has the first parent up to whom the weights sum to (i + offset)/N. Numbers of children are a matter of
+/// chance, so no branch asks them.
 void ParticleSlam::resample() {
   const std::size_t count = options_.particles;
-  std::vector<Ancestry::Index> parents(count);
-  const double offset = resampling_.uniform();
-  double sum = weights_[0];
-  Ancestry::Index parent = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double point = (static_cast<double>(i) + offset) / static_cast<double>(count);
-    while (sum < point && parent + 1 < count) sum += weights_[++parent];
-    parents[i] = parent;
+  const auto all_children = static_cast<double>(count);
+  const double before = 1.0 - resampling_.uniform();
+  std::ranges::fill(parents_, Ancestry::Index{0});
+  double sum = 0.0;
+  std::size_t first = 0;  // child of the next parent, if he has one
+  for (std::size_t parent = 0; parent < count; ++parent) {
+    parents_[first] = static_cast<Ancestry::Index>(parent);
+    sum += weights_[parent];
+    first = static_cast<std::size_t>(std::min(sum * all_children + before, all_children));
   }
-  poses_.permute(parents);
-  systematic_.permute(parents);
+  const std::span parents(parents_.data(), count);
+  Ancestry::Index last = 0;
+  for (Ancestry::Index& parent : parents) parent = last = std::max(last, parent);
+  poses_.permute(parents, spare_);
+  if (!systematic_covariance_.isZero(0.0)) systematic_.permute(parents, spare_);
   ancestry_.resample(parents);
   if (options_.keep_paths) paths_.resampled(ancestry_);
   std::fill_n(log_weights_.begin(), count, 0.0);
@@ -276,8 +289,9 @@ void ParticleSlam::resample() {
   report_.resampled = true;
 }
 
+/// The largest logarithm is 0.
 std::size_t ParticleSlam::best_particle() const {
-  return static_cast<std::size_t>(std::ranges::max_element(log_weights_) - log_weights_.begin());
+  return static_cast<std::size_t>(std::ranges::find(log_weights_, 0.0) - log_weights_.begin());
 }
 
 std::vector<Pose2> ParticleSlam::poses() const {

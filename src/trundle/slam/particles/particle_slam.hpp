@@ -110,8 +110,10 @@ class ParticleSlam {
   TripleColumns n_;        ///< that noise, whitened
   TripleColumns z_;        ///< a second draw, where n is what the swarm has found
   SensorColumns sensors_;
-  Column<double> log_weights_;  ///< the largest is 0
-  Column<double> weights_;      ///< sum to 1
+  Column<double> log_weights_;            ///< the largest is 0
+  Column<double> weights_;                ///< sum to 1
+  std::vector<Ancestry::Index> parents_;  ///< room to resample in
+  Column<double> spare_;                  ///< likewise
   Ancestry ancestry_;
   ParticleMap map_;
   Jury jury_;
