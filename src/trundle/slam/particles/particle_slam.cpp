@@ -8,7 +8,6 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/slam/cholesky.hpp"
-#include "trundle/slam/particles/pieces.hpp"
 
 namespace trundle {
 namespace {
@@ -22,6 +21,7 @@ Matrix3 pose_root(const Pose2& pose, const Matrix3& covariance_in_world) {
 ParticleSlam::ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptions& options)
     : sensor_(sensor),
       options_(options),
+      crew_(options.threads, options.particles),
       resampling_(options.seed, kResamplingStream),
       poses_(options.particles),
       predicted_(options.particles),
@@ -33,9 +33,9 @@ ParticleSlam::ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptio
       parents_(options.particles + 1),
       spare_(padded(options.particles)),
       ancestry_(options.particles),
-      map_(options.particles, options.map_precision, options.threads),
+      map_(options.particles, options.map_precision),
       jury_(options.particles, options.map_precision),
-      association_(sensor, {options.particles, options.map_precision, options.threads}),
+      association_(sensor, {options.particles, options.map_precision}),
       systematic_(options.particles),
       systematic_covariance_(options.prior.systematic_sigma.cwiseAbs2().asDiagonal()) {
   if (options.particles == 0) throw InputError("particle filter", "has 0 particles", "at least 1");
@@ -55,17 +55,12 @@ const StepReport& ParticleSlam::step(const Motion& motion, std::span<const Obser
   report_.resampled = false;
   pending_ = pending_ * motion;
   recognise(observations);
-  predict_poses();
-  reject_outliers();
-  association_.collect(observations);
   if (seen_.empty() && open_.empty() && !association_.sees_something()) {
     if (options_.keep_paths) paths_.coast(pending_);
     return report_;
   }
-  if (association_.sees_something()) look();
-  propose();
+  move_and_weigh();
   learn_systematic();
-  weigh();
   settle(observations);
   normalise();
   if (options_.keep_paths) paths_.arrive(pending_, poses(), ancestry_);
@@ -75,7 +70,7 @@ const StepReport& ParticleSlam::step(const Motion& motion, std::span<const Obser
   return report_;
 }
 
-/// Observations of landmarks in the map, whose columns are brought up to now; the valid rest stays open.
+/// Observations of landmarks in the map that are no outliers; the valid rest stays open.
 void ParticleSlam::recognise(std::span<const Observation> observations) {
   seen_.clear();
   open_.clear();
@@ -85,14 +80,11 @@ void ParticleSlam::recognise(std::span<const Observation> observations) {
     if (landmark < 0)
       open_.push_back(i);
     else
-      seen_.push_back(
-          {i, landmark, {reading_terms(observations[i], sensor_), &map_.current(landmark, ancestry_)}});
+      seen_.push_back({i, landmark, reading_terms(observations[i], sensor_)});
   }
-}
-
-void ParticleSlam::predict_poses() {
-  for_all_particles(options_.particles, options_.threads,
-                    [&](ParticleRange piece) { predict(poses_, systematic_, pending_, piece, predicted_); });
+  association_.collect(observations);
+  if (!seen_.empty() || association_.sees_something()) convene();
+  reject_outliers();
 }
 
 /// Of the error of a particle's prediction: noise, and what is not known of the systematic errors. Eq. 9.
@@ -102,15 +94,14 @@ Matrix3 ParticleSlam::predicted_covariance() const {
 }
 
 void ParticleSlam::convene() {
-  jury_.meet({predicted_, weights_, best_particle(), predicted_covariance(), sensor_.body_from_sensor});
+  jury_.meet({poses_, systematic_, pending_, weights_, best_particle(), predicted_covariance(),
+              sensor_.body_from_sensor});
 }
 
 /// Eq. 14. Reports what the most probable particle finds, before this step has moved or weighted any.
 void ParticleSlam::reject_outliers() {
-  if (seen_.empty()) return;
-  convene();
   std::erase_if(seen_, [&](const Seen& s) {
-    const Jury::Verdict verdict = jury_.on(s.known, options_.gate);
+    const Jury::Verdict verdict = jury_.on(s.reading, map_.inherited(s.landmark, ancestry_), options_.gate);
     report_.observations[s.observation] = {verdict.rejected ? Decision::rejected : Decision::matched,
                                            verdict.rejected ? kUnknownLandmark : s.landmark,
                                            verdict.innovation, verdict.nis};
@@ -118,47 +109,65 @@ void ParticleSlam::reject_outliers() {
   });
 }
 
+/// Predictions, the landmarks that will be needed, and random numbers, up to this step.
+void ParticleSlam::bring_up(const Draw& draw, ParticleRange range) {
+  predict(poses_, systematic_, pending_, range, predicted_);
+  map_.inherit(range);
+  draw_normals(draw, range, n_);
+}
+
 /// Each particle finds out what it sees: where it will be drawn if that depends on the motion alone, else at
 /// its prediction with the motion's uncertainty.
-void ParticleSlam::look() {
+void ParticleSlam::look(const Draw& draw) {
   const Matrix3 covariance = predicted_covariance();
   const bool stays = options_.proposal == Proposal::motion;
   const Matrix3 Ad = adjoint(sensor_.body_from_sensor.inverse());
   const Matrix3 L = stays ? semidefinite_root(covariance) : Matrix3(Matrix3::Zero());
   const Matrix3 unsure = stays ? Matrix3(Matrix3::Zero()) : Matrix3(Ad * covariance * Ad.transpose());
-  sensors_.origin = predicted_.at(0).translation();
-  for_all_particles(options_.particles, options_.threads, [&](ParticleRange piece) {
-    if (stays) draw_normals({options_.seed, draws_, 0}, piece, n_);  // those that propose() will draw
+  const ParticleAssociation::View view{sensors_, unsure, best_particle(), draw, log_weights_.data(), jury_};
+  association_.look_up(view, map_, ancestry_);
+  crew_.for_all_particles([&](ParticleRange piece) {
+    bring_up(draw, piece);
     place(predicted_, n_, {L, sensor_.body_from_sensor}, piece, poses_, sensors_);
+    association_.choose(view, piece);
   });
-  convene();
-  association_.recognise(
-      {sensors_, unsure, best_particle(), {options_.seed, draws_, 0}, log_weights_.data(), jury_}, map_,
-      ancestry_);
+  association_.decide(view);
 }
 
-void ParticleSlam::propose() {
-  readings_.clear();
-  for (const Seen& s : seen_) readings_.push_back(s.known);
-  association_.add_readings(readings_);
+/// Poses are drawn, take their weights and improve their landmarks: all of it for one piece of the particles
+/// at a time, unless something has to be decided about all of them in between.
+void ParticleSlam::move_and_weigh() {
   const Proposal proposal = options_.proposal;
   const bool by_swarm = proposal == Proposal::swarm || proposal == Proposal::swarm_gaussian;
   const bool by_gaussian = proposal == Proposal::linearised || proposal == Proposal::swarm_gaussian;
   const Placement placement{semidefinite_root(predicted_covariance()), sensor_.body_from_sensor};
-  sensors_.origin = predicted_.at(0).translation();
   const Draw draw = next_draw();
   const Draw second_draw = next_draw();
+  predict(poses_, systematic_, pending_, {0, kParticleLanes}, predicted_);
+  sensors_.origin = predicted_.at(0).translation();
+  readings_.clear();
+  for (const Seen& s : seen_) {
+    readings_.push_back({s.reading, &map_.expect(s.landmark, ancestry_)});
+    map_.count_sighting(s.landmark);
+  }
+  const bool looks = association_.sees_something();
+  if (looks)
+    look(draw);
+  else if (by_swarm)
+    crew_.for_all_particles([&](ParticleRange piece) { bring_up(draw, piece); });
+  association_.add_readings(readings_);
   if (by_swarm) {
-    draw_normals(draw, all(), n_);
     const PoseTarget target(predicted_, predicted_covariance(), sensor_.body_from_sensor, readings_);
     refine_by_swarm(target, options_.swarm, options_.particles, random_, n_);
   }
-  for_all_particles(options_.particles, options_.threads, [&](ParticleRange piece) {
-    if (!by_swarm) draw_normals(draw, piece, n_);
+  crew_.for_all_particles([&](ParticleRange piece) {
+    if (!looks && !by_swarm) bring_up(draw, piece);
     if (proposal == Proposal::swarm_gaussian) draw_normals(second_draw, piece, z_);
     if (by_gaussian && !readings_.empty()) draw_near_sightings(placement, piece);
     place(predicted_, n_, placement, piece, poses_, sensors_);
+    weigh_and_improve(readings_, sensors_, piece, log_weights_.data());
   });
+  map_.all_have_inherited();
 }
 
 /// Eq. 16: n becomes a draw from the Gaussian at n; the weights take prior over proposal.
@@ -182,13 +191,6 @@ void ParticleSlam::learn_systematic() {
     systematic_.set(i, systematic_.at(i) + by_n * n_.at(i));
   systematic_covariance_ -= gain * SP;
   systematic_covariance_ = (0.5 * (systematic_covariance_ + systematic_covariance_.transpose())).eval();
-}
-
-void ParticleSlam::weigh() {
-  for (const Seen& s : seen_) map_.count_sighting(s.landmark);
-  for_all_particles(options_.particles, options_.threads, [&](ParticleRange piece) {
-    weigh_and_improve(readings_, sensors_, piece, log_weights_.data());
-  });
 }
 
 /// Sightings without names find their way back into the map; then come the landmarks that are new.
