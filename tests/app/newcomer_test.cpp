@@ -267,6 +267,15 @@ TEST_P(Newcomer, GetsOneLine) {
 INSTANTIATE_TEST_SUITE_P(, Newcomer, testing::ValuesIn(kMistakes),
                          [](const auto& one) { return std::string(one.param.name); });
 
+TEST(Program, NamesACommandThatIsMisspelt) {
+  const Sample sample;
+  const Outcome near = run_program(sample.folder(), {"calibrat", "cw"});
+  EXPECT_EQ(near.exit_code, 2);
+  EXPECT_EQ(near.err, "trundle: unknown command 'calibrat'; expected 'calibrate'\n");
+  EXPECT_EQ(run_program(sample.folder(), {"frobnicate"}).err,
+            "trundle: unknown command 'frobnicate'; --help names all\n");
+}
+
 /// A file with a stray key under one of its tables after the other: each must be named, with its line.
 void expect_stray_keys_named(const std::filesystem::path& folder, const std::string& name,
                              const Arguments& command) {
