@@ -10,6 +10,7 @@
 #include <numeric>
 
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include "trundle/slam/slam.hpp"
 
@@ -27,9 +28,10 @@ double median_of(std::vector<double> x) {
   return x[x.size() / 2];
 }
 
-/// The highest of the process since the last call [MiB].
+/// The highest of the process since the last call [MiB]. What has been freed is given back.
 double peak_memory_MiB() {
   double peak_kB = 0.0;
+  malloc_trim(0);
   std::ifstream status("/proc/self/status");
   for (std::string word; status >> word;)
     if (word == "VmHWM:") status >> peak_kB;
@@ -196,6 +198,20 @@ void races() {
   race(wide, {ours(wide, SlamMethod::ekf, {}, "")});
 }
 
+/// The greatest, from before there is a filter to after all steps, with a full map from the first on.
+void print_memory(const bench::W1& work, Precision precision) {
+  SlamOptions options{.particles = 1000};
+  options.map_precision = precision;
+  peak_memory_MiB();
+  const double before_MiB = peak_memory_MiB();
+  Contender contender = ours(work, SlamMethod::fastslam1, options, "");
+  double greatest_MiB = contender.memory_MiB;
+  for (const SlamStep& step : work.steps) contender.step(step);
+  greatest_MiB = std::max(greatest_MiB, peak_memory_MiB() - before_MiB);
+  fmt::print("| {} | {} | {} | {:.2f} |\n", precision == Precision::float32 ? "float32" : "float64",
+             work.landmarks.size(), work.steps.size(), greatest_MiB / 1024.0);
+}
+
 /// From 100 landmarks to 100 000; memory is that of a full map.
 void widths() {
   heading("From narrow to wide");
@@ -208,6 +224,10 @@ void widths() {
   for (int slice = 0; slice < kSlices; ++slice)
     for (std::size_t i = 0; i < works.size(); ++i) contenders[i].run_slice(works[i]);
   for (std::size_t i = 0; i < works.size(); ++i) print(works[i], contenders[i], contenders.front());
+  contenders.clear();
+  fmt::print("\n**Memory, N = 1000**\n\n| map | M | steps | GiB |\n|---|---|---|---|\n");
+  print_memory(works.back(), Precision::float32);
+  print_memory(works.back(), Precision::float64);
 }
 
 double error_of(const bench::W1& work, const SlamOptions& options) {

@@ -3,6 +3,7 @@
 #include <map>
 
 #include "trundle/slam/particles/particle_slam.hpp"
+#include "trundle/slam/particles/pose_target.hpp"
 #include "trundle/slam/steps.hpp"
 
 namespace trundle::test {

@@ -8,6 +8,7 @@
 #include "trundle/slam/particles/landmark_kernels.hpp"
 #include "trundle/slam/particles/lane_targets.hpp"
 #include "trundle/slam/particles/particle_slam.hpp"
+#include "trundle/slam/particles/pose_target.hpp"
 
 #include "slam/world.hpp"
 
@@ -157,26 +158,48 @@ TEST_P(LanesIn, LanesAgreeWithOneLandmarkAlone) {
   }
 }
 
-TEST_P(LanesIn, EveryInstructionSetGivesTheSameBytes) {
-  const test::SlamWorld world = test::slam_world({.steps = 60});
-  std::vector<std::vector<Pose2>> poses;
-  std::vector<Vector2> landmarks;
-  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
-    hwy::SetSupportedTargetsForTest(target);
-    ParticleSlam filter(world.sensor,
-                        {.proposal = Proposal::linearised, .particles = 70, .map_precision = GetParam()});
-    for (const SlamStep& step : world.steps) filter.step(step.motion, step.observations);
-    poses.push_back(filter.poses());
-    landmarks.push_back(filter.landmark(3).position);
-  }
+/// Poses of the particles, and a landmark, after a run on one instruction set.
+struct Outcome {
+  std::vector<Pose2> poses;
+  Vector2 landmark;
+};
+
+Outcome outcome_of(const test::SlamWorld& world, const ParticleSlamOptions& options, std::int64_t target) {
+  hwy::SetSupportedTargetsForTest(target);
+  ParticleSlam filter(world.sensor, options);
+  for (const SlamStep& step : world.steps) filter.step(step.motion, step.observations);
   hwy::SetSupportedTargetsForTest(0);
-  for (std::size_t k = 1; k < poses.size(); ++k) {
-    EXPECT_EQ(landmarks[k], landmarks[0]);
-    for (std::size_t i = 0; i < 70; ++i) {
-      EXPECT_EQ(poses[k][i].x, poses[0][i].x);
-      EXPECT_EQ(poses[k][i].heading, poses[0][i].heading);
+  return {filter.poses(), filter.landmark(3).position};
+}
+
+void expect_same_everywhere(const test::SlamWorld& world, const ParticleSlamOptions& options) {
+  const std::vector<std::int64_t> targets = hwy::SupportedAndGeneratedTargets();
+  const Outcome first = outcome_of(world, options, targets.front());
+  for (const std::int64_t target : targets) {
+    const Outcome other = outcome_of(world, options, target);
+    EXPECT_EQ(other.landmark, first.landmark);
+    for (std::size_t i = 0; i < options.particles; ++i) {
+      EXPECT_EQ(other.poses[i].x, first.poses[i].x);
+      EXPECT_EQ(other.poses[i].heading, first.poses[i].heading);
     }
   }
+}
+
+TEST_P(LanesIn, EveryInstructionSetGivesTheSameBytes) {
+  test::SlamWorld world = test::slam_world({.steps = 60});
+  const ParticleSlamOptions base{.particles = 70, .map_precision = GetParam()};
+  for (const Proposal proposal : {Proposal::motion, Proposal::linearised, Proposal::swarm_gaussian}) {
+    ParticleSlamOptions options = base;
+    options.proposal = proposal;
+    expect_same_everywhere(world, options);
+  }
+  ParticleSlamOptions until_they_agree = base;
+  until_they_agree.proposal = Proposal::swarm;
+  until_they_agree.swarm.target_agreement = 0.5;
+  expect_same_everywhere(world, until_they_agree);
+  for (SlamStep& step : world.steps)
+    for (Observation& observation : step.observations) observation.landmark = kUnknownLandmark;
+  expect_same_everywhere(world, base);
 }
 
 INSTANTIATE_TEST_SUITE_P(, LanesIn, testing::Values(Precision::float32, Precision::float64),

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "trundle/slam/cholesky.hpp"
+#include "trundle/slam/particles/pose_target.hpp"
+
 namespace trundle {
 namespace {
 
@@ -39,7 +42,6 @@ struct Scene {
   PoseColumns predicted;
   std::vector<LandmarkColumns> columns;
   std::vector<KnownReading> readings;
-  std::vector<Random> random;
   TripleColumns n;
 
   explicit Scene(std::size_t particles, bool sees = true)
@@ -53,11 +55,14 @@ struct Scene {
       if (sees)
         readings.push_back({reading_terms({0, exact.range_m, exact.bearing_rad}, sensor), &columns.back()});
     }
-    for (std::size_t block = 0; block <= particles / kParticleBlock; ++block) random.emplace_back(5, block);
-    for (std::size_t i = 0; i < particles; ++i)
-      n.set(i, {random[0].normal(), random[0].normal(), random[0].normal()});
+    draw_normals({.seed = 5}, {0, padded(particles)}, n);
   }
   PoseTarget target() const { return {predicted, Q, sensor.body_from_sensor, readings}; }
+  void refine(const SwarmOptions& options) {
+    const Matrix3 L = semidefinite_root(Q);
+    Swarm(count).refine({predicted, {0.3, -0.2}, L, sensor.body_from_sensor, readings, {.seed = 5}}, options,
+                        n);
+  }
 };
 
 TEST(Swarm, NoParticleEndsWorseAndTheBestFindsTheMode) {
@@ -66,7 +71,7 @@ TEST(Swarm, NoParticleEndsWorseAndTheBestFindsTheMode) {
   std::vector<double> before;
   for (std::size_t i = 0; i < 36; ++i)
     before.push_back(target.at(i, target.clamped(scene.n.at(i))).log_density);
-  refine_by_swarm(target, {.iterations = 10}, scene.count, scene.random, scene.n);
+  scene.refine({.iterations = 10});
   Vector3 mode = Vector3::Zero();
   for (int k = 0; k < 10; ++k) mode = target.gaussian_at(0, mode).mean;
   double best = -1e300;
@@ -82,15 +87,14 @@ TEST(Swarm, StaysWithinThreeSigma) {
   Scene scene(25);
   for (std::size_t i = 0; i < 25; ++i)
     scene.predicted.set(i, {-0.6, 0.6, 0.0});  // farther than the motion allows
-  const PoseTarget target = scene.target();
-  refine_by_swarm(target, {.iterations = 10}, scene.count, scene.random, scene.n);
+  scene.refine({.iterations = 10});
   for (std::size_t i = 0; i < 25; ++i) EXPECT_LE(scene.n.at(i).cwiseAbs().maxCoeff(), 3.0 + 1e-12);
 }
 
 TEST(Swarm, WithoutSightingsNothingMoves) {
   Scene scene(16, false);
   const TripleColumns before = scene.n;
-  refine_by_swarm(scene.target(), {}, scene.count, scene.random, scene.n);
+  scene.refine({});
   for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(scene.n.at(i), before.at(i));
 }
 
@@ -98,9 +102,8 @@ TEST(Swarm, StopsWhenTheParticlesAgree) {
   // With a target that any particle reaches, one iteration is made: the same as asking for one.
   Scene one(16);
   Scene many(16);
-  refine_by_swarm(one.target(), {.iterations = 1}, one.count, one.random, one.n);
-  refine_by_swarm(many.target(), {.iterations = 8, .target_agreement = 1e-300}, many.count, many.random,
-                  many.n);
+  one.refine({.iterations = 1});
+  many.refine({.iterations = 8, .target_agreement = 1e-300});
   for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(one.n.at(i), many.n.at(i));
 }
 

@@ -40,6 +40,9 @@ class Ancestry {
 
   /// Particle i continues parents[i]; `parents` must ascend. A new epoch begins.
   void resample(std::span<const Index> parents);
+  /// The same, given the first child of each, or where it has none that of the next; at the end the number
+  /// of all.
+  void resample_families(std::span<const Index> first_child);
 
   /// The map from today's particles to those of a held epoch.
   std::span<const Run> runs(Epoch epoch) const;
@@ -73,7 +76,7 @@ class Ancestry {
   std::size_t particles_;
   Epoch now_ = 0;
   std::map<Epoch, Generation> generations_;  ///< those held
-  std::vector<Index> first_child_;           ///< of each particle of the epoch before, and an end
+  std::vector<Index> first_child_;           ///< of each particle of the epoch before, as above
 };
 
 }  // namespace trundle

@@ -14,6 +14,7 @@ Jury::Jury(std::size_t particles, Precision precision)
       predicted_(kSeats),
       still_(kSeats),
       sensors_(kSeats),
+      whose_(kSeats),
       landmark_(kSeats, precision),
       surprises_(kSeats) {
   jurors_.reserve(kSeats);
@@ -39,13 +40,20 @@ void Jury::meet(const Case& at) {
   sensor_covariance_ = Ad * at.predicted_covariance * Ad.transpose();
 }
 
-void Jury::look_at(const ParticleMap::Inherited& landmark, const ReadingTerms& reading) {
-  landmark_.take(landmark.columns, landmark.from, jurors_);
+/// The landmark as jurors have it.
+void Jury::fetch(const ParticleMap::Inherited& landmark) {
+  for (std::size_t seat = 0; seat < jurors_.size(); ++seat) whose_[seat] = landmark.from[jurors_[seat]];
+  landmark_.count_from(landmark.columns.origin());
+  gather_landmark(landmark.columns, whose_, {0, kSeats}, landmark_);
+}
+
+void Jury::judge(const ReadingTerms& reading, const ParticleMap::Inherited& landmark) {
+  fetch(landmark);
   set_surprises({reading, &landmark_}, sensors_, sensor_covariance_, {0, kSeats}, surprises_);
 }
 
 Jury::Verdict Jury::on(const ReadingTerms& reading, const ParticleMap::Inherited& landmark, double gate) {
-  look_at(landmark, reading);
+  judge(reading, landmark);
   double against = 0.0;
   double all = 0.0;
   for (std::size_t seat = 1; seat < jurors_.size(); ++seat) {
@@ -64,7 +72,7 @@ void Jury::add_to(Whereabouts& where, const LandmarkEstimate& m) const {
 }
 
 Jury::Whereabouts Jury::where_is(const ParticleMap::Inherited& landmark) {
-  landmark_.take(landmark.columns, landmark.from, jurors_);
+  fetch(landmark);
   Whereabouts where;
   for (std::size_t seat = 0; seat < jurors_.size(); ++seat)
     if (const LandmarkEstimate m = landmark_.at(seat); is_there(m)) add_to(where, m);
@@ -85,7 +93,7 @@ Jury::Whereabouts Jury::where_points(const ReadingTerms& reading) const {
 }
 
 double Jury::least_nis(const ReadingTerms& reading, const ParticleMap::Inherited& landmark) {
-  look_at(landmark, reading);
+  judge(reading, landmark);
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t seat = 0; seat < jurors_.size(); ++seat)
     if (is_there(landmark_.at(seat))) least = std::min(least, surprises_[2][seat]);

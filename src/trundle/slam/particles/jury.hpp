@@ -46,7 +46,8 @@ class Jury {
 
  private:
   void add_to(Whereabouts& where, const LandmarkEstimate& m) const;
-  void look_at(const ParticleMap::Inherited& landmark, const ReadingTerms& reading);
+  void fetch(const ParticleMap::Inherited& landmark);
+  void judge(const ReadingTerms& reading, const ParticleMap::Inherited& landmark);
 
   static constexpr std::size_t kSeats = 32;  ///< the first is the reporter's
 
@@ -58,6 +59,7 @@ class Jury {
   PoseColumns predicted_;
   TripleColumns still_;  ///< no noise
   SensorColumns sensors_;
+  Column<Ancestry::Index> whose_;  ///< landmark each has
   LandmarkColumns landmark_;
   TripleColumns surprises_;
   Matrix3 sensor_covariance_ = Matrix3::Zero();

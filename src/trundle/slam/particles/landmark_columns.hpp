@@ -33,6 +33,7 @@ class LandmarkColumns {
   Precision precision() const { return double_.empty() ? Precision::float32 : Precision::float64; }
   /// Where x and y are counted from.
   const Vector2& origin() const { return origin_; }
+  void count_from(const Vector2& origin) { origin_ = origin; }
   std::size_t stride() const { return stride_; }
   /// The columns, one after the other, each `stride` long. Real is that of the precision.
   template <class Real>
@@ -54,21 +55,6 @@ class LandmarkColumns {
     other.origin_ = origin_;
   }
 
-  /// The landmark of some particles of another map of the same precision: of from[particles[i]] for i.
-  void take(const LandmarkColumns& other, std::span<const std::uint32_t> from,
-            std::span<const std::size_t> particles) {
-    origin_ = other.origin_;
-    for (std::size_t k = 0; k < kColumns; ++k)
-      for (std::size_t i = 0; i < particles.size(); ++i) {
-        const std::size_t to = k * stride_ + i;
-        const std::size_t of = k * other.stride_ + from[particles[i]];
-        if (double_.empty())
-          single_[to] = other.single_[of];
-        else
-          double_[to] = other.double_[of];
-      }
-  }
-
   /// The same landmark for all particles.
   void fill(const LandmarkEstimate& m) {
     origin_ = {m.x, m.y};
@@ -79,19 +65,6 @@ class LandmarkColumns {
       else
         std::fill_n(double_.data() + k * stride_, stride_, numbers[k]);
   }
-  /// The landmarks of another map of the same precision, for the particles that chose it.
-  void take_where(std::span<const std::int32_t> choices, std::int32_t chosen, const LandmarkColumns& from) {
-    const Vector2 shift = from.origin_ - origin_;
-    for (std::size_t k = 0; k < kColumns; ++k) {
-      const double more = k < 2 ? shift[static_cast<Eigen::Index>(k)] : 0.0;
-      if (double_.empty())
-        blend(choices, chosen, static_cast<float>(more), from.single_.data() + k * stride_,
-              single_.data() + k * stride_);
-      else
-        blend(choices, chosen, more, from.double_.data() + k * stride_, double_.data() + k * stride_);
-    }
-  }
-
   /// In the world.
   LandmarkEstimate at(std::size_t particle) const {
     const auto number = [&](std::size_t k) {
@@ -122,13 +95,6 @@ class LandmarkColumns {
   }
 
  private:
-  template <class Real>
-  static void blend(std::span<const std::int32_t> choices, std::int32_t chosen, Real shift, const Real* from,
-                    Real* to) {
-    for (std::size_t i = 0; i < choices.size(); ++i)
-      to[i] = choices[i] == chosen ? static_cast<Real>(from[i] + shift) : to[i];
-  }
-
   std::size_t stride_;
   Vector2 origin_;
   Column<float> single_;

@@ -7,110 +7,10 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "trundle/slam/particles/lane_math.inl"
+#include "trundle/slam/particles/lane_sight.inl"
 
 HWY_BEFORE_NAMESPACE();
 namespace trundle::HWY_NAMESPACE {
-
-/// A group of particles' sensors.
-template <class Real>
-struct LaneSensor {
-  Vec<Real> x, y, cos, sin;
-};
-
-template <class Real>
-HWY_INLINE LaneSensor<Real> load_sensor(const SensorColumns& sensors, std::size_t i) {
-  return {load<Real>(sensors.x.data() + i), load<Real>(sensors.y.data() + i),
-          load<Real>(sensors.cos.data() + i), load<Real>(sensors.sin.data() + i)};
-}
-
-/// One landmark of a group of particles, x and y from the sensors' origin.
-template <class Real>
-struct LaneLandmark {
-  Vec<Real> x, y, xx, xy, yy;
-};
-
-template <class Real>
-HWY_INLINE LaneLandmark<Real> load_landmark(const Real* numbers, std::size_t stride) {
-  const Tag<Real> d;
-  return {hn::Load(d, numbers), hn::Load(d, numbers + stride), hn::Load(d, numbers + 2 * stride),
-          hn::Load(d, numbers + 3 * stride), hn::Load(d, numbers + 4 * stride)};
-}
-
-template <class Real>
-HWY_INLINE void store_landmark(const LaneLandmark<Real>& m, Real* numbers, std::size_t stride) {
-  const Tag<Real> d;
-  hn::Store(m.x, d, numbers);
-  hn::Store(m.y, d, numbers + stride);
-  hn::Store(m.xx, d, numbers + 2 * stride);
-  hn::Store(m.xy, d, numbers + 3 * stride);
-  hn::Store(m.yy, d, numbers + 4 * stride);
-}
-
-/// Sight of particle_landmark.hpp, in lanes.
-template <class Real>
-struct LaneSight {
-  Vec<Real> range, inverse_range;
-  Vec<Real> ux, uy;
-  Vec<Real> along, across;               ///< innovation
-  Vec<Real> r_along, r_across;           ///< R'
-  Vec<Real> p_along, p_mixed, p_across;  ///< P'
-  Vec<Real> s_along, s_across;           ///< S' = P' + R', p_mixed off the diagonal
-  Vec<Real> determinant, inverse_determinant;
-};
-
-// Eq. 11.
-template <class Real>
-HWY_INLINE LaneSight<Real> sight_of(const LaneSensor<Real>& sensor, const ReadingTerms& reading,
-                                    const Vector2& offset, const LaneLandmark<Real>& m) {
-  using V = Vec<Real>;
-  const V dx = (m.x - sensor.x) + lanes<Real>(offset.x());
-  const V dy = (m.y - sensor.y) + lanes<Real>(offset.y());
-  LaneSight<Real> s;
-  s.range = hn::Sqrt(hn::Max(dx * dx + dy * dy, lanes<Real>(1e-12)));
-  s.inverse_range = lanes<Real>(1.0) / s.range;
-  s.ux = dx * s.inverse_range;
-  s.uy = dy * s.inverse_range;
-  const V rc = lanes<Real>(reading.cos);
-  const V rs = lanes<Real>(reading.sin);
-  const V c = sensor.cos * rc - sensor.sin * rs;
-  const V d = sensor.sin * rc + sensor.cos * rs;
-  s.along = lanes<Real>(reading.range) - s.range;
-  s.across = s.range * atan2<Real>(s.ux * d - s.uy * c, s.ux * c + s.uy * d);
-  s.r_along = lanes<Real>(reading.range_variance);
-  s.r_across = s.range * s.range * lanes<Real>(reading.bearing_variance);
-  const V px = m.xx * s.ux + m.xy * s.uy;  // P u
-  const V py = m.xy * s.ux + m.yy * s.uy;
-  const V qx = m.xy * s.ux - m.xx * s.uy;  // P t
-  const V qy = m.yy * s.ux - m.xy * s.uy;
-  s.p_along = s.ux * px + s.uy * py;
-  s.p_mixed = s.ux * py - s.uy * px;
-  s.p_across = s.ux * qy - s.uy * qx;
-  s.s_along = s.p_along + s.r_along;
-  s.s_across = s.p_across + s.r_across;
-  s.determinant = s.s_along * s.s_across - s.p_mixed * s.p_mixed;
-  s.inverse_determinant = lanes<Real>(1.0) / s.determinant;
-  return s;
-}
-
-/// S'⁻¹ ν
-template <class Real>
-struct LaneShift {
-  Vec<Real> along, across;
-};
-
-template <class Real>
-HWY_INLINE LaneShift<Real> weighted_innovation(const LaneSight<Real>& s) {
-  return {(s.s_across * s.along - s.p_mixed * s.across) * s.inverse_determinant,
-          (s.s_along * s.across - s.p_mixed * s.along) * s.inverse_determinant};
-}
-
-// Eq. 12.
-template <class Real>
-HWY_INLINE Vec<Real> log_likelihood_of(const LaneSight<Real>& s, const LaneShift<Real>& shift) {
-  const Vec<Real> distance2 = s.along * shift.along + s.across * shift.across;
-  return lanes<Real>(-0.5) * (distance2 + log<Real>(s.determinant * s.inverse_range * s.inverse_range));
-}
 
 // Eq. 13.
 template <class Real>
@@ -209,12 +109,11 @@ template <class Real>
 void gather_as(const LandmarkColumns& from, const Column<std::uint32_t>& ancestors, ParticleRange range,
                LandmarkColumns& to) {
   const Tag<Real> d;
-  const std::size_t stride = from.stride();
   for (std::size_t i = range.first; i < range.last; i += hn::Lanes(d)) {
     const auto index = load_index(d, ancestors.data() + i);
     for (std::size_t k = 0; k < LandmarkColumns::kColumns; ++k)
-      hn::Store(hn::GatherIndex(d, from.numbers<Real>() + k * stride, index), d,
-                to.numbers<Real>() + k * stride + i);
+      hn::Store(hn::GatherIndex(d, from.numbers<Real>() + k * from.stride(), index), d,
+                to.numbers<Real>() + k * to.stride() + i);
   }
 }
 
@@ -224,66 +123,6 @@ void gather(const LandmarkColumns& from, const Column<std::uint32_t>& ancestors,
     gather_as<float>(from, ancestors, range, to);
   else
     gather_as<double>(from, ancestors, range, to);
-}
-
-/// Where a sight points in the sensor's own frame: how range and range · bearing change with a twist of the
-/// sensor, but for the sign. Rows (cos, sin, 0) and (−sin, cos, range).
-template <class Real>
-struct LaneDirection {
-  Vec<Real> cos, sin;
-};
-
-template <class Real>
-HWY_INLINE LaneDirection<Real> direction_of(const LaneSensor<Real>& sensor, const LaneSight<Real>& s) {
-  return {s.ux * sensor.cos + s.uy * sensor.sin, s.uy * sensor.cos - s.ux * sensor.sin};
-}
-
-/// Symmetric 3 × 3.
-template <class Real>
-struct LaneSymmetric {
-  Vec<Real> xx, xy, xh, yy, yh, hh;
-};
-
-template <class Real>
-HWY_INLINE LaneSymmetric<Real> symmetric(const Matrix3& A) {
-  return {lanes<Real>(A(0, 0)), lanes<Real>(A(0, 1)), lanes<Real>(A(0, 2)),
-          lanes<Real>(A(1, 1)), lanes<Real>(A(1, 2)), lanes<Real>(A(2, 2))};
-}
-
-template <class Real>
-struct LaneTriple {
-  Vec<Real> x, y, h;
-};
-
-template <class Real>
-HWY_INLINE LaneTriple<Real> load_triple(const TripleColumns& from, std::size_t i) {
-  return {load<Real>(from[0] + i), load<Real>(from[1] + i), load<Real>(from[2] + i)};
-}
-
-template <class Real>
-HWY_INLINE void store_triple(const LaneTriple<Real>& v, TripleColumns& to, std::size_t i) {
-  store<Real>(v.x, to[0] + i);
-  store<Real>(v.y, to[1] + i);
-  store<Real>(v.h, to[2] + i);
-}
-
-template <class Real>
-HWY_INLINE LaneTriple<Real> operator+(const LaneTriple<Real>& a, const LaneTriple<Real>& b) {
-  return {a.x + b.x, a.y + b.y, a.h + b.h};
-}
-template <class Real>
-HWY_INLINE LaneTriple<Real> operator-(const LaneTriple<Real>& a, const LaneTriple<Real>& b) {
-  return {a.x - b.x, a.y - b.y, a.h - b.h};
-}
-template <class Real>
-HWY_INLINE Vec<Real> dot(const LaneTriple<Real>& a, const LaneTriple<Real>& b) {
-  return a.x * b.x + a.y * b.y + a.h * b.h;
-}
-
-template <class Real>
-HWY_INLINE LaneTriple<Real> times(const LaneSymmetric<Real>& A, const LaneTriple<Real>& v) {
-  return {A.xx * v.x + A.xy * v.y + A.xh * v.h, A.xy * v.x + A.yy * v.y + A.yh * v.h,
-          A.xh * v.x + A.yh * v.y + A.hh * v.h};
 }
 
 /// S' + A Q Aᵀ, Q the covariance of a twist of the sensor.
@@ -347,22 +186,46 @@ HWY_INLINE void store_choices(Vec<double> x, std::int32_t* to) {
   hn::Store(hn::DemoteTo(d, x), d, to);
 }
 
-HWY_INLINE Vec<double> exp_of(Vec<double> x) {
-  return exp(x);
+HWY_INLINE hn::Mask<Tag<float>> is_choice(Tag<float> d, const std::int32_t* choices, std::int32_t chosen) {
+  const hn::RebindToSigned<Tag<float>> di;
+  return hn::RebindMask(d, hn::Load(di, choices) == hn::Set(di, chosen));
 }
-HWY_INLINE Vec<float> exp_of(Vec<float> x) {
-  TwoWide wide = promoted(x);
-  wide.low = exp(wide.low);
-#if HWY_TARGET != HWY_SCALAR
-  wide.high = exp(wide.high);
-#endif
-  return demoted(wide);
+HWY_INLINE hn::Mask<Tag<double>> is_choice(Tag<double> d, const std::int32_t* choices, std::int32_t chosen) {
+  const hn::RebindToSigned<Tag<double>> di;
+  const hn::Rebind<std::int32_t, Tag<double>> narrow;
+  return hn::RebindMask(d, hn::PromoteTo(di, hn::Load(narrow, choices)) == hn::Set(di, chosen));
+}
+
+template <class Real>
+void take_as(const std::int32_t* choices, const Candidate& from, ParticleRange range, LandmarkColumns& to) {
+  const Tag<Real> d;
+  const Vector2 apart = from.columns->origin() - to.origin();
+  const Vec<Real> zero = hn::Zero(d);
+  const std::array<Vec<Real>, LandmarkColumns::kColumns> shift = {lanes<Real>(apart.x()),
+                                                                  lanes<Real>(apart.y()), zero, zero, zero};
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(d)) {
+    const auto mask = is_choice(d, choices + i, static_cast<std::int32_t>(from.landmark));
+    if (hn::AllFalse(d, mask)) continue;
+    for (std::size_t k = 0; k < LandmarkColumns::kColumns; ++k) {
+      const Vec<Real> x = hn::Load(d, from.columns->numbers<Real>() + k * from.columns->stride() + i);
+      Real* const place = to.numbers<Real>() + k * to.stride() + i;
+      hn::Store(hn::IfThenElse(mask, x + shift[k], hn::Load(d, place)), d, place);
+    }
+  }
+}
+
+void take(const std::int32_t* choices, const Candidate& from, ParticleRange range, LandmarkColumns& to) {
+  if (to.precision() == Precision::float32)
+    take_as<float>(choices, from, range, to);
+  else
+    take_as<double>(choices, from, range, to);
 }
 
 /// What one reading costs a group of particles, for each candidate: −2 log p, where they may choose it.
 template <class Real>
 struct LaneCosts {
-  std::array<Vec<Real>, kMostCandidates> of;
+  std::array<bool, kMostCandidates> is_possible;  ///< for any of them
+  std::array<Vec<Real>, kMostCandidates> of;      ///< where it is
   Vec<Real> least;
   Vec<Real> otherwise;  ///< kFresh or kDoubtful
 };
@@ -384,14 +247,16 @@ HWY_INLINE LaneCosts<Real> costs_of(const ReadingTerms& reading, std::span<const
     const LaneSight<Real> s = sight_of(sensor, reading, columns.origin() - choosing.sensors.origin, m);
     const LaneTotal<Real> S = total_covariance(Q, sensor, s);
     const Vec<Real> nis = nis_of(s, S);
-    const Vec<Real> cost = nis + log<Real>(S.determinant * s.inverse_range * s.inverse_range) +
-                           lanes<Real>(2.0 * std::log(2.0 * kPi));
     const auto passes = hn::And(m.xx >= zero, nis <= gate);
     const auto is_near =
         hn::And(hn::And(m.xx >= zero, nis > gate), nis <= lanes<Real>(options.doubt * options.gate));
+    costs.otherwise = hn::IfThenElse(is_near, lanes<Real>(kDoubtful), costs.otherwise);
+    costs.is_possible[c] = !hn::AllFalse(Tag<Real>(), passes);
+    if (!costs.is_possible[c]) continue;
+    const Vec<Real> cost = nis + log<Real>(S.determinant * s.inverse_range * s.inverse_range) +
+                           lanes<Real>(2.0 * std::log(2.0 * kPi));
     costs.of[c] = hn::IfThenElse(passes, cost, lanes<Real>(1e9));
     costs.least = hn::Min(costs.least, costs.of[c]);
-    costs.otherwise = hn::IfThenElse(is_near, lanes<Real>(kDoubtful), costs.otherwise);
   }
   return costs;
 }
@@ -403,15 +268,17 @@ void choices_as(const ReadingTerms& reading, std::span<const Candidate> candidat
   const Vec<Real> half = lanes<Real>(-0.5);
   for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
     const LaneCosts<Real> costs = costs_of<Real>(reading, candidates, choosing, i);
-    const auto relative = [&](Vec<Real> cost) HWY_ATTR { return exp_of(half * (cost - costs.least)); };
+    const auto relative = [&](Vec<Real> cost) HWY_ATTR { return exp(half * (cost - costs.least)); };
     const Vec<Real> none = relative(lanes<Real>(cost_of_new(choosing.options)));
     std::array<Vec<Real>, kMostCandidates> share;
     Vec<Real> all = none;
-    for (std::size_t c = 0; c < candidates.size(); ++c) all = all + (share[c] = relative(costs.of[c]));
+    for (std::size_t c = 0; c < candidates.size(); ++c)
+      if (costs.is_possible[c]) all = all + (share[c] = relative(costs.of[c]));
     Vec<Real> left = load<Real>(choosing.chance + i) * all - none;
     Vec<Real> choice = costs.otherwise;
     Vec<Real> chosen = none;
     for (std::size_t c = 0; c < candidates.size(); ++c) {
+      if (!costs.is_possible[c]) continue;
       const auto takes = hn::And(left >= hn::Zero(Tag<Real>()), share[c] > hn::Zero(Tag<Real>()));
       choice = hn::IfThenElse(takes, lanes<Real>(candidates[c].landmark), choice);
       chosen = hn::IfThenElse(takes, share[c], chosen);
@@ -428,33 +295,6 @@ void choices_of(const ReadingTerms& reading, std::span<const Candidate> candidat
     choices_as<float>(reading, candidates, choosing, range, choices);
   else
     choices_as<double>(reading, candidates, choosing, range, choices);
-}
-
-/// L of a twist = L n.
-template <class Real>
-struct LaneMatrix {
-  std::array<LaneTriple<Real>, 3> columns;
-};
-
-template <class Real>
-HWY_INLINE LaneMatrix<Real> matrix(const Matrix3& A) {
-  LaneMatrix<Real> lane;
-  for (int k = 0; k < 3; ++k)
-    lane.columns[static_cast<std::size_t>(k)] = {lanes<Real>(A(0, k)), lanes<Real>(A(1, k)),
-                                                 lanes<Real>(A(2, k))};
-  return lane;
-}
-
-template <class Real>
-HWY_INLINE LaneTriple<Real> times(const LaneMatrix<Real>& A, const LaneTriple<Real>& v) {
-  const auto& [a, b, c] = A.columns;
-  return {a.x * v.x + b.x * v.y + c.x * v.h, a.y * v.x + b.y * v.y + c.y * v.h,
-          a.h * v.x + b.h * v.y + c.h * v.h};
-}
-
-template <class Real>
-HWY_INLINE LaneTriple<Real> transposed_times(const LaneMatrix<Real>& A, const LaneTriple<Real>& v) {
-  return {dot(A.columns[0], v), dot(A.columns[1], v), dot(A.columns[2], v)};
 }
 
 /// Lower C with C Cᵀ = A.
@@ -488,22 +328,6 @@ struct LaneCholesky {
     return {(v.x - yx * y - hx * h) * inverse_xx, y, h};
   }
 };
-
-/// sensor · exp(twist).
-template <class Real>
-HWY_INLINE LaneSensor<Real> moved(const LaneSensor<Real>& sensor, const LaneTriple<Real>& twist) {
-  const Vec<Real> u = lanes<Real>(0.5) * twist.h;
-  const LaneSinCos<Real> half = sin_cos<Real>(u);
-  const auto tiny = hn::Abs(u) < lanes<Real>(1e-4);
-  const Vec<Real> sinc =
-      hn::IfThenElse(tiny, lanes<Real>(1.0), half.sin / hn::IfThenElse(tiny, lanes<Real>(1.0), u));
-  const Vec<Real> c = sensor.cos * half.cos - sensor.sin * half.sin;  // in the middle of the turn
-  const Vec<Real> s = sensor.sin * half.cos + sensor.cos * half.sin;
-  const Vec<Real> along = sinc * twist.x;
-  const Vec<Real> across = sinc * twist.y;
-  return {sensor.x + (c * along - s * across), sensor.y + (s * along + c * across),
-          c * half.cos - s * half.sin, s * half.cos + c * half.sin};
-}
 
 /// What the sightings say of a twist of the sensor, linearised where it stands.
 template <class Real>
@@ -644,56 +468,6 @@ void gaussians(std::span<const KnownReading> readings, const GaussianProposal& p
     gaussians_as<double>(readings, proposal, range, n, log_weights);
 }
 
-/// The landmark of a group of particles, or of one particle in all lanes.
-template <class Real, bool kOfOne>
-HWY_INLINE LaneLandmark<Real> landmark_of(LandmarkColumns& columns, std::size_t i) {
-  const Real* numbers = columns.numbers<Real>() + i;
-  const std::size_t stride = columns.stride();
-  if constexpr (!kOfOne) return load_landmark<Real>(numbers, stride);
-  const Tag<Real> d;
-  return {hn::Set(d, numbers[0]), hn::Set(d, numbers[stride]), hn::Set(d, numbers[2 * stride]),
-          hn::Set(d, numbers[3 * stride]), hn::Set(d, numbers[4 * stride])};
-}
-
-// Eq. 15.
-template <class Real, bool kOfOne>
-void fitness_as(std::size_t particle, std::span<const KnownReading> readings, const SensorColumns& sensors,
-                const TripleColumns& n_columns, ParticleRange range, Fitness& fitness) {
-  const Vec<Real> share = lanes<Real>(1.0 / static_cast<double>(readings.size()));
-  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
-    const LaneSensor<Real> sensor = load_sensor<Real>(sensors, i);
-    const LaneTriple<Real> n = load_triple<Real>(n_columns, i);
-    Vec<Real> log_density = lanes<Real>(-0.5) * dot(n, n);
-    Vec<Real> agreement = hn::Zero(Tag<Real>());
-    for (const KnownReading& known : readings) {
-      const LaneSight<Real> s = sight_of(sensor, known.reading, known.landmark->origin() - sensors.origin,
-                                         landmark_of<Real, kOfOne>(*known.landmark, kOfOne ? particle : i));
-      const LaneShift<Real> shift = weighted_innovation(s);
-      log_density = log_density + log_likelihood_of(s, shift);
-      agreement =
-          agreement + share * exp_of(lanes<Real>(-0.5) * (s.along * shift.along + s.across * shift.across));
-    }
-    store<Real>(log_density, fitness.log_density.data() + i);
-    store<Real>(agreement, fitness.agreement.data() + i);
-  }
-}
-
-void fitness_of_all(std::span<const KnownReading> readings, const SensorColumns& sensors,
-                    const TripleColumns& n, ParticleRange range, Fitness& fitness) {
-  if (readings.front().landmark->precision() == Precision::float32)
-    fitness_as<float, false>(0, readings, sensors, n, range, fitness);
-  else
-    fitness_as<double, false>(0, readings, sensors, n, range, fitness);
-}
-
-void fitness_of_one(std::size_t particle, std::span<const KnownReading> readings, const SensorColumns& places,
-                    const TripleColumns& n, ParticleRange range, Fitness& fitness) {
-  if (readings.front().landmark->precision() == Precision::float32)
-    fitness_as<float, true>(particle, readings, places, n, range, fitness);
-  else
-    fitness_as<double, true>(particle, readings, places, n, range, fitness);
-}
-
 }  // namespace trundle::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -704,10 +478,9 @@ HWY_EXPORT(gather);
 HWY_EXPORT(weigh);
 HWY_EXPORT(first);
 HWY_EXPORT(surprises_of);
+HWY_EXPORT(take);
 HWY_EXPORT(choices_of);
 HWY_EXPORT(gaussians);
-HWY_EXPORT(fitness_of_all);
-HWY_EXPORT(fitness_of_one);
 
 void gather_landmark(const LandmarkColumns& from, const Column<std::uint32_t>& ancestors, ParticleRange range,
                      LandmarkColumns& to) {
@@ -737,19 +510,14 @@ void choose_landmarks(const ReadingTerms& reading, std::span<const Candidate> ca
     HWY_DYNAMIC_DISPATCH(choices_of)(reading, candidates, choosing, range, choices);
 }
 
+void take_chosen(const std::int32_t* choices, const Candidate& from, ParticleRange range,
+                 LandmarkColumns& to) {
+  HWY_DYNAMIC_DISPATCH(take)(choices, from, range, to);
+}
+
 void draw_from_gaussians(std::span<const KnownReading> readings, const GaussianProposal& proposal,
                          ParticleRange range, TripleColumns& n, double* log_weights) {
   HWY_DYNAMIC_DISPATCH(gaussians)(readings, proposal, range, n, log_weights);
-}
-
-void set_fitness(std::span<const KnownReading> readings, const SensorColumns& sensors, const TripleColumns& n,
-                 ParticleRange range, Fitness& fitness) {
-  HWY_DYNAMIC_DISPATCH(fitness_of_all)(readings, sensors, n, range, fitness);
-}
-
-void set_fitness_of(std::size_t particle, std::span<const KnownReading> readings, const SensorColumns& places,
-                    const TripleColumns& n, ParticleRange range, Fitness& fitness) {
-  HWY_DYNAMIC_DISPATCH(fitness_of_one)(particle, readings, places, n, range, fitness);
 }
 
 }  // namespace trundle

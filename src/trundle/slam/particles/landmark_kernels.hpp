@@ -18,7 +18,8 @@ struct KnownReading {
   LandmarkColumns* landmark;  ///< of today's particles
 };
 
-/// to = what each particle has from its ancestor: the columns of an older epoch brought up to now.
+/// to = what each particle has from its ancestor: the columns of an older epoch brought up to now. The origin
+/// has to be the same.
 void gather_landmark(const LandmarkColumns& from, const Column<std::uint32_t>& ancestors, ParticleRange range,
                      LandmarkColumns& to);
 
@@ -61,6 +62,10 @@ struct Choosing {
 void choose_landmarks(const ReadingTerms& reading, std::span<const Candidate> candidates,
                       const Choosing& choosing, ParticleRange range, std::int32_t* choices);
 
+/// to = what the particles that chose it have of this candidate; the others keep what they have.
+void take_chosen(const std::int32_t* choices, const Candidate& from, ParticleRange range,
+                 LandmarkColumns& to);
+
 /// The Gaussian of each particle's pose after its sightings, in n of eq. 15, of which each draws one: eq. 16.
 struct GaussianProposal {
   const SensorColumns& predicted;       ///< at n = 0
@@ -71,18 +76,5 @@ struct GaussianProposal {
 /// n = a draw; log weights take prior over proposal.
 void draw_from_gaussians(std::span<const KnownReading> readings, const GaussianProposal& proposal,
                          ParticleRange range, TripleColumns& n, double* log_weights);
-
-/// Eq. 15 at sensors drawn with n.
-struct Fitness {
-  explicit Fitness(std::size_t particles) : log_density(padded(particles)), agreement(padded(particles)) {}
-
-  Column<double> log_density;  ///< J
-  Column<double> agreement;    ///< mean over the readings of exp(−½ d²)
-};
-void set_fitness(std::span<const KnownReading> readings, const SensorColumns& sensors, const TripleColumns& n,
-                 ParticleRange range, Fitness& fitness);
-/// The same of many places of one particle, a row of the columns for each place.
-void set_fitness_of(std::size_t particle, std::span<const KnownReading> readings, const SensorColumns& places,
-                    const TripleColumns& n, ParticleRange range, Fitness& fitness);
 
 }  // namespace trundle

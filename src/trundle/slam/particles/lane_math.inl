@@ -194,6 +194,22 @@ HWY_INLINE Wide exp(Wide x) {
   return hn::IfThenElseZero(x >= lanes<double>(-708.0), y);
 }
 
+/// Of x <= 88, to two units in the last place; 0 below −87. [Moshier, Cephes]
+HWY_INLINE Vec<float> exp(Vec<float> x) {
+  const Tag<float> d;
+  const hn::RebindToSigned<Tag<float>> di;
+  constexpr std::array<float, 6> kRest = {5.0000001201e-1F, 1.6666665459e-1F, 4.1665795894e-2F,
+                                          8.3334519073e-3F, 1.3981999507e-3F, 1.9875691500e-4F};
+  const Vec<float> round = lanes<float>(0x1.8p23);
+  const Vec<float> limited = hn::Max(x, lanes<float>(-87.0));
+  const Vec<float> shifted = limited * lanes<float>(1.44269504088896341) + round;
+  const Vec<float> k = shifted - round;
+  const Vec<float> r = (limited - k * lanes<float>(0.693359375)) - k * lanes<float>(-2.12194440e-4);
+  const Vec<float> y = (r * r * polynomial<float>(kRest, r) + r) + lanes<float>(1.0);
+  const auto exponent = hn::ShiftLeft<23>(hn::BitCast(di, shifted));
+  return hn::IfThenElseZero(x >= lanes<float>(-87.0), hn::BitCast(d, hn::Add(hn::BitCast(di, y), exponent)));
+}
+
 #if HWY_TARGET != HWY_SCALAR
 /// The doubles of one vector of floats.
 struct TwoWide {

@@ -1,7 +1,9 @@
 #include "trundle/slam/particles/particle_association.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 
 #include <Eigen/LU>
 
@@ -49,6 +51,16 @@ Expected expected_of(const SensorAt& sensor, const Matrix3& sensor_covariance, c
   const double nis = innovation.dot(S.inverse() * innovation);
   const double log_det = std::log(S.determinant() / (s.range * s.range));
   return {{s.along, s.across / s.range}, nis, nis + log_det + 2.0 * std::log(2.0 * kPi)};
+}
+
+/// Weight of the particles of which something holds. Sums of kParticleLanes columns side by side, none of
+/// which waits for another; what pads has no weight.
+template <class Holds>
+double share_where(const Column<double>& weights, Holds holds) {
+  std::array<double, kParticleLanes> sums{};
+  for (std::size_t i = 0; i < weights.size(); i += kParticleLanes)
+    for (std::size_t k = 0; k < kParticleLanes; ++k) sums[k] += holds(i + k) ? weights[i + k] : 0.0;
+  return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
 bool share_a_candidate(std::span<const Candidate> a, std::span<const Candidate> b) {
@@ -233,7 +245,7 @@ void ParticleAssociation::prepare(std::size_t k, const View& view) {
   if (!sighting.is_known || sighting.is_unanimous) return;
   taken_for_[k].fill({sighting.place.x(), sighting.place.y(), kAnywhere_m2, 0.0, kAnywhere_m2});
   for (const Candidate& candidate : sighting.candidates)
-    taken_for_[k].take_where(sighting.choices, candidate.landmark, *candidate.columns);
+    take_chosen(sighting.choices.data(), candidate, {0, padded(particles_.count)}, taken_for_[k]);
 }
 
 void ParticleAssociation::add_readings(std::vector<KnownReading>& readings) {
@@ -268,9 +280,7 @@ void ParticleAssociation::settle(const Drawn& drawn, ParticleMap& map, Ancestry&
 void ParticleAssociation::create(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry,
                                  StepReport& report) {
   for (const Sighting& sighting : sightings()) {
-    double share = 0.0;
-    for (std::size_t i = 0; i < particles_.count; ++i)
-      if (sighting.choices[i] == kFresh) share += drawn.weights[i];
+    const double share = share_that_chose(sighting, kFresh, drawn.weights);
     const bool is_reported = sighting.choices[reporter_] == kFresh;
     if (share < kLeastShare && !is_reported) continue;
     const LandmarkId landmark = create(sighting, drawn, map, ancestry);
@@ -285,11 +295,12 @@ void ParticleAssociation::create(const Drawn& drawn, ParticleMap& map, Ancestry&
 void ParticleAssociation::put_back(std::size_t k, const Drawn& drawn) {
   const Sighting& sighting = pool_[k];
   for (const Candidate& candidate : sighting.candidates)
-    candidate.columns->take_where(sighting.choices, candidate.landmark, taken_for_[k]);
+    take_chosen(sighting.choices.data(), {candidate.landmark, &taken_for_[k]}, {0, padded(particles_.count)},
+                *candidate.columns);
   const double of_anywhere = std::log(sighting.seen.range_m / (2.0 * kPi * kAnywhere_m2));
   const double more = -0.5 * cost_of_new(options_) - of_anywhere;
   for (std::size_t i = 0; i < particles_.count; ++i)
-    if (sighting.choices[i] < 0) drawn.log_weights[i] += more;
+    drawn.log_weights[i] += sighting.choices[i] < 0 ? more : 0.0;
 }
 
 LandmarkId ParticleAssociation::create(const Sighting& sighting, const Drawn& drawn, ParticleMap& map,
@@ -334,19 +345,25 @@ void ParticleAssociation::look_around(const Drawn& drawn, ParticleMap& map, Ance
 
 double ParticleAssociation::share_that_has(const LandmarkColumns& columns,
                                            const Column<double>& weights) const {
-  double share = 0.0;
-  for (std::size_t i = 0; i < particles_.count; ++i) share += is_there(columns.at(i)) ? weights[i] : 0.0;
-  return share;
+  const auto sum_over = [&](const auto* variances) {
+    return share_where(weights, [&](std::size_t i) { return variances[i] >= 0; });
+  };
+  return columns.precision() == Precision::float32
+             ? sum_over(columns.numbers<float>() + 2 * columns.stride())
+             : sum_over(columns.numbers<double>() + 2 * columns.stride());
+}
+
+double ParticleAssociation::share_that_chose(const Sighting& sighting, std::int32_t choice,
+                                             const Column<double>& weights) {
+  if (sighting.is_unanimous) return sighting.choices.front() == choice ? 1.0 : 0.0;
+  return share_where(weights, [&](std::size_t i) { return sighting.choices[i] == choice; });
 }
 
 double ParticleAssociation::share_that_saw(LandmarkId landmark, const Column<double>& weights) const {
   double share = 0.0;
-  for (const Sighting& sighting : sightings()) {
-    if (std::ranges::find(sighting.candidates, landmark, &Candidate::landmark) == sighting.candidates.end())
-      continue;
-    for (std::size_t i = 0; i < particles_.count; ++i)
-      share += sighting.choices[i] == landmark ? weights[i] : 0.0;
-  }
+  for (const Sighting& sighting : sightings())
+    if (std::ranges::find(sighting.candidates, landmark, &Candidate::landmark) != sighting.candidates.end())
+      share += share_that_chose(sighting, static_cast<std::int32_t>(landmark), weights);
   return share;
 }
 

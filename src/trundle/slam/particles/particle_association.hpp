@@ -113,6 +113,8 @@ class ParticleAssociation {
   void put_back(std::size_t k, const Drawn& drawn);
   LandmarkId create(const Sighting& sighting, const Drawn& drawn, ParticleMap& map, Ancestry& ancestry);
   void look_around(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry);
+  static double share_that_chose(const Sighting& sighting, std::int32_t choice,
+                                 const Column<double>& weights);
   double share_that_saw(LandmarkId landmark, const Column<double>& weights) const;
   double share_that_has(const LandmarkColumns& columns, const Column<double>& weights) const;
 

@@ -211,6 +211,52 @@ void exponentials_of(const double* log_weights, ParticleRange range, double* wei
     hn::Store(exp(hn::Load(d, log_weights + i)), d, weights + i);
 }
 
+/// Sums by column of kParticleLanes, and then of the columns.
+class ColumnSums {
+ public:
+  ColumnSums() { sums_.fill(lanes<double>(0.0)); }
+  HWY_INLINE void add(std::size_t column, Wide x) {
+    Wide& sum = sums_[column / hn::Lanes(Tag<double>())];
+    sum = sum + x;
+  }
+  HWY_INLINE double sum() const {
+    alignas(64) std::array<double, kParticleLanes> columns;
+    const std::size_t width = hn::Lanes(Tag<double>());
+    for (std::size_t k = 0; k < kParticleLanes; k += width)
+      hn::Store(sums_[k / width], Tag<double>(), columns.data() + k);
+    double all = 0.0;
+    for (const double x : columns) all += x;
+    return all;
+  }
+
+ private:
+  std::array<Wide, kParticleLanes> sums_;  // as many as one lane each would need
+};
+
+double normalise_all(ParticleRange range, double* log_weights, double* weights) {
+  const Tag<double> d;
+  Wide greatest = hn::Load(d, log_weights + range.first);
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(d))
+    greatest = hn::Max(greatest, hn::Load(d, log_weights + i));
+  greatest = hn::MaxOfLanes(d, greatest);
+  ColumnSums sums;
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(d)) {
+    const Wide log_weight = hn::Load(d, log_weights + i) - greatest;
+    const Wide weight = exp(log_weight);
+    hn::Store(log_weight, d, log_weights + i);
+    hn::Store(weight, d, weights + i);
+    sums.add(i % kParticleLanes, weight);
+  }
+  const Wide scale = lanes<double>(1.0 / sums.sum());
+  ColumnSums squares;
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(d)) {
+    const Wide weight = hn::Load(d, weights + i) * scale;
+    hn::Store(weight, d, weights + i);
+    squares.add(i % kParticleLanes, weight * weight);
+  }
+  return 1.0 / squares.sum();
+}
+
 }  // namespace trundle::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -223,6 +269,7 @@ HWY_EXPORT(encrypt_one);
 HWY_EXPORT(predict_all);
 HWY_EXPORT(place_all);
 HWY_EXPORT(exponentials_of);
+HWY_EXPORT(normalise_all);
 
 void draw_normals(const Draw& draw, ParticleRange range, TripleColumns& n) {
   HWY_DYNAMIC_DISPATCH(normals)(draw, range, n);
@@ -251,6 +298,10 @@ void place(const PoseColumns& predicted, const TripleColumns& n, const Placement
 
 void exponentials(const double* log_weights, ParticleRange range, double* weights) {
   HWY_DYNAMIC_DISPATCH(exponentials_of)(log_weights, range, weights);
+}
+
+double normalise(ParticleRange range, double* log_weights, double* weights) {
+  return HWY_DYNAMIC_DISPATCH(normalise_all)(range, log_weights, weights);
 }
 
 }  // namespace trundle

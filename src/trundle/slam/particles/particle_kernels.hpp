@@ -37,6 +37,10 @@ struct Placement {
 void place(const PoseColumns& predicted, const TripleColumns& n, const Placement& placement,
            ParticleRange range, PoseColumns& poses, SensorColumns& sensors);
 
+/// log w less the greatest, w = exp(log w) over their sum, and 1/Σw². Sums are those of kParticleLanes
+/// columns side by side, on every machine.
+double normalise(ParticleRange range, double* log_weights, double* weights);
+
 /// w = exp(log w) of logarithms up to 709; 0 where they are below −708.
 void exponentials(const double* log_weights, ParticleRange range, double* weights);
 

@@ -8,12 +8,17 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/slam/cholesky.hpp"
+#include "trundle/slam/particles/pose_target.hpp"
 
 namespace trundle {
 namespace {
 
 Matrix3 pose_root(const Pose2& pose, const Matrix3& covariance_in_world) {
   return semidefinite_root(body_covariance(pose, covariance_in_world));
+}
+
+bool is_by_swarm(Proposal proposal) {
+  return proposal == Proposal::swarm || proposal == Proposal::swarm_gaussian;
 }
 
 }  // namespace
@@ -31,17 +36,16 @@ ParticleSlam::ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptio
       log_weights_(padded(options.particles), 0.0),
       weights_(padded(options.particles)),
       parents_(options.particles + 1),
+      first_child_(options.particles + 1, static_cast<Ancestry::Index>(options.particles)),
       spare_(padded(options.particles)),
       ancestry_(options.particles),
       map_(options.particles, options.map_precision),
       jury_(options.particles, options.map_precision),
       association_(sensor, {options.particles, options.map_precision}),
+      swarm_(is_by_swarm(options.proposal) ? options.particles : 0),
       systematic_(options.particles),
       systematic_covariance_(options.prior.systematic_sigma.cwiseAbs2().asDiagonal()) {
   if (options.particles == 0) throw InputError("particle filter", "has 0 particles", "at least 1");
-  const std::size_t blocks = (options.particles + kParticleBlock - 1) / kParticleBlock;
-  for (std::size_t block = 0; block < blocks; ++block)
-    random_.emplace_back(options.seed, kResamplingStream + 1 + block);
   const Pose2& start = options.prior.start;
   for (std::size_t i = 0; i < all().last; ++i) predicted_.set(i, start);
   draw_normals(next_draw(), all(), n_);
@@ -138,7 +142,7 @@ void ParticleSlam::look(const Draw& draw) {
 /// at a time, unless something has to be decided about all of them in between.
 void ParticleSlam::move_and_weigh() {
   const Proposal proposal = options_.proposal;
-  const bool by_swarm = proposal == Proposal::swarm || proposal == Proposal::swarm_gaussian;
+  const bool by_swarm = is_by_swarm(proposal);
   const bool by_gaussian = proposal == Proposal::linearised || proposal == Proposal::swarm_gaussian;
   const Placement placement{semidefinite_root(predicted_covariance()), sensor_.body_from_sensor};
   const Draw draw = next_draw();
@@ -156,15 +160,16 @@ void ParticleSlam::move_and_weigh() {
   else if (by_swarm)
     crew_.for_all_particles([&](ParticleRange piece) { bring_up(draw, piece); });
   association_.add_readings(readings_);
-  if (by_swarm) {
-    const PoseTarget target(predicted_, predicted_covariance(), sensor_.body_from_sensor, readings_);
-    refine_by_swarm(target, options_.swarm, options_.particles, random_, n_);
-  }
+  if (by_swarm)
+    swarm_.refine(
+        {predicted_, sensors_.origin, placement.L, sensor_.body_from_sensor, readings_, second_draw},
+        options_.swarm, n_);
+  const bool is_placed = looks && proposal == Proposal::motion;
   crew_.for_all_particles([&](ParticleRange piece) {
     if (!looks && !by_swarm) bring_up(draw, piece);
     if (proposal == Proposal::swarm_gaussian) draw_normals(second_draw, piece, z_);
     if (by_gaussian && !readings_.empty()) draw_near_sightings(placement, piece);
-    place(predicted_, n_, placement, piece, poses_, sensors_);
+    if (!is_placed) place(predicted_, n_, placement, piece, poses_, sensors_);
     weigh_and_improve(readings_, sensors_, piece, log_weights_.data());
   });
   map_.all_have_inherited();
@@ -225,18 +230,9 @@ void ParticleSlam::add_landmark(const Observation& observation, std::size_t inde
 }
 
 void ParticleSlam::normalise() {
-  const auto count = static_cast<std::ptrdiff_t>(options_.particles);
-  const double largest = *std::max_element(log_weights_.begin(), log_weights_.begin() + count);
-  for (double& log_weight : log_weights_) log_weight -= largest;
-  std::fill(log_weights_.begin() + count, log_weights_.end(), -std::numeric_limits<double>::infinity());
-  exponentials(log_weights_.data(), all(), weights_.data());
-  const double sum = std::accumulate(weights_.begin(), weights_.end(), 0.0);
-  double squares = 0.0;
-  for (double& weight : weights_) {
-    weight /= sum;
-    squares += weight * weight;
-  }
-  report_.effective_particles = 1.0 / squares;
+  std::fill(log_weights_.begin() + static_cast<std::ptrdiff_t>(options_.particles), log_weights_.end(),
+            -std::numeric_limits<double>::infinity());
+  report_.effective_particles = trundle::normalise(all(), log_weights_.data(), weights_.data());
 }
 
 /// Headings are averaged as differences to the best particle's.
@@ -274,11 +270,12 @@ void ParticleSlam::resample() {
   const double before = 1.0 - resampling_.uniform();
   std::ranges::fill(parents_, Ancestry::Index{0});
   double sum = 0.0;
-  std::size_t first = 0;  // child of the next parent, if he has one
+  Ancestry::Index first = 0;  // child of the next parent, if he has one
   for (std::size_t parent = 0; parent < count; ++parent) {
+    first_child_[parent] = first;
     parents_[first] = static_cast<Ancestry::Index>(parent);
     sum += weights_[parent];
-    first = static_cast<std::size_t>(std::min(sum * all_children + before, all_children));
+    first = static_cast<Ancestry::Index>(std::min(sum * all_children + before, all_children));
   }
   const std::span parents(parents_.data(), count);
   Ancestry::Index last = 0;
@@ -286,7 +283,7 @@ void ParticleSlam::resample() {
   poses_.permute(parents, spare_);
   if (!systematic_covariance_.isZero(0.0)) systematic_.permute(parents, spare_);
   kinship_.hold(ancestry_);
-  ancestry_.resample(parents);
+  ancestry_.resample_families(first_child_);
   if (options_.keep_paths) paths_.resampled(ancestry_);
   std::fill_n(log_weights_.begin(), count, 0.0);
   std::fill_n(weights_.begin(), count, 1.0 / static_cast<double>(count));

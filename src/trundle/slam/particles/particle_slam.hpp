@@ -74,9 +74,9 @@ class ParticleSlam {
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.draws_, self.random_, self.resampling_, self.poses_, self.sensors_, self.log_weights_,
-            self.weights_, self.ancestry_, self.map_, self.association_, self.paths_, self.kinship_,
-            self.forgotten_, self.systematic_, self.systematic_covariance_, self.pending_, self.report_);
+    archive(self.draws_, self.resampling_, self.poses_, self.sensors_, self.log_weights_, self.weights_,
+            self.ancestry_, self.map_, self.association_, self.paths_, self.kinship_, self.forgotten_,
+            self.systematic_, self.systematic_covariance_, self.pending_, self.report_);
   }
 
  private:
@@ -107,18 +107,18 @@ class ParticleSlam {
   LandmarkSensor sensor_;
   ParticleSlamOptions options_;
   Crew crew_;
-  std::uint64_t draws_ = 0;     ///< so many numbers each particle has drawn
-  std::vector<Random> random_;  ///< of the swarm: one for each block of particles
+  std::uint64_t draws_ = 0;  ///< so many numbers each particle has drawn
   Random resampling_;
   PoseColumns poses_;
   PoseColumns predicted_;  ///< before their noise of this step
   TripleColumns n_;        ///< that noise, whitened
   TripleColumns z_;        ///< a second draw, where n is what the swarm has found
   SensorColumns sensors_;
-  Column<double> log_weights_;            ///< the largest is 0
-  Column<double> weights_;                ///< sum to 1
-  std::vector<Ancestry::Index> parents_;  ///< room to resample in
-  Column<double> spare_;                  ///< likewise
+  Column<double> log_weights_;                ///< the largest is 0
+  Column<double> weights_;                    ///< sum to 1
+  std::vector<Ancestry::Index> parents_;      ///< room to resample in
+  std::vector<Ancestry::Index> first_child_;  ///< likewise, of each particle and one more
+  Column<double> spare_;                      ///< likewise
   Ancestry ancestry_;
   ParticleMap map_;
   Jury jury_;
@@ -126,6 +126,7 @@ class ParticleSlam {
   ParticlePaths paths_;
   Kinship kinship_{options_.particles};
   ForgottenDoubt forgotten_;
+  Swarm swarm_;
   TripleColumns systematic_;            ///< each particle's mean, given its path
   Matrix3 systematic_covariance_;       ///< the same for all: paths differ in where they went, not in how
   Motion pending_;                      ///< since the poses were drawn

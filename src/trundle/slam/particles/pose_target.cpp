@@ -5,7 +5,6 @@
 
 #include "trundle/odometry/arc.hpp"
 #include "trundle/slam/cholesky.hpp"
-#include "trundle/slam/particles/particle_kernels.hpp"
 
 namespace trundle {
 namespace {
@@ -35,18 +34,13 @@ PoseTarget::PoseTarget(const PoseColumns& predicted, const Matrix3& motion_covar
     : predicted_(predicted),
       body_from_sensor_(body_from_sensor),
       readings_(readings),
-      L_(semidefinite_root(motion_covariance)),
-      invertible_(L_.diagonal().minCoeff() > 0.0) {}
-
-Vector3 PoseTarget::whitened(std::size_t particle, const Pose2& pose) const {
-  const Vector3 e = log(predicted(particle).inverse() * pose).vector();
-  return L_.triangularView<Eigen::Lower>().solve(e);
-}
+      L_(semidefinite_root(motion_covariance)) {}
 
 Vector3 PoseTarget::clamped(const Vector3& n) const {
   const Vector3 limit = 3.0 * L_.rowwise().norm();
-  const Vector3 e = (L_ * n).cwiseMax(-limit).cwiseMin(limit);
-  return L_.triangularView<Eigen::Lower>().solve(e);
+  const Vector3 e = L_ * n;
+  if ((e.array().abs() <= limit.array()).all()) return n;
+  return L_.triangularView<Eigen::Lower>().solve(e.cwiseMax(-limit).cwiseMin(limit));
 }
 
 PoseTarget::Value PoseTarget::at(std::size_t particle, const Vector3& n) const {
@@ -59,22 +53,6 @@ PoseTarget::Value PoseTarget::at(std::size_t particle, const Vector3& n) const {
   }
   if (!readings_.empty()) value.agreement /= static_cast<double>(readings_.size());
   return value;
-}
-
-void PoseTarget::set_values(const TripleColumns& n, std::size_t particles, PoseValues& values) const {
-  const ParticleRange all{0, padded(particles)};
-  values.sensors.origin = predicted(0).translation();
-  place(predicted_, n, {L_, body_from_sensor_}, all, values.poses, values.sensors);
-  set_fitness(readings_, values.sensors, n, all, values.fitness);
-}
-
-void PoseTarget::set_values_of(std::size_t particle, const TripleColumns& n, std::size_t count,
-                               PoseValues& values) const {
-  const ParticleRange all{0, padded(count)};
-  for (std::size_t i = 0; i < all.last; ++i) values.predicted.set(i, predicted(particle));
-  values.sensors.origin = predicted(particle).translation();
-  place(values.predicted, n, {L_, body_from_sensor_}, all, values.poses, values.sensors);
-  set_fitness_of(particle, readings_, values.sensors, n, all, values.fitness);
 }
 
 /// Of the range and of range · bearing: −[uᵀ; tᵀ] by the sensor's place, whose lever turns with the body.

@@ -18,16 +18,6 @@ struct WhitenedGaussian {
   Matrix3 information_root = Matrix3::Identity();  ///< lower C with C Cᵀ = inverse covariance
 };
 
-/// Room for the values of many poses at once.
-struct PoseValues {
-  explicit PoseValues(std::size_t count) : predicted(count), poses(count), sensors(count), fitness(count) {}
-
-  PoseColumns predicted;
-  PoseColumns poses;
-  SensorColumns sensors;
-  Fitness fitness;
-};
-
 /// What one step says of each particle's new pose, given its own map, association and pose before:
 /// motion prior times likelihood, up to a constant. docs/slam.md, eq. 15. Poses are written as
 /// predicted · exp(e), e = L n with L Lᵀ the motion's covariance, so the prior of n is standard normal.
@@ -37,17 +27,11 @@ class PoseTarget {
   PoseTarget(const PoseColumns& predicted, const Matrix3& motion_covariance, const Pose2& body_from_sensor,
              std::span<const KnownReading> readings);
 
-  bool sees_something() const { return !readings_.empty(); }
-  /// False where the motion is certain in some direction: then nothing can be searched.
-  bool can_be_searched() const { return invertible_; }
-
   Pose2 predicted(std::size_t particle) const { return predicted_.at(particle); }
   Pose2 pose(std::size_t particle, const Vector3& n) const {
     return predicted(particle) * exp(Twist2::from(L_ * n));
   }
-  /// The n of a pose; the pose must be one that can_be_searched().
-  Vector3 whitened(std::size_t particle, const Pose2& pose) const;
-  /// 3 σ of each coordinate of e limit how far a search may go.
+  /// 3 σ of each coordinate of e limit how far a search may go; what is within stays.
   Vector3 clamped(const Vector3& n) const;
 
   struct Value {
@@ -55,11 +39,6 @@ class PoseTarget {
     double agreement = 0.0;  ///< mean over the readings of exp(−½ d²)
   };
   Value at(std::size_t particle, const Vector3& n) const;
-  /// Of all particles, each at its own n, in the precision of the map.
-  void set_values(const TripleColumns& n, std::size_t particles, PoseValues& values) const;
-  /// Of one particle, at so many n.
-  void set_values_of(std::size_t particle, const TripleColumns& n, std::size_t count,
-                     PoseValues& values) const;
   /// One Gauss–Newton step from n, and the curvature there.
   WhitenedGaussian gaussian_at(std::size_t particle, const Vector3& n) const;
   /// The same at the maximum, as Gauss–Newton finds it from n in a few steps.
@@ -80,7 +59,6 @@ class PoseTarget {
   Pose2 body_from_sensor_;
   std::span<const KnownReading> readings_;
   Matrix3 L_;
-  bool invertible_;
 };
 
 }  // namespace trundle

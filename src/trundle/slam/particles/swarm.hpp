@@ -1,11 +1,10 @@
 #pragma once
 
 #include <array>
-#include <span>
 #include <vector>
 
-#include "trundle/simulation/random.hpp"
-#include "trundle/slam/particles/pose_target.hpp"
+#include "trundle/slam/particles/particle_kernels.hpp"
+#include "trundle/slam/particles/swarm_kernels.hpp"
 
 namespace trundle {
 
@@ -19,16 +18,6 @@ struct SwarmOptions {
   double search_radius = 0.5;  ///< of the best agent's first search [σ of the motion]; halves each time
 };
 
-/// Particles are random numbers' users in blocks: each block has a stream of its own, so results do not
-/// depend on who works on which block.
-inline constexpr std::size_t kParticleBlock = 64;
-
-/// Moves every particle to a better pose: agents on a torus lattice compete with their neighbours, fly as a
-/// swarm, and the best of them searches around itself. `n` (whitened, one for each particle) comes in as
-/// drawn from the motion and leaves as the best that each agent has found. docs/slam.md, 'The swarm'.
-void refine_by_swarm(const PoseTarget& target, const SwarmOptions& options, std::size_t particles,
-                     std::span<Random> random, TripleColumns& n);
-
 /// The agents' lattice: the most nearly square factorisation of the particles; of a prime number of them one
 /// is left out.
 struct Lattice {
@@ -40,5 +29,47 @@ struct Lattice {
   std::array<std::size_t, 4> neighbours(std::size_t cell) const;
 };
 Lattice lattice_of(std::size_t particles);
+
+/// Moves every particle to a better pose: agents on a torus lattice compete with their neighbours, fly as a
+/// swarm, and the best of them searches around itself. docs/slam.md, 'The swarm'. Room for all of it is kept
+/// from step to step.
+class Swarm {
+ public:
+  explicit Swarm(std::size_t particles);
+
+  /// What a step says of each particle's new pose.
+  struct Target {
+    const PoseColumns& predicted;
+    Vector2 origin;  ///< near them
+    Matrix3 L;       ///< twist = L n
+    Pose2 body_from_sensor;
+    std::span<const KnownReading> readings;
+    Draw draw;  ///< purposes from 1 on are free
+  };
+  /// `n` (whitened, one for each particle) comes in as drawn from the motion and leaves as the best that each
+  /// agent has found. Where nothing is seen, or the motion is certain in some direction, it stays.
+  void refine(const Target& target, const SwarmOptions& options, TripleColumns& n);
+
+ private:
+  ParticleRange all() const { return {0, padded(particles_)}; }
+  void draw_chances(const Draw& draw, int iteration);
+  void find_partners();
+  void search(const SwarmTask& task, double radius);
+  std::size_t best_agent() const;
+  double agreement() const;
+
+  std::size_t particles_;
+  Lattice lattice_;
+  std::vector<std::array<std::size_t, 4>> neighbours_;  ///< of each cell
+  SwarmColumns agents_;
+  PoseColumns poses_;
+  BodyColumns predicted_;
+  TripleColumns still_;  ///< no noise
+  BodyColumns partners_;
+  Column<double> partner_values_;
+  std::array<TripleColumns, 3> chances_;  ///< to compete, of the own best, of the best of all
+  TripleColumns cells_;                   ///< of the best agent's search
+  SearchedPlaces found_;
+};
 
 }  // namespace trundle

@@ -1,0 +1,222 @@
+// What a group of particles sees of a landmark, in the lanes of Highway's vectors. Included once for each
+// instruction set. Real is float or double.
+#if defined(TRUNDLE_SLAM_LANE_SIGHT) == defined(HWY_TARGET_TOGGLE)
+#ifdef TRUNDLE_SLAM_LANE_SIGHT
+#undef TRUNDLE_SLAM_LANE_SIGHT
+#else
+#define TRUNDLE_SLAM_LANE_SIGHT
+#endif
+
+#include "trundle/slam/particles/lane_math.inl"
+#include "trundle/slam/particles/landmark_kernels.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace trundle::HWY_NAMESPACE {
+
+/// A group of particles' sensors.
+template <class Real>
+struct LaneSensor {
+  Vec<Real> x, y, cos, sin;
+};
+
+template <class Real>
+HWY_INLINE LaneSensor<Real> load_sensor(const SensorColumns& sensors, std::size_t i) {
+  return {load<Real>(sensors.x.data() + i), load<Real>(sensors.y.data() + i),
+          load<Real>(sensors.cos.data() + i), load<Real>(sensors.sin.data() + i)};
+}
+
+/// One landmark of a group of particles, x and y from the sensors' origin.
+template <class Real>
+struct LaneLandmark {
+  Vec<Real> x, y, xx, xy, yy;
+};
+
+template <class Real>
+HWY_INLINE LaneLandmark<Real> load_landmark(const Real* numbers, std::size_t stride) {
+  const Tag<Real> d;
+  return {hn::Load(d, numbers), hn::Load(d, numbers + stride), hn::Load(d, numbers + 2 * stride),
+          hn::Load(d, numbers + 3 * stride), hn::Load(d, numbers + 4 * stride)};
+}
+
+template <class Real>
+HWY_INLINE void store_landmark(const LaneLandmark<Real>& m, Real* numbers, std::size_t stride) {
+  const Tag<Real> d;
+  hn::Store(m.x, d, numbers);
+  hn::Store(m.y, d, numbers + stride);
+  hn::Store(m.xx, d, numbers + 2 * stride);
+  hn::Store(m.xy, d, numbers + 3 * stride);
+  hn::Store(m.yy, d, numbers + 4 * stride);
+}
+
+/// Sight of particle_landmark.hpp, in lanes.
+template <class Real>
+struct LaneSight {
+  Vec<Real> range, inverse_range;
+  Vec<Real> ux, uy;
+  Vec<Real> along, across;               ///< innovation
+  Vec<Real> r_along, r_across;           ///< R'
+  Vec<Real> p_along, p_mixed, p_across;  ///< P'
+  Vec<Real> s_along, s_across;           ///< S' = P' + R', p_mixed off the diagonal
+  Vec<Real> determinant, inverse_determinant;
+};
+
+// Eq. 11.
+template <class Real>
+HWY_INLINE LaneSight<Real> sight_of(const LaneSensor<Real>& sensor, const ReadingTerms& reading,
+                                    const Vector2& offset, const LaneLandmark<Real>& m) {
+  using V = Vec<Real>;
+  const V dx = (m.x - sensor.x) + lanes<Real>(offset.x());
+  const V dy = (m.y - sensor.y) + lanes<Real>(offset.y());
+  LaneSight<Real> s;
+  s.range = hn::Sqrt(hn::Max(dx * dx + dy * dy, lanes<Real>(1e-12)));
+  s.inverse_range = lanes<Real>(1.0) / s.range;
+  s.ux = dx * s.inverse_range;
+  s.uy = dy * s.inverse_range;
+  const V rc = lanes<Real>(reading.cos);
+  const V rs = lanes<Real>(reading.sin);
+  const V c = sensor.cos * rc - sensor.sin * rs;
+  const V d = sensor.sin * rc + sensor.cos * rs;
+  s.along = lanes<Real>(reading.range) - s.range;
+  s.across = s.range * atan2<Real>(s.ux * d - s.uy * c, s.ux * c + s.uy * d);
+  s.r_along = lanes<Real>(reading.range_variance);
+  s.r_across = s.range * s.range * lanes<Real>(reading.bearing_variance);
+  const V px = m.xx * s.ux + m.xy * s.uy;  // P u
+  const V py = m.xy * s.ux + m.yy * s.uy;
+  const V qx = m.xy * s.ux - m.xx * s.uy;  // P t
+  const V qy = m.yy * s.ux - m.xy * s.uy;
+  s.p_along = s.ux * px + s.uy * py;
+  s.p_mixed = s.ux * py - s.uy * px;
+  s.p_across = s.ux * qy - s.uy * qx;
+  s.s_along = s.p_along + s.r_along;
+  s.s_across = s.p_across + s.r_across;
+  s.determinant = s.s_along * s.s_across - s.p_mixed * s.p_mixed;
+  s.inverse_determinant = lanes<Real>(1.0) / s.determinant;
+  return s;
+}
+
+/// S'⁻¹ ν
+template <class Real>
+struct LaneShift {
+  Vec<Real> along, across;
+};
+
+template <class Real>
+HWY_INLINE LaneShift<Real> weighted_innovation(const LaneSight<Real>& s) {
+  return {(s.s_across * s.along - s.p_mixed * s.across) * s.inverse_determinant,
+          (s.s_along * s.across - s.p_mixed * s.along) * s.inverse_determinant};
+}
+
+// Eq. 12.
+template <class Real>
+HWY_INLINE Vec<Real> log_likelihood_of(const LaneSight<Real>& s, const LaneShift<Real>& shift) {
+  const Vec<Real> distance2 = s.along * shift.along + s.across * shift.across;
+  return lanes<Real>(-0.5) * (distance2 + log<Real>(s.determinant * s.inverse_range * s.inverse_range));
+}
+
+/// Where a sight points in the sensor's own frame: how range and range · bearing change with a twist of the
+/// sensor, but for the sign. Rows (cos, sin, 0) and (−sin, cos, range).
+template <class Real>
+struct LaneDirection {
+  Vec<Real> cos, sin;
+};
+
+template <class Real>
+HWY_INLINE LaneDirection<Real> direction_of(const LaneSensor<Real>& sensor, const LaneSight<Real>& s) {
+  return {s.ux * sensor.cos + s.uy * sensor.sin, s.uy * sensor.cos - s.ux * sensor.sin};
+}
+
+/// Symmetric 3 × 3.
+template <class Real>
+struct LaneSymmetric {
+  Vec<Real> xx, xy, xh, yy, yh, hh;
+};
+
+template <class Real>
+HWY_INLINE LaneSymmetric<Real> symmetric(const Matrix3& A) {
+  return {lanes<Real>(A(0, 0)), lanes<Real>(A(0, 1)), lanes<Real>(A(0, 2)),
+          lanes<Real>(A(1, 1)), lanes<Real>(A(1, 2)), lanes<Real>(A(2, 2))};
+}
+
+template <class Real>
+struct LaneTriple {
+  Vec<Real> x, y, h;
+};
+
+template <class Real>
+HWY_INLINE LaneTriple<Real> load_triple(const TripleColumns& from, std::size_t i) {
+  return {load<Real>(from[0] + i), load<Real>(from[1] + i), load<Real>(from[2] + i)};
+}
+
+template <class Real>
+HWY_INLINE void store_triple(const LaneTriple<Real>& v, TripleColumns& to, std::size_t i) {
+  store<Real>(v.x, to[0] + i);
+  store<Real>(v.y, to[1] + i);
+  store<Real>(v.h, to[2] + i);
+}
+
+template <class Real>
+HWY_INLINE LaneTriple<Real> operator+(const LaneTriple<Real>& a, const LaneTriple<Real>& b) {
+  return {a.x + b.x, a.y + b.y, a.h + b.h};
+}
+template <class Real>
+HWY_INLINE LaneTriple<Real> operator-(const LaneTriple<Real>& a, const LaneTriple<Real>& b) {
+  return {a.x - b.x, a.y - b.y, a.h - b.h};
+}
+template <class Real>
+HWY_INLINE Vec<Real> dot(const LaneTriple<Real>& a, const LaneTriple<Real>& b) {
+  return a.x * b.x + a.y * b.y + a.h * b.h;
+}
+
+template <class Real>
+HWY_INLINE LaneTriple<Real> times(const LaneSymmetric<Real>& A, const LaneTriple<Real>& v) {
+  return {A.xx * v.x + A.xy * v.y + A.xh * v.h, A.xy * v.x + A.yy * v.y + A.yh * v.h,
+          A.xh * v.x + A.yh * v.y + A.hh * v.h};
+}
+
+/// L of a twist = L n.
+template <class Real>
+struct LaneMatrix {
+  std::array<LaneTriple<Real>, 3> columns;
+};
+
+template <class Real>
+HWY_INLINE LaneMatrix<Real> matrix(const Matrix3& A) {
+  LaneMatrix<Real> lane;
+  for (int k = 0; k < 3; ++k)
+    lane.columns[static_cast<std::size_t>(k)] = {lanes<Real>(A(0, k)), lanes<Real>(A(1, k)),
+                                                 lanes<Real>(A(2, k))};
+  return lane;
+}
+
+template <class Real>
+HWY_INLINE LaneTriple<Real> times(const LaneMatrix<Real>& A, const LaneTriple<Real>& v) {
+  const auto& [a, b, c] = A.columns;
+  return {a.x * v.x + b.x * v.y + c.x * v.h, a.y * v.x + b.y * v.y + c.y * v.h,
+          a.h * v.x + b.h * v.y + c.h * v.h};
+}
+
+template <class Real>
+HWY_INLINE LaneTriple<Real> transposed_times(const LaneMatrix<Real>& A, const LaneTriple<Real>& v) {
+  return {dot(A.columns[0], v), dot(A.columns[1], v), dot(A.columns[2], v)};
+}
+
+/// sensor · exp(twist).
+template <class Real>
+HWY_INLINE LaneSensor<Real> moved(const LaneSensor<Real>& sensor, const LaneTriple<Real>& twist) {
+  const Vec<Real> u = lanes<Real>(0.5) * twist.h;
+  const LaneSinCos<Real> half = sin_cos<Real>(u);
+  const auto tiny = hn::Abs(u) < lanes<Real>(1e-4);
+  const Vec<Real> sinc =
+      hn::IfThenElse(tiny, lanes<Real>(1.0), half.sin / hn::IfThenElse(tiny, lanes<Real>(1.0), u));
+  const Vec<Real> c = sensor.cos * half.cos - sensor.sin * half.sin;  // in the middle of the turn
+  const Vec<Real> s = sensor.sin * half.cos + sensor.cos * half.sin;
+  const Vec<Real> along = sinc * twist.x;
+  const Vec<Real> across = sinc * twist.y;
+  return {sensor.x + (c * along - s * across), sensor.y + (s * along + c * across),
+          c * half.cos - s * half.sin, s * half.cos + c * half.sin};
+}
+
+}  // namespace trundle::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
