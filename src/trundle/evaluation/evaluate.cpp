@@ -9,13 +9,10 @@
 #include "trundle/evaluation/align.hpp"
 #include "trundle/evaluation/pair_errors.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 namespace trundle {
 namespace {
-
-// 95 % quantiles of χ² with 2 and 3 degrees of freedom.
-constexpr double kChi2Of2 = 5.991464547107979;
-constexpr double kChi2Of3 = 7.814727903251178;
 
 double squared(double x) {
   return x * x;
@@ -97,7 +94,7 @@ std::optional<Nees> nees_of(const std::vector<PosePair>& pairs, const EvaluateOp
   Nees nees;
   if (options.alignment == Alignment::start) nees.before_motion = first_moved(pairs, options);
   nees.degrees_of_freedom = degrees_of_freedom(pairs);
-  nees.bound_95 = nees.degrees_of_freedom == 3 ? kChi2Of3 : kChi2Of2;
+  nees.bound_95 = nees.degrees_of_freedom == 3 ? kChiSquared3At95 : kChiSquared2At95;
   for (const PosePair& pair : std::span(pairs).subspan(nees.before_motion)) {
     const auto error = normalised_error(pair, nees.degrees_of_freedom);
     if (!error) {

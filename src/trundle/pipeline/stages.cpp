@@ -141,6 +141,36 @@ std::string sentence_of(const LocalizeAnswer& answer) {
                      median_sigma_of(std::move(sigmas_m)));
 }
 
+/// The filter's estimates first: the smoother has seen more than they had.
+void add_trajectories_of(const SlamAnswer& slam, std::vector<RunTrajectory>& trajectories) {
+  trajectories.push_back({"slam online", "slam/online.csv", "with landmarks, from what was seen up to then"});
+  if (slam.result.path)
+    trajectories.push_back(
+        {"slam path", "slam/path.csv", "with landmarks, the whole path of the best particle"});
+  if (slam.smoothed)
+    trajectories.push_back({"slam", "slam/trajectory.csv",
+                            "with landmarks, smoothed: from all that was seen, before and after"});
+}
+
+std::string sentence_of(const SlamAnswer& slam) {
+  std::vector<double> sigmas_m;
+  for (const auto& landmark : slam.map()) sigmas_m.push_back(std::sqrt(landmark.covariance.trace()));
+  return fmt::format("{} mapped from {}{}, {}", counted(slam.map().size(), "landmark"),
+                     counted(slam.input.observations(), "sighting"), median_sigma_of(std::move(sigmas_m)),
+                     slam.smoothed ? "smoothed" : "which leave too much open to be smoothed");
+}
+
+/// Smoothed; where the sightings do not determine that, what the filter alone can say.
+SlamAnswer answer_slam_smoothed(const Work& work, SlamQuestion question) {
+  try {
+    question.smooth = true;
+    return answer_slam(work.recording(), work.used, question, slip_found(work));
+  } catch (const CannotAnswer&) {
+    question.smooth = false;
+    return answer_slam(work.recording(), work.used, question, slip_found(work));
+  }
+}
+
 /// The reference as it was read, for those who draw.
 std::string reference_csv_of(const Work& work) {
   const ReferenceStream& reference = work.recording().reference;
@@ -268,20 +298,10 @@ Told map_landmarks(Work& work) {
   question.robot_number = work.question.robot_number;
   question.on_steps = work.on_steps;
   question.unknown_ids = question.unknown_ids || any_without_name(work.recording().sightings);
-  if (question.unknown_ids) question.method = SlamMethod::ekf;
   question.slip = slip_correction(work);
-  const SlamAnswer slam = answer_slam(work.recording(), work.used, question, slip_found(work));
-  std::vector<OutputFile> files = files_of(slam, work.in_folder("slam"));
-  work.answer.trajectories.push_back(
-      {"slam", "slam/trajectory.csv", "with landmarks, from what was seen up to then"});
-  if (slam.result.path)
-    work.answer.trajectories.push_back(
-        {"slam path", "slam/path.csv", "with landmarks, the whole path of the best particle"});
-  std::vector<double> sigmas_m;
-  for (const auto& landmark : slam.result.map) sigmas_m.push_back(std::sqrt(landmark.covariance.trace()));
-  return {fmt::format("{} mapped from {}{}", counted(slam.result.map.size(), "landmark"),
-                      counted(slam.input.observations(), "sighting"), median_sigma_of(std::move(sigmas_m))),
-          files};
+  const SlamAnswer slam = answer_slam_smoothed(work, question);
+  add_trajectories_of(slam, work.answer.trajectories);
+  return {sentence_of(slam), files_of(slam, work.in_folder("slam"))};
 }
 
 Told evaluate_trajectories(Work& work) {

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <type_traits>
 #include <vector>
 
 #include "trundle/slam/particles/ancestry.hpp"
+#include "trundle/slam/particles/forgotten_doubt.hpp"
 #include "trundle/slam/particles/landmark_columns.hpp"
 #include "trundle/slam/report.hpp"
 
@@ -14,14 +16,27 @@ namespace trundle {
 /// brought up to now when it is seen again.
 class ParticleMap {
  public:
-  ParticleMap(std::size_t particles, Precision precision, std::size_t threads = 1);
+  ParticleMap(std::size_t particles, Precision precision);
 
   std::size_t landmarks() const { return entries_.size(); }
   /// Number of a landmark in this map; kUnknownLandmark: none.
+  LandmarkId number_of(LandmarkId id) const;
+  /// The same, of one that callers have named.
   LandmarkId find(LandmarkId id) const;
   /// Its columns are counted from `origin`, which should be near it.
   LandmarkId add(LandmarkId id, const Vector2& origin, Ancestry& ancestry);
-  /// Columns of today's particles, for reading and writing.
+  /// A landmark as it was last written, and whose of its numbers each of today's particles has.
+  struct Inherited {
+    const LandmarkColumns& columns;
+    std::span<const Ancestry::Index> from;
+  };
+  Inherited inherited(LandmarkId landmark, const Ancestry& ancestry);
+  /// Columns of today's particles, for reading and writing, once these have inherited what is expected.
+  LandmarkColumns& expect(LandmarkId landmark, Ancestry& ancestry);
+  /// Some of them do. All have to, before landmarks are added or the next epoch begins.
+  void inherit(ParticleRange range);
+  void all_have_inherited() { heirs_.clear(); }
+  /// The same at once, for all particles.
   LandmarkColumns& current(LandmarkId landmark, Ancestry& ancestry);
   /// One that no caller has named; it has an id of its own all the same, but is not found by it.
   LandmarkId add_nameless(const Vector2& origin, Ancestry& ancestry);
@@ -30,18 +45,20 @@ class ParticleMap {
   LandmarkId id_of(LandmarkId landmark) const { return entries_[static_cast<std::size_t>(landmark)].id; }
   /// Whether a particle has it.
   bool has(LandmarkId landmark, std::size_t particle, const Ancestry& ancestry) const;
+  /// What particles differ in and have forgotten of where it lies, now that it is in view.
+  void set_doubt(LandmarkId landmark, const MapDoubt& doubt);
   void count_sighting(LandmarkId landmark) { ++entries_[static_cast<std::size_t>(landmark)].sightings; }
 
-  /// Mean and covariance over all particles that have it, with these weights. Eq. 17. Of one that was
-  /// removed: no sightings.
-  MappedLandmark mixture(LandmarkId landmark, std::span<const double> weights,
-                         const Ancestry& ancestry) const;
+  /// Mean and covariance over all particles that have it, with these weights: eq. 17, and with what they have
+  /// forgotten of its place, eq. 62. Of one that was removed: no sightings.
+  MappedLandmark mixture(LandmarkId landmark, std::span<const double> weights, const Ancestry& ancestry,
+                         const ForgottenDoubt& forgotten) const;
 
-  /// Its state, for io/archive.hpp. What is in the spare columns' padding comes into the map's.
+  /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.spare_, self.entries_, self.index_of_, self.removed_);
-    if constexpr (!std::is_const_v<Self>) self.way_.from = self.way_.to = 0;  // another ancestry's
+    archive(self.entries_, self.index_of_, self.removed_);
+    if constexpr (!std::is_const_v<Self>) self.ways_known_ = 0;  // another ancestry's
   }
 
  private:
@@ -50,29 +67,38 @@ class ParticleMap {
     Ancestry::Epoch epoch;
     LandmarkColumns columns;
     std::size_t sightings;
+    std::optional<Matrix2> doubt = {};  ///< of its place, when it was last in view
     bool has_name = false;
     bool is_there = true;
 
     template <class Archive, class Self>
     static void persist(Archive& archive, Self& self) {
-      archive(self.id, self.epoch, self.columns, self.sightings, self.has_name, self.is_there);
+      archive(self.id, self.epoch, self.columns, self.sightings, self.doubt, self.has_name, self.is_there);
     }
   };
   LandmarkId occupy(const Vector2& origin, Ancestry& ancestry);
   void call(LandmarkId landmark, LandmarkId id);
   LandmarkId next_id() const { return static_cast<LandmarkId>(index_of_.size()); }
-  void gather(Entry& entry, const Ancestry& ancestry);
+  std::size_t way_from(Ancestry::Epoch epoch, const Ancestry& ancestry);
 
   std::size_t particles_;
   Precision precision_;
-  std::size_t threads_;
-  LandmarkColumns spare_;  ///< columns are gathered into it, and change places with it
-  /// From whom to gather: most landmarks in view were last seen in the same epoch.
-  struct {
-    Ancestry::Epoch from = 0;
-    Ancestry::Epoch to = 0;
+  /// From whom particles inherit what was written in an epoch: most landmarks in view were in the same.
+  struct Way {
+    Ancestry::Epoch from;
     Column<Ancestry::Index> ancestors;
-  } way_;
+  };
+  std::vector<Way> ways_;
+  std::size_t ways_known_ = 0;  ///< so many of them lead to the epoch `ways_to_`
+  Ancestry::Epoch ways_to_ = 0;
+  /// A landmark whose columns are to be filled from those it had.
+  struct Heir {
+    LandmarkId landmark;
+    std::size_t way;
+  };
+  std::vector<Heir> heirs_;
+  std::vector<LandmarkColumns> before_;            ///< what the heirs had
+  static constexpr std::size_t kMostAtATime = 64;  ///< heirs, and ways: more would only take more memory
   std::vector<Entry> entries_;
   std::vector<LandmarkId> index_of_;  ///< by id
   std::vector<LandmarkId> removed_;   ///< free numbers

@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "trundle/simulation/random.hpp"
+#include "trundle/slam/particles/crew.hpp"
+#include "trundle/slam/particles/forgotten_doubt.hpp"
 #include "trundle/slam/particles/jury.hpp"
 #include "trundle/slam/particles/particle_association.hpp"
 #include "trundle/slam/particles/particle_kernels.hpp"
@@ -48,12 +50,14 @@ class ParticleSlam {
   const StepReport& step(const Motion& motion, std::span<const Observation> observations);
 
   /// Weighted mean of the particles where the motion since they were last drawn has brought them, and the
-  /// covariance of both.
+  /// covariance of both, with what resampling has made them forget.
   PoseEstimate estimate() const;
   std::size_t landmarks() const { return map_.landmarks(); }
-  /// Over all particles. The covariance is of what they differ in and what each is unsure of.
+  /// Over all particles. The covariance is of what they differ in, or have forgotten, and what each is unsure
+  /// of.
   MappedLandmark landmark(std::size_t index) const;
-  /// Whether the most probable particle has it: those without names not all have.
+  /// Whether the map that is given out has it: one without a name if the most probable particle has it and
+  /// its existence is confirmed.
   bool has_landmark(std::size_t index) const;
 
   /// As they were last drawn: at the last step with sightings.
@@ -71,37 +75,38 @@ class ParticleSlam {
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
     archive(self.draws_, self.random_, self.resampling_, self.poses_, self.sensors_, self.log_weights_,
-            self.weights_, self.ancestry_, self.map_, self.association_, self.paths_, self.systematic_,
-            self.systematic_covariance_, self.pending_, self.report_);
+            self.weights_, self.ancestry_, self.map_, self.association_, self.paths_, self.kinship_,
+            self.forgotten_, self.systematic_, self.systematic_covariance_, self.pending_, self.report_);
   }
 
  private:
   struct Seen {
     std::size_t observation;
     LandmarkId landmark;
-    KnownReading known;
+    ReadingTerms reading;
   };
 
   void recognise(std::span<const Observation> observations);
-  void predict_poses();
   Matrix3 predicted_covariance() const;
   void convene();
   void reject_outliers();
-  void look();
-  void propose();
+  void look(const Draw& draw);
+  void bring_up(const Draw& draw, ParticleRange range);
+  void move_and_weigh();
   void draw_near_sightings(const Placement& placement, ParticleRange range);
   void learn_systematic();
-  void weigh();
   void settle(std::span<const Observation> observations);
   void add_landmark(const Observation& observation, std::size_t index);
   void normalise();
   void resample();
+  void keep_doubt();
   std::size_t best_particle() const;
   ParticleRange all() const { return {0, padded(options_.particles)}; }
   Draw next_draw() { return {options_.seed, draws_++, 0}; }
 
   LandmarkSensor sensor_;
   ParticleSlamOptions options_;
+  Crew crew_;
   std::uint64_t draws_ = 0;     ///< so many numbers each particle has drawn
   std::vector<Random> random_;  ///< of the swarm: one for each block of particles
   Random resampling_;
@@ -110,13 +115,17 @@ class ParticleSlam {
   TripleColumns n_;        ///< that noise, whitened
   TripleColumns z_;        ///< a second draw, where n is what the swarm has found
   SensorColumns sensors_;
-  Column<double> log_weights_;  ///< the largest is 0
-  Column<double> weights_;      ///< sum to 1
+  Column<double> log_weights_;            ///< the largest is 0
+  Column<double> weights_;                ///< sum to 1
+  std::vector<Ancestry::Index> parents_;  ///< room to resample in
+  Column<double> spare_;                  ///< likewise
   Ancestry ancestry_;
   ParticleMap map_;
   Jury jury_;
   ParticleAssociation association_;
   ParticlePaths paths_;
+  Kinship kinship_{options_.particles};
+  ForgottenDoubt forgotten_;
   TripleColumns systematic_;            ///< each particle's mean, given its path
   Matrix3 systematic_covariance_;       ///< the same for all: paths differ in where they went, not in how
   Motion pending_;                      ///< since the poses were drawn
