@@ -5,7 +5,7 @@ usage: tools/localize_results.py PROGRAM DATA OUT   (OUT: what tools/slam_record
 
 Poses are compared with the reference as they are, in the map's frame. Of each run: when the pose became known [s after
 the reference begins], how much of the time from then on it was, the errors of what was claimed, how much of that was off
-by more than a metre, and in how many pieces the pose was known.
+by more than a metre, and by more than a metre and three of its own sigmas, and in how many pieces the pose was known.
 """
 import bisect
 import csv
@@ -36,7 +36,7 @@ def localize(program, arguments, out):
 
 
 def errors_of(poses, reference):
-    """Distance and turn [m, rad] between each pose and the reference, interpolated."""
+    """Distance and turn [m, rad] between each pose and the reference, interpolated, and the distance's own sigma [m]."""
     stamps = [row["time_s"] for row in reference]
     errors = []
     for pose in poses:
@@ -50,7 +50,8 @@ def errors_of(poses, reference):
         turn = math.remainder(b["heading_rad"] - a["heading_rad"], 2.0 * math.pi)
         heading = a["heading_rad"] + u * turn
         errors.append((math.hypot(pose["x_m"] - x, pose["y_m"] - y),
-                       abs(math.remainder(pose["heading_rad"] - heading, 2.0 * math.pi))))
+                       abs(math.remainder(pose["heading_rad"] - heading, 2.0 * math.pi)),
+                       math.sqrt(pose["var_xx"] + pose["var_yy"])))
     return errors
 
 
@@ -60,14 +61,15 @@ def rms(values):
 
 def line_of(document, poses, reference):
     errors = errors_of(poses, reference)
-    distances = [distance for distance, _ in errors]
+    distances = [distance for distance, _, _ in errors]
     known_s = sum(stretch["end_s"] - stretch["start_s"] for stretch in document["known"])
     start_s = document["known"][0]["start_s"]
     last_s = max(reference[-1]["time_s"], poses[-1]["time_s"])
     far = sum(distance > FAR_M for distance in distances) / len(distances)
+    unsaid = sum(distance > max(FAR_M, 3.0 * sigma) for distance, _, sigma in errors) / len(errors)
     return (f"{start_s - reference[0]['time_s']:7.0f} s {100 * known_s / (last_s - start_s):6.1f} % "
             f"{rms(distances):7.3f} m {sorted(distances)[len(distances) // 2]:7.3f} m {max(distances):7.2f} m "
-            f"{math.degrees(rms([turn for _, turn in errors])):6.1f}° {100 * far:6.1f} % {len(document['known']):4}")
+            f"{math.degrees(rms([turn for _, turn, _ in errors])):6.1f}° {100 * far:6.1f} % {100 * unsaid:6.1f} % {len(document['known']):4}")
 
 
 def main(program, data, out):
@@ -78,7 +80,7 @@ def main(program, data, out):
     lost = out / "lost_in_the_woods"
     runs.append(("lost_in_the_woods", [lost, "--robot", lost / "robot.toml", "--map", lost / "landmarks.csv"],
                  lost / "reference.csv"))
-    print(f"{'':48} {'known after':>9} {'known':>8} {'rms':>9} {'median':>9} {'largest':>9} {'heading':>7} {'> 1 m':>8} "
+    print(f"{'':48} {'known after':>9} {'known':>8} {'rms':>9} {'median':>9} {'largest':>9} {'heading':>7} {'> 1 m':>8} {'> 3 σ':>8} "
           f"{'pieces':>6}")
     with tempfile.TemporaryDirectory() as folder:
         trajectory = Path(folder) / "trajectory.csv"

@@ -156,7 +156,7 @@ void Localizer::track(const Motion& motion, std::span<const Observation> observa
   };
   const MapStepReport& found = *std::visit(step, filter_);
   report_.observations = found.observations;
-  log_odds_ -= found.against;
+  log_odds_ -= found.news_against;
   alarm_ = std::max(0.0, alarm_ + found.against);
   rivals_.give_up(estimate()->pose);
 }

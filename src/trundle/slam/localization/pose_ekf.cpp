@@ -28,7 +28,7 @@ PoseEkf::PoseEkf(const KnownMap& map, const LandmarkSensor& sensor, const PoseEs
 const MapStepReport& PoseEkf::step(const Motion& motion, std::span<const Observation> observations,
                                    std::span<const double> news) {
   report_.observations.assign(observations.size(), {});
-  report_.against = 0.0;
+  report_.against = report_.news_against = 0.0;
   predict(motion);
   update(matches_of(observations, news));
   return report_;
@@ -81,7 +81,9 @@ std::vector<PoseEkf::Match> PoseEkf::matches_of(std::span<const Observation> obs
         matches.push_back({i, landmarks[i], sight});
       }
     }
-    report_.against += news[i] * log_against(fitting, sensor_.max_range_m, options_.outlier_share);
+    const double against = log_against(fitting, sensor_.max_range_m, options_.outlier_share);
+    report_.against += against;
+    report_.news_against += news[i] * against;
   }
   return matches;
 }

@@ -11,10 +11,11 @@ namespace trundle {
 struct MapStepReport {
   std::vector<ObservationReport> observations;  ///< as they were given
   double against = 0.0;  ///< log of how much better the readings fit somewhere else: docs/slam.md, eq. 43
+  double news_against = 0.0;  ///< the same of what is news among them
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.observations, self.against);
+    archive(self.observations, self.against, self.news_against);
   }
 };
 

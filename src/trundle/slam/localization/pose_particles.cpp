@@ -79,7 +79,7 @@ PoseEstimate PoseParticles::predicted(std::size_t particle) const {
 const MapStepReport& PoseParticles::step(const Motion& motion, std::span<const Observation> observations,
                                          std::span<const double> news) {
   report_.observations.assign(observations.size(), {});
-  report_.against = 0.0;
+  report_.against = report_.news_against = 0.0;
   pending_ = pending_ * motion;
   const bool any = std::ranges::any_of(observations, [&](const Observation& o) {
     return is_valid(o) && (o.landmark == kUnknownLandmark || map_->has(o.landmark));
@@ -90,14 +90,17 @@ const MapStepReport& PoseParticles::step(const Motion& motion, std::span<const O
   }
   std::vector<PoseEstimate> beliefs;
   double all = 0.0;
+  double news_of_all = 0.0;
   for (std::size_t i = 0; i < poses_.size(); ++i) {
     beliefs.push_back(predicted(i));
     const Fitting here = improve(beliefs[i], observations, news, i == 0);
     poses_[i] = draw_from(beliefs[i]);
-    all += weights_[i] * std::exp(std::min(here.log_news, 700.0));
+    all += weights_[i] * std::exp(std::min(here.log_all, 700.0));
+    news_of_all += weights_[i] * std::exp(std::min(here.log_news, 700.0));
     log_weights_[i] += here.log_all;
   }
   report_.against = -std::log(std::max(all, std::numeric_limits<double>::min()));
+  report_.news_against = -std::log(std::max(news_of_all, std::numeric_limits<double>::min()));
   normalise();
   mix(beliefs);
   pending_ = {};

@@ -9,7 +9,7 @@ Rivals::Rivals(const KnownMap& map, const LandmarkSensor& sensor, const MapSight
 void Rivals::step(const Motion& motion, std::span<const Observation> observations,
                   std::span<const double> news) {
   for (Rival& rival : rivals_) {
-    const double against = rival.filter.step(motion, observations, news).against;
+    const double against = rival.filter.step(motion, observations, news).news_against;
     rival.log_odds -= against;
     rival.alarm = std::max(0.0, rival.alarm + against);
   }
