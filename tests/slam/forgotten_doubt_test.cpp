@@ -30,10 +30,12 @@ std::vector<LandmarkColumns> moved_maps(const std::vector<Vector3>& moves, Preci
   return maps;
 }
 
-std::vector<const LandmarkColumns*> pointers(const std::vector<LandmarkColumns>& maps) {
-  std::vector<const LandmarkColumns*> result;
-  for (const LandmarkColumns& map : maps) result.push_back(&map);
-  return result;
+std::vector<std::vector<Vector2>> places_of(const std::vector<LandmarkColumns>& maps, std::size_t particles) {
+  std::vector<Ancestry::Index> all(particles);
+  std::iota(all.begin(), all.end(), Ancestry::Index{0});
+  std::vector<std::vector<Vector2>> places;
+  for (const LandmarkColumns& map : maps) places.push_back(some_places(map, all, particles));
+  return places;
 }
 
 Matrix3 covariance_of(const std::vector<Vector3>& values) {
@@ -52,7 +54,7 @@ TEST_P(EveryMapPrecision, ScatterIsThatOfTheMoves) {
   for (int i = 0; i < 40; ++i)
     moves.emplace_back(random.normal(1e-4), random.normal(2e-4), random.normal(3e-5));
   const auto maps = moved_maps(moves, GetParam());
-  const auto scatter = map_scatter(pointers(maps), moves.size());
+  const auto scatter = map_scatter(places_of(maps, moves.size()));
   ASSERT_TRUE(scatter);
   // To first order in the moves.
   EXPECT_TRUE(scatter->about(Vector2::Zero()).covariance.isApprox(covariance_of(moves), 1e-4));
@@ -61,15 +63,20 @@ INSTANTIATE_TEST_SUITE_P(, EveryMapPrecision, testing::Values(Precision::float32
                          [](const auto& of) { return of.param == Precision::float32 ? "single" : "twice"; });
 
 TEST(MapScatter, OneLandmarkIsNoMap) {
-  const auto maps = moved_maps({Vector3::Zero(), Vector3::Ones()}, Precision::float64);
-  EXPECT_FALSE(map_scatter(std::vector{&maps[0]}, 2));
-  EXPECT_TRUE(map_scatter(std::vector{&maps[0], &maps[1]}, 2));
+  const auto places = places_of(moved_maps({Vector3::Zero(), Vector3::Ones()}, Precision::float64), 2);
+  EXPECT_FALSE(map_scatter(std::span(places).first(1)));
+  EXPECT_TRUE(map_scatter(std::span(places).first(2)));
 }
 
-TEST(MapScatter, LeavesOutWhatSomeParticlesDoNotHave) {
+TEST(SomePlaces, AreThoseOfTheAncestorsAndNoneWhereOneHasNone) {
   auto maps = moved_maps({Vector3::Zero(), Vector3::Ones()}, Precision::float64);
+  const std::vector<Ancestry::Index> second = {1, 1};
+  const std::vector<Vector2> places = some_places(maps[0], second, 2);
+  ASSERT_EQ(places.size(), 2u);
+  EXPECT_EQ(places[0], Vector2(maps[0].at(1).x, maps[0].at(1).y));
+  EXPECT_EQ(places[1], places[0]);
   maps[0].set(1, {0.0, 0.0, kAbsent, 0.0, 0.0});
-  EXPECT_FALSE(map_scatter(std::vector<const LandmarkColumns*>{&maps[0], &maps[1]}, 2));
+  EXPECT_TRUE(some_places(maps[0], second, 2).empty());
 }
 
 /// A turn about a centre moves what is elsewhere.

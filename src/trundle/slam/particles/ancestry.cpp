@@ -21,11 +21,10 @@ void Ancestry::release(Epoch epoch) {
 
 void Ancestry::resample(std::span<const Index> parents) {
   assert(parents.size() == particles_ && std::ranges::is_sorted(parents));
-  Index child = 0;
-  for (Index parent = 0; parent <= particles_; ++parent) {
-    while (child < particles_ && parents[child] < parent) ++child;
-    first_child_[parent] = child;
-  }
+  std::ranges::fill(first_child_, static_cast<Index>(particles_));
+  for (std::size_t child = particles_; child-- > 0;) first_child_[parents[child]] = static_cast<Index>(child);
+  for (std::size_t parent = particles_; parent-- > 0;)  // who has none has his next brother's
+    first_child_[parent] = std::min(first_child_[parent], first_child_[parent + 1]);
   for (auto at = generations_.rbegin(); at != generations_.rend(); ++at) {
     if (at->second.runs.size() == 1) break;  // one common ancestor, and so in all older epochs
     descend(at->second, at->first == now_);
@@ -33,20 +32,22 @@ void Ancestry::resample(std::span<const Index> parents) {
   ++now_;
 }
 
-/// The runs of a map after one more generation.
+/// The runs of a map after one more generation. Who lives on is a matter of chance, so no branch asks it: a
+/// run that has died out is written over by the next.
 void Ancestry::descend(Generation& generation, bool is_youngest) const {
   const auto end = static_cast<Index>(particles_);
   std::vector<Run>& runs = generation.runs;
   if (is_youngest) {
-    for (Index parent = 0; parent < end; ++parent)
-      if (first_child_[parent] < first_child_[parent + 1]) runs.push_back({first_child_[parent], parent});
-    return;
+    runs.resize(particles_);
+    for (Index particle = 0; particle < end; ++particle) runs[particle] = {particle, particle};
   }
   std::size_t kept = 0;
+  Index first = runs.empty() ? end : first_child_[runs.front().first];
   for (std::size_t k = 0; k < runs.size(); ++k) {
-    const Index first = first_child_[runs[k].first];
     const Index next = first_child_[k + 1 < runs.size() ? runs[k + 1].first : end];
-    if (first < next) runs[kept++] = {first, runs[k].ancestor};
+    runs[kept] = {first, runs[k].ancestor};
+    kept += static_cast<std::size_t>(first < next);
+    first = next;
   }
   runs.resize(kept);
 }
@@ -82,11 +83,13 @@ void Ancestry::write_ancestors(Epoch epoch, std::span<Index> ancestors) const {
   if (epoch == now_)
     return std::iota(ancestors.begin(), ancestors.begin() + static_cast<std::ptrdiff_t>(particles_),
                      Index{0});
-  const auto of_epoch = runs(epoch);
-  for (std::size_t k = 0; k < of_epoch.size(); ++k) {
-    const std::size_t end = k + 1 < of_epoch.size() ? of_epoch[k + 1].first : particles_;
-    for (std::size_t i = of_epoch[k].first; i < end; ++i) ancestors[i] = of_epoch[k].ancestor;
-  }
+  // Both ascend, so the greatest ancestor of a run's beginning so far is everyone's own: no loop over each
+  // run, whose length is a matter of chance.
+  const auto everyone = ancestors.first(particles_);
+  std::ranges::fill(everyone, Index{0});
+  for (const Run& run : runs(epoch)) everyone[run.first] = run.ancestor;
+  Index greatest = 0;
+  for (Index& ancestor : everyone) ancestor = greatest = std::max(greatest, ancestor);
 }
 
 }  // namespace trundle

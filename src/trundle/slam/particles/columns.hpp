@@ -50,8 +50,8 @@ class TripleColumns {
   void set(std::size_t particle, const Vector3& v) {
     for (std::size_t k = 0; k < 3; ++k) columns_[k][particle] = v[static_cast<Eigen::Index>(k)];
   }
-  /// What was parents[i]'s becomes i's; `parents` ascends.
-  void permute(std::span<const std::uint32_t> parents);
+  /// What was parents[i]'s becomes i's. `spare` is a column of as many particles.
+  void permute(std::span<const std::uint32_t> parents, Column<double>& spare);
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
@@ -72,7 +72,9 @@ class PoseColumns {
   Pose2 at(std::size_t particle) const {
     return {numbers_[0][particle], numbers_[1][particle], numbers_[2][particle]};
   }
-  void permute(std::span<const std::uint32_t> parents) { numbers_.permute(parents); }
+  void permute(std::span<const std::uint32_t> parents, Column<double>& spare) {
+    numbers_.permute(parents, spare);
+  }
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>

@@ -8,34 +8,6 @@
 #include <Eigen/Eigenvalues>
 
 namespace trundle {
-namespace {
-
-// Enough to tell a shift from a turn, and to know how much of each there is: more would cost time and change
-// nothing.
-constexpr std::size_t kLandmarks = 4;
-constexpr std::size_t kParticles = 128;
-
-template <class Real>
-bool all_have(const LandmarkColumns& columns, std::size_t particles) {
-  const Real* xx = columns.numbers<Real>() + 2 * columns.stride();
-  return std::all_of(xx, xx + particles, [](Real variance) { return variance >= Real{0}; });
-}
-
-bool all_have(const LandmarkColumns& columns, std::size_t particles) {
-  return columns.precision() == Precision::float32 ? all_have<float>(columns, particles)
-                                                   : all_have<double>(columns, particles);
-}
-
-/// Where some of the particles have a landmark, from the origin of its columns.
-template <class Real>
-void take_places(const LandmarkColumns& columns, std::size_t stride, std::vector<Vector2>& places) {
-  const Real* x = columns.numbers<Real>();
-  const Real* y = x + columns.stride();
-  for (std::size_t i = 0; i < places.size(); ++i)
-    places[i] = {static_cast<double>(x[i * stride]), static_cast<double>(y[i * stride])};
-}
-
-}  // namespace
 
 MapDoubt MapDoubt::about(const Vector2& other) const {
   Matrix3 A = Matrix3::Identity();
@@ -44,40 +16,44 @@ MapDoubt MapDoubt::about(const Vector2& other) const {
   return {other, A * covariance * A.transpose()};
 }
 
-/// Least squares: for each particle the shift and turn that take the mean of the maps to its own.
-std::optional<MapDoubt> map_scatter(std::span<const LandmarkColumns* const> candidates,
-                                    std::size_t particles) {
-  std::vector<const LandmarkColumns*> landmarks;
-  for (const LandmarkColumns* candidate : candidates)
-    if (landmarks.size() < kLandmarks && all_have(*candidate, particles)) landmarks.push_back(candidate);
-  if (landmarks.size() < 2) return std::nullopt;
-  const std::size_t stride = (particles + kParticles - 1) / kParticles;
-  const std::size_t taken = (particles + stride - 1) / stride;
-  std::vector<std::vector<Vector2>> places(landmarks.size(), std::vector<Vector2>(taken));
-  std::vector<Vector2> means(landmarks.size(), Vector2::Zero());
-  MapDoubt result;
-  for (std::size_t j = 0; j < landmarks.size(); ++j) {
-    const LandmarkColumns& columns = *landmarks[j];
-    columns.precision() == Precision::float32 ? take_places<float>(columns, stride, places[j])
-                                              : take_places<double>(columns, stride, places[j]);
-    for (const Vector2& place : places[j]) means[j] += place / static_cast<double>(taken);
-    result.centre += (columns.origin() + means[j]) / static_cast<double>(landmarks.size());
+std::vector<Vector2> some_places(const LandmarkColumns& columns, std::span<const Ancestry::Index> ancestors,
+                                 std::size_t particles) {
+  constexpr std::size_t kEnough = 128;
+  const std::size_t stride = (particles + kEnough - 1) / kEnough;
+  std::vector<Vector2> places;
+  places.reserve(kEnough);
+  for (std::size_t i = 0; i < particles; i += stride) {
+    const LandmarkEstimate m = columns.at(ancestors[i]);
+    if (!is_there(m)) return {};
+    places.emplace_back(m.x, m.y);
   }
-  std::vector<Vector3> moves(taken, Vector3::Zero());
+  return places;
+}
+
+/// Least squares: for each particle the shift and turn that take the mean of the maps to its own.
+std::optional<MapDoubt> map_scatter(std::span<const std::vector<Vector2>> landmarks) {
+  if (landmarks.size() < 2) return std::nullopt;
+  const std::size_t particles = landmarks.front().size();
+  std::vector<Vector2> means;
+  for (const std::vector<Vector2>& places : landmarks)
+    means.push_back(std::accumulate(places.begin(), places.end(), Vector2(Vector2::Zero())) / particles);
+  MapDoubt result;
+  for (const Vector2& mean : means) result.centre += mean / landmarks.size();
+  std::vector<Vector3> moves(particles, Vector3::Zero());
   double arms = 0.0;
   for (std::size_t j = 0; j < landmarks.size(); ++j) {
-    const Vector2 arm = landmarks[j]->origin() + means[j] - result.centre;
+    const Vector2 arm = means[j] - result.centre;
     arms += arm.squaredNorm();
-    for (std::size_t i = 0; i < taken; ++i) {
-      const Vector2 apart = places[j][i] - means[j];
+    for (std::size_t i = 0; i < particles; ++i) {
+      const Vector2 apart = landmarks[j][i] - means[j];
       moves[i] += Vector3(apart.x(), apart.y(), arm.x() * apart.y() - arm.y() * apart.x());
     }
   }
   const double share = 1.0 / static_cast<double>(landmarks.size());
   const Vector3 shares(share, share, arms > 0.0 ? 1.0 / arms : 0.0);
-  for (Vector3& move : moves) {
-    move = move.cwiseProduct(shares).eval();
-    result.covariance += move * move.transpose() / static_cast<double>(taken);
+  for (const Vector3& sum : moves) {
+    const Vector3 move = sum.cwiseProduct(shares);
+    result.covariance += move * move.transpose() / static_cast<double>(particles);
   }
   return result;
 }

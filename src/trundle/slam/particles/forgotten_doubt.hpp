@@ -21,9 +21,17 @@ struct MapDoubt {
   }
 };
 
-/// What particles of equal weight differ in: eq. 60, from a few landmarks of the map that all have, in
-/// today's columns. With fewer than two there is no map to speak of.
-std::optional<MapDoubt> map_scatter(std::span<const LandmarkColumns* const> landmarks, std::size_t particles);
+/// Enough to tell a shift from a turn; more would cost time and change nothing.
+inline constexpr std::size_t kLandmarksOfScatter = 4;
+
+/// Where particles have a landmark of older columns, `ancestors` saying whose numbers each has: as many as
+/// will do, spread over all of them. Empty when one of those does not have it.
+std::vector<Vector2> some_places(const LandmarkColumns& columns, std::span<const Ancestry::Index> ancestors,
+                                 std::size_t particles);
+
+/// What particles of equal weight differ in, from the places of landmarks by particle: eq. 60. With fewer
+/// than two there is no map to speak of.
+std::optional<MapDoubt> map_scatter(std::span<const std::vector<Vector2>> landmarks);
 
 /// How fast particles become kin. Chance alone, of a resampling, would tell less: families that do well go on
 /// doing well, and take with them whatever else they are.

@@ -9,7 +9,10 @@ namespace trundle {
 
 Jury::Jury(std::size_t particles, Precision precision)
     : particles_(particles),
+      poses_(kSeats),
+      systematic_(kSeats),
       predicted_(kSeats),
+      still_(kSeats),
       sensors_(kSeats),
       landmark_(kSeats, precision),
       surprises_(kSeats) {
@@ -25,18 +28,24 @@ void Jury::meet(const Case& at) {
     jurors_.push_back(i);
     votes_.push_back(at.weights[i]);
   }
-  for (std::size_t seat = 0; seat < jurors_.size(); ++seat)
-    predicted_.set(seat, at.predicted.at(jurors_[seat]));
-  sensors_.origin = at.predicted.at(0).translation();
-  const TripleColumns still(kSeats);
-  place(predicted_, still, {Matrix3::Zero(), at.body_from_sensor}, {0, kSeats}, predicted_, sensors_);
+  for (std::size_t seat = 0; seat < jurors_.size(); ++seat) {
+    poses_.set(seat, at.poses.at(jurors_[seat]));
+    systematic_.set(seat, at.systematic.at(jurors_[seat]));
+  }
+  predict(poses_, systematic_, at.motion, {0, kSeats}, predicted_);
+  sensors_.origin = predicted_.at(1).translation();
+  place(predicted_, still_, {Matrix3::Zero(), at.body_from_sensor}, {0, kSeats}, predicted_, sensors_);
   const Matrix3 Ad = adjoint(at.body_from_sensor.inverse());
   sensor_covariance_ = Ad * at.predicted_covariance * Ad.transpose();
 }
 
-Jury::Verdict Jury::on(const KnownReading& known, double gate) {
-  landmark_.take(*known.landmark, jurors_);
-  set_surprises({known.reading, &landmark_}, sensors_, sensor_covariance_, {0, kSeats}, surprises_);
+void Jury::look_at(const ParticleMap::Inherited& landmark, const ReadingTerms& reading) {
+  landmark_.take(landmark.columns, landmark.from, jurors_);
+  set_surprises({reading, &landmark_}, sensors_, sensor_covariance_, {0, kSeats}, surprises_);
+}
+
+Jury::Verdict Jury::on(const ReadingTerms& reading, const ParticleMap::Inherited& landmark, double gate) {
+  look_at(landmark, reading);
   double against = 0.0;
   double all = 0.0;
   for (std::size_t seat = 1; seat < jurors_.size(); ++seat) {
@@ -54,8 +63,8 @@ void Jury::add_to(Whereabouts& where, const LandmarkEstimate& m) const {
   where.sigma_m = std::max(where.sigma_m, std::sqrt(m.xx + m.yy));
 }
 
-Jury::Whereabouts Jury::where_is(const LandmarkColumns& landmark) {
-  landmark_.take(landmark, jurors_);
+Jury::Whereabouts Jury::where_is(const ParticleMap::Inherited& landmark) {
+  landmark_.take(landmark.columns, landmark.from, jurors_);
   Whereabouts where;
   for (std::size_t seat = 0; seat < jurors_.size(); ++seat)
     if (const LandmarkEstimate m = landmark_.at(seat); is_there(m)) add_to(where, m);
@@ -75,9 +84,8 @@ Jury::Whereabouts Jury::where_points(const ReadingTerms& reading) const {
   return where;
 }
 
-double Jury::least_nis(const KnownReading& known) {
-  landmark_.take(*known.landmark, jurors_);
-  set_surprises({known.reading, &landmark_}, sensors_, sensor_covariance_, {0, kSeats}, surprises_);
+double Jury::least_nis(const ReadingTerms& reading, const ParticleMap::Inherited& landmark) {
+  look_at(landmark, reading);
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t seat = 0; seat < jurors_.size(); ++seat)
     if (is_there(landmark_.at(seat))) least = std::min(least, surprises_[2][seat]);

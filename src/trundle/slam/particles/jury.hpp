@@ -1,18 +1,22 @@
 #pragma once
 
 #include "trundle/slam/particles/landmark_kernels.hpp"
+#include "trundle/slam/particles/particle_map.hpp"
 
 namespace trundle {
 
 /// Some particles, spread over all: what they see before they are drawn decides whether a sighting is an
-/// outlier. docs/slam.md, eq. 14. The most probable particle reports, and has no vote of its own.
+/// outlier. docs/slam.md, eq. 14. The most probable particle reports, and has no vote of its own. They meet
+/// before the others have moved or inherited anything.
 class Jury {
  public:
   Jury(std::size_t particles, Precision precision);
 
-  /// `predicted_covariance`: of the body's twist; weights are those before the step.
+  /// Poses and weights are those before the step; `predicted_covariance`: of the body's twist after it.
   struct Case {
-    const PoseColumns& predicted;
+    const PoseColumns& poses;
+    const TripleColumns& systematic;
+    const Motion& motion;
     const Column<double>& weights;
     std::size_t reporter;
     Matrix3 predicted_covariance;
@@ -32,23 +36,27 @@ class Jury {
     double reach_m = 0.0;             ///< greatest distance of another from it
     double sigma_m = 0.0;             ///< greatest of a juror's own
   };
-  Whereabouts where_is(const LandmarkColumns& landmark);
+  Whereabouts where_is(const ParticleMap::Inherited& landmark);
   Whereabouts where_points(const ReadingTerms& reading) const;
   /// Least NIS that a juror finds who has the landmark.
-  double least_nis(const KnownReading& known);
+  double least_nis(const ReadingTerms& reading, const ParticleMap::Inherited& landmark);
 
   /// Rejected where more than half of the jurors' weight finds the NIS above the gate.
-  Verdict on(const KnownReading& known, double gate);
+  Verdict on(const ReadingTerms& reading, const ParticleMap::Inherited& landmark, double gate);
 
  private:
   void add_to(Whereabouts& where, const LandmarkEstimate& m) const;
+  void look_at(const ParticleMap::Inherited& landmark, const ReadingTerms& reading);
 
   static constexpr std::size_t kSeats = 32;  ///< the first is the reporter's
 
   std::size_t particles_;
   std::vector<std::size_t> jurors_;
   std::vector<double> votes_;
+  PoseColumns poses_;
+  TripleColumns systematic_;
   PoseColumns predicted_;
+  TripleColumns still_;  ///< no noise
   SensorColumns sensors_;
   LandmarkColumns landmark_;
   TripleColumns surprises_;

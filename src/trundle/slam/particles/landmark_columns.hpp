@@ -47,23 +47,25 @@ class LandmarkColumns {
   const Real* numbers() const {
     return const_cast<LandmarkColumns*>(this)->numbers<Real>();
   }
-  /// Keeps the origin.
-  void swap_numbers(LandmarkColumns& other) {
+  /// Hands its numbers to another and takes the room of those that the other had; the origin of both is its.
+  void hand_to(LandmarkColumns& other) {
     single_.swap(other.single_);
     double_.swap(other.double_);
+    other.origin_ = origin_;
   }
 
-  /// The landmark of some particles of another map of the same precision.
-  void take(const LandmarkColumns& from, std::span<const std::size_t> particles) {
-    origin_ = from.origin_;
+  /// The landmark of some particles of another map of the same precision: of from[particles[i]] for i.
+  void take(const LandmarkColumns& other, std::span<const std::uint32_t> from,
+            std::span<const std::size_t> particles) {
+    origin_ = other.origin_;
     for (std::size_t k = 0; k < kColumns; ++k)
       for (std::size_t i = 0; i < particles.size(); ++i) {
         const std::size_t to = k * stride_ + i;
-        const std::size_t of = k * from.stride_ + particles[i];
+        const std::size_t of = k * other.stride_ + from[particles[i]];
         if (double_.empty())
-          single_[to] = from.single_[of];
+          single_[to] = other.single_[of];
         else
-          double_[to] = from.double_[of];
+          double_[to] = other.double_[of];
       }
   }
 

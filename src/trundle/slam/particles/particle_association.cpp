@@ -5,18 +5,18 @@
 
 #include <Eigen/LU>
 
-#include "trundle/slam/particles/pieces.hpp"
 #include "trundle/slam/particles/pose_target.hpp"
 
 namespace trundle {
 namespace {
 
-constexpr double kCellShare = 0.25;     // of the sensor's range: cells of the grid
-constexpr double kBeyondJurors = 1.5;   // so much further than jurors may other particles differ
-constexpr double kBetweenJurors = 4.0;  // what jurors find that much too far may be near to others
-constexpr double kAnywhere_m2 = 1e6;    // variance of a landmark that may be anywhere
-constexpr double kNewShare = 0.01;      // of the sightings, expected to show a new landmark
-constexpr double kLeastShare = 0.01;    // of the weight: fewer particles create no landmark
+constexpr double kCellShare = 0.25;        // of the sensor's range: cells of the grid
+constexpr double kBeyondJurors = 1.5;      // so much further than jurors may other particles differ
+constexpr double kBetweenJurors = 4.0;     // what jurors find that much too far may be near to others
+constexpr double kAnywhere_m2 = 1e6;       // variance of a landmark that may be anywhere
+constexpr double kNewShare = 0.01;         // of the sightings, expected to show a new landmark
+constexpr double kLeastShare = 0.01;       // of the weight: fewer particles create no landmark
+constexpr std::size_t kDrawnTogether = 3;  // sightings whose chances come from one draw
 
 SensorAt sensor_of(const SensorColumns& sensors, std::size_t i) {
   return {sensors.origin.x() + sensors.x[i], sensors.origin.y() + sensors.y[i], sensors.cos[i],
@@ -69,7 +69,7 @@ ParticleAssociation::ParticleAssociation(const LandmarkSensor& sensor, const Par
       grid_(kCellShare * sensor.max_range_m),
       visibility_(sensor.max_range_m) {}
 
-bool ParticleAssociation::collect(std::span<const Observation> observations) {
+void ParticleAssociation::collect(std::span<const Observation> observations) {
   sightings_ = 0;
   for (std::size_t i = 0; i < observations.size(); ++i) {
     if (observations[i].landmark >= 0 || !is_valid(observations[i])) continue;
@@ -79,37 +79,35 @@ bool ParticleAssociation::collect(std::span<const Observation> observations) {
     sighting.seen = observations[i];
     sighting.reading = reading_terms(observations[i], sensor_);
   }
-  return sightings_ > 0;
 }
 
-void ParticleAssociation::recognise(const View& view, ParticleMap& map, Ancestry& ancestry) {
+void ParticleAssociation::look_up(const View& view, ParticleMap& map, Ancestry& ancestry) {
   reporter_ = view.reporter;
+  while (chances_.size() * kDrawnTogether < sightings_) chances_.emplace_back(particles_.count);
   for (Sighting& sighting : sightings()) look_up(sighting, view, map, ancestry);
-  choose(view);
+}
+
+void ParticleAssociation::choose(const View& view, ParticleRange range) {
+  for (std::size_t k = 0; k < sightings_; ++k) {
+    Sighting& sighting = pool_[k];
+    TripleColumns& chances = chances_[k / kDrawnTogether];
+    if (k % kDrawnTogether == 0) {
+      const auto purpose = static_cast<std::uint32_t>(1 + k / kDrawnTogether);
+      draw_uniforms({view.draw.seed, view.draw.step, purpose}, range, chances);
+    }
+    choose_landmarks(
+        sighting.reading, sighting.candidates,
+        {view.sensors, view.sensor_covariance, options_, chances[k % kDrawnTogether], view.log_weights},
+        range, sighting.choices.data());
+  }
+}
+
+void ParticleAssociation::decide(const View& view) {
   exclude_each_other(view);
   for (std::size_t k = 0; k < sightings_; ++k) prepare(k, view);
 }
 
-void ParticleAssociation::choose(const View& view) {
-  constexpr std::size_t kDrawn = 3;
-  while (chances_.size() * kDrawn < sightings_) chances_.emplace_back(particles_.count);
-  for_all_particles(particles_.count, particles_.threads, [&](ParticleRange piece) {
-    for (std::size_t k = 0; k < sightings_; ++k) {
-      Sighting& sighting = pool_[k];
-      TripleColumns& chances = chances_[k / kDrawn];
-      if (k % kDrawn == 0) {
-        const auto purpose = static_cast<std::uint32_t>(1 + k / kDrawn);
-        draw_uniforms({view.draw.seed, view.draw.step, purpose}, piece, chances);
-      }
-      choose_landmarks(
-          sighting.reading, sighting.candidates,
-          {view.sensors, view.sensor_covariance, options_, chances[k % kDrawn], view.log_weights}, piece,
-          sighting.choices.data());
-    }
-  });
-}
-
-/// The landmarks that some juror finds near, the likeliest first; their columns are brought up to now.
+/// The landmarks that some juror finds near, the likeliest first.
 void ParticleAssociation::look_up(Sighting& sighting, const View& view, ParticleMap& map,
                                   Ancestry& ancestry) {
   const double sigmas = std::sqrt(options_.doubt * options_.gate);
@@ -118,24 +116,25 @@ void ParticleAssociation::look_up(Sighting& sighting, const View& view, Particle
   sighting.place = points.place;
   std::vector<std::size_t> near;
   grid_.near(points.place, radius + widest_m_, map.landmarks(), near);
-  std::vector<std::pair<double, Candidate>> likely;
+  std::vector<std::pair<double, LandmarkId>> likely;
   for (const std::size_t index : near) {
     if ((grid_.place(index) - points.place).norm() > radius + entries_[index].slack_m) continue;
     const auto landmark = static_cast<LandmarkId>(index);
-    LandmarkColumns& columns = map.current(landmark, ancestry);
-    const double nis = view.jury.least_nis({sighting.reading, &columns});
-    if (nis <= kBetweenJurors * options_.doubt * options_.gate) likely.push_back({nis, {landmark, &columns}});
+    const double nis = view.jury.least_nis(sighting.reading, map.inherited(landmark, ancestry));
+    if (nis <= kBetweenJurors * options_.doubt * options_.gate) likely.push_back({nis, landmark});
   }
-  std::ranges::sort(likely, {}, [](const auto& one) { return std::pair(one.first, one.second.landmark); });
+  std::ranges::sort(likely);
   if (likely.size() > kMostCandidates) likely.resize(kMostCandidates);
   sighting.candidates.clear();
-  for (const auto& [nis, candidate] : likely) sighting.candidates.push_back(candidate);
+  for (const auto& [nis, landmark] : likely)
+    sighting.candidates.push_back({landmark, &map.expect(landmark, ancestry)});
 }
 
 /// Puts a landmark into the grid, where jurors have it today.
-void ParticleAssociation::locate(LandmarkId landmark, const LandmarkColumns& columns, Jury& jury) {
+void ParticleAssociation::locate(LandmarkId landmark, ParticleMap& map, const Ancestry& ancestry,
+                                 Jury& jury) {
   const auto index = static_cast<std::size_t>(landmark);
-  const Jury::Whereabouts where = jury.where_is(columns);
+  const Jury::Whereabouts where = jury.where_is(map.inherited(landmark, ancestry));
   if (!where.is_somewhere) return;
   grid_.put(index, where.place);
   entries_[index].slack_m =
@@ -259,7 +258,7 @@ void ParticleAssociation::settle(const Drawn& drawn, ParticleMap& map, Ancestry&
                                                  sighting.innovation, sighting.nis};
     if (sighting.is_known && !sighting.is_unanimous) put_back(k, drawn);
     for (const Candidate& candidate : sighting.candidates)
-      locate(candidate.landmark, *candidate.columns, drawn.jury);
+      locate(candidate.landmark, map, ancestry, drawn.jury);
     if (choice != kDoubtful) visibility_.saw(sighting.seen.range_m, sighting.seen.bearing_rad);
     if (choice >= 0) map.count_sighting(choice);
   }
@@ -304,7 +303,7 @@ LandmarkId ParticleAssociation::create(const Sighting& sighting, const Drawn& dr
   const auto index = static_cast<std::size_t>(landmark);
   if (entries_.size() <= index) entries_.resize(index + 1);
   entries_[index].existence = {0.0, drawn.sensor_of_reporter.translation()};
-  locate(landmark, columns, drawn.jury);
+  locate(landmark, map, ancestry, drawn.jury);
   if (!grid_.contains(index)) grid_.put(index, {near.x, near.y});
   return landmark;
 }

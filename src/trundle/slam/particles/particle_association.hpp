@@ -25,13 +25,13 @@ class ParticleAssociation {
   struct Particles {
     std::size_t count;
     Precision precision;
-    std::size_t threads;
   };
   ParticleAssociation(const LandmarkSensor& sensor, const Particles& particles);
 
-  /// Takes the observations of a step that have no name. False: there are none.
-  bool collect(std::span<const Observation> observations);
-  /// The particles as they are when they look.
+  /// Takes the observations of a step that have no name.
+  void collect(std::span<const Observation> observations);
+  bool sees_something() const { return sightings_ > 0; }
+  /// The particles as they are when they look, from `choose` on.
   struct View {
     const SensorColumns& sensors;
     Matrix3 sensor_covariance;  ///< of a twist in the sensor's frame, beyond that
@@ -40,8 +40,11 @@ class ParticleAssociation {
     double* log_weights;
     Jury& jury;  ///< that has met; it tells which landmarks come into question
   };
-  /// Decides what each particle takes them for.
-  void recognise(const View& view, ParticleMap& map, Ancestry& ancestry);
+  /// What each particle takes them for: which landmarks come into question, of which the map then expects
+  /// that particles inherit them; what some particles choose; and what becomes of all choices together.
+  void look_up(const View& view, ParticleMap& map, Ancestry& ancestry);
+  void choose(const View& view, ParticleRange range);
+  void decide(const View& view);
   /// Readings for all particles, of the sightings that some particle takes for a landmark it has.
   void add_readings(std::vector<KnownReading>& readings);
 
@@ -101,8 +104,7 @@ class ParticleAssociation {
   std::span<Sighting> sightings() { return {pool_.data(), sightings_}; }
   std::span<const Sighting> sightings() const { return {pool_.data(), sightings_}; }
   void look_up(Sighting& sighting, const View& view, ParticleMap& map, Ancestry& ancestry);
-  void locate(LandmarkId landmark, const LandmarkColumns& columns, Jury& jury);
-  void choose(const View& view);
+  void locate(LandmarkId landmark, ParticleMap& map, const Ancestry& ancestry, Jury& jury);
   void group_by_candidates();
   void exclude_each_other(const View& view);
   void decide_together(std::span<Sighting* const> group, std::size_t particle, const View& view) const;

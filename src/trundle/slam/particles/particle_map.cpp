@@ -4,15 +4,11 @@
 #include <numeric>
 
 #include "trundle/slam/particles/landmark_kernels.hpp"
-#include "trundle/slam/particles/pieces.hpp"
 
 namespace trundle {
 
-ParticleMap::ParticleMap(std::size_t particles, Precision precision, std::size_t threads)
-    : particles_(particles), precision_(precision), threads_(threads), spare_(particles, precision) {
-  way_.ancestors.resize(padded(particles));
-  std::iota(way_.ancestors.begin(), way_.ancestors.end(), Ancestry::Index{0});  // what pads keeps to itself
-}
+ParticleMap::ParticleMap(std::size_t particles, Precision precision)
+    : particles_(particles), precision_(precision) {}
 
 LandmarkId ParticleMap::number_of(LandmarkId id) const {
   const auto i = static_cast<std::size_t>(id);
@@ -58,26 +54,57 @@ void ParticleMap::call(LandmarkId landmark, LandmarkId id) {
   index_of_[i] = landmark;
 }
 
-void ParticleMap::gather(Entry& entry, const Ancestry& ancestry) {
-  if (way_.from != entry.epoch || way_.to != ancestry.now()) {
-    ancestry.write_ancestors(entry.epoch, way_.ancestors);
-    way_.from = entry.epoch;
-    way_.to = ancestry.now();
+/// Which of the ways.
+std::size_t ParticleMap::way_from(Ancestry::Epoch epoch, const Ancestry& ancestry) {
+  if (ways_to_ != ancestry.now() || (ways_known_ >= kMostAtATime && heirs_.empty())) ways_known_ = 0;
+  ways_to_ = ancestry.now();
+  for (std::size_t way = 0; way < ways_known_; ++way)
+    if (ways_[way].from == epoch) return way;
+  if (ways_.size() == ways_known_) {
+    Column<Ancestry::Index> ancestors(padded(particles_));
+    std::iota(ancestors.begin(), ancestors.end(), Ancestry::Index{0});  // what pads keeps to itself
+    ways_.push_back({epoch, std::move(ancestors)});
   }
-  for_all_particles(particles_, threads_, [&](ParticleRange piece) {
-    gather_landmark(entry.columns, way_.ancestors, piece, spare_);
-  });
-  entry.columns.swap_numbers(spare_);
+  ways_[ways_known_].from = epoch;
+  ancestry.write_ancestors(epoch, ways_[ways_known_].ancestors);
+  return ways_known_++;
 }
 
-LandmarkColumns& ParticleMap::current(LandmarkId landmark, Ancestry& ancestry) {
+ParticleMap::Inherited ParticleMap::inherited(LandmarkId landmark, const Ancestry& ancestry) {
+  const auto heir = std::ranges::find(heirs_, landmark, &Heir::landmark);
+  if (heir != heirs_.end())
+    return {before_[static_cast<std::size_t>(heir - heirs_.begin())], ways_[heir->way].ancestors};
+  const Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  return {entry.columns, ways_[way_from(entry.epoch, ancestry)].ancestors};
+}
+
+LandmarkColumns& ParticleMap::expect(LandmarkId landmark, Ancestry& ancestry) {
   Entry& entry = entries_[static_cast<std::size_t>(landmark)];
   if (entry.epoch == ancestry.now()) return entry.columns;
-  gather(entry, ancestry);
+  if (heirs_.size() == kMostAtATime) {
+    inherit({0, padded(particles_)});
+    all_have_inherited();
+  }
+  if (before_.size() == heirs_.size()) before_.emplace_back(particles_, precision_);
+  entry.columns.hand_to(before_[heirs_.size()]);
+  heirs_.push_back({landmark, way_from(entry.epoch, ancestry)});
   ancestry.hold(ancestry.now());
   ancestry.release(entry.epoch);
   entry.epoch = ancestry.now();
   return entry.columns;
+}
+
+void ParticleMap::inherit(ParticleRange range) {
+  for (std::size_t k = 0; k < heirs_.size(); ++k)
+    gather_landmark(before_[k], ways_[heirs_[k].way].ancestors, range,
+                    entries_[static_cast<std::size_t>(heirs_[k].landmark)].columns);
+}
+
+LandmarkColumns& ParticleMap::current(LandmarkId landmark, Ancestry& ancestry) {
+  LandmarkColumns& columns = expect(landmark, ancestry);
+  inherit({0, padded(particles_)});
+  all_have_inherited();
+  return columns;
 }
 
 void ParticleMap::remove(LandmarkId landmark, Ancestry& ancestry) {

@@ -16,7 +16,7 @@ namespace trundle {
 /// brought up to now when it is seen again.
 class ParticleMap {
  public:
-  ParticleMap(std::size_t particles, Precision precision, std::size_t threads = 1);
+  ParticleMap(std::size_t particles, Precision precision);
 
   std::size_t landmarks() const { return entries_.size(); }
   /// Number of a landmark in this map; kUnknownLandmark: none.
@@ -25,7 +25,18 @@ class ParticleMap {
   LandmarkId find(LandmarkId id) const;
   /// Its columns are counted from `origin`, which should be near it.
   LandmarkId add(LandmarkId id, const Vector2& origin, Ancestry& ancestry);
-  /// Columns of today's particles, for reading and writing.
+  /// A landmark as it was last written, and whose of its numbers each of today's particles has.
+  struct Inherited {
+    const LandmarkColumns& columns;
+    std::span<const Ancestry::Index> from;
+  };
+  Inherited inherited(LandmarkId landmark, const Ancestry& ancestry);
+  /// Columns of today's particles, for reading and writing, once these have inherited what is expected.
+  LandmarkColumns& expect(LandmarkId landmark, Ancestry& ancestry);
+  /// Some of them do. All have to, before landmarks are added or the next epoch begins.
+  void inherit(ParticleRange range);
+  void all_have_inherited() { heirs_.clear(); }
+  /// The same at once, for all particles.
   LandmarkColumns& current(LandmarkId landmark, Ancestry& ancestry);
   /// One that no caller has named; it has an id of its own all the same, but is not found by it.
   LandmarkId add_nameless(const Vector2& origin, Ancestry& ancestry);
@@ -43,11 +54,11 @@ class ParticleMap {
   MappedLandmark mixture(LandmarkId landmark, std::span<const double> weights, const Ancestry& ancestry,
                          const ForgottenDoubt& forgotten) const;
 
-  /// Its state, for io/archive.hpp. What is in the spare columns' padding comes into the map's.
+  /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.spare_, self.entries_, self.index_of_, self.removed_);
-    if constexpr (!std::is_const_v<Self>) self.way_.from = self.way_.to = 0;  // another ancestry's
+    archive(self.entries_, self.index_of_, self.removed_);
+    if constexpr (!std::is_const_v<Self>) self.ways_known_ = 0;  // another ancestry's
   }
 
  private:
@@ -68,18 +79,26 @@ class ParticleMap {
   LandmarkId occupy(const Vector2& origin, Ancestry& ancestry);
   void call(LandmarkId landmark, LandmarkId id);
   LandmarkId next_id() const { return static_cast<LandmarkId>(index_of_.size()); }
-  void gather(Entry& entry, const Ancestry& ancestry);
+  std::size_t way_from(Ancestry::Epoch epoch, const Ancestry& ancestry);
 
   std::size_t particles_;
   Precision precision_;
-  std::size_t threads_;
-  LandmarkColumns spare_;  ///< columns are gathered into it, and change places with it
-  /// From whom to gather: most landmarks in view were last seen in the same epoch.
-  struct {
-    Ancestry::Epoch from = 0;
-    Ancestry::Epoch to = 0;
+  /// From whom particles inherit what was written in an epoch: most landmarks in view were in the same.
+  struct Way {
+    Ancestry::Epoch from;
     Column<Ancestry::Index> ancestors;
-  } way_;
+  };
+  std::vector<Way> ways_;
+  std::size_t ways_known_ = 0;  ///< so many of them lead to the epoch `ways_to_`
+  Ancestry::Epoch ways_to_ = 0;
+  /// A landmark whose columns are to be filled from those it had.
+  struct Heir {
+    LandmarkId landmark;
+    std::size_t way;
+  };
+  std::vector<Heir> heirs_;
+  std::vector<LandmarkColumns> before_;            ///< what the heirs had
+  static constexpr std::size_t kMostAtATime = 64;  ///< heirs, and ways: more would only take more memory
   std::vector<Entry> entries_;
   std::vector<LandmarkId> index_of_;  ///< by id
   std::vector<LandmarkId> removed_;   ///< free numbers

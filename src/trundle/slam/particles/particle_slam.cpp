@@ -8,7 +8,6 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/slam/cholesky.hpp"
-#include "trundle/slam/particles/pieces.hpp"
 
 namespace trundle {
 namespace {
@@ -22,6 +21,7 @@ Matrix3 pose_root(const Pose2& pose, const Matrix3& covariance_in_world) {
 ParticleSlam::ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptions& options)
     : sensor_(sensor),
       options_(options),
+      crew_(options.threads, options.particles),
       resampling_(options.seed, kResamplingStream),
       poses_(options.particles),
       predicted_(options.particles),
@@ -30,10 +30,12 @@ ParticleSlam::ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptio
       sensors_(options.particles),
       log_weights_(padded(options.particles), 0.0),
       weights_(padded(options.particles)),
+      parents_(options.particles + 1),
+      spare_(padded(options.particles)),
       ancestry_(options.particles),
-      map_(options.particles, options.map_precision, options.threads),
+      map_(options.particles, options.map_precision),
       jury_(options.particles, options.map_precision),
-      association_(sensor, {options.particles, options.map_precision, options.threads}),
+      association_(sensor, {options.particles, options.map_precision}),
       systematic_(options.particles),
       systematic_covariance_(options.prior.systematic_sigma.cwiseAbs2().asDiagonal()) {
   if (options.particles == 0) throw InputError("particle filter", "has 0 particles", "at least 1");
@@ -53,17 +55,12 @@ const StepReport& ParticleSlam::step(const Motion& motion, std::span<const Obser
   report_.resampled = false;
   pending_ = pending_ * motion;
   recognise(observations);
-  predict_poses();
-  reject_outliers();
-  const bool has_nameless = association_.collect(observations);
-  if (seen_.empty() && open_.empty() && !has_nameless) {
+  if (seen_.empty() && open_.empty() && !association_.sees_something()) {
     if (options_.keep_paths) paths_.coast(pending_);
     return report_;
   }
-  if (has_nameless) look();
-  propose();
+  move_and_weigh();
   learn_systematic();
-  weigh();
   settle(observations);
   normalise();
   if (options_.keep_paths) paths_.arrive(pending_, poses(), ancestry_);
@@ -73,7 +70,7 @@ const StepReport& ParticleSlam::step(const Motion& motion, std::span<const Obser
   return report_;
 }
 
-/// Observations of landmarks in the map, whose columns are brought up to now; the valid rest stays open.
+/// Observations of landmarks in the map that are no outliers; the valid rest stays open.
 void ParticleSlam::recognise(std::span<const Observation> observations) {
   seen_.clear();
   open_.clear();
@@ -83,14 +80,11 @@ void ParticleSlam::recognise(std::span<const Observation> observations) {
     if (landmark < 0)
       open_.push_back(i);
     else
-      seen_.push_back(
-          {i, landmark, {reading_terms(observations[i], sensor_), &map_.current(landmark, ancestry_)}});
+      seen_.push_back({i, landmark, reading_terms(observations[i], sensor_)});
   }
-}
-
-void ParticleSlam::predict_poses() {
-  for_all_particles(options_.particles, options_.threads,
-                    [&](ParticleRange piece) { predict(poses_, systematic_, pending_, piece, predicted_); });
+  association_.collect(observations);
+  if (!seen_.empty() || association_.sees_something()) convene();
+  reject_outliers();
 }
 
 /// Of the error of a particle's prediction: noise, and what is not known of the systematic errors. Eq. 9.
@@ -100,15 +94,14 @@ Matrix3 ParticleSlam::predicted_covariance() const {
 }
 
 void ParticleSlam::convene() {
-  jury_.meet({predicted_, weights_, best_particle(), predicted_covariance(), sensor_.body_from_sensor});
+  jury_.meet({poses_, systematic_, pending_, weights_, best_particle(), predicted_covariance(),
+              sensor_.body_from_sensor});
 }
 
 /// Eq. 14. Reports what the most probable particle finds, before this step has moved or weighted any.
 void ParticleSlam::reject_outliers() {
-  if (seen_.empty()) return;
-  convene();
   std::erase_if(seen_, [&](const Seen& s) {
-    const Jury::Verdict verdict = jury_.on(s.known, options_.gate);
+    const Jury::Verdict verdict = jury_.on(s.reading, map_.inherited(s.landmark, ancestry_), options_.gate);
     report_.observations[s.observation] = {verdict.rejected ? Decision::rejected : Decision::matched,
                                            verdict.rejected ? kUnknownLandmark : map_.id_of(s.landmark),
                                            verdict.innovation, verdict.nis};
@@ -116,47 +109,65 @@ void ParticleSlam::reject_outliers() {
   });
 }
 
+/// Predictions, the landmarks that will be needed, and random numbers, up to this step.
+void ParticleSlam::bring_up(const Draw& draw, ParticleRange range) {
+  predict(poses_, systematic_, pending_, range, predicted_);
+  map_.inherit(range);
+  draw_normals(draw, range, n_);
+}
+
 /// Each particle finds out what it sees: where it will be drawn if that depends on the motion alone, else at
 /// its prediction with the motion's uncertainty.
-void ParticleSlam::look() {
+void ParticleSlam::look(const Draw& draw) {
   const Matrix3 covariance = predicted_covariance();
   const bool stays = options_.proposal == Proposal::motion;
   const Matrix3 Ad = adjoint(sensor_.body_from_sensor.inverse());
   const Matrix3 L = stays ? semidefinite_root(covariance) : Matrix3(Matrix3::Zero());
   const Matrix3 unsure = stays ? Matrix3(Matrix3::Zero()) : Matrix3(Ad * covariance * Ad.transpose());
-  sensors_.origin = predicted_.at(0).translation();
-  for_all_particles(options_.particles, options_.threads, [&](ParticleRange piece) {
-    if (stays) draw_normals({options_.seed, draws_, 0}, piece, n_);  // those that propose() will draw
+  const ParticleAssociation::View view{sensors_, unsure, best_particle(), draw, log_weights_.data(), jury_};
+  association_.look_up(view, map_, ancestry_);
+  crew_.for_all_particles([&](ParticleRange piece) {
+    bring_up(draw, piece);
     place(predicted_, n_, {L, sensor_.body_from_sensor}, piece, poses_, sensors_);
+    association_.choose(view, piece);
   });
-  convene();
-  association_.recognise(
-      {sensors_, unsure, best_particle(), {options_.seed, draws_, 0}, log_weights_.data(), jury_}, map_,
-      ancestry_);
+  association_.decide(view);
 }
 
-void ParticleSlam::propose() {
-  readings_.clear();
-  for (const Seen& s : seen_) readings_.push_back(s.known);
-  association_.add_readings(readings_);
+/// Poses are drawn, take their weights and improve their landmarks: all of it for one piece of the particles
+/// at a time, unless something has to be decided about all of them in between.
+void ParticleSlam::move_and_weigh() {
   const Proposal proposal = options_.proposal;
   const bool by_swarm = proposal == Proposal::swarm || proposal == Proposal::swarm_gaussian;
   const bool by_gaussian = proposal == Proposal::linearised || proposal == Proposal::swarm_gaussian;
   const Placement placement{semidefinite_root(predicted_covariance()), sensor_.body_from_sensor};
-  sensors_.origin = predicted_.at(0).translation();
   const Draw draw = next_draw();
   const Draw second_draw = next_draw();
+  predict(poses_, systematic_, pending_, {0, kParticleLanes}, predicted_);
+  sensors_.origin = predicted_.at(0).translation();
+  readings_.clear();
+  for (const Seen& s : seen_) {
+    readings_.push_back({s.reading, &map_.expect(s.landmark, ancestry_)});
+    map_.count_sighting(s.landmark);
+  }
+  const bool looks = association_.sees_something();
+  if (looks)
+    look(draw);
+  else if (by_swarm)
+    crew_.for_all_particles([&](ParticleRange piece) { bring_up(draw, piece); });
+  association_.add_readings(readings_);
   if (by_swarm) {
-    draw_normals(draw, all(), n_);
     const PoseTarget target(predicted_, predicted_covariance(), sensor_.body_from_sensor, readings_);
     refine_by_swarm(target, options_.swarm, options_.particles, random_, n_);
   }
-  for_all_particles(options_.particles, options_.threads, [&](ParticleRange piece) {
-    if (!by_swarm) draw_normals(draw, piece, n_);
+  crew_.for_all_particles([&](ParticleRange piece) {
+    if (!looks && !by_swarm) bring_up(draw, piece);
     if (proposal == Proposal::swarm_gaussian) draw_normals(second_draw, piece, z_);
     if (by_gaussian && !readings_.empty()) draw_near_sightings(placement, piece);
     place(predicted_, n_, placement, piece, poses_, sensors_);
+    weigh_and_improve(readings_, sensors_, piece, log_weights_.data());
   });
+  map_.all_have_inherited();
 }
 
 /// Eq. 16: n becomes a draw from the Gaussian at n; the weights take prior over proposal.
@@ -182,19 +193,17 @@ void ParticleSlam::learn_systematic() {
   systematic_covariance_ = (0.5 * (systematic_covariance_ + systematic_covariance_.transpose())).eval();
 }
 
-void ParticleSlam::weigh() {
-  for (const Seen& s : seen_) map_.count_sighting(s.landmark);
-  for_all_particles(options_.particles, options_.threads, [&](ParticleRange piece) {
-    weigh_and_improve(readings_, sensors_, piece, log_weights_.data());
-  });
-}
-
 /// Sightings without names find their way back into the map; then come the landmarks that are new.
 void ParticleSlam::settle(std::span<const Observation> observations) {
-  const Pose2 sensor = poses_.at(best_particle()) * sensor_.body_from_sensor;
+  const auto add_named = [&] {
+    for (const std::size_t i : open_) add_landmark(observations[i], i);
+  };
+  if (!association_.sees_something()) return add_named();
+  const auto best = static_cast<std::size_t>(std::ranges::max_element(log_weights_) - log_weights_.begin());
+  const Pose2 sensor = poses_.at(best) * sensor_.body_from_sensor;
   const ParticleAssociation::Drawn drawn{sensors_, sensor, log_weights_.data(), weights_, jury_};
   association_.settle(drawn, map_, ancestry_, report_);
-  for (const std::size_t i : open_) add_landmark(observations[i], i);
+  add_named();
   association_.create(drawn, map_, ancestry_, report_);
 }
 
@@ -256,20 +265,26 @@ PoseEstimate ParticleSlam::estimate() const {
   return estimate;
 }
 
-/// Systematic: one random number, and as many children for each as its weight says, to within one.
+/// Systematic: one random number, and as many children for each as its weight says, to within one. Child i
+/// has the first parent up to whom the weights sum to (i + offset)/N. Numbers of children are a matter of
+/// chance, so no branch asks them.
 void ParticleSlam::resample() {
   const std::size_t count = options_.particles;
-  std::vector<Ancestry::Index> parents(count);
-  const double offset = resampling_.uniform();
-  double sum = weights_[0];
-  Ancestry::Index parent = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double point = (static_cast<double>(i) + offset) / static_cast<double>(count);
-    while (sum < point && parent + 1 < count) sum += weights_[++parent];
-    parents[i] = parent;
+  const auto all_children = static_cast<double>(count);
+  const double before = 1.0 - resampling_.uniform();
+  std::ranges::fill(parents_, Ancestry::Index{0});
+  double sum = 0.0;
+  std::size_t first = 0;  // child of the next parent, if he has one
+  for (std::size_t parent = 0; parent < count; ++parent) {
+    parents_[first] = static_cast<Ancestry::Index>(parent);
+    sum += weights_[parent];
+    first = static_cast<std::size_t>(std::min(sum * all_children + before, all_children));
   }
-  poses_.permute(parents);
-  systematic_.permute(parents);
+  const std::span parents(parents_.data(), count);
+  Ancestry::Index last = 0;
+  for (Ancestry::Index& parent : parents) parent = last = std::max(last, parent);
+  poses_.permute(parents, spare_);
+  if (!systematic_covariance_.isZero(0.0)) systematic_.permute(parents, spare_);
   kinship_.hold(ancestry_);
   ancestry_.resample(parents);
   if (options_.keep_paths) paths_.resampled(ancestry_);
@@ -283,22 +298,26 @@ void ParticleSlam::resample() {
 void ParticleSlam::keep_doubt() {
   const double share = kinship_.share_lost(ancestry_);
   std::vector<LandmarkId> in_view;
-  std::vector<const LandmarkColumns*> columns;
+  std::vector<std::vector<Vector2>> places;
   for (const ObservationReport& seen : report_.observations) {
     const LandmarkId landmark =
         seen.decision == Decision::matched ? map_.number_of(seen.landmark) : kUnknownLandmark;
     if (landmark < 0) continue;
     in_view.push_back(landmark);
-    columns.push_back(&map_.current(landmark, ancestry_));
+    if (places.size() == kLandmarksOfScatter) continue;
+    const ParticleMap::Inherited inherited = map_.inherited(landmark, ancestry_);
+    std::vector<Vector2> of_particles = some_places(inherited.columns, inherited.from, options_.particles);
+    if (!of_particles.empty()) places.push_back(std::move(of_particles));
   }
-  const std::optional<MapDoubt> left = map_scatter(columns, options_.particles);
+  const std::optional<MapDoubt> left = map_scatter(places);
   if (!left) return;
   const MapDoubt whole = forgotten_.forget(*left, share);
   for (const LandmarkId landmark : in_view) map_.set_doubt(landmark, whole);
 }
 
+/// The largest logarithm is 0.
 std::size_t ParticleSlam::best_particle() const {
-  return static_cast<std::size_t>(std::ranges::max_element(log_weights_) - log_weights_.begin());
+  return static_cast<std::size_t>(std::ranges::find(log_weights_, 0.0) - log_weights_.begin());
 }
 
 std::vector<Pose2> ParticleSlam::poses() const {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "trundle/simulation/random.hpp"
+#include "trundle/slam/particles/crew.hpp"
 #include "trundle/slam/particles/forgotten_doubt.hpp"
 #include "trundle/slam/particles/jury.hpp"
 #include "trundle/slam/particles/particle_association.hpp"
@@ -85,19 +86,18 @@ class ParticleSlam {
   struct Seen {
     std::size_t observation;
     LandmarkId landmark;
-    KnownReading known;
+    ReadingTerms reading;
   };
 
   void recognise(std::span<const Observation> observations);
-  void predict_poses();
   Matrix3 predicted_covariance() const;
   void convene();
   void reject_outliers();
-  void look();
-  void propose();
+  void look(const Draw& draw);
+  void bring_up(const Draw& draw, ParticleRange range);
+  void move_and_weigh();
   void draw_near_sightings(const Placement& placement, ParticleRange range);
   void learn_systematic();
-  void weigh();
   void settle(std::span<const Observation> observations);
   void add_landmark(const Observation& observation, std::size_t index);
   void normalise();
@@ -109,6 +109,7 @@ class ParticleSlam {
 
   LandmarkSensor sensor_;
   ParticleSlamOptions options_;
+  Crew crew_;
   std::uint64_t draws_ = 0;     ///< so many numbers each particle has drawn
   std::vector<Random> random_;  ///< of the swarm: one for each block of particles
   Random resampling_;
@@ -117,8 +118,10 @@ class ParticleSlam {
   TripleColumns n_;        ///< that noise, whitened
   TripleColumns z_;        ///< a second draw, where n is what the swarm has found
   SensorColumns sensors_;
-  Column<double> log_weights_;  ///< the largest is 0
-  Column<double> weights_;      ///< sum to 1
+  Column<double> log_weights_;            ///< the largest is 0
+  Column<double> weights_;                ///< sum to 1
+  std::vector<Ancestry::Index> parents_;  ///< room to resample in
+  Column<double> spare_;                  ///< likewise
   Ancestry ancestry_;
   ParticleMap map_;
   Jury jury_;
