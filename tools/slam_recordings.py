@@ -9,7 +9,8 @@ OUT/victoria_park: velocity.csv (of the rear axle's middle), sightings.csv witho
 sane), robot.toml.
 OUT/lost_in_the_woods: velocity.csv, sightings.csv, reference.csv, landmarks.csv, robot.toml. The noise settings are one set
 for all robots and filters; those of mrclam were chosen on robots 1 and 2. Sigmas of sightings are several times what
-single readings scatter by, because readings that follow each other err alike.
+single readings scatter by, because readings that follow each other err alike; those of victoria_park are a trunk's
+radius and the laser's step.
 """
 import csv
 import math
@@ -43,8 +44,8 @@ VICTORIA_ROBOT = """name = "victoria_park"
 [landmark_sensor]
 x_m = 3.78
 y_m = 0.5
-range_sigma_m = 0.3
-bearing_sigma_deg = 1.5
+range_sigma_m = 0.1
+bearing_sigma_deg = 0.5
 max_range_m = 80
 [noise]
 wheel_per_sqrt_m = 0.1

@@ -163,6 +163,7 @@ nlohmann::ordered_json document_of(const SlamAnswer& answer) {
   nlohmann::ordered_json document = to_json(answer.provenance);
   document["steps"] = answer.input.steps.size();
   document["landmarks"] = answer.map().size();
+  document["tentative_landmarks"] = answer.result.tentative.size();
   document["sightings"] = {{"matched", counts.matched},
                            {"created", counts.created},
                            {"rejected", counts.rejected},

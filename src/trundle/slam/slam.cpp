@@ -80,6 +80,16 @@ class Counter {
   std::vector<double> nis_;
 };
 
+/// Those of its landmarks that are confirmed, or the others.
+template <class Filter>
+std::vector<MappedLandmark> landmarks_of(const Filter& filter, bool confirmed) {
+  std::vector<MappedLandmark> landmarks;
+  for (std::size_t i = 0; i < filter.landmarks(); ++i)
+    if (filter.has_landmark(i) && filter.is_confirmed(i) == confirmed)
+      landmarks.push_back(filter.landmark(i));
+  return landmarks;
+}
+
 /// A path has the stamps of the online trajectory.
 std::optional<Trajectory> with_stamps(const std::vector<Pose2>& path, const Trajectory& online) {
   if (path.empty()) return std::nullopt;
@@ -118,14 +128,11 @@ PoseEstimate SlamFilter::estimate() const {
 }
 
 std::vector<MappedLandmark> SlamFilter::map() const {
-  return std::visit(
-      [](const auto& filter) {
-        std::vector<MappedLandmark> map;
-        for (std::size_t i = 0; i < filter.landmarks(); ++i)
-          if (filter.has_landmark(i)) map.push_back(filter.landmark(i));
-        return map;
-      },
-      filter_);
+  return std::visit([](const auto& filter) { return landmarks_of(filter, true); }, filter_);
+}
+
+std::vector<MappedLandmark> SlamFilter::tentative() const {
+  return std::visit([](const auto& filter) { return landmarks_of(filter, false); }, filter_);
 }
 
 std::vector<Pose2> SlamFilter::best_path() const {
@@ -159,6 +166,7 @@ SlamResult SlamRun::result() const {
   result.path = with_stamps(filter_.best_path(), online_);
   result.last = filter_.estimate();
   result.map = filter_.map();
+  result.tentative = filter_.tentative();
   result.particles = filter_.particles();
   result.reports = reports_;
   Counter counter;

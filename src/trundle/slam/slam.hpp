@@ -50,6 +50,8 @@ class SlamFilter {
   /// Estimate of now, from what was seen up to now.
   PoseEstimate estimate() const;
   std::vector<MappedLandmark> map() const;
+  /// Landmarks without names that are not surely there, or not any more. They are no part of the map.
+  std::vector<MappedLandmark> tentative() const;
   /// Of the particle with the largest weight; empty for `ekf` and when paths are not kept.
   std::vector<Pose2> best_path() const;
   /// Where something was last seen; empty for `ekf`.
@@ -84,8 +86,9 @@ struct SlamResult {
   std::optional<Trajectory> path;  ///< best particle's whole path; nothing for `ekf`
   PoseEstimate last;               ///< after the last step, with the odometry's systematic errors
   std::vector<MappedLandmark> map;
-  std::vector<WeightedPose> particles;  ///< where something was last seen; empty for `ekf`
-  std::vector<StepReport> reports;      ///< one for each step
+  std::vector<MappedLandmark> tentative;  ///< without names and not surely there: no part of the map
+  std::vector<WeightedPose> particles;    ///< where something was last seen; empty for `ekf`
+  std::vector<StepReport> reports;        ///< one for each step
   SlamCounts counts;
 };
 

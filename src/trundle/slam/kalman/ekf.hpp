@@ -28,8 +28,10 @@ class EkfSlam {
   PoseEstimate estimate() const { return state_.body(); }
   std::size_t landmarks() const { return entries_.size(); }
   MappedLandmark landmark(std::size_t index) const;
-  /// Whether the map that is given out has it: one without a name once its existence is confirmed.
-  bool has_landmark(std::size_t index) const {
+  /// Whether its map has it.
+  bool has_landmark(std::size_t) const { return true; }
+  /// Whether it surely exists: one without a name may be tentative.
+  bool is_confirmed(std::size_t index) const {
     return entries_[index].has_name || entries_[index].existence.is_confirmed(visibility_);
   }
   /// The whole joint covariance, in the order x, y, heading, s, x_1, y_1, ...

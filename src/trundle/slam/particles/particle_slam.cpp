@@ -329,8 +329,7 @@ MappedLandmark ParticleSlam::landmark(std::size_t index) const {
 }
 
 bool ParticleSlam::has_landmark(std::size_t index) const {
-  const auto landmark = static_cast<LandmarkId>(index);
-  return association_.is_confirmed(landmark) && map_.has(landmark, best_particle(), ancestry_);
+  return map_.has(static_cast<LandmarkId>(index), best_particle(), ancestry_);
 }
 
 std::vector<double> ParticleSlam::weights() const {

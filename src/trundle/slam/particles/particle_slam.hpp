@@ -56,9 +56,12 @@ class ParticleSlam {
   /// Over all particles. The covariance is of what they differ in, or have forgotten, and what each is unsure
   /// of.
   MappedLandmark landmark(std::size_t index) const;
-  /// Whether the map that is given out has it: one without a name if the most probable particle has it and
-  /// its existence is confirmed.
+  /// Whether the most probable particle has it: those without names not all have.
   bool has_landmark(std::size_t index) const;
+  /// Whether it surely exists: one without a name may be tentative.
+  bool is_confirmed(std::size_t index) const {
+    return association_.is_confirmed(static_cast<LandmarkId>(index));
+  }
 
   /// As they were last drawn: at the last step with sightings.
   std::vector<Pose2> poses() const;

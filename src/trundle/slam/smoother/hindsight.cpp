@@ -13,7 +13,7 @@ namespace trundle {
 namespace {
 
 constexpr double kCellShare = 0.25;         // of the sensor's range: cells of the grid
-constexpr double kSigmas = 4.0;             // further away nothing is looked for
+constexpr double kSigmas = 5.0;             // further away nothing is looked for
 constexpr std::size_t kMostCandidates = 8;  // landmarks that one sighting may show
 
 /// −2 log of a normal density where it is highest.
@@ -27,28 +27,15 @@ double cost_of_none(const LandmarkSensor& sensor) {
 }
 
 /// A map in a grid.
-class PlacedMap {
- public:
-  PlacedMap(std::span<const MappedLandmark> map, const LandmarkSensor& sensor)
-      : grid_(kCellShare * sensor.max_range_m) {
-    for (std::size_t i = 0; i < map.size(); ++i) {
-      grid_.put(i, map[i].position);
-      widest_m_ = std::max(widest_m_, std::sqrt(map[i].covariance.trace()));
-    }
-    count_ = map.size();
-  }
-  /// Landmarks within some sigmas of a place that is known to one of them.
-  const std::vector<std::size_t>& near(const Vector2& place, double sigma_m, std::size_t most) {
-    grid_.near(place, kSigmas * std::hypot(sigma_m, widest_m_), std::min(most, count_), found_);
-    return found_;
-  }
+LandmarkGrid placed(std::span<const MappedLandmark> map, const LandmarkSensor& sensor) {
+  LandmarkGrid grid(kCellShare * sensor.max_range_m);
+  for (std::size_t i = 0; i < map.size(); ++i) grid.put(i, map[i].position);
+  return grid;
+}
 
- private:
-  LandmarkGrid grid_;
-  double widest_m_ = 0.0;
-  std::size_t count_ = 0;
-  std::vector<std::size_t> found_;
-};
+double sigma_of(const MappedLandmark& landmark) {
+  return std::sqrt(landmark.covariance.trace());
+}
 
 /// Pairs that were seen in one instant: two landmarks.
 std::set<LandmarkPair> seen_together(const ShownObservations& shown) {
@@ -60,20 +47,22 @@ std::set<LandmarkPair> seen_together(const ShownObservations& shown) {
   return pairs;
 }
 
-/// What a sighting may show, from a pose with its covariance.
+/// What a sighting may show, from a smoothed pose.
 class Looker {
  public:
   Looker(const SmoothedSlam& smoothed, const LandmarkSensor& sensor)
-      : smoothed_(smoothed), sensor_(sensor), R_(reading_covariance(sensor)), map_(smoothed.map, sensor) {}
+      : smoothed_(smoothed),
+        sensor_(sensor),
+        R_(reading_covariance(sensor)),
+        map_(placed(smoothed.map, sensor)) {}
 
   std::vector<Fit> fits(std::size_t step, const Observation& observation) {
     const Pose2& pose = smoothed_.trajectory.poses[step].pose;
-    const Matrix3& P = smoothed_.trajectory.covariances[step];
     const SightedLandmark there = sighted_landmark(pose, sensor_.body_from_sensor, observation);
-    const Matrix2 spread =
-        there.by_pose * P * there.by_pose.transpose() + there.by_reading * R_ * there.by_reading.transpose();
+    const Matrix2 spread = there.by_reading * R_ * there.by_reading.transpose();
+    map_.near(there.in_world, kSigmas * std::sqrt(spread.trace()), kMostCandidates, near_);
     std::vector<Fit> fits;
-    for (const std::size_t i : map_.near(there.in_world, std::sqrt(spread.trace()), kMostCandidates)) {
+    for (const std::size_t i : near_) {
       const MappedLandmark& m = smoothed_.map[i];
       const ExpectedReading expected = expected_reading(pose, sensor_.body_from_sensor, m.position);
       const Vector2 innovation = innovation_of(observation, expected);
@@ -87,7 +76,8 @@ class Looker {
   const SmoothedSlam& smoothed_;
   const LandmarkSensor& sensor_;
   Matrix2 R_;
-  PlacedMap map_;
+  LandmarkGrid map_;
+  std::vector<std::size_t> near_;
 };
 
 }  // namespace
@@ -111,20 +101,26 @@ double cost_of_explaining(const ShownObservations& shown, const LandmarkSensor& 
 std::vector<LandmarkPair> twins_in(const ShownObservations& shown, std::span<const MappedLandmark> map,
                                    const LandmarkSensor& sensor, const DifferenceCovariance& covariance) {
   const std::set<LandmarkPair> different = seen_together(shown);
+  const double gate = UnknownIdOptions{}.gate;
   const double anywhere = 2.0 * std::log(kPi * sensor.max_range_m * sensor.max_range_m);
-  PlacedMap places(map, sensor);
+  LandmarkGrid grid = placed(map, sensor);
   std::vector<std::pair<double, LandmarkPair>> alike;
+  std::vector<std::size_t> near;
   for (const MappedLandmark& a : map) {
-    const std::vector<std::size_t> near =
-        places.near(a.position, std::sqrt(a.covariance.trace()), map.size());
+    const double sigma_m = sigma_of(a);
+    grid.near(a.position, kSigmas * std::sqrt(2.0) * sigma_m, map.size(), near);
     for (const std::size_t j : near) {
       const MappedLandmark& b = map[j];
-      if (b.id <= a.id || different.contains({a.id, b.id})) continue;
-      const Matrix2 C = covariance(a.id, b.id);
+      const bool is_surer = std::pair(sigma_of(b), b.id) < std::pair(sigma_m, a.id);
+      const LandmarkPair pair = std::minmax(a.id, b.id);
+      if (!is_surer || different.contains(pair)) continue;
       const Vector2 apart = b.position - a.position;
+      const Matrix2 most = 2.0 * (a.covariance + b.covariance);  // C is no larger, however they correlate
+      if (apart.dot(most.inverse() * apart) > gate) continue;
+      const Matrix2 C = covariance(a.id, b.id);
       const double squared = apart.dot(C.inverse() * apart);
       const double cost = squared + cost_at_peak(C);
-      if (squared <= UnknownIdOptions{}.gate && cost < anywhere) alike.push_back({cost, {a.id, b.id}});
+      if (squared <= gate && cost < anywhere) alike.push_back({cost, pair});
     }
   }
   std::ranges::sort(alike);
