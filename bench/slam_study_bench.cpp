@@ -4,6 +4,7 @@
 //   slam_study_bench [seeds, default 3] [landmarks, default both 20 and 100]
 #include <algorithm>
 #include <cstdio>
+#include <string_view>
 
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
@@ -127,11 +128,19 @@ struct Contender {
   std::vector<std::size_t> particles;
 };
 
-bench::W1 work_of(int landmarks, int seed) {
-  return bench::w1({.landmarks = landmarks, .seed = static_cast<std::uint64_t>(seed)});
+struct World {
+  const char* name;
+  int landmarks;
+  double odometry_noise;  ///< times that of W1
+};
+
+bench::W1 work_of(const World& world, int seed) {
+  return bench::w1({.landmarks = world.landmarks,
+                    .seed = static_cast<std::uint64_t>(seed),
+                    .odometry_noise = world.odometry_noise});
 }
 
-void filters(int landmarks, int seeds) {
+void filters(const World& world, int seeds) {
   const std::vector<Contender> contenders = {
       {"fastslam1", Proposal::motion, {10, 20, 30, 50, 100, 200, 500, 1000}},
       {"fastslam2", Proposal::linearised, {10, 20, 30, 50, 100, 200, 500, 1000}},
@@ -147,7 +156,7 @@ void filters(int landmarks, int seeds) {
     for (const std::size_t particles : contender.particles) {
       Figures figures;
       for (int seed = 1; seed <= seeds; ++seed)
-        run(work_of(landmarks, seed),
+        run(work_of(world, seed),
             {.proposal = contender.proposal,
              .particles = particles,
              .seed = static_cast<std::uint64_t>(seed)},
@@ -155,16 +164,16 @@ void filters(int landmarks, int seeds) {
       print(fmt::format("`{}` {}", contender.name, particles), figures);
     }
   Figures figures;
-  for (int seed = 1; seed <= seeds; ++seed) run_ekf(work_of(landmarks, seed), figures);
+  for (int seed = 1; seed <= seeds; ++seed) run_ekf(work_of(world, seed), figures);
   print("`ekf`", figures);
 }
 
 /// NEES of the smoothed poses, step by step over all seeds, in the band that 99.9 % of honest sums keep to.
-void smoother(int landmarks, int seeds) {
+void smoother(const World& world, int seeds) {
   const std::vector<std::size_t> steps = {49, 249, 499, 749, 999, 1499, 1999};
   std::vector<double> nees(steps.size());
   for (int seed = 1; seed <= seeds; ++seed) {
-    const bench::W1 work = work_of(landmarks, seed);
+    const bench::W1 work = work_of(world, seed);
     const SlamInput input{0.0, work.steps, {}, {}};
     const SmoothedSlam smoothed =
         smooth(input, work.sensor, slam(input, work.sensor, {.method = SlamMethod::ekf}), {.prior = {}});
@@ -187,10 +196,11 @@ void smoother(int landmarks, int seeds) {
 
 int main(int argc, char** argv) {
   const int seeds = argc > 1 ? std::atoi(argv[1]) : 3;
-  for (const int landmarks : {20, 100})
-    if (argc <= 2 || std::atoi(argv[2]) == landmarks) {
-      fmt::print("\n{} landmarks, {} seeds\n\n", landmarks, seeds);
-      filters(landmarks, seeds);
-      smoother(landmarks, seeds);
+  for (const World& world : {World{"room", 20, 1.0}, World{"poor", 20, 20.0}, World{"block", 100, 1.0}})
+    if (argc <= 2 || std::string_view(argv[2]) == world.name) {
+      fmt::print("\n{}: {} landmarks, odometry noise x {}, {} seeds\n\n", world.name, world.landmarks,
+                 world.odometry_noise, seeds);
+      filters(world, seeds);
+      smoother(world, seeds);
     }
 }

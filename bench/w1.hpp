@@ -30,6 +30,7 @@ struct W1Options {
   int landmarks = 100;
   int steps = 2000;
   std::uint64_t seed = 1;
+  double odometry_noise = 1.0;  ///< times that of W1
 };
 
 namespace w1_detail {
@@ -96,8 +97,8 @@ inline W1 w1(const W1Options& options) {
   const double steps_per_loop = std::max(options.landmarks >= 10'000 ? 1e4 : 1e3, std::ceil(least));
   work.steps_per_lap = static_cast<std::size_t>(steps_per_loop);
   const Twist2 twist{2.0 * kPi * radius / steps_per_loop, 0.0, 2.0 * kPi / steps_per_loop};
-  work.sigma_m = 0.05 * twist.dx;
-  work.sigma_rad = radians(0.2);
+  work.sigma_m = options.odometry_noise * 0.05 * twist.dx;
+  work.sigma_rad = options.odometry_noise * radians(0.2);
   const Matrix3 covariance =
       Vector3(work.sigma_m * work.sigma_m, 1e-12, work.sigma_rad * work.sigma_rad).asDiagonal();
   const Around around(work, radius);
