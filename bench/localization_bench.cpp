@@ -144,7 +144,8 @@ int main(int argc, char** argv) {
   const int worlds = argc > 1 ? std::atoi(argv[1]) : 200;
   const double hours = argc > 2 ? std::atof(argv[2]) : 10.0;
   print_table("30 landmarks on 30 m x 30 m, 2 % outliers", {}, worlds);
+  if (argc > 3) return 0;
   print_table("the same, 20 % outliers", {.outlier_share = 0.2}, worlds);
   print_table("120 landmarks on 60 m x 60 m, 2 % outliers", {.landmarks = 120, .side_m = 60.0}, worlds);
-  print_alarms(hours);
+  if (hours > 0) print_alarms(hours);
 }

@@ -1,12 +1,14 @@
-// What particles buy, and what they cost in honesty: workload W1 (w1.hpp) with 100 landmarks, two loops of
-// 157 m from a known start. As markdown, for docs/slam-study.md.
-//   slam_study_bench [seeds, default 3]
+// What particles buy, and what they cost in honesty: workload W1 (w1.hpp), two loops from a known start, in a
+// room (20 landmarks, loops of 31 m, half the room in view) and around a block (100 landmarks, loops of 157
+// m, a tenth in view). As markdown, for docs/slam-study.md.
+//   slam_study_bench [seeds, default 3] [landmarks, default both 20 and 100]
 #include <algorithm>
 #include <cstdio>
 
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
 
+#include "trundle/evaluation/evaluate.hpp"
 #include "trundle/slam/smoother/smoother.hpp"
 #include "trundle/statistics/distribution.hpp"
 
@@ -39,6 +41,7 @@ double quantile(std::vector<double> x, double share) {
 /// What is collected of one filter, over all seeds.
 struct Figures {
   std::vector<double> rms_m;      ///< of the online position, one for each run
+  std::vector<double> aligned_m;  ///< the same, SE(2)-aligned: without the turn of the whole map
   std::vector<double> loop_nees;  ///< mean over the first loop, one for each run
   std::vector<double> nis;        ///< of every matched or rejected sighting
   std::vector<double> effective;  ///< share of the particles, one for each step
@@ -50,12 +53,15 @@ class Watch {
  public:
   Watch(const bench::W1& work, Figures& figures) : work_(work), figures_(figures) {}
   ~Watch() {
-    figures_.rms_m.push_back(std::sqrt(squares_ / static_cast<double>(step_)));
+    figures_.rms_m.push_back(rms(Alignment::none));
+    figures_.aligned_m.push_back(rms(Alignment::se2));
     figures_.loop_nees.push_back(mean_of(nees_));
   }
   void see(const PoseEstimate& estimate, const StepReport& report) {
     const Pose2& truth = work_.truth[step_];
-    squares_ += (estimate.pose.translation() - truth.translation()).squaredNorm();
+    const auto time_s = static_cast<double>(step_);
+    online_.poses.push_back({time_s, estimate.pose});
+    truth_.poses.push_back({time_s, truth});
     if (step_ < kLoop) nees_.push_back(nees_of(estimate.pose, estimate.covariance, truth));
     for (const ObservationReport& seen : report.observations)
       if (seen.nis > 0.0) figures_.nis.push_back(seen.nis);
@@ -63,10 +69,15 @@ class Watch {
   }
 
  private:
+  double rms(Alignment alignment) const {
+    return evaluate(online_, truth_, {.alignment = alignment, .distances_m = {}}).position_m.rms;
+  }
+
   const bench::W1& work_;
   Figures& figures_;
   std::size_t step_ = 0;
-  double squares_ = 0.0;
+  Trajectory online_;
+  Trajectory truth_;
   std::vector<double> nees_;
 };
 
@@ -98,8 +109,10 @@ std::string nees_text(double nees) {
 }
 
 void print(const std::string& name, const Figures& figures) {
-  fmt::print("| {} | {:.3f} | {:.3f} | {} | {:.2f} |", name, quantile(figures.rms_m, 0.5),
-             quantile(figures.rms_m, 0.9), nees_text(mean_of(figures.loop_nees)), mean_of(figures.nis));
+  fmt::print("| {} | {:.3f} | {:.3f} | {:.3f} | {} | {} | {:.2f} |", name, quantile(figures.rms_m, 0.5),
+             quantile(figures.rms_m, 0.9), quantile(figures.aligned_m, 0.5),
+             nees_text(quantile(figures.loop_nees, 0.5)), nees_text(mean_of(figures.loop_nees)),
+             mean_of(figures.nis));
   if (figures.effective.empty())
     fmt::print(" | |\n");
   else
@@ -114,26 +127,27 @@ struct Contender {
   std::vector<std::size_t> particles;
 };
 
-bench::W1 work_of(int seed) {
-  return bench::w1({.seed = static_cast<std::uint64_t>(seed)});
+bench::W1 work_of(int landmarks, int seed) {
+  return bench::w1({.landmarks = landmarks, .seed = static_cast<std::uint64_t>(seed)});
 }
 
-void filters(int seeds) {
+void filters(int landmarks, int seeds) {
   const std::vector<Contender> contenders = {
       {"fastslam1", Proposal::motion, {10, 20, 30, 50, 100, 200, 500, 1000}},
       {"fastslam2", Proposal::linearised, {10, 20, 30, 50, 100, 200, 500, 1000}},
       {"mapso", Proposal::swarm, {10, 20, 30, 50, 100, 200}},
       {"mapso_proposal", Proposal::swarm_gaussian, {10, 20, 30, 50, 100, 200}}};
   fmt::print(
-      "| filter, particles | error, median [m] | 90 % of runs below [m] | NEES, first loop (3) | NIS (2) | "
-      "N_eff | "
-      "ancestors {} steps back |\n|---|---|---|---|---|---|---|\n",
+      "| filter, particles | error, median [m] | 90 % of runs below [m] | aligned, median [m] | NEES of the "
+      "first "
+      "loop (3): median | mean | NIS (2) | N_eff | ancestors {} steps back "
+      "|\n|---|---|---|---|---|---|---|---|---|\n",
       kBack);
   for (const Contender& contender : contenders)
     for (const std::size_t particles : contender.particles) {
       Figures figures;
       for (int seed = 1; seed <= seeds; ++seed)
-        run(work_of(seed),
+        run(work_of(landmarks, seed),
             {.proposal = contender.proposal,
              .particles = particles,
              .seed = static_cast<std::uint64_t>(seed)},
@@ -141,16 +155,16 @@ void filters(int seeds) {
       print(fmt::format("`{}` {}", contender.name, particles), figures);
     }
   Figures figures;
-  for (int seed = 1; seed <= seeds; ++seed) run_ekf(work_of(seed), figures);
+  for (int seed = 1; seed <= seeds; ++seed) run_ekf(work_of(landmarks, seed), figures);
   print("`ekf`", figures);
 }
 
 /// NEES of the smoothed poses, step by step over all seeds, in the band that 99.9 % of honest sums keep to.
-void smoother(int seeds) {
+void smoother(int landmarks, int seeds) {
   const std::vector<std::size_t> steps = {49, 249, 499, 749, 999, 1499, 1999};
   std::vector<double> nees(steps.size());
   for (int seed = 1; seed <= seeds; ++seed) {
-    const bench::W1 work = work_of(seed);
+    const bench::W1 work = work_of(landmarks, seed);
     const SlamInput input{0.0, work.steps, {}, {}};
     const SmoothedSlam smoothed =
         smooth(input, work.sensor, slam(input, work.sensor, {.method = SlamMethod::ekf}), {.prior = {}});
@@ -173,7 +187,10 @@ void smoother(int seeds) {
 
 int main(int argc, char** argv) {
   const int seeds = argc > 1 ? std::atoi(argv[1]) : 3;
-  fmt::print("{} seeds\n\n", seeds);
-  filters(seeds);
-  smoother(seeds);
+  for (const int landmarks : {20, 100})
+    if (argc <= 2 || std::atoi(argv[2]) == landmarks) {
+      fmt::print("\n{} landmarks, {} seeds\n\n", landmarks, seeds);
+      filters(landmarks, seeds);
+      smoother(landmarks, seeds);
+    }
 }

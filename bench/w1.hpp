@@ -104,8 +104,11 @@ inline W1 w1(const W1Options& options) {
   Pose2 pose;
   for (int k = 0; k < options.steps; ++k) {
     const Twist2 error{random.normal(work.sigma_m), 0.0, random.normal(work.sigma_rad)};
-    pose = pose * exp(twist);  // exactly on the circle: the odometry errs, and not the robot
-    SlamStep step{static_cast<double>(k), {exp(twist) * exp(error), covariance, Matrix3::Zero()}, {}};
+    SlamStep step{static_cast<double>(k), {}, {}};
+    if (k > 0) {
+      pose = pose * exp(twist);  // exactly on the circle: the odometry errs, and not the robot
+      step.motion = {exp(twist) * exp(error), covariance, Matrix3::Zero()};
+    }
     for (const std::size_t i : around.near(pose.translation(), work.sensor.max_range_m))
       if ((work.landmarks[i] - pose.translation()).norm() <= work.sensor.max_range_m)
         step.observations.push_back(seen(work, pose, i, random));

@@ -38,7 +38,7 @@ table() {
   errors 'robot as given' "$1/nominal.csv" "$2" "$1/calibrated.toml"
   errors 'robot calibrated' "$1/odometry.csv" "$2" "$1/calibrated.toml"
   [[ ! -e $1/slip.csv ]] || errors '... and slips corrected' "$1/trajectory.csv" "$2" "$1/calibrated.toml"
-  [[ ! -e $1/slam ]] || errors '... and landmarks mapped' "$1/slam/path.csv" "$2" "$1/calibrated.toml"
+  [[ ! -e $1/slam ]] || errors '... and landmarks mapped' "$1/slam/trajectory.csv" "$2" "$1/calibrated.toml"
 }
 
 # CSV FOLDER: a recording folder over a foreign file, which stays as it is (docs/getting-started.md).

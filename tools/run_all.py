@@ -92,7 +92,7 @@ def sessions(out, name, train, train_of_train):
         yield Job(f"{name}/{folder.relative_to(base)}", folder, base / "robot.toml", on and base / on)
 
 
-def jobs(out):
+def jobs(data, out):
     yield from sessions(out, "optiodom_diff", "square/231220200040", "square/231220200029")
     yield from sessions(out, "optiodom_omni3", "circular/221220201643", "circular/221220201716")
     yield from sessions(out, "optiodom_omni3_gyro", "circular/221220201643", "circular/221220201716")
@@ -111,8 +111,11 @@ def jobs(out):
         base = out / "warthog"
         yield Job(f"warthog_drive/{surface}, windows of 2 s", base / surface / "test", base / "robot.toml", base / surface / "train")
     yield Job("husky_gps_bag", out / "husky_gps_bag/drive", out / "husky_gps_bag/robot.toml")
-    lost = out / "slam/lost_in_the_woods"
-    yield Job("lost_in_the_woods", lost, lost / "robot.toml")
+    for number in range(1, 6):
+        yield Job(f"mrclam/robot {number}", data / "mrclam/MRCLAM_Dataset6", out / "slam/mrclam/robot.toml", None,
+                  ["--robot-number", number])
+    for name in ("lost_in_the_woods", "victoria_park"):
+        yield Job(name, out / "slam" / name, out / "slam" / name / "robot.toml")
 
 
 def read(path):
@@ -195,7 +198,7 @@ def row_of(job, program, out):
     print(f"  {job.title}: exit {code}, {spent:.1f} s {said}", file=sys.stderr, flush=True)
     document = read(target / "run.json")
     if document is None:
-        return [job.title, "–", "–", "–", "–", "–", "–", str(code), said], code not in (0, 4)
+        return [job.title, *["–"] * 7, str(code), said], code not in (0, 4)
     singles = [errors_of(folder) for folder in results_below(target)]
     column = lambda *names: text_of([next(e[n] for n in names if n in e) for e in singles if any(n in e for n in names)])
     held_out = {True: "yes", False: "no", None: "–"}[document["held_out"]]
@@ -203,12 +206,12 @@ def row_of(job, program, out):
     words = [said] if said else []
     words += [told_of(target).replace(f"{out}/", "")] + [f"NOT A NUMBER in {name}" for name in bad]
     row = [job.title, str(len(singles)), held_out, column("nominal", "odometry"), column("odometry"), column("corrected"),
-           column("slam path", "slam"), str(code), "; ".join(word for word in words if word)]
+           column("slam online"), column("slam"), str(code), "; ".join(word for word in words if word)]
     return row, bool(bad) or code not in (0, 4)
 
 
 def table_of(rows):
-    head = ["recordings", "runs", "held out", "robot as given [m]", "calibrated [m]", "slips corrected [m]", "mapped [m]", "exit", "it says"]
+    head = ["recordings", "runs", "held out", "robot as given [m]", "calibrated [m]", "slips corrected [m]", "mapped, online [m]", "mapped, smoothed [m]", "exit", "it says"]
     lines = [head, ["---"] * len(head)] + [[cell.replace("|", "/") for cell in row] for row in rows]
     return "".join("| " + " | ".join(line) + " |\n" for line in lines)
 
@@ -226,7 +229,7 @@ def main():
     program, data, out = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve(), Path(sys.argv[3]).resolve()
     lay_out(data, out)
     rows, bad = [], False
-    for job in jobs(out):
+    for job in jobs(data, out):
         row, wrong = row_of(job, program, out)
         rows.append(row)
         bad = bad or wrong

@@ -3,8 +3,8 @@
 
 usage: tools/slam_picture.py RESULT PICTURE.svg [REFERENCE.csv]
 
-RESULT is the folder of `trundle slam -o`; its path.csv is drawn, or trajectory.csv where there is none. The reference
-(time_s, x_m, y_m) is moved onto it by the best rigid motion.
+RESULT is the folder of `trundle slam -o`: its smoothed trajectory is drawn, or else path.csv, or trajectory.csv where there
+is none; landmarks where they are. The reference (time_s, x_m, y_m) is moved onto it by the best rigid motion.
 """
 import csv
 import math
@@ -13,6 +13,7 @@ from bisect import bisect_left
 from pathlib import Path
 
 WIDTH = 900
+MOST_POINTS = 1500
 
 
 def rows_of(path):
@@ -60,8 +61,8 @@ def ellipse(row):
 
 
 def picture(path, landmarks, reference):
-    xs = [p[1] for p in path] + [float(row["x_m"]) for row in landmarks]
-    ys = [p[2] for p in path] + [float(row["y_m"]) for row in landmarks]
+    xs = [p[1] for p in path + reference] + [float(row["x_m"]) for row in landmarks]
+    ys = [p[2] for p in path + reference] + [float(row["y_m"]) for row in landmarks]
     left, top, width, height = min(xs), max(ys), max(xs) - min(xs), max(ys) - min(ys)
     scale = (WIDTH - 40) / width
 
@@ -69,14 +70,13 @@ def picture(path, landmarks, reference):
         return f"{20 + scale * (x - left):.1f},{20 + scale * (top - y):.1f}"
 
     def line(points, style):
-        thinned = points[::max(1, len(points) // 3000)]
+        thinned = points[::max(1, len(points) // MOST_POINTS)]
         return f'<polyline fill="none" {style} points="{" ".join(to_picture(x, y) for _, x, y in thinned)}"/>'
 
     parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {40 + scale * height:.0f}">',
              '<rect width="100%" height="100%" fill="#fff"/>']
-    for _, x, y in reference[::max(1, len(reference) // 3000)]:
-        cx, cy = to_picture(x, y).split(",")
-        parts.append(f'<circle cx="{cx}" cy="{cy}" r="1.1" fill="#d98c2b"/>')
+    dots = "".join(f"M{to_picture(x, y)}h0" for _, x, y in reference[::max(1, len(reference) // MOST_POINTS)])
+    parts.append(f'<path d="{dots}" stroke="#d98c2b" stroke-width="2.2" stroke-linecap="round"/>')
     parts.append(line(path, 'stroke="#1f5fa8" stroke-width="1.3"'))
     for row in landmarks:
         long, short, angle = ellipse(row)
@@ -94,10 +94,11 @@ def picture(path, landmarks, reference):
 
 def main():
     result, target = Path(sys.argv[1]), Path(sys.argv[2])
-    path_file = result / "path.csv"
-    path = points_of(path_file if path_file.exists() else result / "trajectory.csv")
+    is_whole = (result / "online.csv").exists() or not (result / "path.csv").exists()
+    path = points_of(result / ("trajectory.csv" if is_whole else "path.csv"))
     reference = moved_onto(points_of(sys.argv[3]), path) if len(sys.argv) > 3 else []
-    target.write_text(picture(path, rows_of(result / "landmarks.csv"), reference))
+    landmarks = result / "landmarks.csv"
+    target.write_text(picture(path, rows_of(landmarks) if landmarks.exists() else [], reference))
 
 
 if __name__ == "__main__":

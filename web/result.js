@@ -1,4 +1,4 @@
-// A result of the document with its columns decoded once, stamps as seconds since the start.
+// A result of the document with its columns decoded once, stamps on the page's clock.
 import { decoded } from './column.js';
 
 function columns(table, origin, names) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "trundle/io/words.hpp"
 #include "trundle/pipeline/evaluation_answer.hpp"
 
 #include "command.hpp"
@@ -30,9 +31,20 @@ std::string text_of(const RelativePoseError& error) {
                      degrees(error.heading_rms_rad), error.pairs);
 }
 
-std::string text_of(const Nees& nees) {
-  return fmt::format("NEES            {:.2f} mean (honest: {}), {:.1f} % of {} poses inside 95 %\n",
-                     nees.mean, nees.degrees_of_freedom, 100.0 * nees.share_inside_95, nees.poses);
+std::string text_of(const ReferenceSigmas& noise) {
+  if (!noise.stated()) return "the reference is taken as exact, as it states no position_sigma_m";
+  return fmt::format("the reference's own {:g} m and {:g} deg are counted", noise.position_sigma_m,
+                     degrees(noise.heading_sigma_rad));
+}
+
+std::string text_of(const Nees& nees, const ReferenceSigmas& noise) {
+  std::string text = fmt::format(
+      "NEES            {:.2f} mean (honest: {}), {:.1f} % of {} poses inside 95 %; {}\n", nees.mean,
+      nees.degrees_of_freedom, 100.0 * nees.share_inside_95, nees.poses, text_of(noise));
+  if (nees.before_motion > 0)
+    text += fmt::format("                from where the estimate moves: {} before it left out\n",
+                        counted(nees.before_motion, "pose"));
+  return text;
 }
 
 std::string text_of(const Evaluation& e) {
@@ -48,7 +60,7 @@ std::string text_of(const Evaluation& e) {
   text += '\n';
   if (!e.relative.empty()) text += "Relative error over\n";
   for (const RelativePoseError& error : e.relative) text += text_of(error);
-  if (e.nees) text += text_of(*e.nees);
+  if (e.nees) text += text_of(*e.nees, e.reference_noise);
   return text;
 }
 

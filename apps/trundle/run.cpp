@@ -19,7 +19,9 @@ struct Options {
 };
 
 std::string line_of(const Stage& stage) {
-  return fmt::format("{:<14} {:<8} {}\n", stage.name, name_of(stage.status), stage.message);
+  std::string line = fmt::format("{:<14} {:<8} {}\n", stage.name, name_of(stage.status), stage.message);
+  for (const std::string& remark : stage.remarks) line += fmt::format("{:<23} {}\n", "", remark);
+  return line;
 }
 
 /// Names the recordings of a session before their stages.

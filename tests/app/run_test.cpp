@@ -1,6 +1,7 @@
 // `trundle run` is the single commands in turn: the same bytes, and a word on every stage.
 #include <fstream>
 #include <map>
+#include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -43,11 +44,11 @@ class RunCommand : public testing::Test {
 
 /// What the folder of a run must hold, file by file.
 constexpr std::array kFiles = {
-    "info.json",           "calibrated.toml",      "calibration.json",  "nominal.csv",
-    "nominal.json",        "odometry.csv",         "odometry.json",     "slip.csv",
-    "slip.json",           "trajectory.csv",       "localization.csv",  "localization.json",
-    "slam/trajectory.csv", "slam/path.csv",        "slam/slam.json",    "slam/landmarks.csv",
-    "slam/steps.csv",      "slam/innovations.csv", "slam/particles.csv"};
+    "info.json",           "calibrated.toml",      "calibration.json",   "nominal.csv",
+    "nominal.json",        "odometry.csv",         "odometry.json",      "slip.csv",
+    "slip.json",           "trajectory.csv",       "localization.csv",   "localization.json",
+    "slam/trajectory.csv", "slam/path.csv",        "slam/slam.json",     "slam/landmarks.csv",
+    "slam/steps.csv",      "slam/innovations.csv", "slam/particles.csv", "slam/online.csv"};
 
 TEST_F(RunCommand, GivesTheBytesOfTheSingleCommandsInTurn) {
   const std::string tour = (kDemo / "session_01/tour").string();
@@ -77,7 +78,7 @@ TEST_F(RunCommand, GivesTheBytesOfTheSingleCommandsInTurn) {
                {"localize", tour, "--robot", "d/calibrated.toml", "--map", tour + "/landmarks.csv",
                 "--correct-slip", "--learn", clean, "-o", "d/localization.csv"});
   printed_into("d/slam/slam.json", {"slam", tour, "--robot", "d/calibrated.toml", "--correct-slip", "--learn",
-                                    clean, "-o", "d/slam"});
+                                    clean, "--smooth", "-o", "d/slam"});
   for (const char* file : kFiles) EXPECT_EQ(read(std::string("d/") + file), in_one_go[file]) << file;
 
   for (const Json& trajectory : evaluation.at("trajectories"))
@@ -119,6 +120,55 @@ TEST_F(RunCommand, LocalizesOnTheMapThatItIsGiven) {
             0);
   EXPECT_EQ(stage("d", "localization").at("status"), "failed");
   EXPECT_EQ(run({"run", "seen", "--robot", "sighted.toml", "--map", "nowhere.csv", "-o", "d"}).exit_code, 3);
+}
+
+TEST_F(RunCommand, TellsTheFiltersEstimateAndTheSmoothedOne) {
+  ASSERT_EQ(run({"run", "seen", "--robot", "sighted.toml", "-o", "d"}).exit_code, 0);
+  EXPECT_THAT(stage("d", "slam").at("message").get<std::string>(), HasSubstr("smoothed"));
+  EXPECT_EQ(json("d/slam/slam.json").at("trajectory"), "smoothed");
+  std::map<std::string, std::string> files;
+  const Json told = json("d/run.json");
+  for (const Json& trajectory : told.at("trajectories")) files[trajectory.at("name")] = trajectory.at("file");
+  EXPECT_EQ(files["slam online"], "slam/online.csv");
+  EXPECT_EQ(files["slam path"], "slam/path.csv");
+  EXPECT_EQ(files["slam"], "slam/trajectory.csv");
+  EXPECT_NE(read("d/slam/online.csv"), read("d/slam/trajectory.csv"));
+}
+
+/// The sightings of a recording without the names.
+std::string nameless(const std::string& sightings) {
+  std::istringstream lines(sightings);
+  std::string line, text;
+  for (bool head = true; std::getline(lines, line); head = false) {
+    const auto first = line.find(','), second = line.find(',', first + 1);
+    text += (head ? line : line.substr(0, first + 1) + line.substr(second)) + "\n";
+  }
+  return text;
+}
+
+TEST_F(RunCommand, FindsOutWhichLandmarkIsWhichWhereNamesAreMissing) {
+  const std::filesystem::path tour = kDemo / "session_01/tour";
+  for (const char* file : {"wheels.csv", "gyro.csv"})
+    keep(std::string("nameless/") + file, read_file(tour / file));
+  keep("nameless/sightings.csv", nameless(read_file(tour / "sightings.csv")));
+  const std::string robot = (kDemo / "robot.toml").string();
+  ASSERT_EQ(run({"run", "nameless", "--robot", robot, "-o", "d"}).exit_code, 0);
+  ASSERT_EQ(stage("d", "slam").at("status"), "done") << stage("d", "slam").at("message");
+  EXPECT_THAT(stage("d", "slam").at("message").get<std::string>(), HasSubstr("smoothed"));
+  const std::string in_one_go = read("d/slam/trajectory.csv");
+  ASSERT_EQ(run({"slam", "nameless", "--robot", "d/calibrated.toml", "--correct-slip", "--unknown-ids",
+                 "--smooth", "-o", "d/slam"})
+                .exit_code,
+            0);
+  EXPECT_EQ(read("d/slam/trajectory.csv"), in_one_go);
+}
+
+/// One sighting of a landmark that may be any leaves too much open.
+TEST_F(RunCommand, WhatCannotBeSmoothedIsFilteredAllTheSame) {
+  ASSERT_EQ(run({"run", "unnamed", "--robot", "sighted.toml", "-o", "d"}).exit_code, 0);
+  ASSERT_EQ(stage("d", "slam").at("status"), "done") << stage("d", "slam").at("message");
+  EXPECT_EQ(json("d/slam/slam.json").at("trajectory"), "online estimate");
+  EXPECT_FALSE(exists("d/slam/online.csv"));
 }
 
 TEST_F(RunCommand, OdometrySaysWhichSizesNoCalibrationMeasured) {

@@ -237,6 +237,24 @@ describe('the report page', { concurrency: 3 }, () => {
     assert.deepEqual(cut, []);
   });
 
+  look('one run alone: no section that needs several', 'alone', {}, async (page) => {
+    const titles = await page.locator('section h3').allInnerTexts();
+    assert.ok(titles.includes('Parameters'));
+    for (const title of ['Residual of each training run', 'Do the runs suffice?']) assert.ok(!titles.includes(title), title);
+  });
+
+  look('one clock, that of the files, and it is named', 'demo', {}, async (page) => {
+    assert.match(await page.locator('.first-screen').innerText(), /Times are the recording’s own stamps/);
+    const slips = await page.evaluate(() => JSON.parse(document.getElementById('data').textContent).results[0].slip.events.map((event) => event.start_s));
+    const starts = await section(page, 'Slip over time').locator('tbody tr td:first-child').allInnerTexts();
+    assert.deepEqual(starts, slips.map((start) => `${start.toFixed(2)} s`));
+  });
+
+  look('what covariances are judged by is said', 'demo', {}, async (page) => {
+    assert.match(await section(page, 'Trajectories against the reference').innerText(), /count the noise that recording\.toml states of the reference: 1\.?0* mm/);
+    assert.match(await section(page, 'Is the stated uncertainty honest? (NEES)').innerText(), /judged from where it moves/);
+  });
+
   look('several results lie over each other', 'two', {}, async (page) => {
     assert.match(await page.locator('h1').innerText(), /side by side/);
     const still = page.locator('canvas.still').first();
@@ -244,5 +262,7 @@ describe('the report page', { concurrency: 3 }, () => {
     assert.match(await section(page, 'Filter against filter').locator('tbody').innerText(), /fastslam2, 100 particles, seed 1[\s\S]*ekf/);
     const rows = section(page, 'Trajectories against the reference').first().locator('tbody tr');
     assert.ok(await rows.count() >= 6);
+    const names = await rows.locator('td:first-child').allInnerTexts();
+    assert.ok(names.every((name) => /^(demo|other): /.test(name)), names.join('; '));
   });
 });

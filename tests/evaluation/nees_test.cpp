@@ -1,4 +1,5 @@
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
@@ -131,10 +132,97 @@ TEST(StartAlignment, HonestOdometryIsHonestOverManyRuns) {
     }
     const auto nees = evaluate(estimate, reference).nees;
     ASSERT_EQ(nees->poses, 1u);
-    ASSERT_EQ(nees->without_covariance, 1u);  // the first pose is exact by definition
+    ASSERT_EQ(nees->before_motion, 1u);  // the first pose is exact by definition
     last += nees->mean / kRuns;
   }
   EXPECT_NEAR(last, 3.0, 4.0 * std::sqrt(6.0 / kRuns));
+}
+
+/// Odometry along a bend with errors of its own, and a reference that trembles by what it states.
+struct Trembling {
+  Trajectory reference;
+  Trajectory estimate;
+
+  Trembling(const ReferenceSigmas& noise, double step_sigma, std::uint64_t seed) {
+    Random random(29, seed);
+    Pose2 truth{1.0, 2.0, 0.4}, odometry;
+    Matrix3 covariance = Matrix3::Zero();
+    for (int k = 0; k < 60; ++k) {
+      const Pose2 measured{truth.x + random.normal(noise.position_sigma_m),
+                           truth.y + random.normal(noise.position_sigma_m),
+                           wrap_angle(truth.heading + random.normal(noise.heading_sigma_rad))};
+      reference.poses.push_back({0.1 * k, measured});
+      estimate.poses.push_back({0.1 * k, odometry});
+      estimate.covariances.push_back(world_covariance({odometry, covariance}));
+      const Pose2 step = exp(Twist2{0.1, 0.0, 0.05});
+      const Vector3 e = step_sigma * Vector3(random.normal(), random.normal(), random.normal());
+      truth = truth * step;
+      odometry = odometry * (step * exp(Twist2{e.x(), e.y(), e.z()}));
+      const Matrix3 Ad = adjoint(step.inverse());
+      covariance = Ad * covariance * Ad.transpose() + step_sigma * step_sigma * Matrix3::Identity();
+    }
+  }
+};
+
+/// Mean NEES of the last pose, and how many of its poses lie inside 95 %, over many runs.
+std::pair<double, double> mean_over_runs(const ReferenceSigmas& noise, const EvaluateOptions& options,
+                                         int runs) {
+  double nees = 0.0, inside = 0.0;
+  for (int run = 0; run < runs; ++run) {
+    const Trembling drive(noise, 1e-3, static_cast<std::uint64_t>(run));
+    const auto found = evaluate(drive.estimate, drive.reference, options).nees;
+    nees += found->mean / runs;
+    inside += found->share_inside_95 / runs;
+  }
+  return {nees, inside};
+}
+
+TEST(ReferenceNoise, AReferenceThatTremblesIsNoErrorOfTheEstimate) {
+  const ReferenceSigmas noise{.position_sigma_m = 0.004, .heading_sigma_rad = 0.006};
+  constexpr int kRuns = 400;
+  const EvaluateOptions told{.alignment = Alignment::start, .reference_noise = noise};
+  const auto [nees, inside] = mean_over_runs(noise, told, kRuns);
+  // The mean over a run scatters at most as one pose's NEES does: by sqrt(6).
+  EXPECT_NEAR(nees, 3.0, 4.0 * std::sqrt(6.0 / kRuns));
+  EXPECT_NEAR(inside, 0.95, 4.0 * std::sqrt(0.95 * 0.05 / kRuns));
+  const auto [as_exact, inside_as_exact] = mean_over_runs(noise, {.alignment = Alignment::start}, kRuns);
+  EXPECT_GT(as_exact, 6.0);
+  EXPECT_LT(inside_as_exact, 0.8);
+}
+
+TEST(ReferenceNoise, InOneFrameItCountsAtEachStampAlone) {
+  constexpr int n = 20000;
+  Independent run(example_covariance(), example_covariance(), n);
+  Random random(31);
+  const ReferenceSigmas noise{.position_sigma_m = 0.3, .heading_sigma_rad = 0.1};
+  for (StampedPose& p : run.reference.poses) {
+    p.pose.x += random.normal(noise.position_sigma_m);
+    p.pose.y += random.normal(noise.position_sigma_m);
+    p.pose.heading = wrap_angle(p.pose.heading + random.normal(noise.heading_sigma_rad));
+  }
+  const Evaluation told =
+      evaluate(run.estimate, run.reference, {.alignment = Alignment::none, .reference_noise = noise});
+  EXPECT_NEAR(told.nees->mean, 3.0, 4.0 * std::sqrt(6.0 / n));
+  EXPECT_NEAR(told.nees->share_inside_95, 0.95, 4.0 * std::sqrt(0.95 * 0.05 / n));
+  EXPECT_TRUE(told.reference_noise.stated());
+  EXPECT_FALSE(evaluate(run.estimate, run.reference).reference_noise.stated());
+}
+
+TEST(Nees, OfOdometryBeginsWhereItMoves) {
+  Trajectory reference, estimate;
+  for (int k = 0; k < 100; ++k) {
+    const double x = 0.02 * std::max(0, k - 50);  // stands for five seconds
+    reference.poses.push_back({0.1 * k, {x + (k % 2) * 1e-3, 0.0, 0.0}});
+    estimate.poses.push_back({0.1 * k, {x, 0.0, 0.0}});
+    const double sigma = 1e-6 + 2e-3 * std::sqrt(x);
+    estimate.covariances.push_back(sigma * sigma * Matrix3::Identity());
+  }
+  const auto nees = evaluate(estimate, reference, {.alignment = Alignment::start}).nees;
+  EXPECT_EQ(nees->before_motion, 51);
+  EXPECT_EQ(nees->poses, 49);
+  EXPECT_LT(nees->mean, 10.0);  // a thousandth of what the standing poses would make of it
+  const auto in_one_frame = evaluate(estimate, reference, {.alignment = Alignment::none}).nees;
+  EXPECT_EQ(in_one_frame->before_motion, 0);
 }
 
 }  // namespace

@@ -11,10 +11,12 @@ namespace {
 
 using testing::AllOf;
 using testing::Contains;
+using testing::ElementsAre;
 using testing::Field;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
+using testing::SizeIs;
 
 Robot robot_with_gyro(double time_offset_s) {
   return test::with_gyro(test::two_wheels(), {.noise_rad_s_sqrt_hz = 3e-4, .time_offset_s = time_offset_s});
@@ -75,6 +77,82 @@ TEST(Findings, without_a_robot_nothing_is_compared) {
   EXPECT_FALSE(findings.abilities);
   EXPECT_FALSE(findings.compares_clocks);
   EXPECT_THAT(findings.streams, Contains(Field(&StreamSummary::stream, "gyro")));
+}
+
+auto a(const char* kind, const char* message) {
+  return AllOf(Field(&Problem::kind, kind), Field(&Problem::message, HasSubstr(message)));
+}
+
+Recording tour_with_reference(const Robot& truth) {
+  Scenario scenario;
+  scenario.nominal = scenario.truth = truth;
+  Random random(1, 99);
+  scenario.path = random_tour({.length_m = 15.0}, {}, random);
+  scenario.steering = Steering::truth;
+  scenario.reference.rate_hz = 10.0;
+  scenario.seed = 1;
+  return simulate(scenario).recording;
+}
+
+TEST(Findings, a_gyro_in_degrees_is_one_fault_even_beyond_its_limit) {
+  Robot robot = robot_with_gyro(0.0);
+  robot.chassis.gyro->max_rate_rad_s = 8.7;
+  Recording recording = tour(robot_with_gyro(0.0));
+  for (double& rate : recording.gyro.yaw_rate_rad_s) rate *= 180.0 / kPi;
+  EXPECT_THAT(find_in(recording, &robot).problems, ElementsAre(a("gyro unit", "write unit = \"deg/s\"")));
+  for (double& rate : recording.gyro.yaw_rate_rad_s) rate *= kPi / 180.0 * kPi / 180.0;
+  EXPECT_THAT(find_in(recording, &robot).problems, ElementsAre(a("gyro unit", "leave out unit")));
+}
+
+TEST(Findings, a_reference_in_degrees_is_named) {
+  const Robot robot = test::two_wheels();
+  Recording recording = tour_with_reference(robot);
+  EXPECT_THAT(find_in(recording, &robot).problems, IsEmpty());
+  for (double& heading : recording.reference.heading_rad) heading *= 180.0 / kPi;
+  EXPECT_THAT(find_in(recording, &robot).problems, ElementsAre(a("reference unit", "write unit = \"deg\"")));
+  for (double& heading : recording.reference.heading_rad) heading *= kPi / 180.0 * kPi / 180.0;
+  EXPECT_THAT(find_in(recording, &robot).problems, ElementsAre(a("reference unit", "leave out unit")));
+}
+
+TEST(Findings, wheels_that_are_far_off_by_the_reference_are_named) {
+  const Recording recording = tour_with_reference(test::two_wheels());
+  Robot robot = test::two_wheels();
+  for (Wheel& wheel : robot.chassis.wheel_storage) wheel.ticks_per_revolution *= 4.0;
+  EXPECT_THAT(find_in(recording, &robot).problems, Contains(a("scale", "times as far as the wheels")));
+}
+
+TEST(Findings, streams_that_never_ran_together_are_named) {
+  Recording recording = tour(robot_with_gyro(0.0));
+  for (double& time : recording.gyro.time_s) time += 1.7e9;
+  const Robot robot = robot_with_gyro(0.0);
+  EXPECT_THAT(find_in(recording, &robot).problems, ElementsAre(a("clocks", "never at the same time")));
+}
+
+TEST(Findings, a_column_of_no_wheel_is_named_where_recording_toml_asks_for_it) {
+  const Robot robot = test::two_wheels();
+  Recording recording = tour(robot_with_gyro(0.0));
+  recording.wheels.series.push_back(recording.wheels.series.front());
+  recording.wheels.series.back().wheel = "rigth";
+  EXPECT_THAT(find_in(recording, &robot).problems, IsEmpty());
+  recording.inputs.push_back({"tour/recording.toml", ""});
+  EXPECT_THAT(find_in(recording, &robot).problems, ElementsAre(a("unknown wheel", "is 'right' meant?")));
+}
+
+TEST(Findings, many_faults_of_a_kind_are_one_line) {
+  Recording recording = tour(robot_with_gyro(0.0));
+  const Problem one{Severity::warning, "gap", "a.csv:3", 2, "2 gaps"};
+  recording.problems = {one, one};
+  EXPECT_THAT(find_in(recording).problems, ElementsAre(a("gap", "2 gaps")));
+  for (int i = 0; i < 6; ++i)
+    recording.problems.push_back({Severity::warning, "gap", "a.csv:" + std::to_string(10 + i), 1, "a gap"});
+  const std::vector<Problem> folded = find_in(recording).problems;
+  ASSERT_THAT(folded, ElementsAre(a("gap", "7 such places, the first: 2 gaps")));
+  EXPECT_EQ(folded.front().count, 8);
+  EXPECT_EQ(folded.front().place, "a.csv:3");
+  recording.problems = {one,
+                        {Severity::warning, "gap", "b.csv:3", 1, "a gap"},
+                        {Severity::warning, "gap", "c.csv", 1, "a gap"}};
+  EXPECT_THAT(find_in(recording).problems, SizeIs(3)) << "of several files";
 }
 
 }  // namespace

@@ -13,6 +13,11 @@ Visibility camera() {
   return view;
 }
 
+/// At a landmark 4 m ahead.
+Existence::Look look_from(double x, bool seen) {
+  return {.from = {x, 0.0}, .range_m = 4.0, .bearing_rad = 0.0, .seen = seen};
+}
+
 TEST(Visibility, IsWhatHasBeenSeenWithAMargin) {
   const Visibility view = camera();
   EXPECT_TRUE(view.covers(5.0, 0.0));
@@ -38,7 +43,7 @@ TEST(Existence, AVanishedLandmarkIsRemovedAndAnOccludedOneIsNot) {
   double x = 0.0;
   const auto look = [&](bool seen) {
     x += 0.5;
-    return landmark.look({x, 0.0}, seen, view);
+    return landmark.look(look_from(x, seen), view);
   };
   for (int k = 0; k < 20; ++k) ASSERT_TRUE(look(true));
   EXPECT_TRUE(look(false));
@@ -52,12 +57,37 @@ TEST(Existence, AVanishedLandmarkIsRemovedAndAnOccludedOneIsNot) {
 TEST(Existence, ASpuriousOneGoesSoonerThanAnOldOne) {
   Visibility view = camera();
   Existence old, spurious;
-  for (int k = 0; k < 20; ++k) old.look({0.5 * k, 0.0}, true, view);
+  for (int k = 1; k <= 20; ++k) old.look(look_from(0.5 * k, true), view);
+  const auto looks_until_gone = [&](Existence& landmark) {
+    for (int looks = 1;; ++looks)
+      if (!landmark.look(look_from(20.0 + looks, false), view)) return looks;
+  };
+  const int of_spurious = looks_until_gone(spurious);
+  EXPECT_LE(of_spurious, 3);
+  EXPECT_LT(of_spurious, looks_until_gone(old));
+}
+
+TEST(Existence, OneIsToldOnceItIsSurelyThere) {
+  Visibility view = camera();
+  Existence landmark;
+  EXPECT_FALSE(landmark.is_confirmed(view));
+  for (int k = 0; k < 10; ++k) landmark.look(look_from(0.0, true), view);  // standing still
+  EXPECT_FALSE(landmark.is_confirmed(view));
   int looks = 0;
-  while (spurious.look({}, false, view)) ++looks;
+  while (!landmark.is_confirmed(view)) landmark.look(look_from(++looks, true), view);
+  EXPECT_GE(looks, 2);
   EXPECT_LE(looks, 3);
-  while (old.look({}, false, view)) --looks;
-  EXPECT_LT(looks, 0);
+}
+
+TEST(Existence, WhereMostNewOnesTurnOutToBeNoneOneIsToldLater) {
+  Visibility view = camera();
+  Existence landmark;
+  for (int k = 1; k <= 2; ++k) landmark.look(look_from(k, true), view);
+  ASSERT_TRUE(landmark.is_confirmed(view));
+  for (int k = 0; k < 40; ++k) view.resolve(false);
+  EXPECT_FALSE(landmark.is_confirmed(view));
+  for (int k = 0; k < 5; ++k) landmark.look(look_from(3.0 + k, true), view);
+  EXPECT_TRUE(landmark.is_confirmed(view));
 }
 
 TEST(Existence, StandingStillIsOneLook) {
@@ -70,12 +100,22 @@ TEST(Existence, ASensorThatMissesMostSaysLittleByIt) {
   Visibility poor = camera();
   Visibility good = camera();
   for (int k = 0; k < 100; ++k) {
-    poor.count(k % 5 == 0);
-    good.count(true);
+    poor.count(4.0, k % 5 == 0);
+    good.count(4.0, true);
   }
-  EXPECT_GT(poor.for_missed(), 0.3 * good.for_missed());
-  EXPECT_LT(poor.for_missed(), 0.0);
-  EXPECT_GT(poor.for_seen(), 0.0);
+  EXPECT_GT(poor.for_missed(4.0), 0.3 * good.for_missed(4.0));
+  EXPECT_LT(poor.for_missed(4.0), 0.0);
+  EXPECT_GT(poor.for_seen(4.0), 0.0);
+}
+
+TEST(Existence, FarLandmarksMayBeMissed) {
+  Visibility view = camera();
+  for (int k = 0; k < 100; ++k) {
+    view.count(1.0, true);
+    view.count(6.0, k % 10 == 0);
+  }
+  EXPECT_LT(view.for_missed(1.0), -1.0);
+  EXPECT_GT(view.for_missed(6.0), -0.1);
 }
 
 }  // namespace

@@ -9,6 +9,8 @@ struct FieldOptions {
   double side_m = 30.0;
   double outlier_share = 0.02;  ///< sightings that show nothing of the map
   int seen_at_once = 3;         ///< at most
+  bool symmetric = false;       ///< each landmark has a twin beyond the middle
+  int without_twin = 0;         ///< so many more, that have none
   std::uint64_t seed = 1;
 };
 
@@ -18,8 +20,12 @@ class Field {
  public:
   explicit Field(const FieldOptions& options) : options_(options), random_(options.seed, 5) {
     std::vector<KnownLandmark> landmarks;
-    for (int i = 0; i < options.landmarks; ++i)
-      landmarks.push_back({{random_.uniform(0.0, options.side_m), random_.uniform(0.0, options.side_m)}});
+    for (int i = 0; i < options.landmarks + options.without_twin; ++i) {
+      const Vector2 place(random_.uniform(0.0, options.side_m), random_.uniform(0.0, options.side_m));
+      landmarks.push_back({place});
+      if (options.symmetric && i < options.landmarks)
+        landmarks.push_back({Vector2(options.side_m, options.side_m) - place});
+    }
     map_.emplace(std::move(landmarks), 2.0 * sensor_.max_range_m);
     carry_away();
   }
@@ -27,6 +33,11 @@ class Field {
   const KnownMap& map() const { return *map_; }
   const LandmarkSensor& sensor() const { return sensor_; }
   const Pose2& truth() const { return truth_; }
+
+  /// Where the robot would be if the map were turned half around.
+  Pose2 opposite() const {
+    return {options_.side_m - truth_.x, options_.side_m - truth_.y, wrap_angle(truth_.heading + kPi)};
+  }
 
   /// Somewhere else, unnoticed by the odometry.
   void carry_away() {

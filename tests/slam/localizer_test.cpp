@@ -87,6 +87,105 @@ INSTANTIATE_TEST_SUITE_P(, FromNowhere,
                                          Case{LocalizerFilter::particles, false}),
                          name_of_case);
 
+class EitherLocalizer : public testing::TestWithParam<LocalizerFilter> {};
+
+// Turned half around, the map is the same: nothing that is ever seen without names can tell.
+TEST_P(EitherLocalizer, ClaimsNoPoseOnASymmetricMap) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    test::Field field({.landmarks = 15, .symmetric = true, .seed = seed});
+    Localizer localizer(field.map(), field.sensor(), {.filter = GetParam()});
+    std::size_t in_question = 0;
+    for (int k = 0; k < 1500; ++k) {
+      const SlamStep step = field.step(false);
+      in_question = localizer.step(step.motion, step.observations).hypotheses;
+      ASSERT_FALSE(localizer.estimate()) << "seed " << seed << ", step " << k;
+    }
+    EXPECT_GE(in_question, 2U);
+  }
+}
+
+TEST_P(EitherLocalizer, TellsByNamesWhatLooksAlike) {
+  test::Field field({.landmarks = 15, .symmetric = true, .seed = 1});
+  Localizer localizer(field.map(), field.sensor(), {.filter = GetParam()});
+  for (int k = 0; k < 300; ++k) {
+    const SlamStep step = field.step(true);
+    localizer.step(step.motion, step.observations);
+  }
+  EXPECT_TRUE(test::is_right(localizer.estimate(), field.truth()));
+}
+
+// A robot that was told the wrong one of two places that look almost alike.
+TEST_P(EitherLocalizer, GivesUpAPoseWhenAnotherExplainsMore) {
+  int right = 0;
+  const int seeds = test::trials(10, 3);
+  for (int seed = 1; seed <= seeds; ++seed) {
+    test::Field field(
+        {.landmarks = 15, .symmetric = true, .without_twin = 8, .seed = static_cast<std::uint64_t>(seed)});
+    PoseEstimate start;
+    start.pose = field.opposite();
+    Localizer localizer(field.map(), field.sensor(), {.filter = GetParam(), .start = start});
+    for (int k = 0; k < 1500; ++k) {
+      const SlamStep step = field.step(false);
+      localizer.step(step.motion, step.observations);
+    }
+    right += test::is_right(localizer.estimate(), field.truth()) ? 1 : 0;
+  }
+  EXPECT_GE(right, seeds - 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(, EitherLocalizer, testing::Values(LocalizerFilter::ekf, LocalizerFilter::particles),
+                         [](const auto& test) { return std::string(name_of(test.param)); });
+
+/// What a robot at the origin that looks along x reads of a point.
+Observation sighting_of(const LandmarkSensor& sensor, const Vector2& point) {
+  const ExpectedReading reading = expected_reading({}, sensor.body_from_sensor, point);
+  return {kUnknownLandmark, reading.range_m, reading.bearing_rad};
+}
+
+// Three posts 4 m, 3.4 m and 5 m apart, seen by a robot that stands: are the two that it sees 3.8 m apart the
+// first pair, turned one way or the other, or the second? The thousandth look has the error of the first.
+TEST(Localizer, StandingAndLookingAgainDoesNotTellWhichLandmarkItIs) {
+  const LandmarkSensor sensor{{}, 0.1, radians(1.0), 8.0, 0.0};
+  const KnownMap map({{{0.0, 0.0}}, {{4.0, 0.0}}, {{4.0, 3.4}}}, 16.0);
+  const std::vector<Observation> seen = {sighting_of(sensor, {3.0, -1.9}), sighting_of(sensor, {3.0, 1.9})};
+  Localizer localizer(map, sensor, {});
+  const std::size_t at_first = localizer.step({}, seen).hypotheses;
+  EXPECT_GE(at_first, 2U);
+  for (int k = 0; k < 1000; ++k) {
+    EXPECT_EQ(localizer.step({}, seen).hypotheses, at_first);
+    ASSERT_FALSE(localizer.estimate()) << k;
+  }
+}
+
+TEST(Constellation, ALookFromTheSamePlaceIsNoNewsAndMakesNoPointSurer) {
+  const LandmarkSensor sensor{{}, 0.1, radians(1.0), 8.0, 0.0};
+  Constellation seen(sensor);
+  const std::vector<Observation> one = {sighting_of(sensor, {5.0, 1.0})};
+  seen.step({}, one);
+  EXPECT_EQ(seen.news()[0], 1.0);
+  const Matrix2 of_one_look = seen.points()[0].covariance;
+  for (int k = 0; k < 1000; ++k) seen.step({}, one);
+  EXPECT_EQ(seen.news()[0], 0.0);
+  ASSERT_EQ(seen.points().size(), 1U);
+  EXPECT_NEAR((seen.points()[0].covariance - of_one_look).norm(), 0.0, 1e-9);
+  // A tenth of the distance further two independent errors are averaged.
+  const Twist2 aside{0.0, 0.6, 0.0};
+  seen.step(motion_of(aside, Matrix3::Zero()), std::vector<Observation>{sighting_of(sensor, {5.0, 0.4})});
+  EXPECT_EQ(seen.news()[0], 1.0);
+  EXPECT_LT(seen.points()[0].covariance.trace(), 0.6 * of_one_look.trace());
+}
+
+// Neighbours that the sensor hardly tells apart are wrong together.
+TEST(Constellation, NeighboursAreOneWitness) {
+  const LandmarkSensor sensor{{}, 0.5, radians(2.5), 8.0, 0.0};
+  Constellation seen(sensor);
+  seen.step({}, std::vector<Observation>{sighting_of(sensor, {5.0, 1.0}), sighting_of(sensor, {5.2, 1.1}),
+                                         sighting_of(sensor, {1.0, 4.0})});
+  EXPECT_EQ(seen.news()[0], 1.0);
+  EXPECT_EQ(seen.news()[1], 0.0);
+  EXPECT_EQ(seen.news()[2], 1.0);
+}
+
 // Ten hours: bench/localization_bench.cpp.
 TEST(Localizer, RaisesNoFalseAlarmInAnHour) {
   for (const bool named : {true, false}) {

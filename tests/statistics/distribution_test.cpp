@@ -36,6 +36,9 @@ TEST(Distribution, PrintedQuantiles) {
   EXPECT_NEAR(normal_limit(1e-6), 4.891638, 5e-7);
   EXPECT_NEAR(student_t_limit(0.05, 10.0), 2.228139, 5e-7);
   EXPECT_NEAR(student_t_limit(0.01, 30.0), 2.749996, 5e-7);
+  EXPECT_NEAR(chi_squared_limit(0.05, 2.0), kChiSquared2At95, 1e-9);
+  EXPECT_NEAR(chi_squared_limit(0.05, 3.0), kChiSquared3At95, 1e-9);
+  EXPECT_NEAR(normal_limit(0.05), kNormalAt95, 1e-9);
   EXPECT_NEAR(chi_squared_limit(0.01, 3.0), 11.344867, 5e-7);
   EXPECT_NEAR(chi_squared_limit(0.001, 10.0), 29.588298, 5e-7);
   EXPECT_NEAR(f_limit(0.05, 3.0, 20.0), 3.098391, 5e-7);

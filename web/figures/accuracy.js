@@ -13,6 +13,13 @@ function row(error, result, several) {
     isNumber(summary.share_inside_95) ? percent(summary.share_inside_95) : unknown, text.compareTable.alignments[alignment.kind]] };
 }
 
+// What the reference is taken for where covariances are judged.
+function ofReference(results) {
+  const judged = results.flatMap(({ errors }) => errors).map(({ summary }) => summary).filter(({ nees_mean: mean }) => isNumber(mean));
+  const words = judged.map(({ reference_noise: noise }) => (noise ? text.compareTable.noise(length(noise.position_sigma_m), inUnit(noise.heading_sigma_rad, display('rad'))) : text.compareTable.exact));
+  return [...new Set(words)].map((sentence) => html('p', { class: 'note' }, sentence));
+}
+
 export function accuracy(results) {
   const several = results.length > 1;
   const words = text.compareTable;
@@ -21,5 +28,5 @@ export function accuracy(results) {
   if (rows.length === 0 && left.length === 0) return null;
   const { track, rms, max, final, heading, nees, inside, aligned } = words.columns;
   const columns = [{ head: track, class: 'first' }, ...[rms, max, final, heading, nees, inside].map((head) => ({ head, class: 'number' })), { head: aligned }];
-  return section(words, rows.length > 0 ? scrolling(table(columns, rows, { class: 'cards' }), words.title) : null, left);
+  return section(words, rows.length > 0 ? scrolling(table(columns, rows, { class: 'cards' }), words.title) : null, ofReference(results), left);
 }

@@ -49,10 +49,10 @@ const sentences = {
   wheel_ratio: (item) => text.attention.wheel_ratio(item.second, item.first, item.value >= 0, percent(Math.abs(item.value)), percent(item.sigma, 1), significant(Math.abs(item.sigmas_from_nominal), 2)),
   parameter: (item) => text.attention.parameter(sentence(text.parameter(item.name)), withSigma(item.value, item.sigma, display(item.unit)), inUnit(item.nominal, display(item.unit), 5), significant(Math.abs(item.sigmas_from_nominal), 2)),
   slip: (item) => text.attention.slip(item.count, length(item.excess_m), item.worst_share > 0.5 ? item.worst_wheel : null),
-  overconfident: (item) => text.attention.overconfident(text.roles[item.role] ?? item.name, percent(item.share_inside_95)),
+  overconfident: (item) => text.attention.overconfident(text.roles[item.role] ?? item.name, percent(item.share_inside_95), item.reference_is_exact),
   nis: (item) => text.attention.nis(significant(item.mean, 3), significant(item.expected, 2)),
   stage: (item) => text.attention.stage(item.name, item.words),
-  problem: (item) => text.attention.problem(item.words),
+  problem: (item) => text.attention.problem(shortened(item.place ?? '', 60), item.words),
   cannot_tell: (item) => text.attention.cannot_tell(item.words),
   warning: (item) => text.attention.warning(item.words),
 };
@@ -74,6 +74,11 @@ function stages(list) {
   return html('details', { class: 'asked' }, html('summary', {}, html('span', {}, text.asked.stages), list.map(line)), html('ul', { class: 'stages' }, list.map(entry)));
 }
 
+// Which clock all plots and tables go by.
+function clock({ origin_s: origin, span_s: span }) {
+  return span ? html('p', { class: 'note' }, text.asked.clock(origin)) : null;
+}
+
 function asked(run) {
   if (!run) return null;
   const { recording, robot, held_out: heldOut } = run;
@@ -82,6 +87,6 @@ function asked(run) {
 }
 
 export function firstScreen(result) {
-  return html('div', { class: 'first-screen' }, asked(result.run), stages(result.stages),
+  return html('div', { class: 'first-screen' }, asked(result.run), clock(result), stages(result.stages),
     html('div', { class: 'tiles' }, result.answers.map((answer) => tiles[answer.kind]?.(answer)).filter(Boolean)), attention(result.attention));
 }

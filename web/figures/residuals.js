@@ -24,7 +24,7 @@ function row(run, axis) {
 
 export function residuals(calibration) {
   const runs = calibration.runs.filter((run) => !run.hold_out);
-  if (runs.length === 0) return null;
+  if (runs.length < 2) return null; // of a single run the noise is measured on itself: it always agrees
   const axis = decades(runs.map((run) => run.chi2_per_dof), 0.1, 10);
   const columns = [{ head: text.residuals.run, class: 'first' }, { head: text.residuals.session }, { head: decadeAxis(axis), class: 'picture', label: '' }, { head: text.residuals.chi2, class: 'number' },
     { head: text.residuals.weight, class: 'weights' }, { head: text.residuals.remark, class: 'remarks' }];

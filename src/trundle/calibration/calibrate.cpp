@@ -70,14 +70,9 @@ std::vector<Run> prepare_runs(std::span<const Recording> recordings, const Robot
 /// The fit finds the minimum next to where it starts: wheels that are far off by the references start right.
 /// Returns what is wrong, in words.
 std::string set_scale(std::span<const Run> runs, Robot& robot) {
-  constexpr double kFarOff = 1.2;
-  const auto scale = rough_scale(runs, robot);
-  if (!scale || *scale == 0.0 || (*scale<kFarOff&& * scale> 1.0 / kFarOff)) return {};
-  scale_wheels(*scale, robot);
-  return fmt::format(
-      "the reference moves {:.3g} times as far as the wheels with the robot file as given: check "
-      "ticks_per_revolution, gears and diameters",
-      *scale);
+  const std::string fault = scale_fault(runs, robot);
+  if (!fault.empty()) scale_wheels(*rough_scale(runs, robot), robot);
+  return fault;
 }
 
 }  // namespace

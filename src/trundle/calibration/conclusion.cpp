@@ -138,12 +138,21 @@ void add_session_words(const SessionSpread& spread, CalibrationResult& result) {
                     spread.hits, spread.trials));
 }
 
+/// The value to the second digit of its sigma: "0.083822 ± 9.6e-06".
+std::string with_sigma(double value, double sigma) {
+  if (!(sigma > 0.0) || value == 0.0) return fmt::format("{:.6g} ± {:.2g}", value, sigma);
+  const double digits = std::floor(std::log10(std::abs(value))) - std::floor(std::log10(sigma)) + 2.0;
+  return fmt::format("{:.{}g} ± {:.2g}", value, static_cast<int>(std::clamp(digits, 2.0, 9.0)), sigma);
+}
+
 std::string summary_of(const CalibrationResult& result) {
   std::vector<std::string> found;
   for (const ParameterEstimate& e : result.parameters)
     if (e.observable)
       found.push_back(
-          fmt::format("{} {:.6g} {} (was {:.6g})", e.name, e.value, e.unit == "1" ? "" : e.unit, e.nominal));
+          fmt::format("{} {}{}{} (was {:.6g})", e.name,
+                      with_sigma(e.value, std::hypot(e.sigma_within, e.sigma_between.value_or(0.0))),
+                      e.unit == "1" ? "" : " ", e.unit == "1" ? "" : e.unit, e.nominal));
   return fmt::format("{}{}", fmt::join(found, ", "),
                      result.cannot_tell.empty() ? "" : "; some parameters cannot be told from these runs");
 }
@@ -153,10 +162,18 @@ std::string summary_of(const CalibrationResult& result) {
 void require_something_estimated(const Estimate& estimate, std::span<const Parameter> parameters,
                                  const Robot& nominal) {
   if (estimate.space.basis.cols() > 0) return;
-  std::string reasons;
-  for (const HeldCombination& held : estimate.space.held)
-    reasons += (reasons.empty() ? "" : "; ") + words_for(held, parameters, nominal);
-  throw CannotAnswer("nothing can be estimated from these runs: " + reasons);
+  std::vector<HeldWords> reasons;  // each advice once
+  for (const HeldCombination& held : estimate.space.held) {
+    HeldWords reason = reason_for(held, parameters, nominal);
+    const auto same = std::ranges::find(reasons, reason.advice, &HeldWords::advice);
+    if (same == reasons.end())
+      reasons.push_back(std::move(reason));
+    else if (same->names != reason.names)
+      same->names += ", " + reason.names;
+  }
+  std::vector<std::string> words;
+  for (const auto& [names, advice] : reasons) words.push_back(names + ": " + advice);
+  throw CannotAnswer(fmt::format("nothing can be estimated from these runs: {}", fmt::join(words, "; ")));
 }
 
 CalibrationResult result_of(const Estimate& estimate, const SessionSpread& spread,

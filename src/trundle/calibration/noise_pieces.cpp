@@ -8,11 +8,10 @@
 #include <Eigen/LU>
 
 #include "trundle/odometry/odometer.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 namespace trundle {
 namespace {
-
-constexpr double kEllipse95 = 5.991465;  // χ² of two degrees of freedom
 
 /// What no motion explains in a chassis with or without its gyro, from the geometry alone.
 struct Redundancy {
@@ -173,7 +172,7 @@ double share_inside(std::span<const NoisePiece> pieces, const Robot& robot, cons
   for (const NoisePiece& piece : pieces) {
     const Miss miss = miss_of(piece, odometer, levels);
     const Vector2 e = miss.error.head<2>();
-    inside += e.dot(miss.covariance.topLeftCorner<2, 2>().inverse() * e) <= kEllipse95 ? 1 : 0;
+    inside += e.dot(miss.covariance.topLeftCorner<2, 2>().inverse() * e) <= kChiSquared2At95 ? 1 : 0;
   }
   return static_cast<double>(inside) / static_cast<double>(pieces.size());
 }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/odometry/odometer.hpp"
 
@@ -31,17 +33,44 @@ void add_stretches(const Run& run, const Robot& robot, std::vector<Stretch>& str
   }
 }
 
-}  // namespace
-
-std::optional<double> rough_scale(std::span<const Run> runs, const Robot& robot) {
+/// All stretches by their ratios.
+std::vector<Stretch> stretches_of(std::span<const Run> runs, const Robot& robot) {
   std::vector<Stretch> stretches;
   for (const Run& run : runs) add_stretches(run, robot, stretches);
   std::ranges::sort(stretches, {}, &Stretch::ratio);
+  return stretches;
+}
+
+/// The ratio that a share of the length rolled does not exceed.
+std::optional<double> quantile(const std::vector<Stretch>& stretches, double share) {
   double left_m = 0.0;
-  for (const Stretch& stretch : stretches) left_m += 0.5 * stretch.length_m;
+  for (const Stretch& stretch : stretches) left_m += share * stretch.length_m;
   for (const Stretch& stretch : stretches)
     if ((left_m -= stretch.length_m) <= 0.0) return stretch.ratio;
   return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<double> rough_scale(std::span<const Run> runs, const Robot& robot) {
+  return quantile(stretches_of(runs, robot), 0.5);
+}
+
+bool stretches_agree(std::span<const Run> runs, const Robot& robot) {
+  constexpr double kAlike = 1.3;  // of the middle half of what was rolled
+  const std::vector<Stretch> stretches = stretches_of(runs, robot);
+  const auto low = quantile(stretches, 0.25), high = quantile(stretches, 0.75);
+  return low && high && *high < kAlike * *low;
+}
+
+std::string scale_fault(std::span<const Run> runs, const Robot& robot) {
+  constexpr double kFarOff = 1.2;
+  const auto scale = rough_scale(runs, robot);
+  if (!scale || *scale == 0.0 || (*scale<kFarOff&& * scale> 1.0 / kFarOff)) return {};
+  return fmt::format(
+      "the reference moves {:.3g} times as far as the wheels with the robot file as given: check "
+      "ticks_per_revolution, gears and diameters",
+      *scale);
 }
 
 void scale_wheels(double factor, Robot& robot) {

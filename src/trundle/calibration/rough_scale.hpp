@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <span>
+#include <string>
 
 #include "trundle/calibration/run.hpp"
 
@@ -10,6 +11,12 @@ namespace trundle {
 /// How many times as far the reference moves as the wheels say: the median over all stretches between knots,
 /// each counting as its length. Nothing where no reference has positions or no wheel rolls.
 std::optional<double> rough_scale(std::span<const Run> runs, const Robot& robot);
+
+/// Whether most stretches tell about the same: where the robot hardly moves their noise tells anything.
+bool stretches_agree(std::span<const Run> runs, const Robot& robot);
+
+/// What is wrong where they differ by more than any wheel wears, in words; empty: nothing.
+std::string scale_fault(std::span<const Run> runs, const Robot& robot);
 
 /// All wheels' diameters, times the factor.
 void scale_wheels(double factor, Robot& robot);

@@ -129,15 +129,21 @@ Eigen::MatrixXd constrained_inverse(const Eigen::MatrixXd& information, const Es
   return B * (B.transpose() * information * B).ldlt().solve(B.transpose());
 }
 
-std::string words_for(const HeldCombination& held, std::span<const Parameter> parameters,
-                      const Robot& nominal) {
+HeldWords reason_for(const HeldCombination& held, std::span<const Parameter> parameters,
+                     const Robot& nominal) {
   std::vector<std::string> names;
   for (const int member : held.members)
     names.push_back(name_of(parameters[static_cast<std::size_t>(member)], nominal));
   const bool common = held.members.size() > 1;
   const ParameterKind kind = parameters[static_cast<std::size_t>(held.members.front())].kind;
-  return fmt::format("{}{}: {}; held at nominal", common ? "a common change of " : "", fmt::join(names, ", "),
-                     advice(kind, common));
+  return {fmt::format("{}{}", common ? "a common change of " : "", fmt::join(names, ", ")),
+          advice(kind, common)};
+}
+
+std::string words_for(const HeldCombination& held, std::span<const Parameter> parameters,
+                      const Robot& nominal) {
+  const HeldWords reason = reason_for(held, parameters, nominal);
+  return fmt::format("{}: {}; held at nominal", reason.names, reason.advice);
 }
 
 }  // namespace trundle

@@ -35,7 +35,14 @@ EstimableSpace estimable_space(const Eigen::MatrixXd& information, std::span<con
 /// (information)⁻¹ within the estimable space, zero outside; in the parameters' own units.
 Eigen::MatrixXd constrained_inverse(const Eigen::MatrixXd& information, const EstimableSpace& space);
 
-/// What cannot be told, in words, with what to drive.
+/// What cannot be told, and why, with what to drive.
+struct HeldWords {
+  std::string names;
+  std::string advice;
+};
+HeldWords reason_for(const HeldCombination& held, std::span<const Parameter> parameters,
+                     const Robot& nominal);
+/// The same as one sentence, with what is done.
 std::string words_for(const HeldCombination& held, std::span<const Parameter> parameters,
                       const Robot& nominal);
 

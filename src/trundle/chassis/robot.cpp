@@ -6,6 +6,7 @@
 #include "trundle/chassis/detail/robot_keys.hpp"
 #include "trundle/chassis/detail/toml_source.hpp"
 #include "trundle/io/file.hpp"
+#include "trundle/io/words.hpp"
 
 namespace trundle {
 namespace {
@@ -126,7 +127,7 @@ Robot parse_robot(std::string_view toml, std::string_view file_name) {
     const toml::table table = toml::parse(toml, file_name);
     return read({source, table, ""});
   } catch (const toml::parse_error& error) {
-    fail(source, error.source(), error.description(), "TOML");
+    fail(source, error.source(), error.description(), expected_toml(error.description()));
   }
 }
 

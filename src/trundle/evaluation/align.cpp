@@ -32,6 +32,27 @@ Pose2 align_start(const std::vector<PosePair>& pairs) {
   return first.reference * first.estimate.inverse();
 }
 
+/// Adds the reference's own noise, at each stamp; with `from_start` also that of the first stamp, on which
+/// the estimate was laid: an error (e, ε) of that pose moves the k-th by e + ε J (p_k − p_0) and turns it by
+/// ε. docs/evaluation.md (3).
+void add_reference_noise(std::vector<PosePair>& pairs, const ReferenceSigmas& noise, bool from_start) {
+  const Vector3 variances(noise.position_sigma_m * noise.position_sigma_m,
+                          noise.position_sigma_m * noise.position_sigma_m,
+                          noise.heading_sigma_rad * noise.heading_sigma_rad);
+  const Matrix3 R = variances.asDiagonal();
+  const Vector2 start = pairs.front().reference.translation();
+  for (PosePair& pair : pairs) {
+    if (!pair.covariance) continue;
+    *pair.covariance += R;
+    if (!from_start) continue;
+    const Vector2 way = pair.reference.translation() - start;
+    Matrix3 G = Matrix3::Identity();
+    G(0, 2) = -way.y();
+    G(1, 2) = way.x();
+    *pair.covariance += G * R * G.transpose();
+  }
+}
+
 std::string extent_of(const Trajectory& trajectory) {
   if (trajectory.poses.empty()) return "nothing";
   return fmt::format("{:.3f} to {:.3f} s", trajectory.poses.front().time_s, trajectory.poses.back().time_s);
@@ -127,6 +148,24 @@ void start_covariances_from_zero(std::vector<PosePair>& pairs) {
     const Matrix3 since = body_covariance(pair.estimate, *pair.covariance) - Ad * at_start * Ad.transpose();
     pair.covariance = world_covariance({pair.estimate, since});
   }
+}
+
+std::vector<PosePair> judged(const std::vector<PosePair>& pairs, const Pose2& reference_from_estimate,
+                             const EvaluateOptions& options) {
+  std::vector<PosePair> result = aligned(pairs, reference_from_estimate);
+  const bool from_start = options.alignment == Alignment::start;
+  if (from_start) start_covariances_from_zero(result);
+  if (options.reference_noise.stated()) add_reference_noise(result, options.reference_noise, from_start);
+  return result;
+}
+
+std::size_t first_moved(const std::vector<PosePair>& pairs, const EvaluateOptions& options) {
+  const Pose2& start = pairs.front().estimate;
+  const auto moved = std::ranges::find_if(pairs, [&](const PosePair& pair) {
+    return (pair.estimate.translation() - start.translation()).norm() >= options.shortest_step_m ||
+           std::abs(wrap_angle(pair.estimate.heading - start.heading)) >= options.shortest_turn_rad;
+  });
+  return static_cast<std::size_t>(moved - pairs.begin());
 }
 
 }  // namespace trundle

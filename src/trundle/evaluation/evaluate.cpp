@@ -2,19 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include <fmt/format.h>
 
 #include "trundle/evaluation/align.hpp"
 #include "trundle/evaluation/pair_errors.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 namespace trundle {
 namespace {
-
-// 95 % quantiles of χ² with 2 and 3 degrees of freedom.
-constexpr double kChi2Of2 = 5.991464547107979;
-constexpr double kChi2Of3 = 7.814727903251178;
 
 double squared(double x) {
   return x * x;
@@ -91,12 +89,13 @@ std::vector<RelativePoseError> relative_errors(std::vector<PosePair> pairs, cons
   return errors;
 }
 
-std::optional<Nees> nees_of(const std::vector<PosePair>& pairs) {
+std::optional<Nees> nees_of(const std::vector<PosePair>& pairs, const EvaluateOptions& options) {
   if (!pairs.front().covariance) return std::nullopt;
   Nees nees;
+  if (options.alignment == Alignment::start) nees.before_motion = first_moved(pairs, options);
   nees.degrees_of_freedom = degrees_of_freedom(pairs);
-  nees.bound_95 = nees.degrees_of_freedom == 3 ? kChi2Of3 : kChi2Of2;
-  for (const PosePair& pair : pairs) {
+  nees.bound_95 = nees.degrees_of_freedom == 3 ? kChiSquared3At95 : kChiSquared2At95;
+  for (const PosePair& pair : std::span(pairs).subspan(nees.before_motion)) {
     const auto error = normalised_error(pair, nees.degrees_of_freedom);
     if (!error) {
       ++nees.without_covariance;
@@ -129,8 +128,8 @@ Evaluation evaluate(const Trajectory& estimate, const Trajectory& reference, con
   Evaluation result;
   result.alignment = options.alignment;
   result.reference_from_estimate = alignment_of(raw, options.alignment);
-  auto pairs = aligned(raw, result.reference_from_estimate);
-  if (options.alignment == Alignment::start) start_covariances_from_zero(pairs);
+  const auto pairs = judged(raw, result.reference_from_estimate, options);
+  result.reference_noise = options.reference_noise;
   result.estimate_poses = estimate.poses.size();
   result.reference_poses = reference.poses.size();
   result.compared = pairs.size();
@@ -142,7 +141,7 @@ Evaluation evaluate(const Trajectory& estimate, const Trajectory& reference, con
   result.path_m = way_along(pairs, options.shortest_step_m).back();
   describe_end(pairs, result);
   result.relative = relative_errors(pairs, options);
-  result.nees = nees_of(pairs);
+  result.nees = nees_of(pairs, options);
   return result;
 }
 

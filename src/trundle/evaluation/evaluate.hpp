@@ -7,6 +7,7 @@
 #include "trundle/chassis/robot.hpp"
 #include "trundle/geometry/trajectory.hpp"
 #include "trundle/recording/recording.hpp"
+#include "trundle/recording/reference_noise.hpp"
 
 namespace trundle {
 
@@ -25,6 +26,8 @@ struct EvaluateOptions {
   std::vector<double> distances_m = {1.0, 2.0, 5.0, 10.0};  ///< of the relative pose error
   double shortest_step_m =
       0.01;  ///< the reference's path is measured in steps of at least this: noise is no way
+  double shortest_turn_rad = 0.02;  ///< by less, and by less than such a step, the robot has not moved yet
+  ReferenceSigmas reference_noise = {};  ///< added to the covariances that errors are judged by
 };
 
 /// Of errors >= 0.
@@ -53,6 +56,7 @@ struct Nees {
   double bound_95 = 0.0;         ///< the 95 % quantile of χ² with these degrees of freedom
   double share_inside_95 = 0.0;  ///< of poses below it; honest: 0.95
   std::size_t poses = 0;
+  std::size_t before_motion = 0;  ///< compared poses left out with Alignment::start: nothing has happened yet
   std::size_t without_covariance = 0;  ///< compared poses left out: their covariance is not positive definite
 };
 
@@ -72,16 +76,18 @@ struct Evaluation {
   std::optional<double> final_percent;      ///< the same in percent of path_m; nothing: no way was made
   std::optional<double> final_heading_rad;  ///< signed, estimate − reference
   std::vector<RelativePoseError>
-      relative;              ///< one for each distance; empty when the reference has no heading
-  std::optional<Nees> nees;  ///< when the estimate has covariances
+      relative;                     ///< one for each distance; empty when the reference has no heading
+  std::optional<Nees> nees;         ///< when the estimate has covariances
+  ReferenceSigmas reference_noise;  ///< that the NEES counts; not stated: the reference is taken as exact
 
   double overlap_s() const { return last_s - first_s; }
 };
 
 /// Compares the estimate, interpolated along its twist, at every stamp of the reference that it covers.
 /// Headings of the reference that are NaN were not measured. With Alignment::start covariances are those of
-/// the motion since the first common pose, for errors that come with the motion (odometry). Throws
-/// CannotAnswer when fewer than two stamps are covered, or the alignment asks for what was not measured.
+/// the motion since the first common pose, for errors that come with the motion (odometry), and the NEES
+/// begins where the estimate moves. Throws CannotAnswer when fewer than two stamps are covered, or the
+/// alignment asks for what was not measured.
 Evaluation evaluate(const Trajectory& estimate, const Trajectory& reference,
                     const EvaluateOptions& options = {});
 

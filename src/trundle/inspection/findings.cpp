@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include "trundle/calibration/rough_scale.hpp"
 #include "trundle/calibration/wiring.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/io/error.hpp"
@@ -13,6 +16,10 @@ namespace trundle {
 namespace {
 
 constexpr double kSmallOffset_s = 0.005;  // does no harm
+
+bool is_misread(const Findings& findings) {
+  return std::ranges::any_of(findings.problems, is_misreading);
+}
 
 void append(std::vector<Problem>& problems, const std::vector<Problem>& more) {
   problems.insert(problems.end(), more.begin(), more.end());
@@ -25,6 +32,42 @@ std::optional<AlignedReadings> align_if_possible(const Recording& recording, con
   } catch (const InputError&) {
     return std::nullopt;
   }
+}
+
+/// recording.toml where it maps the wheels; empty where they are read from wheels.csv.
+std::string map_of_wheels(const Recording& recording) {
+  const auto is_map = [](const InputFile& input) { return input.path.ends_with("recording.toml"); };
+  const auto map = std::ranges::find_if(recording.inputs, is_map);
+  const bool native = std::filesystem::path(recording.wheels.origin.file).filename() == "wheels.csv";
+  return map == recording.inputs.end() || native ? std::string() : map->path;
+}
+
+/// Columns of wheels that the robot has not got, where recording.toml asks for them.
+void find_stray_wheels(const Recording& recording, const Robot& robot, std::vector<Problem>& problems) {
+  const std::string map = map_of_wheels(recording);
+  if (map.empty() || robot.wheel_names.empty()) return;
+  for (const WheelSeries& series : recording.wheels.series) {
+    if (std::ranges::find(robot.wheel_names, series.wheel) != robot.wheel_names.end()) continue;
+    const std::string nearest = nearest_name(series.wheel, robot.wheel_names);
+    problems.push_back(
+        {Severity::warning, "unknown wheel", map, 1,
+         fmt::format("the robot file has no wheel '{}', so that column is not used: {}", series.wheel,
+                     nearest.empty() ? fmt::format("its wheels are {}", fmt::join(robot.wheel_names, ", "))
+                                     : fmt::format("is '{}' meant?", nearest))});
+  }
+}
+
+/// Streams that were never recorded together.
+void compare_times(const Findings& findings, const Recording& recording, std::vector<Problem>& problems) {
+  if (findings.streams.empty()) return;
+  const StreamSummary& first = findings.streams.front();
+  for (const StreamSummary& other : findings.streams)
+    if (other.start_s > first.end_s || other.end_s < first.start_s)
+      problems.push_back(
+          {Severity::warning, "clocks", recording.name, 1,
+           fmt::format("{} runs from {:.9g} to {:.9g} s, {} from {:.9g} to {:.9g} s, never at the same "
+                       "time: another column of stamps, time_unit or time_offset_s?",
+                       first.stream, first.start_s, first.end_s, other.stream, other.start_s, other.end_s)});
 }
 
 /// Columns that do not belong to the wheels whose names they bear.
@@ -41,6 +84,72 @@ void compare_wiring(const Recording& recording, const AlignedReadings& readings,
 bool has_two_clocks(const Recording& recording, const Robot& robot) {
   return robot.chassis.wheel_count > 0 && !recording.wheels.time_s.empty() && robot.chassis.gyro &&
          !recording.gyro.time_s.empty() && observability(rows_of(robot.chassis, false)).rank == 3;
+}
+
+/// Turns over pieces of half a second, added up.
+struct Turns {
+  double wheels2 = 0.0, reference2 = 0.0, product = 0.0;
+};
+
+Turns turns_of(const ReferenceStream& reference, const AlignedReadings& readings, const Robot& robot) {
+  constexpr double kPiece_s = 0.5;
+  const Rows rows = rows_of(robot.chassis, false);
+  Turns turns;
+  double by_wheels = 0.0, by_reference = 0.0, duration_s = 0.0;
+  double before = sample_reference(reference, readings.start_s).value.z();
+  for (const Increment& increment : readings.increments) {
+    const double now = sample_reference(reference, increment.time_s).value.z();
+    if (!std::isnan(now - before)) {
+      by_wheels += estimate_twist(rows, readings_of(robot.chassis, rows, increment)).twist.dtheta;
+      by_reference += now - before;
+      duration_s += increment.duration_s;
+    }
+    before = now;
+    if (duration_s < kPiece_s) continue;
+    turns.wheels2 += by_wheels * by_wheels;
+    turns.reference2 += by_reference * by_reference;
+    turns.product += by_wheels * by_reference;
+    by_wheels = by_reference = duration_s = 0.0;
+  }
+  return turns;
+}
+
+/// Degrees that were taken for radians, or the other way round; in words, empty: neither. `scale`: how many
+/// times as far the reference moves, which wheels of another size explain, and its turns with it.
+std::string heading_unit_fault(const Turns& turns, double scale) {
+  constexpr double kLeastTurning = 0.1;  // [rad], root of the sum of squares
+  constexpr double kFarOff = 20.0;       // a track so wrong is no robot's; degrees make 57
+  const double correlation = turns.product / std::sqrt(turns.wheels2 * turns.reference2);
+  if (std::sqrt(turns.wheels2) < kLeastTurning || !(std::abs(correlation) > 0.5)) return {};
+  const double ratio = std::abs(turns.product) / turns.wheels2 / scale;
+  if (ratio > kFarOff)
+    return fmt::format(
+        "the reference turns {:.0f} times as far as the wheels; degrees would make it 57: write unit = "
+        "\"deg\" at "
+        "heading_rad in recording.toml",
+        ratio);
+  if (ratio < 1.0 / kFarOff)
+    return fmt::format(
+        "the reference turns {:.2g} of what the wheels do, where radians taken for degrees would make it "
+        "1/57: leave "
+        "out unit = \"deg\"",
+        ratio);
+  return {};
+}
+
+/// The units of the reference: its way and its turns against the wheels'.
+void compare_references(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
+                        Findings& findings) {
+  const std::string& file = recording.reference.origin.file;
+  if (recording.reference.time_s.empty() || observability(rows_of(robot.chassis, false)).rank < 3) return;
+  const std::vector<Run> runs = {prepare_run(recording, robot, readings)};
+  const double times = rough_scale(runs, robot).value_or(1.0);
+  const std::string turns =
+      heading_unit_fault(turns_of(recording.reference, readings, robot), times > 0.0 ? times : 1.0);
+  if (!turns.empty()) findings.problems.push_back({Severity::warning, "reference unit", file, 1, turns});
+  if (!stretches_agree(runs, robot)) return;
+  const std::string scale = scale_fault(runs, robot);
+  if (!scale.empty()) findings.problems.push_back({Severity::warning, "scale", file, 1, scale});
 }
 
 /// The gyro's clock against the wheels'.
@@ -70,12 +179,69 @@ void find_tracks(const Recording& recording, const AlignedReadings& readings, co
   findings.tracks = effective_tracks(readings, robot.chassis);
 }
 
+/// Of "file:line".
+std::string file_of(const std::string& place) {
+  const std::size_t digits = place.find_last_not_of("0123456789");
+  return digits == place.npos || place[digits] != ':' ? place : place.substr(0, digits);
+}
+
+/// Nobody reads the same fault twice, or fifty of a kind in a file: these become one, with the first place.
+std::vector<Problem> folded(const std::vector<Problem>& problems) {
+  constexpr std::ptrdiff_t kMostOfAKind = 2;
+  const auto same = [](const Problem& a) {
+    return [&a](const Problem& b) {
+      return a.severity == b.severity && a.kind == b.kind && a.place == b.place && a.message == b.message;
+    };
+  };
+  std::vector<Problem> once;
+  for (const Problem& problem : problems)
+    if (std::ranges::none_of(once, same(problem))) once.push_back(problem);
+  std::vector<Problem> result;
+  for (const Problem& problem : once) {
+    const auto of_kind = [&](const Problem& other) {
+      return other.kind == problem.kind && file_of(other.place) == file_of(problem.place);
+    };
+    const std::ptrdiff_t number = std::ranges::count_if(once, of_kind);
+    const auto first = std::ranges::find_if(result, of_kind);
+    if (number > kMostOfAKind && first != result.end()) {
+      first->count += problem.count;
+      continue;
+    }
+    result.push_back(problem);
+    if (number > kMostOfAKind)
+      result.back().message = fmt::format("{} such places, the first: {}", number, problem.message);
+  }
+  std::ranges::stable_partition(result, is_misreading);
+  return result;
+}
+
+/// One cause is told once: the reference knows better than the gyro, and wires before sizes.
+void forget_what_is_told_already(std::vector<Problem>& problems) {
+  const auto has = [&](const char* kind) {
+    return std::ranges::any_of(problems, [&](const Problem& problem) {
+      return problem.severity == Severity::warning && problem.kind == kind;
+    });
+  };
+  const auto forget = [&](const char* kind) {
+    std::erase_if(problems, [&](const Problem& problem) { return problem.kind == kind; });
+  };
+  if (has("wiring")) forget("scale");
+  if (!has("wiring") && !has("scale")) return;
+  forget("gyro sign");
+  forget("gyro against wheels");
+}
+
 void compare(const Recording& recording, const Robot& robot, Findings& findings) {
+  findings.abilities = abilities_of(robot, robot.chassis.gyro && !recording.gyro.time_s.empty());
+  find_stray_wheels(recording, robot, findings.problems);
+  if (is_misread(findings)) return;
   const std::optional<AlignedReadings> readings = align_if_possible(recording, robot);
   append(findings.problems, readings ? inspect(recording, robot, *readings) : inspect(recording));
-  findings.abilities = abilities_of(robot, robot.chassis.gyro && !recording.gyro.time_s.empty());
-  if (!readings) return;
+  if (!readings || is_misread(findings)) return;
+  compare_references(recording, *readings, robot, findings);
+  if (is_misread(findings)) return;
   compare_wiring(recording, *readings, robot, findings);
+  forget_what_is_told_already(findings.problems);
   compare_clocks(recording, *readings, robot, findings);
   find_tracks(recording, *readings, robot, findings);
 }
@@ -87,11 +253,13 @@ Findings find_in(const Recording& recording, const Robot* robot) {
   findings.streams = summaries_of(recording);
   findings.problems = recording.problems;
   findings.missing = missing_in(recording, robot);
+  compare_times(findings, recording, findings.problems);
   if (robot != nullptr) {
     compare(recording, *robot, findings);
-  } else {
+  } else if (!is_misread(findings)) {
     append(findings.problems, inspect(recording));
   }
+  findings.problems = folded(findings.problems);
   return findings;
 }
 

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/calibration/export.hpp"
+#include "trundle/recording/inspect.hpp"
 #include "trundle/report/calibration_json.hpp"
 #include "trundle/report/json_text.hpp"
 #include "trundle/slam/smoother/landmark_calibration.hpp"
@@ -23,12 +24,20 @@ Provenance provenance_of(std::span<const Recording> training, std::span<const Re
   return provenance;
 }
 
+/// What is learned from a log that was read wrongly is nonsense.
+void warn_of_misreadings(std::span<const Recording> training, CalibrationResult& result) {
+  for (const Recording& recording : training)
+    for (const Problem& problem : recording.problems)
+      if (is_misreading(problem)) result.warnings.push_back(problem.place + ": " + problem.message);
+}
+
 }  // namespace
 
 CalibrationAnswer answer_calibration(std::span<const Recording> training, std::span<const Recording> hold_out,
                                      const RobotFile& nominal, const CalibrateOptions& options) {
   CalibrationAnswer answer{.provenance = provenance_of(training, hold_out, nominal, options),
                            .result = calibrate(training, hold_out, nominal.robot, options)};
+  warn_of_misreadings(training, answer.result);
   add_provenance(answer.provenance, answer.result);
   return answer;
 }
@@ -39,6 +48,7 @@ CalibrationAnswer answer_landmark_calibration(std::span<const Recording> trainin
   CalibrationAnswer answer{.provenance = provenance_of(training, hold_out, nominal, options),
                            .result = calibrate_from_landmarks(training, hold_out, nominal.robot, options)};
   answer.provenance.options.emplace_back("landmarks", "true");
+  warn_of_misreadings(training, answer.result);
   add_provenance(answer.provenance, answer.result);
   return answer;
 }

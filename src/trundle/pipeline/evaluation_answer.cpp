@@ -1,10 +1,14 @@
 #include "trundle/pipeline/evaluation_answer.hpp"
 
+#include <algorithm>
+#include <iterator>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/error.hpp"
 #include "trundle/recording/increments.hpp"
+#include "trundle/recording/reference_noise.hpp"
 
 namespace trundle {
 namespace {
@@ -24,6 +28,7 @@ nlohmann::ordered_json json_of(const Nees& nees) {
           {"bound_95", nees.bound_95},
           {"share_inside_95", nees.share_inside_95},
           {"poses", nees.poses},
+          {"before_motion", nees.before_motion},
           {"without_covariance", nees.without_covariance}};
 }
 
@@ -50,6 +55,7 @@ nlohmann::ordered_json json_of(const Evaluation& e) {
   json["relative"] = nlohmann::ordered_json::array();
   for (const RelativePoseError& error : e.relative) json["relative"].push_back(json_of(error));
   if (e.nees) json["nees"] = json_of(*e.nees);
+  json["reference_noise"] = to_json(e.reference_noise);
   return json;
 }
 
@@ -57,31 +63,41 @@ nlohmann::ordered_json json_of(const Evaluation& e) {
 
 TrajectoryFile read_trajectory_file(const std::filesystem::path& path) {
   if (std::filesystem::is_directory(path)) return reference_of(read_recording(path), path);
-  return {read_trajectory(path), input_file(path)};
+  return {.trajectory = read_trajectory(path), .files = {input_file(path)}};
 }
 
 TrajectoryFile reference_of(const Recording& recording, const std::filesystem::path& path) {
-  TrajectoryFile reference{reference_trajectory(recording), {}};
+  TrajectoryFile reference{
+      .trajectory = reference_trajectory(recording), .files = {}, .noise = read_reference_noise(path)};
   if (reference.trajectory.poses.empty()) reference.trajectory = positions_of(recording.reference);
   if (reference.trajectory.poses.empty())
     throw InputError(path.string(), "the recording holds no reference position", "a reference with x and y");
-  const auto file = path / "reference.csv";
-  reference.file = std::filesystem::exists(file) ? input_file(file) : InputFile{path.string(), ""};
+  const auto is_of_reference = [&](const InputFile& input) {
+    return input.path == recording.reference.origin.file ||
+           std::filesystem::path(input.path).filename() == "recording.toml";
+  };
+  std::ranges::copy_if(recording.inputs, std::back_inserter(reference.files), is_of_reference);
   return reference;
 }
 
 EvaluationAnswer answer_evaluation(const TrajectoryFile& estimate, const TrajectoryFile& reference,
-                                   const EvaluateOptions& options, const RobotFile* robot) {
+                                   EvaluateOptions options, const RobotFile* robot) {
   EvaluationAnswer answer;
-  answer.provenance = {.inputs = {estimate.file, reference.file},
-                       .options = {{"align", std::string(name_of(options.alignment))},
-                                   {"longest_gap_s", fmt::format("{}", options.longest_gap_s)}},
-                       .seed = std::nullopt};
+  options.reference_noise = reference.noise;
+  answer.provenance.options = {{"align", std::string(name_of(options.alignment))},
+                               {"longest_gap_s", fmt::format("{}", options.longest_gap_s)}};
+  add_inputs(estimate.files, answer.provenance);
+  add_inputs(reference.files, answer.provenance);
   if (robot != nullptr) answer.provenance.inputs.push_back(robot->file);
   answer.evaluation = evaluate(
       robot != nullptr ? of_reference_sensor(estimate.trajectory, robot->robot) : estimate.trajectory,
       reference.trajectory, options);
   return answer;
+}
+
+nlohmann::ordered_json to_json(const ReferenceSigmas& noise) {
+  if (!noise.stated()) return nullptr;
+  return {{"position_sigma_m", noise.position_sigma_m}, {"heading_sigma_rad", noise.heading_sigma_rad}};
 }
 
 nlohmann::ordered_json document_of(const EvaluationAnswer& answer) {

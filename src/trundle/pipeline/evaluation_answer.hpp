@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -12,10 +13,11 @@
 
 namespace trundle {
 
-/// A trajectory and the file that it came from.
+/// A trajectory and the files that it came from.
 struct TrajectoryFile {
   Trajectory trajectory;
-  InputFile file;
+  std::vector<InputFile> files;
+  ReferenceSigmas noise = {};  ///< of a recording's reference
 };
 /// trajectory.csv, .tum, reference.csv, or the reference of a recording folder. Throws InputError.
 TrajectoryFile read_trajectory_file(const std::filesystem::path& path);
@@ -28,9 +30,12 @@ struct EvaluationAnswer {
 };
 
 /// What `trundle evaluate` does; with a robot the estimate is of its body, and the reference of its reference
-/// sensor. Throws as evaluate.
+/// sensor. Errors are judged by what the reference is known to as well. Throws as evaluate.
 EvaluationAnswer answer_evaluation(const TrajectoryFile& estimate, const TrajectoryFile& reference,
-                                   const EvaluateOptions& options, const RobotFile* robot = nullptr);
+                                   EvaluateOptions options, const RobotFile* robot = nullptr);
+
+/// Null: the reference is taken as exact.
+nlohmann::ordered_json to_json(const ReferenceSigmas& noise);
 
 /// What `trundle evaluate --json` prints.
 nlohmann::ordered_json document_of(const EvaluationAnswer& answer);

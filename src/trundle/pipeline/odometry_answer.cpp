@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "trundle/io/error.hpp"
+
 namespace trundle {
 namespace {
 
@@ -64,6 +66,9 @@ nlohmann::ordered_json rests_of(const std::vector<GyroBiasAt>& history) {
 OdometryAnswer answer_odometry(const Recording& recording, const RobotFile& robot,
                                const OdometryQuestion& question) {
   const AlignedReadings readings = align(recording, robot.robot);
+  if (readings.increments.empty())
+    throw CannotAnswer(recording.name +
+                       ": no two rows hold readings of all wheels: there is no motion to integrate");
   OdometryAnswer answer{
       .provenance = provenance_of(recording, robot, question),
       .odometry = integrate(readings, robot.robot, {.start = question.start, .smooth = question.smooth}),

@@ -11,7 +11,8 @@ ComparedWith compared_with(const ReportQuestion& question, Provenance& provenanc
   if (!question.reference.empty()) {
     TrajectoryFile file = read_trajectory_file(question.reference);
     with.reference = std::move(file.trajectory);
-    provenance.inputs.push_back(file.file);
+    with.noise = file.noise;
+    add_inputs(file.files, provenance);
   }
   if (!question.robot.empty()) {
     RobotFile file = read_robot_file(question.robot);

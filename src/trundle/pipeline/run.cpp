@@ -76,7 +76,7 @@ Stage tried(Work& work, const char* name, Told (*stage)(Work&), std::vector<Outp
   try {
     Told told = stage(work);
     files = std::move(told.files);
-    return {name, StageStatus::done, std::move(told.message), {}};
+    return {name, StageStatus::done, std::move(told.message), {}, std::move(told.remarks)};
   } catch (const NotApplicable& reason) {
     return {name, StageStatus::skipped, reason.why, {}};
   } catch (const CannotAnswer& reason) {
@@ -232,6 +232,7 @@ nlohmann::ordered_json document_of(const RunAnswer& answer) {
     document["stages"].push_back({{"name", stage.name},
                                   {"status", name_of(stage.status)},
                                   {"message", stage.message},
+                                  {"remarks", stage.remarks},
                                   {"outputs", stage.outputs}});
   document["trajectories"] = Json::array();
   for (const RunTrajectory& trajectory : answer.trajectories)

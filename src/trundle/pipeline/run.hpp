@@ -40,8 +40,9 @@ std::string_view name_of(StageStatus status);
 struct Stage {
   std::string name;
   StageStatus status = StageStatus::failed;
-  std::string message;               ///< one sentence: what came out, or why nothing did
-  std::vector<std::string> outputs;  ///< relative to the folder
+  std::string message;                    ///< one sentence: what came out, or why nothing did
+  std::vector<std::string> outputs;       ///< relative to the folder
+  std::vector<std::string> remarks = {};  ///< "warning: ..." or "note: ...": what it found besides
 };
 
 /// A trajectory that was written.

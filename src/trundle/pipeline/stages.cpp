@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/words.hpp"
 #include "trundle/pipeline/calibration_answer.hpp"
 #include "trundle/pipeline/evaluation_answer.hpp"
 #include "trundle/pipeline/info_answer.hpp"
@@ -20,10 +21,6 @@ namespace trundle {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string plural(std::size_t count, const char* noun) {
-  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
-}
 
 bool gyro_rests(const Recording& recording) {
   return !recording.gyro.time_s.empty() && gyro_noise(recording).has_value();
@@ -50,6 +47,30 @@ std::string sentence_of(const IntegratedOdometry& odometry) {
                      degrees(std::sqrt(end(2, 2))));
 }
 
+/// What a person should know who uses the calibrated robot; the rest stands in the report.
+std::vector<std::string> remarks_of(const CalibrationResult& result, const std::vector<Stage>& before) {
+  std::vector<std::string> remarks;
+  const auto is_told = [&](const std::string& remark) {
+    return std::ranges::any_of(before, [&](const Stage& stage) {
+      return std::ranges::find(stage.remarks, remark) != stage.remarks.end();
+    });
+  };
+  for (const std::string& words : result.warnings)
+    if (!is_told("warning: " + words)) remarks.push_back("warning: " + words);
+  for (const std::string& words : result.cannot_tell) remarks.push_back("note: " + words);
+  for (const std::string& words : result.notes)
+    if (words.starts_with("gyro.time_offset_s")) remarks.push_back("note: " + words);
+  return remarks;
+}
+
+/// 1σ of position, root of both axes' variances together: the median over all.
+std::string median_sigma_of(std::vector<double> sigmas_m) {
+  if (sigmas_m.empty()) return {};
+  const auto middle = sigmas_m.begin() + static_cast<std::ptrdiff_t>(sigmas_m.size() / 2);
+  std::ranges::nth_element(sigmas_m, middle);
+  return fmt::format(", ± {:.3f} m in the median", *middle);
+}
+
 /// No reference anywhere, but something seen.
 bool only_landmarks(const std::vector<Recording>& recordings, const Robot& robot) {
   return robot.landmark_sensor && std::ranges::none_of(recordings, &Recording::has_reference) &&
@@ -72,9 +93,9 @@ std::string sentence_of(const SlipReport& report) {
   double excess_m = 0.0;
   for (const SlipEvent& event : report.events) excess_m += std::abs(event.excess_m);
   if (report.events.empty())
-    return fmt::format("no slip in {}", plural(report.counts.judged, "moving interval"));
+    return fmt::format("no slip in {}", counted(report.counts.judged, "moving interval"));
   return fmt::format("{}, {:.3f} m of wheel travel that the ground did not see",
-                     plural(report.events.size(), "slip"), excess_m);
+                     counted(report.events.size(), "slip"), excess_m);
 }
 
 SlipQuestion slip_question(const Work& work) {
@@ -111,9 +132,43 @@ std::string sentence_of(const LocalizeAnswer& answer) {
   const auto& stretches = answer.result.stretches;
   double known_s = 0.0;
   for (const KnownStretch& stretch : stretches) known_s += stretch.end_s - stretch.start_s;
-  return fmt::format("on a map of {} the pose is known from {:.2f} s on, for {:.1f} s in {}",
-                     plural(answer.landmarks, "landmark"), stretches.front().start_s, known_s,
-                     stretches.size() == 1 ? "one piece" : plural(stretches.size(), "piece"));
+  std::vector<double> sigmas_m;
+  for (const Matrix3& covariance : answer.result.trajectory.covariances)
+    sigmas_m.push_back(std::sqrt(covariance(0, 0) + covariance(1, 1)));
+  return fmt::format("on a map of {} the pose is known from {:.2f} s on, for {:.1f} s in {}{}",
+                     counted(answer.landmarks, "landmark"), stretches.front().start_s, known_s,
+                     stretches.size() == 1 ? "one piece" : counted(stretches.size(), "piece"),
+                     median_sigma_of(std::move(sigmas_m)));
+}
+
+/// The filter's estimates first: the smoother has seen more than they had.
+void add_trajectories_of(const SlamAnswer& slam, std::vector<RunTrajectory>& trajectories) {
+  trajectories.push_back({"slam online", "slam/online.csv", "with landmarks, from what was seen up to then"});
+  if (slam.result.path)
+    trajectories.push_back(
+        {"slam path", "slam/path.csv", "with landmarks, the whole path of the best particle"});
+  if (slam.smoothed)
+    trajectories.push_back({"slam", "slam/trajectory.csv",
+                            "with landmarks, smoothed: from all that was seen, before and after"});
+}
+
+std::string sentence_of(const SlamAnswer& slam) {
+  std::vector<double> sigmas_m;
+  for (const auto& landmark : slam.map()) sigmas_m.push_back(std::sqrt(landmark.covariance.trace()));
+  return fmt::format("{} mapped from {}{}, {}", counted(slam.map().size(), "landmark"),
+                     counted(slam.input.observations(), "sighting"), median_sigma_of(std::move(sigmas_m)),
+                     slam.smoothed ? "smoothed" : "which leave too much open to be smoothed");
+}
+
+/// Smoothed; where the sightings do not determine that, what the filter alone can say.
+SlamAnswer answer_slam_smoothed(const Work& work, SlamQuestion question) {
+  try {
+    question.smooth = true;
+    return answer_slam(work.recording(), work.used, question, slip_found(work));
+  } catch (const CannotAnswer&) {
+    question.smooth = false;
+    return answer_slam(work.recording(), work.used, question, slip_found(work));
+  }
 }
 
 /// The reference as it was read, for those who draw.
@@ -159,13 +214,19 @@ Told check_health(Work& work) {
       answer_info(work.recordings, {.robot = work.given,
                                     .gyro_noise = std::ranges::all_of(work.recordings, gyro_rests),
                                     .robot_number = work.question.robot_number});
-  std::size_t warnings = 0, notes = 0;
+  std::vector<std::string> warnings;
+  std::size_t notes = 0;
   for (const RecordingInfo& one : info.recordings)
-    for (const Problem& problem : one.findings.problems)
-      ++(problem.severity == Severity::warning ? warnings : notes);
-  return {
-      warnings + notes == 0 ? "no fault found" : plural(warnings, "warning") + ", " + plural(notes, "note"),
-      {{work.in_folder("info.json"), printed(document_of(info))}}};
+    for (const Problem& problem : one.findings.problems) {
+      if (problem.severity == Severity::warning)
+        warnings.push_back(fmt::format("warning: {}: {}", problem.place, problem.message));
+      else
+        ++notes;
+    }
+  const std::string message = warnings.empty() && notes == 0
+                                  ? "no fault found"
+                                  : counted(warnings.size(), "warning") + ", " + counted(notes, "note");
+  return {message, {{work.in_folder("info.json"), printed(document_of(info))}}, std::move(warnings)};
 }
 
 Told calibrate_robot(Work& work) {
@@ -181,7 +242,7 @@ Told calibrate_robot(Work& work) {
   work.used = robot_of(files.front());
   work.answer.used_robot = "calibrated.toml";
   work.answer.held_out = apart;
-  return {calibration.result.summary, files};
+  return {calibration.result.summary, files, remarks_of(calibration.result, work.answer.stages)};
 }
 
 Told integrate_odometry(Work& work) {
@@ -237,18 +298,10 @@ Told map_landmarks(Work& work) {
   question.robot_number = work.question.robot_number;
   question.on_steps = work.on_steps;
   question.unknown_ids = question.unknown_ids || any_without_name(work.recording().sightings);
-  if (question.unknown_ids) question.method = SlamMethod::ekf;
   question.slip = slip_correction(work);
-  const SlamAnswer slam = answer_slam(work.recording(), work.used, question, slip_found(work));
-  std::vector<OutputFile> files = files_of(slam, work.in_folder("slam"));
-  work.answer.trajectories.push_back(
-      {"slam", "slam/trajectory.csv", "with landmarks, from what was seen up to then"});
-  if (slam.result.path)
-    work.answer.trajectories.push_back(
-        {"slam path", "slam/path.csv", "with landmarks, the whole path of the best particle"});
-  return {fmt::format("{} mapped from {}", plural(slam.result.map.size(), "landmark"),
-                      plural(slam.input.observations(), "sighting")),
-          files};
+  const SlamAnswer slam = answer_slam_smoothed(work, question);
+  add_trajectories_of(slam, work.answer.trajectories);
+  return {sentence_of(slam), files_of(slam, work.in_folder("slam"))};
 }
 
 Told evaluate_trajectories(Work& work) {
@@ -268,6 +321,7 @@ Told evaluate_trajectories(Work& work) {
     throw CannotAnswer("no trajectory can be compared with the reference: are they of the same time?");
   Json document = to_json(work.answer.provenance);
   document["alignment"] = {{"kind", alignment}};
+  document["reference_noise"] = to_json(reference.noise);
   document["trajectories"] = std::move(trajectories);
   return {sentence,
           {{work.in_folder("reference.csv"), reference_csv_of(work)},

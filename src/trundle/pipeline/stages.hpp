@@ -31,6 +31,7 @@ struct Work {
 struct Told {
   std::string message;
   std::vector<OutputFile> files;
+  std::vector<std::string> remarks = {};
 };
 
 /// Why a stage has nothing to do.

@@ -97,6 +97,8 @@ void tell_missing_sensors(const Recording& recording, const Robot& robot, std::v
     if (!recording.wheels.time_s.empty() && !has_wheel(recording, wheel))
       missing.push_back(
           fmt::format("the wheel '{0}': no column {0}_ticks, {0}_rad, {0}_m or {0}_rad_s", wheel));
+  if (!robot.wheel_names.empty() && recording.wheels.time_s.size() == 1)
+    missing.emplace_back("more rows of wheels: one alone is no motion");
   if (!robot.wheel_names.empty() && recording.wheels.time_s.empty())
     missing.emplace_back("wheels.csv: the robot's wheels are not recorded");
   if (robot.wheel_names.empty() && recording.velocity.time_s.empty())

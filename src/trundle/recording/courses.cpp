@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/words.hpp"
 
 namespace trundle {
 namespace {
@@ -119,9 +120,15 @@ const WheelSeries& series_of(const Recording& recording, const std::string& whee
   const auto found =
       std::find_if(series.begin(), series.end(), [&](const WheelSeries& s) { return s.wheel == wheel; });
   if (found != series.end()) return *found;
-  throw InputError(recording.wheels.origin.file.empty() ? recording.name : recording.wheels.origin.file,
-                   fmt::format("has no column of the wheel '{}'", wheel),
-                   fmt::format("{0}_ticks, {0}_m or {0}_rad_s", wheel));
+  std::vector<std::string> others;
+  for (const WheelSeries& other : series) others.push_back(other.wheel);
+  const std::string nearest = nearest_name(wheel, others);
+  const std::string& file = recording.wheels.origin.file;
+  throw InputError(
+      file.empty() ? recording.name : file, fmt::format("has no column of the wheel '{}'", wheel),
+      nearest.empty() ? fmt::format("{0}_ticks, {0}_m or {0}_rad_s", wheel)
+                      : fmt::format("'{}' in place of '{}', or the robot file's [[wheel]] named '{}'", wheel,
+                                    nearest, nearest));
 }
 
 double units_per_turn(const WheelSeries& series, const Wheel& wheel, const std::string& robot) {
@@ -196,13 +203,13 @@ void report(const CounterFindings& findings, const std::string& wheel, const Str
                        const char* what) {
     if (!rows.empty())
       problems.push_back({severity, kind, origin.place_of(rows.front()), rows.size(),
-                          fmt::format(fmt::runtime(what), wheel, rows.size())});
+                          fmt::format(fmt::runtime(what), wheel, counted(rows.size(), "time"))});
   };
-  add(Severity::note, "wrap", findings.wraps, "the counter of '{}' wraps {} times");
+  add(Severity::note, "wrap", findings.wraps, "the counter of '{}' wraps {}");
   add(Severity::warning, "counter reset", findings.resets,
-      "the counter of '{}' starts again near zero {} times; the jump is not counted as travel");
+      "the counter of '{}' starts again near zero {}; the jump is not counted as travel");
   add(Severity::warning, "counter jump", findings.jumps,
-      "the counter of '{}' jumps {} times farther than the wheel can turn; the jump is not counted as "
+      "the counter of '{}' jumps {} farther than the wheel can turn; the jump is not counted as "
       "travel");
 }
 

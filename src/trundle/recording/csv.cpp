@@ -1,7 +1,9 @@
 #include "trundle/recording/csv.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 
 #include <fcntl.h>
@@ -52,8 +54,8 @@ CsvTable::CsvTable(std::string_view text, std::string file, const CsvFormat& for
   }
   if (body_ >= text_.size())
     throw InputError(file_, "is empty", format.header ? "a header and rows" : "rows");
-  const std::string_view first = line_at(text_, body_);
-  names_ = scanner.cells(first);
+  first_line_ = line_at(text_, body_);
+  names_ = scanner.cells(first_line_);
   if (!names_.empty() && names_.back().empty()) names_.pop_back();  // a trailing delimiter
   columns_ = names_.size();
   header_line_ = body_line_;
@@ -61,13 +63,36 @@ CsvTable::CsvTable(std::string_view text, std::string file, const CsvFormat& for
     names_.clear();
     return;
   }
-  body_ = std::min(text_.size(), body_ + first.size() + 1);
+  body_ = std::min(text_.size(), body_ + first_line_.size() + 1);
   ++body_line_;
   for (std::size_t i = 0; i < names_.size(); ++i)
     if (std::find(names_.begin(), names_.begin() + static_cast<std::ptrdiff_t>(i), names_[i]) !=
         names_.begin() + static_cast<std::ptrdiff_t>(i))
       throw InputError(place(file_, header_line_), fmt::format("names the column '{}' twice", names_[i]),
-                       "every column once");
+                       has_numbers_for_names() ? meant() : "every column once");
+}
+
+bool CsvTable::has_numbers_for_names() const {
+  return !names_.empty() && std::ranges::all_of(names_, [](const std::string& name) {
+    const auto value = number_in(name);
+    return value && !std::isnan(*value);
+  });
+}
+
+std::string CsvTable::meant() const {
+  constexpr std::array<std::pair<char, std::string_view>, 5> kDelimiters = {
+      {{';', ";"}, {'\t', "\\t"}, {',', ","}, {'|', "|"}, {' ', "whitespace"}}};
+  for (const auto& [delimiter, word] : kDelimiters) {
+    CsvFormat other = format_;
+    other.delimiter = delimiter;
+    const std::size_t cells = CellScanner(other).cells(first_line_).size();
+    if (columns_ == 1 && cells > 1)
+      return fmt::format("delimiter = \"{}\" in recording.toml, by which the first line has {} cells", word,
+                         cells);
+  }
+  if (has_numbers_for_names())
+    return "header = false in recording.toml and columns by number, as the first line holds numbers";
+  return {};
 }
 
 std::optional<std::size_t> CsvTable::column_named(std::string_view name) const {

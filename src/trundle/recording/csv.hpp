@@ -30,6 +30,7 @@ struct CsvFormat {
   char delimiter = ',';  ///< ' ': any run of spaces and tabs
   char comment = '#';    ///< lines that start with it are skipped; '\0': none are
   bool header = true;    ///< the first line names the columns
+  char decimal = '.';    ///< point of decimal numbers; ',' in some countries
 };
 
 /// A stamp becomes cell · 10^unit_exponent − origin_s seconds, the difference taken before rounding to
@@ -72,6 +73,11 @@ class CsvTable {
   std::size_t columns() const { return columns_; }
   std::size_t header_line() const { return header_line_; }
   std::optional<std::size_t> column_named(std::string_view name) const;
+  /// The header is nothing but numbers: it may be the first row of a file without one.
+  bool has_numbers_for_names() const;
+  /// What recording.toml may have to say, so that the file is read as it is meant; empty: nothing comes to
+  /// mind. For the expectation of an error.
+  std::string meant() const;
 
   /// Throws InputError with file and line at a row with more or fewer cells than the header (the first row
   /// where there is none), and at text where a number should be. Numbers are the same bits as strtod's.
@@ -81,6 +87,7 @@ class CsvTable {
   std::string_view text_;
   std::string file_;
   CsvFormat format_;
+  std::string_view first_line_;
   std::vector<std::string> names_;
   std::size_t columns_ = 0;
   std::size_t header_line_ = 0;

@@ -26,11 +26,18 @@ struct WrongLine {
   enum { too_few, too_many, not_a_number } what = too_few;
 };
 
+/// A number as it is written where the decimal point is another sign.
+std::string with_point(std::string_view cell, char decimal) {
+  std::string pointed(cell);
+  std::ranges::replace(pointed, decimal, '.');
+  return pointed;
+}
+
 /// Reads the rows of a table. Numbers pass through a block of rows that stays in the cache.
 class RowReader {
  public:
   RowReader(const CsvFormat& format, std::size_t columns, std::span<const CsvColumn> wanted)
-      : scanner_(format), delimiter_(format.delimiter), plans_(columns) {
+      : scanner_(format), delimiter_(format.delimiter), decimal_(format.decimal), plans_(columns) {
     rows_.numbers.resize(wanted.size());
     rows_.texts.resize(wanted.size());
     block_.resize(wanted.size() * kBlockRows);
@@ -72,6 +79,7 @@ class RowReader {
 
   CellScanner scanner_;
   char delimiter_;
+  char decimal_;
   std::vector<Plan> plans_;
   CsvRows rows_;
   std::vector<double> block_;
@@ -138,7 +146,9 @@ void RowReader::read_cell(std::string_view cell, std::size_t column) {
     texts_.emplace_back(cell);
     return;
   }
-  const auto value = plan.use == Use::time ? stamp_in(cell, plan.time) : number_in(cell);
+  const std::string pointed = decimal_ == '.' ? std::string() : with_point(cell, decimal_);
+  const std::string_view number = decimal_ == '.' ? cell : pointed;
+  const auto value = plan.use == Use::time ? stamp_in(number, plan.time) : number_in(number);
   if (!value) throw WrongLine{column, cell, WrongLine::not_a_number};
   slot(plan) = *value;
 }
@@ -172,6 +182,14 @@ bool may_be_cut(const WrongLine& wrong) {
           wrong.cell.find_first_not_of("+-.0123456789eE") == std::string::npos);
 }
 
+/// What should have stood in a cell of a column of numbers.
+std::string expected_of(const CsvTable& table, std::size_t line, const WrongLine& wrong) {
+  if (number_in(with_point(wrong.cell, ','))) return "a decimal point, or decimal = \",\" in recording.toml";
+  if (table.names().empty() && line == table.header_line())
+    return "numbers in the first line, or header = true in recording.toml where it names the columns";
+  return "a number, or nothing where none was measured";
+}
+
 [[noreturn]] void fail(const CsvTable& table, std::size_t line, const WrongLine& wrong) {
   const std::string where = place(table.file(), line);
   const std::string cells =
@@ -183,7 +201,7 @@ bool may_be_cut(const WrongLine& wrong) {
   const std::string column =
       table.names().empty() ? std::to_string(wrong.column + 1) : "'" + table.names()[wrong.column] + "'";
   throw InputError(where, fmt::format("column {} holds '{}'", column, shown(wrong.cell)),
-                   "a number, or nothing where none was measured");
+                   expected_of(table, line, wrong));
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/words.hpp"
 #include "trundle/recording/detail/courses.hpp"
 #include "trundle/recording/detail/table.hpp"
 
@@ -224,14 +225,16 @@ void add_gyro(const GyroStream& gyro, const Robot& robot, AlignedReadings& align
     start_s = increment.time_s;
   }
   add_changes_of_rate(aligned.increments);
-  const auto warn = [&](const char* kind, std::size_t count, const char* what) {
+  const auto warn = [&](const char* kind, std::size_t count, const std::string& message) {
     if (count > 0)
-      aligned.problems.push_back({Severity::warning, kind, gyro.origin.place_of(gyro.time_s.size()), count,
-                                  fmt::format(fmt::runtime(what), count)});
+      aligned.problems.push_back(
+          {Severity::warning, kind, gyro.origin.place_of(gyro.time_s.size()), count, message});
   };
-  warn("gyro saturated", integral.saturated(), "the gyro is at or beyond its max_rate_rad_s in {} samples");
+  warn("gyro saturated", integral.saturated(),
+       "the gyro is at or beyond its max_rate_rad_s in " + counted(integral.saturated(), "sample"));
   warn("gyro missing", without,
-       "{} intervals of the wheels have no gyro: a gap, saturation, or before its start or after its end");
+       "the gyro is missing in " + counted(without, "interval") +
+           " of the wheels: a gap, saturation, or before its start or after its end");
 }
 
 AlignedReadings align(const Recording& recording, const Robot& robot) {

@@ -4,11 +4,13 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <string_view>
 
 #include <fmt/format.h>
 
 #include "trundle/chassis/rows.hpp"
 #include "trundle/recording/detail/courses.hpp"
+#include "trundle/recording/detail/gyro_against_wheels.hpp"
 #include "trundle/recording/detail/table.hpp"
 
 namespace trundle {
@@ -162,56 +164,54 @@ void find_stuck(const Recording& recording, const Robot& robot, const AlignedRea
   if (!all_can_be_told) find_stuck(courses, recording.wheels.origin, problems);
 }
 
-/// Turns of the wheels and of the gyro over pieces of half a second.
-struct TurnPairs {
-  double wheels2 = 0.0, gyro2 = 0.0, product = 0.0;
-
-  double slope() const { return product / wheels2; }
-  double correlation() const { return product / std::sqrt(wheels2 * gyro2); }
-};
-
-TurnPairs turn_pairs(const Robot& robot, const Rows& rows, const AlignedReadings& readings) {
-  constexpr double kPiece = 0.5;  // [s]
-  TurnPairs pairs;
-  double by_wheels = 0.0, by_gyro = 0.0, duration_s = 0.0;
-  for (const Increment& increment : readings.increments) {
-    if (!increment.has_gyro) continue;
-    by_wheels += estimate_twist(rows, readings_of(robot.chassis, rows, increment)).twist.dtheta;
-    by_gyro += (increment.gyro_rad - robot.chassis.gyro->bias_rad_s * increment.duration_s) *
-               robot.chassis.gyro->scale;
-    duration_s += increment.duration_s;
-    if (duration_s < kPiece) continue;
-    pairs.wheels2 += by_wheels * by_wheels;
-    pairs.gyro2 += by_gyro * by_gyro;
-    pairs.product += by_wheels * by_gyro;
-    by_wheels = by_gyro = duration_s = 0.0;
+/// Counts are whole: a column of metres or of speeds that is taken for them hardly turns its wheel.
+void find_fractions(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
+                    std::vector<Problem>& problems) {
+  const WheelCourses courses = courses_of(readings, robot);
+  for (const WheelSeries& series : recording.wheels.series) {
+    const auto named = std::ranges::find(robot.wheel_names, series.wheel);
+    if (series.unit != WheelUnit::ticks || named == robot.wheel_names.end()) continue;
+    const auto broken = [](double v) { return !std::isnan(v) && v != std::round(v); };
+    const auto first = std::ranges::find_if(series.value, broken);
+    if (2 * std::ranges::count_if(series.value, broken) < static_cast<std::ptrdiff_t>(series.value.size()) ||
+        way(courses.value[static_cast<std::size_t>(named - robot.wheel_names.begin())], 0,
+            courses.time_s.size() - 1) > 1.0)
+      continue;
+    problems.push_back(
+        {Severity::warning, "fractions",
+         recording.wheels.origin.place_of(static_cast<std::size_t>(first - series.value.begin())), 1,
+         fmt::format(
+             "{0}_ticks holds fractions, like {1:.6g}, and no turn of the wheel in all; counts are whole: "
+             "another column, or {0}_rad or {0}_m?",
+             series.wheel, *first)});
   }
-  return pairs;
 }
 
-void compare_gyro(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
-                  std::vector<Problem>& problems) {
-  if (!robot.chassis.gyro || recording.gyro.time_s.empty()) return;
-  const Rows rows = rows_of(robot.chassis, false);
-  if (observability(rows).rank < 3) return;
-  const TurnPairs pairs = turn_pairs(robot, rows, readings);
-  constexpr double kLeastTurning = 0.1;  // [rad], root of the sum of squares
-  if (std::sqrt(pairs.wheels2) < kLeastTurning || pairs.gyro2 == 0.0) return;
-  const auto warn = [&](const char* kind, const std::string& message) {
-    problems.push_back({Severity::warning, kind, recording.gyro.origin.file, 1, message});
-  };
-  if (pairs.correlation() < -0.5)
-    warn("gyro sign",
-         "the gyro turns the other way than the wheels: it is mounted upside down ([gyro] scale = -1) or "
-         "left and right are swapped");
-  if (pairs.correlation() > 0.5 && pairs.slope() > 20.0)
-    warn("gyro unit",
-         fmt::format(
-             "the gyro turns {:.0f} times as far as the wheels: its rates look like degrees per second",
-             pairs.slope()));
+/// Counters that wrap where the robot file says otherwise look as if they started again.
+void name_wraps(const Recording& recording, const Robot& robot, std::vector<Problem>& problems) {
+  for (const WheelSeries& series : recording.wheels.series) {
+    const auto named = std::ranges::find(robot.wheel_names, series.wheel);
+    const int bits = guessed_bits(recording.wheels.time_s, series);
+    if (named == robot.wheel_names.end() || bits == 0) continue;
+    const auto index = static_cast<std::size_t>(named - robot.wheel_names.begin());
+    if (robot.chassis.wheels()[index].tick_bits == bits) continue;
+    std::erase_if(problems, [&](const Problem& problem) {
+      return problem.kind.starts_with("counter") &&
+             problem.message.find(fmt::format("'{}'", series.wheel)) != std::string::npos;
+    });
+    problems.push_back({Severity::warning, "tick_bits", recording.wheels.origin.file, 1,
+                        fmt::format("the counter of '{}' wraps like one of {} bits: write tick_bits = {}",
+                                    series.wheel, bits, bits)});
+  }
 }
 
 }  // namespace
+
+bool is_misreading(const Problem& problem) {
+  constexpr std::array<std::string_view, 5> kKinds = {"time unit", "increments", "clocks", "gyro unit",
+                                                      "reference unit"};
+  return std::ranges::find(kKinds, problem.kind) != kKinds.end();
+}
 
 std::vector<Problem> inspect(const Recording& recording) {
   std::vector<Problem> problems;
@@ -238,7 +238,14 @@ std::vector<Problem> inspect(const Recording& recording) {
 std::vector<Problem> inspect(const Recording& recording, const Robot& robot,
                              const AlignedReadings& readings) {
   std::vector<Problem> problems = readings.problems;
+  if (const auto unit = wrong_gyro_unit(recording, robot, readings)) {
+    std::erase_if(problems, [](const Problem& p) { return p.kind.starts_with("gyro"); });
+    problems.push_back(*unit);
+    return problems;
+  }
   if (robot.chassis.wheel_count > 0) {
+    find_fractions(recording, robot, readings, problems);
+    name_wraps(recording, robot, problems);
     find_stuck(recording, robot, readings, problems);
     compare_gyro(recording, robot, readings, problems);
   }

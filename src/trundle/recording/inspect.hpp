@@ -18,6 +18,9 @@ std::vector<Problem> inspect(const Recording& recording);
 /// see the wheel roll, a gyro that turns the other way than the wheels or in degrees.
 std::vector<Problem> inspect(const Recording& recording, const Robot& robot, const AlignedReadings& readings);
 
+/// A column, a unit or a clock is not what it was taken for: what else may be found follows from it.
+bool is_misreading(const Problem& problem);
+
 /// One stream at a glance.
 struct StreamSummary {
   std::string stream;

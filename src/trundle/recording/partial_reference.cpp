@@ -56,6 +56,22 @@ PartialReference read_partial_reference(TomlReader& table) {
   return partial;
 }
 
+ReferenceSigmas read_reference_noise(TomlReader& table) {
+  const auto sigma_m = table.number_above_zero("position_sigma_m");
+  const auto sigma_deg = table.number_above_zero("heading_sigma_deg");
+  const auto sigma_rad = table.number_above_zero("heading_sigma_rad");
+  if (sigma_deg && sigma_rad)
+    table.fail("heading_sigma_deg", "gives heading_sigma_rad and heading_sigma_deg", "one of them");
+  return {sigma_m.value_or(0.0), sigma_deg ? radians(*sigma_deg) : sigma_rad.value_or(0.0)};
+}
+
+std::string to_toml(const ReferenceSigmas& noise) {
+  std::string text;
+  if (noise.position_sigma_m > 0.0) text += fmt::format("position_sigma_m = {}\n", noise.position_sigma_m);
+  if (noise.heading_sigma_rad > 0.0) text += fmt::format("heading_sigma_rad = {}\n", noise.heading_sigma_rad);
+  return text;
+}
+
 std::string to_toml(const PartialReference& partial) {
   std::string text;
   const auto add = [&](const char* key, const std::optional<Measured>& measured) {

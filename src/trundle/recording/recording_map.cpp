@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/words.hpp"
 #include "trundle/recording/detail/partial_reference.hpp"
 #include "trundle/recording/detail/toml_reader.hpp"
 #include "trundle/recording/detail/units.hpp"
@@ -29,6 +30,12 @@ CsvFormat format_in(TomlReader& table) {
   CsvFormat format;
   format.delimiter = delimiter_in(table);
   format.header = table.boolean("header").value_or(true);
+  const std::string decimal = table.text("decimal").value_or(".");
+  if (decimal != "." && decimal != ",")
+    table.fail("decimal", fmt::format("decimal is '{}'", decimal), "\".\" or \",\"");
+  format.decimal = decimal[0];
+  if (format.decimal == format.delimiter)
+    table.fail("decimal", "decimal and delimiter are the same", "a delimiter like \";\"");
   const std::string comment = table.text("comment").value_or("#");
   if (comment.size() > 1)
     table.fail("comment", fmt::format("comment is '{}'", comment), "one character, or \"\" for none");
@@ -131,9 +138,22 @@ void take_time(StreamKind kind, TomlReader& table, TomlReader& columns, StreamSo
   source.rate_hz = rate_hz.value_or(0.0);
 }
 
+/// A column that is written beside `columns` and not under it.
+void refuse_stray_columns(StreamKind kind, const TomlReader& table) {
+  const std::vector<ColumnSource> known = columns_of(kind);
+  for (const std::string& key : table.keys()) {
+    if (key == "start_s" || key == "end_s") continue;  // the cut
+    const bool is_column = key == "time_s" ||
+                           std::ranges::find(known, key, &ColumnSource::column) != known.end() ||
+                           (kind == StreamKind::wheels && wheel_column(key));
+    if (is_column) table.fail(key, fmt::format("unknown key '{}'", key), fmt::format("'columns.{}'", key));
+  }
+}
+
 StreamSource stream_in(StreamKind kind, TomlReader& table, const fs::path& folder) {
   StreamSource source;
   source.place = table.place_of();
+  refuse_stray_columns(kind, table);
   const auto file = table.text("file");
   if (!file) table.fail("", "has no key 'file'", "the name of the CSV file");
   source.file = folder / *file;
@@ -183,10 +203,14 @@ void take_time_origin(TomlReader& file, RecordingMap& map) {
 void take_stream(StreamKind kind, TomlReader& file, const fs::path& folder, RecordingMap& map) {
   std::optional<TomlReader> table = file.table(std::string(table_name_of(kind)));
   if (!table) return;
-  if (kind == StreamKind::reference) map.partial = read_partial_reference(*table);
+  bool states_noise = false;
+  if (kind == StreamKind::reference) {
+    map.partial = read_partial_reference(*table);
+    states_noise = read_reference_noise(*table).stated();
+  }
   if (kind == StreamKind::relative_motion && table->has("tuple_file"))
     map.tuple_file = *table->text("tuple_file");
-  const bool partial_only = (kind == StreamKind::reference && !map.partial.empty()) ||
+  const bool partial_only = (kind == StreamKind::reference && (!map.partial.empty() || states_noise)) ||
                             (kind == StreamKind::relative_motion && !map.tuple_file.empty());
   if (table->has("file") || !partial_only) map.streams.emplace_back(kind, stream_in(kind, *table, folder));
   table->check_keys();
@@ -196,7 +220,8 @@ toml::table parse(const fs::path& path, const std::string& text) {
   try {
     return toml::parse(text, path.string());
   } catch (const toml::parse_error& error) {
-    throw InputError(place(path.string(), error.source().begin.line), error.description(), "TOML");
+    throw InputError(place(path.string(), error.source().begin.line), error.description(),
+                     expected_toml(error.description()));
   }
 }
 
@@ -220,6 +245,15 @@ RecordingMap read_recording_map(const fs::path& path) {
   take_time_origin(file, map);
   file.check_keys();
   return map;
+}
+
+ReferenceSigmas read_reference_noise(const fs::path& folder) {
+  const fs::path path = folder / "recording.toml";
+  if (!fs::exists(path)) return {};
+  const toml::table content = parse(path, read_file(path));
+  TomlReader file(content, path.string(), "");
+  std::optional<TomlReader> reference = file.table("reference");
+  return reference ? read_reference_noise(*reference) : ReferenceSigmas{};
 }
 
 }  // namespace trundle

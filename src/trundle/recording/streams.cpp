@@ -7,9 +7,13 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/recording/detail/misreadings.hpp"
 
 namespace trundle {
 namespace {
+
+/// Of what does not come at a rate of its own, like commands and surveyed points.
+constexpr double kSlowestEvents_s = 1e4;
 
 struct Suffix {
   std::string_view text;
@@ -29,7 +33,9 @@ std::vector<ColumnSource> wheel_columns_in(const std::filesystem::path& file) {
     if (wheel_column(name)) columns.push_back({name, name});
   if (columns.empty())
     throw InputError(place(table.file(), table.header_line()), "has no column of a wheel",
-                     "<wheel>_ticks, <wheel>_m or <wheel>_rad_s, named after the robot's wheels");
+                     table.meant().empty()
+                         ? "<wheel>_ticks, <wheel>_m or <wheel>_rad_s, named after the robot's wheels"
+                         : table.meant());
   keep_preferred(columns);
   return columns;
 }
@@ -53,12 +59,14 @@ void read_wheels(const StreamSource& source, Recording& recording) {
     wheels.series.push_back({column.wheel, column.unit, std::move(table.numbers[i])});
   }
   wheels.origin = std::move(table.origin);
+  check_increments(wheels, source, recording.problems);
 }
 
 void read_sightings(const StreamSource& source, Recording& recording) {
   RowRules rules;
   rules.repeated_stamps = true;
   rules.gaps = false;
+  rules.slowest_s = kSlowestEvents_s;
   Table table = read_table(source, rules, recording.problems);
   Problem unusable{Severity::warning, "nan", "", 0, ""};
   for (std::size_t row = 0; row < table.time_s.size(); ++row) {
@@ -83,6 +91,7 @@ VelocityStream velocity_of(Table table) {
 void read_reference(const StreamSource& source, Recording& recording) {
   RowRules rules;
   rules.empty_cells = true;
+  rules.slowest_s = kSlowestEvents_s;
   Table table = read_table(source, rules, recording.problems);
   make_continuous(table.numbers[2]);
   recording.reference = {std::move(table.time_s), std::move(table.numbers[0]), std::move(table.numbers[1]),
@@ -93,6 +102,7 @@ void read_relative_motions(const StreamSource& source, Recording& recording) {
   RowRules rules;
   rules.repeated_stamps = true;
   rules.gaps = false;
+  rules.slowest_s = kSlowestEvents_s;
   const Table table = read_table(source, rules, recording.problems);
   for (std::size_t row = 0; row < table.time_s.size(); ++row)
     recording.relative_motions.push_back(
@@ -215,7 +225,8 @@ void read_stream(StreamKind kind, const StreamSource& source, Recording& recordi
       return;
     }
     case StreamKind::commands:
-      recording.commands = velocity_of(table());
+      recording.commands =
+          velocity_of(read_table(source, {.slowest_s = kSlowestEvents_s}, recording.problems));
       return;
     case StreamKind::velocity:
       recording.velocity = velocity_of(table());

@@ -7,29 +7,42 @@
 #include <fmt/ranges.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/words.hpp"
+#include "trundle/recording/detail/misreadings.hpp"
 
 namespace trundle {
 namespace {
 
+/// Why a column is not in the file, and what to write instead.
+[[noreturn]] void fail_without(const ColumnSource& source, const CsvTable& table) {
+  const std::string where = source.place.empty() ? place(table.file(), table.header_line()) : source.place;
+  const std::string meant = table.meant();
+  if (source.name.empty())
+    throw InputError(where,
+                     fmt::format("column {} is beyond the {} of {}", source.number,
+                                 counted(table.columns(), "column"), table.file()),
+                     meant.empty() ? fmt::format("a number from 1 to {}", table.columns()) : meant);
+  const bool native = source.place.empty();
+  const std::string nearest = nearest_name(source.name, table.names());
+  const std::string fact = fmt::format("{}has no column '{}'", native ? "" : table.file() + " ", source.name);
+  if (!nearest.empty())
+    throw InputError(
+        where, fact,
+        fmt::format("'{}' in place of '{}'", native ? source.name : nearest, native ? nearest : source.name));
+  if (!meant.empty()) throw InputError(where, fact, meant);
+  throw InputError(where, fact,
+                   native ? fmt::format("a header with '{}'", source.name)
+                          : fmt::format("one of {}", fmt::join(table.names(), ", ")));
+}
+
 /// The column's place in the file.
 std::size_t index_of(const ColumnSource& source, const CsvTable& table) {
-  if (source.name.empty()) {
-    if (source.number >= 1 && source.number <= table.columns()) return source.number - 1;
-    throw InputError(
-        source.place,
-        fmt::format("column {} is beyond the {} columns of {}", source.number, table.columns(), table.file()),
-        fmt::format("a number from 1 to {}", table.columns()));
+  if (!source.name.empty()) {
+    if (const auto index = table.column_named(source.name)) return *index;
+  } else if (source.number >= 1 && source.number <= table.columns()) {
+    return source.number - 1;
   }
-  if (const auto index = table.column_named(source.name)) return *index;
-  const std::string nearest = nearest_name(source.name, table.names());
-  const std::string fact = fmt::format("has no column '{}'", source.name);
-  if (source.place.empty())
-    throw InputError(place(table.file(), table.header_line()), fact,
-                     nearest.empty() ? fmt::format("a header with '{}'", source.name)
-                                     : fmt::format("'{}' in place of '{}'", source.name, nearest));
-  throw InputError(source.place, table.file() + " " + fact,
-                   nearest.empty() ? fmt::format("one of {}", fmt::join(table.names(), ", "))
-                                   : fmt::format("'{}' in place of '{}'", nearest, source.name));
+  fail_without(source, table);
 }
 
 bool is_missing(const ColumnSource& source, const CsvTable& table) {
@@ -78,6 +91,17 @@ std::vector<double> stamps_of(const StreamSource& source, std::size_t rows) {
   return time_s;
 }
 
+/// A first row of numbers that was taken for a header: nothing else shows where columns go by number.
+void report_header(const StreamSource& source, const CsvTable& csv, std::vector<Problem>& problems) {
+  const auto by_name = [](const ColumnSource& column) { return !column.name.empty(); };
+  if (!csv.has_numbers_for_names() || std::any_of(source.columns.begin(), source.columns.end(), by_name) ||
+      (source.time && by_name(*source.time)))
+    return;
+  problems.push_back({Severity::warning, "header", place(csv.file(), csv.header_line()), 1,
+                      "the first line holds numbers, but was taken for the names of the columns: write "
+                      "header = false in recording.toml"});
+}
+
 /// All rows as they are, in the stream's columns and units.
 Table read_rows(const StreamSource& source, std::vector<Problem>& problems) {
   const MappedFile file(source.file);
@@ -95,6 +119,7 @@ Table read_rows(const StreamSource& source, std::vector<Problem>& problems) {
   if (source.time) time = selection.add({index_of(*source.time, csv), CellKind::time, source.time_scale});
   if (!source.columns.empty() && selection.wanted().size() == (time ? 1 : 0)) throw no_column(source, csv);
 
+  report_header(source, csv, problems);
   CsvRows rows = csv.read(selection.wanted());
   if (rows.truncated_line)
     problems.push_back({Severity::warning, "cut off", place(csv.file(), *rows.truncated_line), 1,
@@ -121,6 +146,7 @@ Table read_rows(const StreamSource& source, std::vector<Problem>& problems) {
 Table read_table(const StreamSource& source, const RowRules& rules, std::vector<Problem>& problems) {
   Table table = read_rows(source, problems);
   clean(table, source, rules, problems);
+  check_stamps(table, source, rules, problems);
   return table;
 }
 

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/words.hpp"
 #include "trundle/recording/detail/table.hpp"
 
 namespace trundle {
@@ -54,7 +55,7 @@ void drop_rows_without_stamp(Table& table, std::vector<Problem>& problems) {
   Finding found(table);
   for (std::size_t row = 0; row < table.time_s.size(); ++row)
     if (!std::isfinite(table.time_s[row])) found.add(row);
-  found.report(problems, "nan", fmt::format("{} rows without a stamp were left out", found.count()));
+  found.report(problems, "nan", counted(found.count(), "row") + " without a stamp left out");
   if (found.count() > 0) keep_where(table, [&](std::size_t row) { return std::isfinite(table.time_s[row]); });
 }
 
@@ -87,12 +88,11 @@ void count_disorder(const Table& table, std::vector<Problem>& problems, const Ro
     if (table.time_s[row] == table.time_s[row - 1] && !rules.repeated_stamps) repeated.add(row);
     if (table.time_s[row] < table.time_s[row - 1]) back.add(row);
   }
-  repeated.report(
-      problems, "duplicate",
-      fmt::format("{} rows repeat the stamp of the row before; the first was kept", repeated.count()));
+  repeated.report(problems, "duplicate",
+                  counted(repeated.count(), "row") + " with the stamp of the row before; the first was kept");
   back.report(
       problems, "back-step",
-      fmt::format("time steps back {} times; {}", back.count(),
+      fmt::format("time steps back {}; {}", counted(back.count(), "time"),
                   rules.repeated_stamps ? "the rows were sorted" : "rows out of order were left out"));
 }
 
@@ -122,8 +122,7 @@ void report_empty_cells(const Table& table, std::vector<Problem>& problems) {
   for (std::size_t row = 0; row < table.time_s.size(); ++row)
     for (const auto& column : table.numbers)
       if (!column.empty() && std::isnan(column[row])) found.add(row);
-  found.report(problems, "nan",
-               fmt::format("{} cells are empty or not a number and count as not measured", found.count()));
+  found.report(problems, "nan", counted(found.count(), "cell") + " without a number: not measured");
 }
 
 void report_gaps(const Table& table, std::vector<Problem>& problems) {
@@ -135,9 +134,9 @@ void report_gaps(const Table& table, std::vector<Problem>& problems) {
     greatest = std::max(greatest, step);
     if (step > longest) found.add(row);
   }
-  found.report(
-      problems, "gap",
-      fmt::format("{} gaps longer than {:.3g} s, the longest {:.3g} s", found.count(), longest, greatest));
+  found.report(problems, "gap",
+               fmt::format("{} longer than {:.3g} s, the longest {:.3g} s", counted(found.count(), "gap"),
+                           longest, greatest));
 }
 
 void cut(Table& table, const StreamSource& source) {

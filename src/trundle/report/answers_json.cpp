@@ -199,6 +199,7 @@ void attend_honesty(const Json& result, Json& attention) {
     attention.push_back({{"kind", "overconfident"},
                          {"role", error.at("role")},
                          {"name", error.at("name")},
+                         {"reference_is_exact", error.at("summary").at("reference_noise").is_null()},
                          {"share_inside_95", share}});
   }
   const Json& sightings = result.at("sightings");
@@ -206,6 +207,14 @@ void attend_honesty(const Json& result, Json& attention) {
   const double expected = sightings.at("nis_expected");
   if (sightings.at("nis_mean").get<double>() > kHonestNis * expected)
     attention.push_back({{"kind", "nis"}, {"mean", sightings.at("nis_mean")}, {"expected", expected}});
+}
+
+/// The calibration set the gyro's clock: there is nothing left to do.
+bool is_settled(const Json& problem, const Json& calibration) {
+  return problem.at("kind") == "time offset" && calibration.is_object() &&
+         std::ranges::any_of(calibration.at("notes"), [](const Json& note) {
+           return note.get<std::string>().starts_with("gyro.time_offset_s");
+         });
 }
 
 }  // namespace
@@ -238,7 +247,7 @@ Json attention_json(const Json& result) {
   attend_honesty(result, attention);
   if (result.at("health").is_object())
     for (const Json& problem : result.at("health").at("problems"))
-      if (problem.at("severity") == "warning")
+      if (problem.at("severity") == "warning" && !is_settled(problem, result.at("calibration")))
         attention.push_back(
             {{"kind", "problem"}, {"place", problem.at("place")}, {"words", problem.at("message")}});
   return attention;

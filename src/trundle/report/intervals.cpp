@@ -7,8 +7,6 @@
 namespace trundle {
 namespace {
 
-constexpr double kNormal95 = 1.959963984540054;
-
 std::optional<Interval> interval(double centre, double half) {
   if (!std::isfinite(centre) || !std::isfinite(half)) return {};
   return Interval{centre - half, centre + half};
@@ -18,7 +16,7 @@ std::optional<Interval> interval(double centre, double half) {
 
 std::optional<Interval> interval95_within(const ParameterEstimate& estimate) {
   if (!estimate.observable) return {};
-  return interval(estimate.value, kNormal95 * estimate.sigma_within);
+  return interval(estimate.value, kNormalAt95 * estimate.sigma_within);
 }
 
 std::optional<Interval> interval95_between(const ParameterEstimate& estimate, int sessions) {

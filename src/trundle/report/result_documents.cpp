@@ -115,6 +115,9 @@ constexpr std::array kSlamRules = {
 constexpr std::array kEvaluationRules = {
     JsonRule{"alignment", kObject | kMissing},
     JsonRule{"alignment/kind", kString | kMissing},
+    JsonRule{"reference_noise", kObject | kNull | kMissing},
+    JsonRule{"reference_noise/position_sigma_m", kNumber},
+    JsonRule{"reference_noise/heading_sigma_rad", kNumber},
 };
 
 std::span<const JsonRule> rules_of(std::string_view name) {

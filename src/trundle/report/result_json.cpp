@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/file.hpp"
 #include "trundle/report/calibration_json.hpp"
+#include "trundle/report/labels.hpp"
 #include "trundle/report/result_documents.hpp"
 #include "trundle/report/result_parts.hpp"
 
@@ -81,6 +83,32 @@ void name_roles(const Json& run, std::vector<ResultTrack>& tracks) {
   }
 }
 
+/// The sigmas that evaluation.json names.
+ReferenceSigmas noise_in(const Json& evaluation) {
+  const Json noise =
+      evaluation.is_object() ? evaluation.value("reference_noise", Json(nullptr)) : Json(nullptr);
+  if (!noise.is_object()) return {};
+  return {noise.at("position_sigma_m"), noise.at("heading_sigma_rad")};
+}
+
+bool are_the_same(const Trajectory& a, const Trajectory& b) {
+  const auto same_pose = [](const StampedPose& p, const StampedPose& q) {
+    return p.time_s == q.time_s && p.pose.x == q.pose.x && p.pose.y == q.pose.y &&
+           p.pose.heading == q.pose.heading;
+  };
+  return std::ranges::equal(a.poses, b.poses, same_pose) && std::ranges::equal(a.covariances, b.covariances);
+}
+
+/// Where nothing was corrected the result is the odometry: once is enough.
+void forget_copies_of_odometry(std::vector<ResultTrack>& tracks) {
+  const ResultTrack* found = track_of_role(tracks, "odometry");
+  if (found == nullptr) return;
+  const Trajectory odometry = found->trajectory;
+  std::erase_if(tracks, [&](const ResultTrack& track) {
+    return (track.role == "result" || track.role == "corrected") && are_the_same(track.trajectory, odometry);
+  });
+}
+
 /// The robot that a run used, if its file is still where run.json says: in the folder, or as it was given.
 std::optional<Robot> robot_used(const Json& run, const std::filesystem::path& folder) {
   const Json used = run.is_object() ? run.value("/robot/used"_json_pointer, Json(nullptr)) : Json(nullptr);
@@ -94,10 +122,12 @@ std::optional<Robot> robot_used(const Json& run, const std::filesystem::path& fo
 void compare_all(Found& found, ComparedWith with) {
   tell_smoothed(found.tracks);
   name_roles(document_named(found, "run"), found.tracks);
+  forget_copies_of_odometry(found.tracks);
   const Json evaluation = document_named(found, "evaluation");
-  if (const ResultTrack* own = track_of_role(found.tracks, "reference"))
+  if (const ResultTrack* own = track_of_role(found.tracks, "reference")) {
     with.reference = own->trajectory;
-  else if (!with.reference.poses.empty())
+    with.noise = noise_in(evaluation);
+  } else if (!with.reference.poses.empty())
     found.tracks.push_back({"reference", "reference", with.reference, {}, {}, {}, {}});
   if (with.reference.poses.empty()) return;
   for (ResultTrack& track : found.tracks)
@@ -205,13 +235,15 @@ bool overlap(const Json& a, const Json& b) {
   return a[0] <= b[1] && b[0] <= a[1];
 }
 
-/// The first stamp of those spans that overlap with this one.
+/// What the page calls 0: that of the stamps, as in all files, unless these have too many digits to be read,
+/// like seconds since 1970; then the whole second before the first of those spans that overlap with this one.
 double origin_of(const Json& span, std::span<const Json> results) {
-  double origin = span[0];
+  constexpr double kManyDigits = 1e5;
+  double first = span[0];
   for (const Json& other : results)
     if (other.at("span_s").is_array() && overlap(span, other.at("span_s")))
-      origin = std::min(origin, other.at("span_s")[0].get<double>());
-  return origin;
+      first = std::min(first, other.at("span_s")[0].get<double>());
+  return std::abs(first) < kManyDigits ? 0.0 : std::floor(first);
 }
 
 }  // namespace
@@ -242,7 +274,12 @@ Json report_json(std::span<const Json> results, const Json& provenance) {
   Json document = {
       {"format", kReportFormat}, {"format_version", kReportFormatVersion}, {"provenance", provenance}};
   document["results"] = Json::array();
-  for (Json result : results) {
+  std::vector<std::string> labels;
+  for (const Json& result : results) labels.push_back(result.at("label"));
+  if (labels.size() > 1) labels = shortest_labels(labels);
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    Json result = results[i];
+    result["label"] = labels[i];
     if (result.at("span_s").is_array()) result["origin_s"] = origin_of(result.at("span_s"), results);
     document["results"].push_back(std::move(result));
   }

@@ -48,8 +48,9 @@ void lay_on(Trajectory& trajectory, const Pose2& motion) {
 
 void compare_by(ResultTrack& track, const ComparedWith& with, Alignment alignment) {
   const Trajectory seen = with.robot ? of_reference_sensor(track.trajectory, *with.robot) : track.trajectory;
-  track.evaluation = evaluate(seen, with.reference, {.alignment = alignment});
-  track.errors = errors_along(seen, with.reference, {.alignment = alignment});
+  const EvaluateOptions options{.alignment = alignment, .reference_noise = with.noise};
+  track.evaluation = evaluate(seen, with.reference, options);
+  track.errors = errors_along(seen, with.reference, options);
   track.laid_by = track.evaluation->reference_from_estimate;
   lay_on(track.trajectory, track.laid_by);
 }

@@ -5,6 +5,8 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "trundle/statistics/distribution.hpp"
+
 namespace trundle {
 namespace {
 
@@ -45,8 +47,7 @@ Ellipse ellipse_of(const Vector2& mean, const Matrix2& covariance, double c) {
 }  // namespace
 
 Ellipse error_ellipse95(const Vector2& mean, const Matrix2& covariance) {
-  constexpr double kChi2Of2 = 5.991464547107979;
-  return ellipse_of(mean, covariance, std::sqrt(kChi2Of2));
+  return ellipse_of(mean, covariance, std::sqrt(kChiSquared2At95));
 }
 
 Scatter scatter_of(std::span<const Vector2> points) {

@@ -18,7 +18,6 @@ using Json = nlohmann::ordered_json;
 using Column = std::vector<double>;
 using Rows = std::vector<std::size_t>;
 
-constexpr double kNormal95 = 1.959963984540054;
 /// Time marks along a track: at round times, not more than so many.
 constexpr double kMostMarks = 30.0;
 constexpr std::array kRoundSeconds = {1.0,   2.0,   5.0,    10.0,   20.0,   30.0,  60.0,   120.0,  300.0,
@@ -34,7 +33,7 @@ Column column_of(std::size_t count, Get get) {
 /// 95 % of positions lie so near to the track, measured across it.
 double across95(const Pose2& pose, const Matrix3& covariance) {
   const Vector2 left(-std::sin(pose.heading), std::cos(pose.heading));
-  return kNormal95 * std::sqrt(left.dot(covariance.topLeftCorner<2, 2>() * left));
+  return kNormalAt95 * std::sqrt(left.dot(covariance.topLeftCorner<2, 2>() * left));
 }
 
 double step_of_marks(double duration_s) {
@@ -115,8 +114,14 @@ Json summary_json(const Evaluation& e) {
                   {"final_m", e.final_position_m},
                   {"final_percent", or_null(e.final_percent)},
                   {"nees_mean", nullptr},
-                  {"share_inside_95", nullptr}};
+                  {"share_inside_95", nullptr},
+                  {"before_motion", nullptr},
+                  {"reference_noise", nullptr}};
+  if (e.reference_noise.stated())
+    summary["reference_noise"] = {{"position_sigma_m", e.reference_noise.position_sigma_m},
+                                  {"heading_sigma_rad", e.reference_noise.heading_sigma_rad}};
   if (e.nees) {
+    summary["before_motion"] = e.nees->before_motion;
     summary["nees_mean"] = e.nees->mean;
     summary["share_inside_95"] = e.nees->share_inside_95;
   }

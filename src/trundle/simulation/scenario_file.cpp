@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "trundle/io/file.hpp"
+#include "trundle/io/words.hpp"
 #include "trundle/simulation/detail/path_table.hpp"
 #include "trundle/simulation/detail/sensor_options.hpp"
 #include "trundle/simulation/detail/true_robot.hpp"
@@ -167,7 +168,7 @@ Plan read_plan(const std::filesystem::path& path, std::optional<std::uint64_t> s
     const toml::table table = toml::parse(content, name);
     return scenario_file::read({source, table, ""}, path, seed);
   } catch (const toml::parse_error& error) {
-    robot_file::fail(source, error.source(), error.description(), "TOML");
+    robot_file::fail(source, error.source(), error.description(), expected_toml(error.description()));
   }
 }
 

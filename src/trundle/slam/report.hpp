@@ -18,7 +18,7 @@ enum class Decision {
 /// What became of one observation.
 struct ObservationReport {
   Decision decision = Decision::invalid;
-  LandmarkId landmark = kUnknownLandmark;  ///< number in the filter's map; none where rejected or invalid
+  LandmarkId landmark = kUnknownLandmark;  ///< its id in the filter's map; none where rejected or invalid
   Vector2 innovation = Vector2::Zero();    ///< (range, bearing) [m, rad]; where matched or rejected
   double nis = 0.0;  ///< innovation squared in its own covariance: χ² with 2 degrees of freedom if honest
 

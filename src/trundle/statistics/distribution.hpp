@@ -5,6 +5,12 @@ namespace trundle {
 // Tails and quantiles of the distributions that intervals and tests need; relative error below 1e-10.
 // Quantiles are given by the probability of what lies *beyond* them, so that small ones keep their digits.
 
+/// 95 % of χ² with two, and with three, degrees of freedom are below.
+inline constexpr double kChiSquared2At95 = 5.991464547107979;
+inline constexpr double kChiSquared3At95 = 7.814727903251178;
+/// The same of |N(0, 1)|.
+inline constexpr double kNormalAt95 = 1.959963984540054;
+
 /// P(X > x) of χ² with so many degrees of freedom.
 double chi_squared_tail(double x, double degrees_of_freedom);
 /// P(X > x) of Fisher's F.

@@ -17,13 +17,11 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kSmallestLengthSigmaM = 1e-4;
 constexpr double kSmallestHeadingSigmaRad = 1e-4;
 
-constexpr double kNormal95 = 1.959963984540054;
-
 /// Correlations of three readings mean something from here on.
 constexpr int kDegreesOfFreedomForCorrelations = 8;
 
 double widening(int degrees_of_freedom) {
-  const double ratio = student_t_limit(0.05, degrees_of_freedom) / kNormal95;
+  const double ratio = student_t_limit(0.05, degrees_of_freedom) / kNormalAt95;
   return ratio * ratio;
 }
 

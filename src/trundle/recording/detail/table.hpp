@@ -51,6 +51,7 @@ struct RowRules {
       false;  ///< several rows may share a stamp (sightings); then rows out of order are sorted
   bool empty_cells = false;  ///< empty cells mean 'not measured' and are no problem (reference)
   bool gaps = true;          ///< gaps between stamps are reported
+  double slowest_s = 10.0;   ///< stamps that step farther in the median are not in seconds
 };
 
 /// Drops, sorts and sums rows as the source and the rules ask; reports what was found.

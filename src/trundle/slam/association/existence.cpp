@@ -34,32 +34,50 @@ bool Visibility::covers(double range_m, double bearing_rad) const {
 }
 
 double Visibility::reach_m() const {
-  return kMargin * *std::ranges::max_element(furthest_m_);
+  return *std::ranges::max_element(furthest_m_);
 }
 
-void Visibility::count(bool seen) {
-  looks_ += 1.0;
-  seen_ += seen ? 1.0 : 0.0;
+std::size_t Visibility::ring_of(double range_m) const {
+  const double share = std::clamp(range_m / max_range_m_, 0.0, 1.0);
+  return static_cast<std::size_t>(std::min(kRings - 1, static_cast<int>(share * kRings)));
 }
 
-double Visibility::detection() const {
-  return std::min(seen_ / looks_, kSurestDetection);
+void Visibility::count(double range_m, bool seen) {
+  const std::size_t ring = ring_of(range_m);
+  looks_[ring] += 1.0;
+  seen_[ring] += seen ? 1.0 : 0.0;
+}
+
+double Visibility::detection(double range_m) const {
+  const std::size_t ring = ring_of(range_m);
+  return std::min(seen_[ring] / looks_[ring], kSurestDetection);
 }
 
 // Eq. 23.
-double Visibility::for_seen() const {
-  return std::max(0.0, std::log(detection() / kBySpurious));
+double Visibility::for_seen(double range_m) const {
+  return std::max(0.0, std::log(detection(range_m) / kBySpurious));
 }
 
-double Visibility::for_missed() const {
-  return std::min(0.0, std::log((1.0 - detection()) / (1.0 - kBySpurious)));
+double Visibility::for_missed(double range_m) const {
+  return std::min(0.0, std::log((1.0 - detection(range_m)) / (1.0 - kBySpurious)));
 }
 
-bool Existence::look(const Vector2& from, bool seen, Visibility& visibility) {
-  if (log_odds > kSure) visibility.count(seen);
-  log_odds = std::min(kMost, log_odds + (seen ? visibility.for_seen() : visibility.for_missed()));
-  looked_from = from;
-  return log_odds >= kRemoved;
+double Visibility::prior() const {
+  return std::log(real_ / spurious_);
+}
+
+bool Existence::look(const Look& look, Visibility& visibility) {
+  if (!is_another_look(look.from, look.range_m)) return true;
+  const bool is_covered = visibility.covers(look.range_m, look.bearing_rad);
+  if (!is_covered && !look.seen) return true;
+  if (is_covered && log_odds > kSure) visibility.count(look.range_m, look.seen);
+  log_odds += look.seen ? visibility.for_seen(look.range_m) : visibility.for_missed(look.range_m);
+  log_odds = std::min(kMost, log_odds);
+  looked_from = look.from;
+  const bool is_removed = log_odds < kRemoved;
+  if (!was_sure && (is_removed || log_odds > kSure)) visibility.resolve(!is_removed);
+  was_sure = was_sure || log_odds > kSure;
+  return !is_removed;
 }
 
 }  // namespace trundle

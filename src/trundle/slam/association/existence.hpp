@@ -1,46 +1,59 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "trundle/slam/observation.hpp"
 
 namespace trundle {
 
-/// Where a sensor has seen landmarks so far, and how often it misses one that it ought to see. Learned from
-/// the sightings themselves, so nobody has to know the field of view. docs/slam.md, eq. 23.
+/// Where a sensor has seen landmarks so far, and how often, at each range, it misses one that it ought to
+/// see. Learned from the sightings themselves, so nobody has to know the field of view. docs/slam.md, eq. 23.
 class Visibility {
  public:
-  explicit Visibility(double max_range_m) : max_range_m_(max_range_m) {}
+  explicit Visibility(double max_range_m) : max_range_m_(max_range_m) {
+    seen_.fill(1.0);
+    looks_.fill(2.0);
+  }
 
   /// A landmark of the map was seen there.
   void saw(double range_m, double bearing_rad);
   /// Inside what has been seen, with a margin.
   bool covers(double range_m, double bearing_rad) const;
-  /// No landmark further away is covered.
+  /// The furthest sighting: no landmark further away is covered.
   double reach_m() const;
 
   /// A landmark that surely exists and that the view covers was seen or missed.
-  void count(bool seen);
-  /// What seeing and missing it says for a landmark's existence, as log-odds.
-  double for_seen() const;
-  double for_missed() const;
+  void count(double range_m, bool seen);
+  /// What seeing and missing it there says for a landmark's existence, as log-odds.
+  double for_seen(double range_m) const;
+  double for_missed(double range_m) const;
+
+  /// What was taken for a new landmark has turned out to be one, or to be none.
+  void resolve(bool was_one) { (was_one ? real_ : spurious_) += 1.0; }
+  /// Log-odds that a new landmark is one, as far as that has turned out.
+  double prior() const;
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.furthest_m_, self.sightings_, self.seen_, self.looks_);
+    archive(self.furthest_m_, self.sightings_, self.seen_, self.looks_, self.real_, self.spurious_);
   }
 
  private:
   static constexpr int kSectors = 36;
+  static constexpr int kRings = 16;  ///< of the sensor's range: far landmarks are missed more often
   static int sector_of(double bearing_rad);
-  double detection() const;
+  std::size_t ring_of(double range_m) const;
+  double detection(double range_m) const;
 
   double max_range_m_;
   std::array<double, kSectors> furthest_m_{};
   std::array<int, kSectors> sightings_{};
-  double seen_ = 1.0;
-  double looks_ = 2.0;
+  std::array<double, kRings> seen_;
+  std::array<double, kRings> looks_;
+  double real_ = 1.0;
+  double spurious_ = 1.0;
 };
 
 /// Whether a landmark exists.
@@ -48,20 +61,33 @@ struct Existence {
   static constexpr double kMost = 6.0;  ///< no landmark is surer than that: what vanishes is soon believed
   static constexpr double kSure = 2.0;  ///< above it, it tells how often the sensor misses one
   static constexpr double kRemoved = -3.0;  ///< below it, it leaves the map
-  double log_odds = 0.0;
-  Vector2 looked_from = Vector2::Zero();  ///< where the robot was when it last counted
+  static constexpr double kTold = 3.0;      ///< from it on, with the prior, the map that is given out has it
+  double log_odds = 0.0;                    ///< what was seen of it says so, without the prior
+  Vector2 looked_from = Vector2::Zero();    ///< where the robot was when it last counted
+  bool was_sure = false;                    ///< at some time
 
   /// True where the sight of a landmark is another one than last time: the robot has moved by a tenth of the
   /// distance. What stands still in front of a landmark hides it only once.
   bool is_another_look(const Vector2& from, double range_m) const {
     return (from - looked_from).norm() >= 0.1 * range_m;
   }
-  /// Counts a look. False: to be removed.
-  bool look(const Vector2& from, bool seen, Visibility& visibility);
+  /// A look at where it ought to be.
+  struct Look {
+    Vector2 from;
+    double range_m;
+    double bearing_rad;
+    bool seen;
+  };
+  /// Counts a look that is another one, and in the view if it saw nothing. False: to be removed.
+  bool look(const Look& look, Visibility& visibility);
+  /// As surely there as one that is removed is not: a landmark of the map. Any other is tentative.
+  bool is_confirmed(const Visibility& visibility) const {
+    return log_odds >= std::min(kMost, kTold - std::min(0.0, visibility.prior()));
+  }
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.log_odds, self.looked_from);
+    archive(self.log_odds, self.looked_from, self.was_sure);
   }
 };
 

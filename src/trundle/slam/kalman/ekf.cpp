@@ -172,11 +172,8 @@ void EkfSlam::look_around() {
   std::vector<std::size_t> gone;
   for (const std::size_t landmark : around) {
     const ExpectedReading expected = expected_reading(pose, sensor_.body_from_sensor, grid_.place(landmark));
-    Existence& existence = entries_[landmark].existence;
-    if (!visibility_.covers(expected.range_m, expected.bearing_rad) ||
-        !existence.is_another_look(pose.translation(), expected.range_m))
-      continue;
-    if (!existence.look(pose.translation(), is_seen[landmark], visibility_)) gone.push_back(landmark);
+    const Existence::Look look{pose.translation(), expected.range_m, expected.bearing_rad, is_seen[landmark]};
+    if (!entries_[landmark].existence.look(look, visibility_)) gone.push_back(landmark);
   }
   std::ranges::sort(gone, std::greater<>());
   for (const std::size_t landmark : gone) remove(landmark);
@@ -231,7 +228,7 @@ void EkfSlam::keep_gated() {
     const double nis = match.innovation.dot(Matrix2(S_.block<2, 2>(row, row)).llt().solve(match.innovation));
     const bool passes = nis <= options_.gate;
     report_.observations[match.observation] = {passes ? Decision::matched : Decision::rejected,
-                                               passes ? number_of(match.landmark) : kUnknownLandmark,
+                                               passes ? entries_[match.landmark].id : kUnknownLandmark,
                                                match.innovation, nis};
     if (!passes) continue;
     ++entries_[match.landmark].sightings;
@@ -277,12 +274,7 @@ void EkfSlam::add_landmark(std::size_t i) {
   if (!has_name) grid_.put(entries_.size(), sighted.in_world);
   entries_.push_back({observations_[i].landmark, 1, has_name, {0.0, state_.pose().translation()}});
   report_.observations[i].decision = Decision::created;
-  report_.observations[i].landmark = number_of(entries_.size() - 1);
-}
-
-/// What a report calls it: landmarks without names may get another place in the map, but keep their id.
-LandmarkId EkfSlam::number_of(std::size_t landmark) const {
-  return entries_[landmark].has_name ? static_cast<LandmarkId>(landmark) : entries_[landmark].id;
+  report_.observations[i].landmark = entries_.back().id;
 }
 
 std::int64_t EkfSlam::find(LandmarkId id) const {

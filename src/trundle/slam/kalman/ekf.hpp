@@ -28,8 +28,10 @@ class EkfSlam {
   PoseEstimate estimate() const { return state_.body(); }
   std::size_t landmarks() const { return entries_.size(); }
   MappedLandmark landmark(std::size_t index) const;
-  /// Whether the map that is given out has it.
-  bool has_landmark(std::size_t) const { return true; }
+  /// Whether the map that is given out has it: one without a name once its existence is confirmed.
+  bool has_landmark(std::size_t index) const {
+    return entries_[index].has_name || entries_[index].existence.is_confirmed(visibility_);
+  }
   /// The whole joint covariance, in the order x, y, heading, s, x_1, y_1, ...
   Eigen::MatrixXd covariance() const { return state_.covariance(); }
 
@@ -77,7 +79,6 @@ class EkfSlam {
   void remove(std::size_t landmark);
   void locate_again();
   std::int64_t find(LandmarkId id) const;
-  LandmarkId number_of(std::size_t landmark) const;
 
   LandmarkSensor sensor_;
   Matrix2 R_;

@@ -14,13 +14,17 @@ struct SightedPoint {
   Vector2 in_body = Vector2::Zero();
   Matrix2 covariance = Matrix2::Zero();  ///< of the reading, and of the motion since
   LandmarkId landmark = kUnknownLandmark;
-  std::uint64_t step = 0;  ///< when it was seen
+  std::uint64_t step = 0;               ///< when it was seen
+  Vector2 seen_from = Vector2::Zero();  ///< where the robot was when it said something new, in today's frame
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.in_body, self.covariance, self.landmark, self.step);
+    archive(self.in_body, self.covariance, self.landmark, self.step, self.seen_from);
   }
 };
+
+/// Nothing tells them apart: sightings of one landmark, or of neighbours, whose errors are the same.
+bool are_one_place(const SightedPoint& a, const SightedPoint& b);
 
 /// The landmarks seen lately, in today's body frame: what a robot that does not know where it is has to
 /// recognise a place by. Bounded: the points seen last, none less certain than a metre. docs/slam.md, eq. 46.
@@ -29,6 +33,8 @@ class Constellation {
   explicit Constellation(const LandmarkSensor& sensor) : sensor_(sensor) {}
 
   void step(const Motion& motion, std::span<const Observation> observations);
+  /// Of each observation of the last step: 1 where it is news, 0 where it repeats what was seen from here.
+  std::span<const double> news() const { return news_; }
   /// What was seen before that step belongs to another place.
   void forget_before(std::uint64_t step);
 
@@ -40,15 +46,17 @@ class Constellation {
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.now_, self.points_);
+    archive(self.now_, self.points_, self.news_);
   }
 
  private:
-  void add(const Observation& observation);
+  double add(const Observation& observation);
+  std::vector<SightedPoint>::iterator same_as(const SightedPoint& point);
 
   LandmarkSensor sensor_;
   std::uint64_t now_ = 0;
   std::vector<SightedPoint> points_;
+  std::vector<double> news_;
 };
 
 }  // namespace trundle

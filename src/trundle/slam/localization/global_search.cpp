@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t kMostPairs = 6;        // of points, tried in one step
 constexpr std::size_t kMostHypotheses = 64;  // kept
+constexpr double kReach = 16.0;              // hypotheses whose log odds are so far below the best are none
 constexpr double kSamePlace_m = 0.5;
 constexpr double kSameHeading_rad = radians(10.0);
 
@@ -64,12 +65,26 @@ class Search {
         map_(map),
         sensor_(sensor),
         options_(options),
-        log_space_(std::log(2.0 * kPi * map.area_m2(sensor.max_range_m))) {}
+        log_space_(std::log(2.0 * kPi * map.area_m2(sensor.max_range_m))) {
+    for (const SightedPoint& point : seen.points()) crowds_.push_back(crowd_of(point));
+  }
 
   std::vector<PoseHypothesis> run() {
     for (const PointPair& pair : best_pairs()) try_pair(pair);
     std::ranges::stable_sort(found_, std::greater{}, &PoseHypothesis::log_odds);
     return distinct();
+  }
+
+  double log_odds_at(const PoseEstimate& pose) const {
+    PoseHypothesis hypothesis{pose};
+    hypothesis.pose.covariance =
+        Vector3(kSamePlace_m * kSamePlace_m, kSamePlace_m * kSamePlace_m, kSameHeading_rad * kSameHeading_rad)
+            .asDiagonal();
+    hypothesis.log_odds =
+        0.5 * std::log(hypothesis.pose.covariance.determinant()) + 1.5 * std::log(2.0 * kPi) - log_space_;
+    std::vector<LandmarkId> taken;
+    add_points(hypothesis, {}, taken);
+    return hypothesis.log_odds;
   }
 
  private:
@@ -115,10 +130,12 @@ class Search {
   }
 
   void try_landmarks(const PointPair& pair, LandmarkId first, LandmarkId second) {
-    const auto hypothesis = from_pair(pair, first, second);
+    auto hypothesis = from_pair(pair, first, second);
     if (!hypothesis) return;
-    PoseHypothesis extended = with_the_rest(*hypothesis, pair);
-    if (extended.log_odds > 0.0) found_.push_back(extended);
+    std::vector<LandmarkId> taken = {first, second};
+    add_points(*hypothesis, pair, taken);
+    best_ = std::max(best_, hypothesis->log_odds);
+    if (hypothesis->log_odds > best_ - kReach) found_.push_back(*hypothesis);
   }
 
   /// log of the density of a point that is no landmark of the map, or has a wrong name: anywhere in sight.
@@ -167,32 +184,42 @@ class Search {
     return hypothesis;
   }
 
-  /// Eq. 49: the other points, the newest first, each as a measurement of the pose or as no landmark.
-  PoseHypothesis with_the_rest(PoseHypothesis hypothesis, const PointPair& pair) const {
+  /// Eq. 49: the points that are not of the pair, the newest first, each as a measurement of the pose or as
+  /// no landmark. No landmark is two points.
+  void add_points(PoseHypothesis& hypothesis, const PointPair& pair, std::vector<LandmarkId>& taken) const {
     const auto points = seen_.points();
     for (std::size_t i = points.size(); i-- > 0;) {
       const SightedPoint& point = points[i];
       if (&point == pair.first || &point == pair.second || !is_usable(point)) continue;
-      const double log_in_map = take(hypothesis, point) + log_landmark(point, hypothesis.pose);
-      const double log_chance_here = log_chance(point);
-      hypothesis.log_odds += std::log(std::exp(log_in_map - log_chance_here) + options_.outlier_share);
+      const double log_in_map = take(hypothesis, point, taken) + log_landmark(point, hypothesis.pose);
+      const double gain = std::log(std::exp(log_in_map - log_chance(point)) + options_.outlier_share);
+      hypothesis.log_odds += gain / crowds_[i];
     }
-    return hypothesis;
   }
 
-  /// Improves the hypothesis by a point, if a landmark fits; returns the point's log density then, else −∞.
-  double take(PoseHypothesis& hypothesis, const SightedPoint& point) const {
+  /// Points in one place are one witness.
+  double crowd_of(const SightedPoint& point) const {
+    return static_cast<double>(std::ranges::count_if(
+        seen_.points(), [&](const SightedPoint& p) { return are_one_place(p, point); }));
+  }
+
+  /// Improves the hypothesis by a point, if a landmark fits that no other point has taken; returns the
+  /// point's log density then, else −∞.
+  double take(PoseHypothesis& hypothesis, const SightedPoint& point, std::vector<LandmarkId>& taken) const {
     PoseEstimate& pose = hypothesis.pose;
     double best = options_.gate;
     std::optional<PointSight> chosen;
+    LandmarkId landmark = kUnknownLandmark;
     Matrix2 S_chosen;
     for (const LandmarkId id : candidates(pose, point)) {
+      if (std::ranges::find(taken, id) != taken.end()) continue;
       const PointSight sight = point_sight(pose.pose, point, map_[id]);
       const Matrix2 S = sight.H * pose.covariance * sight.H.transpose() + sight.noise;
       const double squared = sight.residual.dot(S.llt().solve(sight.residual));
       if (squared > best) continue;
       best = squared;
       chosen = sight;
+      landmark = id;
       S_chosen = S;
     }
     if (!chosen) return -std::numeric_limits<double>::infinity();
@@ -201,6 +228,7 @@ class Search {
     pose.pose = {pose.pose.x + change.x(), pose.pose.y + change.y(), pose.pose.heading + change.z()};
     pose.covariance -= K * S_chosen * K.transpose();
     ++hypothesis.matched;
+    taken.push_back(landmark);
     return log_normal(best, S_chosen);
   }
 
@@ -216,9 +244,7 @@ class Search {
     std::vector<PoseHypothesis> kept;
     for (const PoseHypothesis& candidate : found_) {
       const auto is_same = [&](const PoseHypothesis& other) {
-        const Pose2 apart = other.pose.pose.inverse() * candidate.pose.pose;
-        return apart.translation().norm() < kSamePlace_m &&
-               std::abs(wrap_angle(apart.heading)) < kSameHeading_rad;
+        return is_same_place(other.pose.pose, candidate.pose.pose);
       };
       if (kept.size() == kMostHypotheses) break;
       if (std::ranges::none_of(kept, is_same)) kept.push_back(candidate);
@@ -230,8 +256,10 @@ class Search {
   const KnownMap& map_;
   const LandmarkSensor& sensor_;
   const MapSightOptions& options_;
-  double log_space_;  ///< of the poses that there are
+  double log_space_;            ///< of the poses that there are
+  std::vector<double> crowds_;  ///< of each point: how many are in its place
   std::vector<PoseHypothesis> found_;
+  double best_ = 0.0;  ///< log odds of the best one found, or of none
 };
 
 }  // namespace
@@ -241,12 +269,14 @@ std::vector<PoseHypothesis> find_poses(const Constellation& seen, const KnownMap
   return Search(seen, map, sensor, options).run();
 }
 
-double certainty_of_first(const std::vector<PoseHypothesis>& hypotheses) {
-  if (hypotheses.empty()) return 0.0;
-  const double first = hypotheses.front().log_odds;
-  double all = std::exp(-first);
-  for (const PoseHypothesis& hypothesis : hypotheses) all += std::exp(hypothesis.log_odds - first);
-  return 1.0 / all;
+double log_odds_at(const PoseEstimate& pose, const Constellation& seen, const KnownMap& map,
+                   const LandmarkSensor& sensor, const MapSightOptions& options) {
+  return Search(seen, map, sensor, options).log_odds_at(pose);
+}
+
+bool is_same_place(const Pose2& a, const Pose2& b) {
+  const Pose2 apart = a.inverse() * b;
+  return apart.translation().norm() < kSamePlace_m && std::abs(wrap_angle(apart.heading)) < kSameHeading_rad;
 }
 
 }  // namespace trundle

@@ -21,7 +21,12 @@ struct PoseHypothesis {
 std::vector<PoseHypothesis> find_poses(const Constellation& seen, const KnownMap& map,
                                        const LandmarkSensor& sensor, const MapSightOptions& options);
 
-/// Probability that the first hypothesis is right and the others, and 'none', are wrong.
-double certainty_of_first(const std::vector<PoseHypothesis>& hypotheses);
+/// What the hypothesis that the robot is at a pose, or as near as another hypothesis would count as the same,
+/// has in its favour: as find_poses would say it.
+double log_odds_at(const PoseEstimate& pose, const Constellation& seen, const KnownMap& map,
+                   const LandmarkSensor& sensor, const MapSightOptions& options);
+
+/// Too near to each other to be told apart.
+bool is_same_place(const Pose2& a, const Pose2& b);
 
 }  // namespace trundle

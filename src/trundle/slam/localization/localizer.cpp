@@ -106,10 +106,15 @@ std::string_view name_of(LocalizerFilter filter) {
 }
 
 Localizer::Localizer(const KnownMap& map, const LandmarkSensor& sensor, const LocalizerOptions& options)
-    : map_(&map), sensor_(sensor), options_(options), seen_(sensor) {
+    : map_(&map), sensor_(sensor), options_(options), seen_(sensor), rivals_(map, sensor, options.sight) {
   if (options.filter == LocalizerFilter::particles && options.particles.most == 0)
     throw InputError("localizer", "may have 0 particles at most", "at least 1");
-  if (options.start) start_from(*options.start);
+  if (options.start) start_from({PoseEkf(map, sensor, *options.start, options.sight), limit(), 0.0});
+}
+
+/// What speaks so much against a pose makes it a wrong one.
+double Localizer::limit() const {
+  return std::log(options_.false_alarm_interval);
 }
 
 const LocalizerReport& Localizer::step(const Motion& motion, std::span<const Observation> observations) {
@@ -117,40 +122,28 @@ const LocalizerReport& Localizer::step(const Motion& motion, std::span<const Obs
   report_.observations.assign(observations.size(), {});
   const std::vector<Observation> once = without_repeats(observations);
   seen_.step(motion, once);
-  if (is_known())
-    track(motion, once);
-  else
-    search(once);
+  rivals_.step(motion, once, seen_.news());
+  if (is_known()) track(motion, once);
+  look_for_rivals();
+  is_known() ? check() : claim();
+  report_.hypotheses = rivals_.all().size();
   if (const auto* particles = std::get_if<PoseParticles>(&filter_))
     report_.particles = particles->poses().size();
   return report_;
 }
 
-void Localizer::search(std::span<const Observation> observations) {
-  report_.phase = LocalizerPhase::searching;
-  if (observations.empty() || seen_.fresh() == 0) return;
-  const auto hypotheses = find_poses(seen_, *map_, sensor_, options_.sight);
-  report_.hypotheses = hypotheses.size();
-  if (certainty_of_first(hypotheses) < 1.0 - options_.doubt) return;
-  start_from(hypotheses);
-  report_.phase = LocalizerPhase::found;
-}
-
-void Localizer::start_from(std::span<const PoseHypothesis> hypotheses) {
+void Localizer::start_from(const Rival& rival) {
+  const PoseEstimate& pose = rival.filter.estimate();
   if (options_.filter == LocalizerFilter::ekf)
-    filter_.emplace<PoseEkf>(*map_, sensor_, hypotheses.front().pose, options_.sight);
+    filter_ = rival.filter;
   else
     filter_.emplace<PoseParticles>(
-        *map_, sensor_, hypotheses,
+        *map_, sensor_, pose,
         PoseParticlesOptions{
             .sight = options_.sight, .number = options_.particles, .seed = options_.seed + seen_.now()});
-  alarm_ = 0.0;
+  log_odds_ = rival.log_odds;
+  alarm_ = rival.alarm;
   sure_step_ = seen_.now();
-}
-
-/// What is known at the start is a Gaussian: one hypothesis.
-void Localizer::start_from(const PoseEstimate& pose) {
-  start_from(std::vector<PoseHypothesis>{{pose, 0.0, 0}});
 }
 
 /// Eq. 53: a sum of log likelihood ratios that never falls below 0.
@@ -159,18 +152,66 @@ void Localizer::track(const Motion& motion, std::span<const Observation> observa
     if constexpr (std::is_same_v<std::decay_t<decltype(filter)>, std::monostate>)
       return nullptr;
     else
-      return &filter.step(motion, observations);
+      return &filter.step(motion, observations, seen_.news());
   };
   const MapStepReport& found = *std::visit(step, filter_);
   report_.observations = found.observations;
-  report_.phase = LocalizerPhase::tracking;
+  log_odds_ -= found.against;
   alarm_ = std::max(0.0, alarm_ + found.against);
-  if (alarm_ == 0.0) sure_step_ = seen_.now();
-  const double limit = std::log(options_.false_alarm_interval);
-  report_.alarm = alarm_ / limit;
-  if (alarm_ < limit) return;
+  rivals_.give_up(estimate()->pose);
+}
+
+/// Eq. 56: whoever is in question already has been right before as well, and was thought more probable then.
+void Localizer::look_for_rivals() {
+  if (std::ranges::all_of(seen_.news(), [](double share) { return share == 0.0; })) return;
+  if (is_known() && alarm_ == 0.0) return;
+  double log_prior = 0.0;
+  if (const auto first = most_probable()) {
+    const double before = first->log_odds - log_odds_at(first->pose, seen_, *map_, sensor_, options_.sight);
+    log_prior = before - std::clamp(before, 0.0, is_known() ? limit() : -std::log(options_.doubt));
+  }
+  rivals_.admit(find_poses(seen_, *map_, sensor_, options_.sight), log_prior);
+  if (is_known()) rivals_.give_up(estimate()->pose);
+  if (const auto first = most_probable()) rivals_.give_up(first->log_odds - limit(), limit());
+}
+
+/// The pose that is known, or else the first rival.
+std::optional<Localizer::Candidate> Localizer::most_probable() const {
+  if (is_known()) return Candidate{*estimate(), log_odds_, alarm_};
+  if (rivals_.all().empty()) return std::nullopt;
+  const Rival& first = rivals_.all().front();
+  return Candidate{first.filter.estimate(), first.log_odds, first.alarm};
+}
+
+/// Eq. 57: probability of the most probable pose.
+double Localizer::certainty() const {
+  const auto first = most_probable();
+  if (!first) return 0.0;
+  double all = 1.0 + std::exp(-std::min(first->log_odds, limit() - first->alarm));
+  for (const Rival& rival : rivals_.all().subspan(is_known() ? 0 : 1))
+    all += std::exp(rival.log_odds - first->log_odds);
+  return 1.0 / all;
+}
+
+void Localizer::claim() {
+  report_.phase = LocalizerPhase::searching;
+  if (certainty() < 1.0 - options_.doubt) return;
+  start_from(rivals_.take_first());
+  report_.phase = LocalizerPhase::found;
+}
+
+/// Whether what was thought to be known still is.
+void Localizer::check() {
+  report_.phase = LocalizerPhase::tracking;
+  report_.alarm = alarm_ / limit();
+  const double sure = certainty();
+  if (alarm_ == 0.0 && sure >= 1.0 - options_.doubt) sure_step_ = seen_.now();
+  if (alarm_ < limit() && sure >= 0.5) return;
   report_.phase = LocalizerPhase::lost;
-  seen_.forget_before(sure_step_ + 1);
+  if (alarm_ < limit())
+    rivals_.add({PoseEkf(*map_, sensor_, *estimate(), options_.sight), log_odds_, alarm_});
+  else
+    seen_.forget_before(sure_step_ + 1);
   forget();
 }
 

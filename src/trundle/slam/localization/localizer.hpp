@@ -6,6 +6,7 @@
 
 #include "trundle/geometry/trajectory.hpp"
 #include "trundle/slam/localization/pose_particles.hpp"
+#include "trundle/slam/localization/rivals.hpp"
 #include "trundle/slam/steps.hpp"
 
 namespace trundle {
@@ -36,7 +37,7 @@ struct LocalizerReport {
   std::vector<ObservationReport>
       observations;            ///< as they were given; all invalid while searching; so are repeats
   double alarm = 0.0;          ///< the sequential test's sum, of which 1 is the limit; eq. 53
-  std::size_t hypotheses = 0;  ///< poses that explain what was seen, while searching
+  std::size_t hypotheses = 0;  ///< poses in question beside the one that is known
   std::size_t particles = 0;   ///< 0: the filter has none
 
   template <class Archive, class Self>
@@ -66,8 +67,10 @@ class Localizer {
   static void persist(Archive& archive, Self& self) {
     bool is_known = self.is_known();
     archive(is_known);
-    if constexpr (Archive::kReads) is_known ? self.start_from(PoseEstimate{}) : self.forget();
-    archive(self.seen_, self.alarm_, self.sure_step_, self.report_);
+    if constexpr (Archive::kReads)
+      is_known ? self.start_from({PoseEkf(*self.map_, self.sensor_, {}, self.options_.sight)})
+               : self.forget();
+    archive(self.seen_, self.rivals_, self.log_odds_, self.alarm_, self.sure_step_, self.report_);
     if (auto* ekf = std::get_if<PoseEkf>(&self.filter_)) archive(*ekf);
     if (auto* particles = std::get_if<PoseParticles>(&self.filter_)) archive(*particles);
   }
@@ -75,16 +78,27 @@ class Localizer {
  private:
   bool is_known() const { return !std::holds_alternative<std::monostate>(filter_); }
   void forget() { filter_ = std::monostate{}; }
-  void search(std::span<const Observation> observations);
+  double limit() const;
   void track(const Motion& motion, std::span<const Observation> observations);
-  void start_from(std::span<const PoseHypothesis> hypotheses);
-  void start_from(const PoseEstimate& pose);
+  void look_for_rivals();
+  struct Candidate {
+    PoseEstimate pose;
+    double log_odds;
+    double alarm;
+  };
+  std::optional<Candidate> most_probable() const;
+  double certainty() const;
+  void claim();
+  void check();
+  void start_from(const Rival& rival);
 
   const KnownMap* map_;
   LandmarkSensor sensor_;
   LocalizerOptions options_;
   Constellation seen_;
   std::variant<std::monostate, PoseEkf, PoseParticles> filter_;
+  Rivals rivals_;          ///< all poses in question but the one that is known
+  double log_odds_ = 0.0;  ///< of the one that is known
   double alarm_ = 0.0;
   std::uint64_t sure_step_ = 0;  ///< the last at which nothing spoke against the pose
   LocalizerReport report_;

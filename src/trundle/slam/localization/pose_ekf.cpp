@@ -25,11 +25,12 @@ PoseEkf::PoseEkf(const KnownMap& map, const LandmarkSensor& sensor, const PoseEs
   if (!map.is_exact()) with_map_.setZero(3, 2 * static_cast<Index>(map.size()));
 }
 
-const MapStepReport& PoseEkf::step(const Motion& motion, std::span<const Observation> observations) {
+const MapStepReport& PoseEkf::step(const Motion& motion, std::span<const Observation> observations,
+                                   std::span<const double> news) {
   report_.observations.assign(observations.size(), {});
   report_.against = 0.0;
   predict(motion);
-  update(matches_of(observations));
+  update(matches_of(observations, news));
   return report_;
 }
 
@@ -56,7 +57,8 @@ MapSight PoseEkf::sight_of(LandmarkId landmark, const Observation& observation) 
 }
 
 /// Those that pass the gate; reports all.
-std::vector<PoseEkf::Match> PoseEkf::matches_of(std::span<const Observation> observations) {
+std::vector<PoseEkf::Match> PoseEkf::matches_of(std::span<const Observation> observations,
+                                                std::span<const double> news) {
   const auto landmarks = identify(belief_, *map_, sensor_, observations, options_.gate);
   const double in_view = std::max(1.0, static_cast<double>(landmarks_in_view(belief_, *map_, sensor_)));
   std::vector<Match> matches;
@@ -79,7 +81,7 @@ std::vector<PoseEkf::Match> PoseEkf::matches_of(std::span<const Observation> obs
         matches.push_back({i, landmarks[i], sight});
       }
     }
-    report_.against += log_against(fitting, sensor_.max_range_m, options_.outlier_share);
+    report_.against += news[i] * log_against(fitting, sensor_.max_range_m, options_.outlier_share);
   }
   return matches;
 }

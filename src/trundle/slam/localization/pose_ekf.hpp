@@ -27,7 +27,9 @@ class PoseEkf {
   PoseEkf(const KnownMap& map, const LandmarkSensor& sensor, const PoseEstimate& start,
           const MapSightOptions& options);
 
-  const MapStepReport& step(const Motion& motion, std::span<const Observation> observations);
+  /// `news`: how much of each observation is evidence for or against the pose, 0 to 1.
+  const MapStepReport& step(const Motion& motion, std::span<const Observation> observations,
+                            std::span<const double> news);
 
   const PoseEstimate& estimate() const { return belief_; }
 
@@ -46,7 +48,7 @@ class PoseEkf {
 
   void predict(const Motion& motion);
   MapSight sight_of(LandmarkId landmark, const Observation& observation) const;
-  std::vector<Match> matches_of(std::span<const Observation> observations);
+  std::vector<Match> matches_of(std::span<const Observation> observations, std::span<const double> news);
   void update(const std::vector<Match>& matches);
 
   const KnownMap* map_;

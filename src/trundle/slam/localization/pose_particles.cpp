@@ -50,21 +50,17 @@ std::size_t particles_for(std::size_t bins, const ParticleNumber& number) {
   return std::clamp(static_cast<std::size_t>(wanted), least, number.most);
 }
 
-PoseParticles::PoseParticles(const KnownMap& map, const LandmarkSensor& sensor,
-                             std::span<const PoseHypothesis> start, const PoseParticlesOptions& options)
+PoseParticles::PoseParticles(const KnownMap& map, const LandmarkSensor& sensor, const PoseEstimate& start,
+                             const PoseParticlesOptions& options)
     : map_(&map), sensor_(sensor), options_(options), random_(options.seed) {
-  std::vector<double> cumulative;
-  double sum = 0.0;
-  for (const PoseHypothesis& hypothesis : start)
-    cumulative.push_back(sum += std::exp(hypothesis.log_odds - start.front().log_odds));
   Bins bins(options.number);
   while (poses_.size() < particles_for(bins.count(), options.number)) {
-    poses_.push_back(draw_from(start[chosen(cumulative, random_.uniform())].pose));
+    poses_.push_back(draw_from(start));
     bins.add(poses_.back());
   }
   log_weights_.assign(poses_.size(), 0.0);
   normalise();
-  estimate_ = start.front().pose;
+  estimate_ = start;
 }
 
 Pose2 PoseParticles::draw_from(const PoseEstimate& belief) {
@@ -80,7 +76,8 @@ PoseEstimate PoseParticles::predicted(std::size_t particle) const {
   return moved(still, pending_);
 }
 
-const MapStepReport& PoseParticles::step(const Motion& motion, std::span<const Observation> observations) {
+const MapStepReport& PoseParticles::step(const Motion& motion, std::span<const Observation> observations,
+                                         std::span<const double> news) {
   report_.observations.assign(observations.size(), {});
   report_.against = 0.0;
   pending_ = pending_ * motion;
@@ -95,10 +92,10 @@ const MapStepReport& PoseParticles::step(const Motion& motion, std::span<const O
   double all = 0.0;
   for (std::size_t i = 0; i < poses_.size(); ++i) {
     beliefs.push_back(predicted(i));
-    const double log_here = improve(beliefs[i], observations, i == 0);
+    const Fitting here = improve(beliefs[i], observations, news, i == 0);
     poses_[i] = draw_from(beliefs[i]);
-    all += weights_[i] * std::exp(std::min(log_here, 700.0));
-    log_weights_[i] += log_here;
+    all += weights_[i] * std::exp(std::min(here.log_news, 700.0));
+    log_weights_[i] += here.log_all;
   }
   report_.against = -std::log(std::max(all, std::numeric_limits<double>::min()));
   normalise();
@@ -108,12 +105,12 @@ const MapStepReport& PoseParticles::step(const Motion& motion, std::span<const O
   return report_;
 }
 
-/// Eq. 51: a Gaussian of the motion, improved by the sightings one by one; returns the log of their density
-/// in that of 'somewhere else'.
-double PoseParticles::improve(PoseEstimate& belief, std::span<const Observation> observations, bool reports) {
+/// Eq. 51: a Gaussian of the motion, improved by the sightings one by one.
+PoseParticles::Fitting PoseParticles::improve(PoseEstimate& belief, std::span<const Observation> observations,
+                                              std::span<const double> news, bool reports) {
   const auto landmarks = identify(belief, *map_, sensor_, observations, options_.sight.gate);
   const double in_view = std::max(1.0, static_cast<double>(landmarks_in_view(belief, *map_, sensor_)));
-  double log_here = 0.0;
+  Fitting here;
   for (std::size_t k = 0; k < observations.size(); ++k) {
     const Observation& observation = observations[k];
     const bool nameless = observation.landmark == kUnknownLandmark;
@@ -137,9 +134,11 @@ double PoseParticles::improve(PoseEstimate& belief, std::span<const Observation>
       }
     }
     if (reports) report_.observations[k] = report;
-    log_here -= log_against(fitting, sensor_.max_range_m, options_.sight.outlier_share);
+    const double against = log_against(fitting, sensor_.max_range_m, options_.sight.outlier_share);
+    here.log_all -= against;
+    here.log_news -= news[k] * against;
   }
-  return log_here;
+  return here;
 }
 
 void PoseParticles::normalise() {

@@ -32,11 +32,13 @@ struct PoseParticlesOptions {
 /// number follows their spread at each resampling.
 class PoseParticles {
  public:
-  /// Drawn from the hypotheses by their odds. The map must outlive the filter.
-  PoseParticles(const KnownMap& map, const LandmarkSensor& sensor, std::span<const PoseHypothesis> start,
+  /// The map must outlive the filter.
+  PoseParticles(const KnownMap& map, const LandmarkSensor& sensor, const PoseEstimate& start,
                 const PoseParticlesOptions& options);
 
-  const MapStepReport& step(const Motion& motion, std::span<const Observation> observations);
+  /// `news`: how much of each observation is evidence for or against the pose, 0 to 1.
+  const MapStepReport& step(const Motion& motion, std::span<const Observation> observations,
+                            std::span<const double> news);
 
   /// Mean and covariance of the Gaussians that the particles were drawn from, by their weights.
   const PoseEstimate& estimate() const { return estimate_; }
@@ -52,7 +54,13 @@ class PoseParticles {
 
  private:
   PoseEstimate predicted(std::size_t particle) const;
-  double improve(PoseEstimate& belief, std::span<const Observation> observations, bool reports);
+  /// How well an observed step fits, against 'somewhere else'.
+  struct Fitting {
+    double log_all = 0.0;   ///< of all readings
+    double log_news = 0.0;  ///< of what is news among them
+  };
+  Fitting improve(PoseEstimate& belief, std::span<const Observation> observations,
+                  std::span<const double> news, bool reports);
   void mix(std::span<const PoseEstimate> beliefs);
   void normalise();
   void resample();

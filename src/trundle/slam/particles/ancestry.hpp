@@ -49,6 +49,8 @@ class Ancestry {
   Index ancestor(Epoch epoch, Index particle) const;
   /// How many particles of a held epoch have descendants.
   std::size_t survivors(Epoch epoch) const;
+  /// The probability that two particles descend from the same one of a held epoch.
+  double kinship(Epoch epoch) const;
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>

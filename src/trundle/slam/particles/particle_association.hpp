@@ -61,6 +61,13 @@ class ParticleAssociation {
   /// Adds new ones; after that there is nothing more to do in this step.
   void create(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry, StepReport& report);
 
+  /// Whether a landmark without a name has been confirmed; those with a name need not be.
+  bool is_confirmed(LandmarkId landmark) const {
+    const auto index = static_cast<std::size_t>(landmark);
+    return index >= entries_.size() || !grid_.contains(index) ||
+           entries_[index].existence.is_confirmed(visibility_);
+  }
+
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {

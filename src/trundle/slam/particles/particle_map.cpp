@@ -10,15 +10,18 @@ namespace trundle {
 ParticleMap::ParticleMap(std::size_t particles, Precision precision)
     : particles_(particles), precision_(precision) {}
 
-LandmarkId ParticleMap::find(LandmarkId id) const {
+LandmarkId ParticleMap::number_of(LandmarkId id) const {
   const auto i = static_cast<std::size_t>(id);
-  const LandmarkId landmark = i < index_of_.size() ? index_of_[i] : kUnknownLandmark;
+  return i < index_of_.size() ? index_of_[i] : kUnknownLandmark;
+}
+
+LandmarkId ParticleMap::find(LandmarkId id) const {
+  const LandmarkId landmark = number_of(id);
   return landmark >= 0 && entries_[static_cast<std::size_t>(landmark)].has_name ? landmark : kUnknownLandmark;
 }
 
 LandmarkId ParticleMap::add(LandmarkId id, const Vector2& origin, Ancestry& ancestry) {
-  const auto i = static_cast<std::size_t>(id);
-  if (i < index_of_.size() && index_of_[i] >= 0) call(index_of_[i], next_id());  // it has no name
+  if (const LandmarkId nameless = number_of(id); nameless >= 0) call(nameless, next_id());
   const LandmarkId landmark = occupy(origin, ancestry);
   call(landmark, id);
   entries_[static_cast<std::size_t>(landmark)].has_name = true;
@@ -120,13 +123,20 @@ bool ParticleMap::has(LandmarkId landmark, std::size_t particle, const Ancestry&
          is_there(entry.columns.at(ancestry.ancestor(entry.epoch, static_cast<Ancestry::Index>(particle))));
 }
 
+void ParticleMap::set_doubt(LandmarkId landmark, const MapDoubt& doubt) {
+  Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  const LandmarkEstimate one = entry.columns.at(0);  // others have it nearby
+  entry.doubt = doubt.about({one.x, one.y}).covariance.topLeftCorner<2, 2>();
+}
+
 MappedLandmark ParticleMap::mixture(LandmarkId landmark, std::span<const double> weights,
-                                    const Ancestry& ancestry) const {
+                                    const Ancestry& ancestry, const ForgottenDoubt& forgotten) const {
   const Entry& entry = entries_[static_cast<std::size_t>(landmark)];
   const auto estimate_of = [&](std::size_t particle) {
     return entry.columns.at(ancestry.ancestor(entry.epoch, static_cast<Ancestry::Index>(particle)));
   };
   MappedLandmark result{entry.id, Vector2::Zero(), Matrix2::Zero(), entry.sightings};
+  Matrix2 scatter = Matrix2::Zero();
   if (!entry.is_there) return result;
   double share = 1.0;  // of the weight, that has it
   for (std::size_t i = 0; i < particles_; ++i) {
@@ -144,9 +154,12 @@ MappedLandmark ParticleMap::mixture(LandmarkId landmark, std::span<const double>
     if (!is_there(m)) continue;
     const Vector2 apart = Vector2(m.x, m.y) - result.position;
     const Matrix2 within = (Matrix2() << m.xx, m.xy, m.xy, m.yy).finished();
-    result.covariance += weights[i] * (within + apart * apart.transpose());
+    result.covariance += weights[i] / share * within;
+    scatter += weights[i] / share * apart * apart.transpose();
   }
-  result.covariance /= share;
+  result.covariance += scatter;
+  result.covariance += entry.doubt ? beyond_scatter(*entry.doubt, scatter)
+                                   : Matrix2(forgotten.beyond_scatter(result.position).topLeftCorner<2, 2>());
   return result;
 }
 

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <type_traits>
 #include <vector>
 
 #include "trundle/slam/particles/ancestry.hpp"
+#include "trundle/slam/particles/forgotten_doubt.hpp"
 #include "trundle/slam/particles/landmark_columns.hpp"
 #include "trundle/slam/report.hpp"
 
@@ -18,6 +20,8 @@ class ParticleMap {
 
   std::size_t landmarks() const { return entries_.size(); }
   /// Number of a landmark in this map; kUnknownLandmark: none.
+  LandmarkId number_of(LandmarkId id) const;
+  /// The same, of one that callers have named.
   LandmarkId find(LandmarkId id) const;
   /// Its columns are counted from `origin`, which should be near it.
   LandmarkId add(LandmarkId id, const Vector2& origin, Ancestry& ancestry);
@@ -41,12 +45,14 @@ class ParticleMap {
   LandmarkId id_of(LandmarkId landmark) const { return entries_[static_cast<std::size_t>(landmark)].id; }
   /// Whether a particle has it.
   bool has(LandmarkId landmark, std::size_t particle, const Ancestry& ancestry) const;
+  /// What particles differ in and have forgotten of where it lies, now that it is in view.
+  void set_doubt(LandmarkId landmark, const MapDoubt& doubt);
   void count_sighting(LandmarkId landmark) { ++entries_[static_cast<std::size_t>(landmark)].sightings; }
 
-  /// Mean and covariance over all particles that have it, with these weights. Eq. 17. Of one that was
-  /// removed: no sightings.
-  MappedLandmark mixture(LandmarkId landmark, std::span<const double> weights,
-                         const Ancestry& ancestry) const;
+  /// Mean and covariance over all particles that have it, with these weights: eq. 17, and with what they have
+  /// forgotten of its place, eq. 62. Of one that was removed: no sightings.
+  MappedLandmark mixture(LandmarkId landmark, std::span<const double> weights, const Ancestry& ancestry,
+                         const ForgottenDoubt& forgotten) const;
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
@@ -61,12 +67,13 @@ class ParticleMap {
     Ancestry::Epoch epoch;
     LandmarkColumns columns;
     std::size_t sightings;
+    std::optional<Matrix2> doubt = {};  ///< of its place, when it was last in view
     bool has_name = false;
     bool is_there = true;
 
     template <class Archive, class Self>
     static void persist(Archive& archive, Self& self) {
-      archive(self.id, self.epoch, self.columns, self.sightings, self.has_name, self.is_there);
+      archive(self.id, self.epoch, self.columns, self.sightings, self.doubt, self.has_name, self.is_there);
     }
   };
   LandmarkId occupy(const Vector2& origin, Ancestry& ancestry);

@@ -107,7 +107,7 @@ void ParticleSlam::reject_outliers() {
   std::erase_if(seen_, [&](const Seen& s) {
     const Jury::Verdict verdict = jury_.on(s.reading, map_.inherited(s.landmark, ancestry_), options_.gate);
     report_.observations[s.observation] = {verdict.rejected ? Decision::rejected : Decision::matched,
-                                           verdict.rejected ? kUnknownLandmark : s.landmark,
+                                           verdict.rejected ? kUnknownLandmark : map_.id_of(s.landmark),
                                            verdict.innovation, verdict.nis};
     return verdict.rejected;
   });
@@ -216,17 +216,17 @@ void ParticleSlam::settle(std::span<const Observation> observations) {
 void ParticleSlam::add_landmark(const Observation& observation, std::size_t index) {
   const ReadingTerms reading = reading_terms(observation, sensor_);
   ObservationReport& report = report_.observations[index];
-  report.landmark = map_.find(observation.landmark);
-  if (report.landmark >= 0) {
+  report.landmark = observation.landmark;
+  if (const LandmarkId known = map_.find(observation.landmark); known >= 0) {
     report.decision = Decision::matched;
-    const KnownReading again{reading, &map_.current(report.landmark, ancestry_)};
+    const KnownReading again{reading, &map_.current(known, ancestry_)};
     weigh_and_improve({&again, 1}, sensors_, all(), log_weights_.data());
-    return map_.count_sighting(report.landmark);
+    return map_.count_sighting(known);
   }
   report.decision = Decision::created;
   const LandmarkEstimate near = first_estimate(sensor_at(poses_.at(0), sensor_.body_from_sensor), reading);
-  report.landmark = map_.add(observation.landmark, {near.x, near.y}, ancestry_);
-  set_first_estimates(reading, sensors_, all(), map_.current(report.landmark, ancestry_));
+  const LandmarkId landmark = map_.add(observation.landmark, {near.x, near.y}, ancestry_);
+  set_first_estimates(reading, sensors_, all(), map_.current(landmark, ancestry_));
 }
 
 void ParticleSlam::normalise() {
@@ -257,6 +257,7 @@ PoseEstimate ParticleSlam::estimate() const {
     const Systematic unlike = systematic_.at(i) - estimate.systematic;
     estimate.systematic_covariance += weights_[i] * unlike * unlike.transpose();
   }
+  estimate.covariance += forgotten_.beyond_scatter(estimate.pose.translation());
   return estimate;
 }
 
@@ -281,11 +282,34 @@ void ParticleSlam::resample() {
   for (Ancestry::Index& parent : parents) parent = last = std::max(last, parent);
   poses_.permute(parents, spare_);
   if (!systematic_covariance_.isZero(0.0)) systematic_.permute(parents, spare_);
+  kinship_.hold(ancestry_);
   ancestry_.resample_families(first_child_);
   if (options_.keep_paths) paths_.resampled(ancestry_);
   std::fill_n(log_weights_.begin(), count, 0.0);
   std::fill_n(weights_.begin(), count, 1.0 / static_cast<double>(count));
   report_.resampled = true;
+  keep_doubt();
+}
+
+/// Eq. 61, after a resampling.
+void ParticleSlam::keep_doubt() {
+  const double share = kinship_.share_lost(ancestry_);
+  std::vector<LandmarkId> in_view;
+  std::vector<std::vector<Vector2>> places;
+  for (const ObservationReport& seen : report_.observations) {
+    const LandmarkId landmark =
+        seen.decision == Decision::matched ? map_.number_of(seen.landmark) : kUnknownLandmark;
+    if (landmark < 0) continue;
+    in_view.push_back(landmark);
+    if (places.size() == kLandmarksOfScatter) continue;
+    const ParticleMap::Inherited inherited = map_.inherited(landmark, ancestry_);
+    std::vector<Vector2> of_particles = some_places(inherited.columns, inherited.from, options_.particles);
+    if (!of_particles.empty()) places.push_back(std::move(of_particles));
+  }
+  const std::optional<MapDoubt> left = map_scatter(places);
+  if (!left) return;
+  const MapDoubt whole = forgotten_.forget(*left, share);
+  for (const LandmarkId landmark : in_view) map_.set_doubt(landmark, whole);
 }
 
 /// The largest logarithm is 0.
@@ -301,11 +325,12 @@ std::vector<Pose2> ParticleSlam::poses() const {
 }
 
 MappedLandmark ParticleSlam::landmark(std::size_t index) const {
-  return map_.mixture(static_cast<LandmarkId>(index), weights_, ancestry_);
+  return map_.mixture(static_cast<LandmarkId>(index), weights_, ancestry_, forgotten_);
 }
 
 bool ParticleSlam::has_landmark(std::size_t index) const {
-  return map_.has(static_cast<LandmarkId>(index), best_particle(), ancestry_);
+  const auto landmark = static_cast<LandmarkId>(index);
+  return association_.is_confirmed(landmark) && map_.has(landmark, best_particle(), ancestry_);
 }
 
 std::vector<double> ParticleSlam::weights() const {

@@ -5,6 +5,7 @@
 
 #include "trundle/simulation/random.hpp"
 #include "trundle/slam/particles/crew.hpp"
+#include "trundle/slam/particles/forgotten_doubt.hpp"
 #include "trundle/slam/particles/jury.hpp"
 #include "trundle/slam/particles/particle_association.hpp"
 #include "trundle/slam/particles/particle_kernels.hpp"
@@ -49,12 +50,14 @@ class ParticleSlam {
   const StepReport& step(const Motion& motion, std::span<const Observation> observations);
 
   /// Weighted mean of the particles where the motion since they were last drawn has brought them, and the
-  /// covariance of both.
+  /// covariance of both, with what resampling has made them forget.
   PoseEstimate estimate() const;
   std::size_t landmarks() const { return map_.landmarks(); }
-  /// Over all particles. The covariance is of what they differ in and what each is unsure of.
+  /// Over all particles. The covariance is of what they differ in, or have forgotten, and what each is unsure
+  /// of.
   MappedLandmark landmark(std::size_t index) const;
-  /// Whether the most probable particle has it: those without names not all have.
+  /// Whether the map that is given out has it: one without a name if the most probable particle has it and
+  /// its existence is confirmed.
   bool has_landmark(std::size_t index) const;
 
   /// As they were last drawn: at the last step with sightings.
@@ -72,8 +75,8 @@ class ParticleSlam {
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
     archive(self.draws_, self.resampling_, self.poses_, self.sensors_, self.log_weights_, self.weights_,
-            self.ancestry_, self.map_, self.association_, self.paths_, self.systematic_,
-            self.systematic_covariance_, self.pending_, self.report_);
+            self.ancestry_, self.map_, self.association_, self.paths_, self.kinship_, self.forgotten_,
+            self.systematic_, self.systematic_covariance_, self.pending_, self.report_);
   }
 
  private:
@@ -96,6 +99,7 @@ class ParticleSlam {
   void add_landmark(const Observation& observation, std::size_t index);
   void normalise();
   void resample();
+  void keep_doubt();
   std::size_t best_particle() const;
   ParticleRange all() const { return {0, padded(options_.particles)}; }
   Draw next_draw() { return {options_.seed, draws_++, 0}; }
@@ -121,6 +125,8 @@ class ParticleSlam {
   ParticleAssociation association_;
   ParticlePaths paths_;
   Swarm swarm_;
+  Kinship kinship_{options_.particles};
+  ForgottenDoubt forgotten_;
   TripleColumns systematic_;            ///< each particle's mean, given its path
   Matrix3 systematic_covariance_;       ///< the same for all: paths differ in where they went, not in how
   Motion pending_;                      ///< since the poses were drawn

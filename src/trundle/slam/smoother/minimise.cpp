@@ -143,6 +143,20 @@ bool Minimiser::linearise(const SmoothingProblem& problem, const SmoothingState&
   return true;
 }
 
+Matrix2 Minimiser::difference_covariance(int landmark, int other) const {
+  const Eigen::Index at = normal_.offset(poses_ + landmark);
+  const Eigen::Index minus = normal_.offset(poses_ + other);
+  Matrix2 covariance;
+  for (Eigen::Index axis = 0; axis < 2; ++axis) {
+    Eigen::VectorXd b = Eigen::VectorXd::Zero(normal_.size());
+    b[at + axis] = 1.0;
+    b[minus + axis] = -1.0;
+    const Eigen::VectorXd x = normal_.solve(std::move(b));
+    covariance.col(axis) = x.segment<2>(at) - x.segment<2>(minus);
+  }
+  return 0.5 * (covariance + covariance.transpose());
+}
+
 Eigen::MatrixXd Minimiser::parameter_covariance() const {
   return free_ > 0 ? normal_.inverse(parameters_, parameters_) : Eigen::MatrixXd(0, 0);
 }

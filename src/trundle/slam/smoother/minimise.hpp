@@ -40,6 +40,8 @@ class Minimiser {
   Matrix2 landmark_covariance(int landmark) const {
     return normal_.inverse(poses_ + landmark, poses_ + landmark);
   }
+  /// Of the difference of two landmarks' positions.
+  Matrix2 difference_covariance(int landmark, int other) const;
   Eigen::MatrixXd parameter_covariance() const;
 
  private:

@@ -116,9 +116,14 @@ std::vector<Vector2> landmarks_seen_from(const SmoothingProblem& problem, const 
   return landmarks;
 }
 
+Minimum minimum_near(const SmoothingProblem& problem, const Trajectory& at_stations, Minimiser& minimiser,
+                     const MinimiseOptions& options) {
+  return minimum_near(problem, state_at(problem, at_stations), minimiser, options);
+}
+
 Found minimum_from(const SmoothingProblem& problem, const Trajectory& at_stations, Minimiser& minimiser,
                    const MinimiseOptions& options) {
-  Found found{minimum_near(problem, state_at(problem, at_stations), minimiser, options), 1};
+  Found found{minimum_near(problem, at_stations, minimiser, options), 1};
   if (is_explained_by_noise(problem, found.minimum)) return found;
   ++found.starts;
   Minimum other = minimum_near(problem, grown_from_odometry(eased(problem)), minimiser, options);

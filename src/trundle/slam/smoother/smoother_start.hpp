@@ -12,6 +12,10 @@ int degrees_of_freedom(const SmoothingProblem& problem);
 /// The landmarks as seen from given poses: the median of where their sightings put them.
 std::vector<Vector2> landmarks_seen_from(const SmoothingProblem& problem, const std::vector<Pose2>& poses);
 
+/// The minimum near a trajectory of the problem's poses.
+Minimum minimum_near(const SmoothingProblem& problem, const Trajectory& at_stations, Minimiser& minimiser,
+                     const MinimiseOptions& options);
+
 struct Found {
   Minimum minimum;
   std::size_t starts = 0;

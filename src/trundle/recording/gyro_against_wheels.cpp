@@ -1,0 +1,138 @@
+#include "trundle/recording/detail/gyro_against_wheels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "trundle/chassis/rows.hpp"
+
+namespace trundle {
+namespace {
+
+/// Turns of the wheels and of the gyro over pieces of half a second.
+struct TurnPairs {
+  double wheels2 = 0.0, gyro2 = 0.0, product = 0.0;
+
+  double slope() const { return product / wheels2; }
+  double correlation() const { return product / std::sqrt(wheels2 * gyro2); }
+};
+
+TurnPairs turn_pairs(const Robot& robot, const AlignedReadings& readings) {
+  const Rows rows = rows_of(robot.chassis, false);
+  constexpr double kPiece = 0.5;  // [s]
+  TurnPairs pairs;
+  double by_wheels = 0.0, by_gyro = 0.0, duration_s = 0.0;
+  for (const Increment& increment : readings.increments) {
+    if (!increment.has_gyro) continue;
+    by_wheels += estimate_twist(rows, readings_of(robot.chassis, rows, increment)).twist.dtheta;
+    by_gyro += (increment.gyro_rad - robot.chassis.gyro->bias_rad_s * increment.duration_s) *
+               robot.chassis.gyro->scale;
+    duration_s += increment.duration_s;
+    if (duration_s < kPiece) continue;
+    pairs.wheels2 += by_wheels * by_wheels;
+    pairs.gyro2 += by_gyro * by_gyro;
+    pairs.product += by_wheels * by_gyro;
+    by_wheels = by_gyro = duration_s = 0.0;
+  }
+  return pairs;
+}
+
+/// Turns of both; nothing where the robot hardly turns, or only one of the two sees it.
+std::optional<TurnPairs> comparable_turns(const Recording& recording, const Robot& robot,
+                                          const AlignedReadings& readings) {
+  constexpr double kLeastTurning = 0.1;  // [rad], root of the sum of squares
+  if (!robot.chassis.gyro || recording.gyro.time_s.empty() ||
+      observability(rows_of(robot.chassis, false)).rank < 3)
+    return std::nullopt;
+  const TurnPairs pairs = turn_pairs(robot, readings);
+  if (std::sqrt(pairs.wheels2) < kLeastTurning || pairs.gyro2 == 0.0) return std::nullopt;
+  return pairs;
+}
+
+constexpr double kAgree = 0.5;  // correlation of turns that show the same motion
+
+bool is_skid_steer(const Robot& robot) {
+  return std::ranges::any_of(robot.chassis.wheels(),
+                             [](const Wheel& w) { return w.kind == WheelKind::skid; });
+}
+
+/// 57 times too far, as well as the track is known; where wheels scrub it acts wider.
+bool looks_like_degrees(double ratio, const Robot& robot) {
+  constexpr double kTrackIsKnown = 1.3, kScrub = 2.5;
+  const double degrees = 180.0 / kPi;
+  return ratio < degrees * kTrackIsKnown && ratio > degrees / (is_skid_steer(robot) ? kScrub : kTrackIsKnown);
+}
+
+/// Turns as they would be if a wheel counted the other way.
+TurnPairs with_reversed(std::size_t wheel, const Robot& robot, AlignedReadings readings) {
+  for (Increment& increment : readings.increments) increment.turned[wheel] = -increment.turned[wheel];
+  return turn_pairs(robot, readings);
+}
+
+/// Turns that do not agree at all.
+std::string disagreement(const Robot& robot, const AlignedReadings& readings) {
+  constexpr double kMuchBetter = 0.9;
+  for (std::size_t w = 0; w < robot.wheel_names.size(); ++w)
+    if (with_reversed(w, robot, readings).correlation() > kMuchBetter)
+      return fmt::format("'{}' counts backwards, as the gyro tells: write ticks_per_revolution = {:g}",
+                         robot.wheel_names[w], -robot.chassis.wheels()[w].ticks_per_revolution);
+  return "the wheels do not turn the robot as the gyro sees it turn: is every column that of its wheel?";
+}
+
+}  // namespace
+
+std::optional<Problem> wrong_gyro_unit(const Recording& recording, const Robot& robot,
+                                       const AlignedReadings& readings) {
+  Robot unlimited = robot;  // degrees look like a gyro beyond its limit
+  if (unlimited.chassis.gyro)
+    unlimited.chassis.gyro->max_rate_rad_s = std::numeric_limits<double>::infinity();
+  AlignedReadings all = readings;
+  all.problems.clear();
+  add_gyro(recording.gyro, unlimited, all);
+  const auto pairs = comparable_turns(recording, unlimited, all);
+  if (!pairs || std::abs(pairs->correlation()) < kAgree) return std::nullopt;
+  const double slope = std::abs(pairs->slope());
+  const auto problem = [&](const std::string& message) {
+    return Problem{Severity::warning, "gyro unit", recording.gyro.origin.file, 1, message};
+  };
+  if (looks_like_degrees(slope, robot))
+    return problem(
+        fmt::format("the gyro turns {:.0f} times as far as the wheels; degrees per second would make it "
+                    "57: write unit = \"deg/s\" at yaw_rate_rad_s in recording.toml",
+                    slope));
+  if (looks_like_degrees(1.0 / slope, robot))
+    return problem(
+        fmt::format("the gyro turns {:.2g} of what the wheels do, where radians taken for degrees would "
+                    "make it 1/57: leave out unit = \"deg/s\"",
+                    slope));
+  return std::nullopt;
+}
+
+void compare_gyro(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
+                  std::vector<Problem>& problems) {
+  constexpr double kMuchTurning = 1.0;  // [rad], root of the sum of squares
+  constexpr double kFarOff = 1.5;       // wheels that scrub widen the track by more
+  const auto pairs = comparable_turns(recording, robot, readings);
+  if (!pairs) return;
+  const auto warn = [&](const char* kind, const std::string& file, const std::string& message) {
+    problems.push_back({Severity::warning, kind, file, 1, message});
+  };
+  const double slope = pairs->slope();
+  if (pairs->correlation() < -kAgree)
+    warn("gyro sign", recording.gyro.origin.file,
+         "the gyro turns the other way than the wheels: it is mounted upside down ([gyro] scale = -1) or "
+         "left and right are swapped");
+  else if (pairs->correlation() < kAgree && std::sqrt(std::min(pairs->wheels2, pairs->gyro2)) > kMuchTurning)
+    warn("gyro against wheels", recording.wheels.origin.file, disagreement(robot, readings));
+  else if (pairs->correlation() > kAgree && !is_skid_steer(robot) &&
+           (slope > kFarOff || slope < 1.0 / kFarOff))
+    warn("gyro against wheels", recording.wheels.origin.file,
+         fmt::format(
+             "the gyro turns {:.3g} times as far as the wheels with the robot file as given: check y_m "
+             "(half the track), ticks_per_revolution, gears and diameters",
+             slope));
+}
+
+}  // namespace trundle

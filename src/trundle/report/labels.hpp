@@ -1,0 +1,11 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace trundle {
+
+/// The parts of paths that tell them apart: without the folders that all of them start and end with.
+std::vector<std::string> shortest_labels(const std::vector<std::string>& paths);
+
+}  // namespace trundle

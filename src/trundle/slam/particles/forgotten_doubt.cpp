@@ -1,0 +1,99 @@
+#include "trundle/slam/particles/forgotten_doubt.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+
+namespace trundle {
+
+MapDoubt MapDoubt::about(const Vector2& other) const {
+  Matrix3 A = Matrix3::Identity();
+  A(0, 2) = centre.y() - other.y();
+  A(1, 2) = other.x() - centre.x();
+  return {other, A * covariance * A.transpose()};
+}
+
+std::vector<Vector2> some_places(const LandmarkColumns& columns, std::span<const Ancestry::Index> ancestors,
+                                 std::size_t particles) {
+  constexpr std::size_t kEnough = 128;
+  const std::size_t stride = (particles + kEnough - 1) / kEnough;
+  std::vector<Vector2> places;
+  places.reserve(kEnough);
+  for (std::size_t i = 0; i < particles; i += stride) {
+    const LandmarkEstimate m = columns.at(ancestors[i]);
+    if (!is_there(m)) return {};
+    places.emplace_back(m.x, m.y);
+  }
+  return places;
+}
+
+/// Least squares: for each particle the shift and turn that take the mean of the maps to its own.
+std::optional<MapDoubt> map_scatter(std::span<const std::vector<Vector2>> landmarks) {
+  if (landmarks.size() < 2) return std::nullopt;
+  const std::size_t particles = landmarks.front().size();
+  std::vector<Vector2> means;
+  for (const std::vector<Vector2>& places : landmarks)
+    means.push_back(std::accumulate(places.begin(), places.end(), Vector2(Vector2::Zero())) / particles);
+  MapDoubt result;
+  for (const Vector2& mean : means) result.centre += mean / landmarks.size();
+  std::vector<Vector3> moves(particles, Vector3::Zero());
+  double arms = 0.0;
+  for (std::size_t j = 0; j < landmarks.size(); ++j) {
+    const Vector2 arm = means[j] - result.centre;
+    arms += arm.squaredNorm();
+    for (std::size_t i = 0; i < particles; ++i) {
+      const Vector2 apart = landmarks[j][i] - means[j];
+      moves[i] += Vector3(apart.x(), apart.y(), arm.x() * apart.y() - arm.y() * apart.x());
+    }
+  }
+  const double share = 1.0 / static_cast<double>(landmarks.size());
+  const Vector3 shares(share, share, arms > 0.0 ? 1.0 / arms : 0.0);
+  for (const Vector3& sum : moves) {
+    const Vector3 move = sum.cwiseProduct(shares);
+    result.covariance += move * move.transpose() / static_cast<double>(particles);
+  }
+  return result;
+}
+
+Kinship::Kinship(std::size_t particles) : lag_(std::clamp<std::size_t>(particles / 5, 1, 20)) {}
+
+void Kinship::hold(Ancestry& ancestry) {
+  ancestry.hold(ancestry.now());
+  epochs_.push_back(ancestry.now());
+}
+
+double Kinship::share_lost(Ancestry& ancestry) {
+  constexpr double kMost = 0.5;  // where all are kin there is nothing to count
+  const double kinship = ancestry.kinship(epochs_.front());
+  const double lost = 1.0 - std::pow(1.0 - kinship, 1.0 / static_cast<double>(epochs_.size()));
+  if (epochs_.size() == lag_) {
+    ancestry.release(epochs_.front());
+    epochs_.erase(epochs_.begin());
+  }
+  return std::min(lost, kMost);
+}
+
+/// Eq. 61.
+MapDoubt ForgottenDoubt::forget(const MapDoubt& left, double share) {
+  forgotten_ = forgotten_.about(left.centre);
+  forgotten_.covariance += share / (1.0 - share) * left.covariance;
+  return {left.centre, forgotten_.covariance + left.covariance};
+}
+
+/// Eq. 62: twice, for the particles have lost it, and their mean has moved by as much.
+Matrix3 ForgottenDoubt::beyond_scatter(const Vector2& position) const {
+  return 2.0 * forgotten_.about(position).covariance;
+}
+
+/// What the particles still differ in may be more than it was then, along some direction: nothing is
+/// forgotten there.
+Matrix2 beyond_scatter(const Matrix2& whole, const Matrix2& scatter) {
+  const Eigen::SelfAdjointEigenSolver<Matrix2> eigen(whole - scatter);
+  const auto& V = eigen.eigenvectors();
+  return 2.0 * V * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * V.transpose();
+}
+
+}  // namespace trundle

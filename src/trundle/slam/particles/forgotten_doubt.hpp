@@ -1,0 +1,84 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "trundle/slam/particles/ancestry.hpp"
+#include "trundle/slam/particles/landmark_columns.hpp"
+
+namespace trundle {
+
+/// Of where a piece of the map lies.
+struct MapDoubt {
+  Vector2 centre = Vector2::Zero();
+  Matrix3 covariance = Matrix3::Zero();  ///< of a shift along x and y and a turn about the centre
+
+  MapDoubt about(const Vector2& other) const;
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.centre, self.covariance);
+  }
+};
+
+/// Enough to tell a shift from a turn; more would cost time and change nothing.
+inline constexpr std::size_t kLandmarksOfScatter = 4;
+
+/// Where particles have a landmark of older columns, `ancestors` saying whose numbers each has: as many as
+/// will do, spread over all of them. Empty when one of those does not have it.
+std::vector<Vector2> some_places(const LandmarkColumns& columns, std::span<const Ancestry::Index> ancestors,
+                                 std::size_t particles);
+
+/// What particles of equal weight differ in, from the places of landmarks by particle: eq. 60. With fewer
+/// than two there is no map to speak of.
+std::optional<MapDoubt> map_scatter(std::span<const std::vector<Vector2>> landmarks);
+
+/// How fast particles become kin. Chance alone, of a resampling, would tell less: families that do well go on
+/// doing well, and take with them whatever else they are.
+class Kinship {
+ public:
+  explicit Kinship(std::size_t particles);
+
+  /// A resampling is near.
+  void hold(Ancestry& ancestry);
+  /// After it: the share that it has taken of the variance of whatever sightings do not tell. Eq. 61.
+  double share_lost(Ancestry& ancestry);
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.epochs_);
+  }
+
+ private:
+  std::size_t lag_;                      ///< resamplings over which families are counted
+  std::vector<Ancestry::Epoch> epochs_;  ///< held, the oldest first
+};
+
+/// What particles differed in, and forgot. Each resampling makes them more alike, also in what sightings do
+/// not tell: where the map that is in view lies in the world. The particles lose that doubt, the truth does
+/// not; here it is kept. docs/slam.md, eq. 60 to 62.
+class ForgottenDoubt {
+ public:
+  /// A resampling has taken `share` of what particles differed in, and left the scatter. Returns what they
+  /// differ in and have forgotten, together: resampling does not change that.
+  MapDoubt forget(const MapDoubt& left, double share);
+
+  /// What belongs to the scatter of the particles' poses, beyond what it is: covariance of (x, y, heading) in
+  /// world axes of a body at `position`.
+  Matrix3 beyond_scatter(const Vector2& position) const;
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.forgotten_);
+  }
+
+ private:
+  MapDoubt forgotten_;
+};
+
+/// The same of a landmark that has not been in view since its place was in `whole` doubt.
+Matrix2 beyond_scatter(const Matrix2& whole, const Matrix2& scatter);
+
+}  // namespace trundle

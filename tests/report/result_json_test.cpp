@@ -1,0 +1,123 @@
+#include "trundle/report/result_json.hpp"
+
+#include <array>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+
+#include "trundle/report/calibration_json.hpp"
+#include "trundle/report/result_parts.hpp"
+
+#include "recording/folder.hpp"
+#include "report/example_result.hpp"
+
+namespace trundle {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using testing::ElementsAre;
+
+constexpr const char* kHeader = "time_s,x_m,y_m,heading_rad,var_xx,var_xy,var_xh,var_yy,var_yh,var_hh\n";
+
+/// Along x at 1 m/s, with its covariance.
+std::string track(double start_s, double y_m = 0.0) {
+  std::string rows = kHeader;
+  for (int k = 0; k <= 20; ++k)
+    rows += fmt::format("{},{},{},0,1e-4,0,0,1e-4,0,1e-6\n", start_s + 0.1 * k, 0.1 * k, y_m);
+  return rows;
+}
+
+std::string reference(double start_s) {
+  std::string rows = "time_s,x_m,y_m,heading_rad\n";
+  for (int k = 0; k <= 20; ++k) rows += fmt::format("{},{},0,0\n", start_s + 0.1 * k, 0.1 * k);
+  return rows;
+}
+
+std::vector<std::string> names(const Json& list) {
+  std::vector<std::string> found;
+  for (const Json& one : list) found.push_back(one.at("name"));
+  return found;
+}
+
+TEST(Result, IsShownOnceWhereNothingWasCorrected) {
+  const test::Folder folder;
+  folder.write("odometry.csv", track(0.5));
+  folder.write("trajectory.csv", track(0.5));
+  folder.write("reference.csv", reference(0.5));
+  EXPECT_THAT(names(read_result(folder.path()).at("errors")), ElementsAre("odometry"));
+  folder.write("trajectory.csv", track(0.5, 0.01));
+  EXPECT_THAT(names(read_result(folder.path()).at("errors")), ElementsAre("odometry", "trajectory"));
+}
+
+TEST(Result, IsJudgedByWhatTheReferenceStates) {
+  const test::Folder folder;
+  folder.write("odometry.csv", track(0.5));
+  folder.write("reference.csv", reference(0.5));
+  EXPECT_TRUE(read_result(folder.path()).at("errors")[0].at("summary").at("reference_noise").is_null());
+  folder.write("evaluation.json",
+               R"({"reference_noise": {"position_sigma_m": 0.02, "heading_sigma_rad": 0.1}})");
+  const Json summary = read_result(folder.path()).at("errors")[0].at("summary");
+  EXPECT_EQ(summary.at("reference_noise").at("position_sigma_m"), 0.02);
+  EXPECT_EQ(summary.at("before_motion"), 1);
+}
+
+Json document_of(const std::vector<std::filesystem::path>& folders) {
+  std::vector<Json> results;
+  for (const auto& folder : folders) results.push_back(read_result(folder));
+  return report_json(results, Json::object()).at("results");
+}
+
+TEST(Report, GoesByTheRecordingsOwnClockWhereItCanBeRead) {
+  const test::Folder folder;
+  folder.write("odometry.csv", track(12.25));
+  EXPECT_EQ(document_of({folder.path()})[0].at("origin_s"), 0.0);
+  folder.write("odometry.csv", track(1494449906.75));
+  EXPECT_EQ(document_of({folder.path()})[0].at("origin_s"), 1494449906.0);
+}
+
+TEST(Report, NamesResultsByWhatTellsThemApart) {
+  const test::Folder folder;
+  folder.write("a/odometry.csv", track(0.0));
+  folder.write("b/odometry.csv", track(0.0));
+  const Json results = document_of({folder / "a", folder / "b"});
+  EXPECT_EQ(results[0].at("label"), "a");
+  EXPECT_EQ(results[1].at("label"), "b");
+  EXPECT_EQ(document_of({folder / "a"})[0].at("label"), (folder / "a").string());
+}
+
+/// Of a log whose gyro was late, and of a calibration that may have set its clock.
+Json attention_to_late_gyro(const std::vector<std::string>& notes) {
+  CalibrationResult calibration = test::example_result();
+  calibration.warnings.clear();
+  calibration.cannot_tell.clear();
+  calibration.notes = notes;
+  const Json problem = {
+      {"severity", "warning"}, {"kind", "time offset"}, {"place", "run/imu.csv"}, {"message", "late"}};
+  const Json all = attention_json({{"stages", Json::array()},
+                                   {"calibration", calibration_json(calibration, Json::object())},
+                                   {"slip", nullptr},
+                                   {"errors", Json::array()},
+                                   {"sightings", nullptr},
+                                   {"health", {{"problems", {problem}}}}});
+  Json problems = Json::array();
+  for (const Json& one : all)
+    if (one.at("kind") == "problem") problems.push_back(one);
+  return problems;
+}
+
+TEST(Attention, NamesTheFile) {
+  const Json problems = attention_to_late_gyro({});
+  ASSERT_EQ(problems.size(), 1);
+  EXPECT_EQ(problems[0].at("place"), "run/imu.csv");
+  EXPECT_EQ(problems[0].at("words"), "late");
+}
+
+TEST(Attention, IsNotAskedForWhatTheCalibrationHasSet) {
+  EXPECT_TRUE(
+      attention_to_late_gyro({"gyro.time_offset_s -0.0631 ± 0.0009 s (was 0.0000), from the turns"}).empty());
+  EXPECT_FALSE(attention_to_late_gyro({"something else"}).empty());
+}
+
+}  // namespace
+}  // namespace trundle
