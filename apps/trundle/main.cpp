@@ -1,3 +1,7 @@
+#include <algorithm>
+#include <string>
+#include <vector>
+
 #include <fmt/core.h>
 
 #include "command.hpp"
@@ -12,6 +16,19 @@ int fail(ExitCode code, const char* what) {
   return code;
 }
 
+/// A misspelt command is named as what is wrong, with the one that may be meant.
+void require_command(const CLI::App& app, int argc, char** argv) {
+  const std::string first = argc > 1 ? argv[1] : "";
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(command->get_name());
+  if (first.empty() || first.front() == '-' || std::ranges::find(names, first) != names.end()) return;
+  const std::string nearest = trundle::nearest_name(first, names);
+  throw CLI::ValidationError(nearest.empty()
+                                 ? fmt::format("unknown command '{}'; --help names all", first)
+                                 : fmt::format("unknown command '{}'; expected '{}'", first, nearest));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -19,7 +36,7 @@ int main(int argc, char** argv) {
   CLI::App app("Calibrated wheels, honest odometry and maps from a wheeled robot's own recordings",
                "trundle");
   app.set_version_flag("--version", TRUNDLE_VERSION);
-  app.require_subcommand(0, 1);  // so that a misspelt command is named as what is wrong
+  app.require_subcommand(0, 1);
   add_run(app);
   add_info(app);
   add_calibrate(app);
@@ -34,6 +51,7 @@ int main(int argc, char** argv) {
   add_live(app);
   add_report(app);
   try {
+    require_command(app, argc, argv);
     app.parse(argc, argv);
     if (app.get_subcommands().empty()) throw CLI::RequiredError("A command");
     return kDone;

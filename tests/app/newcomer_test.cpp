@@ -1,6 +1,8 @@
 // What somebody gets wrong who writes recording.toml and robot.toml for the first time: one line says what it
 // is and what to write, and the exit code is that of bad input; or all is well.
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <random>
 
@@ -264,6 +266,58 @@ TEST_P(Newcomer, GetsOneLine) {
 
 INSTANTIATE_TEST_SUITE_P(, Newcomer, testing::ValuesIn(kMistakes),
                          [](const auto& one) { return std::string(one.param.name); });
+
+TEST(Program, NamesACommandThatIsMisspelt) {
+  const Sample sample;
+  const Outcome near = run_program(sample.folder(), {"calibrat", "cw"});
+  EXPECT_EQ(near.exit_code, 2);
+  EXPECT_EQ(near.err, "trundle: unknown command 'calibrat'; expected 'calibrate'\n");
+  EXPECT_EQ(run_program(sample.folder(), {"frobnicate"}).err,
+            "trundle: unknown command 'frobnicate'; --help names all\n");
+}
+
+/// A file with a stray key under one of its tables after the other: each must be named, with its line.
+void expect_stray_keys_named(const std::filesystem::path& folder, const std::string& name,
+                             const Arguments& command) {
+  const std::string text = read_file(folder / name);
+  int tables = 0, number = 1;
+  for (std::size_t at = 0; at < text.size(); ++number) {
+    const std::size_t end = text.find('\n', at) + 1;
+    if (text[at] == '[') {
+      ++tables;
+      write_file(folder / name, text.substr(0, end) + "stray_key = 1\n" + text.substr(end));
+      const Outcome outcome = run_program(folder, command);
+      EXPECT_EQ(outcome.exit_code, 3) << text.substr(at, end - at);
+      EXPECT_THAT(outcome.err, HasSubstr(fmt::format("{}:{}: ", name, number + 1)));
+      EXPECT_THAT(outcome.err, HasSubstr("unknown key 'stray_key'")) << text.substr(at, end - at);
+    }
+    at = end;
+  }
+  EXPECT_GT(tables, 2);
+  write_file(folder / name, text);
+}
+
+TEST(StrayKeys, AreNamedInEveryTableOfEveryFile) {
+  const std::filesystem::path demo = std::filesystem::path(TRUNDLE_SOURCE_DIR) / "data/demo";
+  const Files files = drive();
+  const Sample sample;
+  const std::filesystem::path& folder = sample.folder();
+  write_file(folder / "log.csv", files.log);
+  write_file(folder / "imu.csv", files.imu);
+  write_file(folder / "recording.toml", files.recording);
+  write_file(folder / "mine.toml", files.robot);
+  expect_stray_keys_named(folder, "recording.toml", {"info", "."});
+  write_file(folder / "robot.toml",
+             read_file(demo / "robot.toml") + "[wheels]\ntime_offset_s = 0\n[reference_sensor]\nx_m = 0\n");
+  write_file(folder / "scenario.toml", read_file(demo / "scenario.toml"));
+  write_file(folder / "slip.toml", read_file(demo / "slip.toml"));
+  expect_stray_keys_named(folder, "robot.toml", {"info", ".", "--robot", "robot.toml"});
+  expect_stray_keys_named(folder, "scenario.toml", {"simulate", "scenario.toml", "-o", "d"});
+  expect_stray_keys_named(folder, "slip.toml", {"simulate", "slip.toml", "-o", "d"});
+  ASSERT_EQ(
+      run_program(folder, {"calibrate", ".", "--robot", "mine.toml", "-o", "calibrated.toml"}).exit_code, 0);
+  expect_stray_keys_named(folder, "calibrated.toml", {"info", ".", "--robot", "calibrated.toml"});
+}
 
 /// What `run` tells on the way: what is wrong in full, and every number with its ±.
 TEST(NewcomersRun, TellsWarningsAndDoubts) {

@@ -251,6 +251,23 @@ TEST_F(RunCommand, NothingAnsweredIsExitCodeFourAndStillTold) {
   EXPECT_THAT(outcome.err, HasSubstr(stage("d", "odometry").at("message").get<std::string>()));
 }
 
+TEST_F(RunCommand, EvaluateNamesEachFileOfAReferenceFolderAndWhatItIsKnownTo) {
+  const std::string tour = (kDemo / "session_01/tour").string();
+  ASSERT_EQ(run({"odometry", tour, "--robot", (kDemo / "robot.toml").string(), "-o", "t.csv"}).exit_code, 0);
+  const Json told = Json::parse(run({"evaluate", "t.csv", tour, "--json"}).out);
+  std::vector<std::string> names;
+  for (const Json& input : told.at("inputs")) {
+    names.push_back(std::filesystem::path(input.at("path").get<std::string>()).filename());
+    EXPECT_EQ(input.at("sha256").get<std::string>().size(), 64) << input;
+  }
+  EXPECT_THAT(names, testing::ElementsAre("t.csv", "recording.toml", "reference.csv"));
+  EXPECT_EQ(told.at("reference_noise").at("position_sigma_m"), 0.001);
+  EXPECT_THAT(run({"evaluate", "t.csv", tour}).out,
+              HasSubstr("the reference's own 0.001 m and 0.1 deg are counted"));
+  EXPECT_THAT(run({"evaluate", "t.csv", tour + "/reference.csv"}).out,
+              HasSubstr("the reference is taken as exact"));
+}
+
 /// Files below a folder, with their contents.
 std::map<std::string, std::string> files_below(const std::filesystem::path& folder) {
   std::map<std::string, std::string> files;

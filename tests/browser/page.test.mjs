@@ -61,7 +61,7 @@ describe('the report page', { concurrency: 3 }, () => {
 
   look('the map shows tracks, landmarks and slips', 'demo', {}, async (page) => {
     const still = page.locator('canvas.still');
-    for (const colour of ['reference', 'track-nominal', 'track-corrected', 'track-path', 'landmark', 'slip']) {
+    for (const colour of ['reference', 'track-nominal', 'track-corrected', 'track-smoothed', 'landmark', 'slip']) {
       const { coloured } = await pixelsOf(still, colour);
       assert.ok(coloured > 30, `${colour}: ${coloured} pixels`);
     }
@@ -253,6 +253,10 @@ describe('the report page', { concurrency: 3 }, () => {
   look('what covariances are judged by is said', 'demo', {}, async (page) => {
     assert.match(await section(page, 'Trajectories against the reference').innerText(), /count the noise that recording\.toml states of the reference: 1\.?0* mm/);
     assert.match(await section(page, 'Is the stated uncertainty honest? (NEES)').innerText(), /judged from where it moves/);
+  });
+
+  look('calibrations side by side have their ±', 'pair', {}, async (page) => {
+    assert.match(await section(page, 'Parameters and errors').first().locator('tbody').first().innerText(), /\d ± \d/);
   });
 
   look('several results lie over each other', 'two', {}, async (page) => {

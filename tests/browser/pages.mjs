@@ -53,7 +53,7 @@ function makeHostile(folder) {
   replaceIn(join(folder, 'trajectory.csv'), (csv) => `# ${script}\n${csv}`);
 }
 
-// {demo, two, hostile, alone}: files of pages; made once.
+// {demo, two, hostile, alone, pair}: files of pages; made once.
 export function makePages() {
   mkdirSync(work, { recursive: true });
   const file = (name) => join(work, name);
@@ -67,5 +67,6 @@ export function makePages() {
   makeHostile(file('hostile'));
   for (const name of ['demo', 'hostile', 'alone']) trundle('report', file(name), '-o', file(`${name}.html`));
   trundle('report', file('demo'), file('other'), '-o', file('two.html'));
-  return { demo: file('demo.html'), two: file('two.html'), hostile: file('hostile.html'), alone: file('alone.html') };
+  trundle('report', file('demo'), file('alone'), '-o', file('pair.html'));
+  return { demo: file('demo.html'), two: file('two.html'), hostile: file('hostile.html'), alone: file('alone.html'), pair: file('pair.html') };
 }

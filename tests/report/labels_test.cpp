@@ -9,7 +9,7 @@ using testing::ElementsAre;
 
 TEST(Labels, AreWhatTellsPathsApart) {
   EXPECT_THAT(shortest_labels({"out/a", "out/b"}), ElementsAre("a", "b"));
-  EXPECT_THAT(shortest_labels({"/home/me/a/result", "/home/me/b/result"}), ElementsAre("a", "b"));
+  EXPECT_THAT(shortest_labels({"/results/a/tour", "/results/b/tour"}), ElementsAre("a", "b"));
   EXPECT_THAT(shortest_labels({"x/a/1/r", "x/b/1/r", "x/a/2/r"}), ElementsAre("a/1", "b/1", "a/2"));
   EXPECT_THAT(shortest_labels({"./out/a/", "out/b"}), ElementsAre("a", "b"));
 }

@@ -1,15 +1,13 @@
 // Several calibrations side by side: each parameter's value and intervals on one line, errors below.
 import { html, nameOf } from '../dom.js';
-import { decimalsFor, display, fixed, inUnit, isNumber, joined, length, ratioInWords, unknown } from '../format.js';
+import { display, inUnit, isNumber, length, ratioInWords, unknown, withSigma } from '../format.js';
 import { linear } from '../scale.js';
 import { intervalLegend, legend, scrolling, section, table } from '../section.js';
 import { bar, dot, line, strip } from '../strip.js';
 import { text } from '../strings/en.js';
 
 function valueText(parameter) {
-  const shown = display(parameter.unit);
-  const decimals = decimalsFor((parameter.sigma_within ?? parameter.sigma_prior) * shown.factor);
-  return joined(fixed(parameter.value * shown.factor, decimals), shown.unit);
+  return withSigma(parameter.value, parameter.sigma_total ?? parameter.sigma_within, display(parameter.unit));
 }
 
 function heldText(parameter) {

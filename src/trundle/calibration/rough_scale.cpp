@@ -1,6 +1,7 @@
 #include "trundle/calibration/rough_scale.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -12,7 +13,8 @@ namespace {
 
 struct Stretch {
   double ratio;
-  double length_m;
+  double length_m;  ///< by the wheels
+  double turn_rad;
 };
 
 /// From knot to knot, as far as both ways of telling have it. Chords: the heading at the start is not needed.
@@ -27,7 +29,8 @@ void add_stretches(const Run& run, const Robot& robot, std::vector<Stretch>& str
     if (now && reference) {
       const double rolled_m = (odometer.pose().translation() - before.translation()).norm();
       const double moved_m = (now->translation() - reference->translation()).norm();
-      if (rolled_m > 0.0) stretches.push_back({moved_m / rolled_m, rolled_m});
+      const double turn_rad = std::abs(wrap_angle(odometer.pose().heading - before.heading));
+      if (rolled_m > 0.0) stretches.push_back({moved_m / rolled_m, rolled_m, turn_rad});
     }
     reference = now;
   }
@@ -59,8 +62,15 @@ std::optional<double> rough_scale(std::span<const Run> runs, const Robot& robot)
 bool stretches_agree(std::span<const Run> runs, const Robot& robot) {
   constexpr double kAlike = 1.3;  // of the middle half of what was rolled
   const std::vector<Stretch> stretches = stretches_of(runs, robot);
+  double lever_m = 0.0, rolled_m = 0.0, turned_m = 0.0;
+  for (const Wheel& wheel : robot.chassis.wheels())
+    lever_m = std::max(lever_m, std::hypot(wheel.x_m, wheel.y_m));
+  for (const Stretch& stretch : stretches) {
+    rolled_m += stretch.length_m;
+    turned_m += stretch.turn_rad * lever_m;
+  }
   const auto low = quantile(stretches, 0.25), high = quantile(stretches, 0.75);
-  return low && high && *high < kAlike * *low;
+  return low && high && *high < kAlike * *low && rolled_m > turned_m;
 }
 
 std::string scale_fault(std::span<const Run> runs, const Robot& robot) {

@@ -12,7 +12,8 @@ namespace trundle {
 /// each counting as its length. Nothing where no reference has positions or no wheel rolls.
 std::optional<double> rough_scale(std::span<const Run> runs, const Robot& robot);
 
-/// Whether most stretches tell about the same: where the robot hardly moves their noise tells anything.
+/// Whether most stretches tell about the same, and of driving more than of turning on the spot: there the
+/// place of the reference on the robot moves it.
 bool stretches_agree(std::span<const Run> runs, const Robot& robot);
 
 /// What is wrong where they differ by more than any wheel wears, in words; empty: nothing.

@@ -17,6 +17,11 @@ namespace {
 
 constexpr double kSmallOffset_s = 0.005;  // does no harm
 
+bool skids(const Robot& robot) {
+  return std::ranges::any_of(robot.chassis.wheels(),
+                             [](const Wheel& w) { return w.kind == WheelKind::skid; });
+}
+
 bool is_misread(const Findings& findings) {
   return std::ranges::any_of(findings.problems, is_misreading);
 }
@@ -118,17 +123,20 @@ Turns turns_of(const ReferenceStream& reference, const AlignedReadings& readings
 /// times as far the reference moves, which wheels of another size explain, and its turns with it.
 std::string heading_unit_fault(const Turns& turns, double scale) {
   constexpr double kLeastTurning = 0.1;  // [rad], root of the sum of squares
-  constexpr double kFarOff = 20.0;       // a track so wrong is no robot's; degrees make 57
+  constexpr double kTrackIsKnown = 1.3;  // the factor that its ratio to degrees may be off
+  const auto are_degrees = [](double ratio) {
+    return ratio < degrees(kTrackIsKnown) && ratio > degrees(1.0) / kTrackIsKnown;
+  };
   const double correlation = turns.product / std::sqrt(turns.wheels2 * turns.reference2);
-  if (std::sqrt(turns.wheels2) < kLeastTurning || !(std::abs(correlation) > 0.5)) return {};
+  if (std::sqrt(turns.wheels2) < kLeastTurning || !(std::abs(correlation) > 0.8)) return {};
   const double ratio = std::abs(turns.product) / turns.wheels2 / scale;
-  if (ratio > kFarOff)
+  if (are_degrees(ratio))
     return fmt::format(
         "the reference turns {:.0f} times as far as the wheels; degrees would make it 57: write unit = "
         "\"deg\" at "
         "heading_rad in recording.toml",
         ratio);
-  if (ratio < 1.0 / kFarOff)
+  if (are_degrees(1.0 / ratio))
     return fmt::format(
         "the reference turns {:.2g} of what the wheels do, where radians taken for degrees would make it "
         "1/57: leave "
@@ -137,11 +145,13 @@ std::string heading_unit_fault(const Turns& turns, double scale) {
   return {};
 }
 
-/// The units of the reference: its way and its turns against the wheels'.
+/// The units of the reference: its way and its turns against the wheels', unless these scrub and slide.
 void compare_references(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
                         Findings& findings) {
   const std::string& file = recording.reference.origin.file;
-  if (recording.reference.time_s.empty() || observability(rows_of(robot.chassis, false)).rank < 3) return;
+  if (recording.reference.time_s.empty() || skids(robot) ||
+      observability(rows_of(robot.chassis, false)).rank < 3)
+    return;
   const std::vector<Run> runs = {prepare_run(recording, robot, readings)};
   const double times = rough_scale(runs, robot).value_or(1.0);
   const std::string turns =
@@ -173,9 +183,7 @@ void compare_clocks(const Recording& recording, const AlignedReadings& readings,
 /// The track that the ground gives, where wheels must scrub in turns.
 void find_tracks(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
                  Findings& findings) {
-  const bool skids =
-      std::ranges::any_of(robot.chassis.wheels(), [](const Wheel& w) { return w.kind == WheelKind::skid; });
-  if (!skids || !EffectiveTrack::applies_to(robot.chassis) || recording.gyro.time_s.empty()) return;
+  if (!skids(robot) || !EffectiveTrack::applies_to(robot.chassis) || recording.gyro.time_s.empty()) return;
   findings.tracks = effective_tracks(readings, robot.chassis);
 }
 

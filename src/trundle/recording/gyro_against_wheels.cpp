@@ -92,7 +92,8 @@ std::optional<Problem> wrong_gyro_unit(const Recording& recording, const Robot& 
   all.problems.clear();
   add_gyro(recording.gyro, unlimited, all);
   const auto pairs = comparable_turns(recording, unlimited, all);
-  if (!pairs || std::abs(pairs->correlation()) < kAgree) return std::nullopt;
+  constexpr double kAgreeWell = 0.8;
+  if (!pairs || std::abs(pairs->correlation()) < kAgreeWell) return std::nullopt;
   const double slope = std::abs(pairs->slope());
   const auto problem = [&](const std::string& message) {
     return Problem{Severity::warning, "gyro unit", recording.gyro.origin.file, 1, message};
@@ -102,7 +103,7 @@ std::optional<Problem> wrong_gyro_unit(const Recording& recording, const Robot& 
         fmt::format("the gyro turns {:.0f} times as far as the wheels; degrees per second would make it "
                     "57: write unit = \"deg/s\" at yaw_rate_rad_s in recording.toml",
                     slope));
-  if (looks_like_degrees(1.0 / slope, robot))
+  if (!is_skid_steer(robot) && looks_like_degrees(1.0 / slope, robot))  // scrubbing wheels may turn in vain
     return problem(
         fmt::format("the gyro turns {:.2g} of what the wheels do, where radians taken for degrees would "
                     "make it 1/57: leave out unit = \"deg/s\"",
@@ -113,7 +114,7 @@ std::optional<Problem> wrong_gyro_unit(const Recording& recording, const Robot& 
 void compare_gyro(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
                   std::vector<Problem>& problems) {
   constexpr double kMuchTurning = 1.0;  // [rad], root of the sum of squares
-  constexpr double kFarOff = 1.5;       // wheels that scrub widen the track by more
+  constexpr double kFarOff = 1.8;       // slip makes less of it, wheels that scrub more
   const auto pairs = comparable_turns(recording, robot, readings);
   if (!pairs) return;
   const auto warn = [&](const char* kind, const std::string& file, const std::string& message) {

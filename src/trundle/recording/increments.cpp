@@ -213,28 +213,33 @@ void add_shaking(const AccelStream& accel, AlignedReadings& aligned) {
 }  // namespace
 
 void add_gyro(const GyroStream& gyro, const Robot& robot, AlignedReadings& aligned) {
-  if (!robot.chassis.gyro || gyro.time_s.empty()) return;
+  if (!robot.chassis.gyro || gyro.time_s.empty() || aligned.increments.empty()) return;
   GyroIntegral integral(gyro, *robot.chassis.gyro);
+  const double first_s = gyro.time_s.front() + robot.chassis.gyro->time_offset_s;
+  const double last_s = gyro.time_s.back() + robot.chassis.gyro->time_offset_s;
   double start_s = aligned.start_s;
-  std::size_t without = 0;
+  std::size_t beyond = 0, within = 0;
   for (Increment& increment : aligned.increments) {
     const auto turn = integral.between(start_s, increment.time_s);
     increment.gyro_rad = turn.value_or(0.0);
     increment.has_gyro = turn.has_value();
-    without += turn ? 0 : 1;
+    if (!turn) ++(start_s < first_s || increment.time_s > last_s ? beyond : within);
     start_s = increment.time_s;
   }
   add_changes_of_rate(aligned.increments);
-  const auto warn = [&](const char* kind, std::size_t count, const std::string& message) {
+  const auto tell = [&](Severity severity, const char* kind, std::size_t count, const std::string& message) {
     if (count > 0)
-      aligned.problems.push_back(
-          {Severity::warning, kind, gyro.origin.place_of(gyro.time_s.size()), count, message});
+      aligned.problems.push_back({severity, kind, gyro.origin.place_of(gyro.time_s.size()), count, message});
   };
-  warn("gyro saturated", integral.saturated(),
+  tell(Severity::warning, "gyro saturated", integral.saturated(),
        "the gyro is at or beyond its max_rate_rad_s in " + counted(integral.saturated(), "sample"));
-  warn("gyro missing", without,
-       "the gyro is missing in " + counted(without, "interval") +
-           " of the wheels: a gap, saturation, or before its start or after its end");
+  tell(Severity::warning, "gyro missing", within,
+       "the gyro is missing in " + counted(within, "interval") + " of the wheels: a gap, or saturation");
+  const bool most = 2 * beyond > aligned.increments.size();
+  tell(most ? Severity::warning : Severity::note, "gyro missing", beyond,
+       fmt::format("the gyro runs from {:.2f} to {:.2f} s, the wheels from {:.2f} to {:.2f} s: {} without it",
+                   first_s, last_s, aligned.start_s, aligned.increments.back().time_s,
+                   counted(beyond, "interval")));
 }
 
 AlignedReadings align(const Recording& recording, const Robot& robot) {

@@ -98,6 +98,7 @@ Recording read_recording(const fs::path& path, const ReadOptions& options) {
 }
 
 std::vector<fs::path> recordings_below(const fs::path& folder) {
+  if (!fs::exists(folder)) throw InputError(folder.string(), "does not exist", "the folder of a recording");
   if (is_recording(folder)) return {folder};
   if (!fs::is_directory(folder))
     throw InputError(folder.string(), "is not a folder", "the folder of a recording");

@@ -124,9 +124,9 @@ class ParticleSlam {
   Jury jury_;
   ParticleAssociation association_;
   ParticlePaths paths_;
-  Swarm swarm_;
   Kinship kinship_{options_.particles};
   ForgottenDoubt forgotten_;
+  Swarm swarm_;
   TripleColumns systematic_;            ///< each particle's mean, given its path
   Matrix3 systematic_covariance_;       ///< the same for all: paths differ in where they went, not in how
   Motion pending_;                      ///< since the poses were drawn
