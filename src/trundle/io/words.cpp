@@ -13,6 +13,7 @@ std::string expected_toml(std::string_view fault) {
   if (says("cannot redefine existing table"))
     return "each table once; of several, each under a line with two brackets, like [[wheel]]";
   if (says("cannot redefine existing")) return "each key once";
+  if (says("not representable") || says("could not be interpreted")) return "a number that is in range";
   if (says("value type") || says("floating-point") || says("integer") || says("boolean"))
     return "a number, true, false, or text in quotes";
   return "TOML";
