@@ -15,6 +15,7 @@
 #include "trundle/calibration/sessions.hpp"
 #include "trundle/calibration/wiring.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/recording/detail/gyro_against_wheels.hpp"
 #include "trundle/recording/time_offset.hpp"
 
 namespace trundle {
@@ -67,6 +68,21 @@ std::vector<Run> prepare_runs(std::span<const Recording> recordings, const Robot
   return runs;
 }
 
+/// A fit would take one of two explanations, and a robot mirrored in its own middle is one of them: what only
+/// somebody who looks at the robot can tell is not decided here.
+void require_one_sense_of_turning(std::span<const Recording> recordings, std::span<const Run> runs,
+                                  const Robot& robot) {
+  for (std::size_t i = 0; i < runs.size(); ++i)
+    if (turns_contradict(recordings[i], robot, runs[i].readings))
+      throw CannotAnswer(fmt::format(
+          "run {}: the gyro turns the other way than the wheels, and nothing measured from outside "
+          "tells which of them is right: if the gyro is upside down write scale = {:g} under "
+          "[gyro] of the robot file; if left and right are swapped swap their columns in "
+          "recording.toml, or the wheels in the robot file; if all wheels count backwards turn "
+          "the sign of ticks_per_revolution",
+          runs[i].name, -robot.chassis.gyro->scale));
+}
+
 /// The fit finds the minimum next to where it starts: wheels that are far off by the references start right.
 /// Returns what is wrong, in words.
 std::string set_scale(std::span<const Run> runs, Robot& robot) {
@@ -84,6 +100,7 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   Robot start = nominal;
   const std::string clock = set_clock(training, start);
   std::vector<Run> runs = prepare_runs(training, start);
+  require_one_sense_of_turning(training, runs, start);
   const std::string scale = set_scale(runs, start);
   if (!scale.empty()) runs = prepare_runs(training, start);
   const std::vector<Parameter> parameters =
@@ -98,7 +115,7 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   result.method = "ml";
   if (!scale.empty()) result.warnings.push_back(scale);
   for (const std::string& fault : wiring.faults)
-    result.warnings.push_back(fault + "; corrected before calibrating, check the robot");
+    result.warnings.push_back(fault + "; the calibrated robot makes up for it");
   if (start.chassis.gyro) start.chassis.gyro->time_offset_s = estimate.robot.chassis.gyro->time_offset_s;
   for (Run& run : runs) set_gyro_clock(start, run);
   for (const std::string& words : wiring.untold)
