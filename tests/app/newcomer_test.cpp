@@ -191,6 +191,8 @@ const Mistake kMistakes[] = {
      0, "the counter of 'left' wraps like one of 16 bits: write tick_bits = 16"},
     {"gears_forgotten", [](Files& f) { replace_all(f.robot, "1000", "100"); }, 0,
      "check ticks_per_revolution, gears and diameters"},
+    {"counts_of_the_motor", [](Files& f) { replace_all(f.robot, "1000", "30"); }, 0,
+     "check ticks_per_revolution, gears and diameters"},
     {"diameter_in_mm", [](Files& f) { replace(f.robot, "diameter_m = 0.1", "diameter_m = 100"); }, 3,
      "expected metres above 0"},
     {"robot_key", [](Files& f) { replace(f.robot, "y_m", "y"); }, 3, "unknown key 'y'; expected 'y_m'"},

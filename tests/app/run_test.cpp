@@ -242,6 +242,24 @@ TEST_F(RunCommand, ASessionIsCalibratedAsAWholeAndItsRecordingsOneByOne) {
   }
 }
 
+TEST_F(RunCommand, OneDriveUnderTwoNamesIsNamed) {
+  std::filesystem::copy(sample_.folder() / "cw", sample_.folder() / "again");
+  const Outcome twice = run({"calibrate", "cw", "again", "--hold-out", "cw", "--robot", "nominal.toml"});
+  EXPECT_EQ(twice.exit_code, 0) << twice.err;
+  EXPECT_THAT(twice.out, HasSubstr("again hold the same data: it counts twice"));
+  EXPECT_THAT(twice.out, HasSubstr("cw is held out and learned from: its error is that of training"));
+  const Outcome other = run({"calibrate", "cw", "--hold-out", "ccw", "--robot", "nominal.toml"});
+  EXPECT_THAT(other.out, testing::Not(testing::AnyOf(HasSubstr("same data"), HasSubstr("held out and"))));
+}
+
+TEST_F(RunCommand, AnErrorOfTrainingIsNotCalledHeldOut) {
+  const Outcome same = run({"run", "cw", "--robot", "nominal.toml", "--calibrate-on", "cw", "-o", "d"});
+  EXPECT_THAT(same.out, HasSubstr("warning: cw is held out and learned from"));
+  EXPECT_FALSE(json("d/run.json").at("held_out").get<bool>());
+  run({"run", "cw", "--robot", "nominal.toml", "--calibrate-on", "ccw", "-o", "d"});
+  EXPECT_TRUE(json("d/run.json").at("held_out").get<bool>());
+}
+
 TEST_F(RunCommand, NothingAnsweredIsExitCodeFourAndStillTold) {
   keep("one_wheel.toml",
        "name = \"one\"\n[[wheel]]\nname = \"left\"\ndiameter_m = 0.1\nticks_per_revolution = 100\n");

@@ -229,5 +229,25 @@ TEST(Calibrate, SkidSteerFindsItsEffectiveTrackFromTheGyroAlone) {
   EXPECT_LT(parameter(result, "track").sigma_within, 0.02);
 }
 
+TEST(Calibrate, RunsThatTellNothingChangeNothingAndAreNamed) {
+  const Robot nominal = test::nominal_differential();
+  std::vector<Recording> runs =
+      test::recorded(nominal, test::true_differential(), {square(1.5, TurnSense::cw)}, 3);
+  const CalibrationResult expected = calibrate(runs, {}, nominal);
+  Recording blind = runs.front();
+  blind.name = "blind";
+  blind.session = "another";
+  blind.reference = {};
+  runs.insert(runs.begin(), blind);
+  const CalibrationResult found = calibrate(runs, {}, nominal);
+  for (std::size_t j = 0; j < expected.parameters.size(); ++j) {
+    EXPECT_EQ(found.parameters[j].value, expected.parameters[j].value);
+    EXPECT_EQ(found.parameters[j].sigma_within, expected.parameters[j].sigma_within);
+  }
+  EXPECT_EQ(found.sessions, 1);
+  EXPECT_EQ(found.runs.size(), 1U);
+  EXPECT_THAT(found.warnings, testing::Contains(testing::HasSubstr("run blind tells nothing")));
+}
+
 }  // namespace
 }  // namespace trundle

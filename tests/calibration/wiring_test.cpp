@@ -4,12 +4,14 @@
 #include <gtest/gtest.h>
 
 #include "trundle/calibration/calibrate.hpp"
+#include "trundle/io/error.hpp"
 
 #include "calibration/simulated_runs.hpp"
 
 namespace trundle {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -77,7 +79,9 @@ TEST(Wiring, swapped_ports_are_said_and_calibrated_all_the_same) {
   EXPECT_THAT(wiring.faults, ElementsAre(HasSubstr("ports of 'ahead' and 'across' look swapped")));
   EXPECT_THAT(wiring.robot.wheel_names, ElementsAre("across", "ahead"));
   const CalibrationResult result = calibrate(runs, {}, nominal_pods());
-  EXPECT_THAT(result.warnings, Contains(HasSubstr("look swapped")));
+  EXPECT_THAT(result.warnings,
+              Contains(AllOf(HasSubstr("look swapped"), HasSubstr("swap the two columns in recording.toml"),
+                             HasSubstr("the calibrated robot makes up for it"))));
   expect_true_pods(result, true_pods());
 }
 
@@ -121,6 +125,51 @@ TEST(Wiring, of_a_differential_drive_shows_in_turns) {
   for (Recording& run : runs) std::swap(counts(run, 0), counts(run, 1));
   EXPECT_THAT(check_wiring(runs, test::nominal_differential()).faults,
               ElementsAre(HasSubstr("ports of 'left' and 'right' look swapped")));
+}
+
+/// Turns and straights with a gyro that is upside down.
+std::vector<Recording> runs_with_contrary_gyro(const Robot& robot, std::uint64_t seed) {
+  auto runs = test::recorded(robot, robot, test::differential_paths(), seed);
+  for (Recording& run : runs)
+    for (double& rate : run.gyro.yaw_rate_rad_s) rate = -rate;
+  return runs;
+}
+
+Robot differential_with_gyro() {
+  Robot robot = test::nominal_differential();
+  robot.chassis.gyro = Gyro{.bias_walk_rad_s_sqrt_s = 0.0};
+  return robot;
+}
+
+TEST(Wiring, a_gyro_against_the_wheels_is_not_explained_away_without_a_reference) {
+  const Robot robot = differential_with_gyro();
+  auto runs = runs_with_contrary_gyro(robot, 10);
+  for (Recording& run : runs) run.reference = {};
+  try {
+    calibrate(runs, {}, robot);
+    FAIL() << "one of two explanations was taken";
+  } catch (const CannotAnswer& reason) {
+    EXPECT_THAT(reason.what(), AllOf(HasSubstr("run run 1: the gyro turns the other way"),
+                                     HasSubstr("scale = -1 under [gyro]"),
+                                     HasSubstr("swap their columns in recording.toml")));
+  }
+  Robot upside_down = robot;
+  upside_down.chassis.gyro->scale = -1.0;
+  const CalibrationResult result = calibrate(runs, {}, upside_down);
+  const auto track =
+      std::ranges::find(result.parameters, ParameterKind::track,
+                        [](const ParameterEstimate& estimate) { return estimate.parameter.kind; });
+  ASSERT_NE(track, result.parameters.end());
+  EXPECT_NEAR(track->value, value_of(track->parameter, robot), 4.0 * track->sigma_within);
+}
+
+TEST(Wiring, a_gyro_against_wheels_and_reference_is_turned_round_and_said) {
+  const Robot robot = differential_with_gyro();
+  const CalibrationResult result = calibrate(runs_with_contrary_gyro(robot, 11), {}, robot);
+  EXPECT_THAT(result.warnings, Contains(AllOf(HasSubstr("gyro is mounted upside down: scale = -1"),
+                                              HasSubstr("calibrated robot makes up for it"))));
+  EXPECT_NEAR(result.calibrated.chassis.gyro->scale, -1.0, 0.05);
+  EXPECT_GT(result.calibrated.chassis.wheels()[0].y_m, 0.0);
 }
 
 TEST(Wiring, what_cannot_be_told_apart_is_said) {

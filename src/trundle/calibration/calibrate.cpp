@@ -14,7 +14,9 @@
 #include "trundle/calibration/rough_scale.hpp"
 #include "trundle/calibration/sessions.hpp"
 #include "trundle/calibration/wiring.hpp"
+#include "trundle/chassis/rows.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/recording/detail/gyro_against_wheels.hpp"
 #include "trundle/recording/time_offset.hpp"
 
 namespace trundle {
@@ -67,6 +69,45 @@ std::vector<Run> prepare_runs(std::span<const Recording> recordings, const Robot
   return runs;
 }
 
+/// A fit would take one of two explanations, and a robot mirrored in its own middle is one of them: what only
+/// somebody who looks at the robot can tell is not decided here.
+void require_one_sense_of_turning(std::span<const Recording> recordings, std::span<const Run> runs,
+                                  const Robot& robot) {
+  for (std::size_t i = 0; i < runs.size(); ++i)
+    if (turns_contradict(recordings[i], robot, runs[i].readings))
+      throw CannotAnswer(fmt::format(
+          "run {}: the gyro turns the other way than the wheels, and nothing measured from outside "
+          "tells which of them is right: if the gyro is upside down write scale = {:g} under "
+          "[gyro] of the robot file; if left and right are swapped swap their columns in "
+          "recording.toml, or the wheels in the robot file; if all wheels count backwards turn "
+          "the sign of ticks_per_revolution",
+          runs[i].name, -robot.chassis.gyro->scale));
+}
+
+/// Whether the run measures anything from outside, or its readings check each other.
+bool tells_something(const Run& run, const Robot& robot) {
+  const bool with_gyro = robot.chassis.gyro.has_value();
+  const auto is_complete = [&](const Increment& increment) { return increment.has_gyro || !with_gyro; };
+  return run.measures_anything() ||
+         (observability(rows_of(robot.chassis, with_gyro)).degrees_of_freedom > 0 &&
+          std::ranges::any_of(run.readings.increments, is_complete));
+}
+
+/// Runs that tell nothing are no evidence of little scatter: they do not count among those that tell. Returns
+/// which, in words; where no run tells anything all stay, to be told what is missing.
+std::vector<std::string> leave_out_silent(const Robot& robot, std::vector<Run>& runs) {
+  const auto is_silent = [&](const Run& run) { return !tells_something(run, robot); };
+  std::vector<std::string> words;
+  if (std::ranges::all_of(runs, is_silent)) return words;
+  for (const Run& run : runs)
+    if (is_silent(run))
+      words.push_back(
+          fmt::format("run {} tells nothing of what is calibrated: no reference{}; it is left out", run.name,
+                      robot.chassis.gyro ? ", no gyro" : ", and no readings that check each other"));
+  std::erase_if(runs, is_silent);
+  return words;
+}
+
 /// The fit finds the minimum next to where it starts: wheels that are far off by the references start right.
 /// Returns what is wrong, in words.
 std::string set_scale(std::span<const Run> runs, Robot& robot) {
@@ -84,8 +125,13 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   Robot start = nominal;
   const std::string clock = set_clock(training, start);
   std::vector<Run> runs = prepare_runs(training, start);
+  require_one_sense_of_turning(training, runs, start);
+  const std::vector<std::string> silent = leave_out_silent(start, runs);
   const std::string scale = set_scale(runs, start);
-  if (!scale.empty()) runs = prepare_runs(training, start);
+  if (!scale.empty()) {
+    runs = prepare_runs(training, start);
+    leave_out_silent(start, runs);
+  }
   const std::vector<Parameter> parameters =
       choose_parameters(nominal, from_outside(runs), options.free, options.fix);
   if (parameters.empty())
@@ -96,9 +142,10 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
 
   CalibrationResult result = result_of(estimate, spread, parameters, nominal);
   result.method = "ml";
+  result.warnings.insert(result.warnings.end(), silent.begin(), silent.end());
   if (!scale.empty()) result.warnings.push_back(scale);
   for (const std::string& fault : wiring.faults)
-    result.warnings.push_back(fault + "; corrected before calibrating, check the robot");
+    result.warnings.push_back(fault + "; the calibrated robot makes up for it");
   if (start.chassis.gyro) start.chassis.gyro->time_offset_s = estimate.robot.chassis.gyro->time_offset_s;
   for (Run& run : runs) set_gyro_clock(start, run);
   for (const std::string& words : wiring.untold)

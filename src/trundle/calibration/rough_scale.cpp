@@ -53,14 +53,35 @@ std::optional<double> quantile(const std::vector<Stretch>& stretches, double sha
   return std::nullopt;
 }
 
+bool is_far_off(double scale) {
+  constexpr double kFarOff = 1.2;
+  return scale >= kFarOff || scale <= 1.0 / kFarOff;
+}
+
 }  // namespace
 
 std::optional<double> rough_scale(std::span<const Run> runs, const Robot& robot) {
-  return quantile(stretches_of(runs, robot), 0.5);
+  constexpr int kMostRounds = 5;
+  const std::optional<double> first = quantile(stretches_of(runs, robot), 0.5);
+  double scale = first.value_or(1.0);
+  Robot scaled = robot;
+  std::optional<double> ratio = first;
+  for (int round = 0; round < kMostRounds && ratio && *ratio > 0.0; ++round) {
+    if (!is_far_off(*ratio)) return scale;
+    scale_wheels(*ratio, scaled);
+    ratio = quantile(stretches_of(runs, scaled), 0.5);
+    scale *= ratio.value_or(1.0);
+  }
+  return first;
 }
 
-bool stretches_agree(std::span<const Run> runs, const Robot& robot) {
+bool stretches_agree(std::span<const Run> runs, const Robot& given) {
   constexpr double kAlike = 1.3;  // of the middle half of what was rolled
+  // Wheels that roll too far wind the chords of their stretches up: they are looked at as the reference has
+  // them. (The place of the reference only makes it move farther.)
+  Robot robot = given;
+  if (const double scale = rough_scale(runs, given).value_or(1.0); scale > 0.0 && scale < 1.0)
+    scale_wheels(scale, robot);
   const std::vector<Stretch> stretches = stretches_of(runs, robot);
   double lever_m = 0.0, rolled_m = 0.0, turned_m = 0.0;
   for (const Wheel& wheel : robot.chassis.wheels())
@@ -74,9 +95,8 @@ bool stretches_agree(std::span<const Run> runs, const Robot& robot) {
 }
 
 std::string scale_fault(std::span<const Run> runs, const Robot& robot) {
-  constexpr double kFarOff = 1.2;
   const auto scale = rough_scale(runs, robot);
-  if (!scale || *scale == 0.0 || (*scale<kFarOff&& * scale> 1.0 / kFarOff)) return {};
+  if (!scale || *scale == 0.0 || !is_far_off(*scale)) return {};
   return fmt::format(
       "the reference moves {:.3g} times as far as the wheels with the robot file as given: check "
       "ticks_per_revolution, gears and diameters",

@@ -1,10 +1,13 @@
 #include "trundle/pipeline/calibration_answer.hpp"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "trundle/calibration/export.hpp"
 #include "trundle/recording/inspect.hpp"
+#include "trundle/recording/same_data.hpp"
 #include "trundle/report/calibration_json.hpp"
 #include "trundle/report/json_text.hpp"
 #include "trundle/slam/smoother/landmark_calibration.hpp"
@@ -31,6 +34,22 @@ void warn_of_misreadings(std::span<const Recording> training, CalibrationResult&
       if (is_misreading(problem)) result.warnings.push_back(problem.place + ": " + problem.message);
 }
 
+/// One drive that was given twice: learned from twice, or learned from and held out.
+void warn_of_copies(std::span<const Recording> training, std::span<const Recording> hold_out,
+                    CalibrationResult& result) {
+  for (std::size_t i = 0; i < training.size(); ++i)
+    for (std::size_t j = i + 1; j < training.size(); ++j)
+      if (same_data(training[i], training[j]))
+        result.warnings.push_back(fmt::format(
+            "{} and {} hold the same data: it counts twice, so the error bars are too small; leave "
+            "one of them out",
+            folder_of(training[i]), folder_of(training[j])));
+  for (const Recording& held : hold_out)
+    if (std::ranges::any_of(training, [&](const Recording& run) { return same_data(run, held); }))
+      result.warnings.push_back(fmt::format(
+          "{} is held out and learned from: its error is that of training, no judgement", folder_of(held)));
+}
+
 }  // namespace
 
 CalibrationAnswer answer_calibration(std::span<const Recording> training, std::span<const Recording> hold_out,
@@ -38,6 +57,7 @@ CalibrationAnswer answer_calibration(std::span<const Recording> training, std::s
   CalibrationAnswer answer{.provenance = provenance_of(training, hold_out, nominal, options),
                            .result = calibrate(training, hold_out, nominal.robot, options)};
   warn_of_misreadings(training, answer.result);
+  warn_of_copies(training, hold_out, answer.result);
   add_provenance(answer.provenance, answer.result);
   return answer;
 }
@@ -49,6 +69,7 @@ CalibrationAnswer answer_landmark_calibration(std::span<const Recording> trainin
                            .result = calibrate_from_landmarks(training, hold_out, nominal.robot, options)};
   answer.provenance.options.emplace_back("landmarks", "true");
   warn_of_misreadings(training, answer.result);
+  warn_of_copies(training, hold_out, answer.result);
   add_provenance(answer.provenance, answer.result);
   return answer;
 }

@@ -15,6 +15,7 @@
 #include "trundle/pipeline/odometry_answer.hpp"
 #include "trundle/pipeline/report_answer.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
+#include "trundle/recording/same_data.hpp"
 #include "trundle/report/page.hpp"
 
 namespace trundle {
@@ -196,6 +197,12 @@ Json evaluations_of(const Work& work, const RunTrajectory& trajectory, const Tra
   return evaluations;
 }
 
+bool any_same_data(const std::vector<Recording>& some, const std::vector<Recording>& others) {
+  return std::ranges::any_of(some, [&](const Recording& one) {
+    return std::ranges::any_of(others, [&](const Recording& other) { return same_data(one, other); });
+  });
+}
+
 /// "0.0960 m rms nominal, 0.0138 m odometry".
 std::string sentence_of(const Json& trajectories, const std::string& alignment) {
   std::string text;
@@ -241,7 +248,7 @@ Told calibrate_robot(Work& work) {
   const std::vector<OutputFile> files = files_of(calibration, work.in_folder("calibrated.toml"));
   work.used = robot_of(files.front());
   work.answer.used_robot = "calibrated.toml";
-  work.answer.held_out = apart;
+  work.answer.held_out = apart && !any_same_data(training, work.recordings);
   return {calibration.result.summary, files, remarks_of(calibration.result, work.answer.stages)};
 }
 

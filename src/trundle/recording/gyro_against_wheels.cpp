@@ -136,4 +136,11 @@ void compare_gyro(const Recording& recording, const Robot& robot, const AlignedR
              slope));
 }
 
+bool turns_contradict(const Recording& recording, const Robot& robot, const AlignedReadings& readings) {
+  constexpr double kClearTurning = 0.5;  // [rad], root of the sum of squares
+  const auto pairs = comparable_turns(recording, robot, readings);
+  return pairs && pairs->correlation() < -kAgree &&
+         std::sqrt(std::min(pairs->wheels2, pairs->gyro2)) > kClearTurning;
+}
+
 }  // namespace trundle

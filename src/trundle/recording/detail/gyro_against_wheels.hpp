@@ -17,4 +17,8 @@ std::optional<Problem> wrong_gyro_unit(const Recording& recording, const Robot& 
 void compare_gyro(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
                   std::vector<Problem>& problems);
 
+/// Whether gyro and wheels clearly turn opposite ways, which one of them must have wrong: turns much larger
+/// than a bias would sum up to.
+bool turns_contradict(const Recording& recording, const Robot& robot, const AlignedReadings& readings);
+
 }  // namespace trundle
