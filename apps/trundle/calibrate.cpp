@@ -24,8 +24,6 @@ void run(const Options& options) {
   const ReadOptions how{.robot_number = options.robot_number};
   const std::vector<Recording> training = read_recordings(options.recordings, how);
   const std::vector<Recording> hold_out = read_recordings(options.hold_out, how);
-  if (training.empty())
-    throw InputError(options.recordings.front(), "holds no recording", "recording folders");
   const auto answer = options.landmarks ? answer_landmark_calibration : answer_calibration;
   finish_calibration(answer(training, hold_out, nominal, options.calibrate), options.output, options.common);
 }

@@ -5,24 +5,26 @@
 #include <fmt/format.h>
 
 #include "trundle/calibration/export.hpp"
+#include "trundle/io/words.hpp"
 
 namespace trundle::app {
 namespace {
 
 /// Sigmas are read as a distance from the value: two digits are enough.
-std::string sigma_text(const ParameterEstimate& estimate) {
+std::string sigma_of(const ParameterEstimate& estimate) {
   if (estimate.observable)
-    return fmt::format("± {:.2g}", std::hypot(estimate.sigma_within, estimate.sigma_between.value_or(0.0)));
+    return "± " + sigma_text(std::hypot(estimate.sigma_within, estimate.sigma_between.value_or(0.0)));
   if (!std::isfinite(estimate.sigma_data))
-    return fmt::format("held: not seen (prior ± {:.2g})", estimate.sigma_prior);
-  return fmt::format("held: data ± {:.2g}, prior ± {:.2g}", estimate.sigma_data, estimate.sigma_prior);
+    return fmt::format("held: not seen (prior ± {})", sigma_text(estimate.sigma_prior));
+  return fmt::format("held: data ± {}, prior ± {}", sigma_text(estimate.sigma_data),
+                     sigma_text(estimate.sigma_prior));
 }
 
 std::string parameter_lines(const CalibrationResult& result) {
   std::string text = fmt::format("{:<24} {:>14} {:>14}\n", "parameter", "nominal", "calibrated");
   for (const ParameterEstimate& estimate : result.parameters)
     text += fmt::format("{:<24} {:>14.8g} {:>14.8g}  {} {}\n", estimate.name, estimate.nominal,
-                        estimate.value, sigma_text(estimate), estimate.unit == "1" ? "" : estimate.unit);
+                        estimate.value, sigma_of(estimate), estimate.unit == "1" ? "" : estimate.unit);
   return text;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "trundle/io/words.hpp"
 #include "trundle/pipeline/info_answer.hpp"
 
 #include "command.hpp"
@@ -76,11 +77,12 @@ std::string text_of(const RecordingInfo& info) {
     text += fmt::format("effective track by the gyro, {:.1f} to {:.1f} s: {:.4f} ± {:.4f} m\n", track.start_s,
                         track.end_s, track.track_m, track.sigma_m);
   if (findings.compares_clocks)
-    text += findings.gyro_time_offset
-                ? fmt::format("gyro against wheels: time_offset_s = {:.4f} ± {:.4f} s\n",
-                              findings.gyro_time_offset->offset_s, findings.gyro_time_offset->sigma_s)
-                : std::string(
-                      "gyro against wheels: the time offset cannot be told; change the turn rate often\n");
+    text +=
+        findings.gyro_time_offset
+            ? fmt::format("gyro against wheels: time_offset_s = {} s\n",
+                          with_sigma(findings.gyro_time_offset->offset_s, findings.gyro_time_offset->sigma_s))
+            : std::string(
+                  "gyro against wheels: the time offset cannot be told; change the turn rate often\n");
   if (info.noise) text += text_of(*info.noise);
   return text;
 }
@@ -113,9 +115,6 @@ void run(const Options& options) {
   if (!options.robot.empty()) question.robot = read_robot_file(options.robot);
   std::vector<Recording> recordings =
       read_recordings({options.recording}, {.robot_number = options.robot_number});
-  if (recordings.empty())
-    throw InputError(options.recording, "holds no recording",
-                     "a folder with wheels.csv or another stream, or recording.toml");
   require_output_makes_sense(options, recordings.size());
   const InfoAnswer answer = answer_info(std::move(recordings), question);
   if (!options.output.empty())

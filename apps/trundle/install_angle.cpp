@@ -80,9 +80,7 @@ Input from_recordings(const Options& options) {
   if (options.robot.empty()) throw CLI::RequiredError("--robot (which wheel is which pod)");
   Input input;
   for (const std::string& folder : options.recordings) {
-    const std::vector<std::filesystem::path> paths = recordings_below(folder);
-    if (paths.empty()) throw InputError(folder, "holds no recording", "a recording of an L-shaped run");
-    for (const auto& path : paths) {
+    for (const auto& path : recordings_below(folder)) {
       const Recording recording = read_recording(path);
       input.runs.push_back(l_run_of(recording, read_robot(options.robot)));
       input.files.insert(input.files.end(), recording.inputs.begin(), recording.inputs.end());

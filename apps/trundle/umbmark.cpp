@@ -35,8 +35,6 @@ Input from_sheet(const Options& options, const Robot& nominal, SquareMethod meth
 Input from_recordings(const Options& options, const Robot& nominal, SquareMethod method) {
   if (!options.side_m) throw CLI::RequiredError("--side-m (the nominal side of the square that was driven)");
   const std::vector<Recording> recordings = read_recordings(options.inputs);
-  if (recordings.empty())
-    throw InputError(options.inputs.front(), "holds no recording", "a sheet or recording folders");
   Input input = {umbmark(recordings, nominal, *options.side_m, method), {}};
   for (const Recording& recording : recordings)
     input.files.insert(input.files.end(), recording.inputs.begin(), recording.inputs.end());

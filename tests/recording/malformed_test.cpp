@@ -246,7 +246,7 @@ TEST(MalformedTrajectory, has_place_fact_and_expectation) {
       EXPECT_THAT(error.what(), HasSubstr("; expected "));
     }
   };
-  refused(folder / "none.csv", "No such file");
+  refused(folder / "none.csv", "does not exist");
   refused(folder.path(), "is not a file");
   refused(folder.write("empty.csv", "time_s,x_m,y_m,heading_rad\n"), "holds no complete pose");
   refused(folder.write("short.tum", "0 1 2 3\n"), "is beyond the 4 columns");

@@ -16,6 +16,7 @@
 #include "trundle/calibration/wiring.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/io/words.hpp"
 #include "trundle/recording/detail/gyro_against_wheels.hpp"
 #include "trundle/recording/time_offset.hpp"
 
@@ -57,10 +58,9 @@ std::string set_clock(std::span<const Recording> recordings, Robot& robot) {
   const double given_s = time_offset_s;
   if (std::abs(clock->offset_s - given_s) < std::max(kSmallOffset_s, 3.0 * clock->sigma_s)) return {};
   time_offset_s = clock->offset_s;
-  return fmt::format(
-      "gyro.time_offset_s {:.4f} ± {:.4f} s (was {:.4f}), from the turns of gyro and wheels in {} "
-      "recording{}",
-      clock->offset_s, clock->sigma_s, given_s, clock->recordings, clock->recordings == 1 ? "" : "s");
+  return fmt::format("gyro.time_offset_s {} s (was {}), from the turns of gyro and wheels in {}",
+                     with_sigma(clock->offset_s, clock->sigma_s), fixed(given_s, 4),
+                     counted(static_cast<std::size_t>(clock->recordings), "recording"));
 }
 
 std::vector<Run> prepare_runs(std::span<const Recording> recordings, const Robot& robot) {

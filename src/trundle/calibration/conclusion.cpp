@@ -8,6 +8,7 @@
 
 #include "trundle/calibration/run_result.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/io/words.hpp"
 
 namespace trundle {
 namespace {
@@ -136,13 +137,6 @@ void add_session_words(const SessionSpread& spread, CalibrationResult& result) {
     result.notes.push_back(
         fmt::format("each session predicted from the others: {} of {} parameters inside their 95 % intervals",
                     spread.hits, spread.trials));
-}
-
-/// The value to the second digit of its sigma: "0.083822 ± 9.6e-06".
-std::string with_sigma(double value, double sigma) {
-  if (!(sigma > 0.0) || value == 0.0) return fmt::format("{:.6g} ± {:.2g}", value, sigma);
-  const double digits = std::floor(std::log10(std::abs(value))) - std::floor(std::log10(sigma)) + 2.0;
-  return fmt::format("{:.{}g} ± {:.2g}", value, static_cast<int>(std::clamp(digits, 2.0, 9.0)), sigma);
 }
 
 std::string summary_of(const CalibrationResult& result) {

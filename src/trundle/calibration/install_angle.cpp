@@ -129,8 +129,7 @@ struct Pods {
 Pods pods_of(const Robot& robot) {
   const auto wheels = robot.chassis.wheels();
   const auto refuse = [&](const std::string& fact) {
-    throw InputError(fmt::format("robot '{}'", robot.name), fact,
-                     "two passive wheels, one rolling along body x and one across it");
+    throw InputError(place_of(robot), fact, "two passive wheels, one rolling along body x and one across it");
   };
   if (wheels.size() != 2) refuse(fmt::format("has {} wheels", wheels.size()));
   Pods pods;

@@ -85,6 +85,7 @@ void read_wheels(const Section& file, Robot& robot) {
            fmt::format("at most {}", kMaxWheels));
     robot.chassis.add(read_wheel(section));
     robot.wheel_names.push_back(wheel_name(section, robot.wheel_names));
+    robot.wheel_places.push_back(place(section.source.name, section.table.source().begin.line));
   }
 }
 
@@ -105,6 +106,7 @@ Robot read(const Section& file) {
       kChassis);
   check_keys(file, known);
   Robot robot;
+  robot.file = file.source.name;
   if (file.table.contains("name")) robot.name = text(file, "name", "a string");
   read_numbers(file, kChassis, robot.chassis);
   read_wheels(file, robot);
@@ -121,6 +123,15 @@ Robot read(const Section& file) {
 
 }  // namespace
 
+std::string place_of(const Robot& robot) {
+  if (!robot.file.empty()) return robot.file;
+  return robot.name.empty() ? "robot" : fmt::format("robot '{}'", robot.name);
+}
+
+std::string place_of_wheel(const Robot& robot, std::size_t wheel) {
+  return wheel < robot.wheel_places.size() ? robot.wheel_places[wheel] : place_of(robot);
+}
+
 Robot parse_robot(std::string_view toml, std::string_view file_name) {
   const Source source{toml, file_name};
   try {
@@ -132,6 +143,11 @@ Robot parse_robot(std::string_view toml, std::string_view file_name) {
 }
 
 Robot read_robot(const std::filesystem::path& path) {
+  if (!std::filesystem::exists(path))
+    throw InputError(path.string(), "does not exist",
+                     fmt::format("a robot file: docs/robot.md describes it, and `trundle calibrate RECORDING "
+                                 "--robot NOMINAL -o {}` writes a calibrated one",
+                                 path.filename().string()));
   return parse_robot(read_file(path), path.string());
 }
 

@@ -57,7 +57,13 @@ struct Robot {
   Pose2 body_from_reference;  ///< where the reference was measured
   double reference_time_offset_s = 0.0;
   std::optional<CalibrationRecord> calibration;
+  // For messages, of a robot that was read:
+  std::string file = {};                       ///< its path
+  std::vector<std::string> wheel_places = {};  ///< "file:line" of each [[wheel]]
 };
+/// Where to say that something is wrong with the robot, or with that wheel.
+std::string place_of(const Robot& robot);
+std::string place_of_wheel(const Robot& robot, std::size_t wheel);
 
 /// Reads robot.toml. Throws InputError with file, line, fact and expectation; unknown keys are errors that
 /// name the nearest known one.

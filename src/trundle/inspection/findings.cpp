@@ -11,6 +11,7 @@
 #include "trundle/calibration/wiring.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/io/words.hpp"
 
 namespace trundle {
 namespace {
@@ -39,12 +40,17 @@ std::optional<AlignedReadings> align_if_possible(const Recording& recording, con
   }
 }
 
-/// recording.toml where it maps the wheels; empty where they are read from wheels.csv.
-std::string map_of_wheels(const Recording& recording) {
+/// recording.toml; empty where there is none.
+std::string map_of(const Recording& recording) {
   const auto is_map = [](const InputFile& input) { return input.path.ends_with("recording.toml"); };
   const auto map = std::ranges::find_if(recording.inputs, is_map);
+  return map == recording.inputs.end() ? std::string() : map->path;
+}
+
+/// recording.toml where it maps the wheels; empty where they are read from wheels.csv.
+std::string map_of_wheels(const Recording& recording) {
   const bool native = std::filesystem::path(recording.wheels.origin.file).filename() == "wheels.csv";
-  return map == recording.inputs.end() || native ? std::string() : map->path;
+  return native ? std::string() : map_of(recording);
 }
 
 /// Columns of wheels that the robot has not got, where recording.toml asks for them.
@@ -60,6 +66,27 @@ void find_stray_wheels(const Recording& recording, const Robot& robot, std::vect
                      nearest.empty() ? fmt::format("its wheels are {}", fmt::join(robot.wheel_names, ", "))
                                      : fmt::format("is '{}' meant?", nearest))});
   }
+}
+
+/// Counts of wheels of which nothing says what a count is.
+void find_unscaled_wheels(const Recording& recording, const Robot& robot, std::vector<Problem>& problems) {
+  std::vector<std::string> names;
+  std::string place;
+  for (std::size_t i = 0; i < robot.wheel_names.size(); ++i) {
+    const auto& series = recording.wheels.series;
+    const auto mine = std::ranges::find(series, robot.wheel_names[i], &WheelSeries::wheel);
+    if (mine == series.end() || mine->unit != WheelUnit::ticks ||
+        robot.chassis.wheels()[i].ticks_per_revolution != 0.0)
+      continue;
+    if (names.empty()) place = place_of_wheel(robot, i);
+    names.push_back("'" + robot.wheel_names[i] + "'");
+  }
+  if (names.empty()) return;
+  problems.push_back(
+      {Severity::warning, "ticks_per_revolution", place, 1,
+       fmt::format("{} {} no ticks_per_revolution, and the recording gives counts: turn the wheel once by "
+                   "hand and write how many counts that is",
+                   fmt::join(names, " and "), names.size() == 1 ? "has" : "have")});
 }
 
 /// Streams that were never recorded together.
@@ -84,6 +111,23 @@ void compare_wiring(const Recording& recording, const AlignedReadings& readings,
     findings.problems.push_back({Severity::warning, "wiring", file, 1, fault});
   for (const std::string& pair : wiring.untold)
     findings.problems.push_back({Severity::note, "wiring", file, 1, pair});
+}
+
+/// Where `off_s` more sets the clock of the gyro right, and to what. An offset may stand in either file, and
+/// they add up.
+std::string remedy_of_clock(const Recording& recording, const Robot& robot, double off_s) {
+  const double by_robot_s = robot.chassis.gyro->time_offset_s;
+  const double by_map_s = recording.gyro.origin.time_offset_s;
+  const std::string map = map_of(recording);
+  const std::string robot_file = robot.file.empty() ? "the robot file" : robot.file;
+  const bool in_map = by_map_s != 0.0 && !map.empty();
+  if (in_map && by_robot_s != 0.0)
+    return fmt::format(
+        "time_offset_s stands under [gyro] in both {0} ({1}) and {2} ({3}), and they add up: "
+        "remove it from {0}, and write time_offset_s = {4} in {2}",
+        map, fixed(by_map_s, 4), robot_file, fixed(by_robot_s, 4), fixed(by_map_s + by_robot_s + off_s, 4));
+  return fmt::format("write time_offset_s = {} under [gyro] in {}", fixed(by_map_s + by_robot_s + off_s, 4),
+                     in_map ? map : robot_file);
 }
 
 bool has_two_clocks(const Recording& recording, const Robot& robot) {
@@ -176,8 +220,8 @@ void compare_clocks(const Recording& recording, const AlignedReadings& readings,
       {Severity::warning, "time offset", recording.gyro.origin.file, 1,
        fmt::format(
            "the gyro's stamps are {:.1f} ms too {} against the wheels', which looks like slip at every "
-           "start of a turn: write time_offset_s = {:.4f} under [gyro]",
-           1e3 * std::abs(off), off < 0.0 ? "late" : "early", offset->offset_s)});
+           "start of a turn: {}",
+           1e3 * std::abs(off), off < 0.0 ? "late" : "early", remedy_of_clock(recording, robot, off))});
 }
 
 /// The track that the ground gives, where wheels must scrub in turns.
@@ -242,9 +286,13 @@ void forget_what_is_told_already(std::vector<Problem>& problems) {
 void compare(const Recording& recording, const Robot& robot, Findings& findings) {
   findings.abilities = abilities_of(robot, robot.chassis.gyro && !recording.gyro.time_s.empty());
   find_stray_wheels(recording, robot, findings.problems);
+  find_unscaled_wheels(recording, robot, findings.problems);
   if (is_misread(findings)) return;
   const std::optional<AlignedReadings> readings = align_if_possible(recording, robot);
-  append(findings.problems, readings ? inspect(recording, robot, *readings) : inspect(recording));
+  append(findings.problems, readings ? inspect(recording, robot, *readings) : inspect(recording, &robot));
+  if (!readings)
+    findings.abilities = {
+        .can = {}, .cannot = {"anything with this recording: it does not give what the robot file asks for"}};
   if (!readings || is_misread(findings)) return;
   compare_references(recording, *readings, robot, findings);
   if (is_misread(findings)) return;

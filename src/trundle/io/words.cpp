@@ -1,11 +1,42 @@
 #include "trundle/io/words.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
 #include <fmt/format.h>
 
 namespace trundle {
+namespace {
+
+/// That show two digits; nothing where there is no such number of them.
+std::optional<int> decimals_of(double sigma) {
+  constexpr double kMost = 12.0;
+  if (!(sigma > 0.0) || !std::isfinite(sigma)) return std::nullopt;
+  return static_cast<int>(std::clamp(1.0 - std::floor(std::log10(sigma)), 0.0, kMost));
+}
+
+}  // namespace
 
 std::string counted(std::size_t number, std::string_view noun) {
   return fmt::format("{} {}{}", number, noun, number == 1 ? "" : "s");
+}
+
+std::string fixed(double value, int decimals) {
+  std::string text = fmt::format("{:.{}f}", value, decimals);
+  const bool zero = text.find_first_of("123456789") == text.npos && std::isfinite(value);
+  return zero && text.front() == '-' ? text.substr(1) : text;
+}
+
+std::string with_sigma(double value, double sigma) {
+  const auto decimals = decimals_of(sigma);
+  return fmt::format("{} ± {}", decimals ? fixed(value, *decimals) : fmt::format("{:.6g}", value),
+                     sigma_text(sigma));
+}
+
+std::string sigma_text(double sigma) {
+  const auto decimals = decimals_of(sigma);
+  return decimals ? fixed(sigma, *decimals) : fmt::format("{:.2g}", sigma);
 }
 
 std::string expected_toml(std::string_view fault) {

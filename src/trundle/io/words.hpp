@@ -8,6 +8,15 @@ namespace trundle {
 /// "1 row", "2 rows".
 std::string counted(std::size_t number, std::string_view noun);
 
+/// So many decimals, and no minus before a zero.
+std::string fixed(double value, int decimals);
+
+/// The value to the second digit of its sigma, both with the same decimals: "0.083822 ± 0.000050".
+std::string with_sigma(double value, double sigma);
+
+/// A sigma by itself: two digits, without exponent.
+std::string sigma_text(double sigma);
+
 /// What should stand where a TOML file has the fault that its parser names.
 std::string expected_toml(std::string_view fault);
 

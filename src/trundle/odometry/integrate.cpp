@@ -181,8 +181,8 @@ std::vector<Parameter> calibrated_parameters(const Robot& robot) {
     if (!calibrated.observable) continue;
     const auto parameter = parameter_named(calibrated.name, robot);
     if (!parameter)
-      throw InputError(fmt::format("[calibration] of robot '{}'", robot.name),
-                       fmt::format("names '{}'", calibrated.name), "a parameter that this robot has");
+      throw InputError(place_of(robot), fmt::format("[calibration] names '{}'", calibrated.name),
+                       "a parameter that this robot has");
     parameters.push_back(*parameter);
   }
   return parameters;

@@ -76,14 +76,13 @@ Odometer::Odometer(const Robot& robot, const Options& options)
     : parameters_(options.parameters.size()), with_covariance_(options.with_covariance) {
   const Chassis& chassis = robot.chassis;
   if (parameters_ > kMaxParameters)
-    throw InputError(fmt::format("robot '{}'", robot.name),
-                     fmt::format("{} uncertain parameters", parameters_),
+    throw InputError(place_of(robot), fmt::format("{} uncertain parameters", parameters_),
                      fmt::format("at most {}", kMaxParameters));
   std::vector<Parameter> parameters = options.parameters;
   learns_ = options.learn_gyro_bias && options.with_covariance && chassis.gyro.has_value();
   if (learns_ && std::ranges::find(parameters, kGyroBias) != parameters.end())
-    throw InputError(fmt::format("robot '{}'", robot.name),
-                     "the bias of the gyro is both learned and an uncertain parameter", "one of them");
+    throw InputError(place_of(robot), "the bias of the gyro is both learned and an uncertain parameter",
+                     "one of them");
   if (chassis.gyro) {
     gyro_ = *chassis.gyro;
     parameters.push_back(kGyroBias);

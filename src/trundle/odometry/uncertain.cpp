@@ -15,9 +15,10 @@ Eigen::MatrixXd covariance_of(const Robot& robot, std::size_t parameters) {
   const Eigen::MatrixXd& covariance = robot.calibration->covariance;
   const auto n = static_cast<Eigen::Index>(parameters);
   if (covariance.rows() == n && covariance.cols() == n) return covariance;
-  throw InputError(fmt::format("[calibration] of robot '{}'", robot.name),
-                   fmt::format("covariance is {}×{}", covariance.rows(), covariance.cols()),
-                   fmt::format("{}×{}, one row for each observable parameter", n, n));
+  throw InputError(
+      place_of(robot),
+      fmt::format("the covariance of [calibration] is {}×{}", covariance.rows(), covariance.cols()),
+      fmt::format("{}×{}, one row for each observable parameter", n, n));
 }
 
 void remove(Eigen::Index index, Eigen::MatrixXd& covariance) {

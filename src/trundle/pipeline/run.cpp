@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/error.hpp"
@@ -47,11 +48,6 @@ Work prepared(const RunQuestion& question) {
             .answer = {},
             .no_odometry = {},
             .on_steps = {}};
-  const auto demand_one = [](const std::vector<Recording>& recordings, const std::string& folder) {
-    if (recordings.empty()) throw InputError(folder, "holds no recording", "recording folders");
-  };
-  demand_one(work.recordings, question.recording);
-  if (!question.calibrate_on.empty()) demand_one(work.training, question.calibrate_on.front());
   RunAnswer& answer = work.answer;
   answer.provenance = provenance_of(work);
   answer.recording_name = work.recordings.size() == 1 ? work.recording().name : question.recording;
@@ -86,6 +82,34 @@ Stage tried(Work& work, const char* name, Told (*stage)(Work&), std::vector<Outp
   }
 }
 
+/// A misreading of what the motion is made of: nothing can be told of it then.
+bool is_of_motion(const Problem& problem, const Work& work) {
+  if (problem.kind == "reference unit" || problem.kind == "clocks") return false;  // wheels alone are right
+  if (problem.kind != "time unit") return true;
+  return std::ranges::any_of(work.recordings, [&](const Recording& recording) {
+    return problem.place == recording.wheels.origin.file || problem.place == recording.gyro.origin.file ||
+           problem.place == recording.velocity.origin.file;
+  });
+}
+
+/// Whether a stage would tell nonsense.
+bool concerns(const Problem& problem, std::string_view stage, const Work& work) {
+  if (stage == "report") return false;
+  if (is_of_motion(problem, work)) return true;
+  if (stage == "odometry" || stage == "slip") return false;
+  return problem.kind != "reference unit" || stage == "calibration" || stage == "evaluation";
+}
+
+/// The stage as it stands where the health check forbids it; nothing where it does not.
+std::optional<Stage> forbidden(Work& work, const char* name) {
+  const auto why = std::ranges::find_if(
+      work.misread, [&](const Problem& problem) { return concerns(problem, name, work); });
+  if (why == work.misread.end()) return std::nullopt;
+  const std::string words = fmt::format("not done: {}: {}", why->place, why->message);
+  if (std::string_view(name) == "odometry") work.no_odometry = std::make_exception_ptr(CannotAnswer(words));
+  return Stage{name, StageStatus::failed, words, {}};
+}
+
 /// The stages one after the other, told about as they go.
 class Stages {
  public:
@@ -98,7 +122,8 @@ class Stages {
         tell({.recording = work_.answer.recording_name, .stage = name, .done = done, .of = of});
       };
     std::vector<OutputFile> files;
-    Stage entry = tried(work_, name, stage, files);
+    const std::optional<Stage> no = forbidden(work_, name);
+    Stage entry = no ? *no : tried(work_, name, stage, files);
     entry.outputs = save(work_, files);
     work_.answer.stages.push_back(std::move(entry));
     tell({.recording = work_.answer.recording_name, .stage = name, .finished = &work_.answer.stages.back()});

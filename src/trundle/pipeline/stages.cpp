@@ -60,7 +60,7 @@ std::vector<std::string> remarks_of(const CalibrationResult& result, const std::
     if (!is_told("warning: " + words)) remarks.push_back("warning: " + words);
   for (const std::string& words : result.cannot_tell) remarks.push_back("note: " + words);
   for (const std::string& words : result.notes)
-    if (words.starts_with("gyro.time_offset_s")) remarks.push_back("note: " + words);
+    if (words.starts_with("gyro.time_offset_s")) remarks.push_back("note: corrected: " + words);
   return remarks;
 }
 
@@ -88,6 +88,12 @@ Told integrate_with(Work& work, const RobotFile& robot, const std::string& name,
        {work.in_folder(name + ".json"), printed(document_of(odometry))}}};
   work.answer.trajectories.push_back({name, name + ".csv", what});
   return told;
+}
+
+/// The gyro's, by the calibration.
+bool has_corrected_clock(const Work& work) {
+  const auto &given = work.given.robot.chassis.gyro, &used = work.used.robot.chassis.gyro;
+  return given && used && given->time_offset_s != used->time_offset_s;
 }
 
 std::string sentence_of(const SlipReport& report) {
@@ -225,11 +231,16 @@ Told check_health(Work& work) {
   std::size_t notes = 0;
   for (const RecordingInfo& one : info.recordings)
     for (const Problem& problem : one.findings.problems) {
-      if (problem.severity == Severity::warning)
-        warnings.push_back(fmt::format("warning: {}: {}", problem.place, problem.message));
-      else
+      if (is_misreading(problem)) work.misread.push_back(problem);
+      const std::string words = fmt::format("warning: {}: {}", problem.place, problem.message);
+      if (problem.severity == Severity::note)
         ++notes;
+      else if (problem.kind == "time offset")  // the calibration may correct it
+        work.clocks.push_back(words);
+      else
+        warnings.push_back(words);
     }
+  notes += work.clocks.size();
   const std::string message = warnings.empty() && notes == 0
                                   ? "no fault found"
                                   : counted(warnings.size(), "warning") + ", " + counted(notes, "note");
@@ -262,6 +273,7 @@ Told integrate_odometry(Work& work) {
                                    ? "odometry with the calibrated robot"
                                    : "odometry with the robot file as given");
     used.files.insert(used.files.begin(), told.files.begin(), told.files.end());
+    if (!has_corrected_clock(work)) used.remarks = work.clocks;
     return used;
   } catch (...) {
     work.no_odometry = std::current_exception();

@@ -19,9 +19,11 @@ struct Work {
   std::vector<Recording> recordings;  ///< what is asked about: one, or those of a session
   std::vector<Recording> training;    ///< where others are to be learned from
   RunAnswer answer;
-  std::exception_ptr no_odometry;       ///< why there is none
-  std::optional<SlipAnswer> slip = {};  ///< where slip could be looked for
-  OnSteps on_steps;                     ///< of the stage that runs
+  std::exception_ptr no_odometry;        ///< why there is none
+  std::optional<SlipAnswer> slip = {};   ///< where slip could be looked for
+  OnSteps on_steps;                      ///< of the stage that runs
+  std::vector<Problem> misread = {};     ///< findings after which some stages would tell nonsense
+  std::vector<std::string> clocks = {};  ///< what is wrong with the gyro's, until it is corrected
 
   const Recording& recording() const { return recordings.front(); }
   std::filesystem::path in_folder(const std::string& name) const { return question.output / name; }

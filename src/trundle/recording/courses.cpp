@@ -131,12 +131,13 @@ const WheelSeries& series_of(const Recording& recording, const std::string& whee
                                     nearest, nearest));
 }
 
-double units_per_turn(const WheelSeries& series, const Wheel& wheel, const std::string& robot) {
+double units_per_turn(const WheelSeries& series, const Robot& robot, std::size_t index) {
+  const Wheel& wheel = robot.chassis.wheels()[index];
   if (series.unit == WheelUnit::metres)
     return kPi * (wheel.recorded_diameter_m > 0.0 ? wheel.recorded_diameter_m : wheel.diameter_m);
   if (series.unit != WheelUnit::ticks) return 2.0 * kPi;
   if (wheel.ticks_per_revolution != 0.0) return wheel.ticks_per_revolution;
-  throw InputError(robot.empty() ? "robot" : robot,
+  throw InputError(place_of_wheel(robot, index),
                    fmt::format("the wheel '{}' has no ticks_per_revolution", series.wheel),
                    "ticks_per_revolution: the recording gives counts");
 }
@@ -193,7 +194,7 @@ Course course_of_wheel(const Recording& recording, const Robot& robot, std::size
     course = course_of_counter(time_s, series.value, bits, longest_step_s, findings);
     report(findings, series.wheel, recording.wheels.origin, problems);
   }
-  course.units_per_turn = units_per_turn(series, wheel, robot.name);
+  course.units_per_turn = units_per_turn(series, robot, index);
   return course;
 }
 

@@ -34,6 +34,13 @@ int guessed_bits(std::span<const double> time_s, const WheelSeries& series) {
   return 0;
 }
 
+/// The bits of a counter that the robot file tells; 0: none.
+int told_bits(const WheelSeries& series, const Robot& robot) {
+  const auto named = std::ranges::find(robot.wheel_names, series.wheel);
+  if (series.unit != WheelUnit::ticks || named == robot.wheel_names.end()) return 0;
+  return robot.chassis.wheels()[static_cast<std::size_t>(named - robot.wheel_names.begin())].tick_bits;
+}
+
 /// A stretch of rows over which a wheel reads the same.
 struct Standstill {
   std::size_t first = 0;
@@ -208,19 +215,20 @@ void name_wraps(const Recording& recording, const Robot& robot, std::vector<Prob
 }  // namespace
 
 bool is_misreading(const Problem& problem) {
-  constexpr std::array<std::string_view, 5> kKinds = {"time unit", "increments", "clocks", "gyro unit",
-                                                      "reference unit"};
+  constexpr std::array<std::string_view, 6> kKinds = {"time unit", "increments",     "clocks",
+                                                      "gyro unit", "reference unit", "fractions"};
   return std::ranges::find(kKinds, problem.kind) != kKinds.end();
 }
 
-std::vector<Problem> inspect(const Recording& recording) {
+std::vector<Problem> inspect(const Recording& recording, const Robot* robot) {
   std::vector<Problem> problems;
   const WheelStream& wheels = recording.wheels;
   if (wheels.time_s.empty()) return problems;
   WheelCourses courses{wheels.time_s, {}, {}};
   for (const WheelSeries& series : wheels.series) {
     CounterFindings findings;
-    const int bits = guessed_bits(wheels.time_s, series);
+    const int told = robot == nullptr ? 0 : told_bits(series, *robot);
+    const int bits = told > 0 ? told : guessed_bits(wheels.time_s, series);
     courses.wheel.push_back(series.wheel);
     courses.value.push_back(
         series.unit == WheelUnit::rate
@@ -228,7 +236,7 @@ std::vector<Problem> inspect(const Recording& recording) {
             : course_of_counter(wheels.time_s, series.value, bits, longest_step(wheels.time_s), findings)
                   .value);
     report(findings, series.wheel, wheels.origin, problems);
-    if (bits > 0 && !findings.wraps.empty())
+    if (told == 0 && bits > 0 && !findings.wraps.empty())
       problems.back().message += fmt::format("; it looks like {} bits: tick_bits = {}", bits, bits);
   }
   find_stuck(courses, wheels.origin, problems);

@@ -12,12 +12,13 @@ namespace {
 
 constexpr double kGyroMemory_s = 5.0;  // for wheels whose readings arrive late
 
-double units_per_turn_of(const Wheel& wheel, WheelUnit unit, const std::string& name) {
+double units_per_turn_of(const Wheel& wheel, WheelUnit unit, const std::string& name,
+                         const std::string& place) {
   if (unit == WheelUnit::metres)
     return kPi * (wheel.recorded_diameter_m > 0.0 ? wheel.recorded_diameter_m : wheel.diameter_m);
   if (unit != WheelUnit::ticks) return 2.0 * kPi;
   if (wheel.ticks_per_revolution != 0.0) return wheel.ticks_per_revolution;
-  throw InputError("robot", fmt::format("the wheel '{}' has no ticks_per_revolution", name),
+  throw InputError(place, fmt::format("the wheel '{}' has no ticks_per_revolution", name),
                    "ticks_per_revolution: its readings are counts");
 }
 
@@ -30,12 +31,13 @@ OnlineAlignment::OnlineAlignment(const Robot& robot, const OnlineAlignmentOption
       sensor_(robot.chassis.gyro),
       wheels_offset_s_(robot.chassis.wheels_time_offset_s) {
   std::ranges::copy(robot.chassis.wheels(), wheel_.begin());
+  for (std::size_t i = 0; i < wheel_count_; ++i) places_.push_back(place_of_wheel(robot, i));
 }
 
 void OnlineAlignment::set_units(const WheelUnits& units) {
   units_ = units;
   for (std::size_t i = 0; i < wheel_count_; ++i) {
-    units_per_turn_[i] = units_per_turn_of(wheel_[i], units[i], names_[i]);
+    units_per_turn_[i] = units_per_turn_of(wheel_[i], units[i], names_[i], places_[i]);
     units_per_m_[i] = std::abs(units_per_turn_[i]) / (kPi * wheel_[i].diameter_m);
     const bool wraps = units[i] == WheelUnit::ticks && wheel_[i].tick_bits > 0;
     counter_range_[i] = wraps ? std::ldexp(1.0, wheel_[i].tick_bits) : 0.0;

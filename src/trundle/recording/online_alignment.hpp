@@ -126,6 +126,7 @@ class OnlineAlignment {
 
   std::array<Wheel, kMaxWheels> wheel_{};
   std::vector<std::string> names_;
+  std::vector<std::string> places_;  // of the wheels, for messages
   std::size_t wheel_count_;
   WheelUnits units_{};
   std::array<double, kMaxWheels> units_per_turn_{};

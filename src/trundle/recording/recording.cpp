@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include "trundle/io/error.hpp"
 #include "trundle/recording/detail/layouts.hpp"
 #include "trundle/recording/detail/recording_map.hpp"
@@ -56,6 +59,47 @@ void read_native(const fs::path& folder, const RecordingMap& map, Recording& rec
   }
 }
 
+/// The tables of numbers in and below a folder, by their names in it: what somebody has who starts.
+std::vector<std::string> tables_below(const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file() && (entry.path().extension() == ".csv" || entry.path().extension() == ".CSV"))
+      names.push_back(entry.path().lexically_relative(folder).generic_string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+InputError no_recording_in(const fs::path& path) {
+  constexpr std::size_t kMostNames = 5;
+  std::vector<std::string> names;
+  if (fs::is_directory(path)) names = tables_below(path);
+  if (names.empty())
+    return {path.string(), "holds no recording",
+            "a folder with wheels.csv or another stream, or recording.toml"};
+  const std::size_t shown = std::min(names.size(), kMostNames);
+  const std::string more = names.size() > shown ? fmt::format(" and {} more", names.size() - shown) : "";
+  return {path.string(),
+          fmt::format("holds no recording: {}{} {} there, but no recording.toml",
+                      fmt::join(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(shown), ", "),
+                      more, names.size() == 1 ? "is" : "are"),
+          fmt::format("{}, which says what their columns are: docs/getting-started.md shows one, "
+                      "docs/recording.md has all its keys",
+                      (path / names.front()).replace_filename("recording.toml").string())};
+}
+
+/// None where there is none.
+std::vector<fs::path> found_below(const fs::path& folder) {
+  if (is_recording(folder)) return {folder};
+  std::vector<fs::path> found;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (!entry.is_directory()) continue;
+    const std::vector<fs::path> inside = found_below(entry.path());
+    found.insert(found.end(), inside.begin(), inside.end());
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
 bool is_empty(const Recording& recording) {
   return recording.wheels.time_s.empty() && recording.gyro.time_s.empty() &&
          recording.velocity.time_s.empty() && recording.commands.time_s.empty() &&
@@ -75,9 +119,7 @@ bool Recording::has_reference() const {
 
 Recording read_recording(const fs::path& path, const ReadOptions& options) {
   if (!fs::exists(path)) throw InputError(path.string(), "does not exist", "the folder of a recording");
-  if (!is_recording(path))
-    throw InputError(path.string(), "holds no recording",
-                     "a folder with wheels.csv or another stream, or recording.toml");
+  if (!is_recording(path)) throw no_recording_in(path);
   const fs::path whole = fs::canonical(path);
   Recording recording;
   recording.name = fs::is_directory(path) ? whole.filename().string() : whole.stem().string();
@@ -102,13 +144,8 @@ std::vector<fs::path> recordings_below(const fs::path& folder) {
   if (is_recording(folder)) return {folder};
   if (!fs::is_directory(folder))
     throw InputError(folder.string(), "is not a folder", "the folder of a recording");
-  std::vector<fs::path> found;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (!entry.is_directory()) continue;
-    const std::vector<fs::path> inside = recordings_below(entry.path());
-    found.insert(found.end(), inside.begin(), inside.end());
-  }
-  std::sort(found.begin(), found.end());
+  std::vector<fs::path> found = found_below(folder);
+  if (found.empty()) throw no_recording_in(folder);
   return found;
 }
 

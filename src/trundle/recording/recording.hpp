@@ -26,6 +26,7 @@ enum class WheelUnit {
 struct StreamOrigin {
   std::string file;
   LineMap lines;
+  double time_offset_s = 0.0;  ///< that recording.toml had added to the stamps
 
   /// "file:line" of a row, the file alone or "row n" where that is all that is known.
   std::string place_of(std::size_t row) const;
@@ -157,7 +158,7 @@ struct ReadOptions {
 Recording read_recording(const std::filesystem::path& folder, const ReadOptions& options = {});
 
 /// The recordings below a folder: the folder itself if it is one, else those of its sub-folders in name
-/// order.
+/// order. Throws InputError where there is none, and says what is there instead.
 std::vector<std::filesystem::path> recordings_below(const std::filesystem::path& folder);
 
 /// Writes the native files of a recording into a folder.

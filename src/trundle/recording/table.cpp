@@ -126,7 +126,7 @@ Table read_rows(const StreamSource& source, std::vector<Problem>& problems) {
                         "the last line breaks off and was left out"});
   Table table;
   const std::size_t count = rows.count();
-  table.origin = {csv.file(), std::move(rows.lines)};
+  table.origin = {csv.file(), std::move(rows.lines), source.time_offset_s};
   table.time_s = time ? std::move(rows.numbers[*time]) : stamps_of(source, count);
   add_to_all(table.time_s, source.time_offset_s);
   for (std::size_t i = 0; i < source.columns.size(); ++i) {

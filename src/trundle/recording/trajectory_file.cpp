@@ -86,6 +86,10 @@ Trajectory read_csv(const std::filesystem::path& path) {
 }  // namespace
 
 Trajectory read_trajectory(const std::filesystem::path& path) {
+  if (!std::filesystem::exists(path))
+    throw InputError(path.string(), "does not exist",
+                     fmt::format("a trajectory; `trundle odometry RECORDING --robot ROBOT -o {}` writes one",
+                                 path.filename().string()));
   Trajectory trajectory = path.extension() == ".tum" ? read_tum(path) : read_csv(path);
   if (trajectory.poses.empty())
     throw InputError(path.string(), "holds no complete pose", "rows of time, x, y and heading");

@@ -218,7 +218,7 @@ SlamInput slam_input(const Recording& recording, const Robot& robot, const SlamI
 SlamInput slam_input(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
                      const SlamInputOptions& options) {
   if (!robot.landmark_sensor)
-    throw InputError(fmt::format("robot '{}'", robot.name), "has no landmark sensor", "[landmark_sensor]");
+    throw InputError(place_of(robot), "has no landmark sensor", "[landmark_sensor]");
   if (!options.hide_ids) require_names(recording);
   Cutter cutter(robot, options, timely_sightings(recording, *robot.landmark_sensor));
   SlamInput input = cutter.cut(readings);
