@@ -41,6 +41,8 @@ describe('the report page', { concurrency: 3 }, () => {
     assert.equal(await first.locator('.tile').count(), 5);
     assert.match(await first.locator('.tiles').innerText(), /±/);
     assert.match(await first.locator('.callout').innerText(), /wheel is .* smaller than/);
+    assert.match(await first.locator('.tile', { hasText: 'Wheel diameters' }).innerText(), /left \d+\.\d+ ± \d+\.\d+ mm\s+right \d+\.\d+ ± \d+\.\d+ mm/);
+    assert.match(await first.locator('.callout').innerText(), /In the mean the wheels are .* % (smaller|larger) \(± .* σ away: left /);
     const { y, height } = await first.locator('.callout').boundingBox();
     assert.ok(y + height <= 900, 'without scrolling');
   });

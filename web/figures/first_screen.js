@@ -27,6 +27,10 @@ function away({ sigmas_from_nominal: sigmas }, nominal) {
   return isNumber(sigmas) ? text.answers.away(significant(Math.abs(sigmas), 2), nominal) : null;
 }
 
+function diameter({ wheel, value, sigma }) {
+  return text.answers.wheel_ratio.diameter(wheel, withSigma(value, sigma, display('m')));
+}
+
 const percentUnit = { factor: 100, unit: '%' };
 
 const tiles = {
@@ -36,7 +40,7 @@ const tiles = {
   calibration_error: (answer) => tile(text.answers.calibration_error.title(answer.held_out), change(answer.after_m === null ? null : answer.before_m, answer.after_m ?? answer.before_m),
     [ratioInWords(answer.before_m, answer.after_m), text.answers.calibration_error.note(answer.runs)].filter(Boolean).join(' · ')),
   wheel_ratio: (answer) => tile(text.answers.wheel_ratio.title, measured(Math.abs(answer.value), answer.sigma, percentUnit),
-    text.answers.wheel_ratio.value(answer.second, answer.first, answer.value >= 0), away(answer, percent(answer.nominal))),
+    text.answers.wheel_ratio.value(answer.second, answer.first, answer.value >= 0), away(answer, percent(answer.nominal)), ...answer.diameters_m.map(diameter)),
   parameter: (answer) => tile(sentence(text.parameter(answer.name)), measured(answer.value, answer.sigma, display(answer.unit)), away(answer, inUnit(answer.nominal, display(answer.unit), 5))),
   slip: (answer) => (answer.count === 0 ? tile(text.answers.slip.title, text.answers.slip.none)
     : tile(text.answers.slip.title, text.answers.slip.value(answer.count), text.answers.slip.note(length(answer.excess_m), answer.worst_wheel, isNumber(answer.worst_share) ? percent(answer.worst_share) : ''))),
@@ -47,6 +51,7 @@ const tiles = {
 
 const sentences = {
   wheel_ratio: (item) => text.attention.wheel_ratio(item.second, item.first, item.value >= 0, percent(Math.abs(item.value)), percent(item.sigma, 1), significant(Math.abs(item.sigmas_from_nominal), 2)),
+  wheel_scale: (item) => text.attention.wheel_scale(item.value >= 0, percent(Math.abs(item.value)), percent(item.sigma, 1), significant(Math.abs(item.sigmas_from_nominal), 2), item.diameters_m.map(diameter), item.diameters_m.map(({ nominal }) => inUnit(nominal, display('m'), 5))),
   parameter: (item) => text.attention.parameter(sentence(text.parameter(item.name)), withSigma(item.value, item.sigma, display(item.unit)), inUnit(item.nominal, display(item.unit), 5), significant(Math.abs(item.sigmas_from_nominal), 2)),
   slip: (item) => text.attention.slip(item.count, length(item.excess_m), item.worst_share > 0.5 ? item.worst_wheel : null),
   overconfident: (item) => text.attention.overconfident(text.roles[item.role] ?? item.name, percent(item.share_inside_95), item.reference_is_exact),

@@ -32,7 +32,7 @@ export const text = {
   answers: {
     track_error: { title: (role) => `Position error, ${role}`, from: (role) => `from ${role}`, note: (path) => `rms over ${path}` },
     calibration_error: { title: (heldOut) => `Position error, ${heldOut ? 'held-out' : 'training'} runs`, note: (runs) => `rms over ${count(runs, 'run', 'runs')}` },
-    wheel_ratio: { title: 'Wheel diameters', value: (second, first, larger) => `${second} ${larger ? 'larger' : 'smaller'} than ${first}` },
+    wheel_ratio: { title: 'Wheel diameters', value: (second, first, larger) => `${second} ${larger ? 'larger' : 'smaller'} than ${first}`, diameter: (wheel, value) => `${wheel} ${value}` },
     slip: { title: 'Slip', value: (number) => count(number, 'time', 'times'), note: (lost, wheel, share) => `${lost} of travel that is not motion${wheel ? `, ${share} of it the ${wheel} wheel` : ''}`, none: 'no slip found' },
     map: { title: 'Map', value: (number) => count(number, 'landmark', 'landmarks'), note: (radius) => `95 % ellipses of ${radius} in the median` },
     gyro_bias: { title: 'Gyro bias at the end', note: (rest) => `learned in ${rest} s of standing still`, noRest: 'as the robot file says: it never rests' },
@@ -41,6 +41,7 @@ export const text = {
   attention: {
     title: 'Needs attention', none: 'Nothing needs attention.', all: (number) => `Show all ${number}`,
     wheel_ratio: (second, first, larger, share, sigma, sigmas) => `The ${second} wheel is ${share} ${larger ? 'larger' : 'smaller'} than the ${first} one (± ${sigma}): your configuration is ${sigmas} σ away.`,
+    wheel_scale: (larger, share, sigma, sigmas, diameters, nominal) => `In the mean the wheels are ${share} ${larger ? 'larger' : 'smaller'} (± ${sigma}) than your configuration, ${[...new Set(nominal)].join(' and ')}, which is ${sigmas} σ away: ${diameters.join(', ')}.`,
     parameter: (name, value, nominal, sigmas) => `${name} is ${value}: your configuration, ${nominal}, is ${sigmas} σ away.`,
     slip: (number, lost, wheel) => `Wheels slipped ${count(number, 'time', 'times')}, ${lost} of travel lost${wheel ? `, mostly the ${wheel} wheel` : ''}.`,
     overconfident: (role, share, exact) => `The stated uncertainty of “${role}” is too small: only ${share} of its poses lie inside their 95 %${exact ? ', the reference taken as exact' : ''}.`,
