@@ -119,6 +119,32 @@ TEST(Attention, IsNotAskedForWhatTheCalibrationHasSet) {
   EXPECT_FALSE(attention_to_late_gyro({"something else"}).empty());
 }
 
+/// What the track is in proportion to, by a calibration of these parameters beside it.
+Json exact_for_track(const std::vector<std::string>& others) {
+  Json json = calibration_json(test::example_result(), Json::object());
+  Json track, parameters = Json::array();
+  for (const Json& parameter : json.at("parameters"))
+    if (parameter.at("name") == "track") track = parameter;
+  parameters.push_back(track);
+  for (const std::string& name : others) {
+    parameters.push_back(track);
+    parameters.back()["name"] = name;
+  }
+  json["parameters"] = parameters;
+  Json result = {{"calibration", json}, {"errors", Json::array()}};
+  for (const char* none : {"slip", "map", "gyro"}) result[none] = nullptr;
+  for (const Json& answer : answers_json(result))
+    if (answer.value("name", "") == "track") return answer.at("taken_as_exact");
+  return nullptr;
+}
+
+TEST(Answers, SayWhatTheTrackIsInProportionTo) {
+  EXPECT_EQ(exact_for_track({}), Json({"left.diameter", "right.diameter"}));
+  EXPECT_EQ(exact_for_track({"gyro.bias"}), Json({"left.diameter", "right.diameter", "gyro.scale"}));
+  EXPECT_EQ(exact_for_track({"left.diameter", "gyro.bias", "gyro.scale"}), Json::array({"right.diameter"}));
+  EXPECT_EQ(exact_for_track({"left.diameter", "right.diameter"}), Json::array());
+}
+
 /// Of wheels that are as equal as configured, both larger by `share`.
 Json attention_to_wheels(double share) {
   CalibrationResult calibration = test::example_result();

@@ -110,6 +110,22 @@ Json wheel_scale(const Json& calibration) {
           {"diameters_m", {diameter_json(a), diameter_json(b)}}};
 }
 
+/// What a length was estimated in proportion to: the diameters and, where the gyro took part, its scale, as
+/// far as they were not estimated with it.
+Json taken_as_exact(const Json& calibration) {
+  Json names = Json::array();
+  const auto add_unless_free = [&](const std::string& name) {
+    if (parameter_named(calibration, name) == nullptr) names.push_back(name);
+  };
+  for (const Json& wheel : calibration.at("robot").value("wheels", Json::array()))
+    add_unless_free(wheel.get<std::string>() + ".diameter");
+  const bool has_gyro = std::ranges::any_of(calibration.at("parameters"), [](const Json& parameter) {
+    return parameter.at("name").get<std::string>().starts_with("gyro.");
+  });
+  if (has_gyro) add_unless_free("gyro.scale");
+  return names;
+}
+
 Json parameter_answer(const Json& calibration, const std::string& name) {
   const Json* parameter = parameter_named(calibration, name);
   if (parameter == nullptr) return nullptr;
@@ -119,7 +135,8 @@ Json parameter_answer(const Json& calibration, const std::string& name) {
           {"value", parameter->at("value")},
           {"sigma", parameter->at("sigma_total")},
           {"nominal", parameter->at("nominal")},
-          {"sigmas_from_nominal", parameter->at("sigmas_from_nominal")}};
+          {"sigmas_from_nominal", parameter->at("sigmas_from_nominal")},
+          {"taken_as_exact", parameter->at("unit") == "m" ? taken_as_exact(calibration) : Json::array()}};
 }
 
 /// The first parameter that is no diameter of the pair whose ratio is told already.
