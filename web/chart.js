@@ -80,8 +80,9 @@ function rangeOf(spec, factor) {
     const [least, most] = [Math.min(...wanted, spec.y.from ?? Infinity), Math.max(...wanted, spec.y.to ?? -Infinity)];
     if (spec.y.log) return [Math.max(least * 0.8, 1e-12), most * 1.25];
     const top = Math.min(most, spec.y.most ?? Infinity);
-    const margin = 0.06 * (top - least || Math.abs(top) || 1);
-    return [spec.y.from === least ? least : least - margin, top + margin];
+    const bottom = Math.max(least, spec.y.least ?? -Infinity);
+    const margin = 0.06 * (top - bottom || Math.abs(top) || 1);
+    return [spec.y.from === bottom ? bottom : bottom - margin, top + margin];
   };
 }
 
@@ -210,7 +211,7 @@ function reading(spec, at, unit) {
   return `${spec.x.short} ${fixed(at, 2)}${spec.x.unit ? ` ${spec.x.unit}` : ''}${parts.length > 0 ? ` · ${parts.join(' · ')}` : ''}`;
 }
 
-// spec: {label, height, x: {name, short, unit, isTime, ofTime?, toTime?}, y: {name, unit: {factor, unit}, from?, most?, log?},
+// spec: {label, height, x: {name, short, unit, isTime, ofTime?, toTime?}, y: {name, unit: {factor, unit}, from?, least?, most?, log?},
 //   series: [{name, x, y, style, dots?}], bands: [{x, low, high, colour}], limits: [{value, inView}],
 //   stretches: [{from, to, colour}]}; returns {node, svg(), zoom(), reset()}.
 export function chart(spec) {

@@ -114,10 +114,10 @@ function lineOf(track, to, inner) {
   return [flat, flat.length > mostDashed ? { ...track.style, dash: [] } : track.style];
 }
 
-function paintMarks(pen, track, to, scale) {
+function paintMarks(pen, track, to, scale, withEllipses) {
   for (const mark of track.marks) {
     const [x, y] = [to.x(mark.x_m), to.y(mark.y_m)];
-    paintEllipse(pen, to, scale, mark.x_m, mark.y_m, mark.ellipse95, { colour: track.style.colour, opacity: 0.55 });
+    if (withEllipses) paintEllipse(pen, to, scale, mark.x_m, mark.y_m, mark.ellipse95, { colour: track.style.colour, opacity: 0.55 });
     pen.ellipse(x, y, 2.4, 2.4, 0, { fill: colour('ground'), colour: track.style.colour, width: 1.4 });
   }
 }
@@ -170,16 +170,17 @@ function paintSightings(pen, spec, to, time) {
   }
 }
 
-function paintAll(pen, spec, view, hidden) {
+// `hidden`: tracks that are not drawn; `bare`: tracks without the 95 % around them.
+function paintAll(pen, spec, view, { hidden, bare }) {
   const to = projection(view);
   const { inner, scale } = view;
   const tracks = spec.tracks.filter((track) => !hidden.has(track));
   paintGrid(pen, to, inner, lengthUnit([to.toX(inner.left), to.toX(inner.right), to.toY(inner.top), to.toY(inner.bottom)]));
   pen.clip(inner);
-  for (const track of tracks) paintTube(pen, track, to, inner);
+  for (const track of tracks) if (!bare.has(track)) paintTube(pen, track, to, inner);
   paintSlips(pen, spec, to, inner);
   for (const track of tracks) pen.line(...lineOf(track, to, inner));
-  for (const track of tracks) paintMarks(pen, track, to, scale);
+  for (const track of tracks) paintMarks(pen, track, to, scale, !bare.has(track));
   paintLandmarks(pen, spec, to, scale);
   paintParticles(pen, spec, to);
   for (const track of tracks) paintEnds(pen, track, to);
@@ -256,21 +257,23 @@ function reading(spec, hidden, time) {
   return `t ${fixed(time, 2)} s · ${words.join(' · ')}`;
 }
 
-// Buttons that show and hide tracks.
-function keyOf(spec, hidden, redraw) {
-  const entry = (track) => {
-    const button = html('button', { type: 'button', class: 'toggle', 'aria-pressed': 'true', title: track.label }, lineSample(track.style), track.label);
+// Buttons that show and hide tracks, and the 95 % around those that are drawn without at first.
+function keyOf(spec, { hidden, bare }, redraw) {
+  const toggle = (track, without, words, sample) => {
+    const button = html('button', { type: 'button', class: 'toggle', 'aria-pressed': String(!without.has(track)), title: words }, sample, words);
     button.addEventListener('click', () => {
-      if (!hidden.delete(track)) hidden.add(track);
-      button.setAttribute('aria-pressed', String(!hidden.has(track)));
+      if (!without.delete(track)) without.add(track);
+      button.setAttribute('aria-pressed', String(!without.has(track)));
       redraw();
     });
     return html('li', {}, button);
   };
-  return html('ul', { class: 'legend toggles' }, spec.tracks.map(entry));
+  const entries = spec.tracks.map((track) => [toggle(track, hidden, track.label, lineSample(track.style)),
+    bare.has(track) ? toggle(track, bare, text.map.bands(track.label), lineSample({ ...track.style, width: 12, dash: [], opacity: 0.25 })) : null]);
+  return html('ul', { class: 'legend toggles' }, entries);
 }
 
-// spec: {label, tracks: [{label, short, time, x, y, heading, across?, marks, style, isMain?, isSightedFrom?}],
+// spec: {label, tracks: [{label, short, time, x, y, heading, across?, marks, style, isMain?, isSightedFrom?, isBare?}],
 //   landmarks: [{label, x, y, ellipse}], particles: {x, y, weight} | null, sightings: {time, landmark, decision} | null, slips: [{from, to}]};
 // returns {node, svg(), zoom(), reset()}.
 export function map(spec) {
@@ -279,6 +282,8 @@ export function map(spec) {
   const box = html('div', { class: 'map', tabindex: '0', role: 'img', 'aria-label': `${spec.label}. ${text.plot.keys}` }, still, moving);
   const readout = html('p', { class: 'readout', 'aria-hidden': 'true' }, '\u00a0');
   const hidden = new Set();
+  const bare = new Set(spec.tracks.filter(({ isBare }) => isBare));
+  const without = { hidden, bare };
   const bounds = boundsOf(spec);
   let size = null;
   let view = null;
@@ -287,7 +292,7 @@ export function map(spec) {
   const paint = () => {
     asked = false;
     if (!size) return;
-    paintAll(penOn(still, ...size), spec, view, hidden);
+    paintAll(penOn(still, ...size), spec, view, without);
     paintMoment(penOn(moving, ...size), spec, view, hidden, cursorTime());
   };
   const redraw = () => {
@@ -359,6 +364,6 @@ export function map(spec) {
   };
   new ResizeObserver(() => soon(fit)).observe(box);
   on('fit', fit);
-  const drawing = () => asSvg(...size, (pen) => paintAll(pen, spec, view, hidden), spec.label);
-  return { node: html('div', {}, box, readout, keyOf(spec, hidden, redraw)), svg: drawing, zoom: moves.zoom, reset: moves.reset };
+  const drawing = () => asSvg(...size, (pen) => paintAll(pen, spec, view, without), spec.label);
+  return { node: html('div', {}, box, readout, keyOf(spec, without, redraw)), svg: drawing, zoom: moves.zoom, reset: moves.reset };
 }

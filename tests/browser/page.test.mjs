@@ -38,9 +38,12 @@ describe('the report page', { concurrency: 3 }, () => {
     const first = page.locator('.first-screen');
     assert.match(await page.locator('h1').innerText(), /slip/);
     assert.match(await first.locator('.from').innerText(), /data\/demo\/slip/);
+    assert.doesNotMatch(await first.locator('.tile', { hasText: 'Position error' }).innerText(), /calibrated on/);
     assert.equal(await first.locator('.tile').count(), 5);
     assert.match(await first.locator('.tiles').innerText(), /±/);
     assert.match(await first.locator('.callout').innerText(), /wheel is .* smaller than/);
+    assert.match(await first.locator('.tile', { hasText: 'Wheel diameters' }).innerText(), /left \d+\.\d+ ± \d+\.\d+ mm\s+right \d+\.\d+ ± \d+\.\d+ mm/);
+    assert.match(await first.locator('.callout').innerText(), /In the mean the wheels are .* % (smaller|larger) \(± .* σ away: left /);
     const { y, height } = await first.locator('.callout').boundingBox();
     assert.ok(y + height <= 900, 'without scrolling');
   });
@@ -191,6 +194,7 @@ describe('the report page', { concurrency: 3 }, () => {
   look('units follow the reader', 'demo', {}, async (page) => {
     const tile = page.locator('.tile', { hasText: 'rack' });
     const metric = await tile.innerText();
+    assert.deepEqual(await page.getByLabel('Lengths').locator('option').allInnerTexts(), ['mm and m', 'inches']);
     assert.match(metric, /mm/);
     await page.getByLabel('Lengths').selectOption('imperial');
     assert.match(await page.locator('.tile', { hasText: 'rack' }).innerText(), / in\b/);
@@ -240,6 +244,7 @@ describe('the report page', { concurrency: 3 }, () => {
   look('one run alone: no section that needs several', 'alone', {}, async (page) => {
     const titles = await page.locator('section h3').allInnerTexts();
     assert.ok(titles.includes('Parameters'));
+    assert.match(await page.locator('.first-screen .tile', { hasText: 'Position error' }).innerText(), /on the run it was calibrated on/);
     for (const title of ['Residual of each training run', 'Do the runs suffice?']) assert.ok(!titles.includes(title), title);
   });
 
@@ -253,6 +258,56 @@ describe('the report page', { concurrency: 3 }, () => {
   look('what covariances are judged by is said', 'demo', {}, async (page) => {
     assert.match(await section(page, 'Trajectories against the reference').innerText(), /count the noise that recording\.toml states of the reference: 1\.?0* mm/);
     assert.match(await section(page, 'Is the stated uncertainty honest? (NEES)').innerText(), /judged from where it moves/);
+  });
+
+  look('brackets at a NEES mean one thing: what is honest', 'demo', {}, async (page) => {
+    const accuracy = section(page, 'Trajectories against the reference');
+    assert.match(await accuracy.locator('thead').innerText(), /NEES \(honest\)/);
+    for (const cell of await accuracy.locator('td[data-head^=NEES]').allInnerTexts()) assert.match(cell, /^(\d[\d.]* \(3\)|–)$/);
+    const errors = section(page, 'Errors before and after');
+    assert.match(await errors.locator('thead').innerText(), /NEES\s+NEES without parameters/);
+    for (const cell of await errors.locator('td[data-head^=NEES]').allInnerTexts()) assert.match(cell, /^(\d[\d.]*|–)$/);
+  });
+
+  look('what slip the sensors cannot see stands under its heading', 'demo', {}, async (page) => {
+    const note = section(page, 'Slip over time').getByRole('note');
+    assert.equal(await note.locator('h4').innerText(), 'What these sensors cannot see or tell apart');
+    const all = await page.evaluate(() => JSON.parse(document.getElementById('data').textContent).results[0].slip.cannot_see);
+    assert.ok(all.length > 0);
+    assert.deepEqual(await note.locator('li').allInnerTexts(), all);
+  });
+
+  look('the bias fills its plot, though its band is wide before the first rest', 'demo', {}, async (page) => {
+    const { content } = await saved(page, page.getByRole('button', { name: 'Save “Gyro bias” as SVG' }));
+    const band = content.toString().match(/<path d="([^"]+)"[^>]*fill-opacity="0\.15"/)[1]; // there along its lower edge, back along its upper
+    const heights = [...band.matchAll(/[ML][\d.]+[ ,]([\d.]+)/g)].map(([, y]) => Number(y));
+    const last = heights.length / 2;
+    const [wide, plot] = [Math.abs(heights[last - 1] - heights[last]), Math.max(...heights) - Math.min(...heights)];
+    assert.ok(wide > 0.2 * plot, `at the end ${wide} pixels of ${plot}`);
+  });
+
+  look('the nominal odometry has its 95 % when they are chosen', 'demo', {}, async (page) => {
+    const still = page.locator('canvas.still');
+    const bands = page.getByRole('button', { name: '95 % of nominal odometry' });
+    assert.equal(await bands.getAttribute('aria-pressed'), 'false');
+    const picture = () => still.evaluate((canvas) => canvas.toDataURL());
+    const before = await picture();
+    await bands.click();
+    await drawn(page);
+    assert.equal(await bands.getAttribute('aria-pressed'), 'true');
+    assert.notEqual(await picture(), before);
+    await bands.click();
+    await drawn(page);
+    assert.equal(await picture(), before);
+  });
+
+  look('the correlation has a cell for every pair', 'demo', {}, async (page) => {
+    const figure = section(page, 'Correlation of the estimates');
+    await figure.scrollIntoViewIfNeeded();
+    await drawn(page);
+    const { names } = await page.evaluate(() => JSON.parse(document.getElementById('data').textContent).results[0].calibration.correlation);
+    assert.ok(names.length >= 2);
+    assert.equal(await figure.locator('.cell').count(), names.length ** 2);
   });
 
   look('calibrations side by side have their ±', 'pair', {}, async (page) => {

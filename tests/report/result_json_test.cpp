@@ -119,5 +119,66 @@ TEST(Attention, IsNotAskedForWhatTheCalibrationHasSet) {
   EXPECT_FALSE(attention_to_late_gyro({"something else"}).empty());
 }
 
+/// What the track is in proportion to, by a calibration of these parameters beside it.
+Json exact_for_track(const std::vector<std::string>& others) {
+  Json json = calibration_json(test::example_result(), Json::object());
+  Json track, parameters = Json::array();
+  for (const Json& parameter : json.at("parameters"))
+    if (parameter.at("name") == "track") track = parameter;
+  parameters.push_back(track);
+  for (const std::string& name : others) {
+    parameters.push_back(track);
+    parameters.back()["name"] = name;
+  }
+  json["parameters"] = parameters;
+  Json result = {{"calibration", json}, {"errors", Json::array()}};
+  for (const char* none : {"slip", "map", "gyro"}) result[none] = nullptr;
+  for (const Json& answer : answers_json(result))
+    if (answer.value("name", "") == "track") return answer.at("taken_as_exact");
+  return nullptr;
+}
+
+TEST(Answers, SayWhatTheTrackIsInProportionTo) {
+  EXPECT_EQ(exact_for_track({}), Json({"left.diameter", "right.diameter"}));
+  EXPECT_EQ(exact_for_track({"gyro.bias"}), Json({"left.diameter", "right.diameter", "gyro.scale"}));
+  EXPECT_EQ(exact_for_track({"left.diameter", "gyro.bias", "gyro.scale"}), Json::array({"right.diameter"}));
+  EXPECT_EQ(exact_for_track({"left.diameter", "right.diameter"}), Json::array());
+}
+
+/// Of wheels that are as equal as configured, both larger by `share`.
+Json attention_to_wheels(double share) {
+  CalibrationResult calibration = test::example_result();
+  Json json = calibration_json(calibration, Json::object());
+  for (Json& parameter : json.at("parameters"))
+    if (parameter.at("name").get<std::string>().ends_with(".diameter"))
+      parameter["value"] = parameter.at("nominal").get<double>() * (1.0 + share);
+  const Json all = attention_json({{"stages", Json::array()},
+                                   {"calibration", json},
+                                   {"slip", nullptr},
+                                   {"errors", Json::array()},
+                                   {"sightings", nullptr},
+                                   {"health", nullptr}});
+  Json wheels = Json::array();
+  for (const Json& one : all)
+    if (one.at("kind") == "wheel_ratio" || one.at("kind") == "wheel_scale") wheels.push_back(one);
+  return wheels;
+}
+
+TEST(Attention, TellsOfWheelsThatAreLargerInTheMean) {
+  EXPECT_TRUE(attention_to_wheels(0.0).empty());
+  const Json wheels = attention_to_wheels(0.1);
+  ASSERT_EQ(wheels.size(), 1);
+  EXPECT_EQ(wheels[0].at("kind"), "wheel_scale");
+  EXPECT_NEAR(wheels[0].at("value"), 0.1, 1e-12);
+  const Json& both = wheels[0].at("diameters_m");
+  ASSERT_EQ(both.size(), 2);
+  // Of the mean the sigma lies between that of half the difference and that of the sum: by how much, the
+  // correlation says.
+  const double r1 = both[0].at("sigma").get<double>() / both[0].at("nominal").get<double>();
+  const double r2 = both[1].at("sigma").get<double>() / both[1].at("nominal").get<double>();
+  EXPECT_GE(wheels[0].at("sigma"), 0.5 * std::abs(r1 - r2));
+  EXPECT_LE(wheels[0].at("sigma"), 0.5 * (r1 + r2));
+}
+
 }  // namespace
 }  // namespace trundle

@@ -7,7 +7,7 @@ import { nameOfTrack } from './from_above.js';
 
 function row(error, result, several) {
   const { summary, alignment } = error;
-  const nees = isNumber(summary.nees_mean) ? `${significant(summary.nees_mean, 2)} (${error.nees_degrees_of_freedom})` : unknown;
+  const nees = isNumber(summary.nees_mean) ? text.compareTable.nees(significant(summary.nees_mean, 2), error.nees_degrees_of_freedom) : unknown;
   const end = [length(summary.final_m), isNumber(summary.final_percent) ? ` (${significant(summary.final_percent, 2)} %)` : ''].join('');
   return { cells: [nameOf(nameOfTrack(error, result, several), 50), length(summary.position_rms_m), length(summary.position_max_m), end, inUnit(summary.heading_rms_rad, display('rad')), nees,
     isNumber(summary.share_inside_95) ? percent(summary.share_inside_95) : unknown, text.compareTable.alignments[alignment.kind]] };

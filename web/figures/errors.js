@@ -16,8 +16,7 @@ function dumbbell(before, after, axis, label) {
 function cells(name, before, after, axis, { nees, nees_white_only: white }) {
   const pair = (key) => html('span', {}, html('span', { class: 'before' }, length(before[key])), ' → ', html('span', { class: 'after' }, after ? length(after[key]) : unknown));
   const words = ratioInWords(before.position_rms_m, after?.position_rms_m);
-  const honest = isNumber(nees) ? `${significant(nees, 2)}${isNumber(white) ? ` (${significant(white, 2)})` : ''}` : unknown;
-  return [name, dumbbell(before.position_rms_m, after?.position_rms_m, axis, words || text.errors.beforeOnly), pair('position_rms_m'), pair('position_max_m'), words || unknown, honest];
+  return [name, dumbbell(before.position_rms_m, after?.position_rms_m, axis, words || text.errors.beforeOnly), pair('position_rms_m'), pair('position_max_m'), words || unknown, significant(nees, 2), significant(white, 2)];
 }
 
 function rowsOf(calibration, axis) {
@@ -37,7 +36,7 @@ export function errors(calibration) {
   const axis = decades(shown, 0.01, 0.1);
   const metres = (exponent) => (exponent < 0 ? `${significant(10 ** (exponent + 3), 1)} mm` : `${10 ** exponent} m`);
   const columns = [{ head: text.errors.run, class: 'first' }, { head: decadeAxis(axis, metres), class: 'picture wide', label: '' }, { head: 'rms', class: 'number' },
-    { head: text.errors.worst, class: 'number' }, { head: text.errors.change, class: 'number' }, { head: 'NEES', class: 'number' }];
+    { head: text.errors.worst, class: 'number' }, { head: text.errors.change, class: 'number' }, { head: text.errors.nees, class: 'number' }, { head: text.errors.white, class: 'number' }];
   const rows = rowsOf(calibration, axis);
   return section(text.errors,
     scrolling(table(columns, rows, { class: `cards errors ${rows.length > 40 ? 'long' : ''}` }), text.errors.title),

@@ -27,17 +27,30 @@ function away({ sigmas_from_nominal: sigmas }, nominal) {
   return isNumber(sigmas) ? text.answers.away(significant(Math.abs(sigmas), 2), nominal) : null;
 }
 
+function diameter({ wheel, value, sigma }) {
+  return text.answers.wheel_ratio.diameter(wheel, withSigma(value, sigma, display('m')));
+}
+
+// What an estimate is in proportion to, where nothing told it.
+function exact({ taken_as_exact: names }, { calibration }) {
+  if (names.length === 0) return null;
+  const diameters = names.filter((name) => name.endsWith('.diameter'));
+  const all = diameters.length > 1 && diameters.length === calibration.robot.wheels.length;
+  const others = all ? names.filter((name) => !diameters.includes(name)) : names;
+  return text.answers.exact([all ? text.answers.exactDiameters : null, ...others.map((name) => text.answers.exactOne(text.parameter(name)))].filter(Boolean));
+}
+
 const percentUnit = { factor: 100, unit: '%' };
 
 const tiles = {
-  track_error: (answer) => tile(text.answers.track_error.title(text.roles[answer.role]), change(answer.before_m, answer.after_m),
+  track_error: (answer, { run }) => tile(text.answers.track_error.title(text.roles[answer.role]), change(answer.before_m, answer.after_m),
     [ratioInWords(answer.before_m, answer.after_m), answer.before_role && text.answers.track_error.from(text.roles[answer.before_role])].filter(Boolean).join(' · '),
-    text.answers.track_error.note(length(answer.path_m))),
+    [text.answers.track_error.note(length(answer.path_m)), run?.held_out === false ? text.answers.track_error.onItself : null].filter(Boolean).join(', ')),
   calibration_error: (answer) => tile(text.answers.calibration_error.title(answer.held_out), change(answer.after_m === null ? null : answer.before_m, answer.after_m ?? answer.before_m),
     [ratioInWords(answer.before_m, answer.after_m), text.answers.calibration_error.note(answer.runs)].filter(Boolean).join(' · ')),
   wheel_ratio: (answer) => tile(text.answers.wheel_ratio.title, measured(Math.abs(answer.value), answer.sigma, percentUnit),
-    text.answers.wheel_ratio.value(answer.second, answer.first, answer.value >= 0), away(answer, percent(answer.nominal))),
-  parameter: (answer) => tile(sentence(text.parameter(answer.name)), measured(answer.value, answer.sigma, display(answer.unit)), away(answer, inUnit(answer.nominal, display(answer.unit), 5))),
+    text.answers.wheel_ratio.value(answer.second, answer.first, answer.value >= 0), away(answer, percent(answer.nominal)), ...answer.diameters_m.map(diameter)),
+  parameter: (answer, result) => tile(sentence(text.parameter(answer.name)), measured(answer.value, answer.sigma, display(answer.unit)), away(answer, inUnit(answer.nominal, display(answer.unit), 5)), exact(answer, result)),
   slip: (answer) => (answer.count === 0 ? tile(text.answers.slip.title, text.answers.slip.none)
     : tile(text.answers.slip.title, text.answers.slip.value(answer.count), text.answers.slip.note(length(answer.excess_m), answer.worst_wheel, isNumber(answer.worst_share) ? percent(answer.worst_share) : ''))),
   map: (answer) => tile(text.answers.map.title, text.answers.map.value(answer.landmarks), isNumber(answer.median95_m) ? text.answers.map.note(length(answer.median95_m)) : null),
@@ -47,6 +60,7 @@ const tiles = {
 
 const sentences = {
   wheel_ratio: (item) => text.attention.wheel_ratio(item.second, item.first, item.value >= 0, percent(Math.abs(item.value)), percent(item.sigma, 1), significant(Math.abs(item.sigmas_from_nominal), 2)),
+  wheel_scale: (item) => text.attention.wheel_scale(item.value >= 0, percent(Math.abs(item.value)), percent(item.sigma, 1), significant(Math.abs(item.sigmas_from_nominal), 2), item.diameters_m.map(diameter), item.diameters_m.map(({ nominal }) => inUnit(nominal, display('m'), 5))),
   parameter: (item) => text.attention.parameter(sentence(text.parameter(item.name)), withSigma(item.value, item.sigma, display(item.unit)), inUnit(item.nominal, display(item.unit), 5), significant(Math.abs(item.sigmas_from_nominal), 2)),
   slip: (item) => text.attention.slip(item.count, length(item.excess_m), item.worst_share > 0.5 ? item.worst_wheel : null),
   overconfident: (item) => text.attention.overconfident(text.roles[item.role] ?? item.name, percent(item.share_inside_95), item.reference_is_exact),
@@ -88,5 +102,5 @@ function asked(run) {
 
 export function firstScreen(result) {
   return html('div', { class: 'first-screen' }, asked(result.run), clock(result), stages(result.stages),
-    html('div', { class: 'tiles' }, result.answers.map((answer) => tiles[answer.kind]?.(answer)).filter(Boolean)), attention(result.attention));
+    html('div', { class: 'tiles' }, result.answers.map((answer) => tiles[answer.kind]?.(answer, result)).filter(Boolean)), attention(result.attention));
 }

@@ -24,7 +24,7 @@ function tracksOf(result, index, several) {
   const sorted = [...result.tracks.filter(({ role }) => role === 'reference'), ...result.tracks.filter(({ role }) => role !== 'reference')];
   return sorted.map((track) => {
     const { time_s: time, x_m: x, y_m: y, heading_rad: heading, across95_m: across } = track.columns();
-    return { label: nameOfTrack(track, result, several), time, x, y, heading, across, marks: track.marks, style: trackStyle(track.role, index, several), isMain: track === main, isSightedFrom: track === sighted, poses: track.poses, drawn: track.drawn };
+    return { label: nameOfTrack(track, result, several), time, x, y, heading, across, marks: track.marks, style: trackStyle(track.role, index, several), isMain: track === main, isSightedFrom: track === sighted, isBare: track.role === 'nominal' && across !== null, poses: track.poses, drawn: track.drawn };
   });
 }
 
@@ -70,6 +70,6 @@ export function fromAbove(results) {
   const slips = several ? [] : (results[0].slip?.events ?? []).map(({ start_s: from, end_s: to }) => ({ from, to }));
   const landmarks = results.flatMap(landmarksOf);
   const drawing = map({ label: text.map.label(tracks.length), tracks, landmarks, particles: several ? null : particlesOf(results[0]), sightings: several ? null : sightingsOf(results[0]), slips });
-  const how = [text.map.how, landmarks.length > 0 ? text.map.landmarks : '', !several && results[0].particles ? text.map.particles : '', slips.length > 0 ? text.map.slips : ''].filter(Boolean).join(' ');
+  const how = [text.map.how, tracks.some(({ isBare }) => isBare) ? text.map.bare : '', landmarks.length > 0 ? text.map.landmarks : '', !several && results[0].particles ? text.map.particles : '', slips.length > 0 ? text.map.slips : ''].filter(Boolean).join(' ');
   return section({ ...text.map, how }, tooled(drawing, text.map.title), thinned(tracks), several ? null : landmarkTable(results[0]));
 }

@@ -1,16 +1,28 @@
 // The gyro's bias over time, and its noise by averaging time.
 import { chart } from '../chart.js';
+import { extent } from '../column.js';
 import { html } from '../dom.js';
 import { display } from '../format.js';
 import { colour } from '../palette.js';
 import { section, tooled } from '../section.js';
 import { text } from '../strings/en.js';
 
+function median(values) {
+  return Float64Array.from(values).sort()[values.length >> 1];
+}
+
+// What fits the curve, and its band for half of the time: before the first rest it is many times wider.
+function rangeOf(y, { low, high }, factor) {
+  const [least, most] = extent(y, [median(low), median(high)]);
+  return { least: least * factor, most: most * factor };
+}
+
 function bias(found) {
   const { time_s: x, rad_s: y, sigma_rad_s: sigma } = found.columns();
   const style = { colour: colour('after'), width: 1.6, dash: [] };
+  const unit = display('rad/s');
   const band = { x, low: y.map((value, i) => value - 1.96 * sigma[i]), high: y.map((value, i) => value + 1.96 * sigma[i]), colour: style.colour };
-  return chart({ label: text.gyro.title, height: 220, x: { name: text.plot.time, short: text.plot.timeShort, unit: 's', isTime: true }, y: { name: text.gyro.bias, unit: display('rad/s') },
+  return chart({ label: text.gyro.title, height: 220, x: { name: text.plot.time, short: text.plot.timeShort, unit: 's', isTime: true }, y: { name: text.gyro.bias, unit, ...rangeOf(y, band, unit.factor) },
     series: [{ name: text.gyro.bias, x, y, style }], bands: [band], stretches: found.rests.map(([from, to]) => ({ from, to, colour: colour('good'), alpha: 0.18 })) });
 }
 

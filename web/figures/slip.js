@@ -46,9 +46,13 @@ function eventTable(events) {
   return scrolling(table(columns, rows, { class: `cards ${rows.length > 40 ? 'long' : ''}` }), words.table);
 }
 
+function unseen(sentences) {
+  if (sentences.length === 0) return null;
+  return html('div', { class: 'callout plain', role: 'note' }, html('h4', {}, text.slip.unseen), html('ul', {}, sentences.map((words) => html('li', {}, words))));
+}
+
 export function slip([{ slip: found }]) {
   if (!found) return null;
   const how = found.timeline ? text.slip.how : text.slip.howEvents;
-  const unseen = found.cannot_see.map((words) => html('p', { class: 'note' }, words));
-  return section({ ...text.slip, how }, found.timeline ? tooled(chartOf(found), text.slip.title) : null, eventTable(found.events), unseen);
+  return section({ ...text.slip, how }, found.timeline ? tooled(chartOf(found), text.slip.title) : null, eventTable(found.events), unseen(found.cannot_see));
 }

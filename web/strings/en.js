@@ -7,7 +7,7 @@ export const text = {
   titles: { report: (name) => `Report of ${name}`, robot: 'a robot', compare: 'Results side by side', calibration: (name) => `Calibration of ${name}` },
   controls: {
     label: 'How the page shows things',
-    lengths: { name: 'Lengths', metric: 'metres', imperial: 'inches' },
+    lengths: { name: 'Lengths', metric: 'mm and m', imperial: 'inches' },
     angles: { name: 'Angles', degrees: 'degrees', radians: 'radians' },
     theme: { name: 'Colours', auto: 'as the system', light: 'light', dark: 'dark' },
     print: 'Print',
@@ -30,17 +30,19 @@ export const text = {
   // Keys of a robot file, as one says them.
   parameter: (name) => ({ track: 'track width', 'gyro.scale': 'gyro scale', 'gyro.bias': 'gyro bias' }[name] ?? name.replace(/^(.*)\.diameter$/, '$1 wheel diameter')),
   answers: {
-    track_error: { title: (role) => `Position error, ${role}`, from: (role) => `from ${role}`, note: (path) => `rms over ${path}` },
+    track_error: { title: (role) => `Position error, ${role}`, from: (role) => `from ${role}`, note: (path) => `rms over ${path}`, onItself: 'on the run it was calibrated on' },
     calibration_error: { title: (heldOut) => `Position error, ${heldOut ? 'held-out' : 'training'} runs`, note: (runs) => `rms over ${count(runs, 'run', 'runs')}` },
-    wheel_ratio: { title: 'Wheel diameters', value: (second, first, larger) => `${second} ${larger ? 'larger' : 'smaller'} than ${first}` },
+    wheel_ratio: { title: 'Wheel diameters', value: (second, first, larger) => `${second} ${larger ? 'larger' : 'smaller'} than ${first}`, diameter: (wheel, value) => `${wheel} ${value}` },
     slip: { title: 'Slip', value: (number) => count(number, 'time', 'times'), note: (lost, wheel, share) => `${lost} of travel that is not motion${wheel ? `, ${share} of it the ${wheel} wheel` : ''}`, none: 'no slip found' },
     map: { title: 'Map', value: (number) => count(number, 'landmark', 'landmarks'), note: (radius) => `95 % ellipses of ${radius} in the median` },
     gyro_bias: { title: 'Gyro bias at the end', note: (rest) => `learned in ${rest} s of standing still`, noRest: 'as the robot file says: it never rests' },
+    exact: (names) => `taking ${names.join(' and ')} as exact`, exactDiameters: 'the wheel diameters', exactOne: (name) => `the ${name}`,
     away: (sigmas, nominal) => `nominal ${nominal}, ${sigmas} σ away`,
   },
   attention: {
     title: 'Needs attention', none: 'Nothing needs attention.', all: (number) => `Show all ${number}`,
     wheel_ratio: (second, first, larger, share, sigma, sigmas) => `The ${second} wheel is ${share} ${larger ? 'larger' : 'smaller'} than the ${first} one (± ${sigma}): your configuration is ${sigmas} σ away.`,
+    wheel_scale: (larger, share, sigma, sigmas, diameters, nominal) => `In the mean the wheels are ${share} ${larger ? 'larger' : 'smaller'} (± ${sigma}) than your configuration, ${[...new Set(nominal)].join(' and ')}, which is ${sigmas} σ away: ${diameters.join(', ')}.`,
     parameter: (name, value, nominal, sigmas) => `${name} is ${value}: your configuration, ${nominal}, is ${sigmas} σ away.`,
     slip: (number, lost, wheel) => `Wheels slipped ${count(number, 'time', 'times')}, ${lost} of travel lost${wheel ? `, mostly the ${wheel} wheel` : ''}.`,
     overconfident: (role, share, exact) => `The stated uncertainty of “${role}” is too small: only ${share} of its poses lie inside their 95 %${exact ? ', the reference taken as exact' : ''}.`,
@@ -53,10 +55,11 @@ export const text = {
   asked: { clock: (origin) => (origin === 0 ? 'Times are the recording’s own stamps, as in its files.' : `Times count from the stamp ${origin} s of the recording.`), stages: 'What was done', recording: (path) => `Recording ${path}`, robot: (path) => `robot ${path}`, heldOut: (apart) => (apart ? 'not used for its calibration' : 'calibrated on itself') },
   compareTable: {
     title: 'Trajectories against the reference', contents: 'Accuracy',
-    how: 'Each trajectory is laid on the reference as its row says, then compared at the reference’s stamps. NEES near its degrees of freedom means that the stated uncertainty is honest.',
+    how: 'Each trajectory is laid on the reference as its row says, then compared at the reference’s stamps. NEES near its degrees of freedom, in brackets, means that the stated uncertainty is honest.',
     exact: 'For NEES and the share inside 95 % the reference is taken as exact, as recording.toml states no position_sigma_m: where it is not, honest estimates look overconfident.',
     noise: (position, heading) => `NEES and the share inside 95 % count the noise that recording.toml states of the reference: ${position}, ${heading}.`,
-    columns: { track: 'Trajectory', rms: 'rms', max: 'largest', final: 'at the end', heading: 'heading rms', nees: 'NEES', inside: 'inside 95 %', aligned: 'aligned' },
+    columns: { track: 'Trajectory', rms: 'rms', max: 'largest', final: 'at the end', heading: 'heading rms', nees: 'NEES (honest)', inside: 'inside 95 %', aligned: 'aligned' },
+    nees: (mean, honest) => `${mean} (${honest})`,
     alignments: { none: 'not', start: 'at the start', se2: 'over all' },
     notCompared: (name, reason) => `${name} is not compared: ${reason}`,
   },
@@ -70,8 +73,10 @@ export const text = {
     title: 'Trajectories from above', contents: 'Map',
     how: 'The square is the start, the dots are the ends; small circles are marks of equal time, with the ellipse that holds 95 % of positions. Shaded along a track: 95 % across it. Move over a track to see the same moment everywhere.',
     landmarks: 'Diamonds are landmarks with their 95 % ellipses; lines from the cursor lead to what was sighted just then, dashed where it was rejected.',
+    bare: 'The 95 % of the nominal odometry are wide: they are shown when chosen below the map.',
     particles: 'Dots are the filter’s particles where it last saw something.',
     slips: 'Wide stretches: a wheel slipped.',
+    bands: (track) => `95 % of ${track}`,
     label: (number) => `${count(number, 'trajectory', 'trajectories')} from above`,
     landmarkTable: 'Landmarks', landmark: 'Landmark', sightings: 'Sightings', semi: '95 % ellipse, half axes',
   },
@@ -87,6 +92,7 @@ export const text = {
     statistic: { chi2: 'χ²', delta_rad: 'δ' },
     table: 'Slips', show: 'Show on the map', columns: { start: 'Start', duration: 'Lasts', wheel: 'Wheel', kind: 'Kind', excess: 'Travel that is no motion', confidence: 'Sure of the wheel' },
     kinds: { spin: 'spins', skid: 'skids', stuck: 'robot is stuck', unknown: 'unknown' }, ambiguous: 'ambiguous', none: 'No slip was found.',
+    unseen: 'What these sensors cannot see or tell apart',
   },
   learned: {
     title: 'What clean driving looks like', contents: 'Learned noise',
@@ -97,7 +103,7 @@ export const text = {
   },
   gyro: {
     title: 'Gyro bias', contents: 'Gyro',
-    how: 'What is believed of the bias, with its 95 % band; shaded: the robot stands still, and the bias is measured.',
+    how: 'What is believed of the bias, with its 95 % band, which may be wider than the plot before the first rest; shaded: the robot stands still, and the bias is measured.',
     bias: 'bias', allanTitle: 'Gyro noise by averaging time',
     allan: 'Allan deviation: a slope of −½ is white noise, where it turns upward the bias walks. Both axes are logarithmic.', tau: 'averaging time [s]', deviation: 'Allan deviation',
   },
@@ -154,8 +160,8 @@ export const text = {
   },
   errors: {
     title: 'Errors before and after', contents: 'Run errors',
-    how: 'Distance between odometry and reference, both laid on their common start; held-out runs took no part in the calibration, so they tell what it is worth. NEES near 3 means that the stated uncertainty is honest (in brackets: without the part that comes from the parameters).',
-    groups: { training: 'All training runs', hold_out: 'All held-out runs' }, beforeOnly: 'before only', run: 'Run', worst: 'worst point', change: 'Change of rms',
+    how: 'Distance between odometry and reference, both laid on their common start; held-out runs took no part in the calibration, so they tell what it is worth. NEES near 3 means that the stated uncertainty is honest; the last column leaves out the part of it that comes from the parameters. Here the reference’s noise counts as the calibration took it, so NEES may differ from that of the trajectories against the reference.',
+    groups: { training: 'All training runs', hold_out: 'All held-out runs' }, beforeOnly: 'before only', nees: 'NEES', white: 'NEES without parameters', run: 'Run', worst: 'worst point', change: 'Change of rms',
   },
   influence: {
     title: 'Do the runs suffice?', contents: 'Convergence',

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include <nlohmann/json.hpp>
 
@@ -24,7 +25,7 @@ const Json* parameter_named(const Json& calibration, const std::string& name) {
   return nullptr;
 }
 
-double covariance_of(const Json& calibration, const std::string& a, const std::string& b) {
+double correlation_of(const Json& calibration, const std::string& a, const std::string& b) {
   const Json& correlation = calibration.at("correlation");
   const Json& names = correlation.at("names");
   const auto index = [&](const std::string& name) {
@@ -40,29 +41,89 @@ double number_or_zero(const Json& value) {
   return value.is_number() ? value.get<double>() : 0.0;
 }
 
+/// One wheel of two [m].
+struct Diameter {
+  std::string wheel;
+  double value, sigma, nominal;
+};
+
+struct Diameters {
+  Diameter first, second;
+  double correlation;
+};
+
+std::optional<Diameter> diameter_of(const Json& calibration, const std::string& wheel) {
+  const Json* found = parameter_named(calibration, wheel + ".diameter");
+  if (found == nullptr) return std::nullopt;
+  return Diameter{wheel, number_or_zero(found->at("value")), number_or_zero(found->at("sigma_total")),
+                  number_or_zero(found->at("nominal"))};
+}
+
+/// Of a robot with two wheels, both of them estimated.
+std::optional<Diameters> diameters_of(const Json& calibration) {
+  const Json& wheels = calibration.at("robot").value("wheels", Json::array());
+  if (wheels.size() != 2) return std::nullopt;
+  const auto first = diameter_of(calibration, wheels[0]), second = diameter_of(calibration, wheels[1]);
+  if (!first || !second) return std::nullopt;
+  const double rho = correlation_of(calibration, first->wheel + ".diameter", second->wheel + ".diameter");
+  return Diameters{*first, *second, rho};
+}
+
+Json diameter_json(const Diameter& d) {
+  return {{"wheel", d.wheel}, {"value", d.value}, {"sigma", d.sigma}, {"nominal", d.nominal}};
+}
+
 /// How much larger the second of two wheels is than the first, as a share, now and as configured:
 /// σ² = (D2/D1)² (σ1²/D1² + σ2²/D2² − 2 ρ σ1 σ2 / (D1 D2)).
 Json wheel_ratio(const Json& calibration) {
-  const Json& wheels = calibration.at("robot").value("wheels", Json::array());
-  if (wheels.size() != 2) return nullptr;
-  const std::string first = wheels[0].get<std::string>() + ".diameter";
-  const std::string second = wheels[1].get<std::string>() + ".diameter";
-  const Json* a = parameter_named(calibration, first);
-  const Json* b = parameter_named(calibration, second);
-  if (a == nullptr || b == nullptr) return nullptr;
-  const double d1 = number_or_zero(a->at("value")), d2 = number_or_zero(b->at("value"));
-  const double r1 = number_or_zero(a->at("sigma_total")) / d1, r2 = number_or_zero(b->at("sigma_total")) / d2;
-  const double variance = r1 * r1 + r2 * r2 - 2.0 * covariance_of(calibration, first, second) * r1 * r2;
-  const double sigma = d2 / d1 * std::sqrt(std::max(0.0, variance));
-  const double nominal = number_or_zero(b->at("nominal")) / number_or_zero(a->at("nominal"));
+  const auto wheels = diameters_of(calibration);
+  if (!wheels) return nullptr;
+  const auto& [a, b, rho] = *wheels;
+  const double r1 = a.sigma / a.value, r2 = b.sigma / b.value;
+  const double ratio = b.value / a.value, nominal = b.nominal / a.nominal;
+  const double sigma = ratio * std::sqrt(std::max(0.0, r1 * r1 + r2 * r2 - 2.0 * rho * r1 * r2));
   if (!(sigma > 0.0) || !std::isfinite(nominal)) return nullptr;
   return {{"kind", "wheel_ratio"},
-          {"first", wheels[0]},
-          {"second", wheels[1]},
-          {"value", d2 / d1 - 1.0},
+          {"first", a.wheel},
+          {"second", b.wheel},
+          {"value", ratio - 1.0},
           {"sigma", sigma},
           {"nominal", nominal - 1.0},
-          {"sigmas_from_nominal", (d2 / d1 - nominal) / sigma}};
+          {"sigmas_from_nominal", (ratio - nominal) / sigma},
+          {"diameters_m", {diameter_json(a), diameter_json(b)}}};
+}
+
+/// How much larger two wheels N1, N2 are than configured in the mean, s = ½ (D1/N1 + D2/N2) − 1:
+/// σ² = ¼ (σ1²/N1² + σ2²/N2² + 2 ρ σ1 σ2 / (N1 N2)).
+Json wheel_scale(const Json& calibration) {
+  const auto wheels = diameters_of(calibration);
+  if (!wheels) return nullptr;
+  const auto& [a, b, rho] = *wheels;
+  const double r1 = a.sigma / a.nominal, r2 = b.sigma / b.nominal;
+  const double scale = 0.5 * (a.value / a.nominal + b.value / b.nominal) - 1.0;
+  const double sigma = 0.5 * std::sqrt(std::max(0.0, r1 * r1 + r2 * r2 + 2.0 * rho * r1 * r2));
+  if (!(sigma > 0.0) || !std::isfinite(scale)) return nullptr;
+  return {{"kind", "wheel_scale"},
+          {"value", scale},
+          {"sigma", sigma},
+          {"sigmas_from_nominal", scale / sigma},
+          {"diameters_m", {diameter_json(a), diameter_json(b)}}};
+}
+
+/// What a length was estimated in proportion to: the diameters and, where the gyro took part, its scale, as
+/// far as they were not estimated with it.
+Json taken_as_exact(const Json& calibration) {
+  Json names = Json::array();
+  const auto add_unless_free = [&](const std::string& name) {
+    if (parameter_named(calibration, name) == nullptr) names.push_back(name);
+  };
+  for (const Json& wheel : calibration.at("robot").value("wheels", Json::array()))
+    add_unless_free(wheel.get<std::string>() + ".diameter");
+  const bool has_gyro = std::ranges::any_of(calibration.at("parameters"), [](const Json& parameter) {
+    return parameter.at("name").get<std::string>().starts_with("gyro.");
+  });
+  if (has_gyro) add_unless_free("gyro.scale");
+  return names;
 }
 
 Json parameter_answer(const Json& calibration, const std::string& name) {
@@ -74,7 +135,8 @@ Json parameter_answer(const Json& calibration, const std::string& name) {
           {"value", parameter->at("value")},
           {"sigma", parameter->at("sigma_total")},
           {"nominal", parameter->at("nominal")},
-          {"sigmas_from_nominal", parameter->at("sigmas_from_nominal")}};
+          {"sigmas_from_nominal", parameter->at("sigmas_from_nominal")},
+          {"taken_as_exact", parameter->at("unit") == "m" ? taken_as_exact(calibration) : Json::array()}};
 }
 
 /// The first parameter that is no diameter of the pair whose ratio is told already.
@@ -171,8 +233,9 @@ void add(Json answer, Json& answers) {
 
 void attend_calibration(const Json& calibration, Json& attention) {
   const Json ratio = wheel_ratio(calibration);
-  if (!ratio.is_null() && std::abs(number_or_zero(ratio.at("sigmas_from_nominal"))) > kFarSigmas)
-    attention.push_back(ratio);
+  for (const Json& wheels : {ratio, wheel_scale(calibration)})
+    if (!wheels.is_null() && std::abs(number_or_zero(wheels.at("sigmas_from_nominal"))) > kFarSigmas)
+      attention.push_back(wheels);
   for (const Json& parameter : calibration.at("parameters")) {
     const std::string name = parameter.at("name");
     const bool told_by_ratio = !ratio.is_null() && name.ends_with(".diameter");
