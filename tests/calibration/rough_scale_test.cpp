@@ -37,5 +37,18 @@ TEST_P(WheelsOfWrongSize, AreFoundAllTheSameAndToldOf) {
 
 INSTANTIATE_TEST_SUITE_P(By, WheelsOfWrongSize, testing::Values(0.1, 0.5, 0.7, 1.4, 2.0, 40.0));
 
+/// In curves chords of wheels that roll far too far wind up.
+TEST(Stretches, AgreeHoweverFarTheWheelsRollTooFar) {
+  const Robot right = test::nominal_differential();
+  const std::vector<trundle::Run> runs =
+      test::prepared(right, right, {circle(0.6, 1.5, TurnSense::cw), circle(0.6, 1.5, TurnSense::ccw)}, 1);
+  for (const double factor : {1.0, 2.0, 43.7}) {
+    Robot wrong = right;
+    scale_wheels(factor, wrong);
+    EXPECT_TRUE(stretches_agree(runs, wrong)) << factor;
+    EXPECT_NEAR(rough_scale(runs, wrong).value_or(0.0) * factor, 1.0, 0.05);
+  }
+}
+
 }  // namespace
 }  // namespace trundle
