@@ -310,6 +310,14 @@ describe('the report page', { concurrency: 3 }, () => {
     assert.equal(await figure.locator('.cell').count(), names.length ** 2);
   });
 
+  look('a track says what it is in proportion to, where nothing measured that', 'unmeasured', {}, async (page) => {
+    assert.match(await page.locator('.tile', { hasText: 'Track width' }).innerText(), /taking the wheel diameters and the gyro scale as exact/);
+  });
+
+  look('a track says nothing of it where all was estimated', 'demo', {}, async (page) => {
+    assert.doesNotMatch(await page.locator('.tile', { hasText: 'Track width' }).innerText(), /as exact/);
+  });
+
   look('calibrations side by side have their ±', 'pair', {}, async (page) => {
     assert.match(await section(page, 'Parameters and errors').first().locator('tbody').first().innerText(), /\d ± \d/);
   });

@@ -53,20 +53,28 @@ function makeHostile(folder) {
   replaceIn(join(folder, 'trajectory.csv'), (csv) => `# ${script}\n${csv}`);
 }
 
-// {demo, two, hostile, alone, pair}: files of pages; made once.
+// A run of which nothing was measured from outside.
+function withoutReference(run, folder) {
+  mkdirSync(folder);
+  for (const name of ['wheels.csv', 'gyro.csv']) cpSync(join(run, name), join(folder, name));
+}
+
+// {demo, two, hostile, alone, unmeasured, pair}: files of pages; made once.
 export function makePages() {
   mkdirSync(work, { recursive: true });
   const file = (name) => join(work, name);
-  for (const name of ['demo', 'other', 'hostile', 'alone']) rmSync(file(name), { recursive: true, force: true });
+  for (const name of ['demo', 'other', 'hostile', 'alone', 'unmeasured', 'unmeasured_run']) rmSync(file(name), { recursive: true, force: true });
   trundle('run', join(demo, 'slip'), '--robot', join(demo, 'robot.toml'), '--calibrate-on', ...[1, 2, 3].map((i) => join(demo, `session_0${i}`)),
     '--learn', join(demo, 'session_01/tour'), '-o', file('demo'));
   trundle('slam', join(demo, 'slip'), '--robot', join(file('demo'), 'calibrated.toml'), '--filter', 'ekf', '-o', file('other'));
   cpSync(join(file('demo'), 'reference.csv'), join(file('other'), 'reference.csv'));
   trundle('run', join(demo, 'session_01/square_cw_01'), '--robot', join(demo, 'robot.toml'), '-o', file('alone')); // calibrated on itself
+  withoutReference(join(demo, 'session_01/square_cw_01'), file('unmeasured_run'));
+  trundle('run', file('unmeasured_run'), '--robot', join(demo, 'robot.toml'), '-o', file('unmeasured'));
   cpSync(file('demo'), file('hostile'), { recursive: true });
   makeHostile(file('hostile'));
-  for (const name of ['demo', 'hostile', 'alone']) trundle('report', file(name), '-o', file(`${name}.html`));
+  for (const name of ['demo', 'hostile', 'alone', 'unmeasured']) trundle('report', file(name), '-o', file(`${name}.html`));
   trundle('report', file('demo'), file('other'), '-o', file('two.html'));
   trundle('report', file('demo'), file('alone'), '-o', file('pair.html'));
-  return { demo: file('demo.html'), two: file('two.html'), hostile: file('hostile.html'), alone: file('alone.html'), pair: file('pair.html') };
+  return { demo: file('demo.html'), two: file('two.html'), hostile: file('hostile.html'), alone: file('alone.html'), unmeasured: file('unmeasured.html'), pair: file('pair.html') };
 }
