@@ -192,14 +192,14 @@ const Mistake kMistakes[] = {
      0, "the counter of 'left' wraps like one of 16 bits: write tick_bits = 16"},
     {"offset_in_both_files",
      [](Files& f) {
-       replace(f.recording, "\"ms\"\n", "\"ms\"\ntime_offset_s = 0.3\n");
-       f.robot += "time_offset_s = 0.2\n";
+       replace(f.recording, "\"ms\"\n", "\"ms\"\ntime_offset_s = 0.03\n");
+       f.robot += "time_offset_s = 0.02\n";
      },
-     0, "under [gyro] in both mine/recording.toml (0.3000) and mine.toml (0.2000), and they add up"},
+     0, "under [gyro] in both mine/recording.toml (0.0300) and mine.toml (0.0200), and they add up"},
     {"offset_in_the_recording",
-     [](Files& f) { replace(f.recording, "\"ms\"\n", "\"ms\"\ntime_offset_s = 0.3\n"); }, 0,
+     [](Files& f) { replace(f.recording, "\"ms\"\n", "\"ms\"\ntime_offset_s = 0.04\n"); }, 0,
      "under [gyro] in mine/recording.toml"},
-    {"offset_in_the_robot", [](Files& f) { f.robot += "time_offset_s = 0.3\n"; }, 0,
+    {"offset_in_the_robot", [](Files& f) { f.robot += "time_offset_s = 0.04\n"; }, 0,
      "under [gyro] in mine.toml"},
     {"gears_forgotten", [](Files& f) { replace_all(f.robot, "1000", "100"); }, 0,
      "check ticks_per_revolution, gears and diameters"},
