@@ -28,6 +28,10 @@ bool any_turns(const Increment& increment) {
   return std::ranges::any_of(increment.turned, [](double turned) { return turned != 0.0; });
 }
 
+bool has_skid_wheels(const Chassis& chassis) {
+  return std::ranges::any_of(chassis.wheels(), [](const Wheel& w) { return w.kind == WheelKind::skid; });
+}
+
 double wheel_noise(const Chassis& chassis, std::size_t wheel) {
   const double own = chassis.wheels()[wheel].noise_per_sqrt_m;
   return std::isnan(own) ? chassis.noise.wheel_per_sqrt_m : own;

@@ -69,6 +69,9 @@ struct Chassis {
   void add(const Wheel& wheel);
 };
 
+/// Wheels that must scrub in turns.
+bool has_skid_wheels(const Chassis& chassis);
+
 /// 1σ of a wheel's travel [m/√m]: its own, or that of all wheels.
 double wheel_noise(const Chassis& chassis, std::size_t wheel);
 /// Root mean square of that over the wheels; without wheels, the noise of the forward travel.

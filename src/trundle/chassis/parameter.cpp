@@ -73,10 +73,6 @@ void set_track(Chassis& chassis, double track) {
     wheel.y_m = sides->middle() + (wheel.y_m - sides->middle()) * track / sides->track();
 }
 
-bool has_skid_wheels(const Chassis& chassis) {
-  return std::ranges::any_of(chassis.wheels(), [](const Wheel& w) { return w.kind == WheelKind::skid; });
-}
-
 bool exists(const Parameter& parameter, const Robot& robot) {
   const Chassis& chassis = robot.chassis;
   switch (parameter.kind) {

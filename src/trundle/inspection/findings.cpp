@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,16 +13,12 @@
 #include "trundle/chassis/rows.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/io/words.hpp"
+#include "trundle/recording/detail/gyro_against_wheels.hpp"
 
 namespace trundle {
 namespace {
 
 constexpr double kSmallOffset_s = 0.005;  // does no harm
-
-bool skids(const Robot& robot) {
-  return std::ranges::any_of(robot.chassis.wheels(),
-                             [](const Wheel& w) { return w.kind == WheelKind::skid; });
-}
 
 bool is_misread(const Findings& findings) {
   return std::ranges::any_of(findings.problems, is_misreading);
@@ -135,45 +132,25 @@ bool has_two_clocks(const Recording& recording, const Robot& robot) {
          !recording.gyro.time_s.empty() && observability(rows_of(robot.chassis, false)).rank == 3;
 }
 
-/// Turns over pieces of half a second, added up.
-struct Turns {
-  double wheels2 = 0.0, reference2 = 0.0, product = 0.0;
-};
-
-Turns turns_of(const ReferenceStream& reference, const AlignedReadings& readings, const Robot& robot) {
-  constexpr double kPiece_s = 0.5;
-  const Rows rows = rows_of(robot.chassis, false);
-  Turns turns;
-  double by_wheels = 0.0, by_reference = 0.0, duration_s = 0.0;
-  double before = sample_reference(reference, readings.start_s).value.z();
-  for (const Increment& increment : readings.increments) {
-    const double now = sample_reference(reference, increment.time_s).value.z();
-    if (!std::isnan(now - before)) {
-      by_wheels += estimate_twist(rows, readings_of(robot.chassis, rows, increment)).twist.dtheta;
-      by_reference += now - before;
-      duration_s += increment.duration_s;
-    }
-    before = now;
-    if (duration_s < kPiece_s) continue;
-    turns.wheels2 += by_wheels * by_wheels;
-    turns.reference2 += by_reference * by_reference;
-    turns.product += by_wheels * by_reference;
-    by_wheels = by_reference = duration_s = 0.0;
-  }
-  return turns;
+TurnPairs turns_of_reference(const ReferenceStream& reference, const AlignedReadings& readings,
+                             const Robot& robot) {
+  const auto heading_at = [&](double time_s) { return sample_reference(reference, time_s).value.z(); };
+  double before = heading_at(readings.start_s);
+  return turn_pairs(robot, readings, [&](const Increment& increment) {
+    const double now = heading_at(increment.time_s);
+    return now - std::exchange(before, now);
+  });
 }
 
 /// Degrees that were taken for radians, or the other way round; in words, empty: neither. `scale`: how many
 /// times as far the reference moves, which wheels of another size explain, and its turns with it.
-std::string heading_unit_fault(const Turns& turns, double scale) {
-  constexpr double kLeastTurning = 0.1;  // [rad], root of the sum of squares
+std::string heading_unit_fault(const TurnPairs& turns, double scale) {
   constexpr double kTrackIsKnown = 1.3;  // the factor that its ratio to degrees may be off
   const auto are_degrees = [](double ratio) {
     return ratio < degrees(kTrackIsKnown) && ratio > degrees(1.0) / kTrackIsKnown;
   };
-  const double correlation = turns.product / std::sqrt(turns.wheels2 * turns.reference2);
-  if (std::sqrt(turns.wheels2) < kLeastTurning || !(std::abs(correlation) > 0.8)) return {};
-  const double ratio = std::abs(turns.product) / turns.wheels2 / scale;
+  if (std::sqrt(turns.wheels2) < kLeastTurning_rad || !(std::abs(turns.correlation()) > 0.8)) return {};
+  const double ratio = std::abs(turns.slope()) / scale;
   if (are_degrees(ratio))
     return fmt::format(
         "the reference turns {:.0f} times as far as the wheels; degrees would make it 57: write unit = "
@@ -193,13 +170,13 @@ std::string heading_unit_fault(const Turns& turns, double scale) {
 void compare_references(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
                         Findings& findings) {
   const std::string& file = recording.reference.origin.file;
-  if (recording.reference.time_s.empty() || skids(robot) ||
+  if (recording.reference.time_s.empty() || has_skid_wheels(robot.chassis) ||
       observability(rows_of(robot.chassis, false)).rank < 3)
     return;
   const std::vector<Run> runs = {prepare_run(recording, robot, readings)};
   const double times = rough_scale(runs, robot).value_or(1.0);
   const std::string turns =
-      heading_unit_fault(turns_of(recording.reference, readings, robot), times > 0.0 ? times : 1.0);
+      heading_unit_fault(turns_of_reference(recording.reference, readings, robot), times > 0.0 ? times : 1.0);
   if (!turns.empty()) findings.problems.push_back({Severity::warning, "reference unit", file, 1, turns});
   if (!stretches_agree(runs, robot)) return;
   const std::string scale = scale_fault(runs, robot);
@@ -227,7 +204,9 @@ void compare_clocks(const Recording& recording, const AlignedReadings& readings,
 /// The track that the ground gives, where wheels must scrub in turns.
 void find_tracks(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
                  Findings& findings) {
-  if (!skids(robot) || !EffectiveTrack::applies_to(robot.chassis) || recording.gyro.time_s.empty()) return;
+  if (!has_skid_wheels(robot.chassis) || !EffectiveTrack::applies_to(robot.chassis) ||
+      recording.gyro.time_s.empty())
+    return;
   findings.tracks = effective_tracks(readings, robot.chassis);
 }
 

@@ -21,9 +21,7 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot,
 
 /// Where wheels must scrub in turns, the ground sets the track.
 std::vector<TrackOnGround> tracks_of(const AlignedReadings& readings, const Chassis& chassis) {
-  const bool skids =
-      std::ranges::any_of(chassis.wheels(), [](const Wheel& w) { return w.kind == WheelKind::skid; });
-  if (!skids || !EffectiveTrack::applies_to(chassis)) return {};
+  if (!has_skid_wheels(chassis) || !EffectiveTrack::applies_to(chassis)) return {};
   return effective_tracks(readings, chassis);
 }
 

@@ -17,6 +17,7 @@
 #include "trundle/pipeline/slip_answer.hpp"
 #include "trundle/recording/same_data.hpp"
 #include "trundle/report/page.hpp"
+#include "trundle/statistics/median.hpp"
 
 namespace trundle {
 namespace {
@@ -67,9 +68,7 @@ std::vector<std::string> remarks_of(const CalibrationResult& result, const std::
 /// 1σ of position, root of both axes' variances together: the median over all.
 std::string median_sigma_of(std::vector<double> sigmas_m) {
   if (sigmas_m.empty()) return {};
-  const auto middle = sigmas_m.begin() + static_cast<std::ptrdiff_t>(sigmas_m.size() / 2);
-  std::ranges::nth_element(sigmas_m, middle);
-  return fmt::format(", ± {:.3f} m in the median", *middle);
+  return fmt::format(", ± {:.3f} m in the median", median(std::move(sigmas_m)));
 }
 
 /// No reference anywhere, but something seen.

@@ -86,12 +86,6 @@ bool has_wheel(const Recording& recording, const std::string& wheel) {
   return std::any_of(series.begin(), series.end(), [&](const WheelSeries& s) { return s.wheel == wheel; });
 }
 
-bool is_skid_steer(const Robot& robot) {
-  const auto wheels = robot.chassis.wheels();
-  return std::any_of(wheels.begin(), wheels.end(),
-                     [](const Wheel& wheel) { return wheel.kind == WheelKind::skid; });
-}
-
 void tell_missing_sensors(const Recording& recording, const Robot& robot, std::vector<std::string>& missing) {
   for (const std::string& wheel : robot.wheel_names)
     if (!recording.wheels.time_s.empty() && !has_wheel(recording, wheel))
@@ -118,7 +112,8 @@ std::string missing_reference(const Recording& recording, const Robot* robot) {
     return "a reference: nothing was measured from outside the robot and there is no gyro, so nothing can be "
            "calibrated; add reference.csv or "
            "[reference] in recording.toml (closed, distance_m, turns, end_x_m, end_y_m, end_heading_deg)";
-  const std::string track = robot != nullptr && is_skid_steer(*robot) ? "the effective track" : "the track";
+  const std::string track =
+      robot != nullptr && has_skid_wheels(robot->chassis) ? "the effective track" : "the track";
   return fmt::format(
       "a reference: nothing was measured from outside the robot; the gyro against the wheels shows only {} "
       "in proportion to the wheel diameters "

@@ -11,64 +11,39 @@
 namespace trundle {
 namespace {
 
-/// Turns of the wheels and of the gyro over pieces of half a second.
-struct TurnPairs {
-  double wheels2 = 0.0, gyro2 = 0.0, product = 0.0;
-
-  double slope() const { return product / wheels2; }
-  double correlation() const { return product / std::sqrt(wheels2 * gyro2); }
-};
-
-TurnPairs turn_pairs(const Robot& robot, const AlignedReadings& readings) {
-  const Rows rows = rows_of(robot.chassis, false);
-  constexpr double kPiece = 0.5;  // [s]
-  TurnPairs pairs;
-  double by_wheels = 0.0, by_gyro = 0.0, duration_s = 0.0;
-  for (const Increment& increment : readings.increments) {
-    if (!increment.has_gyro) continue;
-    by_wheels += estimate_twist(rows, readings_of(robot.chassis, rows, increment)).twist.dtheta;
-    by_gyro += (increment.gyro_rad - robot.chassis.gyro->bias_rad_s * increment.duration_s) *
-               robot.chassis.gyro->scale;
-    duration_s += increment.duration_s;
-    if (duration_s < kPiece) continue;
-    pairs.wheels2 += by_wheels * by_wheels;
-    pairs.gyro2 += by_gyro * by_gyro;
-    pairs.product += by_wheels * by_gyro;
-    by_wheels = by_gyro = duration_s = 0.0;
-  }
-  return pairs;
+TurnPairs turns_of_gyro(const Robot& robot, const AlignedReadings& readings) {
+  const Gyro& gyro = *robot.chassis.gyro;
+  return turn_pairs(robot, readings, [&](const Increment& increment) {
+    return increment.has_gyro ? (increment.gyro_rad - gyro.bias_rad_s * increment.duration_s) * gyro.scale
+                              : std::numeric_limits<double>::quiet_NaN();
+  });
 }
 
 /// Turns of both; nothing where the robot hardly turns, or only one of the two sees it.
 std::optional<TurnPairs> comparable_turns(const Recording& recording, const Robot& robot,
                                           const AlignedReadings& readings) {
-  constexpr double kLeastTurning = 0.1;  // [rad], root of the sum of squares
   if (!robot.chassis.gyro || recording.gyro.time_s.empty() ||
       observability(rows_of(robot.chassis, false)).rank < 3)
     return std::nullopt;
-  const TurnPairs pairs = turn_pairs(robot, readings);
-  if (std::sqrt(pairs.wheels2) < kLeastTurning || pairs.gyro2 == 0.0) return std::nullopt;
+  const TurnPairs pairs = turns_of_gyro(robot, readings);
+  if (std::sqrt(pairs.wheels2) < kLeastTurning_rad || pairs.other2 == 0.0) return std::nullopt;
   return pairs;
 }
 
 constexpr double kAgree = 0.5;  // correlation of turns that show the same motion
 
-bool is_skid_steer(const Robot& robot) {
-  return std::ranges::any_of(robot.chassis.wheels(),
-                             [](const Wheel& w) { return w.kind == WheelKind::skid; });
-}
-
 /// 57 times too far, as well as the track is known; where wheels scrub it acts wider.
 bool looks_like_degrees(double ratio, const Robot& robot) {
   constexpr double kTrackIsKnown = 1.3, kScrub = 2.5;
   const double degrees = 180.0 / kPi;
-  return ratio < degrees * kTrackIsKnown && ratio > degrees / (is_skid_steer(robot) ? kScrub : kTrackIsKnown);
+  return ratio < degrees * kTrackIsKnown &&
+         ratio > degrees / (has_skid_wheels(robot.chassis) ? kScrub : kTrackIsKnown);
 }
 
 /// Turns as they would be if a wheel counted the other way.
 TurnPairs with_reversed(std::size_t wheel, const Robot& robot, AlignedReadings readings) {
   for (Increment& increment : readings.increments) increment.turned[wheel] = -increment.turned[wheel];
-  return turn_pairs(robot, readings);
+  return turns_of_gyro(robot, readings);
 }
 
 /// Turns that do not agree at all.
@@ -82,6 +57,27 @@ std::string disagreement(const Robot& robot, const AlignedReadings& readings) {
 }
 
 }  // namespace
+
+TurnPairs turn_pairs(const Robot& robot, const AlignedReadings& readings,
+                     const std::function<double(const Increment&)>& other_turn) {
+  constexpr double kPiece_s = 0.5;
+  const Rows rows = rows_of(robot.chassis, false);
+  TurnPairs pairs;
+  double by_wheels = 0.0, by_other = 0.0, duration_s = 0.0;
+  for (const Increment& increment : readings.increments) {
+    const double turn = other_turn(increment);
+    if (std::isnan(turn)) continue;
+    by_wheels += estimate_twist(rows, readings_of(robot.chassis, rows, increment)).twist.dtheta;
+    by_other += turn;
+    duration_s += increment.duration_s;
+    if (duration_s < kPiece_s) continue;
+    pairs.wheels2 += by_wheels * by_wheels;
+    pairs.other2 += by_other * by_other;
+    pairs.product += by_wheels * by_other;
+    by_wheels = by_other = duration_s = 0.0;
+  }
+  return pairs;
+}
 
 std::optional<Problem> wrong_gyro_unit(const Recording& recording, const Robot& robot,
                                        const AlignedReadings& readings) {
@@ -103,7 +99,8 @@ std::optional<Problem> wrong_gyro_unit(const Recording& recording, const Robot& 
         fmt::format("the gyro turns {:.0f} times as far as the wheels; degrees per second would make it "
                     "57: write unit = \"deg/s\" at yaw_rate_rad_s in recording.toml",
                     slope));
-  if (!is_skid_steer(robot) && looks_like_degrees(1.0 / slope, robot))  // scrubbing wheels may turn in vain
+  if (!has_skid_wheels(robot.chassis) &&
+      looks_like_degrees(1.0 / slope, robot))  // scrubbing wheels may turn in vain
     return problem(
         fmt::format("the gyro turns {:.2g} of what the wheels do, where radians taken for degrees would "
                     "make it 1/57: leave out unit = \"deg/s\"",
@@ -125,9 +122,9 @@ void compare_gyro(const Recording& recording, const Robot& robot, const AlignedR
     warn("gyro sign", recording.gyro.origin.file,
          "the gyro turns the other way than the wheels: it is mounted upside down ([gyro] scale = -1) or "
          "left and right are swapped");
-  else if (pairs->correlation() < kAgree && std::sqrt(std::min(pairs->wheels2, pairs->gyro2)) > kMuchTurning)
+  else if (pairs->correlation() < kAgree && std::sqrt(std::min(pairs->wheels2, pairs->other2)) > kMuchTurning)
     warn("gyro against wheels", recording.wheels.origin.file, disagreement(robot, readings));
-  else if (pairs->correlation() > kAgree && !is_skid_steer(robot) &&
+  else if (pairs->correlation() > kAgree && !has_skid_wheels(robot.chassis) &&
            (slope > kFarOff || slope < 1.0 / kFarOff))
     warn("gyro against wheels", recording.wheels.origin.file,
          fmt::format(
@@ -140,7 +137,7 @@ bool turns_contradict(const Recording& recording, const Robot& robot, const Alig
   constexpr double kClearTurning = 0.5;  // [rad], root of the sum of squares
   const auto pairs = comparable_turns(recording, robot, readings);
   return pairs && pairs->correlation() < -kAgree &&
-         std::sqrt(std::min(pairs->wheels2, pairs->gyro2)) > kClearTurning;
+         std::sqrt(std::min(pairs->wheels2, pairs->other2)) > kClearTurning;
 }
 
 }  // namespace trundle

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/report/result_parts.hpp"
+#include "trundle/statistics/median.hpp"
 
 namespace trundle {
 namespace {
@@ -211,10 +212,9 @@ Json map_answer(const Json& result) {
   std::vector<double> axes;
   for (const Json& landmark : map.at("landmarks"))
     if (landmark.at("ellipse95").is_object()) axes.push_back(landmark.at("ellipse95").at("semi_major_m"));
-  std::ranges::sort(axes);
   return {{"kind", "map"},
           {"landmarks", map.at("landmarks").size()},
-          {"median95_m", axes.empty() ? Json(nullptr) : Json(axes[axes.size() / 2])}};
+          {"median95_m", axes.empty() ? Json(nullptr) : Json(median(std::move(axes)))}};
 }
 
 Json gyro_answer(const Json& result) {

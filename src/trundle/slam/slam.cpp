@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "trundle/statistics/median.hpp"
+
 namespace trundle {
 namespace {
 
@@ -51,9 +53,7 @@ class Counter {
   SlamCounts counts() {
     if (nis_.empty()) return counts_;
     for (const double nis : nis_) counts_.mean_nis += nis / static_cast<double>(nis_.size());
-    const auto middle = nis_.begin() + static_cast<std::ptrdiff_t>(nis_.size() / 2);
-    std::ranges::nth_element(nis_, middle);
-    counts_.median_nis = *middle;
+    counts_.median_nis = median(std::move(nis_));
     return counts_;
   }
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "trundle/io/error.hpp"
+#include "trundle/statistics/median.hpp"
 
 namespace trundle {
 namespace {
@@ -47,9 +48,7 @@ class Collector {
     LocalizationCounts& counts = result_.counts;
     if (!nis_.empty()) {
       for (const double nis : nis_) counts.mean_nis += nis / static_cast<double>(nis_.size());
-      const auto middle = nis_.begin() + static_cast<std::ptrdiff_t>(nis_.size() / 2);
-      std::ranges::nth_element(nis_, middle);
-      counts.median_nis = *middle;
+      counts.median_nis = median(std::move(nis_));
     }
     return std::move(result_);
   }
