@@ -65,6 +65,10 @@ export function withSigma(value, sigma, { factor, unit }) {
   return `${fixed(value * factor, decimals)} ± ${joined(fixed(sigma * factor, decimals), unit)}`;
 }
 
+export function lengthWithSigma(metres, sigma) {
+  return withSigma(metres, sigma, lengthUnit([metres]));
+}
+
 // A single length in the unit that suits it.
 export function length(metres) {
   return inUnit(metres, lengthUnit([metres]));

@@ -26,11 +26,11 @@ std::string text_of(const SlipAnswer& answer, const Robot& robot) {
       fmt::format("{} moving intervals judged, {} within a slip ({:.2f} %), {} slips\n", counts.judged,
                   counts.slipping, 100.0 * counts.flagged_share(), answer.report.events.size());
   if (!answer.report.events.empty())
-    text += fmt::format("{:>10} {:>10}  {:<12} {:<8} {:>10} {:>11}\n", "start s", "end s", "wheel", "kind",
-                        "excess m", "confidence");
+    text += fmt::format("{:>10} {:>10}  {:<12} {:<8} {:>10} {:>9} {:>11}\n", "start s", "end s", "wheel",
+                        "kind", "excess m", "± m", "confidence");
   for (const SlipEvent& e : answer.report.events)
-    text += fmt::format("{:10.3f} {:10.3f}  {:<12} {:<8} {:10.4f} {:11.3f}\n", e.start_s, e.end_s,
-                        wheel_of(e, robot), name_of(e.kind), e.excess_m, e.confidence);
+    text += fmt::format("{:10.3f} {:10.3f}  {:<12} {:<8} {:10.4f} {:9.4f} {:11.3f}\n", e.start_s, e.end_s,
+                        wheel_of(e, robot), name_of(e.kind), e.excess_m, e.excess_sigma_m, e.confidence);
   if (!answer.learned)
     text += "the noise is that of the robot file: --learn CLEAN measures it\n";
   else

@@ -452,6 +452,21 @@ TEST(NewcomersRun, StillTellsWhatTheMisreadingDoesNotTouch) {
   EXPECT_THAT(outcome.out, testing::ContainsRegex("evaluation +failed +not done: "));
 }
 
+/// Nor is anything learned from other recordings that are misread.
+TEST(NewcomersRun, LearnsNothingFromOthersThatAreMisread) {
+  const Sample sample;
+  put(drive(), sample.folder());
+  std::filesystem::copy(sample.folder() / "mine", sample.folder() / "other");
+  Files files = drive();
+  replace(files.recording, "rad = 4", "rad = { column = 4, unit = \"deg\" }");
+  write_file(sample.folder() / "other/recording.toml", files.recording);
+  const Outcome outcome = run_program(
+      sample.folder(), {"run", "mine", "--robot", "mine.toml", "--calibrate-on", "other", "-o", "d"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, testing::ContainsRegex("calibration +failed +not done: other/"));
+  EXPECT_THAT(outcome.out, testing::ContainsRegex("odometry +done "));
+}
+
 /// What run has corrected itself is no task for the user.
 TEST(NewcomersRun, NotesTheOffsetThatItCorrected) {
   Files files = drive();

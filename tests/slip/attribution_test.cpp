@@ -21,7 +21,8 @@ struct Tally {
   int ambiguous = 0;
   int wrong = 0;
   int right_kind = 0;
-  double excess_error_m = 0.0;  ///< mean
+  double excess_error_m = 0.0;  ///< sum
+  double excess_z2 = 0.0;       ///< sum of the squares of the error in its own sigmas
 };
 
 Robot robot_with_noise(Chassis chassis) {
@@ -79,7 +80,9 @@ void judge(const Scenario& scenario, const VelocityStream& commands, Tally& tall
     } else if (event.wheel == slip.wheel) {
       ++tally.right;
       tally.right_kind += (event.kind == SlipKind::spin) == slip.spins() ? 1 : 0;
-      tally.excess_error_m += std::abs(event.excess_m - slip.excess_m);
+      const double error_m = event.excess_m - slip.excess_m;
+      tally.excess_error_m += std::abs(error_m);
+      tally.excess_z2 += std::pow(error_m / event.excess_sigma_m, 2);
     } else {
       ++tally.wrong;
     }
@@ -90,10 +93,10 @@ void tell(const char* robot, const Tally& t) {
   fmt::print(
       "  {:<34} {} slips: right {:.2f} %, ambiguous {:.2f} %, wrong {:.2f} %; of the right ones kind {:.2f} "
       "%, "
-      "excess within {:.1f} mm on average\n",
+      "excess within {:.1f} mm on average, rms {:.2f} sigma\n",
       robot, t.detected, 100.0 * t.right / t.detected, 100.0 * t.ambiguous / t.detected,
       100.0 * t.wrong / t.detected, 100.0 * t.right_kind / std::max(1, t.right),
-      1000.0 * t.excess_error_m / std::max(1, t.right));
+      1000.0 * t.excess_error_m / std::max(1, t.right), std::sqrt(t.excess_z2 / std::max(1, t.right)));
 }
 
 Tally attributions(const Robot& robot, bool sideways, bool turning) {
@@ -105,6 +108,13 @@ Tally attributions(const Robot& robot, bool sideways, bool turning) {
   return tally;
 }
 
+/// χ² of the excesses; beginnings and ends that no interval shows make it some percent larger.
+void expect_honest_excess(const Tally& tally) {
+  const double chance = 4.0 * std::sqrt(2.0 / tally.right);
+  EXPECT_GT(tally.excess_z2 / tally.right, 1.0 - chance);
+  EXPECT_LT(tally.excess_z2 / tally.right, 1.15 + chance);
+}
+
 void expect_told_apart(const char* name, const Tally& tally) {
   tell(name, tally);
   ASSERT_GT(tally.detected, 50);
@@ -112,6 +122,7 @@ void expect_told_apart(const char* name, const Tally& tally) {
   EXPECT_LE(tally.ambiguous, 0.02 * tally.detected);
   EXPECT_LE(tally.wrong, 0.01 * tally.detected);
   EXPECT_GE(tally.right_kind, 0.97 * tally.right);
+  expect_honest_excess(tally);
 }
 
 TEST(Attribution, MecanumWithTwoPodsAndGyro) {

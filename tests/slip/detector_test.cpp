@@ -77,6 +77,8 @@ TEST(Detector, ASlipThatBeginsWithinAnIntervalIsStillToldByTheMotionBeforeIt) {
   ASSERT_EQ(events.size(), 1U);
   EXPECT_EQ(events[0].wheel, 1);
   EXPECT_EQ(events[0].kind, SlipKind::spin);
+  EXPECT_NEAR(events[0].excess_m, 0.028 + 3 * 0.06, 1e-9);  // what the first interval lost counts too
+  EXPECT_GT(events[0].excess_sigma_m, 0.01);
 }
 
 void expect_one_event(const Twist2& motion, std::size_t wheel, double excess_m, SlipKind kind,

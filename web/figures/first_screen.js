@@ -1,6 +1,6 @@
 // What was asked, the answer in at most five numbers, and what needs attention, in words.
 import { html, shortened } from '../dom.js';
-import { display, inUnit, isNumber, joined, length, percent, ratioInWords, significant, withSigma } from '../format.js';
+import { display, inUnit, isNumber, joined, length, lengthWithSigma, percent, ratioInWords, significant, withSigma } from '../format.js';
 import { text } from '../strings/en.js';
 
 const mostSentences = 6;
@@ -52,7 +52,7 @@ const tiles = {
     text.answers.wheel_ratio.value(answer.second, answer.first, answer.value >= 0), away(answer, percent(answer.nominal)), ...answer.diameters_m.map(diameter)),
   parameter: (answer, result) => tile(sentence(text.parameter(answer.name)), measured(answer.value, answer.sigma, display(answer.unit)), away(answer, inUnit(answer.nominal, display(answer.unit), 5)), exact(answer, result)),
   slip: (answer) => (answer.count === 0 ? tile(text.answers.slip.title, text.answers.slip.none)
-    : tile(text.answers.slip.title, text.answers.slip.value(answer.count), text.answers.slip.note(length(answer.excess_m), answer.worst_wheel, isNumber(answer.worst_share) ? percent(answer.worst_share) : ''))),
+    : tile(text.answers.slip.title, text.answers.slip.value(answer.count), text.answers.slip.note(lengthWithSigma(answer.excess_m, answer.excess_sigma_m), answer.worst_wheel, isNumber(answer.worst_share) ? percent(answer.worst_share) : ''))),
   map: (answer) => tile(text.answers.map.title, text.answers.map.value(answer.landmarks), isNumber(answer.median95_m) ? text.answers.map.note(length(answer.median95_m)) : null),
   gyro_bias: (answer) => tile(text.answers.gyro_bias.title, measured(answer.value, answer.sigma, display('rad/s')),
     answer.rest_s > 0 ? text.answers.gyro_bias.note(significant(answer.rest_s, 3)) : text.answers.gyro_bias.noRest),
@@ -62,7 +62,7 @@ const sentences = {
   wheel_ratio: (item) => text.attention.wheel_ratio(item.second, item.first, item.value >= 0, percent(Math.abs(item.value)), percent(item.sigma, 1), significant(Math.abs(item.sigmas_from_nominal), 2)),
   wheel_scale: (item) => text.attention.wheel_scale(item.value >= 0, percent(Math.abs(item.value)), percent(item.sigma, 1), significant(Math.abs(item.sigmas_from_nominal), 2), item.diameters_m.map(diameter), item.diameters_m.map(({ nominal }) => inUnit(nominal, display('m'), 5))),
   parameter: (item) => text.attention.parameter(sentence(text.parameter(item.name)), withSigma(item.value, item.sigma, display(item.unit)), inUnit(item.nominal, display(item.unit), 5), significant(Math.abs(item.sigmas_from_nominal), 2)),
-  slip: (item) => text.attention.slip(item.count, length(item.excess_m), item.worst_share > 0.5 ? item.worst_wheel : null),
+  slip: (item) => text.attention.slip(item.count, lengthWithSigma(item.excess_m, item.excess_sigma_m), item.worst_share > 0.5 ? item.worst_wheel : null),
   overconfident: (item) => text.attention.overconfident(text.roles[item.role] ?? item.name, percent(item.share_inside_95), item.reference_is_exact),
   nis: (item) => text.attention.nis(significant(item.mean, 3), significant(item.expected, 2)),
   stage: (item) => text.attention.stage(item.name, item.words),

@@ -65,10 +65,11 @@ std::string quoted_wheel(int wheel, const Robot& robot) {
 }
 
 void print_event(std::string& text, const SlipEvent& event, const Robot& robot) {
-  fmt::format_to(std::back_inserter(text),
-                 R"({{"start_s":{},"end_s":{},"wheel":{},"kind":"{}","excess_m":{},"confidence":{}}})",
-                 event.start_s, event.end_s, quoted_wheel(event.wheel, robot), name_of(event.kind),
-                 event.excess_m, event.confidence);
+  fmt::format_to(
+      std::back_inserter(text),
+      R"({{"start_s":{},"end_s":{},"wheel":{},"kind":"{}","excess_m":{},"confidence":{},"excess_sigma_m":{}}})",
+      event.start_s, event.end_s, quoted_wheel(event.wheel, robot), name_of(event.kind), event.excess_m,
+      event.confidence, event.excess_sigma_m);
 }
 
 void print_verdict(std::string& text, const SlipVerdict& verdict, const Robot& robot) {

@@ -109,8 +109,13 @@ Json to_json(const LearnedSlip& learned, const SlipOptions& options) {
 }
 
 Json to_json(const SlipEvent& event, const Robot& robot) {
-  return {{"start_s", event.start_s},    {"end_s", event.end_s},       {"wheel", wheel_of(event, robot)},
-          {"kind", name_of(event.kind)}, {"excess_m", event.excess_m}, {"confidence", event.confidence}};
+  return {{"start_s", event.start_s},
+          {"end_s", event.end_s},
+          {"wheel", wheel_of(event, robot)},
+          {"kind", name_of(event.kind)},
+          {"excess_m", event.excess_m},
+          {"confidence", event.confidence},
+          {"excess_sigma_m", event.excess_sigma_m}};
 }
 
 Json to_json(const SlipCounts& counts) {

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "trundle/inspection/findings.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/io/words.hpp"
 #include "trundle/pipeline/calibration_answer.hpp"
@@ -14,10 +15,10 @@
 #include "trundle/pipeline/localize_answer.hpp"
 #include "trundle/pipeline/odometry_answer.hpp"
 #include "trundle/pipeline/report_answer.hpp"
+#include "trundle/pipeline/sentences.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
 #include "trundle/recording/same_data.hpp"
 #include "trundle/report/page.hpp"
-#include "trundle/statistics/median.hpp"
 
 namespace trundle {
 namespace {
@@ -41,12 +42,12 @@ void require_something_to_learn_from(const Work& work) {
     throw NotApplicable{"the robot file has a [calibration] already: it is used as it is"};
 }
 
-std::string sentence_of(const IntegratedOdometry& odometry) {
-  const Matrix3& end = odometry.trajectory.covariances.back();
-  const auto& poses = odometry.trajectory.poses;
-  return fmt::format("{:.2f} m in {:.1f} s; at the end ± {:.3f} m and ± {:.2f}°", odometry.path_length_m,
-                     poses.back().time_s - poses.front().time_s, std::sqrt(end(0, 0) + end(1, 1)),
-                     degrees(std::sqrt(end(2, 2))));
+/// The recording itself has passed the health check; those that others are learned from have not.
+void require_read_rightly(std::span<const Recording> training, const Robot& robot) {
+  for (const Recording& recording : training)
+    for (const Problem& problem : find_in(recording, &robot).problems)
+      if (is_misreading(problem))
+        throw CannotAnswer(fmt::format("not done: {}: {}", problem.place, problem.message));
 }
 
 /// What a person should know who uses the calibrated robot; the rest stands in the report.
@@ -63,12 +64,6 @@ std::vector<std::string> remarks_of(const CalibrationResult& result, const std::
   for (const std::string& words : result.notes)
     if (words.starts_with("gyro.time_offset_s")) remarks.push_back("note: corrected: " + words);
   return remarks;
-}
-
-/// 1σ of position, root of both axes' variances together: the median over all.
-std::string median_sigma_of(std::vector<double> sigmas_m) {
-  if (sigmas_m.empty()) return {};
-  return fmt::format(", ± {:.3f} m in the median", median(std::move(sigmas_m)));
 }
 
 /// No reference anywhere, but something seen.
@@ -93,15 +88,6 @@ Told integrate_with(Work& work, const RobotFile& robot, const std::string& name,
 bool has_corrected_clock(const Work& work) {
   const auto &given = work.given.robot.chassis.gyro, &used = work.used.robot.chassis.gyro;
   return given && used && given->time_offset_s != used->time_offset_s;
-}
-
-std::string sentence_of(const SlipReport& report) {
-  double excess_m = 0.0;
-  for (const SlipEvent& event : report.events) excess_m += std::abs(event.excess_m);
-  if (report.events.empty())
-    return fmt::format("no slip in {}", counted(report.counts.judged, "moving interval"));
-  return fmt::format("{}, {:.3f} m of wheel travel that the ground did not see",
-                     counted(report.events.size(), "slip"), excess_m);
 }
 
 SlipQuestion slip_question(const Work& work) {
@@ -134,19 +120,6 @@ MapFile known_map_of(const Work& work) {
   return read_map_file(path);
 }
 
-std::string sentence_of(const LocalizeAnswer& answer) {
-  const auto& stretches = answer.result.stretches;
-  double known_s = 0.0;
-  for (const KnownStretch& stretch : stretches) known_s += stretch.end_s - stretch.start_s;
-  std::vector<double> sigmas_m;
-  for (const Matrix3& covariance : answer.result.trajectory.covariances)
-    sigmas_m.push_back(std::sqrt(covariance(0, 0) + covariance(1, 1)));
-  return fmt::format("on a map of {} the pose is known from {:.2f} s on, for {:.1f} s in {}{}",
-                     counted(answer.landmarks, "landmark"), stretches.front().start_s, known_s,
-                     stretches.size() == 1 ? "one piece" : counted(stretches.size(), "piece"),
-                     median_sigma_of(std::move(sigmas_m)));
-}
-
 /// The filter's estimates first: the smoother has seen more than they had.
 void add_trajectories_of(const SlamAnswer& slam, std::vector<RunTrajectory>& trajectories) {
   trajectories.push_back({"slam online", "slam/online.csv", "with landmarks, from what was seen up to then"});
@@ -156,14 +129,6 @@ void add_trajectories_of(const SlamAnswer& slam, std::vector<RunTrajectory>& tra
   if (slam.smoothed)
     trajectories.push_back({"slam", "slam/trajectory.csv",
                             "with landmarks, smoothed: from all that was seen, before and after"});
-}
-
-std::string sentence_of(const SlamAnswer& slam) {
-  std::vector<double> sigmas_m;
-  for (const auto& landmark : slam.map()) sigmas_m.push_back(std::sqrt(landmark.covariance.trace()));
-  return fmt::format("{} mapped from {}{}, {}", counted(slam.map().size(), "landmark"),
-                     counted(slam.input.observations(), "sighting"), median_sigma_of(std::move(sigmas_m)),
-                     slam.smoothed ? "smoothed" : "which leave too much open to be smoothed");
 }
 
 /// Smoothed; where the sightings do not determine that, what the filter alone can say.
@@ -251,6 +216,7 @@ Told calibrate_robot(Work& work) {
   const bool apart = !work.question.calibrate_on.empty();
   std::vector<Recording> hold_out;
   if (apart) std::ranges::copy_if(work.recordings, std::back_inserter(hold_out), &Recording::has_reference);
+  if (apart) require_read_rightly(work.training, work.given.robot);
   const std::vector<Recording>& training = apart ? work.training : work.recordings;
   const auto answer =
       only_landmarks(training, work.given.robot) ? answer_landmark_calibration : answer_calibration;

@@ -190,10 +190,13 @@ Json slip_answer(const Json& result) {
   const Json& slip = result.at("slip");
   if (slip.is_null()) return nullptr;
   double lost_m = 0.0;
+  double variance_m2 = 0.0;  // NaN: an event does not tell
   std::map<std::string, double> by_wheel;
   for (const Json& event : slip.at("events")) {
     const double excess = std::abs(number_or_zero(event.at("excess_m")));
+    const Json sigma_m = event.value("excess_sigma_m", Json(nullptr));
     lost_m += excess;
+    variance_m2 += sigma_m.is_number() ? std::pow(sigma_m.get<double>(), 2) : std::nan("");
     by_wheel[event.at("wheel")] += excess;
   }
   by_wheel.erase("ambiguous");
@@ -201,6 +204,7 @@ Json slip_answer(const Json& result) {
   return {{"kind", "slip"},
           {"count", slip.at("events").size()},
           {"excess_m", lost_m},
+          {"excess_sigma_m", std::isnan(variance_m2) ? Json(nullptr) : Json(std::sqrt(variance_m2))},
           {"worst_wheel", worst == by_wheel.end() ? Json(nullptr) : Json(worst->first)},
           {"worst_share",
            worst == by_wheel.end() || lost_m == 0.0 ? Json(nullptr) : Json(worst->second / lost_m)}};

@@ -74,6 +74,7 @@ constexpr std::array kSlipRules = {
     JsonRule{"events/*/kind", kString},
     JsonRule{"events/*/excess_m", kNumber | kNull},
     JsonRule{"events/*/confidence", kNumber | kNull},
+    JsonRule{"events/*/excess_sigma_m", kNumber | kNull | kMissing},
     JsonRule{"intervals", kObject},
     JsonRule{"options", kObject | kMissing},
     JsonRule{"options/method", kString | kMissing},

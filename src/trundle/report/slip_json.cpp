@@ -68,7 +68,8 @@ Json slip_json(const Json& document, const ResultTrack* track) {
 }
 
 Json slip_json(const std::filesystem::path& csv, const ResultTrack* track) {
-  const CsvColumns columns(csv, {"start_s", "end_s", "excess_m", "confidence"}, {"wheel", "kind"});
+  const CsvColumns columns(csv, {"start_s", "end_s", "excess_m", "confidence"}, {"wheel", "kind"},
+                           {"excess_sigma_m"});
   Json events = Json::array();
   for (std::size_t i = 0; i < columns.count(); ++i) {
     Json event = {{"start_s", columns.numbers("start_s")[i]}, {"end_s", columns.numbers("end_s")[i]}};
@@ -76,6 +77,7 @@ Json slip_json(const std::filesystem::path& csv, const ResultTrack* track) {
     event["kind"] = columns.texts("kind")[i];
     event["excess_m"] = columns.numbers("excess_m")[i];
     event["confidence"] = columns.numbers("confidence")[i];
+    if (columns.has("excess_sigma_m")) event["excess_sigma_m"] = columns.numbers("excess_sigma_m")[i];
     events.push_back(std::move(event));
   }
   return {{"events", with_places(std::move(events), track)},

@@ -17,9 +17,6 @@ namespace {
 // many intervals without.
 constexpr double kHold = 1.5;
 constexpr int kQuiet = 2;
-// A wheel is named when its posterior probability reaches this and what remains is within its limit.
-constexpr double kCertain = 0.9;
-constexpr double kRestSigmas = 3.72;  // one-sided 1e-4
 // A slipping wheel's reading is doubted by this many times its excess: it pulls the estimate by a percent.
 constexpr double kDoubt = 10.0;
 constexpr double kWorthDoubting = 0.01;  // posterior probability
@@ -31,14 +28,6 @@ constexpr double kBiasAllowance = 2.0;  // sigmas
 
 double squared(double x) {
   return x * x;
-}
-
-/// The limit that χ² exceeds by chance with 1e-4 [Wilson & Hilferty 1931].
-double rest_limit(double dof) {
-  if (dof <= 0.0) return 0.0;
-  const double a = 2.0 / (9.0 * dof);
-  const double root = 1.0 - a + kRestSigmas * std::sqrt(a);
-  return dof * root * root * root;
 }
 
 /// The variance added to a reading with such an excess. A slip that ends within an interval hardly shows in
@@ -100,6 +89,13 @@ void SlipDetector::forget_sums() {
       sum = Sum{};
       sum.e = ParityVector::Zero(parity_.degrees_of_freedom());
     }
+}
+
+/// What was before is no guide.
+void SlipDetector::forget() {
+  forget_sums();
+  recent_.forget();
+  before_ = {};
 }
 
 SlipStatus SlipDetector::status_of(const Increment& interval) const {
@@ -164,19 +160,19 @@ SlipVerdict SlipDetector::step(const JudgedInterval& judged, bool command_change
   verdict.status = status_of(interval);
   if (verdict.status != SlipStatus::judged) {
     end_event(verdict);
-    forget_sums();
-    recent_.forget();
+    forget();
     return verdict;
   }
   const Contradiction c = parity_.contradiction(judged, options_.model ? &*options_.model : nullptr);
   state_statistic(c, verdict);
   if (options_.method == SlipMethod::general && !verdict.alarm) verdict.persistent = accumulate(c, interval);
   judge(c, interval, verdict);
-  if (event_.lasts) correct(c, judged.bias, verdict);
-  if (event_.lasts || may_have_begun(c))
+  if (event_.lasts()) correct(c, judged.bias, verdict);
+  if (event_.lasts() || may_have_begun(c))
     recent_.pass();
   else
     recent_.add(c, interval.duration_s, parity_.wheels());
+  before_ = event_.lasts() ? Excesses{} : excesses_of(c);
   return verdict;
 }
 
@@ -187,72 +183,55 @@ SlipVerdict SlipDetector::finish() {
 }
 
 SlipVerdict SlipDetector::interrupt() {
-  forget_sums();
-  recent_.forget();
+  forget();
   return finish();
 }
 
 void SlipDetector::judge(const Contradiction& c, const Increment& interval, SlipVerdict& verdict) {
-  const bool active = verdict.alarm || verdict.persistent || (event_.lasts && holds_on(c));
-  if (!active) {
-    const int patience = options_.method == SlipMethod::published ? 1 : kQuiet;
-    if (event_.lasts && ++event_.quiet >= patience) {
-      end_event(verdict);
-      forget_sums();
-    }
+  if (!(verdict.alarm || verdict.persistent || (event_.lasts() && holds_on(c)))) {
+    if (event_.lasts()) wait(c, verdict);
     return;
   }
-  if (!event_.lasts) {
-    begin(c, interval, !verdict.alarm);
-  } else {
+  if (event_.lasts())
     add_evidence(c, interval);
-  }
-  event_.quiet = 0;
-  event_.end_s = interval.time_s;
+  else
+    begin(c, interval, !verdict.alarm);
+  event_.lasts_until(interval.time_s);
   verdict.slipping = true;
 }
 
+/// A quiet interval, the first of which the slip may have ended in.
+void SlipDetector::wait(const Contradiction& c, SlipVerdict& verdict) {
+  const int quiet = event_.be_quiet();
+  if (quiet == 1) event_.add_edge(excesses_of(c));
+  if (quiet < (options_.method == SlipMethod::published ? 1 : kQuiet)) return;
+  end_event(verdict);
+  forget_sums();
+}
+
 void SlipDetector::begin(const Contradiction& c, const Increment& interval, bool persistent) {
-  event_ = Evidence{};
-  event_.lasts = true;
-  event_.start_s = interval.time_s - interval.duration_s;
-  if (!persistent) return add_evidence(c, interval);
+  if (!persistent) {
+    event_.begin(interval.time_s - interval.duration_s, checked_);
+    event_.add_edge(before_);
+    return add_evidence(c, interval);
+  }
   const Sum* largest = &sums_[0][0];
   for (const auto& both : sums_)
     for (const Sum& sum : both)
       if (sum.cusum.sum > largest->cusum.sum) largest = &sum;
-  event_.start_s = largest->start_s;
-  add_stretch(c, *largest);
-}
-
-/// All intervals since a cumulative sum left zero, as one.
-void SlipDetector::add_stretch(const Contradiction& c, const Sum& sum) {
-  const double n = sum.intervals;
-  for (std::size_t i = 0; i < parity_.wheels(); ++i) {
-    if (!checked_[i]) continue;
-    const double score = c.towards.col(static_cast<Eigen::Index>(i)).dot(sum.e);
-    event_.misfit[i] += (sum.e.squaredNorm() - squared(score)) / n;
-    event_.excess_m[i] += score * c.excess_sigma_m[i];
-    event_.travel_m[i] += sum.travel[i];
-  }
-  event_.misfit_dof += parity_.degrees_of_freedom() - 1;
-  event_.intervals += sum.intervals;
+  event_.begin(largest->start_s, checked_);
+  event_.add(SlipEvidence::Stretch{c, largest->intervals, largest->e, largest->travel});
 }
 
 void SlipDetector::add_evidence(const Contradiction& c, const Increment& interval) {
-  const bool by_motion =
-      parity_.degrees_of_freedom() == 1 && recent_.decides(c, interval.duration_s, parity_.wheels());
-  for (std::size_t i = 0; i < parity_.wheels(); ++i) {
-    if (!checked_[i]) continue;
-    event_.misfit[i] += std::max(0.0, c.chi2 - squared(c.score[i]));
-    if (by_motion) event_.misfit[i] += recent_.misfit(i, c, interval.duration_s, parity_.wheels());
-    event_.excess_m[i] += c.excess_m[i];
-    event_.travel_m[i] += c.travel[i];
+  SlipEvidence::Interval judged{c, parity_.degrees_of_freedom() - 1, is_stuck(c)};
+  if (parity_.degrees_of_freedom() == 1 && recent_.decides(c, interval.duration_s, parity_.wheels())) {
+    judged.misfit_by_motion.emplace();
+    for (std::size_t i = 0; i < parity_.wheels(); ++i)
+      (*judged.misfit_by_motion)[i] = recent_.misfit(i, c, interval.duration_s, parity_.wheels());
+    judged.degrees_of_freedom += static_cast<int>(parity_.wheels());
   }
-  event_.misfit_dof += parity_.degrees_of_freedom() - 1;
-  if (by_motion) event_.misfit_dof += static_cast<double>(parity_.wheels());
-  ++event_.intervals;
-  if (is_stuck(c)) ++event_.stuck_intervals;
+  event_.add(judged);
 }
 
 /// A slip that begins within an interval may not alarm in it: it is no guide to how the wheels roll.
@@ -263,8 +242,9 @@ bool SlipDetector::may_have_begun(const Contradiction& c) const {
 /// The wheel that slips has not come back yet.
 bool SlipDetector::holds_on(const Contradiction& c) const {
   if (options_.method == SlipMethod::published) return false;
-  const auto i = static_cast<std::size_t>(attribute().likeliest);
-  return c.score[i] * std::copysign(1.0, event_.excess_m[i]) > kHold;
+  const int likeliest = event_.attribute().likeliest;
+  return c.score[static_cast<std::size_t>(likeliest)] * std::copysign(1.0, event_.excess_m(likeliest)) >
+         kHold;
 }
 
 /// Wheels turn while those rows that stand still see every motion that the sensors see at all.
@@ -288,34 +268,15 @@ bool SlipDetector::is_stuck(const Contradiction& c) const {
   return rank(still) == rank(rows.H.topRows(rows.measured));
 }
 
-SlipDetector::Attribution SlipDetector::attribute() const {
-  Attribution result;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < parity_.wheels(); ++i) {
-    if (!checked_[i] || event_.misfit[i] >= least) continue;
-    least = event_.misfit[i];
-    result.likeliest = static_cast<int>(i);
-  }
-  double sum = 0.0;
-  for (std::size_t i = 0; i < parity_.wheels(); ++i) {
-    if (checked_[i]) result.probability[i] = std::exp(-0.5 * (event_.misfit[i] - least));
-    sum += result.probability[i];
-  }
-  for (double& p : result.probability) p /= sum;
-  result.certain = result.probability[static_cast<std::size_t>(result.likeliest)] >= kCertain &&
-                   least <= rest_limit(event_.misfit_dof);
-  return result;
-}
-
 void SlipDetector::correct(const Contradiction& c, const GyroBias& bias, SlipVerdict& verdict) const {
-  const Attribution who = attribute();
+  const SlipEvidence::Attribution who = event_.attribute();
   verdict.wheel = who.certain ? who.likeliest : kAmbiguous;
   if (options_.method == SlipMethod::published && who.certain) return rebuild(c, bias, verdict);
-  const bool stuck = 2 * event_.stuck_intervals > event_.intervals;
+  const bool stuck = event_.is_stuck();
   for (std::size_t i = 0; i < parity_.wheels(); ++i) {
     const bool doubted = stuck         ? c.travel[i] != 0.0
                          : who.certain ? static_cast<int>(i) == who.likeliest
-                                       : checked_[i] && who.probability[i] > kWorthDoubting;
+                                       : who.probability[i] > kWorthDoubting;
     const double excess = stuck ? c.travel[i] : c.excess_m[i];
     if (doubted) verdict.correction.variance[i] = doubt(excess, c.excess_sigma_m[i], verdict.slipping);
   }
@@ -333,23 +294,8 @@ void SlipDetector::rebuild(const Contradiction& c, const GyroBias& bias, SlipVer
 }
 
 void SlipDetector::end_event(SlipVerdict& verdict) {
-  if (!event_.lasts) return;
-  const auto tell = [&](int wheel, SlipKind kind, double excess, double confidence) {
-    verdict.ended[verdict.ended_count++] = {event_.start_s, event_.end_s, wheel, kind, excess, confidence};
-  };
-  const Attribution who = attribute();
-  if (2 * event_.stuck_intervals > event_.intervals) {
-    for (std::size_t i = 0; i < parity_.wheels(); ++i)
-      if (event_.travel_m[i] != 0.0) tell(static_cast<int>(i), SlipKind::stuck, event_.travel_m[i], 1.0);
-  } else {
-    const auto i = static_cast<std::size_t>(who.likeliest);
-    const double ground = event_.travel_m[i] - event_.excess_m[i];
-    const SlipKind kind = !who.certain                         ? SlipKind::unknown
-                          : event_.excess_m[i] * ground >= 0.0 ? SlipKind::spin
-                                                               : SlipKind::skid;
-    tell(who.certain ? who.likeliest : kAmbiguous, kind, event_.excess_m[i], who.probability[i]);
-  }
-  event_ = Evidence{};
+  if (event_.lasts()) verdict.ended_count = event_.tell(verdict.ended);
+  event_.end();
 }
 
 }  // namespace trundle

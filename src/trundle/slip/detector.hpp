@@ -4,6 +4,8 @@
 
 #include "trundle/slip/band.hpp"
 #include "trundle/slip/cusum.hpp"
+#include "trundle/slip/event.hpp"
+#include "trundle/slip/evidence.hpp"
 #include "trundle/slip/parity.hpp"
 #include "trundle/slip/recent_travel.hpp"
 
@@ -12,26 +14,6 @@ namespace trundle {
 enum class SlipMethod {
   general,    ///< any chassis: χ² on what the rows cannot explain, attribution by rows, cumulative sums
   published,  ///< two wheels and a gyro, nearly straight driving: the band of δ and the geometric correction
-};
-
-enum class SlipKind {
-  spin,     ///< the wheel runs ahead of the ground
-  skid,     ///< it falls behind, or is locked
-  stuck,    ///< wheels turn, nothing else moves
-  unknown,  ///< which it is depends on the wheel, and that is ambiguous
-};
-
-inline constexpr int kAmbiguous = -1;
-
-/// A slip from its first interval to its last.
-struct SlipEvent {
-  double start_s = 0.0;
-  double end_s = 0.0;
-  int wheel = kAmbiguous;
-  SlipKind kind = SlipKind::unknown;
-  double excess_m =
-      0.0;  ///< wheel travel − ground travel, in the wheel's own direction; of the likeliest wheel
-  double confidence = 0.0;  ///< posterior probability of that wheel
 };
 
 struct SlipOptions {
@@ -113,7 +95,7 @@ class SlipDetector {
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.recent_, self.sums_, self.event_);
+    archive(self.recent_, self.sums_, self.event_, self.before_);
   }
 
  private:
@@ -130,45 +112,21 @@ class SlipDetector {
       archive(self.cusum, self.start_s, self.intervals, self.e, self.travel);
     }
   };
-  /// What speaks for each wheel in the slip that lasts.
-  struct Evidence {
-    bool lasts = false;
-    double start_s = 0.0;
-    double end_s = 0.0;
-    int quiet = 0;
-    int intervals = 0;
-    int stuck_intervals = 0;
-    double misfit_dof = 0.0;
-    PerWheel misfit{};  ///< −2 log likelihood that this wheel slips
-    PerWheel excess_m{};
-    PerWheel travel_m{};
-
-    template <class Archive, class Self>
-    static void persist(Archive& archive, Self& self) {
-      archive(self.lasts, self.start_s, self.end_s, self.quiet, self.intervals, self.stuck_intervals,
-              self.misfit_dof, self.misfit, self.excess_m, self.travel_m);
-    }
-  };
-  struct Attribution {
-    int likeliest = 0;
-    PerWheel probability{};
-    bool certain = false;
-  };
 
   void state_statistic(const Contradiction& c, SlipVerdict& verdict) const;
   bool accumulate(const Contradiction& c, const Increment& interval);
   void judge(const Contradiction& c, const Increment& interval, SlipVerdict& verdict);
+  void wait(const Contradiction& c, SlipVerdict& verdict);
   void begin(const Contradiction& c, const Increment& interval, bool persistent);
-  void add_stretch(const Contradiction& c, const Sum& sum);
   void add_evidence(const Contradiction& c, const Increment& interval);
   bool may_have_begun(const Contradiction& c) const;
   bool holds_on(const Contradiction& c) const;
   bool is_stuck(const Contradiction& c) const;
-  Attribution attribute() const;
   void correct(const Contradiction& c, const GyroBias& bias, SlipVerdict& verdict) const;
   void rebuild(const Contradiction& c, const GyroBias& bias, SlipVerdict& verdict) const;
   void end_event(SlipVerdict& verdict);
   void forget_sums();
+  void forget();
 
   Parity parity_;
   SlipOptions options_;
@@ -177,7 +135,8 @@ class SlipDetector {
   std::array<bool, kMaxWheels> checked_{};
   RecentTravel recent_;
   std::array<std::array<Sum, 2>, kMaxWheels> sums_{};  ///< of both signs
-  Evidence event_;
+  SlipEvidence event_;
+  Excesses before_{};  ///< in the interval just before, where nothing slipped
 };
 
 }  // namespace trundle

@@ -181,11 +181,20 @@ std::string wheel_of(const SlipEvent& event, const Robot& robot) {
   return event.wheel == kAmbiguous ? "ambiguous" : robot.wheel_names[static_cast<std::size_t>(event.wheel)];
 }
 
+LostTravel lost_travel(std::span<const SlipEvent> events) {
+  LostTravel lost;
+  for (const SlipEvent& event : events) {
+    lost.m += std::abs(event.excess_m);
+    lost.sigma_m = std::hypot(lost.sigma_m, event.excess_sigma_m);
+  }
+  return lost;
+}
+
 std::string to_csv(const std::vector<SlipEvent>& events, const Robot& robot) {
-  std::string text = "start_s,end_s,wheel,kind,excess_m,confidence\n";
+  std::string text = "start_s,end_s,wheel,kind,excess_m,confidence,excess_sigma_m\n";
   for (const SlipEvent& e : events)
-    text += fmt::format("{:.6f},{:.6f},{},{},{:.6f},{:.4f}\n", e.start_s, e.end_s, wheel_of(e, robot),
-                        name_of(e.kind), e.excess_m, e.confidence);
+    text += fmt::format("{:.6f},{:.6f},{},{},{:.6f},{:.4f},{:.6f}\n", e.start_s, e.end_s, wheel_of(e, robot),
+                        name_of(e.kind), e.excess_m, e.confidence, e.excess_sigma_m);
   return text;
 }
 

@@ -56,8 +56,14 @@ SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& comm
 std::vector<JudgedInterval> clean_intervals(const AlignedReadings& readings, const Robot& robot,
                                             double interval_s);
 
-/// `start_s,end_s,wheel,kind,excess_m,confidence`
+/// `start_s,end_s,wheel,kind,excess_m,confidence,excess_sigma_m`
 std::string to_csv(const std::vector<SlipEvent>& events, const Robot& robot);
+/// Travel of all slips that was no motion, whichever way, and its 1σ [m].
+struct LostTravel {
+  double m = 0.0;
+  double sigma_m = 0.0;
+};
+LostTravel lost_travel(std::span<const SlipEvent> events);
 std::string name_of(SlipKind kind);
 std::string name_of(SlipStatus status);
 /// Of the wheel of an event; "ambiguous".

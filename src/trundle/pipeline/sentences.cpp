@@ -1,0 +1,58 @@
+#include "trundle/pipeline/sentences.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "trundle/io/words.hpp"
+#include "trundle/statistics/median.hpp"
+
+namespace trundle {
+namespace {
+
+/// 1σ of position, root of both axes' variances together: the median over all.
+std::string median_sigma_of(std::vector<double> sigmas_m) {
+  if (sigmas_m.empty()) return {};
+  return fmt::format(", ± {:.3f} m in the median", median(std::move(sigmas_m)));
+}
+
+}  // namespace
+
+std::string sentence_of(const IntegratedOdometry& odometry) {
+  const Matrix3& end = odometry.trajectory.covariances.back();
+  const auto& poses = odometry.trajectory.poses;
+  return fmt::format("{:.2f} m in {:.1f} s; at the end ± {:.3f} m and ± {:.2f}°", odometry.path_length_m,
+                     poses.back().time_s - poses.front().time_s, std::sqrt(end(0, 0) + end(1, 1)),
+                     degrees(std::sqrt(end(2, 2))));
+}
+
+std::string sentence_of(const SlipReport& report) {
+  if (report.events.empty())
+    return fmt::format("no slip in {}", counted(report.counts.judged, "moving interval"));
+  const LostTravel lost = lost_travel(report.events);
+  return fmt::format("{}, {:.3f} ± {:.3f} m of wheel travel that the ground did not see",
+                     counted(report.events.size(), "slip"), lost.m, lost.sigma_m);
+}
+
+std::string sentence_of(const LocalizeAnswer& answer) {
+  const auto& stretches = answer.result.stretches;
+  double known_s = 0.0;
+  for (const KnownStretch& stretch : stretches) known_s += stretch.end_s - stretch.start_s;
+  std::vector<double> sigmas_m;
+  for (const Matrix3& covariance : answer.result.trajectory.covariances)
+    sigmas_m.push_back(std::sqrt(covariance(0, 0) + covariance(1, 1)));
+  return fmt::format("on a map of {} the pose is known from {:.2f} s on, for {:.1f} s in {}{}",
+                     counted(answer.landmarks, "landmark"), stretches.front().start_s, known_s,
+                     stretches.size() == 1 ? "one piece" : counted(stretches.size(), "piece"),
+                     median_sigma_of(std::move(sigmas_m)));
+}
+
+std::string sentence_of(const SlamAnswer& slam) {
+  std::vector<double> sigmas_m;
+  for (const auto& landmark : slam.map()) sigmas_m.push_back(std::sqrt(landmark.covariance.trace()));
+  return fmt::format("{} mapped from {}{}, {}", counted(slam.map().size(), "landmark"),
+                     counted(slam.input.observations(), "sighting"), median_sigma_of(std::move(sigmas_m)),
+                     slam.smoothed ? "smoothed" : "which leave too much open to be smoothed");
+}
+
+}  // namespace trundle

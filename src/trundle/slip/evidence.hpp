@@ -1,0 +1,96 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+
+#include "trundle/slip/event.hpp"
+#include "trundle/slip/parity.hpp"
+
+namespace trundle {
+
+/// Wheel travel that was no motion of the ground, added up over intervals.
+struct ExcessSum {
+  double m = 0.0;
+  double variance_m2 = 0.0;  ///< by what errs independently in each interval
+  double by_bias_m = 0.0;    ///< by 1σ of the gyro's bias, the same in all intervals
+
+  /// So many intervals like this one, with that excess together.
+  void add(double excess_m, const Contradiction& c, std::size_t wheel, double intervals = 1.0);
+  void add(const ExcessSum& other);
+  double sigma_m() const;
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.m, self.variance_m2, self.by_bias_m);
+  }
+};
+
+/// Of each wheel, were it the one that slips.
+using Excesses = std::array<ExcessSum, kMaxWheels>;
+Excesses excesses_of(const Contradiction& c);
+
+/// What speaks for each wheel in a slip that lasts, and how much it slips. docs/slip.md, 'Which wheel'.
+class SlipEvidence {
+ public:
+  bool lasts() const { return lasts_; }
+  /// A slip of one of the wheels that other readings check.
+  void begin(double start_s, std::span<const bool> checked);
+  void end() { *this = {}; }
+  /// Lasts until then at least.
+  void lasts_until(double end_s);
+  /// One more interval without; how many there are by now.
+  int be_quiet() { return ++quiet_; }
+
+  struct Interval {
+    const Contradiction& c;
+    int degrees_of_freedom = 0;
+    bool is_stuck = false;
+    std::optional<PerWheel> misfit_by_motion = {};  ///< eq. 9, where that decides
+  };
+  void add(const Interval& interval);
+  /// Many intervals as one: the sum of their residuals e and of what wheels travelled.
+  struct Stretch {
+    const Contradiction& c;  ///< the last of them
+    int intervals = 0;
+    const ParityVector& e;
+    const PerWheel& travel_m;
+  };
+  void add(const Stretch& stretch);
+  /// The interval before the first or after the last: the slip may have begun or ended within, unnoticed.
+  void add_edge(const Excesses& excesses);
+
+  struct Attribution {
+    int likeliest = 0;
+    PerWheel probability{};
+    bool certain = false;
+  };
+  Attribution attribute() const;
+  /// More often than not nothing but wheels moves.
+  bool is_stuck() const { return 2 * stuck_intervals_ > intervals_; }
+  double excess_m(int wheel) const { return excess_[static_cast<std::size_t>(wheel)].m; }
+  /// One event, or one for each wheel that turns while the robot is stuck; how many.
+  std::size_t tell(std::span<SlipEvent> events) const;
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.lasts_, self.start_s_, self.end_s_, self.quiet_, self.intervals_, self.stuck_intervals_,
+            self.misfit_dof_, self.misfit_, self.excess_, self.travel_);
+  }
+
+ private:
+  SlipEvent likeliest_event() const;
+
+  bool lasts_ = false;
+  double start_s_ = 0.0;
+  double end_s_ = 0.0;
+  int quiet_ = 0;
+  int intervals_ = 0;
+  int stuck_intervals_ = 0;
+  double misfit_dof_ = 0.0;
+  PerWheel misfit_{};  ///< −2 log likelihood that this wheel slips; infinite where nothing checks it
+  Excesses excess_{};
+  Excesses travel_{};  ///< all of it is excess where the robot is stuck
+};
+
+}  // namespace trundle
