@@ -31,9 +31,9 @@ class Hungarian {
 
   void assign(Index first) {
     const auto columns = at(cost_.cols());
-    std::vector<double> distance(columns, std::numeric_limits<double>::infinity());
-    std::vector<Index> before(columns, kNone);  // column from which a column is reached
-    std::vector<bool> done(columns, false);
+    distance_.assign(columns, std::numeric_limits<double>::infinity());
+    before_.assign(columns, kNone);
+    done_.assign(columns, false);
     Index row = first;
     Index column = kNone;
     double reached = 0.0;
@@ -41,36 +41,35 @@ class Hungarian {
       const Index from = column;
       column = kNone;
       for (Index c = 0; c < cost_.cols(); ++c) {
-        if (done[at(c)]) continue;
+        if (done_[at(c)]) continue;
         const double step = reached + cost_(row, c) - row_price_[row] - column_price_[c];
-        if (step < distance[at(c)]) {
-          distance[at(c)] = step;
-          before[at(c)] = from;
+        if (step < distance_[at(c)]) {
+          distance_[at(c)] = step;
+          before_[at(c)] = from;
         }
-        if (column == kNone || distance[at(c)] < distance[at(column)]) column = c;
+        if (column == kNone || distance_[at(c)] < distance_[at(column)]) column = c;
       }
-      done[at(column)] = true;
-      reached = distance[at(column)];
+      done_[at(column)] = true;
+      reached = distance_[at(column)];
       row = row_of_[at(column)];
     } while (row != kNone);
-    raise_prices(first, distance, done, reached);
-    exchange(first, column, before);
+    raise_prices(first, reached);
+    exchange(first, column);
   }
 
-  void raise_prices(Index first, const std::vector<double>& distance, const std::vector<bool>& done,
-                    double reached) {
+  void raise_prices(Index first, double reached) {
     row_price_[first] += reached;
     for (Index c = 0; c < cost_.cols(); ++c) {
-      if (!done[at(c)]) continue;
-      column_price_[c] -= reached - distance[at(c)];
-      if (const Index row = row_of_[at(c)]; row != kNone) row_price_[row] += reached - distance[at(c)];
+      if (!done_[at(c)]) continue;
+      column_price_[c] -= reached - distance_[at(c)];
+      if (const Index row = row_of_[at(c)]; row != kNone) row_price_[row] += reached - distance_[at(c)];
     }
   }
 
-  void exchange(Index first, Index column, const std::vector<Index>& before) {
-    while (before[at(column)] != kNone) {
-      row_of_[at(column)] = row_of_[at(before[at(column)])];
-      column = before[at(column)];
+  void exchange(Index first, Index column) {
+    while (before_[at(column)] != kNone) {
+      row_of_[at(column)] = row_of_[at(before_[at(column)])];
+      column = before_[at(column)];
     }
     row_of_[at(column)] = first;
   }
@@ -79,6 +78,10 @@ class Hungarian {
   Eigen::VectorXd row_price_;
   Eigen::VectorXd column_price_;
   std::vector<Index> row_of_;  ///< by column
+  // Of the row that is being assigned, by column.
+  std::vector<double> distance_;
+  std::vector<Index> before_;  ///< column from which a column is reached
+  std::vector<bool> done_;
 };
 
 }  // namespace

@@ -1,7 +1,7 @@
 #include "trundle/slam/association/association.hpp"
 
 #include <algorithm>
-#include <map>
+#include <vector>
 
 #include "trundle/slam/association/assignment.hpp"
 
@@ -13,13 +13,14 @@ using Index = Eigen::Index;
 // More than any sum of costs that matter; small enough to keep their digits.
 constexpr double kForbidden = 1e7;
 
-/// Columns of the landmarks that somebody may have seen.
-std::map<LandmarkId, Index> columns_of(const std::vector<std::vector<Fit>>& fits, double gate) {
-  std::map<LandmarkId, Index> columns;
+/// Landmarks that somebody may have seen, each once.
+std::vector<LandmarkId> possible_landmarks(const std::vector<std::vector<Fit>>& fits, double gate) {
+  std::vector<LandmarkId> landmarks;
   for (const auto& of_one : fits)
     for (const Fit& fit : of_one)
-      if (fit.nis <= gate) columns.try_emplace(fit.landmark, static_cast<Index>(columns.size()));
-  return columns;
+      if (fit.nis <= gate && std::ranges::find(landmarks, fit.landmark) == landmarks.end())
+        landmarks.push_back(fit.landmark);
+  return landmarks;
 }
 
 /// Within the gate of a landmark that another observation shows is no doubt: both are there.
@@ -38,23 +39,24 @@ double cost_of_new(const AssociationOptions& options) {
 // Eq. 21: a column for each landmark, and one for each observation that stands for 'none of them'.
 std::vector<Associated> associate(const std::vector<std::vector<Fit>>& fits,
                                   const AssociationOptions& options) {
-  const std::map<LandmarkId, Index> columns = columns_of(fits, options.gate);
+  const std::vector<LandmarkId> possible = possible_landmarks(fits, options.gate);
   const auto rows = static_cast<Index>(fits.size());
-  const auto landmarks = static_cast<Index>(columns.size());
+  const auto landmarks = static_cast<Index>(possible.size());
   Eigen::MatrixXd cost = Eigen::MatrixXd::Constant(rows, landmarks + rows, kForbidden);
   const double none = cost_of_new(options);
-  std::vector<LandmarkId> landmark_of(columns.size());
-  for (const auto& [landmark, column] : columns) landmark_of[static_cast<std::size_t>(column)] = landmark;
+  const auto column_of = [&](LandmarkId landmark) {
+    return std::ranges::find(possible, landmark) - possible.begin();
+  };
   for (Index row = 0; row < rows; ++row) {
     cost(row, landmarks + row) = none;
     for (const Fit& fit : fits[static_cast<std::size_t>(row)])
-      if (fit.nis <= options.gate) cost(row, columns.at(fit.landmark)) = fit.minus_two_log_p;
+      if (fit.nis <= options.gate) cost(row, column_of(fit.landmark)) = fit.minus_two_log_p;
   }
   const std::vector<Index> chosen = cheapest_assignment(cost);
   std::vector<Associated> result(fits.size());
   for (std::size_t i = 0; i < fits.size(); ++i) {
     if (chosen[i] < landmarks)
-      result[i] = {Association::matched, landmark_of[static_cast<std::size_t>(chosen[i])]};
+      result[i] = {Association::matched, possible[static_cast<std::size_t>(chosen[i])]};
     else if (!is_doubtful(fits[i], options))
       result[i].kind = Association::fresh;
   }

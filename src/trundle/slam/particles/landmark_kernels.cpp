@@ -125,35 +125,6 @@ void gather(const LandmarkColumns& from, const Column<std::uint32_t>& ancestors,
     gather_as<double>(from, ancestors, range, to);
 }
 
-/// S' + A Q Aᵀ, Q the covariance of a twist of the sensor.
-template <class Real>
-struct LaneTotal {
-  Vec<Real> along, mixed, across;
-  Vec<Real> determinant;
-};
-
-template <class Real>
-HWY_INLINE LaneTotal<Real> total_covariance(const LaneSymmetric<Real>& Q, const LaneSensor<Real>& sensor,
-                                            const LaneSight<Real>& s) {
-  const LaneDirection<Real> at = direction_of(sensor, s);
-  const Vec<Real> zero = hn::Zero(Tag<Real>());
-  const LaneTriple<Real> along = {at.cos, at.sin, zero};
-  const LaneTriple<Real> across = {zero - at.sin, at.cos, s.range};
-  const LaneTriple<Real> Qa = times(Q, along);
-  const LaneTriple<Real> Qc = times(Q, across);
-  const Vec<Real> aa = s.s_along + dot(along, Qa);
-  const Vec<Real> ac = s.p_mixed + dot(across, Qa);
-  const Vec<Real> cc = s.s_across + dot(across, Qc);
-  return {aa, ac, cc, aa * cc - ac * ac};
-}
-
-template <class Real>
-HWY_INLINE Vec<Real> nis_of(const LaneSight<Real>& s, const LaneTotal<Real>& S) {
-  return (s.along * (S.across * s.along - S.mixed * s.across) +
-          s.across * (S.along * s.across - S.mixed * s.along)) /
-         S.determinant;
-}
-
 // Eq. 14.
 template <class Real>
 void surprises_as(const KnownReading& known, const SensorColumns& sensors, const Matrix3& covariance,
@@ -175,126 +146,6 @@ void surprises_of(const KnownReading& known, const SensorColumns& sensors, const
     surprises_as<float>(known, sensors, covariance, range, surprises);
   else
     surprises_as<double>(known, sensors, covariance, range, surprises);
-}
-
-HWY_INLINE void store_choices(Vec<float> x, std::int32_t* to) {
-  const hn::RebindToSigned<Tag<float>> d;
-  hn::Store(hn::ConvertTo(d, x), d, to);
-}
-HWY_INLINE void store_choices(Vec<double> x, std::int32_t* to) {
-  const hn::Rebind<std::int32_t, Tag<double>> d;
-  hn::Store(hn::DemoteTo(d, x), d, to);
-}
-
-HWY_INLINE hn::Mask<Tag<float>> is_choice(Tag<float> d, const std::int32_t* choices, std::int32_t chosen) {
-  const hn::RebindToSigned<Tag<float>> di;
-  return hn::RebindMask(d, hn::Load(di, choices) == hn::Set(di, chosen));
-}
-HWY_INLINE hn::Mask<Tag<double>> is_choice(Tag<double> d, const std::int32_t* choices, std::int32_t chosen) {
-  const hn::RebindToSigned<Tag<double>> di;
-  const hn::Rebind<std::int32_t, Tag<double>> narrow;
-  return hn::RebindMask(d, hn::PromoteTo(di, hn::Load(narrow, choices)) == hn::Set(di, chosen));
-}
-
-template <class Real>
-void take_as(const std::int32_t* choices, const Candidate& from, ParticleRange range, LandmarkColumns& to) {
-  const Tag<Real> d;
-  const Vector2 apart = from.columns->origin() - to.origin();
-  const Vec<Real> zero = hn::Zero(d);
-  const std::array<Vec<Real>, LandmarkColumns::kColumns> shift = {lanes<Real>(apart.x()),
-                                                                  lanes<Real>(apart.y()), zero, zero, zero};
-  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(d)) {
-    const auto mask = is_choice(d, choices + i, static_cast<std::int32_t>(from.landmark));
-    if (hn::AllFalse(d, mask)) continue;
-    for (std::size_t k = 0; k < LandmarkColumns::kColumns; ++k) {
-      const Vec<Real> x = hn::Load(d, from.columns->numbers<Real>() + k * from.columns->stride() + i);
-      Real* const place = to.numbers<Real>() + k * to.stride() + i;
-      hn::Store(hn::IfThenElse(mask, x + shift[k], hn::Load(d, place)), d, place);
-    }
-  }
-}
-
-void take(const std::int32_t* choices, const Candidate& from, ParticleRange range, LandmarkColumns& to) {
-  if (to.precision() == Precision::float32)
-    take_as<float>(choices, from, range, to);
-  else
-    take_as<double>(choices, from, range, to);
-}
-
-/// What one reading costs a group of particles, for each candidate: −2 log p, where they may choose it.
-template <class Real>
-struct LaneCosts {
-  std::array<bool, kMostCandidates> is_possible;  ///< for any of them
-  std::array<Vec<Real>, kMostCandidates> of;      ///< where it is
-  Vec<Real> least;
-  Vec<Real> otherwise;  ///< kFresh or kDoubtful
-};
-
-template <class Real>
-HWY_INLINE LaneCosts<Real> costs_of(const ReadingTerms& reading, std::span<const Candidate> candidates,
-                                    const Choosing& choosing, std::size_t i) {
-  const AssociationOptions& options = choosing.options;
-  const LaneSymmetric<Real> Q = symmetric<Real>(choosing.sensor_covariance);
-  const LaneSensor<Real> sensor = load_sensor<Real>(choosing.sensors, i);
-  const Vec<Real> gate = lanes<Real>(options.gate);
-  const Vec<Real> zero = hn::Zero(Tag<Real>());
-  LaneCosts<Real> costs;
-  costs.least = lanes<Real>(cost_of_new(options));
-  costs.otherwise = lanes<Real>(kFresh);
-  for (std::size_t c = 0; c < candidates.size(); ++c) {
-    const LandmarkColumns& columns = *candidates[c].columns;
-    const LaneLandmark<Real> m = load_landmark<Real>(columns.numbers<Real>() + i, columns.stride());
-    const LaneSight<Real> s = sight_of(sensor, reading, columns.origin() - choosing.sensors.origin, m);
-    const LaneTotal<Real> S = total_covariance(Q, sensor, s);
-    const Vec<Real> nis = nis_of(s, S);
-    const auto passes = hn::And(m.xx >= zero, nis <= gate);
-    const auto is_near =
-        hn::And(hn::And(m.xx >= zero, nis > gate), nis <= lanes<Real>(options.doubt * options.gate));
-    costs.otherwise = hn::IfThenElse(is_near, lanes<Real>(kDoubtful), costs.otherwise);
-    costs.is_possible[c] = !hn::AllFalse(Tag<Real>(), passes);
-    if (!costs.is_possible[c]) continue;
-    const Vec<Real> cost = nis + log<Real>(S.determinant * s.inverse_range * s.inverse_range) +
-                           lanes<Real>(2.0 * std::log(2.0 * kPi));
-    costs.of[c] = hn::IfThenElse(passes, cost, lanes<Real>(1e9));
-    costs.least = hn::Min(costs.least, costs.of[c]);
-  }
-  return costs;
-}
-
-// Eq. 54.
-template <class Real>
-void choices_as(const ReadingTerms& reading, std::span<const Candidate> candidates, const Choosing& choosing,
-                ParticleRange range, std::int32_t* choices) {
-  const Vec<Real> half = lanes<Real>(-0.5);
-  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
-    const LaneCosts<Real> costs = costs_of<Real>(reading, candidates, choosing, i);
-    const auto relative = [&](Vec<Real> cost) HWY_ATTR { return exp(half * (cost - costs.least)); };
-    const Vec<Real> none = relative(lanes<Real>(cost_of_new(choosing.options)));
-    std::array<Vec<Real>, kMostCandidates> share;
-    Vec<Real> all = none;
-    for (std::size_t c = 0; c < candidates.size(); ++c)
-      if (costs.is_possible[c]) all = all + (share[c] = relative(costs.of[c]));
-    Vec<Real> left = load<Real>(choosing.chance + i) * all - none;
-    Vec<Real> choice = costs.otherwise;
-    Vec<Real> chosen = none;
-    for (std::size_t c = 0; c < candidates.size(); ++c) {
-      if (!costs.is_possible[c]) continue;
-      const auto takes = hn::And(left >= hn::Zero(Tag<Real>()), share[c] > hn::Zero(Tag<Real>()));
-      choice = hn::IfThenElse(takes, lanes<Real>(candidates[c].landmark), choice);
-      chosen = hn::IfThenElse(takes, share[c], chosen);
-      left = left - share[c];
-    }
-    store_choices(choice, choices + i);
-    add<Real>(log<Real>(all / chosen), choosing.log_weights + i);
-  }
-}
-
-void choices_of(const ReadingTerms& reading, std::span<const Candidate> candidates, const Choosing& choosing,
-                ParticleRange range, std::int32_t* choices) {
-  if (candidates.front().columns->precision() == Precision::float32)
-    choices_as<float>(reading, candidates, choosing, range, choices);
-  else
-    choices_as<double>(reading, candidates, choosing, range, choices);
 }
 
 /// Lower C with C Cᵀ = A.
@@ -478,8 +329,6 @@ HWY_EXPORT(gather);
 HWY_EXPORT(weigh);
 HWY_EXPORT(first);
 HWY_EXPORT(surprises_of);
-HWY_EXPORT(take);
-HWY_EXPORT(choices_of);
 HWY_EXPORT(gaussians);
 
 void gather_landmark(const LandmarkColumns& from, const Column<std::uint32_t>& ancestors, ParticleRange range,
@@ -500,19 +349,6 @@ void set_first_estimates(const ReadingTerms& reading, const SensorColumns& senso
 void set_surprises(const KnownReading& known, const SensorColumns& sensors, const Matrix3& sensor_covariance,
                    ParticleRange range, TripleColumns& surprises) {
   HWY_DYNAMIC_DISPATCH(surprises_of)(known, sensors, sensor_covariance, range, surprises);
-}
-
-void choose_landmarks(const ReadingTerms& reading, std::span<const Candidate> candidates,
-                      const Choosing& choosing, ParticleRange range, std::int32_t* choices) {
-  if (candidates.empty())
-    std::fill(choices + range.first, choices + range.last, kFresh);
-  else
-    HWY_DYNAMIC_DISPATCH(choices_of)(reading, candidates, choosing, range, choices);
-}
-
-void take_chosen(const std::int32_t* choices, const Candidate& from, ParticleRange range,
-                 LandmarkColumns& to) {
-  HWY_DYNAMIC_DISPATCH(take)(choices, from, range, to);
 }
 
 void draw_from_gaussians(std::span<const KnownReading> readings, const GaussianProposal& proposal,

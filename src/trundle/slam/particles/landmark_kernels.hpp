@@ -2,7 +2,6 @@
 
 #include <span>
 
-#include "trundle/slam/association/association.hpp"
 #include "trundle/slam/particles/landmark_columns.hpp"
 #include "trundle/slam/particles/particle_landmark.hpp"
 
@@ -37,34 +36,6 @@ void set_first_estimates(const ReadingTerms& reading, const SensorColumns& senso
 /// its frame. Eq. 14.
 void set_surprises(const KnownReading& known, const SensorColumns& sensors, const Matrix3& sensor_covariance,
                    ParticleRange range, TripleColumns& surprises);
-
-/// What a particle takes a reading for, where it is no landmark of its map.
-inline constexpr std::int32_t kFresh = -1;     ///< a new one
-inline constexpr std::int32_t kDoubtful = -2;  ///< near one, yet not it
-
-/// A landmark that a reading may show.
-struct Candidate {
-  LandmarkId landmark;
-  LandmarkColumns* columns;  ///< of today's particles
-};
-inline constexpr std::size_t kMostCandidates = 16;
-
-/// How particles choose.
-struct Choosing {
-  const SensorColumns& sensors;
-  Matrix3 sensor_covariance;  ///< of a twist in the sensor's frame: its own uncertainty
-  AssociationOptions options;
-  const double* chance;  ///< uniform in (0, 1), one for each particle
-  double* log_weights;   ///< take what a particle could have chosen over what it has chosen
-};
-/// For each particle one of the candidates, or kFresh, or kDoubtful, with the probability that the reading
-/// shows it if there is no other reading. docs/slam.md, eq. 54.
-void choose_landmarks(const ReadingTerms& reading, std::span<const Candidate> candidates,
-                      const Choosing& choosing, ParticleRange range, std::int32_t* choices);
-
-/// to = what the particles that chose it have of this candidate; the others keep what they have.
-void take_chosen(const std::int32_t* choices, const Candidate& from, ParticleRange range,
-                 LandmarkColumns& to);
 
 /// The Gaussian of each particle's pose after its sightings, in n of eq. 15, of which each draws one: eq. 16.
 struct GaussianProposal {

@@ -216,6 +216,35 @@ HWY_INLINE LaneSensor<Real> moved(const LaneSensor<Real>& sensor, const LaneTrip
           c * half.cos - s * half.sin, s * half.cos + c * half.sin};
 }
 
+/// S' + A Q Aᵀ, Q the covariance of a twist of the sensor.
+template <class Real>
+struct LaneTotal {
+  Vec<Real> along, mixed, across;
+  Vec<Real> determinant;
+};
+
+template <class Real>
+HWY_INLINE LaneTotal<Real> total_covariance(const LaneSymmetric<Real>& Q, const LaneSensor<Real>& sensor,
+                                            const LaneSight<Real>& s) {
+  const LaneDirection<Real> at = direction_of(sensor, s);
+  const Vec<Real> zero = hn::Zero(Tag<Real>());
+  const LaneTriple<Real> along = {at.cos, at.sin, zero};
+  const LaneTriple<Real> across = {zero - at.sin, at.cos, s.range};
+  const LaneTriple<Real> Qa = times(Q, along);
+  const LaneTriple<Real> Qc = times(Q, across);
+  const Vec<Real> aa = s.s_along + dot(along, Qa);
+  const Vec<Real> ac = s.p_mixed + dot(across, Qa);
+  const Vec<Real> cc = s.s_across + dot(across, Qc);
+  return {aa, ac, cc, aa * cc - ac * ac};
+}
+
+template <class Real>
+HWY_INLINE Vec<Real> nis_of(const LaneSight<Real>& s, const LaneTotal<Real>& S) {
+  return (s.along * (S.across * s.along - S.mixed * s.across) +
+          s.across * (S.along * s.across - S.mixed * s.along)) /
+         S.determinant;
+}
+
 }  // namespace trundle::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

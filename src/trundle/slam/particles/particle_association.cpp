@@ -1,9 +1,7 @@
 #include "trundle/slam/particles/particle_association.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numeric>
 
 #include <Eigen/LU>
 
@@ -51,16 +49,6 @@ Expected expected_of(const SensorAt& sensor, const Matrix3& sensor_covariance, c
   const double nis = innovation.dot(S.inverse() * innovation);
   const double log_det = std::log(S.determinant() / (s.range * s.range));
   return {{s.along, s.across / s.range}, nis, nis + log_det + 2.0 * std::log(2.0 * kPi)};
-}
-
-/// Weight of the particles of which something holds. Sums of kParticleLanes columns side by side, none of
-/// which waits for another; what pads has no weight.
-template <class Holds>
-double share_where(const Column<double>& weights, Holds holds) {
-  std::array<double, kParticleLanes> sums{};
-  for (std::size_t i = 0; i < weights.size(); i += kParticleLanes)
-    for (std::size_t k = 0; k < kParticleLanes; ++k) sums[k] += holds(i + k) ? weights[i + k] : 0.0;
-  return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
 bool share_a_candidate(std::span<const Candidate> a, std::span<const Candidate> b) {
@@ -178,11 +166,13 @@ void ParticleAssociation::exclude_each_other(const View& view) {
   group_by_candidates();
   std::vector<Sighting*> group;
   std::vector<std::int32_t> conflict;
+  std::vector<std::vector<Fit>> fits;
   for (std::size_t number = 0; number < sightings_; ++number) {
     group.clear();
     for (Sighting& sighting : sightings())
       if (sighting.group == number) group.push_back(&sighting);
     if (group.size() < 2) continue;
+    fits.resize(group.size());
     conflict.assign(particles_.count, 0);
     for (std::size_t k = 1; k < group.size(); ++k)
       for (std::size_t j = 0; j < k; ++j) {
@@ -193,15 +183,14 @@ void ParticleAssociation::exclude_each_other(const View& view) {
               static_cast<std::int32_t>(one[i] == other[i]) & static_cast<std::int32_t>(one[i] >= 0);
       }
     for (std::size_t i = 0; i < particles_.count; ++i)
-      if (conflict[i] != 0) decide_together(group, i, view);
+      if (conflict[i] != 0) decide_together(group, i, view, fits);
   }
 }
 
 /// Eq. 21.
 void ParticleAssociation::decide_together(std::span<Sighting* const> group, std::size_t particle,
-                                          const View& view) const {
-  std::vector<std::vector<Fit>> fits;
-  for (const Sighting* sighting : group) fits.push_back(fits_of(*sighting, particle, view));
+                                          const View& view, std::vector<std::vector<Fit>>& fits) const {
+  for (std::size_t k = 0; k < group.size(); ++k) set_fits(*group[k], particle, view, fits[k]);
   const std::vector<Associated> found = associate(fits, options_);
   for (std::size_t k = 0; k < group.size(); ++k)
     group[k]->choices[particle] = found[k].kind == Association::matched ? found[k].landmark
@@ -210,9 +199,9 @@ void ParticleAssociation::decide_together(std::span<Sighting* const> group, std:
 }
 
 /// Of the landmarks that the particle has.
-std::vector<Fit> ParticleAssociation::fits_of(const Sighting& sighting, std::size_t particle,
-                                              const View& view) const {
-  std::vector<Fit> fits;
+void ParticleAssociation::set_fits(const Sighting& sighting, std::size_t particle, const View& view,
+                                   std::vector<Fit>& fits) const {
+  fits.clear();
   const SensorAt sensor = sensor_of(view.sensors, particle);
   for (const Candidate& candidate : sighting.candidates) {
     const LandmarkEstimate m = candidate.columns->at(particle);
@@ -220,15 +209,20 @@ std::vector<Fit> ParticleAssociation::fits_of(const Sighting& sighting, std::siz
     const Expected expected = expected_of(sensor, view.sensor_covariance, sighting.reading, m);
     fits.push_back({candidate.landmark, expected.nis, expected.minus_two_log_p});
   }
-  return fits;
 }
 
 /// What the reporter finds; and where particles differ, the column of what each takes the sighting for.
 void ParticleAssociation::prepare(std::size_t k, const View& view) {
   Sighting& sighting = pool_[k];
   const std::span chosen(sighting.choices.data(), particles_.count);
-  sighting.is_unanimous = std::ranges::all_of(chosen, [&](std::int32_t c) { return c == chosen.front(); });
-  sighting.is_known = std::ranges::any_of(chosen, [](std::int32_t choice) { return choice >= 0; });
+  std::int32_t differences = 0;  // bits in which some choice differs from the first
+  std::int32_t all = -1;         // bits that all have: the sign where none is a landmark
+  for (const std::int32_t choice : chosen) {
+    differences |= choice ^ chosen.front();
+    all &= choice;
+  }
+  sighting.is_unanimous = differences == 0;
+  sighting.is_known = all >= 0;
   sighting.innovation = Vector2::Zero();
   sighting.nis = 0.0;
   for (const Candidate& candidate : sighting.candidates) {
@@ -280,7 +274,7 @@ void ParticleAssociation::settle(const Drawn& drawn, ParticleMap& map, Ancestry&
 void ParticleAssociation::create(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry,
                                  StepReport& report) {
   for (const Sighting& sighting : sightings()) {
-    const double share = share_that_chose(sighting, kFresh, drawn.weights);
+    const double share = sighting.share_that_chose(kFresh, drawn.weights);
     const bool is_reported = sighting.choices[reporter_] == kFresh;
     if (share < kLeastShare && !is_reported) continue;
     const LandmarkId landmark = create(sighting, drawn, map, ancestry);
@@ -343,27 +337,11 @@ void ParticleAssociation::look_around(const Drawn& drawn, ParticleMap& map, Ance
   }
 }
 
-double ParticleAssociation::share_that_has(const LandmarkColumns& columns,
-                                           const Column<double>& weights) const {
-  const auto sum_over = [&](const auto* variances) {
-    return share_where(weights, [&](std::size_t i) { return variances[i] >= 0; });
-  };
-  return columns.precision() == Precision::float32
-             ? sum_over(columns.numbers<float>() + 2 * columns.stride())
-             : sum_over(columns.numbers<double>() + 2 * columns.stride());
-}
-
-double ParticleAssociation::share_that_chose(const Sighting& sighting, std::int32_t choice,
-                                             const Column<double>& weights) {
-  if (sighting.is_unanimous) return sighting.choices.front() == choice ? 1.0 : 0.0;
-  return share_where(weights, [&](std::size_t i) { return sighting.choices[i] == choice; });
-}
-
 double ParticleAssociation::share_that_saw(LandmarkId landmark, const Column<double>& weights) const {
   double share = 0.0;
   for (const Sighting& sighting : sightings())
     if (std::ranges::find(sighting.candidates, landmark, &Candidate::landmark) != sighting.candidates.end())
-      share += share_that_chose(sighting, static_cast<std::int32_t>(landmark), weights);
+      share += sighting.share_that_chose(static_cast<std::int32_t>(landmark), weights);
   return share;
 }
 

@@ -7,6 +7,7 @@
 #include "trundle/slam/association/existence.hpp"
 #include "trundle/slam/association/landmark_grid.hpp"
 #include "trundle/slam/particles/ancestry.hpp"
+#include "trundle/slam/particles/choice_kernels.hpp"
 #include "trundle/slam/particles/jury.hpp"
 #include "trundle/slam/particles/particle_kernels.hpp"
 #include "trundle/slam/particles/particle_map.hpp"
@@ -88,6 +89,11 @@ class ParticleAssociation {
     Vector2 innovation = Vector2::Zero();
     double nis = 0.0;  ///< of what is reported
     std::size_t group = 0;
+
+    double share_that_chose(std::int32_t choice, const Column<double>& weights) const {
+      return is_unanimous ? double(choices.front() == choice)
+                          : trundle::share_that_chose(choice, choices, weights);
+    }
   };
   /// Landmarks lie in the grid where a juror had them when they were last seen, and for all particles not
   /// further away than this.
@@ -107,16 +113,15 @@ class ParticleAssociation {
   void locate(LandmarkId landmark, ParticleMap& map, const Ancestry& ancestry, Jury& jury);
   void group_by_candidates();
   void exclude_each_other(const View& view);
-  void decide_together(std::span<Sighting* const> group, std::size_t particle, const View& view) const;
-  std::vector<Fit> fits_of(const Sighting& sighting, std::size_t particle, const View& view) const;
+  void decide_together(std::span<Sighting* const> group, std::size_t particle, const View& view,
+                       std::vector<std::vector<Fit>>& fits) const;
+  void set_fits(const Sighting& sighting, std::size_t particle, const View& view,
+                std::vector<Fit>& fits) const;
   void prepare(std::size_t k, const View& view);
   void put_back(std::size_t k, const Drawn& drawn);
   LandmarkId create(const Sighting& sighting, const Drawn& drawn, ParticleMap& map, Ancestry& ancestry);
   void look_around(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry);
-  static double share_that_chose(const Sighting& sighting, std::int32_t choice,
-                                 const Column<double>& weights);
   double share_that_saw(LandmarkId landmark, const Column<double>& weights) const;
-  double share_that_has(const LandmarkColumns& columns, const Column<double>& weights) const;
 
   LandmarkSensor sensor_;
   Particles particles_;

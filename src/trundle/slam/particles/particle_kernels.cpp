@@ -211,28 +211,6 @@ void exponentials_of(const double* log_weights, ParticleRange range, double* wei
     hn::Store(exp(hn::Load(d, log_weights + i)), d, weights + i);
 }
 
-/// Sums by column of kParticleLanes, and then of the columns.
-class ColumnSums {
- public:
-  ColumnSums() { sums_.fill(lanes<double>(0.0)); }
-  HWY_INLINE void add(std::size_t column, Wide x) {
-    Wide& sum = sums_[column / hn::Lanes(Tag<double>())];
-    sum = sum + x;
-  }
-  HWY_INLINE double sum() const {
-    alignas(64) std::array<double, kParticleLanes> columns;
-    const std::size_t width = hn::Lanes(Tag<double>());
-    for (std::size_t k = 0; k < kParticleLanes; k += width)
-      hn::Store(sums_[k / width], Tag<double>(), columns.data() + k);
-    double all = 0.0;
-    for (const double x : columns) all += x;
-    return all;
-  }
-
- private:
-  std::array<Wide, kParticleLanes> sums_;  // as many as one lane each would need
-};
-
 double normalise_all(ParticleRange range, double* log_weights, double* weights) {
   const Tag<double> d;
   Wide greatest = hn::Load(d, log_weights + range.first);

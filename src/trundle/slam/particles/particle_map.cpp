@@ -36,14 +36,16 @@ LandmarkId ParticleMap::add_nameless(const Vector2& origin, Ancestry& ancestry) 
 
 LandmarkId ParticleMap::occupy(const Vector2& origin, Ancestry& ancestry) {
   ancestry.hold(ancestry.now());
-  Entry entry{kUnknownLandmark, ancestry.now(), LandmarkColumns(particles_, precision_, origin), 1};
   if (removed_.empty()) {
-    entries_.push_back(std::move(entry));
+    entries_.push_back(
+        {kUnknownLandmark, ancestry.now(), LandmarkColumns(particles_, precision_, origin), 1});
     return static_cast<LandmarkId>(entries_.size() - 1);
   }
   const LandmarkId landmark = removed_.back();
   removed_.pop_back();
-  entries_[static_cast<std::size_t>(landmark)] = std::move(entry);
+  Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  entry = {kUnknownLandmark, ancestry.now(), std::move(entry.columns), 1};
+  entry.columns.count_from(origin);
   return landmark;
 }
 
@@ -111,7 +113,6 @@ void ParticleMap::remove(LandmarkId landmark, Ancestry& ancestry) {
   Entry& entry = entries_[static_cast<std::size_t>(landmark)];
   ancestry.release(entry.epoch);
   index_of_[static_cast<std::size_t>(entry.id)] = kUnknownLandmark;
-  entry.columns = LandmarkColumns(0, precision_);
   entry.is_there = false;
   entry.sightings = 0;
   removed_.push_back(landmark);

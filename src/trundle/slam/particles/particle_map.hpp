@@ -101,7 +101,7 @@ class ParticleMap {
   static constexpr std::size_t kMostAtATime = 64;  ///< heirs, and ways: more would only take more memory
   std::vector<Entry> entries_;
   std::vector<LandmarkId> index_of_;  ///< by id
-  std::vector<LandmarkId> removed_;   ///< free numbers
+  std::vector<LandmarkId> removed_;   ///< free numbers, with the room of those who had them
 };
 
 }  // namespace trundle

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <span>
+
+#include "trundle/slam/association/association.hpp"
+#include "trundle/slam/particles/landmark_columns.hpp"
+#include "trundle/slam/particles/particle_landmark.hpp"
+
+namespace trundle {
+
+// What each particle takes a sighting without a name for, for many particles at once, in the precision of the
+// map; the same bytes on every machine. docs/slam.md, 'Without names'.
+
+/// What a particle takes a reading for, where it is no landmark of its map.
+inline constexpr std::int32_t kFresh = -1;     ///< a new one
+inline constexpr std::int32_t kDoubtful = -2;  ///< near one, yet not it
+
+/// A landmark that a reading may show.
+struct Candidate {
+  LandmarkId landmark;
+  LandmarkColumns* columns;  ///< of today's particles
+};
+inline constexpr std::size_t kMostCandidates = 16;
+
+/// How particles choose.
+struct Choosing {
+  const SensorColumns& sensors;
+  Matrix3 sensor_covariance;  ///< of a twist in the sensor's frame: its own uncertainty
+  AssociationOptions options;
+  const double* chance;  ///< uniform in (0, 1), one for each particle
+  double* log_weights;   ///< take what a particle could have chosen over what it has chosen
+};
+/// For each particle one of the candidates, or kFresh, or kDoubtful, with the probability that the reading
+/// shows it if there is no other reading. docs/slam.md, eq. 54.
+void choose_landmarks(const ReadingTerms& reading, std::span<const Candidate> candidates,
+                      const Choosing& choosing, ParticleRange range, std::int32_t* choices);
+
+/// to = what the particles that chose it have of this candidate; the others keep what they have.
+void take_chosen(const std::int32_t* choices, const Candidate& from, ParticleRange range,
+                 LandmarkColumns& to);
+
+/// Weight of the particles that chose this one: kFresh, kDoubtful or a landmark.
+double share_that_chose(std::int32_t choice, const Column<std::int32_t>& choices,
+                        const Column<double>& weights);
+/// Weight of the particles that have a landmark.
+double share_that_has(const LandmarkColumns& landmark, const Column<double>& weights);
+
+}  // namespace trundle
