@@ -38,7 +38,7 @@ def write_reference(path):
 
 def write_slip(path):
     count = RATE_HZ * DURATION_S
-    events = [{"start_s": s, "end_s": s + 1.0, "wheel": "left", "kind": "spin", "excess_m": 0.05, "confidence": 0.99}
+    events = [{"start_s": s, "end_s": s + 1.0, "wheel": "left", "kind": "spin", "excess_m": 0.05, "confidence": 0.99, "excess_sigma_m": 0.002}
               for s in range(100, DURATION_S, 300)]
     slipping = [any(e["start_s"] <= i / RATE_HZ <= e["end_s"] for e in events) for i in range(count)]
     timeline = {"statistic": "chi2", "limit": 7.9, "end_s": [i / RATE_HZ for i in range(count)],

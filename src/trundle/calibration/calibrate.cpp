@@ -134,8 +134,7 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   }
   const std::vector<Parameter> parameters =
       choose_parameters(nominal, from_outside(runs), options.free, options.fix);
-  if (parameters.empty())
-    throw CannotAnswer("no parameter is free: these recordings measure nothing to calibrate with");
+  require_something_free(parameters, nominal);
   const Estimate estimate = estimate_parameters(runs, start, parameters);
   require_something_estimated(estimate, parameters, nominal);
   const SessionSpread spread = session_spread(runs, start, parameters, estimate.space);

@@ -153,6 +153,16 @@ std::string summary_of(const CalibrationResult& result) {
 
 }  // namespace
 
+void require_something_free(std::span<const Parameter> parameters, const Robot& nominal) {
+  if (!parameters.empty()) return;
+  if (nominal.chassis.wheels().empty() && !nominal.chassis.gyro)
+    throw CannotAnswer(fmt::format(
+        "robot '{}' has neither wheels nor a gyro: velocities that somebody else computed are taken as they "
+        "are",
+        nominal.name));
+  throw CannotAnswer("no parameter is free: these recordings measure nothing to calibrate with");
+}
+
 void require_something_estimated(const Estimate& estimate, std::span<const Parameter> parameters,
                                  const Robot& nominal) {
   if (estimate.space.basis.cols() > 0) return;
