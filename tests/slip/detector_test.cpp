@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/slip/find_slip.hpp"
 
 #include "chassis/robots.hpp"
 
@@ -245,6 +246,15 @@ TEST(Detector, RefusesRobotsThatCannotShowSlip) {
   EXPECT_THROW(SlipDetector(test::robot_of(differential_drive(test::kSize, 0.5)), {}), CannotAnswer);
   EXPECT_THROW(SlipDetector(test::robot_of(test::velocity_robot()), {}), CannotAnswer);
   EXPECT_THROW(SlipDetector(with_pods(), {.method = SlipMethod::published}), CannotAnswer);
+}
+
+/// False alarms have a size, too; the sum of many must not grow with them.
+TEST(LostTravel, IsNoSumOfWhatNoiseMakesOfIt) {
+  std::vector<SlipEvent> events(100, SlipEvent{.excess_m = 0.001, .excess_sigma_m = 0.001});
+  events.push_back({.excess_m = -0.09, .excess_sigma_m = 0.001});
+  const LostTravel lost = lost_travel(events);
+  EXPECT_NEAR(lost.m, 0.09, 1e-5);
+  EXPECT_NEAR(lost.sigma_m, std::sqrt(101.0) * 0.001, 1e-12);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/report/result_parts.hpp"
+#include "trundle/statistics/magnitude.hpp"
 #include "trundle/statistics/median.hpp"
 
 namespace trundle {
@@ -193,10 +194,12 @@ Json slip_answer(const Json& result) {
   double variance_m2 = 0.0;  // NaN: an event does not tell
   std::map<std::string, double> by_wheel;
   for (const Json& event : slip.at("events")) {
-    const double excess = std::abs(number_or_zero(event.at("excess_m")));
-    const Json sigma_m = event.value("excess_sigma_m", Json(nullptr));
+    const Json given = event.value("excess_sigma_m", Json(nullptr));
+    const double sigma_m = given.is_number() ? given.get<double>() : std::nan("");
+    const double excess_m = number_or_zero(event.at("excess_m"));
+    const double excess = std::isnan(sigma_m) ? std::abs(excess_m) : magnitude(excess_m, sigma_m);
     lost_m += excess;
-    variance_m2 += sigma_m.is_number() ? std::pow(sigma_m.get<double>(), 2) : std::nan("");
+    variance_m2 += sigma_m * sigma_m;
     by_wheel[event.at("wheel")] += excess;
   }
   by_wheel.erase("ambiguous");

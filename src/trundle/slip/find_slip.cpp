@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/statistics/magnitude.hpp"
 
 namespace trundle {
 namespace {
@@ -184,7 +185,7 @@ std::string wheel_of(const SlipEvent& event, const Robot& robot) {
 LostTravel lost_travel(std::span<const SlipEvent> events) {
   LostTravel lost;
   for (const SlipEvent& event : events) {
-    lost.m += std::abs(event.excess_m);
+    lost.m += magnitude(event.excess_m, event.excess_sigma_m);
     lost.sigma_m = std::hypot(lost.sigma_m, event.excess_sigma_m);
   }
   return lost;

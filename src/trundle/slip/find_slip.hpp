@@ -58,7 +58,7 @@ std::vector<JudgedInterval> clean_intervals(const AlignedReadings& readings, con
 
 /// `start_s,end_s,wheel,kind,excess_m,confidence,excess_sigma_m`
 std::string to_csv(const std::vector<SlipEvent>& events, const Robot& robot);
-/// Travel of all slips that was no motion, whichever way, and its 1σ [m].
+/// Travel of all slips that was no motion, whichever way, beyond what noise makes of it, and its 1σ [m].
 struct LostTravel {
   double m = 0.0;
   double sigma_m = 0.0;
