@@ -24,6 +24,8 @@ void run(const Options& options) {
   const ReadOptions how{.robot_number = options.robot_number};
   const std::vector<Recording> training = read_recordings(options.recordings, how);
   const std::vector<Recording> hold_out = read_recordings(options.hold_out, how);
+  require_apart(training, {options.output.robot_path});
+  require_apart(hold_out, {options.output.robot_path});
   const auto answer = options.landmarks ? answer_landmark_calibration : answer_calibration;
   finish_calibration(answer(training, hold_out, nominal, options.calibrate), options.output, options.common);
 }

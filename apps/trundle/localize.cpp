@@ -63,6 +63,7 @@ void run(const Options& options) {
   const LocalizeQuestion question = question_of(options);
   const RobotFile robot = read_robot_file(options.robot);
   const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
+  require_apart({recording}, {options.output});
   const LocalizeAnswer answer = answer_localize(recording, robot, read_map_file(options.map), question);
   write_trajectory(options.output, answer.provenance, answer.result.trajectory);
   print(options.common, document_of(answer), text_of(options, answer));

@@ -83,6 +83,7 @@ void run(const Options& options) {
   question.start = start_pose_from(question.start_text);
   const RobotFile robot = read_robot_file(options.robot);
   const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
+  require_apart({recording}, {options.output});
   const OdometryAnswer answer = answer_odometry(recording, robot, question);
   if (!options.output.empty())
     write_trajectory(options.output, answer.provenance, answer.odometry.trajectory);

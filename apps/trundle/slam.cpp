@@ -69,6 +69,7 @@ void run(const Options& options) {
   SlamQuestion question = question_of(options);
   const RobotFile robot = read_robot_file(options.robot);
   const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
+  require_apart({recording}, {options.output});
   ProgressBar bar(options.common);
   bar.begin(options.filter);
   question.on_steps = [&](std::size_t done, std::size_t of) { bar.update(done, of); };

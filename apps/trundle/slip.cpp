@@ -47,6 +47,7 @@ void run(const Options& options) {
   question.method = options.method == "published" ? SlipMethod::published : SlipMethod::general;
   const RobotFile robot = read_robot_file(options.robot);
   const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
+  require_apart({recording}, {options.output, options.corrected});
   const SlipAnswer answer = answer_slip(recording, robot, question);
   if (!options.output.empty()) write_file(options.output, slip_csv_of(answer, robot.robot));
   if (!options.corrected.empty()) write_trajectory(options.corrected, answer.provenance, answer.corrected);

@@ -229,6 +229,21 @@ const Mistake kMistakes[] = {
        replace_all(f.recording, "header = false\n", "header = false\ndelimiter = \";\"\ndecimal = \",\"\n");
      },
      0, ""},
+    {"words_before_the_table", [](Files& f) { f.log = "Robot log v1.2\nmade by hand\n" + f.log; }, 3,
+     "expected skip_lines = 2 in recording.toml"},
+    {"words_before_the_table_told",
+     [](Files& f) {
+       f.log = "Robot log v1.2\nmade by hand\n" + f.log;
+       replace_all(f.recording, "header = false\n", "header = false\nskip_lines = 2\n");
+     },
+     0, ""},
+    {"no_clock",
+     [](Files& f) {
+       std::string log;
+       for (int row = 0; row < 1200; ++row) log += line(f.log, (599 * row) % 1200);
+       f.log = log;
+     },
+     0, "is this the column of the stamps?", false},
     {"byte_order_mark", [](Files& f) { f.log = "\xEF\xBB\xBF" + f.log; }, 0, ""},
     {"windows_lines", [](Files& f) { replace_all(f.log, "\n", "\r\n"); }, 0, ""},
     {"unquoted_text", [](Files& f) { replace(f.recording, "\"imu.csv\"", "imu.csv"); }, 3, "text in quotes"},
@@ -480,6 +495,25 @@ TEST(NewcomersRun, NotesTheOffsetThatItCorrected) {
   const Outcome again =
       run_program(sample.folder(), {"run", "mine", "--robot", "d/calibrated.toml", "-o", "e"});
   EXPECT_THAT(again.out, Not(HasSubstr("write time_offset_s")));
+}
+
+/// Results do not go where the recording is.
+TEST(NewcomersFolder, IsNotWrittenOver) {
+  const Files files = drive();
+  const Sample sample;
+  put(files, sample.folder());
+  for (const Arguments& command :
+       {Arguments{"odometry", "mine", "--robot", "mine.toml", "-o", "mine/log.csv"},
+        Arguments{"slip", "mine", "--robot", "mine.toml", "-o", "slip.csv", "--corrected", "mine/imu.csv"},
+        Arguments{"run", "mine", "--robot", "mine.toml", "-o", "mine"},
+        Arguments{"run", "mine", "--robot", "mine.toml", "-o", "./mine/../mine"}}) {
+    const Outcome outcome = run_program(sample.folder(), command);
+    EXPECT_EQ(outcome.exit_code, 3) << command.front();
+    EXPECT_THAT(outcome.err, HasSubstr("is part of a recording, which would be lost"));
+  }
+  EXPECT_EQ(read_file(sample.folder() / "mine/log.csv"), files.log);
+  EXPECT_EQ(read_file(sample.folder() / "mine/imu.csv"), files.imu);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(sample.folder() / "mine"), {}), 3);
 }
 
 TEST(NewcomersRun, FindsNoMotionInOneRow) {

@@ -45,6 +45,16 @@ TEST(Findings, a_gyro_whose_stamps_are_late_is_found_and_named) {
   EXPECT_THAT(find_in(recording, &told).problems, Not(Contains(Field(&Problem::kind, "time offset"))));
 }
 
+TEST(Findings, wheels_in_one_place_are_named) {
+  Robot robot = robot_with_gyro(0.0);
+  const Recording recording = tour(robot);
+  const auto is_named = Contains(
+      AllOf(Field(&Problem::kind, "geometry"), Field(&Problem::message, HasSubstr("stand in one place"))));
+  EXPECT_THAT(find_in(recording, &robot).problems, Not(is_named));
+  for (Wheel& wheel : robot.chassis.wheels()) wheel.y_m = 0.0;
+  EXPECT_THAT(find_in(recording, &robot).problems, is_named);
+}
+
 TEST(Findings, what_no_sensor_on_board_can_see_is_said) {
   const Robot robot = robot_with_gyro(0.0);
   const Findings findings = find_in(tour(robot), &robot);

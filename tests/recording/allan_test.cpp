@@ -110,6 +110,25 @@ TEST(Allan, AShortRecordCannotTellTheWalk) {
   EXPECT_LE(above, 0.1 * runs);
 }
 
+/// Noise that is correlated over some samples, as a low-pass leaves it, rises at first as a walk does.
+TEST(Allan, AHumpOfCorrelatedNoiseIsNoWalk) {
+  constexpr double kRate_hz = 100.0;
+  Random random(3, 1);
+  std::vector<double> samples;
+  double low_pass = 0.0;
+  for (int i = 0; i < 1300; ++i) {
+    low_pass += 0.15 * (random.normal(0.02) - low_pass);
+    samples.push_back(low_pass);
+  }
+  const auto points = allan_deviation(std::vector<std::vector<double>>{samples}, 1.0 / kRate_hz);
+  EXPECT_GT(points[2].deviation, points[0].deviation);  // the hump
+  const auto fit = fit_noise(points);
+  ASSERT_TRUE(fit);
+  EXPECT_FALSE(fit->walk) << *fit->walk;
+  EXPECT_GE(fit->density, points.back().deviation * std::sqrt(points.back().tau_s));
+  EXPECT_LT(fit->walk_limit, 3.0 * points.back().deviation / std::sqrt(points.back().tau_s) * 3.0);
+}
+
 TEST(Allan, PoolsStretches) {
   const std::vector<double> a = at_rest(3000, 10.0, 1e-3, 1e-4, 1);
   const std::vector<double> b = at_rest(1000, 10.0, 1e-3, 1e-4, 2);

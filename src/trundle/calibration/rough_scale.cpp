@@ -11,6 +11,8 @@
 namespace trundle {
 namespace {
 
+constexpr double kOfUnit = 0.3;  // how far off a factor of 1000 may be that is one of units
+
 struct Stretch {
   double ratio;
   double length_m;  ///< by the wheels
@@ -97,6 +99,13 @@ bool stretches_agree(std::span<const Run> runs, const Robot& given) {
 std::string scale_fault(std::span<const Run> runs, const Robot& robot) {
   const auto scale = rough_scale(runs, robot);
   if (!scale || *scale == 0.0 || !is_far_off(*scale)) return {};
+  for (const double factor : {1000.0, 0.001})
+    if (std::abs(*scale / factor - 1.0) < kOfUnit)
+      return fmt::format(
+          "the reference moves {:.3g} times as far as the wheels with the robot file as given: is one of "
+          "them "
+          "in millimetres? Write unit = \"mm\" at its columns in recording.toml",
+          *scale);
   return fmt::format(
       "the reference moves {:.3g} times as far as the wheels with the robot file as given: check "
       "ticks_per_revolution, gears and diameters",

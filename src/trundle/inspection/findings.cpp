@@ -11,6 +11,7 @@
 #include "trundle/calibration/rough_scale.hpp"
 #include "trundle/calibration/wiring.hpp"
 #include "trundle/chassis/rows.hpp"
+#include "trundle/inspection/mirrored_reference.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/io/words.hpp"
 #include "trundle/recording/detail/gyro_against_wheels.hpp"
@@ -183,6 +184,32 @@ void compare_references(const Recording& recording, const AlignedReadings& readi
   if (!scale.empty()) findings.problems.push_back({Severity::warning, "scale", file, 1, scale});
 }
 
+/// Of robots that roll where they look, the reference against itself.
+void find_mirrored_reference(const Recording& recording, const Robot& robot, Findings& findings) {
+  const auto rolls_ahead = [](const Wheel& w) {
+    return w.kind == WheelKind::fixed || w.kind == WheelKind::skid;
+  };
+  if (robot.chassis.wheels().empty() || !std::ranges::all_of(robot.chassis.wheels(), rolls_ahead) ||
+      !is_mirrored(recording.reference))
+    return;
+  findings.problems.push_back({Severity::warning, "reference axes", recording.reference.origin.file, 1,
+                               "the path bends the other way than its headings turn: swap the columns of x_m "
+                               "and y_m, or write sign = "
+                               "-1 at one of them"});
+}
+
+/// Two wheels in one place show nothing that one does not.
+void find_wheels_in_one_place(const Robot& robot, std::vector<Problem>& problems) {
+  const auto wheels = robot.chassis.wheels();
+  for (std::size_t i = 0; i < wheels.size(); ++i)
+    for (std::size_t j = i + 1; j < wheels.size(); ++j)
+      if (wheels[i].x_m == wheels[j].x_m && wheels[i].y_m == wheels[j].y_m &&
+          wheels[i].direction_rad == wheels[j].direction_rad)
+        problems.push_back({Severity::warning, "geometry", fmt::format("robot '{}'", robot.name), 1,
+                            fmt::format("wheels '{}' and '{}' stand in one place: write x_m and y_m of both",
+                                        robot.wheel_names[i], robot.wheel_names[j])});
+}
+
 /// The gyro's clock against the wheels'.
 void compare_clocks(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
                     Findings& findings) {
@@ -264,6 +291,7 @@ void forget_what_is_told_already(std::vector<Problem>& problems) {
 
 void compare(const Recording& recording, const Robot& robot, Findings& findings) {
   findings.abilities = abilities_of(robot, robot.chassis.gyro && !recording.gyro.time_s.empty());
+  find_wheels_in_one_place(robot, findings.problems);
   find_stray_wheels(recording, robot, findings.problems);
   find_unscaled_wheels(recording, robot, findings.problems);
   if (is_misread(findings)) return;
@@ -273,6 +301,7 @@ void compare(const Recording& recording, const Robot& robot, Findings& findings)
     findings.abilities = {
         .can = {}, .cannot = {"anything with this recording: it does not give what the robot file asks for"}};
   if (!readings || is_misread(findings)) return;
+  find_mirrored_reference(recording, robot, findings);
   compare_references(recording, *readings, robot, findings);
   if (is_misread(findings)) return;
   compare_wiring(recording, *readings, robot, findings);

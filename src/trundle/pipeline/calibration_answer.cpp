@@ -27,11 +27,13 @@ Provenance provenance_of(std::span<const Recording> training, std::span<const Re
   return provenance;
 }
 
-/// What is learned from a log that was read wrongly is nonsense.
+/// What is learned from a log that was read wrongly is nonsense: that comes before all else.
 void warn_of_misreadings(std::span<const Recording> training, CalibrationResult& result) {
+  std::vector<std::string> words;
   for (const Recording& recording : training)
     for (const Problem& problem : recording.problems)
-      if (is_misreading(problem)) result.warnings.push_back(problem.place + ": " + problem.message);
+      if (is_misreading(problem)) words.push_back(problem.place + ": " + problem.message);
+  result.warnings.insert(result.warnings.begin(), words.begin(), words.end());
 }
 
 /// One drive that was given twice: learned from twice, or learned from and held out.

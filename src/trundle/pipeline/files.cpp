@@ -1,6 +1,10 @@
 #include "trundle/pipeline/files.hpp"
 
+#include "trundle/io/error.hpp"
+
 namespace trundle {
+
+namespace fs = std::filesystem;
 
 RobotFile read_robot_file(const std::filesystem::path& path) {
   return {read_robot(path), input_file(path)};
@@ -12,6 +16,20 @@ std::vector<Recording> read_recordings(const std::vector<std::string>& folders, 
     for (const std::filesystem::path& path : recordings_below(folder))
       recordings.push_back(read_recording(path, options));
   return recordings;
+}
+
+void require_apart(const std::vector<Recording>& recordings,
+                   const std::vector<std::filesystem::path>& outputs) {
+  const auto is_same = [](const fs::path& a, const fs::path& b) {
+    std::error_code cannot_tell;  // one of them is not there
+    return fs::equivalent(a, b, cannot_tell);
+  };
+  for (const fs::path& output : outputs)
+    for (const Recording& recording : recordings)
+      for (const InputFile& input : recording.inputs)
+        if (const fs::path read = input.path; is_same(output, read) || is_same(output, read.parent_path()))
+          throw InputError(output.string(), "is part of a recording, which would be lost",
+                           "another place for results");
 }
 
 void write_files(const std::vector<OutputFile>& files) {

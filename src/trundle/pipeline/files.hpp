@@ -22,6 +22,11 @@ RobotFile read_robot_file(const std::filesystem::path& path);
 std::vector<Recording> read_recordings(const std::vector<std::string>& folders,
                                        const ReadOptions& options = {});
 
+/// Nothing that was recorded is written over: throws InputError where one of the outputs, files or folders of
+/// them, is a file that was read, or the folder of a recording itself.
+void require_apart(const std::vector<Recording>& recordings,
+                   const std::vector<std::filesystem::path>& outputs);
+
 /// A file of a result, complete before the first of them is written.
 struct OutputFile {
   std::filesystem::path path;

@@ -48,6 +48,9 @@ Work prepared(const RunQuestion& question) {
             .answer = {},
             .no_odometry = {},
             .on_steps = {}};
+  require_apart(work.recordings, {question.output});
+  require_apart(work.training, {question.output});
+  require_apart(read_recordings(question.learn, how), {question.output});
   RunAnswer& answer = work.answer;
   answer.provenance = provenance_of(work);
   answer.recording_name = work.recordings.size() == 1 ? work.recording().name : question.recording;
@@ -82,9 +85,13 @@ Stage tried(Work& work, const char* name, Told (*stage)(Work&), std::vector<Outp
   }
 }
 
+bool is_of_reference(const Problem& problem) {
+  return problem.kind == "reference unit" || problem.kind == "reference axes";
+}
+
 /// A misreading of what the motion is made of: nothing can be told of it then.
 bool is_of_motion(const Problem& problem, const Work& work) {
-  if (problem.kind == "reference unit" || problem.kind == "clocks") return false;  // wheels alone are right
+  if (is_of_reference(problem) || problem.kind == "clocks") return false;  // wheels alone are right
   if (problem.kind != "time unit") return true;
   return std::ranges::any_of(work.recordings, [&](const Recording& recording) {
     return problem.place == recording.wheels.origin.file || problem.place == recording.gyro.origin.file ||
@@ -97,7 +104,7 @@ bool concerns(const Problem& problem, std::string_view stage, const Work& work) 
   if (stage == "report") return false;
   if (is_of_motion(problem, work)) return true;
   if (stage == "odometry" || stage == "slip") return false;
-  return problem.kind != "reference unit" || stage == "calibration" || stage == "evaluation";
+  return !is_of_reference(problem) || stage == "calibration" || stage == "evaluation";
 }
 
 /// The stage as it stands where the health check forbids it; nothing where it does not.

@@ -26,12 +26,15 @@ std::string sentence_of(const IntegratedOdometry& odometry) {
                      degrees(std::sqrt(end(2, 2))));
 }
 
-std::string sentence_of(const SlipReport& report) {
+std::string sentence_of(const SlipAnswer& answer) {
+  const SlipReport& report = answer.report;
   if (report.events.empty())
     return fmt::format("no slip in {}", counted(report.counts.judged, "moving interval"));
   const LostTravel lost = lost_travel(report.events);
-  return fmt::format("{}, {:.3f} ± {:.3f} m of wheel travel that the ground did not see",
-                     counted(report.events.size(), "slip"), lost.m, lost.sigma_m);
+  const Matrix3& end = answer.corrected.covariances.back();
+  return fmt::format(
+      "{}, {:.3f} ± {:.3f} m of wheel travel that the ground did not see; corrected, at the end ± {:.3f} m",
+      counted(report.events.size(), "slip"), lost.m, lost.sigma_m, std::sqrt(end(0, 0) + end(1, 1)));
 }
 
 std::string sentence_of(const LocalizeAnswer& answer) {

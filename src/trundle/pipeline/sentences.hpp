@@ -5,14 +5,14 @@
 #include "trundle/pipeline/localize_answer.hpp"
 #include "trundle/pipeline/odometry_answer.hpp"
 #include "trundle/pipeline/slam_answer.hpp"
-#include "trundle/slip/find_slip.hpp"
+#include "trundle/pipeline/slip_answer.hpp"
 
 namespace trundle {
 
 // What a stage of `run` has found, in one line with its uncertainty.
 
 std::string sentence_of(const IntegratedOdometry& odometry);
-std::string sentence_of(const SlipReport& report);
+std::string sentence_of(const SlipAnswer& answer);
 std::string sentence_of(const LocalizeAnswer& answer);
 std::string sentence_of(const SlamAnswer& slam);
 

@@ -251,7 +251,7 @@ Told find_slips(Work& work) {
   if (observability(rows_of(wheels, !work.recording().gyro.time_s.empty())).degrees_of_freedom == 0)
     throw NotApplicable{"the robot has no reading beyond those the motion needs: slip cannot show"};
   const SlipAnswer& slip = work.slip.emplace(answer_slip(work.recording(), work.used, slip_question(work)));
-  Told told{sentence_of(slip.report),
+  Told told{sentence_of(slip),
             {{work.in_folder("slip.csv"), slip_csv_of(slip, work.used.robot)},
              {work.in_folder("slip.json"), printed(document_of(slip, work.used.robot))},
              {work.in_folder("trajectory.csv"), head_of(slip.provenance) + to_csv(slip.corrected)}}};

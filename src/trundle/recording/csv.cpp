@@ -48,7 +48,8 @@ MappedFile::~MappedFile() {
 CsvTable::CsvTable(std::string_view text, std::string file, const CsvFormat& format)
     : text_(without_byte_order_mark(text, file)), file_(std::move(file)), format_(format) {
   const CellScanner scanner(format);
-  while (body_ < text_.size() && scanner.is_skipped(line_at(text_, body_))) {
+  while (body_ < text_.size() &&
+         (body_line_ <= format.skip_lines || scanner.is_skipped(line_at(text_, body_)))) {
     body_ += line_at(text_, body_).size() + 1;
     ++body_line_;
   }
@@ -79,20 +80,49 @@ bool CsvTable::has_numbers_for_names() const {
   });
 }
 
-std::string CsvTable::meant() const {
-  constexpr std::array<std::pair<char, std::string_view>, 5> kDelimiters = {
-      {{';', ";"}, {'\t', "\\t"}, {',', ","}, {'|', "|"}, {' ', "whitespace"}}};
-  for (const auto& [delimiter, word] : kDelimiters) {
+std::string_view CsvTable::second_line() const {
+  const auto end = static_cast<std::size_t>(first_line_.data() + first_line_.size() - text_.data());
+  return end + 1 < text_.size() ? line_at(text_, end + 1) : std::string_view();
+}
+
+std::size_t CsvTable::lines_before_columns() const {
+  constexpr std::size_t kMostLines = 50;
+  const CellScanner scanner(format_);
+  std::size_t at = body_;
+  for (std::size_t line = body_line_; line < header_line_ + kMostLines && at < text_.size(); ++line) {
+    const std::string_view text = line_at(text_, at);
+    if (!scanner.is_skipped(text) && scanner.cells(text).size() > columns_) return line - 1;
+    at += text.size() + 1;
+  }
+  return 0;
+}
+
+std::string CsvTable::other_delimiter(std::string_view among) const {
+  if (columns_ > 1) return {};
+  for (const char delimiter : among) {
     CsvFormat other = format_;
     other.delimiter = delimiter;
-    const std::size_t cells = CellScanner(other).cells(first_line_).size();
-    if (columns_ == 1 && cells > 1)
-      return fmt::format("delimiter = \"{}\" in recording.toml, by which the first line has {} cells", word,
+    const CellScanner scanner(other);
+    const std::size_t cells = scanner.cells(first_line_).size();
+    const std::string_view second = second_line();
+    if (cells > 1 && (second.empty() || scanner.cells(second).size() == cells))
+      return fmt::format("delimiter = \"{}\" in recording.toml, by which the first line has {} cells",
+                         delimiter == ' '    ? "whitespace"
+                         : delimiter == '\t' ? "\\t"
+                                             : std::string(1, delimiter),
                          cells);
   }
+  return {};
+}
+
+std::string CsvTable::meant() const {
+  if (std::string delimiter = other_delimiter(";\t,|"); !delimiter.empty()) return delimiter;
   if (has_numbers_for_names())
     return "header = false in recording.toml and columns by number, as the first line holds numbers";
-  return {};
+  if (const std::size_t lines = lines_before_columns(); lines > 0)
+    return fmt::format("skip_lines = {} in recording.toml, as line {} is the first with more columns", lines,
+                       lines + 1);
+  return other_delimiter(" ");  // last: words have spaces, too
 }
 
 std::optional<std::size_t> CsvTable::column_named(std::string_view name) const {

@@ -27,10 +27,11 @@ class MappedFile {
 };
 
 struct CsvFormat {
-  char delimiter = ',';  ///< ' ': any run of spaces and tabs
-  char comment = '#';    ///< lines that start with it are skipped; '\0': none are
-  bool header = true;    ///< the first line names the columns
-  char decimal = '.';    ///< point of decimal numbers; ',' in some countries
+  char delimiter = ',';        ///< ' ': any run of spaces and tabs
+  char comment = '#';          ///< lines that start with it are skipped; '\0': none are
+  bool header = true;          ///< the first line names the columns
+  std::size_t skip_lines = 0;  ///< before that, whatever they say
+  char decimal = '.';          ///< point of decimal numbers; ',' in some countries
 };
 
 /// A stamp becomes cell · 10^unit_exponent − origin_s seconds, the difference taken before rounding to
@@ -84,6 +85,13 @@ class CsvTable {
   CsvRows read(std::span<const CsvColumn> wanted) const;
 
  private:
+  /// Lines of text about the file, before those with columns; 0: there seem to be none.
+  std::size_t lines_before_columns() const;
+  /// One that makes cells of the first line and as many of the second, and what to write; empty: none does.
+  std::string other_delimiter(std::string_view among) const;
+  /// What follows the first line.
+  std::string_view second_line() const;
+
   std::string_view text_;
   std::string file_;
   CsvFormat format_;

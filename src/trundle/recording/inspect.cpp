@@ -215,8 +215,8 @@ void name_wraps(const Recording& recording, const Robot& robot, std::vector<Prob
 }  // namespace
 
 bool is_misreading(const Problem& problem) {
-  constexpr std::array<std::string_view, 6> kKinds = {"time unit", "increments",     "clocks",
-                                                      "gyro unit", "reference unit", "fractions"};
+  constexpr std::array<std::string_view, 7> kKinds = {
+      "time unit", "increments", "clocks", "gyro unit", "reference unit", "reference axes", "fractions"};
   return std::ranges::find(kKinds, problem.kind) != kKinds.end();
 }
 

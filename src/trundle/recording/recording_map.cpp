@@ -30,6 +30,9 @@ CsvFormat format_in(TomlReader& table) {
   CsvFormat format;
   format.delimiter = delimiter_in(table);
   format.header = table.boolean("header").value_or(true);
+  const std::int64_t skipped = table.integer("skip_lines").value_or(0);
+  if (skipped < 0) table.fail("skip_lines", fmt::format("skip_lines is {}", skipped), "0 or more");
+  format.skip_lines = static_cast<std::size_t>(skipped);
   const std::string decimal = table.text("decimal").value_or(".");
   if (decimal != "." && decimal != ",")
     table.fail("decimal", fmt::format("decimal is '{}'", decimal), "\".\" or \",\"");

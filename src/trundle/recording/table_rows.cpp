@@ -90,10 +90,11 @@ void count_disorder(const Table& table, std::vector<Problem>& problems, const Ro
   }
   repeated.report(problems, "duplicate",
                   counted(repeated.count(), "row") + " with the stamp of the row before; the first was kept");
-  back.report(
-      problems, "back-step",
-      fmt::format("time steps back {}; {}", counted(back.count(), "time"),
-                  rules.repeated_stamps ? "the rows were sorted" : "rows out of order were left out"));
+  const bool is_no_clock = 10 * back.count() > table.time_s.size();
+  back.report(problems, "back-step",
+              fmt::format("time steps back {}; {}{}", counted(back.count(), "time"),
+                          rules.repeated_stamps ? "the rows were sorted" : "rows out of order were left out",
+                          is_no_clock ? ": is this the column of the stamps?" : ""));
 }
 
 void bring_into_order(Table& table, const RowRules& rules, std::vector<Problem>& problems) {

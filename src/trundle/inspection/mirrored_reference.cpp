@@ -1,0 +1,59 @@
+#include "trundle/inspection/mirrored_reference.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "trundle/geometry/angle.hpp"
+
+namespace trundle {
+namespace {
+
+constexpr double kPiece_m = 0.2;   // over which the path's direction is told
+constexpr double kTurn_rad = 1.0;  // from one piece to the next: more is a turn on the spot
+constexpr double kLeastTurning_rad = 1.0;
+constexpr double kAgainst = -0.7;  // correlation
+
+struct Piece {
+  double course_rad;
+  double heading_rad;  ///< in the middle
+};
+
+/// How path and heading turn from one piece to the next, added up. Twice the angles: backwards is the same as
+/// forwards then.
+struct Bends {
+  double course2 = 0.0, heading2 = 0.0, product = 0.0;
+
+  void add(const Piece& before, const Piece& now) {
+    const double course = 0.5 * wrap_angle(2.0 * (now.course_rad - before.course_rad));
+    const double heading = 0.5 * wrap_angle(2.0 * (now.heading_rad - before.heading_rad));
+    if (std::abs(course) > kTurn_rad || std::abs(heading) > kTurn_rad) return;
+    course2 += course * course;
+    heading2 += heading * heading;
+    product += course * heading;
+  }
+};
+
+}  // namespace
+
+bool is_mirrored(const ReferenceStream& reference) {
+  Bends bends;
+  std::optional<Piece> before;
+  std::optional<std::size_t> start;
+  for (std::size_t i = 0; i < reference.time_s.size(); ++i) {
+    const double x = reference.x_m[i], y = reference.y_m[i], heading = reference.heading_rad[i];
+    if (std::isnan(x) || std::isnan(y) || std::isnan(heading)) continue;
+    if (!start) start = i;
+    const double dx = x - reference.x_m[*start], dy = y - reference.y_m[*start];
+    if (std::hypot(dx, dy) < kPiece_m) continue;
+    const double from = reference.heading_rad[*start];
+    const Piece piece{std::atan2(dy, dx), from + 0.5 * wrap_angle(heading - from)};
+    if (before) bends.add(*before, piece);
+    before = piece;
+    start = i;
+  }
+  return std::sqrt(std::min(bends.course2, bends.heading2)) > kLeastTurning_rad &&
+         bends.product < kAgainst * std::sqrt(bends.course2 * bends.heading2);
+}
+
+}  // namespace trundle
