@@ -227,6 +227,9 @@ TEST(Calibrate, SkidSteerFindsItsEffectiveTrackFromTheGyroAlone) {
   const CalibrationResult result = calibrate(runs, {}, nominal);
   EXPECT_NEAR(parameter(result, "track").value, 0.62, 4.0 * parameter(result, "track").sigma_within);
   EXPECT_LT(parameter(result, "track").sigma_within, 0.02);
+  EXPECT_THAT(result.cannot_tell,
+              testing::Contains(testing::StartsWith("fl.diameter, fr.diameter, rl.diameter, rr.diameter, "
+                                                    "gyro.scale: no length was measured from outside")));
 }
 
 TEST(Calibrate, RunsThatTellNothingChangeNothingAndAreNamed) {

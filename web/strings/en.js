@@ -134,7 +134,7 @@ export const text = {
     program: 'program', seed: 'seed', input: 'Inputs', file: 'Files drawn', made: 'How it was made', drawnBy: (program, version, files) => `Drawn by ${program} ${version} from ${count(files, 'file', 'files')}`,
   },
   headline: {
-    statuses: { all_estimated: 'All parameters estimated', some_held: 'Some parameters held at nominal', nothing_estimated: 'Nothing estimated' },
+    statuses: { all_estimated: 'All free parameters estimated', some_held: 'Some parameters held at nominal', nothing_estimated: 'Nothing estimated' },
     methods: { ml: 'maximum likelihood over all runs', classic: 'square runs, positions (Borenstein & Feng)', orientation: 'square runs, orientation errors' },
     title: 'Calibration', contents: 'Calibration', how: 'The robot’s dimensions as these runs tell them.',
     runs: (number) => count(number, 'run', 'runs'), sessions: (number) => count(number, 'session', 'sessions'), heldOut: (number) => (number > 0 ? `${number} held out` : 'none held out'),

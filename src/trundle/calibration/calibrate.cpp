@@ -93,6 +93,24 @@ bool tells_something(const Run& run, const Robot& robot) {
           std::ranges::any_of(run.readings.increments, is_complete));
 }
 
+/// Where no length was measured: by what all else is told, in words. Empty: nothing is.
+std::string scale_taken_as_given(const Robot& robot, std::span<const Parameter> parameters,
+                                 const FromOutside& measured) {
+  if (measured.length) return {};
+  std::vector<std::string> given;
+  for (const Parameter& parameter : parameters_of(robot)) {
+    const bool is_scale =
+        parameter.kind == ParameterKind::diameter || parameter.kind == ParameterKind::gyro_scale;
+    if (is_scale && std::ranges::find(parameters, parameter) == parameters.end())
+      given.push_back(name_of(parameter, robot));
+  }
+  if (given.empty()) return {};
+  return fmt::format(
+      "{}: no length was measured from outside; what was estimated is right in proportion to what the robot "
+      "file says of them",
+      fmt::join(given, ", "));
+}
+
 /// Runs that tell nothing are no evidence of little scatter: they do not count among those that tell. Returns
 /// which, in words; where no run tells anything all stay, to be told what is missing.
 std::vector<std::string> leave_out_silent(const Robot& robot, std::vector<Run>& runs) {
@@ -132,8 +150,8 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
     runs = prepare_runs(training, start);
     leave_out_silent(start, runs);
   }
-  const std::vector<Parameter> parameters =
-      choose_parameters(nominal, from_outside(runs), options.free, options.fix);
+  const FromOutside measured = from_outside(runs);
+  const std::vector<Parameter> parameters = choose_parameters(nominal, measured, options.free, options.fix);
   require_something_free(parameters, nominal);
   const Estimate estimate = estimate_parameters(runs, start, parameters);
   require_something_estimated(estimate, parameters, nominal);
@@ -147,6 +165,8 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
     result.warnings.push_back(fault + "; the calibrated robot makes up for it");
   if (start.chassis.gyro) start.chassis.gyro->time_offset_s = estimate.robot.chassis.gyro->time_offset_s;
   for (Run& run : runs) set_gyro_clock(start, run);
+  if (std::string words = scale_taken_as_given(nominal, parameters, measured); !words.empty())
+    result.cannot_tell.push_back(std::move(words));
   for (const std::string& words : wiring.untold)
     if (std::ranges::find(result.cannot_tell, words) == result.cannot_tell.end())
       result.cannot_tell.push_back(words);
