@@ -11,6 +11,7 @@
 
 #include "chassis/robots.hpp"
 #include "scale.hpp"
+#include "slip/nees.hpp"
 
 namespace trundle {
 namespace {
@@ -23,6 +24,8 @@ struct Tally {
   int right_kind = 0;
   double excess_error_m = 0.0;  ///< sum
   double excess_z2 = 0.0;       ///< sum of the squares of the error in its own sigmas
+  double nees = 0.0;            ///< sum over the runs, of the corrected end
+  double end_error_m = 0.0;     ///< likewise
 };
 
 Robot robot_with_noise(Chassis chassis) {
@@ -72,6 +75,8 @@ void judge(const Scenario& scenario, const VelocityStream& commands, Tally& tall
   const SlipTruth& slip = run.truth.slips.front();
   const SlipReport report =
       find_slip(align(run.recording, scenario.nominal), commands, scenario.nominal, {.probability = 1e-3});
+  tally.nees += nees_at_end(report.corrected, scenario.nominal, run.truth.body);
+  tally.end_error_m += (report.end.translation() - run.truth.body.poses.back().pose.translation()).norm();
   for (const SlipEvent& event : report.events) {
     if (!overlaps(event, slip)) continue;
     ++tally.detected;
@@ -189,6 +194,10 @@ TEST(Attribution, IsAmbiguousWithOneDegreeOfFreedomWhileTheCommandChanges) {
   }
   tell("differential, gyro, commands change", with_commands);
   tell("the same, commands unknown", without);
+  fmt::print("  at the end {:.1f} mm off on average, NEES {:.2f}\n", 1e3 * with_commands.end_error_m / runs,
+             with_commands.nees / runs);
+  EXPECT_LT(with_commands.nees / runs, 3.0 + 4.0 * std::sqrt(6.0 / runs));
+  EXPECT_GT(with_commands.nees / runs, 1.3);  // 1.8: of two alternatives the error is never far out
   EXPECT_GE(with_commands.ambiguous, 0.99 * with_commands.detected);
   EXPECT_GE(without.ambiguous, 0.99 * without.detected);
   EXPECT_THAT(abilities_of(robot, true).cannot, testing::Contains(testing::HasSubstr("'w0' from 'w1'")));

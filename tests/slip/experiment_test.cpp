@@ -2,15 +2,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
 #include <fmt/core.h>
 #include <gtest/gtest.h>
 
-#include "trundle/geometry/gaussian.hpp"
 #include "trundle/simulation/scenario.hpp"
 #include "trundle/slip/find_slip.hpp"
 
 #include "scale.hpp"
+#include "slip/nees.hpp"
 
 namespace trundle {
 namespace {
@@ -82,14 +81,6 @@ Robot without_gyro(Robot robot) {
   return robot;
 }
 
-/// Of e = Log(T̂⁻¹ T) at the end.
-double nees_of(const AlignedReadings& corrected, const Robot& robot, const Truth& truth) {
-  const Trajectory trajectory = integrate(corrected, robot).trajectory;
-  const Pose2& end = trajectory.poses.back().pose;
-  const Vector3 e = log(end.inverse() * truth.body.poses.back().pose).vector();
-  return e.dot(body_covariance(end, trajectory.covariances.back()).llt().solve(e));
-}
-
 Outcome outcome_of(const Scenario& scenario) {
   const Simulation run = simulate(scenario);
   const Robot& robot = scenario.nominal;
@@ -100,7 +91,7 @@ Outcome outcome_of(const Scenario& scenario) {
   const SlipReport general = corrected(SlipMethod::general);
   return {error(end_of(readings, without_gyro(robot)), run.truth), error(end_of(readings, robot), run.truth),
           error(corrected(SlipMethod::published).end, run.truth), error(general.end, run.truth),
-          nees_of(general.corrected, robot, run.truth)};
+          nees_at_end(general.corrected, robot, run.truth.body)};
 }
 
 double quantile(std::vector<double> values, double q) {

@@ -273,12 +273,24 @@ void SlipDetector::correct(const Contradiction& c, const GyroBias& bias, SlipVer
   verdict.wheel = who.certain ? who.likeliest : kAmbiguous;
   if (options_.method == SlipMethod::published && who.certain) return rebuild(c, bias, verdict);
   const bool stuck = event_.is_stuck();
+  if (!stuck && !who.certain && verdict.slipping && parity_.degrees_of_freedom() == 1)
+    return share_doubt(c, who, verdict);
   for (std::size_t i = 0; i < parity_.wheels(); ++i) {
     const bool doubted = stuck         ? c.travel[i] != 0.0
                          : who.certain ? static_cast<int>(i) == who.likeliest
                                        : who.probability[i] > kWorthDoubting;
     const double excess = stuck ? c.travel[i] : c.excess_m[i];
     if (doubted) verdict.correction.variance[i] = doubt(excess, c.excess_sigma_m[i], verdict.slipping);
+  }
+}
+
+/// docs/slip.md, eq. 16.
+void SlipDetector::share_doubt(const Contradiction& c, const SlipEvidence::Attribution& who,
+                               SlipVerdict& verdict) const {
+  for (std::size_t i = 0; i < parity_.wheels(); ++i) {
+    const double now = c.excess_m[i], up_to_now = event_.excess_m(static_cast<int>(i));
+    verdict.correction.variance[i] =
+        who.probability[i] * std::max(now * (2.0 * up_to_now - now), squared(c.excess_sigma_m[i]));
   }
 }
 

@@ -123,6 +123,7 @@ class SlipDetector {
   bool holds_on(const Contradiction& c) const;
   bool is_stuck(const Contradiction& c) const;
   void correct(const Contradiction& c, const GyroBias& bias, SlipVerdict& verdict) const;
+  void share_doubt(const Contradiction& c, const SlipEvidence::Attribution& who, SlipVerdict& verdict) const;
   void rebuild(const Contradiction& c, const GyroBias& bias, SlipVerdict& verdict) const;
   void end_event(SlipVerdict& verdict);
   void forget_sums();
