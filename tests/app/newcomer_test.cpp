@@ -516,6 +516,30 @@ TEST(NewcomersFolder, IsNotWrittenOver) {
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(sample.folder() / "mine"), {}), 3);
 }
 
+/// The offset of a clock looks like slip, so `slip` names it.
+TEST(NewcomersSlip, NamesTheOffsetOfAClock) {
+  Files files = drive();
+  files.robot += "time_offset_s = 0.3\n";
+  const Sample sample;
+  put(files, sample.folder());
+  const Outcome outcome = run_program(sample.folder(), {"slip", "mine", "--robot", "mine.toml"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("too late against the wheels', which looks like slip"));
+}
+
+TEST(NewcomersCalibration, NamesAGyroThatTheRobotFileHasNot) {
+  Files files = drive();
+  replace(files.robot, "[gyro]\n", "");
+  const std::size_t reference = files.recording.find("[reference]");
+  files.recording.erase(reference, files.recording.find("[gyro]") - reference);
+  const Sample sample;
+  put(files, sample.folder());
+  const Outcome outcome =
+      run_program(sample.folder(), {"calibrate", "mine", "--robot", "mine.toml", "-o", "c.toml"});
+  EXPECT_EQ(outcome.exit_code, 4) << outcome.out;
+  EXPECT_THAT(outcome.err, HasSubstr("the robot file has no [gyro] although the recording has one"));
+}
+
 TEST(NewcomersRun, FindsNoMotionInOneRow) {
   Files files = drive();
   files.log = line(files.log, 0);

@@ -22,6 +22,7 @@ constexpr int kRounds = 4;
 constexpr double kFinestLog = 0.02;
 // Wheels are told apart where that is likelier than one level for all by what chance gives once in so many.
 constexpr double kChance = 1e-3;
+constexpr double kLeastWheelNoise = 1e-5;  // [m/√m]
 constexpr double kAlikeWithin = 0.7;  // logarithm: wheels of one robot are alike within a factor of 2 (1σ)
 constexpr double kLargestShare = 30.0;
 constexpr double kCurvatureStep = 0.1;
@@ -65,7 +66,7 @@ struct FreeLevel {
 
 /// The levels that this robot has.
 std::vector<FreeLevel> free_levels(const Robot& robot) {
-  std::vector<FreeLevel> levels = {{&NoiseLevels::wheel, {1e-5, 3.0}}};
+  std::vector<FreeLevel> levels = {{&NoiseLevels::wheel, {kLeastWheelNoise, 3.0}}};
   if (has_sideways(robot)) levels.push_back({&NoiseLevels::sideways, {1e-5, 3.0}});
   if (robot.chassis.gyro) levels.push_back({&NoiseLevels::gyro, {1e-6, 1.0}});
   levels.push_back({&NoiseLevels::position, {1e-4, 1.0}});
@@ -190,7 +191,10 @@ Learned learn(Pieces pieces, const Robot& robot, bool per_wheel) {
 std::string words_of_wheels(const LearnedNoise& learned, const Robot& robot) {
   if (learned.wheels.empty())
     return fmt::format("wheel {:.3g} m/√m{}", learned.noise.wheel_per_sqrt_m,
-                       robot.chassis.wheel_count > 1 ? " (no wheel is told to differ)" : "");
+                       learned.noise.wheel_per_sqrt_m < 2.0 * kLeastWheelNoise
+                           ? " (the least that is looked for: the reference's own noise hides it)"
+                       : robot.chassis.wheel_count > 1 ? " (no wheel is told to differ)"
+                                                       : "");
   std::string text = "wheels";
   for (std::size_t i = 0; i < learned.wheels.size(); ++i)
     text += fmt::format("{} {} {:.3g} ± {:.1g}", i == 0 ? "" : ",", robot.wheel_names[i],

@@ -11,6 +11,7 @@
 #include "trundle/calibration/rough_scale.hpp"
 #include "trundle/calibration/wiring.hpp"
 #include "trundle/chassis/rows.hpp"
+#include "trundle/inspection/clocks.hpp"
 #include "trundle/inspection/mirrored_reference.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/io/words.hpp"
@@ -18,8 +19,6 @@
 
 namespace trundle {
 namespace {
-
-constexpr double kSmallOffset_s = 0.005;  // does no harm
 
 bool is_misread(const Findings& findings) {
   return std::ranges::any_of(findings.problems, is_misreading);
@@ -38,17 +37,10 @@ std::optional<AlignedReadings> align_if_possible(const Recording& recording, con
   }
 }
 
-/// recording.toml; empty where there is none.
-std::string map_of(const Recording& recording) {
-  const auto is_map = [](const InputFile& input) { return input.path.ends_with("recording.toml"); };
-  const auto map = std::ranges::find_if(recording.inputs, is_map);
-  return map == recording.inputs.end() ? std::string() : map->path;
-}
-
 /// recording.toml where it maps the wheels; empty where they are read from wheels.csv.
 std::string map_of_wheels(const Recording& recording) {
   const bool native = std::filesystem::path(recording.wheels.origin.file).filename() == "wheels.csv";
-  return native ? std::string() : map_of(recording);
+  return native ? std::string() : recording_toml_of(recording);
 }
 
 /// Columns of wheels that the robot has not got, where recording.toml asks for them.
@@ -109,28 +101,6 @@ void compare_wiring(const Recording& recording, const AlignedReadings& readings,
     findings.problems.push_back({Severity::warning, "wiring", file, 1, fault});
   for (const std::string& pair : wiring.untold)
     findings.problems.push_back({Severity::note, "wiring", file, 1, pair});
-}
-
-/// Where `off_s` more sets the clock of the gyro right, and to what. An offset may stand in either file, and
-/// they add up.
-std::string remedy_of_clock(const Recording& recording, const Robot& robot, double off_s) {
-  const double by_robot_s = robot.chassis.gyro->time_offset_s;
-  const double by_map_s = recording.gyro.origin.time_offset_s;
-  const std::string map = map_of(recording);
-  const std::string robot_file = robot.file.empty() ? "the robot file" : robot.file;
-  const bool in_map = by_map_s != 0.0 && !map.empty();
-  if (in_map && by_robot_s != 0.0)
-    return fmt::format(
-        "time_offset_s stands under [gyro] in both {0} ({1}) and {2} ({3}), and they add up: "
-        "remove it from {0}, and write time_offset_s = {4} in {2}",
-        map, fixed(by_map_s, 4), robot_file, fixed(by_robot_s, 4), fixed(by_map_s + by_robot_s + off_s, 4));
-  return fmt::format("write time_offset_s = {} under [gyro] in {}", fixed(by_map_s + by_robot_s + off_s, 4),
-                     in_map ? map : robot_file);
-}
-
-bool has_two_clocks(const Recording& recording, const Robot& robot) {
-  return robot.chassis.wheel_count > 0 && !recording.wheels.time_s.empty() && robot.chassis.gyro &&
-         !recording.gyro.time_s.empty() && observability(rows_of(robot.chassis, false)).rank == 3;
 }
 
 TurnPairs turns_of_reference(const ReferenceStream& reference, const AlignedReadings& readings,
@@ -208,24 +178,6 @@ void find_wheels_in_one_place(const Robot& robot, std::vector<Problem>& problems
         problems.push_back({Severity::warning, "geometry", fmt::format("robot '{}'", robot.name), 1,
                             fmt::format("wheels '{}' and '{}' stand in one place: write x_m and y_m of both",
                                         robot.wheel_names[i], robot.wheel_names[j])});
-}
-
-/// The gyro's clock against the wheels'.
-void compare_clocks(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
-                    Findings& findings) {
-  findings.compares_clocks = has_two_clocks(recording, robot);
-  if (!findings.compares_clocks) return;
-  findings.gyro_time_offset = gyro_time_offset(recording, readings, robot);
-  const auto& offset = findings.gyro_time_offset;
-  if (!offset) return;
-  const double off = offset->offset_s - robot.chassis.gyro->time_offset_s;
-  if (std::abs(off) <= std::max(3.0 * offset->sigma_s, kSmallOffset_s)) return;
-  findings.problems.push_back(
-      {Severity::warning, "time offset", recording.gyro.origin.file, 1,
-       fmt::format(
-           "the gyro's stamps are {:.1f} ms too {} against the wheels', which looks like slip at every "
-           "start of a turn: {}",
-           1e3 * std::abs(off), off < 0.0 ? "late" : "early", remedy_of_clock(recording, robot, off))});
 }
 
 /// The track that the ground gives, where wheels must scrub in turns.
@@ -306,7 +258,10 @@ void compare(const Recording& recording, const Robot& robot, Findings& findings)
   if (is_misread(findings)) return;
   compare_wiring(recording, *readings, robot, findings);
   forget_what_is_told_already(findings.problems);
-  compare_clocks(recording, *readings, robot, findings);
+  const ClockComparison clocks = compare_clocks(recording, *readings, robot);
+  findings.compares_clocks = clocks.is_possible;
+  findings.gyro_time_offset = clocks.offset;
+  if (clocks.problem) findings.problems.push_back(*clocks.problem);
   find_tracks(recording, *readings, robot, findings);
 }
 

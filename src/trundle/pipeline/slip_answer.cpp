@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "trundle/inspection/clocks.hpp"
 #include "trundle/recording/inspect.hpp"
 
 namespace trundle {
@@ -163,8 +164,11 @@ SlipAnswer answer_slip(const Recording& recording, const RobotFile& robot, const
   answer.options.interval_s = question.interval_s;
   const CleanDriving clean = clean_driving(robot.robot, question);
   if (!question.learn.empty()) answer.learned = learn(clean, robot.robot, answer.options);
-  answer.report = find_slip(align(recording, robot.robot), recording.commands, robot.robot, answer.options);
+  const AlignedReadings readings = align(recording, robot.robot);
+  answer.report = find_slip(readings, recording.commands, robot.robot, answer.options);
   auto& problems = answer.report.problems;
+  if (const auto clocks = compare_clocks(recording, readings, robot.robot); clocks.problem)
+    problems.push_back(*clocks.problem);
   problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
   warn_of_learning(question, answer);
   answer.provenance = provenance_of(recording, robot, clean, question);
