@@ -14,14 +14,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Provenance provenance_of(const Work& work) {
+Provenance provenance_of(const Work& work, const std::vector<Recording>& learned) {
   const RunQuestion& question = work.question;
   Provenance provenance{{}, {}, question.slam.seed};
   for (const Recording& recording : work.recordings) add_inputs(recording.inputs, provenance);
   provenance.inputs.push_back(work.used.file);
   for (const Recording& recording : work.training) add_inputs(recording.inputs, provenance);
-  for (const Recording& recording : read_recordings(question.learn, {.robot_number = question.robot_number}))
-    add_inputs(recording.inputs, provenance);
+  for (const Recording& recording : learned) add_inputs(recording.inputs, provenance);
   for (const std::string& folder : question.calibrate_on)
     provenance.options.emplace_back("calibrate-on", folder);
   for (const std::string& name : question.calibrate.free) provenance.options.emplace_back("free", name);
@@ -48,11 +47,11 @@ Work prepared(const RunQuestion& question) {
             .answer = {},
             .no_odometry = {},
             .on_steps = {}};
-  require_apart(work.recordings, {question.output});
-  require_apart(work.training, {question.output});
-  require_apart(read_recordings(question.learn, how), {question.output});
+  const std::vector<Recording> learned = read_recordings(question.learn, how);
+  for (const auto* recordings : {&work.recordings, &work.training, &learned})
+    require_apart(*recordings, {question.output});
   RunAnswer& answer = work.answer;
-  answer.provenance = provenance_of(work);
+  answer.provenance = provenance_of(work, learned);
   answer.recording_name = work.recordings.size() == 1 ? work.recording().name : question.recording;
   answer.session = work.recording().session;
   answer.recording_path = question.recording;
