@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -70,6 +71,28 @@ TEST(Recording, a_reference_may_lack_columns) {
   const Recording recording = read_recording(folder.path());
   EXPECT_TRUE(std::isnan(recording.reference.x_m[1]));
   EXPECT_NEAR(recording.reference.heading_rad[1], 2.0 * kPi - 3.1, 1e-12);
+}
+
+TEST(Recording, a_heading_may_be_a_quaternion) {
+  test::Folder folder;
+  folder.write("wheels.csv", "time_s,left_m\n0,0\n1,1\n");
+  const auto heading_of = [&](const std::string& table) {
+    folder.write("reference.csv", table);
+    return read_recording(folder.path()).reference.heading_rad.at(1);
+  };
+  const double yaw = 0.7, roll = 0.2;
+  EXPECT_NEAR(heading_of(fmt::format("time_s,x_m,y_m,qz,qw\n0,0,0,0,1\n1,0,0,{},{}\n", std::sin(0.5 * yaw),
+                                     std::cos(0.5 * yaw))),
+              yaw, 1e-12);
+  // yaw after roll: (cos y/2 + k sin y/2)(cos r/2 + i sin r/2), at any length
+  EXPECT_NEAR(heading_of(fmt::format("time_s,x_m,y_m,qx,qy,qz,qw\n0,0,0,0,0,0,1\n1,0,0,{},{},{},{}\n",
+                                     2.0 * std::cos(0.5 * yaw) * std::sin(0.5 * roll),
+                                     2.0 * std::sin(0.5 * yaw) * std::sin(0.5 * roll),
+                                     2.0 * std::sin(0.5 * yaw) * std::cos(0.5 * roll),
+                                     2.0 * std::cos(0.5 * yaw) * std::cos(0.5 * roll))),
+              yaw, 1e-12);
+  EXPECT_EQ(heading_of("time_s,heading_rad,qz,qw\n0,0,0,1\n1,0.25,0,1\n"), 0.25);
+  EXPECT_TRUE(std::isnan(heading_of("time_s,x_m,y_m,qz\n0,0,0,0\n1,1,0,0\n")));
 }
 
 TEST(Recording, a_gap_of_the_reference_adds_no_turn_and_continuous_headings_keep_their_bits) {

@@ -48,8 +48,9 @@ Work prepared(const RunQuestion& question) {
             .no_odometry = {},
             .on_steps = {}};
   const std::vector<Recording> learned = read_recordings(question.learn, how);
-  for (const auto* recordings : {&work.recordings, &work.training, &learned})
-    require_apart(*recordings, {question.output});
+  require_apart(work.recordings, {question.output});
+  require_apart(work.training, {question.output});
+  require_apart(learned, {question.output});
   RunAnswer& answer = work.answer;
   answer.provenance = provenance_of(work, learned);
   answer.recording_name = work.recordings.size() == 1 ? work.recording().name : question.recording;

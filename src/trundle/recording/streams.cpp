@@ -8,6 +8,7 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/recording/detail/misreadings.hpp"
+#include "trundle/recording/detail/quaternion.hpp"
 
 namespace trundle {
 namespace {
@@ -88,11 +89,27 @@ VelocityStream velocity_of(Table table) {
           std::move(table.origin)};
 }
 
+/// Where there is no heading, that of a quaternion as ROS writes it: yaw, and of a robot in the plane all.
+void take_quaternions(Table& reference) {
+  std::vector<double>& heading = reference.numbers[2];
+  const auto is_missing = [](double x) { return std::isnan(x); };
+  if (!std::ranges::all_of(heading, is_missing)) return;
+  for (std::size_t row = 0; row < heading.size(); ++row) {
+    const auto part = [&](std::size_t column) { return reference.numbers[column][row]; };
+    const auto part_or_none = [&](std::size_t column) {
+      return is_missing(part(column)) ? 0.0 : part(column);
+    };
+    const Quaternion q{part_or_none(3), part_or_none(4), part(5), part(6)};
+    if (q.length2() > 0.0) heading[row] = yaw_of(q);
+  }
+}
+
 void read_reference(const StreamSource& source, Recording& recording) {
   RowRules rules;
   rules.empty_cells = true;
   rules.slowest_s = kSlowestEvents_s;
   Table table = read_table(source, rules, recording.problems);
+  take_quaternions(table);
   make_continuous(table.numbers[2]);
   recording.reference = {std::move(table.time_s), std::move(table.numbers[0]), std::move(table.numbers[1]),
                          std::move(table.numbers[2]), std::move(table.origin)};
@@ -165,7 +182,8 @@ std::vector<ColumnSource> columns_of(StreamKind kind) {
     case StreamKind::sightings:
       return {name, required("range_m"), required("bearing_rad")};
     case StreamKind::reference:
-      return {optional("x_m"), optional("y_m"), optional("heading_rad")};
+      return {optional("x_m"), optional("y_m"), optional("heading_rad"), optional("qx"),
+              optional("qy"),  optional("qz"),  optional("qw")};
     case StreamKind::relative_motion:
       return {{.column = "end_s", .name = "end_s", .kind = CellKind::time},
               required("dx_m"),

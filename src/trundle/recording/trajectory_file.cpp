@@ -5,6 +5,7 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/recording/csv.hpp"
+#include "trundle/recording/detail/quaternion.hpp"
 #include "trundle/recording/detail/streams.hpp"
 #include "trundle/recording/increments.hpp"
 
@@ -46,13 +47,11 @@ Trajectory read_tum(const std::filesystem::path& path) {
   Trajectory trajectory;
   for (std::size_t row = 0; row < table.time_s.size(); ++row) {
     const auto number = [&](std::size_t column) { return table.numbers[column][row]; };
-    const double qx = number(3), qy = number(4), qz = number(5), qw = number(6);
-    const double length2 = qx * qx + qy * qy + qz * qz + qw * qw;
-    if (!std::isfinite(number(0) + number(1) + length2)) continue;
-    if (std::abs(length2 - 1.0) > 0.1)
+    const Quaternion q{number(3), number(4), number(5), number(6)};
+    if (!std::isfinite(number(0) + number(1) + q.length2())) continue;
+    if (std::abs(q.length2() - 1.0) > 0.1)
       throw InputError(table.origin.place_of(row), "has no unit quaternion", "qx qy qz qw of length 1");
-    const double heading = std::atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz));
-    trajectory.poses.push_back({table.time_s[row], {number(0), number(1), heading}});
+    trajectory.poses.push_back({table.time_s[row], {number(0), number(1), yaw_of(q)}});
   }
   return with_continuous_heading(std::move(trajectory));
 }
@@ -64,6 +63,7 @@ bool has_covariance(const std::filesystem::path& path) {
 
 Trajectory read_csv(const std::filesystem::path& path) {
   StreamSource source = native_source(StreamKind::reference, path);
+  source.columns.resize(kPoseColumns);
   if (has_covariance(path))
     for (const char* name : kCovarianceColumns) source.columns.push_back({name, name});
   std::vector<Problem> problems;
@@ -76,7 +76,7 @@ Trajectory read_csv(const std::filesystem::path& path) {
     const Pose2 pose{number(0), number(1), number(2)};
     if (!std::isfinite(pose.x) || !std::isfinite(pose.y) || !std::isfinite(pose.heading)) continue;
     trajectory.poses.push_back({table.time_s[row], pose});
-    if (source.columns.size() > 3)
+    if (source.columns.size() > kPoseColumns)
       trajectory.covariances.push_back(
           symmetric(number(3), number(4), number(5), number(6), number(7), number(8)));
   }

@@ -31,6 +31,8 @@ std::string_view table_name_of(StreamKind kind);
 /// Its columns besides the stamps, named as in the native file; none for wheels, whose columns are named
 /// after the robot's.
 std::vector<ColumnSource> columns_of(StreamKind kind);
+/// Of a reference the first are x, y and heading; what follows is a quaternion.
+inline constexpr std::size_t kPoseColumns = 3;
 /// "time_s", or "start_s" where rows are intervals.
 std::string_view stamp_column_of(StreamKind kind);
 
