@@ -1,7 +1,7 @@
 // The statistic of every interval with its limit, the slips shaded; a slip leads to its place on the map.
 import { chart } from '../chart.js';
 import { html, nameOf } from '../dom.js';
-import { display, fixed, isNumber, lengthUnit, percent, withSigma } from '../format.js';
+import { display, fixed, isNumber, lengthUnit, percent, unknown, withSigma } from '../format.js';
 import { colour } from '../palette.js';
 import { scrolling, section, table, tooled } from '../section.js';
 import { lookAt } from '../shared.js';
@@ -42,7 +42,7 @@ function eventTable(events) {
     return event.start ? button : '';
   };
   const rows = events.map((event) => ({ cells: [`${fixed(event.start_s, 2)} s`, `${fixed(event.end_s - event.start_s, 2)} s`, event.wheel === 'ambiguous' ? html('span', { class: 'soft' }, words.ambiguous) : nameOf(event.wheel, 24),
-    words.kinds[event.kind] ?? event.kind, withSigma(event.excess_m, event.excess_sigma_m, unit), percent(event.confidence), press(event)] }));
+    words.kinds[event.kind] ?? event.kind, withSigma(event.excess_m, event.excess_sigma_m, unit), event.wheel === 'ambiguous' ? unknown : percent(event.confidence), press(event)] }));
   return scrolling(table(columns, rows, { class: `cards ${rows.length > 40 ? 'long' : ''}` }), words.table);
 }
 
