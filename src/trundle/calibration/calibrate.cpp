@@ -152,13 +152,7 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   }
   const FromOutside measured = from_outside(runs);
   const std::vector<Parameter> parameters = choose_parameters(nominal, measured, options.free, options.fix);
-  if (parameters.empty() && !nominal.chassis.gyro &&
-      std::ranges::any_of(training, [](const Recording& r) { return !r.gyro.time_s.empty(); }))
-    throw CannotAnswer(
-        "no parameter is free: nothing was measured from outside, and the robot file has no [gyro] although "
-        "the "
-        "recording has one: write [gyro] to calibrate with it");
-  require_something_free(parameters, nominal);
+  require_something_free(parameters, training, nominal);
   const Estimate estimate = estimate_parameters(runs, start, parameters);
   require_something_estimated(estimate, parameters, nominal);
   const SessionSpread spread = session_spread(runs, start, parameters, estimate.space);

@@ -153,8 +153,14 @@ std::string summary_of(const CalibrationResult& result) {
 
 }  // namespace
 
-void require_something_free(std::span<const Parameter> parameters, const Robot& nominal) {
+void require_something_free(std::span<const Parameter> parameters, std::span<const Recording> training,
+                            const Robot& nominal) {
   if (!parameters.empty()) return;
+  const auto has_gyro = [](const Recording& recording) { return !recording.gyro.time_s.empty(); };
+  if (!nominal.chassis.gyro && std::ranges::any_of(training, has_gyro))
+    throw CannotAnswer(
+        "no parameter is free: nothing was measured from outside, and the robot file has no [gyro] although "
+        "the recording has one: write [gyro] to calibrate with it");
   if (nominal.chassis.wheels().empty() && !nominal.chassis.gyro)
     throw CannotAnswer(fmt::format(
         "robot '{}' has neither wheels nor a gyro: velocities that somebody else computed are taken as they "

@@ -9,7 +9,8 @@
 namespace trundle {
 
 /// Throws CannotAnswer, in words, when there is none to estimate.
-void require_something_free(std::span<const Parameter> parameters, const Robot& nominal);
+void require_something_free(std::span<const Parameter> parameters, std::span<const Recording> training,
+                            const Robot& nominal);
 /// The same when the runs can tell no parameter.
 void require_something_estimated(const Estimate& estimate, std::span<const Parameter> parameters,
                                  const Robot& nominal);

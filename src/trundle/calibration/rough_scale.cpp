@@ -1,6 +1,7 @@
 #include "trundle/calibration/rough_scale.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -99,17 +100,12 @@ bool stretches_agree(std::span<const Run> runs, const Robot& given) {
 std::string scale_fault(std::span<const Run> runs, const Robot& robot) {
   const auto scale = rough_scale(runs, robot);
   if (!scale || *scale == 0.0 || !is_far_off(*scale)) return {};
-  for (const double factor : {1000.0, 0.001})
-    if (std::abs(*scale / factor - 1.0) < kOfUnit)
-      return fmt::format(
-          "the reference moves {:.3g} times as far as the wheels with the robot file as given: is one of "
-          "them "
-          "in millimetres? Write unit = \"mm\" at its columns in recording.toml",
-          *scale);
+  const bool is_unit = std::ranges::any_of(
+      std::array{1000.0, 0.001}, [&](double factor) { return std::abs(*scale / factor - 1.0) < kOfUnit; });
   return fmt::format(
-      "the reference moves {:.3g} times as far as the wheels with the robot file as given: check "
-      "ticks_per_revolution, gears and diameters",
-      *scale);
+      "the reference moves {:.3g} times as far as the wheels with the robot file as given: {}", *scale,
+      is_unit ? "is one of them in millimetres? Write unit = \"mm\" at its columns in recording.toml"
+              : "check ticks_per_revolution, gears and diameters");
 }
 
 void scale_wheels(double factor, Robot& robot) {

@@ -103,8 +103,8 @@ void compare_wiring(const Recording& recording, const AlignedReadings& readings,
     findings.problems.push_back({Severity::note, "wiring", file, 1, pair});
 }
 
-TurnPairs turns_of_reference(const ReferenceStream& reference, const AlignedReadings& readings,
-                             const Robot& robot) {
+PairedSums turns_of_reference(const ReferenceStream& reference, const AlignedReadings& readings,
+                              const Robot& robot) {
   const auto heading_at = [&](double time_s) { return sample_reference(reference, time_s).value.z(); };
   double before = heading_at(readings.start_s);
   return turn_pairs(robot, readings, [&](const Increment& increment) {
@@ -115,12 +115,12 @@ TurnPairs turns_of_reference(const ReferenceStream& reference, const AlignedRead
 
 /// Degrees that were taken for radians, or the other way round; in words, empty: neither. `scale`: how many
 /// times as far the reference moves, which wheels of another size explain, and its turns with it.
-std::string heading_unit_fault(const TurnPairs& turns, double scale) {
+std::string heading_unit_fault(const PairedSums& turns, double scale) {
   constexpr double kTrackIsKnown = 1.3;  // the factor that its ratio to degrees may be off
   const auto are_degrees = [](double ratio) {
     return ratio < degrees(kTrackIsKnown) && ratio > degrees(1.0) / kTrackIsKnown;
   };
-  if (std::sqrt(turns.wheels2) < kLeastTurning_rad || !(std::abs(turns.correlation()) > 0.8)) return {};
+  if (std::sqrt(turns.xx) < kLeastTurning_rad || !(std::abs(turns.correlation()) > 0.8)) return {};
   const double ratio = std::abs(turns.slope()) / scale;
   if (are_degrees(ratio))
     return fmt::format(

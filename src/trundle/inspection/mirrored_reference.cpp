@@ -1,10 +1,10 @@
 #include "trundle/inspection/mirrored_reference.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "trundle/geometry/angle.hpp"
+#include "trundle/statistics/paired_sums.hpp"
 
 namespace trundle {
 namespace {
@@ -19,25 +19,18 @@ struct Piece {
   double heading_rad;  ///< in the middle
 };
 
-/// How path and heading turn from one piece to the next, added up. Twice the angles: backwards is the same as
-/// forwards then.
-struct Bends {
-  double course2 = 0.0, heading2 = 0.0, product = 0.0;
-
-  void add(const Piece& before, const Piece& now) {
-    const double course = 0.5 * wrap_angle(2.0 * (now.course_rad - before.course_rad));
-    const double heading = 0.5 * wrap_angle(2.0 * (now.heading_rad - before.heading_rad));
-    if (std::abs(course) > kTurn_rad || std::abs(heading) > kTurn_rad) return;
-    course2 += course * course;
-    heading2 += heading * heading;
-    product += course * heading;
-  }
-};
+/// How path and heading turn from one piece to the next. Twice the angles: backwards is the same as forwards
+/// then.
+void add_bend(const Piece& before, const Piece& now, PairedSums& bends) {
+  const double course = 0.5 * wrap_angle(2.0 * (now.course_rad - before.course_rad));
+  const double heading = 0.5 * wrap_angle(2.0 * (now.heading_rad - before.heading_rad));
+  if (std::abs(course) <= kTurn_rad && std::abs(heading) <= kTurn_rad) bends.add(course, heading);
+}
 
 }  // namespace
 
 bool is_mirrored(const ReferenceStream& reference) {
-  Bends bends;
+  PairedSums bends;
   std::optional<Piece> before;
   std::optional<std::size_t> start;
   for (std::size_t i = 0; i < reference.time_s.size(); ++i) {
@@ -48,12 +41,11 @@ bool is_mirrored(const ReferenceStream& reference) {
     if (std::hypot(dx, dy) < kPiece_m) continue;
     const double from = reference.heading_rad[*start];
     const Piece piece{std::atan2(dy, dx), from + 0.5 * wrap_angle(heading - from)};
-    if (before) bends.add(*before, piece);
+    if (before) add_bend(*before, piece, bends);
     before = piece;
     start = i;
   }
-  return std::sqrt(std::min(bends.course2, bends.heading2)) > kLeastTurning_rad &&
-         bends.product < kAgainst * std::sqrt(bends.course2 * bends.heading2);
+  return bends.lesser() > kLeastTurning_rad && bends.correlation() < kAgainst;
 }
 
 }  // namespace trundle

@@ -79,10 +79,10 @@ Solution solve(const Design& X, const Eigen::VectorXd& y, const Eigen::VectorXd&
   return solution;
 }
 
-/// K²/3 that a walk alone has with 99 % if it leaves no more than that at the longest averaging time.
-double walk_at_longest(const AllanPoint& point) {
+/// K² that a walk has at most, with 99 %, if it leaves no more than that at the longest averaging time.
+double most_walk_at(const AllanPoint& point) {
   const double least = chi_squared_limit(0.99, point.degrees_of_freedom) / point.degrees_of_freedom;
-  return point.deviation * point.deviation / least / point.tau_s;
+  return 3.0 * point.deviation * point.deviation / least / point.tau_s;
 }
 
 /// No model of white noise and a walk: white noise that is nowhere too small.
@@ -140,9 +140,9 @@ std::optional<NoiseFit> fit_noise(std::span<const AllanPoint> points) {
                                         : points.front().deviation * std::sqrt(points.front().tau_s);
   if (fit.density > 0.0) fit.density_sigma = 0.5 * std::sqrt(solution.covariance(0, 0)) / fit.density;
   fit.walk_limit = root(std::max(0.0, solution.value[1]) + 1.645 * walk2_sigma);
-  const double longest = 3.0 * walk_at_longest(points.back());
-  if (longest < solution.value[1]) {  // correlated noise at short times looks like the foot of a walk
-    fit.walk_limit = root(longest);
+  const double most = most_walk_at(points.back());
+  if (most < solution.value[1]) {  // correlated noise at short times looks like the foot of a walk
+    fit.walk_limit = root(most);
     take_most_noise(points, fit);
   } else if (solution.value[1] > 2.0 * walk2_sigma) {
     fit.walk = root(solution.value[1]);

@@ -11,7 +11,7 @@
 namespace trundle {
 namespace {
 
-TurnPairs turns_of_gyro(const Robot& robot, const AlignedReadings& readings) {
+PairedSums turns_of_gyro(const Robot& robot, const AlignedReadings& readings) {
   const Gyro& gyro = *robot.chassis.gyro;
   return turn_pairs(robot, readings, [&](const Increment& increment) {
     return increment.has_gyro ? (increment.gyro_rad - gyro.bias_rad_s * increment.duration_s) * gyro.scale
@@ -20,13 +20,13 @@ TurnPairs turns_of_gyro(const Robot& robot, const AlignedReadings& readings) {
 }
 
 /// Turns of both; nothing where the robot hardly turns, or only one of the two sees it.
-std::optional<TurnPairs> comparable_turns(const Recording& recording, const Robot& robot,
-                                          const AlignedReadings& readings) {
+std::optional<PairedSums> comparable_turns(const Recording& recording, const Robot& robot,
+                                           const AlignedReadings& readings) {
   if (!robot.chassis.gyro || recording.gyro.time_s.empty() ||
       observability(rows_of(robot.chassis, false)).rank < 3)
     return std::nullopt;
-  const TurnPairs pairs = turns_of_gyro(robot, readings);
-  if (std::sqrt(pairs.wheels2) < kLeastTurning_rad || pairs.other2 == 0.0) return std::nullopt;
+  const PairedSums pairs = turns_of_gyro(robot, readings);
+  if (std::sqrt(pairs.xx) < kLeastTurning_rad || pairs.yy == 0.0) return std::nullopt;
   return pairs;
 }
 
@@ -41,7 +41,7 @@ bool looks_like_degrees(double ratio, const Robot& robot) {
 }
 
 /// Turns as they would be if a wheel counted the other way.
-TurnPairs with_reversed(std::size_t wheel, const Robot& robot, AlignedReadings readings) {
+PairedSums with_reversed(std::size_t wheel, const Robot& robot, AlignedReadings readings) {
   for (Increment& increment : readings.increments) increment.turned[wheel] = -increment.turned[wheel];
   return turns_of_gyro(robot, readings);
 }
@@ -58,11 +58,11 @@ std::string disagreement(const Robot& robot, const AlignedReadings& readings) {
 
 }  // namespace
 
-TurnPairs turn_pairs(const Robot& robot, const AlignedReadings& readings,
-                     const std::function<double(const Increment&)>& other_turn) {
+PairedSums turn_pairs(const Robot& robot, const AlignedReadings& readings,
+                      const std::function<double(const Increment&)>& other_turn) {
   constexpr double kPiece_s = 0.5;
   const Rows rows = rows_of(robot.chassis, false);
-  TurnPairs pairs;
+  PairedSums pairs;
   double by_wheels = 0.0, by_other = 0.0, duration_s = 0.0;
   for (const Increment& increment : readings.increments) {
     const double turn = other_turn(increment);
@@ -71,9 +71,7 @@ TurnPairs turn_pairs(const Robot& robot, const AlignedReadings& readings,
     by_other += turn;
     duration_s += increment.duration_s;
     if (duration_s < kPiece_s) continue;
-    pairs.wheels2 += by_wheels * by_wheels;
-    pairs.other2 += by_other * by_other;
-    pairs.product += by_wheels * by_other;
+    pairs.add(by_wheels, by_other);
     by_wheels = by_other = duration_s = 0.0;
   }
   return pairs;
@@ -122,7 +120,7 @@ void compare_gyro(const Recording& recording, const Robot& robot, const AlignedR
     warn("gyro sign", recording.gyro.origin.file,
          "the gyro turns the other way than the wheels: it is mounted upside down ([gyro] scale = -1) or "
          "left and right are swapped");
-  else if (pairs->correlation() < kAgree && std::sqrt(std::min(pairs->wheels2, pairs->other2)) > kMuchTurning)
+  else if (pairs->correlation() < kAgree && pairs->lesser() > kMuchTurning)
     warn("gyro against wheels", recording.wheels.origin.file, disagreement(robot, readings));
   else if (pairs->correlation() > kAgree && !has_skid_wheels(robot.chassis) &&
            (slope > kFarOff || slope < 1.0 / kFarOff))
@@ -136,8 +134,7 @@ void compare_gyro(const Recording& recording, const Robot& robot, const AlignedR
 bool turns_contradict(const Recording& recording, const Robot& robot, const AlignedReadings& readings) {
   constexpr double kClearTurning = 0.5;  // [rad], root of the sum of squares
   const auto pairs = comparable_turns(recording, robot, readings);
-  return pairs && pairs->correlation() < -kAgree &&
-         std::sqrt(std::min(pairs->wheels2, pairs->other2)) > kClearTurning;
+  return pairs && pairs->correlation() < -kAgree && pairs->lesser() > kClearTurning;
 }
 
 }  // namespace trundle

@@ -203,7 +203,7 @@ void SlipDetector::judge(const Contradiction& c, const Increment& interval, Slip
 /// A quiet interval, the first of which the slip may have ended in.
 void SlipDetector::wait(const Contradiction& c, SlipVerdict& verdict) {
   const int quiet = event_.be_quiet();
-  if (quiet == 1) event_.add_edge(excesses_of(c));
+  if (quiet == 1) event_.add(excesses_of(c));
   if (quiet < (options_.method == SlipMethod::published ? 1 : kQuiet)) return;
   end_event(verdict);
   forget_sums();
@@ -212,7 +212,7 @@ void SlipDetector::wait(const Contradiction& c, SlipVerdict& verdict) {
 void SlipDetector::begin(const Contradiction& c, const Increment& interval, bool persistent) {
   if (!persistent) {
     event_.begin(interval.time_s - interval.duration_s, checked_);
-    event_.add_edge(before_);
+    event_.add(before_);
     return add_evidence(c, interval);
   }
   const Sum* largest = &sums_[0][0];

@@ -67,10 +67,10 @@ void SlipEvidence::add(const Interval& interval) {
   for (std::size_t i = 0; i < misfit_.size(); ++i) {
     misfit_[i] += std::max(0.0, c.chi2 - squared(c.score[i]));
     if (interval.misfit_by_motion) misfit_[i] += (*interval.misfit_by_motion)[i];
-    excess_[i].add(c.excess_m[i], c, i);
     travel_[i].m += c.travel[i];
     travel_[i].variance_m2 += squared(c.travel_sigma[i]);
   }
+  add(excesses_of(c));
   misfit_dof_ += interval.degrees_of_freedom;
   ++intervals_;
   stuck_intervals_ += interval.is_stuck ? 1 : 0;
@@ -92,7 +92,7 @@ void SlipEvidence::add(const Stretch& stretch) {
   intervals_ += stretch.intervals;
 }
 
-void SlipEvidence::add_edge(const Excesses& excesses) {
+void SlipEvidence::add(const Excesses& excesses) {
   for (std::size_t i = 0; i < excess_.size(); ++i) excess_[i].add(excesses[i]);
 }
 

@@ -57,8 +57,8 @@ class SlipEvidence {
     const PerWheel& travel_m;
   };
   void add(const Stretch& stretch);
-  /// The interval before the first or after the last: the slip may have begun or ended within, unnoticed.
-  void add_edge(const Excesses& excesses);
+  /// Of the interval before the first or after the last: the slip may have begun or ended within, unnoticed.
+  void add(const Excesses& excesses);
 
   struct Attribution {
     int likeliest = 0;

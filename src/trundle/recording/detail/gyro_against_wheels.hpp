@@ -1,30 +1,22 @@
 #pragma once
 
-#include <cmath>
 #include <functional>
 #include <optional>
 #include <vector>
 
 #include "trundle/chassis/robot.hpp"
 #include "trundle/recording/increments.hpp"
+#include "trundle/statistics/paired_sums.hpp"
 
 namespace trundle {
 
-/// How far the robot turns over pieces of half a second, by its wheels and by something else: sums of squares
-/// and of products [rad²].
-struct TurnPairs {
-  double wheels2 = 0.0, other2 = 0.0, product = 0.0;
-
-  /// The other's turn for one of the wheels'.
-  double slope() const { return product / wheels2; }
-  double correlation() const { return product / std::sqrt(wheels2 * other2); }
-};
 /// Root of the sum of squares [rad] with which turns can be compared.
 inline constexpr double kLeastTurning_rad = 0.1;
 
-/// `other_turn`: how far it turns in an interval [rad], asked of one after the other; NaN: it does not tell.
-TurnPairs turn_pairs(const Robot& robot, const AlignedReadings& readings,
-                     const std::function<double(const Increment&)>& other_turn);
+/// How far the robot turns over pieces of half a second, by its wheels (x) and by something else (y) [rad].
+/// `other_turn`: how far in an interval, asked of one after the other; NaN: it does not tell.
+PairedSums turn_pairs(const Robot& robot, const AlignedReadings& readings,
+                      const std::function<double(const Increment&)>& other_turn);
 
 /// Rates in degrees that were taken for radians, or the other way round.
 std::optional<Problem> wrong_gyro_unit(const Recording& recording, const Robot& robot,

@@ -133,7 +133,7 @@ void choices_of(const ReadingTerms& reading, std::span<const Candidate> candidat
     choices_as<double>(reading, candidates, choosing, range, choices);
 }
 
-/// Of eight or so particles: 1 where it holds.
+/// Weight of the particles of which something holds; what pads has none.
 template <class Holds>
 HWY_INLINE double share_where(const Column<double>& weights, Holds holds) {
   const Tag<double> d;

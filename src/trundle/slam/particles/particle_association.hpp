@@ -91,8 +91,8 @@ class ParticleAssociation {
     std::size_t group = 0;
 
     double share_that_chose(std::int32_t choice, const Column<double>& weights) const {
-      return is_unanimous ? double(choices.front() == choice)
-                          : trundle::share_that_chose(choice, choices, weights);
+      if (is_unanimous) return choices.front() == choice ? 1.0 : 0.0;
+      return trundle::share_that_chose(choice, choices, weights);
     }
   };
   /// Landmarks lie in the grid where a juror had them when they were last seen, and for all particles not

@@ -282,7 +282,7 @@ CalibrationResult calibrate_from_landmarks(std::span<const Recording> training,
                                            const CalibrateOptions& options) {
   const std::vector<Parameter> parameters =
       choose_parameters(nominal, {.length = true, .anything = true}, options.free, options.fix);
-  require_something_free(parameters, nominal);
+  require_something_free(parameters, training, nominal);
   const std::vector<Seen> all = see(training, nominal);
   const Fitted fit = fit_to(all, nominal, parameters);
   const Estimate& estimate = fit.estimate;
