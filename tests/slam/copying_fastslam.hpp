@@ -69,7 +69,7 @@ struct CopyingFastSlam {
         known.push_back({reading_terms(observation, sensor), &mapped->second});
     }
     Column<double> sum(kParticleLanes, p.log_weight);
-    weigh_and_improve(known, at, kOne, sum.data());
+    weigh_and_improve({known, at.origin}, at, kOne, sum.data());
     p.log_weight = sum[0];
     for (const Observation* observation : fresh) {
       const ReadingTerms reading = reading_terms(*observation, sensor);

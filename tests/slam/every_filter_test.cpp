@@ -82,6 +82,31 @@ TEST_P(EveryFilter, SurvivesNonsense) {
   }
 }
 
+TEST_P(EveryFilter, SurvivesSensorsThatClaimTheImpossible) {
+  // Readings that err by far more than their sigmas, down to where single precision ends.
+  for (const double range_sigma_m : {1e-9, 1e-6, 1e-3})
+    for (const double bearing_sigma_rad : {1e-9, 1e-6, 1e-2}) {
+      test::SlamWorld world = test::slam_world({.steps = 30});
+      world.sensor.range_sigma_m = range_sigma_m;
+      world.sensor.bearing_sigma_rad = bearing_sigma_rad;
+      SlamFilter filter(world.sensor, options());
+      for (const SlamStep& step : world.steps) {
+        filter.step(step.motion, step.observations);
+        expect_finite(filter);
+      }
+    }
+}
+
+TEST_P(EveryFilter, SurvivesALandmarkAtTheSensor) {
+  SlamFilter filter(test::slam_world({.steps = 1}).sensor, options());
+  const Motion still = motion_of({}, 1e-6 * Matrix3::Identity());
+  Random random(4);
+  for (int k = 0; k < 200; ++k) {
+    filter.step(still, std::vector<Observation>{{0, 2e-6, random.uniform(-kPi, kPi)}});
+    expect_finite(filter);
+  }
+}
+
 TEST_P(EveryFilter, SurvivesSightingsThatAreAllWrong) {
   const test::SlamWorld world = test::slam_world({.steps = 150});
   Random random(9);

@@ -2,13 +2,16 @@
 
 #include <cmath>
 
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
+#include "trundle/slam/cholesky.hpp"
 #include "trundle/slam/particles/landmark_kernels.hpp"
 #include "trundle/slam/particles/lane_targets.hpp"
 #include "trundle/slam/particles/particle_slam.hpp"
 #include "trundle/slam/particles/pose_target.hpp"
+#include "trundle/slam/particles/swarm_kernels.hpp"
 
 #include "slam/world.hpp"
 
@@ -45,6 +48,31 @@ TEST(DrawNormals, AreNormalAndIndependent) {
     EXPECT_NEAR(moments[3], 3.0, 4.0 * std::sqrt(96.0) * sigma);
     EXPECT_NEAR(with_next, 0.0, 4.0 * sigma);
     EXPECT_NEAR(with_neighbour, 0.0, 4.0 * sigma);
+  }
+}
+
+TEST(DrawChances, AreUniformAndUnrelated) {
+  constexpr std::size_t kCount = 1 << 18;
+  std::array<TripleColumns, 3> chances = {TripleColumns(kCount), TripleColumns(kCount),
+                                          TripleColumns(kCount)};
+  draw_chances({.seed = 5, .step = 7}, {0, kCount}, chances);
+  const double sigma = 1.0 / std::sqrt(static_cast<double>(kCount));
+  const auto column = [&](std::size_t k) { return chances[k / 3][k % 3]; };
+  for (std::size_t k = 0; k < 9; ++k) {
+    std::array<double, 1024> counts{};
+    std::array<double, 9> products{};
+    for (std::size_t i = 0; i < kCount; ++i) {
+      const double x = column(k)[i];
+      ASSERT_EQ(x * 1024.0 - 0.5, std::floor(x * 1024.0));
+      counts[static_cast<std::size_t>(x * 1024.0)] += 1.0;
+      for (std::size_t other = 0; other < 9; ++other)
+        products[other] += (x - 0.5) * (column(other)[i] - 0.5) * 12.0 / kCount;
+    }
+    double chi2 = 0.0;
+    for (const double count : counts) chi2 += (count - 256.0) * (count - 256.0) / 256.0;
+    EXPECT_NEAR(chi2, 1023.0, 4.0 * std::sqrt(2.0 * 1023.0));
+    for (std::size_t other = 0; other < 9; ++other)
+      EXPECT_NEAR(products[other], other == k ? 1.0 : 0.0, 4.0 * sigma);
   }
 }
 
@@ -139,7 +167,7 @@ TEST_P(LanesIn, LanesAgreeWithOneLandmarkAlone) {
     const ReadingTerms reading =
         reading_terms({0, 4.0 + random.normal(0.1), 0.5 + random.normal(0.02)}, sensor);
     const KnownReading known{reading, &columns};
-    weigh_and_improve({&known, 1}, sensors, {0, padded(kParticles)}, log_weights.data());
+    weigh_and_improve({{&known, 1}, sensors.origin}, sensors, {0, padded(kParticles)}, log_weights.data());
     for (std::size_t i = 0; i < kParticles; ++i) {
       const Sight sight = sight_of(at[i], reading, alone[i]);
       expected[i] += log_likelihood_of(sight);
@@ -155,6 +183,66 @@ TEST_P(LanesIn, LanesAgreeWithOneLandmarkAlone) {
     EXPECT_NEAR(m.xy, alone[i].xy, tolerance * 0.01);
     EXPECT_NEAR(m.yy, alone[i].yy, tolerance * 0.01);
     EXPECT_NEAR(log_weights[i], expected[i], 100.0 * tolerance);
+  }
+}
+
+TEST_P(LanesIn, HundredsOfReadingsInOneStepNeitherOverflowNorVanish) {
+  const double tolerance = GetParam() == Precision::float32 ? 1e-5 : 1e-12;
+  SensorColumns sensors(1);
+  sensors.cos[0] = 1.0;
+  const SensorAt at{0.0, 0.0, 1.0, 0.0};
+  for (const double sigma : {1e-3, 1e3}) {
+    const LandmarkSensor sensor{{}, sigma, 0.5 * sigma, 20.0, 0.0};
+    std::vector<LandmarkColumns> columns(400, LandmarkColumns(1, GetParam()));
+    std::vector<KnownReading> readings;
+    double expected = 0.0;
+    for (LandmarkColumns& landmark : columns) {
+      const LandmarkEstimate m{3.0, 1.0, sigma * sigma, 0.0, sigma * sigma};
+      landmark.set(0, m);
+      readings.push_back({reading_terms({0, 3.1, 0.3}, sensor), &landmark});
+      expected += log_likelihood_of(sight_of(at, readings.back().reading, landmark.at(0)));
+    }
+    Column<double> log_weights(kParticleLanes);
+    weigh_and_improve({readings, sensors.origin}, sensors, {0, kParticleLanes}, log_weights.data());
+    EXPECT_NEAR(log_weights[0], expected, tolerance * std::abs(expected));
+  }
+}
+
+TEST_P(LanesIn, FitnessIsTheTarget) {
+  const double tolerance = GetParam() == Precision::float32 ? 2e-5 : 1e-11;
+  constexpr std::size_t kParticles = 50;
+  Random random(8);
+  const LandmarkSensor sensor{{0.3, -0.1, 0.4}, 0.1, 0.05, 20.0, 0.0};
+  PoseColumns predicted(kParticles);
+  TripleColumns n(kParticles);
+  for (std::size_t i = 0; i < kParticles; ++i) {
+    predicted.set(i, {random.normal(0.5), random.normal(0.5), random.uniform(-9.0, 9.0)});
+    n.set(i, {random.normal(), random.normal(), random.normal()});
+  }
+  std::vector<LandmarkColumns> columns(10, LandmarkColumns(kParticles, GetParam()));
+  std::vector<KnownReading> readings;
+  for (LandmarkColumns& landmark : columns) {
+    for (std::size_t i = 0; i < kParticles; ++i)
+      landmark.set(
+          i, {random.uniform(-9.0, 9.0), random.uniform(-9.0, 9.0), 0.04, random.uniform(-0.03, 0.03), 0.03});
+    const double bearing = random.uniform(-kPi, kPi);
+    readings.push_back({reading_terms({0, random.uniform(1.0, 9.0), bearing}, sensor), &landmark});
+  }
+  const Matrix3 Q = Vector3(0.01, 0.02, 0.5).asDiagonal();
+  const Matrix3 L = semidefinite_root(Q);
+  const PoseTarget target(predicted, Q, sensor.body_from_sensor, readings);
+  SensorColumns bodies(kParticles);
+  PoseColumns poses(kParticles);
+  place(predicted, TripleColumns(kParticles), {}, {0, padded(kParticles)}, poses, bodies);
+  SwarmColumns swarm(kParticles);
+  const NearReadings near(readings, bodies.origin);
+  start_swarm(
+      {near, bodies, L, L.inverse(), 3.0 * L.rowwise().norm(), sensor_at({}, sensor.body_from_sensor), true},
+      n, {0, padded(kParticles)}, swarm);
+  for (std::size_t i = 0; i < kParticles; ++i) {
+    const PoseTarget::Value value = target.at(i, target.clamped(n.at(i)));
+    EXPECT_NEAR(swarm.value[i], value.log_density, tolerance * std::abs(value.log_density));
+    EXPECT_NEAR(swarm.best_agreement[i], value.agreement, tolerance);
   }
 }
 

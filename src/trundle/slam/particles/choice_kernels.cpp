@@ -79,7 +79,8 @@ HWY_INLINE LaneCosts<Real> costs_of(const ReadingTerms& reading, std::span<const
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     const LandmarkColumns& columns = *candidates[c].columns;
     const LaneLandmark<Real> m = load_landmark<Real>(columns.numbers<Real>() + i, columns.stride());
-    const LaneSight<Real> s = sight_of(sensor, reading, columns.origin() - choosing.sensors.origin, m);
+    const LaneSight<Real> s =
+        sight_of(sensor, near<Real>({reading, candidates[c].columns}, choosing.sensors.origin), m);
     const LaneTotal<Real> S = total_covariance(Q, sensor, s);
     const Vec<Real> nis = nis_of(s, S);
     const auto passes = hn::And(m.xx >= zero, nis <= gate);

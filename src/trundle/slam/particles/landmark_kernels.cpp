@@ -36,32 +36,33 @@ HWY_INLINE void improve(LaneLandmark<Real>& m, const LaneSight<Real>& s, const L
 }
 
 template <class Real>
-void weigh_as(std::span<const KnownReading> readings, const SensorColumns& sensors, ParticleRange range,
+void weigh_as(std::span<const NearReading<Real>> readings, const SensorColumns& sensors, ParticleRange range,
               double* log_weights) {
   for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
     const LaneSensor<Real> sensor = load_sensor<Real>(sensors, i);
-    Vec<Real> sum = hn::Zero(Tag<Real>());
-    for (const KnownReading& known : readings) {
-      Real* const numbers = known.landmark->numbers<Real>() + i;
-      const std::size_t stride = known.landmark->stride();
+    Vec<Real> distance2 = hn::Zero(Tag<Real>());
+    LaneLogSum<Real> volumes2;
+    for (const NearReading<Real>& reading : readings) {
+      Real* const numbers = reading.landmark->template numbers<Real>() + i;
+      const std::size_t stride = reading.landmark->stride();
       LaneLandmark<Real> m = load_landmark(numbers, stride);
-      const LaneSight<Real> sight =
-          sight_of(sensor, known.reading, known.landmark->origin() - sensors.origin, m);
+      const LaneSight<Real> sight = sight_of(sensor, reading, m);
       const LaneShift<Real> shift = weighted_innovation(sight);
-      sum = sum + log_likelihood_of(sight, shift);
+      distance2 = distance2 + (sight.along * shift.along + sight.across * shift.across);
+      volumes2.add(sight.determinant * sight.inverse_range * sight.inverse_range);
       improve(m, sight, shift);
       store_landmark(m, numbers, stride);
     }
-    add<Real>(sum, log_weights + i);
+    add<Real>(lanes<Real>(-0.5) * (distance2 + volumes2.sum()), log_weights + i);
   }
 }
 
-void weigh(std::span<const KnownReading> readings, const SensorColumns& sensors, ParticleRange range,
+void weigh(const NearReadings& readings, const SensorColumns& sensors, ParticleRange range,
            double* log_weights) {
-  if (readings.front().landmark->precision() == Precision::float32)
-    weigh_as<float>(readings, sensors, range, log_weights);
+  if (readings.precision() == Precision::float32)
+    weigh_as(readings.in<float>(), sensors, range, log_weights);
   else
-    weigh_as<double>(readings, sensors, range, log_weights);
+    weigh_as(readings.in<double>(), sensors, range, log_weights);
 }
 
 template <class Real>
@@ -130,11 +131,11 @@ template <class Real>
 void surprises_as(const KnownReading& known, const SensorColumns& sensors, const Matrix3& covariance,
                   ParticleRange range, TripleColumns& surprises) {
   const LaneSymmetric<Real> Q = symmetric<Real>(covariance);
+  const NearReading<Real> reading = near<Real>(known, sensors.origin);
   for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
     const LaneSensor<Real> sensor = load_sensor<Real>(sensors, i);
-    const LaneSight<Real> s =
-        sight_of(sensor, known.reading, known.landmark->origin() - sensors.origin,
-                 load_landmark<Real>(known.landmark->numbers<Real>() + i, known.landmark->stride()));
+    const LaneSight<Real> s = sight_of(
+        sensor, reading, load_landmark<Real>(known.landmark->numbers<Real>() + i, known.landmark->stride()));
     const Vec<Real> nis = nis_of(s, total_covariance(Q, sensor, s));
     store_triple<Real>({s.along, s.across * s.inverse_range, nis}, surprises, i);
   }
@@ -148,7 +149,7 @@ void surprises_of(const KnownReading& known, const SensorColumns& sensors, const
     surprises_as<double>(known, sensors, covariance, range, surprises);
 }
 
-/// Lower C with C Cᵀ = A.
+/// Lower C with C Cᵀ = A, A − 1 positive semidefinite: so no pivot is less than 1, whatever rounding says.
 template <class Real>
 struct LaneCholesky {
   Vec<Real> xx, yx, yy, hx, hy, hh;
@@ -156,14 +157,14 @@ struct LaneCholesky {
 
   explicit LaneCholesky(const LaneSymmetric<Real>& A) {
     const Vec<Real> one = lanes<Real>(1.0);
-    xx = hn::Sqrt(A.xx);
+    xx = hn::Sqrt(hn::Max(A.xx, one));
     inverse_xx = one / xx;
     yx = A.xy * inverse_xx;
     hx = A.xh * inverse_xx;
-    yy = hn::Sqrt(A.yy - yx * yx);
+    yy = hn::Sqrt(hn::Max(A.yy - yx * yx, one));
     inverse_yy = one / yy;
     hy = (A.yh - hx * yx) * inverse_yy;
-    hh = hn::Sqrt(A.hh - hx * hx - hy * hy);
+    hh = hn::Sqrt(hn::Max(A.hh - hx * hx - hy * hy, one));
     inverse_hh = one / hh;
   }
   /// C⁻¹ v
@@ -190,17 +191,16 @@ struct LaneNormalEquations {
 };
 
 template <class Real>
-HWY_INLINE LaneNormalEquations<Real> normal_equations(std::span<const KnownReading> readings,
-                                                      const LaneSensor<Real>& sensor, const Vector2& origin,
-                                                      std::size_t i) {
+HWY_INLINE LaneNormalEquations<Real> normal_equations(std::span<const NearReading<Real>> readings,
+                                                      const LaneSensor<Real>& sensor, std::size_t i) {
   using V = Vec<Real>;
   const V zero = hn::Zero(Tag<Real>());
   LaneNormalEquations<Real> sum = {{zero, zero, zero, zero, zero, zero}, {zero, zero, zero}, zero, zero};
   LaneSymmetric<Real>& I = sum.information;
-  for (const KnownReading& known : readings) {
+  for (const NearReading<Real>& reading : readings) {
+    const LandmarkColumns& columns = *reading.landmark;
     const LaneSight<Real> s =
-        sight_of(sensor, known.reading, known.landmark->origin() - origin,
-                 load_landmark<Real>(known.landmark->numbers<Real>() + i, known.landmark->stride()));
+        sight_of(sensor, reading, load_landmark(columns.template numbers<Real>() + i, columns.stride()));
     const LaneShift<Real> shift = weighted_innovation(s);
     const LaneDirection<Real> at = direction_of(sensor, s);
     const V aa = s.s_across * s.inverse_determinant;  // S'⁻¹
@@ -236,11 +236,10 @@ struct LaneGaussian {
 /// One Gauss–Newton step from n, and the curvature there. Over a step of length d and turn t what was
 /// linearised bends by less than d (d/range + t); `bend2` is that squared, in the readings' own σ.
 template <class Real>
-HWY_INLINE LaneGaussian<Real> gaussian_at(std::span<const KnownReading> readings,
-                                          const LaneSensor<Real>& sensor, const Vector2& origin,
-                                          std::size_t i, const LaneMatrix<Real>& L,
-                                          const LaneTriple<Real>& n) {
-  const LaneNormalEquations<Real> by_twist = normal_equations<Real>(readings, sensor, origin, i);
+HWY_INLINE LaneGaussian<Real> gaussian_at(std::span<const NearReading<Real>> readings,
+                                          const LaneSensor<Real>& sensor, std::size_t i,
+                                          const LaneMatrix<Real>& L, const LaneTriple<Real>& n) {
+  const LaneNormalEquations<Real> by_twist = normal_equations(readings, sensor, i);
   const LaneTriple<Real> x = times(by_twist.information, L.columns[0]);
   const LaneTriple<Real> y = times(by_twist.information, L.columns[1]);
   const LaneTriple<Real> h = times(by_twist.information, L.columns[2]);
@@ -280,12 +279,12 @@ HWY_INLINE void replace(Mask mask, const LaneGaussian<Real>& by, LaneGaussian<Re
 // Eq. 16. A lane whose step was short enough keeps its Gaussian while others go on: no lane sees what stands
 // beside it.
 template <class Real>
-void gaussians_as(std::span<const KnownReading> readings, const GaussianProposal& proposal,
+void gaussians_as(std::span<const NearReading<Real>> readings, const GaussianProposal& proposal,
                   ParticleRange range, TripleColumns& n_columns, double* log_weights) {
   constexpr int kMostSteps = 4;
   constexpr double kGreatestBend2 = 0.01;
+  constexpr double kFarthest = 1e6;  // [σ] beyond, numbers have failed and the motion has to do
   const LaneMatrix<Real> L = matrix<Real>(proposal.L);
-  const Vector2& origin = proposal.predicted.origin;
   const Vec<Real> zero = hn::Zero(Tag<Real>());
   for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
     const LaneSensor<Real> predicted = load_sensor<Real>(proposal.predicted, i);
@@ -295,28 +294,30 @@ void gaussians_as(std::span<const KnownReading> readings, const GaussianProposal
       n = load_triple<Real>(*proposal.from, i);
       sensor = moved(predicted, times(L, n));
     }
-    LaneGaussian<Real> g = gaussian_at<Real>(readings, sensor, origin, i, L, n);
+    LaneGaussian<Real> g = gaussian_at(readings, sensor, i, L, n);
     for (int step = 1; step < kMostSteps; ++step) {
       const auto bends = g.bend2 > lanes<Real>(kGreatestBend2);
       if (hn::AllFalse(Tag<Real>(), bends)) break;
       n = g.mean;
-      replace(bends, gaussian_at<Real>(readings, moved(predicted, times(L, n)), origin, i, L, n), g);
+      replace(bends, gaussian_at(readings, moved(predicted, times(L, n)), i, L, n), g);
     }
     const LaneTriple<Real> z = load_triple<Real>(proposal.z, i);
     n = g.mean + g.root.backward(z);
-    store_triple(n, n_columns, i);
-    add<Real>(lanes<Real>(0.5) * (dot(z, z) - dot(n, n)) +
-                  log<Real>(g.root.inverse_xx * g.root.inverse_yy * g.root.inverse_hh),
-              log_weights + i);
+    const auto is_near = [](Vec<Real> x) HWY_ATTR { return hn::Abs(x) < lanes<Real>(kFarthest); };
+    const auto is_sound = hn::And(hn::And(is_near(n.x), is_near(n.y)), is_near(n.h));
+    const Vec<Real> log_ratio = lanes<Real>(0.5) * (dot(z, z) - dot(n, n)) +
+                                log<Real>(g.root.inverse_xx * g.root.inverse_yy * g.root.inverse_hh);
+    store_triple(chosen(is_sound, n, z), n_columns, i);
+    add<Real>(hn::IfThenElseZero(is_sound, log_ratio), log_weights + i);
   }
 }
 
-void gaussians(std::span<const KnownReading> readings, const GaussianProposal& proposal, ParticleRange range,
+void gaussians(const NearReadings& readings, const GaussianProposal& proposal, ParticleRange range,
                TripleColumns& n, double* log_weights) {
-  if (readings.front().landmark->precision() == Precision::float32)
-    gaussians_as<float>(readings, proposal, range, n, log_weights);
+  if (readings.precision() == Precision::float32)
+    gaussians_as(readings.in<float>(), proposal, range, n, log_weights);
   else
-    gaussians_as<double>(readings, proposal, range, n, log_weights);
+    gaussians_as(readings.in<double>(), proposal, range, n, log_weights);
 }
 
 }  // namespace trundle::HWY_NAMESPACE
@@ -336,9 +337,20 @@ void gather_landmark(const LandmarkColumns& from, const Column<std::uint32_t>& a
   HWY_DYNAMIC_DISPATCH(gather)(from, ancestors, range, to);
 }
 
-void weigh_and_improve(std::span<const KnownReading> readings, const SensorColumns& sensors,
-                       ParticleRange range, double* log_weights) {
-  if (!readings.empty()) HWY_DYNAMIC_DISPATCH(weigh)(readings, sensors, range, log_weights);
+void NearReadings::set(std::span<const KnownReading> readings, const Vector2& origin) {
+  origin_ = origin;
+  single_.clear();
+  double_.clear();
+  for (const KnownReading& known : readings)
+    if (known.landmark->precision() == Precision::float32)
+      single_.push_back(near<float>(known, origin));
+    else
+      double_.push_back(near<double>(known, origin));
+}
+
+void weigh_and_improve(const NearReadings& readings, const SensorColumns& sensors, ParticleRange range,
+                       double* log_weights) {
+  if (readings.size() > 0) HWY_DYNAMIC_DISPATCH(weigh)(readings, sensors, range, log_weights);
 }
 
 void set_first_estimates(const ReadingTerms& reading, const SensorColumns& sensors, ParticleRange range,
@@ -351,8 +363,8 @@ void set_surprises(const KnownReading& known, const SensorColumns& sensors, cons
   HWY_DYNAMIC_DISPATCH(surprises_of)(known, sensors, sensor_covariance, range, surprises);
 }
 
-void draw_from_gaussians(std::span<const KnownReading> readings, const GaussianProposal& proposal,
-                         ParticleRange range, TripleColumns& n, double* log_weights) {
+void draw_from_gaussians(const NearReadings& readings, const GaussianProposal& proposal, ParticleRange range,
+                         TripleColumns& n, double* log_weights) {
   HWY_DYNAMIC_DISPATCH(gaussians)(readings, proposal, range, n, log_weights);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "trundle/slam/particles/landmark_columns.hpp"
 #include "trundle/slam/particles/particle_landmark.hpp"
@@ -17,6 +18,53 @@ struct KnownReading {
   LandmarkColumns* landmark;  ///< of today's particles
 };
 
+/// Of a reading, what lanes load: numbers in the precision of the map.
+template <class Real>
+struct NearReading {
+  Real range, cos, sin;
+  Real range_variance, bearing_variance;
+  Real origin_x, origin_y;  ///< the landmark's, from that of the sensors
+  LandmarkColumns* landmark;
+};
+template <class Real>
+NearReading<Real> near(const KnownReading& known, const Vector2& origin) {
+  const auto [range, cos, sin, range_variance, bearing_variance] = known.reading;
+  const Vector2 apart = known.landmark->origin() - origin;
+  return {static_cast<Real>(range),
+          static_cast<Real>(cos),
+          static_cast<Real>(sin),
+          static_cast<Real>(range_variance),
+          static_cast<Real>(bearing_variance),
+          static_cast<Real>(apart.x()),
+          static_cast<Real>(apart.y()),
+          known.landmark};
+}
+
+/// The readings of a step, made once for all that is computed of them.
+class NearReadings {
+ public:
+  NearReadings() = default;
+  /// Of landmarks in one precision. `origin` is that of the sensors.
+  NearReadings(std::span<const KnownReading> readings, const Vector2& origin) { set(readings, origin); }
+  void set(std::span<const KnownReading> readings, const Vector2& origin);
+  const Vector2& origin() const { return origin_; }
+  std::size_t size() const { return single_.size() + double_.size(); }
+  Precision precision() const { return double_.empty() ? Precision::float32 : Precision::float64; }
+  /// Real is that of the precision.
+  template <class Real>
+  std::span<const NearReading<Real>> in() const {
+    if constexpr (sizeof(Real) == sizeof(float))
+      return single_;
+    else
+      return double_;
+  }
+
+ private:
+  Vector2 origin_ = Vector2::Zero();
+  std::vector<NearReading<float>> single_;
+  std::vector<NearReading<double>> double_;
+};
+
 /// to = what each particle has from its ancestor: the columns of an older epoch brought up to now. The origin
 /// has to be the same.
 void gather_landmark(const LandmarkColumns& from, const Column<std::uint32_t>& ancestors, ParticleRange range,
@@ -24,8 +72,8 @@ void gather_landmark(const LandmarkColumns& from, const Column<std::uint32_t>& a
 
 /// Every particle's landmarks take their readings in turn; log weights take what each reading says of the
 /// particle. Eq. 11 to 13.
-void weigh_and_improve(std::span<const KnownReading> readings, const SensorColumns& sensors,
-                       ParticleRange range, double* log_weights);
+void weigh_and_improve(const NearReadings& readings, const SensorColumns& sensors, ParticleRange range,
+                       double* log_weights);
 
 /// A landmark seen for the first time.
 void set_first_estimates(const ReadingTerms& reading, const SensorColumns& sensors, ParticleRange range,
@@ -45,7 +93,7 @@ struct GaussianProposal {
   const TripleColumns& z;               ///< standard normal numbers; may be the same columns as `n`
 };
 /// n = a draw; log weights take prior over proposal.
-void draw_from_gaussians(std::span<const KnownReading> readings, const GaussianProposal& proposal,
-                         ParticleRange range, TripleColumns& n, double* log_weights);
+void draw_from_gaussians(const NearReadings& readings, const GaussianProposal& proposal, ParticleRange range,
+                         TripleColumns& n, double* log_weights);
 
 }  // namespace trundle

@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 
 #include <hwy/highway.h>
 
@@ -91,29 +92,37 @@ struct LaneSinCos {
   Vec<Real> sin, cos;
 };
 
+/// sin and cos, |r| <= π/4.
+template <class Real>
+HWY_INLINE LaneSinCos<Real> sin_cos_of_small(Vec<Real> r) {
+  using K = Coefficients<Real>;
+  const Vec<Real> z = r * r;
+  return {r + r * z * polynomial<Real>(K::kSin, z),
+          lanes<Real>(1.0) - (lanes<Real>(0.5) * z - z * z * polynomial<Real>(K::kCos, z))};
+}
+
 /// sin and cos of r + q π/2, |r| <= π/4; q stands in the low bits of `quadrant`.
 template <class Real>
 HWY_INLINE LaneSinCos<Real> sin_cos_in_quadrant(Vec<Real> r, Integers<Real> quadrant) {
-  using K = Coefficients<Real>;
   const Tag<Real> d;
   const hn::RebindToSigned<Tag<Real>> di;
-  const Vec<Real> z = r * r;
-  const Vec<Real> sin_r = r + r * z * polynomial<Real>(K::kSin, z);
-  const Vec<Real> cos_r = lanes<Real>(1.0) - (lanes<Real>(0.5) * z - z * z * polynomial<Real>(K::kCos, z));
+  const LaneSinCos<Real> of_r = sin_cos_of_small<Real>(r);
   const auto one = hn::Set(di, 1);
   const auto two = hn::Set(di, 2);
   const auto exchange = hn::RebindMask(d, hn::TestBit(quadrant, one));
   const auto sign = [&](Integers<Real> turns) HWY_ATTR {
     return hn::BitCast(d, hn::ShiftLeft<sizeof(Real) * 8 - 2>(hn::And(turns, two)));
   };
-  return {hn::Xor(hn::IfThenElse(exchange, cos_r, sin_r), sign(quadrant)),
-          hn::Xor(hn::IfThenElse(exchange, sin_r, cos_r), sign(hn::Add(quadrant, one)))};
+  return {hn::Xor(hn::IfThenElse(exchange, of_r.cos, of_r.sin), sign(quadrant)),
+          hn::Xor(hn::IfThenElse(exchange, of_r.sin, of_r.cos), sign(hn::Add(quadrant, one)))};
 }
 
-/// Of angles up to 1e6 (double) or 1e3 (float) [rad], to a few units in the last place of 1.
+/// Of angles up to 1e6 (double) or 1e3 (float) [rad], to a few units in the last place of 1. Where all are
+/// small the bits are the same with less work.
 template <class Real>
 HWY_INLINE LaneSinCos<Real> sin_cos(Vec<Real> x) {
   using K = Coefficients<Real>;
+  if (hn::AllTrue(Tag<Real>(), hn::Abs(x) <= lanes<Real>(0.75))) return sin_cos_of_small<Real>(x);
   const Vec<Real> shifted = x * lanes<Real>(2.0 / kPi) + lanes<Real>(K::kRound);
   const Vec<Real> q = shifted - lanes<Real>(K::kRound);
   const Vec<Real> r = ((x - q * lanes<Real>(K::kHalfPi[0])) - q * lanes<Real>(K::kHalfPi[1])) -
@@ -121,21 +130,30 @@ HWY_INLINE LaneSinCos<Real> sin_cos(Vec<Real> x) {
   return sin_cos_in_quadrant<Real>(r, hn::BitCast(hn::RebindToSigned<Tag<Real>>(), shifted));
 }
 
-/// Of y and x not both huge or tiny; 0 at (0, 0).
+/// atan r, |r| up to tan(π/8).
+template <class Real>
+HWY_INLINE Vec<Real> atan_of_small(Vec<Real> r) {
+  const Vec<Real> z = r * r;
+  return r + r * z * polynomial<Real>(Coefficients<Real>::kAtan, z);
+}
+
+/// Of y and x not both huge or tiny; 0 at (0, 0). Angles are mostly small: where all are, what others need is
+/// left out, and the bits are the same.
 template <class Real>
 HWY_INLINE Vec<Real> atan2(Vec<Real> y, Vec<Real> x) {
   const Tag<Real> d;
+  const Vec<Real> tan_eighth = lanes<Real>(0.41421356237309503);
   const Vec<Real> ax = hn::Abs(x);
   const Vec<Real> ay = hn::Abs(y);
+  const auto is_small = hn::And(x >= lanes<Real>(1e-30), ay <= tan_eighth * x);
+  if (hn::AllTrue(d, is_small)) return hn::CopySignToAbs(atan_of_small<Real>(ay / x), y);
   const Vec<Real> smaller = hn::Min(ax, ay);
   const Vec<Real> larger = hn::Max(hn::Max(ax, ay), lanes<Real>(1e-30));
   // atan t = π/4 + atan((t − 1)/(t + 1)) above tan(π/8)
-  const auto reduce = smaller > lanes<Real>(0.41421356237309503) * larger;
+  const auto reduce = smaller > tan_eighth * larger;
   const Vec<Real> r =
       hn::IfThenElse(reduce, smaller - larger, smaller) / hn::IfThenElse(reduce, smaller + larger, larger);
-  const Vec<Real> z = r * r;
-  const Vec<Real> octant = hn::IfThenElseZero(reduce, lanes<Real>(0.25 * kPi)) +
-                           (r + r * z * polynomial<Real>(Coefficients<Real>::kAtan, z));
+  const Vec<Real> octant = hn::IfThenElseZero(reduce, lanes<Real>(0.25 * kPi)) + atan_of_small<Real>(r);
   const Vec<Real> quadrant = hn::IfThenElse(ay > ax, lanes<Real>(0.5 * kPi) - octant, octant);
   const Vec<Real> half = hn::IfThenElse(x < hn::Zero(d), lanes<Real>(kPi) - quadrant, quadrant);
   return hn::CopySignToAbs(half, y);
@@ -165,6 +183,38 @@ HWY_INLINE Vec<Real> log(Vec<Real> x) {
     return k * lanes<Real>(6.93147180369123816490e-01) - ((half_square - low) - f);
   }
 }
+
+/// A sum of logarithms as the logarithm of a product, whose exponent is counted apart so that it neither
+/// overflows nor vanishes. Of normal positive numbers.
+template <class Real>
+class LaneLogSum {
+ public:
+  HWY_INLINE LaneLogSum()
+      : mantissa_(lanes<Real>(1.0)), exponent_(hn::Zero(hn::RebindToSigned<Tag<Real>>())) {}
+  HWY_INLINE void add(Vec<Real> x) {
+    const Tag<Real> d;
+    const hn::RebindToSigned<Tag<Real>> di;
+    const auto bits = hn::BitCast(di, mantissa_ * x);
+    exponent_ = hn::Add(exponent_, hn::ShiftRight<K::kMantissa>(bits));
+    const auto mantissa_bits = hn::Set(di, (Integer{1} << K::kMantissa) - 1);
+    mantissa_ = hn::BitCast(d, hn::Or(hn::And(bits, mantissa_bits), hn::BitCast(di, lanes<Real>(1.0))));
+    bias_ += kBias;
+  }
+  HWY_INLINE Vec<Real> sum() const {
+    const hn::RebindToSigned<Tag<Real>> di;
+    const Vec<Real> exponent = hn::ConvertTo(Tag<Real>(), hn::Sub(exponent_, hn::Set(di, bias_)));
+    return log<Real>(mantissa_) + exponent * lanes<Real>(0.693147180559945309);
+  }
+
+ private:
+  using K = Coefficients<Real>;
+  using Integer = hn::TFromD<hn::RebindToSigned<Tag<Real>>>;
+  static constexpr Integer kBias = std::numeric_limits<Real>::max_exponent - 1;
+
+  Vec<Real> mantissa_;  ///< 1 to 2
+  Integers<Real> exponent_;
+  Integer bias_ = 0;
+};
 
 /// Of x <= 709, to two units in the last place; 0 below −708.
 HWY_INLINE Wide exp(Wide x) {

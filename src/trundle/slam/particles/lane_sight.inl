@@ -7,8 +7,8 @@
 #define TRUNDLE_SLAM_LANE_SIGHT
 #endif
 
-#include "trundle/slam/particles/lane_math.inl"
 #include "trundle/slam/particles/landmark_kernels.hpp"
+#include "trundle/slam/particles/lane_math.inl"
 
 HWY_BEFORE_NAMESPACE();
 namespace trundle::HWY_NAMESPACE {
@@ -60,26 +60,52 @@ struct LaneSight {
   Vec<Real> determinant, inverse_determinant;
 };
 
-// Eq. 11.
+/// det S of a 2 × 2 S = P + R, R diagonal: it is never less than det R, whatever rounding does to P, and
+/// never 0.
 template <class Real>
-HWY_INLINE LaneSight<Real> sight_of(const LaneSensor<Real>& sensor, const ReadingTerms& reading,
-                                    const Vector2& offset, const LaneLandmark<Real>& m) {
+HWY_INLINE Vec<Real> determinant_of(Vec<Real> along, Vec<Real> mixed, Vec<Real> across, Vec<Real> r_along,
+                                    Vec<Real> r_across) {
+  return hn::Max(along * across - mixed * mixed, hn::Max(r_along * r_across, lanes<Real>(1e-30)));
+}
+
+/// From the sensor to the landmark.
+template <class Real>
+struct LaneLine {
+  Vec<Real> dx, dy;
+  Vec<Real> range2;
+  Vec<Real> sin, cos;  ///< of the bearing's innovation, times the range
+};
+
+template <class Real>
+HWY_INLINE LaneLine<Real> line_of(const LaneSensor<Real>& sensor, const NearReading<Real>& reading,
+                                  const LaneLandmark<Real>& m) {
   using V = Vec<Real>;
-  const V dx = (m.x - sensor.x) + lanes<Real>(offset.x());
-  const V dy = (m.y - sensor.y) + lanes<Real>(offset.y());
-  LaneSight<Real> s;
-  s.range = hn::Sqrt(hn::Max(dx * dx + dy * dy, lanes<Real>(1e-12)));
-  s.inverse_range = lanes<Real>(1.0) / s.range;
-  s.ux = dx * s.inverse_range;
-  s.uy = dy * s.inverse_range;
-  const V rc = lanes<Real>(reading.cos);
-  const V rs = lanes<Real>(reading.sin);
+  const Tag<Real> lane;
+  const V dx = (m.x - sensor.x) + hn::Set(lane, reading.origin_x);
+  const V dy = (m.y - sensor.y) + hn::Set(lane, reading.origin_y);
+  const V rc = hn::Set(lane, reading.cos);
+  const V rs = hn::Set(lane, reading.sin);
   const V c = sensor.cos * rc - sensor.sin * rs;
   const V d = sensor.sin * rc + sensor.cos * rs;
-  s.along = lanes<Real>(reading.range) - s.range;
-  s.across = s.range * atan2<Real>(s.ux * d - s.uy * c, s.ux * c + s.uy * d);
-  s.r_along = lanes<Real>(reading.range_variance);
-  s.r_across = s.range * s.range * lanes<Real>(reading.bearing_variance);
+  return {dx, dy, hn::Max(dx * dx + dy * dy, lanes<Real>(kLeastRange2)), dx * d - dy * c, dx * c + dy * d};
+}
+
+// Eq. 11.
+template <class Real>
+HWY_INLINE LaneSight<Real> sight_of(const LaneSensor<Real>& sensor, const NearReading<Real>& reading,
+                                    const LaneLandmark<Real>& m) {
+  using V = Vec<Real>;
+  const Tag<Real> lane;
+  const LaneLine<Real> line = line_of(sensor, reading, m);
+  LaneSight<Real> s;
+  s.range = hn::Sqrt(line.range2);
+  s.inverse_range = lanes<Real>(1.0) / s.range;
+  s.ux = line.dx * s.inverse_range;
+  s.uy = line.dy * s.inverse_range;
+  s.along = hn::Set(lane, reading.range) - s.range;
+  s.across = s.range * atan2<Real>(line.sin, line.cos);
+  s.r_along = hn::Set(lane, reading.range_variance);
+  s.r_across = s.range * s.range * hn::Set(lane, reading.bearing_variance);
   const V px = m.xx * s.ux + m.xy * s.uy;  // P u
   const V py = m.xy * s.ux + m.yy * s.uy;
   const V qx = m.xy * s.ux - m.xx * s.uy;  // P t
@@ -89,7 +115,7 @@ HWY_INLINE LaneSight<Real> sight_of(const LaneSensor<Real>& sensor, const Readin
   s.p_across = s.ux * qy - s.uy * qx;
   s.s_along = s.p_along + s.r_along;
   s.s_across = s.p_across + s.r_across;
-  s.determinant = s.s_along * s.s_across - s.p_mixed * s.p_mixed;
+  s.determinant = determinant_of<Real>(s.s_along, s.p_mixed, s.s_across, s.r_along, s.r_across);
   s.inverse_determinant = lanes<Real>(1.0) / s.determinant;
   return s;
 }
@@ -106,11 +132,38 @@ HWY_INLINE LaneShift<Real> weighted_innovation(const LaneSight<Real>& s) {
           (s.s_along * s.across - s.p_mixed * s.along) * s.inverse_determinant};
 }
 
-// Eq. 12.
+/// What a reading is worth to a particle: log p = ½ (log density2 − distance2). Eq. 12.
 template <class Real>
-HWY_INLINE Vec<Real> log_likelihood_of(const LaneSight<Real>& s, const LaneShift<Real>& shift) {
-  const Vec<Real> distance2 = s.along * shift.along + s.across * shift.across;
-  return lanes<Real>(-0.5) * (distance2 + log<Real>(s.determinant * s.inverse_range * s.inverse_range));
+struct LaneFit {
+  Vec<Real> distance2;  ///< d²
+  Vec<Real> density2;   ///< ρ²/det S'
+};
+
+/// In the frame of the line of sight with all lengths times ρ, which needs no unit vectors: besides that of
+/// the bearing one division is left.
+template <class Real>
+HWY_INLINE LaneFit<Real> fit_of(const LaneSensor<Real>& sensor, const NearReading<Real>& reading,
+                                const LaneLandmark<Real>& m) {
+  using V = Vec<Real>;
+  const LaneLine<Real> line = line_of(sensor, reading, m);
+  const V& q = line.range2;
+  const V range = hn::Sqrt(q);
+  const Tag<Real> lane;
+  const V along = range * hn::Set(lane, reading.range) - q;
+  const V across = q * atan2<Real>(line.sin, line.cos);
+  const V dx2 = line.dx * line.dx;
+  const V dy2 = line.dy * line.dy;
+  const V dxy = line.dx * line.dy;
+  const V twice = (m.xy + m.xy) * dxy;
+  const V r_along = q * hn::Set(lane, reading.range_variance);
+  const V r_across = q * (q * hn::Set(lane, reading.bearing_variance));
+  const V s_along = (m.xx * dx2 + m.yy * dy2 + twice) + r_along;
+  const V s_across = (m.xx * dy2 + m.yy * dx2 - twice) + r_across;
+  const V mixed = (m.yy - m.xx) * dxy + m.xy * (dx2 - dy2);
+  const V inverse = lanes<Real>(1.0) / determinant_of<Real>(s_along, mixed, s_across, r_along, r_across);
+  const V distance2 =
+      (along * (s_across * along - mixed * across) + across * (s_along * across - mixed * along)) * inverse;
+  return {distance2, q * q * q * inverse};
 }
 
 /// Where a sight points in the sensor's own frame: how range and range · bearing change with a twist of the
@@ -235,7 +288,7 @@ HWY_INLINE LaneTotal<Real> total_covariance(const LaneSymmetric<Real>& Q, const 
   const Vec<Real> aa = s.s_along + dot(along, Qa);
   const Vec<Real> ac = s.p_mixed + dot(across, Qa);
   const Vec<Real> cc = s.s_across + dot(across, Qc);
-  return {aa, ac, cc, aa * cc - ac * ac};
+  return {aa, ac, cc, determinant_of<Real>(aa, ac, cc, s.r_along, s.r_across)};
 }
 
 template <class Real>

@@ -1,5 +1,7 @@
 #include "trundle/slam/particles/particle_kernels.hpp"
 
+#include <limits>
+
 #include "trundle/slam/particles/lane_targets.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -104,6 +106,30 @@ void uniforms(const Draw& draw, ParticleRange range, TripleColumns& u) {
     store<float>(uniform_of(words.a), u[0] + i);
     store<float>(uniform_of(words.b), u[1] + i);
     store<float>(uniform_of(words.c), u[2] + i);
+  }
+}
+
+/// (k + ½)/2¹⁰ of ten bits.
+template <int kFirst>
+HWY_INLINE Vec<float> chance_of(Words word) {
+  const Tag<float> d;
+  const hn::RebindToSigned<Tag<float>> di;
+  const Words ten_bits = hn::And(hn::ShiftRight<kFirst>(word), hn::Set(Tag<std::uint32_t>(), 1023));
+  return hn::ConvertTo(d, hn::BitCast(di, ten_bits)) * lanes<float>(0x1p-10) + lanes<float>(0x1p-11);
+}
+
+HWY_INLINE void store_chances(Words word, TripleColumns& to, std::size_t i) {
+  store<float>(chance_of<22>(word), to[0] + i);
+  store<float>(chance_of<12>(word), to[1] + i);
+  store<float>(chance_of<2>(word), to[2] + i);
+}
+
+void chances(const Draw& draw, ParticleRange range, std::array<TripleColumns, 3>& to) {
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<float>())) {
+    const FourWords words = words_of(draw, i);
+    store_chances(words.a, to[0], i);
+    store_chances(words.b, to[1], i);
+    store_chances(words.c, to[2], i);
   }
 }
 
@@ -213,10 +239,16 @@ void exponentials_of(const double* log_weights, ParticleRange range, double* wei
 
 double normalise_all(ParticleRange range, double* log_weights, double* weights) {
   const Tag<double> d;
-  Wide greatest = hn::Load(d, log_weights + range.first);
-  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(d))
-    greatest = hn::Max(greatest, hn::Load(d, log_weights + i));
+  const Wide none = lanes<double>(-std::numeric_limits<double>::infinity());
+  Wide greatest = none;
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(d)) {
+    const Wide x = hn::Load(d, log_weights + i);
+    const Wide sound = hn::IfThenElse(hn::Abs(x) < lanes<double>(1e300), x, none);
+    hn::Store(sound, d, log_weights + i);
+    greatest = hn::Max(greatest, sound);
+  }
   greatest = hn::MaxOfLanes(d, greatest);
+  if (hn::GetLane(greatest) == hn::GetLane(none)) return 0.0;
   ColumnSums sums;
   for (std::size_t i = range.first; i < range.last; i += hn::Lanes(d)) {
     const Wide log_weight = hn::Load(d, log_weights + i) - greatest;
@@ -243,6 +275,7 @@ namespace trundle {
 
 HWY_EXPORT(normals);
 HWY_EXPORT(uniforms);
+HWY_EXPORT(chances);
 HWY_EXPORT(encrypt_one);
 HWY_EXPORT(predict_all);
 HWY_EXPORT(place_all);
@@ -255,6 +288,10 @@ void draw_normals(const Draw& draw, ParticleRange range, TripleColumns& n) {
 
 void draw_uniforms(const Draw& draw, ParticleRange range, TripleColumns& u) {
   HWY_DYNAMIC_DISPATCH(uniforms)(draw, range, u);
+}
+
+void draw_chances(const Draw& draw, ParticleRange range, std::array<TripleColumns, 3>& to) {
+  HWY_DYNAMIC_DISPATCH(chances)(draw, range, to);
 }
 
 std::array<std::uint32_t, 4> threefry(const std::array<std::uint32_t, 4>& counter,

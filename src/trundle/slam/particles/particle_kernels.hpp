@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "trundle/slam/motion.hpp"
@@ -21,6 +22,8 @@ struct Draw {
 void draw_normals(const Draw& draw, ParticleRange range, TripleColumns& n);
 /// Uniform in (0, 1).
 void draw_uniforms(const Draw& draw, ParticleRange range, TripleColumns& u);
+/// Of the middle of one of 1024 pieces of (0, 1): nine for each particle, where so much will do.
+void draw_chances(const Draw& draw, ParticleRange range, std::array<TripleColumns, 3>& chances);
 /// The generator itself: the four words of one counter.
 std::array<std::uint32_t, 4> threefry(const std::array<std::uint32_t, 4>& counter,
                                       const std::array<std::uint32_t, 4>& key);
@@ -37,8 +40,8 @@ struct Placement {
 void place(const PoseColumns& predicted, const TripleColumns& n, const Placement& placement,
            ParticleRange range, PoseColumns& poses, SensorColumns& sensors);
 
-/// log w less the greatest, w = exp(log w) over their sum, and 1/Σw². Sums are those of kParticleLanes
-/// columns side by side, on every machine.
+/// log w less the greatest, w = exp(log w) over their sum, and 1/Σw². What is no number counts as −∞; 0 where
+/// all are. Sums are those of kParticleLanes columns side by side, on every machine.
 double normalise(ParticleRange range, double* log_weights, double* weights);
 
 /// w = exp(log w) of logarithms up to 709; 0 where they are below −708.

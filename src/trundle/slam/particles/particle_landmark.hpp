@@ -39,10 +39,12 @@ struct Sight {
   double distance2;                   ///< squared innovation in S: χ² with two degrees of freedom
 };
 
+/// Nearer than a tenth of a millimetre nothing has a direction [m²].
+inline constexpr double kLeastRange2 = 1e-8;
+
 /// Eq. 11, 12. The direction of the reading is turned into the line of sight before the angle between them is
 /// taken: it needs no wrapping.
 inline Sight sight_of(const SensorAt& sensor, const ReadingTerms& reading, const LandmarkEstimate& m) {
-  constexpr double kLeastRange2 = 1e-12;
   const double dx = m.x - sensor.x;
   const double dy = m.y - sensor.y;
   const double square = dx * dx + dy * dy;

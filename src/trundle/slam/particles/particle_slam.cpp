@@ -160,17 +160,17 @@ void ParticleSlam::move_and_weigh() {
   else if (by_swarm)
     crew_.for_all_particles([&](ParticleRange piece) { bring_up(draw, piece); });
   association_.add_readings(readings_);
+  near_.set(readings_, sensors_.origin);
   if (by_swarm)
-    swarm_.refine(
-        {predicted_, sensors_.origin, placement.L, sensor_.body_from_sensor, readings_, second_draw},
-        options_.swarm, n_);
+    swarm_.refine({predicted_, placement.L, sensor_.body_from_sensor, near_, second_draw}, options_.swarm,
+                  n_);
   const bool is_placed = looks && proposal == Proposal::motion;
   crew_.for_all_particles([&](ParticleRange piece) {
     if (!looks && !by_swarm) bring_up(draw, piece);
     if (proposal == Proposal::swarm_gaussian) draw_normals(second_draw, piece, z_);
     if (by_gaussian && !readings_.empty()) draw_near_sightings(placement, piece);
     if (!is_placed) place(predicted_, n_, placement, piece, poses_, sensors_);
-    weigh_and_improve(readings_, sensors_, piece, log_weights_.data());
+    weigh_and_improve(near_, sensors_, piece, log_weights_.data());
   });
   map_.all_have_inherited();
 }
@@ -181,7 +181,7 @@ void ParticleSlam::draw_near_sightings(const Placement& placement, ParticleRange
   const Matrix3 L = adjoint(sensor_.body_from_sensor.inverse()) * placement.L;
   place(predicted_, n_, {Matrix3::Zero(), sensor_.body_from_sensor}, range, poses_, sensors_);
   const GaussianProposal gaussians{sensors_, L, after_swarm ? &n_ : nullptr, after_swarm ? z_ : n_};
-  draw_from_gaussians(readings_, gaussians, range, n_, log_weights_.data());
+  draw_from_gaussians(near_, gaussians, range, n_, log_weights_.data());
 }
 
 /// A Kalman filter for each particle, given its path: the drawn pose is a measurement of S s, whose error
@@ -220,7 +220,7 @@ void ParticleSlam::add_landmark(const Observation& observation, std::size_t inde
   if (const LandmarkId known = map_.find(observation.landmark); known >= 0) {
     report.decision = Decision::matched;
     const KnownReading again{reading, &map_.current(known, ancestry_)};
-    weigh_and_improve({&again, 1}, sensors_, all(), log_weights_.data());
+    weigh_and_improve({{&again, 1}, sensors_.origin}, sensors_, all(), log_weights_.data());
     return map_.count_sighting(known);
   }
   report.decision = Decision::created;
@@ -232,6 +232,9 @@ void ParticleSlam::add_landmark(const Observation& observation, std::size_t inde
 void ParticleSlam::normalise() {
   std::fill(log_weights_.begin() + static_cast<std::ptrdiff_t>(options_.particles), log_weights_.end(),
             -std::numeric_limits<double>::infinity());
+  report_.effective_particles = trundle::normalise(all(), log_weights_.data(), weights_.data());
+  if (report_.effective_particles > 0.0) return;
+  std::fill_n(log_weights_.begin(), options_.particles, 0.0);  // no particle can explain the step
   report_.effective_particles = trundle::normalise(all(), log_weights_.data(), weights_.data());
 }
 

@@ -135,6 +135,7 @@ class ParticleSlam {
   Motion pending_;                      ///< since the poses were drawn
   std::vector<Seen> seen_;              ///< in this step, of landmarks in the map
   std::vector<KnownReading> readings_;  ///< of those seen
+  NearReadings near_;                   ///< the same
   std::vector<std::size_t> open_;       ///< valid observations of this step that show none of them
   StepReport report_;
 };

@@ -8,6 +8,7 @@
 namespace trundle {
 namespace {
 
+constexpr double kReachInSigmas = 3.0;
 constexpr std::size_t kCells = 27;  // of a search: a place and its neighbours
 
 }  // namespace
@@ -49,21 +50,23 @@ Swarm::Swarm(std::size_t particles)
 }
 
 void Swarm::refine(const Target& target, const SwarmOptions& options, TripleColumns& n) {
-  if (target.readings.empty() || target.L.diagonal().minCoeff() <= 0.0) return;
-  predicted_.origin = target.origin;
+  if (target.readings.size() == 0 || target.L.diagonal().minCoeff() <= 0.0) return;
+  predicted_.origin = target.readings.origin();
   place(target.predicted, still_, {}, all(), poses_, predicted_);
   const Matrix3 inverse = target.L.triangularView<Eigen::Lower>().solve(Matrix3::Identity());
   const SwarmTask task{target.readings,
                        predicted_,
                        target.L,
                        inverse,
+                       kReachInSigmas * target.L.rowwise().norm(),
                        sensor_at({}, target.body_from_sensor),
                        options.target_agreement > 0.0};
   start_swarm(task, n, all(), agents_);
   double radius = options.search_radius;
   const double slowing = (options.first_inertia - options.last_inertia) / std::max(options.iterations - 1, 1);
   for (int k = 0; k < options.iterations; ++k) {
-    draw_chances(target.draw, k);
+    const auto purpose = static_cast<std::uint32_t>(1 + k);
+    draw_chances({target.draw.seed, target.draw.step, purpose}, all(), chances_);
     find_partners();
     compete(task, {partners_, partner_values_, chances_[0]}, all(), agents_);
     fly(task,
@@ -75,11 +78,6 @@ void Swarm::refine(const Target& target, const SwarmOptions& options, TripleColu
     if (task.wants_agreement && agreement() >= options.target_agreement) break;
   }
   for (std::size_t i = 0; i < particles_; ++i) n.set(i, agents_.best_n.at(i));
-}
-
-void Swarm::draw_chances(const Draw& draw, int iteration) {
-  auto purpose = static_cast<std::uint32_t>(1 + 3 * iteration);
-  for (TripleColumns& chances : chances_) draw_uniforms({draw.seed, draw.step, purpose++}, all(), chances);
 }
 
 /// Each one's best neighbour, as they were before anyone moved.

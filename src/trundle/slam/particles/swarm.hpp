@@ -40,10 +40,9 @@ class Swarm {
   /// What a step says of each particle's new pose.
   struct Target {
     const PoseColumns& predicted;
-    Vector2 origin;  ///< near them
-    Matrix3 L;       ///< twist = L n
+    Matrix3 L;  ///< twist = L n
     Pose2 body_from_sensor;
-    std::span<const KnownReading> readings;
+    const NearReadings& readings;
     Draw draw;  ///< purposes from 1 on are free
   };
   /// `n` (whitened, one for each particle) comes in as drawn from the motion and leaves as the best that each
@@ -52,7 +51,6 @@ class Swarm {
 
  private:
   ParticleRange all() const { return {0, padded(particles_)}; }
-  void draw_chances(const Draw& draw, int iteration);
   void find_partners();
   void search(const SwarmTask& task, double radius);
   std::size_t best_agent() const;

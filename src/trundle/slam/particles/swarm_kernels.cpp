@@ -86,7 +86,7 @@ struct LaneTask {
       : task(t),
         L(matrix<Real>(t.L)),
         inverse(matrix<Real>(t.inverse)),
-        reach(same<Real>(3.0 * t.L.rowwise().norm())),
+        reach(same<Real>(t.reach)),
         lever_x(lanes<Real>(t.sensor.x)),
         lever_y(lanes<Real>(t.sensor.y)),
         cos(lanes<Real>(t.sensor.cos)),
@@ -116,7 +116,7 @@ struct LaneTask {
 
 /// The landmark of a group of particles, or of one particle in all lanes.
 template <class Real, bool kOfOne>
-HWY_INLINE LaneLandmark<Real> landmark_of(LandmarkColumns& columns, std::size_t i) {
+HWY_INLINE LaneLandmark<Real> landmark_of(const LandmarkColumns& columns, std::size_t i) {
   const Real* numbers = columns.numbers<Real>() + i;
   const std::size_t stride = columns.stride();
   if constexpr (!kOfOne) return load_landmark<Real>(numbers, stride);
@@ -141,16 +141,16 @@ HWY_INLINE LanePlace<Real> place_at(const LaneTask<Real>& given, const LaneBody<
                         hn::Zero(Tag<Real>())};
   const LaneSensor<Real> sensor = given.sensor(place.at);
   const Vec<Real> share = lanes<Real>(1.0 / static_cast<double>(task.readings.size()));
-  for (const KnownReading& known : task.readings) {
-    const LaneSight<Real> s =
-        sight_of(sensor, known.reading, known.landmark->origin() - task.predicted.origin,
-                 landmark_of<Real, kOfOne>(*known.landmark, i));
-    const LaneShift<Real> shift = weighted_innovation(s);
-    place.value = place.value + log_likelihood_of(s, shift);
-    if (!task.wants_agreement) continue;
-    const Vec<Real> distance2 = s.along * shift.along + s.across * shift.across;
-    place.agreement = place.agreement + share * exp(lanes<Real>(-0.5) * distance2);
+  Vec<Real> distance2 = hn::Zero(Tag<Real>());
+  LaneLogSum<Real> densities2;
+  for (const NearReading<Real>& reading : task.readings.in<Real>()) {
+    const LaneFit<Real> fit = fit_of(sensor, reading, landmark_of<Real, kOfOne>(*reading.landmark, i));
+    distance2 = distance2 + fit.distance2;
+    densities2.add(fit.density2);
+    if (task.wants_agreement)
+      place.agreement = place.agreement + share * exp(lanes<Real>(-0.5) * fit.distance2);
   }
+  place.value = place.value + lanes<Real>(0.5) * (densities2.sum() - distance2);
   return place;
 }
 
@@ -257,7 +257,7 @@ void search_as(const SwarmTask& task, const Search& by, ParticleRange range, Sea
 }
 
 bool is_single(const SwarmTask& task) {
-  return task.readings.front().landmark->precision() == Precision::float32;
+  return task.readings.precision() == Precision::float32;
 }
 
 void start_all(const SwarmTask& task, const TripleColumns& n, ParticleRange range, SwarmColumns& swarm) {

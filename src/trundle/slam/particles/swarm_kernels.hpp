@@ -14,10 +14,11 @@ using BodyColumns = SensorColumns;
 
 /// What is the same for all particles and moves of a step.
 struct SwarmTask {
-  std::span<const KnownReading> readings;
+  const NearReadings& readings;
   const BodyColumns& predicted;  ///< at n = 0
   Matrix3 L;                     ///< twist of the body = L n
   Matrix3 inverse;               ///< of L
+  Vector3 reach;                 ///< of the twist
   SensorAt sensor;               ///< on the body
   bool wants_agreement;
 };
