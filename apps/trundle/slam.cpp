@@ -46,6 +46,11 @@ std::string text_of(const Options& options, const SlamAnswer& answer) {
         fmt::format("  resampled in {} steps; effective particles at worst {:.1f} of {}\n", counts.resampled,
                     counts.smallest_effective_share * static_cast<double>(options.question.particles),
                     options.question.particles);
+  const StepTimes& times = answer.result.step_times;
+  text += fmt::format(
+      "  a step with sightings took {:.3f} ms in the middle, 99 % less than {:.3f} ms, the longest {:.3f} "
+      "ms\n",
+      1e3 * times.median_s, 1e3 * times.p99_s, 1e3 * times.longest_s);
   if (answer.smoothed) text += smoother_line(answer.smoothed->counts);
   text += fmt::format("end pose: x {:.4f} m, y {:.4f} m, heading {:.3f}°\n", end.pose.x, end.pose.y,
                       degrees(end.pose.heading));
@@ -54,6 +59,7 @@ std::string text_of(const Options& options, const SlamAnswer& answer) {
                       answer.smoothed ? "smoothed), online.csv (online estimate" : "online estimate",
                       answer.result.path ? "path.csv (best particle's whole path), " : "");
   for (const Problem& problem : answer.input.problems) text += line_of(problem);
+  for (const Problem& doubt : answer.doubts) text += line_of(doubt);
   return text;
 }
 

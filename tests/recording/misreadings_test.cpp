@@ -196,6 +196,20 @@ TEST(Delimiter, that_the_file_has_is_named) {
   }
 }
 
+TEST(Bearings, in_degrees_are_named) {
+  const auto kinds = [](double turn) {
+    std::string rows = "time_s,landmark,range_m,bearing_rad\n";
+    for (int i = 0; i < 100; ++i) rows += fmt::format("{},a,2,{}\n", 0.1 * i, turn * (0.01 * i - 0.5));
+    const test::Folder folder;
+    folder.write("sightings.csv", rows);
+    std::vector<std::string> found;
+    for (const Problem& problem : read_recording(folder.path()).problems) found.push_back(problem.kind);
+    return found;
+  };
+  EXPECT_THAT(kinds(360.0), ElementsAre("bearing unit"));
+  EXPECT_THAT(kinds(12.4), ElementsAre());
+}
+
 TEST(Decimal, commas_are_named_and_read) {
   const std::string file = "0,0;0;0\n0,1;3;4\n";
   EXPECT_THAT(refusal(file, "header = false\ndelimiter = \";\"\n"),

@@ -148,6 +148,32 @@ TEST(Steps, SightingsMayBeInAnyOrderAndToldTwice) {
   EXPECT_EQ(again.problems[0].count, in_order.size());
 }
 
+TEST(Steps, InstantsWithTooManySightingsAreThinnedOutEvenly) {
+  const Robot robot = robot_with_sensor();
+  Recording recording = drive(robot);
+  const double time_s = recording.sightings[50].time_s;
+  recording.sightings.clear();
+  for (int i = 0; i < 1000; ++i) recording.sightings.push_back({time_s, "a", 1.0 + i, 0.0});
+  const SlamInput input = slam_input(recording, robot);
+  EXPECT_EQ(input.observations(), kMostSightingsAtOnce);
+  for (const SlamStep& step : input.steps)
+    for (std::size_t i = 0; i < step.observations.size(); ++i)
+      EXPECT_EQ(step.observations[i].range_m, 1.0 + 5.0 * static_cast<double>(i));
+  const auto crowded = std::ranges::find(input.problems, "crowded instant", &Problem::kind);
+  ASSERT_NE(crowded, input.problems.end());
+  EXPECT_EQ(crowded->count, 800U);
+}
+
+TEST(Steps, RangesInAnotherUnitAreNamed) {
+  const Robot robot = robot_with_sensor();
+  Recording recording = drive(robot);
+  EXPECT_TRUE(slam_input(recording, robot).problems.empty());
+  for (Sighting& sighting : recording.sightings) sighting.range_m *= 1000.0;
+  const SlamInput input = slam_input(recording, robot);
+  ASSERT_EQ(input.problems.size(), 1U);
+  EXPECT_EQ(input.problems[0].kind, "range unit");
+}
+
 TEST(Steps, WhatIsMissingIsNamed) {
   Robot robot = robot_with_sensor();
   Recording recording = drive(robot);

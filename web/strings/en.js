@@ -109,8 +109,8 @@ export const text = {
   },
   filter: {
     title: 'Effective particles', contents: 'Filter',
-    how: 'How many particles still matter: near their number all are equally likely, near one a single one carries the belief. Marks below: resampling.',
-    name: 'effective particles', resampled: (number, all) => `Resampled in ${number} of ${all} steps.`,
+    how: 'How many particles still matter: near their number all are equally likely, near one a single one carries the belief. Dashed: one over the greatest weight, the same of the weightiest particle alone. Marks below: resampling.',
+    name: 'effective particles', greatest: '1 / greatest weight', resampled: (number, all) => `Resampled in ${number} of ${all} steps.`,
   },
   filters: {
     title: 'Filter against filter', contents: 'Filters',

@@ -53,9 +53,10 @@ std::string sentence_of(const LocalizeAnswer& answer) {
 std::string sentence_of(const SlamAnswer& slam) {
   std::vector<double> sigmas_m;
   for (const auto& landmark : slam.map()) sigmas_m.push_back(std::sqrt(landmark.covariance.trace()));
-  return fmt::format("{} mapped from {}{}, {}", counted(slam.map().size(), "landmark"),
+  return fmt::format("{} mapped from {}{}, {}{}", counted(slam.map().size(), "landmark"),
                      counted(slam.input.observations(), "sighting"), median_sigma_of(std::move(sigmas_m)),
-                     slam.smoothed ? "smoothed" : "which leave too much open to be smoothed");
+                     slam.smoothed ? "smoothed" : "which leave too much open to be smoothed",
+                     slam.doubts.empty() ? "" : "; DOUBTFUL: " + slam.doubts.front().message);
 }
 
 }  // namespace trundle

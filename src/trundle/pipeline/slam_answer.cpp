@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/error.hpp"
+#include "trundle/slam/doubts.hpp"
 
 namespace trundle {
 namespace {
@@ -57,11 +58,11 @@ std::string_view name_of(Decision decision) {
 }
 
 std::string csv_of_steps(const SlamAnswer& answer) {
-  std::string text = "time_s,sightings,effective_particles,resampled\n";
+  std::string text = "time_s,sightings,effective_particles,resampled,greatest_weight\n";
   for (std::size_t k = 0; k < answer.input.steps.size(); ++k) {
     const StepReport& report = answer.result.reports[k];
-    text += fmt::format("{},{},{},{}\n", answer.input.steps[k].time_s, report.observations.size(),
-                        report.effective_particles, report.resampled ? 1 : 0);
+    text += fmt::format("{},{},{},{},{}\n", answer.input.steps[k].time_s, report.observations.size(),
+                        report.effective_particles, report.resampled ? 1 : 0, report.greatest_weight);
   }
   return text;
 }
@@ -154,6 +155,7 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
   if (!question.systematic_sigma) prior.systematic_sigma = kUsualSystematicSigma;
   if (question.smooth) answer.smoothed = smooth(answer.input, sensor, answer.result, {.prior = prior});
   if (question.unknown_ids) answer.input.landmarks = numbers_for(answer.result.reports);
+  answer.doubts = doubts_about(answer.input, answer.result, answer.smoothed ? &*answer.smoothed : nullptr);
   return answer;
 }
 
@@ -161,6 +163,8 @@ nlohmann::ordered_json document_of(const SlamAnswer& answer) {
   const SlamCounts& counts = answer.result.counts;
   const StampedPose& end = answer.trajectory().poses.back();
   nlohmann::ordered_json document = to_json(answer.provenance);
+  document["status"] = answer.doubts.empty() ? "ok" : answer.doubts.front().kind;
+  document["doubts"] = to_json(answer.doubts);
   document["steps"] = answer.input.steps.size();
   document["landmarks"] = answer.map().size();
   document["tentative_landmarks"] = answer.result.tentative.size();

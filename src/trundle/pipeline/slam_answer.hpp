@@ -40,6 +40,7 @@ struct SlamAnswer {
   SlamInput input;  ///< with the problems of reading the recording, and names for all landmarks
   SlamResult result;
   std::optional<SmoothedSlam> smoothed;
+  std::vector<Problem> doubts = {};  ///< why it should not be believed
 
   /// The smoothed ones where there are such.
   const Trajectory& trajectory() const { return smoothed ? smoothed->trajectory : result.online; }

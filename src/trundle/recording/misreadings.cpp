@@ -184,4 +184,25 @@ void check_increments(const WheelStream& wheels, const StreamSource& source, std
   problems.push_back({Severity::warning, "increments", place_of(source), 1, message});
 }
 
+// ---- Bearings ----
+
+void check_bearings(const std::vector<Sighting>& sightings, const StreamSource& source,
+                    std::vector<Problem>& problems) {
+  constexpr double kWhole = 6.3;  // [rad] a turn, and what rounding may add
+  constexpr double kShare = 0.1;
+  if (sightings.size() < kFewestRows) return;
+  std::size_t beyond = 0;
+  double farthest = 0.0;
+  for (const Sighting& sighting : sightings) {
+    const double size = std::abs(sighting.bearing_rad);
+    beyond += size > kWhole ? 1 : 0;
+    farthest = std::max(farthest, size);
+  }
+  if (static_cast<double>(beyond) <= kShare * static_cast<double>(sightings.size())) return;
+  problems.push_back({Severity::warning, "bearing unit", place_of(source), beyond,
+                      fmt::format("{} of {} bearings are beyond a whole turn, up to {:.4g} rad: of degrees, "
+                                  "recording.toml can say unit = \"deg\" at bearing_rad",
+                                  beyond, sightings.size(), farthest)});
+}
+
 }  // namespace trundle

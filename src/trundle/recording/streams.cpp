@@ -82,6 +82,7 @@ void read_sightings(const StreamSource& source, Recording& recording) {
   unusable.message =
       fmt::format("{} sightings without bearing or with no valid range were left out", unusable.count);
   if (unusable.count > 0) recording.problems.push_back(unusable);
+  check_bearings(recording.sightings, source, recording.problems);
 }
 
 VelocityStream velocity_of(Table table) {

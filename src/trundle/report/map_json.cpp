@@ -97,7 +97,8 @@ Json particles_json(const std::filesystem::path& csv, const Pose2& laid_by) {
 }
 
 Json filter_json(const std::filesystem::path& csv) {
-  const CsvColumns columns(csv, {"time_s", "sightings", "effective_particles", "resampled"});
+  const CsvColumns columns(csv, {"time_s", "sightings", "effective_particles", "resampled"}, {},
+                           {"greatest_weight"});
   const std::vector<double>& effective = columns.numbers("effective_particles");
   const std::array<std::span<const double>, 2> pictured = {effective, columns.numbers("resampled")};
   const std::vector<std::size_t> rows = rows_for_picture(pictured);
@@ -107,6 +108,9 @@ Json filter_json(const std::filesystem::path& csv) {
           {"resampled_steps", std::ranges::count_if(resampled, [](double r) { return r != 0.0; })},
           {"time_s", column_json(columns.numbers("time_s"), rows)},
           {"effective_particles", column_json(effective, rows)},
+          {"greatest_weight", columns.has("greatest_weight")
+                                  ? column_json(columns.numbers("greatest_weight"), rows)
+                                  : Json(nullptr)},
           {"resampled", column_json(resampled, rows)}};
 }
 

@@ -32,11 +32,12 @@ struct ObservationReport {
 struct StepReport {
   std::vector<ObservationReport> observations;  ///< as they were given
   double effective_particles = 0.0;             ///< 1/Σw² before resampling; 0: the filter has no particles
+  double greatest_weight = 0.0;                 ///< of one particle, likewise
   bool resampled = false;
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.observations, self.effective_particles, self.resampled);
+    archive(self.observations, self.effective_particles, self.greatest_weight, self.resampled);
   }
 };
 

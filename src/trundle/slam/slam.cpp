@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 
 #include "trundle/statistics/median.hpp"
 
@@ -80,6 +81,13 @@ class Counter {
   std::vector<double> nis_;
 };
 
+StepTimes times_of(std::vector<double> seconds) {
+  if (seconds.empty()) return {};
+  std::ranges::sort(seconds);
+  const std::size_t last = seconds.size() - 1;
+  return {seconds[last / 2], seconds[last * 99 / 100], seconds[last]};
+}
+
 /// Those of its landmarks that are confirmed, or the others.
 template <class Filter>
 std::vector<MappedLandmark> landmarks_of(const Filter& filter, bool confirmed) {
@@ -154,8 +162,12 @@ SlamRun::SlamRun(const LandmarkSensor& sensor, const SlamOptions& options)
     : particles_(options.particles), filter_(sensor, options) {}
 
 void SlamRun::step(const SlamStep& step) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point before = Clock::now();
   reports_.push_back(filter_.step(step.motion, step.observations));
   const PoseEstimate estimate = filter_.estimate();
+  if (!step.observations.empty())
+    seconds_.push_back(std::chrono::duration<double>(Clock::now() - before).count());
   online_.poses.push_back({step.time_s, estimate.pose});
   online_.covariances.push_back(estimate.covariance);
 }
@@ -172,6 +184,7 @@ SlamResult SlamRun::result() const {
   Counter counter;
   for (const StepReport& report : reports_) counter.add(report, particles_);
   result.counts = counter.counts();
+  result.step_times = times_of(seconds_);
   return result;
 }
 

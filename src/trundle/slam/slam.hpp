@@ -80,6 +80,13 @@ struct SlamCounts {
   double smallest_effective_share = 1.0;  ///< of the particles, over all steps
 };
 
+/// How long steps with sightings took: of the wall clock, so no two runs agree.
+struct StepTimes {
+  double median_s = 0.0;
+  double p99_s = 0.0;  ///< 99 % took less
+  double longest_s = 0.0;
+};
+
 /// A whole recording, filtered.
 struct SlamResult {
   Trajectory online;               ///< after each step, from what was seen up to then; with covariance
@@ -90,6 +97,7 @@ struct SlamResult {
   std::vector<WeightedPose> particles;    ///< where something was last seen; empty for `ekf`
   std::vector<StepReport> reports;        ///< one for each step
   SlamCounts counts;
+  StepTimes step_times;
 };
 
 /// A recording while it is filtered: it can be left after any step, stored, and taken up again by a run of
@@ -113,6 +121,7 @@ class SlamRun {
   SlamFilter filter_;
   Trajectory online_;
   std::vector<StepReport> reports_;
+  std::vector<double> seconds_;  ///< of steps with sightings; of this process, and no part of the state
 };
 
 /// A loop over SlamRun::step.

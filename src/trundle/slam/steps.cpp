@@ -151,6 +151,16 @@ class Cutter {
       else
         input_.steps.back().observations.push_back(observation_of(sightings_[next_]));
     }
+    thin_out(input_.steps.back().observations);
+  }
+
+  void thin_out(std::vector<Observation>& observations) {
+    const std::size_t all = observations.size();
+    if (all <= kMostSightingsAtOnce) return;
+    for (std::size_t i = 0; i < kMostSightingsAtOnce; ++i)
+      observations[i] = observations[i * all / kMostSightingsAtOnce];
+    observations.resize(kMostSightingsAtOnce);
+    crowded_ += all - kMostSightingsAtOnce;
   }
 
   /// The next sighting is one of those since `first` told twice.
@@ -172,9 +182,10 @@ class Cutter {
     outside_ += sightings_.size() - next_;
     note(outside_, "sighting without odometry", "lie before or after the odometry");
     note(repeated_, "repeated sighting", "repeat another, stamp, landmark and reading");
+    note(crowded_, "crowded instant", fmt::format("are beyond {} of an instant", kMostSightingsAtOnce));
   }
 
-  void note(std::size_t count, const char* kind, const char* what) {
+  void note(std::size_t count, const char* kind, const std::string& what) {
     if (count == 0) return;
     input_.problems.push_back({.severity = Severity::note,
                                .kind = kind,
@@ -191,10 +202,31 @@ class Cutter {
   std::size_t next_ = 0;     ///< of sightings_
   std::size_t outside_ = 0;  ///< sightings without odometry
   std::size_t repeated_ = 0;
+  std::size_t crowded_ = 0;  ///< sightings, of instants with too many
   double now_s_ = 0.0;
   double last_step_s_ = 0.0;
   SlamInput input_;
 };
+
+/// Ranges that this sensor cannot have measured: a wrong unit, or the wrong sensor.
+void report_ranges_beyond(const LandmarkSensor& sensor, const std::vector<Sighting>& sightings,
+                          std::vector<Problem>& problems) {
+  std::size_t beyond = 0;
+  double farthest_m = 0.0;
+  for (const Sighting& sighting : sightings) {
+    beyond += sighting.range_m > 2.0 * sensor.max_range_m ? 1 : 0;
+    farthest_m = std::max(farthest_m, sighting.range_m);
+  }
+  if (2 * beyond <= sightings.size()) return;
+  problems.push_back(
+      {.severity = Severity::warning,
+       .kind = "range unit",
+       .place = "sightings",
+       .count = beyond,
+       .message = fmt::format("{} of {} ranges, up to {:.4g} m, are more than twice the sensor's max_range_m "
+                              "= {:g}: is one of them in another unit than metres?",
+                              beyond, sightings.size(), farthest_m, sensor.max_range_m)});
+}
 
 void require_names(const Recording& recording) {
   for (const Sighting& sighting : recording.sightings)
@@ -222,6 +254,7 @@ SlamInput slam_input(const Recording& recording, const AlignedReadings& readings
   if (!options.hide_ids) require_names(recording);
   Cutter cutter(robot, options, timely_sightings(recording, *robot.landmark_sensor));
   SlamInput input = cutter.cut(readings);
+  report_ranges_beyond(*robot.landmark_sensor, recording.sightings, input.problems);
   input.problems.insert(input.problems.begin(), readings.problems.begin(), readings.problems.end());
   return input;
 }

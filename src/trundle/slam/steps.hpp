@@ -35,6 +35,9 @@ struct SlamInput {
   std::size_t observations() const;
 };
 
+/// Of one instant: more are thinned out evenly, so that no step takes without bound.
+inline constexpr std::size_t kMostSightingsAtOnce = 200;
+
 struct SlamInputOptions {
   double longest_step_s = 0.1;  ///< without sightings a step ends with the first interval after so long
   bool hide_ids = false;        ///< every sighting's landmark is unknown

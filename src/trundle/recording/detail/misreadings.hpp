@@ -14,4 +14,8 @@ void check_stamps(const Table& table, const StreamSource& source, const RowRules
 /// Counts since the row before that were taken for a counter that goes on, or the other way round.
 void check_increments(const WheelStream& wheels, const StreamSource& source, std::vector<Problem>& problems);
 
+/// Bearings that cannot be radians.
+void check_bearings(const std::vector<Sighting>& sightings, const StreamSource& source,
+                    std::vector<Problem>& problems);
+
 }  // namespace trundle

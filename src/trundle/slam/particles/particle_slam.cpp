@@ -232,10 +232,13 @@ void ParticleSlam::add_landmark(const Observation& observation, std::size_t inde
 void ParticleSlam::normalise() {
   std::fill(log_weights_.begin() + static_cast<std::ptrdiff_t>(options_.particles), log_weights_.end(),
             -std::numeric_limits<double>::infinity());
-  report_.effective_particles = trundle::normalise(all(), log_weights_.data(), weights_.data());
-  if (report_.effective_particles > 0.0) return;
-  std::fill_n(log_weights_.begin(), options_.particles, 0.0);  // no particle can explain the step
-  report_.effective_particles = trundle::normalise(all(), log_weights_.data(), weights_.data());
+  const auto effective = [&] { return trundle::normalise(all(), log_weights_.data(), weights_.data()); };
+  report_.effective_particles = effective();
+  if (report_.effective_particles == 0.0) {  // no particle can explain the step
+    std::fill_n(log_weights_.begin(), options_.particles, 0.0);
+    report_.effective_particles = effective();
+  }
+  report_.greatest_weight = weights_[best_particle()];
 }
 
 /// Headings are averaged as differences to the best particle's.

@@ -1,0 +1,96 @@
+#include "trundle/slam/doubts.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace trundle {
+namespace {
+
+constexpr int kLost =
+    20;  // by so much rejected sightings outnumber matched ones; a third of outliers makes 10
+constexpr std::size_t kFewestSightings = 20;
+constexpr double kGreatestMedian = 5.0;  // of NIS; honest: 1.39
+constexpr double kMostOutliers = 0.05;   // share, of a cost that is to say something
+constexpr double kSigmasOfChance = 6.0;  // beyond which a cost per degree of freedom is no chance
+constexpr double kGreatestCostRatio = 1.5;
+
+Problem doubt(std::string kind, std::size_t count, std::string message) {
+  return {Severity::warning, std::move(kind), "sightings", count, std::move(message)};
+}
+
+/// The stretch in which rejected sightings outnumber matched ones by most.
+struct Stretch {
+  std::size_t first = 0, last = 0;  ///< steps
+  int excess = 0;
+  std::size_t rejected = 0, seen = 0;
+};
+
+Stretch worst_stretch(const std::vector<StepReport>& reports) {
+  Stretch worst, here;
+  for (std::size_t k = 0; k < reports.size(); ++k)
+    for (const ObservationReport& observation : reports[k].observations) {
+      const bool rejected = observation.decision == Decision::rejected;
+      if (!rejected && observation.decision != Decision::matched) continue;
+      if (here.excess <= 0) here = {.first = k};
+      here.last = k;
+      here.excess += rejected ? 1 : -1;
+      here.rejected += rejected ? 1 : 0;
+      ++here.seen;
+      if (here.excess > worst.excess) worst = here;
+    }
+  return worst;
+}
+
+void doubt_filter(const SlamInput& input, const SlamResult& filtered, std::vector<Problem>& doubts) {
+  const Stretch worst = worst_stretch(filtered.reports);
+  if (worst.excess >= kLost)
+    return doubts.push_back(
+        doubt("lost", worst.rejected,
+              fmt::format("from {:.1f} s to {:.1f} s after the start {} of {} sightings of landmarks seen "
+                          "before do not fit "
+                          "and are rejected: the filter is lost there, and neither its trajectory nor its ± "
+                          "can be believed; is the robot calibrated, does [noise] say how far its odometry "
+                          "can be trusted, do bearings turn to the left?",
+                          input.steps[worst.first].time_s - input.start_s,
+                          input.steps[worst.last].time_s - input.start_s, worst.rejected, worst.seen)));
+  const SlamCounts& counts = filtered.counts;
+  const std::size_t seen = counts.matched + counts.rejected;
+  if (seen >= kFewestSightings && counts.median_nis > kGreatestMedian)
+    doubts.push_back(doubt("noise", seen,
+                           fmt::format("half of all innovations squared (NIS) are above {:.1f}, honest noise "
+                                       "has 1.39: sigmas of [landmark_sensor] or [noise] are too small, and "
+                                       "so is every ±",
+                                       counts.median_nis)));
+}
+
+void doubt_smoother(const SmootherCounts& counts, std::vector<Problem>& doubts) {
+  if (!counts.converged)
+    doubts.push_back(doubt("not converged", counts.sightings,
+                           fmt::format("the smoother has not converged after {} iterations: its trajectory "
+                                       "and map are not the most probable ones",
+                                       counts.iterations)));
+  const double freedom = counts.degrees_of_freedom;
+  const double outliers = static_cast<double>(counts.outliers) / static_cast<double>(counts.sightings);
+  if (freedom <= 0.0 || outliers > kMostOutliers) return;  // they cost, and do not make the rest worse
+  const double ratio = counts.cost / freedom;
+  if (ratio > kGreatestCostRatio && ratio > 1.0 + kSigmasOfChance * std::sqrt(2.0 / freedom))
+    doubts.push_back(doubt(
+        "noise", counts.sightings,
+        fmt::format(
+            "the smoother's cost is {:.1f} times its degrees of freedom: what was seen does not "
+            "fit together as well as the noise settings say, and every ± is at least {:.1f} times too small",
+            ratio, std::sqrt(ratio))));
+}
+
+}  // namespace
+
+std::vector<Problem> doubts_about(const SlamInput& input, const SlamResult& filtered,
+                                  const SmoothedSlam* smoothed) {
+  std::vector<Problem> doubts;
+  doubt_filter(input, filtered, doubts);
+  if (smoothed != nullptr) doubt_smoother(smoothed->counts, doubts);
+  return doubts;
+}
+
+}  // namespace trundle

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <vector>
+
+#include "trundle/slam/smoother/smoother.hpp"
+
+namespace trundle {
+
+/// Why a run should not be believed, by its own evidence; empty where nothing speaks against it. `smoothed`
+/// may be null.
+std::vector<Problem> doubts_about(const SlamInput& input, const SlamResult& filtered,
+                                  const SmoothedSlam* smoothed);
+
+}  // namespace trundle
