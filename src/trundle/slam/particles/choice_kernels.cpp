@@ -61,6 +61,7 @@ template <class Real>
 void set_costs(const ReadingTerms& reading, const LandmarkColumns& columns, const Choosing& choosing,
                ParticleRange range, double* costs) {
   const LaneSymmetric<Real> Q = symmetric<Real>(choosing.sensor_covariance);
+  const bool is_drawn = choosing.sensor_covariance.isZero(0.0);  // fastslam1: the pose is no longer unsure
   const Vector2 apart = columns.origin() - choosing.sensors.origin;
   const Vec<Real> gate = lanes<Real>(choosing.options.gate);
   const Vec<Real> end_of_doubt = lanes<Real>(choosing.options.doubt * choosing.options.gate);
@@ -68,7 +69,8 @@ void set_costs(const ReadingTerms& reading, const LandmarkColumns& columns, cons
     const LaneSensor<Real> sensor = load_sensor<Real>(choosing.sensors, i);
     const LaneLandmark<Real> m = load_landmark<Real>(columns.numbers<Real>() + i, columns.stride());
     const LaneSight<Real> s = sight_of(sensor, reading, apart, m);
-    const LaneTotal<Real> S = total_covariance(Q, sensor, s);
+    const LaneTotal<Real> S = is_drawn ? LaneTotal<Real>{s.s_along, s.p_mixed, s.s_across, s.determinant}
+                                       : total_covariance(Q, sensor, s);
     const Vec<Real> nis = nis_of(s, S);
     const auto is_there = m.xx >= hn::Zero(Tag<Real>());
     const auto passes = hn::And(is_there, nis <= gate);
@@ -121,8 +123,12 @@ void choices_as(const ReadingTerms& reading, const Choosing& choosing, ParticleR
     const Vec<Real> none = exp(log_share(of_new));
     std::array<Vec<Real>, kMostCandidates> share;
     Vec<Real> all = none;
-    for (std::size_t c = 0; c < of.candidates.size(); ++c)
-      if (costs.is_possible[c]) all = all + (share[c] = exp(log_share(costs.of[c])));
+    for (std::size_t c = 0; c < of.candidates.size(); ++c) {
+      if (!costs.is_possible[c]) continue;
+      const bool is_least = hn::AllTrue(Tag<Real>(), costs.of[c] == costs.least);  // of most groups one is
+      share[c] = is_least ? lanes<Real>(1.0) : exp(log_share(costs.of[c]));
+      all = all + share[c];
+    }
     Vec<Real> left = load<Real>(choosing.chance + i) * all - none;
     Vec<Real> choice = costs.otherwise;
     Vec<Real> log_chosen = log_share(of_new);
