@@ -74,6 +74,9 @@ struct Contender {
     std::ranges::sort(sorted);
     return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
   }
+  double mean() const {
+    return std::accumulate(step_us.begin(), step_us.end(), 0.0) / static_cast<double>(step_us.size());
+  }
   double rms() const { return std::sqrt(squares / static_cast<double>(step_us.size())); }
   /// Median over the slices of how many times faster it is than another, all particles together.
   double faster_than(const Contender& other) const {
@@ -145,18 +148,19 @@ Contender nameless(const bench::W1& work, SlamMethod method, const SlamOptions& 
 
 void heading(const std::string& what) {
   fmt::print(
-      "\n**{}**\n\n| filter | M | N | µs/step | p50 | p99 | max | resampling | ns/(N v) | times as fast | "
-      "MiB | rms [m] "
-      "|\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+      "\n**{}**\n\n| filter | M | N | µs/step | mean | p50 | p99 | max | resampling | ns/(N v) | times as "
+      "fast "
+      "| MiB | rms [m] |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
       what);
 }
 
 void print(const bench::W1& work, const Contender& c, const Contender& yardstick) {
   const double step_us = median_of(c.slice_us);
   fmt::print(
-      "| {} | {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.2f} | {:.2f} | {:.0f} | {:.3f} |\n",
-      c.name, work.landmarks.size(), c.particles, step_us, c.quantile(0.5), c.quantile(0.99), c.quantile(1.0),
-      c.resampling_us.empty() ? 0.0 : median_of(c.resampling_us),
+      "| {} | {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.2f} | {:.0f} | "
+      "{:.3f} |\n",
+      c.name, work.landmarks.size(), c.particles, step_us, c.mean(), c.quantile(0.5), c.quantile(0.99),
+      c.quantile(1.0), c.resampling_us.empty() ? 0.0 : median_of(c.resampling_us),
       1e3 * step_us / (work.in_view * static_cast<double>(c.particles)), c.faster_than(yardstick),
       c.memory_MiB, c.rms());
 }

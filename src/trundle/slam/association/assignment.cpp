@@ -6,89 +6,122 @@
 namespace trundle {
 namespace {
 
-using Index = Eigen::Index;
-constexpr Index kNone = -1;
+constexpr Eigen::Index kNone = -1;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Rows are assigned one after the other, each along the shortest path of exchanges in reduced costs.
-class Hungarian {
- public:
-  explicit Hungarian(const Eigen::MatrixXd& cost)
-      : cost_(cost),
-        row_price_(Eigen::VectorXd::Zero(cost.rows())),
-        column_price_(Eigen::VectorXd::Zero(cost.cols())),
-        row_of_(static_cast<std::size_t>(cost.cols()), kNone) {}
-
-  std::vector<Index> solve() {
-    for (Index row = 0; row < cost_.rows(); ++row) assign(row);
-    std::vector<Index> column_of(static_cast<std::size_t>(cost_.rows()), kNone);
-    for (Index column = 0; column < cost_.cols(); ++column)
-      if (const Index row = row_of_[at(column)]; row != kNone) column_of[at(row)] = column;
-    return column_of;
-  }
-
- private:
-  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-  void assign(Index first) {
-    const auto columns = at(cost_.cols());
-    distance_.assign(columns, std::numeric_limits<double>::infinity());
-    before_.assign(columns, kNone);
-    done_.assign(columns, false);
-    Index row = first;
-    Index column = kNone;
-    double reached = 0.0;
-    do {
-      const Index from = column;
-      column = kNone;
-      for (Index c = 0; c < cost_.cols(); ++c) {
-        if (done_[at(c)]) continue;
-        const double step = reached + cost_(row, c) - row_price_[row] - column_price_[c];
-        if (step < distance_[at(c)]) {
-          distance_[at(c)] = step;
-          before_[at(c)] = from;
-        }
-        if (column == kNone || distance_[at(c)] < distance_[at(column)]) column = c;
-      }
-      done_[at(column)] = true;
-      reached = distance_[at(column)];
-      row = row_of_[at(column)];
-    } while (row != kNone);
-    raise_prices(first, reached);
-    exchange(first, column);
-  }
-
-  void raise_prices(Index first, double reached) {
-    row_price_[first] += reached;
-    for (Index c = 0; c < cost_.cols(); ++c) {
-      if (!done_[at(c)]) continue;
-      column_price_[c] -= reached - distance_[at(c)];
-      if (const Index row = row_of_[at(c)]; row != kNone) row_price_[row] += reached - distance_[at(c)];
-    }
-  }
-
-  void exchange(Index first, Index column) {
-    while (before_[at(column)] != kNone) {
-      row_of_[at(column)] = row_of_[at(before_[at(column)])];
-      column = before_[at(column)];
-    }
-    row_of_[at(column)] = first;
-  }
-
-  const Eigen::MatrixXd& cost_;
-  Eigen::VectorXd row_price_;
-  Eigen::VectorXd column_price_;
-  std::vector<Index> row_of_;  ///< by column
-  // Of the row that is being assigned, by column.
-  std::vector<double> distance_;
-  std::vector<Index> before_;  ///< column from which a column is reached
-  std::vector<bool> done_;
-};
+std::size_t at(Eigen::Index i) {
+  return static_cast<std::size_t>(i);
+}
 
 }  // namespace
 
-std::vector<Eigen::Index> cheapest_assignment(const Eigen::MatrixXd& cost) {
+const std::vector<Eigen::Index>& CheapestAssignment::solve(const Eigen::MatrixXd& cost) {
   assert(cost.cols() >= cost.rows() && cost.allFinite());
-  return Hungarian(cost).solve();
+  if (!give_way(cost)) exchange_all(cost);
+  return column_of_;
+}
+
+CheapestAssignment::Wish CheapestAssignment::wish_of(Index row, const Eigen::MatrixXd& cost) {
+  Wish wish{kNone, kNone, 0.0};
+  double least = kInfinity;
+  double next = kInfinity;
+  for (Index column = 0; column < cost.cols(); ++column) {
+    const double x = cost(row, column);
+    if (x < least) {
+      wish.second = wish.best;
+      wish.best = column;
+      next = least;
+      least = x;
+    } else if (x < next) {
+      wish.second = column;
+      next = x;
+    }
+  }
+  wish.loss = next - least;
+  return wish;
+}
+
+/// Each row takes its cheapest column. Where several want the same one, it goes to the row that would lose
+/// most without it, and the others take their second. As all but one have to do without it, no assignment
+/// costs less. False where a second is taken as well: then it needs more exchanges.
+bool CheapestAssignment::give_way(const Eigen::MatrixXd& cost) {
+  wishes_.clear();
+  row_of_.assign(at(cost.cols()), kNone);
+  for (Index row = 0; row < cost.rows(); ++row) {
+    const Wish wish = wish_of(row, cost);
+    wishes_.push_back(wish);
+    Index& owner = row_of_[at(wish.best)];
+    if (owner == kNone || wishes_[at(owner)].loss < wish.loss) owner = row;
+  }
+  column_of_.clear();
+  for (Index row = 0; row < cost.rows(); ++row) {
+    const Wish& wish = wishes_[at(row)];
+    if (row_of_[at(wish.best)] == row) {
+      column_of_.push_back(wish.best);
+      continue;
+    }
+    if (row_of_[at(wish.second)] != kNone) return false;
+    row_of_[at(wish.second)] = row;
+    column_of_.push_back(wish.second);
+  }
+  return true;
+}
+
+/// Hungarian method [Kuhn 1955], O(rows² · columns): rows are assigned one after the other, each along the
+/// shortest path of exchanges in reduced costs.
+void CheapestAssignment::exchange_all(const Eigen::MatrixXd& cost) {
+  row_price_.assign(at(cost.rows()), 0.0);
+  column_price_.assign(at(cost.cols()), 0.0);
+  row_of_.assign(at(cost.cols()), kNone);
+  for (Index row = 0; row < cost.rows(); ++row) assign(row, cost);
+  column_of_.assign(at(cost.rows()), kNone);
+  for (Index column = 0; column < cost.cols(); ++column)
+    if (const Index row = row_of_[at(column)]; row != kNone) column_of_[at(row)] = column;
+}
+
+void CheapestAssignment::assign(Index first, const Eigen::MatrixXd& cost) {
+  const std::size_t columns = at(cost.cols());
+  distance_.assign(columns, kInfinity);
+  before_.assign(columns, kNone);
+  done_.assign(columns, false);
+  Index row = first;
+  Index column = kNone;
+  double reached = 0.0;
+  do {
+    const Index from = column;
+    column = kNone;
+    for (Index c = 0; c < cost.cols(); ++c) {
+      if (done_[at(c)]) continue;
+      const double step = reached + cost(row, c) - row_price_[at(row)] - column_price_[at(c)];
+      if (step < distance_[at(c)]) {
+        distance_[at(c)] = step;
+        before_[at(c)] = from;
+      }
+      if (column == kNone || distance_[at(c)] < distance_[at(column)]) column = c;
+    }
+    done_[at(column)] = true;
+    reached = distance_[at(column)];
+    row = row_of_[at(column)];
+  } while (row != kNone);
+  raise_prices(first, reached);
+  exchange(first, column);
+}
+
+void CheapestAssignment::raise_prices(Index first, double reached) {
+  row_price_[at(first)] += reached;
+  for (std::size_t c = 0; c < done_.size(); ++c) {
+    if (!done_[c]) continue;
+    column_price_[c] -= reached - distance_[c];
+    if (const Index row = row_of_[c]; row != kNone) row_price_[at(row)] += reached - distance_[c];
+  }
+}
+
+void CheapestAssignment::exchange(Index first, Index column) {
+  while (before_[at(column)] != kNone) {
+    row_of_[at(column)] = row_of_[at(before_[at(column)])];
+    column = before_[at(column)];
+  }
+  row_of_[at(column)] = first;
 }
 
 }  // namespace trundle

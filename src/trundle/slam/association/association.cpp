@@ -52,7 +52,8 @@ std::vector<Associated> associate(const std::vector<std::vector<Fit>>& fits,
     for (const Fit& fit : fits[static_cast<std::size_t>(row)])
       if (fit.nis <= options.gate) cost(row, column_of(fit.landmark)) = fit.minus_two_log_p;
   }
-  const std::vector<Index> chosen = cheapest_assignment(cost);
+  CheapestAssignment assignment;
+  const std::vector<Index>& chosen = assignment.solve(cost);
   std::vector<Associated> result(fits.size());
   for (std::size_t i = 0; i < fits.size(); ++i) {
     if (chosen[i] < landmarks)

@@ -56,7 +56,36 @@ void take(const std::int32_t* choices, const Candidate& from, ParticleRange rang
     take_as<double>(choices, from, range, to);
 }
 
-/// What one reading costs a group of particles, for each candidate: −2 log p, where they may choose it.
+/// What a candidate costs each particle.
+template <class Real>
+void set_costs(const KnownReading& known, const Choosing& choosing, ParticleRange range, double* costs) {
+  const LandmarkColumns& columns = *known.landmark;
+  const NearReading<Real> reading = near<Real>(known, choosing.sensors.origin);
+  const LaneSymmetric<Real> Q = symmetric<Real>(choosing.sensor_covariance);
+  const bool is_drawn = choosing.sensor_covariance.isZero(0.0);  // fastslam1: the pose is no longer unsure
+  const Vec<Real> gate = lanes<Real>(choosing.options.gate);
+  const Vec<Real> end_of_doubt = lanes<Real>(choosing.options.doubt * choosing.options.gate);
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
+    const LaneSensor<Real> sensor = load_sensor<Real>(choosing.sensors, i);
+    const LaneLandmark<Real> m = load_landmark<Real>(columns.numbers<Real>() + i, columns.stride());
+    const LaneSight<Real> s = sight_of(sensor, reading, m);
+    const LaneTotal<Real> S = is_drawn ? LaneTotal<Real>{s.s_along, s.p_mixed, s.s_across, s.determinant}
+                                       : total_covariance(Q, sensor, s);
+    const Vec<Real> nis = nis_of(s, S);
+    const auto is_there = m.xx >= hn::Zero(Tag<Real>());
+    const auto passes = hn::And(is_there, nis <= gate);
+    const auto is_near = hn::And(is_there, nis <= end_of_doubt);
+    Vec<Real> cost = hn::IfThenElse(is_near, lanes<Real>(kNear), lanes<Real>(kFar));
+    if (!hn::AllFalse(Tag<Real>(), passes)) {
+      const Vec<Real> inside = nis + log<Real>(S.determinant * s.inverse_range * s.inverse_range) +
+                               lanes<Real>(2.0 * std::log(2.0 * kPi));
+      cost = hn::IfThenElse(passes, inside, cost);
+    }
+    store<Real>(cost, costs + i);
+  }
+}
+
+/// What the candidates cost a group of particles.
 template <class Real>
 struct LaneCosts {
   std::array<bool, kMostCandidates> is_possible;  ///< for any of them
@@ -66,72 +95,60 @@ struct LaneCosts {
 };
 
 template <class Real>
-HWY_INLINE LaneCosts<Real> costs_of(const ReadingTerms& reading, std::span<const Candidate> candidates,
-                                    const Choosing& choosing, Vec<Real> of_new, std::size_t i) {
-  const AssociationOptions& options = choosing.options;
-  const LaneSymmetric<Real> Q = symmetric<Real>(choosing.sensor_covariance);
-  const LaneSensor<Real> sensor = load_sensor<Real>(choosing.sensors, i);
-  const Vec<Real> gate = lanes<Real>(options.gate);
-  const Vec<Real> zero = hn::Zero(Tag<Real>());
+HWY_INLINE LaneCosts<Real> load_costs(const Hypotheses& of, Vec<Real> of_new, std::size_t i) {
   LaneCosts<Real> costs;
   costs.least = of_new;
   costs.otherwise = lanes<Real>(kFresh);
-  for (std::size_t c = 0; c < candidates.size(); ++c) {
-    const LandmarkColumns& columns = *candidates[c].columns;
-    const LaneLandmark<Real> m = load_landmark<Real>(columns.numbers<Real>() + i, columns.stride());
-    const LaneSight<Real> s =
-        sight_of(sensor, near<Real>({reading, candidates[c].columns}, choosing.sensors.origin), m);
-    const LaneTotal<Real> S = total_covariance(Q, sensor, s);
-    const Vec<Real> nis = nis_of(s, S);
-    const auto passes = hn::And(m.xx >= zero, nis <= gate);
-    const auto is_near =
-        hn::And(hn::And(m.xx >= zero, nis > gate), nis <= lanes<Real>(options.doubt * options.gate));
+  for (std::size_t c = 0; c < of.candidates.size(); ++c) {
+    const Vec<Real> cost = load<Real>(of.costs_of(c) + i);
+    const auto is_near = cost == lanes<Real>(kNear);
     costs.otherwise = hn::IfThenElse(is_near, lanes<Real>(kDoubtful), costs.otherwise);
-    costs.is_possible[c] = !hn::AllFalse(Tag<Real>(), passes);
-    if (!costs.is_possible[c]) continue;
-    const Vec<Real> cost = nis + log<Real>(S.determinant * s.inverse_range * s.inverse_range) +
-                           lanes<Real>(2.0 * std::log(2.0 * kPi));
-    costs.of[c] = hn::IfThenElse(passes, cost, lanes<Real>(1e9));
-    costs.least = hn::Min(costs.least, costs.of[c]);
+    costs.is_possible[c] = !hn::AllFalse(Tag<Real>(), cost < lanes<Real>(kFar));
+    costs.of[c] = cost;
+    costs.least = hn::Min(costs.least, cost);
   }
   return costs;
 }
 
 // Eq. 54.
 template <class Real>
-void choices_as(const ReadingTerms& reading, std::span<const Candidate> candidates, const Choosing& choosing,
-                ParticleRange range, std::int32_t* choices) {
+void choices_as(const ReadingTerms& reading, const Choosing& choosing, ParticleRange range, Hypotheses& of) {
+  for (std::size_t c = 0; c < of.candidates.size(); ++c)
+    set_costs<Real>({reading, of.candidates[c].columns}, choosing, range, of.costs_of(c));
   const Vec<Real> half = lanes<Real>(-0.5);
   const Vec<Real> of_new = lanes<Real>(cost_of_new(choosing.options));
   for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
-    const LaneCosts<Real> costs = costs_of<Real>(reading, candidates, choosing, of_new, i);
+    const LaneCosts<Real> costs = load_costs<Real>(of, of_new, i);
     const auto log_share = [&](Vec<Real> cost) HWY_ATTR { return half * (cost - costs.least); };
     const Vec<Real> none = exp(log_share(of_new));
     std::array<Vec<Real>, kMostCandidates> share;
     Vec<Real> all = none;
-    for (std::size_t c = 0; c < candidates.size(); ++c)
-      if (costs.is_possible[c]) all = all + (share[c] = exp(log_share(costs.of[c])));
+    for (std::size_t c = 0; c < of.candidates.size(); ++c) {
+      if (!costs.is_possible[c]) continue;
+      const bool is_least = hn::AllTrue(Tag<Real>(), costs.of[c] == costs.least);  // of most groups one is
+      share[c] = is_least ? lanes<Real>(1.0) : exp(log_share(costs.of[c]));
+      all = all + share[c];
+    }
     Vec<Real> left = load<Real>(choosing.chance + i) * all - none;
     Vec<Real> choice = costs.otherwise;
     Vec<Real> log_chosen = log_share(of_new);
-    for (std::size_t c = 0; c < candidates.size(); ++c) {
+    for (std::size_t c = 0; c < of.candidates.size(); ++c) {
       if (!costs.is_possible[c]) continue;
       const auto takes = hn::And(left >= hn::Zero(Tag<Real>()), share[c] > hn::Zero(Tag<Real>()));
-      choice = hn::IfThenElse(takes, lanes<Real>(candidates[c].landmark), choice);
+      choice = hn::IfThenElse(takes, lanes<Real>(of.candidates[c].landmark), choice);
       log_chosen = hn::IfThenElse(takes, log_share(costs.of[c]), log_chosen);
       left = left - share[c];
     }
-    store_choices(choice, choices + i);
+    store_choices(choice, of.choices.data() + i);
     add<Real>(log<Real>(all) - log_chosen, choosing.log_weights + i);
   }
 }
 
-void choices_of(const ReadingTerms& reading, std::span<const Candidate> candidates, const Choosing& choosing,
-                ParticleRange range, std::int32_t* choices) {
-  if (candidates.front().columns->precision() == Precision::float32)
-    choices_as<float>(reading, candidates, choosing, range, choices);
+void choices_of(const ReadingTerms& reading, const Choosing& choosing, ParticleRange range, Hypotheses& of) {
+  if (of.candidates.front().columns->precision() == Precision::float32)
+    choices_as<float>(reading, choosing, range, of);
   else
-    choices_as<double>(reading, candidates, choosing, range, choices);
+    choices_as<double>(reading, choosing, range, of);
 }
 
 /// Weight of the particles of which something holds; what pads has none.
@@ -174,12 +191,12 @@ HWY_EXPORT(choices_of);
 HWY_EXPORT(share_choosing);
 HWY_EXPORT(share_having);
 
-void choose_landmarks(const ReadingTerms& reading, std::span<const Candidate> candidates,
-                      const Choosing& choosing, ParticleRange range, std::int32_t* choices) {
-  if (candidates.empty())
-    std::fill(choices + range.first, choices + range.last, kFresh);
+void choose_landmarks(const ReadingTerms& reading, const Choosing& choosing, ParticleRange range,
+                      Hypotheses& of) {
+  if (of.candidates.empty())
+    std::fill(of.choices.data() + range.first, of.choices.data() + range.last, kFresh);
   else
-    HWY_DYNAMIC_DISPATCH(choices_of)(reading, candidates, choosing, range, choices);
+    HWY_DYNAMIC_DISPATCH(choices_of)(reading, choosing, range, of);
 }
 
 void take_chosen(const std::int32_t* choices, const Candidate& from, ParticleRange range,

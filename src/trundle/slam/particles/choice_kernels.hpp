@@ -22,6 +22,30 @@ struct Candidate {
 };
 inline constexpr std::size_t kMostCandidates = 16;
 
+/// In place of the cost of a landmark that the particle does not have, or whose gate the reading does not
+/// pass: more than any sum of costs that matter, small enough to keep their digits.
+inline constexpr double kFar = 1e7;   ///< no landmark of this reading
+inline constexpr double kNear = 2e7;  ///< not either, but near enough to leave doubt
+
+/// What a reading may show, what that costs each particle, and what each takes it for.
+struct Hypotheses {
+  std::vector<Candidate> candidates = {};
+  Column<double> costs = {};          ///< −2 log p, or kFar or kNear: a column for each candidate
+  Column<std::int32_t> choices = {};  ///< a landmark, kFresh or kDoubtful
+
+  /// No candidate yet.
+  void reset(std::size_t particles) {
+    candidates.clear();
+    choices.resize(padded(particles));
+  }
+  void add(const Candidate& candidate) {
+    candidates.push_back(candidate);
+    if (costs.size() < candidates.size() * choices.size()) costs.resize(candidates.size() * choices.size());
+  }
+  double* costs_of(std::size_t candidate) { return costs.data() + candidate * choices.size(); }
+  const double* costs_of(std::size_t candidate) const { return costs.data() + candidate * choices.size(); }
+};
+
 /// How particles choose.
 struct Choosing {
   const SensorColumns& sensors;
@@ -30,10 +54,10 @@ struct Choosing {
   const double* chance;  ///< uniform in (0, 1), one for each particle
   double* log_weights;   ///< take what a particle could have chosen over what it has chosen
 };
-/// For each particle one of the candidates, or kFresh, or kDoubtful, with the probability that the reading
-/// shows it if there is no other reading. docs/slam.md, eq. 54.
-void choose_landmarks(const ReadingTerms& reading, std::span<const Candidate> candidates,
-                      const Choosing& choosing, ParticleRange range, std::int32_t* choices);
+/// Costs; and for each particle one of the candidates, or kFresh, or kDoubtful, with the probability that the
+/// reading shows it if there is no other reading. docs/slam.md, eq. 54.
+void choose_landmarks(const ReadingTerms& reading, const Choosing& choosing, ParticleRange range,
+                      Hypotheses& of);
 
 /// to = what the particles that chose it have of this candidate; the others keep what they have.
 void take_chosen(const std::int32_t* choices, const Candidate& from, ParticleRange range,

@@ -36,7 +36,6 @@ Matrix2 by_sensor(const SensorAt& sensor, const Sight& s, const Matrix3& covaria
 struct Expected {
   Vector2 innovation;  ///< (range, bearing) [m, rad]
   double nis;
-  double minus_two_log_p;
 };
 
 // Eq. 11, 12, with the sensor's own uncertainty.
@@ -46,15 +45,7 @@ Expected expected_of(const SensorAt& sensor, const Matrix3& sensor_covariance, c
   Matrix2 S = by_sensor(sensor, s, sensor_covariance);
   S += (Matrix2() << s.p_along + s.r_along, s.p_mixed, s.p_mixed, s.p_across + s.r_across).finished();
   const Vector2 innovation(s.along, s.across);
-  const double nis = innovation.dot(S.inverse() * innovation);
-  const double log_det = std::log(S.determinant() / (s.range * s.range));
-  return {{s.along, s.across / s.range}, nis, nis + log_det + 2.0 * std::log(2.0 * kPi)};
-}
-
-bool share_a_candidate(std::span<const Candidate> a, std::span<const Candidate> b) {
-  return std::ranges::any_of(a, [&](const Candidate& one) {
-    return std::ranges::any_of(b, [&](const Candidate& other) { return one.landmark == other.landmark; });
-  });
+  return {{s.along, s.across / s.range}, innovation.dot(S.inverse() * innovation)};
 }
 
 }  // namespace
@@ -67,13 +58,14 @@ ParticleAssociation::ParticleAssociation(const LandmarkSensor& sensor, const Par
                .new_share = kNewShare,
                .doubt = UnknownIdOptions{}.near},
       grid_(kCellShare * sensor.max_range_m),
-      visibility_(sensor.max_range_m) {}
+      visibility_(sensor.max_range_m),
+      exclusion_(cost_of_new(options_)) {}
 
 void ParticleAssociation::collect(std::span<const Observation> observations) {
   sightings_ = 0;
   for (std::size_t i = 0; i < observations.size(); ++i) {
     if (observations[i].landmark >= 0 || !is_valid(observations[i])) continue;
-    if (pool_.size() == sightings_) pool_.emplace_back().choices.resize(padded(particles_.count));
+    if (pool_.size() == sightings_) pool_.emplace_back();
     Sighting& sighting = pool_[sightings_++];
     sighting.observation = i;
     sighting.seen = observations[i];
@@ -96,14 +88,16 @@ void ParticleAssociation::choose(const View& view, ParticleRange range) {
       draw_uniforms({view.draw.seed, view.draw.step, purpose}, range, chances);
     }
     choose_landmarks(
-        sighting.reading, sighting.candidates,
+        sighting.reading,
         {view.sensors, view.sensor_covariance, options_, chances[k % kDrawnTogether], view.log_weights},
-        range, sighting.choices.data());
+        range, sighting.may_show);
   }
 }
 
 void ParticleAssociation::decide(const View& view) {
-  exclude_each_other(view);
+  std::vector<Hypotheses*> all;
+  for (Sighting& sighting : sightings()) all.push_back(&sighting.may_show);
+  exclusion_.apply(all, particles_.count);
   for (std::size_t k = 0; k < sightings_; ++k) prepare(k, view);
 }
 
@@ -125,9 +119,9 @@ void ParticleAssociation::look_up(Sighting& sighting, const View& view, Particle
   }
   std::ranges::sort(likely);
   if (likely.size() > kMostCandidates) likely.resize(kMostCandidates);
-  sighting.candidates.clear();
+  sighting.may_show.reset(particles_.count);
   for (const auto& [nis, landmark] : likely)
-    sighting.candidates.push_back({landmark, &map.expect(landmark, ancestry)});
+    sighting.may_show.add({landmark, &map.expect(landmark, ancestry)});
 }
 
 /// Puts a landmark into the grid, where jurors have it today.
@@ -146,75 +140,10 @@ void ParticleAssociation::locate(LandmarkId landmark, ParticleMap& map, const An
   for (const Entry& entry : entries_) widest_m_ = std::max(widest_m_, entry.slack_m);
 }
 
-/// Sightings that may show the same landmark come into one group.
-void ParticleAssociation::group_by_candidates() {
-  for (std::size_t k = 0; k < sightings_; ++k) {
-    pool_[k].group = k;
-    for (std::size_t j = 0; j < k; ++j) {
-      if (pool_[j].group == pool_[k].group || !share_a_candidate(pool_[j].candidates, pool_[k].candidates))
-        continue;
-      const std::size_t from = pool_[j].group;
-      for (std::size_t i = 0; i <= k; ++i)
-        if (pool_[i].group == from) pool_[i].group = pool_[k].group;
-    }
-  }
-}
-
-/// No landmark is seen twice: where a particle has taken two sightings for the same one, all of their group
-/// are decided together.
-void ParticleAssociation::exclude_each_other(const View& view) {
-  group_by_candidates();
-  std::vector<Sighting*> group;
-  std::vector<std::int32_t> conflict;
-  std::vector<std::vector<Fit>> fits;
-  for (std::size_t number = 0; number < sightings_; ++number) {
-    group.clear();
-    for (Sighting& sighting : sightings())
-      if (sighting.group == number) group.push_back(&sighting);
-    if (group.size() < 2) continue;
-    fits.resize(group.size());
-    conflict.assign(particles_.count, 0);
-    for (std::size_t k = 1; k < group.size(); ++k)
-      for (std::size_t j = 0; j < k; ++j) {
-        const std::int32_t* const one = group[j]->choices.data();
-        const std::int32_t* const other = group[k]->choices.data();
-        for (std::size_t i = 0; i < particles_.count; ++i)
-          conflict[i] |=
-              static_cast<std::int32_t>(one[i] == other[i]) & static_cast<std::int32_t>(one[i] >= 0);
-      }
-    for (std::size_t i = 0; i < particles_.count; ++i)
-      if (conflict[i] != 0) decide_together(group, i, view, fits);
-  }
-}
-
-/// Eq. 21.
-void ParticleAssociation::decide_together(std::span<Sighting* const> group, std::size_t particle,
-                                          const View& view, std::vector<std::vector<Fit>>& fits) const {
-  for (std::size_t k = 0; k < group.size(); ++k) set_fits(*group[k], particle, view, fits[k]);
-  const std::vector<Associated> found = associate(fits, options_);
-  for (std::size_t k = 0; k < group.size(); ++k)
-    group[k]->choices[particle] = found[k].kind == Association::matched ? found[k].landmark
-                                  : found[k].kind == Association::fresh ? kFresh
-                                                                        : kDoubtful;
-}
-
-/// Of the landmarks that the particle has.
-void ParticleAssociation::set_fits(const Sighting& sighting, std::size_t particle, const View& view,
-                                   std::vector<Fit>& fits) const {
-  fits.clear();
-  const SensorAt sensor = sensor_of(view.sensors, particle);
-  for (const Candidate& candidate : sighting.candidates) {
-    const LandmarkEstimate m = candidate.columns->at(particle);
-    if (!is_there(m)) continue;
-    const Expected expected = expected_of(sensor, view.sensor_covariance, sighting.reading, m);
-    fits.push_back({candidate.landmark, expected.nis, expected.minus_two_log_p});
-  }
-}
-
 /// What the reporter finds; and where particles differ, the column of what each takes the sighting for.
 void ParticleAssociation::prepare(std::size_t k, const View& view) {
   Sighting& sighting = pool_[k];
-  const std::span chosen(sighting.choices.data(), particles_.count);
+  const std::span chosen(sighting.may_show.choices.data(), particles_.count);
   std::int32_t differences = 0;  // bits in which some choice differs from the first
   std::int32_t all = -1;         // bits that all have: the sign where none is a landmark
   for (const std::int32_t choice : chosen) {
@@ -225,7 +154,7 @@ void ParticleAssociation::prepare(std::size_t k, const View& view) {
   sighting.is_known = all >= 0;
   sighting.innovation = Vector2::Zero();
   sighting.nis = 0.0;
-  for (const Candidate& candidate : sighting.candidates) {
+  for (const Candidate& candidate : sighting.may_show.candidates) {
     const LandmarkEstimate m = candidate.columns->at(reporter_);
     const bool is_reported = candidate.landmark == chosen[reporter_] || chosen[reporter_] == kDoubtful;
     if (!is_reported || !is_there(m)) continue;
@@ -238,8 +167,8 @@ void ParticleAssociation::prepare(std::size_t k, const View& view) {
   if (taken_for_.size() == k) taken_for_.emplace_back(particles_.count, particles_.precision);
   if (!sighting.is_known || sighting.is_unanimous) return;
   taken_for_[k].fill({sighting.place.x(), sighting.place.y(), kAnywhere_m2, 0.0, kAnywhere_m2});
-  for (const Candidate& candidate : sighting.candidates)
-    take_chosen(sighting.choices.data(), candidate, {0, padded(particles_.count)}, taken_for_[k]);
+  for (const Candidate& candidate : sighting.may_show.candidates)
+    take_chosen(sighting.may_show.choices.data(), candidate, {0, padded(particles_.count)}, taken_for_[k]);
 }
 
 void ParticleAssociation::add_readings(std::vector<KnownReading>& readings) {
@@ -248,8 +177,9 @@ void ParticleAssociation::add_readings(std::vector<KnownReading>& readings) {
     if (!sighting.is_known) continue;
     LandmarkColumns* columns = &taken_for_[k];
     if (sighting.is_unanimous)
-      columns =
-          std::ranges::find(sighting.candidates, sighting.choices.front(), &Candidate::landmark)->columns;
+      columns = std::ranges::find(sighting.may_show.candidates, sighting.may_show.choices.front(),
+                                  &Candidate::landmark)
+                    ->columns;
     readings.push_back({sighting.reading, columns});
   }
 }
@@ -258,12 +188,12 @@ void ParticleAssociation::settle(const Drawn& drawn, ParticleMap& map, Ancestry&
                                  StepReport& report) {
   for (std::size_t k = 0; k < sightings_; ++k) {
     const Sighting& sighting = pool_[k];
-    const std::int32_t choice = sighting.choices[reporter_];
+    const std::int32_t choice = sighting.may_show.choices[reporter_];
     report.observations[sighting.observation] = {choice >= 0 ? Decision::matched : Decision::rejected,
                                                  choice >= 0 ? map.id_of(choice) : kUnknownLandmark,
                                                  sighting.innovation, sighting.nis};
     if (sighting.is_known && !sighting.is_unanimous) put_back(k, drawn);
-    for (const Candidate& candidate : sighting.candidates)
+    for (const Candidate& candidate : sighting.may_show.candidates)
       locate(candidate.landmark, map, ancestry, drawn.jury);
     if (choice != kDoubtful) visibility_.saw(sighting.seen.range_m, sighting.seen.bearing_rad);
     if (choice >= 0) map.count_sighting(choice);
@@ -275,7 +205,7 @@ void ParticleAssociation::create(const Drawn& drawn, ParticleMap& map, Ancestry&
                                  StepReport& report) {
   for (const Sighting& sighting : sightings()) {
     const double share = sighting.share_that_chose(kFresh, drawn.weights);
-    const bool is_reported = sighting.choices[reporter_] == kFresh;
+    const bool is_reported = sighting.may_show.choices[reporter_] == kFresh;
     if (share < kLeastShare && !is_reported) continue;
     const LandmarkId landmark = create(sighting, drawn, map, ancestry);
     if (!is_reported) continue;
@@ -288,13 +218,13 @@ void ParticleAssociation::create(const Drawn& drawn, ParticleMap& map, Ancestry&
 /// new landmark instead of that of one anywhere.
 void ParticleAssociation::put_back(std::size_t k, const Drawn& drawn) {
   const Sighting& sighting = pool_[k];
-  for (const Candidate& candidate : sighting.candidates)
-    take_chosen(sighting.choices.data(), {candidate.landmark, &taken_for_[k]}, {0, padded(particles_.count)},
-                *candidate.columns);
+  for (const Candidate& candidate : sighting.may_show.candidates)
+    take_chosen(sighting.may_show.choices.data(), {candidate.landmark, &taken_for_[k]},
+                {0, padded(particles_.count)}, *candidate.columns);
   const double of_anywhere = std::log(sighting.seen.range_m / (2.0 * kPi * kAnywhere_m2));
   const double more = -0.5 * cost_of_new(options_) - of_anywhere;
   for (std::size_t i = 0; i < particles_.count; ++i)
-    drawn.log_weights[i] += sighting.choices[i] < 0 ? more : 0.0;
+    drawn.log_weights[i] += sighting.may_show.choices[i] < 0 ? more : 0.0;
 }
 
 LandmarkId ParticleAssociation::create(const Sighting& sighting, const Drawn& drawn, ParticleMap& map,
@@ -304,7 +234,7 @@ LandmarkId ParticleAssociation::create(const Sighting& sighting, const Drawn& dr
   LandmarkColumns& columns = map.current(landmark, ancestry);
   set_first_estimates(sighting.reading, drawn.sensors, {0, padded(particles_.count)}, columns);
   for (std::size_t i = 0; i < particles_.count; ++i)
-    if (sighting.choices[i] != kFresh) columns.set(i, {near.x, near.y, kAbsent, 0.0, kAbsent});
+    if (sighting.may_show.choices[i] != kFresh) columns.set(i, {near.x, near.y, kAbsent, 0.0, kAbsent});
   const auto index = static_cast<std::size_t>(landmark);
   if (entries_.size() <= index) entries_.resize(index + 1);
   entries_[index].existence = {0.0, drawn.sensor_of_reporter.translation()};
@@ -317,7 +247,7 @@ LandmarkId ParticleAssociation::create(const Sighting& sighting, const Drawn& dr
 /// those that no particle has any more go as well. Eq. 23.
 void ParticleAssociation::look_around(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry) {
   const bool has_matched =
-      std::ranges::any_of(sightings(), [&](const Sighting& s) { return s.choices[reporter_] >= 0; });
+      std::ranges::any_of(sightings(), [&](const Sighting& s) { return s.may_show.choices[reporter_] >= 0; });
   if (!has_matched) return;
   const Vector2 from = drawn.sensor_of_reporter.translation();
   std::vector<std::size_t> around;
@@ -340,7 +270,8 @@ void ParticleAssociation::look_around(const Drawn& drawn, ParticleMap& map, Ance
 double ParticleAssociation::share_that_saw(LandmarkId landmark, const Column<double>& weights) const {
   double share = 0.0;
   for (const Sighting& sighting : sightings())
-    if (std::ranges::find(sighting.candidates, landmark, &Candidate::landmark) != sighting.candidates.end())
+    if (std::ranges::find(sighting.may_show.candidates, landmark, &Candidate::landmark) !=
+        sighting.may_show.candidates.end())
       share += sighting.share_that_chose(static_cast<std::int32_t>(landmark), weights);
   return share;
 }

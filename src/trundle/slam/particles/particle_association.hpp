@@ -9,6 +9,7 @@
 #include "trundle/slam/particles/ancestry.hpp"
 #include "trundle/slam/particles/choice_kernels.hpp"
 #include "trundle/slam/particles/jury.hpp"
+#include "trundle/slam/particles/mutual_exclusion.hpp"
 #include "trundle/slam/particles/particle_kernels.hpp"
 #include "trundle/slam/particles/particle_map.hpp"
 
@@ -82,17 +83,15 @@ class ParticleAssociation {
     Observation seen = {};
     ReadingTerms reading = {};
     Vector2 place = Vector2::Zero();  ///< where the reporter sees it
-    std::vector<Candidate> candidates = {};
-    Column<std::int32_t> choices = {};  ///< of each particle: a landmark, kFresh or kDoubtful
+    Hypotheses may_show = {};
     bool is_unanimous = false;
     bool is_known = false;  ///< some particle takes it for a landmark that it has
     Vector2 innovation = Vector2::Zero();
     double nis = 0.0;  ///< of what is reported
-    std::size_t group = 0;
 
     double share_that_chose(std::int32_t choice, const Column<double>& weights) const {
-      if (is_unanimous) return choices.front() == choice ? 1.0 : 0.0;
-      return trundle::share_that_chose(choice, choices, weights);
+      if (is_unanimous) return may_show.choices.front() == choice ? 1.0 : 0.0;
+      return trundle::share_that_chose(choice, may_show.choices, weights);
     }
   };
   /// Landmarks lie in the grid where a juror had them when they were last seen, and for all particles not
@@ -111,12 +110,6 @@ class ParticleAssociation {
   std::span<const Sighting> sightings() const { return {pool_.data(), sightings_}; }
   void look_up(Sighting& sighting, const View& view, ParticleMap& map, Ancestry& ancestry);
   void locate(LandmarkId landmark, ParticleMap& map, const Ancestry& ancestry, Jury& jury);
-  void group_by_candidates();
-  void exclude_each_other(const View& view);
-  void decide_together(std::span<Sighting* const> group, std::size_t particle, const View& view,
-                       std::vector<std::vector<Fit>>& fits) const;
-  void set_fits(const Sighting& sighting, std::size_t particle, const View& view,
-                std::vector<Fit>& fits) const;
   void prepare(std::size_t k, const View& view);
   void put_back(std::size_t k, const Drawn& drawn);
   LandmarkId create(const Sighting& sighting, const Drawn& drawn, ParticleMap& map, Ancestry& ancestry);
@@ -135,6 +128,7 @@ class ParticleAssociation {
   // Of one step.
   std::vector<Sighting> pool_;
   std::size_t sightings_ = 0;
+  MutualExclusion exclusion_;
   std::vector<TripleColumns> chances_;      ///< for three sightings each
   std::vector<LandmarkColumns> taken_for_;  ///< for each sighting, what each particle takes it for
 };
