@@ -33,10 +33,11 @@ struct StepReport {
   std::vector<ObservationReport> observations;  ///< as they were given
   double effective_particles = 0.0;             ///< 1/Σw² before resampling; 0: the filter has no particles
   bool resampled = false;
+  bool closed_loop = false;  ///< the map was bent to what is seen again
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.observations, self.effective_particles, self.resampled);
+    archive(self.observations, self.effective_particles, self.resampled, self.closed_loop);
   }
 };
 
