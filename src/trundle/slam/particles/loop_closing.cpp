@@ -91,8 +91,11 @@ bool is_enough(const std::vector<SeenAgain>& again) {
   return again.size() >= kLeastSightings && witnesses_of(again) >= kLeastWitnesses;
 }
 
-/// Whether the move is no further than drift goes, and takes everything to where it is mapped.
+/// Whether the move is known better than one reading tells a place, no further than drift goes, and takes
+/// everything to where it is mapped.
 bool is_believable(const Agreement& found, const Matrix3& prior) {
+  if (found.move.covariance.topLeftCorner<2, 2>().trace() > found.again.front().seen_covariance.trace())
+    return false;
   double misfit = 0.0;
   for (const SeenAgain& s : as_one_witness_each(found.again)) misfit += surprise(s, found.move);
   const auto readings = 2.0 * static_cast<double>(found.again.size());
@@ -145,9 +148,11 @@ void LoopClosing::remember(const SeenAgain& again, bool speaks_for_drift) {
 
 void LoopClosing::rejected(const SeenAgain& again, const PieceOfMap& now) {
   const Matrix2 drift = drift_since(again.seen_in.doubt, now.doubt, again.seen).topLeftCorner<2, 2>();
-  const Eigen::LLT<Matrix2> all(drift + again.mapped_covariance + again.seen_covariance);
+  const Matrix2 errors = again.mapped_covariance + again.seen_covariance;
+  const Eigen::LLT<Matrix2> all(drift + errors);
   const Vector2 apart = again.mapped - again.seen;
-  remember(again, all.info() == Eigen::Success && apart.dot(all.solve(apart)) < kDefaultGate);
+  const bool needs_drift = apart.dot(errors.ldlt().solve(apart)) > kDefaultGate;
+  remember(again, needs_drift && all.info() == Eigen::Success && apart.dot(all.solve(apart)) < kDefaultGate);
 }
 
 /// Where no drift worth the name has come about, it says nothing.
