@@ -46,6 +46,9 @@ std::string text_of(const Options& options, const SlamAnswer& answer) {
         fmt::format("  resampled in {} steps; effective particles at worst {:.1f} of {}\n", counts.resampled,
                     counts.smallest_effective_share * static_cast<double>(options.question.particles),
                     options.question.particles);
+  if (counts.closed_loops > 0)
+    text +=
+        fmt::format("  map bent to close a loop: {} times (steps.csv, closed_loop)\n", counts.closed_loops);
   const StepTimes& times = answer.result.step_times;
   text += fmt::format(
       "  a step with sightings took {:.3f} ms in the middle, 99 % less than {:.3f} ms, the longest {:.3f} "

@@ -34,10 +34,12 @@ struct StepReport {
   double effective_particles = 0.0;             ///< 1/Σw² before resampling; 0: the filter has no particles
   double greatest_weight = 0.0;                 ///< of one particle, likewise
   bool resampled = false;
+  bool closed_loop = false;  ///< the map was bent to what is seen again
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.observations, self.effective_particles, self.greatest_weight, self.resampled);
+    archive(self.observations, self.effective_particles, self.greatest_weight, self.resampled,
+            self.closed_loop);
   }
 };
 

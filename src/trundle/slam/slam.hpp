@@ -75,6 +75,7 @@ struct SlamCounts {
   std::size_t rejected = 0;
   std::size_t invalid = 0;
   std::size_t resampled = 0;              ///< steps
+  std::size_t closed_loops = 0;           ///< steps in which the map was bent to what was seen again
   double mean_nis = 0.0;                  ///< of matched and rejected sightings; honest: 2
   double median_nis = 0.0;                ///< honest: 1.39
   double smallest_effective_share = 1.0;  ///< of the particles, over all steps

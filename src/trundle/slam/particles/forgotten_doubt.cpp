@@ -80,7 +80,12 @@ double Kinship::share_lost(Ancestry& ancestry) {
 MapDoubt ForgottenDoubt::forget(const MapDoubt& left, double share) {
   forgotten_ = forgotten_.about(left.centre);
   forgotten_.covariance += share / (1.0 - share) * left.covariance;
-  return {left.centre, forgotten_.covariance + left.covariance};
+  return whole_ = {left.centre, forgotten_.covariance + left.covariance};
+}
+
+void ForgottenDoubt::remember(const MapDoubt& forgotten, const MapDoubt& whole) {
+  forgotten_ = forgotten;
+  whole_ = whole;
 }
 
 /// Eq. 62: twice, for the particles have lost it, and their mean has moved by as much.

@@ -64,6 +64,11 @@ class ForgottenDoubt {
   /// differ in and have forgotten, together: resampling does not change that.
   MapDoubt forget(const MapDoubt& left, double share);
 
+  /// The same, as it was after the last resampling.
+  const MapDoubt& whole() const { return whole_; }
+  /// A loop has been closed: what is forgotten then, and what that is with what particles differ in.
+  void remember(const MapDoubt& forgotten, const MapDoubt& whole);
+
   /// What belongs to the scatter of the particles' poses, beyond what it is: covariance of (x, y, heading) in
   /// world axes of a body at `position`.
   Matrix3 beyond_scatter(const Vector2& position) const;
@@ -71,11 +76,12 @@ class ForgottenDoubt {
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.forgotten_);
+    archive(self.forgotten_, self.whole_);
   }
 
  private:
   MapDoubt forgotten_;
+  MapDoubt whole_;
 };
 
 /// The same of a landmark that has not been in view since its place was in `whole` doubt.

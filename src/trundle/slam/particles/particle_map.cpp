@@ -20,6 +20,10 @@ LandmarkId ParticleMap::find(LandmarkId id) const {
   return landmark >= 0 && entries_[static_cast<std::size_t>(landmark)].has_name ? landmark : kUnknownLandmark;
 }
 
+bool ParticleMap::has_nameless() const {
+  return std::ranges::any_of(entries_, [](const Entry& e) { return e.is_there && !e.has_name; });
+}
+
 LandmarkId ParticleMap::add(LandmarkId id, const Vector2& origin, Ancestry& ancestry) {
   if (const LandmarkId nameless = number_of(id); nameless >= 0) call(nameless, next_id());
   const LandmarkId landmark = occupy(origin, ancestry);
@@ -130,16 +134,33 @@ void ParticleMap::set_doubt(LandmarkId landmark, const MapDoubt& doubt) {
   entry.doubt = doubt.about({one.x, one.y}).covariance.topLeftCorner<2, 2>();
 }
 
-MappedLandmark ParticleMap::mixture(LandmarkId landmark, std::span<const double> weights,
-                                    const Ancestry& ancestry, const ForgottenDoubt& forgotten) const {
+void ParticleMap::bend(const MapBend& bend, const Twists& twists, const Ancestry& ancestry) {
+  for (Entry& entry : entries_) {
+    if (!entry.is_there) continue;
+    const Matrix3 share = bend.share(entry.seen_in.drift);
+    if (share.isZero(0.0)) continue;
+    Vector2 place = Vector2::Zero();
+    twists.for_families(ancestry, entry.epoch, [&](std::size_t ancestor, const Vector3& twist) {
+      const Pose2 motion = bend.motion(share * twist);
+      const LandmarkEstimate m = entry.columns.at(ancestor);
+      const Matrix2 R = rotation(motion.heading);
+      const Matrix2 P = R * (Matrix2() << m.xx, m.xy, m.xy, m.yy).finished() * R.transpose();
+      place = motion * Vector2(m.x, m.y);
+      entry.columns.set(ancestor, {place.x(), place.y(), P(0, 0), P(0, 1), P(1, 1)});
+    });
+    entry.seen_in.doubt = bend.doubt_after(entry.seen_in.drift);
+    entry.doubt = entry.seen_in.doubt.about(place).covariance.topLeftCorner<2, 2>();
+  }
+}
+
+ParticleMap::Mean ParticleMap::mean(LandmarkId landmark, std::span<const double> weights,
+                                    const Ancestry& ancestry) const {
   const Entry& entry = entries_[static_cast<std::size_t>(landmark)];
   const auto estimate_of = [&](std::size_t particle) {
     return entry.columns.at(ancestry.ancestor(entry.epoch, static_cast<Ancestry::Index>(particle)));
   };
-  MappedLandmark result{entry.id, Vector2::Zero(), Matrix2::Zero(), entry.sightings};
-  Matrix2 scatter = Matrix2::Zero();
-  if (!entry.is_there) return result;
-  double share = 1.0;  // of the weight, that has it
+  Mean result;
+  double share = 1.0;
   for (std::size_t i = 0; i < particles_; ++i) {
     const LandmarkEstimate m = estimate_of(i);
     if (!is_there(m)) {
@@ -148,18 +169,28 @@ MappedLandmark ParticleMap::mixture(LandmarkId landmark, std::span<const double>
     }
     result.position += weights[i] * Vector2(m.x, m.y);
   }
-  share = std::max(share, 1e-12);
-  result.position /= share;
+  result.share = std::max(share, 1e-12);
+  result.position /= result.share;
   for (std::size_t i = 0; i < particles_; ++i) {
     const LandmarkEstimate m = estimate_of(i);
     if (!is_there(m)) continue;
     const Vector2 apart = Vector2(m.x, m.y) - result.position;
     const Matrix2 within = (Matrix2() << m.xx, m.xy, m.xy, m.yy).finished();
-    result.covariance += weights[i] / share * within;
-    scatter += weights[i] / share * apart * apart.transpose();
+    result.within += weights[i] / result.share * within;
+    result.scatter += weights[i] / result.share * apart * apart.transpose();
   }
-  result.covariance += scatter;
-  result.covariance += entry.doubt ? beyond_scatter(*entry.doubt, scatter)
+  return result;
+}
+
+MappedLandmark ParticleMap::mixture(LandmarkId landmark, std::span<const double> weights,
+                                    const Ancestry& ancestry, const ForgottenDoubt& forgotten) const {
+  const Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  MappedLandmark result{entry.id, Vector2::Zero(), Matrix2::Zero(), entry.sightings};
+  if (!entry.is_there) return result;
+  const Mean of = mean(landmark, weights, ancestry);
+  result.position = of.position;
+  result.covariance = of.within + of.scatter;
+  result.covariance += entry.doubt ? beyond_scatter(*entry.doubt, of.scatter)
                                    : Matrix2(forgotten.beyond_scatter(result.position).topLeftCorner<2, 2>());
   return result;
 }

@@ -8,6 +8,7 @@
 #include "trundle/slam/particles/ancestry.hpp"
 #include "trundle/slam/particles/forgotten_doubt.hpp"
 #include "trundle/slam/particles/landmark_columns.hpp"
+#include "trundle/slam/particles/map_bend.hpp"
 #include "trundle/slam/report.hpp"
 
 namespace trundle {
@@ -23,6 +24,8 @@ class ParticleMap {
   LandmarkId number_of(LandmarkId id) const;
   /// The same, of one that callers have named.
   LandmarkId find(LandmarkId id) const;
+  /// Whether there are others.
+  bool has_nameless() const;
   /// Its columns are counted from `origin`, which should be near it.
   LandmarkId add(LandmarkId id, const Vector2& origin, Ancestry& ancestry);
   /// A landmark as it was last written, and whose of its numbers each of today's particles has.
@@ -47,8 +50,25 @@ class ParticleMap {
   bool has(LandmarkId landmark, std::size_t particle, const Ancestry& ancestry) const;
   /// What particles differ in and have forgotten of where it lies, now that it is in view.
   void set_doubt(LandmarkId landmark, const MapDoubt& doubt);
+  /// The piece of the map in which it was last seen.
+  const PieceOfMap& seen_in(LandmarkId landmark) const {
+    return entries_[static_cast<std::size_t>(landmark)].seen_in;
+  }
+  void set_seen_in(LandmarkId landmark, const PieceOfMap& piece) {
+    entries_[static_cast<std::size_t>(landmark)].seen_in = piece;
+  }
+  /// Every landmark follows by its share, in whatever epoch it was written.
+  void bend(const MapBend& bend, const Twists& twists, const Ancestry& ancestry);
   void count_sighting(LandmarkId landmark) { ++entries_[static_cast<std::size_t>(landmark)].sightings; }
 
+  /// Over all particles that have it, with these weights.
+  struct Mean {
+    double share = 0.0;  ///< of the weight, that has it
+    Vector2 position = Vector2::Zero();
+    Matrix2 within = Matrix2::Zero();   ///< what each particle is unsure of
+    Matrix2 scatter = Matrix2::Zero();  ///< what they differ in
+  };
+  Mean mean(LandmarkId landmark, std::span<const double> weights, const Ancestry& ancestry) const;
   /// Mean and covariance over all particles that have it, with these weights: eq. 17, and with what they have
   /// forgotten of its place, eq. 62. Of one that was removed: no sightings.
   MappedLandmark mixture(LandmarkId landmark, std::span<const double> weights, const Ancestry& ancestry,
@@ -70,10 +90,12 @@ class ParticleMap {
     std::optional<Matrix2> doubt = {};  ///< of its place, when it was last in view
     bool has_name = false;
     bool is_there = true;
+    PieceOfMap seen_in = {};
 
     template <class Archive, class Self>
     static void persist(Archive& archive, Self& self) {
-      archive(self.id, self.epoch, self.columns, self.sightings, self.doubt, self.has_name, self.is_there);
+      archive(self.id, self.epoch, self.columns, self.sightings, self.doubt, self.has_name, self.is_there,
+              self.seen_in);
     }
   };
   LandmarkId occupy(const Vector2& origin, Ancestry& ancestry);

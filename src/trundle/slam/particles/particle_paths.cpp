@@ -7,9 +7,9 @@
 
 namespace trundle {
 
-const Pose2& ParticlePaths::Segment::at(std::size_t station, Ancestry::Index particle) const {
+std::size_t ParticlePaths::Segment::index(std::size_t station, Ancestry::Index particle) const {
   const auto column = std::ranges::lower_bound(particles, particle) - particles.begin();
-  return poses[station * particles.size() + static_cast<std::size_t>(column)];
+  return station * particles.size() + static_cast<std::size_t>(column);
 }
 
 void ParticlePaths::Segment::keep(std::span<const Ancestry::Run> survivors) {
@@ -26,8 +26,10 @@ void ParticlePaths::coast(const Motion& since_station) {
   steps_.push_back({since_station});
 }
 
-void ParticlePaths::arrive(const Motion& since_station, std::span<const Pose2> poses, Ancestry& ancestry) {
+void ParticlePaths::arrive(const Motion& since_station, std::span<const Pose2> poses, Ancestry& ancestry,
+                           const MapDoubt& drift) {
   steps_.push_back({since_station, true});
+  drifts_.push_back(drift);
   if (segments_.empty() || segments_.back().epoch != ancestry.now()) {
     Segment& fresh = segments_.emplace_back();
     fresh.epoch = ancestry.now();
@@ -52,6 +54,20 @@ void ParticlePaths::resampled(Ancestry& ancestry) {
     ancestry.release(oldest.epoch);
     segments_.pop_front();
   }
+}
+
+void ParticlePaths::bend(const MapBend& bend, const Twists& twists, const Ancestry& ancestry) {
+  auto drift = drifts_.begin();
+  const Vector3 of_all = twists.mean(0, ancestry.particles());
+  for (Pose2& pose : common_) pose = bend.motion(bend.share(*drift++) * of_all) * pose;
+  for (Segment& segment : segments_)
+    for (std::size_t station = 0; station < segment.stations(); ++station) {
+      const Matrix3 share = bend.share(*drift++);
+      twists.for_families(ancestry, segment.epoch, [&](std::size_t ancestor, const Vector3& twist) {
+        Pose2& pose = segment.poses[segment.index(station, static_cast<Ancestry::Index>(ancestor))];
+        pose = bend.motion(share * twist) * pose;
+      });
+    }
 }
 
 std::vector<Pose2> ParticlePaths::stations_of(Ancestry::Index particle, const Ancestry& ancestry) const {

@@ -5,6 +5,7 @@
 
 #include "trundle/slam/motion.hpp"
 #include "trundle/slam/particles/ancestry.hpp"
+#include "trundle/slam/particles/map_bend.hpp"
 
 namespace trundle {
 
@@ -15,8 +16,12 @@ class ParticlePaths {
  public:
   /// A step without sightings: how the body has moved since the last station.
   void coast(const Motion& since_station);
-  /// A station: every particle's pose, `since_station` after the one before. `ancestry` is that of them all.
-  void arrive(const Motion& since_station, std::span<const Pose2> poses, Ancestry& ancestry);
+  /// A station: every particle's pose, `since_station` after the one before. `ancestry` is that of them all;
+  /// `drift`: what the odometry may have erred by up to it.
+  void arrive(const Motion& since_station, std::span<const Pose2> poses, Ancestry& ancestry,
+              const MapDoubt& drift);
+  /// Every station by its share.
+  void bend(const MapBend& bend, const Twists& twists, const Ancestry& ancestry);
   /// After ancestry.resample().
   void resampled(Ancestry& ancestry);
 
@@ -36,7 +41,7 @@ class ParticlePaths {
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.steps_, self.common_, self.segments_);
+    archive(self.steps_, self.common_, self.segments_, self.drifts_);
   }
 
  private:
@@ -47,7 +52,11 @@ class ParticlePaths {
     std::vector<Pose2> poses;                ///< station by station
 
     std::size_t stations() const { return poses.size() / particles.size(); }
-    const Pose2& at(std::size_t station, Ancestry::Index particle) const;
+    /// Of a pose.
+    std::size_t index(std::size_t station, Ancestry::Index particle) const;
+    const Pose2& at(std::size_t station, Ancestry::Index particle) const {
+      return poses[index(station, particle)];
+    }
     void keep(std::span<const Ancestry::Run> survivors);
 
     template <class Archive, class Self>
@@ -70,6 +79,7 @@ class ParticlePaths {
   std::vector<Step> steps_;
   std::vector<Pose2> common_;
   std::deque<Segment> segments_;
+  std::vector<MapDoubt> drifts_;  ///< up to each station
 };
 
 }  // namespace trundle

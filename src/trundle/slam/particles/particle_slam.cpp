@@ -57,21 +57,32 @@ ParticleSlam::ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptio
 const StepReport& ParticleSlam::step(const Motion& motion, std::span<const Observation> observations) {
   report_.observations.assign(observations.size(), {});
   report_.resampled = false;
-  pending_ = pending_ * motion;
+  report_.closed_loop = false;
+  drive(motion);
   recognise(observations);
   if (seen_.empty() && open_.empty() && !association_.sees_something()) {
     if (options_.keep_paths) paths_.coast(pending_);
+    watch_for_loop(observations);
     return report_;
   }
   move_and_weigh();
   learn_systematic();
   settle(observations);
   normalise();
-  if (options_.keep_paths) paths_.arrive(pending_, poses(), ancestry_);
+  if (options_.keep_paths) paths_.arrive(pending_, poses(), ancestry_, drift_);
   pending_ = {};
   const double limit = options_.resample_below * static_cast<double>(options_.particles);
   if (report_.effective_particles < limit) resample();
+  watch_for_loop(observations);
   return report_;
+}
+
+/// What the odometry may have erred by adds up: A of eq. 66. All particles are near the first.
+void ParticleSlam::drive(const Motion& motion) {
+  pending_ = pending_ * motion;
+  const Pose2 here = poses_.at(0) * pending_.mean;
+  drift_ = drift_.about(here.translation());
+  drift_.covariance += world_covariance({here, motion.covariance});
 }
 
 /// Observations of landmarks in the map that are no outliers; the valid rest stays open.
@@ -241,32 +252,6 @@ void ParticleSlam::normalise() {
   report_.greatest_weight = weights_[best_particle()];
 }
 
-/// Headings are averaged as differences to the best particle's.
-PoseEstimate ParticleSlam::estimate() const {
-  PoseColumns now(options_.particles);
-  predict(poses_, systematic_, pending_, all(), now);
-  const double heading = now.at(best_particle()).heading;
-  const auto numbers_of = [&](std::size_t i) {
-    const Pose2 pose = now.at(i);
-    return Vector3(pose.x, pose.y, heading + wrap_angle(pose.heading - heading));
-  };
-  Vector3 mean = Vector3::Zero();
-  for (std::size_t i = 0; i < options_.particles; ++i) mean += weights_[i] * numbers_of(i);
-  PoseEstimate estimate;
-  estimate.pose = {mean.x(), mean.y(), mean.z()};
-  estimate.covariance = world_covariance({estimate.pose, predicted_covariance()});
-  for (std::size_t i = 0; i < options_.particles; ++i) estimate.systematic += weights_[i] * systematic_.at(i);
-  estimate.systematic_covariance = systematic_covariance_;
-  for (std::size_t i = 0; i < options_.particles; ++i) {
-    const Vector3 apart = numbers_of(i) - mean;
-    estimate.covariance += weights_[i] * apart * apart.transpose();
-    const Systematic unlike = systematic_.at(i) - estimate.systematic;
-    estimate.systematic_covariance += weights_[i] * unlike * unlike.transpose();
-  }
-  estimate.covariance += forgotten_.beyond_scatter(estimate.pose.translation());
-  return estimate;
-}
-
 /// Systematic: one random number, and as many children for each as its weight says, to within one. Child i
 /// has the first parent up to whom the weights sum to (i + offset)/N. Numbers of children are a matter of
 /// chance, so no branch asks them.
@@ -297,27 +282,6 @@ void ParticleSlam::resample() {
   keep_doubt();
 }
 
-/// Eq. 61, after a resampling.
-void ParticleSlam::keep_doubt() {
-  const double share = kinship_.share_lost(ancestry_);
-  std::vector<LandmarkId> in_view;
-  std::vector<std::vector<Vector2>> places;
-  for (const ObservationReport& seen : report_.observations) {
-    const LandmarkId landmark =
-        seen.decision == Decision::matched ? map_.number_of(seen.landmark) : kUnknownLandmark;
-    if (landmark < 0) continue;
-    in_view.push_back(landmark);
-    if (places.size() == kLandmarksOfScatter) continue;
-    const ParticleMap::Inherited inherited = map_.inherited(landmark, ancestry_);
-    std::vector<Vector2> of_particles = some_places(inherited.columns, inherited.from, options_.particles);
-    if (!of_particles.empty()) places.push_back(std::move(of_particles));
-  }
-  const std::optional<MapDoubt> left = map_scatter(places);
-  if (!left) return;
-  const MapDoubt whole = forgotten_.forget(*left, share);
-  for (const LandmarkId landmark : in_view) map_.set_doubt(landmark, whole);
-}
-
 /// The largest logarithm is 0.
 std::size_t ParticleSlam::best_particle() const {
   return static_cast<std::size_t>(std::ranges::find(log_weights_, 0.0) - log_weights_.begin());
@@ -328,10 +292,6 @@ std::vector<Pose2> ParticleSlam::poses() const {
   poses.reserve(options_.particles);
   for (std::size_t i = 0; i < options_.particles; ++i) poses.push_back(poses_.at(i));
   return poses;
-}
-
-MappedLandmark ParticleSlam::landmark(std::size_t index) const {
-  return map_.mixture(static_cast<LandmarkId>(index), weights_, ancestry_, forgotten_);
 }
 
 bool ParticleSlam::has_landmark(std::size_t index) const {

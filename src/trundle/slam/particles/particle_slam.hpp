@@ -7,6 +7,7 @@
 #include "trundle/slam/particles/crew.hpp"
 #include "trundle/slam/particles/forgotten_doubt.hpp"
 #include "trundle/slam/particles/jury.hpp"
+#include "trundle/slam/particles/loop_closing.hpp"
 #include "trundle/slam/particles/particle_association.hpp"
 #include "trundle/slam/particles/particle_kernels.hpp"
 #include "trundle/slam/particles/particle_map.hpp"
@@ -79,7 +80,8 @@ class ParticleSlam {
   static void persist(Archive& archive, Self& self) {
     archive(self.draws_, self.resampling_, self.poses_, self.sensors_, self.log_weights_, self.weights_,
             self.ancestry_, self.map_, self.association_, self.paths_, self.kinship_, self.forgotten_,
-            self.systematic_, self.systematic_covariance_, self.pending_, self.report_);
+            self.systematic_, self.systematic_covariance_, self.pending_, self.report_, self.loop_,
+            self.drift_);
   }
 
  private:
@@ -103,6 +105,10 @@ class ParticleSlam {
   void normalise();
   void resample();
   void keep_doubt();
+  void drive(const Motion& motion);
+  PieceOfMap present_piece(const Pose2& here) const;
+  void watch_for_loop(std::span<const Observation> observations);
+  void bend(const MapBend& bend, const Pose2& here);
   std::size_t best_particle() const;
   ParticleRange all() const { return {0, padded(options_.particles)}; }
   Draw next_draw() { return {options_.seed, draws_++, 0}; }
@@ -129,6 +135,8 @@ class ParticleSlam {
   ParticlePaths paths_;
   Kinship kinship_{options_.particles};
   ForgottenDoubt forgotten_;
+  LoopClosing loop_;
+  MapDoubt drift_;  ///< what the odometry may have erred by since the start
   Swarm swarm_;
   TripleColumns systematic_;            ///< each particle's mean, given its path
   Matrix3 systematic_covariance_;       ///< the same for all: paths differ in where they went, not in how

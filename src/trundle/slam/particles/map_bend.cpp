@@ -1,0 +1,63 @@
+#include "trundle/slam/particles/map_bend.hpp"
+
+#include <Eigen/Cholesky>
+
+namespace trundle {
+
+std::optional<MapBend> MapBend::between(const PieceOfMap& old, const PieceOfMap& now, const Move& move) {
+  MapBend bend;
+  bend.move_ = move;
+  bend.old_ = {old.doubt.about(move.centre), old.drift.about(move.centre), old.station};
+  const Eigen::LLT<Matrix3> since(now.drift.about(move.centre).covariance - bend.old_.drift.covariance);
+  if (since.info() != Eigen::Success) return std::nullopt;
+  bend.root_ = since.matrixL();
+  bend.whitener_ = since.matrixL().solve(Matrix3::Identity());
+  const Matrix3 doubt = now.doubt.about(move.centre).covariance - bend.old_.doubt.covariance;
+  bend.doubt_ = bend.whitener_ * doubt * bend.whitener_.transpose();
+  return bend;
+}
+
+Eigen::SelfAdjointEigenSolver<Matrix3> MapBend::shares(const MapDoubt& drift) const {
+  const Matrix3 since = drift.about(move_.centre).covariance - old_.drift.covariance;
+  return Eigen::SelfAdjointEigenSolver<Matrix3>(whitener_ * since * whitener_.transpose());
+}
+
+/// Eq. 66.
+Matrix3 MapBend::share(const MapDoubt& drift) const {
+  const auto eigen = shares(drift);
+  const Vector3 share = eigen.eigenvalues().cwiseMax(0.0).cwiseMin(1.0);
+  return root_ * eigen.eigenvectors() * share.asDiagonal() * eigen.eigenvectors().transpose() * whitener_;
+}
+
+Pose2 MapBend::motion(const Vector3& twist) const {
+  const Pose2 world_from_centre{move_.centre.x(), move_.centre.y(), 0.0};
+  return world_from_centre * exp(Twist2::from(twist)) * world_from_centre.inverse();
+}
+
+Vector3 MapBend::twist(const Pose2& motion) const {
+  const Pose2 world_from_centre{move_.centre.x(), move_.centre.y(), 0.0};
+  return log(world_from_centre.inverse() * motion * world_from_centre).vector();
+}
+
+/// Eq. 67: what both ends leave open of the doubt in between, and what is wrong with the move.
+MapDoubt MapBend::doubt_after(const MapDoubt& drift) const {
+  const auto eigen = shares(drift);
+  const Vector3 share = eigen.eigenvalues().cwiseMax(0.0).cwiseMin(1.0);
+  const Matrix3 open = root_ * eigen.eigenvectors() *
+                       share.cwiseProduct(Vector3::Ones() - share).cwiseSqrt().asDiagonal() *
+                       eigen.eigenvectors().transpose();
+  const Matrix3 s = this->share(drift);
+  return {move_.centre,
+          old_.doubt.covariance + open * doubt_ * open.transpose() + s * move_.covariance * s.transpose()};
+}
+
+Twists::Twists(std::span<const Vector3> of_particles) : sums_(1, Vector3::Zero()) {
+  sums_.reserve(of_particles.size() + 1);
+  for (const Vector3& twist : of_particles) sums_.push_back(sums_.back() + twist);
+}
+
+Vector3 Twists::mean(std::size_t first, std::size_t last) const {
+  return (sums_[last] - sums_[first]) / static_cast<double>(last - first);
+}
+
+}  // namespace trundle
