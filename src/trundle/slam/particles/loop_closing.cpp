@@ -168,7 +168,7 @@ void LoopClosing::still_matched(LandmarkId landmark) {
 }
 
 std::optional<MapBend> LoopClosing::close(const PieceOfMap& now) {
-  if (!is_news_) return std::nullopt;
+  if (!has_news()) return std::nullopt;
   std::vector<SeenAgain> again;
   for (const Sighting& s : window_)
     if (s.speaks_for_drift) again.push_back(s.again);

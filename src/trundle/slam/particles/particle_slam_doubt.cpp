@@ -79,7 +79,9 @@ PieceOfMap ParticleSlam::present_piece(const Pose2& here) const {
 void ParticleSlam::watch_for_loop(std::span<const Observation> observations) {
   if (observations.empty()) return;
   const PieceOfMap in_view{forgotten_.whole(), drift_, loop_.next_station()};
-  std::optional<PoseEstimate> here;
+  const Pose2 about_here = poses_.at(best_particle()) * pending_.mean;
+  std::optional<PieceOfMap> about_now;
+  std::optional<PoseEstimate> here;  // takes a look at all particles: where something is rejected
   std::optional<MapDoubt> returned_to;
   for (std::size_t i = 0; i < observations.size(); ++i) {
     const Decision decision = report_.observations[i].decision;
@@ -90,26 +92,31 @@ void ParticleSlam::watch_for_loop(std::span<const Observation> observations) {
     if (decision != Decision::rejected) map_.set_seen_in(landmark, in_view);
     if (decision == Decision::matched) loop_.still_matched(landmark);
     if (decision == Decision::created || !loop_.is_old(old)) continue;
-    if (!here) here = estimate();
-    const SightedLandmark seen = sighted_landmark(here->pose, sensor_.body_from_sensor, observations[i]);
-    const Matrix2 reading = seen.by_reading * reading_covariance(sensor_) * seen.by_reading.transpose();
-    const ParticleMap::Mean mapped = map_.mean(landmark, weights_, ancestry_);
-    const SeenAgain again{landmark, seen.in_world, reading, mapped.position, mapped.within + mapped.scatter,
-                          old};
-    if (decision == Decision::rejected) {
-      loop_.rejected(again, present_piece(here->pose));
+    const bool fits = decision == Decision::matched;
+    if (!fits && !here) here = estimate();
+    const SightedLandmark seen =
+        sighted_landmark(fits ? about_here : here->pose, sensor_.body_from_sensor, observations[i]);
+    SeenAgain again{.landmark = landmark, .seen = seen.in_world, .seen_in = old};
+    again.seen_covariance = seen.by_reading * reading_covariance(sensor_) * seen.by_reading.transpose();
+    if (fits) {
+      if (!about_now) about_now = present_piece(about_here);
+      loop_.matched(again, *about_now);
+      if (!returned_to || is_less(*returned_to, old.doubt, about_here)) returned_to = old.doubt;
     } else {
-      loop_.matched(again, present_piece(here->pose));
-      if (!returned_to || is_less(*returned_to, old.doubt, here->pose)) returned_to = old.doubt;
+      const ParticleMap::Mean mapped = map_.mean(landmark, weights_, ancestry_);
+      again.mapped = mapped.position;
+      again.mapped_covariance = mapped.within + mapped.scatter;
+      loop_.rejected(again, present_piece(here->pose));
     }
   }
-  if (!here || map_.has_nameless()) return;  // that would have to be looked for elsewhere then
-  const PieceOfMap now = present_piece(here->pose);
-  if (const std::optional<MapBend> found = loop_.close(now)) {
+  std::optional<MapBend> found;
+  if (loop_.has_news() && !map_.has_nameless())  // which would have to be looked for elsewhere then
+    found = loop_.close(present_piece(here->pose));
+  if (found) {
     bend(*found, here->pose);
-    forgotten_.remember(found->old_doubt(), found->doubt_after(now.drift));
+    forgotten_.remember(found->old_doubt(), found->doubt_after(drift_));
     report_.closed_loop = true;
-  } else if (returned_to && loop_.has_closed() && is_less(forgotten_.whole(), *returned_to, here->pose)) {
+  } else if (returned_to && loop_.has_closed() && is_less(forgotten_.whole(), *returned_to, about_here)) {
     forgotten_.remember(*returned_to, *returned_to);
   }
 }
