@@ -75,8 +75,10 @@ class Collector {
     }
   }
 
-  /// Rows after the last at which nothing spoke against them: all, where nothing ever confirmed the start.
+  /// Rows after the last at which nothing spoke against them: all, where nothing ever confirmed the start. A
+  /// start that the very first sightings refute has no row yet.
   void withdraw(double now_s, std::uint64_t steps) {
+    if (result_.stretches.empty() || result_.stretches.back().noticed_s) return;
     KnownStretch& stretch = result_.stretches.back();
     const std::size_t sure = times_.size() - std::min<std::size_t>(times_.size(), steps);
     auto& [poses, covariances] = result_.trajectory;
