@@ -65,7 +65,8 @@ void run(const Options& options) {
   const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
   require_apart({recording}, {options.output});
   const LocalizeAnswer answer = answer_localize(recording, robot, read_map_file(options.map), question);
-  write_trajectory(options.output, answer.provenance, answer.result.trajectory);
+  write_files({trajectory_file(options.output, answer.provenance, answer.result.trajectory)},
+              answer.provenance.inputs);
   print(options.common, document_of(answer), text_of(options, answer));
 }
 
@@ -79,15 +80,18 @@ void add_localize(CLI::App& app) {
   command->add_option("RECORDING", options->recording, "Recording folder")->required();
   command->add_option("--robot", options->robot, "Robot file with [landmark_sensor]")->required();
   command->add_option("--map", options->map, "landmarks.csv, with covariances or without")->required();
-  command->add_option("--start", options->question.start_text,
-                      "Pose at the first stamp: X,Y,DEG [m, m, degrees]; without it the pose is searched");
+  CLI::Option* start = command->add_option(
+      "--start", options->question.start_text,
+      "Pose at the first stamp: X,Y,DEG [m, m, degrees]; without it the pose is searched");
   command->add_option("--start-sigma-m", options->question.start_sigma_m, "How well --start is known [m]")
-      ->check(CLI::NonNegativeNumber)
+      ->needs(start)
+      ->check(number_from(0.0, 1e6))
       ->capture_default_str();
   command
       ->add_option("--start-sigma-deg", options->question.start_sigma_deg,
                    "How well --start is known [degrees]")
-      ->check(CLI::NonNegativeNumber)
+      ->needs(start)
+      ->check(number_from(0.0, 360.0))
       ->capture_default_str();
   command->add_option("--filter", options->filter, "What follows the pose")
       ->check(CLI::IsMember({"ekf", "particles"}))
@@ -97,12 +101,12 @@ void add_localize(CLI::App& app) {
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
   command->add_option("--seed", options->question.seed, "Seed of the particles' random numbers")
+      ->check(whole_number())
       ->capture_default_str();
   command->add_flag("--unknown-ids", options->question.unknown_ids,
                     "Forget the landmarks' names and find out which is which");
   add_slip_correction(*command, options->slip);
-  command->add_option("--robot-number", options->question.robot_number,
-                      "Which robot of a UTIAS MRCLAM folder");
+  add_robot_number(*command, options->question.robot_number);
   command->add_option("-o,--output", options->output, "Trajectory: .csv, or .tum by its name")->required();
   command->callback([options] { run(*options); });
 }

@@ -18,9 +18,8 @@ TEST(Localize, FindsThePoseThatAWrongStartHides) {
   for (const std::string filter : {"ekf", "particles"}) {
     for (const std::string start : {"3,0,0", "0,0,180", "20,0,0"}) {
       const Outcome outcome = run_program(
-          sample.folder(),
-          {"localize", tour, "--robot", demo / "robot.toml", "--map", tour / "landmarks.csv", "--start", start,
-           "--filter", filter, "--json", "-o", "out.csv"});
+          sample.folder(), {"localize", tour, "--robot", demo / "robot.toml", "--map", tour / "landmarks.csv",
+                            "--start", start, "--filter", filter, "--json", "-o", "out.csv"});
       ASSERT_EQ(outcome.exit_code, 0) << filter << " from " << start;
       EXPECT_THAT(outcome.err, IsEmpty());
       EXPECT_LT(nlohmann::json::parse(outcome.out).at("localized_s").get<double>(), 1.0) << start;

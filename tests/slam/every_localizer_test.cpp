@@ -92,6 +92,25 @@ TEST_P(EveryLocalizer, TakesAStartThatTheFirstSightingsRefute) {
   }
 }
 
+/// However little is known beforehand, and however sure it is afterwards.
+TEST_P(EveryLocalizer, KeepsVariancesAboveZero) {
+  test::Field field({.outlier_share = 0.0, .seed = 2});
+  LocalizerOptions vague = options();
+  vague.start.emplace();
+  vague.start->pose = field.truth();
+  vague.start->covariance = Vector3(1e12, 1e12, 1e2).asDiagonal();
+  Localizer localizer(field.map(), field.sensor(), vague);
+  for (int k = 0; k < 200; ++k) {
+    SlamStep step = field.step(true);
+    step.motion.covariance *= 1e8;
+    localizer.step(step.motion, step.observations);
+    const auto estimate = localizer.estimate();
+    if (!estimate) continue;
+    ASSERT_TRUE(estimate->covariance.allFinite()) << k;
+    ASSERT_GE(estimate->covariance.diagonal().minCoeff(), 0.0) << k;
+  }
+}
+
 TEST_P(EveryLocalizer, SurvivesNonsense) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInf = std::numeric_limits<double>::infinity();

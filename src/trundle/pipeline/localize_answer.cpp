@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/error.hpp"
+#include "trundle/pipeline/sound.hpp"
 
 namespace trundle {
 namespace {
@@ -92,6 +93,7 @@ LocalizeAnswer answer_localize(const Recording& recording, const RobotFile& robo
   const LandmarkSensor& sensor = *robot.robot.landmark_sensor;
   answer.result = localize(answer.input, known_map_of(map, sensor), sensor, options_of(question));
   if (answer.result.trajectory.poses.empty()) refuse(recording.name, answer);
+  require_sound(answer.result.trajectory, recording.name);
   return answer;
 }
 

@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/error.hpp"
+#include "trundle/pipeline/sound.hpp"
+#include "trundle/recording/landmark_file.hpp"
 
 namespace trundle {
 namespace {
@@ -37,17 +39,12 @@ std::vector<std::string> numbers_for(const std::vector<StepReport>& reports) {
   return names;
 }
 
-/// A name as a cell: in quotes where it holds the delimiter.
-std::string cell_of(const std::string& name) {
-  return name.find(',') == std::string::npos ? name : '"' + name + '"';
-}
-
 std::string csv_of(const std::vector<MappedLandmark>& map, const std::vector<std::string>& names) {
   std::string text = "landmark,x_m,y_m,var_xx,var_xy,var_yy,sightings\n";
   for (const MappedLandmark& m : map)
-    text +=
-        fmt::format("{},{},{},{},{},{},{}\n", cell_of(names[static_cast<std::size_t>(m.id)]), m.position.x(),
-                    m.position.y(), m.covariance(0, 0), m.covariance(0, 1), m.covariance(1, 1), m.sightings);
+    text += fmt::format("{},{},{},{},{},{},{}\n", text_cell(names[static_cast<std::size_t>(m.id)]),
+                        m.position.x(), m.position.y(), m.covariance(0, 0), m.covariance(0, 1),
+                        m.covariance(1, 1), m.sightings);
   return text;
 }
 
@@ -70,7 +67,7 @@ std::string csv_of_steps(const SlamAnswer& answer) {
 std::string name_in(const SlamAnswer& answer, const Observation& observation,
                     const ObservationReport& report) {
   const LandmarkId id = observation.landmark >= 0 ? observation.landmark : report.landmark;
-  return id < 0 ? "" : cell_of(answer.input.landmarks[static_cast<std::size_t>(id)]);
+  return id < 0 ? "" : text_cell(answer.input.landmarks[static_cast<std::size_t>(id)]);
 }
 
 std::string csv_of_innovations(const SlamAnswer& answer) {
@@ -137,6 +134,7 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
   answer.input = slam_input(
       recording, corrected_readings(recording, robot, question.slip, slip_found, answer.provenance),
       robot.robot, {.hide_ids = question.unknown_ids});
+  require_apart(answer.provenance.inputs, {question.checkpoints.write});
   auto& problems = answer.input.problems;
   problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
   if (answer.input.observations() == 0)
@@ -152,8 +150,18 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
   answer.result = slam_with_checkpoints(answer.input, run, settings_of(robot, question), question.checkpoints,
                                         question.on_steps);
   if (!question.systematic_sigma) prior.systematic_sigma = kUsualSystematicSigma;
-  if (question.smooth) answer.smoothed = smooth(answer.input, sensor, answer.result, {.prior = prior});
+  if (question.smooth && answer.result.map.empty())
+    problems.push_back({.severity = Severity::warning,
+                        .kind = "nothing to smooth",
+                        .place = recording.name,
+                        .count = 1,
+                        .message = "no landmark is surely there: the trajectory is the filter's"});
+  else if (question.smooth)
+    answer.smoothed = smooth(answer.input, sensor, answer.result, {.prior = prior});
   if (question.unknown_ids) answer.input.landmarks = numbers_for(answer.result.reports);
+  require_sound(answer.result.online, recording.name);
+  require_sound(answer.trajectory(), recording.name);
+  require_sound(answer.map(), recording.name);
   return answer;
 }
 
