@@ -21,6 +21,8 @@ struct Options {
   LocalizeQuestion question;
   SlipCorrection slip;
   std::string output;
+  std::string steps;
+  std::string innovations;
 };
 
 std::string line_of(const KnownStretch& stretch) {
@@ -63,10 +65,13 @@ void run(const Options& options) {
   const LocalizeQuestion question = question_of(options);
   const RobotFile robot = read_robot_file(options.robot);
   const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
-  require_apart({recording}, {options.output});
+  require_apart({recording}, {options.output, options.steps, options.innovations});
   const LocalizeAnswer answer = answer_localize(recording, robot, read_map_file(options.map), question);
-  write_files({trajectory_file(options.output, answer.provenance, answer.result.trajectory)},
-              answer.provenance.inputs);
+  std::vector<OutputFile> files = {
+      trajectory_file(options.output, answer.provenance, answer.result.trajectory)};
+  if (!options.steps.empty()) files.push_back({options.steps, steps_csv_of(answer)});
+  if (!options.innovations.empty()) files.push_back({options.innovations, innovations_csv_of(answer)});
+  write_files(files, answer.provenance.inputs);
   print(options.common, document_of(answer), text_of(options, answer));
 }
 
@@ -107,6 +112,10 @@ void add_localize(CLI::App& app) {
                     "Forget the landmarks' names and find out which is which");
   add_slip_correction(*command, options->slip);
   add_robot_number(*command, options->question.robot_number);
+  command->add_option("--steps", options->steps,
+                      "CSV of every step: whether the pose is known, sightings, alarm, particles");
+  command->add_option("--innovations", options->innovations,
+                      "CSV of every sighting: what it was taken for, its innovation and NIS");
   command->add_option("-o,--output", options->output, "Trajectory: .csv, or .tum by its name")->required();
   command->callback([options] { run(*options); });
 }

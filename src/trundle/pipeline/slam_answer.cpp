@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/error.hpp"
+#include "trundle/pipeline/innovations.hpp"
 #include "trundle/pipeline/sound.hpp"
 #include "trundle/recording/landmark_file.hpp"
 
@@ -48,11 +49,6 @@ std::string csv_of(const std::vector<MappedLandmark>& map, const std::vector<std
   return text;
 }
 
-std::string_view name_of(Decision decision) {
-  constexpr std::array<std::string_view, 4> kNames = {"matched", "created", "rejected", "invalid"};
-  return kNames[static_cast<std::size_t>(decision)];
-}
-
 std::string csv_of_steps(const SlamAnswer& answer) {
   std::string text = "time_s,sightings,effective_particles,resampled\n";
   for (std::size_t k = 0; k < answer.input.steps.size(); ++k) {
@@ -63,26 +59,11 @@ std::string csv_of_steps(const SlamAnswer& answer) {
   return text;
 }
 
-/// What the observation itself says, else what it was taken for.
-std::string name_in(const SlamAnswer& answer, const Observation& observation,
-                    const ObservationReport& report) {
-  const LandmarkId id = observation.landmark >= 0 ? observation.landmark : report.landmark;
-  return id < 0 ? "" : text_cell(answer.input.landmarks[static_cast<std::size_t>(id)]);
-}
-
 std::string csv_of_innovations(const SlamAnswer& answer) {
-  std::string text = "time_s,landmark,decision,range_innovation_m,bearing_innovation_rad,nis\n";
-  for (std::size_t k = 0; k < answer.input.steps.size(); ++k) {
-    const SlamStep& step = answer.input.steps[k];
-    for (std::size_t i = 0; i < step.observations.size(); ++i) {
-      const ObservationReport& report = answer.result.reports[k].observations[i];
-      text += fmt::format("{},{},{},", step.time_s, name_in(answer, step.observations[i], report),
-                          name_of(report.decision));
-      text += report.nis > 0.0
-                  ? fmt::format("{},{},{}\n", report.innovation.x(), report.innovation.y(), report.nis)
-                  : std::string(",,\n");
-    }
-  }
+  std::string text = kInnovationColumns;
+  for (std::size_t k = 0; k < answer.input.steps.size(); ++k)
+    append_innovations(text, answer.input.steps[k], answer.result.reports[k].observations,
+                       answer.input.landmarks);
   return text;
 }
 
