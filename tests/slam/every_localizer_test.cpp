@@ -98,11 +98,11 @@ TEST_P(EveryLocalizer, KeepsVariancesAboveZero) {
   LocalizerOptions vague = options();
   vague.start.emplace();
   vague.start->pose = field.truth();
-  vague.start->covariance = Vector3(1e12, 1e12, 1e2).asDiagonal();
+  vague.start->covariance = Vector3(1e20, 1e20, 1e2).asDiagonal();
   Localizer localizer(field.map(), field.sensor(), vague);
   for (int k = 0; k < 200; ++k) {
     SlamStep step = field.step(true);
-    step.motion.covariance *= 1e8;
+    step.motion.covariance *= 1e20;
     localizer.step(step.motion, step.observations);
     const auto estimate = localizer.estimate();
     if (!estimate) continue;

@@ -50,7 +50,7 @@ void write_file(const std::filesystem::path& path, std::string_view content) {
   std::error_code error;
   if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error))
     throw InputError(path.string(), std::filesystem::is_directory(path, error) ? "is a folder" : "is no file",
-                     "the name of a file to write");
+                     "a place that can be written");
   if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), error);
   std::filesystem::path temporary = path;
   temporary += fmt::format(".{}.tmp", ::getpid());
