@@ -53,7 +53,7 @@ void add_calibrate(CLI::App& app) {
       ->add_flag("--landmarks", options->landmarks,
                  "Learn from what the robot saw of landmarks, without any reference")
       ->excludes(learn_noise);
-  command->add_option("--robot-number", options->robot_number, "Which robot of a folder that holds several");
+  add_robot_number(*command, options->robot_number);
   add_calibration_output(*command, options->output);
   command->callback([options] { run(*options); });
 }

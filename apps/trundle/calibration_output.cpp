@@ -62,7 +62,7 @@ void finish_calibration(const CalibrationAnswer& answer, const CalibrationOutput
                         const Common& common) {
   std::vector<OutputFile> files;
   if (!output.robot_path.empty()) files = files_of(answer, output.robot_path, output.export_format);
-  write_files(files);
+  write_files(files, answer.provenance.inputs);
   nlohmann::ordered_json document = document_of(answer);
   std::string text = table_of(answer.result);
   document["outputs"] = nlohmann::ordered_json::array();

@@ -1,6 +1,10 @@
 #include "command.hpp"
 
-#include <fmt/core.h>
+#include <charconv>
+
+#include <fmt/format.h>
+
+#include "trundle/recording/number.hpp"
 
 namespace trundle::app {
 
@@ -11,6 +15,43 @@ CLI::App* add_command(CLI::App& app, const std::string& name, const std::string&
   command->add_flag("--json", common.json, "Print one JSON document on stdout");
   command->add_flag("--quiet", common.quiet, "Print nothing but errors");
   return command;
+}
+
+CLI::Validator number_from(double low, double high) {
+  const std::string range = fmt::format("a number from {:g} to {:g}", low, high);
+  const auto complaint = [=](const std::string& text) -> std::string {
+    const char* const end = text.data() + text.size();
+    double value = 0.0;
+    // Of NaN no comparison holds.
+    if (read_any_number(text.data(), end, value) == end && value >= low && value <= high) return {};
+    return fmt::format("'{}' is not {}", text, range);
+  };
+  return {complaint, fmt::format("{:g} to {:g}", low, high)};
+}
+
+CLI::Validator whole_number() {
+  const auto complaint = [](const std::string& text) -> std::string {
+    const char* const end = text.data() + text.size();
+    std::uint64_t value = 0;
+    const auto [last, error] = std::from_chars(text.data(), end, value);
+    if (error == std::errc{} && last == end) return {};
+    return fmt::format("'{}' is not a whole number from 0 to {}", text,
+                       std::numeric_limits<std::uint64_t>::max());
+  };
+  return {complaint, ""};
+}
+
+CLI::Option* add_robot_number(CLI::App& command, int& number) {
+  return command.add_option("--robot-number", number, "Which robot of a folder that holds several")
+      ->check(CLI::Range(1, 1000));
+}
+
+void refuse_empty_values(CLI::App& app) {
+  const CLI::Validator not_empty(
+      [](const std::string& text) { return std::string(text.empty() ? "is given nothing" : ""); }, "");
+  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    for (CLI::Option* option : command->get_options([](const CLI::Option*) { return true; }))
+      if (option->get_items_expected_max() > 0) option->check(not_empty);
 }
 
 void print(const Common& common, const nlohmann::ordered_json& document, const std::string& text) {

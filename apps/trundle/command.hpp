@@ -21,6 +21,20 @@ struct Common {
 CLI::App* add_command(CLI::App& app, const std::string& name, const std::string& description,
                       const std::string& example, Common& common);
 
+/// A number on the command line: finite, and from `low` to `high`.
+CLI::Validator number_from(double low, double high);
+/// Below any that means something, and above 0; above any that means something.
+inline constexpr double kSmallest = 1e-12;
+inline constexpr double kLargest = 1e9;
+
+/// A seed: a whole number of 64 bits.
+CLI::Validator whole_number();
+/// The number of a robot of a folder that holds several.
+CLI::Option* add_robot_number(CLI::App& command, int& number);
+
+/// No value of an option is empty: a script whose variable is would get something else than it asked for.
+void refuse_empty_values(CLI::App& app);
+
 /// Prints the document when --json was given, else the text unless --quiet.
 void print(const Common& common, const nlohmann::ordered_json& document, const std::string& text);
 

@@ -95,7 +95,7 @@ void add_evaluate(CLI::App& app) {
   command
       ->add_option("--longest-gap-s", options->longest_gap_s,
                    "The estimate is not interpolated across longer gaps [s]")
-      ->check(CLI::PositiveNumber)
+      ->check(number_from(kSmallest, kLargest))
       ->capture_default_str();
   command->add_option("--robot", options->robot,
                       "Robot file: the estimate is its body's, the reference that of its [reference_sensor]");

@@ -116,6 +116,7 @@ void run(const Options& options) {
   std::vector<Recording> recordings =
       read_recordings({options.recording}, {.robot_number = options.robot_number});
   require_output_makes_sense(options, recordings.size());
+  require_apart(recordings, {options.output});
   const InfoAnswer answer = answer_info(std::move(recordings), question);
   if (!options.output.empty())
     write_gyro_noise(options, question.robot->robot, answer.provenance, *answer.recordings.front().noise);
@@ -135,7 +136,7 @@ void add_info(CLI::App& app) {
       ->required();
   command->add_option("--robot", options->robot,
                       "Robot file: also says what its sensors can and cannot tell");
-  command->add_option("--robot-number", options->robot_number, "Robot of a UTIAS MRCLAM folder");
+  add_robot_number(*command, options->robot_number);
   command->add_flag("--gyro-noise", options->gyro_noise,
                     "Bias, noise and Allan deviation of the gyro, from where the robot rests");
   command->add_option("-o,--output", options->output,

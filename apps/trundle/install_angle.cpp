@@ -1,6 +1,7 @@
 #include "trundle/calibration/install_angle.hpp"
 
 #include <charconv>
+#include <cmath>
 #include <memory>
 
 #include <fmt/format.h>
@@ -45,6 +46,7 @@ LRun repeat_from(const std::string& text, double side_m) {
   if (x_error != std::errc{} || comma == end || *comma != ',') refuse_repeat(text);
   const auto [last, y_error] = std::from_chars(comma + 1, end, run.end_y_m);
   if (y_error != std::errc{} || last != end) refuse_repeat(text);
+  if (!(std::hypot(run.end_x_m, run.end_y_m) <= kLargest)) refuse_repeat(text);
   return run;
 }
 
@@ -169,17 +171,22 @@ void add_install_angle(CLI::App& app) {
   command->add_option("RECORDING", options->recordings,
                       "Recordings of L-shaped runs, instead of numbers by hand");
   command->add_option("--robot", options->robot, "Robot file, for recordings: which wheel is which pod");
-  command->add_option("--side-m", options->side_m, "Side that the pods read on each leg [m]");
-  command->add_option("--end-x-m", options->end_x_m, "Where the robot really ended: ahead of its start [m]");
-  command->add_option("--end-y-m", options->end_y_m, "and to its left, negative to its right [m]");
+  command->add_option("--side-m", options->side_m, "Side that the pods read on each leg [m]")
+      ->check(number_from(0.0, kLargest));
+  command->add_option("--end-x-m", options->end_x_m, "Where the robot really ended: ahead of its start [m]")
+      ->check(number_from(-kLargest, kLargest));
+  command->add_option("--end-y-m", options->end_y_m, "and to its left, negative to its right [m]")
+      ->check(number_from(-kLargest, kLargest));
   command->add_option(
       "--repeat", options->repeat,
       "X,Y: the end of one more run [m], any number of times; N: the end is the mean of N runs");
   command->add_option("--sigma-m", options->sigma_m, "How well each end coordinate is measured, 1 sigma [m]")
+      ->check(number_from(0.0, kLargest))
       ->capture_default_str();
   command
       ->add_option("--sigma-heading-deg", options->sigma_heading_deg,
                    "How well the start heading is set, 1 sigma [degrees]")
+      ->check(number_from(0.0, 360.0))
       ->capture_default_str();
   command->callback([options] { run(*options); });
 }

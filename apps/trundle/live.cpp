@@ -171,7 +171,9 @@ class Session {
 };
 
 void run(const Options& options) {
-  Session session(options, read_robot_file(options.robot));
+  const RobotFile robot = read_robot_file(options.robot);
+  require_apart({robot.file}, {options.checkpoint});
+  Session session(options, robot);
   session.run(std::cin);
   if (session.bad_lines() > 0) throw BadInputTold{};
 }
@@ -187,17 +189,17 @@ void add_live(CLI::App& app) {
   command->add_option("--start", options->start, "Pose at the first reading: X,Y,DEG [m, m, degrees]")
       ->capture_default_str();
   command->add_option("--probability", options->probability, "That an interval without slip is flagged")
-      ->check(CLI::Range(1e-12, 0.5))
+      ->check(number_from(1e-12, 0.5))
       ->capture_default_str();
   command
       ->add_option("--longest-step-s", options->longest_step_s,
                    "Longer steps of a stream are gaps; a gyro silent for longer is not waited for [s]")
-      ->check(CLI::PositiveNumber)
+      ->check(number_from(kSmallest, kLargest))
       ->capture_default_str();
   CLI::Option* checkpoint =
       command->add_option("--checkpoint", options->checkpoint, "File to store the state in, as it runs");
   command->add_option("--checkpoint-every-s", options->checkpoint_every_s, "How often, by the stamps [s]")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number_from(0.0, kLargest))
       ->needs(checkpoint)
       ->capture_default_str();
   command->add_option("--resume", options->resume,

@@ -21,6 +21,8 @@ struct Options {
   LocalizeQuestion question;
   SlipCorrection slip;
   std::string output;
+  std::string steps;
+  std::string innovations;
 };
 
 std::string line_of(const KnownStretch& stretch) {
@@ -63,9 +65,13 @@ void run(const Options& options) {
   const LocalizeQuestion question = question_of(options);
   const RobotFile robot = read_robot_file(options.robot);
   const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
-  require_apart({recording}, {options.output});
+  require_apart({recording}, {options.output, options.steps, options.innovations});
   const LocalizeAnswer answer = answer_localize(recording, robot, read_map_file(options.map), question);
-  write_trajectory(options.output, answer.provenance, answer.result.trajectory);
+  std::vector<OutputFile> files = {
+      trajectory_file(options.output, answer.provenance, answer.result.trajectory)};
+  if (!options.steps.empty()) files.push_back({options.steps, steps_csv_of(answer)});
+  if (!options.innovations.empty()) files.push_back({options.innovations, innovations_csv_of(answer)});
+  write_files(files, answer.provenance.inputs);
   print(options.common, document_of(answer), text_of(options, answer));
 }
 
@@ -79,15 +85,18 @@ void add_localize(CLI::App& app) {
   command->add_option("RECORDING", options->recording, "Recording folder")->required();
   command->add_option("--robot", options->robot, "Robot file with [landmark_sensor]")->required();
   command->add_option("--map", options->map, "landmarks.csv, with covariances or without")->required();
-  command->add_option("--start", options->question.start_text,
-                      "Pose at the first stamp: X,Y,DEG [m, m, degrees]; without it the pose is searched");
+  CLI::Option* start = command->add_option(
+      "--start", options->question.start_text,
+      "Pose at the first stamp: X,Y,DEG [m, m, degrees]; without it the pose is searched");
   command->add_option("--start-sigma-m", options->question.start_sigma_m, "How well --start is known [m]")
-      ->check(CLI::NonNegativeNumber)
+      ->needs(start)
+      ->check(number_from(0.0, 1e6))
       ->capture_default_str();
   command
       ->add_option("--start-sigma-deg", options->question.start_sigma_deg,
                    "How well --start is known [degrees]")
-      ->check(CLI::NonNegativeNumber)
+      ->needs(start)
+      ->check(number_from(0.0, 360.0))
       ->capture_default_str();
   command->add_option("--filter", options->filter, "What follows the pose")
       ->check(CLI::IsMember({"ekf", "particles"}))
@@ -97,12 +106,16 @@ void add_localize(CLI::App& app) {
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
   command->add_option("--seed", options->question.seed, "Seed of the particles' random numbers")
+      ->check(whole_number())
       ->capture_default_str();
   command->add_flag("--unknown-ids", options->question.unknown_ids,
                     "Forget the landmarks' names and find out which is which");
   add_slip_correction(*command, options->slip);
-  command->add_option("--robot-number", options->question.robot_number,
-                      "Which robot of a UTIAS MRCLAM folder");
+  add_robot_number(*command, options->question.robot_number);
+  command->add_option("--steps", options->steps,
+                      "CSV of every step: whether the pose is known, sightings, alarm, particles");
+  command->add_option("--innovations", options->innovations,
+                      "CSV of every sighting: what it was taken for, its innovation and NIS");
   command->add_option("-o,--output", options->output, "Trajectory: .csv, or .tum by its name")->required();
   command->callback([options] { run(*options); });
 }

@@ -50,6 +50,7 @@ int main(int argc, char** argv) {
   add_simulate(app);
   add_live(app);
   add_report(app);
+  refuse_empty_values(app);
   try {
     require_command(app, argc, argv);
     app.parse(argc, argv);

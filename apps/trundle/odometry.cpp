@@ -86,7 +86,8 @@ void run(const Options& options) {
   require_apart({recording}, {options.output});
   const OdometryAnswer answer = answer_odometry(recording, robot, question);
   if (!options.output.empty())
-    write_trajectory(options.output, answer.provenance, answer.odometry.trajectory);
+    write_files({trajectory_file(options.output, answer.provenance, answer.odometry.trajectory)},
+                answer.provenance.inputs);
   print(options.common, document_of(answer), text_of(answer, robot.robot));
 }
 
@@ -103,8 +104,7 @@ void add_odometry(CLI::App& app) {
       ->add_option("--start", options->question.start_text,
                    "Pose at the first stamp: X,Y,DEG [m, m, degrees]")
       ->capture_default_str();
-  command->add_option("--robot-number", options->question.robot_number,
-                      "Which robot of a UTIAS MRCLAM folder");
+  add_robot_number(*command, options->question.robot_number);
   command->add_flag("--smooth", options->question.smooth,
                     "Every pose also by what later rests show of the gyro's bias");
   command->add_option("-o,--output", options->output, "Trajectory: .csv, or .tum by its name");

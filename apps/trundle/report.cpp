@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/report_answer.hpp"
 #include "trundle/report/json_text.hpp"
 #include "trundle/report/page.hpp"
@@ -24,7 +25,7 @@ std::string text_of(const Options& options, const nlohmann::ordered_json& report
 
 void run(const Options& options) {
   const ReportAnswer answer = answer_report(options.question);
-  write_file(options.output, text_of(options, answer.document));
+  write_files({{options.output, text_of(options, answer.document)}}, answer.provenance.inputs);
   nlohmann::ordered_json document = to_json(answer.provenance);
   document["outputs"] = {options.output};
   print(options.common, document, fmt::format("wrote {}\n", options.output));

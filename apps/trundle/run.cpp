@@ -78,8 +78,9 @@ void add_run(CLI::App& app) {
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
   command->add_option("--seed", question.slam.seed, "Seed of the particle filters' random numbers")
+      ->check(whole_number())
       ->capture_default_str();
-  command->add_option("--robot-number", question.robot_number, "Which robot of a UTIAS MRCLAM folder");
+  add_robot_number(*command, question.robot_number);
   command->add_option("-o,--output", options->output, "Folder for all results")->required();
   command->callback([options] { run(*options); });
 }

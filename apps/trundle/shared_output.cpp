@@ -10,10 +10,9 @@ std::string line_of(const Problem& problem) {
   return fmt::format("{}: {}: {}\n", word_of(problem.severity), problem.place, problem.message);
 }
 
-void write_trajectory(const std::filesystem::path& path, const Provenance& provenance,
-                      const Trajectory& trajectory) {
-  write_file(path,
-             head_of(provenance) + (path.extension() == ".tum" ? to_tum(trajectory) : to_csv(trajectory)));
+OutputFile trajectory_file(const std::filesystem::path& path, const Provenance& provenance,
+                           const Trajectory& trajectory) {
+  return {path, head_of(provenance) + (path.extension() == ".tum" ? to_tum(trajectory) : to_csv(trajectory))};
 }
 
 }  // namespace trundle::app

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "trundle/geometry/trajectory.hpp"
+#include "trundle/pipeline/files.hpp"
 #include "trundle/recording/recording.hpp"
 
 #include "command.hpp"
@@ -14,7 +15,7 @@ namespace trundle::app {
 std::string line_of(const Problem& problem);
 
 /// As CSV, or as TUM where the name says so, with the provenance in its head.
-void write_trajectory(const std::filesystem::path& path, const Provenance& provenance,
-                      const Trajectory& trajectory);
+OutputFile trajectory_file(const std::filesystem::path& path, const Provenance& provenance,
+                           const Trajectory& trajectory);
 
 }  // namespace trundle::app

@@ -62,7 +62,8 @@ void add_simulate(CLI::App& app) {
       ->add_option("-o,--output", options->output,
                    "Folder to write: the recording, or one folder for each run")
       ->required();
-  command->add_option("--seed", options->seed, "Seed of all random numbers, instead of the scenario's");
+  command->add_option("--seed", options->seed, "Seed of all random numbers, instead of the scenario's")
+      ->check(whole_number());
   command->callback([options] { run(*options); });
 }
 

@@ -66,6 +66,14 @@ std::string text_of(const Options& options, const SlamAnswer& answer) {
   return text;
 }
 
+/// All that no result may go over: what was read, and the checkpoint that was written.
+std::vector<InputFile> inputs_of(const SlamAnswer& answer, const SlamCheckpoints& checkpoints) {
+  std::vector<InputFile> inputs = answer.provenance.inputs;
+  for (const std::filesystem::path& path : {checkpoints.resume, checkpoints.write})
+    inputs.push_back({path.string(), {}});
+  return inputs;
+}
+
 SlamQuestion question_of(const Options& options) {
   SlamQuestion question = options.question;
   question.slip = app::question_of(options.slip, question.robot_number);
@@ -78,13 +86,13 @@ void run(const Options& options) {
   SlamQuestion question = question_of(options);
   const RobotFile robot = read_robot_file(options.robot);
   const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
-  require_apart({recording}, {options.output});
+  require_apart({recording}, {options.output, question.checkpoints.write});
   ProgressBar bar(options.common);
   bar.begin(options.filter);
   question.on_steps = [&](std::size_t done, std::size_t of) { bar.update(done, of); };
   const SlamAnswer answer = answer_slam(recording, robot, question);
   bar.clear();
-  write_files(files_of(answer, options.output));
+  write_files(files_of(answer, options.output), inputs_of(answer, question.checkpoints));
   print(options.common, document_of(answer), text_of(options, answer));
 }
 
@@ -104,6 +112,7 @@ void add_slam(CLI::App& app) {
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
   command->add_option("--seed", options->question.seed, "Seed of the particle filters' random numbers")
+      ->check(whole_number())
       ->capture_default_str();
   command
       ->add_option("--start", options->question.start_text,
@@ -118,15 +127,14 @@ void add_slam(CLI::App& app) {
           "--systematic-sigma", options->question.systematic_sigma,
           "Estimate the odometry's systematic errors with this prior: share of travel, share of turns, "
           "turn per metre [1, 1, rad/m]")
-      ->check(CLI::NonNegativeNumber);
+      ->check(number_from(0.0, 10.0));
   command
       ->add_option("--threads", options->question.threads,
                    "Threads of the particle filters; results do not depend on it")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   add_slip_correction(*command, options->slip);
-  command->add_option("--robot-number", options->question.robot_number,
-                      "Which robot of a UTIAS MRCLAM folder");
+  add_robot_number(*command, options->question.robot_number);
   SlamCheckpoints& checkpoints = options->question.checkpoints;
   CLI::Option* checkpoint = command->add_option("--checkpoint", checkpoints.write,
                                                 "File to store the run in, near the end of the recording");
@@ -134,7 +142,7 @@ void add_slam(CLI::App& app) {
       ->add_option("--checkpoint-every-s", checkpoints.every_s,
                    "Store it also whenever so much of the recording's time has passed")
       ->needs(checkpoint)
-      ->check(CLI::PositiveNumber);
+      ->check(number_from(kSmallest, kLargest));
   command->add_option("--resume", checkpoints.resume,
                       "Go on from a checkpoint of the same recording, or of its beginning");
   command->add_option("-o,--output", options->output, "Folder for the results")->required();

@@ -49,8 +49,11 @@ void run(const Options& options) {
   const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
   require_apart({recording}, {options.output, options.corrected});
   const SlipAnswer answer = answer_slip(recording, robot, question);
-  if (!options.output.empty()) write_file(options.output, slip_csv_of(answer, robot.robot));
-  if (!options.corrected.empty()) write_trajectory(options.corrected, answer.provenance, answer.corrected);
+  std::vector<OutputFile> files;
+  if (!options.output.empty()) files.push_back({options.output, slip_csv_of(answer, robot.robot)});
+  if (!options.corrected.empty())
+    files.push_back(trajectory_file(options.corrected, answer.provenance, answer.corrected));
+  write_files(files, answer.provenance.inputs);
   print(options.common, document_of(answer, robot.robot), text_of(answer, robot.robot));
 }
 
@@ -67,7 +70,7 @@ void add_slip(CLI::App& app) {
   command->add_option("--learn", options->question.learn, "Recordings without slip, to measure the noise on");
   command
       ->add_option("--probability", options->question.probability, "That an interval without slip is flagged")
-      ->check(CLI::Range(1e-12, 0.5))
+      ->check(number_from(1e-12, 0.5))
       ->capture_default_str();
   command->add_option("--method", options->method, "general: any chassis; published: two wheels and a gyro")
       ->check(CLI::IsMember({"general", "published"}))
@@ -75,10 +78,9 @@ void add_slip(CLI::App& app) {
   command
       ->add_option("--interval-s", options->question.interval_s,
                    "Readings are judged over at least this long [s]")
-      ->check(CLI::Range(0.0, 60.0))
+      ->check(number_from(0.0, 60.0))
       ->capture_default_str();
-  command->add_option("--robot-number", options->question.robot_number,
-                      "Which robot of a UTIAS MRCLAM folder");
+  add_robot_number(*command, options->question.robot_number);
   command->add_option("-o,--output", options->output, "Slips: start_s,end_s,wheel,kind,excess_m,confidence");
   command->add_option("--corrected", options->corrected,
                       "Trajectory with the slips corrected: .csv, or .tum");

@@ -80,8 +80,9 @@ void add_umbmark(CLI::App& app) {
   command->add_option("SHEET", options->inputs, "A sheet (CSV), or recording folders of single square runs")
       ->required();
   command->add_option("--robot", options->robot, "Nominal robot file")->required();
-  command->add_option("--side-m", options->side_m,
-                      "Nominal side of the square [m]; a sheet may say it itself");
+  command
+      ->add_option("--side-m", options->side_m, "Nominal side of the square [m]; a sheet may say it itself")
+      ->check(number_from(kSmallest, kLargest));
   command
       ->add_option("--method", options->method,
                    "classic: positions; orientation: headings and the leg; ml: everything at once")

@@ -13,6 +13,7 @@
 #include "trundle/simulation/random.hpp"
 #include "trundle/slam/slam.hpp"
 
+#include "app/one_line_of_error.hpp"
 #include "app/process.hpp"
 #include "app/sample.hpp"
 
@@ -83,11 +84,6 @@ Arguments command_line(const Command& command, const Arguments& more = {}) {
   line.insert(line.end(), command.arguments.begin(), command.arguments.end());
   line.insert(line.end(), more.begin(), more.end());
   return line;
-}
-
-/// One line, and only one: "trundle: ...\n".
-MATCHER(IsOneLineOfError, "is one line that starts with 'trundle: '") {
-  return arg.starts_with("trundle: ") && arg.ends_with('\n') && std::ranges::count(arg, '\n') == 1;
 }
 
 class Contract : public testing::TestWithParam<Command> {

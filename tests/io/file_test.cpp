@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "trundle/io/error.hpp"
@@ -46,6 +47,30 @@ TEST_F(FileTest, what_was_written_is_read) {
   EXPECT_EQ(read_file(folder_ / "x"), content);
   write_file(folder_ / "x", "");
   EXPECT_EQ(read_file(folder_ / "x"), "");
+}
+
+TEST_F(FileTest, what_is_no_file_is_not_replaced_by_one) {
+  ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);
+  fs::create_symlink("pipe", folder_ / "link");
+  for (const char* name : {"pipe", "link"}) {
+    EXPECT_THAT(message_of([&] { write_file(folder_ / name, "x"); }), HasSubstr("is no file"));
+    EXPECT_TRUE(fs::is_fifo(folder_ / name));
+  }
+  EXPECT_THAT(message_of([&] { write_file(folder_, "x"); }), HasSubstr("is a folder"));
+}
+
+TEST_F(FileTest, outputs_are_apart_from_inputs_by_whatever_name) {
+  write_file(folder_ / "in", "x");
+  write_file(folder_ / "out", "x");
+  fs::create_symlink("in", folder_ / "soft");
+  fs::create_hard_link(folder_ / "in", folder_ / "hard");
+  const std::vector<InputFile> inputs = {input_file(folder_ / "in"), {.path = "", .sha256 = ""}};
+  require_apart(inputs, {folder_ / "out", folder_ / "new", ""});
+  for (const char* name : {"in", "./in", "soft", "hard"})
+    EXPECT_THAT(message_of([&] {
+                  require_apart(inputs, {folder_ / "out", folder_ / name});
+                }),
+                HasSubstr("is an input, which would be lost"));
 }
 
 TEST_F(FileTest, writing_makes_folders_and_leaves_no_temporary_file) {

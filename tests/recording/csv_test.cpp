@@ -41,6 +41,15 @@ TEST(Csv, tolerates_byte_order_mark_carriage_returns_comments_blanks_and_quotes)
   EXPECT_EQ(rows.lines.line_of(3), 0);
 }
 
+TEST(Csv, a_doubled_quote_within_quotes_is_one) {
+  const CsvTable table("name,\"a \"\"b\"\"\"\n\"say \"\"x, y\"\"\",1\n\"\"\"\",2\n\"\",3\n", "log.csv", {});
+  EXPECT_THAT(table.names(), ElementsAre("name", "a \"b\""));
+  const std::vector<CsvColumn> both = {{0, CellKind::text, {}}, {1}};
+  const CsvRows rows = table.read(both);
+  EXPECT_THAT(rows.texts[0], ElementsAre("say \"x, y\"", "\"", ""));
+  EXPECT_THAT(rows.numbers[1], ElementsAre(1, 2, 3));
+}
+
 TEST(Csv, skips_text_in_columns_that_nobody_wants) {
   const CsvTable table("a,note,b\n1,hello,2\n3,\"x, y\",4\n5,,6\n", "log.csv", {});
   const std::vector<CsvColumn> wanted = {{0}, {2}};

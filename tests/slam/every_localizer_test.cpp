@@ -71,6 +71,46 @@ TEST_P(EveryLocalizer, ContinuesFromAStoredStateToTheLastBit) {
   }
 }
 
+// What is seen in the first instant alone speaks against it so much that no row of it is ever written.
+TEST_P(EveryLocalizer, TakesAStartThatTheFirstSightingsRefute) {
+  for (const bool named : {true, false}) {
+    test::Field field({.outlier_share = 0.0, .seen_at_once = 12, .seed = 3});
+    for (int k = 0; k < 4; ++k) field.step(named);  // the next one sees
+    SlamInput input;
+    for (int k = 0; k < 100; ++k) input.steps.push_back(field.step(named));
+    LocalizerOptions wrong = options();
+    wrong.start.emplace();
+    wrong.start->pose = {-40.0, -40.0, 2.0};
+    const Localization found = localize(input, field.map(), field.sensor(), wrong);
+    ASSERT_GE(input.steps.front().observations.size(), 5U);
+    ASSERT_FALSE(found.stretches.empty());
+    EXPECT_FALSE(found.stretches.back().noticed_s);
+    EXPECT_GE(found.trajectory.poses.front().time_s, found.stretches.front().start_s);
+    EXPECT_TRUE(test::is_right(PoseEstimate{.pose = found.trajectory.poses.back().pose,
+                                            .covariance = found.trajectory.covariances.back()},
+                               field.truth()));
+  }
+}
+
+/// However little is known beforehand, and however sure it is afterwards.
+TEST_P(EveryLocalizer, KeepsVariancesAboveZero) {
+  test::Field field({.outlier_share = 0.0, .seed = 2});
+  LocalizerOptions vague = options();
+  vague.start.emplace();
+  vague.start->pose = field.truth();
+  vague.start->covariance = Vector3(1e20, 1e20, 1e2).asDiagonal();
+  Localizer localizer(field.map(), field.sensor(), vague);
+  for (int k = 0; k < 200; ++k) {
+    SlamStep step = field.step(true);
+    step.motion.covariance *= 1e20;
+    localizer.step(step.motion, step.observations);
+    const auto estimate = localizer.estimate();
+    if (!estimate) continue;
+    ASSERT_TRUE(estimate->covariance.allFinite()) << k;
+    ASSERT_GE(estimate->covariance.diagonal().minCoeff(), 0.0) << k;
+  }
+}
+
 TEST_P(EveryLocalizer, SurvivesNonsense) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInf = std::numeric_limits<double>::infinity();

@@ -48,6 +48,9 @@ class SignalsWait {
 void write_file(const std::filesystem::path& path, std::string_view content) {
   const SignalsWait signals_wait;
   std::error_code error;
+  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error))
+    throw InputError(path.string(), std::filesystem::is_directory(path, error) ? "is a folder" : "is no file",
+                     "a place that can be written");
   if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), error);
   std::filesystem::path temporary = path;
   temporary += fmt::format(".{}.tmp", ::getpid());
@@ -80,6 +83,14 @@ std::string sha256_of(std::string_view content) {
 
 InputFile input_file(const std::filesystem::path& path) {
   return {path.string(), sha256_of(read_file(path))};
+}
+
+void require_apart(const std::vector<InputFile>& inputs, const std::vector<std::filesystem::path>& outputs) {
+  std::error_code cannot_tell;  // one of them is not there
+  for (const std::filesystem::path& output : outputs)
+    for (const InputFile& input : inputs)
+      if (std::filesystem::equivalent(output, input.path, cannot_tell))
+        throw InputError(output.string(), "is an input, which would be lost", "another place for results");
 }
 
 }  // namespace trundle

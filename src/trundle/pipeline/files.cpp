@@ -32,7 +32,10 @@ void require_apart(const std::vector<Recording>& recordings,
                            "another place for results");
 }
 
-void write_files(const std::vector<OutputFile>& files) {
+void write_files(const std::vector<OutputFile>& files, const std::vector<InputFile>& inputs) {
+  std::vector<fs::path> outputs;
+  for (const OutputFile& file : files) outputs.push_back(file.path);
+  require_apart(inputs, outputs);
   for (const OutputFile& file : files) write_file(file.path, file.content);
 }
 

@@ -22,8 +22,8 @@ RobotFile read_robot_file(const std::filesystem::path& path);
 std::vector<Recording> read_recordings(const std::vector<std::string>& folders,
                                        const ReadOptions& options = {});
 
-/// Nothing that was recorded is written over: throws InputError where one of the outputs, files or folders of
-/// them, is a file that was read, or the folder of a recording itself.
+/// Nothing that was recorded is written over, before anything is computed: throws InputError where one of the
+/// outputs, files or folders of them, is a file that was read, or the folder of a recording itself.
 void require_apart(const std::vector<Recording>& recordings,
                    const std::vector<std::filesystem::path>& outputs);
 
@@ -32,7 +32,8 @@ struct OutputFile {
   std::filesystem::path path;
   std::string content;
 };
-/// One after the other, each as write_file does.
-void write_files(const std::vector<OutputFile>& files);
+/// One after the other, each as write_file does, and none of them where one is among what they were made
+/// from.
+void write_files(const std::vector<OutputFile>& files, const std::vector<InputFile>& inputs);
 
 }  // namespace trundle

@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/error.hpp"
+#include "trundle/pipeline/innovations.hpp"
+#include "trundle/pipeline/sound.hpp"
 
 namespace trundle {
 namespace {
@@ -92,7 +94,32 @@ LocalizeAnswer answer_localize(const Recording& recording, const RobotFile& robo
   const LandmarkSensor& sensor = *robot.robot.landmark_sensor;
   answer.result = localize(answer.input, known_map_of(map, sensor), sensor, options_of(question));
   if (answer.result.trajectory.poses.empty()) refuse(recording.name, answer);
+  require_sound(answer.result.trajectory, recording.name);
   return answer;
+}
+
+std::string steps_csv_of(const LocalizeAnswer& answer) {
+  std::string text =
+      head_of(answer.provenance) +
+      "time_s,phase,sightings,matched,rejected,alarm,hypotheses,particles,effective_particles\n";
+  for (std::size_t k = 0; k < answer.input.steps.size(); ++k) {
+    const LocalizerReport& report = answer.result.reports[k];
+    const auto count = [&](Decision decision) {
+      return std::ranges::count(report.observations, decision, &ObservationReport::decision);
+    };
+    text += fmt::format("{},{},{},{},{},{},{},{},{}\n", answer.input.steps[k].time_s, name_of(report.phase),
+                        report.observations.size(), count(Decision::matched), count(Decision::rejected),
+                        report.alarm, report.hypotheses, report.particles, report.effective_particles);
+  }
+  return text;
+}
+
+std::string innovations_csv_of(const LocalizeAnswer& answer) {
+  std::string text = head_of(answer.provenance) + kInnovationColumns;
+  for (std::size_t k = 0; k < answer.input.steps.size(); ++k)
+    append_innovations(text, answer.input.steps[k], answer.result.reports[k].observations,
+                       answer.input.landmarks);
+  return text;
 }
 
 nlohmann::ordered_json document_of(const LocalizeAnswer& answer) {

@@ -48,6 +48,10 @@ struct LocalizeAnswer {
 LocalizeAnswer answer_localize(const Recording& recording, const RobotFile& robot, const MapFile& map,
                                const LocalizeQuestion& question, const SlipAnswer* slip_found = nullptr);
 
+/// What the filter did, a row for each step and for each sighting: --steps, --innovations.
+std::string steps_csv_of(const LocalizeAnswer& answer);
+std::string innovations_csv_of(const LocalizeAnswer& answer);
+
 /// What `trundle localize --json` prints.
 nlohmann::ordered_json document_of(const LocalizeAnswer& answer);
 

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/error.hpp"
+#include "trundle/pipeline/sound.hpp"
 
 namespace trundle {
 namespace {
@@ -71,6 +72,7 @@ OdometryAnswer answer_odometry(const Recording& recording, const RobotFile& robo
       .provenance = provenance_of(recording, robot, question),
       .odometry = integrate(readings, robot.robot, {.start = question.start, .smooth = question.smooth}),
       .tracks = tracks_of(readings, robot.robot.chassis)};
+  require_sound(answer.odometry.trajectory, recording.name);
   auto& problems = answer.odometry.problems;
   problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
   return answer;

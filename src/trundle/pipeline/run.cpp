@@ -14,6 +14,15 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// What the stages write, some of it only of some recordings.
+constexpr std::array kStageFiles = {"calibrated.toml",    "calibration.json",  "nominal.csv",
+                                    "nominal.json",       "odometry.csv",      "odometry.json",
+                                    "trajectory.csv",     "slip.csv",          "slip.json",
+                                    "localization.csv",   "localization.json", "slam/trajectory.csv",
+                                    "slam/path.csv",      "slam/online.csv",   "slam/landmarks.csv",
+                                    "slam/steps.csv",     "slam/slam.json",    "slam/innovations.csv",
+                                    "slam/particles.csv", "reference.csv",     "evaluation.json"};
+
 Provenance provenance_of(const Work& work, const std::vector<Recording>& learned) {
   const RunQuestion& question = work.question;
   Provenance provenance{{}, {}, question.slam.seed};
@@ -36,6 +45,14 @@ Provenance provenance_of(const Work& work, const std::vector<Recording>& learned
   return provenance;
 }
 
+/// Every file that a run may write.
+std::vector<std::filesystem::path> results_in(const Work& work) {
+  std::vector<std::filesystem::path> files;
+  for (const char* name : kStageFiles) files.push_back(work.in_folder(name));
+  for (const char* name : {"run.json", "info.json", "report.html"}) files.push_back(work.in_folder(name));
+  return files;
+}
+
 /// Reads everything that is named, so that a wrong input is found before anything is done.
 Work prepared(const RunQuestion& question) {
   const ReadOptions how{.robot_number = question.robot_number};
@@ -53,6 +70,7 @@ Work prepared(const RunQuestion& question) {
   require_apart(learned, {question.output});
   RunAnswer& answer = work.answer;
   answer.provenance = provenance_of(work, learned);
+  require_apart(answer.provenance.inputs, results_in(work));
   answer.recording_name = work.recordings.size() == 1 ? work.recording().name : question.recording;
   answer.session = work.recording().session;
   answer.recording_path = question.recording;
@@ -63,7 +81,7 @@ Work prepared(const RunQuestion& question) {
 
 /// Writes the files of a stage; their names relative to the folder.
 std::vector<std::string> save(const Work& work, const std::vector<OutputFile>& files) {
-  write_files(files);
+  write_files(files, work.answer.provenance.inputs);
   std::vector<std::string> names;
   for (const OutputFile& file : files)
     names.push_back(file.path.lexically_relative(work.question.output).generic_string());
@@ -162,14 +180,7 @@ void keep_odometry_as_trajectory(Work& work) {
 
 /// What an earlier run left in the folder: a result is of one run.
 void forget_earlier(const Work& work) {
-  constexpr std::array kFiles = {"calibrated.toml",    "calibration.json",  "nominal.csv",
-                                 "nominal.json",       "odometry.csv",      "odometry.json",
-                                 "trajectory.csv",     "slip.csv",          "slip.json",
-                                 "localization.csv",   "localization.json", "slam/trajectory.csv",
-                                 "slam/path.csv",      "slam/online.csv",   "slam/landmarks.csv",
-                                 "slam/steps.csv",     "slam/slam.json",    "slam/innovations.csv",
-                                 "slam/particles.csv", "reference.csv",     "evaluation.json"};
-  for (const char* file : kFiles)
+  for (const char* file : kStageFiles)
     if (!wrote(work.answer, file)) std::filesystem::remove(work.in_folder(file));
 }
 

@@ -7,6 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/error.hpp"
+#include "trundle/pipeline/innovations.hpp"
+#include "trundle/pipeline/sound.hpp"
+#include "trundle/recording/landmark_file.hpp"
 #include "trundle/slam/doubts.hpp"
 
 namespace trundle {
@@ -38,23 +41,13 @@ std::vector<std::string> numbers_for(const std::vector<StepReport>& reports) {
   return names;
 }
 
-/// A name as a cell: in quotes where it holds the delimiter.
-std::string cell_of(const std::string& name) {
-  return name.find(',') == std::string::npos ? name : '"' + name + '"';
-}
-
 std::string csv_of(const std::vector<MappedLandmark>& map, const std::vector<std::string>& names) {
   std::string text = "landmark,x_m,y_m,var_xx,var_xy,var_yy,sightings\n";
   for (const MappedLandmark& m : map)
-    text +=
-        fmt::format("{},{},{},{},{},{},{}\n", cell_of(names[static_cast<std::size_t>(m.id)]), m.position.x(),
-                    m.position.y(), m.covariance(0, 0), m.covariance(0, 1), m.covariance(1, 1), m.sightings);
+    text += fmt::format("{},{},{},{},{},{},{}\n", text_cell(names[static_cast<std::size_t>(m.id)]),
+                        m.position.x(), m.position.y(), m.covariance(0, 0), m.covariance(0, 1),
+                        m.covariance(1, 1), m.sightings);
   return text;
-}
-
-std::string_view name_of(Decision decision) {
-  constexpr std::array<std::string_view, 4> kNames = {"matched", "created", "rejected", "invalid"};
-  return kNames[static_cast<std::size_t>(decision)];
 }
 
 std::string csv_of_steps(const SlamAnswer& answer) {
@@ -68,26 +61,11 @@ std::string csv_of_steps(const SlamAnswer& answer) {
   return text;
 }
 
-/// What the observation itself says, else what it was taken for.
-std::string name_in(const SlamAnswer& answer, const Observation& observation,
-                    const ObservationReport& report) {
-  const LandmarkId id = observation.landmark >= 0 ? observation.landmark : report.landmark;
-  return id < 0 ? "" : cell_of(answer.input.landmarks[static_cast<std::size_t>(id)]);
-}
-
 std::string csv_of_innovations(const SlamAnswer& answer) {
-  std::string text = "time_s,landmark,decision,range_innovation_m,bearing_innovation_rad,nis\n";
-  for (std::size_t k = 0; k < answer.input.steps.size(); ++k) {
-    const SlamStep& step = answer.input.steps[k];
-    for (std::size_t i = 0; i < step.observations.size(); ++i) {
-      const ObservationReport& report = answer.result.reports[k].observations[i];
-      text += fmt::format("{},{},{},", step.time_s, name_in(answer, step.observations[i], report),
-                          name_of(report.decision));
-      text += report.nis > 0.0
-                  ? fmt::format("{},{},{}\n", report.innovation.x(), report.innovation.y(), report.nis)
-                  : std::string(",,\n");
-    }
-  }
+  std::string text = kInnovationColumns;
+  for (std::size_t k = 0; k < answer.input.steps.size(); ++k)
+    append_innovations(text, answer.input.steps[k], answer.result.reports[k].observations,
+                       answer.input.landmarks);
   return text;
 }
 
@@ -139,6 +117,7 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
   answer.input = slam_input(
       recording, corrected_readings(recording, robot, question.slip, slip_found, answer.provenance),
       robot.robot, {.hide_ids = question.unknown_ids});
+  require_apart(answer.provenance.inputs, {question.checkpoints.write});
   auto& problems = answer.input.problems;
   problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
   if (answer.input.observations() == 0)
@@ -154,9 +133,19 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
   answer.result = slam_with_checkpoints(answer.input, run, settings_of(robot, question), question.checkpoints,
                                         question.on_steps);
   if (!question.systematic_sigma) prior.systematic_sigma = kUsualSystematicSigma;
-  if (question.smooth) answer.smoothed = smooth(answer.input, sensor, answer.result, {.prior = prior});
+  if (question.smooth && answer.result.map.empty())
+    problems.push_back({.severity = Severity::warning,
+                        .kind = "nothing to smooth",
+                        .place = recording.name,
+                        .count = 1,
+                        .message = "no landmark is surely there: the trajectory is the filter's"});
+  else if (question.smooth)
+    answer.smoothed = smooth(answer.input, sensor, answer.result, {.prior = prior});
   if (question.unknown_ids) answer.input.landmarks = numbers_for(answer.result.reports);
   answer.doubts = doubts_about(answer.input, answer.result, answer.smoothed ? &*answer.smoothed : nullptr);
+  require_sound(answer.result.online, recording.name);
+  require_sound(answer.trajectory(), recording.name);
+  require_sound(answer.map(), recording.name);
   return answer;
 }
 

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/inspection/clocks.hpp"
+#include "trundle/pipeline/sound.hpp"
 #include "trundle/recording/inspect.hpp"
 
 namespace trundle {
@@ -173,6 +174,7 @@ SlipAnswer answer_slip(const Recording& recording, const RobotFile& robot, const
   warn_of_learning(question, answer);
   answer.provenance = provenance_of(recording, robot, clean, question);
   answer.corrected = integrate(answer.report.corrected, robot.robot).trajectory;
+  require_sound(answer.corrected, recording.name);
   return answer;
 }
 

@@ -32,6 +32,14 @@ bool means_not_measured(std::string_view cell) {
   return std::find(kWords.begin(), kWords.end(), lower) != kWords.end();
 }
 
+/// Past the quote that ends the cell; a doubled one is part of it.
+std::size_t end_of_quoted(std::string_view line, std::size_t begin) {
+  std::size_t end = begin + 1;
+  while (end < line.size() && (line[end] != '"' || line.substr(end + 1, 1) == "\""))
+    end += line[end] == '"' ? 2 : 1;
+  return std::min(end + 1, line.size());
+}
+
 }  // namespace
 
 bool CellScanner::is_skipped(std::string_view line) const {
@@ -46,7 +54,7 @@ std::string_view CellScanner::take(std::string_view& line) const {
   while (begin < line.size() && is_blank(line[begin]) && (spaces || !is_delimiter(line[begin]))) ++begin;
   std::size_t end = begin;
   const bool quoted = begin < line.size() && line[begin] == '"';
-  if (quoted) end = std::min(line.find('"', begin + 1), line.size() - 1) + 1;
+  if (quoted) end = end_of_quoted(line, begin);
   end = static_cast<std::size_t>(
       std::find_if(line.begin() + static_cast<std::ptrdiff_t>(end), line.end(), is_delimiter) - line.begin());
   std::string_view cell = trimmed(line.substr(begin, end - begin));
@@ -59,9 +67,18 @@ std::string_view CellScanner::take(std::string_view& line) const {
   return cell;
 }
 
+std::string text_in(std::string_view cell) {
+  std::string text;
+  for (std::size_t i = 0; i < cell.size(); ++i) {
+    text += cell[i];
+    if (cell.substr(i, 2) == "\"\"") ++i;
+  }
+  return text;
+}
+
 std::vector<std::string> CellScanner::cells(std::string_view line) const {
   std::vector<std::string> cells;
-  while (line.data() != nullptr) cells.emplace_back(take(line));
+  while (line.data() != nullptr) cells.push_back(text_in(take(line)));
   return cells;
 }
 

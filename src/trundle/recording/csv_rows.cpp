@@ -143,7 +143,7 @@ void RowReader::read_cell(std::string_view cell, std::size_t column) {
   const Plan& plan = plans_[column];
   if (plan.use == Use::skip) return;
   if (plan.use == Use::text) {
-    texts_.emplace_back(cell);
+    texts_.push_back(text_in(cell));
     return;
   }
   const std::string pointed = decimal_ == '.' ? std::string() : with_point(cell, decimal_);

@@ -12,6 +12,7 @@
 namespace trundle {
 namespace {
 
+constexpr double kFarthest_m = 1e9;
 constexpr std::array kPositionColumns = {"landmark", "x_m", "y_m"};
 constexpr std::array kCovarianceColumns = {"var_xx", "var_xy", "var_yy"};
 
@@ -32,21 +33,29 @@ std::vector<CsvColumn> columns_in(const CsvTable& table) {
 }
 
 bool is_covariance(const Matrix2& m) {
-  return m.allFinite() && m(0, 0) >= 0.0 && m(1, 1) >= 0.0 &&
+  return m.lpNorm<Eigen::Infinity>() <= kFarthest_m * kFarthest_m && m(0, 0) >= 0.0 && m(1, 1) >= 0.0 &&
          m(0, 1) * m(0, 1) <= m(0, 0) * m(1, 1) * (1.0 + 1e-9);
 }
 
 void require_sound(const MapLandmark& landmark, const std::string& where) {
   if (landmark.name.empty())
     throw InputError(where, "names no landmark", "a name for every landmark of a map");
-  if (!landmark.position.allFinite())
-    throw InputError(where, fmt::format("landmark '{}' has no position", landmark.name), "numbers [m]");
+  if (!(landmark.position.lpNorm<Eigen::Infinity>() <= kFarthest_m))
+    throw InputError(where, fmt::format("landmark '{}' has no position", landmark.name),
+                     "numbers between -1e9 and 1e9 [m]");
   if (!is_covariance(landmark.covariance))
     throw InputError(where, fmt::format("the covariance of landmark '{}' is none", landmark.name),
                      "var_xx, var_yy >= 0 and var_xy² <= var_xx · var_yy");
 }
 
 }  // namespace
+
+std::string text_cell(const std::string& name) {
+  if (!name.starts_with('#') && name.find_first_of("\",") == std::string::npos) return name;
+  std::string cell = "\"";
+  for (const char c : name) cell += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return cell + '"';
+}
 
 std::vector<MapLandmark> read_landmark_map(const std::filesystem::path& path) {
   const MappedFile file(path);

@@ -19,4 +19,8 @@ struct MapLandmark {
 /// InputError when there is no landmark, a name repeats, or a number is missing or no covariance.
 std::vector<MapLandmark> read_landmark_map(const std::filesystem::path& path);
 
+/// A name as a cell that reads back as the same: in quotes where it holds a comma or a quote, which is
+/// doubled, or would be taken for a comment.
+std::string text_cell(const std::string& name);
+
 }  // namespace trundle

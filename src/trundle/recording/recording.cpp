@@ -120,6 +120,10 @@ bool Recording::has_reference() const {
 Recording read_recording(const fs::path& path, const ReadOptions& options) {
   if (!fs::exists(path)) throw InputError(path.string(), "does not exist", "the folder of a recording");
   if (!is_recording(path)) throw no_recording_in(path);
+  if (options.robot_number != 0 && !is_mrclam(path))
+    throw InputError(path.string(),
+                     fmt::format("does not hold several robots, of which {} is one", options.robot_number),
+                     "no number of a robot");
   const fs::path whole = fs::canonical(path);
   Recording recording;
   recording.name = fs::is_directory(path) ? whole.filename().string() : whole.stem().string();

@@ -85,6 +85,21 @@ class Selection {
   std::vector<CsvColumn> wanted_;
 };
 
+/// Beyond it nothing was measured, and sums of squares leave a double. Counters run on for ever, and
+/// variances are squares.
+void require_plausible(const std::vector<double>& values, const ColumnSource& column,
+                       const StreamOrigin& origin) {
+  constexpr double kLargestReading = 1e9;
+  if (column.kind != CellKind::number || column.column.ends_with("_ticks") ||
+      column.column.starts_with("var_"))
+    return;
+  const auto beyond =
+      std::ranges::find_if(values, [](double value) { return std::abs(value) > kLargestReading; });
+  if (beyond == values.end()) return;
+  throw InputError(origin.place_of(static_cast<std::size_t>(beyond - values.begin())),
+                   fmt::format("{} is {}", column.column, *beyond), "a number between -1e9 and 1e9");
+}
+
 std::vector<double> stamps_of(const StreamSource& source, std::size_t rows) {
   std::vector<double> time_s(rows);
   for (std::size_t row = 0; row < rows; ++row) time_s[row] = static_cast<double>(row) / source.rate_hz;
@@ -136,6 +151,7 @@ Table read_rows(const StreamSource& source, std::vector<Problem>& problems) {
     table.texts.push_back(positions[i] ? rows.texts[*positions[i]] : std::vector<std::string>(count));
     if (column.scale != 1.0)
       for (double& value : table.numbers.back()) value *= column.scale;
+    require_plausible(table.numbers.back(), column, table.origin);
     if (column.kind == CellKind::time) add_to_all(table.numbers.back(), source.time_offset_s);
   }
   return table;

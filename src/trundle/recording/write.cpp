@@ -2,6 +2,7 @@
 
 #include "trundle/recording/detail/partial_reference.hpp"
 #include "trundle/recording/detail/streams.hpp"
+#include "trundle/recording/landmark_file.hpp"
 #include "trundle/recording/recording.hpp"
 
 namespace trundle {
@@ -31,11 +32,6 @@ void write_columns(const std::filesystem::path& file, const std::vector<Column>&
     text += '\n';
   }
   write_file(file, text);
-}
-
-/// A name as a cell: in quotes where it holds the delimiter.
-std::string cell(const std::string& name) {
-  return name.find(',') == std::string::npos ? name : '"' + name + '"';
 }
 
 void write_rows(const std::filesystem::path& file, const std::string& header, const std::string& rows) {
@@ -85,11 +81,11 @@ void write_recording(const Recording& recording, const std::filesystem::path& fo
                                               {"heading_rad", &reference.heading_rad}});
   std::string rows;
   for (const Sighting& s : recording.sightings)
-    rows += fmt::format("{},{},{},{}\n", s.time_s, cell(s.landmark), s.range_m, s.bearing_rad);
+    rows += fmt::format("{},{},{},{}\n", s.time_s, text_cell(s.landmark), s.range_m, s.bearing_rad);
   write_rows(file(StreamKind::sightings), "time_s,landmark,range_m,bearing_rad", rows);
   rows.clear();
   for (const Landmark& l : recording.landmarks)
-    rows += fmt::format("{},{},{}\n", cell(l.name), l.position.x(), l.position.y());
+    rows += fmt::format("{},{},{}\n", text_cell(l.name), l.position.x(), l.position.y());
   write_rows(file(StreamKind::landmarks), "landmark,x_m,y_m", rows);
   rows.clear();
   for (const auto& [start_s, end_s, motion] : recording.relative_motions)

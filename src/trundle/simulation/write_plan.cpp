@@ -97,6 +97,18 @@ void write_run(const PlannedRun& run, const std::filesystem::path& folder, const
     write_file(folder / "truth_slip.csv", head + slips_csv(run.scenario, simulation.truth));
 }
 
+/// The files of the runs and of the sheet; the robot file may be the one that the scenario was read with.
+std::vector<std::filesystem::path> outputs_of(const Plan& plan, const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files = {folder / "sheet.csv", folder / "truth.toml"};
+  for (const PlannedRun& run : plan.runs) {
+    const auto its_folder = folder_of(plan, run, folder);
+    for (const char* name : {"recording.toml", "truth.csv", "truth_slip.csv"})
+      files.push_back(its_folder / name);
+    files.push_back(its_folder.parent_path() / "truth.toml");
+  }
+  return files;
+}
+
 /// Never over the robot file that the scenario was read with.
 void write_robot(const Plan& plan, const std::filesystem::path& path, const std::string& text) {
   std::error_code missing;
@@ -114,6 +126,7 @@ std::filesystem::path folder_of(const Plan& plan, const PlannedRun& run,
 
 void write_plan(const Plan& plan, const std::filesystem::path& folder,
                 const std::vector<std::string>& provenance) {
+  require_apart(plan.inputs, outputs_of(plan, folder));
   const std::string head = comments(provenance);
   for (const PlannedRun& run : plan.runs) {
     const auto its_folder = folder_of(plan, run, folder);

@@ -23,6 +23,13 @@ struct Range {
 
 inline constexpr Range kAny{[](double) { return true; }, "a finite number"};
 inline constexpr Range kNotNegative{[](double v) { return v >= 0.0; }, "a number of at least 0"};
+/// A share of the way, or the turn that goes with it: ten times what was driven is no measurement.
+inline constexpr Range kShareOfWay{[](double v) { return v >= 0.0 && v <= 10.0; },
+                                   "a number of at least 0 and at most 10"};
+inline constexpr Range kRate{[](double v) { return v >= 0.0 && v <= 100.0; },
+                             "a number of at least 0 and at most 100"};
+inline constexpr Range kSensorSigma{[](double v) { return v > 0.0 && v <= 1000.0; },
+                                    "a number above 0 and at most 1000"};
 inline constexpr Range kPositive{[](double v) { return v > 0.0; }, "a number above 0"};
 inline constexpr Range kNotZero{[](double v) { return v != 0.0; }, "a number other than 0"};
 inline constexpr Range kAngle{[](double v) { return std::abs(v) <= 2.0 * kPi; },
@@ -65,7 +72,7 @@ inline constexpr std::array kWheelSize{
                      Presence::rare},
     NumberKey<Wheel>{"recorded_diameter_m", [](Wheel& w) -> double& { return w.recorded_diameter_m; },
                      kDiameter, Presence::rare},
-    NumberKey<Wheel>{"noise_per_sqrt_m", [](Wheel& w) -> double& { return w.noise_per_sqrt_m; }, kNotNegative,
+    NumberKey<Wheel>{"noise_per_sqrt_m", [](Wheel& w) -> double& { return w.noise_per_sqrt_m; }, kShareOfWay,
                      Presence::rare},
 };
 
@@ -80,11 +87,10 @@ inline constexpr std::array kAllWheels{
 inline constexpr std::array kGyro{
     NumberKey<Gyro>{"bias_rad_s", [](Gyro& g) -> double& { return g.bias_rad_s; }},
     NumberKey<Gyro>{"scale", [](Gyro& g) -> double& { return g.scale; }, kNotZero},
-    NumberKey<Gyro>{"noise_rad_s_sqrt_hz", [](Gyro& g) -> double& { return g.noise_rad_s_sqrt_hz; },
-                    kNotNegative},
+    NumberKey<Gyro>{"noise_rad_s_sqrt_hz", [](Gyro& g) -> double& { return g.noise_rad_s_sqrt_hz; }, kRate},
     NumberKey<Gyro>{"bias_walk_rad_s_sqrt_s", [](Gyro& g) -> double& { return g.bias_walk_rad_s_sqrt_s; },
-                    kNotNegative},
-    NumberKey<Gyro>{"bias_sigma_rad_s", [](Gyro& g) -> double& { return g.bias_sigma_rad_s; }, kNotNegative,
+                    kRate},
+    NumberKey<Gyro>{"bias_sigma_rad_s", [](Gyro& g) -> double& { return g.bias_sigma_rad_s; }, kRate,
                     Presence::rare},
     NumberKey<Gyro>{"max_rate_rad_s", [](Gyro& g) -> double& { return g.max_rate_rad_s; }, kPositive},
     NumberKey<Gyro>{"time_offset_s", [](Gyro& g) -> double& { return g.time_offset_s; }},
@@ -98,9 +104,9 @@ inline constexpr std::array kLandmarkSensor{
     NumberKey<LandmarkSensor>{
         "heading_deg", [](LandmarkSensor& s) -> double& { return s.body_from_sensor.heading; }, kAngle},
     NumberKey<LandmarkSensor>{"range_sigma_m", [](LandmarkSensor& s) -> double& { return s.range_sigma_m; },
-                              kPositive},
+                              kSensorSigma},
     NumberKey<LandmarkSensor>{"bearing_sigma_deg",
-                              [](LandmarkSensor& s) -> double& { return s.bearing_sigma_rad; }, kPositive},
+                              [](LandmarkSensor& s) -> double& { return s.bearing_sigma_rad; }, kSensorSigma},
     NumberKey<LandmarkSensor>{"max_range_m", [](LandmarkSensor& s) -> double& { return s.max_range_m; },
                               kPositive},
     NumberKey<LandmarkSensor>{"time_offset_s", [](LandmarkSensor& s) -> double& { return s.time_offset_s; },
@@ -109,15 +115,15 @@ inline constexpr std::array kLandmarkSensor{
 
 inline constexpr std::array kNoise{
     NumberKey<ChassisNoise>{"wheel_per_sqrt_m", [](ChassisNoise& n) -> double& { return n.wheel_per_sqrt_m; },
-                            kNotNegative},
+                            kShareOfWay},
     NumberKey<ChassisNoise>{"lateral_per_sqrt_m",
-                            [](ChassisNoise& n) -> double& { return n.lateral_per_sqrt_m; }, kNotNegative},
+                            [](ChassisNoise& n) -> double& { return n.lateral_per_sqrt_m; }, kShareOfWay},
     NumberKey<ChassisNoise>{"skid_per_sqrt_m", [](ChassisNoise& n) -> double& { return n.skid_per_sqrt_m; },
-                            kNotNegative},
+                            kShareOfWay},
     NumberKey<ChassisNoise>{"turn_per_sqrt_m", [](ChassisNoise& n) -> double& { return n.turn_per_sqrt_m; },
-                            kNotNegative},
+                            kShareOfWay},
     NumberKey<ChassisNoise>{"turn_per_sqrt_rad",
-                            [](ChassisNoise& n) -> double& { return n.turn_per_sqrt_rad; }, kNotNegative},
+                            [](ChassisNoise& n) -> double& { return n.turn_per_sqrt_rad; }, kShareOfWay},
 };
 
 inline constexpr std::array kReferenceSensor{

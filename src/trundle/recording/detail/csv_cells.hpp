@@ -31,6 +31,8 @@ class CellScanner {
   CsvFormat format_;
 };
 
+/// A cell's text: a quote within quotes is doubled.
+std::string text_in(std::string_view cell);
 /// A cell's number: NaN when it is empty, nan, null, na, n/a, none or infinite; nothing when it is other
 /// text.
 std::optional<double> number_in(std::string_view cell);

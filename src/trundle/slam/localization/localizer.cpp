@@ -1,6 +1,7 @@
 #include "trundle/slam/localization/localizer.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -34,6 +35,7 @@ class Collector {
   void add(const SlamStep& step, const Localizer& localizer, const LocalizerReport& report) {
     count(step, report);
     times_.push_back(step.time_s);
+    result_.reports.push_back(report);
     if (report.phase == LocalizerPhase::lost) return withdraw(step.time_s, localizer.doubtful_steps());
     const auto estimate = localizer.estimate();
     if (!estimate) return;
@@ -75,8 +77,10 @@ class Collector {
     }
   }
 
-  /// Rows after the last at which nothing spoke against them: all, where nothing ever confirmed the start.
+  /// Rows after the last at which nothing spoke against them: all, where nothing ever confirmed the start. A
+  /// start that the very first sightings refute has no row yet.
   void withdraw(double now_s, std::uint64_t steps) {
+    if (result_.stretches.empty() || result_.stretches.back().noticed_s) return;
     KnownStretch& stretch = result_.stretches.back();
     const std::size_t sure = times_.size() - std::min<std::size_t>(times_.size(), steps);
     auto& [poses, covariances] = result_.trajectory;
@@ -104,6 +108,11 @@ std::string_view name_of(LocalizerFilter filter) {
   return filter == LocalizerFilter::ekf ? "ekf" : "particles";
 }
 
+std::string_view name_of(LocalizerPhase phase) {
+  constexpr std::array<std::string_view, 4> kNames = {"searching", "found", "tracking", "lost"};
+  return kNames[static_cast<std::size_t>(phase)];
+}
+
 Localizer::Localizer(const KnownMap& map, const LandmarkSensor& sensor, const LocalizerOptions& options)
     : map_(&map), sensor_(sensor), options_(options), seen_(sensor), rivals_(map, sensor, options.sight) {
   if (options.filter == LocalizerFilter::particles && options.particles.most == 0)
@@ -126,8 +135,10 @@ const LocalizerReport& Localizer::step(const Motion& motion, std::span<const Obs
   look_for_rivals();
   is_known() ? check() : claim();
   report_.hypotheses = rivals_.all().size();
-  if (const auto* particles = std::get_if<PoseParticles>(&filter_))
+  if (const auto* particles = std::get_if<PoseParticles>(&filter_)) {
     report_.particles = particles->poses().size();
+    report_.effective_particles = particles->effective_particles();
+  }
   return report_;
 }
 

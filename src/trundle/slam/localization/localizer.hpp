@@ -32,17 +32,21 @@ enum class LocalizerPhase {
   lost,       ///< it was thought to be known until this step
 };
 
+std::string_view name_of(LocalizerPhase phase);
+
 struct LocalizerReport {
   LocalizerPhase phase = LocalizerPhase::searching;
   std::vector<ObservationReport>
-      observations;            ///< as they were given; all invalid while searching; so are repeats
-  double alarm = 0.0;          ///< the sequential test's sum, of which 1 is the limit; eq. 53
-  std::size_t hypotheses = 0;  ///< poses in question beside the one that is known
-  std::size_t particles = 0;   ///< 0: the filter has none
+      observations;                  ///< as they were given; all invalid while searching; so are repeats
+  double alarm = 0.0;                ///< the sequential test's sum, of which 1 is the limit; eq. 53
+  std::size_t hypotheses = 0;        ///< poses in question beside the one that is known
+  std::size_t particles = 0;         ///< 0: the filter has none
+  double effective_particles = 0.0;  ///< 1/Σw² after the step; 0: the filter has none
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.phase, self.observations, self.alarm, self.hypotheses, self.particles);
+    archive(self.phase, self.observations, self.alarm, self.hypotheses, self.particles,
+            self.effective_particles);
   }
 };
 
@@ -125,6 +129,7 @@ struct LocalizationCounts {
 struct Localization {
   Trajectory trajectory;  ///< online estimate, where it is known; with covariance
   std::vector<KnownStretch> stretches;
+  std::vector<LocalizerReport> reports;  ///< one for each step
   LocalizationCounts counts;
 };
 

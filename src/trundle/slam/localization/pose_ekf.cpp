@@ -93,43 +93,42 @@ void PoseEkf::update(const std::vector<Match>& matches) {
   if (matches.empty()) return;
   const auto rows = 2 * static_cast<Index>(matches.size());
   const bool exact = with_map_.size() == 0;
-  Eigen::Matrix<double, 3, Eigen::Dynamic> PHt(3, rows);
-  Eigen::MatrixXd S(rows, rows);
+  Eigen::Matrix<double, Eigen::Dynamic, 3> G(rows, 3);  // of the readings by the pose
+  Eigen::Matrix<double, 3, Eigen::Dynamic> X =
+      decltype(X)::Zero(3, rows);                         // of pose and readings, by the map
+  Eigen::MatrixXd W = Eigen::MatrixXd::Zero(rows, rows);  // of the readings, were the pose certain
   Eigen::VectorXd innovation(rows);
   const auto row_of = [](std::size_t k) { return 2 * static_cast<Index>(k); };
-  for (std::size_t k = 0; k < matches.size(); ++k) {
-    const auto& [observation, landmark, sight] = matches[k];
-    PHt.middleCols<2>(row_of(k)) = belief_.covariance * sight.expected.by_pose.transpose();
-    if (!exact)
-      PHt.middleCols<2>(row_of(k)) +=
-          with_map_.middleCols<2>(column_of(landmark)) * sight.expected.by_landmark.transpose();
-    innovation.segment<2>(row_of(k)) = sight.innovation;
-  }
   Eigen::MatrixXd HC;  // H times the covariance of everything with the landmarks
   if (!exact) HC.resize(rows, with_map_.cols());
   for (std::size_t k = 0; k < matches.size(); ++k) {
     const auto& [observation, landmark, sight] = matches[k];
     const Index at = column_of(landmark);
-    S.middleRows<2>(row_of(k)) = sight.expected.by_pose * PHt;
-    S.block<2, 2>(row_of(k), row_of(k)) += reading_covariance(sensor_);
+    G.middleRows<2>(row_of(k)) = sight.expected.by_pose;
+    W.block<2, 2>(row_of(k), row_of(k)) += reading_covariance(sensor_);
+    innovation.segment<2>(row_of(k)) = sight.innovation;
     if (exact) continue;
+    X.middleCols<2>(row_of(k)) = with_map_.middleCols<2>(at) * sight.expected.by_landmark.transpose();
     const Matrix2 of_landmark = sight.expected.by_landmark * (*map_)[landmark].covariance;
     HC.middleRows<2>(row_of(k)) = sight.expected.by_pose * with_map_;
     HC.block<2, 2>(row_of(k), at) += of_landmark;
-    for (std::size_t l = 0; l < matches.size(); ++l) {
-      const Matrix2& L = matches[l].sight.expected.by_landmark;
-      const Matrix23& G = matches[l].sight.expected.by_pose;
-      S.block<2, 2>(row_of(k), row_of(l)) +=
-          sight.expected.by_landmark * with_map_.middleCols<2>(at).transpose() * G.transpose();
-      if (matches[l].landmark == landmark) S.block<2, 2>(row_of(k), row_of(l)) += of_landmark * L.transpose();
-    }
+    for (std::size_t l = 0; l < matches.size(); ++l)
+      if (matches[l].landmark == landmark)
+        W.block<2, 2>(row_of(k), row_of(l)) +=
+            of_landmark * matches[l].sight.expected.by_landmark.transpose();
   }
+  const Eigen::Matrix<double, 3, Eigen::Dynamic> PHt = belief_.covariance * G.transpose() + X;
+  const Eigen::MatrixXd S = G * PHt + X.transpose() * G.transpose() + W;
   const Eigen::LLT<Eigen::MatrixXd> factor(S);
   const Eigen::Matrix<double, 3, Eigen::Dynamic> K = factor.solve(PHt.transpose()).transpose();
   const Vector3 change = K * innovation;
   belief_.pose = {belief_.pose.x + change.x(), belief_.pose.y + change.y(),
                   belief_.pose.heading + change.z()};
-  belief_.covariance -= K * PHt.transpose();
+  // Joseph's form: what is much surer afterwards is no difference of large numbers.
+  const Matrix3 A = Matrix3::Identity() - K * G;
+  const Matrix3 mixed = A * X * K.transpose();
+  belief_.covariance =
+      A * belief_.covariance * A.transpose() - mixed - mixed.transpose() + K * W * K.transpose();
   belief_.covariance = (0.5 * (belief_.covariance + belief_.covariance.transpose())).eval();
   if (!exact) with_map_ -= K * HC;
 }

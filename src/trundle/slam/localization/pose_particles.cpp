@@ -133,7 +133,11 @@ PoseParticles::Fitting PoseParticles::improve(PoseEstimate& belief, std::span<co
         const Vector3 change = K * sight.innovation;
         belief.pose = {belief.pose.x + change.x(), belief.pose.y + change.y(),
                        belief.pose.heading + change.z()};
-        belief.covariance -= K * sight.S * K.transpose();
+        // Joseph's form: what is much surer afterwards is no difference of large numbers.
+        const Matrix2& L = sight.expected.by_landmark;
+        const Matrix2 W = L * (*map_)[landmarks[k]].covariance * L.transpose() + reading_covariance(sensor_);
+        const Matrix3 A = Matrix3::Identity() - K * sight.expected.by_pose;
+        belief.covariance = A * belief.covariance * A.transpose() + K * W * K.transpose();
       }
     }
     if (reports) report_.observations[k] = report;

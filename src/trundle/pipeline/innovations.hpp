@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "trundle/slam/report.hpp"
+#include "trundle/slam/steps.hpp"
+
+namespace trundle {
+
+/// innovations.csv: a row for each sighting, what a filter made of it.
+inline constexpr const char* kInnovationColumns =
+    "time_s,landmark,decision,range_innovation_m,bearing_innovation_rad,nis\n";
+
+/// Appends the rows of one step; `names` are those of the LandmarkIds.
+void append_innovations(std::string& text, const SlamStep& step,
+                        const std::vector<ObservationReport>& reports, const std::vector<std::string>& names);
+
+}  // namespace trundle

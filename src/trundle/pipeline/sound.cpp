@@ -1,0 +1,43 @@
+#include "trundle/pipeline/sound.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "trundle/io/error.hpp"
+
+namespace trundle {
+namespace {
+
+constexpr std::string_view kAdvice = "a reading, a noise or a start is out of all proportion";
+
+/// Below 0 by so little is rounding [m², rad²].
+constexpr double kRounding = 1e-12;
+
+template <class Covariance>
+bool is_sound(const Covariance& covariance) {
+  return covariance.allFinite() && covariance.diagonal().minCoeff() >= -kRounding;
+}
+
+}  // namespace
+
+void require_sound(const Trajectory& trajectory, std::string_view what) {
+  const auto& [poses, covariances] = trajectory;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const auto& [time_s, pose] = poses[i];
+    if (!std::isfinite(pose.x) || !std::isfinite(pose.y) || !std::isfinite(pose.heading))
+      throw CannotAnswer(fmt::format("{}: the pose at {} s is no number; {}", what, time_s, kAdvice));
+    if (i < covariances.size() && !is_sound(covariances[i]))
+      throw CannotAnswer(
+          fmt::format("{}: the covariance of the pose at {} s is none; {}", what, time_s, kAdvice));
+  }
+}
+
+void require_sound(const std::vector<MappedLandmark>& map, std::string_view what) {
+  for (const MappedLandmark& landmark : map)
+    if (!landmark.position.allFinite() || !is_sound(landmark.covariance))
+      throw CannotAnswer(fmt::format("{}: landmark number {} of the map has no position or no covariance; {}",
+                                     what, landmark.id + 1, kAdvice));
+}
+
+}  // namespace trundle
