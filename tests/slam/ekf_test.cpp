@@ -113,6 +113,32 @@ TEST(Ekf, WithoutNamesFindsTheSameMap) {
   EXPECT_LT(worst, 0.1);
 }
 
+TEST(Ekf, HonestSightingsWithoutNamesMakeHardlyAnyPhantom) {
+  const int worlds = test::trials(16, 4);
+  double sightings = 0.0;
+  double phantoms = 0.0;
+  for (int i = 0; i < worlds; ++i) {
+    const test::SlamWorld world =
+        test::slam_world({.steps = 400, .landmarks = 10, .seed = 100 + static_cast<std::uint64_t>(i)});
+    EkfSlam filter(world.sensor, {});
+    for (const SlamStep& step : world.steps) {
+      std::vector<Observation> hidden = step.observations;
+      for (Observation& observation : hidden) observation.landmark = kUnknownLandmark;
+      const StepReport& report = filter.step(step.motion, hidden);
+      sightings += static_cast<double>(hidden.size());
+      for (const ObservationReport& o : report.observations) {
+        phantoms += o.decision == Decision::created ? 1.0 : 0.0;
+        EXPECT_TRUE(o.decision != Decision::rejected || o.nis > 0.0);
+      }
+    }
+    phantoms -= static_cast<double>(world.landmarks.size());
+  }
+  // What is beyond twice the gate of 99 % is one sighting in ten thousand; of so many, chance allows four
+  // sigmas more.
+  const double expected = 1e-4 * sightings;
+  EXPECT_LT(phantoms, expected + 4.0 * std::sqrt(expected));
+}
+
 TEST(Ekf, NoLandmarkIsSeenTwiceAtOnce) {
   LandmarkSensor sensor;
   EkfSlam filter(sensor, {});

@@ -26,7 +26,7 @@ EkfSlam::EkfSlam(const LandmarkSensor& sensor, const EkfSlamOptions& options)
     : sensor_(sensor),
       R_(reading_covariance(sensor)),
       options_(options),
-      joint_limits_(joint_limits(options.unknown.gate, kMostTogether)),
+      joint_limits_(joint_limits(options.gate, kMostTogether)),
       state_(options.prior),
       grid_(kCellShare * sensor.max_range_m),
       visibility_(sensor.max_range_m) {}
@@ -77,8 +77,10 @@ void EkfSlam::recognise() {
   pair_up();
   const double least = std::log(R_.determinant()) + 2.0 * std::log(2.0 * kPi);
   const double none = 2.0 * std::log(2.0 * kPi * sensor_.max_range_m);
-  decide(
-      most_probable_explanations(readings_, {.none = none, .least = least, .limit = joint_limits_}).front());
+  const JointExplanation explanation =
+      most_probable_explanations(readings_, {.none = none, .least = least, .limit = joint_limits_}).front();
+  doubt_the_left_over(explanation, none);
+  decide(explanation);
 }
 
 /// Landmarks near where each observation points, made active.
@@ -109,10 +111,9 @@ void EkfSlam::pair_up() {
   readings_.pairings.clear();
   H_.clear();
   matches_.clear();
-  is_near_.assign(nameless_.size(), false);
+  nearest_.assign(nameless_.size(), {});
   for (std::size_t k = 0; k < nameless_.size(); ++k)
-    for (const std::size_t landmark : candidates_[k])
-      if (!pair(k, landmark)) is_near_[k] = true;
+    for (const std::size_t landmark : candidates_[k]) pair(k, landmark);
   covary();
   const auto rows = 2 * static_cast<Index>(matches_.size());
   readings_.S = S_.topLeftCorner(rows, rows);
@@ -121,9 +122,9 @@ void EkfSlam::pair_up() {
     readings_.innovation.segment<2>(2 * static_cast<Index>(p)) = matches_[p].innovation;
 }
 
-/// False where the observation is near the landmark and yet not within its gate. One within the gate of a
-/// landmark that another observation shows is a new one: both are there.
-bool EkfSlam::pair(std::size_t nameless, std::size_t landmark) {
+/// Within the gate it may be that landmark; near it and yet not within the gate it is more often that than a
+/// new one.
+void EkfSlam::pair(std::size_t nameless, std::size_t landmark) {
   const std::size_t i = nameless_[nameless];
   const Index at = state_.index_of(landmark);
   const ExpectedReading expected =
@@ -132,11 +133,33 @@ bool EkfSlam::pair(std::size_t nameless, std::size_t landmark) {
   const Vector2 innovation = innovation_of(observations_[i], expected);
   const Matrix2 S = state_.projected_covariance(rows) + R_;
   const double nis = innovation.dot(S.inverse() * innovation);
-  if (nis > options_.unknown.gate) return nis > options_.unknown.near * options_.unknown.gate;
+  Nearest& nearest = nearest_[nameless];
+  if (nis < nearest.nis) nearest = {innovation, nis, nearest.is_doubtful};
+  if (nis > options_.unknown.gate) {
+    nearest.is_doubtful = nearest.is_doubtful || nis <= options_.unknown.near * options_.unknown.gate;
+    return;
+  }
   readings_.pairings.push_back({nameless, landmark});
   matches_.push_back({i, landmark, innovation});
   H_.push_back(rows);
-  return true;
+}
+
+/// What would be a landmark that nobody else shows, if only it went together with the rest, is no new one:
+/// together even honest sightings fail now and then, and the worst of them would found a phantom that takes
+/// the next ones. One of a landmark that another observation shows is new: both are there.
+void EkfSlam::doubt_the_left_over(const JointExplanation& explanation, double none) {
+  std::vector<std::size_t> shown;
+  for (const int pairing : explanation.pairing)
+    if (pairing >= 0) shown.push_back(readings_.pairings[static_cast<std::size_t>(pairing)].landmark);
+  for (std::size_t p = 0; p < readings_.pairings.size(); ++p) {
+    if (std::ranges::find(shown, readings_.pairings[p].landmark) != shown.end()) continue;
+    const auto row = 2 * static_cast<Index>(p);
+    const Matrix2 S = readings_.S.block<2, 2>(row, row);
+    const Vector2 innovation = readings_.innovation.segment<2>(row);
+    const double cost =
+        innovation.dot(S.inverse() * innovation) + std::log(S.determinant()) + 2.0 * std::log(2.0 * kPi);
+    if (cost < none) nearest_[readings_.pairings[p].observation].is_doubtful = true;
+  }
 }
 
 void EkfSlam::decide(const JointExplanation& explanation) {
@@ -144,10 +167,11 @@ void EkfSlam::decide(const JointExplanation& explanation) {
   for (std::size_t k = 0; k < nameless_.size(); ++k) {
     const std::size_t i = nameless_[k];
     const int pairing = explanation.pairing[k];
-    if (pairing < 0 && is_near_[k])
-      report_.observations[i].decision = Decision::rejected;
-    else if (pairing >= 0)
+    if (pairing >= 0)
       observations_[i].landmark = entries_[readings_.pairings[static_cast<std::size_t>(pairing)].landmark].id;
+    else if (nearest_[k].is_doubtful)
+      report_.observations[i] = {Decision::rejected, kUnknownLandmark, nearest_[k].innovation,
+                                 nearest_[k].nis};
     else
       observations_[i].landmark = next++;
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -53,6 +54,13 @@ class EkfSlam {
     Vector2 innovation;
   };
 
+  /// What comes nearest to one without a name.
+  struct Nearest {
+    Vector2 innovation = Vector2::Zero();
+    double nis = std::numeric_limits<double>::infinity();
+    bool is_doubtful = false;  ///< whether it shows a landmark of the map: neither that nor a new one
+  };
+
   /// A landmark.
   struct Entry {
     LandmarkId id;
@@ -70,7 +78,8 @@ class EkfSlam {
   void recognise();
   void find_candidates();
   void pair_up();
-  bool pair(std::size_t nameless, std::size_t landmark);
+  void pair(std::size_t nameless, std::size_t landmark);
+  void doubt_the_left_over(const JointExplanation& explanation, double none);
   void decide(const JointExplanation& explanation);
   void match_open();
   void covary();
@@ -105,7 +114,7 @@ class EkfSlam {
   // Of the sightings without names.
   std::vector<std::size_t> nameless_;
   std::vector<std::vector<std::size_t>> candidates_;
-  std::vector<bool> is_near_;  ///< a landmark that it is not
+  std::vector<Nearest> nearest_;
   JointReadings readings_;
 };
 

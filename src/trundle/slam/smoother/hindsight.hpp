@@ -12,9 +12,6 @@ namespace trundle {
 // What sightings without names show, asked again by who knows the whole path and the whole map.
 // docs/smoother.md, section 'Without names'.
 
-/// The observations of each step, each with the landmark that it shows.
-using ShownObservations = std::vector<std::vector<Observation>>;
-
 /// −2 log of how probable it is that sightings show what they are said to, beyond the smoother's cost: the
 /// fewer landmarks there are and the fewer sightings show none of them, the better. Eq. 14.
 double cost_of_explaining(const ShownObservations& shown, const LandmarkSensor& sensor);

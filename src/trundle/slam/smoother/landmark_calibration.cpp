@@ -19,34 +19,36 @@ namespace {
 
 constexpr int kMostRounds = 30;
 constexpr double kSettled = 0.01;  // a round moves the parameters by less than this many sigmas
+// How often landmarks without names are told apart, and how many sigmas no parameter moves by once that
+// stays.
+constexpr int kMostLooks = 10;
+constexpr double kSameRobot = 0.1;
 // Information below this share of the largest is rounding.
 constexpr double kRounding = 1e-10;
 // Sightings or odometry scatter by so much more, or less, than their sigmas that a person should know.
 constexpr double kScattersMore = 1.5;
 
-/// A recording as the filter understood it.
+/// A recording as it was understood.
 struct Seen {
   const Recording& recording;
   bool hide_ids = false;
-  std::vector<std::vector<Observation>> observations;  ///< by step
+  ShownObservations observations;  ///< by step
   Trajectory path;
 
   double duration_s() const { return path.poses.back().time_s - path.poses.front().time_s; }
 };
 
+/// Landmarks without names are told apart by the filter, and once more by who knows the whole path.
 Seen seen_in(const Recording& recording, const Robot& robot) {
-  Seen seen{.recording = recording,
-            .hide_ids = std::ranges::any_of(recording.sightings,
-                                            [](const Sighting& s) { return s.landmark.empty(); }),
-            .observations = {},
-            .path = {}};
-  const SlamInput input = slam_input(recording, robot, {.hide_ids = seen.hide_ids});
+  const bool hide_ids = std::ranges::any_of(recording.sightings, &std::string::empty, &Sighting::landmark);
+  const SlamInput input = slam_input(recording, robot, {.hide_ids = hide_ids});
   const SlamResult filtered =
       slam(input, *robot.landmark_sensor,
            {.method = SlamMethod::ekf, .prior = {.systematic_sigma = kUsualSystematicSigma}});
-  seen.observations = shown_observations(input, filtered);
-  seen.path = filtered.online;
-  return seen;
+  if (!hide_ids || filtered.map.empty())
+    return {recording, hide_ids, shown_observations(input, filtered), filtered.online};
+  SmoothedSlam smoothed = smooth(input, *robot.landmark_sensor, filtered);
+  return {recording, hide_ids, std::move(smoothed.shown), std::move(smoothed.trajectory)};
 }
 
 /// Parameters are sought as `robot` + columns · q, q about 0 with `information`.
@@ -240,6 +242,42 @@ std::vector<Seen> see(std::span<const Recording> recordings, const Robot& robot)
   return all;
 }
 
+/// What was seen, and the robot that was found from it.
+struct Understood {
+  std::vector<Seen> all;
+  Fitted fit;
+  double unsettled = 0.0;  ///< by so many sigmas a parameter moved when landmarks were last told apart
+};
+
+/// The most that a parameter differs by, in its sigmas.
+double largest_shift(const Estimate& before, const Estimate& after, std::span<const Parameter> parameters) {
+  double largest = 0.0;
+  for (std::size_t j = 0; j < parameters.size(); ++j) {
+    const auto row = static_cast<Eigen::Index>(j);
+    const double shift = value_of(parameters[j], after.robot) - value_of(parameters[j], before.robot);
+    if (const double variance = after.covariance(row, row); variance > 0.0)
+      largest = std::max(largest, std::abs(shift) / std::sqrt(variance));
+  }
+  return largest;
+}
+
+/// A wrong robot takes landmarks for one another, and what was taken wrongly makes the robot wrong: both are
+/// found in turn, until the robot stays.
+Understood understood(std::span<const Recording> recordings, const Robot& nominal,
+                      std::span<const Parameter> parameters) {
+  Understood result{see(recordings, nominal), {}};
+  result.fit = fit_to(result.all, nominal, parameters);
+  if (std::ranges::none_of(result.all, &Seen::hide_ids)) return result;
+  for (int looks = 1; looks < kMostLooks; ++looks) {
+    const Estimate before = result.fit.estimate;
+    result.all = see(recordings, before.robot);
+    result.fit = fit_to(result.all, nominal, parameters);
+    result.unsettled = largest_shift(before, result.fit.estimate, parameters);
+    if (result.unsettled < kSameRobot) break;
+  }
+  return result;
+}
+
 SessionSpread session_spread(std::span<const Seen> all, const Robot& nominal,
                              std::span<const Parameter> parameters, const EstimableSpace& space) {
   std::map<std::string, std::vector<Seen>> sessions;
@@ -256,13 +294,19 @@ std::vector<Run> prepared(std::span<const Recording> recordings, const Robot& ro
   return runs;
 }
 
-void add_words(std::span<const Seen> all, double scatter, CalibrationResult& result) {
+void add_words(const Understood& what, CalibrationResult& result) {
+  const double scatter = what.fit.scatter;
   std::size_t sightings = 0;
-  for (const Seen& seen : all) sightings += seen.recording.sightings.size();
+  for (const Seen& seen : what.all) sightings += seen.recording.sightings.size();
   result.notes.push_back(
       fmt::format("from {} sightings, without any reference: lengths are those of the landmark sensor, a "
                   "common error of its ranges is one of all diameters",
                   sightings));
+  if (what.unsettled >= kSameRobot)
+    result.warnings.push_back(
+        fmt::format("which sighting shows which landmark did not settle: told apart {} times, a parameter "
+                    "still moved by {:.1f} of its sigmas; the error bars do not allow for it",
+                    kMostLooks, what.unsettled));
   if (scatter > kScattersMore)
     result.warnings.push_back(
         fmt::format("sightings and odometry scatter {:.1f} times as much as the robot file says; the error "
@@ -283,14 +327,13 @@ CalibrationResult calibrate_from_landmarks(std::span<const Recording> training,
   const std::vector<Parameter> parameters =
       choose_parameters(nominal, {.length = true, .anything = true}, options.free, options.fix);
   require_something_free(parameters, training, nominal);
-  const std::vector<Seen> all = see(training, nominal);
-  const Fitted fit = fit_to(all, nominal, parameters);
-  const Estimate& estimate = fit.estimate;
+  const Understood what = understood(training, nominal, parameters);
+  const Estimate& estimate = what.fit.estimate;
   require_something_estimated(estimate, parameters, nominal);
-  const SessionSpread spread = session_spread(all, nominal, parameters, estimate.space);
+  const SessionSpread spread = session_spread(what.all, nominal, parameters, estimate.space);
   CalibrationResult result = result_of(estimate, spread, parameters, nominal);
   result.method = "landmarks";
-  add_words(all, fit.scatter, result);
+  add_words(what, result);
   conclude({prepared(training, nominal), prepared(hold_out, nominal)}, estimate, spread, result);
   return result;
 }

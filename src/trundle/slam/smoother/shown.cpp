@@ -23,9 +23,9 @@ LandmarkId shown_by(const Observation& observation, const ObservationReport& rep
 
 }  // namespace
 
-std::vector<std::vector<Observation>> shown_observations(const SlamInput& input, const SlamResult& filtered) {
+ShownObservations shown_observations(const SlamInput& input, const SlamResult& filtered) {
   const std::vector<bool> mapped = mapped_by(filtered);
-  std::vector<std::vector<Observation>> shown;
+  ShownObservations shown;
   for (std::size_t k = 0; k < input.steps.size(); ++k) {
     shown.push_back(input.steps[k].observations);
     for (std::size_t i = 0; i < shown.back().size(); ++i)

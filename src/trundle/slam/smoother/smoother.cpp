@@ -167,6 +167,7 @@ class Hindsight {
       const bool merged = merge_twins();
       if (!explain_again() && !merged) break;
     }
+    best_.smoothed.shown = std::move(best_.shown);
     return std::move(best_.smoothed);
   }
 
@@ -207,7 +208,10 @@ SmoothedSlam smooth(const SlamInput& input, const LandmarkSensor& sensor, const 
   ShownObservations shown = shown_observations(input, filtered);
   Smoothing smoothing(input, shown, sensor, options);
   SmoothedSlam smoothed = smoothing.from_filtered(filtered.path ? *filtered.path : filtered.online);
-  if (!all_nameless(input)) return smoothed;
+  if (!all_nameless(input)) {
+    smoothed.shown = std::move(shown);
+    return smoothed;
+  }
   const double cost = smoothed.counts.cost + cost_of_explaining(shown, sensor);
   Explanation first{std::move(shown), std::move(smoothing), std::move(smoothed), cost};
   return Hindsight(input, sensor, options, std::move(first)).improved();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "trundle/slam/slam.hpp"
+#include "trundle/slam/smoother/shown.hpp"
 #include "trundle/slam/smoother/smoothing_problem.hpp"
 
 namespace trundle {
@@ -32,6 +33,7 @@ struct SmoothedSlam {
   Trajectory trajectory;            ///< after each step, with covariance
   std::vector<MappedLandmark> map;  ///< those that were seen
   PoseEstimate last;                ///< after the last step, with the odometry's systematic errors
+  ShownObservations shown;          ///< what each sighting was taken for in the end
   SmootherCounts counts;
 };
 
