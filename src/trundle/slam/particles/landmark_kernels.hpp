@@ -8,7 +8,7 @@
 
 namespace trundle {
 
-// What each particle makes of its sightings: eq. 11 to 16 of docs/slam.md for many particles at once, in the
+// What each particle makes of its sightings: eq. 11 to 14 of docs/slam.md for many particles at once, in the
 // precision of the map; the same bytes on every machine. particle_landmark.hpp has the same arithmetic for
 // one.
 
@@ -84,16 +84,5 @@ void set_first_estimates(const ReadingTerms& reading, const SensorColumns& senso
 /// its frame. Eq. 14.
 void set_surprises(const KnownReading& known, const SensorColumns& sensors, const Matrix3& sensor_covariance,
                    ParticleRange range, TripleColumns& surprises);
-
-/// The Gaussian of each particle's pose after its sightings, in n of eq. 15, of which each draws one: eq. 16.
-struct GaussianProposal {
-  const SensorColumns& predicted;       ///< at n = 0
-  Matrix3 L;                            ///< twist of the sensor = L n
-  const TripleColumns* from = nullptr;  ///< where it is linearised first; none: at n = 0
-  const TripleColumns& z;               ///< standard normal numbers; may be the same columns as `n`
-};
-/// n = a draw; log weights take prior over proposal.
-void draw_from_gaussians(const NearReadings& readings, const GaussianProposal& proposal, ParticleRange range,
-                         TripleColumns& n, double* log_weights);
 
 }  // namespace trundle

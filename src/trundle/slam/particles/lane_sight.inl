@@ -8,7 +8,7 @@
 #endif
 
 #include "trundle/slam/particles/landmark_kernels.hpp"
-#include "trundle/slam/particles/lane_math.inl"
+#include "trundle/slam/particles/lane_columns.inl"
 
 HWY_BEFORE_NAMESPACE();
 namespace trundle::HWY_NAMESPACE {

@@ -40,7 +40,8 @@ class LoopClosing {
   bool is_old(const PieceOfMap& piece) const;
   /// A rejected sighting of a landmark of old.
   void rejected(const SeenAgain& again, const PieceOfMap& now);
-  /// One that fits: the loop is closed already, or what is rejected is wrong. Where it is mapped is not asked.
+  /// One that fits: the loop is closed already, or what is rejected is wrong. Where it is mapped is not
+  /// asked.
   void matched(const SeenAgain& again, const PieceOfMap& now);
   /// A landmark fits that was in view lately: if it had come back, it is still there.
   void still_matched(LandmarkId landmark);

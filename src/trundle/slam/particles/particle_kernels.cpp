@@ -9,7 +9,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "trundle/slam/particles/lane_math.inl"
+#include "trundle/slam/particles/lane_columns.inl"
 
 HWY_BEFORE_NAMESPACE();
 namespace trundle::HWY_NAMESPACE {

@@ -12,6 +12,7 @@
 #include "trundle/slam/particles/particle_kernels.hpp"
 #include "trundle/slam/particles/particle_map.hpp"
 #include "trundle/slam/particles/particle_paths.hpp"
+#include "trundle/slam/particles/proposal_kernels.hpp"
 #include "trundle/slam/particles/swarm.hpp"
 
 namespace trundle {
