@@ -227,7 +227,7 @@ TEST(LoopClosing, IsNotMadeOfMovedLandmarks) {
   }
 }
 
-/// Around a block of 157 m, twice; seeds with which 20 particles, left to themselves, end metres off.
+/// Around a block of 157 m, twice, with 20 particles.
 struct Block {
   static constexpr std::size_t kLap = 1000;
   bench::W1 work;
@@ -268,20 +268,24 @@ struct Drive {
   }
 };
 
-/// Errors of a run go together, so a run is one draw of three numbers.
+/// Errors of a run go together, so a run is one draw of three numbers. Some loops close without a bend; left
+/// to themselves, one run in five would end metres off.
 TEST(ClosedLoop, IsAsWrongAsItSays) {
-  const std::vector<std::uint64_t> seeds = {4, 6, 7, 9, 11, 13, 16, 17, 19, 20};
+  const int runs = test::trials(40, 4);
   double nees = 0.0;
-  for (const std::uint64_t seed : seeds) {
-    const Drive run{Block(seed)};
-    EXPECT_EQ(run.closed.size(), 1U) << seed;
+  int closed = 0;
+  for (int seed = 1; seed <= runs; ++seed) {
+    const Drive run{Block(static_cast<std::uint64_t>(seed))};
+    closed += run.closed.empty() ? 0 : 1;
     EXPECT_LT(run.error_m, 1.0) << seed;
     EXPECT_LT(run.path_m, 1.0) << seed;
     nees += run.nees;
   }
-  const auto runs = static_cast<double>(seeds.size());
   RecordProperty("nees", std::to_string(nees / runs));
+  RecordProperty("closed", closed);
   EXPECT_LT(nees, chi_squared_limit(1e-3, 3.0 * runs));
+  const bool is_enough = runs >= 20;
+  EXPECT_TRUE(!is_enough || 10 * closed > runs) << closed;
 }
 
 class EveryProposalCloses : public testing::TestWithParam<Proposal> {};
