@@ -269,7 +269,7 @@ struct Drive {
 };
 
 /// Errors of a run go together, so a run is one draw of three numbers. Some loops close without a bend; left
-/// to themselves, one run in five would end metres off.
+/// to themselves, more than one run in ten would end metres off.
 TEST(ClosedLoop, IsAsWrongAsItSays) {
   const int runs = test::trials(40, 4);
   double nees = 0.0;
