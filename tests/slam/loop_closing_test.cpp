@@ -10,6 +10,7 @@
 
 #include "../../bench/w1.hpp"
 #include "scale.hpp"
+#include "slam/every_proposal.hpp"
 
 namespace trundle {
 namespace {
@@ -296,14 +297,7 @@ TEST_P(EveryProposalCloses, TheLoop) {
     EXPECT_LT(run.error_m, 1.5) << seed;
   }
 }
-std::string name_of_proposal(const testing::TestParamInfo<Proposal>& of) {
-  constexpr std::array kNames = {"fastslam1", "fastslam2", "mapso", "mapso_proposal"};
-  return kNames[static_cast<std::size_t>(of.param)];
-}
-INSTANTIATE_TEST_SUITE_P(, EveryProposalCloses,
-                         testing::Values(Proposal::motion, Proposal::linearised, Proposal::swarm,
-                                         Proposal::swarm_gaussian),
-                         name_of_proposal);
+INSTANTIATE_TEST_SUITE_P(, EveryProposalCloses, test::every_proposal(), test::name_of_proposal);
 
 /// One sighting in twenty bears another landmark's name; and what stands near the start was moved by 2 m in
 /// the meantime.

@@ -10,6 +10,7 @@
 
 #include "scale.hpp"
 #include "slam/copying_fastslam.hpp"
+#include "slam/every_proposal.hpp"
 #include "slam/world.hpp"
 
 namespace trundle {
@@ -159,15 +160,7 @@ TEST_P(EveryProposal, SurvivesWhateverItIsShown) {
   }
 }
 
-std::string name_of_proposal(const testing::TestParamInfo<Proposal>& proposal) {
-  constexpr std::array kNames = {"motion", "linearised", "swarm", "swarm_gaussian"};
-  return kNames[static_cast<std::size_t>(proposal.param)];
-}
-
-INSTANTIATE_TEST_SUITE_P(, EveryProposal,
-                         testing::Values(Proposal::motion, Proposal::linearised, Proposal::swarm,
-                                         Proposal::swarm_gaussian),
-                         name_of_proposal);
+INSTANTIATE_TEST_SUITE_P(, EveryProposal, test::every_proposal(), test::name_of_proposal);
 
 TEST(ParticleSlam, LearnsTheOdometrysSystematicErrors) {
   // On one circle turning and turning per metre look alike: the sum of both is what can be told.

@@ -144,7 +144,7 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
   if (question.unknown_ids) answer.input.landmarks = numbers_for(answer.result.reports);
   answer.doubts = doubts_about(answer.input, answer.result, answer.smoothed ? &*answer.smoothed : nullptr);
   require_sound(answer.result.online, recording.name);
-  require_sound(answer.trajectory(), recording.name);
+  if (answer.smoothed) require_sound(answer.smoothed->trajectory, recording.name);
   require_sound(answer.map(), recording.name);
   return answer;
 }

@@ -7,8 +7,7 @@
 namespace trundle {
 namespace {
 
-constexpr int kLost =
-    20;  // by so much rejected sightings outnumber matched ones; a third of outliers makes 10
+constexpr int kLost = 20;  // more rejected sightings than matched ones; a third of outliers makes 10
 constexpr std::size_t kFewestSightings = 20;
 constexpr double kGreatestMedian = 5.0;  // of NIS; honest: 1.39
 constexpr double kMostOutliers = 0.05;   // share, of a cost that is to say something
@@ -48,10 +47,9 @@ void doubt_filter(const SlamInput& input, const SlamResult& filtered, std::vecto
     return doubts.push_back(
         doubt("lost", worst.rejected,
               fmt::format("from {:.1f} s to {:.1f} s after the start {} of {} sightings of landmarks seen "
-                          "before do not fit "
-                          "and are rejected: the filter is lost there, and neither its trajectory nor its ± "
-                          "can be believed; is the robot calibrated, does [noise] say how far its odometry "
-                          "can be trusted, do bearings turn to the left?",
+                          "before do not fit and are rejected: the filter is lost there, and neither its "
+                          "trajectory nor its ± can be believed; is the robot calibrated, does [noise] say "
+                          "how far its odometry can be trusted, do bearings turn to the left?",
                           input.steps[worst.first].time_s - input.start_s,
                           input.steps[worst.last].time_s - input.start_s, worst.rejected, worst.seen)));
   const SlamCounts& counts = filtered.counts;
@@ -77,10 +75,10 @@ void doubt_smoother(const SmootherCounts& counts, std::vector<Problem>& doubts) 
   if (ratio > kGreatestCostRatio && ratio > 1.0 + kSigmasOfChance * std::sqrt(2.0 / freedom))
     doubts.push_back(doubt(
         "noise", counts.sightings,
-        fmt::format(
-            "the smoother's cost is {:.1f} times its degrees of freedom: what was seen does not "
-            "fit together as well as the noise settings say, and every ± is at least {:.1f} times too small",
-            ratio, std::sqrt(ratio))));
+        fmt::format("the smoother's cost is {:.1f} times its degrees of freedom: what was seen does not fit "
+                    "together as well as the noise settings say, and every ± is at least {:.1f} times too "
+                    "small",
+                    ratio, std::sqrt(ratio))));
 }
 
 }  // namespace

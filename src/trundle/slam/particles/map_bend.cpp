@@ -17,16 +17,20 @@ std::optional<MapBend> MapBend::between(const PieceOfMap& old, const PieceOfMap&
   return bend;
 }
 
-Eigen::SelfAdjointEigenSolver<Matrix3> MapBend::shares(const MapDoubt& drift) const {
+MapBend::Shares MapBend::shares(const MapDoubt& drift) const {
   const Matrix3 since = drift.about(move_.centre).covariance - old_.drift.covariance;
-  return Eigen::SelfAdjointEigenSolver<Matrix3>(whitener_ * since * whitener_.transpose());
+  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(whitener_ * since * whitener_.transpose());
+  return {eigen.eigenvectors(), eigen.eigenvalues().cwiseMax(0.0).cwiseMin(1.0)};
+}
+
+Matrix3 MapBend::root_along(const Matrix3& axes, const Vector3& factors) const {
+  return root_ * axes * factors.asDiagonal() * axes.transpose();
 }
 
 /// Eq. 66.
 Matrix3 MapBend::share(const MapDoubt& drift) const {
-  const auto eigen = shares(drift);
-  const Vector3 share = eigen.eigenvalues().cwiseMax(0.0).cwiseMin(1.0);
-  return root_ * eigen.eigenvectors() * share.asDiagonal() * eigen.eigenvectors().transpose() * whitener_;
+  const auto [axes, share] = shares(drift);
+  return root_along(axes, share) * whitener_;
 }
 
 Pose2 MapBend::motion(const Vector3& twist) const {
@@ -41,12 +45,9 @@ Vector3 MapBend::twist(const Pose2& motion) const {
 
 /// Eq. 67: what both ends leave open of the doubt in between, and what is wrong with the move.
 MapDoubt MapBend::doubt_after(const MapDoubt& drift) const {
-  const auto eigen = shares(drift);
-  const Vector3 share = eigen.eigenvalues().cwiseMax(0.0).cwiseMin(1.0);
-  const Matrix3 open = root_ * eigen.eigenvectors() *
-                       share.cwiseProduct(Vector3::Ones() - share).cwiseSqrt().asDiagonal() *
-                       eigen.eigenvectors().transpose();
-  const Matrix3 s = this->share(drift);
+  const auto [axes, share] = shares(drift);
+  const Matrix3 open = root_along(axes, share.cwiseProduct(Vector3::Ones() - share).cwiseSqrt());
+  const Matrix3 s = root_along(axes, share) * whitener_;
   return {move_.centre,
           old_.doubt.covariance + open * doubt_ * open.transpose() + s * move_.covariance * s.transpose()};
 }

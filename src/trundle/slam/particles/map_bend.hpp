@@ -51,8 +51,14 @@ class MapBend {
   const MapDoubt& old_doubt() const { return old_.doubt; }
 
  private:
-  /// Eigenvalues in [0, 1], where L Lᵀ is 1.
-  Eigen::SelfAdjointEigenSolver<Matrix3> shares(const MapDoubt& drift) const;
+  /// Of the drift by axes, where L Lᵀ is 1.
+  struct Shares {
+    Matrix3 axes;
+    Vector3 share;  ///< from 0 to 1
+  };
+  Shares shares(const MapDoubt& drift) const;
+  /// L with each axis times a factor.
+  Matrix3 root_along(const Matrix3& axes, const Vector3& factors) const;
 
   Move move_;
   PieceOfMap old_;

@@ -79,8 +79,7 @@ PieceOfMap ParticleSlam::present_piece(const Pose2& here) const {
 void ParticleSlam::watch_for_loop(std::span<const Observation> observations) {
   if (observations.empty()) return;
   const PieceOfMap in_view{forgotten_.whole(), drift_, loop_.next_station()};
-  const Pose2 about_here = poses_.at(best_particle()) * pending_.mean;
-  std::optional<PieceOfMap> about_now;
+  std::optional<Pose2> about_here;   // the best particle's will do for what fits
   std::optional<PoseEstimate> here;  // takes a look at all particles: where something is rejected
   std::optional<MapDoubt> returned_to;
   for (std::size_t i = 0; i < observations.size(); ++i) {
@@ -93,20 +92,20 @@ void ParticleSlam::watch_for_loop(std::span<const Observation> observations) {
     if (decision == Decision::matched) loop_.still_matched(landmark);
     if (decision == Decision::created || !loop_.is_old(old)) continue;
     const bool fits = decision == Decision::matched;
+    if (fits && !about_here) about_here = poses_.at(best_particle()) * pending_.mean;
     if (!fits && !here) here = estimate();
-    const SightedLandmark seen =
-        sighted_landmark(fits ? about_here : here->pose, sensor_.body_from_sensor, observations[i]);
+    const Pose2& from = fits ? *about_here : here->pose;
+    const SightedLandmark seen = sighted_landmark(from, sensor_.body_from_sensor, observations[i]);
     SeenAgain again{.landmark = landmark, .seen = seen.in_world, .seen_in = old};
     again.seen_covariance = seen.by_reading * reading_covariance(sensor_) * seen.by_reading.transpose();
     if (fits) {
-      if (!about_now) about_now = present_piece(about_here);
-      loop_.matched(again, *about_now);
-      if (!returned_to || is_less(*returned_to, old.doubt, about_here)) returned_to = old.doubt;
+      loop_.matched(again, present_piece(from));
+      if (!returned_to || is_less(*returned_to, old.doubt, from)) returned_to = old.doubt;
     } else {
       const ParticleMap::Mean mapped = map_.mean(landmark, weights_, ancestry_);
       again.mapped = mapped.position;
       again.mapped_covariance = mapped.within + mapped.scatter;
-      loop_.rejected(again, present_piece(here->pose));
+      loop_.rejected(again, present_piece(from));
     }
   }
   std::optional<MapBend> found;
@@ -116,7 +115,7 @@ void ParticleSlam::watch_for_loop(std::span<const Observation> observations) {
     bend(*found, here->pose);
     forgotten_.remember(found->old_doubt(), found->doubt_after(drift_));
     report_.closed_loop = true;
-  } else if (returned_to && loop_.has_closed() && is_less(forgotten_.whole(), *returned_to, about_here)) {
+  } else if (returned_to && loop_.has_closed() && is_less(forgotten_.whole(), *returned_to, *about_here)) {
     forgotten_.remember(*returned_to, *returned_to);
   }
 }
