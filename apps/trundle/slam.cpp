@@ -111,6 +111,18 @@ void add_slam(CLI::App& app) {
   command->add_option("--particles", options->question.particles, "Particles of the particle filters")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
+  command
+      ->add_option("--swarm-iterations", options->question.swarm.iterations,
+                   "Rounds of the swarm in a step: mapso, mapso_proposal")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--swarm-agreement", options->question.swarm.target_agreement,
+          "Stop the swarm earlier, once the mean of exp(-d²/2) over particles and sightings is above; 0: "
+          "never")
+      ->check(number_from(0.0, 1.0))
+      ->capture_default_str();
   command->add_option("--seed", options->question.seed, "Seed of the particle filters' random numbers")
       ->check(whole_number())
       ->capture_default_str();

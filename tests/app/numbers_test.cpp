@@ -40,6 +40,8 @@ const std::vector<Wrong> kWrong = {
     {"SystematicSigmaNan", joined(kSlam, {"--systematic-sigma", "nan"}), "a number from 0 to 10"},
     {"SystematicSigmaInf", joined(kSlam, {"--systematic-sigma", "inf"}), "a number from 0 to 10"},
     {"CheckpointEveryNan", joined(kSlam, {"--checkpoint", "s", "--checkpoint-every-s", "nan"}), "nan"},
+    {"NoSwarmIterations", joined(kSlam, {"--swarm-iterations", "0"}), "--swarm-iterations"},
+    {"SwarmAgreementNan", joined(kSlam, {"--swarm-agreement", "nan"}), "a number from 0 to 1"},
     {"StartFarAway", joined(kSlam, {"--start", "1e300,0,0"}), "1e300"},
     {"StartFarTurned", joined(kSlam, {"--start", "0,0,-1e300"}), "1e300"},
     {"SeedBelowZero", joined(kSlam, {"--seed", "-1"}), "whole number"},
@@ -92,6 +94,20 @@ void expect_bad_input(const Outcome& outcome, const std::string& says) {
   EXPECT_EQ(outcome.exit_code, 3) << says;
   EXPECT_THAT(outcome.err, IsOneLineOfError());
   EXPECT_THAT(outcome.err, HasSubstr(says));
+}
+
+TEST(TheSwarm, IsAsItWasAskedFor) {
+  const Sample sample;
+  const auto trajectory = [&](const Arguments& more) {
+    const Arguments mapso = joined(kSlam, {"--filter", "mapso"});
+    EXPECT_EQ(run_program(sample.folder(), joined(mapso, more)).exit_code, 0);
+    return read_file(sample.folder() / "out/trajectory.csv");
+  };
+  const std::string once = trajectory({"--swarm-iterations", "1"});
+  EXPECT_THAT(once, HasSubstr("swarm-iterations"));
+  EXPECT_NE(once.substr(once.find("time_s")), trajectory({}).substr(trajectory({}).find("time_s")));
+  const std::string adaptive = trajectory({"--swarm-agreement", "1e-12"});  // as good as reached at once
+  EXPECT_EQ(once.substr(once.find("time_s")), adaptive.substr(adaptive.find("time_s")));
 }
 
 TEST(AReading, BeyondAllMeasureIsNamedByItsLine) {

@@ -21,6 +21,10 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
   provenance.options = {{"filter", std::string(name_of(question.method))}, {"start", question.start_text}};
   if (question.method != SlamMethod::ekf)
     provenance.options.emplace_back("particles", std::to_string(question.particles));
+  if (question.swarm.iterations != SwarmOptions{}.iterations)
+    provenance.options.emplace_back("swarm-iterations", std::to_string(question.swarm.iterations));
+  if (question.swarm.target_agreement > 0.0)
+    provenance.options.emplace_back("swarm-agreement", fmt::format("{}", question.swarm.target_agreement));
   if (question.unknown_ids) provenance.options.emplace_back("unknown-ids", "true");
   if (question.systematic_sigma)
     provenance.options.emplace_back("systematic-sigma", fmt::format("{}", *question.systematic_sigma));
@@ -129,7 +133,8 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
                              .particles = question.particles,
                              .seed = question.seed,
                              .prior = prior,
-                             .threads = question.threads});
+                             .threads = question.threads,
+                             .swarm = question.swarm});
   answer.result = slam_with_checkpoints(answer.input, run, settings_of(robot, question), question.checkpoints,
                                         question.on_steps);
   if (!question.systematic_sigma) prior.systematic_sigma = kUsualSystematicSigma;

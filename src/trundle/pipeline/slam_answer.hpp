@@ -26,6 +26,7 @@ struct SlamQuestion {
   /// Prior of the odometry's systematic errors [1, 1, rad/m]; nothing: filters take them for 0, the smoother
   /// for unknown as usual.
   std::optional<double> systematic_sigma = {};
+  SwarmOptions swarm = {};                ///< of the filters that have one
   bool unknown_ids = false;               ///< forget the landmarks' names and find out which is which
   std::optional<SlipQuestion> slip = {};  ///< then the odometry is corrected for slip first, found so
   bool smooth = false;                    ///< then also the most probable trajectory and map of all
