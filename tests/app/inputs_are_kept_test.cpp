@@ -103,6 +103,17 @@ TEST(ACheckpoint, IsTakenUpAndWrittenInOnePlace) {
   EXPECT_EQ(slam("seen", {"--resume", "state"}), 0);
 }
 
+TEST(AFile, HoldsOneResult) {
+  const Sample sample;
+  const Outcome outcome =
+      run_program(sample.folder(), {"localize", "seen", "--robot", "sighted.toml", "--map", "map.csv",
+                                    "--steps", "o/../t.csv", "-o", "t.csv"});
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_THAT(outcome.err, IsOneLineOfError());
+  EXPECT_THAT(outcome.err, HasSubstr("two results"));
+  EXPECT_FALSE(std::filesystem::exists(sample.folder() / "t.csv"));
+}
+
 TEST(ADevice, IsNoPlaceForResults) {
   const Sample sample;
   const Outcome outcome =

@@ -1,5 +1,7 @@
 #include "trundle/pipeline/files.hpp"
 
+#include <set>
+
 #include "trundle/io/error.hpp"
 
 namespace trundle {
@@ -34,7 +36,12 @@ void require_apart(const std::vector<Recording>& recordings,
 
 void write_files(const std::vector<OutputFile>& files, const std::vector<InputFile>& inputs) {
   std::vector<fs::path> outputs;
-  for (const OutputFile& file : files) outputs.push_back(file.path);
+  std::set<fs::path> places;
+  for (const OutputFile& file : files) {
+    outputs.push_back(file.path);
+    if (!places.insert(fs::weakly_canonical(file.path)).second)
+      throw InputError(file.path.string(), "is to hold two results", "a file for each");
+  }
   require_apart(inputs, outputs);
   for (const OutputFile& file : files) write_file(file.path, file.content);
 }

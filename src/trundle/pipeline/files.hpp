@@ -33,7 +33,7 @@ struct OutputFile {
   std::string content;
 };
 /// One after the other, each as write_file does, and none of them where one is among what they were made
-/// from.
+/// from, or two have one place.
 void write_files(const std::vector<OutputFile>& files, const std::vector<InputFile>& inputs);
 
 }  // namespace trundle
