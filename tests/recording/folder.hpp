@@ -1,12 +1,10 @@
 #pragma once
 
+#include <cstdlib>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 #include <string_view>
-
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "trundle/io/file.hpp"
 
@@ -16,9 +14,9 @@ namespace trundle::test {
 class Folder {
  public:
   Folder() {
-    static int count = 0;
-    path_ = std::filesystem::temp_directory_path() / fmt::format("trundle_{}_{}", ::getpid(), count++) /
-            "tour" / "run";
+    std::string name = (std::filesystem::temp_directory_path() / "trundle_recording_XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+    path_ = std::filesystem::path(name) / "tour" / "run";
     std::filesystem::create_directories(path_);
   }
   ~Folder() { std::filesystem::remove_all(path_.parent_path().parent_path()); }
