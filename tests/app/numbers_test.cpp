@@ -189,6 +189,27 @@ TEST(Names, OfAnyKindAreReadAsTheyWereWritten) {
   EXPECT_THAT(outcome.out, HasSubstr("\"not_in_the_map\": 0"));
 }
 
+TEST(Names, MayBeMissingInSomeRows) {
+  const Sample sample;
+  std::string sightings = read_file(sample.folder() / "seen/sightings.csv");
+  for (std::size_t at; (at = sightings.find("\"b, left\"")) != std::string::npos;)
+    sightings.replace(at, 9, "1");
+  for (std::size_t at; (at = sightings.find(",c,")) != std::string::npos;) sightings.replace(at, 3, ",,");
+  write_file(sample.folder() / "seen/sightings.csv", sightings);
+  for (const std::string& filter : slam_method_names()) {
+    const Outcome outcome = run_program(sample.folder(), joined(kSlam, {"--filter", filter, "--smooth"}));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, HasSubstr("name no landmark"));
+    const std::string map = read_file(sample.folder() / "out/landmarks.csv");
+    for (const char* row : {"\na,", "\n1,"}) EXPECT_THAT(map, HasSubstr(row)) << filter;
+    EXPECT_THAT(read_file(sample.folder() / "out/innovations.csv"), HasSubstr(",2,created")) << filter;
+  }
+  const Outcome localized =
+      run_program(sample.folder(), {"localize", "seen", "--robot", "sighted.toml", "--map",
+                                    "out/landmarks.csv", "--start", "0,0,0", "-o", "t.csv"});
+  EXPECT_EQ(localized.exit_code, 0) << localized.err;
+}
+
 TEST(Smoothing, OfNothingSurelyThereLeavesTheFiltersResult) {
   const Sample sample;
   const Outcome outcome = run_program(sample.folder(), {"slam", "unnamed", "--robot", "sighted.toml",

@@ -156,10 +156,10 @@ TEST_F(RunCommand, FindsOutWhichLandmarkIsWhichWhereNamesAreMissing) {
   ASSERT_EQ(stage("d", "slam").at("status"), "done") << stage("d", "slam").at("message");
   EXPECT_THAT(stage("d", "slam").at("message").get<std::string>(), HasSubstr("smoothed"));
   const std::string in_one_go = read("d/slam/trajectory.csv");
-  ASSERT_EQ(run({"slam", "nameless", "--robot", "d/calibrated.toml", "--correct-slip", "--unknown-ids",
-                 "--smooth", "-o", "d/slam"})
-                .exit_code,
-            0);
+  ASSERT_EQ(
+      run({"slam", "nameless", "--robot", "d/calibrated.toml", "--correct-slip", "--smooth", "-o", "d/slam"})
+          .exit_code,
+      0);
   EXPECT_EQ(read("d/slam/trajectory.csv"), in_one_go);
 }
 

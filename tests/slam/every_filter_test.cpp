@@ -172,6 +172,34 @@ TEST_P(EveryFilter, DoesNotGrowInAMillionSteps) {
   expect_finite(filter);
 }
 
+// The robot circles among its landmarks with one spurious sighting at each look. Were none of those ever
+// given up, there would be as many landmarks as looks.
+TEST_P(EveryFilter, DoesNotGrowByWhatIsSpurious) {
+  test::SlamWorld world = test::slam_world({.steps = 63, .landmarks = 10});
+  hide_names(world);
+  SlamOptions small = options();
+  small.keep_paths = false;
+  small.prior = {};
+  SlamFilter filter(world.sensor, small);
+  Random random(11);
+  const int steps = test::trials(20'000, 4'000);
+  std::size_t first_half_bytes = 0, second_half_bytes = 0, most_landmarks = 0;
+  for (int k = 0; k < steps; ++k) {
+    const SlamStep& step = world.steps[static_cast<std::size_t>(k) % world.steps.size()];
+    std::vector<Observation> seen = step.observations;
+    seen.push_back({kUnknownLandmark, world.sensor.max_range_m * std::sqrt(random.uniform()),
+                    random.uniform(-kPi, kPi)});
+    filter.step(step.motion, seen);
+    if (k % 50 != 0) continue;
+    std::size_t& most_bytes = 2 * k < steps ? first_half_bytes : second_half_bytes;
+    most_bytes = std::max(most_bytes, state_of(filter).size());
+    most_landmarks = std::max(most_landmarks, filter.map().size() + filter.tentative().size());
+  }
+  EXPECT_LT(static_cast<double>(second_half_bytes), 1.25 * static_cast<double>(first_half_bytes));
+  EXPECT_LT(most_landmarks, 120U);
+  EXPECT_NEAR(static_cast<double>(filter.map().size()), static_cast<double>(world.landmarks.size()), 1.0);
+}
+
 INSTANTIATE_TEST_SUITE_P(, EveryFilter,
                          testing::Values(SlamMethod::fastslam1, SlamMethod::fastslam2, SlamMethod::mapso,
                                          SlamMethod::mapso_proposal, SlamMethod::ekf),

@@ -1,5 +1,7 @@
 #include "trundle/slam/association/existence.hpp"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 namespace trundle {
@@ -18,11 +20,12 @@ Existence::Look look_from(double x, bool seen) {
   return {.from = {x, 0.0}, .range_m = 4.0, .bearing_rad = 0.0, .seen = seen};
 }
 
-TEST(Visibility, IsWhatHasBeenSeenWithAMargin) {
+TEST(Visibility, IsWhatHasBeenSeen) {
   const Visibility view = camera();
   EXPECT_TRUE(view.covers(5.0, 0.0));
   EXPECT_TRUE(view.covers(5.0, radians(15.0)));
-  EXPECT_FALSE(view.covers(7.5, 0.0));
+  EXPECT_TRUE(view.covers(7.8, 0.0));
+  EXPECT_FALSE(view.covers(7.9, 0.0));
   EXPECT_FALSE(view.covers(5.0, radians(35.0)));
   EXPECT_FALSE(view.covers(5.0, kPi));
   EXPECT_FALSE(Visibility(10.0).covers(1.0, 0.0));
@@ -100,22 +103,61 @@ TEST(Existence, ASensorThatMissesMostSaysLittleByIt) {
   Visibility poor = camera();
   Visibility good = camera();
   for (int k = 0; k < 100; ++k) {
-    poor.count(4.0, k % 5 == 0);
-    good.count(4.0, true);
+    poor.count(4.0, 0.0, k % 5 == 0);
+    good.count(4.0, 0.0, true);
   }
-  EXPECT_GT(poor.for_missed(4.0), 0.3 * good.for_missed(4.0));
-  EXPECT_LT(poor.for_missed(4.0), 0.0);
-  EXPECT_GT(poor.for_seen(4.0), 0.0);
+  EXPECT_GT(poor.for_missed(4.0, 0.0), 0.3 * good.for_missed(4.0, 0.0));
+  EXPECT_LT(poor.for_missed(4.0, 0.0), 0.0);
+  EXPECT_GT(poor.for_seen(4.0, 0.0), 0.0);
 }
 
-TEST(Existence, FarLandmarksMayBeMissed) {
+TEST(Existence, LandmarksAtTheEdgeOfTheViewMayBeMissed) {
   Visibility view = camera();
   for (int k = 0; k < 100; ++k) {
-    view.count(1.0, true);
-    view.count(6.0, k % 10 == 0);
+    view.count(1.0, 0.0, true);
+    view.count(7.5, 0.0, k % 10 == 0);
   }
-  EXPECT_LT(view.for_missed(1.0), -1.0);
-  EXPECT_GT(view.for_missed(6.0), -0.1);
+  EXPECT_LT(view.for_missed(1.0, 0.0), -1.0);
+  EXPECT_GT(view.for_missed(7.5, 0.0), -0.1);
+}
+
+TEST(Visibility, TheEdgeIsWhereItIsInThatDirection) {
+  Visibility view(10.0);  // twice as far ahead as behind
+  for (int k = 0; k < 20; ++k)
+    for (int degree = -175; degree <= 175; degree += 5)
+      view.saw(std::abs(degree) < 90 ? 8.0 : 4.0, radians(degree));
+  for (int k = 0; k < 100; ++k) view.count(7.8, 0.0, false);
+  EXPECT_GT(view.for_missed(3.9, kPi), -0.1);
+  EXPECT_LT(view.for_missed(3.9, 0.0), -0.5);
+}
+
+TEST(Existence, OneMissedBesideANeighbourThatWasSeenMayBeThere) {
+  Visibility poor = camera();
+  Visibility good = camera();
+  for (int k = 0; k < 100; ++k) {
+    poor.count(4.0, 0.0, k % 2 == 0);
+    good.count(4.0, 0.0, true);
+  }
+  EXPECT_LT(poor.for_missed(4.0, 0.0), -0.5);
+  EXPECT_EQ(poor.for_missed(4.0, 0.0, true), 0.0);
+  EXPECT_NEAR(good.for_missed(4.0, 0.0, true), good.for_missed(4.0, 0.0) + std::log(2.0), 1e-12);
+}
+
+TEST(Existence, WhatWasNeverConfirmedTeachesNothing) {
+  Visibility view = camera();
+  for (int k = 0; k < 40; ++k) view.resolve(false);
+  Existence phantom;
+  phantom.look(look_from(1.0, true), view);
+  ASSERT_GT(phantom.log_odds, Existence::kSure);
+  ASSERT_FALSE(phantom.is_confirmed(view));
+  const double before = view.for_missed(4.0, 0.0);
+  phantom.look(look_from(2.0, false), view);
+  EXPECT_EQ(view.for_missed(4.0, 0.0), before);
+  Existence landmark;
+  for (int k = 1; k < 6; ++k) landmark.look(look_from(k, true), view);
+  ASSERT_TRUE(landmark.is_confirmed(view));
+  landmark.look(look_from(7.0, false), view);
+  EXPECT_NE(view.for_missed(4.0, 0.0), before);
 }
 
 }  // namespace

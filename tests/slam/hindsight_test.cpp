@@ -22,19 +22,41 @@ TEST(Hindsight, TwinsAreOneLandmarkThatWasMappedTwice) {
   const std::vector<MappedLandmark> map = {landmark(3, 0.0, 0.0), landmark(5, 0.2, 0.1),
                                            landmark(7, 2.0, 0.0)};
   const ShownObservations shown = {{{3, 1.0, 0.0}, {7, 2.0, 1.0}}, {{5, 1.0, 0.0}}};
-  EXPECT_EQ(twins_in(shown, map, kSensor, as_sure_as_one_another), (std::vector<LandmarkPair>{{3, 5}}));
+  EXPECT_EQ(twins_in(shown, map, kSensor, 0, as_sure_as_one_another), (std::vector<LandmarkPair>{{3, 5}}));
 }
 
 TEST(Hindsight, TheClearestTwinsComeFirstAndNoneHasTwo) {
   const std::vector<MappedLandmark> map = {landmark(0, 0.0, 0.0), landmark(1, 0.2, 0.0),
                                            landmark(2, 0.25, 0.0), landmark(3, 5.0, 0.0),
                                            landmark(4, 5.1, 0.0)};
-  EXPECT_EQ(twins_in({}, map, kSensor, as_sure_as_one_another), (std::vector<LandmarkPair>{{1, 2}, {3, 4}}));
+  EXPECT_EQ(twins_in({}, map, kSensor, 0, as_sure_as_one_another),
+            (std::vector<LandmarkPair>{{1, 2}, {3, 4}}));
 }
 
 TEST(Hindsight, LandmarksSeenInOneInstantAreTwo) {
   const std::vector<MappedLandmark> map = {landmark(3, 0.0, 0.0), landmark(5, 0.2, 0.1)};
-  EXPECT_TRUE(twins_in({{{3, 1.0, 0.0}, {5, 1.1, 0.1}}}, map, kSensor, as_sure_as_one_another).empty());
+  EXPECT_TRUE(twins_in({{{3, 1.0, 0.0}, {5, 1.1, 0.1}}}, map, kSensor, 0, as_sure_as_one_another).empty());
+}
+
+TEST(Hindsight, TwoNamesAreTwoLandmarks) {
+  const std::vector<MappedLandmark> map = {landmark(0, 0.0, 0.0), landmark(1, 0.1, 0.0),
+                                           landmark(2, 5.0, 0.0), landmark(3, 5.1, 0.0)};
+  EXPECT_EQ(twins_in({}, map, kSensor, 3, as_sure_as_one_another), (std::vector<LandmarkPair>{{2, 3}}));
+}
+
+TEST(Hindsight, ANameIsKeptAndNoOtherSightingOfTheInstantShowsItsLandmark) {
+  SmoothedSlam smoothed;
+  smoothed.trajectory.poses = {{0.0, {}}};
+  smoothed.map = {landmark(0, 2.0, 0.0), landmark(1, 2.3, 0.0)};
+  SlamInput input;
+  input.steps = {{0.0, {}, {{0, 2.3, 0.0}, {kUnknownLandmark, 2.0, 0.0}, {kUnknownLandmark, 2.28, 0.0}}}};
+  LandmarkSensor precise;
+  precise.range_sigma_m = 0.05;
+  precise.bearing_sigma_rad = 0.02;
+  const ShownObservations again = explained_again({input.steps[0].observations}, input, smoothed, precise);
+  EXPECT_EQ(again[0][0].landmark, 0);
+  EXPECT_EQ(again[0][1].landmark, kUnknownLandmark);
+  EXPECT_EQ(again[0][2].landmark, 1);
 }
 
 TEST(Hindsight, MergingRenamesTheSecondOfAPair) {
@@ -83,7 +105,10 @@ TEST(Hindsight, SightingsTakenForOthersAreTakenForWhatTheyShow) {
     for (Observation& observation : wrong.back())
       if (random.uniform() < 0.2) observation.landmark = random.uniform() < 0.5 ? kUnknownLandmark : 0;
   }
-  const ShownObservations again = explained_again(wrong, smoothed, kSensor);
+  SlamInput nameless;
+  nameless.steps = world.steps;
+  for (SlamStep& step : nameless.steps) step.observations = hidden(step.observations);
+  const ShownObservations again = explained_again(wrong, nameless, smoothed, kSensor);
   for (std::size_t k = 0; k < again.size(); ++k)
     for (std::size_t i = 0; i < again[k].size(); ++i) {
       ++sightings;

@@ -178,8 +178,13 @@ TEST(Steps, WhatIsMissingIsNamed) {
   Robot robot = robot_with_sensor();
   Recording recording = drive(robot);
   recording.sightings[3].landmark.clear();
-  EXPECT_THROW(slam_input(recording, robot), InputError);
-  EXPECT_EQ(slam_input(recording, robot, {.hide_ids = true}).observations(), recording.sightings.size());
+  const SlamInput mixed = slam_input(recording, robot);
+  EXPECT_EQ(mixed.observations(), recording.sightings.size());
+  EXPECT_TRUE(mixed.has_nameless());
+  ASSERT_EQ(mixed.problems.size(), 1U);
+  EXPECT_EQ(mixed.problems[0].kind, "sighting without name");
+  EXPECT_EQ(mixed.problems[0].count, 1U);
+  EXPECT_TRUE(slam_input(recording, robot, {.hide_ids = true}).problems.empty());
   robot.landmark_sensor.reset();
   EXPECT_THROW(slam_input(recording, robot), InputError);
 }

@@ -1,5 +1,6 @@
 // What every filter owes where sightings have no names.
 #include <limits>
+#include <set>
 
 #include <gtest/gtest.h>
 
@@ -173,6 +174,51 @@ TEST_P(UnknownIds, NothingSeenForLong) {
   }
   EXPECT_LT(distance(nameless, world.truth.back()), 0.6);
   EXPECT_LE(nameless.map().size(), world.landmarks.size() + 3);
+}
+
+TEST_P(UnknownIds, SomeMayHaveNames) {
+  const test::SlamWorld world = clear_world();
+  const auto named = static_cast<LandmarkId>(world.landmarks.size() / 2);
+  SlamFilter mixed(world.sensor, {.method = GetParam(), .particles = 64, .seed = 3, .first_nameless = named});
+  for (std::size_t k = 0; k < world.steps.size(); ++k) {
+    std::vector<Observation> seen = world.steps[k].observations;
+    for (Observation& observation : seen)
+      if (observation.landmark >= named) observation.landmark = kUnknownLandmark;
+    mixed.step(world.steps[k].motion, seen);
+    ASSERT_LT(distance(mixed, world.truth[k]), 0.6);
+  }
+  std::size_t names = 0;
+  std::set<LandmarkId> ids;
+  for (const MappedLandmark& m : mixed.map()) {
+    ids.insert(m.id);
+    if (m.id >= named) continue;
+    ++names;
+    EXPECT_LT((m.position - world.landmarks[static_cast<std::size_t>(m.id)]).norm(), 0.5);
+  }
+  EXPECT_EQ(ids.size(), mixed.map().size());
+  EXPECT_EQ(names, static_cast<std::size_t>(named));
+  EXPECT_NEAR(static_cast<double>(mixed.map().size()), static_cast<double>(world.landmarks.size()), 1.0);
+  EXPECT_GE(right_ones(mixed, world), world.landmarks.size() - 1);
+}
+
+TEST_P(UnknownIds, ANumberThatBecomesANameIsThatOfTheNamedOne) {
+  SlamFilter filter(LandmarkSensor{}, {.method = GetParam(), .particles = 8});
+  const Motion still = motion_of({}, 1e-8 * Matrix3::Identity());
+  const std::vector<Observation> nameless = {{kUnknownLandmark, 2.0, 0.0}, {kUnknownLandmark, 2.0, 1.0}};
+  filter.step(still, nameless);
+  filter.step(still, std::vector<Observation>{{1, 3.0, -1.0}});
+  std::set<LandmarkId> ids;
+  std::vector<MappedLandmark> all = filter.map();
+  for (const MappedLandmark& tentative : filter.tentative()) all.push_back(tentative);
+  for (const MappedLandmark& m : all) {
+    ids.insert(m.id);
+    if (m.id == 1) {
+      EXPECT_NEAR(m.position.norm(), 3.0, 0.3);
+    }
+  }
+  EXPECT_EQ(ids, (std::set<LandmarkId>{0, 1, 2}));
+  const StepReport& again = filter.step(still, nameless);
+  EXPECT_EQ(count(again, Decision::matched), 2U);
 }
 
 TEST_P(UnknownIds, OneParticle) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -34,15 +35,16 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
   return provenance;
 }
 
-/// Names of landmarks that have none: 1, 2, ... in order of first sight, those removed since among them.
-std::vector<std::string> numbers_for(const std::vector<StepReport>& reports) {
+/// Landmarks that have no name are called 1, 2, ... in order of first sight, those removed since among them,
+/// but for what is a name already.
+void name_the_nameless(const std::vector<StepReport>& reports, std::vector<std::string>& names) {
   LandmarkId last = kUnknownLandmark;
   for (const StepReport& report : reports)
     for (const ObservationReport& observation : report.observations)
       last = std::max(last, observation.landmark);
-  std::vector<std::string> names;
-  for (LandmarkId i = 0; i <= last; ++i) names.push_back(std::to_string(i + 1));
-  return names;
+  const std::set<std::string> taken(names.begin(), names.end());
+  for (int number = 1; static_cast<LandmarkId>(names.size()) <= last; ++number)
+    if (!taken.contains(std::to_string(number))) names.push_back(std::to_string(number));
 }
 
 std::string csv_of(const std::vector<MappedLandmark>& map, const std::vector<std::string>& names) {
@@ -103,12 +105,13 @@ nlohmann::ordered_json smoother_of(const SmootherCounts& counts) {
           {"converged", counts.converged}};
 }
 
-/// All that a filter's run depends on besides the recording.
-std::string settings_of(const RobotFile& robot, SlamQuestion question) {
+/// All that a filter's run depends on besides the steps.
+std::string settings_of(const RobotFile& robot, SlamQuestion question, const SlamInput& input) {
   question.smooth = false;
   std::string text = robot.file.sha256;
   for (const auto& [name, value] : provenance_of({}, robot, question).options)
     text += fmt::format("\n{}={}", name, value);
+  if (input.has_nameless()) text += fmt::format("\nnames={}", input.landmarks.size());
   return text + fmt::format("\nseed={}", question.seed);
 }
 
@@ -134,9 +137,10 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
                              .seed = question.seed,
                              .prior = prior,
                              .threads = question.threads,
-                             .swarm = question.swarm});
-  answer.result = slam_with_checkpoints(answer.input, run, settings_of(robot, question), question.checkpoints,
-                                        question.on_steps);
+                             .swarm = question.swarm,
+                             .first_nameless = answer.input.first_nameless()});
+  answer.result = slam_with_checkpoints(answer.input, run, settings_of(robot, question, answer.input),
+                                        question.checkpoints, question.on_steps);
   if (!question.systematic_sigma) prior.systematic_sigma = kUsualSystematicSigma;
   if (question.smooth && answer.result.map.empty())
     problems.push_back({.severity = Severity::warning,
@@ -146,7 +150,7 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
                         .message = "no landmark is surely there: the trajectory is the filter's"});
   else if (question.smooth)
     answer.smoothed = smooth(answer.input, sensor, answer.result, {.prior = prior});
-  if (question.unknown_ids) answer.input.landmarks = numbers_for(answer.result.reports);
+  name_the_nameless(answer.result.reports, answer.input.landmarks);
   answer.doubts = doubts_about(answer.input, answer.result, answer.smoothed ? &*answer.smoothed : nullptr);
   require_sound(answer.result.online, recording.name);
   if (answer.smoothed) require_sound(answer.smoothed->trajectory, recording.name);

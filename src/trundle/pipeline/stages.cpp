@@ -103,10 +103,6 @@ const SlipAnswer* slip_found(const Work& work) {
   return work.slip ? &*work.slip : nullptr;
 }
 
-bool any_without_name(const std::vector<Sighting>& sightings) {
-  return std::ranges::any_of(sightings, [](const Sighting& s) { return s.landmark.empty(); });
-}
-
 void require_sightings(const Work& work) {
   if (work.recording().sightings.empty()) throw NotApplicable{"the recording has no sightings"};
   if (!work.used.robot.landmark_sensor) throw NotApplicable{"the robot file has no [landmark_sensor]"};
@@ -264,7 +260,6 @@ Told localize_on_map(Work& work) {
   const MapFile map = known_map_of(work);
   const Recording& recording = work.recording();
   const LocalizeQuestion question{.seed = work.question.slam.seed,
-                                  .unknown_ids = any_without_name(recording.sightings),
                                   .slip = slip_correction(work),
                                   .robot_number = work.question.robot_number};
   const LocalizeAnswer answer = answer_localize(recording, work.used, map, question, slip_found(work));
@@ -281,7 +276,6 @@ Told map_landmarks(Work& work) {
   SlamQuestion question = work.question.slam;
   question.robot_number = work.question.robot_number;
   question.on_steps = work.on_steps;
-  question.unknown_ids = question.unknown_ids || any_without_name(work.recording().sightings);
   question.slip = slip_correction(work);
   const SlamAnswer slam = answer_slam_smoothed(work, question);
   add_trajectories_of(slam, work.answer.trajectories);

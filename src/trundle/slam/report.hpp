@@ -65,7 +65,7 @@ struct SlamPrior {
 
 /// One landmark of a map.
 struct MappedLandmark {
-  LandmarkId id = kUnknownLandmark;  ///< as observed; unknown ids: numbered in order of first sight
+  LandmarkId id = kUnknownLandmark;  ///< as observed; without names: numbered in order of first sight
   Vector2 position = Vector2::Zero();
   Matrix2 covariance = Matrix2::Zero();
   std::size_t sightings = 0;  ///< matched, and the one that created it

@@ -28,7 +28,8 @@ const Method& entry_of(SlamMethod method) {
 
 std::variant<EkfSlam, ParticleSlam> made(const LandmarkSensor& sensor, const SlamOptions& options) {
   if (options.method == SlamMethod::ekf)
-    return EkfSlam(sensor, {.prior = options.prior, .gate = options.gate});
+    return EkfSlam(sensor,
+                   {.prior = options.prior, .gate = options.gate, .first_nameless = options.first_nameless});
   return ParticleSlam(sensor, {.proposal = entry_of(options.method).proposal,
                                .particles = options.particles,
                                .seed = options.seed,
@@ -38,7 +39,8 @@ std::variant<EkfSlam, ParticleSlam> made(const LandmarkSensor& sensor, const Sla
                                .keep_paths = options.keep_paths,
                                .map_precision = options.map_precision,
                                .threads = options.threads,
-                               .swarm = options.swarm});
+                               .swarm = options.swarm,
+                               .first_nameless = options.first_nameless});
 }
 
 /// Gathers SlamCounts.

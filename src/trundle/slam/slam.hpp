@@ -31,6 +31,7 @@ struct SlamOptions {
   Precision map_precision = Precision::float32;  ///< of the particles' maps
   std::size_t threads = 1;                       ///< results do not depend on it
   SwarmOptions swarm = {};                       ///< of `mapso` and `mapso_proposal`
+  LandmarkId first_nameless = 0;  ///< landmarks without names are numbered from here on: above all names
 };
 
 /// A particle, without its map.

@@ -174,24 +174,30 @@ class Cutter {
   }
 
   Observation observation_of(const Sighting& sighting) {
-    const LandmarkId id = options_.hide_ids ? kUnknownLandmark : names_.id_of(sighting.landmark);
-    return {id, sighting.range_m, sighting.bearing_rad};
+    const bool has_name = !options_.hide_ids && !sighting.landmark.empty();
+    nameless_ += has_name ? 0 : 1;
+    return {has_name ? names_.id_of(sighting.landmark) : kUnknownLandmark, sighting.range_m,
+            sighting.bearing_rad};
   }
 
   void report_left_out() {
     outside_ += sightings_.size() - next_;
-    note(outside_, "sighting without odometry", "lie before or after the odometry");
-    note(repeated_, "repeated sighting", "repeat another, stamp, landmark and reading");
-    note(crowded_, "crowded instant", fmt::format("are beyond {} of an instant", kMostSightingsAtOnce));
+    const auto left_out = [&](std::size_t count, const char* kind, const std::string& what) {
+      note(count, kind, fmt::format("{} sightings {} and were left out", count, what));
+    };
+    left_out(outside_, "sighting without odometry", "lie before or after the odometry");
+    left_out(repeated_, "repeated sighting", "repeat another, stamp, landmark and reading");
+    left_out(crowded_, "crowded instant", fmt::format("are beyond {} of an instant", kMostSightingsAtOnce));
+    if (nameless_ < input_.observations())
+      note(nameless_, "sighting without name",
+           fmt::format("{} sightings name no landmark, others do: where they point tells them apart",
+                       nameless_));
   }
 
-  void note(std::size_t count, const char* kind, const std::string& what) {
+  void note(std::size_t count, const char* kind, const std::string& message) {
     if (count == 0) return;
-    input_.problems.push_back({.severity = Severity::note,
-                               .kind = kind,
-                               .place = "sightings",
-                               .count = count,
-                               .message = fmt::format("{} sightings {} and were left out", count, what)});
+    input_.problems.push_back(
+        {.severity = Severity::note, .kind = kind, .place = "sightings", .count = count, .message = message});
   }
 
   static constexpr double kSameTime_s = 1e-9;
@@ -202,7 +208,8 @@ class Cutter {
   std::size_t next_ = 0;     ///< of sightings_
   std::size_t outside_ = 0;  ///< sightings without odometry
   std::size_t repeated_ = 0;
-  std::size_t crowded_ = 0;  ///< sightings, of instants with too many
+  std::size_t crowded_ = 0;   ///< sightings, of instants with too many
+  std::size_t nameless_ = 0;  ///< sightings
   double now_s_ = 0.0;
   double last_step_s_ = 0.0;
   SlamInput input_;
@@ -228,19 +235,18 @@ void report_ranges_beyond(const LandmarkSensor& sensor, const std::vector<Sighti
                               beyond, sightings.size(), farthest_m, sensor.max_range_m)});
 }
 
-void require_names(const Recording& recording) {
-  for (const Sighting& sighting : recording.sightings)
-    if (sighting.landmark.empty())
-      throw InputError(recording.name, fmt::format("the sighting at {} s names no landmark", sighting.time_s),
-                       "a name in every row, or --unknown-ids");
-}
-
 }  // namespace
 
 std::size_t SlamInput::observations() const {
   std::size_t count = 0;
   for (const SlamStep& step : steps) count += step.observations.size();
   return count;
+}
+
+bool SlamInput::has_nameless() const {
+  return std::ranges::any_of(steps, [](const SlamStep& step) {
+    return std::ranges::any_of(step.observations, [](const Observation& o) { return o.landmark < 0; });
+  });
 }
 
 SlamInput slam_input(const Recording& recording, const Robot& robot, const SlamInputOptions& options) {
@@ -251,7 +257,6 @@ SlamInput slam_input(const Recording& recording, const AlignedReadings& readings
                      const SlamInputOptions& options) {
   if (!robot.landmark_sensor)
     throw InputError(place_of(robot), "has no landmark sensor", "[landmark_sensor]");
-  if (!options.hide_ids) require_names(recording);
   Cutter cutter(robot, options, timely_sightings(recording, *robot.landmark_sensor));
   SlamInput input = cutter.cut(readings);
   report_ranges_beyond(*robot.landmark_sensor, recording.sightings, input.problems);

@@ -33,6 +33,10 @@ struct SlamInput {
   std::vector<Eigen::Matrix3Xd> by_parameters = {};
 
   std::size_t observations() const;
+  /// Whether some sighting names no landmark.
+  bool has_nameless() const;
+  /// Number of the first landmark without a name: above all that have one.
+  LandmarkId first_nameless() const { return static_cast<LandmarkId>(landmarks.size()); }
 };
 
 /// Of one instant: more are thinned out evenly, so that no step takes without bound.
@@ -47,8 +51,8 @@ struct SlamInputOptions {
 
 /// Cuts the recording's increments at the stamps of its sightings (time_offset_s of the landmark sensor
 /// applied) and composes what lies between: docs/slam.md, eq. 1. Sightings outside the odometry's time are
-/// left out and reported. Throws InputError when the robot has no landmark sensor or, ids not hidden, a
-/// sighting has no name; CannotAnswer when the chassis cannot tell its motion.
+/// left out and reported. Throws InputError when the robot has no landmark sensor; CannotAnswer when the
+/// chassis cannot tell its motion.
 SlamInput slam_input(const Recording& recording, const Robot& robot, const SlamInputOptions& options = {});
 /// The same with the recording's readings as someone corrected them (SlipReport::corrected).
 SlamInput slam_input(const Recording& recording, const AlignedReadings& readings, const Robot& robot,

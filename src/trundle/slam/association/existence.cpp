@@ -7,7 +7,6 @@ namespace trundle {
 namespace {
 
 constexpr int kEnough = 10;               // sightings in a sector before it belongs to the view
-constexpr double kMargin = 0.8;           // of the furthest range seen there
 constexpr double kBySpurious = 0.05;      // share of looks at nothing that yield a sighting all the same
 constexpr double kSurestDetection = 0.8;  // misses follow each other: none may say too much
 
@@ -24,42 +23,47 @@ void Visibility::saw(double range_m, double bearing_rad) {
   ++sightings_[sector];
 }
 
-bool Visibility::covers(double range_m, double bearing_rad) const {
+double Visibility::reach_m(double bearing_rad) const {
   const int middle = sector_of(bearing_rad);
+  double reach_m = max_range_m_;
   for (int i = middle - 1; i <= middle + 1; ++i) {
     const auto sector = static_cast<std::size_t>((i + kSectors) % kSectors);
-    if (sightings_[sector] < kEnough || range_m > kMargin * furthest_m_[sector]) return false;
+    reach_m = std::min(reach_m, sightings_[sector] < kEnough ? 0.0 : furthest_m_[sector]);
   }
-  return true;
+  return reach_m;
 }
 
 double Visibility::reach_m() const {
   return *std::ranges::max_element(furthest_m_);
 }
 
-std::size_t Visibility::ring_of(double range_m) const {
-  const double share = std::clamp(range_m / max_range_m_, 0.0, 1.0);
-  return static_cast<std::size_t>(std::min(kRings - 1, static_cast<int>(share * kRings)));
+std::size_t Visibility::ring_of(double range_m, double bearing_rad) const {
+  const double reach_m = this->reach_m(bearing_rad);
+  if (range_m >= reach_m) return kRings - 1;
+  return static_cast<std::size_t>(range_m / reach_m * kRings);
 }
 
-void Visibility::count(double range_m, bool seen) {
-  const std::size_t ring = ring_of(range_m);
+void Visibility::count(double range_m, double bearing_rad, bool seen) {
+  const std::size_t ring = ring_of(range_m, bearing_rad);
   looks_[ring] += 1.0;
   seen_[ring] += seen ? 1.0 : 0.0;
 }
 
-double Visibility::detection(double range_m) const {
-  const std::size_t ring = ring_of(range_m);
+double Visibility::detection(double range_m, double bearing_rad) const {
+  const std::size_t ring = ring_of(range_m, bearing_rad);
   return std::min(seen_[ring] / looks_[ring], kSurestDetection);
 }
 
 // Eq. 23.
-double Visibility::for_seen(double range_m) const {
-  return std::max(0.0, std::log(detection(range_m) / kBySpurious));
+double Visibility::for_seen(double range_m, double bearing_rad) const {
+  return std::max(0.0, std::log(detection(range_m, bearing_rad) / kBySpurious));
 }
 
-double Visibility::for_missed(double range_m) const {
-  return std::min(0.0, std::log((1.0 - detection(range_m)) / (1.0 - kBySpurious)));
+// Of two landmarks that cannot be told apart one alone is seen in 2p(1 − p) of the looks, of a single one in
+// p.
+double Visibility::for_missed(double range_m, double bearing_rad, bool saw_a_neighbour) const {
+  const double ways = saw_a_neighbour ? 2.0 : 1.0;
+  return std::min(0.0, std::log(ways * (1.0 - detection(range_m, bearing_rad)) / (1.0 - kBySpurious)));
 }
 
 double Visibility::prior() const {
@@ -70,13 +74,17 @@ bool Existence::look(const Look& look, Visibility& visibility) {
   if (!is_another_look(look.from, look.range_m)) return true;
   const bool is_covered = visibility.covers(look.range_m, look.bearing_rad);
   if (!is_covered && !look.seen) return true;
-  if (is_covered && log_odds > kSure) visibility.count(look.range_m, look.seen);
-  log_odds += look.seen ? visibility.for_seen(look.range_m) : visibility.for_missed(look.range_m);
+  // What never got further than "perhaps" does not say how often the sensor misses what is there.
+  if (is_covered && was_confirmed && log_odds > kSure)
+    visibility.count(look.range_m, look.bearing_rad, look.seen);
+  log_odds += look.seen ? visibility.for_seen(look.range_m, look.bearing_rad)
+                        : visibility.for_missed(look.range_m, look.bearing_rad, look.saw_a_neighbour);
   log_odds = std::min(kMost, log_odds);
   looked_from = look.from;
   const bool is_removed = log_odds < kRemoved;
   if (!was_sure && (is_removed || log_odds > kSure)) visibility.resolve(!is_removed);
   was_sure = was_sure || log_odds > kSure;
+  was_confirmed = was_confirmed || is_confirmed(visibility);
   return !is_removed;
 }
 

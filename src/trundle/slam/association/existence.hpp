@@ -18,16 +18,16 @@ class Visibility {
 
   /// A landmark of the map was seen there.
   void saw(double range_m, double bearing_rad);
-  /// Inside what has been seen, with a margin.
-  bool covers(double range_m, double bearing_rad) const;
+  /// Inside what has been seen.
+  bool covers(double range_m, double bearing_rad) const { return range_m <= reach_m(bearing_rad); }
   /// The furthest sighting: no landmark further away is covered.
   double reach_m() const;
 
   /// A landmark that surely exists and that the view covers was seen or missed.
-  void count(double range_m, bool seen);
+  void count(double range_m, double bearing_rad, bool seen);
   /// What seeing and missing it there says for a landmark's existence, as log-odds.
-  double for_seen(double range_m) const;
-  double for_missed(double range_m) const;
+  double for_seen(double range_m, double bearing_rad) const;
+  double for_missed(double range_m, double bearing_rad, bool saw_a_neighbour = false) const;
 
   /// What was taken for a new landmark has turned out to be one, or to be none.
   void resolve(bool was_one) { (was_one ? real_ : spurious_) += 1.0; }
@@ -44,8 +44,10 @@ class Visibility {
   static constexpr int kSectors = 36;
   static constexpr int kRings = 16;  ///< of the sensor's range: far landmarks are missed more often
   static int sector_of(double bearing_rad);
-  std::size_t ring_of(double range_m) const;
-  double detection(double range_m) const;
+  /// The furthest sighting around that direction; 0: there was hardly any.
+  double reach_m(double bearing_rad) const;
+  std::size_t ring_of(double range_m, double bearing_rad) const;
+  double detection(double range_m, double bearing_rad) const;
 
   double max_range_m_;
   std::array<double, kSectors> furthest_m_{};
@@ -59,12 +61,14 @@ class Visibility {
 /// Whether a landmark exists.
 struct Existence {
   static constexpr double kMost = 6.0;  ///< no landmark is surer than that: what vanishes is soon believed
-  static constexpr double kSure = 2.0;  ///< above it, it tells how often the sensor misses one
+  static constexpr double kSure =
+      2.0;  ///< above it, once confirmed, it tells how often the sensor misses one
   static constexpr double kRemoved = -3.0;  ///< below it, it leaves the map
   static constexpr double kTold = 3.0;      ///< from it on, with the prior, the map that is given out has it
   double log_odds = 0.0;                    ///< what was seen of it says so, without the prior
   Vector2 looked_from = Vector2::Zero();    ///< where the robot was when it last counted
   bool was_sure = false;                    ///< at some time
+  bool was_confirmed = false;               ///< likewise
 
   /// True where the sight of a landmark is another one than last time: the robot has moved by a tenth of the
   /// distance. What stands still in front of a landmark hides it only once.
@@ -77,6 +81,7 @@ struct Existence {
     double range_m;
     double bearing_rad;
     bool seen;
+    bool saw_a_neighbour = false;  ///< what might have shown it was taken for another landmark
   };
   /// Counts a look that is another one, and in the view if it saw nothing. False: to be removed.
   bool look(const Look& look, Visibility& visibility);
@@ -87,7 +92,7 @@ struct Existence {
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.log_odds, self.looked_from, self.was_sure);
+    archive(self.log_odds, self.looked_from, self.was_sure, self.was_confirmed);
   }
 };
 

@@ -28,23 +28,25 @@ EkfSlam::EkfSlam(const LandmarkSensor& sensor, const EkfSlamOptions& options)
       options_(options),
       joint_limits_(joint_limits(options.gate, kMostTogether)),
       state_(options.prior),
+      next_nameless_(options.first_nameless),
       grid_(kCellShare * sensor.max_range_m),
       visibility_(sensor.max_range_m) {}
 
 const StepReport& EkfSlam::step(const Motion& motion, std::span<const Observation> observations) {
   predict(motion);
   report_.observations.assign(observations.size(), {});
-  observations_.assign(observations.begin(), observations.end());
+  observations_ = observations;
   recognise();
   open_.clear();
   for (std::size_t i = 0; i < observations_.size(); ++i)
-    if (is_valid(observations_[i]) && observations_[i].landmark >= 0) open_.push_back(i);
+    if (is_valid(observations_[i]) && report_.observations[i].decision != Decision::rejected)
+      open_.push_back(i);
   // What creates a landmark and is followed by another sighting of the same one takes a second round.
   while (!open_.empty()) {
     match_open();
     update_matched();
     std::erase_if(open_, [&](std::size_t i) {
-      if (find(observations_[i].landmark) >= 0) return false;
+      if (shown_by(i) != kNone) return false;
       add_landmark(i);
       return true;
     });
@@ -66,10 +68,11 @@ void EkfSlam::predict(const Motion& motion) {
   state_.predict(prediction);
 }
 
-/// Names for those that have none: of a landmark in the map, or the next free one. What is neither keeps none
-/// and is rejected. Eq. 21, 22.
+/// Those without names are taken for a landmark of the map that has none, or for a new one. What is neither
+/// is rejected. Eq. 21, 22.
 void EkfSlam::recognise() {
   nameless_.clear();
+  taken_for_.assign(observations_.size(), kNone);
   for (std::size_t i = 0; i < observations_.size(); ++i)
     if (observations_[i].landmark < 0 && is_valid(observations_[i])) nameless_.push_back(i);
   if (nameless_.empty()) return;
@@ -163,17 +166,15 @@ void EkfSlam::doubt_the_left_over(const JointExplanation& explanation, double no
 }
 
 void EkfSlam::decide(const JointExplanation& explanation) {
-  auto next = static_cast<LandmarkId>(index_of_.size());
   for (std::size_t k = 0; k < nameless_.size(); ++k) {
     const std::size_t i = nameless_[k];
     const int pairing = explanation.pairing[k];
     if (pairing >= 0)
-      observations_[i].landmark = entries_[readings_.pairings[static_cast<std::size_t>(pairing)].landmark].id;
+      taken_for_[i] =
+          static_cast<std::int64_t>(readings_.pairings[static_cast<std::size_t>(pairing)].landmark);
     else if (nearest_[k].is_doubtful)
       report_.observations[i] = {Decision::rejected, kUnknownLandmark, nearest_[k].innovation,
                                  nearest_[k].nis};
-    else
-      observations_[i].landmark = next++;
   }
 }
 
@@ -184,9 +185,8 @@ void EkfSlam::look_around() {
   const Pose2 pose = state_.pose();
   std::vector<bool> is_seen(entries_.size(), false);
   for (const std::size_t i : nameless_) {
-    const LandmarkId id = observations_[i].landmark;
-    if (id < 0 || report_.observations[i].decision == Decision::rejected) continue;
-    is_seen[static_cast<std::size_t>(find(id))] = true;
+    if (report_.observations[i].decision == Decision::rejected) continue;
+    is_seen[static_cast<std::size_t>(taken_for_[i])] = true;
     visibility_.saw(observations_[i].range_m, observations_[i].bearing_rad);
   }
   if (!has_matched) return;
@@ -196,20 +196,22 @@ void EkfSlam::look_around() {
   std::vector<std::size_t> gone;
   for (const std::size_t landmark : around) {
     const ExpectedReading expected = expected_reading(pose, sensor_.body_from_sensor, grid_.place(landmark));
-    const Existence::Look look{pose.translation(), expected.range_m, expected.bearing_rad, is_seen[landmark]};
+    const bool may_have_been_seen =
+        std::ranges::find(readings_.pairings, landmark, &Pairing::landmark) != readings_.pairings.end();
+    const Existence::Look look{pose.translation(), expected.range_m, expected.bearing_rad, is_seen[landmark],
+                               may_have_been_seen};
     if (!entries_[landmark].existence.look(look, visibility_)) gone.push_back(landmark);
   }
   std::ranges::sort(gone, std::greater<>());
   for (const std::size_t landmark : gone) remove(landmark);
 }
 
-/// The last landmark takes its number.
+/// One without a name goes; the last landmark takes its number.
 void EkfSlam::remove(std::size_t landmark) {
   state_.remove(landmark);
-  index_of_[static_cast<std::size_t>(entries_[landmark].id)] = -1;
   entries_[landmark] = entries_.back();
   entries_.pop_back();
-  if (landmark < entries_.size())
+  if (landmark < entries_.size() && entries_[landmark].has_name)
     index_of_[static_cast<std::size_t>(entries_[landmark].id)] = static_cast<std::int64_t>(landmark);
   locate_again();
 }
@@ -226,8 +228,8 @@ void EkfSlam::match_open() {
   matches_.clear();
   seen_.clear();
   std::erase_if(open_, [&](std::size_t i) {
-    const std::int64_t landmark = find(observations_[i].landmark);
-    if (landmark < 0) return false;
+    const std::int64_t landmark = shown_by(i);
+    if (landmark == kNone) return false;
     seen_.push_back(static_cast<std::size_t>(landmark));
     matches_.push_back({i, seen_.back(), Vector2::Zero()});
     return true;
@@ -291,19 +293,39 @@ void EkfSlam::update_matched() {
 void EkfSlam::add_landmark(std::size_t i) {
   const SightedLandmark sighted = sighted_landmark(state_.pose(), sensor_.body_from_sensor, observations_[i]);
   state_.append(sighted.in_world, sighted.by_pose, sighted.by_reading * R_ * sighted.by_reading.transpose());
-  const auto id = static_cast<std::size_t>(observations_[i].landmark);
-  if (index_of_.size() <= id) index_of_.resize(id + 1, -1);
-  index_of_[id] = static_cast<std::int64_t>(entries_.size());
-  const bool has_name = std::ranges::find(nameless_, i) == nameless_.end();
-  if (!has_name) grid_.put(entries_.size(), sighted.in_world);
-  entries_.push_back({observations_[i].landmark, 1, has_name, {0.0, state_.pose().translation()}});
+  const std::size_t landmark = entries_.size();
+  const bool has_name = observations_[i].landmark >= 0;
+  entries_.push_back({kUnknownLandmark, 1, has_name, {0.0, state_.pose().translation()}});
+  if (has_name) {
+    call(landmark, observations_[i].landmark);
+  } else {
+    entries_[landmark].id = next_nameless_++;
+    grid_.put(landmark, sighted.in_world);
+    taken_for_[i] = static_cast<std::int64_t>(landmark);
+  }
   report_.observations[i].decision = Decision::created;
-  report_.observations[i].landmark = entries_.back().id;
+  report_.observations[i].landmark = entries_[landmark].id;
 }
 
-std::int64_t EkfSlam::find(LandmarkId id) const {
-  const auto i = static_cast<std::size_t>(id);
-  return i < index_of_.size() ? index_of_[i] : -1;
+/// One without a name that has this number gets another.
+void EkfSlam::call(std::size_t landmark, LandmarkId name) {
+  const auto nameless = std::ranges::find(entries_, name, &Entry::id);
+  if (nameless != entries_.end()) nameless->id = next_nameless_++;
+  next_nameless_ = std::max(next_nameless_, name + 1);
+  entries_[landmark].id = name;
+  const auto i = static_cast<std::size_t>(name);
+  if (index_of_.size() <= i) index_of_.resize(i + 1, kNone);
+  index_of_[i] = static_cast<std::int64_t>(landmark);
+}
+
+std::int64_t EkfSlam::find(LandmarkId name) const {
+  const auto i = static_cast<std::size_t>(name);
+  return i < index_of_.size() ? index_of_[i] : kNone;
+}
+
+std::int64_t EkfSlam::shown_by(std::size_t observation) const {
+  const LandmarkId name = observations_[observation].landmark;
+  return name >= 0 ? find(name) : taken_for_[observation];
 }
 
 MappedLandmark EkfSlam::landmark(std::size_t index) const {

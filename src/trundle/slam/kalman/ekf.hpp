@@ -16,6 +16,7 @@ struct EkfSlamOptions {
   SlamPrior prior = {};
   double gate = kDefaultGate;  ///< a sighting whose squared innovation is above is rejected
   UnknownIdOptions unknown = {};
+  LandmarkId first_nameless = 0;  ///< landmarks without names are numbered from here on: above all names
 };
 
 /// Pose, systematic errors of the odometry and landmarks as one Gaussian: JointGaussian, with all sightings
@@ -41,12 +42,13 @@ class EkfSlam {
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.state_, self.entries_, self.index_of_, self.grid_, self.off_grid_m_, self.visibility_,
-            self.report_);
+    archive(self.state_, self.entries_, self.index_of_, self.next_nameless_, self.grid_, self.off_grid_m_,
+            self.visibility_, self.report_);
   }
 
  private:
   using Index = Eigen::Index;
+  static constexpr std::int64_t kNone = -1;  ///< in place of a landmark's number
   /// An observation of a landmark that the map has.
   struct Match {
     std::size_t observation;
@@ -89,7 +91,9 @@ class EkfSlam {
   void look_around();
   void remove(std::size_t landmark);
   void locate_again();
-  std::int64_t find(LandmarkId id) const;
+  std::int64_t find(LandmarkId name) const;
+  std::int64_t shown_by(std::size_t observation) const;
+  void call(std::size_t landmark, LandmarkId name);
 
   LandmarkSensor sensor_;
   Matrix2 R_;
@@ -97,15 +101,17 @@ class EkfSlam {
   std::vector<double> joint_limits_;
   JointGaussian state_;
   std::vector<Entry> entries_;
-  std::vector<std::int64_t> index_of_;  ///< by id; −1: not in the map
-  LandmarkGrid grid_;                   ///< of landmarks without names
-  double off_grid_m_ = 0.0;             ///< so far have landmarks moved since all were put there
+  std::vector<std::int64_t> index_of_;  ///< by name; kNone: not in the map
+  LandmarkId next_nameless_;
+  LandmarkGrid grid_;        ///< of landmarks without names
+  double off_grid_m_ = 0.0;  ///< so far have landmarks moved since all were put there
   Visibility visibility_;
   StepReport report_;
   // Of one step; kept so that steps with names allocate nothing.
-  std::vector<Observation> observations_;
-  std::vector<std::size_t> open_;  ///< observations without a landmark yet
-  std::vector<std::size_t> seen_;  ///< landmarks
+  std::span<const Observation> observations_;
+  std::vector<std::int64_t> taken_for_;  ///< by observation without a name: a landmark; kNone: of none
+  std::vector<std::size_t> open_;        ///< observations without a landmark yet
+  std::vector<std::size_t> seen_;        ///< landmarks
   std::vector<Match> matches_;
   std::vector<JointGaussian::Rows> H_;
   Strips PHt_;

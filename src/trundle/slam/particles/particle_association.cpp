@@ -259,7 +259,8 @@ void ParticleAssociation::look_around(const Drawn& drawn, ParticleMap& map, Ance
     const auto landmark = static_cast<LandmarkId>(index);
     const double having = share_that_has(map.current(landmark, ancestry), drawn.weights);
     const bool is_seen = share_that_saw(landmark, drawn.weights) > 0.5 * having;
-    const Existence::Look look{from, expected.range_m, expected.bearing_rad, is_seen};
+    const Existence::Look look{from, expected.range_m, expected.bearing_rad, is_seen,
+                               !is_seen && fits_one(landmark, drawn)};
     if (having > kLeastShare && existence.look(look, visibility_)) continue;
     map.remove(landmark, ancestry);
     grid_.remove(index);
@@ -267,11 +268,21 @@ void ParticleAssociation::look_around(const Drawn& drawn, ParticleMap& map, Ance
   }
 }
 
+/// Whether a sighting fits it, for the reporter, whatever that took it for.
+bool ParticleAssociation::fits_one(LandmarkId landmark, const Drawn& drawn) const {
+  const SensorAt sensor = sensor_of(drawn.sensors, reporter_);
+  return std::ranges::any_of(sightings(), [&](const Sighting& sighting) {
+    const Candidate* candidate = sighting.candidate(landmark);
+    if (candidate == nullptr) return false;
+    const LandmarkEstimate m = candidate->columns->at(reporter_);
+    return is_there(m) && expected_of(sensor, Matrix3::Zero(), sighting.reading, m).nis <= options_.gate;
+  });
+}
+
 double ParticleAssociation::share_that_saw(LandmarkId landmark, const Column<double>& weights) const {
   double share = 0.0;
   for (const Sighting& sighting : sightings())
-    if (std::ranges::find(sighting.may_show.candidates, landmark, &Candidate::landmark) !=
-        sighting.may_show.candidates.end())
+    if (sighting.candidate(landmark) != nullptr)
       share += sighting.share_that_chose(static_cast<std::int32_t>(landmark), weights);
   return share;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -89,6 +90,11 @@ class ParticleAssociation {
     Vector2 innovation = Vector2::Zero();
     double nis = 0.0;  ///< of what is reported
 
+    /// Nothing where that landmark comes into question for no particle.
+    const Candidate* candidate(LandmarkId landmark) const {
+      const auto at = std::ranges::find(may_show.candidates, landmark, &Candidate::landmark);
+      return at == may_show.candidates.end() ? nullptr : &*at;
+    }
     double share_that_chose(std::int32_t choice, const Column<double>& weights) const {
       if (is_unanimous) return may_show.choices.front() == choice ? 1.0 : 0.0;
       return trundle::share_that_chose(choice, may_show.choices, weights);
@@ -114,6 +120,7 @@ class ParticleAssociation {
   void put_back(std::size_t k, const Drawn& drawn);
   LandmarkId create(const Sighting& sighting, const Drawn& drawn, ParticleMap& map, Ancestry& ancestry);
   void look_around(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry);
+  bool fits_one(LandmarkId landmark, const Drawn& drawn) const;
   double share_that_saw(LandmarkId landmark, const Column<double>& weights) const;
 
   LandmarkSensor sensor_;

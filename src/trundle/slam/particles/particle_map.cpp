@@ -7,35 +7,42 @@
 
 namespace trundle {
 
-ParticleMap::ParticleMap(std::size_t particles, Precision precision)
-    : particles_(particles), precision_(precision) {}
+ParticleMap::ParticleMap(std::size_t particles, Precision precision, LandmarkId first_nameless)
+    : particles_(particles), precision_(precision), next_nameless_(first_nameless) {}
+
+LandmarkId ParticleMap::find(LandmarkId name) const {
+  const auto i = static_cast<std::size_t>(name);
+  return i < named_.size() ? named_[i] : kUnknownLandmark;
+}
 
 LandmarkId ParticleMap::number_of(LandmarkId id) const {
-  const auto i = static_cast<std::size_t>(id);
-  return i < index_of_.size() ? index_of_[i] : kUnknownLandmark;
+  const auto nameless = nameless_.find(id);
+  return nameless != nameless_.end() ? nameless->second : find(id);
 }
 
-LandmarkId ParticleMap::find(LandmarkId id) const {
-  const LandmarkId landmark = number_of(id);
-  return landmark >= 0 && entries_[static_cast<std::size_t>(landmark)].has_name ? landmark : kUnknownLandmark;
-}
-
-bool ParticleMap::has_nameless() const {
-  return std::ranges::any_of(entries_, [](const Entry& e) { return e.is_there && !e.has_name; });
-}
-
-LandmarkId ParticleMap::add(LandmarkId id, const Vector2& origin, Ancestry& ancestry) {
-  if (const LandmarkId nameless = number_of(id); nameless >= 0) call(nameless, next_id());
+/// One without a name that has this number gets another.
+LandmarkId ParticleMap::add(LandmarkId name, const Vector2& origin, Ancestry& ancestry) {
+  next_nameless_ = std::max(next_nameless_, name + 1);
+  if (const auto nameless = nameless_.extract(name)) call_nameless(nameless.mapped());
   const LandmarkId landmark = occupy(origin, ancestry);
-  call(landmark, id);
-  entries_[static_cast<std::size_t>(landmark)].has_name = true;
+  Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  entry.id = name;
+  entry.has_name = true;
+  const auto i = static_cast<std::size_t>(name);
+  if (named_.size() <= i) named_.resize(i + 1, kUnknownLandmark);
+  named_[i] = landmark;
   return landmark;
 }
 
 LandmarkId ParticleMap::add_nameless(const Vector2& origin, Ancestry& ancestry) {
   const LandmarkId landmark = occupy(origin, ancestry);
-  call(landmark, next_id());
+  call_nameless(landmark);
   return landmark;
+}
+
+void ParticleMap::call_nameless(LandmarkId landmark) {
+  entries_[static_cast<std::size_t>(landmark)].id = next_nameless_;
+  nameless_[next_nameless_++] = landmark;
 }
 
 LandmarkId ParticleMap::occupy(const Vector2& origin, Ancestry& ancestry) {
@@ -51,13 +58,6 @@ LandmarkId ParticleMap::occupy(const Vector2& origin, Ancestry& ancestry) {
   entry = {kUnknownLandmark, ancestry.now(), std::move(entry.columns), 1};
   entry.columns.count_from(origin);
   return landmark;
-}
-
-void ParticleMap::call(LandmarkId landmark, LandmarkId id) {
-  entries_[static_cast<std::size_t>(landmark)].id = id;
-  const auto i = static_cast<std::size_t>(id);
-  if (index_of_.size() <= i) index_of_.resize(i + 1, kUnknownLandmark);
-  index_of_[i] = landmark;
 }
 
 /// Which of the ways.
@@ -116,7 +116,7 @@ LandmarkColumns& ParticleMap::current(LandmarkId landmark, Ancestry& ancestry) {
 void ParticleMap::remove(LandmarkId landmark, Ancestry& ancestry) {
   Entry& entry = entries_[static_cast<std::size_t>(landmark)];
   ancestry.release(entry.epoch);
-  index_of_[static_cast<std::size_t>(entry.id)] = kUnknownLandmark;
+  nameless_.erase(entry.id);
   entry.is_there = false;
   entry.sightings = 0;
   removed_.push_back(landmark);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <span>
 #include <type_traits>
@@ -17,17 +18,18 @@ namespace trundle {
 /// brought up to now when it is seen again.
 class ParticleMap {
  public:
-  ParticleMap(std::size_t particles, Precision precision);
+  /// Landmarks without names are numbered from `first_nameless` on: above all names.
+  ParticleMap(std::size_t particles, Precision precision, LandmarkId first_nameless = 0);
 
   std::size_t landmarks() const { return entries_.size(); }
   /// Number of a landmark in this map; kUnknownLandmark: none.
   LandmarkId number_of(LandmarkId id) const;
   /// The same, of one that callers have named.
-  LandmarkId find(LandmarkId id) const;
+  LandmarkId find(LandmarkId name) const;
   /// Whether there are others.
-  bool has_nameless() const;
+  bool has_nameless() const { return !nameless_.empty(); }
   /// Its columns are counted from `origin`, which should be near it.
-  LandmarkId add(LandmarkId id, const Vector2& origin, Ancestry& ancestry);
+  LandmarkId add(LandmarkId name, const Vector2& origin, Ancestry& ancestry);
   /// A landmark as it was last written, and whose of its numbers each of today's particles has.
   struct Inherited {
     const LandmarkColumns& columns;
@@ -43,7 +45,7 @@ class ParticleMap {
   LandmarkColumns& current(LandmarkId landmark, Ancestry& ancestry);
   /// One that no caller has named; it has an id of its own all the same, but is not found by it.
   LandmarkId add_nameless(const Vector2& origin, Ancestry& ancestry);
-  /// Another may get its number, but none its id.
+  /// One without a name. Another may get its number, but none its id.
   void remove(LandmarkId landmark, Ancestry& ancestry);
   LandmarkId id_of(LandmarkId landmark) const { return entries_[static_cast<std::size_t>(landmark)].id; }
   /// Whether a particle has it.
@@ -77,7 +79,7 @@ class ParticleMap {
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.entries_, self.index_of_, self.removed_);
+    archive(self.entries_, self.named_, self.nameless_, self.next_nameless_, self.removed_);
     if constexpr (!std::is_const_v<Self>) self.ways_known_ = 0;  // another ancestry's
   }
 
@@ -99,8 +101,7 @@ class ParticleMap {
     }
   };
   LandmarkId occupy(const Vector2& origin, Ancestry& ancestry);
-  void call(LandmarkId landmark, LandmarkId id);
-  LandmarkId next_id() const { return static_cast<LandmarkId>(index_of_.size()); }
+  void call_nameless(LandmarkId landmark);
   std::size_t way_from(Ancestry::Epoch epoch, const Ancestry& ancestry);
 
   std::size_t particles_;
@@ -122,8 +123,10 @@ class ParticleMap {
   std::vector<LandmarkColumns> before_;            ///< what the heirs had
   static constexpr std::size_t kMostAtATime = 64;  ///< heirs, and ways: more would only take more memory
   std::vector<Entry> entries_;
-  std::vector<LandmarkId> index_of_;  ///< by id
-  std::vector<LandmarkId> removed_;   ///< free numbers, with the room of those who had them
+  std::vector<LandmarkId> named_;              ///< by name
+  std::map<LandmarkId, LandmarkId> nameless_;  ///< by id
+  LandmarkId next_nameless_;
+  std::vector<LandmarkId> removed_;  ///< free numbers, with the room of those who had them
 };
 
 }  // namespace trundle

@@ -39,7 +39,7 @@ ParticleSlam::ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptio
       first_child_(options.particles + 1, static_cast<Ancestry::Index>(options.particles)),
       spare_(padded(options.particles)),
       ancestry_(options.particles),
-      map_(options.particles, options.map_precision),
+      map_(options.particles, options.map_precision, options.first_nameless),
       jury_(options.particles, options.map_precision),
       association_(sensor, {options.particles, options.map_precision}),
       swarm_(is_by_swarm(options.proposal) ? options.particles : 0),

@@ -39,6 +39,7 @@ struct ParticleSlamOptions {
   Precision map_precision = Precision::float32;
   std::size_t threads = 1;  ///< results do not depend on it
   SwarmOptions swarm = {};
+  LandmarkId first_nameless = 0;  ///< landmarks without names are numbered from here on: above all names
 };
 
 /// Rao–Blackwellised particle filter: each particle is a path, with a Kalman filter for each landmark given

@@ -31,7 +31,7 @@ constexpr double kScattersMore = 1.5;
 /// A recording as it was understood.
 struct Seen {
   const Recording& recording;
-  bool hide_ids = false;
+  bool has_nameless = false;
   ShownObservations observations;  ///< by step
   Trajectory path;
 
@@ -40,15 +40,16 @@ struct Seen {
 
 /// Landmarks without names are told apart by the filter, and once more by who knows the whole path.
 Seen seen_in(const Recording& recording, const Robot& robot) {
-  const bool hide_ids = std::ranges::any_of(recording.sightings, &std::string::empty, &Sighting::landmark);
-  const SlamInput input = slam_input(recording, robot, {.hide_ids = hide_ids});
-  const SlamResult filtered =
-      slam(input, *robot.landmark_sensor,
-           {.method = SlamMethod::ekf, .prior = {.systematic_sigma = kUsualSystematicSigma}});
-  if (!hide_ids || filtered.map.empty())
-    return {recording, hide_ids, shown_observations(input, filtered), filtered.online};
+  const SlamInput input = slam_input(recording, robot);
+  const bool has_nameless = input.has_nameless();
+  const SlamResult filtered = slam(input, *robot.landmark_sensor,
+                                   {.method = SlamMethod::ekf,
+                                    .prior = {.systematic_sigma = kUsualSystematicSigma},
+                                    .first_nameless = input.first_nameless()});
+  if (!has_nameless || filtered.map.empty())
+    return {recording, has_nameless, shown_observations(input, filtered), filtered.online};
   SmoothedSlam smoothed = smooth(input, *robot.landmark_sensor, filtered);
-  return {recording, hide_ids, std::move(smoothed.shown), std::move(smoothed.trajectory)};
+  return {recording, has_nameless, std::move(smoothed.shown), std::move(smoothed.trajectory)};
 }
 
 /// Parameters are sought as `robot` + columns · q, q about 0 with `information`.
@@ -65,10 +66,8 @@ struct Posed {
 };
 
 TrackInput track_input(const Seen& seen, const Robot& robot, const Sought& sought) {
-  const SlamInput input =
-      slam_input(seen.recording, robot,
-                 {.hide_ids = seen.hide_ids,
-                  .parameters = std::vector(sought.parameters.begin(), sought.parameters.end())});
+  const SlamInput input = slam_input(
+      seen.recording, robot, {.parameters = std::vector(sought.parameters.begin(), sought.parameters.end())});
   TrackInput track{.observations = seen.observations};
   for (std::size_t k = 0; k < input.steps.size(); ++k) {
     const SlamStep& step = input.steps[k];
@@ -267,7 +266,7 @@ Understood understood(std::span<const Recording> recordings, const Robot& nomina
                       std::span<const Parameter> parameters) {
   Understood result{see(recordings, nominal), {}};
   result.fit = fit_to(result.all, nominal, parameters);
-  if (std::ranges::none_of(result.all, &Seen::hide_ids)) return result;
+  if (std::ranges::none_of(result.all, &Seen::has_nameless)) return result;
   for (int looks = 1; looks < kMostLooks; ++looks) {
     const Estimate before = result.fit.estimate;
     result.all = see(recordings, before.robot);

@@ -1,35 +1,28 @@
 #include "trundle/slam/smoother/shown.hpp"
 
+#include <set>
+
 namespace trundle {
 namespace {
 
-/// Numbers of the landmarks that the filter's map still has.
-std::vector<bool> mapped_by(const SlamResult& filtered) {
-  std::vector<bool> mapped;
-  for (const MappedLandmark& landmark : filtered.map) {
-    const auto id = static_cast<std::size_t>(landmark.id);
-    if (id >= mapped.size()) mapped.resize(id + 1, false);
-    mapped[id] = true;
-  }
+std::set<LandmarkId> mapped_by(const SlamResult& filtered) {
+  std::set<LandmarkId> mapped;
+  for (const MappedLandmark& landmark : filtered.map) mapped.insert(landmark.id);
   return mapped;
-}
-
-LandmarkId shown_by(const Observation& observation, const ObservationReport& report,
-                    const std::vector<bool>& mapped) {
-  if (observation.landmark >= 0 || report.landmark < 0) return observation.landmark;
-  const auto id = static_cast<std::size_t>(report.landmark);
-  return id < mapped.size() && mapped[id] ? report.landmark : kUnknownLandmark;
 }
 
 }  // namespace
 
 ShownObservations shown_observations(const SlamInput& input, const SlamResult& filtered) {
-  const std::vector<bool> mapped = mapped_by(filtered);
+  const std::set<LandmarkId> mapped = mapped_by(filtered);
   ShownObservations shown;
   for (std::size_t k = 0; k < input.steps.size(); ++k) {
     shown.push_back(input.steps[k].observations);
-    for (std::size_t i = 0; i < shown.back().size(); ++i)
-      shown.back()[i].landmark = shown_by(shown.back()[i], filtered.reports[k].observations[i], mapped);
+    for (std::size_t i = 0; i < shown.back().size(); ++i) {
+      LandmarkId& landmark = shown.back()[i].landmark;
+      const LandmarkId taken_for = filtered.reports[k].observations[i].landmark;
+      if (landmark < 0 && mapped.contains(taken_for)) landmark = taken_for;
+    }
   }
   return shown;
 }

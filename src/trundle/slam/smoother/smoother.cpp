@@ -140,12 +140,6 @@ SmoothedSlam Smoothing::result(const Found& found) {
   return result;
 }
 
-bool all_nameless(const SlamInput& input) {
-  return std::ranges::all_of(input.steps, [](const SlamStep& step) {
-    return std::ranges::all_of(step.observations, [](const Observation& o) { return o.landmark < 0; });
-  });
-}
-
 /// What the sightings show, and the smoothed trajectory and map if they do.
 struct Explanation {
   ShownObservations shown;
@@ -176,13 +170,13 @@ class Hindsight {
 
   bool merge_twins() {
     const std::vector<LandmarkPair> twins =
-        twins_in(best_.shown, best_.smoothed.map, sensor_,
+        twins_in(best_.shown, best_.smoothed.map, sensor_, input_.first_nameless(),
                  [&](LandmarkId a, LandmarkId b) { return best_.smoothing.difference_covariance(a, b); });
     if (twins.empty()) return false;
     return is_better(with_merged(best_.shown, twins)) ||
            (twins.size() > 1 && is_better(with_merged(best_.shown, std::span(twins).first(1))));
   }
-  bool explain_again() { return is_better(explained_again(best_.shown, best_.smoothed, sensor_)); }
+  bool explain_again() { return is_better(explained_again(best_.shown, input_, best_.smoothed, sensor_)); }
 
   /// Then it is the best from now on.
   bool is_better(ShownObservations shown) {
@@ -208,7 +202,7 @@ SmoothedSlam smooth(const SlamInput& input, const LandmarkSensor& sensor, const 
   ShownObservations shown = shown_observations(input, filtered);
   Smoothing smoothing(input, shown, sensor, options);
   SmoothedSlam smoothed = smoothing.from_filtered(filtered.path ? *filtered.path : filtered.online);
-  if (!all_nameless(input)) {
+  if (!input.has_nameless()) {
     smoothed.shown = std::move(shown);
     return smoothed;
   }
