@@ -132,6 +132,12 @@ void add_slam(CLI::App& app) {
       ->capture_default_str();
   command->add_flag("--smooth", options->question.smooth,
                     "Then the most probable trajectory and map given everything seen, before and after");
+  command
+      ->add_option("--smoother-runs", options->question.smoother_runs,
+                   "Where sightings lack names: runs of a filter that the smoother starts from, to keep the "
+                   "most probable")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
   command->add_flag("--unknown-ids", options->question.unknown_ids,
                     "Forget the landmarks' names and find out which is which");
   command

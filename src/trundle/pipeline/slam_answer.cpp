@@ -12,6 +12,7 @@
 #include "trundle/pipeline/sound.hpp"
 #include "trundle/recording/landmark_file.hpp"
 #include "trundle/slam/doubts.hpp"
+#include "trundle/slam/smoother/many_starts.hpp"
 
 namespace trundle {
 namespace {
@@ -30,6 +31,8 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
   if (question.systematic_sigma)
     provenance.options.emplace_back("systematic-sigma", fmt::format("{}", *question.systematic_sigma));
   if (question.smooth) provenance.options.emplace_back("smooth", "true");
+  if (question.smooth && question.smoother_runs != SlamQuestion{}.smoother_runs)
+    provenance.options.emplace_back("smoother-runs", std::to_string(question.smoother_runs));
   add_options_of(question.slip, provenance);
   add_robot_number(question.robot_number, provenance);
   return provenance;
@@ -37,11 +40,13 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
 
 /// Landmarks that have no name are called 1, 2, ... in order of first sight, those removed since among them,
 /// but for what is a name already.
-void name_the_nameless(const std::vector<StepReport>& reports, std::vector<std::string>& names) {
+void name_the_nameless(SlamAnswer& answer) {
   LandmarkId last = kUnknownLandmark;
-  for (const StepReport& report : reports)
+  for (const StepReport& report : answer.result.reports)
     for (const ObservationReport& observation : report.observations)
       last = std::max(last, observation.landmark);
+  for (const MappedLandmark& landmark : answer.map()) last = std::max(last, landmark.id);
+  std::vector<std::string>& names = answer.input.landmarks;
   const std::set<std::string> taken(names.begin(), names.end());
   for (int number = 1; static_cast<LandmarkId>(names.size()) <= last; ++number)
     if (!taken.contains(std::to_string(number))) names.push_back(std::to_string(number));
@@ -132,15 +137,16 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
   const LandmarkSensor& sensor = *robot.robot.landmark_sensor;
   SlamPrior prior{.start = question.start,
                   .systematic_sigma = Systematic::Constant(question.systematic_sigma.value_or(0.0))};
-  const SlamRun run(sensor, {.method = question.method,
-                             .particles = question.particles,
-                             .seed = question.seed,
-                             .prior = prior,
-                             .threads = question.threads,
-                             .swarm = question.swarm,
-                             .first_nameless = answer.input.first_nameless()});
-  answer.result = slam_with_checkpoints(answer.input, run, settings_of(robot, question, answer.input),
-                                        question.checkpoints, question.on_steps);
+  const SlamOptions filter{.method = question.method,
+                           .particles = question.particles,
+                           .seed = question.seed,
+                           .prior = prior,
+                           .threads = question.threads,
+                           .swarm = question.swarm,
+                           .first_nameless = answer.input.first_nameless()};
+  answer.result =
+      slam_with_checkpoints(answer.input, SlamRun(sensor, filter), settings_of(robot, question, answer.input),
+                            question.checkpoints, question.on_steps);
   if (!question.systematic_sigma) prior.systematic_sigma = kUsualSystematicSigma;
   if (question.smooth && answer.result.map.empty())
     problems.push_back({.severity = Severity::warning,
@@ -149,8 +155,9 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
                         .count = 1,
                         .message = "no landmark is surely there: the trajectory is the filter's"});
   else if (question.smooth)
-    answer.smoothed = smooth(answer.input, sensor, answer.result, {.prior = prior});
-  name_the_nameless(answer.result.reports, answer.input.landmarks);
+    answer.smoothed = smooth_from_many(answer.input, sensor, answer.result, filter, question.smoother_runs,
+                                       {.prior = prior});
+  name_the_nameless(answer);
   answer.doubts = doubts_about(answer.input, answer.result, answer.smoothed ? &*answer.smoothed : nullptr);
   require_sound(answer.result.online, recording.name);
   if (answer.smoothed) require_sound(answer.smoothed->trajectory, recording.name);

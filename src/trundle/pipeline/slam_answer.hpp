@@ -30,6 +30,7 @@ struct SlamQuestion {
   bool unknown_ids = false;               ///< forget the landmarks' names and find out which is which
   std::optional<SlipQuestion> slip = {};  ///< then the odometry is corrected for slip first, found so
   bool smooth = false;                    ///< then also the most probable trajectory and map of all
+  std::size_t smoother_runs = 5;          ///< of a filter, from which that starts where names are missing
   std::size_t threads = 1;                ///< results do not depend on it
   int robot_number = 0;                   ///< of a folder with several robots; 0: not given
   SlamCheckpoints checkpoints = {};
