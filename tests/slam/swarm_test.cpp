@@ -60,9 +60,10 @@ struct Scene {
   PoseTarget target() const { return {predicted, Q, sensor.body_from_sensor, readings}; }
   void refine(const SwarmOptions& options) {
     const Matrix3 L = semidefinite_root(Q);
+    Crew alone(1, count);
     Swarm(count).refine(
         {predicted, L, sensor.body_from_sensor, NearReadings(readings, {0.3, -0.2}), {.seed = 5}}, options,
-        n);
+        alone, n);
   }
 };
 

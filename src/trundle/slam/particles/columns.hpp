@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "trundle/geometry/pose2.hpp"
+#include "trundle/slam/particles/particle_landmark.hpp"
 
 namespace trundle {
 
@@ -96,6 +97,9 @@ struct SensorColumns {
 
   Vector2 origin = Vector2::Zero();
   Column<double> x, y, cos, sin;
+
+  /// From the origin.
+  SensorAt at(std::size_t particle) const { return {x[particle], y[particle], cos[particle], sin[particle]}; }
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {

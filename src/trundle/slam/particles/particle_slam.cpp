@@ -174,7 +174,7 @@ void ParticleSlam::move_and_weigh() {
   near_.set(readings_, sensors_.origin);
   if (by_swarm)
     swarm_.refine({predicted_, placement.L, sensor_.body_from_sensor, near_, second_draw}, options_.swarm,
-                  n_);
+                  crew_, n_);
   const bool is_placed = looks && proposal == Proposal::motion;
   crew_.for_all_particles([&](ParticleRange piece) {
     if (!looks && !by_swarm) bring_up(draw, piece);

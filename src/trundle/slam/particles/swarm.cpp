@@ -49,10 +49,9 @@ Swarm::Swarm(std::size_t particles)
     cells_.set(cell, {side(cell), side(cell / 3), side(cell / 9)});
 }
 
-void Swarm::refine(const Target& target, const SwarmOptions& options, TripleColumns& n) {
+void Swarm::refine(const Target& target, const SwarmOptions& options, Crew& crew, TripleColumns& n) {
   if (target.readings.size() == 0 || target.L.diagonal().minCoeff() <= 0.0) return;
   predicted_.origin = target.readings.origin();
-  place(target.predicted, still_, {}, all(), poses_, predicted_);
   const Matrix3 inverse = target.L.triangularView<Eigen::Lower>().solve(Matrix3::Identity());
   const SwarmTask task{target.readings,
                        predicted_,
@@ -61,18 +60,28 @@ void Swarm::refine(const Target& target, const SwarmOptions& options, TripleColu
                        kReachInSigmas * target.L.rowwise().norm(),
                        sensor_at({}, target.body_from_sensor),
                        options.target_agreement > 0.0};
-  start_swarm(task, n, all(), agents_);
+  crew.for_all_particles([&](ParticleRange piece) {
+    place(target.predicted, still_, {}, piece, poses_, predicted_);
+    start_swarm(task, n, piece, agents_);
+  });
   double radius = options.search_radius;
   const double slowing = (options.first_inertia - options.last_inertia) / std::max(options.iterations - 1, 1);
   for (int k = 0; k < options.iterations; ++k) {
     const auto purpose = static_cast<std::uint32_t>(1 + k);
-    draw_chances({target.draw.seed, target.draw.step, purpose}, all(), chances_);
-    find_partners();
-    compete(task, {partners_, partner_values_, chances_[0]}, all(), agents_);
-    fly(task,
-        {chances_[1], chances_[2], best_agent(), options.first_inertia - k * slowing, options.cognitive,
-         options.social},
-        all(), agents_);
+    crew.for_all_particles([&](ParticleRange piece) {
+      draw_chances({target.draw.seed, target.draw.step, purpose}, piece, chances_);
+      find_partners(piece);
+    });
+    crew.for_all_particles([&](ParticleRange piece) {
+      compete(task, {partners_, partner_values_, chances_[0]}, piece, agents_);
+    });
+    const Flight flight{chances_[1],
+                        chances_[2],
+                        agents_.best_at.at(best_agent()),
+                        options.first_inertia - k * slowing,
+                        options.cognitive,
+                        options.social};
+    crew.for_all_particles([&](ParticleRange piece) { fly(task, flight, piece, agents_); });
     search(task, radius);
     radius *= 0.5;
     if (task.wants_agreement && agreement() >= options.target_agreement) break;
@@ -81,9 +90,9 @@ void Swarm::refine(const Target& target, const SwarmOptions& options, TripleColu
 }
 
 /// Each one's best neighbour, as they were before anyone moved.
-void Swarm::find_partners() {
+void Swarm::find_partners(ParticleRange range) {
   if (lattice_.cells() < 2) return;
-  for (std::size_t i = 0; i < lattice_.cells(); ++i) {
+  for (std::size_t i = range.first; i < std::min(range.last, lattice_.cells()); ++i) {
     const std::size_t m =
         *std::ranges::max_element(neighbours_[i], {}, [&](std::size_t k) { return agents_.value[k]; });
     partner_values_[i] = agents_.value[m];

@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "trundle/slam/particles/crew.hpp"
 #include "trundle/slam/particles/particle_kernels.hpp"
 #include "trundle/slam/particles/swarm_kernels.hpp"
 
@@ -47,11 +48,10 @@ class Swarm {
   };
   /// `n` (whitened, one for each particle) comes in as drawn from the motion and leaves as the best that each
   /// agent has found. Where nothing is seen, or the motion is certain in some direction, it stays.
-  void refine(const Target& target, const SwarmOptions& options, TripleColumns& n);
+  void refine(const Target& target, const SwarmOptions& options, Crew& crew, TripleColumns& n);
 
  private:
-  ParticleRange all() const { return {0, padded(particles_)}; }
-  void find_partners();
+  void find_partners(ParticleRange range);
   void search(const SwarmTask& task, double radius);
   std::size_t best_agent() const;
   double agreement() const;

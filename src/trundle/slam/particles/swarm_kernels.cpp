@@ -24,9 +24,8 @@ HWY_INLINE void store_body(const LaneBody<Real>& body, BodyColumns& to, std::siz
 }
 
 template <class Real>
-HWY_INLINE LaneBody<Real> body_of_one(const BodyColumns& bodies, std::size_t i) {
-  return {lanes<Real>(bodies.x[i]), lanes<Real>(bodies.y[i]), lanes<Real>(bodies.cos[i]),
-          lanes<Real>(bodies.sin[i])};
+HWY_INLINE LaneBody<Real> same(const SensorAt& body) {
+  return {lanes<Real>(body.x), lanes<Real>(body.y), lanes<Real>(body.cos), lanes<Real>(body.sin)};
 }
 
 template <class Real>
@@ -217,7 +216,7 @@ void compete_as(const SwarmTask& task, const Competition& by, ParticleRange rang
 template <class Real>
 void fly_as(const SwarmTask& task, const Flight& by, ParticleRange range, SwarmColumns& swarm) {
   const LaneTask<Real> given(task);
-  const LaneBody<Real> leader = body_of_one<Real>(swarm.best_at, by.leader);
+  const LaneBody<Real> leader = same<Real>(by.leader);
   const Vec<Real> inertia = lanes<Real>(by.inertia);
   const Vec<Real> cognitive = lanes<Real>(by.cognitive);
   const Vec<Real> social = lanes<Real>(by.social);
@@ -243,7 +242,7 @@ void fly_as(const SwarmTask& task, const Flight& by, ParticleRange range, SwarmC
 template <class Real>
 void search_as(const SwarmTask& task, const Search& by, ParticleRange range, SearchedPlaces& found) {
   const LaneTask<Real> given(task);
-  const LaneBody<Real> predicted = body_of_one<Real>(task.predicted, by.particle);
+  const LaneBody<Real> predicted = same<Real>(task.predicted.at(by.particle));
   const LaneTriple<Real> centre = same<Real>(by.centre);
   const Vec<Real> radius = lanes<Real>(by.radius);
   for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {

@@ -60,7 +60,7 @@ void compete(const SwarmTask& task, const Competition& by, ParticleRange range, 
 struct Flight {
   const TripleColumns& chances_of_own;
   const TripleColumns& chances_of_all;
-  std::size_t leader;
+  SensorAt leader;  ///< where the best of all is, for some may already have flown
   double inertia, cognitive, social;
 };
 void fly(const SwarmTask& task, const Flight& by, ParticleRange range, SwarmColumns& swarm);
