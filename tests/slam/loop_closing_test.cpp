@@ -155,17 +155,19 @@ struct Again {
   explicit Again(std::uint64_t seed) : random(seed, 4) {
     for (int i = 0; i < 6; ++i) landmarks.emplace_back(random.uniform(-8.0, 8.0), random.uniform(-8.0, 8.0));
   }
-  SeenAgain seen(LandmarkId landmark, const Vector2& place) {
+  SeenAgain seen(LandmarkId landmark, const Vector2& place, const Vector2& from) {
     const Vector2 noise(random.normal(kSigma), random.normal(kSigma));
     return {landmark,
             place + noise,
             kSigma * kSigma * Matrix2::Identity(),
             landmarks[static_cast<std::size_t>(landmark)],
             1e-4 * Matrix2::Identity(),
-            old};
+            old,
+            from};
   }
-  /// All of them at each of five stations; some of the sightings are of something else. Nothing: no closing.
-  std::optional<MapBend> look(const Pose2& drift, double share_wrong) {
+  /// All of them at each of five stations, so far apart; some of the sightings are of something else.
+  /// Nothing: no closing.
+  std::optional<MapBend> look(const Pose2& drift, double share_wrong, double step_m = 2.0) {
     LoopClosing closing;
     for (int station = 0; station < 40; ++station) closing.next_station();
     for (int station = 0; station < 5; ++station) {
@@ -174,7 +176,7 @@ struct Again {
         const Vector2 place = random.uniform() < share_wrong
                                   ? Vector2(random.uniform(-8.0, 8.0), random.uniform(-8.0, 8.0))
                                   : Vector2(drift.inverse() * landmarks[static_cast<std::size_t>(i)]);
-        closing.rejected(seen(i, place), now);
+        closing.rejected(seen(i, place, {step_m * station, 0.0}), now);
       }
       if (auto bend = closing.close(now)) return bend;
     }
@@ -200,6 +202,15 @@ TEST(LoopClosing, FindsTheDriftAmongWrongNames) {
   EXPECT_LT(beyond, 0.1 * closed + 5.0 * std::sqrt(0.05 * closed));
 }
 
+/// Where the robot stands still every landmark has been seen once, however often it is read.
+TEST(LoopClosing, IsNotMadeOfReadingsFromOnePlace) {
+  const Pose2 drift{1.0, -1.0, 0.1};
+  for (std::uint64_t trial = 0; trial < 10; ++trial) {
+    EXPECT_FALSE(Again(trial).look(drift, 0.0, 0.01)) << trial;
+    EXPECT_TRUE(Again(trial).look(drift, 0.0)) << trial;
+  }
+}
+
 /// Where nothing but wrong names is seen there is no drift to find.
 TEST(LoopClosing, IsNotMadeOfWrongNames) {
   for (int trial = 0; trial < test::trials(500, 50); ++trial)
@@ -216,11 +227,12 @@ TEST(LoopClosing, IsNotMadeOfMovedLandmarks) {
     for (int station = 0; station < 40; ++station) closing.next_station();
     for (int station = 0; station < 100; ++station) {
       closing.next_station();
-      closing.rejected(again.seen(0, again.landmarks[0] + by), again.now);
-      closing.rejected(again.seen(1, again.landmarks[1] + by), again.now);
+      const Vector2 from(2.0 * (station % 10), 0.0);
+      closing.rejected(again.seen(0, again.landmarks[0] + by, from), again.now);
+      closing.rejected(again.seen(1, again.landmarks[1] + by, from), again.now);
       for (LandmarkId i = 2; i < 6; ++i)
         if (station == 0)
-          closing.matched(again.seen(i, again.landmarks[static_cast<std::size_t>(i)]), again.now);
+          closing.matched(again.seen(i, again.landmarks[static_cast<std::size_t>(i)], from), again.now);
         else
           closing.still_matched(i);
       EXPECT_FALSE(closing.close(again.now));

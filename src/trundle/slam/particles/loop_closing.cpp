@@ -146,7 +146,17 @@ void LoopClosing::remember(const SeenAgain& again, bool speaks_for_drift) {
   if (window_.size() > kMostSightings) window_.pop_front();
 }
 
+/// Readings from one place err alike: the robot has to move by a tenth of the distance.
+bool LoopClosing::is_another_look(const SeenAgain& again) const {
+  constexpr double kNewLook = 0.1;
+  const double far = kNewLook * (again.seen - again.seen_from).norm();
+  return std::ranges::none_of(window_, [&](const Sighting& s) {
+    return s.again.landmark == again.landmark && (again.seen_from - s.again.seen_from).norm() < far;
+  });
+}
+
 void LoopClosing::rejected(const SeenAgain& again, const PieceOfMap& now) {
+  if (!is_another_look(again)) return;
   const Matrix2 drift = drift_since(again.seen_in.doubt, now.doubt, again.seen).topLeftCorner<2, 2>();
   const Matrix2 errors = again.mapped_covariance + again.seen_covariance;
   const Eigen::LLT<Matrix2> all(drift + errors);

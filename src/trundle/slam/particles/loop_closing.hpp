@@ -17,12 +17,13 @@ struct SeenAgain {
   Matrix2 seen_covariance = Matrix2::Zero();  ///< of the reading
   Vector2 mapped = Vector2::Zero();           ///< where the map has it
   Matrix2 mapped_covariance = Matrix2::Zero();
-  PieceOfMap seen_in = {};  ///< that in view when it was last seen
+  PieceOfMap seen_in = {};              ///< that in view when it was last seen
+  Vector2 seen_from = Vector2::Zero();  ///< where the robot is taken to be
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.landmark, self.seen, self.seen_covariance, self.mapped, self.mapped_covariance,
-            self.seen_in);
+    archive(self.landmark, self.seen, self.seen_covariance, self.mapped, self.mapped_covariance, self.seen_in,
+            self.seen_from);
   }
 };
 
@@ -70,6 +71,7 @@ class LoopClosing {
       archive(self.again, self.station, self.speaks_for_drift);
     }
   };
+  bool is_another_look(const SeenAgain& again) const;
   void remember(const SeenAgain& again, bool speaks_for_drift);
 
   /// Landmarks of old that fit, and when they did last.

@@ -96,7 +96,8 @@ void ParticleSlam::watch_for_loop(std::span<const Observation> observations) {
     if (!fits && !here) here = estimate();
     const Pose2& from = fits ? *about_here : here->pose;
     const SightedLandmark seen = sighted_landmark(from, sensor_.body_from_sensor, observations[i]);
-    SeenAgain again{.landmark = landmark, .seen = seen.in_world, .seen_in = old};
+    SeenAgain again{
+        .landmark = landmark, .seen = seen.in_world, .seen_in = old, .seen_from = from.translation()};
     again.seen_covariance = seen.by_reading * reading_covariance(sensor_) * seen.by_reading.transpose();
     if (fits) {
       loop_.matched(again, present_piece(from));
