@@ -35,29 +35,30 @@ MapBend::Move rigid_fit(std::span<const SeenAgain> again, const Vector2& centre,
 /// to tell by what move it does. docs/slam.md, 'Closing a loop'.
 class LoopClosing {
  public:
-  /// A step with sightings has come; its number.
-  std::uint64_t next_station();
+  /// A step with sightings has come.
+  void next_station();
+  /// Its number.
+  std::uint64_t station() const { return station_; }
   /// Whether it was not in view lately.
   bool is_old(const PieceOfMap& piece) const;
   /// A rejected sighting of a landmark of old.
   void rejected(const SeenAgain& again, const PieceOfMap& now);
-  /// One that fits: the loop is closed already, or what is rejected is wrong. Where it is mapped is not
-  /// asked.
+  /// One that fits: the loop is closed already, or what is rejected is wrong.
   void matched(const SeenAgain& again, const PieceOfMap& now);
   /// A landmark fits that was in view lately: if it had come back, it is still there.
   void still_matched(LandmarkId landmark);
+  /// Whether landmarks of old that have come back are where they are mapped, but for a few.
+  bool is_closed() const;
   /// Whether this step has rejected one that drift explains.
   bool has_news() const { return is_news_; }
   /// Where what has been rejected lately agrees on one move, the map is to be bent by it; all is forgotten
   /// then.
   std::optional<MapBend> close(const PieceOfMap& now);
-  /// Whether it ever did.
-  bool has_closed() const { return has_closed_; }
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.window_, self.returned_, self.station_, self.has_closed_);
+    archive(self.window_, self.returned_, self.station_);
   }
 
  private:
@@ -78,7 +79,6 @@ class LoopClosing {
   std::map<LandmarkId, std::uint64_t> returned_;
   std::deque<Sighting> window_;
   std::uint64_t station_ = 0;
-  bool has_closed_ = false;
   bool is_news_ = false;  ///< something speaks for a drift in this step
 };
 
