@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 #include "trundle/simulation/random.hpp"
@@ -175,6 +176,73 @@ TEST(ForgottenDoubt, KeepsWhatFamiliesTakeThatDoWell) {
     EXPECT_NEAR(drift.whole[i] / variance, 1.0, wide) << i;
     EXPECT_NEAR(drift.wandered[i] / drift.kept[i], 1.0, wide) << i;
   }
+}
+
+Matrix3 twice_forgotten(const ForgottenDoubt& doubt) {
+  return doubt.beyond_scatter(Vector2::Zero());
+}
+
+/// Of a place at the world's origin, which all of these tests are about.
+MapDoubt doubt_of(const Matrix3& covariance) {
+  return {Vector2::Zero(), covariance};
+}
+
+const Matrix3 kOld = (Matrix3() << 0.2, 0.05, 0.01, 0.05, 0.1, -0.01, 0.01, -0.01, 0.02).finished();
+const Matrix3 kSince = (Matrix3() << 2.0, 0.7, -0.1, 0.7, 1.0, 0.2, -0.1, 0.2, 0.3).finished();
+
+/// What has come about since the landmark was last seen is measured by where it is seen, in the textbook's
+/// form; the mean stays, so the square of what it ought to move by is added.
+TEST(ForgottenDoubt, RecallsByAKalmanFilterOfWhatCameSince) {
+  const Vector2 apart(0.2, -0.3);
+  const Matrix2 errors = (Matrix2() << 0.3, 0.1, 0.1, 0.05).finished();
+  ForgottenDoubt doubt;
+  doubt.remember(doubt_of(kOld + kSince), doubt_of(kOld + kSince));
+  doubt.recall(doubt_of(kOld), {Vector2::Zero(), apart, errors});
+  const Matrix3 R = 2.0 * kSince;
+  const Eigen::Matrix<double, 3, 2> K = R.leftCols<2>() * (R.topLeftCorner<2, 2>() + errors).inverse();
+  const Vector3 off = K * apart;
+  const Matrix3 expected = 2.0 * kOld + R - K * R.topRows<2>() + off * off.transpose();
+  EXPECT_LT((twice_forgotten(doubt) - expected).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_TRUE(doubt.whole().covariance.isApprox(0.5 * expected, 1e-12));
+}
+
+TEST(ForgottenDoubt, RecallsNothingFromWhatIsInMoreDoubt) {
+  ForgottenDoubt doubt;
+  doubt.remember(doubt_of(kOld), doubt_of(kOld));
+  doubt.recall(doubt_of(kOld + kSince), {Vector2::Zero(), {0.1, 0.1}, 0.01 * Matrix2::Identity()});
+  EXPECT_LT((twice_forgotten(doubt) - 2.0 * kOld).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+/// No less along any direction, and no more than that takes.
+TEST(ForgottenDoubt, IsNoSurerThanWhatItFollows) {
+  const Matrix3 forgotten = 0.5 * kOld;
+  ForgottenDoubt doubt;
+  doubt.remember(doubt_of(forgotten), doubt_of(kOld));
+  doubt.be_no_surer_than(doubt_of(0.9 * kOld), Vector2::Zero());
+  EXPECT_TRUE(doubt.whole().covariance.isApprox(kOld, 1e-12));
+  doubt.be_no_surer_than(doubt_of(kOld + kSince), Vector2::Zero());
+  EXPECT_TRUE(doubt.whole().covariance.isApprox(kOld + kSince, 1e-12));
+  EXPECT_TRUE(twice_forgotten(doubt).isApprox(2.0 * (forgotten + kSince), 1e-12));
+}
+
+/// One landmark of four fits after a blind way that nobody can tell, the others do not: it may be chance.
+TEST(ForgottenDoubt, IsNotLearnedFromOneThatFitsAmongManyThatDoNot) {
+  const Matrix3 noise = Vector3(1.0, 1.0, 0.04).asDiagonal();
+  const auto variance_after = [&](double off_m) {
+    const LandmarkSensor sensor{{}, 0.1, radians(1.0), 20.0, 0.0};
+    ParticleSlam filter(sensor, {.seed = 3});
+    std::vector<Observation> seen;
+    for (std::size_t i = 0; i < 4; ++i)
+      seen.push_back(
+          {static_cast<LandmarkId>(i), kPlaces[i].norm(), std::atan2(kPlaces[i].y(), kPlaces[i].x())});
+    filter.step({}, seen);
+    for (std::size_t i = 1; i < 4; ++i) seen[i].range_m += off_m;
+    filter.step({Pose2{}, noise, Matrix3::Zero()}, seen);
+    return filter.estimate().covariance.topLeftCorner<2, 2>().trace();
+  };
+  const double unknown = noise(0, 0) + noise(1, 1);
+  EXPECT_GT(variance_after(12.0), unknown);
+  EXPECT_LT(variance_after(0.0), 0.1 * unknown);
 }
 
 /// e = Log(T̂⁻¹ T) over the first loop of a room, 3 where the covariance is honest, and the map at its end.

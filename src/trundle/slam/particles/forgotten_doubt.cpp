@@ -5,7 +5,9 @@
 #include <numeric>
 #include <vector>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 
 namespace trundle {
 
@@ -15,6 +17,40 @@ MapDoubt MapDoubt::about(const Vector2& other) const {
   A(1, 2) = other.x() - centre.x();
   return {other, A * covariance * A.transpose()};
 }
+
+namespace {
+
+/// Axes along which two covariances are independent: the one is 1 along each, the other `variances`.
+struct CommonAxes {
+  Matrix3 axes;
+  Vector3 variances;
+
+  Matrix3 along(const Vector3& of_axes) const { return axes * of_axes.asDiagonal() * axes.transpose(); }
+};
+/// Nothing where the one has no extent, along some direction.
+std::optional<CommonAxes> common_axes(const Matrix3& one, const Matrix3& other) {
+  const Eigen::LLT<Matrix3> root(one);
+  if (root.info() != Eigen::Success) return std::nullopt;
+  const Matrix3 whitener = root.matrixL().solve(Matrix3::Identity());
+  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(whitener * other * whitener.transpose());
+  return CommonAxes{root.matrixL() * eigen.eigenvectors(), eigen.eigenvalues()};
+}
+
+/// Eq. 68: a Kalman filter of what has come about since, whose mean is not moved.
+MapDoubt recalled(const MapDoubt& doubt, const MapDoubt& old, const ForgottenDoubt::Fit& fit) {
+  const MapDoubt now = doubt.about(fit.seen);
+  const auto common = common_axes(now.covariance, old.about(fit.seen).covariance);
+  if (!common) return doubt;
+  const Vector3 before = common->variances.cwiseMin(1.0);
+  const Matrix3 since = common->axes * (Vector3::Ones() - before).cwiseSqrt().asDiagonal();
+  const Eigen::Matrix<double, 2, 3> shift = since.topRows<2>();
+  const Eigen::Matrix<double, 3, 2> by_apart = 2.0 * shift.transpose() * fit.errors.inverse();
+  const Matrix3 left = (Matrix3::Identity() + by_apart * shift).inverse();
+  const Vector3 off = since * left * by_apart * fit.apart;
+  return {fit.seen, common->along(before) + since * left * since.transpose() + 0.5 * off * off.transpose()};
+}
+
+}  // namespace
 
 std::vector<Vector2> some_places(const LandmarkColumns& columns, std::span<const Ancestry::Index> ancestors,
                                  std::size_t particles) {
@@ -81,6 +117,23 @@ MapDoubt ForgottenDoubt::forget(const MapDoubt& left, double share) {
   forgotten_ = forgotten_.about(left.centre);
   forgotten_.covariance += share / (1.0 - share) * left.covariance;
   return whole_ = {left.centre, forgotten_.covariance + left.covariance};
+}
+
+void ForgottenDoubt::keep(const MapDoubt& more) {
+  forgotten_ = forgotten_.about(more.centre);
+  whole_ = whole_.about(more.centre);
+  forgotten_.covariance += more.covariance;
+  whole_.covariance += more.covariance;
+}
+
+void ForgottenDoubt::recall(const MapDoubt& old, const Fit& fit) {
+  forgotten_ = recalled(forgotten_, old, fit);
+  whole_ = recalled(whole_, old, fit);
+}
+
+void ForgottenDoubt::be_no_surer_than(const MapDoubt& old, const Vector2& centre) {
+  const auto common = common_axes(whole_.about(centre).covariance, old.about(centre).covariance);
+  if (common) keep({centre, common->along((common->variances - Vector3::Ones()).cwiseMax(0.0))});
 }
 
 void ForgottenDoubt::remember(const MapDoubt& forgotten, const MapDoubt& whole) {

@@ -57,15 +57,28 @@ class Kinship {
 
 /// What particles differed in, and forgot. Each resampling makes them more alike, also in what sightings do
 /// not tell: where the map that is in view lies in the world. The particles lose that doubt, the truth does
-/// not; here it is kept. docs/slam.md, eq. 60 to 62.
+/// not; here it is kept. docs/slam.md, eq. 60 to 62 and 68 to 70.
 class ForgottenDoubt {
  public:
+  /// Where a landmark is seen, how far from there it is mapped, and the covariance of that.
+  struct Fit {
+    Vector2 seen;
+    Vector2 apart;
+    Matrix2 errors;
+  };
+
   /// A resampling has taken `share` of what particles differed in, and left the scatter. Returns what they
   /// differ in and have forgotten, together: resampling does not change that.
   MapDoubt forget(const MapDoubt& left, double share);
 
   /// The same, as it was after the last resampling.
   const MapDoubt& whole() const { return whole_; }
+  /// More, that sightings have not told. Eq. 70.
+  void keep(const MapDoubt& more);
+  /// A landmark of a piece of the map that was in `old` doubt fits. Eq. 68.
+  void recall(const MapDoubt& old, const Fit& fit);
+  /// The particles follow a piece of the map that is in `old` doubt; what follows is in as much. Eq. 69.
+  void be_no_surer_than(const MapDoubt& old, const Vector2& centre);
   /// A loop has been closed: what is forgotten then, and what that is with what particles differ in.
   void remember(const MapDoubt& forgotten, const MapDoubt& whole);
 

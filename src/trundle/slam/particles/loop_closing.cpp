@@ -1,6 +1,7 @@
 #include "trundle/slam/particles/loop_closing.hpp"
 
 #include <algorithm>
+#include <set>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -17,7 +18,7 @@ constexpr std::uint64_t kStations = 30;     ///< so long a sighting is remembere
 constexpr std::size_t kMostSightings = 64;  ///< are remembered
 constexpr std::size_t kLeastSightings = 6;  ///< have to agree
 constexpr std::size_t kLeastWitnesses = 2;  ///< landmarks that do
-constexpr double kLeastShare = 2.0 / 3.0;   ///< of what is remembered has to agree
+constexpr double kLeastShare = 2.0 / 3.0;   ///< of what is remembered has to agree, or of landmarks to fit
 constexpr double kTail = 1e-3;              ///< probability of what is not taken for chance
 
 /// How a point moves, both counted from the centre, and its derivative by the twist.
@@ -128,12 +129,11 @@ MapBend::Move rigid_fit(std::span<const SeenAgain> again, const Vector2& centre,
   return move;
 }
 
-std::uint64_t LoopClosing::next_station() {
+void LoopClosing::next_station() {
   is_news_ = false;
   ++station_;
   while (!window_.empty() && window_.front().station + kStations < station_) window_.pop_front();
   std::erase_if(returned_, [&](const auto& landmark) { return landmark.second + kStations < station_; });
-  return station_;
 }
 
 bool LoopClosing::is_old(const PieceOfMap& piece) const {
@@ -146,7 +146,17 @@ void LoopClosing::remember(const SeenAgain& again, bool speaks_for_drift) {
   if (window_.size() > kMostSightings) window_.pop_front();
 }
 
+/// Readings from one place err alike: the robot has to move by a tenth of the distance.
+bool LoopClosing::is_another_look(const SeenAgain& again) const {
+  constexpr double kNewLook = 0.1;
+  const double far = kNewLook * (again.seen - again.seen_from).norm();
+  return std::ranges::none_of(window_, [&](const Sighting& s) {
+    return s.again.landmark == again.landmark && (again.seen_from - s.again.seen_from).norm() < far;
+  });
+}
+
 void LoopClosing::rejected(const SeenAgain& again, const PieceOfMap& now) {
+  if (!is_another_look(again)) return;
   const Matrix2 drift = drift_since(again.seen_in.doubt, now.doubt, again.seen).topLeftCorner<2, 2>();
   const Matrix2 errors = again.mapped_covariance + again.seen_covariance;
   const Eigen::LLT<Matrix2> all(drift + errors);
@@ -165,6 +175,14 @@ void LoopClosing::matched(const SeenAgain& again, const PieceOfMap& now) {
 
 void LoopClosing::still_matched(LandmarkId landmark) {
   if (const auto at = returned_.find(landmark); at != returned_.end()) at->second = station_;
+}
+
+bool LoopClosing::is_closed() const {
+  std::set<LandmarkId> back;
+  for (const auto& landmark : returned_) back.insert(landmark.first);
+  for (const Sighting& s : window_) back.insert(s.again.landmark);
+  const auto fit = static_cast<double>(returned_.size());
+  return returned_.size() >= kLeastWitnesses && fit >= kLeastShare * static_cast<double>(back.size());
 }
 
 std::optional<MapBend> LoopClosing::close(const PieceOfMap& now) {
@@ -191,7 +209,6 @@ std::optional<MapBend> LoopClosing::close(const PieceOfMap& now) {
     window_.clear();
     returned_.clear();
   }
-  has_closed_ = has_closed_ || bend;
   return bend;
 }
 

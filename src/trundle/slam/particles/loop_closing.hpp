@@ -17,12 +17,13 @@ struct SeenAgain {
   Matrix2 seen_covariance = Matrix2::Zero();  ///< of the reading
   Vector2 mapped = Vector2::Zero();           ///< where the map has it
   Matrix2 mapped_covariance = Matrix2::Zero();
-  PieceOfMap seen_in = {};  ///< that in view when it was last seen
+  PieceOfMap seen_in = {};              ///< that in view when it was last seen
+  Vector2 seen_from = Vector2::Zero();  ///< where the robot is taken to be
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.landmark, self.seen, self.seen_covariance, self.mapped, self.mapped_covariance,
-            self.seen_in);
+    archive(self.landmark, self.seen, self.seen_covariance, self.mapped, self.mapped_covariance, self.seen_in,
+            self.seen_from);
   }
 };
 
@@ -34,29 +35,30 @@ MapBend::Move rigid_fit(std::span<const SeenAgain> again, const Vector2& centre,
 /// to tell by what move it does. docs/slam.md, 'Closing a loop'.
 class LoopClosing {
  public:
-  /// A step with sightings has come; its number.
-  std::uint64_t next_station();
+  /// A step with sightings has come.
+  void next_station();
+  /// Its number.
+  std::uint64_t station() const { return station_; }
   /// Whether it was not in view lately.
   bool is_old(const PieceOfMap& piece) const;
   /// A rejected sighting of a landmark of old.
   void rejected(const SeenAgain& again, const PieceOfMap& now);
-  /// One that fits: the loop is closed already, or what is rejected is wrong. Where it is mapped is not
-  /// asked.
+  /// One that fits: the loop is closed already, or what is rejected is wrong.
   void matched(const SeenAgain& again, const PieceOfMap& now);
   /// A landmark fits that was in view lately: if it had come back, it is still there.
   void still_matched(LandmarkId landmark);
+  /// Whether landmarks of old that have come back are where they are mapped, but for a few.
+  bool is_closed() const;
   /// Whether this step has rejected one that drift explains.
   bool has_news() const { return is_news_; }
   /// Where what has been rejected lately agrees on one move, the map is to be bent by it; all is forgotten
   /// then.
   std::optional<MapBend> close(const PieceOfMap& now);
-  /// Whether it ever did.
-  bool has_closed() const { return has_closed_; }
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.window_, self.returned_, self.station_, self.has_closed_);
+    archive(self.window_, self.returned_, self.station_);
   }
 
  private:
@@ -70,13 +72,13 @@ class LoopClosing {
       archive(self.again, self.station, self.speaks_for_drift);
     }
   };
+  bool is_another_look(const SeenAgain& again) const;
   void remember(const SeenAgain& again, bool speaks_for_drift);
 
   /// Landmarks of old that fit, and when they did last.
   std::map<LandmarkId, std::uint64_t> returned_;
   std::deque<Sighting> window_;
   std::uint64_t station_ = 0;
-  bool has_closed_ = false;
   bool is_news_ = false;  ///< something speaks for a drift in this step
 };
 

@@ -59,7 +59,10 @@ const StepReport& ParticleSlam::step(const Motion& motion, std::span<const Obser
   report_.resampled = false;
   report_.closed_loop = false;
   drive(motion);
+  if (!observations.empty()) loop_.next_station();
   recognise(observations);
+  note_returns();
+  distrust_few();
   if (seen_.empty() && open_.empty() && !association_.sees_something()) {
     if (options_.keep_paths) paths_.coast(pending_);
     watch_for_loop(observations);

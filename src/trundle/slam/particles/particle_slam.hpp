@@ -93,10 +93,20 @@ class ParticleSlam {
     ReadingTerms reading;
   };
 
+  /// A landmark of old that fits, as the most probable particle had it before the step.
+  struct Returned {
+    std::size_t observation;
+    LandmarkId landmark;
+    PieceOfMap seen_in;
+    LandmarkEstimate mapped;
+  };
+
   void recognise(std::span<const Observation> observations);
   Matrix3 predicted_covariance() const;
   void convene();
   void reject_outliers();
+  void note_returns();
+  void distrust_few();
   void look(const Draw& draw);
   void bring_up(const Draw& draw, ParticleRange range);
   void move_and_weigh();
@@ -109,7 +119,9 @@ class ParticleSlam {
   void keep_doubt();
   void drive(const Motion& motion);
   PieceOfMap present_piece(const Pose2& here) const;
+  SeenAgain seen_again(LandmarkId landmark, const Observation& observation, const Pose2& from) const;
   void watch_for_loop(std::span<const Observation> observations);
+  void recall(std::span<const Observation> observations);
   void bend(const MapBend& bend, const Pose2& here);
   std::size_t best_particle() const;
   ParticleRange all() const { return {0, padded(options_.particles)}; }
@@ -138,6 +150,7 @@ class ParticleSlam {
   Kinship kinship_{options_.particles};
   ForgottenDoubt forgotten_;
   LoopClosing loop_;
+  std::vector<Returned> returned_;
   MapDoubt drift_;  ///< what the odometry may have erred by since the start
   Swarm swarm_;
   TripleColumns systematic_;            ///< each particle's mean, given its path

@@ -1,4 +1,7 @@
 // What particles know: their estimates, with what they have forgotten, and loops closed in spite of that.
+#include <algorithm>
+#include <iterator>
+
 #include <Eigen/Cholesky>
 
 #include "trundle/slam/cholesky.hpp"
@@ -75,49 +78,90 @@ PieceOfMap ParticleSlam::present_piece(const Pose2& here) const {
   return piece;
 }
 
+/// Before this step improves them.
+void ParticleSlam::note_returns() {
+  returned_.clear();
+  for (const Seen& s : seen_) {
+    const PieceOfMap& seen_in = map_.seen_in(s.landmark);
+    if (!loop_.is_old(seen_in)) continue;
+    const ParticleMap::Inherited all = map_.inherited(s.landmark, ancestry_);
+    returned_.push_back({s.observation, s.landmark, seen_in, all.columns.at(all.from[best_particle()])});
+  }
+}
+
+/// Eq. 70: what fits where most is rejected may do so by chance. All that the motion may have erred by is
+/// still open.
+void ParticleSlam::distrust_few() {
+  constexpr auto kRejectedForEach = 2;
+  const auto rejected =
+      std::ranges::count(report_.observations, Decision::rejected, &ObservationReport::decision);
+  if (seen_.empty() || rejected <= kRejectedForEach * std::ssize(seen_)) return;
+  const Pose2 here = poses_.at(best_particle()) * pending_.mean;
+  forgotten_.keep({here.translation(), 0.5 * world_covariance({here, predicted_covariance()})});
+}
+
+/// By a robot at `from`, if the map has it there.
+SeenAgain ParticleSlam::seen_again(LandmarkId landmark, const Observation& observation,
+                                   const Pose2& from) const {
+  const SightedLandmark seen = sighted_landmark(from, sensor_.body_from_sensor, observation);
+  return {.landmark = landmark,
+          .seen = seen.in_world,
+          .seen_covariance = seen.by_reading * reading_covariance(sensor_) * seen.by_reading.transpose(),
+          .seen_in = map_.seen_in(landmark),
+          .seen_from = from.translation()};
+}
+
 /// At the end of a step.
 void ParticleSlam::watch_for_loop(std::span<const Observation> observations) {
   if (observations.empty()) return;
-  const PieceOfMap in_view{forgotten_.whole(), drift_, loop_.next_station()};
-  std::optional<Pose2> about_here;   // the best particle's will do for what fits
   std::optional<PoseEstimate> here;  // takes a look at all particles: where something is rejected
-  std::optional<MapDoubt> returned_to;
   for (std::size_t i = 0; i < observations.size(); ++i) {
     const Decision decision = report_.observations[i].decision;
     const LandmarkId landmark =
         decision == Decision::invalid ? kUnknownLandmark : map_.find(observations[i].landmark);
     if (landmark < 0) continue;
-    const PieceOfMap old = map_.seen_in(landmark);
-    if (decision != Decision::rejected) map_.set_seen_in(landmark, in_view);
     if (decision == Decision::matched) loop_.still_matched(landmark);
-    if (decision == Decision::created || !loop_.is_old(old)) continue;
-    const bool fits = decision == Decision::matched;
-    if (fits && !about_here) about_here = poses_.at(best_particle()) * pending_.mean;
-    if (!fits && !here) here = estimate();
-    const Pose2& from = fits ? *about_here : here->pose;
-    const SightedLandmark seen = sighted_landmark(from, sensor_.body_from_sensor, observations[i]);
-    SeenAgain again{.landmark = landmark, .seen = seen.in_world, .seen_in = old};
-    again.seen_covariance = seen.by_reading * reading_covariance(sensor_) * seen.by_reading.transpose();
-    if (fits) {
-      loop_.matched(again, present_piece(from));
-      if (!returned_to || is_less(*returned_to, old.doubt, from)) returned_to = old.doubt;
-    } else {
+    if (decision != Decision::rejected) {
+      map_.set_seen_in(landmark, {forgotten_.whole(), drift_, loop_.station()});
+    } else if (loop_.is_old(map_.seen_in(landmark))) {
+      if (!here) here = estimate();
+      SeenAgain again = seen_again(landmark, observations[i], here->pose);
       const ParticleMap::Mean mapped = map_.mean(landmark, weights_, ancestry_);
       again.mapped = mapped.position;
       again.mapped_covariance = mapped.within + mapped.scatter;
-      loop_.rejected(again, present_piece(from));
+      loop_.rejected(again, present_piece(here->pose));
     }
   }
-  std::optional<MapBend> found;
-  if (loop_.has_news() && !map_.has_nameless())  // which would have to be looked for elsewhere then
-    found = loop_.close(present_piece(here->pose));
-  if (found) {
-    bend(*found, here->pose);
-    forgotten_.remember(found->old_doubt(), found->doubt_after(drift_));
-    report_.closed_loop = true;
-  } else if (returned_to && loop_.has_closed() && is_less(forgotten_.whole(), *returned_to, *about_here)) {
-    forgotten_.remember(*returned_to, *returned_to);
+  recall(observations);
+  if (!loop_.has_news() || map_.has_nameless()) return;  // which would have to be looked for elsewhere then
+  const std::optional<MapBend> found = loop_.close(present_piece(here->pose));
+  if (!found) return;
+  bend(*found, here->pose);
+  forgotten_.remember(found->old_doubt(), found->doubt_after(drift_));
+  report_.closed_loop = true;
+}
+
+/// Landmarks of old that fit tell where the present piece lies, and how well that is known: as well as the
+/// surest of theirs. The most probable particle will do for the robot.
+void ParticleSlam::recall(std::span<const Observation> observations) {
+  if (returned_.empty()) return;
+  const Pose2 here = poses_.at(best_particle()) * pending_.mean;
+  std::vector<SeenAgain> back;
+  for (const Returned& r : returned_) {
+    back.push_back(seen_again(r.landmark, observations[r.observation], here));
+    back.back().seen_in = r.seen_in;
+    back.back().mapped = {r.mapped.x, r.mapped.y};
+    back.back().mapped_covariance << r.mapped.xx, r.mapped.xy, r.mapped.xy, r.mapped.yy;
+    loop_.matched(back.back(), present_piece(here));
   }
+  if (loop_.is_closed())
+    for (const SeenAgain& s : back)
+      forgotten_.recall(s.seen_in.doubt,
+                        {s.seen, s.mapped - s.seen, s.mapped_covariance + s.seen_covariance});
+  const auto surest = std::ranges::min_element(back, [&](const SeenAgain& one, const SeenAgain& other) {
+    return is_less(one.seen_in.doubt, other.seen_in.doubt, here);
+  });
+  forgotten_.be_no_surer_than(surest->seen_in.doubt, here.translation());
 }
 
 /// Eq. 65: every particle's present piece comes to lie where the sightings say, within what they leave open.
