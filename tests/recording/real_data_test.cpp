@@ -5,8 +5,8 @@
 #include <fstream>
 #include <sstream>
 
-#include <gmock/gmock.h>
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "trundle/recording/increments.hpp"

@@ -1,7 +1,7 @@
 #include <cmath>
 
-#include <gmock/gmock.h>
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "trundle/recording/recording.hpp"
