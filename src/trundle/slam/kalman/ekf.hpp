@@ -7,6 +7,7 @@
 #include "trundle/slam/association/association.hpp"
 #include "trundle/slam/association/existence.hpp"
 #include "trundle/slam/association/landmark_grid.hpp"
+#include "trundle/slam/kalman/agreement.hpp"
 #include "trundle/slam/kalman/joint_compatibility.hpp"
 #include "trundle/slam/kalman/joint_gaussian.hpp"
 
@@ -86,6 +87,8 @@ class EkfSlam {
   void match_open();
   void covary();
   void keep_gated();
+  void doubt_the_pose(const Pose2& motion);
+  SeenAndMapped seen_and_mapped(const Match& match) const;
   void update_matched();
   void add_landmark(std::size_t observation);
   void look_around();
@@ -113,6 +116,8 @@ class EkfSlam {
   std::vector<std::size_t> open_;        ///< observations without a landmark yet
   std::vector<std::size_t> seen_;        ///< landmarks
   std::vector<Match> matches_;
+  std::vector<double> nis_;             ///< of the matches
+  std::vector<SeenAndMapped> at_odds_;  ///< matches beyond the gate
   std::vector<JointGaussian::Rows> H_;
   Strips PHt_;
   Eigen::MatrixXd S_;
