@@ -7,7 +7,7 @@
 namespace trundle {
 namespace {
 
-constexpr int kLost = 20;  // more rejected sightings than matched ones; a third of outliers makes 10
+constexpr int kLost = 20;  // more sightings that do not fit than that do; a third of outliers makes 10
 constexpr std::size_t kFewestSightings = 20;
 constexpr double kGreatestMedian = 5.0;  // of NIS; honest: 1.39
 constexpr double kMostOutliers = 0.05;   // share, of a cost that is to say something
@@ -18,23 +18,24 @@ Problem doubt(std::string kind, std::size_t count, std::string message) {
   return {Severity::warning, std::move(kind), "sightings", count, std::move(message)};
 }
 
-/// The stretch in which rejected sightings outnumber matched ones by most.
+/// The stretch in which sightings that do not fit outnumber those that do by most.
 struct Stretch {
   std::size_t first = 0, last = 0;  ///< steps
   int excess = 0;
-  std::size_t rejected = 0, seen = 0;
+  std::size_t unfit = 0, seen = 0;
 };
 
 Stretch worst_stretch(const std::vector<StepReport>& reports) {
   Stretch worst, here;
   for (std::size_t k = 0; k < reports.size(); ++k)
     for (const ObservationReport& observation : reports[k].observations) {
-      const bool rejected = observation.decision == Decision::rejected;
-      if (!rejected && observation.decision != Decision::matched) continue;
+      const bool is_rejected = observation.decision == Decision::rejected;
+      if (!is_rejected && observation.decision != Decision::matched) continue;
+      const bool is_unfit = is_rejected || observation.nis > kDefaultGate;  // all together may pass: eq. 6a
       if (here.excess <= 0) here = {.first = k};
       here.last = k;
-      here.excess += rejected ? 1 : -1;
-      here.rejected += rejected ? 1 : 0;
+      here.excess += is_unfit ? 1 : -1;
+      here.unfit += is_unfit ? 1 : 0;
       ++here.seen;
       if (here.excess > worst.excess) worst = here;
     }
@@ -45,13 +46,13 @@ void doubt_filter(const SlamInput& input, const SlamResult& filtered, std::vecto
   const Stretch worst = worst_stretch(filtered.reports);
   if (worst.excess >= kLost)
     return doubts.push_back(
-        doubt("lost", worst.rejected,
+        doubt("lost", worst.unfit,
               fmt::format("from {:.1f} s to {:.1f} s after the start {} of {} sightings of landmarks seen "
-                          "before do not fit and are rejected: the filter is lost there, and neither its "
+                          "before do not fit: the filter is lost there, and neither its "
                           "trajectory nor its ± can be believed; is the robot calibrated, does [noise] say "
                           "how far its odometry can be trusted, do bearings turn to the left?",
                           input.steps[worst.first].time_s - input.start_s,
-                          input.steps[worst.last].time_s - input.start_s, worst.rejected, worst.seen)));
+                          input.steps[worst.last].time_s - input.start_s, worst.unfit, worst.seen)));
   const SlamCounts& counts = filtered.counts;
   const std::size_t seen = counts.matched + counts.rejected;
   if (seen >= kFewestSightings && counts.median_nis > kGreatestMedian)
