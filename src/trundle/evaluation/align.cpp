@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "trundle/geometry/gaussian.hpp"
+#include "trundle/geometry/rigid_motion.hpp"
 #include "trundle/io/error.hpp"
 
 namespace trundle {
@@ -95,26 +96,14 @@ void demand_overlap(const std::vector<PosePair>& pairs, const Trajectory& estima
 }
 
 Pose2 align_se2(const std::vector<PosePair>& pairs) {
-  Vector2 estimates = Vector2::Zero();
-  Vector2 references = Vector2::Zero();
-  for (const PosePair& pair : pairs) {
-    estimates += pair.estimate.translation() / static_cast<double>(pairs.size());
-    references += pair.reference.translation() / static_cast<double>(pairs.size());
-  }
-  double dot = 0.0;
-  double cross = 0.0;
-  for (const PosePair& pair : pairs) {
-    const Vector2 a = pair.estimate.translation() - estimates;
-    const Vector2 b = pair.reference.translation() - references;
-    dot += a.dot(b);
-    cross += a.x() * b.y() - a.y() * b.x();
-  }
-  if (std::hypot(dot, cross) == 0.0)
+  std::vector<PointPair> places;
+  for (const PosePair& pair : pairs)
+    places.push_back({pair.estimate.translation(), pair.reference.translation()});
+  const std::optional<Pose2> motion = rigid_motion(places);
+  if (!motion)
     throw CannotAnswer(
         "all common positions are in one place, which tells no rotation: align with start or none");
-  const double angle = std::atan2(cross, dot);
-  const Vector2 shift = references - rotation(angle) * estimates;
-  return {shift.x(), shift.y(), angle};
+  return *motion;
 }
 
 Pose2 alignment_of(const std::vector<PosePair>& pairs, Alignment alignment) {

@@ -108,8 +108,8 @@ struct PosePair {
 std::vector<PosePair> common_poses(const Trajectory& estimate, const Trajectory& reference,
                                    double longest_gap_s);
 
-/// The rigid motion T that minimises Σ |p_reference − T p_estimate|², in closed form [Umeyama 1991, in the
-/// plane]. Throws CannotAnswer when the positions do not tell a rotation (all in one place).
+/// The rigid motion T that minimises Σ |p_reference − T p_estimate|²: rigid_motion. Throws CannotAnswer when
+/// the positions do not tell a rotation (all in one place).
 Pose2 align_se2(const std::vector<PosePair>& pairs);
 
 }  // namespace trundle

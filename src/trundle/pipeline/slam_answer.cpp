@@ -41,10 +41,7 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
 /// Landmarks that have no name are called 1, 2, ... in order of first sight, those removed since among them,
 /// but for what is a name already.
 void name_the_nameless(SlamAnswer& answer) {
-  LandmarkId last = kUnknownLandmark;
-  for (const StepReport& report : answer.result.reports)
-    for (const ObservationReport& observation : report.observations)
-      last = std::max(last, observation.landmark);
+  LandmarkId last = answer.result.last_landmark();
   for (const MappedLandmark& landmark : answer.map()) last = std::max(last, landmark.id);
   std::vector<std::string>& names = answer.input.landmarks;
   const std::set<std::string> taken(names.begin(), names.end());

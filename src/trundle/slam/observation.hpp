@@ -48,9 +48,18 @@ struct SightedLandmark {
   Vector2 in_world;
   Matrix23 by_pose;    ///< by (x, y, heading) of the body in world axes
   Matrix2 by_reading;  ///< by (range, bearing)
+
+  /// Covariance of the place, by that of the reading alone.
+  Matrix2 spread(const Matrix2& R) const { return by_reading * R * by_reading.transpose(); }
 };
 SightedLandmark sighted_landmark(const Pose2& world_from_body, const Pose2& body_from_sensor,
                                  const Observation& observation);
+
+/// Whether a look at something is another one: readings from one place err alike, and what stands in front of
+/// it hides it only once. The robot has to move by a tenth of the distance.
+inline bool is_another_look(double moved_m, double range_m) {
+  return moved_m >= 0.1 * range_m;
+}
 
 /// Covariance of (range, bearing).
 Matrix2 reading_covariance(const LandmarkSensor& sensor);

@@ -34,7 +34,7 @@ struct StepReport {
   double effective_particles = 0.0;             ///< 1/Σw² before resampling; 0: the filter has no particles
   double greatest_weight = 0.0;                 ///< of one particle, likewise
   bool resampled = false;
-  bool closed_loop = false;  ///< the map was bent to what is seen again
+  bool closed_loop = false;  ///< the map was bent to what is seen again; `ekf`: the pose was moved to it
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {

@@ -161,6 +161,14 @@ std::vector<WeightedPose> SlamFilter::particles() const {
   return weighted;
 }
 
+LandmarkId SlamResult::last_landmark() const {
+  LandmarkId greatest = kUnknownLandmark;
+  for (const StepReport& report : reports)
+    for (const ObservationReport& observation : report.observations)
+      greatest = std::max(greatest, observation.landmark);
+  return greatest;
+}
+
 SlamRun::SlamRun(const LandmarkSensor& sensor, const SlamOptions& options)
     : particles_(options.particles), filter_(sensor, options) {}
 

@@ -100,6 +100,10 @@ struct SlamResult {
   std::vector<StepReport> reports;        ///< one for each step
   SlamCounts counts;
   StepTimes step_times;
+
+  /// The greatest id that it ever took a sighting for, of landmarks that are gone too; kUnknownLandmark:
+  /// none.
+  LandmarkId last_landmark() const;
 };
 
 /// A recording while it is filtered: it can be left after any step, stored, and taken up again by a run of

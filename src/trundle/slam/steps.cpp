@@ -103,6 +103,7 @@ class Cutter {
     }
     if (now_s_ > last_step_s_) finish_step();
     report_left_out();
+    report_nameless();
     input_.landmarks = names_.list();
     return std::move(input_);
   }
@@ -175,7 +176,6 @@ class Cutter {
 
   Observation observation_of(const Sighting& sighting) {
     const bool has_name = !options_.hide_ids && !sighting.landmark.empty();
-    nameless_ += has_name ? 0 : 1;
     return {has_name ? names_.id_of(sighting.landmark) : kUnknownLandmark, sighting.range_m,
             sighting.bearing_rad};
   }
@@ -188,10 +188,17 @@ class Cutter {
     left_out(outside_, "sighting without odometry", "lie before or after the odometry");
     left_out(repeated_, "repeated sighting", "repeat another, stamp, landmark and reading");
     left_out(crowded_, "crowded instant", fmt::format("are beyond {} of an instant", kMostSightingsAtOnce));
-    if (nameless_ < input_.observations())
-      note(nameless_, "sighting without name",
-           fmt::format("{} sightings name no landmark, others do: where they point tells them apart",
-                       nameless_));
+  }
+
+  void report_nameless() {
+    std::size_t nameless = 0;
+    for (const SlamStep& step : input_.steps)
+      nameless += static_cast<std::size_t>(
+          std::ranges::count(step.observations, kUnknownLandmark, &Observation::landmark));
+    if (nameless == input_.observations()) return;
+    note(
+        nameless, "sighting without name",
+        fmt::format("{} sightings name no landmark, others do: where they point tells them apart", nameless));
   }
 
   void note(std::size_t count, const char* kind, const std::string& message) {
@@ -208,8 +215,7 @@ class Cutter {
   std::size_t next_ = 0;     ///< of sightings_
   std::size_t outside_ = 0;  ///< sightings without odometry
   std::size_t repeated_ = 0;
-  std::size_t crowded_ = 0;   ///< sightings, of instants with too many
-  std::size_t nameless_ = 0;  ///< sightings
+  std::size_t crowded_ = 0;  ///< sightings, of instants with too many
   double now_s_ = 0.0;
   double last_step_s_ = 0.0;
   SlamInput input_;

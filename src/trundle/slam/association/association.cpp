@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <vector>
 
+#include <Eigen/LU>
+
 #include "trundle/slam/association/assignment.hpp"
 
 namespace trundle {
@@ -34,6 +36,10 @@ bool is_doubtful(const std::vector<Fit>& fits, const AssociationOptions& options
 
 double cost_of_new(const AssociationOptions& options) {
   return 2.0 * std::log(2.0 * kPi * options.max_range_m / options.new_share);
+}
+
+double cost_at_peak(const Matrix2& S) {
+  return 2.0 * std::log(2.0 * kPi) + std::log(S.determinant());
 }
 
 // Eq. 21: a column for each landmark, and one for each observation that stands for 'none of them'.

@@ -37,6 +37,9 @@ struct Associated {
 /// −2 log of the density of a reading that shows a new landmark, anywhere in the sensor's range.
 double cost_of_new(const AssociationOptions& options);
 
+/// −2 log of a normal density of (range, bearing) where it is highest.
+double cost_at_peak(const Matrix2& S);
+
 /// Which landmark each of the observations of one instant shows: the most probable explanation of all of them
 /// together in which no landmark is seen twice. `fits` lists for each observation the landmarks that are not
 /// hopeless. docs/slam.md, eq. 21.

@@ -42,7 +42,7 @@ class Visibility {
 
  private:
   static constexpr int kSectors = 36;
-  static constexpr int kRings = 16;  ///< of the sensor's range: far landmarks are missed more often
+  static constexpr int kRings = 16;  ///< up to the edge of the view, where landmarks are missed more often
   static int sector_of(double bearing_rad);
   /// The furthest sighting around that direction; 0: there was hardly any.
   double reach_m(double bearing_rad) const;
@@ -61,8 +61,8 @@ class Visibility {
 /// Whether a landmark exists.
 struct Existence {
   static constexpr double kMost = 6.0;  ///< no landmark is surer than that: what vanishes is soon believed
-  static constexpr double kSure =
-      2.0;  ///< above it, once confirmed, it tells how often the sensor misses one
+  /// Above it, once confirmed, it tells how often the sensor misses one.
+  static constexpr double kSure = 2.0;
   static constexpr double kRemoved = -3.0;  ///< below it, it leaves the map
   static constexpr double kTold = 3.0;      ///< from it on, with the prior, the map that is given out has it
   double log_odds = 0.0;                    ///< what was seen of it says so, without the prior
@@ -70,10 +70,8 @@ struct Existence {
   bool was_sure = false;                    ///< at some time
   bool was_confirmed = false;               ///< likewise
 
-  /// True where the sight of a landmark is another one than last time: the robot has moved by a tenth of the
-  /// distance. What stands still in front of a landmark hides it only once.
   bool is_another_look(const Vector2& from, double range_m) const {
-    return (from - looked_from).norm() >= 0.1 * range_m;
+    return trundle::is_another_look((from - looked_from).norm(), range_m);
   }
   /// A look at where it ought to be.
   struct Look {

@@ -151,8 +151,7 @@ void EkfSlam::doubt_the_pose(const Pose2& motion) {
 SeenAndMapped EkfSlam::seen_and_mapped(const Match& match) const {
   const SightedLandmark sighted =
       sighted_landmark(state_.pose(), sensor_.body_from_sensor, observations_[match.observation]);
-  return {sighted.in_world, state_.landmark(match.landmark),
-          sighted.by_reading * R_ * sighted.by_reading.transpose()};
+  return {sighted.in_world, state_.landmark(match.landmark), sighted.spread(R_)};
 }
 
 void EkfSlam::covary() {
@@ -180,7 +179,7 @@ void EkfSlam::update_matched() {
 
 void EkfSlam::add_landmark(std::size_t i) {
   const SightedLandmark sighted = sighted_landmark(state_.pose(), sensor_.body_from_sensor, observations_[i]);
-  state_.append(sighted.in_world, sighted.by_pose, sighted.by_reading * R_ * sighted.by_reading.transpose());
+  state_.append(sighted.in_world, sighted.by_pose, sighted.spread(R_));
   const std::size_t landmark = entries_.size();
   const bool has_name = observations_[i].landmark >= 0;
   entries_.push_back({kUnknownLandmark, 1, has_name, {0.0, state_.pose().translation()}});

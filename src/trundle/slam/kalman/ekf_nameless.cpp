@@ -24,8 +24,8 @@ void EkfSlam::recognise() {
   if (nameless_.empty()) return;
   find_candidates();
   pair_up();
-  const double least = std::log(R_.determinant()) + 2.0 * std::log(2.0 * kPi);
-  const double none = 2.0 * std::log(2.0 * kPi * sensor_.max_range_m);
+  const double least = cost_at_peak(R_);
+  const double none = cost_of_new({.max_range_m = sensor_.max_range_m});
   const JointExplanation explanation =
       most_probable_explanations(readings_, {.none = none, .least = least, .limit = joint_limits_}).front();
   doubt_the_left_over(explanation, none);
@@ -41,8 +41,7 @@ void EkfSlam::find_candidates() {
   for (std::size_t k = 0; k < nameless_.size(); ++k) {
     const SightedLandmark sighted =
         sighted_landmark(state_.pose(), sensor_.body_from_sensor, observations_[nameless_[k]]);
-    const Matrix2 spread = sighted.by_pose * of_pose * sighted.by_pose.transpose() +
-                           sighted.by_reading * R_ * sighted.by_reading.transpose();
+    const Matrix2 spread = sighted.by_pose * of_pose * sighted.by_pose.transpose() + sighted.spread(R_);
     const double sigma = std::sqrt(spread.trace());
     const double radius =
         std::sqrt(options_.unknown.near * options_.unknown.gate) * 2.0 * sigma + 2.0 * off_grid_m_;
@@ -105,8 +104,7 @@ void EkfSlam::doubt_the_left_over(const JointExplanation& explanation, double no
     const auto row = 2 * static_cast<Index>(p);
     const Matrix2 S = readings_.S.block<2, 2>(row, row);
     const Vector2 innovation = readings_.innovation.segment<2>(row);
-    const double cost =
-        innovation.dot(S.inverse() * innovation) + std::log(S.determinant()) + 2.0 * std::log(2.0 * kPi);
+    const double cost = innovation.dot(S.inverse() * innovation) + cost_at_peak(S);
     if (cost < none) nearest_[readings_.pairings[p].observation].is_doubtful = true;
   }
 }

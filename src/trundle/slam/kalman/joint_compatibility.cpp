@@ -6,7 +6,7 @@
 
 #include <Eigen/Dense>
 
-#include "trundle/geometry/angle.hpp"
+#include "trundle/slam/association/association.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 namespace trundle {
@@ -44,7 +44,7 @@ class Search {
 
   static Sum cost_of(const Vector2d& nu, const Matrix2d& S) {
     const double nis = nu.dot(S.inverse() * nu);
-    return {nis + std::log(S.determinant()) + 2.0 * std::log(2.0 * kPi), nis};
+    return {nis + cost_at_peak(S), nis};
   }
 
   /// Observations with few choices come first: what they say helps with the others.

@@ -13,7 +13,6 @@ namespace {
 
 constexpr std::size_t kMostPoints = 24;
 constexpr double kLargestVariance_m2 = 1.0;
-constexpr double kNewLook = 0.1;  // a look is new after a move of this share of the distance
 
 double squared_distance(const SightedPoint& a, const SightedPoint& b) {
   const Vector2 apart = a.in_body - b.in_body;
@@ -27,7 +26,7 @@ bool may_be_same(const SightedPoint& a, const SightedPoint& b) {
 }
 
 bool is_new_look(const SightedPoint& before) {
-  return before.seen_from.norm() > kNewLook * (before.in_body - before.seen_from).norm();
+  return is_another_look(before.seen_from.norm(), (before.in_body - before.seen_from).norm());
 }
 
 /// What two sightings of one landmark from one place say together, whose errors may be the same: the
@@ -79,9 +78,8 @@ void Constellation::step(const Motion& motion, std::span<const Observation> obse
 /// Together with what it was seen as before; in place of that, where both cannot be right. Returns its news.
 double Constellation::add(const Observation& observation) {
   const SightedLandmark sighted = sighted_landmark({}, sensor_.body_from_sensor, observation);
-  SightedPoint point{sighted.in_world,
-                     sighted.by_reading * reading_covariance(sensor_) * sighted.by_reading.transpose(),
-                     observation.landmark, now_};
+  SightedPoint point{sighted.in_world, sighted.spread(reading_covariance(sensor_)), observation.landmark,
+                     now_};
   const bool repeats = std::ranges::any_of(
       points_, [&](const SightedPoint& p) { return are_one_place(p, point) && !is_new_look(p); });
   const auto same = same_as(point);

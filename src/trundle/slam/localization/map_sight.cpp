@@ -16,10 +16,8 @@ namespace {
 std::vector<Fit> fits_of(const PoseEstimate& belief, const KnownMap& map, const LandmarkSensor& sensor,
                          const Observation& observation, double gate) {
   const SightedLandmark sighted = sighted_landmark(belief.pose, sensor.body_from_sensor, observation);
-  const double variance =
-      (sighted.by_pose * belief.covariance * sighted.by_pose.transpose()).trace() +
-      (sighted.by_reading * reading_covariance(sensor) * sighted.by_reading.transpose()).trace() +
-      map.largest_variance();
+  const double variance = (sighted.by_pose * belief.covariance * sighted.by_pose.transpose()).trace() +
+                          sighted.spread(reading_covariance(sensor)).trace() + map.largest_variance();
   std::vector<Fit> fits;
   for (const LandmarkId id : map.within(sighted.in_world, std::sqrt(2.0 * gate * variance))) {
     const MapSight sight = map_sight(belief, sensor, map[id], observation);

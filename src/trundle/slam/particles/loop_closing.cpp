@@ -146,12 +146,11 @@ void LoopClosing::remember(const SeenAgain& again, bool speaks_for_drift) {
   if (window_.size() > kMostSightings) window_.pop_front();
 }
 
-/// Readings from one place err alike: the robot has to move by a tenth of the distance.
 bool LoopClosing::is_another_look(const SeenAgain& again) const {
-  constexpr double kNewLook = 0.1;
-  const double far = kNewLook * (again.seen - again.seen_from).norm();
+  const double range_m = (again.seen - again.seen_from).norm();
   return std::ranges::none_of(window_, [&](const Sighting& s) {
-    return s.again.landmark == again.landmark && (again.seen_from - s.again.seen_from).norm() < far;
+    return s.again.landmark == again.landmark &&
+           !trundle::is_another_look((again.seen_from - s.again.seen_from).norm(), range_m);
   });
 }
 

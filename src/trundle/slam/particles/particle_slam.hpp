@@ -150,13 +150,13 @@ class ParticleSlam {
   Kinship kinship_{options_.particles};
   ForgottenDoubt forgotten_;
   LoopClosing loop_;
-  std::vector<Returned> returned_;
   MapDoubt drift_;  ///< what the odometry may have erred by since the start
   Swarm swarm_;
   TripleColumns systematic_;            ///< each particle's mean, given its path
   Matrix3 systematic_covariance_;       ///< the same for all: paths differ in where they went, not in how
   Motion pending_;                      ///< since the poses were drawn
   std::vector<Seen> seen_;              ///< in this step, of landmarks in the map
+  std::vector<Returned> returned_;      ///< of those
   std::vector<KnownReading> readings_;  ///< of those seen
   NearReadings near_;                   ///< the same
   std::vector<std::size_t> open_;       ///< valid observations of this step that show none of them

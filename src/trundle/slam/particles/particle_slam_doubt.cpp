@@ -106,7 +106,7 @@ SeenAgain ParticleSlam::seen_again(LandmarkId landmark, const Observation& obser
   const SightedLandmark seen = sighted_landmark(from, sensor_.body_from_sensor, observation);
   return {.landmark = landmark,
           .seen = seen.in_world,
-          .seen_covariance = seen.by_reading * reading_covariance(sensor_) * seen.by_reading.transpose(),
+          .seen_covariance = seen.spread(reading_covariance(sensor_)),
           .seen_in = map_.seen_in(landmark),
           .seen_from = from.translation()};
 }
@@ -146,13 +146,14 @@ void ParticleSlam::watch_for_loop(std::span<const Observation> observations) {
 void ParticleSlam::recall(std::span<const Observation> observations) {
   if (returned_.empty()) return;
   const Pose2 here = poses_.at(best_particle()) * pending_.mean;
+  const PieceOfMap now = present_piece(here);
   std::vector<SeenAgain> back;
   for (const Returned& r : returned_) {
     back.push_back(seen_again(r.landmark, observations[r.observation], here));
     back.back().seen_in = r.seen_in;
     back.back().mapped = {r.mapped.x, r.mapped.y};
     back.back().mapped_covariance << r.mapped.xx, r.mapped.xy, r.mapped.xy, r.mapped.yy;
-    loop_.matched(back.back(), present_piece(here));
+    loop_.matched(back.back(), now);
   }
   if (loop_.is_closed())
     for (const SeenAgain& s : back)

@@ -16,11 +16,6 @@ constexpr double kCellShare = 0.25;         // of the sensor's range: cells of t
 constexpr double kSigmas = 5.0;             // further away nothing is looked for
 constexpr std::size_t kMostCandidates = 8;  // landmarks that one sighting may show
 
-/// −2 log of a normal density where it is highest.
-double cost_at_peak(const Matrix2& S) {
-  return 2.0 * std::log(2.0 * kPi) + std::log(S.determinant());
-}
-
 /// −2 log of the density of a reading that shows nothing of the map.
 double cost_of_none(const LandmarkSensor& sensor) {
   return cost_of_new({.max_range_m = sensor.max_range_m});
@@ -59,7 +54,7 @@ class Looker {
   std::vector<Fit> fits(std::size_t step, const Observation& observation) {
     const Pose2& pose = smoothed_.trajectory.poses[step].pose;
     const SightedLandmark there = sighted_landmark(pose, sensor_.body_from_sensor, observation);
-    const Matrix2 spread = there.by_reading * R_ * there.by_reading.transpose();
+    const Matrix2 spread = there.spread(R_);
     map_.near(there.in_world, kSigmas * std::sqrt(spread.trace()), kMostCandidates, near_);
     std::vector<Fit> fits;
     for (const std::size_t i : near_) {

@@ -33,17 +33,9 @@ std::map<LandmarkId, LandmarkId> numbers_of(const ShownObservations& shown, cons
   return numbers;
 }
 
-LandmarkId last_number(const SlamResult& filtered) {
-  LandmarkId last = kUnknownLandmark;
-  for (const StepReport& report : filtered.reports)
-    for (const ObservationReport& observation : report.observations)
-      last = std::max(last, observation.landmark);
-  return last;
-}
-
 void number_as(const SlamResult& filtered, LandmarkId first_nameless, SmoothedSlam& smoothed) {
   std::map<LandmarkId, LandmarkId> numbers = numbers_of(smoothed.shown, filtered, first_nameless);
-  LandmarkId next = std::max(last_number(filtered) + 1, first_nameless);
+  LandmarkId next = std::max(filtered.last_landmark() + 1, first_nameless);
   const auto renumber = [&](LandmarkId& landmark) {
     if (landmark < first_nameless) return;
     const auto [number, is_new] = numbers.try_emplace(landmark, next);
