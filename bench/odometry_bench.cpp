@@ -89,7 +89,7 @@ void steps(const Robot& robot, const Log& log, Poses& out) {
     out.x[i] = odometer.pose().x;
     out.y[i] = odometer.pose().y;
     out.heading[i] = odometer.pose().heading;
-    if constexpr (kWithCovariance) out.covariance[i] = odometer.state().white;
+    if constexpr (kWithCovariance) out.covariance[i] = odometer.white();
   }
 }
 
@@ -104,7 +104,7 @@ void steps_with_parameters(const Robot& robot, const Log& log, Poses& out) {
     increment.turned[1] = log.right[i];
     odometer.step(increment);
     out.x[i] = odometer.pose().x;
-    out.covariance[i] = odometer.state().white;
+    out.covariance[i] = odometer.white();
   }
 }
 
@@ -120,7 +120,7 @@ void steps_learning_bias(const Robot& robot, const Log& log, Poses& out) {
     increment.gyro_rad = kPi * 0.0704 * (log.right[i] - log.left[i]) / 0.23;
     odometer.step(increment);
     out.x[i] = odometer.pose().x;
-    out.covariance[i] = odometer.state().white;
+    out.covariance[i] = odometer.white();
   }
 }
 
@@ -133,7 +133,7 @@ void steps_at_rest(const Robot& robot, Poses& out) {
   for (std::size_t i = 0; i < kRows; ++i) {
     odometer.step(increment);
     out.x[i] = odometer.pose().x;
-    out.covariance[i] = odometer.state().white;
+    out.covariance[i] = odometer.white();
   }
 }
 

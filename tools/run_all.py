@@ -21,6 +21,8 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 BEGIN, END = "<!-- run_all: begin -->", "<!-- run_all: end -->"
 LONGEST_S = 1800
+# Such rows show what a gyro would add; they are no evidence of a real one's accuracy.
+GYRO_MADE = " (gyro made from the reference)"
 
 
 def write(path, text):
@@ -84,18 +86,18 @@ class Job:
         self.calibrate_on, self.options = calibrate_on, list(options)
 
 
-def sessions(out, name, train, train_of_train):
-    """Each session, calibrated on another: `train`, which itself is calibrated on `train_of_train`."""
+def sessions(out, name, train, train_of_train, remark=""):
+    """Each session, calibrated on another: `train`, which itself is calibrated on `train_of_train`. The remark is for the row."""
     base = out / name
     for folder in sorted(path for path in base.glob("*/*") if path.is_dir()):
         on = train if folder != base / train else train_of_train
-        yield Job(f"{name}/{folder.relative_to(base)}", folder, base / "robot.toml", on and base / on)
+        yield Job(f"{name}/{folder.relative_to(base)}{remark}", folder, base / "robot.toml", on and base / on)
 
 
 def jobs(data, out):
     yield from sessions(out, "optiodom_diff", "square/231220200040", "square/231220200029")
     yield from sessions(out, "optiodom_omni3", "circular/221220201643", "circular/221220201716")
-    yield from sessions(out, "optiodom_omni3_gyro", "circular/221220201643", "circular/221220201716")
+    yield from sessions(out, "optiodom_omni3_gyro", "circular/221220201643", "circular/221220201716", GYRO_MADE)
     yield from sessions(out, "optiodom_omni4", "circular/231220200346", None)
     for folder in sorted((out / "censi_calibration").glob("lmov*")):
         yield Job(f"censi_calibration/{folder.name}", folder, out / "censi_calibration/robot.toml", None,

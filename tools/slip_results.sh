@@ -27,14 +27,20 @@ for run in nonfaulty_1 nonfaulty_2 left_faulty right_faulty; do
   "$trundle" calibrate "$run" --robot robot.toml --free gyro.time_offset | grep -e '^gyro.time_offset' -e 'note: gyro.time_offset'
 done
 
-# Slips, corrected and plain trajectory of a recording, and their errors against a reference.
+# A robot file without its gyro, and without what a calibration says of it.
+wheels_alone() { awk '/^\[/ { drop = /^\[+(gyro|calibration)/ } !drop' "$1"; }
+
+# Slips of a recording, its trajectory by the wheels alone, by wheels and gyro without a slip test, and corrected, and
+# their errors against a reference.
 judge() {
   local run=$1 robot=$2 reference=$3
   shift 3
   "$trundle" slip "$run" --robot "$robot" --learn "$@" --probability 0.001 -o "$run/slip.csv" \
     --corrected "$run/corrected.csv" --quiet
   "$trundle" odometry "$run" --robot "$robot" -o "$run/plain.csv" --quiet
-  echo "$(error_of "$run/plain.csv" "$reference") $(error_of "$run/corrected.csv" "$reference")" > "$run/errors.txt"
+  wheels_alone "$robot" > "$run/wheels_alone.toml"
+  "$trundle" odometry "$run" --robot "$run/wheels_alone.toml" -o "$run/wheels.csv" --quiet
+  echo "$(error_of "$run/wheels.csv" "$reference") $(error_of "$run/plain.csv" "$reference") $(error_of "$run/corrected.csv" "$reference")" > "$run/errors.txt"
 }
 
 cd "$out/kobuki_injected"

@@ -3,7 +3,8 @@
 
 usage: tools/slip_score.py FOLDER...
 
-Each FOLDER holds truth_slip.csv, slip.csv, and errors.txt: position errors without and with correction [m], on one line.
+Each FOLDER holds truth_slip.csv, slip.csv, and errors.txt: position errors of the wheels
+alone, of wheels and gyro without a slip test, and with correction [m], on one line.
 """
 import csv
 import sys
@@ -22,7 +23,7 @@ def overlap(a, b):
 
 def main():
     injected = detected = right = ambiguous = wrong = false_alarms = 0
-    before, after = [], []
+    wheels, before, after = [], [], []
     for folder in map(Path, sys.argv[1:]):
         truth, found = slips_of(folder / "truth_slip.csv"), slips_of(folder / "slip.csv")
         injected += len(truth)
@@ -40,13 +41,15 @@ def main():
                 wrong += 1
         false_alarms += sum(not any(overlap(f, slip) for slip in truth) for f in found)
         errors = [float(cell) for cell in (folder / "errors.txt").read_text().split()]
-        before.append(errors[0])
-        after.append(errors[1])
+        for values, error in zip((wheels, before, after), errors):
+            values.append(error)
     print(f"{len(before)} runs, {injected} slips: {detected} detected; of these {right} the right wheel, {ambiguous} "
           f"ambiguous, {wrong} wrong; {false_alarms} other events")
-    better = median(b / a for b, a in zip(before, after))
-    print(f"position error, median over the runs: {median(before):.4f} m without correction, {median(after):.4f} m with; "
-          f"median ratio {better:.2f}; made worse: {sum(a > b for b, a in zip(before, after))}")
+    print(f"position error, median over the runs: wheels alone {median(wheels):.4f} m, wheels and gyro without a slip "
+          f"test {median(before):.4f} m, corrected {median(after):.4f} m")
+    for name, baseline in (("wheels alone", wheels), ("wheels and gyro", before)):
+        better = median(b / a for b, a in zip(baseline, after))
+        print(f"median ratio to {name}: {better:.2f}; made worse: {sum(a > b for b, a in zip(baseline, after))}")
 
 
 if __name__ == "__main__":

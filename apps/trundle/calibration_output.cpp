@@ -12,8 +12,7 @@ namespace {
 
 /// Sigmas are read as a distance from the value: two digits are enough.
 std::string sigma_of(const ParameterEstimate& estimate) {
-  if (estimate.observable)
-    return "± " + sigma_text(std::hypot(estimate.sigma_within, estimate.sigma_between.value_or(0.0)));
+  if (estimate.observable) return "± " + sigma_text(estimate.sigma_total);
   if (!std::isfinite(estimate.sigma_data))
     return fmt::format("held: not seen (prior ± {})", sigma_text(estimate.sigma_prior));
   return fmt::format("held: data ± {}, prior ± {}", sigma_text(estimate.sigma_data),

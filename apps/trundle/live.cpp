@@ -14,6 +14,7 @@
 
 #include "command.hpp"
 #include "live.hpp"
+#include "slip_correction.hpp"
 #include "start_pose.hpp"
 
 namespace trundle::app {
@@ -24,6 +25,7 @@ struct Options {
   std::string robot;
   std::string start = "0,0,0";
   double probability = SlipOptions{}.probability;
+  double spin_odds = SlipOptions{}.spin_odds;
   double longest_step_s = OnlineAlignmentOptions{}.longest_step_s;
   std::string checkpoint;
   double checkpoint_every_s = 5.0;
@@ -35,6 +37,7 @@ Provenance provenance_of(const Options& options, const RobotFile& robot) {
   return {{robot.file},
           {{"start", options.start},
            {"probability", fmt::format("{}", options.probability)},
+           {"spin-odds", fmt::format("{}", options.spin_odds)},
            {"longest-step-s", fmt::format("{}", options.longest_step_s)}},
           std::nullopt};
 }
@@ -103,7 +106,7 @@ class Session {
         settings_(to_json(provenance_).dump()),
         printer_(options.common),
         odometer_(robot.robot, {.start = start_pose_from(options.start),
-                                .slip = {.probability = options.probability},
+                                .slip = {.probability = options.probability, .spin_odds = options.spin_odds},
                                 .alignment = {.longest_step_s = options.longest_step_s}}) {}
 
   void run(std::istream& input) {
@@ -191,6 +194,7 @@ void add_live(CLI::App& app) {
   command->add_option("--probability", options->probability, "That an interval without slip is flagged")
       ->check(number_from(1e-12, 0.5))
       ->capture_default_str();
+  add_spin_odds(*command, options->spin_odds);
   command
       ->add_option("--longest-step-s", options->longest_step_s,
                    "Longer steps of a stream are gaps; a gyro silent for longer is not waited for [s]")

@@ -7,6 +7,7 @@
 
 #include "command.hpp"
 #include "progress_bar.hpp"
+#include "slip_correction.hpp"
 
 namespace trundle::app {
 namespace {
@@ -69,6 +70,7 @@ void add_run(CLI::App& app) {
   command->add_option("--free", question.calibrate.free, "Also calibrate this parameter, e.g. reference.x");
   command->add_option("--fix", question.calibrate.fix, "Leave this parameter at its nominal value");
   command->add_option("--learn", question.learn, "Recordings without slip, to measure the noise on");
+  add_spin_odds(*command, question.spin_odds);
   command->add_option("--map", question.map,
                       "Known landmarks to localize on; without it RECORDING/landmarks.csv, where it is");
   command->add_option("--filter", options->filter, "Which filter maps the landmarks")

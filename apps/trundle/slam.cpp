@@ -20,6 +20,7 @@ struct Options {
   SlamQuestion question;
   SlipCorrection slip;
   std::string filter = "fastslam2";
+  std::string estimate;
   std::string output;
 };
 
@@ -79,6 +80,8 @@ SlamQuestion question_of(const Options& options) {
   question.slip = app::question_of(options.slip, question.robot_number);
   question.method = *slam_method_named(options.filter);
   question.start = start_pose_from(question.start_text);
+  if (!options.estimate.empty())
+    question.estimate = options.estimate == "best" ? PointEstimate::best : PointEstimate::mean;
   return question;
 }
 
@@ -123,6 +126,11 @@ void add_slam(CLI::App& app) {
           "never")
       ->check(number_from(0.0, 1.0))
       ->capture_default_str();
+  command
+      ->add_option("--estimate", options->estimate,
+                   "Pose of the particle filters: their mean or the best particle; default: best for mapso, "
+                   "mean for the others")
+      ->check(CLI::IsMember({"mean", "best"}));
   command->add_option("--seed", options->question.seed, "Seed of the particle filters' random numbers")
       ->check(whole_number())
       ->capture_default_str();

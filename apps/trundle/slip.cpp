@@ -6,6 +6,7 @@
 
 #include "command.hpp"
 #include "shared_output.hpp"
+#include "slip_correction.hpp"
 
 namespace trundle::app {
 namespace {
@@ -72,7 +73,9 @@ void add_slip(CLI::App& app) {
       ->add_option("--probability", options->question.probability, "That an interval without slip is flagged")
       ->check(number_from(1e-12, 0.5))
       ->capture_default_str();
-  command->add_option("--method", options->method, "general: any chassis; published: two wheels and a gyro")
+  command
+      ->add_option("--method", options->method,
+                   "general: any chassis; published: two wheels and a gyro, the wheel that is off spins")
       ->check(CLI::IsMember({"general", "published"}))
       ->capture_default_str();
   command
@@ -80,6 +83,7 @@ void add_slip(CLI::App& app) {
                    "Readings are judged over at least this long [s]")
       ->check(number_from(0.0, 60.0))
       ->capture_default_str();
+  add_spin_odds(*command, options->question.spin_odds);
   add_robot_number(*command, options->question.robot_number);
   command->add_option("-o,--output", options->output, "Slips: start_s,end_s,wheel,kind,excess_m,confidence");
   command->add_option("--corrected", options->corrected,

@@ -14,8 +14,10 @@ namespace trundle::app {
 struct SlipCorrection {
   bool wanted = false;
   std::vector<std::string> learn;
+  double spin_odds = SlipOptions{}.spin_odds;
 };
 
+CLI::Option* add_spin_odds(CLI::App& command, double& spin_odds);
 void add_slip_correction(CLI::App& command, SlipCorrection& correction);
 std::optional<SlipQuestion> question_of(const SlipCorrection& correction, int robot_number);
 

@@ -47,7 +47,8 @@ TEST(Calibrate, FindsTheTrueRobotAndSaysHowSure) {
     EXPECT_LT(e.sigma_within, 0.01 * std::abs(e.value)) << e.name;
     EXPECT_FALSE(e.sigma_between.has_value()) << "one session cannot show a spread";
   }
-  EXPECT_THAT(result.warnings, Contains(HasSubstr("spread between sessions unknown")));
+  EXPECT_THAT(result.warnings,
+              Contains(HasSubstr("± covers one session; variation between sessions unknown")));
   ASSERT_EQ(result.calibrated.calibration->errors.size() >= 2, true);
   EXPECT_LT(result.calibrated.calibration->errors[0].after,
             0.3 * result.calibrated.calibration->errors[0].before);
@@ -189,6 +190,15 @@ TEST(Calibrate, SessionsThatDifferWidenTheIntervals) {
   // The four tracks given have a standard deviation of 3.9 mm.
   EXPECT_NEAR(*parameter(result, "track").sigma_between, 0.0039, 0.0015);
   EXPECT_GT(*parameter(result, "track").sigma_between, 2.0 * parameter(result, "track").sigma_within);
+  // What is printed and what odometry carries along is one number: within, between, and the mean of four.
+  Eigen::Index index = 0;
+  for (const ParameterEstimate& e : result.parameters) {
+    if (!e.observable) continue;
+    EXPECT_NEAR(e.sigma_total, std::hypot(e.sigma_within, *e.sigma_between * std::sqrt(1.25)), 1e-12)
+        << e.name;
+    EXPECT_DOUBLE_EQ(e.sigma_total, std::sqrt(result.covariance_total(index, index))) << e.name;
+    ++index;
+  }
 }
 
 TEST(Calibrate, AnUnknownParameterIsNamedWithTheNearestKnownOne) {

@@ -8,6 +8,8 @@
 #include "trundle/io/error.hpp"
 #include "trundle/simulation/scenario.hpp"
 
+#include "scale.hpp"
+
 namespace trundle {
 namespace {
 
@@ -119,23 +121,85 @@ TEST(InstallAngle, one_percent_between_the_scales_looks_like_half_a_degree) {
   EXPECT_NEAR(degrees(install_angle(std::vector{run}).alpha_rad), -0.57, 0.005);
 }
 
+/// A run as measured: `options` has what it errs by, `common_rad` what its start heading shares with others.
+LRun measured(const LRun& truth, const InstallAngleOptions& options, double common_rad, Random& random) {
+  const double own_rad =
+      options.start_heading == StartHeading::each_run ? options.sigma_heading_rad * random.normal() : 0.0;
+  LRun run = seen_from(truth, common_rad + own_rad);
+  run.end_x_m += options.sigma_m * random.normal();
+  run.end_y_m += options.sigma_m * random.normal();
+  return run;
+}
+
+// Of the mean of several runs to both sides, aligned once or anew for each.
 TEST(InstallAngle, sigma_is_the_scatter_of_measured_ends) {
-  const InstallAngleOptions options{.sigma_m = 0.01, .sigma_heading_rad = radians(0.5)};
-  Random random(7, 1);
-  const int trials = 4000;
-  double squares = 0.0;
-  const LRun truth = l_run_with(0.1, 1.5);
-  for (int i = 0; i < trials; ++i) {
-    LRun run = seen_from(truth, options.sigma_heading_rad * random.normal());
-    run.end_x_m += options.sigma_m * random.normal();
-    run.end_y_m += options.sigma_m * random.normal();
-    squares += std::pow(install_angle(std::vector{run}, options).alpha_rad - 0.1, 2);
+  constexpr double kAlpha = 0.1;
+  const int trials = test::trials(4000);
+  for (const StartHeading start_heading : {StartHeading::one_alignment, StartHeading::each_run})
+    for (const int runs : {1, 2, 4}) {
+      const InstallAngleOptions options{
+          .sigma_m = 0.01, .sigma_heading_rad = radians(0.5), .start_heading = start_heading};
+      Random random(7, 1);
+      double squares = 0.0, predicted = 0.0;
+      for (int i = 0; i < trials; ++i) {
+        const double common =
+            start_heading == StartHeading::one_alignment ? options.sigma_heading_rad * random.normal() : 0.0;
+        std::vector<LRun> all;
+        for (int k = 0; k < runs; ++k)
+          all.push_back(measured(l_run_with(kAlpha, 1.5, k % 2 == 0 ? 1.0 : -1.0), options, common, random));
+        const InstallAngle found = install_angle(all, options);
+        if (found.sigma_from_scatter) continue;
+        squares += std::pow((found.alpha_rad - kAlpha) / found.sigma_rad, 2);
+        predicted += 1.0;
+      }
+      // The scatter of runs does not depend on their mean. σ of a standard deviation of n values: √(1/2n).
+      EXPECT_NEAR(std::sqrt(squares / predicted), 1.0, 4.0 / std::sqrt(2.0 * predicted))
+          << runs << " runs, start heading " << static_cast<int>(start_heading);
+    }
+}
+
+TEST(InstallAngle, repeats_average_what_errs_anew_and_no_more) {
+  const std::vector<LRun> four = {l_run_with(0.1), l_run_with(0.1), l_run_with(0.1), l_run_with(0.1)};
+  const std::vector<LRun> one = {four.front()};
+  const auto sigma = [](const std::vector<LRun>& runs, double sigma_m, StartHeading start_heading) {
+    return install_angle(runs, {.sigma_m = sigma_m, .start_heading = start_heading}).sigma_rad;
+  };
+  EXPECT_NEAR(sigma(four, 0.01, StartHeading::each_run), 0.5 * sigma(one, 0.01, StartHeading::each_run),
+              1e-12);
+  EXPECT_NEAR(sigma(four, 0.0, StartHeading::one_alignment), sigma(one, 0.0, StartHeading::one_alignment),
+              1e-12);
+}
+
+// Runs that scatter by three times what measuring explains: the 95 % interval still holds the angle.
+TEST(InstallAngle, scatter_beyond_measuring_is_what_sigma_is_from) {
+  constexpr double kAlpha = 0.1;
+  const int trials = test::trials(4000);
+  const InstallAngleOptions truth{
+      .sigma_m = 0.0, .sigma_heading_rad = radians(0.6), .start_heading = StartHeading::each_run};
+  const InstallAngleOptions said{
+      .sigma_m = 0.0, .sigma_heading_rad = radians(0.2), .start_heading = StartHeading::each_run};
+  for (const int runs : {3, 6}) {
+    Random random(8, 1);
+    int from_scatter = 0, inside = 0;
+    for (int i = 0; i < trials; ++i) {
+      std::vector<LRun> all;
+      for (int k = 0; k < runs; ++k) all.push_back(measured(l_run_with(kAlpha), truth, 0.0, random));
+      const InstallAngle found = install_angle(all, said);
+      if (!found.sigma_from_scatter) continue;
+      ++from_scatter;
+      inside += std::abs(found.alpha_rad - kAlpha) <= 1.959964 * found.sigma_rad ? 1 : 0;
+    }
+    // P(scatter > said) = P(χ²/dof > 1/9): 0.895 for 2, 0.997 for 5 degrees of freedom. Mean and scatter are
+    // independent, and a larger scatter is a larger interval: at least 95 %.
+    EXPECT_GE(from_scatter, 0.88 * trials);
+    EXPECT_GE(static_cast<double>(inside) / from_scatter, 0.95 - 3.0 * std::sqrt(0.95 * 0.05 / from_scatter));
   }
-  const double sigma = install_angle(std::vector{truth}, options).sigma_rad;
-  // σ of a standard deviation of 4000 values is 1.1 %: four of them.
-  EXPECT_NEAR(std::sqrt(squares / trials) / sigma, 1.0, 0.045);
-  const std::vector<LRun> four(4, truth);
-  EXPECT_NEAR(install_angle(four, options).sigma_rad, 0.5 * sigma, 1e-12);
+}
+
+TEST(InstallAngle, one_run_has_no_scatter) {
+  const InstallAngle found = install_angle(std::vector{l_run_with(0.1)});
+  EXPECT_FALSE(found.scatter_rad);
+  EXPECT_FALSE(found.sigma_from_scatter);
 }
 
 TEST(InstallAngle, the_way_along_x_shows_the_scale_of_pod_2) {

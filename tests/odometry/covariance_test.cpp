@@ -21,23 +21,45 @@ Robot without_bias_walk(const Chassis& chassis) {
   return robot;
 }
 
-TEST(Covariance, AgreesWithTheAdjointForm) {
+TEST(Covariance, AgreesWithTheDefinition) {
   for (const Chassis& chassis : {differential_drive(test::kSize, 0.5), omni3(test::kSize, 0.2),
                                  mecanum(test::kSize, 0.4, 0.5), test::two_pods(), test::odd_chassis()}) {
     const Robot robot = without_bias_walk(chassis);
     const Pose2 start{0.5, -0.3, 0.8};
     Odometer odometer(robot, {.start = start, .start_covariance = some_covariance()});
-    GaussianPose pose{start, body_covariance(start, some_covariance())};
+    test::PlainOdometry plain(robot, robot.chassis, start);
+    plain.start_with(body_covariance(start, some_covariance()));
     for (const Increment& increment : test::slipping(test::wandering(robot, 300))) {
       odometer.step(increment);
-      const Rows rows = rows_of(robot.chassis, increment.has_gyro);
-      const TwistEstimate estimate = estimate_twist(rows, readings_of(robot.chassis, rows, increment));
-      const Matrix3 Jr = right_jacobian(estimate.twist);
-      pose = pose * GaussianPose{exp(estimate.twist), Jr * estimate.covariance * Jr.transpose()};
+      plain.step(increment);
     }
-    const Matrix3 expected = world_covariance(pose);
+    const Matrix3 expected = plain.covariance();
     EXPECT_LT((odometer.white_covariance() - expected).norm(), 1e-7 * expected.norm());
   }
+}
+
+/// One drive read at other rates: the counts are the same at its end, and so is what their rounding does.
+TEST(Covariance, OfRoundingDoesNotDependOnTheRate) {
+  const Robot robot =
+      test::robot_of(differential_drive({.diameter_m = 0.1, .ticks_per_revolution = 100}, 0.3));
+  const auto sigmas = [&](int per_second) {
+    Odometer odometer(robot, {});
+    Increment increment{.duration_s = 1.0 / per_second};
+    double counts = 0.0;
+    for (int i = 1; i <= 20 * per_second; ++i) {
+      const double now = std::round(100.0 * i / per_second);  // one turn a second
+      increment.turned[0] = increment.turned[1] = (now - counts) / 100.0;
+      counts = now;
+      odometer.step(increment);
+    }
+    return Vector3(odometer.white_covariance().diagonal().cwiseSqrt());
+  };
+  const Vector3 slow = sigmas(10);
+  for (const int per_second : {50, 200, 1000})
+    EXPECT_LT((sigmas(per_second) - slow).norm(), 0.01 * slow.norm());
+  const double q = kPi * 0.1 / 100.0;
+  const double rolled = 0.01 * 0.01 * 20.0 * kPi * 0.1 / 2.0;
+  EXPECT_NEAR(slow.x() * slow.x(), rolled + 2.0 * q * q / 12.0 / 2.0, 0.01 * rolled);
 }
 
 /// Draws z with the readings' own noise, many times, and compares the scatter of the end pose.

@@ -10,6 +10,7 @@
 #include "trundle/recording/increments.hpp"
 
 #include "chassis/robots.hpp"
+#include "odometry/plain_odometry.hpp"
 
 namespace trundle::test {
 
@@ -38,18 +39,6 @@ inline std::vector<Increment> slipping(std::vector<Increment> increments) {
   for (std::size_t i = 0; i < increments.size(); i += 5)
     increments[i].slip_variance[i % 2] = i % 3 == 0 ? 1e-4 : 3e-4;
   return increments;
-}
-
-/// The definition, without any preparation: weighted least squares row by row, weights as `weights` has them.
-inline Pose2 plainly_integrated(const Robot& robot, const Chassis& weights,
-                                std::span<const Increment> increments, Pose2 pose = {}) {
-  for (const Increment& increment : increments) {
-    const Rows rows = rows_of(robot.chassis, increment.has_gyro);
-    Readings readings = readings_of(robot.chassis, rows, increment);
-    readings.variance = readings_of(weights, rows, increment).variance;
-    pose = pose * exp(estimate_twist(rows, readings).twist);
-  }
-  return pose;
 }
 
 inline AlignedReadings aligned(std::vector<Increment> increments) {

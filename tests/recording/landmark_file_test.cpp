@@ -41,5 +41,44 @@ TEST(LandmarkFile, RefusesWhatIsNoMap) {
     EXPECT_THROW(read(text), InputError) << text;
 }
 
+class LandmarkCovariance : public testing::Test {
+ protected:
+  std::vector<MapLandmark> map_ = {{"a,b", {1.0, 2.0}, Vector2(4.0, 1.0).asDiagonal()},
+                                   {"c", {3.0, 0.0}, Vector2(2.0, 3.0).asDiagonal()}};
+  Eigen::MatrixXd together() const {
+    Eigen::MatrixXd covariance = Eigen::Vector4d(4.0, 1.0, 2.0, 3.0).asDiagonal();
+    covariance(0, 2) = covariance(2, 0) = 1.5;
+    return covariance;
+  }
+  Eigen::MatrixXd read(const std::string& text) const {
+    const test::Folder folder;
+    folder.write("map_covariance.csv", text);
+    return read_landmark_covariance(covariance_file_of(folder.path() / "map.csv"), map_);
+  }
+};
+
+TEST_F(LandmarkCovariance, ReadsWhatWasWritten) {
+  EXPECT_EQ(read("# a head\n" + landmark_covariance_csv({"a,b", "c"}, together())), together());
+}
+
+TEST_F(LandmarkCovariance, IsRefusedWhereItIsOfAnotherMapOrNone) {
+  const auto refused = [&](const std::vector<std::string>& names, const Eigen::MatrixXd& covariance) {
+    EXPECT_THROW(read(landmark_covariance_csv(names, covariance)), InputError);
+  };
+  refused({"a,b", "d"}, together());
+  refused({"c", "a,b"}, together());
+  refused({"a,b"}, together().topLeftCorner(2, 2));
+  Eigen::MatrixXd wrong = together();
+  wrong(2, 2) = 2.5;
+  refused({"a,b", "c"}, wrong);
+  wrong = together();
+  wrong(0, 2) = 1.0;
+  refused({"a,b", "c"}, wrong);
+  wrong(0, 2) = wrong(2, 0) = 3.0;
+  refused({"a,b", "c"}, wrong);
+  EXPECT_THROW(read("landmark,axis\n"), InputError);
+  EXPECT_THROW(read("nothing"), InputError);
+}
+
 }  // namespace
 }  // namespace trundle

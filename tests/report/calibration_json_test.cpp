@@ -53,7 +53,7 @@ TEST(CalibrationJson, AParameterCarriesValueSigmasAndBothIntervals) {
   EXPECT_EQ(track["value"], result.parameters[2].value);
   EXPECT_LT(track["interval95_within"][0], track["value"]);
   EXPECT_GT(track["interval95_between"][1], track["interval95_within"][1]);
-  const double sigma = std::hypot(*result.parameters[2].sigma_between, result.parameters[2].sigma_within);
+  const double sigma = result.parameters[2].sigma_total;
   EXPECT_NEAR(track["sigmas_from_nominal"], (0.201455 - 0.2) / sigma, 1e-9);
   EXPECT_TRUE(track["reason_held"].is_null());
 }

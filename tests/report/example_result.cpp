@@ -1,5 +1,6 @@
 #include "example_result.hpp"
 
+#include <cmath>
 #include <random>
 
 #include <Eigen/Dense>
@@ -130,8 +131,19 @@ RunResult winding_run() {
 
 ParameterEstimate estimate(const Parameter& parameter, std::string name, double nominal, double value,
                            double sigma) {
-  ParameterEstimate e{parameter, std::move(name), "m",         nominal,        value,
-                      sigma,     2.1 * sigma,     1.1 * sigma, 0.05 * nominal, true};
+  constexpr double kSessions = 3.0;
+  const double between = 2.1 * sigma;
+  ParameterEstimate e{.parameter = parameter,
+                      .name = std::move(name),
+                      .unit = "m",
+                      .nominal = nominal,
+                      .value = value,
+                      .sigma_within = sigma,
+                      .sigma_between = between,
+                      .sigma_total = std::hypot(sigma, between * std::sqrt(1.0 + 1.0 / kSessions)),
+                      .sigma_data = 1.1 * sigma,
+                      .sigma_prior = 0.05 * nominal,
+                      .observable = true};
   return e;
 }
 
@@ -201,6 +213,7 @@ CalibrationResult example_with_held_parameter() {
   held.value = held.nominal;
   held.sigma_within = 0.0;
   held.sigma_between.reset();
+  held.sigma_total = 0.0;
   held.sigma_data = 0.031;
   result.covariance_within = result.covariance_within(std::vector<int>{0, 2}, std::vector<int>{0, 2}).eval();
   result.covariance_total = result.covariance_total(std::vector<int>{0, 2}, std::vector<int>{0, 2}).eval();
@@ -215,8 +228,11 @@ CalibrationResult example_of_one_session() {
   result.sessions = 1;
   result.runs.resize(5);
   result.covariance_total = result.covariance_within;
-  for (ParameterEstimate& parameter : result.parameters) parameter.sigma_between.reset();
-  result.warnings = {"spread between sessions unknown: there is only one session"};
+  for (ParameterEstimate& parameter : result.parameters) {
+    parameter.sigma_between.reset();
+    parameter.sigma_total = parameter.sigma_within;
+  }
+  result.warnings = {"± covers one session; variation between sessions unknown"};
   return result;
 }
 

@@ -73,12 +73,5 @@ TEST(Intervals, ASigmaThatIsNotFiniteGivesNone) {
   EXPECT_FALSE(interval95_within(estimate));
 }
 
-TEST(Intervals, TotalSigmaAddsTheSpreadWhereItIsKnown) {
-  ParameterEstimate estimate = track();
-  EXPECT_DOUBLE_EQ(total_sigma(estimate), 0.003);
-  estimate.sigma_between = 0.004;
-  EXPECT_DOUBLE_EQ(total_sigma(estimate), 0.005);
-}
-
 }  // namespace
 }  // namespace trundle

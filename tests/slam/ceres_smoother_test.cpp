@@ -87,7 +87,7 @@ class CeresProblem {
     for (const Pose2& pose : world.truth) poses_.push_back({pose.x, pose.y, pose.heading});
     for (const Vector2& landmark : world.landmarks) landmarks_.push_back({landmark.x(), landmark.y()});
     using ceres::AutoDiffCostFunction;
-    problem_.AddResidualBlock(new AutoDiffCostFunction<PriorCost, 3, 3>(new PriorCost{kUsualSystematicSigma}),
+    problem_.AddResidualBlock(new AutoDiffCostFunction<PriorCost, 3, 3>(new PriorCost{kUsualShareSigma}),
                               nullptr, p_.data());
     for (std::size_t k = 0; k < world.steps.size(); ++k) {
       const Motion& motion = world.steps[k].motion;

@@ -43,7 +43,7 @@ struct CopyingFastSlam {
     for (std::size_t i = 0; i < particles.size(); ++i) {
       Particle& p = particles[i];
       PoseColumns predicted(1);
-      predict(p.pose, TripleColumns(1), pending, kOne, predicted);
+      predict(p.pose, SystematicColumns(1, 0), {pending.mean}, kOne, predicted);
       if (i == 0) origin = predicted.at(0).translation();
       TripleColumns own(1);
       own.set(0, n.at(i));

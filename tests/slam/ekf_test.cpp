@@ -27,7 +27,7 @@ Eigen::MatrixXd without_systematic(const Eigen::MatrixXd& P) {
 TEST(Ekf, IsTheDenseTextbookFilter) {
   const test::SlamWorld world = test::slam_world({.steps = 150});
   const Pose2 start{1.0, -2.0, 0.5};
-  EkfSlam filter(world.sensor, {{start, some_covariance(), Systematic::Zero()}, kNoGate});
+  EkfSlam filter(world.sensor, {{start, some_covariance(), Systematic::Zero(3)}, kNoGate});
   test::DenseEkf dense{world.sensor, Vector3(start.x, start.y, start.heading), some_covariance()};
   for (const SlamStep& step : world.steps) {
     filter.step(step.motion, step.observations);
@@ -89,7 +89,7 @@ TEST(Ekf, InnovationsAreAsLargeAsTheyAreSaidToBe) {
   double count = 0.0;
   for (int seed = 1; seed <= test::trials(10, 3); ++seed) {
     const test::SlamWorld world = test::slam_world({.steps = 100, .seed = static_cast<std::uint64_t>(seed)});
-    EkfSlam filter(world.sensor, {{.systematic_sigma = Systematic::Zero()}, kNoGate});
+    EkfSlam filter(world.sensor, {{.systematic_sigma = Systematic::Zero(3)}, kNoGate});
     for (const SlamStep& step : world.steps)
       for (const ObservationReport& report : filter.step(step.motion, step.observations).observations)
         if (report.decision == Decision::matched) {
@@ -102,9 +102,9 @@ TEST(Ekf, InnovationsAreAsLargeAsTheyAreSaidToBe) {
 }
 
 TEST(Ekf, LearnsTheOdometrysSystematicErrors) {
-  const Systematic truth(0.04, 0.06, 0.0);
+  const Vector3 truth(0.04, 0.06, 0.0);
   const test::SlamWorld world = test::slam_world({.steps = 300, .systematic = truth});
-  EkfSlam filter(world.sensor, {{.systematic_sigma = {0.05, 0.05, 0.0}}});
+  EkfSlam filter(world.sensor, {{.systematic_sigma = Vector3(0.05, 0.05, 0.0)}});
   for (const SlamStep& step : world.steps) filter.step(step.motion, step.observations);
   const PoseEstimate estimate = filter.estimate();
   for (int i = 0; i < 2; ++i) {

@@ -20,7 +20,7 @@ class EveryFilter : public testing::TestWithParam<SlamMethod> {
     return {.method = GetParam(),
             .particles = 23,
             .seed = 4,
-            .prior = {.systematic_sigma = Systematic::Constant(0.02)}};
+            .prior = {.systematic_sigma = Systematic::Constant(3, 0.02)}};
   }
 };
 

@@ -79,17 +79,18 @@ TEST(DrawChances, AreUniformAndUnrelated) {
 TEST(Predict, IsComposition) {
   Random random(3);
   PoseColumns poses(50);
-  TripleColumns systematic(50);
+  SystematicColumns systematic(50, 3);
   for (std::size_t i = 0; i < 50; ++i) {
     poses.set(i, {random.uniform(-99.0, 99.0), random.uniform(-99.0, 99.0), random.uniform(-9.0, 9.0)});
-    systematic.set(i, {random.normal(0.1), random.normal(0.1), random.normal(0.1)});
+    systematic.set(i, Vector3(random.normal(0.1), random.normal(0.1), random.normal(0.1)));
   }
-  Motion motion = motion_of({2.0, 0.3, -1.5}, Matrix3::Zero());
+  const Motion shares = motion_of({2.0, 0.3, -1.5}, Matrix3::Zero());
+  const PredictedMotion motion{shares.mean, shares.by_systematic, {0.02, -0.01, 0.03}};
   PoseColumns predicted(50);
   predict(poses, systematic, motion, {0, padded(50)}, predicted);
   for (std::size_t i = 0; i < 50; ++i) {
-    const Pose2 exact =
-        poses.at(i) * motion.mean * exp(Twist2::from(motion.by_systematic * systematic.at(i)));
+    const Pose2 exact = poses.at(i) * motion.mean *
+                        exp(Twist2::from(motion.by_systematic * systematic.at(i) + motion.offset));
     EXPECT_NEAR(predicted.at(i).x, exact.x, 1e-13);
     EXPECT_NEAR(predicted.at(i).y, exact.y, 1e-13);
     EXPECT_NEAR(wrap_angle(predicted.at(i).heading - exact.heading), 0.0, 1e-13);

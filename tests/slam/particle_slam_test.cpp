@@ -26,7 +26,7 @@ TEST_P(EveryPrecision, IsTheCopyingFilterToTheLastBit) {
   ParticleSlam lazy(world.sensor, {.proposal = Proposal::motion,
                                    .particles = 150,
                                    .seed = 9,
-                                   .prior = {.systematic_sigma = Systematic::Zero()},
+                                   .prior = {.systematic_sigma = Systematic::Zero(3)},
                                    .gate = kNoGate,
                                    .map_precision = GetParam()});
   test::CopyingFastSlam copying(world.sensor, 150, 9, GetParam());
@@ -164,9 +164,9 @@ INSTANTIATE_TEST_SUITE_P(, EveryProposal, test::every_proposal(), test::name_of_
 
 TEST(ParticleSlam, LearnsTheOdometrysSystematicErrors) {
   // On one circle turning and turning per metre look alike: the sum of both is what can be told.
-  const Systematic truth(0.04, 0.06, 0.0);
-  const Systematic sigma(0.05, 0.05, 0.0);
-  Systematic mean = Systematic::Zero();
+  const Vector3 truth(0.04, 0.06, 0.0);
+  const Vector3 sigma(0.05, 0.05, 0.0);
+  Vector3 mean = Vector3::Zero();
   const int seeds = test::trials(8, 4);
   for (int seed = 1; seed <= seeds; ++seed) {
     const test::SlamWorld world =

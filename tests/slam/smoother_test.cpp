@@ -48,7 +48,7 @@ TEST(Smoother, IsCloserToTheTruthThanItsFilter) {
 }
 
 /// Seen at every fifth step; the odometry's systematic errors drawn with these sigmas.
-test::SlamWorld world_with_errors(int trial, const Systematic& sigma) {
+test::SlamWorld world_with_errors(int trial, const Vector3& sigma) {
   Random random(static_cast<std::uint64_t>(trial), 5);
   test::SlamWorld world = test::slam_world(
       {.steps = 198,
@@ -62,7 +62,7 @@ test::SlamWorld world_with_errors(int trial, const Systematic& sigma) {
 // Poses at stations, between two of them and after the last, and every landmark.
 TEST(Smoother, ErrorsAreAsLargeAsItsCovariancesSay) {
   const int trials = test::trials(50, 10);
-  const Systematic sigma(0.01, 0.02, 0.01);
+  const Vector3 sigma(0.01, 0.02, 0.01);
   const std::vector<std::size_t> steps = {20, 61, 99, 100, 150, 197};
   std::vector<double> pose_nees(steps.size());
   double map_nees = 0.0, cost = 0.0;
@@ -100,7 +100,7 @@ TEST(Smoother, ErrorsAreAsLargeAsItsCovariancesSay) {
 TEST(Smoother, FindsTheSameMinimumWhereItsFilterIsLost) {
   int lost = 0;
   for (int trial = 0; trial < test::trials(50, 15); ++trial) {
-    const test::SlamWorld world = world_with_errors(trial, kUsualSystematicSigma);
+    const test::SlamWorld world = world_with_errors(trial, kUsualShareSigma);
     const SlamInput input = input_of(world);
     SlamResult filtered = slam(input, world.sensor, {.particles = 50});
     const SmoothedSlam smoothed = smooth(input, world.sensor, filtered);

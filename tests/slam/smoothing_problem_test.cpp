@@ -25,17 +25,25 @@ TEST(MotionResidual, DerivativesAreThoseOfSmallMoves) {
     MotionLink link;
     link.mean = exp({random.uniform(-2.0, 2.0), random.uniform(-1.0, 1.0), random.uniform(-2.5, 2.5)});
     link.by_parameters = Eigen::Matrix3Xd::Random(3, 2);
+    link.by_bias = Vector3::Random();
+    link.from = 0;
+    link.to = 1;
     const Eigen::Vector2d p(random.normal(0.1), random.normal(0.1));
     const Pose2 a = any_pose(random);
     const Pose2 b = a * link.mean * exp({random.normal(0.3), random.normal(0.3), random.normal(0.3)});
-    const MotionResidual r = motion_residual(link, a, b, p);
-    for (int i = 0; i < 3; ++i) {
-      const Vector3 by_a = (motion_residual(link, nudged(a, i, kStep), b, p).error -
-                            motion_residual(link, nudged(a, i, -kStep), b, p).error) /
-                           (2.0 * kStep);
-      const Vector3 by_b = (motion_residual(link, a, nudged(b, i, kStep), p).error -
-                            motion_residual(link, a, nudged(b, i, -kStep), p).error) /
-                           (2.0 * kStep);
+    const SmoothingState here{{a, b}, {}, p, {0.1, -0.2}};
+    const MotionResidual r = motion_residual(link, here);
+    const auto error = [&](std::size_t pose, int i, double by) {
+      SmoothingState there = here;
+      if (i < 3)
+        there.poses[pose] = nudged(here.poses[pose], i, by);
+      else
+        there.biases[pose] += by;
+      return motion_residual(link, there).error;
+    };
+    for (int i = 0; i < 4; ++i) {
+      const Eigen::Vector4d by_a = (error(0, i, kStep) - error(0, i, -kStep)) / (2.0 * kStep);
+      const Eigen::Vector4d by_b = (error(1, i, kStep) - error(1, i, -kStep)) / (2.0 * kStep);
       EXPECT_LT((by_a - r.by_from.col(i)).norm(), 1e-7);
       EXPECT_LT((by_b - r.by_to.col(i)).norm(), 1e-7);
     }

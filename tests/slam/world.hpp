@@ -25,7 +25,7 @@ struct SlamWorldOptions {
   double sigma_across_m = 0.004;
   double sigma_turn_rad = 0.01;
   std::uint64_t seed = 1;
-  Systematic systematic = Systematic::Zero();  ///< what the odometry does wrong
+  Vector3 systematic = Vector3::Zero();  ///< what the odometry does wrong
 };
 
 inline std::vector<Observation> look_around(const SlamWorld& world, const Pose2& pose, Random& random) {

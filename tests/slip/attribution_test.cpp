@@ -70,11 +70,13 @@ bool overlaps(const SlipEvent& event, const SlipTruth& slip) {
   return event.start_s < slip.span.end_s() && slip.span.start_s < event.end_s;
 }
 
-void judge(const Scenario& scenario, const VelocityStream& commands, Tally& tally) {
+/// `spin_odds`: half of the bursts spin, whatever the motors do.
+void judge(const Scenario& scenario, const VelocityStream& commands, Tally& tally,
+           double spin_odds = SlipOptions{}.spin_odds) {
   const Simulation run = simulate(scenario);
   const SlipTruth& slip = run.truth.slips.front();
-  const SlipReport report =
-      find_slip(align(run.recording, scenario.nominal), commands, scenario.nominal, {.probability = 1e-3});
+  const SlipReport report = find_slip(align(run.recording, scenario.nominal), commands, scenario.nominal,
+                                      {.probability = 1e-3, .spin_odds = spin_odds});
   tally.nees += nees_at_end(report.corrected, scenario.nominal, run.truth.body);
   tally.end_error_m += (report.end.translation() - run.truth.body.poses.back().pose.translation()).norm();
   for (const SlipEvent& event : report.events) {
@@ -104,12 +106,13 @@ void tell(const char* robot, const Tally& t) {
       1000.0 * t.excess_error_m / std::max(1, t.right), std::sqrt(t.excess_z2 / std::max(1, t.right)));
 }
 
-Tally attributions(const Robot& robot, bool sideways, bool turning) {
+Tally attributions(const Robot& robot, bool sideways, bool turning,
+                   double spin_odds = SlipOptions{}.spin_odds) {
   Random random(7);
   Tally tally;
   const int runs = test::trials(1000, 100);
   for (int i = 0; i < runs; ++i)
-    judge(burst_scenario(robot, random_velocity(sideways, turning, random), random), {}, tally);
+    judge(burst_scenario(robot, random_velocity(sideways, turning, random), random), {}, tally, spin_odds);
   return tally;
 }
 
@@ -161,7 +164,7 @@ TEST(Attribution, DifferentialWithGyroAtConstantCommand) {
 TEST(Attribution, IsAmbiguousWhereRowsCannotBeToldApart) {
   Robot robot = robot_with_noise(skid_steer(test::kSize, 0.6, 0.5));
   robot.wheel_names = {"front_left", "front_right", "rear_left", "rear_right"};
-  const Tally tally = attributions(robot, false, true);
+  const Tally tally = attributions(robot, false, true, 1.0);
   tell("skid-steer, four encoders", tally);
   ASSERT_GT(tally.detected, 50);
   EXPECT_GE(tally.ambiguous, 0.99 * tally.detected);
@@ -189,8 +192,8 @@ TEST(Attribution, IsAmbiguousWithOneDegreeOfFreedomWhileTheCommandChanges) {
       scenario.path.push_back({scaled(velocity, 0.25), 0.25});
       clock += 0.25;
     }
-    judge(scenario, commands, with_commands);
-    judge(scenario, {}, without);
+    judge(scenario, commands, with_commands, 1.0);
+    judge(scenario, {}, without, 1.0);
   }
   tell("differential, gyro, commands change", with_commands);
   tell("the same, commands unknown", without);

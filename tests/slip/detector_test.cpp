@@ -99,12 +99,37 @@ void expect_one_event(const Twist2& motion, std::size_t wheel, double excess_m, 
 }
 
 TEST(Detector, SpinAndSkidForwardsAndBackwardsOfEitherWheel) {
+  for (const std::size_t wheel : {0, 1}) {
+    expect_one_event(kForward, wheel, 0.02, SlipKind::spin, SlipMethod::general);
+    expect_one_event(kForward, wheel, -0.018, SlipKind::skid, SlipMethod::general);
+    expect_one_event(kBackward, wheel, -0.02, SlipKind::spin, SlipMethod::general);
+    expect_one_event(kBackward, wheel, 0.018, SlipKind::skid, SlipMethod::general);
+  }
+}
+
+// Source 2's rule: the sign of δ names the wheel that spins.
+TEST(Detector, ThePublishedRuleNamesTheWheelThatSpins) {
+  for (const std::size_t wheel : {0, 1}) {
+    expect_one_event(kForward, wheel, 0.02, SlipKind::spin, SlipMethod::published);
+    expect_one_event(kBackward, wheel, -0.02, SlipKind::spin, SlipMethod::published);
+    // Its assumption: where one wheel skids, the other one would have spun.
+    Drive skid(differential(), {.method = SlipMethod::published});
+    EXPECT_EQ(skid.step(kForward, wheel, -0.018).wheel, static_cast<int>(1 - wheel));
+  }
+}
+
+// Without a pause between them: a slip is that of one wheel.
+TEST(Detector, TheOtherWheelsSlipIsAnother) {
   for (const SlipMethod method : {SlipMethod::general, SlipMethod::published}) {
-    for (const std::size_t wheel : {0, 1}) {
-      expect_one_event(kForward, wheel, 0.02, SlipKind::spin, method);
-      expect_one_event(kForward, wheel, -0.018, SlipKind::skid, method);
-      expect_one_event(kBackward, wheel, -0.02, SlipKind::spin, method);
-      expect_one_event(kBackward, wheel, 0.018, SlipKind::skid, method);
+    Drive drive(differential(), {.method = method});
+    for (int i = 0; i < 10; ++i) drive.step(kForward);
+    for (const std::size_t wheel : {0, 1, 0})
+      for (int i = 0; i < 3; ++i) EXPECT_EQ(drive.step(kForward, wheel, 0.02).wheel, static_cast<int>(wheel));
+    const std::vector<SlipEvent> events = drive.events();
+    ASSERT_EQ(events.size(), 3U);
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_EQ(events[k].wheel, k == 1 ? 1 : 0);
+      EXPECT_NEAR(events[k].excess_m, 0.06, 1e-9);
     }
   }
 }
@@ -113,15 +138,46 @@ TEST(Detector, ALockedWheelSkids) {
   expect_one_event(kForward, 0, -kForward.dx, SlipKind::skid, SlipMethod::general);
 }
 
-TEST(Detector, WithoutMotionBeforeItIsAmbiguous) {
-  Drive drive(differential(), {});
-  drive.step(kForward, 0, 0.02);
-  drive.step(kForward);
+SlipEvent first_event(const Twist2& motion, double slip_m, double spin_odds) {
+  Drive drive(differential(), {.spin_odds = spin_odds});
+  drive.step(motion, 0, slip_m);
+  drive.step(motion);
   const std::vector<SlipEvent> events = drive.events();
-  ASSERT_EQ(events.size(), 1U);
-  EXPECT_EQ(events[0].wheel, kAmbiguous);
-  EXPECT_EQ(events[0].kind, SlipKind::unknown);
-  EXPECT_NEAR(events[0].confidence, 0.5, 1e-9);
+  EXPECT_EQ(events.size(), 1U);
+  return events.at(0);
+}
+
+TEST(Detector, WithoutMotionBeforeItIsAmbiguousWhereNeitherKindIsLikelier) {
+  const SlipEvent event = first_event(kForward, 0.02, 1.0);
+  EXPECT_EQ(event.wheel, kAmbiguous);
+  EXPECT_EQ(event.kind, SlipKind::unknown);
+  EXPECT_NEAR(event.confidence, 0.5, 1e-9);
+}
+
+TEST(Detector, WithoutMotionBeforeTheOddsOfSpinDecide) {
+  for (const double direction : {1.0, -1.0}) {
+    const SlipEvent event = first_event({direction * kForward.dx, 0.0, 0.0}, direction * 0.03, 10.0);
+    EXPECT_EQ(event.wheel, 0);
+    EXPECT_EQ(event.kind, SlipKind::spin);
+    EXPECT_NEAR(event.confidence, 10.0 / 11.0, 1e-4);
+  }
+}
+
+// So small an error may as well be that of a wheel's radius, and that errs to either side.
+TEST(Detector, TheOddsOfSpinSayNothingOfWhatARadiusExplains) {
+  const SlipEvent event = first_event(kForward, 0.004, 10.0);
+  EXPECT_EQ(event.wheel, kAmbiguous);
+  EXPECT_LT(event.confidence, 0.6);
+}
+
+TEST(Detector, WhileTheCommandSlowsDownAWheelSkids) {
+  for (const bool slows : {true, false}) {
+    SlipDetector detector(differential(), {});
+    Increment increment = test::increment_of(differential().chassis, kForward, kDuration_s);
+    increment.turned[0] -= 0.03 / (kPi * differential().chassis.wheels()[0].diameter_m);
+    increment.time_s = kDuration_s;
+    EXPECT_EQ(detector.step({increment, {}}, {.changed = true, .slows = slows}).wheel, slows ? 0 : 1);
+  }
 }
 
 TEST(Detector, TheWheelThatSlipsCountsForLittle) {

@@ -92,7 +92,7 @@ TEST(SlipOdometer, ACopyContinuesIndependently) {
   EXPECT_EQ(std::memcmp(&whole.odometer().pose(), &second.odometer().pose(), sizeof(Pose2)), 0);
 }
 
-TEST(SlipOdometer, TheBiasStartsAsTheCalibrationKnowsIt) {
+TEST(SlipOdometer, TheBiasStartsAsTheDataSheetSaysOrTenTimesAsFarAsSessionsDiffer) {
   Robot robot = differential();
   robot.calibration = CalibrationRecord{};
   const auto parameter = [](std::string name, std::optional<double> sigma_between, bool observable) {
@@ -103,12 +103,17 @@ TEST(SlipOdometer, TheBiasStartsAsTheCalibrationKnowsIt) {
     return of;
   };
   robot.calibration->parameters = {parameter("track", {}, true), parameter("gyro.scale", {}, false),
-                                   parameter("gyro.bias", 0.001, true)};
+                                   parameter("gyro.bias", 0.003, true)};
   robot.calibration->covariance = Eigen::Vector2d(1e-6, 4e-6).asDiagonal();
-  EXPECT_EQ(SlipOdometer(robot, learning()).odometer().gyro_bias().variance, 4e-6);
+  const double data_sheet = robot.chassis.gyro->bias_sigma_rad_s;
+  const auto sigma = [&] {
+    return std::sqrt(SlipOdometer(robot, learning()).odometer().gyro_bias().variance);
+  };
+  EXPECT_NEAR(sigma(), 0.03, 1e-15);
+  robot.calibration->parameters[2].sigma_between = 0.0003;  // three sessions that happen to agree
+  EXPECT_EQ(sigma(), data_sheet);
   robot.calibration->parameters[2].sigma_between.reset();
-  EXPECT_EQ(SlipOdometer(robot, learning()).odometer().gyro_bias().variance,
-            std::pow(robot.chassis.gyro->bias_sigma_rad_s, 2));
+  EXPECT_EQ(sigma(), data_sheet);
 }
 
 TEST(SlipOdometer, CovarianceGrowsWhereAWheelSlips) {

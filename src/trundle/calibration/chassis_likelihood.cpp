@@ -1,32 +1,57 @@
 #include "trundle/calibration/chassis_likelihood.hpp"
 
-#include <Eigen/QR>
+#include <algorithm>
+
+#include <Eigen/LU>
 
 namespace trundle {
 namespace {
 
-constexpr double kRankLimit = 1e-9;
+/// Travel is added up over parts of a window so short that motion does not turn round in them, and so long
+/// that noise does not.
+constexpr double kPartsOfAWindow = 10.0;
 
-/// Readings of a window of intervals, summed.
+/// Readings of a window of intervals, summed, and the variances of their noise.
 struct Window {
   Increment sum;
-  Readings readings;
+  Increment part;  ///< what is not in `variance` yet
+  RowVector variance;
 };
 
 bool usable(const Increment& increment, bool with_gyro) {
   return increment.has_gyro || !with_gyro;
 }
 
-void extend(Window& window, const Increment& increment, const Readings& readings) {
-  if (window.readings.z.size() == 0) {
-    window.readings = {RowVector::Zero(readings.z.size()), RowVector::Zero(readings.z.size())};
+void add(Increment& sum, const Increment& increment) {
+  sum.duration_s += increment.duration_s;
+  sum.gyro_rad += increment.gyro_rad;
+  sum.gyro_change_rad_s += increment.gyro_change_rad_s;
+  for (std::size_t i = 0; i < sum.turned.size(); ++i) sum.turned[i] += increment.turned[i];
+}
+
+/// What a motion makes the wheels read.
+Increment predicted(const Chassis& chassis, const Rows& rows, const Vector3& motion, double duration_s) {
+  Increment increment{.duration_s = duration_s, .has_gyro = true};
+  for (int i = 0; i < rows.measured; ++i) {
+    const Row& row = rows.row[static_cast<std::size_t>(i)];
+    const auto wheel = static_cast<std::size_t>(std::max(row.wheel, 0));
+    const double z = rows.H.row(i).dot(motion);
+    if (row.kind == RowKind::wheel) increment.turned[wheel] = z / (kPi * chassis.wheels()[wheel].diameter_m);
+    if (row.kind == RowKind::forward) increment.turned[0] = z;
+    if (row.kind == RowKind::turn) increment.turned[1] = z;
   }
-  window.sum.duration_s += increment.duration_s;
-  window.sum.gyro_rad += increment.gyro_rad;
-  window.sum.gyro_change_rad_s += increment.gyro_change_rad_s;
-  for (std::size_t i = 0; i < window.sum.turned.size(); ++i) window.sum.turned[i] += increment.turned[i];
-  window.readings.z += readings.z;
-  window.readings.variance += readings.variance;
+  return increment;
+}
+
+/// The noise is that of the motion estimated from all readings, not of each reading itself: the error of a
+/// weighted estimate is independent of what no motion explains, that of a reading is not, and a weight that
+/// depends on the residual biases its mean.
+void close_part(const Chassis& chassis, const Rows& rows, Window& window) {
+  if (window.part.duration_s == 0.0) return;
+  const Vector3 motion = twist_of(chassis, rows, window.part).vector();
+  window.variance +=
+      readings_of(chassis, rows, predicted(chassis, rows, motion, window.part.duration_s)).variance;
+  window.part = {.has_gyro = true};
 }
 
 /// A wheel's reading and its noise grow alike with its diameter; the variance of readings_of() grows only as
@@ -48,6 +73,7 @@ struct Context {
   const Rows& rows;
   std::span<const Parameter> parameters;
   std::vector<RowMatrix> row_derivatives;
+  Combinations P;
   RowVector variance_scale;
   double gate;
 };
@@ -69,26 +95,22 @@ RowVector predicted_derivative(const Context& context, const Parameter& paramete
   return derivative;
 }
 
-/// The projection of whitened measured readings on what no motion can produce, and its derivatives.
+/// y = Pᵀz, of covariance S = Pᵀ V P, and its derivatives: docs/calibration.md, eq. 7.
 void add_window(const Window& window, const Context& context, Information& information) {
   const int n = context.rows.measured;
-  const Eigen::VectorXd variance = window.readings.variance.cwiseProduct(context.variance_scale).head(n);
-  const Eigen::VectorXd whitening = variance.cwiseSqrt().cwiseInverse();
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(whitening.asDiagonal() * context.rows.H.topRows(n));
-  qr.setThreshold(kRankLimit);
-  const Eigen::Index dof = n - qr.rank();
-  if (dof == 0) return;
-  const Eigen::MatrixXd Q = qr.householderQ();
-  const Eigen::MatrixXd N = Q.rightCols(dof).transpose() * whitening.asDiagonal();
-  const Eigen::VectorXd residual = N * window.readings.z.head(n);
-  const Vector3 twist = qr.solve(whitening.cwiseProduct(window.readings.z.head(n)));
+  const RowVector z = readings_of(context.chassis, context.rows, window.sum).z;
+  const RowVector variance = window.variance.cwiseProduct(context.variance_scale);
+  const Vector3 twist = estimate_twist(context.rows, {z, variance}).twist.vector();
   const RowVector predicted = context.rows.H * twist;
-  Eigen::MatrixXd J(dof, static_cast<Eigen::Index>(context.parameters.size()));
+  const Eigen::MatrixXd P = context.P;
+  const Eigen::MatrixXd S = P.transpose() * variance.head(n).asDiagonal() * P;
+  Eigen::MatrixXd J(P.cols(), static_cast<Eigen::Index>(context.parameters.size()));
   for (std::size_t j = 0; j < context.parameters.size(); ++j) {
     const RowVector dz = predicted_derivative(context, context.parameters[j], predicted, window.sum);
-    J.col(static_cast<Eigen::Index>(j)) = N * (context.row_derivatives[j].topRows(n) * twist - dz.head(n));
+    J.col(static_cast<Eigen::Index>(j)) =
+        P.transpose() * (context.row_derivatives[j].topRows(n) * twist - dz.head(n));
   }
-  add_within(information, J, Eigen::MatrixXd::Identity(dof, dof), residual, context.gate);
+  add_within(information, J, S.inverse(), P.transpose() * z.head(n), context.gate);
 }
 
 }  // namespace
@@ -101,20 +123,32 @@ std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot, 
   const bool with_gyro = robot.chassis.gyro.has_value();
   const Rows rows = rows_of(robot.chassis, with_gyro);
   if (observability(rows).degrees_of_freedom == 0) return result;
-  Context context{robot.chassis, rows, parameters, {}, noise_scale(rows, robot.chassis, nominal.chassis),
+  Context context{robot.chassis,
+                  rows,
+                  parameters,
+                  {},
+                  left_null_space(rows),
+                  noise_scale(rows, robot.chassis, nominal.chassis),
                   options.gate};
   context.variance_scale *= options.variance_factor;
   for (const Parameter& parameter : parameters)
     context.row_derivatives.push_back(row_derivative(parameter, robot.chassis, rows));
-  Window window;
+  const double part_s = options.window_s / kPartsOfAWindow;
+  const Window empty{{.has_gyro = true}, {.has_gyro = true}, RowVector::Zero(rows.count())};
+  Window window = empty;
   const auto& increments = run.readings.increments;
   for (std::size_t i = 0; i < increments.size(); ++i) {
     const bool broken = run.readings.bridged[i] || !usable(increments[i], with_gyro);
-    if (!broken) extend(window, increments[i], readings_of(robot.chassis, rows, increments[i]));
+    if (!broken) {
+      add(window.sum, increments[i]);
+      add(window.part, increments[i]);
+      if (window.part.duration_s >= part_s - 1e-9) close_part(robot.chassis, rows, window);
+    }
     if (!broken && window.sum.duration_s < options.window_s - 1e-9) continue;
+    close_part(robot.chassis, rows, window);
     if (window.sum.duration_s >= 0.5 * options.window_s)
       add_window(window, context, result[i * result.size() / increments.size()]);
-    window = {};
+    window = empty;
   }
   return result;
 }

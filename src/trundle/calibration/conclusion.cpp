@@ -23,9 +23,17 @@ std::vector<Eigen::Index> estimated_of(const Estimate& estimate) {
   return indices;
 }
 
+/// The covariance of what a further session's parameters will be: noise of the estimate, spread of sessions
+/// about their mean, and the uncertainty of that mean.
+Eigen::MatrixXd total_covariance(const Estimate& estimate, const SessionSpread& spread) {
+  if (spread.covariance.size() == 0) return estimate.covariance;
+  return estimate.covariance + spread.covariance * (1.0 + 1.0 / spread.calibrated);
+}
+
 std::vector<ParameterEstimate> parameter_estimates(const Estimate& estimate, const SessionSpread& spread,
                                                    std::span<const Parameter> parameters,
                                                    const Robot& nominal) {
+  const Eigen::MatrixXd total = total_covariance(estimate, spread);
   std::vector<ParameterEstimate> result;
   for (std::size_t j = 0; j < parameters.size(); ++j) {
     const auto k = static_cast<Eigen::Index>(j);
@@ -40,16 +48,10 @@ std::vector<ParameterEstimate> parameter_estimates(const Estimate& estimate, con
     e.observable = estimate.space.estimates(static_cast<int>(j));
     e.sigma_within = std::sqrt(std::max(estimate.covariance(k, k), 0.0));
     if (e.observable && spread.covariance.size() > 0) e.sigma_between = std::sqrt(spread.covariance(k, k));
+    if (e.observable) e.sigma_total = std::sqrt(std::max(total(k, k), 0.0));
     result.push_back(std::move(e));
   }
   return result;
-}
-
-/// The covariance of what a further session's parameters will be: noise of the estimate, spread of sessions
-/// about their mean, and the uncertainty of that mean.
-Eigen::MatrixXd total_covariance(const Estimate& estimate, const SessionSpread& spread) {
-  if (spread.covariance.size() == 0) return estimate.covariance;
-  return estimate.covariance + spread.covariance * (1.0 + 1.0 / spread.calibrated);
 }
 
 CalibrationRecord record_of(const CalibrationResult& result, const Estimate& estimate) {
@@ -127,10 +129,10 @@ void add_errors(CalibrationResult& result) {
 void add_session_words(const SessionSpread& spread, CalibrationResult& result) {
   result.sessions = spread.sessions;
   if (spread.covariance.size() == 0) {
-    result.warnings.push_back(
-        spread.sessions < 2
-            ? "spread between sessions unknown: one session only"
-            : "spread between sessions unknown: fewer than two sessions can tell all parameters");
+    result.warnings.push_back(spread.sessions < 2 ? "± covers one session; variation between sessions unknown"
+                                                  : "± covers one session; variation between sessions "
+                                                    "unknown: fewer than two of them determine all "
+                                                    "parameters");
     return;
   }
   if (spread.trials > 0)
@@ -143,10 +145,8 @@ std::string summary_of(const CalibrationResult& result) {
   std::vector<std::string> found;
   for (const ParameterEstimate& e : result.parameters)
     if (e.observable)
-      found.push_back(
-          fmt::format("{} {}{}{} (was {:.6g})", e.name,
-                      with_sigma(e.value, std::hypot(e.sigma_within, e.sigma_between.value_or(0.0))),
-                      e.unit == "1" ? "" : " ", e.unit == "1" ? "" : e.unit, e.nominal));
+      found.push_back(fmt::format("{} {}{}{} (was {:.6g})", e.name, with_sigma(e.value, e.sigma_total),
+                                  e.unit == "1" ? "" : " ", e.unit == "1" ? "" : e.unit, e.nominal));
   return fmt::format("{}{}", fmt::join(found, ", "),
                      result.cannot_tell.empty() ? "" : "; some parameters cannot be told from these runs");
 }

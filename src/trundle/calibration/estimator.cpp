@@ -25,6 +25,10 @@ constexpr std::size_t kFewestClusters = 12;  // runs are cut into pieces until t
 constexpr std::size_t kRunsForWeights = 4;   // so many are needed to see that one is unlike the others
 constexpr double kOutlyingRun = 2.5;         // pull, in units of the typical run's
 constexpr int kWeightRounds = 5;
+// Noise and parameters are found in turn until no level moves by more than this: it changes weights by a
+// tenth, and an estimate by far less than its sigma, which does not depend on weights to first order.
+constexpr double kSameNoise = 0.05;
+constexpr int kMostNoiseRounds = 8;
 constexpr double kShareThatCounts = 0.02;  // of all information in a direction, for a run to be judged by it
 constexpr int kMostHalvings = 10;
 constexpr double kNearEnough =
@@ -294,6 +298,11 @@ void learn_noise(const Robot& robot, Fit& fit) {
   }
 }
 
+bool about_same(const NoiseEstimate& a, const NoiseEstimate& b) {
+  const auto same = [](double x, double y) { return std::abs(x - y) <= kSameNoise * std::max(x, y); };
+  return same(a.wheel_per_sqrt_m, b.wheel_per_sqrt_m) && same(a.gyro_factor, b.gyro_factor);
+}
+
 bool contains(std::span<const Parameter> parameters, ParameterKind kind) {
   return std::ranges::find(parameters, kind, &Parameter::kind) != parameters.end();
 }
@@ -307,6 +316,14 @@ std::vector<std::optional<RelativeTable>> relative_tables(std::span<const Run> r
     return tables;
   std::ranges::transform(runs, tables.begin(), [&](const Run& run) { return relative_table(run, nominal); });
   return tables;
+}
+
+/// With little noise whole runs are compared: what they leave over is what noise is learned from. With a gyro
+/// the level also says what its heading counts against that of the wheels: there the robot file's is taken.
+NoiseEstimate noise_of_whole_runs(const Robot& nominal) {
+  NoiseEstimate noise = kWholeRuns;
+  if (nominal.chassis.gyro) noise.wheel_per_sqrt_m = typical_wheel_noise(nominal.chassis);
+  return noise;
 }
 
 }  // namespace
@@ -328,12 +345,11 @@ Estimate estimate_parameters(std::span<const Run> given, const Robot& nominal,
           .relative_table = relative_tables(given, nominal, parameters),
           .weight = std::vector<double>(given.size(), 1.0)};
   Estimate estimate;
-  // With much wheel noise the filter holds on to the reference, so that even a bad start is approached; with
-  // little, whole runs are compared: what they leave over is what noise is learned from.
+  // With much wheel noise the filter holds on to the reference, so that even a bad start is approached.
   Robot rough = nominal;
   set_noise(rough, kShortStretches, fit);
   approach(rough, fit);
-  set_noise(rough, kWholeRuns, fit);
+  set_noise(rough, noise_of_whole_runs(nominal), fit);
   approach(rough, fit);
   set_clocks(rough);
   learn_noise(rough, fit);
@@ -344,10 +360,15 @@ Estimate estimate_parameters(std::span<const Run> given, const Robot& nominal,
   iterate(estimate.robot, fit, estimate.space);
   if (nominal.chassis.gyro) {
     // What the rough robot leaves over in positions is more than noise: its heading is the gyro's, not yet
-    // scaled.
-    set_clocks(estimate.robot);
-    learn_noise(estimate.robot, fit);
-    iterate(estimate.robot, fit, estimate.space);
+    // scaled. A better robot shows less noise, and less noise weighs the gyro rightly, which makes a better
+    // robot.
+    for (int round = 0; round < kMostNoiseRounds; ++round) {
+      const NoiseEstimate before = fit.noise;
+      set_clocks(estimate.robot);
+      learn_noise(estimate.robot, fit);
+      iterate(estimate.robot, fit, estimate.space);
+      if (about_same(before, fit.noise)) break;
+    }
   }
   fit.gate = kGate;
   for (int round = 0; round < kWeightRounds; ++round) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <optional>
 
 #include "trundle/calibration/learn_noise.hpp"
@@ -48,25 +49,16 @@ struct Drift {
 /// Of x and y [m] and of the heading [rad].
 using Drifts = std::array<Drift, 3>;
 
-double mean_travel(const Robot& robot, const Increment& increment) {
-  if (robot.chassis.wheel_count == 0) return std::abs(increment.turned[0]);
-  double sum = 0.0;
-  for (std::size_t w = 0; w < robot.chassis.wheels().size(); ++w)
-    sum += std::abs(kPi * robot.chassis.wheels()[w].diameter_m * increment.turned[w]) /
-           robot.chassis.wheel_count;
-  return sum;
-}
-
-Drifts drifts_of(const Run& run, const Robot& robot) {
+Drifts drifts_from(const Pose2& start, const Run& run, const Robot& robot) {
   Drifts drifts;
   auto& [x, y, heading] = drifts;
-  Odometer odometer(robot, {.start = body_at_start(run, robot)});
+  Odometer odometer(robot, {.start = start});
   double path = 0.0;
   std::size_t done = run.knots.front();
   for (std::size_t knot = 0; knot < run.knots.size(); ++knot) {
     for (; done < run.knots[knot]; ++done) {
       odometer.step(run.readings.increments[done]);
-      path += mean_travel(robot, run.readings.increments[done]);
+      path += mean_travel(robot.chassis, run.readings.increments[done]);
     }
     const ReferenceSample sample =
         sample_reference(run.reference, run.knot_time(knot) - robot.reference_time_offset_s);
@@ -82,6 +74,17 @@ Drifts drifts_of(const Run& run, const Robot& robot) {
   const Vector3 variance = odometer.white_covariance().diagonal();
   for (std::size_t i = 0; i < 3; ++i) drifts[i].model_variance = variance[static_cast<Eigen::Index>(i)];
   return drifts;
+}
+
+/// An error of the start heading swings the whole run, and would pass for noise that grows: the mean of all
+/// headings shows it better than the first of them.
+Drifts drifts_of(const Run& run, const Robot& robot) {
+  Pose2 start = body_at_start(run, robot);
+  Drifts drifts = drifts_from(start, run, robot);
+  const std::vector<double>& error = drifts[2].error;
+  if (!robot.chassis.gyro || error.empty()) return drifts;
+  start.heading += std::accumulate(error.begin(), error.end(), 0.0) / static_cast<double>(error.size());
+  return drifts_from(start, run, robot);
 }
 
 /// One point of the variogram.

@@ -40,6 +40,8 @@ void add_readings(const Robot& robot, const Redundancy& redundancy, NoisePiece& 
     }
   }
   piece.rolled.duration_s = sum.duration_s;
+  piece.rolling.speed_m_s = mean_travel(robot.chassis, piece.rolled) / piece.rolled.duration_s;
+  piece.rolling.octave = RollingGauge(robot.chassis).octave_of(piece.rolling.speed_m_s);
   if (!complete || redundancy.P.cols() == 0) return;
   const RowVector z = readings_of(robot.chassis, redundancy.rows, sum).z;
   piece.contradiction = redundancy.P.transpose() * z.head(redundancy.rows.measured);
@@ -85,6 +87,9 @@ struct Miss {
 /// Odometry's covariance plus that of the reference's poses at both ends; an error of the heading at the
 /// start swings the whole motion.
 Miss miss_of(const NoisePiece& piece, Odometer odometer, const NoiseLevels& levels) {
+  OdometerState state = odometer.state();
+  state.rolling = piece.rolling;
+  odometer.resume(state);
   for (std::size_t i = piece.first; i < piece.last; ++i) odometer.step(piece.run->readings.increments[i]);
   const Pose2& pose = odometer.pose();
   Miss miss;
@@ -96,13 +101,6 @@ Miss miss_of(const NoisePiece& piece, Odometer odometer, const NoiseLevels& leve
   miss.covariance = odometer.white_covariance() + heading * swing * swing.transpose();
   miss.covariance.diagonal() += Vector3(position, position, heading);
   return miss;
-}
-
-/// The variances of a piece's summed readings: those at rest of every interval, and what grows with the way.
-RowVector variances_of(const NoisePiece& piece, const Chassis& chassis, const Rows& rows,
-                       const RowVector& at_rest) {
-  const auto intervals = static_cast<double>(piece.last - piece.first);
-  return readings_of(chassis, rows, piece.rolled).variance + (intervals - 1.0) * at_rest;
 }
 
 }  // namespace
@@ -149,11 +147,11 @@ double surprise_of_contradictions(std::span<const NoisePiece> pieces, const Robo
                                   const NoiseLevels& levels) {
   const Redundancy redundancy = redundancy_of(robot);
   const Chassis chassis = with_levels(robot, levels).chassis;
-  const RowVector at_rest = readings_of(chassis, redundancy.rows, {}).variance;
   double squares = 0.0, log_determinants = 0.0, count = 0.0;
   for (const NoisePiece& piece : pieces) {
     if (piece.contradiction.size() == 0) continue;
-    const RowVector variance = variances_of(piece, chassis, redundancy.rows, at_rest);
+    // Of the sum: its noise grows with the way, but of the rounding only that of both ends is left.
+    const RowVector variance = readings_of(chassis, redundancy.rows, piece.rolled).variance;
     const Eigen::LLT<Eigen::MatrixXd> cholesky(
         redundancy.P.transpose() * variance.head(redundancy.rows.measured).asDiagonal() * redundancy.P);
     squares += cholesky.matrixL().solve(piece.contradiction).squaredNorm();

@@ -6,6 +6,7 @@
 
 #include "trundle/calibration/run.hpp"
 #include "trundle/chassis/rows.hpp"
+#include "trundle/odometry/rolling.hpp"
 
 namespace trundle {
 
@@ -19,6 +20,7 @@ struct NoisePiece {
   /// Pᵀ z of the summed readings: what no motion explains. Empty where they have no such part, or no gyro.
   Eigen::VectorXd contradiction;
   Increment rolled;  ///< |turned| summed, and the duration: what the readings' noise grows with
+  Rolling rolling;   ///< at the mean speed: the piece is cut out of a drive
 };
 
 /// From each place of a run to the last one that is at most `piece_s` later, and on from there.

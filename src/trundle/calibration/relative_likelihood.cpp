@@ -43,10 +43,9 @@ RelativeResiduals relative_residuals(const Run& run, const Robot& robot,
   RelativeResiduals result;
   const Pose2& mount = robot.body_from_reference;
   Odometer odometer(robot, {.parameters = {parameters.begin(), parameters.end()}});
-  const OdometerState at_rest = odometer.state();
   std::size_t from = 0;
   for (const RelativeMotion& measured : run.relative_motions) {
-    odometer.resume(at_rest);
+    odometer.restart();
     if (!step_between(run, measured.start_s + robot.reference_time_offset_s,
                       measured.end_s + robot.reference_time_offset_s, from, odometer))
       continue;

@@ -220,11 +220,8 @@ void update(Odometer& odometer, const Measurement& m, const Weight& W) {
   const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 8> K = P * m.H.transpose() * W;
   const Vector3 step = K * m.innovation;
   const Matrix3 keep = Matrix3::Identity() - K * m.H;
-  const Matrix3 covariance = keep * P * keep.transpose() + K * m.variance.asDiagonal() * K.transpose();
-  const PoseSensitivity sensitivity = odometer.sensitivity() - K * m.J;
-  const Pose2 pose = odometer.pose();
-  set_state(odometer, {pose.x + step.x(), pose.y + step.y(), pose.heading + step.z()}, covariance,
-            sensitivity);
+  const Matrix3 noise = K * m.variance.asDiagonal() * K.transpose();
+  odometer.correct(step, keep, noise, odometer.sensitivity() - K * m.J);
 }
 
 Information& piece_of(RunLikelihood& likelihood, std::size_t knot, std::size_t knots) {

@@ -28,6 +28,11 @@ bool any_turns(const Increment& increment) {
   return std::ranges::any_of(increment.turned, [](double turned) { return turned != 0.0; });
 }
 
+double metres_per_tick(const Wheel& wheel) {
+  if (wheel.ticks_per_revolution == 0.0) return 0.0;
+  return kPi * wheel.diameter_m / std::abs(wheel.ticks_per_revolution);
+}
+
 bool has_skid_wheels(const Chassis& chassis) {
   return std::ranges::any_of(chassis.wheels(), [](const Wheel& w) { return w.kind == WheelKind::skid; });
 }

@@ -69,6 +69,9 @@ struct Chassis {
   void add(const Wheel& wheel);
 };
 
+/// Ground that a count stands for [m]; 0 for a wheel without ticks.
+double metres_per_tick(const Wheel& wheel);
+
 /// Wheels that must scrub in turns.
 bool has_skid_wheels(const Chassis& chassis);
 

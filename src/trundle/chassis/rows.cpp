@@ -2,6 +2,8 @@
 
 #include <Eigen/Dense>
 
+#include "trundle/geometry/squared.hpp"
+
 namespace trundle {
 namespace {
 
@@ -11,10 +13,6 @@ constexpr double kTurnFloor_rad = 1e-9;
 // Rows and columns are compared after scaling levers by this length, so that metres and radians are alike.
 constexpr double kSameRow = 1e-9;
 constexpr double kRankLimit = 1e-9;
-
-double squared(double x) {
-  return x * x;
-}
 
 void append(Rows& rows, const Row& row, const Vector3& h) {
   const int i = rows.count();
@@ -55,59 +53,59 @@ void append_lateral_rows(Rows& rows, const Chassis& chassis) {
   if (skids) append(rows, {RowKind::skid_lateral}, {0.0, 1.0, -chassis.icr_x_m});
 }
 
-struct Reading {
-  double z = 0.0;
-  double variance = 0.0;
+double travel_of(const Wheel& wheel, double turned) {
+  return kPi * wheel.diameter_m * turned;
+}
+
+/// What the noise of a row grows with over an interval.
+struct Way {
+  double travel_m = 0.0;  ///< of its own wheel; of all on average where it has none
+  double turn_rad = 0.0;
+  double duration_s = 0.0;
 };
 
-Reading wheel_reading(const Chassis& chassis, std::size_t i, double turned) {
-  const Wheel& wheel = chassis.wheels()[i];
-  const double travel = kPi * wheel.diameter_m * turned;
-  const double quantum =
-      wheel.ticks_per_revolution == 0.0 ? 0.0 : kPi * wheel.diameter_m / wheel.ticks_per_revolution;
-  return {travel, squared(wheel_noise(chassis, i)) * std::abs(travel) + squared(quantum) / 6.0 +
-                      squared(kTravelFloor_m)};
-}
-
-Reading gyro_reading(const Gyro& gyro, const Increment& increment) {
-  return {(increment.gyro_rad - gyro.bias_rad_s * increment.duration_s) * gyro.scale,
-          squared(gyro.noise_rad_s_sqrt_hz * gyro.scale) * increment.duration_s + squared(kTurnFloor_rad)};
-}
-
-Reading lateral_reading(double per_sqrt_m, double mean_travel) {
-  return {0.0, squared(per_sqrt_m) * mean_travel + squared(kTravelFloor_m)};
-}
-
-double mean_travel_of(const Chassis& chassis, const Increment& increment) {
-  if (chassis.wheel_count == 0) return std::abs(increment.turned[0]);
-  double sum = 0.0;
-  for (std::size_t i = 0; i < chassis.wheels().size(); ++i)
-    sum += std::abs(kPi * chassis.wheels()[i].diameter_m * increment.turned[i]);
-  return sum / chassis.wheel_count;
-}
-
-Reading reading_of(const Chassis& chassis, const Row& row, const Increment& increment, double mean_travel) {
+/// docs/chassis.md, eq. 5, without the rounding of counts.
+double noise_variance(const Chassis& chassis, const Row& row, const Way& way) {
   const ChassisNoise& noise = chassis.noise;
+  const auto of_travel = [&](double per_sqrt_m) {
+    return squared(per_sqrt_m) * way.travel_m + squared(kTravelFloor_m);
+  };
+  switch (row.kind) {
+    case RowKind::wheel:
+      return of_travel(wheel_noise(chassis, static_cast<std::size_t>(row.wheel)));
+    case RowKind::lateral:
+      return of_travel(noise.lateral_per_sqrt_m);
+    case RowKind::skid_lateral:
+      return of_travel(noise.skid_per_sqrt_m);
+    case RowKind::forward:
+      return of_travel(noise.wheel_per_sqrt_m);
+    case RowKind::turn:
+      return squared(noise.turn_per_sqrt_rad) * way.turn_rad + squared(noise.turn_per_sqrt_m) * way.travel_m +
+             squared(kTurnFloor_rad);
+    case RowKind::gyro:
+      return squared(chassis.gyro->noise_rad_s_sqrt_hz * chassis.gyro->scale) * way.duration_s +
+             squared(kTurnFloor_rad);
+  }
+  return 0.0;
+}
+
+double reading_of(const Chassis& chassis, const Row& row, const Increment& increment) {
   switch (row.kind) {
     case RowKind::wheel: {
       const auto i = static_cast<std::size_t>(row.wheel);
-      return wheel_reading(chassis, i, increment.turned[i]);
+      return travel_of(chassis.wheels()[i], increment.turned[i]);
     }
     case RowKind::gyro:
-      return gyro_reading(*chassis.gyro, increment);
-    case RowKind::lateral:
-      return lateral_reading(noise.lateral_per_sqrt_m, mean_travel);
-    case RowKind::skid_lateral:
-      return lateral_reading(noise.skid_per_sqrt_m, mean_travel);
+      return (increment.gyro_rad - chassis.gyro->bias_rad_s * increment.duration_s) * chassis.gyro->scale;
     case RowKind::forward:
-      return {increment.turned[0],
-              squared(noise.wheel_per_sqrt_m) * std::abs(increment.turned[0]) + squared(kTravelFloor_m)};
+      return increment.turned[0];
     case RowKind::turn:
-      return {increment.turned[1], squared(noise.turn_per_sqrt_rad) * std::abs(increment.turned[1]) +
-                                       squared(noise.turn_per_sqrt_m) * std::abs(increment.turned[0]) +
-                                       squared(kTurnFloor_rad)};
+      return increment.turned[1];
+    case RowKind::lateral:
+    case RowKind::skid_lateral:
+      return 0.0;
   }
-  return {};
+  return 0.0;
 }
 
 /// H with its turn column divided by the size of the robot, so that all columns are of order one.
@@ -156,19 +154,49 @@ Rows rows_of(const Chassis& chassis, bool with_gyro) {
   return rows;
 }
 
+double mean_travel(const Chassis& chassis, const Increment& increment) {
+  if (chassis.wheel_count == 0) return std::abs(increment.turned[0]);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < chassis.wheels().size(); ++i)
+    sum += std::abs(travel_of(chassis.wheels()[i], increment.turned[i]));
+  return sum / chassis.wheel_count;
+}
+
 Readings readings_of(const Chassis& chassis, const Rows& rows, const Increment& increment) {
-  const double mean_travel = mean_travel_of(chassis, increment);
+  const double all_m = mean_travel(chassis, increment);
+  const double turn_rad = chassis.wheel_count == 0 ? std::abs(increment.turned[1]) : 0.0;
   const int own_rows =
       chassis.wheel_count > 0 ? chassis.wheel_count : 2;  // of wheels, or of forward and turn
   Readings readings{RowVector(rows.count()), RowVector(rows.count())};
   for (int i = 0; i < rows.count(); ++i) {
-    const Reading reading =
-        reading_of(chassis, rows.row[static_cast<std::size_t>(i)], increment, mean_travel);
-    readings.z[i] = reading.z;
-    readings.variance[i] =
-        reading.variance + (i < own_rows ? increment.slip_variance[static_cast<std::size_t>(i)] : 0.0);
+    const Row& row = rows.row[static_cast<std::size_t>(i)];
+    const bool is_wheel = row.kind == RowKind::wheel;
+    readings.z[i] = reading_of(chassis, row, increment);
+    readings.variance[i] = noise_variance(
+        chassis, row, {is_wheel ? std::abs(readings.z[i]) : all_m, turn_rad, increment.duration_s});
+    if (is_wheel)
+      readings.variance[i] += 2.0 * rounding_variance(chassis.wheels()[static_cast<std::size_t>(row.wheel)]);
+    if (i < own_rows) readings.variance[i] += increment.slip_variance[static_cast<std::size_t>(i)];
   }
   return readings;
+}
+
+RowVector weighing_variances(const Chassis& chassis, const Rows& rows, double travel_m, double duration_s) {
+  RowVector variances(rows.count());
+  for (int i = 0; i < rows.count(); ++i)
+    variances[i] =
+        noise_variance(chassis, rows.row[static_cast<std::size_t>(i)], {travel_m, travel_m, duration_s});
+  return variances;
+}
+
+double rounding_variance(const Wheel& wheel) {
+  return squared(metres_per_tick(wheel)) / 12.0;
+}
+
+Twist2 twist_of(const Chassis& chassis, const Rows& rows, const Increment& increment) {
+  return estimate_twist(
+             rows, {readings_of(chassis, rows, increment).z, weighing_variances(chassis, rows, 1.0, 1.0)})
+      .twist;
 }
 
 TwistEstimate estimate_twist(const Rows& rows, const Readings& readings) {

@@ -42,20 +42,33 @@ Rows rows_of(const Chassis& chassis, bool with_gyro);
 Vector3 rolling_row(const Wheel& wheel);
 Vector3 lateral_row(const Wheel& wheel);
 
-/// z [m, rad] and the variances of its noise, over one interval.
+/// z [m, rad] and the variances of its noise, over one interval by itself: with the rounding of both its
+/// ends. docs/chassis.md, eq. 5.
 struct Readings {
   RowVector z;
   RowVector variance;
 };
 Readings readings_of(const Chassis& chassis, const Rows& rows, const Increment& increment);
 
+/// Mean |travel| of the wheels [m]; without wheels that of the robot.
+double mean_travel(const Chassis& chassis, const Increment& increment);
+
+/// Variances that weigh the rows against each other while every wheel rolls `travel_m` in `duration_s`: of
+/// the motion, not of a reading, for a reading that weighs itself biases the mean. docs/chassis.md, eq. 6.
+RowVector weighing_variances(const Chassis& chassis, const Rows& rows, double travel_m, double duration_s);
+
+/// Variance of one rounded count [m²]: q²/12. Successive readings share the count between them.
+double rounding_variance(const Wheel& wheel);
+
 /// Weighted least squares over one interval: ξ̂ = (Hᵀ W H)⁻¹ Hᵀ W z.
 struct TwistEstimate {
   Twist2 twist;
   Matrix3 covariance = Matrix3::Zero();  ///< (Hᵀ W H)⁻¹
 };
-/// The rows must have rank 3 (see observability()).
+/// The rows must have rank 3 (see observability()). Unbiased where the variances do not depend on z.
 TwistEstimate estimate_twist(const Rows& rows, const Readings& readings);
+/// The same with the rows weighed as at 1 m/s, whatever the readings.
+Twist2 twist_of(const Chassis& chassis, const Rows& rows, const Increment& increment);
 
 using Combinations = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows>;
 /// P with Pᵀ H = 0 for the measured rows, orthonormal: its columns span what no motion can make them read.

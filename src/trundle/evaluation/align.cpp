@@ -119,8 +119,7 @@ Pose2 alignment_of(const std::vector<PosePair>& pairs, Alignment alignment) {
 }
 
 std::vector<PosePair> aligned(std::vector<PosePair> pairs, const Pose2& reference_from_estimate) {
-  Matrix3 R = Matrix3::Identity();
-  R.topLeftCorner<2, 2>() = rotation(reference_from_estimate.heading);
+  const Matrix3 R = world_from_body_axes(reference_from_estimate);
   for (PosePair& pair : pairs) {
     pair.estimate = reference_from_estimate * pair.estimate;
     if (pair.covariance) pair.covariance = R * *pair.covariance * R.transpose();

@@ -8,15 +8,12 @@
 
 #include "trundle/evaluation/align.hpp"
 #include "trundle/evaluation/pair_errors.hpp"
+#include "trundle/geometry/squared.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 namespace trundle {
 namespace {
-
-double squared(double x) {
-  return x * x;
-}
 
 double median_of(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

@@ -1,15 +1,12 @@
 #include "trundle/geometry/gaussian.hpp"
 
 namespace trundle {
-namespace {
 
 Matrix3 world_from_body_axes(const Pose2& pose) {
   Matrix3 R = Matrix3::Identity();
   R.topLeftCorner<2, 2>() = rotation(pose.heading);
   return R;
 }
-
-}  // namespace
 
 GaussianPose operator*(const GaussianPose& a, const GaussianPose& b) {
   const Matrix3 Ad = adjoint(b.mean.inverse());

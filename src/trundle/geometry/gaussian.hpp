@@ -15,6 +15,9 @@ GaussianPose operator*(const GaussianPose& a, const GaussianPose& b);
 /// Of the pose the other way round: Ad(a) Σ Ad(a)ᵀ. Eq. 12.
 GaussianPose inverse(const GaussianPose& a);
 
+/// Turns (forward, left, turn) of a body into (x, y, heading).
+Matrix3 world_from_body_axes(const Pose2& pose);
+
 /// The same covariance as that of the errors of (x, y, heading) in world axes, and back. Eq. 13.
 Matrix3 world_covariance(const GaussianPose& pose);
 Matrix3 body_covariance(const Pose2& pose, const Matrix3& covariance_in_world);

@@ -183,6 +183,9 @@ class StateReader {
     const auto most = static_cast<std::int64_t>(bytes_.size());
     if (rows < 0 || columns < 0 || rows > most || columns > most) throw DamagedState();
     if (rows > 0 && columns > most / rows) throw DamagedState();
+    constexpr std::int64_t kMostRows = T::MaxRowsAtCompileTime, kMostColumns = T::MaxColsAtCompileTime;
+    if ((kMostRows >= 0 && rows > kMostRows) || (kMostColumns >= 0 && columns > kMostColumns))
+      throw DamagedState();
     if constexpr (T::SizeAtCompileTime > 0) {
       if (rows != matrix.rows() || columns != matrix.cols()) throw DamagedState();
     } else {

@@ -51,13 +51,22 @@ class ArcStep {
 
   /// Displacement.
   const Chord<double>& chord() const { return chord_; }
-  /// F v
-  Triple carry(const Triple& v) const { return {v[0] - chord_.y * v[2], v[1] + chord_.x * v[2], v[2]}; }
-  /// G v
-  Triple map(const Triple& v) const {
-    return {along_ * v[0] - across_ * v[1] + by_turn_.x * v[2],
-            across_ * v[0] + along_ * v[1] + by_turn_.y * v[2], v[2]};
+  /// F v and G v of one vector, or of several at once: Real = double or lanes of it.
+  template <class Real>
+  struct Vectors {
+    Real x, y, h;
+  };
+  template <class Real>
+  TRUNDLE_INLINE Vectors<Real> carry(const Vectors<Real>& v) const {
+    return {v.x - chord_.y * v.h, v.y + chord_.x * v.h, v.h};
   }
+  template <class Real>
+  TRUNDLE_INLINE Vectors<Real> map(const Vectors<Real>& v) const {
+    return {along_ * v.x - across_ * v.y + by_turn_.x * v.h, across_ * v.x + along_ * v.y + by_turn_.y * v.h,
+            v.h};
+  }
+  Triple carry(const Triple& v) const { return triple(carry(Vectors<double>{v[0], v[1], v[2]})); }
+  Triple map(const Triple& v) const { return triple(map(Vectors<double>{v[0], v[1], v[2]})); }
   /// F P Fᵀ + G Q Gᵀ
   Symmetric3 carry(const Symmetric3& P, const Symmetric3& Q) const {
     const auto& [xx, xy, xh, yy, yh, hh] = P;
@@ -76,6 +85,7 @@ class ArcStep {
   }
 
  private:
+  static Triple triple(const Vectors<double>& v) { return {v.x, v.y, v.h}; }
   static double dot(const Triple& a, const Triple& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
   static Triple times(const Triple& v, const Symmetric3& Q) {
     return {dot(v, {Q[0], Q[1], Q[2]}), dot(v, {Q[1], Q[3], Q[4]}), dot(v, {Q[2], Q[4], Q[5]})};

@@ -159,9 +159,9 @@ void dead_reckon(const Robot& robot, const TravelColumns& travel, const Pose2& s
   require_length(poses.heading_rad.size(), travel.rows(), "heading_rad");
   require_observable(robot, with_gyro);
   const MotionModel model(robot.chassis, {}, with_gyro);
-  if (!model.square()) return step_through(robot, travel, start, poses);
-  const InputMatrix& T = model.linearised().twist;
-  reckon(T.data(), inputs, model.linearised().inputs(), travel.rows(), start, poses);
+  if (!model.has_one_gain()) return step_through(robot, travel, start, poses);
+  const LinearisedChassis linearised = model.linearised();
+  reckon(linearised.twist.data(), inputs, linearised.inputs(), travel.rows(), start, poses);
 }
 
 }  // namespace trundle

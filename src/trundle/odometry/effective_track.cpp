@@ -4,6 +4,7 @@
 #include <cmath>
 #include <type_traits>
 
+#include "trundle/geometry/squared.hpp"
 #include "trundle/io/error.hpp"
 
 namespace trundle {
@@ -22,10 +23,6 @@ constexpr double kLargestInnovation = 4.0;
 bool rolls_ahead(const Wheel& wheel) {
   return (wheel.kind == WheelKind::fixed || wheel.kind == WheelKind::skid) && wheel.y_m != 0.0 &&
          std::abs(std::sin(wheel.direction_rad)) < 1e-3 && std::cos(wheel.direction_rad) > 0.0;
-}
-
-double squared(double x) {
-  return x * x;
 }
 
 }  // namespace
@@ -67,10 +64,8 @@ bool EffectiveTrack::step(const Increment& increment) {
 /// Noise of d − b g over the window being filled: wheels, rounding of counts, gyro.
 double EffectiveTrack::window_variance() const {
   const Wheel& wheel = chassis_.wheels().front();
-  const double quantum =
-      wheel.ticks_per_revolution == 0.0 ? 0.0 : kPi * wheel.diameter_m / wheel.ticks_per_revolution;
   const double gyro = nominal_m_ * chassis_.gyro->noise_rad_s_sqrt_hz * chassis_.gyro->scale;
-  return squared(typical_wheel_noise(chassis_)) * state_.path_m + squared(quantum) / 3.0 +
+  return squared(typical_wheel_noise(chassis_)) * state_.path_m + squared(metres_per_tick(wheel)) / 3.0 +
          squared(gyro) * state_.duration_s + 1e-12;
 }
 

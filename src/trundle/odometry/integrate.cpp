@@ -1,11 +1,13 @@
 #include "trundle/odometry/integrate.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
 #include "trundle/odometry/smooth.hpp"
+#include "trundle/odometry/standing_gyro.hpp"
 #include "trundle/odometry/uncertain.hpp"
 
 namespace trundle {
@@ -95,6 +97,22 @@ void report(const Findings& findings, const Robot& robot, std::vector<Problem>& 
                    findings.disturbed));
 }
 
+/// Whether it was a bias beyond its prior or a turn on wheels that did not roll is for a person to say.
+void report(const std::vector<SteadyReading>& refused, std::vector<Problem>& problems) {
+  for (const SteadyReading& reading : refused)
+    problems.push_back(
+        {.severity = Severity::warning,
+         .kind = "gyro beyond its bias",
+         .place = fmt::format("{:.3f} s", reading.start_s),
+         .message = fmt::format(
+             "no wheel turns for {:.1f} s while the gyro reads a steady {:.5f} rad/s, beyond its bias of "
+             "{:.5f} ± {:.5f} rad/s: it was taken for a turn. If the robot stood still, raise "
+             "bias_sigma_rad_s or bias_walk_rad_s_sqrt_s under [gyro]; if it turned, its wheels were locked "
+             "or lifted, or its encoders are dead",
+             reading.duration_s, reading.rate_rad_s(), reading.bias.rad_s,
+             std::sqrt(reading.bias.variance))});
+}
+
 /// Often enough for a picture.
 constexpr double kBiasEvery_s = 1.0;
 
@@ -116,7 +134,9 @@ class Integration {
         covariance_(uncertain.covariance),
         options_(options),
         learns_bias_(options.learn_gyro_bias && options.with_covariance && robot.chassis.gyro.has_value()),
-        smooths_(options.smooth && learns_bias_) {}
+        smooths_(options.smooth && learns_bias_) {
+    if (learns_bias_) standing_gyro_.emplace(robot.chassis, RestOptions{});
+  }
 
   IntegratedOdometry over(const AlignedReadings& readings, const Robot& robot) {
     IntegratedOdometry result;
@@ -128,14 +148,17 @@ class Integration {
       if (i < readings.bridged.size() && readings.bridged[i]) {
         odometer_.step_across_gap(increment);
       } else {
+        const GyroBias bias = odometer_.gyro_bias();
         const Verdict verdict = odometer_.step(increment);
         findings.add(verdict, increment);
+        if (standing_gyro_) standing_gyro_->watch(increment, verdict.at_rest(), bias);
         result.rest_s += verdict.at_rest() ? increment.duration_s : 0.0;
         if (learns_bias_) keep_bias(odometer_, increment.time_s, verdict.at_rest(), result.gyro_bias);
       }
       keep(increment.time_s, result);
     }
     report(findings, robot, result.problems);
+    if (standing_gyro_) report(standing_gyro_->found(), result.problems);
     if (smooths_) smooth_in(result);
     result.end_gyro_bias = odometer_.gyro_bias();
     result.end_sensitivity = odometer_.sensitivity();
@@ -164,6 +187,7 @@ class Integration {
   IntegrateOptions options_;
   bool learns_bias_;
   bool smooths_;
+  std::optional<StandingGyro> standing_gyro_;
   std::vector<FilteredStep> filtered_;
 };
 

@@ -4,8 +4,6 @@
 #include <cassert>
 #include <cmath>
 
-#include <Eigen/LU>
-
 namespace trundle {
 namespace {
 
@@ -26,18 +24,6 @@ double dot(const Triple& a, const Triple& b) {
 
 void add(Triple& sum, double factor, const Triple& v) {
   for (std::size_t i = 0; i < 3; ++i) sum[i] += factor * v[i];
-}
-
-/// sum += factor · v vᵀ
-void add_outer(Symmetric3& sum, double factor, const Triple& v) {
-  const double x = factor * v[0];
-  const double y = factor * v[1];
-  sum[0] += x * v[0];
-  sum[1] += x * v[1];
-  sum[2] += x * v[2];
-  sum[3] += y * v[1];
-  sum[4] += y * v[2];
-  sum[5] += factor * v[2] * v[2];
 }
 
 /// N = L D Lᵀ without pivoting: N is positive definite, and this does not mind rows of very different weight.
@@ -67,23 +53,17 @@ struct Cholesky {
   }
 };
 
+double input_of(const Increment& increment, std::size_t input, std::size_t wheels) {
+  if (input < wheels) return increment.turned[input];
+  return input == wheels ? increment.gyro_rad : increment.duration_s;
+}
+
+Triple product(const Symmetric3& s, const Triple& v) {
+  return {s[0] * v[0] + s[1] * v[1] + s[2] * v[2], s[1] * v[0] + s[3] * v[1] + s[4] * v[2],
+          s[2] * v[0] + s[4] * v[1] + s[5] * v[2]};
+}
+
 }  // namespace
-
-Matrix3 full_matrix(const Symmetric3& s) {
-  return (Matrix3() << s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5]).finished();
-}
-
-Symmetric3 symmetric_of(const Matrix3& m) {
-  return {m(0, 0), m(0, 1), m(0, 2), m(1, 1), m(1, 2), m(2, 2)};
-}
-
-/// The normal equations of one interval.
-struct MotionModel::Weighted {
-  std::array<double, kMaxRows> z;
-  std::array<double, kMaxRows> weight;
-  Symmetric3 normal;  ///< HᵀWH
-  Triple right;       ///< HᵀWz
-};
 
 MotionModel::MotionModel(const Chassis& chassis, std::span<const Parameter> parameters, bool with_gyro)
     : parameters_(parameters.size()),
@@ -97,13 +77,22 @@ MotionModel::MotionModel(const Chassis& chassis, std::span<const Parameter> para
   for (std::size_t i = 0; i < rows_; ++i) Eigen::Map<Vector3>(h_[i].data()) = rows.H.row(static_cast<int>(i));
   probe_readings(chassis, rows);
   probe_derivatives(chassis, rows, parameters);
-  if (square_) linearise();
+  const RollingGauge gauge(chassis);
+  for (std::size_t octave = 0; octave < kOctaves; ++octave) {
+    const RowVector per_second = weighing_variances(chassis, rows, gauge.octave_speed(octave), 1.0);
+    std::ranges::copy(per_second, weighing_.emplace_back().begin());
+  }
+  const std::size_t gains = square_ || !with_gyro_ ? 1 : kOctaves;
+  for (std::size_t octave = 0; octave < gains; ++octave) gains_.push_back(gain_of(weighing_[octave]));
 }
 
-/// z is linear in u and its variance in |u|, so unit inputs show the coefficients of both.
+/// z is linear in u and its variance in |u|, so unit inputs show the coefficients of both. The rounding of
+/// counts is no part of it: it does not add up, and whoever adds up intervals carries it along.
 void MotionModel::probe_readings(const Chassis& chassis, const Rows& rows) {
   const Readings at_rest = readings_of(chassis, rows, Increment{.has_gyro = true});
   std::ranges::copy(at_rest.variance, variance_at_rest_.begin());
+  for (std::size_t i = 0; i < chassis.wheels().size(); ++i)
+    variance_at_rest_[i] -= 2.0 * rounding_variance(chassis.wheels()[i]);
   for (std::size_t k = 0; k < inputs_; ++k) {
     const Readings unit = readings_of(chassis, rows, unit_increment(k, wheels_));
     for (std::size_t i = 0; i < rows_; ++i) {
@@ -131,131 +120,107 @@ void MotionModel::probe_derivatives(const Chassis& chassis, const Rows& rows,
   }
 }
 
-void MotionModel::linearise() {
-  Matrix3 H;
-  InputMatrix Z(3, inputs_);
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    H.row(row) = Eigen::Map<const Vector3>(h_[i].data());
-    Z.row(row) = Eigen::Map<const Eigen::RowVectorXd>(reading_[i].data(), Z.cols());
-  }
-  const Matrix3 M = H.inverse();
-  linearised_.twist = M * Z;
-  linearised_.derivative.assign(parameters_, InputMatrix::Zero(3, Z.cols()));
-  for (const ReadingChange& change : reading_changes_)
-    linearised_.derivative[change.parameter].col(static_cast<Eigen::Index>(change.input)) +=
-        change.dz * M.col(static_cast<Eigen::Index>(change.row));
-  for (const RowChange& change : row_changes_)
-    linearised_.derivative[change.parameter] -=
-        M.col(static_cast<Eigen::Index>(change.row)) *
-        (Eigen::Map<const Vector3>(change.dh.data()).transpose() * linearised_.twist);
-  for (std::size_t k = 0; k < inputs_; ++k)
-    Eigen::Map<Vector3>(columns_[k < wheels_ ? k : kMaxWheels + (k - wheels_)].data()) =
-        linearised_.twist.col(static_cast<Eigen::Index>(k));
-  linearise_noise(M);
-}
-
-/// M W⁻¹ Mᵀ is linear in |u| because W⁻¹ is.
-void MotionModel::linearise_noise(const Matrix3& M) {
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    const Triple m = by_row_[i] = {M(0, row), M(1, row), M(2, row)};
-    add_outer(noise_at_rest_, variance_at_rest_[i], m);
-    for (std::size_t k = 0; k < inputs_; ++k) add_outer(noise_[k], variance_[i][k], m);
-  }
-}
-
-void MotionModel::read_inputs(const Increment& increment, Inputs& u) const {
-  for (std::size_t k = 0; k < wheels_; ++k) u[k] = increment.turned[k];
-  if (!with_gyro_) return;
-  u[wheels_] = increment.gyro_rad;
-  u[wheels_ + 1] = increment.duration_s;
-}
-
-void MotionModel::weigh(const Inputs& u, const Increment& increment, Weighted& equations) const {
-  equations.normal = {};
-  equations.right = {};
+/// G = N⁻¹ Hᵀ W, N = Hᵀ W H.
+MotionModel::Gain MotionModel::gain_of(const std::array<double, kMaxRows>& variance) const {
+  Gain gain;
+  Symmetric3 normal{};
   for (std::size_t i = 0; i < rows_; ++i) {
-    double z = 0.0;
-    double variance = variance_at_rest_[i] + (i < wheels_ ? increment.slip_variance[i] : 0.0);
-    for (std::size_t k = 0; k < inputs_; ++k) {
-      z += reading_[i][k] * u[k];
-      variance += variance_[i][k] * std::abs(u[k]);
+    gain.weight[i] = 1.0 / variance[i];
+    add_outer(normal, gain.weight[i], h_[i]);
+  }
+  const Cholesky cholesky(normal);
+  gain.inverse_normal = cholesky.inverse();
+  for (std::size_t i = 0; i < rows_; ++i) {
+    Triple& column = gain.by_row[i] = cholesky.solve(h_[i]);
+    for (double& entry : column) entry *= gain.weight[i];
+    if (i < wheels_) {
+      gain.by_travel.x[i] = column[0];
+      gain.by_travel.y[i] = column[1];
+      gain.by_travel.h[i] = column[2];
     }
-    equations.z[i] = z;
-    equations.weight[i] = 1.0 / variance;
-    add_outer(equations.normal, equations.weight[i], h_[i]);
-    add(equations.right, equations.weight[i] * z, h_[i]);
+    add_outer(gain.floor, variance_at_rest_[i], column);
+    for (std::size_t k = 0; k < inputs_; ++k) {
+      add(gain.by_input[column_of(k)], reading_[i][k], column);
+      add_outer(gain.noise[column_of(k)], variance_[i][k], column);
+    }
   }
+  return gain;
 }
 
-Triple MotionModel::weighted_twist(const Increment& increment) const {
-  Inputs u;
-  read_inputs(increment, u);
-  Weighted equations;
-  weigh(u, increment, equations);
-  return Cholesky(equations.normal).solve(equations.right);
+/// Where a wheel slips, its reading counts for less in this interval.
+MotionModel::Gain MotionModel::gain_for(const Increment& increment, std::size_t octave) const {
+  std::array<double, kMaxRows> variance = weighing_[octave];
+  for (std::size_t i = 0; i < rows_; ++i)
+    variance[i] = variance[i] * increment.duration_s + variance_at_rest_[i];
+  for (std::size_t i = 0; i < wheels_; ++i) variance[i] += increment.slip_variance[i];
+  return gain_of(variance);
 }
 
-void MotionModel::twist_with_covariance(const Increment& increment, TwistStep& step) const {
-  Inputs u;
-  read_inputs(increment, u);
-  if (square_) {
-    step.twist = twist(increment);
-    square_step(u, increment, step);
-  } else {
-    weighted_step(u, increment, step);
-  }
-}
-
-Triple MotionModel::response_to_turn(const Increment& increment, double gyro_scale) const {
-  // The twist is affine in the gyro's integral: the weights do not depend on it.
-  Increment more = increment;
-  more.gyro_rad += 1.0 / gyro_scale;
-  const Triple before = twist(increment);
-  const Triple after = twist(more);
-  return {after[0] - before[0], after[1] - before[1], after[2] - before[2]};
-}
-
-void MotionModel::square_step(const Inputs& u, const Increment& increment, TwistStep& step) const {
-  step.covariance = noise_at_rest_;
-  for (std::size_t i = 0; i < wheels_; ++i)
-    if (const double slip = increment.slip_variance[i]; slip > 0.0)
-      add_outer(step.covariance, slip, by_row_[i]);
+LinearisedChassis MotionModel::linearised() const {
+  assert(has_one_gain());
+  const Gain& gain = gains_.front();
+  const auto columns = static_cast<Eigen::Index>(inputs_);
+  const auto vector = [](const Triple& t) { return Eigen::Map<const Vector3>(t.data()); };
+  LinearisedChassis result{InputMatrix(3, columns), {}};
   for (std::size_t k = 0; k < inputs_; ++k)
-    for (std::size_t i = 0; i < 6; ++i) step.covariance[i] += std::abs(u[k]) * noise_[k][i];
-  for (std::size_t j = 0; j < parameters_; ++j) {
-    const double* column = linearised_.derivative[j].data();
-    Triple derivative{};
-    for (std::size_t k = 0; k < inputs_; ++k, column += 3)
-      for (std::size_t i = 0; i < 3; ++i) derivative[i] += column[i] * u[k];
-    step.derivative[j] = derivative;
-  }
-  if (clock_) add(step.derivative[clock_->parameter], -increment.gyro_change_rad_s, columns_[kMaxWheels]);
+    result.twist.col(static_cast<Eigen::Index>(k)) = vector(gain.by_input[column_of(k)]);
+  result.derivative.assign(parameters_, InputMatrix::Zero(3, columns));
+  for (const ReadingChange& change : reading_changes_)
+    result.derivative[change.parameter].col(static_cast<Eigen::Index>(change.input)) +=
+        change.dz * vector(gain.by_row[change.row]);
+  for (const RowChange& change : row_changes_)
+    result.derivative[change.parameter] -=
+        vector(gain.by_row[change.row]) * (vector(change.dh).transpose() * result.twist);
+  return result;
 }
 
-/// ∂ξ/∂p = N⁻¹ (∂Hᵀ W r + Hᵀ W (∂z − ∂H ξ)), W held. docs/odometry.md, eq. 5.
-void MotionModel::weighted_step(const Inputs& u, const Increment& increment, TwistStep& step) const {
-  Weighted equations;
-  weigh(u, increment, equations);
-  const Cholesky normal(equations.normal);
-  step.twist = normal.solve(equations.right);
-  step.covariance = normal.inverse();
+Triple MotionModel::response_to_turn(const Increment& increment, std::size_t octave) const {
+  const std::size_t gyro_row = wheels_;
+  if (slips(increment)) return gain_for(increment, octave).by_row[gyro_row];
+  return gain_at(octave).by_row[gyro_row];
+}
+
+/// Covariance G V Gᵀ with the variances V of the interval, whatever G was weighed by.
+void MotionModel::step_by(const Gain& gain, const Increment& increment, const Rolled& rolled,
+                          TwistStep& step) const {
+  step.twist = twist_by(gain, increment);
+  step.covariance = gain.floor;
+  step.by_travel = gain.by_travel;
+  const auto add_noise = [&](double factor, const Symmetric3& noise) {
+    for (std::size_t i = 0; i < 6; ++i) step.covariance[i] += factor * noise[i];
+  };
+  for (std::size_t k = 0; k < wheels_; ++k) {
+    add_noise(rolled[k], gain.noise[k]);
+    if (const double slip = increment.slip_variance[k]; slip > 0.0)
+      add_outer(step.covariance, slip, gain.by_row[k]);
+  }
+  if (with_gyro_) add_noise(increment.duration_s, gain.noise[kMaxWheels + 1]);
+  derive(gain, increment, step);
+}
+
+/// ∂ξ/∂p = G (∂z − ∂H ξ) + N⁻¹ ∂Hᵀ W r, W held. docs/odometry.md, eq. 5.
+void MotionModel::derive(const Gain& gain, const Increment& increment, TwistStep& step) const {
   const auto derivatives = std::span(step.derivative).first(parameters_);
   std::ranges::fill(derivatives, Triple{});
-  for (const RowChange& change : row_changes_) {
-    const double weight = equations.weight[change.row];
-    const double residual = equations.z[change.row] - dot(h_[change.row], step.twist);
-    add(derivatives[change.parameter], weight * residual, change.dh);
-    add(derivatives[change.parameter], -weight * dot(change.dh, step.twist), h_[change.row]);
-  }
   for (const ReadingChange& change : reading_changes_)
-    add(derivatives[change.parameter], equations.weight[change.row] * change.dz * u[change.input],
-        h_[change.row]);
+    add(derivatives[change.parameter], change.dz * input_of(increment, change.input, wheels_),
+        gain.by_row[change.row]);
+  for (const RowChange& change : row_changes_) {
+    Triple& derivative = derivatives[change.parameter];
+    add(derivative, -dot(change.dh, step.twist), gain.by_row[change.row]);
+    if (square_) continue;  // no residual
+    const double weighed = gain.weight[change.row] * residual(change.row, increment, step.twist);
+    add(derivative, weighed, product(gain.inverse_normal, change.dh));
+  }
   if (clock_)
-    add(derivatives[clock_->parameter],
-        -equations.weight[clock_->row] * clock_->scale * increment.gyro_change_rad_s, h_[clock_->row]);
-  for (Triple& derivative : derivatives) derivative = normal.solve(derivative);
+    add(derivatives[clock_->parameter], -clock_->scale * increment.gyro_change_rad_s,
+        gain.by_row[clock_->row]);
+}
+
+double MotionModel::residual(std::size_t row, const Increment& increment, const Triple& twist) const {
+  double z = 0.0;
+  for (std::size_t k = 0; k < inputs_; ++k) z += reading_[row][k] * input_of(increment, k, wheels_);
+  return z - dot(h_[row], twist);
 }
 
 }  // namespace trundle

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "trundle/chassis/parameter.hpp"
+#include "trundle/odometry/rolling.hpp"
+#include "trundle/odometry/symmetric3.hpp"
 
 namespace trundle {
 
@@ -16,53 +18,68 @@ using Inputs = std::array<double, kMaxInputs>;
 /// Per unit of each input a twist: ξ = T u.
 using InputMatrix = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxInputs>;
 
-/// A chassis whose H is square: whatever the weights are, the twist is T u, and its change with parameter j
-/// is T_j u, with constant matrices. docs/odometry.md, eq. 6.
+/// A chassis with one gain at all speeds: the twist is T u, and its change with parameter j is T_j u, with
+/// constant matrices. docs/odometry.md, eq. 6.
 struct LinearisedChassis {
-  InputMatrix twist;                    ///< T = H⁻¹ Z
-  std::vector<InputMatrix> derivative;  ///< T_j = H⁻¹ (∂Z/∂p_j − ∂H/∂p_j T), as the parameters given
+  InputMatrix twist;                    ///< T = G Z
+  std::vector<InputMatrix> derivative;  ///< T_j of a square H, as the parameters given
 
   int inputs() const { return static_cast<int>(twist.cols()); }
 };
 
-/// A symmetric 3×3 matrix: xx, xy, xh, yy, yh, hh.
-using Symmetric3 = std::array<double, 6>;
-Matrix3 full_matrix(const Symmetric3& s);
-Symmetric3 symmetric_of(const Matrix3& matrix);
-
 /// The parameters an odometer carries along, and the gyro's bias.
 inline constexpr int kMaxModelParameters = 33;
+
+/// A vector of three for each wheel, component by component: (dx, dy, dθ), or (x, y, heading).
+struct WheelVectors {
+  std::array<double, kMaxWheels> x, y, h;
+};
 
 /// The twist of an interval, its noise, and its derivatives by the model's parameters.
 struct TwistStep {
   std::array<double, 3> twist;
-  Symmetric3 covariance;
+  Symmetric3 covariance;   ///< without the rounding of counts
+  WheelVectors by_travel;  ///< ∂ξ/∂(travel of each wheel) [1/m, 1/m, rad/m]
   std::array<std::array<double, 3>, kMaxModelParameters> derivative;  ///< ∂ξ/∂p for each parameter
 };
 
-/// A chassis prepared for stepping: H, z = Z u and its variances (linear in |u|) as plain numbers.
+/// A chassis prepared for stepping: ξ = G z with z = Z u, and the covariance of that. The gain G weighs the
+/// rows as the octave of the speed has it, never by the readings themselves: docs/odometry.md, eq. 2.
 /// Its functions never allocate.
 class MotionModel {
  public:
   /// At most kMaxModelParameters. H must have rank 3.
   MotionModel(const Chassis& chassis, std::span<const Parameter> parameters, bool with_gyro);
 
+  /// H is square: weights drop out.
   bool square() const { return square_; }
-  /// Only where H is square.
-  const LinearisedChassis& linearised() const { return linearised_; }
+  /// No gyro is weighed against wheels: one gain serves all speeds.
+  bool has_one_gain() const { return gains_.size() == 1; }
+  /// Only where there is one gain; derivatives only where H is square.
+  LinearisedChassis linearised() const;
 
-  /// ξ̂ = (HᵀWH)⁻¹HᵀWz alone.
-  std::array<double, 3> twist(const Increment& increment) const;
-  /// With covariance and derivatives.
-  void twist_with_covariance(const Increment& increment, TwistStep& step) const;
+  /// ξ̂ = G z alone.
+  std::array<double, 3> twist(const Increment& increment, std::size_t octave) const {
+    if (slips(increment)) [[unlikely]]
+      return twist_by(gain_for(increment, octave), increment);
+    return twist_by(gain_at(octave), increment);
+  }
+  /// With covariance and derivatives. `rolled`: see RollingGauge.
+  void twist_with_covariance(const Increment& increment, const Rolled& rolled, std::size_t octave,
+                             TwistStep& step) const {
+    if (slips(increment)) [[unlikely]]
+      return step_by(gain_for(increment, octave), increment, rolled, step);
+    step_by(gain_at(octave), increment, rolled, step);
+  }
   /// How the twist answers to a turn that the gyro alone sees: ∂ξ/∂(its reading as a turn).
-  std::array<double, 3> response_to_turn(const Increment& increment, double gyro_scale) const;
+  std::array<double, 3> response_to_turn(const Increment& increment, std::size_t octave) const;
 
  private:
+  using Triple = std::array<double, 3>;
   struct RowChange {
     std::size_t parameter;
     std::size_t row;
-    std::array<double, 3> dh;
+    Triple dh;
   };
   struct ReadingChange {
     std::size_t parameter;
@@ -70,17 +87,37 @@ class MotionModel {
     std::size_t input;
     double dz;
   };
-  struct Weighted;
+  /// All that follows from one choice of weights. Inputs stand as in column_of().
+  struct Gain {
+    std::array<Triple, kMaxRows> by_row{};       ///< columns of G = N⁻¹ Hᵀ W
+    std::array<Triple, kMaxInputs> by_input{};   ///< columns of T = G Z
+    std::array<Symmetric3, kMaxInputs> noise{};  ///< covariance of the twist per |input|
+    Symmetric3 floor{};                          ///< and of an interval in which nothing moves
+    std::array<double, kMaxRows> weight{};       ///< W
+    Symmetric3 inverse_normal{};                 ///< N⁻¹
+    WheelVectors by_travel{};                    ///< of by_row, those of the wheels
+  };
 
+  /// Wheels first; the gyro's integral and the duration always in the last two places.
+  std::size_t column_of(std::size_t input) const {
+    return input < wheels_ ? input : kMaxWheels + (input - wheels_);
+  }
+  /// A square H does not weigh: what slips changes the covariance alone.
+  bool slips(const Increment& increment) const {
+    if (square_) return false;
+    double sum = 0.0;
+    for (std::size_t i = 0; i < wheels_; ++i) sum += increment.slip_variance[i];
+    return sum > 0.0;
+  }
   void probe_readings(const Chassis& chassis, const Rows& rows);
   void probe_derivatives(const Chassis& chassis, const Rows& rows, std::span<const Parameter> parameters);
-  void linearise();
-  void linearise_noise(const Matrix3& M);
-  void read_inputs(const Increment& increment, Inputs& u) const;
-  void weigh(const Inputs& u, const Increment& increment, Weighted& equations) const;
-  std::array<double, 3> weighted_twist(const Increment& increment) const;
-  void square_step(const Inputs& u, const Increment& increment, TwistStep& step) const;
-  void weighted_step(const Inputs& u, const Increment& increment, TwistStep& step) const;
+  const Gain& gain_at(std::size_t octave) const { return gains_[has_one_gain() ? 0 : octave]; }
+  Gain gain_of(const std::array<double, kMaxRows>& variance) const;
+  Gain gain_for(const Increment& increment, std::size_t octave) const;
+  Triple twist_by(const Gain& gain, const Increment& increment) const;
+  void step_by(const Gain& gain, const Increment& increment, const Rolled& rolled, TwistStep& step) const;
+  void derive(const Gain& gain, const Increment& increment, TwistStep& step) const;
+  double residual(std::size_t row, const Increment& increment, const Triple& twist) const;
 
   std::size_t rows_ = 0;
   std::size_t inputs_ = 0;
@@ -88,7 +125,7 @@ class MotionModel {
   std::size_t wheels_ = 0;  ///< inputs, and rows of H, that are wheels (without wheels: forward and turn)
   bool with_gyro_ = false;
   bool square_ = false;
-  std::array<std::array<double, 3>, kMaxRows> h_{};
+  std::array<Triple, kMaxRows> h_{};
   std::array<Inputs, kMaxRows> reading_{};   ///< Z
   std::array<Inputs, kMaxRows> variance_{};  ///< by |u|
   std::array<double, kMaxRows> variance_at_rest_{};
@@ -102,29 +139,25 @@ class MotionModel {
     double scale;
   };
   std::optional<Clock> clock_;
-  LinearisedChassis linearised_;
-  std::array<std::array<double, 3>, kMaxInputs> columns_{};  ///< square H: T, the gyro's two columns last
-  std::array<Symmetric3, kMaxInputs> noise_{};               ///< square H: covariance of the twist by |u|
-  Symmetric3 noise_at_rest_{};
-  std::array<std::array<double, 3>, 3> by_row_{};  ///< square H: columns of H⁻¹
+  std::vector<std::array<double, kMaxRows>> weighing_;  ///< variances per second, by octave
+  std::vector<Gain> gains_;                             ///< by octave; or one
 };
 
-inline std::array<double, 3> MotionModel::twist(const Increment& increment) const {
-  if (!square_) return weighted_twist(increment);
+inline std::array<double, 3> MotionModel::twist_by(const Gain& gain, const Increment& increment) const {
   double dx = 0.0;
   double dy = 0.0;
   double turn = 0.0;
-  const auto add = [&](const std::array<double, 3>& column, double u) {
+  const auto add = [&](const Triple& column, double u) {
     dx += column[0] * u;
     dy += column[1] * u;
     turn += column[2] * u;
   };
-  add(columns_[0], increment.turned[0]);  // the first two without a loop: most robots have no more
-  add(columns_[1], increment.turned[1]);
-  for (std::size_t k = 2; k < wheels_; ++k) add(columns_[k], increment.turned[k]);
+  add(gain.by_input[0], increment.turned[0]);  // the first two without a loop: most robots have no more
+  add(gain.by_input[1], increment.turned[1]);
+  for (std::size_t k = 2; k < wheels_; ++k) add(gain.by_input[k], increment.turned[k]);
   if (with_gyro_) {
-    add(columns_[kMaxWheels], increment.gyro_rad);
-    add(columns_[kMaxWheels + 1], increment.duration_s);
+    add(gain.by_input[kMaxWheels], increment.gyro_rad);
+    add(gain.by_input[kMaxWheels + 1], increment.duration_s);
   }
   return {dx, dy, turn};
 }

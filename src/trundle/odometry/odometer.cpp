@@ -19,6 +19,10 @@ namespace {
 
 using Triple = std::array<double, 3>;
 
+constexpr std::size_t kPair = 2;
+using Pair = double __attribute__((vector_size(kPair * sizeof(double))));
+static_assert(kMaxWheels % kPair == 0);
+
 /// Turns spread differently over a gap, or bends that cancel, move its end by this much per metre and radian.
 constexpr double kUnseenBend_rad = 0.1;
 
@@ -31,10 +35,6 @@ std::string words_of(const Vector3& direction) {
     words += (words.empty() ? "" : " together with ") + std::string(kNames[static_cast<std::size_t>(i)]);
   }
   return words;
-}
-
-void add(Symmetric3& sum, const Symmetric3& more) {
-  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += more[i];
 }
 
 /// a bᵀ + b aᵀ + factor · b bᵀ
@@ -59,22 +59,22 @@ void require_observable(const Robot& robot, bool with_gyro) {
 }
 
 double initial_bias_sigma(const Robot& robot) {
-  if (!robot.calibration) return robot.chassis.gyro->bias_sigma_rad_s;
-  const CalibrationRecord& calibration = *robot.calibration;
-  Eigen::Index index = 0;  // of the observable parameters
-  for (const CalibratedParameter& parameter : calibration.parameters) {
-    if (!parameter.observable) continue;
-    const bool is_bias = parameter.name == name_of(kGyroBias, robot);
-    if (is_bias && parameter.sigma_between && index < calibration.covariance.rows())
-      return std::sqrt(calibration.covariance(index, index));
-    ++index;
-  }
-  return robot.chassis.gyro->bias_sigma_rad_s;
+  constexpr double kSessionsShowLittle = 10.0;
+  double sigma = robot.chassis.gyro->bias_sigma_rad_s;
+  if (!robot.calibration) return sigma;
+  for (const CalibratedParameter& parameter : robot.calibration->parameters)
+    if (parameter.observable && parameter.name == name_of(kGyroBias, robot))
+      sigma = std::max(sigma, kSessionsShowLittle * parameter.sigma_between.value_or(0.0));
+  return sigma;
 }
 
 Odometer::Odometer(const Robot& robot, const Options& options)
-    : parameters_(options.parameters.size()), with_covariance_(options.with_covariance) {
+    : gauge_(robot.chassis),
+      wheels_(robot.chassis.wheels().size()),
+      parameters_(options.parameters.size()),
+      with_covariance_(options.with_covariance) {
   const Chassis& chassis = robot.chassis;
+  for (std::size_t i = 0; i < wheels_; ++i) rounding_variance_[i] = rounding_variance(chassis.wheels()[i]);
   if (parameters_ > kMaxParameters)
     throw InputError(place_of(robot), fmt::format("{} uncertain parameters", parameters_),
                      fmt::format("at most {}", kMaxParameters));
@@ -134,7 +134,7 @@ Triple Odometer::move_on(const Increment& increment) {
     if (withheld.duration_s > 0.0 || any_turns(withheld)) advance(unbiased(withheld));
   }
   const Increment reading = unbiased(increment);
-  stuck_->watch(state_.stuck, reading, gyro_bias());
+  stuck_->watch(state_.stuck, reading, gyro_bias(), state_.rolling.octave);
   return advance(reading);
 }
 
@@ -150,7 +150,7 @@ void Odometer::learn_bias(const GyroEvidence& evidence) {
   state_.pose.y += K[1] * innovation;
   state_.pose.heading += K[2] * innovation;
   state_.bias_rad_s += K[3] * innovation;
-  add(state_.white, outer({}, c, -1.0 / S));
+  add_outer(state_.white, -1.0 / S, c);
   for (double& entry : state_.bias) entry *= R / S;
   state_.bias_variance *= R / S;
   trace_.gain = K;
@@ -162,7 +162,9 @@ Triple Odometer::advance(const Increment& increment) {
   const MotionModel* model = model_for(increment);
   if (!model) return advance_unmeasured(increment);
   if (with_covariance_) return advance_with_covariance(*model, increment);
-  const Triple twist = model->twist(increment);
+  const Triple twist = model->twist(increment, state_.rolling.octave);
+  if (!model->square())
+    gauge_.follow(state_.rolling, gauge_.add(state_.rolling, increment), increment.duration_s);
   state_.pose = moved(state_.pose, twist);
   if (!without_gyro_ && increment.duration_s > 0.0) state_.turn_rate_rad_s = twist[2] / increment.duration_s;
   return twist;
@@ -178,17 +180,22 @@ Triple Odometer::advance_unmeasured(const Increment& increment) {
   const Triple twist = advance(assumed);
   state_.turn_rate_rad_s = rate;
   if (with_covariance_) {
-    const Triple change = ArcStep(heading, twist).map(with_gyro_->response_to_turn(assumed, gyro_.scale));
-    add(state_.white, outer({}, change, kUnmeasuredTurn * kUnmeasuredTurn * increment.duration_s));
+    const Triple change =
+        ArcStep(heading, twist).map(with_gyro_->response_to_turn(assumed, state_.rolling.octave));
+    add_outer(state_.white, kUnmeasuredTurn * kUnmeasuredTurn * increment.duration_s, change);
   }
   return twist;
 }
 
 Triple Odometer::advance_with_covariance(const MotionModel& model, const Increment& increment) {
   TwistStep step;
-  model.twist_with_covariance(increment, step);
+  const Rolled rolled = gauge_.add(state_.rolling, increment);
+  // The octave is that of the motion before: it does not depend on these readings.
+  model.twist_with_covariance(increment, rolled, state_.rolling.octave, step);
+  if (!model.square()) gauge_.follow(state_.rolling, rolled, increment.duration_s);
   const ArcStep arc(state_.pose.heading, step.twist);
   state_.white = arc.carry(state_.white, step.covariance);
+  carry_rounding(arc, increment, step);
   for (std::size_t j = 0; j < parameters_; ++j) {
     const Triple carried = arc.carry(state_.sensitivity[j]);
     const Triple added = arc.map(step.derivative[j]);
@@ -201,6 +208,80 @@ Triple Odometer::advance_with_covariance(const MotionModel& model, const Increme
   if (!without_gyro_ && increment.duration_s > 0.0)
     state_.turn_rate_rad_s = step.twist[2] / increment.duration_s;
   return step.twist;
+}
+
+/// A count that falls brings a new rounding error and takes the old one back: docs/odometry.md, eq. 10. Two
+/// wheels at a time; those that are none have no variance.
+void Odometer::carry_rounding(const ArcStep& arc, const Increment& increment, const TwistStep& step) {
+  WheelVectors& by_rounding = state_.by_rounding;
+  const WheelVectors& by_travel = step.by_travel;
+  for (std::size_t i = 0; i < wheels_; i += kPair) {
+    const auto at = [i](const std::array<double, kMaxWheels>& column) {
+      return Pair{column[i], column[i + 1]};
+    };
+    const ArcStep::Vectors<Pair> before =
+        arc.carry(ArcStep::Vectors<Pair>{at(by_rounding.x), at(by_rounding.y), at(by_rounding.h)});
+    const ArcStep::Vectors<Pair> now =
+        arc.map(ArcStep::Vectors<Pair>{at(by_travel.x), at(by_travel.y), at(by_travel.h)});
+    const auto falls = at(increment.turned) != 0.0;
+    const Pair variance = falls ? at(rounding_variance_) : Pair{0.0, 0.0};
+    const Pair dx = before.x - now.x, dy = before.y - now.y, dh = before.h - now.h;
+    const Pair vx = variance * dx, vy = variance * dy;
+    const Pair added[] = {vx * dx, vx * dy, vx * dh, vy * dy, vy * dh, variance * dh * dh};
+    for (std::size_t k = 0; k < 6; ++k) state_.white[k] += added[k][0] + added[k][1];
+    const auto keep = [i](const Pair& pair, std::array<double, kMaxWheels>& column) {
+      column[i] = pair[0];
+      column[i + 1] = pair[1];
+    };
+    keep(falls ? now.x : before.x, by_rounding.x);
+    keep(falls ? now.y : before.y, by_rounding.y);
+    keep(falls ? now.h : before.h, by_rounding.h);
+  }
+}
+
+Symmetric3 Odometer::rounding() const {
+  Symmetric3 rounding{};
+  const WheelVectors& b = state_.by_rounding;
+  for (std::size_t i = 0; i < wheels_; ++i)
+    add_outer(rounding, rounding_variance_[i], {b.x[i], b.y[i], b.h[i]});
+  return rounding;
+}
+
+Symmetric3 Odometer::white() const {
+  Symmetric3 white = state_.white;
+  add(white, rounding());
+  return white;
+}
+
+void Odometer::correct(const Vector3& step, const Matrix3& keep, const Matrix3& noise,
+                       const PoseSensitivity& sensitivity) {
+  const auto kept = [&](Triple& column) {
+    Eigen::Map<Vector3> vector(column.data());
+    vector = (keep * vector).eval();
+  };
+  state_.pose = {state_.pose.x + step.x(), state_.pose.y + step.y(), state_.pose.heading + step.z()};
+  state_.white = symmetric_of(keep * full_matrix(state_.white) * keep.transpose() + noise);
+  kept(state_.bias);
+  WheelVectors& b = state_.by_rounding;
+  for (std::size_t i = 0; i < wheels_; ++i) {
+    const Vector3 carried = keep * Vector3(b.x[i], b.y[i], b.h[i]);
+    b.x[i] = carried.x(), b.y[i] = carried.y(), b.h[i] = carried.z();
+  }
+  for (std::size_t j = 0; j < parameters_; ++j)
+    Eigen::Map<Vector3>(state_.sensitivity[j].data()) = sensitivity.col(static_cast<Eigen::Index>(j));
+}
+
+void Odometer::restart() {
+  const Matrix2 to_body = rotation(state_.pose.heading).transpose();
+  WheelVectors& b = state_.by_rounding;
+  for (std::size_t i = 0; i < wheels_; ++i) {
+    const Vector2 turned = to_body * Vector2(b.x[i], b.y[i]);
+    b.x[i] = turned.x(), b.y[i] = turned.y();
+  }
+  state_.pose = {};
+  state_.white = {};
+  state_.bias = {};
+  state_.sensitivity = {};
 }
 
 /// The bias's walk is one more state b beside the pose, with ∂ξ/∂b as for the parameter: docs/odometry.md,

@@ -21,12 +21,15 @@ using PoseSensitivity = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxParam
 /// All that changes while an Odometer steps: plain numbers, so its bytes can be stored and restored.
 struct OdometerState {
   Pose2 pose;
-  Symmetric3 white{};            ///< covariance of (x, y, heading) in world axes
+  Symmetric3 white{};  ///< covariance of (x, y, heading) in world axes, the last counts' rounding aside
   std::array<double, 3> bias{};  ///< its covariance with the gyro's bias
   double bias_rad_s = 0.0;       ///< what was learned of the bias, added to the robot file's
   double bias_variance = 0.0;    ///< [rad²/s²]
   double turn_rate_rad_s = 0.0;  ///< of the last step whose turn was measured
   std::array<std::array<double, 3>, kMaxParameters> sensitivity{};
+  Rolling rolling;
+  /// ∂(pose)/∂(rounding of each wheel's last count), in world axes [1/m]: docs/odometry.md, eq. 10.
+  WheelVectors by_rounding{};
   RestState rest;
   StuckState stuck;
 };
@@ -87,8 +90,19 @@ class Odometer {
   GyroBias gyro_bias() const { return {gyro_.bias_rad_s + state_.bias_rad_s, state_.bias_variance}; }
 
   const Pose2& pose() const { return state_.pose; }
-  /// White part in world axes: grows like √distance. Includes the walk of the gyro's bias.
-  Matrix3 white_covariance() const { return full_matrix(state_.white); }
+  /// White part in world axes: grows like √distance. Includes the walk of the gyro's bias and the rounding of
+  /// the counts.
+  Matrix3 white_covariance() const { return full_matrix(white()); }
+  Symmetric3 white() const;
+  /// The part of it that the rounding of the last counts makes, and that the next counts take back.
+  Symmetric3 rounding() const;
+  /// A measurement of the pose: pose += step, its error e becomes keep · e + noise. With gain K, H =
+  /// ∂z/∂pose: keep = I − K H, noise = K R Kᵀ. Sensitivities, which the measurement may have too, are given.
+  void correct(const Vector3& step, const Matrix3& keep, const Matrix3& noise,
+               const PoseSensitivity& sensitivity);
+  /// From here on pose, covariances and sensitivities count from zero; what is known of the bias, of rests,
+  /// of the speed and of the counts stays.
+  void restart();
   /// ∂pose/∂p, columns as Options::parameters.
   PoseSensitivity sensitivity() const;
 
@@ -108,6 +122,7 @@ class Odometer {
   std::array<double, 3> advance(const Increment& increment);
   std::array<double, 3> advance_unmeasured(const Increment& increment);
   std::array<double, 3> advance_with_covariance(const MotionModel& model, const Increment& increment);
+  void carry_rounding(const ArcStep& arc, const Increment& increment, const TwistStep& step);
   void add_bias_walk(const ArcStep& arc, const std::array<double, 3>& by_bias, double duration_s);
   void trace_arc(const ArcStep& arc, const std::array<double, 3>& by_bias);
   Verdict judged_step(const Increment& increment);
@@ -117,6 +132,9 @@ class Odometer {
 
   std::optional<MotionModel> with_gyro_;
   std::optional<MotionModel> without_gyro_;
+  RollingGauge gauge_;
+  std::size_t wheels_ = 0;
+  std::array<double, kMaxWheels> rounding_variance_{};  ///< of a count of each wheel [m²]
   std::size_t parameters_ = 0;
   bool with_covariance_ = true;
   bool learns_ = false;
@@ -130,8 +148,8 @@ class Odometer {
 /// 1σ of an unmeasured turn [rad/√s].
 inline constexpr double kUnmeasuredTurn = 0.5;
 
-/// 1σ of the gyro's bias before the first rest shows it [rad/s]: where the calibration knows how far it moves
-/// from session to session, that, for one session alone says nothing of the next; else the gyro's own.
+/// 1σ of the gyro's bias before the first rest [rad/s]: bias_sigma_rad_s, or ten times its spread between the
+/// sessions of the calibration where that is more: a few sessions show too little of how far it drifts.
 double initial_bias_sigma(const Robot& robot);
 
 /// Throws CannotAnswer, in words, when the rows of the chassis do not see all three directions of motion.

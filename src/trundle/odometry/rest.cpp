@@ -10,6 +10,10 @@ namespace trundle {
 static_assert(std::is_trivially_copyable_v<RestState> && std::is_trivially_copyable_v<RestDetector>);
 static_assert(sizeof(RestState) % sizeof(double) == 0);
 
+double jitter_of(const Wheel& wheel, const RestOptions& options) {
+  return wheel.ticks_per_revolution == 0.0 ? options.jitter_m : options.jitter_ticks * metres_per_tick(wheel);
+}
+
 RestDetector::RestDetector(const Chassis& chassis, const RestOptions& options)
     : options_(options),
       wheels_(chassis.wheel_count > 0 ? chassis.wheels().size() : 2),
@@ -17,9 +21,7 @@ RestDetector::RestDetector(const Chassis& chassis, const RestOptions& options)
   if (chassis.wheel_count == 0) jitter_ = {options.jitter_m, 0.0};  // a turn rate at rest is zero
   for (std::size_t i = 0; i < chassis.wheels().size(); ++i) {
     const Wheel& wheel = chassis.wheels()[i];
-    jitter_[i] = wheel.ticks_per_revolution == 0.0
-                     ? options.jitter_m / (kPi * wheel.diameter_m)
-                     : options.jitter_ticks / std::abs(wheel.ticks_per_revolution);
+    jitter_[i] = jitter_of(wheel, options) / (kPi * wheel.diameter_m);
   }
   if (!has_gyro_) return;
   const double density = options.gyro_noise_factor * chassis.gyro->noise_rad_s_sqrt_hz;

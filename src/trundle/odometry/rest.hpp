@@ -27,6 +27,9 @@ struct RestOptions {
   double shaking_m_s2 = 0.15;  ///< largest rms of the accelerometer about its mean
 };
 
+/// The range over which a resting wheel's counter may toggle [m].
+double jitter_of(const Wheel& wheel, const RestOptions& options);
+
 enum class RestPhase : std::uint64_t {
   moving,
   settling,  ///< nothing moves, but not yet for long enough to be sure
@@ -74,6 +77,9 @@ class RestDetector {
   /// What was read and not yet judged: all of it while settling, the last block and the counters' jitter at
   /// rest. To be integrated when the robot moves on.
   static Increment withheld(const RestState& state, double time_s);
+
+  /// Variance of the gyro's integral per second, as its noise may be [rad²/s].
+  double gyro_density() const { return gyro_density_; }
 
  private:
   RestBlock with(const RestBlock& block, const Increment& increment) const;

@@ -64,7 +64,7 @@ void apply(const Adjoint& adjoint, FilteredStep& step) {
 
 FilteredStep filtered_step(const Odometer& odometer) {
   const OdometerState& state = odometer.state();
-  return {state.pose, state.white, state.bias, odometer.gyro_bias(), odometer.trace()};
+  return {state.pose, odometer.white(), state.bias, odometer.gyro_bias(), odometer.trace()};
 }
 
 void smooth(std::vector<FilteredStep>& steps) {

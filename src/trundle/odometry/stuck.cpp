@@ -38,6 +38,24 @@ double dot(const Triple& a, const Triple& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
+/// The others' counts are rounded where this begins and where it ends, not in between.
+double rounding_along(const Triple& h, const TwistStep& step, const Chassis& others) {
+  double variance = 0.0;
+  for (std::size_t i = 0; i < others.wheels().size(); ++i) {
+    const WheelVectors& by = step.by_travel;
+    const double share = dot(h, {by.x[i], by.y[i], by.h[i]});
+    variance += 2.0 * share * share * rounding_variance(others.wheels()[i]);
+  }
+  return variance;
+}
+
+/// |readings| as travel, the speed they show: an interval by itself.
+Rolled magnitudes(const std::array<double, kMaxWheels>& turned) {
+  Rolled rolled;
+  std::ranges::transform(turned, rolled.begin(), [](double u) { return std::abs(u); });
+  return rolled;
+}
+
 /// hᵀ Q h
 double variance_along(const Triple& h, const Symmetric3& Q) {
   return h[0] * (h[0] * Q[0] + 2.0 * (h[1] * Q[1] + h[2] * Q[2])) + h[1] * (h[1] * Q[3] + 2.0 * h[2] * Q[4]) +
@@ -53,16 +71,14 @@ StuckWheels::StuckWheels(const Chassis& chassis, const RestOptions& options)
     const Wheel& wheel = chassis.wheels()[i];
     const Vector3 row = rolling_row(wheel);
     row_.push_back({row.x(), row.y(), row.z()});
-    const double per_tick = wheel.ticks_per_revolution == 0.0
-                                ? 0.0
-                                : kPi * wheel.diameter_m / std::abs(wheel.ticks_per_revolution);
-    unseen_m_.push_back(std::max(options.jitter_ticks * per_tick, options.jitter_m));
+    unseen_m_.push_back(std::max(options.jitter_ticks * metres_per_tick(wheel), options.jitter_m));
     const Chassis rest = without(chassis, i);
-    others_.push_back({model_of(rest, true), model_of(rest, false)});
+    others_.push_back({rest, model_of(rest, true), model_of(rest, false)});
   }
 }
 
-void StuckWheels::watch(StuckState& state, const Increment& increment, const GyroBias& bias) const {
+void StuckWheels::watch(StuckState& state, const Increment& increment, const GyroBias& bias,
+                        std::size_t octave) const {
   const bool all_still = !any_turns(increment);
   for (std::size_t i = 0; i < row_.size(); ++i) {
     StillWheel& still = state.still[i];
@@ -72,21 +88,23 @@ void StuckWheels::watch(StuckState& state, const Increment& increment, const Gyr
       state.stuck &= ~bit;
       continue;
     }
-    if (still.still_s >= lag_s_) expect(still, i, increment, all_still);
+    if (still.still_s >= lag_s_) expect(still, i, increment, all_still, octave);
     still.still_s += increment.duration_s;
     const double variance = still.variance + still.by_bias * still.by_bias * bias.variance;
     if (std::abs(still.travel_m) > unseen_m_[i] + sigmas_ * std::sqrt(variance)) state.stuck |= bit;
   }
 }
 
-void StuckWheels::expect(StillWheel& still, std::size_t wheel, const Increment& increment,
-                         bool all_still) const {
+void StuckWheels::expect(StillWheel& still, std::size_t wheel, const Increment& increment, bool all_still,
+                         std::size_t octave) const {
   const Triple& h = row_[wheel];
   const bool gyro = has_gyro_ && increment.has_gyro;
   const auto& others = gyro ? others_[wheel].with_gyro : others_[wheel].without_gyro;
   if (others) {
     TwistStep step;
-    others->twist_with_covariance(without(increment, wheel), step);
+    const Increment rest = without(increment, wheel);
+    others->twist_with_covariance(rest, magnitudes(rest.turned), octave, step);
+    if (still.variance == 0.0) still.variance = rounding_along(h, step, others_[wheel].chassis);
     still.travel_m += dot(h, step.twist);
     still.variance += variance_along(h, step.covariance);
     if (gyro) still.by_bias += dot(h, step.derivative[0]);

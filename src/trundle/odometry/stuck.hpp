@@ -15,7 +15,7 @@ namespace trundle {
 struct StillWheel {
   double still_s = 0.0;   ///< since it stands still
   double travel_m = 0.0;  ///< that it should have rolled since, the first lag_s aside
-  double variance = 0.0;  ///< of that, from noise [m²]
+  double variance = 0.0;  ///< of that, from noise and from the rounding of the others' counts [m²]
   double by_bias = 0.0;   ///< its derivative by the gyro's bias [m s/rad]
 };
 
@@ -33,15 +33,18 @@ class StuckWheels {
  public:
   StuckWheels(const Chassis& chassis, const RestOptions& options);
 
-  void watch(StuckState& state, const Increment& increment, const GyroBias& bias) const;
+  /// `octave`: of the robot's speed, see RollingGauge.
+  void watch(StuckState& state, const Increment& increment, const GyroBias& bias, std::size_t octave) const;
 
  private:
   /// The chassis without one of its wheels, where that still sees the motion.
   struct Others {
+    Chassis chassis;
     std::optional<MotionModel> with_gyro;
     std::optional<MotionModel> without_gyro;
   };
-  void expect(StillWheel& still, std::size_t wheel, const Increment& increment, bool all_still) const;
+  void expect(StillWheel& still, std::size_t wheel, const Increment& increment, bool all_still,
+              std::size_t octave) const;
 
   double sigmas_;
   double lag_s_;

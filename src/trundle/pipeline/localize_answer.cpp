@@ -17,6 +17,7 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
   Provenance provenance{recording.inputs, {}, question.seed};
   provenance.inputs.push_back(robot.file);
   provenance.inputs.push_back(map.file);
+  if (map.covariance_file) provenance.inputs.push_back(*map.covariance_file);
   provenance.options = {{"filter", std::string(name_of(question.filter))},
                         {"start", question.start ? question.start_text : "none"}};
   if (question.start) {
@@ -55,7 +56,7 @@ KnownMap known_map_of(const MapFile& map, const LandmarkSensor& sensor) {
   std::vector<KnownLandmark> landmarks;
   for (const MapLandmark& landmark : map.landmarks)
     landmarks.push_back({landmark.position, landmark.covariance});
-  return {std::move(landmarks), 2.0 * sensor.max_range_m};
+  return {std::move(landmarks), 2.0 * sensor.max_range_m, map.covariance};
 }
 
 [[noreturn]] void refuse(const std::string& recording, const LocalizeAnswer& answer) {
@@ -76,7 +77,12 @@ nlohmann::ordered_json to_json(const KnownStretch& stretch) {
 }  // namespace
 
 MapFile read_map_file(const std::filesystem::path& path) {
-  return {read_landmark_map(path), input_file(path)};
+  MapFile map{read_landmark_map(path), input_file(path)};
+  const std::filesystem::path beside = covariance_file_of(path);
+  if (!std::filesystem::exists(beside)) return map;
+  map.covariance = read_landmark_covariance(beside, map.landmarks);
+  map.covariance_file = input_file(beside);
+  return map;
 }
 
 LocalizeAnswer answer_localize(const Recording& recording, const RobotFile& robot, const MapFile& map,
@@ -91,6 +97,7 @@ LocalizeAnswer answer_localize(const Recording& recording, const RobotFile& robo
   auto& problems = answer.input.problems;
   problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
   answer.landmarks = map.landmarks.size();
+  answer.has_map_covariance = map.covariance_file.has_value();
   const LandmarkSensor& sensor = *robot.robot.landmark_sensor;
   answer.result = localize(answer.input, known_map_of(map, sensor), sensor, options_of(question));
   if (answer.result.trajectory.poses.empty()) refuse(recording.name, answer);
@@ -127,6 +134,7 @@ nlohmann::ordered_json document_of(const LocalizeAnswer& answer) {
   const StampedPose& end = answer.result.trajectory.poses.back();
   nlohmann::ordered_json document = to_json(answer.provenance);
   document["landmarks"] = answer.landmarks;
+  document["map_covariance"] = answer.has_map_covariance;
   document["steps"] = answer.input.steps.size();
   document["poses"] = answer.result.trajectory.poses.size();
   document["localized_s"] = answer.result.stretches.front().start_s;

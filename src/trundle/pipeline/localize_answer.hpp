@@ -14,12 +14,14 @@
 
 namespace trundle {
 
-/// A map of landmarks, and the file that said so.
+/// A map of landmarks, and the file that said so; with the covariance of all where that lies beside it.
 struct MapFile {
   std::vector<MapLandmark> landmarks;
   InputFile file;
+  Eigen::MatrixXd covariance = {};
+  std::optional<InputFile> covariance_file = {};
 };
-/// Throws as read_landmark_map.
+/// Throws as read_landmark_map and read_landmark_covariance.
 MapFile read_map_file(const std::filesystem::path& path);
 
 /// What `trundle localize` is asked, besides recording, robot and map.
@@ -40,6 +42,7 @@ struct LocalizeAnswer {
   Provenance provenance;
   SlamInput input;  ///< with the problems of reading the recording
   std::size_t landmarks = 0;
+  bool has_map_covariance = false;  ///< of all landmarks together
   Localization result;
 };
 

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/error.hpp"
+#include "trundle/pipeline/no_rest.hpp"
 #include "trundle/pipeline/sound.hpp"
 
 namespace trundle {
@@ -74,6 +75,9 @@ OdometryAnswer answer_odometry(const Recording& recording, const RobotFile& robo
       .tracks = tracks_of(readings, robot.robot.chassis)};
   require_sound(answer.odometry.trajectory, recording.name);
   auto& problems = answer.odometry.problems;
+  report_no_rest({robot.robot, answer.odometry.rest_s, readings.increments.back().time_s - readings.start_s,
+                  answer.odometry.trajectory.covariances.back()(2, 2)},
+                 problems);
   problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
   return answer;
 }

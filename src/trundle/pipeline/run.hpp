@@ -22,8 +22,9 @@ struct RunQuestion {
   std::filesystem::path output;                ///< folder for all results
   std::vector<std::string> calibrate_on = {};  ///< recordings to learn from; empty: the recording itself
   CalibrateOptions calibrate = {};
-  std::vector<std::string> learn = {};  ///< recordings without slip, to measure the noise on
-  std::string map = {};                 ///< of landmarks; empty: landmarks.csv of the recording
+  std::vector<std::string> learn = {};         ///< recordings without slip, to measure the noise on
+  double spin_odds = SlipOptions{}.spin_odds;  ///< as in SlipQuestion
+  std::string map = {};                        ///< of landmarks; empty: landmarks.csv of the recording
   SlamQuestion slam = {};
   int robot_number = 0;  ///< of a folder with several robots; 0: not given
   /// The robot before it was calibrated elsewhere, to compare with; empty: `robot`.

@@ -9,6 +9,7 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/pipeline/innovations.hpp"
+#include "trundle/pipeline/no_rest.hpp"
 #include "trundle/pipeline/sound.hpp"
 #include "trundle/recording/landmark_file.hpp"
 #include "trundle/slam/doubts.hpp"
@@ -27,6 +28,8 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
     provenance.options.emplace_back("swarm-iterations", std::to_string(question.swarm.iterations));
   if (question.swarm.target_agreement > 0.0)
     provenance.options.emplace_back("swarm-agreement", fmt::format("{}", question.swarm.target_agreement));
+  if (question.estimate)
+    provenance.options.emplace_back("estimate", *question.estimate == PointEstimate::best ? "best" : "mean");
   if (question.unknown_ids) provenance.options.emplace_back("unknown-ids", "true");
   if (question.systematic_sigma)
     provenance.options.emplace_back("systematic-sigma", fmt::format("{}", *question.systematic_sigma));
@@ -58,6 +61,13 @@ std::string csv_of(const std::vector<MappedLandmark>& map, const std::vector<std
   return text;
 }
 
+std::vector<std::string> names_of(const SlamAnswer& answer) {
+  std::vector<std::string> names;
+  for (const MappedLandmark& landmark : answer.map())
+    names.push_back(answer.input.landmarks[static_cast<std::size_t>(landmark.id)]);
+  return names;
+}
+
 std::string csv_of_steps(const SlamAnswer& answer) {
   std::string text = "time_s,sightings,effective_particles,resampled,greatest_weight,closed_loop\n";
   for (std::size_t k = 0; k < answer.input.steps.size(); ++k) {
@@ -86,14 +96,37 @@ std::string csv_of(const std::vector<WeightedPose>& particles) {
 }
 
 nlohmann::ordered_json systematic_of(const SlamAnswer& answer) {
-  const PoseEstimate& last = answer.last();
-  const Vector3 sigma = last.systematic_covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   nlohmann::ordered_json document = nlohmann::ordered_json::array();
-  constexpr std::array kNames = {"travel", "turn", "turn_per_m"};
-  for (int i = 0; i < 3; ++i)
+  for (const NamedError& error : named_errors(answer.input.systematic, answer.last()))
     document.push_back(
-        {{"name", kNames[static_cast<std::size_t>(i)]}, {"value", last.systematic[i]}, {"sigma", sigma[i]}});
+        {{"name", error.name}, {"unit", error.unit}, {"value", error.value}, {"sigma", error.sigma}});
   return document;
+}
+
+/// The gyro's, not less that of the robot file.
+nlohmann::ordered_json bias_of(const SlamAnswer& answer) {
+  const BiasEstimate& last = answer.bias().back();
+  return {{"rad_s", answer.gyro_bias_rad_s + last.rad_s},
+          {"sigma_rad_s", std::sqrt(std::max(0.0, last.variance))}};
+}
+
+/// Every second; fewer rows where there would be more than kMostBiasRows. The last one is kept.
+nlohmann::ordered_json bias_over_time(const SlamAnswer& answer) {
+  using Json = nlohmann::ordered_json;
+  constexpr std::size_t kMostBiasRows = 4000;
+  Json columns = {{"time_s", Json::array()}, {"rad_s", Json::array()}, {"sigma_rad_s", Json::array()}};
+  const auto& steps = answer.input.steps;
+  const double every_s =
+      std::max(1.0, (steps.back().time_s - answer.input.start_s) / static_cast<double>(kMostBiasRows));
+  double next_s = answer.input.start_s;
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    if (steps[k].time_s < next_s && k + 1 != steps.size()) continue;
+    next_s = steps[k].time_s + every_s;
+    columns["time_s"].push_back(steps[k].time_s);
+    columns["rad_s"].push_back(answer.gyro_bias_rad_s + answer.bias()[k].rad_s);
+    columns["sigma_rad_s"].push_back(std::sqrt(std::max(0.0, answer.bias()[k].variance)));
+  }
+  return columns;
 }
 
 nlohmann::ordered_json smoother_of(const SmootherCounts& counts) {
@@ -125,26 +158,30 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
   answer.provenance = provenance_of(recording, robot, question);
   answer.input = slam_input(
       recording, corrected_readings(recording, robot, question.slip, slip_found, answer.provenance),
-      robot.robot, {.hide_ids = question.unknown_ids});
+      robot.robot, {.hide_ids = question.unknown_ids, .shares = question.systematic_sigma.has_value()});
   require_apart(answer.provenance.inputs, {question.checkpoints.write});
   auto& problems = answer.input.problems;
   problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
   if (answer.input.observations() == 0)
     throw CannotAnswer(fmt::format("{}: no sightings while the robot's odometry runs", recording.name));
   const LandmarkSensor& sensor = *robot.robot.landmark_sensor;
-  SlamPrior prior{.start = question.start,
-                  .systematic_sigma = Systematic::Constant(question.systematic_sigma.value_or(0.0))};
+  const SystematicErrors& systematic = answer.input.systematic;
+  if (systematic.has_bias) answer.gyro_bias_rad_s = robot.robot.chassis.gyro->bias_rad_s;
+  std::optional<Vector3> shares;
+  if (question.systematic_sigma) shares = Vector3::Constant(*question.systematic_sigma);
+  SlamPrior prior{.start = question.start, .systematic_sigma = systematic.sigma(shares)};
   const SlamOptions filter{.method = question.method,
                            .particles = question.particles,
                            .seed = question.seed,
                            .prior = prior,
                            .threads = question.threads,
                            .swarm = question.swarm,
+                           .estimate = question.estimate,
                            .first_nameless = answer.input.first_nameless()};
   answer.result =
       slam_with_checkpoints(answer.input, SlamRun(sensor, filter), settings_of(robot, question, answer.input),
                             question.checkpoints, question.on_steps);
-  if (!question.systematic_sigma) prior.systematic_sigma = kUsualSystematicSigma;
+  if (!shares) prior.systematic_sigma = systematic.sigma(kUsualShareSigma);
   if (question.smooth && answer.result.map.empty())
     problems.push_back({.severity = Severity::warning,
                         .kind = "nothing to smooth",
@@ -155,6 +192,9 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
     answer.smoothed = smooth_from_many(answer.input, sensor, answer.result, filter, question.smoother_runs,
                                        {.prior = prior});
   name_the_nameless(answer);
+  report_no_rest({robot.robot, answer.input.rest_s, answer.input.steps.back().time_s - answer.input.start_s,
+                  answer.last().covariance(2, 2)},
+                 problems);
   answer.doubts = doubts_about(answer.input, answer.result, answer.smoothed ? &*answer.smoothed : nullptr);
   require_sound(answer.result.online, recording.name);
   if (answer.smoothed) require_sound(answer.smoothed->trajectory, recording.name);
@@ -188,6 +228,11 @@ nlohmann::ordered_json document_of(const SlamAnswer& answer) {
   }
   if (answer.result.path) document["path"] = "whole path of the best particle";
   document["systematic_errors"] = systematic_of(answer);
+  if (answer.input.systematic.has_bias && !answer.bias().empty()) {
+    document["gyro_bias"] = bias_of(answer);
+    document["gyro_bias_over_time"] = bias_over_time(answer);
+    document["rest_s"] = answer.input.rest_s;
+  }
   document["problems"] = to_json(answer.input.problems);
   return document;
 }
@@ -201,6 +246,9 @@ std::vector<OutputFile> files_of(const SlamAnswer& answer, const std::filesystem
       {folder / "innovations.csv", head + csv_of_innovations(answer)},
       {folder / "slam.json", document_of(answer).dump(2) + "\n"}};
   if (answer.smoothed) files.push_back({folder / "online.csv", head + to_csv(answer.result.online)});
+  if (const Eigen::MatrixXd& covariance = answer.map_covariance(); covariance.size() > 0)
+    files.push_back({covariance_file_of(folder / "landmarks.csv"),
+                     head + landmark_covariance_csv(names_of(answer), covariance)});
   if (!answer.result.particles.empty())
     files.push_back({folder / "particles.csv", head + csv_of(answer.result.particles)});
   if (answer.result.path) files.push_back({folder / "path.csv", head + to_csv(*answer.result.path)});

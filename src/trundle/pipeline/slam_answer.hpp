@@ -26,13 +26,14 @@ struct SlamQuestion {
   /// Prior of the odometry's systematic errors [1, 1, rad/m]; nothing: filters take them for 0, the smoother
   /// for unknown as usual.
   std::optional<double> systematic_sigma = {};
-  SwarmOptions swarm = {};                ///< of the filters that have one
-  bool unknown_ids = false;               ///< forget the landmarks' names and find out which is which
-  std::optional<SlipQuestion> slip = {};  ///< then the odometry is corrected for slip first, found so
-  bool smooth = false;                    ///< then also the most probable trajectory and map of all
-  std::size_t smoother_runs = 5;          ///< of a filter, from which that starts where names are missing
-  std::size_t threads = 1;                ///< results do not depend on it
-  int robot_number = 0;                   ///< of a folder with several robots; 0: not given
+  std::optional<PointEstimate> estimate = {};  ///< of the particle filters; nothing: as is usual
+  SwarmOptions swarm = {};                     ///< of the filters that have one
+  bool unknown_ids = false;                    ///< forget the landmarks' names and find out which is which
+  std::optional<SlipQuestion> slip = {};       ///< then the odometry is corrected for slip first, found so
+  bool smooth = false;                         ///< then also the most probable trajectory and map of all
+  std::size_t smoother_runs = 5;  ///< of a filter, from which that starts where names are missing
+  std::size_t threads = 1;        ///< results do not depend on it
+  int robot_number = 0;           ///< of a folder with several robots; 0: not given
   SlamCheckpoints checkpoints = {};
   OnSteps on_steps = {};
 };
@@ -42,11 +43,16 @@ struct SlamAnswer {
   SlamInput input;  ///< with the problems of reading the recording, and names for all landmarks
   SlamResult result;
   std::optional<SmoothedSlam> smoothed;
+  double gyro_bias_rad_s = 0.0;      ///< the robot file's, where it has a gyro
   std::vector<Problem> doubts = {};  ///< why it should not be believed
 
   /// The smoothed ones where there are such.
   const Trajectory& trajectory() const { return smoothed ? smoothed->trajectory : result.online; }
   const std::vector<MappedLandmark>& map() const { return smoothed ? smoothed->map : result.map; }
+  const Eigen::MatrixXd& map_covariance() const {
+    return smoothed ? smoothed->map_covariance : result.map_covariance;
+  }
+  const std::vector<BiasEstimate>& bias() const { return smoothed ? smoothed->bias : result.bias; }
   const PoseEstimate& last() const { return smoothed ? smoothed->last : result.last; }
 };
 
@@ -59,8 +65,8 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
 /// What `trundle slam --json` prints.
 nlohmann::ordered_json document_of(const SlamAnswer& answer);
 
-/// trajectory.csv, landmarks.csv, steps.csv, innovations.csv and, where there is one, path.csv; online.csv
-/// where trajectory.csv is the smoothed one.
+/// trajectory.csv, landmarks.csv, where the filter knows it landmarks_covariance.csv, steps.csv,
+/// innovations.csv and, where there is one, path.csv; online.csv where trajectory.csv is the smoothed one.
 std::vector<OutputFile> files_of(const SlamAnswer& answer, const std::filesystem::path& folder);
 
 }  // namespace trundle

@@ -48,7 +48,8 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
   Provenance provenance{recording.inputs,
                         {{"method", name_of(question.method)},
                          {"probability", fmt::format("{}", question.probability)},
-                         {"interval-s", fmt::format("{}", question.interval_s)}},
+                         {"interval-s", fmt::format("{}", question.interval_s)},
+                         {"spin-odds", fmt::format("{}", question.spin_odds)}},
                         std::nullopt};
   provenance.inputs.push_back(robot.file);
   add_inputs(clean.inputs, provenance);
@@ -163,6 +164,7 @@ SlipAnswer answer_slip(const Recording& recording, const RobotFile& robot, const
   answer.options.method = question.method;
   answer.options.probability = question.probability;
   answer.options.interval_s = question.interval_s;
+  answer.options.spin_odds = question.spin_odds;
   const CleanDriving clean = clean_driving(robot.robot, question);
   if (!question.learn.empty()) answer.learned = learn(clean, robot.robot, answer.options);
   const AlignedReadings readings = align(recording, robot.robot);
@@ -190,6 +192,7 @@ AlignedReadings corrected_readings(const Recording& recording, const RobotFile& 
 void add_options_of(const std::optional<SlipQuestion>& slip, Provenance& provenance) {
   if (!slip) return;
   provenance.options.emplace_back("correct-slip", "true");
+  provenance.options.emplace_back("spin-odds", fmt::format("{}", slip->spin_odds));
   for (const std::string& folder : slip->learn) provenance.options.emplace_back("learn", folder);
 }
 

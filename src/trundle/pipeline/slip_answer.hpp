@@ -17,6 +17,8 @@ struct SlipQuestion {
   std::vector<std::string> learn = {};  ///< folders of recordings without slip
   double probability = 0.01;            ///< that an interval without slip is flagged
   double interval_s = 0.25;             ///< readings are judged over at least this long
+  double spin_odds =
+      SlipOptions{}.spin_odds;  ///< that a wheel which slips while it pushes spins, to its skidding
   SlipMethod method = SlipMethod::general;
   int robot_number = 0;  ///< of a folder with several robots; 0: not given
 };

@@ -13,6 +13,7 @@
 #include "trundle/pipeline/evaluation_answer.hpp"
 #include "trundle/pipeline/info_answer.hpp"
 #include "trundle/pipeline/localize_answer.hpp"
+#include "trundle/pipeline/no_rest.hpp"
 #include "trundle/pipeline/odometry_answer.hpp"
 #include "trundle/pipeline/report_answer.hpp"
 #include "trundle/pipeline/sentences.hpp"
@@ -80,6 +81,9 @@ Told integrate_with(Work& work, const RobotFile& robot, const std::string& name,
       sentence_of(odometry.odometry),
       {{work.in_folder(name + ".csv"), head_of(odometry.provenance) + to_csv(odometry.odometry.trajectory)},
        {work.in_folder(name + ".json"), printed(document_of(odometry))}}};
+  if (const auto at = std::ranges::find(odometry.odometry.problems, kNoRest, &Problem::kind);
+      at != odometry.odometry.problems.end())
+    told.remarks.push_back("note: " + at->message);
   work.answer.trajectories.push_back({name, name + ".csv", what});
   return told;
 }
@@ -91,7 +95,9 @@ bool has_corrected_clock(const Work& work) {
 }
 
 SlipQuestion slip_question(const Work& work) {
-  return {.learn = work.question.learn, .robot_number = work.question.robot_number};
+  return {.learn = work.question.learn,
+          .spin_odds = work.question.spin_odds,
+          .robot_number = work.question.robot_number};
 }
 
 /// Who goes on from the odometry takes the corrected one, where slip could be looked for.
@@ -234,7 +240,8 @@ Told integrate_odometry(Work& work) {
                                    ? "odometry with the calibrated robot"
                                    : "odometry with the robot file as given");
     used.files.insert(used.files.begin(), told.files.begin(), told.files.end());
-    if (!has_corrected_clock(work)) used.remarks = work.clocks;
+    if (!has_corrected_clock(work))
+      used.remarks.insert(used.remarks.end(), work.clocks.begin(), work.clocks.end());
     return used;
   } catch (...) {
     work.no_odometry = std::current_exception();

@@ -67,7 +67,7 @@ PairedSums turn_pairs(const Robot& robot, const AlignedReadings& readings,
   for (const Increment& increment : readings.increments) {
     const double turn = other_turn(increment);
     if (std::isnan(turn)) continue;
-    by_wheels += estimate_twist(rows, readings_of(robot.chassis, rows, increment)).twist.dtheta;
+    by_wheels += twist_of(robot.chassis, rows, increment).dtheta;
     by_other += turn;
     duration_s += increment.duration_s;
     if (duration_s < kPiece_s) continue;

@@ -126,7 +126,7 @@ std::optional<double> expected_travel(const Robot& robot, std::size_t wheel,
   if (rest.wheel_count == 0 || observability(rows).rank < 3) return std::nullopt;
   double travel = 0.0;
   for (const Increment& increment : increments) {
-    const Twist2 twist = estimate_twist(rows, readings_of(rest, rows, without(increment, wheel))).twist;
+    const Twist2 twist = twist_of(rest, rows, without(increment, wheel));
     travel += rolling_row(robot.chassis.wheels()[wheel]).dot(twist.vector());
   }
   return travel;

@@ -46,7 +46,7 @@ Windows windows_of(const Recording& recording, const AlignedReadings& readings, 
   bool whole = true;
   const auto& increments = windows.readings.increments;
   for (std::size_t i = 0; i < increments.size(); ++i) {
-    turn += estimate_twist(rows, readings_of(robot.chassis, rows, increments[i])).twist.dtheta;
+    turn += twist_of(robot.chassis, rows, increments[i]).dtheta;
     duration_s += increments[i].duration_s;
     whole = whole && !windows.readings.bridged[i];
     if (duration_s < options.window_s - 1e-9) continue;

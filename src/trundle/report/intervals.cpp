@@ -27,8 +27,4 @@ std::optional<Interval> interval95_between(const ParameterEstimate& estimate, in
   return interval(estimate.value, student_t_limit(0.05, sessions - 1) * sigma);
 }
 
-double total_sigma(const ParameterEstimate& estimate) {
-  return std::hypot(estimate.sigma_within, estimate.sigma_between.value_or(0.0));
-}
-
 }  // namespace trundle

@@ -17,7 +17,4 @@ std::optional<Interval> interval95_within(const ParameterEstimate& estimate);
 /// Nothing for a held parameter, and where the spread from session to session is unknown.
 std::optional<Interval> interval95_between(const ParameterEstimate& estimate, int sessions);
 
-/// √(σ_w² + s_b²), the latter where it is known.
-double total_sigma(const ParameterEstimate& estimate);
-
 }  // namespace trundle

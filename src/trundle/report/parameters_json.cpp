@@ -42,7 +42,7 @@ std::string reason_held(const ParameterEstimate& estimate) {
 
 /// (value − nominal) / total sigma; nothing for a held parameter or without a sigma.
 std::optional<double> sigmas_from_nominal(const ParameterEstimate& estimate) {
-  const double sigma = total_sigma(estimate);
+  const double sigma = estimate.sigma_total;
   if (!estimate.observable || !(sigma > 0.0)) return {};
   return (estimate.value - estimate.nominal) / sigma;
 }
@@ -55,7 +55,7 @@ Json parameter_json(const ParameterEstimate& estimate, int sessions) {
                     {"observable", estimate.observable}};
   parameter["sigma_within"] = estimate.observable ? Json(estimate.sigma_within) : Json(nullptr);
   parameter["sigma_between"] = estimate.observable ? json_of(estimate.sigma_between) : Json(nullptr);
-  parameter["sigma_total"] = estimate.observable ? Json(total_sigma(estimate)) : Json(nullptr);
+  parameter["sigma_total"] = estimate.observable ? Json(estimate.sigma_total) : Json(nullptr);
   parameter["interval95_within"] = json_of(interval95_within(estimate));
   parameter["interval95_between"] = json_of(interval95_between(estimate, sessions));
   parameter["sigmas_from_nominal"] = json_of(sigmas_from_nominal(estimate));

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "trundle/geometry/gaussian.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/recording/increments.hpp"
 #include "trundle/report/csv_columns.hpp"
@@ -41,8 +42,7 @@ Trajectory read_reference(const std::filesystem::path& path) {
 
 void lay_on(Trajectory& trajectory, const Pose2& motion) {
   for (StampedPose& stamped : trajectory.poses) stamped.pose = motion * stamped.pose;
-  Matrix3 turn = Matrix3::Identity();
-  turn.topLeftCorner<2, 2>() = rotation(motion.heading);
+  const Matrix3 turn = world_from_body_axes(motion);
   for (Matrix3& covariance : trajectory.covariances) covariance = turn * covariance * turn.transpose();
 }
 

@@ -47,20 +47,44 @@ struct StepReport {
 struct PoseEstimate {
   Pose2 pose;
   Matrix3 covariance = Matrix3::Zero();  ///< of (x, y, heading) in world axes
-  Systematic systematic = Systematic::Zero();
-  Matrix3 systematic_covariance = Matrix3::Zero();
+  Systematic systematic = {};
+  SystematicCovariance systematic_covariance = {};
+  BySystematic with_systematic = BySystematic(3, 0);  ///< covariance of the pose's errors with those
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.pose, self.covariance, self.systematic, self.systematic_covariance);
+    archive(self.pose, self.covariance, self.systematic, self.systematic_covariance, self.with_systematic);
   }
 };
 
 /// What a filter knows at the start.
 struct SlamPrior {
   Pose2 start = {};
-  Matrix3 start_covariance = Matrix3::Zero();        ///< of (x, y, heading) in world axes
-  Systematic systematic_sigma = Systematic::Zero();  ///< 1σ of the odometry's errors; 0: it has none
+  Matrix3 start_covariance = Matrix3::Zero();  ///< of (x, y, heading) in world axes
+  /// 1σ of each of the odometry's systematic errors; those that motions have beyond are taken for 0.
+  Systematic systematic_sigma = {};
+};
+
+/// What the gyro read while the robot stood still: the first of the systematic errors.
+struct BiasReading {
+  double rad_s = 0.0;     ///< less the robot file's
+  double variance = 0.0;  ///< of the reading [rad²/s²]
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.rad_s, self.variance);
+  }
+};
+
+/// What a filter knew of the gyro's bias, less that of the robot file.
+struct BiasEstimate {
+  double rad_s = 0.0;
+  double variance = 0.0;
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.rad_s, self.variance);
+  }
 };
 
 /// One landmark of a map.

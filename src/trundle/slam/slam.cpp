@@ -40,6 +40,7 @@ std::variant<EkfSlam, ParticleSlam> made(const LandmarkSensor& sensor, const Sla
                                .map_precision = options.map_precision,
                                .threads = options.threads,
                                .swarm = options.swarm,
+                               .estimate = options.estimate.value_or(usual_estimate(options.method)),
                                .first_nameless = options.first_nameless});
 }
 
@@ -126,6 +127,10 @@ std::vector<std::string> slam_method_names() {
   return names;
 }
 
+PointEstimate usual_estimate(SlamMethod method) {
+  return method == SlamMethod::mapso ? PointEstimate::best : PointEstimate::mean;
+}
+
 SlamFilter::SlamFilter(const LandmarkSensor& sensor, const SlamOptions& options)
     : filter_(made(sensor, options)) {}
 
@@ -134,12 +139,25 @@ const StepReport& SlamFilter::step(const Motion& motion, std::span<const Observa
                     filter_);
 }
 
+void SlamFilter::read_bias(const BiasReading& reading) {
+  std::visit([&](auto& filter) { filter.read_bias(reading); }, filter_);
+}
+
 PoseEstimate SlamFilter::estimate() const {
   return std::visit([](const auto& filter) { return filter.estimate(); }, filter_);
 }
 
 std::vector<MappedLandmark> SlamFilter::map() const {
   return std::visit([](const auto& filter) { return landmarks_of(filter, true); }, filter_);
+}
+
+Eigen::MatrixXd SlamFilter::map_covariance() const {
+  const auto* ekf = std::get_if<EkfSlam>(&filter_);
+  if (!ekf) return {};
+  std::vector<std::size_t> told;
+  for (std::size_t i = 0; i < ekf->landmarks(); ++i)
+    if (ekf->is_confirmed(i)) told.push_back(i);
+  return ekf->map_covariance(told);
 }
 
 std::vector<MappedLandmark> SlamFilter::tentative() const {
@@ -176,11 +194,14 @@ void SlamRun::step(const SlamStep& step) {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point before = Clock::now();
   reports_.push_back(filter_.step(step.motion, step.observations));
+  if (step.bias_reading) filter_.read_bias(*step.bias_reading);
   const PoseEstimate estimate = filter_.estimate();
   if (!step.observations.empty())
     seconds_.push_back(std::chrono::duration<double>(Clock::now() - before).count());
   online_.poses.push_back({step.time_s, estimate.pose});
   online_.covariances.push_back(estimate.covariance);
+  if (estimate.systematic.size() > 0)
+    bias_.push_back({estimate.systematic[0], estimate.systematic_covariance(0, 0)});
 }
 
 SlamResult SlamRun::result() const {
@@ -189,9 +210,11 @@ SlamResult SlamRun::result() const {
   result.path = with_stamps(filter_.best_path(), online_);
   result.last = filter_.estimate();
   result.map = filter_.map();
+  result.map_covariance = filter_.map_covariance();
   result.tentative = filter_.tentative();
   result.particles = filter_.particles();
   result.reports = reports_;
+  result.bias = bias_;
   Counter counter;
   for (const StepReport& report : reports_) counter.add(report, particles_);
   result.counts = counter.counts();
@@ -200,7 +223,9 @@ SlamResult SlamRun::result() const {
 }
 
 SlamResult slam(const SlamInput& input, const LandmarkSensor& sensor, const SlamOptions& options) {
-  SlamRun run(sensor, options);
+  SlamOptions known = options;
+  if (known.prior.systematic_sigma.size() == 0) known.prior.systematic_sigma = input.systematic.sigma();
+  SlamRun run(sensor, known);
   for (const SlamStep& step : input.steps) run.step(step);
   return run.result();
 }

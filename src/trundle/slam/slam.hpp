@@ -19,6 +19,8 @@ std::string_view name_of(SlamMethod method);
 std::optional<SlamMethod> slam_method_named(std::string_view name);
 /// All names, in order.
 std::vector<std::string> slam_method_names();
+/// What it gives for its pose where nothing else is asked.
+PointEstimate usual_estimate(SlamMethod method);
 
 struct SlamOptions {
   SlamMethod method = SlamMethod::fastslam2;
@@ -31,6 +33,7 @@ struct SlamOptions {
   Precision map_precision = Precision::float32;  ///< of the particles' maps
   std::size_t threads = 1;                       ///< results do not depend on it
   SwarmOptions swarm = {};                       ///< of `mapso` and `mapso_proposal`
+  std::optional<PointEstimate> estimate = {};    ///< nothing: best of `mapso`, as published, mean of others
   LandmarkId first_nameless = 0;  ///< landmarks without names are numbered from here on: above all names
 };
 
@@ -47,10 +50,14 @@ class SlamFilter {
 
   /// One motion and what was seen at its end.
   const StepReport& step(const Motion& motion, std::span<const Observation> observations);
+  /// What the gyro reads at rest, after a step; no filter without systematic errors listens.
+  void read_bias(const BiasReading& reading);
 
   /// Estimate of now, from what was seen up to now.
   PoseEstimate estimate() const;
   std::vector<MappedLandmark> map() const;
+  /// Of all of map() together, x and y of each in its order; empty where the filter has no such.
+  Eigen::MatrixXd map_covariance() const;
   /// Landmarks without names that are not surely there, or not any more. They are no part of the map.
   std::vector<MappedLandmark> tentative() const;
   /// Of the particle with the largest weight; empty for `ekf` and when paths are not kept.
@@ -95,9 +102,11 @@ struct SlamResult {
   std::optional<Trajectory> path;  ///< best particle's whole path; nothing for `ekf`
   PoseEstimate last;               ///< after the last step, with the odometry's systematic errors
   std::vector<MappedLandmark> map;
+  Eigen::MatrixXd map_covariance;         ///< of all of them, x and y of each; empty: not known together
   std::vector<MappedLandmark> tentative;  ///< without names and not surely there: no part of the map
   std::vector<WeightedPose> particles;    ///< where something was last seen; empty for `ekf`
   std::vector<StepReport> reports;        ///< one for each step
+  std::vector<BiasEstimate> bias;         ///< after each step: the first of the systematic errors, if any
   SlamCounts counts;
   StepTimes step_times;
 
@@ -119,7 +128,7 @@ class SlamRun {
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.filter_, self.online_, self.reports_);
+    archive(self.filter_, self.online_, self.reports_, self.bias_);
   }
 
  private:
@@ -127,10 +136,11 @@ class SlamRun {
   SlamFilter filter_;
   Trajectory online_;
   std::vector<StepReport> reports_;
+  std::vector<BiasEstimate> bias_;
   std::vector<double> seconds_;  ///< of steps with sightings; of this process, and no part of the state
 };
 
-/// A loop over SlamRun::step.
+/// A loop over SlamRun::step. Where the prior has no systematic errors, they are those of the input.
 SlamResult slam(const SlamInput& input, const LandmarkSensor& sensor, const SlamOptions& options);
 
 }  // namespace trundle

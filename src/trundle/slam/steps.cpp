@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/odometry/odometer.hpp"
+#include "trundle/slam/motion_sum.hpp"
 
 namespace trundle {
 namespace {
@@ -47,49 +47,13 @@ Increment share_of(Increment increment, double u) {
   return increment;
 }
 
-/// Composes increments to the motion of one step.
-class MotionSum {
- public:
-  MotionSum(const Robot& robot, const std::vector<Parameter>& parameters)
-      : odometer_(robot, {.parameters = parameters}),
-        by_parameters_(Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(parameters.size()))) {}
-
-  /// Each interval starts from certainty, and so does the gyro's bias.
-  void add(const Increment& increment, bool bridged) {
-    OdometerState fresh;
-    fresh.turn_rate_rad_s = odometer_.state().turn_rate_rad_s;
-    odometer_.resume(fresh);
-    if (bridged)
-      odometer_.step_across_gap(increment);
-    else
-      odometer_.step(increment);
-    const Pose2 mean = odometer_.pose();
-    sum_ = sum_ * motion_of(log(mean), body_covariance(mean, odometer_.white_covariance()));
-    if (by_parameters_.cols() == 0) return;
-    Eigen::Matrix3Xd by_parameters = odometer_.sensitivity();
-    by_parameters.topRows<2>() = rotation(mean.heading).transpose() * by_parameters.topRows<2>();
-    by_parameters_ = adjoint(mean.inverse()) * by_parameters_ + by_parameters;
-  }
-  /// Appends the motion since the last call, and what was seen at its end, to come.
-  void finish_step(double time_s, SlamInput& input) {
-    input.steps.push_back({time_s, std::exchange(sum_, {}), {}});
-    if (by_parameters_.cols() == 0) return;
-    input.by_parameters.push_back(by_parameters_);
-    by_parameters_.setZero();
-  }
-
- private:
-  Odometer odometer_;
-  Motion sum_;
-  Eigen::Matrix3Xd by_parameters_;
-};
-
 /// Goes through increments and sightings side by side.
 class Cutter {
  public:
   Cutter(const Robot& robot, const SlamInputOptions& options, std::vector<Sighting> sightings)
       : options_(options),
-        motion_(robot, options.parameters),
+        systematic_(systematic_errors_of(robot, options.shares)),
+        motion_(robot, options, systematic_),
         sightings_(std::move(sightings)),
         names_(options.names) {}
 
@@ -105,6 +69,8 @@ class Cutter {
     report_left_out();
     report_nameless();
     input_.landmarks = names_.list();
+    input_.rest_s = motion_.rest_s();
+    input_.systematic = systematic_;
     return std::move(input_);
   }
 
@@ -209,6 +175,7 @@ class Cutter {
 
   static constexpr double kSameTime_s = 1e-9;
   SlamInputOptions options_;
+  SystematicErrors systematic_;
   MotionSum motion_;
   std::vector<Sighting> sightings_;
   Names names_;

@@ -1,12 +1,13 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/recording/increments.hpp"
-#include "trundle/slam/motion.hpp"
 #include "trundle/slam/observation.hpp"
+#include "trundle/slam/systematic_errors.hpp"
 
 namespace trundle {
 
@@ -15,10 +16,12 @@ struct SlamStep {
   double time_s = 0.0;
   Motion motion;                          ///< since the step before
   std::vector<Observation> observations;  ///< all of one instant
+  /// What standing still showed since the step before, and the motion knows nothing of.
+  std::optional<BiasReading> bias_reading = {};
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.time_s, self.motion, self.observations);
+    archive(self.time_s, self.motion, self.observations, self.bias_reading);
   }
 };
 
@@ -28,6 +31,8 @@ struct SlamInput {
   std::vector<SlamStep> steps;
   std::vector<std::string> landmarks;  ///< name of each LandmarkId: those given, then in order of first sight
   std::vector<Problem> problems;
+  SystematicErrors systematic = {};  ///< what the motions' s are
+  double rest_s = 0.0;               ///< how long the robot stood still, where it has a gyro
   /// Of each step's motion, by SlamInputOptions::parameters: truth = mean · exp(by_parameters · (true value −
   /// the robot's) + e).
   std::vector<Eigen::Matrix3Xd> by_parameters = {};
@@ -45,8 +50,11 @@ inline constexpr std::size_t kMostSightingsAtOnce = 200;
 struct SlamInputOptions {
   double longest_step_s = 0.1;  ///< without sightings a step ends with the first interval after so long
   bool hide_ids = false;        ///< every sighting's landmark is unknown
-  std::vector<std::string> names = {};     ///< those of a map: they are the first LandmarkIds, in this order
-  std::vector<Parameter> parameters = {};  ///< whose effect on every motion is wanted
+  std::vector<std::string> names = {};  ///< those of a map: they are the first LandmarkIds, in this order
+  /// Whose effect on every motion is wanted (SlamInput::by_parameters). Then the gyro's bias is that of the
+  /// robot file, at rest too.
+  std::vector<Parameter> parameters = {};
+  bool shares = false;  ///< motions by shares of travel and turning, whatever the calibration left open
 };
 
 /// Cuts the recording's increments at the stamps of its sightings (time_offset_s of the landmark sensor

@@ -17,50 +17,12 @@ namespace {
 // many intervals without.
 constexpr double kHold = 1.5;
 constexpr int kQuiet = 2;
-// A slipping wheel's reading is doubted by this many times its excess: it pulls the estimate by a percent.
-constexpr double kDoubt = 10.0;
-constexpr double kWorthDoubting = 0.01;  // posterior probability
+constexpr double kAlternative = 0.01;  // least posterior probability of a wheel that counts as one
 // Cumulative sums saturate this far beyond their limit, so that they come back soon after a slip.
 constexpr double kSaturation = 2.0;
-constexpr double kStraight = 0.2;
-constexpr double kStillGyro = 4.0;      // sigmas
 constexpr double kBiasAllowance = 2.0;  // sigmas
 
-double squared(double x) {
-  return x * x;
-}
-
-/// The variance added to a reading with such an excess. A slip that ends within an interval hardly shows in
-/// it: there the variance is that which makes the excess likeliest, none where it may be noise.
-double doubt(double excess, double sigma, bool slipping) {
-  if (slipping) return squared(kDoubt * std::max(std::abs(excess), sigma));
-  return std::max(0.0, squared(excess) - squared(sigma));
-}
-
-/// Two wheels that roll forward on either side, with a gyro.
-bool suits_published_method(const Parity& parity) {
-  if (parity.wheels() != 2 || !parity.uses_gyro()) return false;
-  const RowMatrix& H = parity.rows().H;
-  const auto forward = [&](int i) { return std::abs(H(i, 0) - 1.0) < 1e-9 && std::abs(H(i, 1)) < 1e-9; };
-  return forward(0) && forward(1) && H(0, 2) != H(1, 2);
-}
-
 }  // namespace
-
-Increment corrected(const Increment& increment, const SlipCorrection& correction, const Chassis& chassis) {
-  Increment result = increment;
-  const auto wheels = chassis.wheels();
-  for (std::size_t i = 0; i < wheels.size(); ++i) result.slip_variance[i] += correction.variance[i];
-  if (correction.rebuilt_wheel < 0) return result;
-  // d' = other + B tan g, clamped so that it never turns against the motion: docs/slip.md, eq. 5.
-  const auto slips = static_cast<std::size_t>(correction.rebuilt_wheel);
-  const auto rolls = static_cast<std::size_t>(correction.other_wheel);
-  const double g = (increment.gyro_rad - correction.bias_rad_s * increment.duration_s) * chassis.gyro->scale;
-  const double other = kPi * wheels[rolls].diameter_m * increment.turned[rolls];
-  const double travel = other + correction.track_m * std::tan(g);
-  result.turned[slips] = travel * other < 0.0 ? 0.0 : travel / (kPi * wheels[slips].diameter_m);
-  return result;
-}
 
 SlipDetector::SlipDetector(const Robot& robot, const SlipOptions& options)
     : parity_(robot), options_(options) {
@@ -109,16 +71,10 @@ SlipStatus SlipDetector::status_of(const Increment& interval) const {
   const auto travel = [&](std::size_t i) {
     return kPi * parity_.chassis().wheels()[i].diameter_m * interval.turned[i];
   };
-  const double sum = travel(0) + travel(1);
-  if (!(std::abs(travel(1) - travel(0)) < kStraight * std::abs(sum))) return SlipStatus::not_applicable;
-  if (options_.band && !options_.band->holds_for(interval.duration_s, 0.5 * sum / interval.duration_s))
-    return SlipStatus::not_learned;
+  if (!is_nearly_straight(travel(0), travel(1))) return SlipStatus::not_applicable;
+  const double speed = 0.5 * (travel(0) + travel(1)) / interval.duration_s;
+  if (options_.band && !options_.band->holds_for(interval.duration_s, speed)) return SlipStatus::not_learned;
   return SlipStatus::judged;
-}
-
-double SlipDetector::delta(const Contradiction& c) const {
-  const RowMatrix& H = parity_.rows().H;
-  return (c.travel[1] - c.travel[0]) / (H(1, 2) - H(0, 2)) - c.gyro_rad;
 }
 
 void SlipDetector::state_statistic(const Contradiction& c, SlipVerdict& verdict) const {
@@ -152,23 +108,27 @@ bool SlipDetector::accumulate(const Contradiction& c, const Increment& interval)
   return beyond;
 }
 
-SlipVerdict SlipDetector::step(const JudgedInterval& judged, bool command_changed) {
+SlipVerdict SlipDetector::step(const JudgedInterval& judged, CommandChange command) {
   const Increment& interval = judged.readings;
-  if (command_changed) recent_.forget();
+  if (command.changed) recent_.forget(command.slows);
   SlipVerdict verdict;
   verdict.limit = limit_;
   verdict.status = status_of(interval);
   if (verdict.status != SlipStatus::judged) {
+    uneven_.turn(interval);
     end_event(verdict);
     forget();
     return verdict;
   }
   const Contradiction c = parity_.contradiction(judged, options_.model ? &*options_.model : nullptr);
   state_statistic(c, verdict);
-  if (options_.method == SlipMethod::general && !verdict.alarm) verdict.persistent = accumulate(c, interval);
+  if (options_.method == SlipMethod::general) {
+    if (parity_.degrees_of_freedom() == 1) uneven_.add(c, parity_);
+    if (!verdict.alarm) verdict.persistent = accumulate(c, interval);
+  }
   judge(c, interval, verdict);
   if (event_.lasts()) correct(c, judged.bias, verdict);
-  if (event_.lasts() || may_have_begun(c))
+  if (verdict.slipping || may_have_begun(c))
     recent_.pass();
   else
     recent_.add(c, interval.duration_s, parity_.wheels());
@@ -184,6 +144,7 @@ SlipVerdict SlipDetector::finish() {
 
 SlipVerdict SlipDetector::interrupt() {
   forget();
+  uneven_.forget();
   return finish();
 }
 
@@ -192,10 +153,12 @@ void SlipDetector::judge(const Contradiction& c, const Increment& interval, Slip
     if (event_.lasts()) wait(c, verdict);
     return;
   }
+  if (event_.lasts() && verdict.alarm && is_another(c)) end_event(verdict);
   if (event_.lasts())
     add_evidence(c, interval);
   else
     begin(c, interval, !verdict.alarm);
+  event_.set_radius_probability(uneven_.probability(parity_.wheels()));
   event_.lasts_until(interval.time_s);
   verdict.slipping = true;
 }
@@ -211,7 +174,7 @@ void SlipDetector::wait(const Contradiction& c, SlipVerdict& verdict) {
 
 void SlipDetector::begin(const Contradiction& c, const Increment& interval, bool persistent) {
   if (!persistent) {
-    event_.begin(interval.time_s - interval.duration_s, checked_);
+    event_.begin(interval.time_s - interval.duration_s, candidates(c), prior(c, interval.duration_s));
     event_.add(before_);
     return add_evidence(c, interval);
   }
@@ -219,13 +182,47 @@ void SlipDetector::begin(const Contradiction& c, const Increment& interval, bool
   for (const auto& both : sums_)
     for (const Sum& sum : both)
       if (sum.cusum.sum > largest->cusum.sum) largest = &sum;
-  event_.begin(largest->start_s, checked_);
+  event_.begin(largest->start_s, checked_, prior(c, interval.duration_s));
   event_.add(SlipEvidence::Stretch{c, largest->intervals, largest->e, largest->travel});
 }
 
+int SlipDetector::wheel_by_rule(const Contradiction& c) const {
+  return spinning_wheel(delta(c) > (by_band() ? options_.band->upper : 0.0), c, parity_.rows());
+}
+
+/// The wheels that may be at fault: by source 2's rule one.
+std::array<bool, kMaxWheels> SlipDetector::candidates(const Contradiction& c) const {
+  if (options_.method == SlipMethod::general) return checked_;
+  std::array<bool, kMaxWheels> only{};
+  only[static_cast<std::size_t>(wheel_by_rule(c))] = true;
+  return only;
+}
+
+SlipPrior SlipDetector::prior(const Contradiction& c, double duration_s) const {
+  const double push = recent_.push_probability(c, duration_s, parity_.wheels());
+  const double odds = options_.spin_odds;
+  return {.spin_probability = (push * odds + 1.0 - push) / (1.0 + odds)};
+}
+
+/// A slip is that of one wheel to one side. Another begins where none that it may have been explains the
+/// interval, and one wheel does.
+bool SlipDetector::is_another(const Contradiction& c) const {
+  const SlipEvidence::Attribution who = event_.attribute();
+  if (options_.method == SlipMethod::published) return who.likeliest != wheel_by_rule(c);
+  bool explained = false;
+  for (std::size_t i = 0; i < parity_.wheels(); ++i) {
+    if (c.chi2 - c.score[i] * c.score[i] > limit_) continue;
+    const bool same_side = c.score[i] * event_.excess_m(static_cast<int>(i)) > 0.0;
+    if (same_side && who.probability[i] > kAlternative) return false;
+    explained = true;
+  }
+  return explained;
+}
+
 void SlipDetector::add_evidence(const Contradiction& c, const Increment& interval) {
-  SlipEvidence::Interval judged{c, parity_.degrees_of_freedom() - 1, is_stuck(c)};
-  if (parity_.degrees_of_freedom() == 1 && recent_.decides(c, interval.duration_s, parity_.wheels())) {
+  SlipEvidence::Interval judged{c, parity_.degrees_of_freedom() - 1, parity_.is_stuck(c)};
+  if (options_.method == SlipMethod::general && parity_.degrees_of_freedom() == 1 &&
+      recent_.decides(c, interval.duration_s, parity_.wheels())) {
     judged.misfit_by_motion.emplace();
     for (std::size_t i = 0; i < parity_.wheels(); ++i)
       (*judged.misfit_by_motion)[i] = recent_.misfit(i, c, interval.duration_s, parity_.wheels());
@@ -247,62 +244,13 @@ bool SlipDetector::holds_on(const Contradiction& c) const {
          kHold;
 }
 
-/// Wheels turn while those rows that stand still see every motion that the sensors see at all.
-bool SlipDetector::is_stuck(const Contradiction& c) const {
-  const Rows& rows = parity_.rows();
-  RowMatrix still(0, 3);
-  int turning = 0;
-  const auto keep = [&](int row) {
-    still.conservativeResize(still.rows() + 1, 3);
-    still.row(still.rows() - 1) = rows.H.row(row);
-  };
-  for (std::size_t i = 0; i < parity_.wheels(); ++i) {
-    if (c.travel[i] == 0.0)
-      keep(static_cast<int>(i));
-    else
-      ++turning;
-  }
-  if (parity_.uses_gyro() && std::abs(c.gyro_rad) < kStillGyro * c.gyro_sigma_rad) keep(rows.measured - 1);
-  if (turning < 2 || still.rows() == 0) return false;
-  const auto rank = [](const RowMatrix& H) { return Eigen::ColPivHouseholderQR<RowMatrix>(H).rank(); };
-  return rank(still) == rank(rows.H.topRows(rows.measured));
-}
-
 void SlipDetector::correct(const Contradiction& c, const GyroBias& bias, SlipVerdict& verdict) const {
   const SlipEvidence::Attribution who = event_.attribute();
   verdict.wheel = who.certain ? who.likeliest : kAmbiguous;
-  if (options_.method == SlipMethod::published && who.certain) return rebuild(c, bias, verdict);
-  const bool stuck = event_.is_stuck();
-  if (!stuck && !who.certain && verdict.slipping && parity_.degrees_of_freedom() == 1)
-    return share_doubt(c, who, verdict);
-  for (std::size_t i = 0; i < parity_.wheels(); ++i) {
-    const bool doubted = stuck         ? c.travel[i] != 0.0
-                         : who.certain ? static_cast<int>(i) == who.likeliest
-                                       : who.probability[i] > kWorthDoubting;
-    const double excess = stuck ? c.travel[i] : c.excess_m[i];
-    if (doubted) verdict.correction.variance[i] = doubt(excess, c.excess_sigma_m[i], verdict.slipping);
-  }
-}
-
-/// docs/slip.md, eq. 16.
-void SlipDetector::share_doubt(const Contradiction& c, const SlipEvidence::Attribution& who,
-                               SlipVerdict& verdict) const {
-  for (std::size_t i = 0; i < parity_.wheels(); ++i) {
-    const double now = c.excess_m[i], up_to_now = event_.excess_m(static_cast<int>(i));
-    verdict.correction.variance[i] =
-        who.probability[i] * std::max(now * (2.0 * up_to_now - now), squared(c.excess_sigma_m[i]));
-  }
-}
-
-void SlipDetector::rebuild(const Contradiction& c, const GyroBias& bias, SlipVerdict& verdict) const {
-  SlipCorrection& correction = verdict.correction;
-  correction.rebuilt_wheel = verdict.wheel;
-  correction.other_wheel = 1 - verdict.wheel;
-  const RowMatrix& H = parity_.rows().H;
-  correction.track_m = H(correction.rebuilt_wheel, 2) - H(correction.other_wheel, 2);
-  correction.bias_rad_s = bias.rad_s;
-  correction.variance[static_cast<std::size_t>(verdict.wheel)] =
-      squared(c.excess_sigma_m[static_cast<std::size_t>(verdict.wheel)]);
+  if (options_.method == SlipMethod::general)
+    verdict.correction = mixture_of(event_, c, verdict.slipping);
+  else if (verdict.slipping)
+    verdict.correction = rebuilt(who.likeliest, c, parity_.rows(), bias);
 }
 
 void SlipDetector::end_event(SlipVerdict& verdict) {

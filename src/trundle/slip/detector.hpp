@@ -3,17 +3,21 @@
 #include <optional>
 
 #include "trundle/slip/band.hpp"
+#include "trundle/slip/correction.hpp"
 #include "trundle/slip/cusum.hpp"
 #include "trundle/slip/event.hpp"
 #include "trundle/slip/evidence.hpp"
 #include "trundle/slip/parity.hpp"
+#include "trundle/slip/published.hpp"
 #include "trundle/slip/recent_travel.hpp"
+#include "trundle/slip/uneven_wheel.hpp"
 
 namespace trundle {
 
 enum class SlipMethod {
   general,    ///< any chassis: χ² on what the rows cannot explain, attribution by rows, cumulative sums
-  published,  ///< two wheels and a gyro, nearly straight driving: the band of δ and the geometric correction
+  published,  ///< two wheels and a gyro, nearly straight driving: source 2's rule as it stands, in every
+              ///< interval
 };
 
 struct SlipOptions {
@@ -23,6 +27,9 @@ struct SlipOptions {
   double persistent_share = 0.1;
   double interval_s =
       0.25;  ///< readings are judged over at least this long; those that are longer one by one
+  /// How much likelier a driven wheel that slips while it pushes spins than skids; while it brakes, the other
+  /// way round. `general` only: `published` takes it for certain.
+  double spin_odds = 10.0;
   std::optional<ResidualModel> model = {};  ///< learned from clean recordings, for `general`
   std::optional<Band> band = {};            ///< the same for `published`
 };
@@ -36,24 +43,16 @@ enum class SlipStatus {
   not_learned,     ///< another length of interval or speed than the band was learned at
 };
 
-/// How the readings of an interval are to be corrected. docs/slip.md, eq. 5 and 11.
-struct SlipCorrection {
-  PerWheel variance{};      ///< added to the wheels' readings [m²]
-  int rebuilt_wheel = -1;   ///< `published`: this wheel's travel is computed from ...
-  int other_wheel = -1;     ///< ... the other wheel and the gyro
-  double track_m = 0.0;     ///< signed: rebuilt − other = track · tan g
-  double bias_rad_s = 0.0;  ///< of the gyro
-
-  bool none() const { return *this == SlipCorrection{}; }
-  bool operator==(const SlipCorrection&) const = default;
+/// What became of the commanded motion since the interval before.
+struct CommandChange {
+  bool changed = false;
+  bool slows = false;  ///< to a slower one
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.variance, self.rebuilt_wheel, self.other_wheel, self.track_m, self.bias_rad_s);
+    archive(self.changed, self.slows);
   }
 };
-/// The corrected readings: never fewer than were measured.
-Increment corrected(const Increment& increment, const SlipCorrection& correction, const Chassis& chassis);
 
 /// The verdict on one interval.
 struct SlipVerdict {
@@ -76,8 +75,7 @@ class SlipDetector {
   /// Throws CannotAnswer where the robot's sensors cannot show slip, or do not suit the method.
   SlipDetector(const Robot& robot, const SlipOptions& options);
 
-  /// `command_changed`: the commanded motion is not that of the interval before.
-  SlipVerdict step(const JudgedInterval& judged, bool command_changed = false);
+  SlipVerdict step(const JudgedInterval& judged, CommandChange command = {});
   /// Ends the slip that lasts, if any.
   SlipVerdict finish();
   /// The same where the readings are interrupted: what was before is no guide.
@@ -86,7 +84,7 @@ class SlipDetector {
   /// Whether an interval can be judged.
   SlipStatus status_of(const Increment& interval) const;
   /// δ = (dR − dL)/B − g of two wheels and a gyro [rad].
-  double delta(const Contradiction& c) const;
+  double delta(const Contradiction& c) const { return published_delta(c, parity_.rows()); }
   const Parity& parity() const { return parity_; }
   /// Is δ judged by the learned band, and not χ² by its limit?
   bool by_band() const { return options_.method == SlipMethod::published && options_.band; }
@@ -95,7 +93,7 @@ class SlipDetector {
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.recent_, self.sums_, self.event_, self.before_);
+    archive(self.recent_, self.uneven_, self.sums_, self.event_, self.before_);
   }
 
  private:
@@ -121,10 +119,11 @@ class SlipDetector {
   void add_evidence(const Contradiction& c, const Increment& interval);
   bool may_have_begun(const Contradiction& c) const;
   bool holds_on(const Contradiction& c) const;
-  bool is_stuck(const Contradiction& c) const;
+  bool is_another(const Contradiction& c) const;
+  int wheel_by_rule(const Contradiction& c) const;
+  std::array<bool, kMaxWheels> candidates(const Contradiction& c) const;
+  SlipPrior prior(const Contradiction& c, double duration_s) const;
   void correct(const Contradiction& c, const GyroBias& bias, SlipVerdict& verdict) const;
-  void share_doubt(const Contradiction& c, const SlipEvidence::Attribution& who, SlipVerdict& verdict) const;
-  void rebuild(const Contradiction& c, const GyroBias& bias, SlipVerdict& verdict) const;
   void end_event(SlipVerdict& verdict);
   void forget_sums();
   void forget();
@@ -135,6 +134,7 @@ class SlipDetector {
   double persistent_limit_ = 0.0;
   std::array<bool, kMaxWheels> checked_{};
   RecentTravel recent_;
+  UnevenWheel uneven_;
   std::array<std::array<Sum, 2>, kMaxWheels> sums_{};  ///< of both signs
   SlipEvidence event_;
   Excesses before_{};  ///< in the interval just before, where nothing slipped

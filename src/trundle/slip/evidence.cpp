@@ -4,6 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "trundle/geometry/squared.hpp"
+#include "trundle/slip/uneven_wheel.hpp"
+
 namespace trundle {
 namespace {
 
@@ -11,16 +14,17 @@ namespace {
 constexpr double kCertain = 0.9;
 constexpr double kRestSigmas = 3.72;  // one-sided 1e-4
 
-double squared(double x) {
-  return x * x;
-}
-
 /// The limit that χ² exceeds by chance with 1e-4 [Wilson & Hilferty 1931].
 double rest_limit(double dof) {
   if (dof <= 0.0) return 0.0;
   const double a = 2.0 / (9.0 * dof);
   const double root = 1.0 - a + kRestSigmas * std::sqrt(a);
   return dof * root * root * root;
+}
+
+/// The density of a share between 0 and 1 by which an uncertain rolling radius errs.
+double radius_density(double share, double sigma) {
+  return 2.0 / (sigma * std::sqrt(2.0 * kPi)) * std::exp(-0.5 * squared(share / sigma));
 }
 
 }  // namespace
@@ -49,8 +53,9 @@ Excesses excesses_of(const Contradiction& c) {
   return excesses;
 }
 
-void SlipEvidence::begin(double start_s, std::span<const bool> checked) {
+void SlipEvidence::begin(double start_s, std::span<const bool> checked, const SlipPrior& prior) {
   *this = {};
+  prior_ = prior;
   lasts_ = true;
   start_s_ = start_s;
   for (std::size_t i = 0; i < checked.size(); ++i)
@@ -96,16 +101,34 @@ void SlipEvidence::add(const Excesses& excesses) {
   for (std::size_t i = 0; i < excess_.size(); ++i) excess_[i].add(excesses[i]);
 }
 
+/// If the wheel slipped, it ran ahead of the ground.
+bool SlipEvidence::spins(std::size_t wheel) const {
+  return excess_[wheel].m * (travel_[wheel].m - excess_[wheel].m) >= 0.0;
+}
+
+/// Not normalised. A slip takes any share of the travel alike, density 1; a radius errs by little, and to
+/// either side alike.
+double SlipEvidence::prior_weight(std::size_t wheel) const {
+  const double travel_m = travel_[wheel].m, slip_m = excess_[wheel].m;
+  const double size_m = std::max(std::abs(travel_m), std::abs(travel_m - slip_m));
+  const double by_slip = spins(wheel) ? prior_.spin_probability : 1.0 - prior_.spin_probability;
+  if (size_m == 0.0) return by_slip;
+  const double sigma = std::hypot(kRadiusSigma, excess_[wheel].sigma_m() / size_m);
+  const double density = radius_density(std::min(1.0, std::abs(slip_m) / size_m), sigma);
+  return density * prior_.radius_probability[wheel] + by_slip;
+}
+
 SlipEvidence::Attribution SlipEvidence::attribute() const {
   Attribution result;
-  const auto least = std::ranges::min_element(misfit_);
-  result.likeliest = static_cast<int>(least - misfit_.begin());
+  const double least = *std::ranges::min_element(misfit_);
   double sum = 0.0;
   for (std::size_t i = 0; i < misfit_.size(); ++i)
-    sum += result.probability[i] = std::exp(-0.5 * (misfit_[i] - *least));
+    sum += result.probability[i] = prior_weight(i) * std::exp(-0.5 * (misfit_[i] - least));
   for (double& p : result.probability) p /= sum;
-  result.certain = result.probability[static_cast<std::size_t>(result.likeliest)] >= kCertain &&
-                   *least <= rest_limit(misfit_dof_);
+  const auto most = std::ranges::max_element(result.probability);
+  result.likeliest = static_cast<int>(most - result.probability.begin());
+  result.certain =
+      *most >= kCertain && misfit_[static_cast<std::size_t>(result.likeliest)] <= rest_limit(misfit_dof_);
   return result;
 }
 
@@ -113,10 +136,7 @@ SlipEvent SlipEvidence::likeliest_event() const {
   const Attribution who = attribute();
   const auto i = static_cast<std::size_t>(who.likeliest);
   const ExcessSum& excess = excess_[i];
-  const double ground_m = travel_[i].m - excess.m;
-  const SlipKind kind = !who.certain                 ? SlipKind::unknown
-                        : excess.m * ground_m >= 0.0 ? SlipKind::spin
-                                                     : SlipKind::skid;
+  const SlipKind kind = !who.certain ? SlipKind::unknown : spins(i) ? SlipKind::spin : SlipKind::skid;
   return {
       start_s_,          end_s_, who.certain ? who.likeliest : kAmbiguous, kind, excess.m, excess.sigma_m(),
       who.probability[i]};

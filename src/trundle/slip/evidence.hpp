@@ -30,12 +30,23 @@ struct ExcessSum {
 using Excesses = std::array<ExcessSum, kMaxWheels>;
 Excesses excesses_of(const Contradiction& c);
 
+/// What is known besides a slip's own residuals. docs/slip.md, eq. 16 to 18.
+struct SlipPrior {
+  double spin_probability = 0.5;  ///< that a wheel which slips spins; else it skids
+  PerWheel radius_probability{};  ///< of each wheel, that its radius is at fault, if one is
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.spin_probability, self.radius_probability);
+  }
+};
+
 /// What speaks for each wheel in a slip that lasts, and how much it slips. docs/slip.md, 'Which wheel'.
 class SlipEvidence {
  public:
   bool lasts() const { return lasts_; }
   /// A slip of one of the wheels that other readings check.
-  void begin(double start_s, std::span<const bool> checked);
+  void begin(double start_s, std::span<const bool> checked, const SlipPrior& prior);
   void end() { *this = {}; }
   /// Lasts until then at least.
   void lasts_until(double end_s);
@@ -60,6 +71,9 @@ class SlipEvidence {
   /// Of the interval before the first or after the last: the slip may have begun or ended within, unnoticed.
   void add(const Excesses& excesses);
 
+  /// What the wheels' angles say by now.
+  void set_radius_probability(const PerWheel& probability) { prior_.radius_probability = probability; }
+
   struct Attribution {
     int likeliest = 0;
     PerWheel probability{};
@@ -69,17 +83,20 @@ class SlipEvidence {
   /// More often than not nothing but wheels moves.
   bool is_stuck() const { return 2 * stuck_intervals_ > intervals_; }
   double excess_m(int wheel) const { return excess_[static_cast<std::size_t>(wheel)].m; }
+  double travel_m(int wheel) const { return travel_[static_cast<std::size_t>(wheel)].m; }
   /// One event, or one for each wheel that turns while the robot is stuck; how many.
   std::size_t tell(std::span<SlipEvent> events) const;
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
     archive(self.lasts_, self.start_s_, self.end_s_, self.quiet_, self.intervals_, self.stuck_intervals_,
-            self.misfit_dof_, self.misfit_, self.excess_, self.travel_);
+            self.misfit_dof_, self.misfit_, self.excess_, self.travel_, self.prior_);
   }
 
  private:
   SlipEvent likeliest_event() const;
+  bool spins(std::size_t wheel) const;
+  double prior_weight(std::size_t wheel) const;
 
   bool lasts_ = false;
   double start_s_ = 0.0;
@@ -91,6 +108,7 @@ class SlipEvidence {
   PerWheel misfit_{};  ///< −2 log likelihood that this wheel slips; infinite where nothing checks it
   Excesses excess_{};
   Excesses travel_{};  ///< all of it is excess where the robot is stuck
+  SlipPrior prior_;
 };
 
 }  // namespace trundle

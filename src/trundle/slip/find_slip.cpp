@@ -19,17 +19,19 @@ class CommandChanges {
  public:
   explicit CommandChanges(const VelocityStream& commands) : commands_(commands) {}
 
-  /// Did the command change up to this time, since the last one that was asked for?
-  bool until(double time_s) {
-    bool changed = false;
+  /// What became of the command up to this time, since the last one that was asked for.
+  CommandChange until(double time_s) {
+    CommandChange change;
     for (; next_ < commands_.time_s.size() && commands_.time_s[next_] <= time_s; ++next_) {
       if (next_ == 0) continue;
       const auto differs = [&](const std::vector<double>& v) {
         return !(std::abs(v[next_] - v[next_ - 1]) < kSameCommand);
       };
-      changed = changed || differs(commands_.forward_m_s) || differs(commands_.yaw_rate_rad_s);
+      if (!differs(commands_.forward_m_s) && !differs(commands_.yaw_rate_rad_s)) continue;
+      const auto speed = [&](std::size_t i) { return std::abs(commands_.forward_m_s[i]); };
+      change = {true, speed(next_) < speed(next_ - 1)};
     }
-    return changed;
+    return change;
   }
 
  private:
@@ -118,7 +120,7 @@ SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& comm
   };
   for (std::size_t i = 0; i < readings.increments.size(); ++i) {
     const Increment& increment = readings.increments[i];
-    const bool changed = changes.until(increment.time_s);
+    const CommandChange changed = changes.until(increment.time_s);
     if (spans_gap(readings, i)) {
       append_events(odometer.step_across_gap(increment), report.events);
       begin = i + 1;

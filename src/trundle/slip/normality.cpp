@@ -3,16 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trundle/geometry/squared.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 namespace trundle {
 namespace {
 
 constexpr std::size_t kLeastSample = 8;
-
-double squared(double x) {
-  return x * x;
-}
 
 /// The moments of values with counts, in two passes: the mean first.
 template <typename Values, typename ValueOf, typename CountOf>

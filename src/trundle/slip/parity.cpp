@@ -10,6 +10,7 @@ namespace {
 
 // An error of a wheel that moves the residual by less than this share of itself is not checked by any other.
 constexpr double kUnchecked = 1e-9;
+constexpr double kStillGyro = 4.0;  // sigmas
 
 /// (HᵀH)⁻¹Hᵀ of rows that are weighed alike, turns and the gyro scaled to the size of the robot. Directions
 /// that no row sees stay zero.
@@ -110,6 +111,26 @@ Contradiction Parity::contradiction(const JudgedInterval& interval, const Residu
     result.drift[i] = std::abs(result.towards.col(column).dot(by_bias));
   }
   return result;
+}
+
+bool Parity::is_stuck(const Contradiction& c) const {
+  const Rows& rows = rows_;
+  RowMatrix still(0, 3);
+  int turning = 0;
+  const auto keep = [&](int row) {
+    still.conservativeResize(still.rows() + 1, 3);
+    still.row(still.rows() - 1) = rows.H.row(row);
+  };
+  for (std::size_t i = 0; i < wheels(); ++i) {
+    if (c.travel[i] == 0.0)
+      keep(static_cast<int>(i));
+    else
+      ++turning;
+  }
+  if (uses_gyro() && std::abs(c.gyro_rad) < kStillGyro * c.gyro_sigma_rad) keep(rows.measured - 1);
+  if (turning < 2 || still.rows() == 0) return false;
+  const auto rank = [](const RowMatrix& H) { return Eigen::ColPivHouseholderQR<RowMatrix>(H).rank(); };
+  return rank(still) == rank(rows.H.topRows(rows.measured));
 }
 
 }  // namespace trundle

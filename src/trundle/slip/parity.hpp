@@ -71,6 +71,8 @@ class Parity {
     Readings readings;
   };
   Raw raw(const JudgedInterval& interval, double timing_sigma_s) const;
+  /// Wheels turn while those rows that stand still see every motion that the sensors see at all.
+  bool is_stuck(const Contradiction& c) const;
   /// Sizes of the columns of H, by which geometry errors of so many percent are compared.
   const Vector3& size() const { return size_; }
 

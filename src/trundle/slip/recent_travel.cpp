@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trundle/geometry/squared.hpp"
+
 namespace trundle {
 namespace {
 
-double squared(double x) {
-  return x * x;
-}
+// Rolling resistance, 2 % of the weight, slows a robot that coasts [m/s²]; to slow down faster takes brakes.
+constexpr double kCoasting_m_s2 = 0.2;
 
 /// How far a change is from what a wheel that slips by `excess` shows. It spins: its motor lets it run away
 /// by the excess, or holds its rate so that the ground falls behind, or something between. It skids: it loses
@@ -29,7 +30,7 @@ bool RecentTravel::jumps(const Contradiction& interval, double duration_s, std::
 }
 
 void RecentTravel::add(const Contradiction& interval, double duration_s, std::size_t wheels) {
-  if (jumps(interval, duration_s, wheels)) forget();
+  if (jumps(interval, duration_s, wheels)) forget(mean_change(interval, duration_s, wheels).value < 0.0);
   intervals_ = std::min(intervals_ + 1, kMemory);
   const double gain = std::max(kGain, 1.0 / intervals_);
   // The first interval has nothing to be compared with.
@@ -53,6 +54,25 @@ RecentTravel::Change RecentTravel::change(std::size_t wheel, const Contradiction
   const double noise = squared(interval.travel_sigma[wheel]) * 2.0 / (2.0 - kGain);
   return {interval.travel[wheel] - rate_[wheel] * duration_s,
           std::sqrt(growth() * std::max(noise, variance_[wheel]))};
+}
+
+RecentTravel::Change RecentTravel::mean_change(const Contradiction& interval, double duration_s,
+                                               std::size_t wheels) const {
+  Change mean{0.0, 0.0};
+  for (std::size_t i = 0; i < wheels; ++i) {
+    const Change c = change(i, interval, duration_s);
+    mean.value += std::copysign(1.0, rate_[i]) * c.value / static_cast<double>(wheels);
+    mean.sigma = std::hypot(mean.sigma, c.sigma / static_cast<double>(wheels));
+  }
+  return mean;
+}
+
+double RecentTravel::push_probability(const Contradiction& interval, double duration_s,
+                                      std::size_t wheels) const {
+  if (!known()) return slows_ ? 0.0 : 1.0;
+  const Change mean = mean_change(interval, duration_s, wheels);
+  const double coasts = kCoasting_m_s2 * squared(duration_s);
+  return 0.5 * std::erfc(-(mean.value + coasts) / (std::sqrt(2.0) * mean.sigma));
 }
 
 bool RecentTravel::decides(const Contradiction& interval, double duration_s, std::size_t wheels) const {

@@ -12,8 +12,15 @@ class RecentTravel {
   void add(const Contradiction& interval, double duration_s, std::size_t wheels);
   /// One in which something slips, or may: nothing is learned, and what is expected of the next is less sure.
   void pass() { ++passed_; }
-  /// The command changed: what was before is no guide.
-  void forget() { intervals_ = passed_ = 0; }
+  /// What was before is no guide: the command changed, or the robot took another speed. `slows`: the motors
+  /// brake.
+  void forget(bool slows = false) {
+    intervals_ = passed_ = 0;
+    slows_ = slows;
+  }
+  /// That the motors push in this interval, and do not brake: the wheels slow down by less than a robot that
+  /// coasts. docs/slip.md, eq. 17.
+  double push_probability(const Contradiction& interval, double duration_s, std::size_t wheels) const;
 
   /// Enough intervals to compare with.
   bool known() const { return intervals_ >= kLeast; }
@@ -34,15 +41,17 @@ class RecentTravel {
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.intervals_, self.passed_, self.rate_, self.variance_);
+    archive(self.intervals_, self.passed_, self.rate_, self.variance_, self.slows_);
   }
 
  private:
   /// By how much the variance of a change grows with the intervals that were passed: smoothing with a gain K
   /// is the Kalman filter of a speed that wanders by K² of that variance in each.
   double growth() const { return 1.0 + passed_ * kGain * kGain; }
-  /// The robot took another speed: what was before is no guide.
+  /// The robot took another speed.
   bool jumps(const Contradiction& interval, double duration_s, std::size_t wheels) const;
+  /// Mean change of the wheels' travel along their motion [m].
+  Change mean_change(const Contradiction& interval, double duration_s, std::size_t wheels) const;
 
   static constexpr int kLeast = 3;
   static constexpr int kMemory = 8;
@@ -55,6 +64,7 @@ class RecentTravel {
   int passed_ = 0;       ///< since the last that was added
   PerWheel rate_{};      ///< smoothed [m/s]
   PerWheel variance_{};  ///< of an interval's travel about what was expected of it [m²]
+  bool slows_ = false;   ///< the motion changed to a slower one, and is not known yet
 };
 
 }  // namespace trundle

@@ -8,17 +8,17 @@ SlipOdometer::SlipOdometer(const Robot& robot, const Options& options)
       merger_(options.slip.interval_s),
       interval_start_(odometer_.state()) {}
 
-std::optional<SlipVerdict> SlipOdometer::step(const Increment& increment, bool command_changed) {
-  command_changed_ = command_changed_ || command_changed;
+std::optional<SlipVerdict> SlipOdometer::step(const Increment& increment, CommandChange command) {
+  if (command.changed) command_ = command;
   parts_[part_count_++] = increment;
   odometer_.step(corrected(increment, applied_, detector_.parity().chassis()));
   const std::optional<Increment> interval = merger_.add(increment);
   if (!interval) return std::nullopt;
   const SlipVerdict verdict =
-      detector_.step({*interval, odometer_.gyro_bias(), merger_.turn_rate_change()}, command_changed_);
+      detector_.step({*interval, odometer_.gyro_bias(), merger_.turn_rate_change()}, command_);
   if (verdict.correction != applied_) redo(verdict.correction);
   part_count_ = 0;
-  command_changed_ = false;
+  command_ = {};
   interval_start_ = odometer_.state();
   return verdict;
 }
@@ -36,7 +36,7 @@ SlipVerdict SlipOdometer::step_across_gap(const Increment& increment) {
   odometer_.step_across_gap(increment);
   merger_.reset();
   part_count_ = 0;
-  command_changed_ = false;
+  command_ = {};
   interval_start_ = odometer_.state();
   return detector_.interrupt();
 }

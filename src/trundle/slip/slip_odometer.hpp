@@ -23,8 +23,8 @@ class SlipOdometer {
   SlipOdometer(const Robot& robot, const Options& options);
 
   /// The verdict on the interval that this increment completes, if it completes one.
-  /// `command_changed`: the commanded motion is not that of the increment before.
-  std::optional<SlipVerdict> step(const Increment& increment, bool command_changed = false);
+  /// `command`: what became of the commanded motion since the increment before.
+  std::optional<SlipVerdict> step(const Increment& increment, CommandChange command = {});
   /// An increment whose course is not known: ends the interval and is not judged.
   SlipVerdict step_across_gap(const Increment& increment);
   /// Ends the slip that lasts, if any.
@@ -39,7 +39,7 @@ class SlipOdometer {
   static void persist(Archive& archive, Self& self) {
     persist_odometer(archive, self.odometer_);
     persist_odometer_state(archive, self.interval_start_);
-    archive(self.detector_, self.merger_, self.command_changed_, self.applied_, self.part_count_);
+    archive(self.detector_, self.merger_, self.command_, self.applied_, self.part_count_);
     for (std::size_t i = 0; i < std::min(self.part_count_, self.parts_.size()); ++i)
       persist_increment(archive, self.parts_[i]);
   }
@@ -50,7 +50,7 @@ class SlipOdometer {
   Odometer odometer_;
   SlipDetector detector_;
   IncrementMerger merger_;
-  bool command_changed_ = false;
+  CommandChange command_;
   OdometerState interval_start_;
   SlipCorrection applied_;  ///< to the increments of this interval, so far
   std::array<Increment, IncrementMerger::kMostParts> parts_;

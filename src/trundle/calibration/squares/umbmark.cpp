@@ -37,6 +37,7 @@ ParameterEstimate estimate_of(const Parameter& parameter, const CalibrationResul
           .value = value_of(parameter, result.calibrated),
           .sigma_within = sigma,
           .sigma_between = std::nullopt,
+          .sigma_total = sigma,
           .sigma_data = sigma,
           .sigma_prior = prior_sigma(parameter, result.nominal),
           .observable = true};
@@ -50,6 +51,7 @@ ParameterEstimate held_mean(const SquareFit& fit, const SidedDrive& nominal) {
           .value = nominal.mean_diameter_m(),
           .sigma_within = 0.0,
           .sigma_between = std::nullopt,
+          .sigma_total = 0.0,
           .sigma_data = fit.mean_sigma_data_m,
           .sigma_prior = kDiameterPriorShare * nominal.mean_diameter_m(),
           .observable = false};
@@ -93,7 +95,7 @@ void say_what_is_unknown(const SquareFit& fit, SquareMethod method, bool has_leg
     result.cannot_tell.push_back(fmt::format(
         "mean wheel diameter: held at nominal {:.6g} m (E_s = 1); {}. The other sigmas hold given that mean",
         sided_drive(result.nominal).mean_diameter_m(), why_held(method, has_leg)));
-  result.cannot_tell.push_back("spread between sessions unknown: these runs are one session");
+  result.cannot_tell.push_back("± covers one session; variation between sessions unknown");
 }
 
 /// The end points of one run before and after, for tables and pictures.

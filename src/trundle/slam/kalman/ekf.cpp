@@ -12,12 +12,6 @@ namespace {
 constexpr std::size_t kMostTogether = 64;  // sightings whose joint gate is computed beforehand
 constexpr double kCellShare = 0.25;        // of the sensor's range: cells of the grid
 
-Matrix3 world_from_body_axes(const Pose2& pose) {
-  Matrix3 R = Matrix3::Identity();
-  R.topLeftCorner<2, 2>() = rotation(pose.heading);
-  return R;
-}
-
 }  // namespace
 
 EkfSlam::EkfSlam(const LandmarkSensor& sensor, const EkfSlamOptions& options)
@@ -57,14 +51,22 @@ const StepReport& EkfSlam::step(const Motion& motion, std::span<const Observatio
 /// Eq. 5.
 void EkfSlam::predict(const Motion& motion) {
   const Pose2 before = state_.pose();
-  const Systematic s = state_.body().systematic;
-  const Pose2 after = before * motion.mean * exp(Twist2::from(motion.by_systematic * s));
+  const BySystematic by_systematic = motion.by_first(state_.systematic());
+  const Pose2 after = before * motion.mean * exp(Twist2::from(by_systematic * state_.body().systematic));
   const Matrix3 R = world_from_body_axes(after);
-  JointGaussian::Prediction prediction{after, Matrix3::Identity(), R * motion.by_systematic,
+  JointGaussian::Prediction prediction{after, Matrix3::Identity(), R * by_systematic,
                                        R * motion.covariance * R.transpose()};
   prediction.F(0, 2) = -(after.y - before.y);
   prediction.F(1, 2) = after.x - before.x;
+  if (state_.systematic() > 0) {
+    prediction.walk = motion.walk;
+    prediction.with_walk = R * motion.with_walk;
+  }
   state_.predict(prediction);
+}
+
+void EkfSlam::read_bias(const BiasReading& reading) {
+  if (state_.systematic() > 0) state_.read_systematic(reading.rad_s, reading.variance);
 }
 
 /// One without a name goes; the last landmark takes its number.
@@ -144,7 +146,8 @@ void EkfSlam::doubt_the_pose(const Pose2& motion) {
   const Pose2 pose = state_.pose();
   const Pose2 there = motion * pose;
   const Vector3 off(there.x - pose.x, there.y - pose.y, wrap_angle(motion.heading));
-  state_.predict({pose, Matrix3::Identity(), Matrix3::Zero(), off * off.transpose()});
+  state_.predict(
+      {pose, Matrix3::Identity(), BySystematic::Zero(3, state_.systematic()), off * off.transpose()});
   covary();
 }
 
@@ -213,6 +216,15 @@ std::int64_t EkfSlam::find(LandmarkId name) const {
 std::int64_t EkfSlam::shown_by(std::size_t observation) const {
   const LandmarkId name = observations_[observation].landmark;
   return name >= 0 ? find(name) : taken_for_[observation];
+}
+
+Eigen::MatrixXd EkfSlam::map_covariance(std::span<const std::size_t> landmarks) const {
+  std::vector<Index> rows;
+  for (const std::size_t landmark : landmarks) {
+    const Index row = JointGaussian::kPose + state_.systematic() + 2 * static_cast<Index>(landmark);
+    rows.insert(rows.end(), {row, row + 1});
+  }
+  return covariance()(rows, rows);
 }
 
 MappedLandmark EkfSlam::landmark(std::size_t index) const {

@@ -27,6 +27,8 @@ class EkfSlam {
   EkfSlam(const LandmarkSensor& sensor, const EkfSlamOptions& options);
 
   const StepReport& step(const Motion& motion, std::span<const Observation> observations);
+  /// What the gyro reads at rest, after a step.
+  void read_bias(const BiasReading& reading);
 
   PoseEstimate estimate() const { return state_.body(); }
   std::size_t landmarks() const { return entries_.size(); }
@@ -39,6 +41,9 @@ class EkfSlam {
   }
   /// The whole joint covariance, in the order x, y, heading, s, x_1, y_1, ...
   Eigen::MatrixXd covariance() const { return state_.covariance(); }
+
+  /// Of some landmarks, x and y of each.
+  Eigen::MatrixXd map_covariance(std::span<const std::size_t> landmarks) const;
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>

@@ -11,13 +11,15 @@ namespace {
 
 using Index = Eigen::Index;
 
-/// At least this many rows are active before anything is settled.
+/// At least this many rows are active before anything is settled, with a body of kUsualBody.
 constexpr Index kLeastActive = 32;
+constexpr Index kUsualBody = 6;
 
-/// Steps cost the square of what is active, settling costs it once times the square of the map.
-Index most_active(Index total, Index needed) {
-  return std::max(
-      {kLeastActive, 2 * needed, static_cast<Index>(2.0 * std::sqrt(static_cast<double>(total)))});
+/// Rows of landmarks. Steps cost the square of what is active, settling costs it once times the square of the
+/// map.
+Index most_active(Index all, Index needed) {
+  const auto root = static_cast<Index>(2.0 * std::sqrt(static_cast<double>(kUsualBody + all)));
+  return std::max({kLeastActive, 2 * (kUsualBody + needed), root}) - kUsualBody;
 }
 
 /// Larger in both directions, old numbers kept, new ones zero.
@@ -59,16 +61,17 @@ void sums_of(std::span<const JointGaussian::Rows> H, std::vector<Strips::Sum>& s
 
 }  // namespace
 
-JointGaussian::JointGaussian(const SlamPrior& prior) {
+JointGaussian::JointGaussian(const SlamPrior& prior)
+    : body_(kPose + prior.systematic_sigma.size()), size_(body_) {
   grow_active(kLeastActive);
   grow_settled(kLeastActive);
   mean_.head<3>() << prior.start.x, prior.start.y, prior.start.heading;
   A_.topLeftCorner<3, 3>() = prior.start_covariance;
-  A_.block<3, 3>(3, 3) = prior.systematic_sigma.cwiseAbs2().asDiagonal();
-  P_.topLeftCorner<kBody, kBody>() = A_.topLeftCorner<kBody, kBody>();
-  settled_mean_.head<kBody>() = mean_.head<kBody>();
-  transfer_.topLeftCorner<kBody, kBody>().setIdentity();
-  for (Index i = 0; i < kBody; ++i) settled_of_.push_back(i);
+  A_.block(kPose, kPose, systematic(), systematic()) = prior.systematic_sigma.cwiseAbs2().asDiagonal();
+  P_.topLeftCorner(body_, body_) = A_.topLeftCorner(body_, body_);
+  settled_mean_.head(body_) = mean_.head(body_);
+  transfer_.topLeftCorner(body_, body_).setIdentity();
+  for (Index i = 0; i < body_; ++i) settled_of_.push_back(i);
 }
 
 void JointGaussian::grow_active(Index size) {
@@ -85,7 +88,9 @@ void JointGaussian::grow_settled(Index size) {
 }
 
 PoseEstimate JointGaussian::body() const {
-  return {pose(), A_.topLeftCorner<3, 3>(), mean_.segment<3>(3), A_.block<3, 3>(3, 3)};
+  const Index n = systematic();
+  return {pose(), A_.topLeftCorner<3, 3>(), mean_.segment(kPose, n), A_.block(kPose, kPose, n, n),
+          A_.block(0, kPose, 3, n)};
 }
 
 /// P0 of some rows with what is active.
@@ -99,13 +104,13 @@ Eigen::MatrixXd JointGaussian::settled_with_active(Index row, Index rows) const 
 
 Vector2 JointGaussian::landmark(std::size_t landmark) const {
   if (is_active(landmark)) return mean_.segment<2>(index_of(landmark));
-  const Index row = kBody + 2 * static_cast<Index>(landmark);
+  const Index row = body_ + 2 * static_cast<Index>(landmark);
   return settled_mean_.segment<2>(row) + settled_with_active(row, 2) * learned_mean_.head(size_);
 }
 
 Matrix2 JointGaussian::landmark_covariance(std::size_t landmark) const {
   if (is_active(landmark)) return A_.block<2, 2>(index_of(landmark), index_of(landmark));
-  const Index row = kBody + 2 * static_cast<Index>(landmark);
+  const Index row = body_ + 2 * static_cast<Index>(landmark);
   const Eigen::MatrixXd with_active = settled_with_active(row, 2);
   const Matrix2 before = P_.block<2, 2>(row, row).selfadjointView<Eigen::Lower>();
   return before + with_active * learned_.topLeftCorner(size_, size_) * with_active.transpose();
@@ -120,12 +125,12 @@ Eigen::MatrixXd JointGaussian::covariance() const {
 void JointGaussian::activate(std::span<const std::size_t> landmarks) {
   Index passive = 0;
   for (const std::size_t landmark : landmarks) passive += is_active(landmark) ? 0 : 2;
-  const Index needed = kBody + 2 * static_cast<Index>(landmarks.size());
-  if (size_ + passive > most_active(total(), needed)) settle();
-  grow_active(std::max(size_ + passive, needed));
+  const Index needed = 2 * static_cast<Index>(landmarks.size());
+  if (size_ + passive - body_ > most_active(total() - body_, needed)) settle();
+  grow_active(std::max(size_ + passive, body_ + needed));
   for (const std::size_t landmark : landmarks) {
     if (is_active(landmark)) continue;
-    const Index row = kBody + 2 * static_cast<Index>(landmark);
+    const Index row = body_ + 2 * static_cast<Index>(landmark);
     const Eigen::Matrix<double, 2, Eigen::Dynamic> before = settled_with_active(row, 2);
     const auto learned = learned_.topLeftCorner(size_, size_);
     const Eigen::Matrix<double, 2, Eigen::Dynamic> change = before * learned;
@@ -148,22 +153,41 @@ void JointGaussian::activate(std::span<const std::size_t> landmarks) {
 
 // Eq. 5. Landmarks stay where they are: of their part only the covariance with the pose changes.
 void JointGaussian::predict(const Prediction& p) {
-  const auto moved = [&](auto&& of_pose, auto&& of_systematic) {
-    of_pose = (of_pose * p.F.transpose() + of_systematic * p.W.transpose()).eval();
-  };
+  const Index n = systematic();
   const Matrix3 xx = A_.topLeftCorner<3, 3>();
-  const Matrix3 sx = A_.block<3, 3>(3, 0);
-  const Matrix3 ss = A_.block<3, 3>(3, 3);
-  for (Index i = 3; i < size_; ++i) {
-    const Vector3 row = p.F * A_.block<1, 3>(i, 0).transpose() + p.W * A_.block<1, 3>(i, 3).transpose();
-    A_.block<1, 3>(i, 0) = row.transpose();
+  const SystematicCovariance ss = A_.block(kPose, kPose, n, n);
+  const BySystematic xs = A_.block(0, kPose, 3, n);
+  const auto move = [&](Eigen::MatrixXd& rows, Index i) {
+    Vector3 row = p.F * rows.block<1, 3>(i, 0).transpose();
+    for (Index k = 0; k < n; ++k) row += rows(i, kPose + k) * p.W.col(k);
+    rows.block<1, 3>(i, 0) = row.transpose();
+  };
+  for (Index i = kPose; i < size_; ++i) move(A_, i);
+  if (p.walk > 0.0) {
+    A_.block<1, 3>(kPose, 0) += p.with_walk.transpose();
+    A_(kPose, kPose) += p.walk;
   }
-  A_.block(0, 3, 3, size_ - 3) = A_.block(3, 0, size_ - 3, 3).transpose();
-  A_.topLeftCorner<3, 3>() = p.F * (xx * p.F.transpose() + sx.transpose() * p.W.transpose()) +
-                             p.W * (sx * p.F.transpose() + ss * p.W.transpose()) + p.noise;
+  A_.block(0, kPose, 3, size_ - kPose) = A_.block(kPose, 0, size_ - kPose, 3).transpose();
+  A_.topLeftCorner<3, 3>() = p.F * (xx * p.F.transpose() + xs * p.W.transpose()) +
+                             p.W * (xs.transpose() * p.F.transpose() + ss * p.W.transpose()) + p.noise;
   mean_.head<3>() << p.pose.x, p.pose.y, p.pose.heading;
   if (all_active()) return;
-  for (Index i = 0; i < size_; ++i) moved(transfer_.block<1, 3>(i, 0), transfer_.block<1, 3>(i, 3));
+  for (Index i = 0; i < size_; ++i) move(transfer_, i);
+}
+
+// Eq. 7 with one row of H, which is 1 at that error.
+void JointGaussian::read_systematic(double value, double variance) {
+  const double root = std::sqrt(A_(kPose, kPose) + variance);
+  if (root == 0.0) return;
+  const double whitened = (value - mean_[kPose]) / root;
+  const Eigen::VectorXd V = A_.col(kPose).head(size_) / root;
+  const Eigen::VectorXd W = transfer_.col(kPose).head(size_) / root;
+  mean_.head(size_) += whitened * V;
+  A_.topLeftCorner(size_, size_) -= V * V.transpose();
+  if (all_active()) return;
+  learned_mean_.head(size_) += whitened * W;
+  transfer_.topLeftCorner(size_, size_) -= W * V.transpose();
+  learned_.topLeftCorner(size_, size_) -= W * W.transpose();
 }
 
 Matrix2 JointGaussian::projected_covariance(const Rows& H) const {
@@ -237,7 +261,7 @@ void JointGaussian::append(const Vector2& place, const Matrix23& by_pose, const 
 void JointGaussian::remove(std::size_t landmark) {
   settle();
   const Index last = total() - 2;
-  const Index row = kBody + 2 * static_cast<Index>(landmark);
+  const Index row = body_ + 2 * static_cast<Index>(landmark);
   for (Index i = 0; row < last && i < last; ++i) {
     if (i == row || i == row + 1) continue;
     for (Index k = 0; k < 2; ++k) (i > row ? P_(i, row + k) : P_(row + k, i)) = entry(P_, last + k, i);
@@ -258,11 +282,11 @@ void JointGaussian::settle() {
         P_(row, column) = A_(i, k);
   }
   std::ranges::fill(active_of_, -1);
-  size_ = kBody;
-  settled_of_.resize(kBody);
-  transfer_.topLeftCorner<kBody, kBody>().setIdentity();
-  learned_.topLeftCorner<kBody, kBody>().setZero();
-  learned_mean_.head<kBody>().setZero();
+  size_ = body_;
+  settled_of_.resize(static_cast<std::size_t>(body_));
+  transfer_.topLeftCorner(body_, body_).setIdentity();
+  learned_.topLeftCorner(body_, body_).setZero();
+  learned_mean_.head(body_).setZero();
 }
 
 /// What the passive rows have learned. Active ones are computed with them and written over later.

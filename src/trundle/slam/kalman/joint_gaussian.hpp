@@ -17,7 +17,8 @@ namespace trundle {
 class JointGaussian {
  public:
   using Index = Eigen::Index;
-  static constexpr Index kBody = 6;
+  /// Where the systematic errors begin: after the pose.
+  static constexpr Index kPose = 3;
 
   explicit JointGaussian(const SlamPrior& prior);
 
@@ -40,13 +41,21 @@ class JointGaussian {
   const Eigen::MatrixXd& active_covariance() const { return A_; }
   Index size() const { return size_; }
 
+  Index systematic() const { return body_ - kPose; }
+
   /// The body's next pose, its derivatives by the pose before (F) and by the systematic errors (W), and
-  /// noise.
+  /// noise; the variance by which the first of those walks meanwhile, and its covariance with the noise.
   struct Prediction {
     Pose2 pose;
-    Matrix3 F, W, noise;
+    Matrix3 F;
+    BySystematic W;
+    Matrix3 noise;
+    double walk = 0.0;
+    Vector3 with_walk = Vector3::Zero();
   };
   void predict(const Prediction& prediction);
+  /// A reading of the first of the systematic errors.
+  void read_systematic(double value, double variance);
 
   /// Two rows of H: a reading of an active landmark.
   struct Rows {
@@ -77,7 +86,7 @@ class JointGaussian {
 
  private:
   std::size_t landmark_count() const { return active_of_.size(); }
-  Index total() const { return kBody + 2 * static_cast<Index>(landmark_count()); }
+  Index total() const { return body_ + 2 * static_cast<Index>(landmark_count()); }
   bool all_active() const { return size_ == total(); }
   Eigen::MatrixXd settled_with_active(Index row, Index rows) const;
   void settle();
@@ -85,8 +94,9 @@ class JointGaussian {
   void grow_active(Index size);
   void grow_settled(Index size);
 
+  Index body_;  ///< pose and systematic errors
   // The active part.
-  Index size_ = kBody;
+  Index size_;
   Eigen::VectorXd mean_;
   Eigen::MatrixXd A_;              ///< covariance, both triangles
   Eigen::MatrixXd transfer_;       ///< P_BA = P0_BA · transfer

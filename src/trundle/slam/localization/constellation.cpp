@@ -55,10 +55,14 @@ bool are_one_place(const SightedPoint& a, const SightedPoint& b) {
 }
 
 // Eq. 46.
-void Constellation::step(const Motion& motion, std::span<const Observation> observations) {
+void Constellation::step(const Motion& motion, std::span<const Observation> observations,
+                         const SystematicCovariance& systematic) {
   ++now_;
   const Pose2 back = motion.mean.inverse();
   const Matrix2 R = rotation(back.heading);
+  const Eigen::Index n = systematic.rows();
+  const BySystematic S = motion.by_first(n);
+  const BySystematic with_motion = S * systematic;
   for (SightedPoint& point : points_) {
     point.in_body = back * point.in_body;
     point.seen_from = back * point.seen_from;
@@ -66,6 +70,13 @@ void Constellation::step(const Motion& motion, std::span<const Observation> obse
     by_error << 1.0, 0.0, -point.in_body.y(), 0.0, 1.0, point.in_body.x();
     point.covariance =
         R * point.covariance * R.transpose() + by_error * motion.covariance * by_error.transpose();
+    if (n == 0) continue;
+    if (point.with_systematic.cols() != n) point.with_systematic.setZero(2, n);
+    point.with_systematic = (R * point.with_systematic).eval();
+    const Matrix2 mixed = point.with_systematic * S.transpose() * by_error.transpose();
+    point.covariance +=
+        mixed + mixed.transpose() + by_error * with_motion * S.transpose() * by_error.transpose();
+    point.with_systematic += by_error * with_motion;
   }
   std::erase_if(points_, [](const SightedPoint& p) { return p.covariance.trace() > kLargestVariance_m2; });
   news_.clear();

@@ -16,10 +16,12 @@ struct SightedPoint {
   LandmarkId landmark = kUnknownLandmark;
   std::uint64_t step = 0;               ///< when it was seen
   Vector2 seen_from = Vector2::Zero();  ///< where the robot was when it said something new, in today's frame
+  /// Covariance with the odometry's systematic errors: columns of the motion since.
+  Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMostSystematic> with_systematic{2, 0};
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.in_body, self.covariance, self.landmark, self.step, self.seen_from);
+    archive(self.in_body, self.covariance, self.landmark, self.step, self.seen_from, self.with_systematic);
   }
 };
 
@@ -32,7 +34,9 @@ class Constellation {
  public:
   explicit Constellation(const LandmarkSensor& sensor) : sensor_(sensor) {}
 
-  void step(const Motion& motion, std::span<const Observation> observations);
+  /// `systematic`: what is known of the odometry's systematic errors, which the motion's mean allows for.
+  void step(const Motion& motion, std::span<const Observation> observations,
+            const SystematicCovariance& systematic = {});
   /// Of each observation of the last step: 1 where it is news, 0 where it repeats what was seen from here.
   std::span<const double> news() const { return news_; }
   /// What was seen before that step belongs to another place.

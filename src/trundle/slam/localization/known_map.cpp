@@ -9,9 +9,17 @@
 
 namespace trundle {
 
-KnownMap::KnownMap(std::vector<KnownLandmark> landmarks, double reach_m) : landmarks_(std::move(landmarks)) {
+KnownMap::KnownMap(std::vector<KnownLandmark> landmarks, double reach_m, Eigen::MatrixXd covariance)
+    : landmarks_(std::move(landmarks)), covariance_(std::move(covariance)) {
   if (landmarks_.empty()) throw InputError("map", "has no landmark", "at least 1");
+  const auto size = 2 * static_cast<Eigen::Index>(landmarks_.size());
+  const bool together = covariance_.size() > 0;
+  if (together && (covariance_.rows() != size || covariance_.cols() != size || !covariance_.allFinite()))
+    throw InputError("map", "has a covariance that is none of its landmarks",
+                     "two rows for each, of numbers");
   for (std::size_t i = 0; i < landmarks_.size(); ++i) {
+    const auto at = 2 * static_cast<Eigen::Index>(i);
+    if (together) landmarks_[i].covariance = covariance_.block<2, 2>(at, at);
     if (!landmarks_[i].position.allFinite() || !landmarks_[i].covariance.allFinite())
       throw InputError("map", fmt::format("landmark number {} is not finite", i), "numbers [m], [m²]");
     largest_variance_ = std::max(largest_variance_, landmarks_[i].covariance.trace());
@@ -28,6 +36,19 @@ KnownMap::KnownMap(std::vector<KnownLandmark> landmarks, double reach_m) : landm
   std::ranges::sort(pairs_, [](const Pair& a, const Pair& b) {
     return std::tie(a.distance_m, a.first, a.second) < std::tie(b.distance_m, b.first, b.second);
   });
+}
+
+Matrix2 KnownMap::covariance(LandmarkId one, LandmarkId other) const {
+  if (covariance_.size() > 0) return covariance_.block<2, 2>(2 * one, 2 * other);
+  return one == other ? (*this)[one].covariance : Matrix2(Matrix2::Zero());
+}
+
+Eigen::Matrix<double, 2, Eigen::Dynamic> KnownMap::covariance_with_all(LandmarkId id) const {
+  if (covariance_.size() > 0) return covariance_.middleRows<2>(2 * id);
+  Eigen::Matrix<double, 2, Eigen::Dynamic> row =
+      Eigen::Matrix<double, 2, Eigen::Dynamic>::Zero(2, 2 * static_cast<Eigen::Index>(size()));
+  row.middleCols<2>(2 * id) = (*this)[id].covariance;
+  return row;
 }
 
 double KnownMap::area_m2(double margin_m) const {

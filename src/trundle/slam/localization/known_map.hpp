@@ -3,6 +3,8 @@
 #include <span>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "trundle/slam/observation.hpp"
 
 namespace trundle {
@@ -18,13 +20,18 @@ class KnownMap {
  public:
   /// Two landmarks further apart than `reach_m` are no pair. Throws InputError when there is no landmark or a
   /// number is none.
-  KnownMap(std::vector<KnownLandmark> landmarks, double reach_m);
+  /// `covariance` of all of them, x and y of each, where they are known together; its blocks on the diagonal
+  /// are then the landmarks' own.
+  KnownMap(std::vector<KnownLandmark> landmarks, double reach_m, Eigen::MatrixXd covariance = {});
 
   std::size_t size() const { return landmarks_.size(); }
   bool has(LandmarkId id) const { return id >= 0 && static_cast<std::size_t>(id) < landmarks_.size(); }
   const KnownLandmark& operator[](LandmarkId id) const { return landmarks_[static_cast<std::size_t>(id)]; }
   /// No landmark has a covariance.
   bool is_exact() const { return exact_; }
+  /// Covariance of one landmark's place with that of all, x and y of each.
+  Eigen::Matrix<double, 2, Eigen::Dynamic> covariance_with_all(LandmarkId id) const;
+  Matrix2 covariance(LandmarkId one, LandmarkId other) const;
   /// Variance along its worst direction of the landmark that is known least.
   double largest_variance() const { return largest_variance_; }
   /// Of the rectangle that holds all landmarks, with a margin [m] on every side.
@@ -43,6 +50,7 @@ class KnownMap {
 
  private:
   std::vector<KnownLandmark> landmarks_;
+  Eigen::MatrixXd covariance_;  ///< empty: landmarks are independent
   std::vector<LandmarkId> by_x_;
   std::vector<double> x_;  ///< in the order of by_x_
   std::vector<Pair> pairs_;

@@ -117,7 +117,13 @@ Localizer::Localizer(const KnownMap& map, const LandmarkSensor& sensor, const Lo
     : map_(&map), sensor_(sensor), options_(options), seen_(sensor), rivals_(map, sensor, options.sight) {
   if (options.filter == LocalizerFilter::particles && options.particles.most == 0)
     throw InputError("localizer", "may have 0 particles at most", "at least 1");
-  if (options.start) start_from({PoseEkf(map, sensor, *options.start, options.sight), limit(), 0.0});
+  const Systematic& sigma = options.systematic_sigma;
+  odometry_.systematic = Systematic::Zero(sigma.size());
+  odometry_.systematic_covariance = sigma.cwiseAbs2().asDiagonal();
+  odometry_.with_systematic = BySystematic::Zero(3, sigma.size());
+  if (options.start)
+    start_from(
+        {PoseEkf(map, sensor, with_systematic(*options.start, odometry_), options.sight), limit(), 0.0});
 }
 
 /// What speaks so much against a pose makes it a wrong one.
@@ -129,7 +135,8 @@ const LocalizerReport& Localizer::step(const Motion& motion, std::span<const Obs
   report_ = {};
   report_.observations.assign(observations.size(), {});
   const std::vector<Observation> once = without_repeats(observations);
-  seen_.step(motion, once);
+  seen_.step(about(odometry_.systematic, motion), once, odometry_.systematic_covariance);
+  if (odometry_.systematic.size() > 0) odometry_.systematic_covariance(0, 0) += motion.walk;
   rivals_.step(motion, once, seen_.news());
   if (is_known()) track(motion, once);
   look_for_rivals();
@@ -140,6 +147,13 @@ const LocalizerReport& Localizer::step(const Motion& motion, std::span<const Obs
     report_.effective_particles = particles->effective_particles();
   }
   return report_;
+}
+
+void Localizer::read_bias(const BiasReading& reading) {
+  trundle::read_bias(reading, odometry_);
+  rivals_.read_bias(reading);
+  if (auto* ekf = std::get_if<PoseEkf>(&filter_)) ekf->read_bias(reading);
+  if (auto* particles = std::get_if<PoseParticles>(&filter_)) particles->read_bias(reading);
 }
 
 void Localizer::start_from(const Rival& rival) {
@@ -180,7 +194,7 @@ void Localizer::look_for_rivals() {
     const double before = first->log_odds - log_odds_at(first->pose, seen_, *map_, sensor_, options_.sight);
     log_prior = before - std::clamp(before, 0.0, is_known() ? limit() : -std::log(options_.doubt));
   }
-  rivals_.admit(find_poses(seen_, *map_, sensor_, options_.sight), log_prior);
+  rivals_.admit(find_poses(seen_, *map_, sensor_, options_.sight), log_prior, odometry_);
   if (is_known()) rivals_.give_up(estimate()->pose);
   if (const auto first = most_probable()) rivals_.give_up(first->log_odds - limit(), limit());
 }
@@ -233,10 +247,13 @@ std::optional<PoseEstimate> Localizer::estimate() const {
 
 Localization localize(const SlamInput& input, const KnownMap& map, const LandmarkSensor& sensor,
                       const LocalizerOptions& options) {
-  Localizer localizer(map, sensor, options);
+  LocalizerOptions known = options;
+  if (known.systematic_sigma.size() == 0) known.systematic_sigma = input.systematic.sigma();
+  Localizer localizer(map, sensor, known);
   Collector collector(map);
   for (const SlamStep& step : input.steps) {
     const LocalizerReport& report = localizer.step(step.motion, step.observations);
+    if (step.bias_reading) localizer.read_bias(*step.bias_reading);
     collector.add(step, localizer, report);
   }
   return collector.result();

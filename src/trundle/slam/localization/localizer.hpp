@@ -17,6 +17,7 @@ std::string_view name_of(LocalizerFilter filter);
 struct LocalizerOptions {
   LocalizerFilter filter = LocalizerFilter::particles;
   std::optional<PoseEstimate> start = {};  ///< nothing: the pose is found
+  Systematic systematic_sigma = {};        ///< 1σ of each of the odometry's systematic errors
   MapSightOptions sight = {};
   ParticleNumber particles = {};
   std::uint64_t seed = 1;
@@ -60,6 +61,9 @@ class Localizer {
 
   const LocalizerReport& step(const Motion& motion, std::span<const Observation> observations);
 
+  /// What the gyro reads at rest, after a step.
+  void read_bias(const BiasReading& reading);
+
   /// Nothing while the pose is not known.
   std::optional<PoseEstimate> estimate() const;
   /// After `lost`: so many steps ago the pose was still right.
@@ -74,7 +78,8 @@ class Localizer {
     if constexpr (Archive::kReads)
       is_known ? self.start_from({PoseEkf(*self.map_, self.sensor_, {}, self.options_.sight)})
                : self.forget();
-    archive(self.seen_, self.rivals_, self.log_odds_, self.alarm_, self.sure_step_, self.report_);
+    archive(self.seen_, self.odometry_, self.rivals_, self.log_odds_, self.alarm_, self.sure_step_,
+            self.report_);
     if (auto* ekf = std::get_if<PoseEkf>(&self.filter_)) archive(*ekf);
     if (auto* particles = std::get_if<PoseParticles>(&self.filter_)) archive(*particles);
   }
@@ -100,6 +105,7 @@ class Localizer {
   LandmarkSensor sensor_;
   LocalizerOptions options_;
   Constellation seen_;
+  PoseEstimate odometry_;  ///< of its systematic errors, what standing still has shown
   std::variant<std::monostate, PoseEkf, PoseParticles> filter_;
   Rivals rivals_;          ///< all poses in question but the one that is known
   double log_odds_ = 0.0;  ///< of the one that is known
@@ -134,7 +140,7 @@ struct Localization {
 };
 
 /// A loop over Localizer::step. What an alarm has shown to be wrong is withdrawn: no row of the trajectory
-/// lies outside the stretches.
+/// lies outside the stretches. Where the options have no systematic errors, they are those of the input.
 Localization localize(const SlamInput& input, const KnownMap& map, const LandmarkSensor& sensor,
                       const LocalizerOptions& options);
 

@@ -74,13 +74,61 @@ double log_against(double fitting, double max_range_m, double outlier_share) {
 
 PoseEstimate moved(const PoseEstimate& belief, const Motion& motion) {
   PoseEstimate after = belief;
-  after.pose = belief.pose * motion.mean;
+  after.pose = belief.pose * about(belief.systematic, motion).mean;
   Matrix3 F = Matrix3::Identity();
   F(0, 2) = -(after.pose.y - belief.pose.y);
   F(1, 2) = after.pose.x - belief.pose.x;
   after.covariance =
       F * belief.covariance * F.transpose() + world_covariance({after.pose, motion.covariance});
+  if (belief.systematic.size() == 0) return after;
+  const Matrix3 R = world_from_body_axes(after.pose);
+  const BySystematic W = R * motion.by_first(belief.systematic.size());
+  const BySystematic carried = F * belief.with_systematic;
+  const BySystematic more = W * belief.systematic_covariance;
+  const Matrix3 mixed = carried * W.transpose();
+  after.covariance += mixed + mixed.transpose() + more * W.transpose();
+  after.with_systematic = carried + more;
+  after.with_systematic.col(0) += R * motion.with_walk;
+  after.systematic_covariance(0, 0) += motion.walk;
   return after;
+}
+
+void read_bias(const BiasReading& reading, PoseEstimate& belief) {
+  if (belief.systematic.size() == 0) return;
+  const double S = belief.systematic_covariance(0, 0) + reading.variance;
+  if (S <= 0.0) return;
+  const double innovation = reading.rad_s - belief.systematic[0];
+  BodyCovariance P = body_covariance_of(belief);
+  const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3 + kMostSystematic, 1> K = P.col(3) / S;
+  belief.pose = {belief.pose.x + K[0] * innovation, belief.pose.y + K[1] * innovation,
+                 belief.pose.heading + K[2] * innovation};
+  belief.systematic += K.tail(belief.systematic.size()) * innovation;
+  P -= S * K * K.transpose();
+  set_body_covariance(P, belief);
+}
+
+PoseEstimate with_systematic(const PoseEstimate& pose, const PoseEstimate& odometry) {
+  return {pose.pose, pose.covariance, odometry.systematic, odometry.systematic_covariance,
+          BySystematic::Zero(3, odometry.systematic.size())};
+}
+
+BodyCovariance body_covariance_of(const PoseEstimate& belief) {
+  const Eigen::Index n = belief.systematic.size();
+  BodyCovariance P(3 + n, 3 + n);
+  P.topLeftCorner<3, 3>() = belief.covariance;
+  P.topRightCorner(3, n) = belief.with_systematic;
+  P.bottomLeftCorner(n, 3) = belief.with_systematic.transpose();
+  P.bottomRightCorner(n, n) = belief.systematic_covariance;
+  return P;
+}
+
+void set_body_covariance(const BodyCovariance& P, PoseEstimate& belief) {
+  const Eigen::Index n = belief.systematic.size();
+  const Matrix3 of_pose = P.topLeftCorner<3, 3>();
+  const SystematicCovariance of_systematic = P.bottomRightCorner(n, n);
+  belief.covariance = 0.5 * (of_pose + of_pose.transpose());
+  belief.with_systematic = P.topRightCorner(3, n);
+  belief.systematic_covariance = 0.5 * (of_systematic + of_systematic.transpose());
 }
 
 }  // namespace trundle

@@ -43,5 +43,16 @@ double log_against(double fitting, double max_range_m, double outlier_share);
 
 /// Where a belief is after a motion. Eq. 41.
 PoseEstimate moved(const PoseEstimate& belief, const Motion& motion);
+/// What it is after a reading of its first systematic error, if it has any.
+void read_bias(const BiasReading& reading, PoseEstimate& belief);
+
+/// A pose of which nothing has to do with the systematic errors of `odometry`, and those.
+PoseEstimate with_systematic(const PoseEstimate& pose, const PoseEstimate& odometry);
+
+/// Covariance of pose and systematic errors together.
+using BodyCovariance =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3 + kMostSystematic, 3 + kMostSystematic>;
+BodyCovariance body_covariance_of(const PoseEstimate& belief);
+void set_body_covariance(const BodyCovariance& covariance, PoseEstimate& belief);
 
 }  // namespace trundle

@@ -22,7 +22,7 @@ Index column_of(LandmarkId landmark) {
 PoseEkf::PoseEkf(const KnownMap& map, const LandmarkSensor& sensor, const PoseEstimate& start,
                  const MapSightOptions& options)
     : map_(&map), sensor_(sensor), options_(options), belief_(start) {
-  if (!map.is_exact()) with_map_.setZero(3, 2 * static_cast<Index>(map.size()));
+  if (!map.is_exact()) with_map_.setZero(3 + start.systematic.size(), 2 * static_cast<Index>(map.size()));
 }
 
 const MapStepReport& PoseEkf::step(const Motion& motion, std::span<const Observation> observations,
@@ -42,13 +42,25 @@ void PoseEkf::predict(const Motion& motion) {
   const double dy = belief_.pose.y - before.y;
   with_map_.row(0) -= dy * with_map_.row(2);
   with_map_.row(1) += dx * with_map_.row(2);
+  const Eigen::Index n = belief_.systematic.size();
+  if (n == 0) return;
+  const BySystematic W = world_from_body_axes(belief_.pose) * motion.by_first(n);
+  with_map_.topRows<3>() += W * with_map_.bottomRows(n);
+}
+
+void PoseEkf::read_bias(const BiasReading& reading) {
+  if (belief_.systematic.size() == 0) return;
+  const BodyCovariance P = body_covariance_of(belief_);
+  if (const double S = P(3, 3) + reading.variance; with_map_.size() > 0 && S > 0.0)
+    with_map_ -= P.col(3) / S * Eigen::RowVectorXd(with_map_.row(3));
+  trundle::read_bias(reading, belief_);
 }
 
 /// With the correlation of pose and landmark.
 MapSight PoseEkf::sight_of(LandmarkId landmark, const Observation& observation) const {
   MapSight sight = map_sight(belief_, sensor_, (*map_)[landmark], observation);
   if (with_map_.size() == 0) return sight;
-  const Matrix2 mixed = sight.expected.by_pose * with_map_.middleCols<2>(column_of(landmark)) *
+  const Matrix2 mixed = sight.expected.by_pose * with_map_.block<3, 2>(0, column_of(landmark)) *
                         sight.expected.by_landmark.transpose();
   sight.S += mixed + mixed.transpose();
   sight.nis = sight.innovation.dot(sight.S.llt().solve(sight.innovation));
@@ -88,48 +100,45 @@ std::vector<PoseEkf::Match> PoseEkf::matches_of(std::span<const Observation> obs
   return matches;
 }
 
-/// Eq. 44, 45: only the pose is moved, the map is not.
+/// Eq. 44, 45: only the pose is moved, with the systematic errors; the map is not.
 void PoseEkf::update(const std::vector<Match>& matches) {
   if (matches.empty()) return;
   const auto rows = 2 * static_cast<Index>(matches.size());
+  const Index body = 3 + belief_.systematic.size();
   const bool exact = with_map_.size() == 0;
-  Eigen::Matrix<double, Eigen::Dynamic, 3> G(rows, 3);  // of the readings by the pose
-  Eigen::Matrix<double, 3, Eigen::Dynamic> X =
-      decltype(X)::Zero(3, rows);                         // of pose and readings, by the map
-  Eigen::MatrixXd W = Eigen::MatrixXd::Zero(rows, rows);  // of the readings, were the pose certain
+  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(rows, body);  // of the readings by the body
+  Eigen::MatrixXd X = Eigen::MatrixXd::Zero(body, rows);  // of body and readings, by the map
+  Eigen::MatrixXd W = Eigen::MatrixXd::Zero(rows, rows);  // of the readings, were the body certain
   Eigen::VectorXd innovation(rows);
   const auto row_of = [](std::size_t k) { return 2 * static_cast<Index>(k); };
   Eigen::MatrixXd HC;  // H times the covariance of everything with the landmarks
   if (!exact) HC.resize(rows, with_map_.cols());
   for (std::size_t k = 0; k < matches.size(); ++k) {
     const auto& [observation, landmark, sight] = matches[k];
-    const Index at = column_of(landmark);
-    G.middleRows<2>(row_of(k)) = sight.expected.by_pose;
+    G.block<2, 3>(row_of(k), 0) = sight.expected.by_pose;
     W.block<2, 2>(row_of(k), row_of(k)) += reading_covariance(sensor_);
     innovation.segment<2>(row_of(k)) = sight.innovation;
     if (exact) continue;
-    X.middleCols<2>(row_of(k)) = with_map_.middleCols<2>(at) * sight.expected.by_landmark.transpose();
-    const Matrix2 of_landmark = sight.expected.by_landmark * (*map_)[landmark].covariance;
-    HC.middleRows<2>(row_of(k)) = sight.expected.by_pose * with_map_;
-    HC.block<2, 2>(row_of(k), at) += of_landmark;
+    const Matrix2& L = sight.expected.by_landmark;
+    X.middleCols<2>(row_of(k)) = with_map_.middleCols<2>(column_of(landmark)) * L.transpose();
+    HC.middleRows<2>(row_of(k)) =
+        sight.expected.by_pose * with_map_.topRows<3>() + L * map_->covariance_with_all(landmark);
     for (std::size_t l = 0; l < matches.size(); ++l)
-      if (matches[l].landmark == landmark)
-        W.block<2, 2>(row_of(k), row_of(l)) +=
-            of_landmark * matches[l].sight.expected.by_landmark.transpose();
+      W.block<2, 2>(row_of(k), row_of(l)) += L * map_->covariance(landmark, matches[l].landmark) *
+                                             matches[l].sight.expected.by_landmark.transpose();
   }
-  const Eigen::Matrix<double, 3, Eigen::Dynamic> PHt = belief_.covariance * G.transpose() + X;
+  const BodyCovariance P = body_covariance_of(belief_);
+  const Eigen::MatrixXd PHt = P * G.transpose() + X;
   const Eigen::MatrixXd S = G * PHt + X.transpose() * G.transpose() + W;
   const Eigen::LLT<Eigen::MatrixXd> factor(S);
-  const Eigen::Matrix<double, 3, Eigen::Dynamic> K = factor.solve(PHt.transpose()).transpose();
-  const Vector3 change = K * innovation;
-  belief_.pose = {belief_.pose.x + change.x(), belief_.pose.y + change.y(),
-                  belief_.pose.heading + change.z()};
+  const Eigen::MatrixXd K = factor.solve(PHt.transpose()).transpose();
+  const Eigen::VectorXd change = K * innovation;
+  belief_.pose = {belief_.pose.x + change[0], belief_.pose.y + change[1], belief_.pose.heading + change[2]};
+  belief_.systematic += change.tail(body - 3);
   // Joseph's form: what is much surer afterwards is no difference of large numbers.
-  const Matrix3 A = Matrix3::Identity() - K * G;
-  const Matrix3 mixed = A * X * K.transpose();
-  belief_.covariance =
-      A * belief_.covariance * A.transpose() - mixed - mixed.transpose() + K * W * K.transpose();
-  belief_.covariance = (0.5 * (belief_.covariance + belief_.covariance.transpose())).eval();
+  const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(body, body) - K * G;
+  const Eigen::MatrixXd mixed = A * X * K.transpose();
+  set_body_covariance(A * P * A.transpose() - mixed - mixed.transpose() + K * W * K.transpose(), belief_);
   if (!exact) with_map_ -= K * HC;
 }
 

@@ -19,9 +19,9 @@ struct MapStepReport {
   }
 };
 
-/// The pose on a known map as one Gaussian. What is not known of the map stays unknown: its correlation with
-/// the pose is carried along (Schmidt), so that a landmark seen a thousand times is not taken for a thousand
-/// landmarks. docs/slam.md, eq. 41 to 45.
+/// Pose and systematic errors on a known map as one Gaussian. What is not known of the map stays unknown: its
+/// correlation with the pose is carried along (Schmidt), so that a landmark seen a thousand times is not
+/// taken for a thousand landmarks. docs/slam.md, eq. 41 to 45.
 class PoseEkf {
  public:
   /// The map must outlive the filter.
@@ -31,6 +31,9 @@ class PoseEkf {
   /// `news`: how much of each observation is evidence for or against the pose, 0 to 1.
   const MapStepReport& step(const Motion& motion, std::span<const Observation> observations,
                             std::span<const double> news);
+
+  /// What the gyro reads at rest, after a step.
+  void read_bias(const BiasReading& reading);
 
   const PoseEstimate& estimate() const { return belief_; }
 
@@ -56,7 +59,7 @@ class PoseEkf {
   LandmarkSensor sensor_;
   MapSightOptions options_;
   PoseEstimate belief_;
-  Eigen::Matrix<double, 3, Eigen::Dynamic> with_map_;  ///< pose by landmarks; empty: the map is exact
+  Eigen::MatrixXd with_map_;  ///< pose and systematic errors by landmarks; empty: the map is exact
   MapStepReport report_;
 };
 

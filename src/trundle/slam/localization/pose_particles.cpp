@@ -9,6 +9,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "trundle/geometry/gaussian.hpp"
 #include "trundle/slam/cholesky.hpp"
 
 namespace trundle {
@@ -31,6 +32,19 @@ class Bins {
   std::set<std::tuple<long long, long long, long long>> filled_;
 };
 
+Vector3 difference(const Pose2& from, const Pose2& to) {
+  return {to.x - from.x, to.y - from.y, wrap_angle(to.heading - from.heading)};
+}
+
+/// How the mean of the systematic errors depends on where the pose is, and their covariance once it is known.
+Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMostSystematic, 3> systematic_by_pose(
+    const PoseEstimate& belief) {
+  return Eigen::LDLT<Matrix3>(belief.covariance).solve(belief.with_systematic).transpose();
+}
+SystematicCovariance given_pose(const PoseEstimate& belief) {
+  return belief.systematic_covariance - systematic_by_pose(belief) * belief.with_systematic;
+}
+
 /// Which of several, by the cumulative sum of their weights.
 std::size_t chosen(std::span<const double> cumulative, double point) {
   const auto at = std::ranges::upper_bound(cumulative, point * cumulative.back());
@@ -52,7 +66,12 @@ std::size_t particles_for(std::size_t bins, const ParticleNumber& number) {
 
 PoseParticles::PoseParticles(const KnownMap& map, const LandmarkSensor& sensor, const PoseEstimate& start,
                              const PoseParticlesOptions& options)
-    : map_(&map), sensor_(sensor), options_(options), random_(options.seed) {
+    : map_(&map),
+      sensor_(sensor),
+      options_(options),
+      random_(options.seed),
+      pending_(start.systematic, start.systematic_covariance),
+      estimate_(start) {
   Bins bins(options.number);
   while (poses_.size() < particles_for(bins.count(), options.number)) {
     poses_.push_back(draw_from(start));
@@ -60,7 +79,7 @@ PoseParticles::PoseParticles(const KnownMap& map, const LandmarkSensor& sensor, 
   }
   log_weights_.assign(poses_.size(), 0.0);
   normalise();
-  estimate_ = start;
+  begin_pending();
 }
 
 Pose2 PoseParticles::draw_from(const PoseEstimate& belief) {
@@ -71,16 +90,45 @@ Pose2 PoseParticles::draw_from(const PoseEstimate& belief) {
 }
 
 PoseEstimate PoseParticles::predicted(std::size_t particle) const {
-  PoseEstimate still;
-  still.pose = poses_[particle];
-  return moved(still, pending_);
+  const PredictedMotion motion = pending_.prediction();
+  PoseEstimate belief;
+  belief.pose = poses_[particle] * motion.mean *
+                exp(Twist2::from(motion.by_systematic * systematic_[particle] + motion.offset));
+  belief.covariance = world_covariance({belief.pose, pending_.covariance()});
+  if (pending_.systematic() == 0) return belief;
+  belief.systematic = pending_.systematic_of(systematic_[particle]);
+  belief.systematic_covariance = pending_.systematic_covariance();
+  belief.with_systematic = world_from_body_axes(belief.pose) * pending_.with_systematic();
+  return belief;
+}
+
+/// Eq. 10b: particles that have come where they are with another bias are less likely.
+void PoseParticles::read_bias(const BiasReading& reading) {
+  if (pending_.systematic() == 0) return;
+  for (std::size_t i = 0; i < poses_.size(); ++i)
+    log_weights_[i] += pending_.log_likelihood(reading, systematic_[i]);
+  pending_.read(reading);
+  normalise();
+  trundle::read_bias(reading, estimate_);
+}
+
+/// Eq. 51a: what is known of the systematic errors of a robot that is at a particle's pose. Were it what the
+/// particle's own past says, particles of one ancestor would be as sure of it as that one was, and the set
+/// would forget the others: what does not change has to be carried by all of them together.
+void PoseParticles::begin_pending() {
+  systematic_.assign(poses_.size(), Systematic(pending_.systematic()));
+  if (pending_.systematic() == 0) return pending_.drawn(Systematic(0));
+  const auto by_pose = systematic_by_pose(estimate_);
+  for (std::size_t i = 0; i < poses_.size(); ++i)
+    systematic_[i] = estimate_.systematic + by_pose * difference(estimate_.pose, poses_[i]);
+  pending_ = PendingMotion(estimate_.systematic, given_pose(estimate_));
 }
 
 const MapStepReport& PoseParticles::step(const Motion& motion, std::span<const Observation> observations,
                                          std::span<const double> news) {
   report_.observations.assign(observations.size(), {});
   report_.against = report_.news_against = 0.0;
-  pending_ = pending_ * motion;
+  pending_.add(motion);
   const bool any = std::ranges::any_of(observations, [&](const Observation& o) {
     return is_valid(o) && (o.landmark == kUnknownLandmark || map_->has(o.landmark));
   });
@@ -89,22 +137,24 @@ const MapStepReport& PoseParticles::step(const Motion& motion, std::span<const O
     return report_;
   }
   std::vector<PoseEstimate> beliefs;
+  std::vector<Pose2> drawn;
   double all = 0.0;
   double news_of_all = 0.0;
   for (std::size_t i = 0; i < poses_.size(); ++i) {
     beliefs.push_back(predicted(i));
     const Fitting here = improve(beliefs[i], observations, news, i == 0);
-    poses_[i] = draw_from(beliefs[i]);
+    drawn.push_back(draw_from(beliefs[i]));
     all += weights_[i] * std::exp(std::min(here.log_all, 700.0));
     news_of_all += weights_[i] * std::exp(std::min(here.log_news, 700.0));
     log_weights_[i] += here.log_all;
   }
   report_.against = -std::log(std::max(all, std::numeric_limits<double>::min()));
   report_.news_against = -std::log(std::max(news_of_all, std::numeric_limits<double>::min()));
+  poses_ = std::move(drawn);
   normalise();
   mix(beliefs);
-  pending_ = {};
   if (effective_particles() < options_.resample_below * static_cast<double>(poses_.size())) resample();
+  begin_pending();
   return report_;
 }
 
@@ -137,6 +187,14 @@ PoseParticles::Fitting PoseParticles::improve(PoseEstimate& belief, std::span<co
         const Matrix2& L = sight.expected.by_landmark;
         const Matrix2 W = L * (*map_)[landmarks[k]].covariance * L.transpose() + reading_covariance(sensor_);
         const Matrix3 A = Matrix3::Identity() - K * sight.expected.by_pose;
+        if (belief.systematic.size() > 0) {
+          const Matrix23& G = sight.expected.by_pose;
+          const Eigen::Matrix<double, Eigen::Dynamic, 2, 0, kMostSystematic, 2> gain =
+              belief.with_systematic.transpose() * G.transpose() * sight.S.inverse();
+          belief.systematic += gain * sight.innovation;
+          belief.systematic_covariance -= gain * G * belief.with_systematic;
+          belief.with_systematic = (A * belief.with_systematic).eval();
+        }
         belief.covariance = A * belief.covariance * A.transpose() + K * W * K.transpose();
       }
     }
@@ -211,9 +269,21 @@ void PoseParticles::mix(std::span<const PoseEstimate> beliefs) {
   for (std::size_t i = 0; i < beliefs.size(); ++i) mean += weights_[i] * apart_of(beliefs[i]);
   estimate_.pose = {about.x + mean.x(), about.y + mean.y(), about.heading + mean.z()};
   estimate_.covariance.setZero();
+  const Eigen::Index n = pending_.systematic();
+  estimate_.systematic = Systematic::Zero(n);
+  estimate_.systematic_covariance = SystematicCovariance::Zero(n, n);
+  estimate_.with_systematic = BySystematic::Zero(3, n);
+  if (n > 0)
+    for (std::size_t i = 0; i < beliefs.size(); ++i)
+      estimate_.systematic += weights_[i] * beliefs[i].systematic;
   for (std::size_t i = 0; i < beliefs.size(); ++i) {
     const Vector3 apart = apart_of(beliefs[i]) - mean;
     estimate_.covariance += weights_[i] * (beliefs[i].covariance + apart * apart.transpose());
+    if (n == 0) continue;
+    const Systematic unlike = beliefs[i].systematic - estimate_.systematic;
+    estimate_.systematic_covariance +=
+        weights_[i] * (beliefs[i].systematic_covariance + unlike * unlike.transpose());
+    estimate_.with_systematic += weights_[i] * (beliefs[i].with_systematic + apart * unlike.transpose());
   }
 }
 

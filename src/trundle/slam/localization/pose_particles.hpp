@@ -6,6 +6,7 @@
 #include "trundle/simulation/random.hpp"
 #include "trundle/slam/localization/global_search.hpp"
 #include "trundle/slam/localization/pose_ekf.hpp"
+#include "trundle/slam/pending_motion.hpp"
 
 namespace trundle {
 
@@ -40,6 +41,9 @@ class PoseParticles {
   const MapStepReport& step(const Motion& motion, std::span<const Observation> observations,
                             std::span<const double> news);
 
+  /// What the gyro reads at rest, after a step.
+  void read_bias(const BiasReading& reading);
+
   /// Mean and covariance of the Gaussians that the particles were drawn from, by their weights.
   const PoseEstimate& estimate() const { return estimate_; }
   std::span<const Pose2> poses() const { return poses_; }
@@ -48,8 +52,8 @@ class PoseParticles {
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.random_, self.poses_, self.log_weights_, self.weights_, self.pending_, self.estimate_,
-            self.report_);
+    archive(self.random_, self.poses_, self.systematic_, self.log_weights_, self.weights_, self.pending_,
+            self.estimate_, self.report_);
   }
 
  private:
@@ -61,6 +65,7 @@ class PoseParticles {
   };
   Fitting improve(PoseEstimate& belief, std::span<const Observation> observations,
                   std::span<const double> news, bool reports);
+  void begin_pending();
   void mix(std::span<const PoseEstimate> beliefs);
   void normalise();
   void resample();
@@ -72,9 +77,10 @@ class PoseParticles {
   PoseParticlesOptions options_;
   Random random_;
   std::vector<Pose2> poses_;
+  std::vector<Systematic> systematic_;  ///< mean of each, given its pose, when that was drawn
   std::vector<double> log_weights_;
   std::vector<double> weights_;
-  Motion pending_;  ///< since the poses were drawn
+  PendingMotion pending_;  ///< since the poses were drawn
   PoseEstimate estimate_;
   MapStepReport report_;
 };

@@ -21,10 +21,15 @@ void Rivals::add(Rival rival) {
   sort();
 }
 
-void Rivals::admit(std::span<const PoseHypothesis> hypotheses, double log_prior) {
+void Rivals::read_bias(const BiasReading& reading) {
+  for (Rival& rival : rivals_) rival.filter.read_bias(reading);
+}
+
+void Rivals::admit(std::span<const PoseHypothesis> hypotheses, double log_prior,
+                   const PoseEstimate& odometry) {
   for (const PoseHypothesis& hypothesis : hypotheses)
-    rivals_.push_back(
-        {PoseEkf(*map_, sensor_, hypothesis.pose, options_), log_prior + hypothesis.log_odds, 0.0});
+    rivals_.push_back({PoseEkf(*map_, sensor_, with_systematic(hypothesis.pose, odometry), options_),
+                       log_prior + hypothesis.log_odds, 0.0});
   sort();
 }
 

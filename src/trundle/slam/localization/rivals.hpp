@@ -24,8 +24,9 @@ class Rivals {
   Rivals(const KnownMap& map, const LandmarkSensor& sensor, const MapSightOptions& options);
 
   void step(const Motion& motion, std::span<const Observation> observations, std::span<const double> news);
-  /// What explains the last sightings, and nobody is there yet.
-  void admit(std::span<const PoseHypothesis> hypotheses, double log_prior);
+  void read_bias(const BiasReading& reading);
+  /// What explains the last sightings, and nobody is there yet; `odometry` tells of its systematic errors.
+  void admit(std::span<const PoseHypothesis> hypotheses, double log_prior, const PoseEstimate& odometry);
   void add(Rival rival);
   /// Takes the most probable one out of them.
   Rival take_first();

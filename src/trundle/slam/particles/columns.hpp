@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "trundle/geometry/pose2.hpp"
+#include "trundle/slam/motion.hpp"
 #include "trundle/slam/particles/particle_landmark.hpp"
 
 namespace trundle {
@@ -62,6 +62,34 @@ class TripleColumns {
 
  private:
   std::array<Column<double>, 3> columns_;
+};
+
+/// The systematic errors of every particle: as many columns as there are.
+class SystematicColumns {
+ public:
+  SystematicColumns(std::size_t particles, Eigen::Index count)
+      : columns_(static_cast<std::size_t>(count), Column<double>(padded(particles))) {}
+  Eigen::Index count() const { return static_cast<Eigen::Index>(columns_.size()); }
+  const double* operator[](std::size_t k) const { return columns_[k].data(); }
+  Systematic at(std::size_t particle) const {
+    Systematic s(count());
+    for (std::size_t k = 0; k < columns_.size(); ++k) s[static_cast<Eigen::Index>(k)] = columns_[k][particle];
+    return s;
+  }
+  void set(std::size_t particle, const Systematic& s) {
+    for (std::size_t k = 0; k < columns_.size(); ++k) columns_[k][particle] = s[static_cast<Eigen::Index>(k)];
+  }
+  /// As TripleColumns::permute.
+  void permute(std::span<const std::uint32_t> parents, Column<double>& spare);
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    for (auto& column : self.columns_) archive(column);
+  }
+
+ private:
+  std::vector<Column<double>> columns_;
 };
 
 /// A pose of every particle: columns x, y, heading.

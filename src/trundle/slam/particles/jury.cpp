@@ -7,10 +7,10 @@
 
 namespace trundle {
 
-Jury::Jury(std::size_t particles, Precision precision)
+Jury::Jury(std::size_t particles, Precision precision, Eigen::Index systematic)
     : particles_(particles),
       poses_(kSeats),
-      systematic_(kSeats),
+      systematic_(kSeats, systematic),
       predicted_(kSeats),
       still_(kSeats),
       sensors_(kSeats),

@@ -2,6 +2,7 @@
 
 #include "trundle/slam/particles/landmark_kernels.hpp"
 #include "trundle/slam/particles/particle_map.hpp"
+#include "trundle/slam/pending_motion.hpp"
 
 namespace trundle {
 
@@ -10,13 +11,14 @@ namespace trundle {
 /// before the others have moved or inherited anything.
 class Jury {
  public:
-  Jury(std::size_t particles, Precision precision);
+  /// `systematic`: so many errors a particle has.
+  Jury(std::size_t particles, Precision precision, Eigen::Index systematic);
 
   /// Poses and weights are those before the step; `predicted_covariance`: of the body's twist after it.
   struct Case {
     const PoseColumns& poses;
-    const TripleColumns& systematic;
-    const Motion& motion;
+    const SystematicColumns& systematic;
+    PredictedMotion motion;
     const Column<double>& weights;
     std::size_t reporter;
     Matrix3 predicted_covariance;
@@ -55,7 +57,7 @@ class Jury {
   std::vector<std::size_t> jurors_;
   std::vector<double> votes_;
   PoseColumns poses_;
-  TripleColumns systematic_;
+  SystematicColumns systematic_;
   PoseColumns predicted_;
   TripleColumns still_;  ///< no noise
   SensorColumns sensors_;

@@ -196,10 +196,26 @@ HWY_INLINE Arc moved(const WidePose& pose, const WideTwist& twist) {
           {middle.sin * half.cos + middle.cos * half.sin, middle.cos * half.cos - middle.sin * half.sin}};
 }
 
+/// S s + offset of each particle.
+HWY_INLINE WideTwist systematic_twist(const PredictedMotion& motion, const SystematicColumns& systematic,
+                                      std::size_t i) {
+  const Tag<double> d;
+  const Vector3& offset = motion.offset;
+  WideTwist twist{lanes<double>(offset[0]), lanes<double>(offset[1]), lanes<double>(offset[2])};
+  for (Eigen::Index k = 0; k < motion.by_systematic.cols(); ++k) {
+    const Wide s = hn::Load(d, systematic[static_cast<std::size_t>(k)] + i);
+    const auto by = motion.by_systematic.col(k);
+    twist.dx = twist.dx + lanes<double>(by[0]) * s;
+    twist.dy = twist.dy + lanes<double>(by[1]) * s;
+    twist.turn = twist.turn + lanes<double>(by[2]) * s;
+  }
+  return twist;
+}
+
 // Eq. 9.
-void predict_all(const PoseColumns& poses, const TripleColumns& systematic, const Motion& motion,
+void predict_all(const PoseColumns& poses, const SystematicColumns& systematic, const PredictedMotion& motion,
                  ParticleRange range, PoseColumns& predicted) {
-  const bool has_systematic = !motion.by_systematic.isZero(0.0);
+  const bool has_systematic = !motion.by_systematic.isZero(0.0) || !motion.offset.isZero(0.0);
   for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<double>())) {
     WidePose pose = load_pose(poses, i);
     const LaneSinCos<double> at = sin_cos<double>(pose.heading);
@@ -207,7 +223,7 @@ void predict_all(const PoseColumns& poses, const TripleColumns& systematic, cons
     const Wide dy = lanes<double>(motion.mean.y);
     pose = {pose.x + (at.cos * dx - at.sin * dy), pose.y + (at.sin * dx + at.cos * dy),
             pose.heading + lanes<double>(motion.mean.heading)};
-    if (has_systematic) pose = moved(pose, times(motion.by_systematic, systematic, i)).end;
+    if (has_systematic) pose = moved(pose, systematic_twist(motion, systematic, i)).end;
     store_pose(pose, predicted, i);
   }
 }
@@ -301,7 +317,7 @@ std::array<std::uint32_t, 4> threefry(const std::array<std::uint32_t, 4>& counte
   return words;
 }
 
-void predict(const PoseColumns& poses, const TripleColumns& systematic, const Motion& motion,
+void predict(const PoseColumns& poses, const SystematicColumns& systematic, const PredictedMotion& motion,
              ParticleRange range, PoseColumns& predicted) {
   HWY_DYNAMIC_DISPATCH(predict_all)(poses, systematic, motion, range, predicted);
 }

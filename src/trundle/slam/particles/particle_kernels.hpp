@@ -3,8 +3,8 @@
 #include <array>
 #include <cstdint>
 
-#include "trundle/slam/motion.hpp"
 #include "trundle/slam/particles/columns.hpp"
+#include "trundle/slam/pending_motion.hpp"
 
 namespace trundle {
 
@@ -28,8 +28,8 @@ void draw_chances(const Draw& draw, ParticleRange range, std::array<TripleColumn
 std::array<std::uint32_t, 4> threefry(const std::array<std::uint32_t, 4>& counter,
                                       const std::array<std::uint32_t, 4>& key);
 
-/// predicted = pose · M · exp(S s), each particle with its own s. docs/slam.md, eq. 9.
-void predict(const PoseColumns& poses, const TripleColumns& systematic, const Motion& motion,
+/// predicted = pose · M · exp(S s + offset), each particle with its own s. docs/slam.md, eq. 9.
+void predict(const PoseColumns& poses, const SystematicColumns& systematic, const PredictedMotion& motion,
              ParticleRange range, PoseColumns& predicted);
 
 /// pose = predicted · exp(L n), L lower triangular, and the sensor there, from sensors.origin.

@@ -86,13 +86,13 @@ std::vector<Pose2> ParticlePaths::path_of(const Query& query, const Ancestry& an
   path.reserve(steps_.size());
   Pose2 before = query.start;
   const auto append = [&](const Motion& motion, const Vector3& error) {
-    path.push_back(before * motion.mean * exp(Twist2::from(motion.by_systematic * s + error)));
+    path.push_back(before * motion.mean * exp(Twist2::from(motion.by_first(s.size()) * s + error)));
   };
   for (const Pose2& station : stations_of(query.particle, ancestry)) {
     std::size_t last = path.size();
     while (!steps_[last].is_station) ++last;
     const Motion& all = steps_[last].since_station;
-    const Vector3 error = log((before * all.mean).inverse() * station).vector() - all.by_systematic * s;
+    const Vector3 error = log((before * all.mean).inverse() * station).vector() - all.by_first(s.size()) * s;
     const Vector3 share = all.covariance.ldlt().solve(error);
     while (path.size() < last) {
       const Motion& motion = steps_[path.size()].since_station;

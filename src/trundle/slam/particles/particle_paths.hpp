@@ -30,7 +30,7 @@ class ParticlePaths {
   struct Query {
     Ancestry::Index particle = 0;
     Pose2 start = {};
-    Systematic systematic = Systematic::Zero();
+    Systematic systematic = {};
   };
   std::vector<Pose2> path_of(const Query& query, const Ancestry& ancestry) const;
   /// How many of the particles at the station so many before the last have descendants; 1: all are of one.

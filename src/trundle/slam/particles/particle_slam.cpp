@@ -40,11 +40,11 @@ ParticleSlam::ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptio
       spare_(padded(options.particles)),
       ancestry_(options.particles),
       map_(options.particles, options.map_precision, options.first_nameless),
-      jury_(options.particles, options.map_precision),
+      jury_(options.particles, options.map_precision, options.prior.systematic_sigma.size()),
       association_(sensor, {options.particles, options.map_precision}),
       swarm_(is_by_swarm(options.proposal) ? options.particles : 0),
-      systematic_(options.particles),
-      systematic_covariance_(options.prior.systematic_sigma.cwiseAbs2().asDiagonal()) {
+      systematic_(options.particles, options.prior.systematic_sigma.size()),
+      pending_(options.prior.systematic_sigma) {
   if (options.particles == 0) throw InputError("particle filter", "has 0 particles", "at least 1");
   const Pose2& start = options.prior.start;
   for (std::size_t i = 0; i < all().last; ++i) predicted_.set(i, start);
@@ -64,7 +64,7 @@ const StepReport& ParticleSlam::step(const Motion& motion, std::span<const Obser
   note_returns();
   distrust_few();
   if (seen_.empty() && open_.empty() && !association_.sees_something()) {
-    if (options_.keep_paths) paths_.coast(pending_);
+    if (options_.keep_paths) paths_.coast(since_drawn_);
     watch_for_loop(observations);
     return report_;
   }
@@ -72,8 +72,9 @@ const StepReport& ParticleSlam::step(const Motion& motion, std::span<const Obser
   learn_systematic();
   settle(observations);
   normalise();
-  if (options_.keep_paths) paths_.arrive(pending_, poses(), ancestry_, drift_);
-  pending_ = {};
+  if (options_.keep_paths) paths_.arrive(since_drawn_, poses(), ancestry_, drift_);
+  since_drawn_ = {};
+  begin_pending();
   const double limit = options_.resample_below * static_cast<double>(options_.particles);
   if (report_.effective_particles < limit) resample();
   watch_for_loop(observations);
@@ -82,8 +83,9 @@ const StepReport& ParticleSlam::step(const Motion& motion, std::span<const Obser
 
 /// What the odometry may have erred by adds up: A of eq. 66. All particles are near the first.
 void ParticleSlam::drive(const Motion& motion) {
-  pending_ = pending_ * motion;
-  const Pose2 here = poses_.at(0) * pending_.mean;
+  pending_.add(motion);
+  since_drawn_ = since_drawn_ * motion;
+  const Pose2 here = poses_.at(0) * since_drawn_.mean;
   drift_ = drift_.about(here.translation());
   drift_.covariance += world_covariance({here, motion.covariance});
 }
@@ -105,14 +107,8 @@ void ParticleSlam::recognise(std::span<const Observation> observations) {
   reject_outliers();
 }
 
-/// Of the error of a particle's prediction: noise, and what is not known of the systematic errors. Eq. 9.
-Matrix3 ParticleSlam::predicted_covariance() const {
-  const Matrix3& S = pending_.by_systematic;
-  return pending_.covariance + S * systematic_covariance_ * S.transpose();
-}
-
 void ParticleSlam::convene() {
-  jury_.meet({poses_, systematic_, pending_, weights_, best_particle(), predicted_covariance(),
+  jury_.meet({poses_, systematic_, pending_.prediction(), weights_, best_particle(), predicted_covariance(),
               sensor_.body_from_sensor});
 }
 
@@ -129,7 +125,7 @@ void ParticleSlam::reject_outliers() {
 
 /// Predictions, the landmarks that will be needed, and random numbers, up to this step.
 void ParticleSlam::bring_up(const Draw& draw, ParticleRange range) {
-  predict(poses_, systematic_, pending_, range, predicted_);
+  predict(poses_, systematic_, pending_.prediction(), range, predicted_);
   map_.inherit(range);
   draw_normals(draw, range, n_);
 }
@@ -161,7 +157,7 @@ void ParticleSlam::move_and_weigh() {
   const Placement placement{semidefinite_root(predicted_covariance()), sensor_.body_from_sensor};
   const Draw draw = next_draw();
   const Draw second_draw = next_draw();
-  predict(poses_, systematic_, pending_, {0, kParticleLanes}, predicted_);
+  predict(poses_, systematic_, pending_.prediction(), {0, kParticleLanes}, predicted_);
   sensors_.origin = predicted_.at(0).translation();
   readings_.clear();
   for (const Seen& s : seen_) {
@@ -201,15 +197,27 @@ void ParticleSlam::draw_near_sightings(const Placement& placement, ParticleRange
 /// A Kalman filter for each particle, given its path: the drawn pose is a measurement of S s, whose error
 /// against the prediction is L n. Eq. 10.
 void ParticleSlam::learn_systematic() {
-  if (systematic_covariance_.isZero(0.0)) return;
-  const Matrix3 all = predicted_covariance();
-  const Matrix3 SP = pending_.by_systematic * systematic_covariance_;
-  const Matrix3 gain = Eigen::LDLT<Matrix3>(all).solve(SP).transpose();
-  const Matrix3 by_n = gain * semidefinite_root(all);
+  if (pending_.systematic() == 0) return;
+  const auto by_n = (pending_.gain() * semidefinite_root(predicted_covariance())).eval();
   for (std::size_t i = 0; i < options_.particles; ++i)
-    systematic_.set(i, systematic_.at(i) + by_n * n_.at(i));
-  systematic_covariance_ -= gain * SP;
-  systematic_covariance_ = (0.5 * (systematic_covariance_ + systematic_covariance_.transpose())).eval();
+    systematic_.set(i, pending_.systematic_of(systematic_.at(i)) + by_n * n_.at(i));
+}
+
+/// Poses have been drawn and weighted.
+void ParticleSlam::begin_pending() {
+  Systematic mean = Systematic::Zero(pending_.systematic());
+  if (pending_.systematic() > 0)
+    for (std::size_t i = 0; i < options_.particles; ++i) mean += weights_[i] * systematic_.at(i);
+  pending_.drawn(mean);
+}
+
+/// Particles that have come where they are with another bias are less likely. Eq. 10b.
+void ParticleSlam::read_bias(const BiasReading& reading) {
+  if (pending_.systematic() == 0) return;
+  for (std::size_t i = 0; i < options_.particles; ++i)
+    log_weights_[i] += pending_.log_likelihood(reading, systematic_.at(i));
+  pending_.read(reading);
+  normalise();
 }
 
 /// Sightings without names find their way back into the map; then come the landmarks that are new.
@@ -252,7 +260,8 @@ void ParticleSlam::normalise() {
     std::fill_n(log_weights_.begin(), options_.particles, 0.0);
     report_.effective_particles = effective();
   }
-  report_.greatest_weight = weights_[best_particle()];
+  leading_ = best_particle();
+  report_.greatest_weight = weights_[leading_];
 }
 
 /// Systematic: one random number, and as many children for each as its weight says, to within one. Child i
@@ -275,13 +284,14 @@ void ParticleSlam::resample() {
   Ancestry::Index last = 0;
   for (Ancestry::Index& parent : parents) parent = last = std::max(last, parent);
   poses_.permute(parents, spare_);
-  if (!systematic_covariance_.isZero(0.0)) systematic_.permute(parents, spare_);
+  if (pending_.systematic() > 0) systematic_.permute(parents, spare_);
   kinship_.hold(ancestry_);
   ancestry_.resample_families(first_child_);
   if (options_.keep_paths) paths_.resampled(ancestry_);
   std::fill_n(log_weights_.begin(), count, 0.0);
   std::fill_n(weights_.begin(), count, 1.0 / static_cast<double>(count));
   report_.resampled = true;
+  leading_ = first_child_[leading_];
   keep_doubt();
 }
 

@@ -25,6 +25,12 @@ enum class Proposal {
   swarm_gaussian,  ///< from a Gaussian at the swarm's optimum, weighted for it
 };
 
+/// What a filter gives for its pose.
+enum class PointEstimate {
+  mean,  ///< of all particles, by their weights
+  best,  ///< the particle of greatest weight
+};
+
 /// Of Random: which of its streams resampling draws from.
 inline constexpr std::uint64_t kResamplingStream = 1;
 
@@ -39,6 +45,7 @@ struct ParticleSlamOptions {
   Precision map_precision = Precision::float32;
   std::size_t threads = 1;  ///< results do not depend on it
   SwarmOptions swarm = {};
+  PointEstimate estimate = PointEstimate::mean;
   LandmarkId first_nameless = 0;  ///< landmarks without names are numbered from here on: above all names
 };
 
@@ -51,9 +58,12 @@ class ParticleSlam {
   ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptions& options);
 
   const StepReport& step(const Motion& motion, std::span<const Observation> observations);
+  /// What the gyro reads at rest, after a step.
+  void read_bias(const BiasReading& reading);
 
-  /// Weighted mean of the particles where the motion since they were last drawn has brought them, and the
-  /// covariance of both, with what resampling has made them forget.
+  /// The particles' mean or best where the motion since they were last drawn has brought them, and the
+  /// covariance about it of both, with what resampling has made them forget. The best is that before a
+  /// resampling.
   PoseEstimate estimate() const;
   std::size_t landmarks() const { return map_.landmarks(); }
   /// Over all particles. The covariance is of what they differ in, or have forgotten, and what each is unsure
@@ -82,8 +92,8 @@ class ParticleSlam {
   static void persist(Archive& archive, Self& self) {
     archive(self.draws_, self.resampling_, self.poses_, self.sensors_, self.log_weights_, self.weights_,
             self.ancestry_, self.map_, self.association_, self.paths_, self.kinship_, self.forgotten_,
-            self.systematic_, self.systematic_covariance_, self.pending_, self.report_, self.loop_,
-            self.drift_);
+            self.systematic_, self.pending_, self.since_drawn_, self.report_, self.loop_, self.drift_,
+            self.leading_);
   }
 
  private:
@@ -102,7 +112,8 @@ class ParticleSlam {
   };
 
   void recognise(std::span<const Observation> observations);
-  Matrix3 predicted_covariance() const;
+  /// Of the error of a particle's prediction: noise, and what is not known of the systematic errors. Eq. 9.
+  const Matrix3& predicted_covariance() const { return pending_.covariance(); }
   void convene();
   void reject_outliers();
   void note_returns();
@@ -112,11 +123,15 @@ class ParticleSlam {
   void move_and_weigh();
   void draw_near_sightings(const Placement& placement, ParticleRange range);
   void learn_systematic();
+  void begin_pending();
   void settle(std::span<const Observation> observations);
   void add_landmark(const Observation& observation, std::size_t index);
   void normalise();
   void resample();
   void keep_doubt();
+  void keep_systematic(double share_lost);
+  PoseEstimate mean_estimate() const;
+  void add_systematic(PoseEstimate& estimate) const;
   void drive(const Motion& motion);
   PieceOfMap present_piece(const Pose2& here) const;
   SeenAgain seen_again(LandmarkId landmark, const Observation& observation, const Pose2& from) const;
@@ -152,15 +167,16 @@ class ParticleSlam {
   LoopClosing loop_;
   MapDoubt drift_;  ///< what the odometry may have erred by since the start
   Swarm swarm_;
-  TripleColumns systematic_;            ///< each particle's mean, given its path
-  Matrix3 systematic_covariance_;       ///< the same for all: paths differ in where they went, not in how
-  Motion pending_;                      ///< since the poses were drawn
+  SystematicColumns systematic_;        ///< each particle's mean, given its path, when its pose was drawn
+  PendingMotion pending_;               ///< since then
+  Motion since_drawn_;                  ///< the same, whatever the systematic errors: for its path
   std::vector<Seen> seen_;              ///< in this step, of landmarks in the map
   std::vector<Returned> returned_;      ///< of those
   std::vector<KnownReading> readings_;  ///< of those seen
   NearReadings near_;                   ///< the same
   std::vector<std::size_t> open_;       ///< valid observations of this step that show none of them
   StepReport report_;
+  std::size_t leading_ = 0;  ///< the best particle, or its first child after a resampling
 };
 
 }  // namespace trundle

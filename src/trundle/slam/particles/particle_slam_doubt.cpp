@@ -20,10 +20,26 @@ bool is_less(const MapDoubt& one, const MapDoubt& other, const Pose2& pose) {
 
 }  // namespace
 
-/// Headings are averaged as differences to the best particle's.
 PoseEstimate ParticleSlam::estimate() const {
+  PoseEstimate estimate = mean_estimate();
+  if (options_.estimate == PointEstimate::mean) return estimate;
+  PoseColumns best(1);
+  SystematicColumns systematic(1, pending_.systematic());
+  best.set(0, poses_.at(leading_));
+  systematic.set(0, systematic_.at(leading_));
+  predict(best, systematic, pending_.prediction(), {0, padded(1)}, best);
+  const Pose2 pose = best.at(0);
+  const Vector3 apart(pose.x - estimate.pose.x, pose.y - estimate.pose.y,
+                      wrap_angle(pose.heading - estimate.pose.heading));
+  estimate.pose = pose;
+  estimate.covariance += apart * apart.transpose();
+  return estimate;
+}
+
+/// Headings are averaged as differences to the best particle's.
+PoseEstimate ParticleSlam::mean_estimate() const {
   PoseColumns now(options_.particles);
-  predict(poses_, systematic_, pending_, all(), now);
+  predict(poses_, systematic_, pending_.prediction(), all(), now);
   const double heading = now.at(best_particle()).heading;
   const auto numbers_of = [&](std::size_t i) {
     const Pose2 pose = now.at(i);
@@ -34,25 +50,51 @@ PoseEstimate ParticleSlam::estimate() const {
   PoseEstimate estimate;
   estimate.pose = {mean.x(), mean.y(), mean.z()};
   estimate.covariance = world_covariance({estimate.pose, predicted_covariance()});
-  for (std::size_t i = 0; i < options_.particles; ++i) estimate.systematic += weights_[i] * systematic_.at(i);
-  estimate.systematic_covariance = systematic_covariance_;
   for (std::size_t i = 0; i < options_.particles; ++i) {
     const Vector3 apart = numbers_of(i) - mean;
     estimate.covariance += weights_[i] * apart * apart.transpose();
-    const Systematic unlike = systematic_.at(i) - estimate.systematic;
-    estimate.systematic_covariance += weights_[i] * unlike * unlike.transpose();
   }
   estimate.covariance += forgotten_.beyond_scatter(estimate.pose.translation());
+  add_systematic(estimate);
   return estimate;
+}
+
+/// Mean and covariance of the mixture, as of the poses.
+void ParticleSlam::add_systematic(PoseEstimate& estimate) const {
+  estimate.systematic = Systematic::Zero(pending_.systematic());
+  estimate.systematic_covariance = pending_.systematic_covariance();
+  if (pending_.systematic() == 0) return;
+  const auto of = [&](std::size_t i) { return pending_.systematic_of(systematic_.at(i)); };
+  for (std::size_t i = 0; i < options_.particles; ++i) estimate.systematic += weights_[i] * of(i);
+  for (std::size_t i = 0; i < options_.particles; ++i) {
+    const Systematic apart = of(i) - estimate.systematic;
+    estimate.systematic_covariance += weights_[i] * apart * apart.transpose();
+  }
 }
 
 MappedLandmark ParticleSlam::landmark(std::size_t index) const {
   return map_.mixture(static_cast<LandmarkId>(index), weights_, ancestry_, forgotten_);
 }
 
+/// Eq. 61a: what particles differed in of their systematic errors is lost with their ancestors too, and their
+/// mean has wandered off by as much. It becomes what each of them does not know.
+void ParticleSlam::keep_systematic(double share_lost) {
+  if (pending_.systematic() == 0 || share_lost <= 0.0 || share_lost >= 1.0) return;
+  const auto count = static_cast<double>(options_.particles);
+  Systematic mean = Systematic::Zero(pending_.systematic());
+  for (std::size_t i = 0; i < options_.particles; ++i) mean += systematic_.at(i) / count;
+  SystematicCovariance scatter = SystematicCovariance::Zero(mean.size(), mean.size());
+  for (std::size_t i = 0; i < options_.particles; ++i) {
+    const Systematic apart = systematic_.at(i) - mean;
+    scatter += apart * apart.transpose() / count;
+  }
+  pending_.widen(2.0 * share_lost / (1.0 - share_lost) * scatter);
+}
+
 /// Eq. 61, after a resampling.
 void ParticleSlam::keep_doubt() {
   const double share = kinship_.share_lost(ancestry_);
+  keep_systematic(share);
   std::vector<LandmarkId> in_view;
   std::vector<std::vector<Vector2>> places;
   for (const ObservationReport& seen : report_.observations) {
@@ -96,7 +138,7 @@ void ParticleSlam::distrust_few() {
   const auto rejected =
       std::ranges::count(report_.observations, Decision::rejected, &ObservationReport::decision);
   if (seen_.empty() || rejected <= kRejectedForEach * std::ssize(seen_)) return;
-  const Pose2 here = poses_.at(best_particle()) * pending_.mean;
+  const Pose2 here = poses_.at(best_particle()) * pending_.prediction().mean;
   forgotten_.keep({here.translation(), 0.5 * world_covariance({here, predicted_covariance()})});
 }
 
@@ -124,7 +166,7 @@ void ParticleSlam::watch_for_loop(std::span<const Observation> observations) {
     if (decision != Decision::rejected) {
       map_.set_seen_in(landmark, {forgotten_.whole(), drift_, loop_.station()});
     } else if (loop_.is_old(map_.seen_in(landmark))) {
-      if (!here) here = estimate();
+      if (!here) here = mean_estimate();
       SeenAgain again = seen_again(landmark, observations[i], here->pose);
       const ParticleMap::Mean mapped = map_.mean(landmark, weights_, ancestry_);
       again.mapped = mapped.position;
@@ -145,7 +187,7 @@ void ParticleSlam::watch_for_loop(std::span<const Observation> observations) {
 /// surest of theirs. The most probable particle will do for the robot.
 void ParticleSlam::recall(std::span<const Observation> observations) {
   if (returned_.empty()) return;
-  const Pose2 here = poses_.at(best_particle()) * pending_.mean;
+  const Pose2 here = poses_.at(best_particle()) * pending_.prediction().mean;
   const PieceOfMap now = present_piece(here);
   std::vector<SeenAgain> back;
   for (const Returned& r : returned_) {
@@ -168,7 +210,7 @@ void ParticleSlam::recall(std::span<const Observation> observations) {
 /// Eq. 65: every particle's present piece comes to lie where the sightings say, within what they leave open.
 /// What particles have in common with it follows, those of old for whom has descended from them: eq. 66.
 void ParticleSlam::bend(const MapBend& bend, const Pose2& here) {
-  predict(poses_, systematic_, pending_, all(), predicted_);
+  predict(poses_, systematic_, pending_.prediction(), all(), predicted_);
   draw_normals(next_draw(), all(), n_);
   const Matrix3 L = semidefinite_root(bend.move().covariance);
   std::vector<Vector3> twists;

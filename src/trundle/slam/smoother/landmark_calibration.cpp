@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
+#include "trundle/calibration/chassis_likelihood.hpp"
 #include "trundle/calibration/conclusion.hpp"
 #include "trundle/calibration/defaults.hpp"
 #include "trundle/io/error.hpp"
@@ -27,10 +28,13 @@ constexpr double kSameRobot = 0.1;
 constexpr double kRounding = 1e-10;
 // Sightings or odometry scatter by so much more, or less, than their sigmas that a person should know.
 constexpr double kScattersMore = 1.5;
+// A window of readings whose contradiction chance makes once in 10⁶ is slip.
+constexpr double kContradictionGate = 30.0;
 
 /// A recording as it was understood.
 struct Seen {
   const Recording& recording;
+  Run run;  ///< its readings
   bool has_nameless = false;
   ShownObservations observations;  ///< by step
   Trajectory path;
@@ -40,20 +44,23 @@ struct Seen {
 
 /// Landmarks without names are told apart by the filter, and once more by who knows the whole path.
 Seen seen_in(const Recording& recording, const Robot& robot) {
-  const SlamInput input = slam_input(recording, robot);
+  AlignedReadings readings = align(recording, robot);
+  const SlamInput input = slam_input(recording, readings, robot, {.shares = true});
+  Run run = prepare_run(recording, robot, std::move(readings));
   const bool has_nameless = input.has_nameless();
   const SlamResult filtered = slam(input, *robot.landmark_sensor,
                                    {.method = SlamMethod::ekf,
-                                    .prior = {.systematic_sigma = kUsualSystematicSigma},
+                                    .prior = {.systematic_sigma = input.systematic.sigma(kUsualShareSigma)},
                                     .first_nameless = input.first_nameless()});
   if (!has_nameless || filtered.map.empty())
-    return {recording, has_nameless, shown_observations(input, filtered), filtered.online};
+    return {recording, std::move(run), has_nameless, shown_observations(input, filtered), filtered.online};
   SmoothedSlam smoothed = smooth(input, *robot.landmark_sensor, filtered);
-  return {recording, has_nameless, std::move(smoothed.shown), std::move(smoothed.trajectory)};
+  return {recording, std::move(run), has_nameless, std::move(smoothed.shown), std::move(smoothed.trajectory)};
 }
 
 /// Parameters are sought as `robot` + columns · q, q about 0 with `information`.
 struct Sought {
+  const Robot* nominal = nullptr;
   std::span<const Parameter> parameters;
   Eigen::MatrixXd columns;
   Eigen::VectorXd information;
@@ -78,11 +85,25 @@ TrackInput track_input(const Seen& seen, const Robot& robot, const Sought& sough
   return track;
 }
 
+/// What wheels and gyro say of each other: with a gyro the motion hardly depends on the track, and what no
+/// motion explains shows it.
+Information redundancy_of(std::span<const Seen> all, const Robot& robot, const Sought& sought) {
+  const auto n = static_cast<Eigen::Index>(sought.parameters.size());
+  Information sum = Information::zero(n);
+  for (const Seen& seen : all)
+    for (const Information& piece : chassis_likelihood(seen.run, robot, *sought.nominal, sought.parameters,
+                                                       {.gate = kContradictionGate}))
+      sum.add(piece);
+  const Eigen::MatrixXd& C = sought.columns;
+  return {C.transpose() * sum.matrix * C, C.transpose() * sum.gradient, sum.chi2, sum.count};
+}
+
 Posed posed(std::span<const Seen> all, const Robot& robot, const Sought& sought) {
   Posed posed{{.sensor = *robot.landmark_sensor,
                .motions = {},
                .sightings = {},
                .parameter_information = sought.information,
+               .parameter_evidence = redundancy_of(all, robot, sought),
                .gate = kDefaultGate},
               {}};
   for (const Seen& seen : all) posed.tracks.emplace_back(track_input(seen, robot, sought), posed.problem);
@@ -130,7 +151,8 @@ Approach approach(std::span<const Seen> all, const Robot& nominal, std::span<con
   Eigen::VectorXd scale(n);
   for (Eigen::Index j = 0; j < n; ++j)
     scale[j] = prior_sigma(parameters[static_cast<std::size_t>(j)], nominal);
-  const Posed start = posed(all, nominal, {parameters, scale.asDiagonal(), Eigen::VectorXd::Ones(n)});
+  const Posed start =
+      posed(all, nominal, {&nominal, parameters, scale.asDiagonal(), Eigen::VectorXd::Ones(n)});
   if (start.problem.sightings.empty())
     throw CannotAnswer("no sighting shows a known landmark: nothing to calibrate with");
   Minimiser minimiser(start.problem);
@@ -149,6 +171,7 @@ RunEvidence evidence_of(const Posed& posed, std::size_t index, const SmoothingSt
     return pose >= track.first_pose() && pose < track.first_pose() + static_cast<int>(track.stations());
   };
   SmoothingProblem own = posed.problem;
+  own.parameter_evidence = Information::zero(0);
   own.landmarks = static_cast<int>(track.landmarks().size());
   std::erase_if(own.motions, [&](const MotionLink& link) { return !is_own(link.to); });
   std::erase_if(own.sightings, [&](const SightingLink& link) { return !is_own(link.pose); });
@@ -179,7 +202,8 @@ class Search {
     fit_.estimate.space = std::move(start.space);
     fit_.estimate.covariance = Eigen::MatrixXd::Zero(n, n);
     const EstimableSpace& space = fit_.estimate.space;
-    sought_ = {parameters, space.scale.asDiagonal() * space.basis, Eigen::VectorXd::Zero(space.basis.cols())};
+    sought_ = {&nominal, parameters, space.scale.asDiagonal() * space.basis,
+               Eigen::VectorXd::Zero(space.basis.cols())};
     state_ = std::move(start.state);
     move(fit_.estimate.robot, sought_, space.basis.transpose() * state_.parameters);
   }

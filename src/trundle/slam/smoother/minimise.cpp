@@ -15,7 +15,7 @@ constexpr double kMostDamping = 1e12;
 BlockPattern pattern_of(const SmoothingProblem& problem) {
   const int parameters = static_cast<int>(problem.parameter_information.size());
   BlockPattern pattern;
-  pattern.sizes.assign(static_cast<std::size_t>(problem.poses), 3);
+  pattern.sizes.assign(static_cast<std::size_t>(problem.poses), problem.has_bias ? 4 : 3);
   pattern.sizes.insert(pattern.sizes.end(), static_cast<std::size_t>(problem.landmarks), 2);
   if (parameters > 0) {
     pattern.last = 1;
@@ -34,32 +34,35 @@ BlockPattern pattern_of(const SmoothingProblem& problem) {
 
 Minimiser::Minimiser(const SmoothingProblem& problem)
     : poses_(problem.poses),
+      of_pose_(problem.has_bias ? 4 : 3),
       landmarks_(problem.landmarks),
       parameters_(problem.poses + problem.landmarks),
       free_(problem.parameter_information.size()),
       normal_(pattern_of(problem)) {}
 
-// Eq. 7: J of a link has up to three blocks.
+// Eq. 7: J of a link has up to three blocks. Without a bias the last row and column are left out.
 void Minimiser::add(const MotionLink& link, const SmoothingState& state) {
   const bool known = link.from == MotionLink::kKnown;
-  const Pose2& to = state.poses[static_cast<std::size_t>(link.to)];
-  const Pose2& from = known ? link.start : state.poses[static_cast<std::size_t>(link.from)];
-  const MotionResidual r = motion_residual(link, from, to, state.parameters);
-  const Matrix3 W_to = link.information * r.by_to;
-  const Vector3 We = link.information * r.error;
-  normal_.add(link.to, link.to, r.by_to.transpose() * W_to);
-  gradient_.segment<3>(normal_.offset(link.to)) += r.by_to.transpose() * We;
+  const Eigen::Index n = of_pose_;
+  const MotionResidual r = motion_residual(link, state);
+  const Eigen::Matrix4d W_to = link.information * r.by_to;
+  const Eigen::Vector4d We = link.information * r.error;
+  const Eigen::Vector4d g_to = r.by_to.transpose() * We;
+  normal_.add(link.to, link.to, (r.by_to.transpose() * W_to).topLeftCorner(n, n));
+  gradient_.segment(normal_.offset(link.to), n) += g_to.head(n);
   if (!known) {
-    normal_.add(link.from, link.from, r.by_from.transpose() * link.information * r.by_from);
-    normal_.add(link.from, link.to, r.by_from.transpose() * W_to);
-    gradient_.segment<3>(normal_.offset(link.from)) += r.by_from.transpose() * We;
+    const Eigen::Vector4d g_from = r.by_from.transpose() * We;
+    normal_.add(link.from, link.from,
+                (r.by_from.transpose() * link.information * r.by_from).topLeftCorner(n, n));
+    normal_.add(link.from, link.to, (r.by_from.transpose() * W_to).topLeftCorner(n, n));
+    gradient_.segment(normal_.offset(link.from), n) += g_from.head(n);
   }
   if (free_ == 0) return;
-  const Eigen::Matrix3Xd W_by = -link.information * link.by_parameters;
-  normal_.add(parameters_, parameters_, -link.by_parameters.transpose() * W_by);
-  normal_.add(link.to, parameters_, r.by_to.transpose() * W_by);
-  if (!known) normal_.add(link.from, parameters_, r.by_from.transpose() * W_by);
-  gradient_.tail(free_) -= link.by_parameters.transpose() * We;
+  const Eigen::Matrix4Xd W_by = -link.information.leftCols<3>() * link.by_parameters;
+  normal_.add(parameters_, parameters_, -link.by_parameters.transpose() * W_by.topRows<3>());
+  normal_.add(link.to, parameters_, (r.by_to.transpose() * W_by).topRows(n));
+  if (!known) normal_.add(link.from, parameters_, (r.by_from.transpose() * W_by).topRows(n));
+  gradient_.tail(free_) -= link.by_parameters.transpose() * We.head<3>();
 }
 
 void Minimiser::add(const SightingLink& link, const SmoothingProblem& problem, const SmoothingState& state) {
@@ -68,9 +71,12 @@ void Minimiser::add(const SightingLink& link, const SmoothingProblem& problem, c
                         state.landmarks[static_cast<std::size_t>(link.landmark)]);
   const double weight = robust_weight(r.error.squaredNorm(), problem.gate);
   const int landmark = poses_ + link.landmark;
-  normal_.add(link.pose, link.pose, weight * r.by_pose.transpose() * r.by_pose);
+  Eigen::Matrix<double, 2, 4> by_pose = Eigen::Matrix<double, 2, 4>::Zero();
+  by_pose.leftCols<3>() = r.by_pose;
+  normal_.add(link.pose, link.pose,
+              (weight * by_pose.transpose() * by_pose).topLeftCorner(of_pose_, of_pose_));
   normal_.add(landmark, landmark, weight * r.by_landmark.transpose() * r.by_landmark);
-  normal_.add(landmark, link.pose, weight * r.by_landmark.transpose() * r.by_pose);
+  normal_.add(landmark, link.pose, (weight * r.by_landmark.transpose() * by_pose).leftCols(of_pose_));
   gradient_.segment<3>(normal_.offset(link.pose)) += weight * r.by_pose.transpose() * r.error;
   gradient_.segment<2>(normal_.offset(landmark)) += weight * r.by_landmark.transpose() * r.error;
 }
@@ -80,9 +86,21 @@ void Minimiser::build(const SmoothingProblem& problem, const SmoothingState& sta
   gradient_ = Eigen::VectorXd::Zero(normal_.size());
   for (const MotionLink& link : problem.motions) add(link, state);
   for (const SightingLink& link : problem.sightings) add(link, problem, state);
+  for (const BiasLink& link : problem.bias_readings) {
+    Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
+    information(3, 3) = 1.0 / link.variance;
+    normal_.add(link.pose, link.pose, information);
+    gradient_[normal_.offset(link.pose) + 3] += (state.bias_at(link.pose) - link.value) / link.variance;
+  }
   if (free_ == 0) return;
   normal_.add(parameters_, parameters_, Eigen::MatrixXd(problem.parameter_information.asDiagonal()));
-  gradient_.tail(free_) += problem.parameter_information.cwiseProduct(state.parameters);
+  const Eigen::VectorXd off =
+      problem.parameter_mean.size() == 0 ? state.parameters : state.parameters - problem.parameter_mean;
+  gradient_.tail(free_) += problem.parameter_information.cwiseProduct(off);
+  const Information& evidence = problem.parameter_evidence;
+  if (evidence.count == 0) return;
+  normal_.add(parameters_, parameters_, evidence.matrix);
+  gradient_.tail(free_) += evidence.matrix * state.parameters - evidence.gradient;
 }
 
 SmoothingState Minimiser::moved(const SmoothingState& state, const Eigen::VectorXd& step) const {
@@ -94,6 +112,7 @@ SmoothingState Minimiser::moved(const SmoothingState& state, const Eigen::Vector
     const Vector3 delta = step.segment<3>(normal_.offset(i));
     const Vector2 position = pose * Vector2(delta.head<2>());
     pose = {position.x(), position.y(), pose.heading + delta.z()};
+    if (of_pose_ == 4) result.biases[static_cast<std::size_t>(i)] += step[normal_.offset(i) + 3];
   }
   for (int i = 0; i < landmarks_; ++i)
     result.landmarks[static_cast<std::size_t>(i)] += step.segment<2>(normal_.offset(poses_ + i));
@@ -105,6 +124,7 @@ SmoothingState Minimiser::moved(const SmoothingState& state, const Eigen::Vector
 Minimum Minimiser::minimise(const SmoothingProblem& problem, SmoothingState start,
                             const MinimiseOptions& options) {
   Minimum minimum{std::move(start), 0.0};
+  if (problem.has_bias) minimum.state.biases.resize(static_cast<std::size_t>(poses_), 0.0);
   minimum.cost = cost_of(problem, minimum.state);
   build(problem, minimum.state);
   double damping = kFirstDamping;
@@ -141,6 +161,19 @@ bool Minimiser::linearise(const SmoothingProblem& problem, const SmoothingState&
   if (!normal_.factor(0.0)) return false;
   normal_.invert();
   return true;
+}
+
+Eigen::MatrixXd Minimiser::map_covariance(int first, int count) const {
+  std::vector<Eigen::Index> rows;
+  for (int i = first; i < first + count; ++i) {
+    const Eigen::Index at = normal_.offset(poses_ + i);
+    rows.insert(rows.end(), {at, at + 1});
+  }
+  Eigen::MatrixXd covariance(rows.size(), rows.size());
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    covariance.col(static_cast<Eigen::Index>(k)) =
+        normal_.solve(Eigen::VectorXd::Unit(normal_.size(), rows[k]))(rows);
+  return 0.5 * (covariance + covariance.transpose());
 }
 
 Matrix2 Minimiser::difference_covariance(int landmark, int other) const {

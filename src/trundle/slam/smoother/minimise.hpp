@@ -33,13 +33,15 @@ class Minimiser {
   /// Covariances at a state, all others integrated out; each by its own move: pose · exp(δ), landmark + δ,
   /// parameter + δ. False when the problem leaves something undetermined there.
   bool linearise(const SmoothingProblem& problem, const SmoothingState& state);
-  Matrix3 pose_covariance(int pose) const { return normal_.inverse(pose, pose); }
-  /// Of two that a motion links.
-  Matrix3 pose_covariance(int pose, int other) const { return normal_.inverse(pose, other); }
+  /// Of a pose, where there is one with the bias there; `other`: one that a motion links with it.
+  Eigen::MatrixXd pose_covariance(int pose) const { return normal_.inverse(pose, pose); }
+  Eigen::MatrixXd pose_covariance(int pose, int other) const { return normal_.inverse(pose, other); }
   Eigen::MatrixXd pose_parameter_covariance(int pose) const { return normal_.inverse(pose, parameters_); }
   Matrix2 landmark_covariance(int landmark) const {
     return normal_.inverse(poses_ + landmark, poses_ + landmark);
   }
+  /// Of all landmarks from one on, x and y of each: two solutions of the linear system for each.
+  Eigen::MatrixXd map_covariance(int first, int count) const;
   /// Of the difference of two landmarks' positions.
   Matrix2 difference_covariance(int landmark, int other) const;
   Eigen::MatrixXd parameter_covariance() const;
@@ -51,6 +53,7 @@ class Minimiser {
   SmoothingState moved(const SmoothingState& state, const Eigen::VectorXd& step) const;
 
   int poses_;
+  Eigen::Index of_pose_;  ///< numbers of a pose: three, and the bias there
   int landmarks_;
   int parameters_;     ///< block of the parameters
   Eigen::Index free_;  ///< how many parameters

@@ -12,32 +12,65 @@
 namespace trundle {
 namespace {
 
-/// Which of the three systematic errors are estimated.
-std::vector<int> free_of(const Systematic& sigma) {
+/// Of the systematic errors, all but the bias, those that are estimated.
+std::vector<int> free_of(const Systematic& sigma, bool has_bias) {
   std::vector<int> free;
-  for (int i = 0; i < 3; ++i)
+  for (int i = has_bias ? 1 : 0; i < sigma.size(); ++i)
     if (sigma[i] > 0.0) free.push_back(i);
   return free;
 }
 
-TrackInput track_input(const SlamInput& input, const ShownObservations& shown, const SlamPrior& prior) {
-  const std::vector<int> free = free_of(prior.systematic_sigma);
-  TrackInput track{.observations = shown, .start = prior.start, .start_covariance = prior.start_covariance};
+/// What the smoother counts the systematic errors from: what the filter took them for, so that long motions
+/// are those of about the right ones.
+Systematic reference_of(const Systematic& filtered, Eigen::Index count) {
+  Systematic reference = Systematic::Zero(count);
+  const Eigen::Index known = std::min(filtered.size(), count);
+  if (filtered.allFinite()) reference.head(known) = filtered.head(known);
+  return reference;
+}
+
+/// Of a recording: its systematic errors as the problem counts them.
+struct Counted {
+  Systematic sigma;
+  Systematic reference;
+  bool has_bias = false;
+  std::vector<int> free = {};
+
+  double bias() const { return has_bias ? reference[0] : 0.0; }
+};
+
+TrackInput track_input(const SlamInput& input, const ShownObservations& shown, const SlamPrior& prior,
+                       const Counted& systematic) {
+  TrackInput track{.observations = shown, .start = {.pose = prior.start}};
+  track.start_covariance = prior.start_covariance;
+  if (systematic.has_bias) track.start.bias = -systematic.bias();
+  if (systematic.has_bias) track.start.bias_variance = systematic.sigma[0] * systematic.sigma[0];
   for (const SlamStep& step : input.steps) {
+    const Motion motion = about(systematic.reference, step.motion);
+    const BySystematic by_all = motion.by_first(systematic.sigma.size());
+    FreeMotion free{motion.mean, motion.covariance, by_all(Eigen::all, systematic.free)};
     track.time_s.push_back(step.time_s);
-    track.motions.push_back(
-        {step.motion.mean, step.motion.covariance, step.motion.by_systematic(Eigen::all, free)});
+    if (systematic.has_bias) {
+      free.by_bias = by_all.col(0);
+      free.walk = motion.walk;
+      free.with_walk = motion.with_walk;
+      track.bias_readings.push_back(step.bias_reading);
+      if (step.bias_reading) track.bias_readings.back()->rad_s -= systematic.bias();
+    }
+    track.motions.push_back(std::move(free));
   }
   return track;
 }
 
-SmoothingProblem empty_problem(const LandmarkSensor& sensor, const SmootherOptions& options) {
-  const Systematic& sigma = options.prior.systematic_sigma;
-  const Eigen::VectorXd free = sigma(free_of(sigma));
+SmoothingProblem empty_problem(const LandmarkSensor& sensor, const SmootherOptions& options,
+                               const Counted& systematic) {
+  const Eigen::VectorXd sigma = systematic.sigma(systematic.free);
   return {.sensor = sensor,
           .motions = {},
           .sightings = {},
-          .parameter_information = free.cwiseAbs2().cwiseInverse(),
+          .parameter_information = sigma.cwiseAbs2().cwiseInverse(),
+          .parameter_mean = -systematic.reference(systematic.free),
+          .has_bias = systematic.has_bias,
           .gate = options.gate};
 }
 
@@ -63,29 +96,38 @@ std::size_t outliers_at(const SmoothingProblem& problem, const SmoothingState& s
   }));
 }
 
-PoseEstimate last_of(const Trajectory& trajectory, const SmoothingState& state, const Minimiser& linearised,
-                     const Systematic& sigma) {
-  PoseEstimate last{trajectory.poses.back().pose, trajectory.covariances.back()};
-  const std::vector<int> free = free_of(sigma);
+/// The systematic errors after the last pose.
+void add_systematic(const SmoothingState& state, const Minimiser& linearised, const Counted& systematic,
+                    PoseEstimate& last) {
+  last.systematic = systematic.reference;
+  last.systematic_covariance = SystematicCovariance::Zero(systematic.sigma.size(), systematic.sigma.size());
   const Eigen::MatrixXd covariance = linearised.parameter_covariance();
-  for (std::size_t i = 0; i < free.size(); ++i) {
+  for (std::size_t i = 0; i < systematic.free.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    last.systematic[free[i]] = state.parameters[row];
-    for (std::size_t j = 0; j < free.size(); ++j)
-      last.systematic_covariance(free[i], free[j]) = covariance(row, static_cast<Eigen::Index>(j));
+    last.systematic[systematic.free[i]] += state.parameters[row];
+    for (std::size_t j = 0; j < systematic.free.size(); ++j)
+      last.systematic_covariance(systematic.free[i], systematic.free[j]) =
+          covariance(row, static_cast<Eigen::Index>(j));
   }
-  return last;
+  if (!systematic.has_bias) return;
+  const int pose = static_cast<int>(state.poses.size()) - 1;
+  last.systematic[0] += state.bias_at(pose);
+  last.systematic_covariance(0, 0) = linearised.pose_covariance(pose)(3, 3);
+  for (std::size_t i = 0; i < systematic.free.size(); ++i)
+    last.systematic_covariance(0, systematic.free[i]) = last.systematic_covariance(systematic.free[i], 0) =
+        linearised.pose_parameter_covariance(pose)(3, static_cast<Eigen::Index>(i));
 }
 
 /// The recording as a smoothing problem, with what its sightings are said to show.
 class Smoothing {
  public:
   Smoothing(const SlamInput& input, const ShownObservations& shown, const LandmarkSensor& sensor,
-            const SmootherOptions& options)
+            const SmootherOptions& options, const Systematic& reference)
       : options_(options),
-        problem_(empty_problem(sensor, options)),
-        track_(track_input(input, shown, options.prior), problem_) {
-    if (track_.stations() == 0)
+        systematic_(counted(input, options, reference)),
+        problem_(empty_problem(sensor, options, systematic_)),
+        track_(track_input(input, shown, options.prior, systematic_), problem_) {
+    if (problem_.sightings.empty())
       throw CannotAnswer("nothing was seen whose landmark is known: nothing to smooth");
     minimiser_.emplace(problem_);
   }
@@ -101,11 +143,23 @@ class Smoothing {
   }
 
   /// After either.
+  Eigen::MatrixXd map_covariance() const {
+    return minimiser_->map_covariance(track_.first_landmark(), static_cast<int>(track_.landmarks().size()));
+  }
   Matrix2 difference_covariance(LandmarkId a, LandmarkId b) const {
     return minimiser_->difference_covariance(number_of(a), number_of(b));
   }
 
  private:
+  static Counted counted(const SlamInput& input, const SmootherOptions& options, const Systematic& filtered) {
+    Counted systematic;
+    systematic.sigma = options.prior.systematic_sigma;
+    systematic.has_bias = input.systematic.has_bias;
+    if (systematic.sigma.size() == 0) systematic.sigma = input.systematic.sigma(kUsualShareSigma);
+    systematic.reference = reference_of(filtered, systematic.sigma.size());
+    systematic.free = free_of(systematic.sigma, systematic.has_bias);
+    return systematic;
+  }
   MinimiseOptions minimise_options() const {
     return {.most_iterations = options_.most_iterations, .enough = options_.enough};
   }
@@ -116,6 +170,7 @@ class Smoothing {
   SmoothedSlam result(const Found& found);
 
   SmootherOptions options_;
+  Counted systematic_;
   SmoothingProblem problem_;
   Track track_;
   std::optional<Minimiser> minimiser_;
@@ -128,7 +183,11 @@ SmoothedSlam Smoothing::result(const Found& found) {
   SmoothedSlam result;
   result.trajectory = track_.trajectory(state, *minimiser_);
   result.map = map_of(track_, problem_, state, *minimiser_);
-  result.last = last_of(result.trajectory, state, *minimiser_, options_.prior.systematic_sigma);
+  result.last.pose = result.trajectory.poses.back().pose;
+  result.last.covariance = result.trajectory.covariances.back();
+  add_systematic(state, *minimiser_, systematic_, result.last);
+  result.bias = track_.biases(state, *minimiser_);
+  for (BiasEstimate& bias : result.bias) bias.rad_s += systematic_.bias();
   result.counts = {.poses = track_.stations(),
                    .sightings = problem_.sightings.size(),
                    .outliers = outliers_at(problem_, state),
@@ -153,14 +212,19 @@ struct Explanation {
 class Hindsight {
  public:
   Hindsight(const SlamInput& input, const LandmarkSensor& sensor, const SmootherOptions& options,
-            Explanation first)
-      : input_(input), sensor_(sensor), options_(options), best_(std::move(first)) {}
+            Systematic reference, Explanation first)
+      : input_(input),
+        sensor_(sensor),
+        options_(options),
+        reference_(std::move(reference)),
+        best_(std::move(first)) {}
 
   SmoothedSlam improved() {
     for (int round = 0; round < kMostRounds; ++round) {
       const bool merged = merge_twins();
       if (!explain_again() && !merged) break;
     }
+    best_.smoothed.map_covariance = best_.smoothing.map_covariance();
     best_.smoothed.shown = std::move(best_.shown);
     return std::move(best_.smoothed);
   }
@@ -181,7 +245,7 @@ class Hindsight {
   /// Then it is the best from now on.
   bool is_better(ShownObservations shown) {
     if (say_the_same(shown, best_.shown)) return false;
-    Smoothing smoothing(input_, shown, sensor_, options_);
+    Smoothing smoothing(input_, shown, sensor_, options_, reference_);
     SmoothedSlam smoothed = smoothing.from_smoothed(best_.smoothed.trajectory, best_.smoothed.counts.starts);
     const double cost = smoothed.counts.cost + cost_of_explaining(shown, sensor_);
     if (cost >= best_.cost) return false;
@@ -192,6 +256,7 @@ class Hindsight {
   const SlamInput& input_;
   const LandmarkSensor& sensor_;
   SmootherOptions options_;
+  Systematic reference_;
   Explanation best_;
 };
 
@@ -200,15 +265,16 @@ class Hindsight {
 SmoothedSlam smooth(const SlamInput& input, const LandmarkSensor& sensor, const SlamResult& filtered,
                     const SmootherOptions& options) {
   ShownObservations shown = shown_observations(input, filtered);
-  Smoothing smoothing(input, shown, sensor, options);
+  Smoothing smoothing(input, shown, sensor, options, filtered.last.systematic);
   SmoothedSlam smoothed = smoothing.from_filtered(filtered.path ? *filtered.path : filtered.online);
   if (!input.has_nameless()) {
+    smoothed.map_covariance = smoothing.map_covariance();
     smoothed.shown = std::move(shown);
     return smoothed;
   }
   const double cost = smoothed.counts.cost + cost_of_explaining(shown, sensor);
   Explanation first{std::move(shown), std::move(smoothing), std::move(smoothed), cost};
-  return Hindsight(input, sensor, options, std::move(first)).improved();
+  return Hindsight(input, sensor, options, filtered.last.systematic, std::move(first)).improved();
 }
 
 }  // namespace trundle

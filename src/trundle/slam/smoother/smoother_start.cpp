@@ -31,7 +31,11 @@ SmoothingProblem beginning_of(const SmoothingProblem& problem, int poses) {
                         .motions = {},
                         .sightings = {},
                         .parameter_information = problem.parameter_information,
+                        .parameter_mean = problem.parameter_mean,
+                        .has_bias = problem.has_bias,
                         .gate = kGateWhileGrowing * problem.gate};
+  for (const BiasLink& link : problem.bias_readings)
+    if (link.pose < poses) part.bias_readings.push_back(link);
   for (const MotionLink& link : problem.motions)
     if (link.to < poses) part.motions.push_back(link);
   for (const SightingLink& link : problem.sightings) {
@@ -48,7 +52,10 @@ void extend(const SmoothingProblem& part, SmoothingState& state) {
     const MotionLink& link = part.motions[i];
     const Pose2 from =
         link.from == MotionLink::kKnown ? link.start : state.poses[static_cast<std::size_t>(link.from)];
-    state.poses.push_back(from * link.mean * exp(Twist2::from(link.by_parameters * state.parameters)));
+    const double bias = state.biases.empty() ? 0.0 : state.biases.back();
+    state.poses.push_back(from * link.mean *
+                          exp(Twist2::from(link.by_parameters * state.parameters + link.by_bias * bias)));
+    if (part.has_bias) state.biases.push_back(bias);
   }
   const std::vector<Vector2> seen = landmarks_seen_from(part, state.poses);
   state.landmarks.insert(state.landmarks.end(),
@@ -61,8 +68,8 @@ void extend(const SmoothingProblem& part, SmoothingState& state) {
 SmoothingProblem eased(const SmoothingProblem& problem) {
   SmoothingProblem eased = problem;
   for (MotionLink& link : eased.motions) {
-    Matrix3 Q = link.information.inverse();
-    Q.diagonal() += Q(2, 2) * Vector3(Q(1, 1), Q(0, 0), 0.0);
+    Eigen::Matrix4d Q = link.information.inverse();
+    Q.diagonal() += Q(2, 2) * Eigen::Vector4d(Q(1, 1), Q(0, 0), 0.0, 0.0);
     link.information = Q.inverse();
   }
   return eased;
@@ -98,7 +105,8 @@ SmoothingState grown_from_odometry(const SmoothingProblem& problem) {
 }
 
 int degrees_of_freedom(const SmoothingProblem& problem) {
-  return 2 * (static_cast<int>(problem.sightings.size()) - problem.landmarks);
+  return 2 * (static_cast<int>(problem.sightings.size()) - problem.landmarks) +
+         static_cast<int>(problem.bias_readings.size()) + problem.parameter_evidence.count;
 }
 
 std::vector<Vector2> landmarks_seen_from(const SmoothingProblem& problem, const std::vector<Pose2>& poses) {

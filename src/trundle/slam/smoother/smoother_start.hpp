@@ -5,8 +5,8 @@
 
 namespace trundle {
 
-/// Two for each sighting, less two for each landmark: what the cost is near when the noise is as it is said
-/// to be.
+/// Two for each sighting, less two for each landmark, one for each reading of the bias: what the cost is near
+/// when the noise is as it is said to be.
 int degrees_of_freedom(const SmoothingProblem& problem);
 
 /// The landmarks as seen from given poses: the median of where their sightings put them.

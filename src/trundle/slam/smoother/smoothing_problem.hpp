@@ -5,17 +5,21 @@
 
 #include <Eigen/Core>
 
+#include "trundle/calibration/information.hpp"
 #include "trundle/slam/motion.hpp"
 #include "trundle/slam/observation.hpp"
 
 namespace trundle {
 
-/// A motion that also tells how it depends on parameters that are estimated with it:
-/// truth = mean · exp(by_parameters · p + e), e ~ N(0, covariance).
+/// A motion that also tells how it depends on parameters that are estimated with it, and on a bias b that
+/// walks: truth = mean · exp(by_bias · b + by_parameters · p + e), e ~ N(0, covariance), b that at the start.
 struct FreeMotion {
   Pose2 mean;
   Matrix3 covariance = Matrix3::Zero();  ///< as of Motion
   Eigen::Matrix3Xd by_parameters;        ///< one column for each parameter
+  Vector3 by_bias = Vector3::Zero();     ///< 0 where there is none
+  double walk = 0.0;                     ///< as of Motion
+  Vector3 with_walk = Vector3::Zero();   ///< likewise
 };
 FreeMotion operator*(const FreeMotion& first, const FreeMotion& second);
 
@@ -23,22 +27,39 @@ FreeMotion operator*(const FreeMotion& first, const FreeMotion& second);
 struct MotionLink {
   int from = kKnown;
   int to = 0;
-  Pose2 start = {};  ///< of a link from a pose that is known
+  Pose2 start = {};         ///< of a link from a pose that is known
+  double start_bias = 0.0;  ///< likewise
   Pose2 mean;
-  Matrix3 information = Matrix3::Identity();
+  /// Of (e, w): the motion's error, and what the bias walks by.
+  Eigen::Matrix4d information = Eigen::Matrix4d::Identity();
   Eigen::Matrix3Xd by_parameters;
+  Vector3 by_bias = Vector3::Zero();
 
   static constexpr int kKnown = -1;
 };
 
 /// The inverse of the motion's covariance with 1 µm and 1 µrad added: a robot that stands still is as sure as
-/// that.
+/// that; and of the walk's with 1 nrad/s.
 MotionLink link_of(int from, int to, const FreeMotion& motion);
+/// From a pose that is known, with a bias of which so much is known.
+struct KnownStart {
+  Pose2 pose = {};
+  double bias = 0.0;
+  double bias_variance = 0.0;
+};
+MotionLink link_from(const KnownStart& start, int to, const FreeMotion& motion);
 
 struct SightingLink {
   int pose = 0;
   int landmark = 0;
   Observation observation;
+};
+
+/// A reading of the bias at a pose.
+struct BiasLink {
+  int pose = 0;
+  double value = 0.0;
+  double variance = 0.0;
 };
 
 /// All that is known of poses, landmarks and parameters. docs/smoother.md, eq. 1-4.
@@ -48,8 +69,13 @@ struct SmoothingProblem {
   int landmarks = 0;
   std::vector<MotionLink> motions;
   std::vector<SightingLink> sightings;
-  Eigen::VectorXd parameter_information;  ///< prior of each parameter, about 0; 0: none
-  double gate = 0.0;                      ///< NIS beyond which a sighting pulls less than its square says
+  Eigen::VectorXd parameter_information;  ///< prior of each parameter, about its mean; 0: none
+  Eigen::VectorXd parameter_mean = {};    ///< none: 0
+  /// What else is known of the parameters, linearised at 0: −2 log p = χ² − 2 gradientᵀ p + pᵀ matrix p.
+  Information parameter_evidence = Information::zero(0);
+  bool has_bias = false;  ///< every pose has a bias beside it
+  std::vector<BiasLink> bias_readings = {};
+  double gate = 0.0;  ///< NIS beyond which a sighting pulls less than its square says
 };
 
 /// Values of the unknowns.
@@ -57,17 +83,19 @@ struct SmoothingState {
   std::vector<Pose2> poses;
   std::vector<Vector2> landmarks;
   Eigen::VectorXd parameters;
+  std::vector<double> biases = {};  ///< at each pose; none: 0
+
+  double bias_at(int pose) const { return biases.empty() ? 0.0 : biases[static_cast<std::size_t>(pose)]; }
 };
 
-/// e = Log(mean⁻¹ a⁻¹ b) − S p and its derivatives by moves a · exp(δ), b · exp(δ); that by p is −S. Eq.
-/// 1, 5.
+/// (e, w): e = Log(mean⁻¹ a⁻¹ b) − S p − g β_a, w = β_b − β_a, and derivatives by moves a · exp(δ), b ·
+/// exp(δ) with the bias of each; that of e by p is −S. Eq. 1, 5.
 struct MotionResidual {
-  Vector3 error;
-  Matrix3 by_from;
-  Matrix3 by_to;
+  Eigen::Vector4d error;
+  Eigen::Matrix4d by_from;
+  Eigen::Matrix4d by_to;
 };
-MotionResidual motion_residual(const MotionLink& link, const Pose2& from, const Pose2& to,
-                               const Eigen::VectorXd& parameters);
+MotionResidual motion_residual(const MotionLink& link, const SmoothingState& state);
 
 /// Reading minus expectation over its sigmas, and derivatives by a move pose · exp(δ) and by the landmark.
 /// Eq. 2, 6.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "trundle/geometry/trajectory.hpp"
@@ -15,12 +16,13 @@ struct TrackInput {
   std::vector<double> time_s = {};
   std::vector<FreeMotion> motions = {};
   std::vector<std::vector<Observation>> observations = {};
-  Pose2 start = {};
-  Matrix3 start_covariance = Matrix3::Zero();  ///< of (x, y, heading) in world axes
+  KnownStart start = {};
+  Matrix3 start_covariance = Matrix3::Zero();                  ///< of (x, y, heading) in world axes
+  std::vector<std::optional<BiasReading>> bias_readings = {};  ///< by step; none: there are none
 };
 
-/// A recording as part of a smoothing problem: its stations, the steps at which something was seen, are poses
-/// of the problem; all other steps lie between two of them, and follow from them.
+/// A recording as part of a smoothing problem: its stations, the steps at which something was seen, or the
+/// bias read, are poses of the problem; all other steps lie between two of them, and follow from them.
 class Track {
  public:
   /// Appends stations, landmarks and links to the problem.
@@ -40,12 +42,14 @@ class Track {
 
   /// All steps at a state at which the problem was linearised, with covariances. docs/smoother.md, eq. 12.
   Trajectory trajectory(const SmoothingState& state, const Minimiser& linearised) const;
+  /// The bias at the station that ends each step, or at the last one; none where there is none.
+  std::vector<BiasEstimate> biases(const SmoothingState& state, const Minimiser& linearised) const;
 
  private:
   GaussianPose at(std::size_t step, const SmoothingState& state, const Minimiser& linearised) const;
 
   std::vector<double> time_s_;
-  Pose2 start_;
+  KnownStart start_;
   std::vector<FreeMotion> since_;          ///< by step: since the station before it
   std::vector<std::size_t> next_station_;  ///< by step: the station at or after it
   std::vector<std::size_t> station_steps_;

@@ -1,0 +1,36 @@
+#pragma once
+
+#include "trundle/slip/evidence.hpp"
+#include "trundle/slip/parity.hpp"
+
+namespace trundle {
+
+/// How the readings of an interval are to be corrected. docs/slip.md, eq. 5 and 11.
+struct SlipCorrection {
+  PerWheel variance{};      ///< added to the wheels' readings [m²]
+  int rebuilt_wheel = -1;   ///< `published`: this wheel's travel is computed from ...
+  int other_wheel = -1;     ///< ... the other wheel and the gyro
+  double track_m = 0.0;     ///< signed: rebuilt − other = track · tan g
+  double bias_rad_s = 0.0;  ///< of the gyro
+
+  bool none() const { return *this == SlipCorrection{}; }
+  bool operator==(const SlipCorrection&) const = default;
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.variance, self.rebuilt_wheel, self.other_wheel, self.track_m, self.bias_rad_s);
+  }
+};
+
+/// The corrected readings: never fewer than were measured.
+Increment corrected(const Increment& increment, const SlipCorrection& correction, const Chassis& chassis);
+
+/// Variances of which the estimate becomes the mean of the alternatives, weighted with their probabilities,
+/// and its covariance theirs: docs/slip.md, eq. 11. `slipping`: else the slip may have ended before this
+/// interval.
+SlipCorrection mixture_of(const SlipEvidence& slip, const Contradiction& c, bool slipping);
+
+/// Source 2's: the travel of `wheel` from the other wheel and the gyro. docs/slip.md, eq. 5.
+SlipCorrection rebuilt(int wheel, const Contradiction& c, const Rows& rows, const GyroBias& bias);
+
+}  // namespace trundle
