@@ -62,10 +62,10 @@ double nees_at_end(const IntegratedOdometry& result, const Pose2& truth) {
   return error.dot(result.trajectory.covariances.back().inverse() * error);
 }
 
-std::vector<const Problem*> problems_of(const IntegratedOdometry& result, const std::string& kind) {
-  std::vector<const Problem*> found;
+std::vector<Problem> problems_of(const IntegratedOdometry& result, const std::string& kind) {
+  std::vector<Problem> found;
   for (const Problem& problem : result.problems)
-    if (problem.kind == kind) found.push_back(&problem);
+    if (problem.kind == kind) found.push_back(problem);
   return found;
 }
 
@@ -103,9 +103,9 @@ TEST(CalibratedBias, ARestThatTheGyroAloneRefusesIsSaid) {
   EXPECT_EQ(result.rest_s, 0.0);
   const auto found = problems_of(result, "gyro beyond its bias");
   ASSERT_EQ(found.size(), 1U);
-  EXPECT_THAT(found[0]->message, HasSubstr("no wheel turns for"));
-  EXPECT_THAT(found[0]->message, HasSubstr("raise bias_sigma_rad_s"));
-  EXPECT_NEAR(std::stod(found[0]->place), 5.0, 1.0);
+  EXPECT_THAT(found[0].message, HasSubstr("no wheel turns for"));
+  EXPECT_THAT(found[0].message, HasSubstr("raise bias_sigma_rad_s"));
+  EXPECT_NEAR(std::stod(found[0].place), 5.0, 1.0);
 }
 
 TEST(CalibratedBias, ATurntableUnderStillWheelsIsSaid) {
@@ -115,7 +115,7 @@ TEST(CalibratedBias, ATurntableUnderStillWheelsIsSaid) {
       problems_of(learned(readings_of_drive(drive, {{10.0}, {20.0, 0.0, 0.1}, {10.0}}), robot_with_gyro()),
                   "gyro beyond its bias");
   ASSERT_EQ(found.size(), 1U);
-  EXPECT_NEAR(std::stod(found[0]->place), 10.0, 1.0);
+  EXPECT_NEAR(std::stod(found[0].place), 10.0, 1.0);
 }
 
 TEST(CalibratedBias, NothingIsSaidOfDrivingStandingAndTurning) {

@@ -43,6 +43,15 @@ Increment predicted(const Chassis& chassis, const Rows& rows, const Vector3& mot
   return increment;
 }
 
+/// Of the difference of two counts: it is that of the whole window, for in between it cancels.
+RowVector rounding_of(const Chassis& chassis, const Rows& rows) {
+  RowVector variance = RowVector::Zero(rows.count());
+  for (int i = 0; i < rows.measured; ++i)
+    if (const Row& row = rows.row[static_cast<std::size_t>(i)]; row.kind == RowKind::wheel)
+      variance[i] = 2.0 * rounding_variance(chassis.wheels()[static_cast<std::size_t>(row.wheel)]);
+  return variance;
+}
+
 /// The noise is that of the motion estimated from all readings, not of each reading itself: the error of a
 /// weighted estimate is independent of what no motion explains, that of a reading is not, and a weight that
 /// depends on the residual biases its mean.
@@ -50,21 +59,9 @@ void close_part(const Chassis& chassis, const Rows& rows, Window& window) {
   if (window.part.duration_s == 0.0) return;
   const Vector3 motion = twist_of(chassis, rows, window.part).vector();
   window.variance +=
-      readings_of(chassis, rows, predicted(chassis, rows, motion, window.part.duration_s)).variance;
+      readings_of(chassis, rows, predicted(chassis, rows, motion, window.part.duration_s)).variance -
+      rounding_of(chassis, rows);
   window.part = {.has_gyro = true};
-}
-
-/// A wheel's reading and its noise grow alike with its diameter; the variance of readings_of() grows only as
-/// fast as the travel. The rest of the factor, for each measured row.
-RowVector noise_scale(const Rows& rows, const Chassis& chassis, const Chassis& nominal) {
-  RowVector scale = RowVector::Ones(rows.count());
-  for (int i = 0; i < rows.measured; ++i) {
-    const Row& row = rows.row[static_cast<std::size_t>(i)];
-    if (row.kind != RowKind::wheel) continue;
-    const auto wheel = static_cast<std::size_t>(row.wheel);
-    scale[i] = std::abs(chassis.wheels()[wheel].diameter_m / nominal.wheels()[wheel].diameter_m);
-  }
-  return scale;
 }
 
 /// All that is the same for every window.
@@ -74,7 +71,7 @@ struct Context {
   std::span<const Parameter> parameters;
   std::vector<RowMatrix> row_derivatives;
   Combinations P;
-  RowVector variance_scale;
+  double variance_factor;
   double gate;
 };
 
@@ -83,23 +80,14 @@ RowVector predicted_derivative(const Context& context, const Parameter& paramete
                                const Increment& sum) {
   if (parameter.kind == ParameterKind::gyro_bias || parameter.kind == ParameterKind::gyro_time_offset)
     return reading_derivative(parameter, context.chassis, context.rows, sum);
-  RowVector derivative = RowVector::Zero(predicted.size());
-  for (int i = 0; i < context.rows.measured; ++i) {
-    const Row& row = context.rows.row[static_cast<std::size_t>(i)];
-    if (parameter.kind == ParameterKind::diameter && row.kind == RowKind::wheel &&
-        row.wheel == parameter.wheel)
-      derivative[i] = predicted[i] / context.chassis.wheels()[static_cast<std::size_t>(row.wheel)].diameter_m;
-    if (parameter.kind == ParameterKind::gyro_scale && row.kind == RowKind::gyro)
-      derivative[i] = predicted[i] / context.chassis.gyro->scale;
-  }
-  return derivative;
+  return reading_growth(parameter, context.chassis, context.rows).cwiseProduct(predicted);
 }
 
 /// y = Pᵀz, of covariance S = Pᵀ V P, and its derivatives: docs/calibration.md, eq. 7.
 void add_window(const Window& window, const Context& context, Information& information) {
   const int n = context.rows.measured;
   const RowVector z = readings_of(context.chassis, context.rows, window.sum).z;
-  const RowVector variance = window.variance.cwiseProduct(context.variance_scale);
+  const RowVector variance = context.variance_factor * window.variance;
   const Vector3 twist = estimate_twist(context.rows, {z, variance}).twist.vector();
   const RowVector predicted = context.rows.H * twist;
   const Eigen::MatrixXd P = context.P;
@@ -115,7 +103,7 @@ void add_window(const Window& window, const Context& context, Information& infor
 
 }  // namespace
 
-std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot, const Robot& nominal,
+std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot,
                                             std::span<const Parameter> parameters,
                                             const ChassisLikelihoodOptions& options) {
   const auto n = static_cast<Eigen::Index>(parameters.size());
@@ -123,18 +111,12 @@ std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot, 
   const bool with_gyro = robot.chassis.gyro.has_value();
   const Rows rows = rows_of(robot.chassis, with_gyro);
   if (observability(rows).degrees_of_freedom == 0) return result;
-  Context context{robot.chassis,
-                  rows,
-                  parameters,
-                  {},
-                  left_null_space(rows),
-                  noise_scale(rows, robot.chassis, nominal.chassis),
-                  options.gate};
-  context.variance_scale *= options.variance_factor;
+  Context context{robot.chassis,           rows,        parameters, {}, left_null_space(rows),
+                  options.variance_factor, options.gate};
   for (const Parameter& parameter : parameters)
     context.row_derivatives.push_back(row_derivative(parameter, robot.chassis, rows));
   const double part_s = options.window_s / kPartsOfAWindow;
-  const Window empty{{.has_gyro = true}, {.has_gyro = true}, RowVector::Zero(rows.count())};
+  const Window empty{{.has_gyro = true}, {.has_gyro = true}, rounding_of(robot.chassis, rows)};
   Window window = empty;
   const auto& increments = run.readings.increments;
   for (std::size_t i = 0; i < increments.size(); ++i) {

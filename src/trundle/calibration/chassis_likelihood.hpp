@@ -17,9 +17,8 @@ struct ChassisLikelihoodOptions {
 
 /// What the sensors on board say about each other: the part of their readings that no motion of the chassis
 /// explains, summed over windows. Needs no reference; empty where rows and unknowns are
-/// equal in number. The noise is that of the counts, whatever a count is worth: `nominal` gives its size in
-/// metres, so that a wheel is not made small to make its errors small. docs/calibration.md.
-std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot, const Robot& nominal,
+/// equal in number. `robot`: with_noise_of_readings(). docs/calibration.md.
+std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot,
                                             std::span<const Parameter> parameters,
                                             const ChassisLikelihoodOptions& options);
 

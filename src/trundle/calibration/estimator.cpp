@@ -61,6 +61,10 @@ struct Fit {
   }
 };
 
+Robot noisy_robot(const Robot& robot, const Fit& fit) {
+  return with_noise_of_readings(with_noise(robot, fit.noise), fit.nominal.chassis);
+}
+
 void append(std::vector<Information>& all, const std::vector<Information>& more) {
   for (const Information& information : more)
     if (information.count > 0) all.push_back(information);
@@ -86,14 +90,14 @@ struct RunInformation {
 };
 
 RunInformation information_of(const Run& run, std::size_t index, const Robot& robot, const Fit& fit) {
-  const Robot noisy = with_noise(robot, fit.noise);
+  const Robot noisy = noisy_robot(robot, fit);
   RunInformation result;
   const RunLikelihood stream =
       stream_likelihood(run, noisy, fit.parameters,
                         {.reference_noise = fit.noise.reference, .pieces = fit.pieces(), .gate = fit.gate});
   append(result.pieces, stream.pieces);
   append(result.pieces, partial_likelihood(run, noisy, fit.parameters).pieces);
-  append(result.pieces, chassis_likelihood(run, noisy, fit.nominal, fit.parameters,
+  append(result.pieces, chassis_likelihood(run, noisy, fit.parameters,
                                            {.pieces = fit.pieces(),
                                             .variance_factor = fit.chassis_variance_factor,
                                             .window_s = kWindow_s,
@@ -258,13 +262,13 @@ void measure_dispersion(const Robot& robot, const Fit& fit, Estimate& estimate) 
 std::optional<double> chassis_variance_factor(const Robot& robot, const Fit& fit, double window_s) {
   std::vector<double> factors;
   int windows = 0;
+  const Robot noisy = noisy_robot(robot, fit);
   for (const Run& run : fit.runs) {
     const auto& increments = run.readings.increments;
     const double duration = increments.empty() ? 0.0 : increments.back().time_s - run.readings.start_s;
     const int pieces = std::clamp(static_cast<int>(duration / (3.0 * window_s)), 1, 20);
     for (const Information& piece :
-         chassis_likelihood(run, with_noise(robot, fit.noise), fit.nominal, fit.parameters,
-                            {.pieces = pieces, .window_s = window_s})) {
+         chassis_likelihood(run, noisy, fit.parameters, {.pieces = pieces, .window_s = window_s})) {
       if (piece.count == 0) continue;
       factors.push_back(piece.chi2 / piece.count);
       windows += piece.count;

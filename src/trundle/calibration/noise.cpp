@@ -309,4 +309,14 @@ Robot with_noise(const Robot& robot, const NoiseEstimate& noise) {
   return result;
 }
 
+// The variance of a reading grows with the travel, and so once with the diameter; here it must grow twice.
+Robot with_noise_of_readings(const Robot& robot, const Chassis& nominal) {
+  Robot result = robot;
+  const auto wheels = result.chassis.wheels();
+  for (std::size_t i = 0; i < wheels.size(); ++i)
+    wheels[i].noise_per_sqrt_m = wheel_noise(robot.chassis, i) *
+                                 std::sqrt(std::abs(wheels[i].diameter_m / nominal.wheels()[i].diameter_m));
+  return result;
+}
+
 }  // namespace trundle

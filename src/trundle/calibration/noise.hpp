@@ -27,5 +27,8 @@ NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot);
 /// The robot with that noise, and without counting the rounding of counts as noise of every interval:
 /// rounding errors of successive increments cancel.
 Robot with_noise(const Robot& robot, const NoiseEstimate& noise);
+/// The robot with the noise that its wheels' readings have at nominal diameters [m/√m]: a diameter makes a
+/// reading and its error larger alike, so that no wheel is made small to make its errors small.
+Robot with_noise_of_readings(const Robot& robot, const Chassis& nominal);
 
 }  // namespace trundle

@@ -6,6 +6,7 @@
 
 #include <Eigen/LU>
 
+#include "trundle/calibration/errors_in_variables.hpp"
 #include "trundle/odometry/odometer.hpp"
 
 namespace trundle {
@@ -214,14 +215,23 @@ Innovation innovation_of(const Measurement& m, const Weight& W, double time_s, d
   return innovation;
 }
 
-/// The Kalman update of pose, covariance (Joseph form) and sensitivity.
-void update(Odometer& odometer, const Measurement& m, const Weight& W) {
+/// The Kalman update of pose, covariance (Joseph form) and sensitivity. `revealed`: SensitivityErrors.
+void update(Odometer& odometer, SensitivityErrors& errors, const Measurement& m, const Weight& W,
+            const PoseSensitivity& revealed) {
   const Matrix3 P = odometer.white_covariance();
   const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 8> K = P * m.H.transpose() * W;
   const Vector3 step = K * m.innovation;
   const Matrix3 keep = Matrix3::Identity() - K * m.H;
   const Matrix3 noise = K * m.variance.asDiagonal() * K.transpose();
-  odometer.correct(step, keep, noise, odometer.sensitivity() - K * m.J);
+  odometer.correct(step, keep, noise, odometer.sensitivity() + revealed - K * m.J);
+  errors.correct(keep, odometer.pose());
+}
+
+/// The sensitivity as the innovation corrects it: eq. 6a.
+PoseSensitivity reveal(SensitivityErrors& errors, const Odometer& odometer, const Weight& W, Measurement& m) {
+  const PoseSensitivity revealed = errors.revealed(m.H.transpose() * (W * m.innovation), odometer.pose());
+  m.J += m.H * revealed;
+  return revealed;
 }
 
 Information& piece_of(RunLikelihood& likelihood, std::size_t knot, std::size_t knots) {
@@ -284,26 +294,31 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
       std::vector<Information>(static_cast<std::size_t>(options.pieces), Information::zero(n)), {}, {}};
   if (run.knots.empty()) return result;
   Odometer odometer = anchor(run, 0, robot, parameters, options.reference_noise);
+  SensitivityErrors errors(robot, parameters, odometer.pose());
   for (std::size_t knot = 1; knot < run.knots.size(); ++knot) {
-    for (std::size_t i = run.knots[knot - 1]; i < run.knots[knot]; ++i)
+    for (std::size_t i = run.knots[knot - 1]; i < run.knots[knot]; ++i) {
       odometer.step(run.readings.increments[i]);
+      errors.follow(run.readings.increments[i], odometer.pose());
+    }
     const double time = run.knot_time(knot);
     const ReferenceSample sample = sample_reference(run.reference, time - robot.reference_time_offset_s);
     if (std::ranges::binary_search(run.jumps, knot)) {
       result.outliers.push_back({time, true});
       odometer = anchor(run, knot, robot, parameters, options.reference_noise);
+      errors = {robot, parameters, odometer.pose()};
       continue;
     }
     if (sample.empty()) continue;
-    const Measurement m = measure(sample, odometer, robot, parameters, options.reference_noise);
+    Measurement m = measure(sample, odometer, robot, parameters, options.reference_noise);
     const Weight W = weight_of(m, odometer.white_covariance());
     const double distance = m.innovation.dot(W * m.innovation);
+    const PoseSensitivity revealed = reveal(errors, odometer, W, m);
     if (!add_within(piece_of(result, knot, run.knots.size()), m.J, W, m.innovation, options.gate)) {
       result.outliers.push_back({time, false});
       continue;
     }
     result.innovations.push_back(innovation_of(m, W, time, distance));
-    update(odometer, m, W);
+    update(odometer, errors, m, W, revealed);
   }
   return result;
 }
@@ -318,9 +333,15 @@ RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<c
   if (run.partial.empty()) return result;
   Odometer odometer = odometer_at(start_from(Pose2{}, Matrix3::Zero(), Vector3::Zero(), robot, parameters),
                                   robot, parameters);
-  for (const Increment& increment : run.readings.increments) odometer.step(increment);
-  const Measurement m = measure_end(run.partial, odometer, robot, parameters);
-  result.pieces.front().add(m.J, weight_of(m, odometer.white_covariance()), m.innovation);
+  SensitivityErrors errors(robot, parameters, odometer.pose());
+  for (const Increment& increment : run.readings.increments) {
+    odometer.step(increment);
+    errors.follow(increment, odometer.pose());
+  }
+  Measurement m = measure_end(run.partial, odometer, robot, parameters);
+  const Weight W = weight_of(m, odometer.white_covariance());
+  reveal(errors, odometer, W, m);
+  result.pieces.front().add(m.J, W, m.innovation);
   return result;
 }
 

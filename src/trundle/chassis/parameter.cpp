@@ -285,6 +285,19 @@ RowMatrix row_derivative(const Parameter& parameter, const Chassis& chassis, con
   return derivative;
 }
 
+RowVector reading_growth(const Parameter& parameter, const Chassis& chassis, const Rows& rows) {
+  RowVector growth = RowVector::Zero(rows.count());
+  for (int i = 0; i < rows.measured; ++i) {
+    const Row& row = rows.row[static_cast<std::size_t>(i)];
+    if (parameter.kind == ParameterKind::diameter && row.kind == RowKind::wheel &&
+        row.wheel == parameter.wheel)
+      growth[i] = 1.0 / chassis.wheels()[static_cast<std::size_t>(row.wheel)].diameter_m;
+    if (parameter.kind == ParameterKind::gyro_scale && row.kind == RowKind::gyro)
+      growth[i] = 1.0 / chassis.gyro->scale;
+  }
+  return growth;
+}
+
 RowVector reading_derivative(const Parameter& parameter, const Chassis& chassis, const Rows& rows,
                              const Increment& increment) {
   RowVector derivative = RowVector::Zero(rows.count());

@@ -53,5 +53,7 @@ double prior_sigma(const Parameter& parameter, const Robot& robot);
 RowMatrix row_derivative(const Parameter& parameter, const Chassis& chassis, const Rows& rows);
 RowVector reading_derivative(const Parameter& parameter, const Chassis& chassis, const Rows& rows,
                              const Increment& increment);
+/// ∂z/∂p as a share of z, for the parameters that scale readings.
+RowVector reading_growth(const Parameter& parameter, const Chassis& chassis, const Rows& rows);
 
 }  // namespace trundle

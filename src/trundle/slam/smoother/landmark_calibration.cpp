@@ -9,6 +9,7 @@
 #include "trundle/calibration/chassis_likelihood.hpp"
 #include "trundle/calibration/conclusion.hpp"
 #include "trundle/calibration/defaults.hpp"
+#include "trundle/calibration/noise.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/slam/smoother/shown.hpp"
 #include "trundle/slam/smoother/smoother.hpp"
@@ -90,9 +91,10 @@ TrackInput track_input(const Seen& seen, const Robot& robot, const Sought& sough
 Information redundancy_of(std::span<const Seen> all, const Robot& robot, const Sought& sought) {
   const auto n = static_cast<Eigen::Index>(sought.parameters.size());
   Information sum = Information::zero(n);
+  const Robot noisy = with_noise_of_readings(robot, sought.nominal->chassis);
   for (const Seen& seen : all)
-    for (const Information& piece : chassis_likelihood(seen.run, robot, *sought.nominal, sought.parameters,
-                                                       {.gate = kContradictionGate}))
+    for (const Information& piece :
+         chassis_likelihood(seen.run, noisy, sought.parameters, {.gate = kContradictionGate}))
       sum.add(piece);
   const Eigen::MatrixXd& C = sought.columns;
   return {C.transpose() * sum.matrix * C, C.transpose() * sum.gradient, sum.chi2, sum.count};

@@ -1,0 +1,88 @@
+#include "trundle/calibration/errors_in_variables.hpp"
+
+#include <cmath>
+
+#include <Eigen/LU>
+
+#include "trundle/odometry/arc.hpp"
+
+namespace trundle {
+namespace {
+
+/// Over so long a motion is one arc, and noise in it as if it came evenly.
+constexpr double kLongestInterval_s = 0.1;
+
+/// The matrix whose columns are what a linear map makes of the unit vectors.
+template <class Map>
+Matrix3 matrix_of(const Map& map) {
+  Matrix3 matrix;
+  for (int i = 0; i < 3; ++i) {
+    std::array<double, 3> unit{};
+    unit[static_cast<std::size_t>(i)] = 1.0;
+    const std::array<double, 3> column = map(unit);
+    matrix.col(i) = Eigen::Map<const Vector3>(column.data());
+  }
+  return matrix;
+}
+
+}  // namespace
+
+SensitivityErrors::SensitivityErrors(const Robot& robot, std::span<const Parameter> parameters,
+                                     const Pose2& pose)
+    : chassis_(&robot.chassis),
+      rows_(rows_of(robot.chassis, robot.chassis.gyro.has_value())),
+      covariance_(parameters.size(), Matrix3::Zero()),
+      from_(pose) {
+  for (const Parameter& parameter : parameters) {
+    row_derivatives_.push_back(row_derivative(parameter, *chassis_, rows_));
+    growth_.push_back(reading_growth(parameter, *chassis_, rows_));
+  }
+}
+
+void SensitivityErrors::follow(const Increment& increment, const Pose2& pose) {
+  ways_.duration_s += increment.duration_s;
+  for (std::size_t i = 0; i < ways_.turned.size(); ++i) ways_.turned[i] += std::abs(increment.turned[i]);
+  complete_ = complete_ && (increment.has_gyro || !chassis_->gyro);
+  if (ways_.duration_s >= kLongestInterval_s - 1e-9) close(pose);
+}
+
+/// ξ = G z with readings z of noise V: the pose errs by M G n, its sensitivity by M (G ∂z/z − G ∂H G) n, M of
+/// the arc; the residuals of a weighted estimate do not err with it.
+void SensitivityErrors::close(const Pose2& pose) {
+  if (ways_.duration_s <= 0.0) return;
+  const Twist2 twist = log(from_.inverse() * pose);
+  const ArcStep arc(from_.heading, {twist.dx, twist.dy, twist.dtheta});
+  const Matrix3 F = matrix_of([&](const std::array<double, 3>& v) { return arc.carry(v); });
+  const Matrix3 M = matrix_of([&](const std::array<double, 3>& v) { return arc.map(v); });
+  const double speed = mean_travel(*chassis_, ways_) / ways_.duration_s;
+  const RowVector weight = weighing_variances(*chassis_, rows_, speed, 1.0).cwiseInverse();
+  const RowVector variance = readings_of(*chassis_, rows_, ways_).variance;
+  const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxRows> HtW =
+      rows_.H.transpose() * weight.asDiagonal();
+  const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxRows> G = (HtW * rows_.H).inverse() * HtW;
+  const Matrix3 P = G * variance.asDiagonal() * G.transpose();
+  for (std::size_t j = 0; j < covariance_.size(); ++j) {
+    covariance_[j] = (F * covariance_[j] * F.transpose()).eval();
+    if (!complete_) continue;  // it would be weighed otherwise; and little is left out
+    const Matrix3 of_readings = G * variance.cwiseProduct(growth_[j]).asDiagonal() * G.transpose();
+    covariance_[j] += M * (of_readings - G * row_derivatives_[j] * P) * M.transpose();
+  }
+  from_ = pose;
+  ways_ = {};
+  complete_ = true;
+}
+
+PoseSensitivity SensitivityErrors::revealed(const Vector3& weighed_innovation, const Pose2& pose) {
+  close(pose);
+  PoseSensitivity result(3, static_cast<Eigen::Index>(covariance_.size()));
+  for (std::size_t j = 0; j < covariance_.size(); ++j)
+    result.col(static_cast<Eigen::Index>(j)) = covariance_[j] * weighed_innovation;
+  return result;
+}
+
+void SensitivityErrors::correct(const Matrix3& keep, const Pose2& pose) {
+  for (Matrix3& covariance : covariance_) covariance = (keep * covariance * keep.transpose()).eval();
+  from_ = pose;
+}
+
+}  // namespace trundle

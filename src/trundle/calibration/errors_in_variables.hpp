@@ -1,0 +1,43 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "trundle/chassis/parameter.hpp"
+#include "trundle/odometry/odometer.hpp"
+
+namespace trundle {
+
+/// Errors in variables. How the pose depends on a parameter is computed from the readings that made the pose,
+/// so both err together: where the reference says that a wheel rolled too far, its share in the sensitivity
+/// is too large as well. Least squares that takes sensitivities for exact shrinks what they multiply; a track
+/// comes out too large by the share of noise in the turns. Carried here is, for each parameter, the
+/// covariance C of the errors of its sensitivity (rows) and of the pose (columns). docs/calibration.md, eq.
+/// 6a.
+class SensitivityErrors {
+ public:
+  /// From `pose` on, which owes nothing to the readings.
+  SensitivityErrors(const Robot& robot, std::span<const Parameter> parameters, const Pose2& pose);
+
+  /// An increment that brought the odometer to `pose`.
+  void follow(const Increment& increment, const Pose2& pose);
+  /// What a measurement of the pose says of the sensitivities beyond their computed values: C Hᵀ S⁻¹ e, with
+  /// its innovation e of covariance S.
+  PoseSensitivity revealed(const Vector3& weighed_innovation, const Pose2& pose);
+  /// After the measurement, which moved the odometer to `pose`: keep = I − K H.
+  void correct(const Matrix3& keep, const Pose2& pose);
+
+ private:
+  void close(const Pose2& pose);
+
+  const Chassis* chassis_;
+  Rows rows_;
+  std::vector<RowMatrix> row_derivatives_;  ///< ∂H/∂p
+  std::vector<RowVector> growth_;           ///< ∂z/∂p over z, row by row
+  std::vector<Matrix3> covariance_;         ///< C in world axes
+  Pose2 from_;                              ///< where the open interval began
+  Increment ways_;                          ///< what rolled in it, without sign
+  bool complete_ = true;                    ///< the gyro was there throughout
+};
+
+}  // namespace trundle
