@@ -12,6 +12,19 @@ namespace {
 /// Over so long a motion is one arc, and noise in it as if it came evenly.
 constexpr double kLongestInterval_s = 0.1;
 
+/// Of what the sensors read wrong. Where a robot slides, sideways or scrubbing on skid wheels, its readings
+/// are right and the ground moves otherwise: that is no error of the sensitivity.
+RowVector variance_of_readings(const Chassis& chassis, const Rows& rows, const Increment& ways) {
+  RowVector variance = readings_of(chassis, rows, ways).variance;
+  for (int i = 0; i < rows.count(); ++i) {
+    const Row& row = rows.row[static_cast<std::size_t>(i)];
+    const bool skids = row.kind == RowKind::wheel &&
+                       chassis.wheels()[static_cast<std::size_t>(row.wheel)].kind == WheelKind::skid;
+    if (skids || i >= rows.measured) variance[i] = 0.0;
+  }
+  return variance;
+}
+
 /// The matrix whose columns are what a linear map makes of the unit vectors.
 template <class Map>
 Matrix3 matrix_of(const Map& map) {
@@ -46,8 +59,8 @@ void SensitivityErrors::follow(const Increment& increment, const Pose2& pose) {
   if (ways_.duration_s >= kLongestInterval_s - 1e-9) close(pose);
 }
 
-/// ξ = G z with readings z of noise V: the pose errs by M G n, its sensitivity by M (G ∂z/z − G ∂H G) n, M of
-/// the arc; the residuals of a weighted estimate do not err with it.
+/// ξ = G z with readings z of noise V, P = G V Gᵀ: the pose errs by M G n, its sensitivity by M (G ∂z/z − G
+/// ∂H G) n, M of the arc; the residuals of a weighted estimate do not err with it.
 void SensitivityErrors::close(const Pose2& pose) {
   if (ways_.duration_s <= 0.0) return;
   const Twist2 twist = log(from_.inverse() * pose);
@@ -56,7 +69,7 @@ void SensitivityErrors::close(const Pose2& pose) {
   const Matrix3 M = matrix_of([&](const std::array<double, 3>& v) { return arc.map(v); });
   const double speed = mean_travel(*chassis_, ways_) / ways_.duration_s;
   const RowVector weight = weighing_variances(*chassis_, rows_, speed, 1.0).cwiseInverse();
-  const RowVector variance = readings_of(*chassis_, rows_, ways_).variance;
+  const RowVector variance = variance_of_readings(*chassis_, rows_, ways_);
   const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxRows> HtW =
       rows_.H.transpose() * weight.asDiagonal();
   const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxRows> G = (HtW * rows_.H).inverse() * HtW;

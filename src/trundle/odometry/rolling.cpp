@@ -15,8 +15,16 @@ static_assert(std::is_trivially_copyable_v<Rolling>);
 constexpr double kSlowest_m_s = 0.01;
 /// Over 4 k² roll noise drives a wheel the wrong way once in 3000 times: exp(−2 · 4 k²/k²).
 constexpr double kNoiseLengths = 4.0;
+/// What goes under the name of roll noise in a robot that scrubs does not move its counters to and fro:
+/// beyond this length travel is travel, however noisy.
+constexpr double kLongestNoise_m = 0.01;
 /// A counter at an edge toggles by one tick.
 constexpr double kTicks = 2.0;
+
+/// [m]; of a turn in radians likewise.
+double noise_length(double per_sqrt_m) {
+  return std::min(kNoiseLengths * squared(per_sqrt_m), kLongestNoise_m);
+}
 
 }  // namespace
 
@@ -25,8 +33,7 @@ RollingGauge::RollingGauge(const Chassis& chassis) {
   double grain_m = 0.0;
   if (chassis.wheel_count == 0) {  // forward and turn; the turn's noise comes of both
     inputs_ = 2;
-    grain_ = {kNoiseLengths * squared(noise.wheel_per_sqrt_m),
-              kNoiseLengths * squared(noise.turn_per_sqrt_rad)};
+    grain_ = {noise_length(noise.wheel_per_sqrt_m), noise_length(noise.turn_per_sqrt_rad)};
     const double by_travel = squared(noise.turn_per_sqrt_m);
     const double by_turn = squared(noise.turn_per_sqrt_rad);
     const double both = by_travel + by_turn;
@@ -37,8 +44,7 @@ RollingGauge::RollingGauge(const Chassis& chassis) {
     const Wheel& wheel = chassis.wheels()[i];
     const double per_turn_m = kPi * std::abs(wheel.diameter_m);
     const double ticks = std::abs(wheel.ticks_per_revolution);
-    grain_[i] =
-        kNoiseLengths * squared(wheel_noise(chassis, i)) / per_turn_m + (ticks > 0.0 ? kTicks / ticks : 0.0);
+    grain_[i] = noise_length(wheel_noise(chassis, i)) / per_turn_m + (ticks > 0.0 ? kTicks / ticks : 0.0);
     metres_[i] = per_turn_m / chassis.wheel_count;
     grain_m = std::max(grain_m, grain_[i] * per_turn_m);
     ++inputs_;
