@@ -10,7 +10,7 @@ namespace trundle {
 namespace {
 
 /// Over so long a motion is one arc, and noise in it as if it came evenly.
-constexpr double kLongestInterval_s = 0.1;
+constexpr double kLongestInterval_s = 0.2;
 
 /// Of what the sensors read wrong. Where a robot slides, sideways or scrubbing on skid wheels, its readings
 /// are right and the ground moves otherwise: that is no error of the sensitivity.
@@ -46,9 +46,13 @@ SensitivityErrors::SensitivityErrors(const Robot& robot, std::span<const Paramet
       rows_(rows_of(robot.chassis, robot.chassis.gyro.has_value())),
       covariance_(parameters.size(), Matrix3::Zero()),
       from_(pose) {
+  const RowVector weight = weighing_variances(*chassis_, rows_, 1.0, 1.0).cwiseInverse();
+  const ByReading HtW = rows_.H.transpose() * weight.asDiagonal();
+  pose_ = (HtW * rows_.H).inverse() * HtW;
   for (const Parameter& parameter : parameters) {
-    row_derivatives_.push_back(row_derivative(parameter, *chassis_, rows_));
-    growth_.push_back(reading_growth(parameter, *chassis_, rows_));
+    const RowVector growth = reading_growth(parameter, *chassis_, rows_);
+    const RowMatrix dH = row_derivative(parameter, *chassis_, rows_);
+    sensitivity_.emplace_back(pose_ * growth.asDiagonal() - pose_ * dH * pose_);
   }
 }
 
@@ -59,26 +63,18 @@ void SensitivityErrors::follow(const Increment& increment, const Pose2& pose) {
   if (ways_.duration_s >= kLongestInterval_s - 1e-9) close(pose);
 }
 
-/// ξ = G z with readings z of noise V, P = G V Gᵀ: the pose errs by M G n, its sensitivity by M (G ∂z/z − G
-/// ∂H G) n, M of the arc; the residuals of a weighted estimate do not err with it.
 void SensitivityErrors::close(const Pose2& pose) {
   if (ways_.duration_s <= 0.0) return;
   const Twist2 twist = log(from_.inverse() * pose);
   const ArcStep arc(from_.heading, {twist.dx, twist.dy, twist.dtheta});
   const Matrix3 F = matrix_of([&](const std::array<double, 3>& v) { return arc.carry(v); });
   const Matrix3 M = matrix_of([&](const std::array<double, 3>& v) { return arc.map(v); });
-  const double speed = mean_travel(*chassis_, ways_) / ways_.duration_s;
-  const RowVector weight = weighing_variances(*chassis_, rows_, speed, 1.0).cwiseInverse();
   const RowVector variance = variance_of_readings(*chassis_, rows_, ways_);
-  const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxRows> HtW =
-      rows_.H.transpose() * weight.asDiagonal();
-  const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxRows> G = (HtW * rows_.H).inverse() * HtW;
-  const Matrix3 P = G * variance.asDiagonal() * G.transpose();
   for (std::size_t j = 0; j < covariance_.size(); ++j) {
     covariance_[j] = (F * covariance_[j] * F.transpose()).eval();
     if (!complete_) continue;  // it would be weighed otherwise; and little is left out
-    const Matrix3 of_readings = G * variance.cwiseProduct(growth_[j]).asDiagonal() * G.transpose();
-    covariance_[j] += M * (of_readings - G * row_derivatives_[j] * P) * M.transpose();
+    covariance_[j] +=
+        M * (sensitivity_[j] * variance.asDiagonal() * pose_.transpose()).eval() * M.transpose();
   }
   from_ = pose;
   ways_ = {};

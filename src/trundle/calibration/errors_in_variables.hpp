@@ -30,14 +30,17 @@ class SensitivityErrors {
  private:
   void close(const Pose2& pose);
 
+  /// Per unit error of each reading [1/m; the gyro's 1/rad].
+  using ByReading = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxRows>;
+
   const Chassis* chassis_;
   Rows rows_;
-  std::vector<RowMatrix> row_derivatives_;  ///< ∂H/∂p
-  std::vector<RowVector> growth_;           ///< ∂z/∂p over z, row by row
-  std::vector<Matrix3> covariance_;         ///< C in world axes
-  Pose2 from_;                              ///< where the open interval began
-  Increment ways_;                          ///< what rolled in it, without sign
-  bool complete_ = true;                    ///< the gyro was there throughout
+  ByReading pose_;                      ///< G of ξ = G z, the error of the motion
+  std::vector<ByReading> sensitivity_;  ///< G ∂z/z − G ∂H G, that of its sensitivity to each parameter
+  std::vector<Matrix3> covariance_;     ///< C in world axes
+  Pose2 from_;                          ///< where the open interval began
+  Increment ways_;                      ///< what rolled in it, without sign
+  bool complete_ = true;                ///< the gyro was there throughout
 };
 
 }  // namespace trundle
