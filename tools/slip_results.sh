@@ -39,8 +39,8 @@ judge() {
     --corrected "$run/corrected.csv" --quiet
   "$trundle" odometry "$run" --robot "$robot" -o "$run/plain.csv" --quiet
   wheels_alone "$robot" > "$run/wheels_alone.toml"
-  "$trundle" odometry "$run" --robot "$run/wheels_alone.toml" -o "$run/wheels.csv" --quiet
-  echo "$(error_of "$run/wheels.csv" "$reference") $(error_of "$run/plain.csv" "$reference") $(error_of "$run/corrected.csv" "$reference")" > "$run/errors.txt"
+  "$trundle" odometry "$run" --robot "$run/wheels_alone.toml" -o "$run/wheels_alone.csv" --quiet
+  echo "$(error_of "$run/wheels_alone.csv" "$reference") $(error_of "$run/plain.csv" "$reference") $(error_of "$run/corrected.csv" "$reference")" > "$run/errors.txt"
 }
 
 cd "$out/kobuki_injected"
