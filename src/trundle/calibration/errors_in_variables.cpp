@@ -57,6 +57,7 @@ SensitivityErrors::SensitivityErrors(const Robot& robot, std::span<const Paramet
 }
 
 void SensitivityErrors::follow(const Increment& increment, const Pose2& pose) {
+  if (covariance_.empty()) return;
   ways_.duration_s += increment.duration_s;
   for (std::size_t i = 0; i < ways_.turned.size(); ++i) ways_.turned[i] += std::abs(increment.turned[i]);
   complete_ = complete_ && (increment.has_gyro || !chassis_->gyro);

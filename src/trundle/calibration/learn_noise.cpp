@@ -205,8 +205,9 @@ std::string words_of_wheels(const LearnedNoise& learned, const Robot& robot) {
 std::string words(const LearnedNoise& learned, const Robot& robot, double piece_s) {
   std::string text = words_of_wheels(learned, robot);
   if (has_sideways(robot))
-    text += has_skid_wheels(robot) ? fmt::format(", skid {:.3g} m/√m", learned.noise.skid_per_sqrt_m)
-                                   : fmt::format(", lateral {:.3g} m/√m", learned.noise.lateral_per_sqrt_m);
+    text += has_skid_wheels(robot.chassis)
+                ? fmt::format(", skid {:.3g} m/√m", learned.noise.skid_per_sqrt_m)
+                : fmt::format(", lateral {:.3g} m/√m", learned.noise.lateral_per_sqrt_m);
   if (learned.gyro_rad_s_sqrt_hz) text += fmt::format(", gyro {:.3g} rad/s/√Hz", *learned.gyro_rad_s_sqrt_hz);
   return fmt::format(
       "noise learned from {} pieces of {:g} s against the reference ({:.3g} m, {:.2g}°): {}; {:.0f} % of the "

@@ -111,11 +111,6 @@ std::vector<NoisePiece> noise_pieces(std::span<const Run> runs, const Robot& rob
   return pieces;
 }
 
-bool has_skid_wheels(const Robot& robot) {
-  return std::ranges::any_of(robot.chassis.wheels(),
-                             [](const Wheel& w) { return w.kind == WheelKind::skid; });
-}
-
 bool has_sideways(const Robot& robot) {
   const Rows rows = rows_of(robot.chassis, false);
   return rows.count() > rows.measured;
@@ -128,7 +123,7 @@ Robot with_levels(const Robot& robot, const NoiseLevels& levels) {
   const auto wheels = result.chassis.wheels();
   for (std::size_t i = 0; i < wheels.size(); ++i)
     wheels[i].noise_per_sqrt_m = levels.alike() ? Wheel{}.noise_per_sqrt_m : levels.share[i] * levels.wheel;
-  (has_skid_wheels(robot) ? noise.skid_per_sqrt_m : noise.lateral_per_sqrt_m) = levels.sideways;
+  (has_skid_wheels(robot.chassis) ? noise.skid_per_sqrt_m : noise.lateral_per_sqrt_m) = levels.sideways;
   if (result.chassis.gyro) result.chassis.gyro->noise_rad_s_sqrt_hz = levels.gyro;
   return result;
 }

@@ -45,7 +45,6 @@ struct NoiseLevels {
 };
 
 Robot with_levels(const Robot& robot, const NoiseLevels& levels);
-bool has_skid_wheels(const Robot& robot);
 /// Whether anything is assumed of sideways motion.
 bool has_sideways(const Robot& robot);
 

@@ -119,6 +119,16 @@ void set_track_derivative(const Chassis& chassis, const Rows& rows, RowMatrix& d
   }
 }
 
+/// The two that scale a reading.
+bool is_diameter_of(const Parameter& parameter, const Row& row) {
+  return parameter.kind == ParameterKind::diameter && row.kind == RowKind::wheel &&
+         row.wheel == parameter.wheel;
+}
+
+bool is_scale_of(const Parameter& parameter, const Row& row) {
+  return parameter.kind == ParameterKind::gyro_scale && row.kind == RowKind::gyro;
+}
+
 }  // namespace
 
 std::string name_of(const Parameter& parameter, const Robot& robot) {
@@ -289,11 +299,9 @@ RowVector reading_growth(const Parameter& parameter, const Chassis& chassis, con
   RowVector growth = RowVector::Zero(rows.count());
   for (int i = 0; i < rows.measured; ++i) {
     const Row& row = rows.row[static_cast<std::size_t>(i)];
-    if (parameter.kind == ParameterKind::diameter && row.kind == RowKind::wheel &&
-        row.wheel == parameter.wheel)
+    if (is_diameter_of(parameter, row))
       growth[i] = 1.0 / chassis.wheels()[static_cast<std::size_t>(row.wheel)].diameter_m;
-    if (parameter.kind == ParameterKind::gyro_scale && row.kind == RowKind::gyro)
-      growth[i] = 1.0 / chassis.gyro->scale;
+    if (is_scale_of(parameter, row)) growth[i] = 1.0 / chassis.gyro->scale;
   }
   return growth;
 }
@@ -303,10 +311,9 @@ RowVector reading_derivative(const Parameter& parameter, const Chassis& chassis,
   RowVector derivative = RowVector::Zero(rows.count());
   for (int i = 0; i < rows.count(); ++i) {
     const Row& row = rows.row[static_cast<std::size_t>(i)];
-    if (parameter.kind == ParameterKind::diameter && row.kind == RowKind::wheel &&
-        row.wheel == parameter.wheel)
+    if (is_diameter_of(parameter, row))
       derivative[i] = kPi * increment.turned[static_cast<std::size_t>(row.wheel)];
-    if (parameter.kind == ParameterKind::gyro_scale && row.kind == RowKind::gyro)
+    if (is_scale_of(parameter, row))
       derivative[i] = increment.gyro_rad - chassis.gyro->bias_rad_s * increment.duration_s;
     if (parameter.kind == ParameterKind::gyro_bias && row.kind == RowKind::gyro)
       derivative[i] = -chassis.gyro->scale * increment.duration_s;
