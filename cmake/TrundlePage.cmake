@@ -21,5 +21,6 @@ function(trundle_inline_page target)
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${web}/*.html ${web}/*.css ${web}/*.js)
   add_custom_command(OUTPUT ${output} DEPENDS ${sources} ${script} COMMENT "Inlining web/ into the report page"
                      COMMAND ${CMAKE_COMMAND} -D WEB=${web} -D OUTPUT=${output} -P ${script} VERBATIM)
+  set_source_files_properties(${output} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   target_sources(${target} PRIVATE ${output})
 endfunction()

@@ -8,7 +8,7 @@
 namespace trundle::app {
 namespace {
 
-struct Options {
+struct CalibrateArguments {
   std::vector<std::string> recordings;
   std::vector<std::string> hold_out;
   std::string robot;
@@ -19,7 +19,7 @@ struct Options {
   Common common;
 };
 
-void run(const Options& options) {
+void run(const CalibrateArguments& options) {
   const RobotFile nominal = read_robot_file(options.robot);
   const ReadOptions how{.robot_number = options.robot_number};
   const std::vector<Recording> training = read_recordings(options.recordings, how);
@@ -33,7 +33,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_calibrate(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<CalibrateArguments>();
   CLI::App* command = add_command(
       app, "calibrate", "Calibrate a robot from recordings with references",
       "trundle calibrate squares/ --hold-out tour/ --robot nominal.toml -o calibrated.toml", options->common);

@@ -10,7 +10,7 @@
 namespace trundle::app {
 namespace {
 
-struct Options {
+struct EvaluateArguments {
   Common common;
   std::string estimate;
   std::string reference;
@@ -64,7 +64,7 @@ std::string text_of(const Evaluation& e) {
   return text;
 }
 
-void run(const Options& options) {
+void run(const EvaluateArguments& options) {
   const TrajectoryFile estimate = read_trajectory_file(options.estimate);
   const TrajectoryFile reference = read_trajectory_file(options.reference);
   std::optional<RobotFile> robot;
@@ -79,7 +79,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_evaluate(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<EvaluateArguments>();
   CLI::App* command =
       add_command(app, "evaluate", "How far an estimated trajectory is from a reference",
                   "trundle evaluate trajectory.csv data/demo/session_03/tour --align se2", options->common);

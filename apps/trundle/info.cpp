@@ -11,7 +11,7 @@
 namespace trundle::app {
 namespace {
 
-struct Options {
+struct InfoArguments {
   std::string recording;
   std::string robot;
   int robot_number = 0;
@@ -88,7 +88,7 @@ std::string text_of(const RecordingInfo& info) {
 }
 
 /// The robot file with the gyro's noise, and how it was obtained.
-void write_gyro_noise(const Options& options, Robot robot, const Provenance& provenance,
+void write_gyro_noise(const InfoArguments& options, Robot robot, const Provenance& provenance,
                       const GyroNoise& noise) {
   Gyro gyro = robot.chassis.gyro.value_or(Gyro{});
   gyro.noise_rad_s_sqrt_hz = noise.noise_rad_s_sqrt_hz;
@@ -102,7 +102,7 @@ void write_gyro_noise(const Options& options, Robot robot, const Provenance& pro
   write_file(options.output, text + to_toml(robot));
 }
 
-void require_output_makes_sense(const Options& options, std::size_t recordings) {
+void require_output_makes_sense(const InfoArguments& options, std::size_t recordings) {
   if (options.output.empty()) return;
   if (!options.gyro_noise || options.robot.empty())
     throw CLI::ValidationError("--output",
@@ -110,7 +110,7 @@ void require_output_makes_sense(const Options& options, std::size_t recordings) 
   if (recordings != 1) throw CLI::ValidationError("--output", "needs one recording");
 }
 
-void run(const Options& options) {
+void run(const InfoArguments& options) {
   InfoQuestion question{.robot = {}, .gyro_noise = options.gyro_noise, .robot_number = options.robot_number};
   if (!options.robot.empty()) question.robot = read_robot_file(options.robot);
   std::vector<Recording> recordings =
@@ -128,7 +128,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_info(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<InfoArguments>();
   CLI::App* command =
       add_command(app, "info", "What a recording holds, what is wrong with it, what this robot can tell",
                   "trundle info recording --robot robot.toml", options->common);

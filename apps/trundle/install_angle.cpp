@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Options {
+struct InstallAngleArguments {
   std::vector<std::string> recordings;
   std::string robot;
   std::optional<double> side_m;
@@ -62,14 +62,14 @@ std::optional<std::size_t> count_from(const std::string& text) {
 }
 
 /// A repeat is a run that was measured: none is made up from a number.
-void require_count(const Options& options, std::size_t runs, const char* give) {
+void require_count(const InstallAngleArguments& options, std::size_t runs, const char* give) {
   for (const std::string& text : options.repeat)
     if (const auto count = count_from(text); count && *count != runs)
       throw CLI::ValidationError(
           "--repeat", fmt::format("{} runs are said to be there, {} given: {}", *count, runs, give));
 }
 
-std::vector<LRun> runs_by_hand(const Options& options) {
+std::vector<LRun> runs_by_hand(const InstallAngleArguments& options) {
   if (!options.side_m || options.end_x_m.empty() || options.end_y_m.empty())
     throw CLI::RequiredError("--side-m, --end-x-m and --end-y-m, or a recording folder,");
   if (options.end_x_m.size() != options.end_y_m.size())
@@ -85,7 +85,7 @@ std::vector<LRun> runs_by_hand(const Options& options) {
   return runs;
 }
 
-Input from_recordings(const Options& options) {
+Input from_recordings(const InstallAngleArguments& options) {
   const bool has_ends =
       std::ranges::any_of(options.repeat, [](const auto& text) { return !count_from(text); });
   if (options.side_m || !options.end_x_m.empty() || !options.end_y_m.empty() || has_ends)
@@ -106,11 +106,11 @@ Input from_recordings(const Options& options) {
   return input;
 }
 
-StartHeading start_heading_of(const Options& options) {
+StartHeading start_heading_of(const InstallAngleArguments& options) {
   return options.start_heading == "each-run" ? StartHeading::each_run : StartHeading::one_alignment;
 }
 
-Provenance provenance_of(const Options& options, const Input& input) {
+Provenance provenance_of(const InstallAngleArguments& options, const Input& input) {
   Provenance provenance{input.files, {}, std::nullopt};
   const auto add = [&](const char* name, const std::optional<double>& value) {
     if (value) provenance.options.emplace_back(name, fmt::format("{}", *value));
@@ -190,7 +190,7 @@ std::string text_of(const Input& input, const InstallAngle& angle, StartHeading 
   return text;
 }
 
-void run(const Options& options) {
+void run(const InstallAngleArguments& options) {
   const Input input =
       options.recordings.empty() ? Input{runs_by_hand(options), {}} : from_recordings(options);
   const InstallAngle angle =
@@ -204,7 +204,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_install_angle(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<InstallAngleArguments>();
   CLI::App* command =
       add_command(app, "install-angle", "Mounting angle of two dead wheels from an L-shaped run",
                   "trundle install-angle --side-m 2 --end-x-m 1.998 --end-y-m 1.931 --repeat "

@@ -20,7 +20,7 @@
 namespace trundle::app {
 namespace {
 
-struct Options {
+struct LiveArguments {
   Common common;
   std::string robot;
   std::string start = "0,0,0";
@@ -33,7 +33,7 @@ struct Options {
   bool timing = false;
 };
 
-Provenance provenance_of(const Options& options, const RobotFile& robot) {
+Provenance provenance_of(const LiveArguments& options, const RobotFile& robot) {
   return {{robot.file},
           {{"start", options.start},
            {"probability", fmt::format("{}", options.probability)},
@@ -99,7 +99,7 @@ class Timing {
 /// Lines in, lines out, and what is stored on the way.
 class Session {
  public:
-  Session(const Options& options, const RobotFile& robot)
+  Session(const LiveArguments& options, const RobotFile& robot)
       : options_(options),
         robot_(robot.robot),
         provenance_(provenance_of(options, robot)),
@@ -159,7 +159,7 @@ class Session {
 
   void store() { write_live_checkpoint(options_.checkpoint, settings_, odometer_); }
 
-  Options options_;
+  LiveArguments options_;
   Robot robot_;
   Provenance provenance_;
   std::string settings_;
@@ -173,7 +173,7 @@ class Session {
   double next_store_s_ = -std::numeric_limits<double>::infinity();
 };
 
-void run(const Options& options) {
+void run(const LiveArguments& options) {
   const RobotFile robot = read_robot_file(options.robot);
   require_apart({robot.file}, {options.checkpoint});
   Session session(options, robot);
@@ -184,7 +184,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_live(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<LiveArguments>();
   CLI::App* command =
       add_command(app, "live", "Pose, covariance and slip as the readings come, line by line",
                   "trundle live --robot robot.toml --checkpoint state < readings.jsonl", options->common);

@@ -12,7 +12,7 @@
 namespace trundle::app {
 namespace {
 
-struct Options {
+struct LocalizeArguments {
   Common common;
   std::string recording;
   std::string robot;
@@ -32,7 +32,7 @@ std::string line_of(const KnownStretch& stretch) {
   return line + "\n";
 }
 
-std::string text_of(const Options& options, const LocalizeAnswer& answer) {
+std::string text_of(const LocalizeArguments& options, const LocalizeAnswer& answer) {
   const LocalizationCounts& counts = answer.result.counts;
   const StampedPose& end = answer.result.trajectory.poses.back();
   std::string text = fmt::format("{}: {} poses on a map of {} landmarks, {} sightings in {} steps\n",
@@ -52,7 +52,7 @@ std::string text_of(const Options& options, const LocalizeAnswer& answer) {
   return text;
 }
 
-LocalizeQuestion question_of(const Options& options) {
+LocalizeQuestion question_of(const LocalizeArguments& options) {
   LocalizeQuestion question = options.question;
   question.slip = app::question_of(options.slip, question.robot_number);
   question.filter =
@@ -61,7 +61,7 @@ LocalizeQuestion question_of(const Options& options) {
   return question;
 }
 
-void run(const Options& options) {
+void run(const LocalizeArguments& options) {
   const LocalizeQuestion question = question_of(options);
   const RobotFile robot = read_robot_file(options.robot);
   const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
@@ -78,7 +78,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_localize(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<LocalizeArguments>();
   CLI::App* command = add_command(
       app, "localize", "Find and follow the robot on a map of landmarks that is known",
       "trundle localize recording --robot robot.toml --map landmarks.csv -o trajectory.csv", options->common);

@@ -14,7 +14,7 @@
 namespace trundle::app {
 namespace {
 
-struct Options {
+struct OdometryArguments {
   std::string recording;
   std::string robot;
   OdometryQuestion question;
@@ -78,7 +78,7 @@ std::string text_of(const OdometryAnswer& answer, const Robot& robot) {
   return text;
 }
 
-void run(const Options& options) {
+void run(const OdometryArguments& options) {
   OdometryQuestion question = options.question;
   question.start = start_pose_from(question.start_text);
   const RobotFile robot = read_robot_file(options.robot);
@@ -94,7 +94,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_odometry(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<OdometryArguments>();
   CLI::App* command = add_command(
       app, "odometry", "Integrate a recording's wheels and gyro to a trajectory with covariance",
       "trundle odometry recording --robot robot.toml --start 1,2,90 -o trajectory.csv", options->common);

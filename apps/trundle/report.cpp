@@ -12,18 +12,18 @@
 namespace trundle::app {
 namespace {
 
-struct Options {
+struct ReportArguments {
   ReportQuestion question;
   std::string output = "report.html";
   Common common;
 };
 
-std::string text_of(const Options& options, const nlohmann::ordered_json& report) {
+std::string text_of(const ReportArguments& options, const nlohmann::ordered_json& report) {
   const bool json = std::filesystem::path(options.output).extension() == ".json";
   return json ? json_text(report) : report_page(report);
 }
 
-void run(const Options& options) {
+void run(const ReportArguments& options) {
   const ReportAnswer answer = answer_report(options.question);
   write_files({{options.output, text_of(options, answer.document)}}, answer.provenance.inputs);
   nlohmann::ordered_json document = to_json(answer.provenance);
@@ -34,7 +34,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_report(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReportArguments>();
   CLI::App* command = add_command(app, "report", "Draw results as one page that opens from disk",
                                   "trundle report out/kobuki -o report.html", options->common);
   command

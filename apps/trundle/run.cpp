@@ -12,7 +12,7 @@
 namespace trundle::app {
 namespace {
 
-struct Options {
+struct RunArguments {
   RunQuestion question;
   std::string filter = std::string(name_of(SlamMethod::fastslam2));
   std::string output;
@@ -46,7 +46,7 @@ OnProgress progress_of(const Common& common, ProgressBar& bar) {
   };
 }
 
-void run(const Options& options) {
+void run(const RunArguments& options) {
   RunQuestion question = options.question;
   question.output = options.output;
   question.slam.method = *slam_method_named(options.filter);
@@ -58,7 +58,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_run(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RunArguments>();
   RunQuestion& question = options->question;
   CLI::App* command = add_command(
       app, "run", "All of it in one go: health, calibration, odometry, slip, map, errors, one page",

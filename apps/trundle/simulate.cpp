@@ -9,7 +9,7 @@
 namespace trundle::app {
 namespace {
 
-struct Options {
+struct SimulateArguments {
   Common common;
   std::string scenario;
   std::string output;
@@ -20,7 +20,7 @@ Provenance provenance_of(const Plan& plan) {
   return {.inputs = plan.inputs, .options = {}, .seed = plan.seed};
 }
 
-nlohmann::ordered_json document_of(const Plan& plan, const Options& options) {
+nlohmann::ordered_json document_of(const Plan& plan, const SimulateArguments& options) {
   nlohmann::ordered_json document = to_json(provenance_of(plan));
   document["recordings"] = nlohmann::ordered_json::array();
   for (const PlannedRun& run : plan.runs)
@@ -32,7 +32,7 @@ nlohmann::ordered_json document_of(const Plan& plan, const Options& options) {
   return document;
 }
 
-std::string text_of(const Plan& plan, const Options& options) {
+std::string text_of(const Plan& plan, const SimulateArguments& options) {
   std::string text;
   for (const PlannedRun& run : plan.runs)
     text += fmt::format("{}: {:.1f} m in {:.0f} s\n", folder_of(plan, run, options.output).string(),
@@ -44,7 +44,7 @@ std::string text_of(const Plan& plan, const Options& options) {
   return text;
 }
 
-void run(const Options& options) {
+void run(const SimulateArguments& options) {
   const Plan plan = read_plan(options.scenario, options.seed);
   write_plan(plan, options.output, to_lines(provenance_of(plan)));
   print(options.common, document_of(plan, options), text_of(plan, options));
@@ -53,7 +53,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_simulate(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SimulateArguments>();
   CLI::App* command =
       add_command(app, "simulate", "Make recordings of a robot whose truth is known",
                   "trundle simulate data/demo/scenario.toml -o out/simulated", options->common);

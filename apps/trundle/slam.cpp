@@ -13,7 +13,7 @@
 namespace trundle::app {
 namespace {
 
-struct Options {
+struct SlamArguments {
   Common common;
   std::string recording;
   std::string robot;
@@ -32,7 +32,7 @@ std::string smoother_line(const SmootherCounts& counts) {
       counts.converged ? "converged" : "not converged", counts.iterations);
 }
 
-std::string text_of(const Options& options, const SlamAnswer& answer) {
+std::string text_of(const SlamArguments& options, const SlamAnswer& answer) {
   const SlamCounts& counts = answer.result.counts;
   const StampedPose& end = answer.trajectory().poses.back();
   std::string text = fmt::format("{}: {} landmarks from {} sightings in {} steps\n", options.filter,
@@ -62,8 +62,8 @@ std::string text_of(const Options& options, const SlamAnswer& answer) {
                       options.output,
                       answer.smoothed ? "smoothed), online.csv (online estimate" : "online estimate",
                       answer.result.path ? "path.csv (best particle's whole path), " : "");
-  for (const Problem& problem : answer.input.problems) text += line_of(problem);
-  for (const Problem& doubt : answer.doubts) text += line_of(doubt);
+  for (const Problem& problem : answer.input.problems) text += app::line_of(problem);
+  for (const Problem& doubt : answer.doubts) text += app::line_of(doubt);
   return text;
 }
 
@@ -75,7 +75,7 @@ std::vector<InputFile> inputs_of(const SlamAnswer& answer, const SlamCheckpoints
   return inputs;
 }
 
-SlamQuestion question_of(const Options& options) {
+SlamQuestion question_of(const SlamArguments& options) {
   SlamQuestion question = options.question;
   question.slip = app::question_of(options.slip, question.robot_number);
   question.method = *slam_method_named(options.filter);
@@ -85,7 +85,7 @@ SlamQuestion question_of(const Options& options) {
   return question;
 }
 
-void run(const Options& options) {
+void run(const SlamArguments& options) {
   SlamQuestion question = question_of(options);
   const RobotFile robot = read_robot_file(options.robot);
   const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
@@ -102,7 +102,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_slam(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SlamArguments>();
   CLI::App* command =
       add_command(app, "slam", "Estimate the trajectory and a map of landmarks from odometry and sightings",
                   "trundle slam recording --robot robot.toml --filter fastslam2 -o out", options->common);

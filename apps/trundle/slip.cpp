@@ -11,7 +11,7 @@
 namespace trundle::app {
 namespace {
 
-struct Options {
+struct SlipArguments {
   std::string recording;
   std::string robot;
   SlipQuestion question;
@@ -39,11 +39,11 @@ std::string text_of(const SlipAnswer& answer, const Robot& robot) {
         "learned from {} intervals: {} (U1 {:.2f}, U2 {:.2f}, limit {:.2f})\n",
         answer.learned->normality.moments.count, answer.learned->normality.rejected ? "not normal" : "normal",
         answer.learned->normality.u1, answer.learned->normality.u2, answer.learned->normality.limit);
-  for (const Problem& problem : answer.report.problems) text += line_of(problem);
+  for (const Problem& problem : answer.report.problems) text += app::line_of(problem);
   return text;
 }
 
-void run(const Options& options) {
+void run(const SlipArguments& options) {
   SlipQuestion question = options.question;
   question.method = options.method == "published" ? SlipMethod::published : SlipMethod::general;
   const RobotFile robot = read_robot_file(options.robot);
@@ -61,7 +61,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_slip(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SlipArguments>();
   CLI::App* command = add_command(
       app, "slip", "Find where wheels slip, and correct the odometry for it",
       "trundle slip recording --robot robot.toml --learn clean -o slip.csv --corrected trajectory.csv",

@@ -12,7 +12,7 @@
 namespace trundle::app {
 namespace {
 
-struct Options {
+struct UmbmarkArguments {
   std::vector<std::string> inputs;  ///< one sheet, or recordings of square runs
   std::string robot;
   std::optional<double> side_m;
@@ -27,12 +27,12 @@ struct Input {
   std::vector<InputFile> files;
 };
 
-Input from_sheet(const Options& options, const Robot& nominal, SquareMethod method) {
+Input from_sheet(const UmbmarkArguments& options, const Robot& nominal, SquareMethod method) {
   const std::filesystem::path path = options.inputs.front();
   return {umbmark(read_sheet(path, options.side_m), nominal, method), {input_file(path)}};
 }
 
-Input from_recordings(const Options& options, const Robot& nominal, SquareMethod method) {
+Input from_recordings(const UmbmarkArguments& options, const Robot& nominal, SquareMethod method) {
   if (!options.side_m) throw CLI::RequiredError("--side-m (the nominal side of the square that was driven)");
   const std::vector<Recording> recordings = read_recordings(options.inputs);
   Input input = {umbmark(recordings, nominal, *options.side_m, method), {}};
@@ -41,7 +41,7 @@ Input from_recordings(const Options& options, const Robot& nominal, SquareMethod
   return input;
 }
 
-bool is_sheet(const Options& options) {
+bool is_sheet(const UmbmarkArguments& options) {
   if (!std::filesystem::is_directory(options.inputs.front())) {
     if (options.inputs.size() == 1) return true;
     throw InputError(options.inputs[1], "more than one input, the first a sheet",
@@ -50,7 +50,7 @@ bool is_sheet(const Options& options) {
   return false;
 }
 
-Provenance provenance_of(const Options& options, std::vector<InputFile> files) {
+Provenance provenance_of(const UmbmarkArguments& options, std::vector<InputFile> files) {
   files.push_back(input_file(options.robot));
   Provenance provenance = {
       .inputs = std::move(files), .options = {{"method", options.method}}, .seed = std::nullopt};
@@ -60,7 +60,7 @@ Provenance provenance_of(const Options& options, std::vector<InputFile> files) {
   return provenance;
 }
 
-void run(const Options& options) {
+void run(const UmbmarkArguments& options) {
   const Robot nominal = read_robot(options.robot);
   const SquareMethod method = *square_method_named(options.method);
   Input input =
@@ -73,7 +73,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_umbmark(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<UmbmarkArguments>();
   CLI::App* command =
       add_command(app, "umbmark", "Calibrate from squares driven both ways, measured by hand or recorded",
                   "trundle umbmark sheet.csv --robot nominal.toml -o calibrated.toml", options->common);

@@ -10,6 +10,7 @@
 
 #include "trundle/io/file.hpp"
 
+#include "app/demo.hpp"
 #include "app/process.hpp"
 #include "app/sample.hpp"
 
@@ -17,9 +18,6 @@ namespace trundle::test {
 namespace {
 
 using Json = nlohmann::json;
-
-const std::filesystem::path kDemo = std::filesystem::path(TRUNDLE_SOURCE_DIR) / "data/demo";
-const std::string kRobot = (kDemo / "robot.toml").string();
 
 Outcome run_example(const Sample& sample, const std::string& name, const Arguments& arguments,
                     const std::string& input = {}) {
@@ -41,9 +39,10 @@ TEST(Examples, InAControllerGivesWhatTrundleLiveGives) {
   }
   write_file(sample.folder() / "readings.txt", readings);
   write_file(sample.folder() / "lines.jsonl", lines);
-  const Outcome example = run_example(sample, "in_a_controller", {kRobot}, "readings.txt");
+  const Outcome example = run_example(sample, "in_a_controller", {kDemoRobot}, "readings.txt");
   EXPECT_EQ(example.exit_code, 0) << example.err;
-  const Outcome live = run_program(sample.folder(), {"live", "--robot", kRobot}, {.input = "lines.jsonl"});
+  const Outcome live =
+      run_program(sample.folder(), {"live", "--robot", kDemoRobot}, {.input = "lines.jsonl"});
   std::string expected;
   std::istringstream stream(live.out);
   for (std::string line; std::getline(stream, line);) {
@@ -72,7 +71,7 @@ double real_distance(const Sample& sample, const std::string& believed) {
 TEST(Examples, ACalibratedRobotDrivesToTheGoalAndAnotherDoesNot) {
   const Sample sample;
   const double calibrated = real_distance(sample, (kDemo / "session_01/truth.toml").string());
-  const double nominal = real_distance(sample, kRobot);
+  const double nominal = real_distance(sample, kDemoRobot);
   EXPECT_LT(calibrated, 0.001);
   EXPECT_GT(nominal, 0.01);
 }

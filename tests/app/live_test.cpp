@@ -12,6 +12,7 @@
 
 #include "trundle/io/file.hpp"
 
+#include "app/demo.hpp"
 #include "app/process.hpp"
 #include "app/sample.hpp"
 
@@ -23,9 +24,7 @@ using testing::IsEmpty;
 using testing::StartsWith;
 using Json = nlohmann::json;
 
-const std::filesystem::path kDemo = std::filesystem::path(TRUNDLE_SOURCE_DIR) / "data/demo";
-const std::string kRobot = (kDemo / "robot.toml").string();
-const std::string kTour = (kDemo / "session_01/tour").string();
+const std::string kDemoTour = (kDemo / "session_01/tour").string();
 
 std::vector<std::string> lines_in(const std::string& text) {
   std::vector<std::string> lines;
@@ -51,11 +50,11 @@ std::vector<std::vector<std::string>> rows_of(const std::filesystem::path& file)
 /// The demo's tour as the robot would have told it: each reading of wheels or gyro at its stamp.
 std::string tour_as_lines() {
   std::multimap<double, std::string> lines;
-  for (const auto& row : rows_of(std::filesystem::path(kTour) / "wheels.csv"))
+  for (const auto& row : rows_of(std::filesystem::path(kDemoTour) / "wheels.csv"))
     lines.emplace(std::stod(row[0]),
                   fmt::format(R"({{"time_s":{},"wheels":{{"left_ticks":{},"right_ticks":{}}}}})", row[0],
                               row[1], row[2]));
-  for (const auto& row : rows_of(std::filesystem::path(kTour) / "gyro.csv"))
+  for (const auto& row : rows_of(std::filesystem::path(kDemoTour) / "gyro.csv"))
     lines.emplace(std::stod(row[0]), fmt::format(R"({{"time_s":{},"gyro":{}}})", row[0], row[1]));
   std::string text;
   for (const auto& [time_s, line] : lines) text += line + "\n";
@@ -70,7 +69,7 @@ class LiveCommand : public testing::Test {
     write_file(sample_.folder() / file, text);
   }
   Outcome live(Arguments more = {}, Circumstances circumstances = {.input = "tour.jsonl"}) const {
-    more.insert(more.begin(), {"live", "--robot", kRobot});
+    more.insert(more.begin(), {"live", "--robot", kDemoRobot});
     return run_program(sample_.folder(), more, circumstances);
   }
 
@@ -81,7 +80,7 @@ TEST_F(LiveCommand, GivesTheTextOfTheTrajectoryFile) {
   const Outcome outcome = live();
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_THAT(outcome.err, IsEmpty());
-  run_program(sample_.folder(), {"odometry", kTour, "--robot", kRobot, "-o", "t.csv"});
+  run_program(sample_.folder(), {"odometry", kDemoTour, "--robot", kDemoRobot, "-o", "t.csv"});
   const auto expected = rows_of(sample_.folder() / "t.csv");
   const auto lines = lines_in(outcome.out);
   ASSERT_EQ(lines.size(), expected.size());
@@ -145,7 +144,7 @@ TEST_F(LiveCommand, ALineThatIsWrongIsNamedAndLeftOut) {
 
 TEST_F(LiveCommand, ACheckpointOfAnotherRobotIsRefused) {
   ASSERT_EQ(live({"--checkpoint", "state"}).exit_code, 0);
-  keep("other.toml", read_file(kRobot) + "# another\n");
+  keep("other.toml", read_file(kDemoRobot) + "# another\n");
   const Outcome other =
       run_program(sample_.folder(), {"live", "--robot", "other.toml", "--resume", "state", "--json"},
                   Circumstances{.input = "tour.jsonl"});

@@ -31,7 +31,7 @@ TEST(Localize, FindsThePoseThatAWrongStartHides) {
   }
 }
 
-std::ptrdiff_t lines_in(const std::string& text) {
+std::ptrdiff_t count_of_lines(const std::string& text) {
   return std::ranges::count(text, '\n');
 }
 
@@ -46,14 +46,14 @@ TEST(Localize, TellsEveryStepAndEverySighting) {
     const auto document = nlohmann::json::parse(outcome.out);
     const std::string steps = read_file(sample.folder() / "s.csv");
     const std::string rows = steps.substr(steps.find("\ntime_s") + 1);
-    EXPECT_EQ(lines_in(rows), document.at("steps").get<std::ptrdiff_t>() + 1);
+    EXPECT_EQ(count_of_lines(rows), document.at("steps").get<std::ptrdiff_t>() + 1);
     EXPECT_THAT(rows,
                 testing::StartsWith("time_s,phase,sightings,matched,rejected,alarm,hypotheses,particles,"
                                     "effective_particles\n"));
     EXPECT_THAT(rows, testing::HasSubstr("\n1.02,tracking,1,"));
     EXPECT_EQ(rows.ends_with(",0,0\n"), filter == "ekf");
     const std::string innovations = read_file(sample.folder() / "i.csv");
-    EXPECT_EQ(lines_in(innovations.substr(innovations.find("\ntime_s") + 1)), 9);
+    EXPECT_EQ(count_of_lines(innovations.substr(innovations.find("\ntime_s") + 1)), 9);
     EXPECT_THAT(innovations,
                 testing::ContainsRegex("\n1.02,c,(matched|rejected),[-0-9.e]+,[-0-9.e]+,[0-9.e-]+\n"));
   }

@@ -9,6 +9,7 @@
 
 #include "trundle/io/file.hpp"
 
+#include "app/demo.hpp"
 #include "app/process.hpp"
 #include "app/sample.hpp"
 
@@ -18,8 +19,6 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 using Json = nlohmann::json;
-
-const std::filesystem::path kDemo = std::filesystem::path(TRUNDLE_SOURCE_DIR) / "data/demo";
 
 /// A fresh folder with the inputs of a Sample, and the demo's recordings under their own paths.
 class RunCommand : public testing::Test {
@@ -52,7 +51,7 @@ constexpr std::array kFiles = {
 
 TEST_F(RunCommand, GivesTheBytesOfTheSingleCommandsInTurn) {
   const std::string tour = (kDemo / "session_01/tour").string();
-  const std::string nominal = (kDemo / "robot.toml").string();
+  const std::string nominal = kDemoRobot;
   const std::string squares = (kDemo / "session_02").string();
   const std::string clean = (kDemo / "session_02/tour").string();
   ASSERT_EQ(
@@ -151,7 +150,7 @@ TEST_F(RunCommand, FindsOutWhichLandmarkIsWhichWhereNamesAreMissing) {
   for (const char* file : {"wheels.csv", "gyro.csv"})
     keep(std::string("nameless/") + file, read_file(tour / file));
   keep("nameless/sightings.csv", nameless(read_file(tour / "sightings.csv")));
-  const std::string robot = (kDemo / "robot.toml").string();
+  const std::string robot = kDemoRobot;
   ASSERT_EQ(run({"run", "nameless", "--robot", robot, "-o", "d"}).exit_code, 0);
   ASSERT_EQ(stage("d", "slam").at("status"), "done") << stage("d", "slam").at("message");
   EXPECT_THAT(stage("d", "slam").at("message").get<std::string>(), HasSubstr("smoothed"));
@@ -194,7 +193,7 @@ TEST_F(RunCommand, OutputsThatStagesNameAreThere) {
 /// What the page draws over time stands in the files of the stages.
 TEST_F(RunCommand, WritesBiasAndStatisticOverTime) {
   const std::string tour = (kDemo / "session_01/tour").string();
-  ASSERT_EQ(run({"run", tour, "--robot", (kDemo / "robot.toml").string(), "-o", "d"}).exit_code, 0);
+  ASSERT_EQ(run({"run", tour, "--robot", kDemoRobot, "-o", "d"}).exit_code, 0);
   const Json bias = json("d/odometry.json").at("gyro_bias_over_time");
   ASSERT_GT(bias.at("time_s").size(), 10);
   EXPECT_EQ(bias.at("rad_s").size(), bias.at("time_s").size());
@@ -271,7 +270,7 @@ TEST_F(RunCommand, NothingAnsweredIsExitCodeFourAndStillTold) {
 
 TEST_F(RunCommand, EvaluateNamesEachFileOfAReferenceFolderAndWhatItIsKnownTo) {
   const std::string tour = (kDemo / "session_01/tour").string();
-  ASSERT_EQ(run({"odometry", tour, "--robot", (kDemo / "robot.toml").string(), "-o", "t.csv"}).exit_code, 0);
+  ASSERT_EQ(run({"odometry", tour, "--robot", kDemoRobot, "-o", "t.csv"}).exit_code, 0);
   const Json told = Json::parse(run({"evaluate", "t.csv", tour, "--json"}).out);
   std::vector<std::string> names;
   for (const Json& input : told.at("inputs")) {

@@ -53,7 +53,7 @@ inline Robot true_omni3() {
 
 inline std::vector<Path> differential_paths() {
   return {square(1.5, TurnSense::cw), square(1.5, TurnSense::ccw),
-          joined({straight(3.0), turn_on_the_spot(kPi)}), circle(0.6, 1.5, TurnSense::cw)};
+          trundle::joined({straight(3.0), turn_on_the_spot(kPi)}), circle(0.6, 1.5, TurnSense::cw)};
 }
 
 inline std::vector<Path> omni_paths() {

@@ -13,7 +13,7 @@
 namespace trundle {
 namespace {
 
-constexpr double kSide = 2.0;
+constexpr double kSquare_m = 2.0;
 
 Robot skid_robot(double diameter_m, double track_m) {
   Robot robot;
@@ -38,12 +38,12 @@ SquareSheet drive_squares(const Robot& steering, std::uint64_t seed) {
   scenario.encoders.rate_hz = 4.0;
   scenario.seed = seed;
   SheetPlan plan;
-  plan.side_m = kSide;
+  plan.side_m = kSquare_m;
   plan.runs = 10;
   plan.position_sigma_m = 0.005;
   plan.heading_sigma_rad = radians(0.5);
   plan.leg_sigma_m = 0.003;
-  return parse_sheet(to_csv(simulate_sheet(scenario, plan), kSide), "sheet");
+  return parse_sheet(to_csv(simulate_sheet(scenario, plan), kSquare_m), "sheet");
 }
 
 double median(std::vector<double> values) {

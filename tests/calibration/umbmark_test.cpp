@@ -18,7 +18,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr double kSide = 2.0;
+constexpr double kSheetSide_m = 2.0;
 
 Robot nominal_robot() {
   Robot robot;
@@ -27,8 +27,8 @@ Robot nominal_robot() {
   robot.wheel_names = {"left", "right"};
   return robot;
 }
-const SidedDrive kNominal = {0.15, 0.15, 0.5};
-const SidedDrive kTruth = {0.1500, 0.1515, 0.53};
+const SidedDrive kSheetNominal = {0.15, 0.15, 0.5};
+const SidedDrive kSheetTruth = {0.1500, 0.1515, 0.53};
 
 struct Noise {
   double position_m = 0.0;
@@ -39,16 +39,16 @@ struct Noise {
 /// Runs each way of a robot that is `truth` and steers by `assumed`.
 SquareSheet driven(const SidedDrive& truth, const SidedDrive& assumed, int runs, bool with_leg,
                    const Noise& noise, Random& random) {
-  SquareSheet sheet = {.name = "s", .side_m = kSide, .runs = {}};
+  SquareSheet sheet = {.name = "s", .side_m = kSheetSide_m, .runs = {}};
   for (const Turn turn : {Turn::cw, Turn::ccw}) {
     for (int i = 0; i < runs; ++i) {
       SquareRun run;
       run.turn = turn;
-      run.error = predict_square(truth, assumed, kSide, turn);
+      run.error = predict_square(truth, assumed, kSheetSide_m, turn);
       run.error.x += random.normal(noise.position_m);
       run.error.y += random.normal(noise.position_m);
       run.error.heading += random.normal(noise.heading_rad);
-      if (with_leg) run.leg_m = predict_leg(truth, assumed, kSide) + random.normal(noise.leg_m);
+      if (with_leg) run.leg_m = predict_leg(truth, assumed, kSheetSide_m) + random.normal(noise.leg_m);
       run.name = "run " + std::to_string(sheet.runs.size() + 1);
       sheet.runs.push_back(run);
     }
@@ -58,7 +58,7 @@ SquareSheet driven(const SidedDrive& truth, const SidedDrive& assumed, int runs,
 
 SquareSheet exact_sheet(const SidedDrive& truth, bool with_leg = true, int runs = 5) {
   Random random(1);
-  return driven(truth, kNominal, runs, with_leg, {}, random);
+  return driven(truth, kSheetNominal, runs, with_leg, {}, random);
 }
 
 void expect_drive(const Robot& robot, const SidedDrive& truth, double relative) {
@@ -69,7 +69,7 @@ void expect_drive(const Robot& robot, const SidedDrive& truth, double relative) 
 }
 
 TEST(Umbmark, ClassicGivesTheCheckValuesWithWhatItPredicts) {
-  const CalibrationResult result = umbmark(exact_sheet(kTruth), nominal_robot(), SquareMethod::classic);
+  const CalibrationResult result = umbmark(exact_sheet(kSheetTruth), nominal_robot(), SquareMethod::classic);
   expect_drive(result.calibrated, {0.149449, 0.150551, 0.523639}, 5e-6);
   EXPECT_NEAR(*result.e_max_before_m, 0.7149, 5e-5);
   EXPECT_NEAR(*result.e_max_after_m, 0.120, 5e-4);
@@ -78,8 +78,8 @@ TEST(Umbmark, ClassicGivesTheCheckValuesWithWhatItPredicts) {
 }
 
 TEST(Umbmark, OrientationAndLikelihoodRecoverTheTruth) {
-  for (const SidedDrive& truth : {kTruth, SidedDrive{0.1550, 0.1530, 0.47}, SidedDrive{0.1425, 0.1575, 0.70},
-                                  SidedDrive{0.1575, 0.1575, 0.80}}) {
+  for (const SidedDrive& truth : {kSheetTruth, SidedDrive{0.1550, 0.1530, 0.47},
+                                  SidedDrive{0.1425, 0.1575, 0.70}, SidedDrive{0.1575, 0.1575, 0.80}}) {
     for (const SquareMethod method : {SquareMethod::orientation, SquareMethod::ml}) {
       const CalibrationResult result = umbmark(exact_sheet(truth), nominal_robot(), method);
       expect_drive(result.calibrated, truth, 1e-9);
@@ -90,7 +90,7 @@ TEST(Umbmark, OrientationAndLikelihoodRecoverTheTruth) {
 }
 
 TEST(Umbmark, WithoutALegTheMeanDiameterIsHeldAndSaidToBe) {
-  const CalibrationResult result = umbmark(exact_sheet(kTruth, false), nominal_robot());
+  const CalibrationResult result = umbmark(exact_sheet(kSheetTruth, false), nominal_robot());
   EXPECT_EQ(result.status, CalibrationStatus::some_held);
   EXPECT_NEAR(sided_drive(result.calibrated).mean_diameter_m(), 0.15, 1e-15);
   ASSERT_EQ(result.parameters.size(), 4U);
@@ -107,18 +107,19 @@ TEST(Umbmark, WithoutALegTheMeanDiameterIsHeldAndSaidToBe) {
 
 TEST(Umbmark, LikelihoodSeesTheMeanDiameterInPositionsWhereTheyClosePoorly) {
   // Positions show it in proportion to the closing error, here 0.7 m: without noise it is enough.
-  const CalibrationResult result = umbmark(exact_sheet(kTruth, false), nominal_robot(), SquareMethod::ml);
-  expect_drive(result.calibrated, kTruth, 1e-7);
+  const CalibrationResult result =
+      umbmark(exact_sheet(kSheetTruth, false), nominal_robot(), SquareMethod::ml);
+  expect_drive(result.calibrated, kSheetTruth, 1e-7);
   // Where the square closes they show nothing.
   const SidedDrive larger = {0.153, 0.153, 0.51};
   const CalibrationResult closed = umbmark(exact_sheet(larger, false), nominal_robot(), SquareMethod::ml);
   EXPECT_EQ(closed.status, CalibrationStatus::some_held);
-  expect_drive(closed.calibrated, kNominal, 1e-9);
+  expect_drive(closed.calibrated, kSheetNominal, 1e-9);
 }
 
 TEST(Umbmark, TheRecordReadsBack) {
   for (const bool with_leg : {true, false}) {
-    const CalibrationResult result = umbmark(exact_sheet(kTruth, with_leg), nominal_robot());
+    const CalibrationResult result = umbmark(exact_sheet(kSheetTruth, with_leg), nominal_robot());
     const Robot again = parse_robot(to_toml(result.calibrated), "calibrated.toml");
     EXPECT_EQ(sided_drive(again).track_m, sided_drive(result.calibrated).track_m);
     ASSERT_TRUE(again.calibration.has_value());
@@ -132,16 +133,16 @@ TEST(Umbmark, WheelsOfOneSideShareTheirScale) {
   Robot robot = nominal_robot();
   robot.chassis = skid_steer({.diameter_m = 0.15}, 0.5, 0.4);
   robot.wheel_names = {"front_left", "front_right", "rear_left", "rear_right"};
-  const CalibrationResult result = umbmark(exact_sheet(kTruth), robot);
+  const CalibrationResult result = umbmark(exact_sheet(kSheetTruth), robot);
   ASSERT_EQ(result.parameters.size(), 5U);
   EXPECT_EQ(result.parameters[2].name, "rear_left.diameter");
-  EXPECT_NEAR(result.parameters[2].value, kTruth.left_diameter_m, 1e-12);
-  EXPECT_NEAR(result.parameters[3].value, kTruth.right_diameter_m, 1e-12);
+  EXPECT_NEAR(result.parameters[2].value, kSheetTruth.left_diameter_m, 1e-12);
+  EXPECT_NEAR(result.parameters[3].value, kSheetTruth.right_diameter_m, 1e-12);
   EXPECT_NEAR(result.covariance_within(0, 2), result.covariance_within(0, 0), 1e-18);
 }
 
 TEST(Umbmark, OneSenseCannotAnswer) {
-  SquareSheet sheet = exact_sheet(kTruth);
+  SquareSheet sheet = exact_sheet(kSheetTruth);
   sheet.runs.resize(5);
   try {
     umbmark(sheet, nominal_robot());
@@ -152,7 +153,7 @@ TEST(Umbmark, OneSenseCannotAnswer) {
 }
 
 TEST(Umbmark, HeadingsAcrossHalfATurnAreRefusedWithinOneSenseOnly) {
-  SquareSheet sheet = exact_sheet(kTruth);
+  SquareSheet sheet = exact_sheet(kSheetTruth);
   sheet.runs[0].error.heading = radians(175.0);
   sheet.runs[1].error.heading = radians(-178.0);
   EXPECT_THROW(umbmark(sheet, nominal_robot()), CannotAnswer);
@@ -164,39 +165,40 @@ TEST(Umbmark, LargeHeadingsAreTakenAsWrittenWithAWarning) {
   EXPECT_THAT(result.warnings, Contains(HasSubstr("may have been wrapped")));
   expect_drive(result.calibrated, strong, 1e-9);
   Random random(5);
-  const SquareSheet ordinary = driven(kTruth, kNominal, 5, true, {0.01, 0.01, 0.003}, random);
+  const SquareSheet ordinary = driven(kSheetTruth, kSheetNominal, 5, true, {0.01, 0.01, 0.003}, random);
   EXPECT_THAT(umbmark(ordinary, nominal_robot()).warnings, IsEmpty());
 }
 
 TEST(Umbmark, ASingleRunEachWaySaysThatItsScatterIsAssumed) {
-  const CalibrationResult result = umbmark(exact_sheet(kTruth, true, 1), nominal_robot());
+  const CalibrationResult result = umbmark(exact_sheet(kSheetTruth, true, 1), nominal_robot());
   EXPECT_THAT(result.warnings, ElementsAre(HasSubstr("is assumed")));
   EXPECT_GT(result.parameters.back().sigma_within, 1e-4);
 }
 
 TEST(Umbmark, ALegMeasuredOnceSaysThatItsErrorIsAssumed) {
-  SquareSheet sheet = exact_sheet(kTruth);
+  SquareSheet sheet = exact_sheet(kSheetTruth);
   for (std::size_t i = 1; i < sheet.runs.size(); ++i) sheet.runs[i].leg_m.reset();
   const CalibrationResult result = umbmark(sheet, nominal_robot());
   EXPECT_THAT(result.warnings, Contains(HasSubstr("one measured leg")));
-  EXPECT_NEAR(result.parameters.front().sigma_within, 0.15 * 0.005 / kSide, 5e-6);
+  EXPECT_NEAR(result.parameters.front().sigma_within, 0.15 * 0.005 / kSheetSide_m, 5e-6);
 }
 
 TEST(Umbmark, RevolutionsWithoutALegAreNotUsed) {
-  SquareSheet sheet = exact_sheet(kTruth, false);
-  for (SquareRun& run : sheet.runs) run.left_revolutions = run.right_revolutions = 1.1 * kSide / (kPi * 0.15);
+  SquareSheet sheet = exact_sheet(kSheetTruth, false);
+  for (SquareRun& run : sheet.runs)
+    run.left_revolutions = run.right_revolutions = 1.1 * kSheetSide_m / (kPi * 0.15);
   const CalibrationResult result = umbmark(sheet, nominal_robot());
   EXPECT_THAT(result.warnings, Contains(HasSubstr("revolutions count turns, not metres")));
   EXPECT_NEAR(sided_drive(result.calibrated).mean_diameter_m(), 0.15, 1e-15);
 }
 
 TEST(Umbmark, RunsThatDoNotScatterMakeTheSigmasMeaningless) {
-  EXPECT_THAT(umbmark(exact_sheet(kTruth), nominal_robot()).warnings,
+  EXPECT_THAT(umbmark(exact_sheet(kSheetTruth), nominal_robot()).warnings,
               ElementsAre(HasSubstr("do not scatter")));
 }
 
 TEST(Umbmark, RunsThatScatterTooMuchCannotAnswer) {
-  SquareSheet wild = exact_sheet(kTruth, true, 2);
+  SquareSheet wild = exact_sheet(kSheetTruth, true, 2);
   for (std::size_t i = 0; i < wild.runs.size(); ++i) wild.runs[i].error.heading += i % 2 == 0 ? 1.5 : -1.5;
   try {
     umbmark(wild, nominal_robot());
@@ -210,26 +212,26 @@ TEST(Umbmark, RobotsWithoutSidesAreRefused) {
   Robot robot = nominal_robot();
   robot.chassis = omni3({.diameter_m = 0.1}, 0.2);
   robot.wheel_names = {"a", "b", "c"};
-  EXPECT_THROW(umbmark(exact_sheet(kTruth), robot), CannotAnswer);
+  EXPECT_THROW(umbmark(exact_sheet(kSheetTruth), robot), CannotAnswer);
 }
 
 TEST(Umbmark, RunsKeepTheirScatterWhenPredictedAgain) {
   Random random(3);
-  const SquareSheet sheet = driven(kTruth, kNominal, 5, true, {0.02, 0.02, 0.003}, random);
-  const SquareSheet again = predict_sheet(sheet, kNominal, kNominal);
+  const SquareSheet sheet = driven(kSheetTruth, kSheetNominal, 5, true, {0.02, 0.02, 0.003}, random);
+  const SquareSheet again = predict_sheet(sheet, kSheetNominal, kSheetNominal);
   for (std::size_t i = 0; i < sheet.runs.size(); ++i)
     EXPECT_NEAR(again.runs[i].error.x, sheet.runs[i].error.x, 1e-12);
-  const SquareSheet better = predict_sheet(sheet, kNominal, kTruth);
+  const SquareSheet better = predict_sheet(sheet, kSheetNominal, kSheetTruth);
   EXPECT_NEAR(better.runs[0].error.x - better.runs[1].error.x, sheet.runs[0].error.x - sheet.runs[1].error.x,
               1e-12);
 }
 
 TEST(Umbmark, HeadingsThatContradictThePositionsAreSaid) {
-  SquareSheet sheet = exact_sheet(kTruth);
+  SquareSheet sheet = exact_sheet(kSheetTruth);
   for (SquareRun& run : sheet.runs) run.error.heading *= -1.0;
   EXPECT_THAT(umbmark(sheet, nominal_robot(), SquareMethod::orientation).warnings,
               Contains(HasSubstr("contradict each other")));
-  EXPECT_THAT(umbmark(exact_sheet(kTruth), nominal_robot(), SquareMethod::orientation).warnings,
+  EXPECT_THAT(umbmark(exact_sheet(kSheetTruth), nominal_robot(), SquareMethod::orientation).warnings,
               testing::Not(Contains(HasSubstr("contradict each other"))));
 }
 
@@ -248,12 +250,12 @@ TEST_P(Intervals, HoldTheTruth) {
   const auto [method, runs, low] = GetParam();
   // What the method would find without noise: classic is biased, its interval is about its own answer.
   const Vector3 target =
-      fit_square(statistics_of(exact_sheet(kTruth)), kSide, kNominal, method).drive.vector();
+      fit_square(statistics_of(exact_sheet(kSheetTruth)), kSheetSide_m, kSheetNominal, method).drive.vector();
   Vector3 hits = Vector3::Zero();
   Random random(20);
   for (int i = 0; i < kSheets; ++i) {
-    const SquareSheet sheet = driven(kTruth, kNominal, runs, true, {0.02, 0.02, 0.004}, random);
-    const SquareFit fit = fit_square(statistics_of(sheet), kSide, kNominal, method);
+    const SquareSheet sheet = driven(kSheetTruth, kSheetNominal, runs, true, {0.02, 0.02, 0.004}, random);
+    const SquareFit fit = fit_square(statistics_of(sheet), kSheetSide_m, kSheetNominal, method);
     for (int p = 0; p < 3; ++p)
       if (std::abs(fit.drive.vector()[p] - target[p]) < 1.959964 * std::sqrt(fit.covariance(p, p)))
         hits[p] += 1.0;

@@ -103,7 +103,7 @@ double nees_in_body(const Pose2& estimate, const Pose2& truth, const Matrix3& wo
 }
 
 /// Differential drive with a gyro of 100 Hz and 0.003 rad/s per sample whose bias is not known.
-Robot robot_with_gyro() {
+Robot robot_of_unknown_bias() {
   Robot robot = robot_with_noise(differential_drive(test::kSize, 0.5));
   robot.chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = 3e-4, .bias_walk_rad_s_sqrt_s = 1e-5};
   return robot;
@@ -122,7 +122,7 @@ Simulation tour_with_rests(const Robot& robot, std::uint64_t seed) {
 
 TEST(Nees, WithALearnedGyroBias) {
   const int runs = test::trials(1000, 100);
-  const Robot robot = robot_with_gyro();
+  const Robot robot = robot_of_unknown_bias();
   double sum = 0.0;
   for (int run = 0; run < runs; ++run) {
     const Simulation simulation = tour_with_rests(robot, static_cast<std::uint64_t>(run + 1));
@@ -137,7 +137,7 @@ TEST(Nees, WithALearnedGyroBias) {
 
 TEST(Nees, SmoothingIsHonestAndBeatsTheFilterInside) {
   const int runs = test::trials(500, 100);
-  Robot robot = robot_with_gyro();
+  Robot robot = robot_of_unknown_bias();
   robot.chassis.gyro->noise_rad_s_sqrt_hz = 1e-3;
   robot.chassis.gyro->bias_walk_rad_s_sqrt_s = 3e-4;  // so that a later rest has something to say
   double nees = 0.0;

@@ -58,7 +58,7 @@ Recording read(const std::string& log, const std::string& keys) {
   return read_recording(folder.path());
 }
 
-auto a(const char* kind, const char* message) {
+auto named(const char* kind, const char* message) {
   return AllOf(Field(&Problem::kind, kind), Field(&Problem::message, HasSubstr(message)));
 }
 
@@ -69,14 +69,15 @@ constexpr Clock kUnixNanos{"ns", 1e9, 1.7e9};
 
 TEST(Increments, counts_since_the_row_before_that_are_taken_for_a_counter_are_named) {
   const Recording recording = read(log_of(kMillis, true), "time_unit = \"ms\"\n");
-  EXPECT_THAT(recording.problems, ElementsAre(a("increments", "left_ticks and right_ticks stay between")));
-  EXPECT_THAT(recording.problems, ElementsAre(a("increments", "write increments = true")));
+  EXPECT_THAT(recording.problems,
+              ElementsAre(named("increments", "left_ticks and right_ticks stay between")));
+  EXPECT_THAT(recording.problems, ElementsAre(named("increments", "write increments = true")));
   EXPECT_TRUE(is_misreading(recording.problems.front()));
 }
 
 TEST(Increments, a_counter_that_is_taken_for_counts_since_the_row_before_is_named) {
   const Recording recording = read(log_of(kMillis, false), "time_unit = \"ms\"\nincrements = true\n");
-  EXPECT_THAT(recording.problems, ElementsAre(a("increments", "leave out increments = true")));
+  EXPECT_THAT(recording.problems, ElementsAre(named("increments", "leave out increments = true")));
 }
 
 TEST(Increments, what_is_read_rightly_is_no_problem) {
@@ -131,7 +132,7 @@ TEST(TimeUnit, of_a_native_file_is_told_as_a_problem) {
   std::string rows = "time_s,left_ticks\n";
   for (int row = 0; row < 40; ++row) rows += fmt::format("{},{}\n", 20'000'000LL * row, 7 * row);
   folder.write("wheels.csv", rows);
-  EXPECT_THAT(read_recording(folder.path()).problems, Contains(a("time unit", "time_unit = \"ns\"")));
+  EXPECT_THAT(read_recording(folder.path()).problems, Contains(named("time unit", "time_unit = \"ns\"")));
 }
 
 TEST(TimeUnit, points_surveyed_every_two_minutes_are_no_problem) {
@@ -152,7 +153,7 @@ TEST(Counts, that_hold_fractions_and_hardly_turn_the_wheel_are_named) {
   }
   const Recording wrong = test::wheels(test::stamps(40, 0.05), counts, metres);
   EXPECT_THAT(inspect(wrong, robot, align(wrong, robot)),
-              Contains(a("fractions", "right_ticks holds fractions, like 0.0003")));
+              Contains(named("fractions", "right_ticks holds fractions, like 0.0003")));
   const Recording scaled = test::wheels(test::stamps(40, 0.05), counts, halves);
   EXPECT_THAT(inspect(scaled, robot, align(scaled, robot)),
               Not(Contains(Field(&Problem::kind, "fractions"))));

@@ -13,7 +13,7 @@ namespace {
 
 /// A chain of blocks of three among blocks of two, each of which some of the chain see, and one block that
 /// all do.
-struct Problem {
+struct LinearSystem {
   BlockPattern pattern;
   Eigen::MatrixXd dense;
 };
@@ -24,9 +24,9 @@ int offset_of(const BlockPattern& pattern, int block) {
   return offset;
 }
 
-Problem problem_of(int chain, int others, std::uint64_t seed) {
+LinearSystem problem_of(int chain, int others, std::uint64_t seed) {
   Random random(seed, 1);
-  Problem problem;
+  LinearSystem problem;
   BlockPattern& pattern = problem.pattern;
   pattern.sizes.assign(static_cast<std::size_t>(chain), 3);
   pattern.sizes.insert(pattern.sizes.end(), static_cast<std::size_t>(others), 2);
@@ -44,7 +44,7 @@ Problem problem_of(int chain, int others, std::uint64_t seed) {
 }
 
 /// Each coupling adds J Jᵀ over its two blocks, to both.
-void fill(Problem& problem, BlockCholesky& sparse, std::uint64_t seed) {
+void fill(LinearSystem& problem, BlockCholesky& sparse, std::uint64_t seed) {
   Random random(seed, 2);
   const auto& sizes = problem.pattern.sizes;
   for (int i = 0; i < static_cast<int>(sizes.size()); ++i) {
@@ -71,7 +71,7 @@ void fill(Problem& problem, BlockCholesky& sparse, std::uint64_t seed) {
 
 TEST(BlockCholesky, SolvesAndInvertsAsADenseMatrixDoes) {
   for (const auto& [chain, others] : {std::pair{1, 0}, {2, 1}, {30, 4}, {60, 25}}) {
-    Problem problem = problem_of(chain, others, 7);
+    LinearSystem problem = problem_of(chain, others, 7);
     BlockCholesky sparse(problem.pattern);
     fill(problem, sparse, 8);
     const double damping = 0.5;
@@ -99,7 +99,7 @@ TEST(BlockCholesky, SolvesAndInvertsAsADenseMatrixDoes) {
 }
 
 TEST(BlockCholesky, SaysThatAMatrixIsNotPositiveDefinite) {
-  Problem problem = problem_of(10, 3, 7);
+  LinearSystem problem = problem_of(10, 3, 7);
   BlockCholesky sparse(problem.pattern);
   fill(problem, sparse, 8);
   EXPECT_FALSE(sparse.factor(-5.0));
@@ -107,7 +107,7 @@ TEST(BlockCholesky, SaysThatAMatrixIsNotPositiveDefinite) {
 }
 
 TEST(Elimination, EveryBlockIsEliminatedOnceAndParentsComeLater) {
-  const Problem problem = problem_of(200, 20, 3);
+  const LinearSystem problem = problem_of(200, 20, 3);
   const std::vector<Front> fronts = elimination_fronts(problem.pattern);
   std::set<int> eliminated;
   for (std::size_t f = 0; f < fronts.size(); ++f) {

@@ -9,14 +9,14 @@
 namespace trundle {
 namespace {
 
-constexpr std::size_t kParticles = 40;
+constexpr std::size_t kFewParticles = 40;
 constexpr double kNew = 17.0;
 
 /// Of a sighting of one of these landmarks: some far, some near, the rest with costs around that of a new
 /// one.
 Hypotheses some_hypotheses(const std::vector<LandmarkId>& landmarks, Random& random) {
   Hypotheses sighting;
-  sighting.reset(kParticles);
+  sighting.reset(kFewParticles);
   for (const LandmarkId landmark : landmarks) sighting.add({landmark, nullptr});
   for (double& cost : sighting.costs) {
     const double kind = random.uniform(0.0, 1.0);
@@ -93,7 +93,7 @@ bool takes_one_twice(std::vector<std::int32_t> choices) {
 void apply_to(std::vector<Hypotheses>& sightings, MutualExclusion& exclusion) {
   std::vector<Hypotheses*> all;
   for (Hypotheses& sighting : sightings) all.push_back(&sighting);
-  exclusion.apply(all, kParticles);
+  exclusion.apply(all, kFewParticles);
 }
 
 TEST(MutualExclusion, IsTheCheapestOfAllWaysWhereOneIsTakenTwice) {
@@ -105,11 +105,11 @@ TEST(MutualExclusion, IsTheCheapestOfAllWaysWhereOneIsTakenTwice) {
     landmarks.resize(1 + random.below(4));
     std::vector<Hypotheses> sightings;
     for (std::size_t k = 0; k < 2 + run % 4; ++k) sightings.push_back(some_hypotheses(landmarks, random));
-    for (std::size_t i = 0; i < kParticles; ++i)
+    for (std::size_t i = 0; i < kFewParticles; ++i)
       for (Hypotheses& sighting : sightings) sighting.choices[i] = likeliest(sighting, i);
     const std::vector<Hypotheses> before = sightings;
     apply_to(sightings, exclusion);
-    for (std::size_t i = 0; i < kParticles; ++i) {
+    for (std::size_t i = 0; i < kFewParticles; ++i) {
       const bool decides = takes_one_twice(choices_of(before, i));
       decided += decides ? 1 : 0;
       ASSERT_EQ(choices_of(sightings, i), decides ? AllWays(before, i).cheapest() : choices_of(before, i));
@@ -125,17 +125,17 @@ TEST(MutualExclusion, TakesInWhoeverMaySeeTheSame) {
   const std::vector<std::vector<LandmarkId>> landmarks = {{1}, {1, 2}, {2}, {9}};
   const std::vector<std::vector<double>> costs = {{1.0}, {2.0, 3.0}, {-10.0}, {5.0}};
   for (std::size_t k = 0; k < sightings.size(); ++k) {
-    sightings[k].reset(kParticles);
+    sightings[k].reset(kFewParticles);
     for (std::size_t c = 0; c < landmarks[k].size(); ++c) {
       sightings[k].add({landmarks[k][c], nullptr});
-      std::fill_n(sightings[k].costs_of(c), kParticles, costs[k][c]);
+      std::fill_n(sightings[k].costs_of(c), kFewParticles, costs[k][c]);
     }
     std::ranges::fill(sightings[k].choices, kFresh);
   }
   sightings[0].choices[5] = sightings[1].choices[5] = 1;
   MutualExclusion exclusion(kNew);
   apply_to(sightings, exclusion);
-  for (std::size_t i = 0; i < kParticles; ++i)
+  for (std::size_t i = 0; i < kFewParticles; ++i)
     EXPECT_EQ(choices_of(sightings, i), i == 5 ? (std::vector<std::int32_t>{1, kFresh, 2, kFresh})
                                                : std::vector<std::int32_t>(4, kFresh));
 }

@@ -19,7 +19,7 @@
 namespace trundle {
 namespace {
 
-constexpr double kDuration_s = 0.25;
+constexpr double kQuarter_s = 0.25;
 
 /// Noise that does not depend on what is read: rates of wheels that roll far within their noise.
 Chassis quiet(Chassis chassis) {
@@ -29,13 +29,13 @@ Chassis quiet(Chassis chassis) {
   return chassis;
 }
 
-Robot differential() {
+Robot quiet_differential() {
   return test::robot_of(quiet(differential_drive(test::kSize, 0.5)));
 }
 
 /// The same with noise that does not grow where a wheel slips: that of the gyro alone.
 Robot differential_with_constant_noise() {
-  Robot robot = differential();
+  Robot robot = quiet_differential();
   robot.chassis.noise.wheel_per_sqrt_m = 0.0;
   robot.chassis.gyro->noise_rad_s_sqrt_hz = 3e-3;
   return robot;
@@ -49,7 +49,7 @@ Robot mecanum_with_pods() {
 class CleanDriving {
  public:
   CleanDriving(const Robot& robot, const Twist2& motion, std::uint64_t seed)
-      : chassis_(robot.chassis), clean_(test::increment_of(chassis_, motion, kDuration_s)), random_(seed) {
+      : chassis_(robot.chassis), clean_(test::increment_of(chassis_, motion, kQuarter_s)), random_(seed) {
     const Rows rows = rows_of(chassis_, true);
     const Readings readings = readings_of(chassis_, rows, clean_);
     for (int i = 0; i < rows.measured; ++i) sigma_.push_back(std::sqrt(readings.variance[i]));
@@ -57,7 +57,7 @@ class CleanDriving {
 
   Increment next() {
     Increment increment = clean_;
-    increment.time_s = kDuration_s * ++intervals_;
+    increment.time_s = kQuarter_s * ++intervals_;
     for (std::size_t i = 0; i < chassis_.wheels().size(); ++i)
       increment.turned[i] += random_.normal(sigma_[i]) / (kPi * chassis_.wheels()[i].diameter_m);
     increment.gyro_rad += random_.normal(sigma_.back()) / chassis_.gyro->scale;
@@ -106,7 +106,7 @@ void expect_false_alarms(const Robot& robot, const Twist2& motion, int intervals
 }
 
 TEST(FalseAlarms, AreAsManyAsAskedForWithOneDegreeOfFreedom) {
-  expect_false_alarms(differential(), kStraight, test::trials(10'000'000));
+  expect_false_alarms(quiet_differential(), kStraight, test::trials(10'000'000));
 }
 
 TEST(FalseAlarms, AreAsManyAsAskedForWithFourDegreesOfFreedom) {
@@ -114,7 +114,7 @@ TEST(FalseAlarms, AreAsManyAsAskedForWithFourDegreesOfFreedom) {
 }
 
 TEST(FalseAlarms, TheDetectorAlarmsWhereChiSquaredIsBeyondItsLimit) {
-  const Robot robot = differential();
+  const Robot robot = quiet_differential();
   SlipDetector detector(robot, {.probability = 0.05});
   CleanDriving driving(robot, kStraight, 2);
   const int intervals = test::trials(100'000);
@@ -142,7 +142,7 @@ double normal_tail(double z) {
 
 // The share of clean intervals outside a band is known exactly once the band is; only relearning is random.
 TEST(FalseAlarms, LearnedBandsHoldOnAverageWhatStudentPromises) {
-  const Robot robot = differential();
+  const Robot robot = quiet_differential();
   const int repeats = test::trials(500);
   for (const double p : {0.05, 0.01}) {
     double sum = 0.0;
@@ -339,7 +339,7 @@ TEST(Power, OfOneIntervalAndOfCumulativeSumsIsThatOfTheModel) {
 // Counting errors correlate by −1/2 from one interval to the next: as independent they are over-estimated in
 // a sum.
 TEST(Cusum, RoundedCountsDoNotRaiseFalseAlarms) {
-  Robot robot = differential();
+  Robot robot = quiet_differential();
   for (Wheel& wheel : robot.chassis.wheels()) wheel.ticks_per_revolution = 200.0;
   const int intervals = test::trials(200'000);
   constexpr double kP = 0.01;
@@ -350,15 +350,15 @@ TEST(Cusum, RoundedCountsDoNotRaiseFalseAlarms) {
   int persistent = 0;
   bool was = false;
   for (int i = 0; i < intervals; ++i) {
-    Increment increment = test::increment_of(robot.chassis, kStraight, kDuration_s);
-    increment.time_s = kDuration_s * (i + 1);
+    Increment increment = test::increment_of(robot.chassis, kStraight, kQuarter_s);
+    increment.time_s = kQuarter_s * (i + 1);
     for (std::size_t w = 0; w < 2; ++w) {
       turned[w] += increment.turned[w] + random.normal(2.5e-4) / (kPi * 0.15);
       const double now = std::round(turned[w] * 200.0);
       increment.turned[w] = (now - before[w]) / 200.0;
       before[w] = now;
     }
-    increment.gyro_rad += random.normal(3e-4 * std::sqrt(kDuration_s));
+    increment.gyro_rad += random.normal(3e-4 * std::sqrt(kQuarter_s));
     const SlipVerdict verdict = detector.step({increment, known_bias(robot)});
     persistent += verdict.persistent && !was ? 1 : 0;
     was = verdict.persistent;

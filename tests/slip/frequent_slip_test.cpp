@@ -16,7 +16,7 @@ namespace trundle {
 namespace {
 
 constexpr double kTrack_m = 0.5;
-constexpr double kDuration_s = 0.25;
+constexpr double kInterval_s = 0.25;
 constexpr double kTravel_m = 0.0625;  // in an interval, 0.25 m/s
 constexpr int kIntervals = 160;       // 10 m
 constexpr double kRollNoise = 0.001;  // [√m]
@@ -36,7 +36,7 @@ struct Sample {
   int slips = -1;
 };
 
-struct Drive {
+struct SlippingDrive {
   std::vector<Sample> samples;
   Pose2 end;
   double path_m = 0.0;
@@ -54,7 +54,7 @@ std::vector<int> slipping_wheels(double share, Random& random) {
     const double slip_s = random.uniform(0.5, 2.0);
     const double length_s = slips ? slip_s : slip_s * (1.0 - share) / share;
     const int which = slips ? static_cast<int>(random.below(2)) : -1;
-    for (int k = 0; k < std::max(1, static_cast<int>(std::lround(length_s / kDuration_s))); ++k)
+    for (int k = 0; k < std::max(1, static_cast<int>(std::lround(length_s / kInterval_s))); ++k)
       wheel.push_back(which);
     slips = !slips;
   }
@@ -63,9 +63,9 @@ std::vector<int> slipping_wheels(double share, Random& random) {
 }
 
 /// `skids`: share of the slips in which the wheel falls behind instead.
-Drive drive_of(double share, Motor motor, double most, std::uint64_t seed, double skids = 0.0) {
+SlippingDrive drive_of(double share, Motor motor, double most, std::uint64_t seed, double skids = 0.0) {
   Random random(seed);
-  Drive drive;
+  SlippingDrive drive;
   const double bias_rad_s = random.normal(kBias);
   const std::vector<int> slipping = slipping_wheels(share, random);
   double factor = 1.0;
@@ -80,8 +80,8 @@ Drive drive_of(double share, Motor motor, double most, std::uint64_t seed, doubl
     Sample sample{.wheel_m = ground, .slips = slips};
     if (slips >= 0) sample.wheel_m[static_cast<std::size_t>(slips)] *= factor;
     for (double& m : sample.wheel_m) m += random.normal(kRollNoise * std::sqrt(m));
-    sample.gyro_rad = (ground[1] - ground[0]) / kTrack_m + bias_rad_s * kDuration_s +
-                      random.normal(kGyroNoise * std::sqrt(kDuration_s));
+    sample.gyro_rad = (ground[1] - ground[0]) / kTrack_m + bias_rad_s * kInterval_s +
+                      random.normal(kGyroNoise * std::sqrt(kInterval_s));
     drive.samples.push_back(sample);
     drive.end = moved(drive.end, ground[0], ground[1]);
     drive.path_m += 0.5 * (ground[0] + ground[1]);
@@ -97,12 +97,12 @@ Robot robot() {
   return robot;
 }
 
-AlignedReadings readings_of(const Drive& drive, const Robot& robot) {
+AlignedReadings readings_of(const SlippingDrive& drive, const Robot& robot) {
   AlignedReadings readings;
   for (const Sample& sample : drive.samples) {
     Increment increment;
-    increment.duration_s = kDuration_s;
-    increment.time_s = kDuration_s * static_cast<double>(readings.increments.size() + 1);
+    increment.duration_s = kInterval_s;
+    increment.time_s = kInterval_s * static_cast<double>(readings.increments.size() + 1);
     for (std::size_t i = 0; i < 2; ++i)
       increment.turned[i] = sample.wheel_m[i] / (kPi * robot.chassis.wheels()[i].diameter_m);
     increment.gyro_rad = sample.gyro_rad;
@@ -120,19 +120,19 @@ double squared(double x) {
 Pose2 fused(const Pose2& pose, const Sample& s) {
   const double by_wheels = (s.wheel_m[1] - s.wheel_m[0]) / kTrack_m;
   const double wheels_variance = squared(kRollNoise) * (s.wheel_m[0] + s.wheel_m[1]) / squared(kTrack_m);
-  const double gyro_variance = squared(kGyroNoise) * kDuration_s;
+  const double gyro_variance = squared(kGyroNoise) * kInterval_s;
   const double turn =
       (by_wheels * gyro_variance + s.gyro_rad * wheels_variance) / (gyro_variance + wheels_variance);
   return pose * exp(Twist2{0.5 * (s.wheel_m[0] + s.wheel_m[1]), 0.0, turn});
 }
 
-Pose2 end_of_wheels(const Drive& drive) {
+Pose2 end_of_wheels(const SlippingDrive& drive) {
   Pose2 pose;
   for (const Sample& s : drive.samples) pose = moved(pose, s.wheel_m[0], s.wheel_m[1]);
   return pose;
 }
 
-Pose2 end_of_fusion(const Drive& drive) {
+Pose2 end_of_fusion(const SlippingDrive& drive) {
   Pose2 pose;
   for (const Sample& s : drive.samples) pose = fused(pose, s);
   return pose;
@@ -140,12 +140,12 @@ Pose2 end_of_fusion(const Drive& drive) {
 
 /// Forwards, wheels that spin: above the band it is the right wheel, below it the left one; its travel is
 /// that of the other one and B tan g, the turn is the gyro's.
-Pose2 end_of_rule(const Drive& drive) {
+Pose2 end_of_rule(const SlippingDrive& drive) {
   Pose2 pose;
   for (const Sample& s : drive.samples) {
     const double delta = (s.wheel_m[1] - s.wheel_m[0]) / kTrack_m - s.gyro_rad;
     const double sigma = std::sqrt(squared(kRollNoise) * (s.wheel_m[0] + s.wheel_m[1]) / squared(kTrack_m) +
-                                   squared(kGyroNoise) * kDuration_s);
+                                   squared(kGyroNoise) * kInterval_s);
     const bool straight = std::abs(s.wheel_m[1] - s.wheel_m[0]) < 0.2 * (s.wheel_m[0] + s.wheel_m[1]);
     if (std::abs(delta) <= kBand * sigma || !straight) {
       pose = fused(pose, s);
@@ -163,17 +163,17 @@ struct Errors {
   std::vector<double> wheels, fusion, general, published, rule;  ///< at the end [m]
 };
 
-struct Tally {
+struct SlipTally {
   int named = 0, ambiguous = 0, wrong = 0;
 
   double share(int n) const { return 100.0 * n / std::max(1, named + ambiguous + wrong); }
 };
 
-void attribute(const SlipReport& report, const Drive& drive, Tally& tally) {
+void attribute(const SlipReport& report, const SlippingDrive& drive, SlipTally& tally) {
   for (const SlipEvent& event : report.events) {
     std::array<int, 3> votes{};  // none, left, right
     for (std::size_t k = 0; k < drive.samples.size(); ++k) {
-      const double middle_s = kDuration_s * (static_cast<double>(k) + 0.5);
+      const double middle_s = kInterval_s * (static_cast<double>(k) + 0.5);
       if (middle_s > event.start_s && middle_s < event.end_s)
         ++votes[static_cast<std::size_t>(drive.samples[k].slips + 1)];
     }
@@ -188,12 +188,12 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-Errors errors_with(double share, Motor motor, double most, Tally& general, Tally& published) {
+Errors errors_with(double share, Motor motor, double most, SlipTally& general, SlipTally& published) {
   Errors errors;
   const auto seeds = static_cast<std::uint64_t>(test::trials(200));
   const Robot source = robot();
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-    const Drive drive = drive_of(share, motor, most, seed);
+    const SlippingDrive drive = drive_of(share, motor, most, seed);
     const AlignedReadings readings = readings_of(drive, source);
     const auto error = [&](const Pose2& end) { return (end.translation() - drive.end.translation()).norm(); };
     const SlipReport by_general = find_slip(readings, {}, source, {});
@@ -214,7 +214,7 @@ void expect_the_rules_result(const char* motor_name, Motor motor, double most) {
   fmt::print("  {:>9} {:>8} {:>8} {:>8} {:>9} {:>8}\n", "slipping", "wheels", "fusion", "general",
              "published", "rule");
   for (const double share : {0.2, 0.5, 0.7}) {
-    Tally general, published;
+    SlipTally general, published;
     const Errors e = errors_with(share, motor, most, general, published);
     const double rule = median(e.rule);
     fmt::print(
@@ -246,7 +246,7 @@ TEST(FrequentSlip, ConfidenceIsTheShareThatIsRight) {
   int named = 0, right = 0;
   const auto seeds = static_cast<std::uint64_t>(test::trials(4000, 400));
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-    Drive drive = drive_of(1.0, Motor::runs_away, 1.45, seed, 1.0 / 11.0);
+    SlippingDrive drive = drive_of(1.0, Motor::runs_away, 1.45, seed, 1.0 / 11.0);
     const auto end = std::ranges::find_if(
         drive.samples, [&](const Sample& s) { return s.slips != drive.samples.front().slips; });
     drive.samples.erase(end, drive.samples.end());

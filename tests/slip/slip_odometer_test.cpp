@@ -23,7 +23,7 @@ Robot robot_with_pods() {
   return robot;
 }
 
-Robot differential() {
+Robot differential_with_gyro() {
   Chassis chassis = differential_drive(test::kSize, 0.5);
   chassis.gyro = Gyro{};
   return test::robot_of(chassis);
@@ -47,7 +47,7 @@ SlipOdometer::Options learning() {
 }
 
 TEST(SlipOdometer, StepNeedsNoHeap) {
-  for (const Robot& robot : {robot_with_pods(), differential()}) {
+  for (const Robot& robot : {robot_with_pods(), differential_with_gyro()}) {
     const AlignedReadings readings = align(slippery_run(robot).recording, robot);
     SlipOdometer odometer(robot, learning());
     std::size_t events = 0;
@@ -63,7 +63,7 @@ TEST(SlipOdometer, StepNeedsNoHeap) {
 
 TEST(SlipOdometer, OfflineIsALoopOverItToTheLastBit) {
   for (const SlipMethod method : {SlipMethod::general, SlipMethod::published}) {
-    const Robot robot = differential();
+    const Robot robot = differential_with_gyro();
     const AlignedReadings readings = align(slippery_run(robot).recording, robot);
     SlipOdometer::Options options = learning();
     options.slip.method = method;
@@ -93,7 +93,7 @@ TEST(SlipOdometer, ACopyContinuesIndependently) {
 }
 
 TEST(SlipOdometer, TheBiasStartsAsTheDataSheetSaysOrTenTimesAsFarAsSessionsDiffer) {
-  Robot robot = differential();
+  Robot robot = differential_with_gyro();
   robot.calibration = CalibrationRecord{};
   const auto parameter = [](std::string name, std::optional<double> sigma_between, bool observable) {
     CalibratedParameter of;
@@ -117,7 +117,7 @@ TEST(SlipOdometer, TheBiasStartsAsTheDataSheetSaysOrTenTimesAsFarAsSessionsDiffe
 }
 
 TEST(SlipOdometer, CovarianceGrowsWhereAWheelSlips) {
-  const Robot robot = differential();
+  const Robot robot = differential_with_gyro();
   const AlignedReadings readings = align(slippery_run(robot).recording, robot);
   const SlipReport report = find_slip(readings, {}, robot, {});
   const Rows rows = rows_of(robot.chassis, true);

@@ -12,9 +12,9 @@
 namespace trundle {
 namespace {
 
-constexpr double kDuration_s = 0.1;
+constexpr double kRow_s = 0.1;
 
-Robot differential() {
+Robot small_wheels() {
   Robot robot = test::robot_of(differential_drive({.diameter_m = 0.07, .ticks_per_revolution = 0.0}, 0.23));
   robot.chassis.noise.wheel_per_sqrt_m = 0.001;
   robot.chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = 3e-4};
@@ -23,15 +23,15 @@ Robot differential() {
 
 /// 60 s of driving at 0.25 m/s on a line that winds or not, `wheel` longer by a share of cos(its angle).
 PerWheel probability_after(double winding_rad_s, int wheel, double share) {
-  const Robot robot = differential();
+  const Robot robot = small_wheels();
   const Parity parity(robot);
   UnevenWheel uneven;
   Random random(3);
   PerWheel angle{};
   for (int k = 0; k < 600; ++k) {
-    const double turn = winding_rad_s * std::sin(0.3 * kDuration_s * k) * kDuration_s;
-    Increment increment = test::increment_of(robot.chassis, {0.025, 0.0, turn}, kDuration_s);
-    increment.gyro_rad += random.normal(3e-4 * std::sqrt(kDuration_s));
+    const double turn = winding_rad_s * std::sin(0.3 * kRow_s * k) * kRow_s;
+    Increment increment = test::increment_of(robot.chassis, {0.025, 0.0, turn}, kRow_s);
+    increment.gyro_rad += random.normal(3e-4 * std::sqrt(kRow_s));
     for (std::size_t i = 0; i < 2; ++i) {
       const double before = angle[i];
       angle[i] += 2.0 * kPi * increment.turned[i];

@@ -19,8 +19,11 @@ namespace trundle {
 namespace {
 
 constexpr int kMostIterations = 60;
-constexpr double kConverged = 1e-11;         // step, in prior sigmas
-constexpr double kGate = 30.0;               // squared Mahalanobis distance of a 3-D residual: 1e-6 by chance
+// Steps in sigmas of the estimate, √(stepᵀ N step).
+constexpr double kConverged = 1e-6;
+constexpr double kNear = 1.0;        // from here on Gauss–Newton needs no look at χ²
+constexpr double kNearEnough = 0.1;  // where gates and weights that follow the estimate let it go to and fro
+constexpr double kGate = 30.0;       // squared Mahalanobis distance of a 3-D residual: 1e-6 by chance
 constexpr std::size_t kFewestClusters = 12;  // runs are cut into pieces until there are so many
 constexpr std::size_t kRunsForWeights = 4;   // so many are needed to see that one is unlike the others
 constexpr double kOutlyingRun = 2.5;         // pull, in units of the typical run's
@@ -31,8 +34,6 @@ constexpr double kSameNoise = 0.05;
 constexpr int kMostNoiseRounds = 8;
 constexpr double kShareThatCounts = 0.02;  // of all information in a direction, for a run to be judged by it
 constexpr int kMostHalvings = 10;
-constexpr double kNearEnough =
-    1e-3;  // a Gauss–Newton step [prior sigmas] that rounding or outliers may forbid
 constexpr double kRounding = 1e-7;
 constexpr double kWindow_s = 1.0;  // over which is summed what no motion explains
 constexpr std::array kLongerWindows_s = {4.0, 16.0};
@@ -144,35 +145,38 @@ Objective objective_at(const Robot& robot, const Fit& fit, const Eigen::VectorXd
 }
 
 /// Gauss–Newton in the columns of `basis` (parameters in units of prior sigmas), from where the robot is,
-/// `moved` from nominal. A step that makes things worse is halved; when no part of it helps, the minimum is
-/// as near as the fixed weights allow.
+/// `moved` from nominal. Far away a step that makes χ² larger is halved. Near the solution χ² is not asked:
+/// covariances of readings move with the parameters, so that the gradient's root (docs/calibration.md, eq. 6
+/// and 6a) is not where χ² alone is least.
 bool descend(Robot& robot, const Fit& fit, const Eigen::VectorXd& scale, const Eigen::MatrixXd& basis,
              double prior_weight, int most_iterations) {
   Eigen::VectorXd moved = Eigen::VectorXd::Zero(scale.size());
   Objective here = objective_at(robot, fit, moved, prior_weight);
   const Eigen::MatrixXd B = scale.asDiagonal() * basis;
+  double sigmas = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     Eigen::MatrixXd N = B.transpose() * here.information.matrix * B;
     N.diagonal().array() += prior_weight;
     Eigen::VectorXd step = N.ldlt().solve(B.transpose() * here.information.gradient -
                                           prior_weight * (basis.transpose() * moved));
     if (const double size = step.cwiseAbs().maxCoeff(); size > 1.0) step /= size;
-    const double full_step = step.norm();
+    sigmas = std::sqrt(step.dot(N * step));
+    if (sigmas < kConverged) return true;
     for (int halving = 0;; ++halving, step *= 0.5) {
-      if (step.norm() < kConverged) return true;
-      if (halving == kMostHalvings) return full_step < kNearEnough;
+      if (halving == kMostHalvings) return false;
       Robot candidate = robot;
       move(candidate, fit.parameters, B * step);
       const Eigen::VectorXd there_moved = moved + basis * step;
       Objective there = objective_at(candidate, fit, there_moved, prior_weight);
-      if (!std::isfinite(there.value) || there.value > here.value * (1.0 + kRounding)) continue;
+      const bool good = sigmas < kNear || there.value <= here.value * (1.0 + kRounding);
+      if (!std::isfinite(there.value) || !good) continue;
       robot = candidate;
       moved = there_moved;
       here = std::move(there);
       break;
     }
   }
-  return false;
+  return sigmas < kNearEnough;
 }
 
 /// Within the estimable space, without prior.

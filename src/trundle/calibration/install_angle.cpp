@@ -16,7 +16,7 @@ namespace {
 constexpr double kFurthestScale = 2.0;           // X/S beyond this, or below its inverse, is another run
 constexpr double kSuspiciousScale = 0.05;        // off 1
 constexpr double kTail = 0.05;                   // of the intervals
-constexpr double kLargestAngle = 1.0;            // [rad]: beyond it the pods hardly differ
+constexpr double kLargestPodAngle = 1.0;         // [rad]: beyond it the pods hardly differ
 constexpr double kLargestSigma = radians(10.0);  // the angle's prior sigma
 
 void check(const LRun& run) {
@@ -46,7 +46,7 @@ double alpha_of(const LRun& run) {
 void refuse_what_is_no_l(const LRun& run) {
   const double scale = std::abs(run.end_x_m) / run.side_m;
   const double alpha = alpha_of(run);
-  if (scale < kFurthestScale && scale > 1.0 / kFurthestScale && std::abs(alpha) <= kLargestAngle) return;
+  if (scale < kFurthestScale && scale > 1.0 / kFurthestScale && std::abs(alpha) <= kLargestPodAngle) return;
   throw CannotAnswer(fmt::format(
       "the run ends at ({:.3f}, {:.3f}) m, which no L-shaped run of {:.3f} m does: drive the side along "
       "body x, then as far sideways without turning",

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kPiece_m = 0.2;   // over which the path's direction is told
 constexpr double kTurn_rad = 1.0;  // from one piece to the next: more is a turn on the spot
-constexpr double kLeastTurning_rad = 1.0;
+constexpr double kLeastMirrored_rad = 1.0;
 constexpr double kAgainst = -0.7;  // correlation
 
 struct Piece {
@@ -45,7 +45,7 @@ bool is_mirrored(const ReferenceStream& reference) {
     before = piece;
     start = i;
   }
-  return bends.lesser() > kLeastTurning_rad && bends.correlation() < kAgainst;
+  return bends.lesser() > kLeastMirrored_rad && bends.correlation() < kAgainst;
 }
 
 }  // namespace trundle

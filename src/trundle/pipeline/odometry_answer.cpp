@@ -12,6 +12,8 @@
 namespace trundle {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 Provenance provenance_of(const Recording& recording, const RobotFile& robot,
                          const OdometryQuestion& question) {
   Provenance provenance{recording.inputs, {{"start", question.start_text}}, std::nullopt};
@@ -27,7 +29,7 @@ std::vector<TrackOnGround> tracks_of(const AlignedReadings& readings, const Chas
   return effective_tracks(readings, chassis);
 }
 
-nlohmann::ordered_json sigmas_of(const Matrix3& covariance) {
+Json sigmas_of(const Matrix3& covariance) {
   return {{"x_m", std::sqrt(covariance(0, 0))},
           {"y_m", std::sqrt(covariance(1, 1))},
           {"heading_rad", std::sqrt(covariance(2, 2))}};
@@ -36,8 +38,7 @@ nlohmann::ordered_json sigmas_of(const Matrix3& covariance) {
 /// A row every second; fewer where there would be more than kMostBiasRows. The last one is kept.
 constexpr std::size_t kMostBiasRows = 4000;
 
-nlohmann::ordered_json bias_over_time(const std::vector<GyroBiasAt>& history) {
-  using Json = nlohmann::ordered_json;
+Json bias_over_time(const std::vector<GyroBiasAt>& history) {
   Json columns = {{"time_s", Json::array()}, {"rad_s", Json::array()}, {"sigma_rad_s", Json::array()}};
   const std::size_t stride = 1 + (history.size() - 1) / kMostBiasRows;
   for (std::size_t i = 0; i < history.size(); ++i) {
@@ -50,8 +51,8 @@ nlohmann::ordered_json bias_over_time(const std::vector<GyroBiasAt>& history) {
 }
 
 /// Stretches [start_s, end_s] of standing still.
-nlohmann::ordered_json rests_of(const std::vector<GyroBiasAt>& history) {
-  nlohmann::ordered_json rests = nlohmann::ordered_json::array();
+Json rests_of(const std::vector<GyroBiasAt>& history) {
+  Json rests = Json::array();
   for (std::size_t i = 0; i < history.size(); ++i) {
     if (!history[i].at_rest) continue;
     const double start = history[i].time_s;
@@ -82,10 +83,10 @@ OdometryAnswer answer_odometry(const Recording& recording, const RobotFile& robo
   return answer;
 }
 
-nlohmann::ordered_json document_of(const OdometryAnswer& answer) {
+Json document_of(const OdometryAnswer& answer) {
   const IntegratedOdometry& odometry = answer.odometry;
   const StampedPose& end = odometry.trajectory.poses.back();
-  nlohmann::ordered_json document = to_json(answer.provenance);
+  Json document = to_json(answer.provenance);
   document["poses"] = odometry.trajectory.poses.size();
   document["path_length_m"] = odometry.path_length_m;
   document["end"] = {

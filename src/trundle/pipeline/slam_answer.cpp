@@ -18,6 +18,8 @@
 namespace trundle {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 Provenance provenance_of(const Recording& recording, const RobotFile& robot, const SlamQuestion& question) {
   Provenance provenance{recording.inputs, {}, question.seed};
   provenance.inputs.push_back(robot.file);
@@ -95,8 +97,8 @@ std::string csv_of(const std::vector<WeightedPose>& particles) {
   return text;
 }
 
-nlohmann::ordered_json systematic_of(const SlamAnswer& answer) {
-  nlohmann::ordered_json document = nlohmann::ordered_json::array();
+Json systematic_of(const SlamAnswer& answer) {
+  Json document = Json::array();
   for (const NamedError& error : named_errors(answer.input.systematic, answer.last()))
     document.push_back(
         {{"name", error.name}, {"unit", error.unit}, {"value", error.value}, {"sigma", error.sigma}});
@@ -104,20 +106,19 @@ nlohmann::ordered_json systematic_of(const SlamAnswer& answer) {
 }
 
 /// The gyro's, not less that of the robot file.
-nlohmann::ordered_json bias_of(const SlamAnswer& answer) {
+Json bias_of(const SlamAnswer& answer) {
   const BiasEstimate& last = answer.bias().back();
   return {{"rad_s", answer.gyro_bias_rad_s + last.rad_s},
           {"sigma_rad_s", std::sqrt(std::max(0.0, last.variance))}};
 }
 
-/// Every second; fewer rows where there would be more than kMostBiasRows. The last one is kept.
-nlohmann::ordered_json bias_over_time(const SlamAnswer& answer) {
-  using Json = nlohmann::ordered_json;
-  constexpr std::size_t kMostBiasRows = 4000;
+/// Every second; fewer rows where there would be more than kMostRows. The last one is kept.
+Json bias_over_time(const SlamAnswer& answer) {
+  constexpr std::size_t kMostRows = 4000;
   Json columns = {{"time_s", Json::array()}, {"rad_s", Json::array()}, {"sigma_rad_s", Json::array()}};
   const auto& steps = answer.input.steps;
   const double every_s =
-      std::max(1.0, (steps.back().time_s - answer.input.start_s) / static_cast<double>(kMostBiasRows));
+      std::max(1.0, (steps.back().time_s - answer.input.start_s) / static_cast<double>(kMostRows));
   double next_s = answer.input.start_s;
   for (std::size_t k = 0; k < steps.size(); ++k) {
     if (steps[k].time_s < next_s && k + 1 != steps.size()) continue;
@@ -129,7 +130,7 @@ nlohmann::ordered_json bias_over_time(const SlamAnswer& answer) {
   return columns;
 }
 
-nlohmann::ordered_json smoother_of(const SmootherCounts& counts) {
+Json smoother_of(const SmootherCounts& counts) {
   return {{"poses", counts.poses},
           {"sightings", counts.sightings},
           {"outliers", counts.outliers},
@@ -202,10 +203,10 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
   return answer;
 }
 
-nlohmann::ordered_json document_of(const SlamAnswer& answer) {
+Json document_of(const SlamAnswer& answer) {
   const SlamCounts& counts = answer.result.counts;
   const StampedPose& end = answer.trajectory().poses.back();
-  nlohmann::ordered_json document = to_json(answer.provenance);
+  Json document = to_json(answer.provenance);
   document["status"] = answer.doubts.empty() ? "ok" : answer.doubts.front().kind;
   document["doubts"] = to_json(answer.doubts);
   document["steps"] = answer.input.steps.size();

@@ -104,7 +104,7 @@ std::vector<Component> leading_components(const ObservableDirection& direction,
   return components;
 }
 
-std::string joined(std::span<const std::string> names) {
+std::string enumerated(std::span<const std::string> names) {
   if (names.empty()) return {};
   std::string text = names.front();
   for (std::size_t i = 1; i < names.size(); ++i) text += (i + 1 == names.size() ? " and " : ", ") + names[i];
@@ -116,9 +116,9 @@ std::string direction_in_words(std::span<const Component> components) {
   std::vector<std::string> with;
   std::vector<std::string> against;
   for (const auto& [name, weight] : components) (weight >= 0.0 ? with : against).push_back(name);
-  std::string text = joined(with);
+  std::string text = enumerated(with);
   if (with.size() > 1) text += " together";
-  if (!against.empty()) text += " against " + joined(against);
+  if (!against.empty()) text += " against " + enumerated(against);
   return text;
 }
 

@@ -161,7 +161,7 @@ Json group_errors_json(std::span<const RunResult> runs, bool hold_out) {
           {"nees_white_only", mean_of(runs, hold_out, &RunResult::nees_white_only)}};
 }
 
-Json ellipse_json(const std::optional<Ellipse>& ellipse) {
+Json scatter_ellipse_json(const std::optional<Ellipse>& ellipse) {
   if (!ellipse) return nullptr;
   return {{"semi_major_m", ellipse->semi_major_m},
           {"semi_minor_m", ellipse->semi_minor_m},
@@ -189,7 +189,7 @@ Json scatter_json(std::span<const RunResult> runs, std::span<const std::size_t> 
           {"centroid_x_m", scatter.centroid.x()},
           {"centroid_y_m", scatter.centroid.y()},
           {"centroid_distance_m", scatter.centroid.norm()},
-          {"ellipse95", ellipse_json(scatter.ellipse95)}};
+          {"ellipse95", scatter_ellipse_json(scatter.ellipse95)}};
 }
 
 Json turn_group_json(std::span<const RunResult> runs, bool hold_out, const char* turn) {

@@ -107,7 +107,7 @@ SquareMeans with_readings(SquareMeans means, const SquareVector& z) {
 }
 
 /// A square of known sides and nominal robot: everything that the functions below share.
-struct Problem {
+struct SquareProblem {
   const SquareStatistics& statistics;
   double side_m;
   SidedDrive nominal;
@@ -135,7 +135,7 @@ Eigen::Matrix<double, kRows, kColumns> derivative(const Function& f,
   return jacobian;
 }
 
-Eigen::Matrix<double, kSquareReadings, 3> prediction_jacobian(const Problem& problem,
+Eigen::Matrix<double, kSquareReadings, 3> prediction_jacobian(const SquareProblem& problem,
                                                               const SidedDrive& drive) {
   return derivative<kSquareReadings, 3>(
       [&](const Vector3& v) { return problem.predict(SidedDrive::from(v)); }, drive.vector(), drive.vector());
@@ -150,7 +150,7 @@ Eigen::MatrixXd freedom(const SidedDrive& nominal, bool mean_held) {
 }
 
 /// Gauss–Newton on the exact model. docs/umbmark.md, eq. 13.
-SidedDrive most_likely(const Problem& problem, const SquareVector& readings, SidedDrive drive,
+SidedDrive most_likely(const SquareProblem& problem, const SquareVector& readings, SidedDrive drive,
                        bool mean_held) {
   const SquareMatrix& W = problem.statistics.weight;
   const Eigen::MatrixXd ways = freedom(problem.nominal, mean_held);
@@ -188,7 +188,7 @@ Vector3 prior_sigmas(const SidedDrive& nominal) {
           kTrackPriorShare * nominal.track_m};
 }
 
-void describe_directions(const Problem& problem, SquareMethod method, SquareFit& fit) {
+void describe_directions(const SquareProblem& problem, SquareMethod method, SquareFit& fit) {
   const SquareVector used = used_by(method, problem.statistics.means.leg_m.has_value());
   const SquareVector whitening = problem.statistics.weight.diagonal().cwiseSqrt().cwiseProduct(used);
   const Eigen::Matrix<double, kSquareReadings, 3> scaled = whitening.asDiagonal() *
@@ -200,7 +200,7 @@ void describe_directions(const Problem& problem, SquareMethod method, SquareFit&
 }
 
 /// What the sheet alone says of the mean diameter, all three unknowns free.
-double mean_sigma_from_sheet(const Problem& problem, const SidedDrive& drive) {
+double mean_sigma_from_sheet(const SquareProblem& problem, const SidedDrive& drive) {
   const auto J = prediction_jacobian(problem, drive);
   const Matrix3 information = J.transpose() * problem.statistics.weight * J;
   const Eigen::FullPivLU<Matrix3> lu(information);
@@ -210,7 +210,7 @@ double mean_sigma_from_sheet(const Problem& problem, const SidedDrive& drive) {
 }
 
 /// Value and delta method through the closed form.
-void fit_closed_form(const Problem& problem, const SquareVector& readings, SquareMethod method,
+void fit_closed_form(const SquareProblem& problem, const SquareVector& readings, SquareMethod method,
                      SquareFit& fit) {
   const auto solve = [&](const SquareVector& z) -> Vector3 {
     const SquareMeans means = with_readings(problem.statistics.means, z);
@@ -226,7 +226,7 @@ void fit_closed_form(const Problem& problem, const SquareVector& readings, Squar
 }
 
 /// The estimate moves with the readings by K = (Jᵀ W J)⁻¹ Jᵀ W. docs/umbmark.md, eq. 14.
-void fit_likelihood(const Problem& problem, const SquareVector& readings, SquareFit& fit) {
+void fit_likelihood(const SquareProblem& problem, const SquareVector& readings, SquareFit& fit) {
   const SidedDrive exact = solve_orientation(problem.statistics.means, problem.side_m, problem.nominal);
   const SidedDrive start = fit.mean_held ? with_nominal_mean(exact, problem.nominal) : exact;
   fit.drive = most_likely(problem, readings, start, fit.mean_held);
@@ -255,7 +255,7 @@ SquareStatistics statistics_of(const SquareSheet& sheet) {
 
 SquareFit fit_square(const SquareStatistics& statistics, double side_m, const SidedDrive& nominal,
                      SquareMethod method) {
-  const Problem problem = {statistics, side_m, nominal};
+  const SquareProblem problem = {statistics, side_m, nominal};
   SquareFit fit;
   fit.mean_held = method == SquareMethod::classic || !statistics.means.leg_m;
   fit.mean_sigma_data_m = kInfinite;

@@ -57,10 +57,10 @@ Pose2 aligned(const PointPair& pair, const Vector2& first, const Vector2& second
 }
 
 /// Judges one constellation.
-class Search {
+class GlobalSearch {
  public:
-  Search(const Constellation& seen, const KnownMap& map, const LandmarkSensor& sensor,
-         const MapSightOptions& options)
+  GlobalSearch(const Constellation& seen, const KnownMap& map, const LandmarkSensor& sensor,
+               const MapSightOptions& options)
       : seen_(seen),
         map_(map),
         sensor_(sensor),
@@ -266,12 +266,12 @@ class Search {
 
 std::vector<PoseHypothesis> find_poses(const Constellation& seen, const KnownMap& map,
                                        const LandmarkSensor& sensor, const MapSightOptions& options) {
-  return Search(seen, map, sensor, options).run();
+  return GlobalSearch(seen, map, sensor, options).run();
 }
 
 double log_odds_at(const PoseEstimate& pose, const Constellation& seen, const KnownMap& map,
                    const LandmarkSensor& sensor, const MapSightOptions& options) {
-  return Search(seen, map, sensor, options).log_odds_at(pose);
+  return GlobalSearch(seen, map, sensor, options).log_odds_at(pose);
 }
 
 bool is_same_place(const Pose2& a, const Pose2& b) {

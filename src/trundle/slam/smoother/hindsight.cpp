@@ -12,9 +12,9 @@
 namespace trundle {
 namespace {
 
-constexpr double kCellShare = 0.25;         // of the sensor's range: cells of the grid
-constexpr double kSigmas = 5.0;             // further away nothing is looked for
-constexpr std::size_t kMostCandidates = 8;  // landmarks that one sighting may show
+constexpr double kCellShare = 0.25;    // of the sensor's range: cells of the grid
+constexpr double kSigmas = 5.0;        // further away nothing is looked for
+constexpr std::size_t kMostShown = 8;  // landmarks that one sighting may show
 
 /// −2 log of the density of a reading that shows nothing of the map.
 double cost_of_none(const LandmarkSensor& sensor) {
@@ -55,7 +55,7 @@ class Looker {
     const Pose2& pose = smoothed_.trajectory.poses[step].pose;
     const SightedLandmark there = sighted_landmark(pose, sensor_.body_from_sensor, observation);
     const Matrix2 spread = there.spread(R_);
-    map_.near(there.in_world, kSigmas * std::sqrt(spread.trace()), kMostCandidates, near_);
+    map_.near(there.in_world, kSigmas * std::sqrt(spread.trace()), kMostShown, near_);
     std::vector<Fit> fits;
     for (const std::size_t i : near_) {
       const MappedLandmark& m = smoothed_.map[i];
