@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 
+#include "trundle/geometry/squared.hpp"
 #include "trundle/odometry/arc.hpp"
 
 namespace trundle {
@@ -11,19 +12,6 @@ namespace {
 
 /// Over so long a motion is one arc, and noise in it as if it came evenly.
 constexpr double kLongestInterval_s = 0.2;
-
-/// Of what the sensors read wrong. Where a robot slides, sideways or scrubbing on skid wheels, its readings
-/// are right and the ground moves otherwise: that is no error of the sensitivity.
-RowVector variance_of_readings(const Chassis& chassis, const Rows& rows, const Increment& ways) {
-  RowVector variance = readings_of(chassis, rows, ways).variance;
-  for (int i = 0; i < rows.count(); ++i) {
-    const Row& row = rows.row[static_cast<std::size_t>(i)];
-    const bool skids = row.kind == RowKind::wheel &&
-                       chassis.wheels()[static_cast<std::size_t>(row.wheel)].kind == WheelKind::skid;
-    if (skids || i >= rows.measured) variance[i] = 0.0;
-  }
-  return variance;
-}
 
 /// The matrix whose columns are what a linear map makes of the unit vectors.
 template <class Map>
@@ -41,11 +29,12 @@ Matrix3 matrix_of(const Map& map) {
 }  // namespace
 
 SensitivityErrors::SensitivityErrors(const Robot& robot, std::span<const Parameter> parameters,
-                                     const Pose2& pose)
+                                     const Pose2& pose, double gyro_factor)
     : chassis_(&robot.chassis),
       rows_(rows_of(robot.chassis, robot.chassis.gyro.has_value())),
       covariance_(parameters.size(), Matrix3::Zero()),
-      from_(pose) {
+      from_(pose),
+      gyro_factor_(gyro_factor) {
   const RowVector weight = weighing_variances(*chassis_, rows_, 1.0, 1.0).cwiseInverse();
   const ByReading HtW = rows_.H.transpose() * weight.asDiagonal();
   pose_ = (HtW * rows_.H).inverse() * HtW;
@@ -64,13 +53,28 @@ void SensitivityErrors::follow(const Increment& increment, const Pose2& pose) {
   if (ways_.duration_s >= kLongestInterval_s - 1e-9) close(pose);
 }
 
+// Of what the sensors read wrong. Where a robot slides, sideways or scrubbing on skid wheels, its readings
+// are right and the ground moves otherwise; and what a heading misses beyond the gyro's own noise is of
+// clocks and of the reference. Neither is an error of the sensitivity.
+RowVector SensitivityErrors::variance_of_readings() const {
+  RowVector variance = readings_of(*chassis_, rows_, ways_).variance;
+  for (int i = 0; i < rows_.count(); ++i) {
+    const Row& row = rows_.row[static_cast<std::size_t>(i)];
+    const bool skids = row.kind == RowKind::wheel &&
+                       chassis_->wheels()[static_cast<std::size_t>(row.wheel)].kind == WheelKind::skid;
+    if (skids || i >= rows_.measured) variance[i] = 0.0;
+    if (row.kind == RowKind::gyro) variance[i] /= squared(gyro_factor_);
+  }
+  return variance;
+}
+
 void SensitivityErrors::close(const Pose2& pose) {
   if (ways_.duration_s <= 0.0) return;
   const Twist2 twist = log(from_.inverse() * pose);
   const ArcStep arc(from_.heading, {twist.dx, twist.dy, twist.dtheta});
   const Matrix3 F = matrix_of([&](const std::array<double, 3>& v) { return arc.carry(v); });
   const Matrix3 M = matrix_of([&](const std::array<double, 3>& v) { return arc.map(v); });
-  const RowVector variance = variance_of_readings(*chassis_, rows_, ways_);
+  const RowVector variance = variance_of_readings();
   for (std::size_t j = 0; j < covariance_.size(); ++j) {
     covariance_[j] = (F * covariance_[j] * F.transpose()).eval();
     if (!complete_) continue;  // it would be weighed otherwise; and little is left out

@@ -16,8 +16,10 @@ namespace trundle {
 /// 6a.
 class SensitivityErrors {
  public:
-  /// From `pose` on, which owes nothing to the readings.
-  SensitivityErrors(const Robot& robot, std::span<const Parameter> parameters, const Pose2& pose);
+  /// From `pose` on, which owes nothing to the readings. `gyro_factor`: NoiseEstimate's, in the robot's
+  /// noise.
+  SensitivityErrors(const Robot& robot, std::span<const Parameter> parameters, const Pose2& pose,
+                    double gyro_factor);
 
   /// An increment that brought the odometer to `pose`.
   void follow(const Increment& increment, const Pose2& pose);
@@ -29,6 +31,7 @@ class SensitivityErrors {
 
  private:
   void close(const Pose2& pose);
+  RowVector variance_of_readings() const;
 
   /// Per unit error of each reading [1/m; the gyro's 1/rad].
   using ByReading = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxRows>;
@@ -41,6 +44,7 @@ class SensitivityErrors {
   Pose2 from_;                          ///< where the open interval began
   Increment ways_;                      ///< what rolled in it, without sign
   bool complete_ = true;                ///< the gyro was there throughout
+  double gyro_factor_;
 };
 
 }  // namespace trundle

@@ -93,11 +93,13 @@ struct RunInformation {
 RunInformation information_of(const Run& run, std::size_t index, const Robot& robot, const Fit& fit) {
   const Robot noisy = noisy_robot(robot, fit);
   RunInformation result;
-  const RunLikelihood stream =
-      stream_likelihood(run, noisy, fit.parameters,
-                        {.reference_noise = fit.noise.reference, .pieces = fit.pieces(), .gate = fit.gate});
+  const RunLikelihood stream = stream_likelihood(run, noisy, fit.parameters,
+                                                 {.reference_noise = fit.noise.reference,
+                                                  .pieces = fit.pieces(),
+                                                  .gyro_factor = fit.noise.gyro_factor,
+                                                  .gate = fit.gate});
   append(result.pieces, stream.pieces);
-  append(result.pieces, partial_likelihood(run, noisy, fit.parameters).pieces);
+  append(result.pieces, partial_likelihood(run, noisy, fit.parameters, fit.noise.gyro_factor).pieces);
   append(result.pieces, chassis_likelihood(run, noisy, fit.parameters,
                                            {.pieces = fit.pieces(),
                                             .variance_factor = fit.chassis_variance_factor,
@@ -146,8 +148,8 @@ Objective objective_at(const Robot& robot, const Fit& fit, const Eigen::VectorXd
 
 /// Gauss–Newton in the columns of `basis` (parameters in units of prior sigmas), from where the robot is,
 /// `moved` from nominal. Far away a step that makes χ² larger is halved. Near the solution χ² is not asked:
-/// covariances of readings move with the parameters, so that the gradient's root (docs/calibration.md, eq. 6
-/// and 6a) is not where χ² alone is least.
+/// it also falls where covariances of readings grow, which the gradient rightly leaves out.
+/// docs/calibration.md, eq. 6.
 bool descend(Robot& robot, const Fit& fit, const Eigen::VectorXd& scale, const Eigen::MatrixXd& basis,
              double prior_weight, int most_iterations) {
   Eigen::VectorXd moved = Eigen::VectorXd::Zero(scale.size());

@@ -294,7 +294,7 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
       std::vector<Information>(static_cast<std::size_t>(options.pieces), Information::zero(n)), {}, {}};
   if (run.knots.empty()) return result;
   Odometer odometer = anchor(run, 0, robot, parameters, options.reference_noise);
-  SensitivityErrors errors(robot, parameters, odometer.pose());
+  SensitivityErrors errors(robot, parameters, odometer.pose(), options.gyro_factor);
   for (std::size_t knot = 1; knot < run.knots.size(); ++knot) {
     for (std::size_t i = run.knots[knot - 1]; i < run.knots[knot]; ++i) {
       odometer.step(run.readings.increments[i]);
@@ -305,7 +305,7 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
     if (std::ranges::binary_search(run.jumps, knot)) {
       result.outliers.push_back({time, true});
       odometer = anchor(run, knot, robot, parameters, options.reference_noise);
-      errors = {robot, parameters, odometer.pose()};
+      errors = {robot, parameters, odometer.pose(), options.gyro_factor};
       continue;
     }
     if (sample.empty()) continue;
@@ -327,13 +327,14 @@ Pose2 body_at_start(const Run& run, const Robot& robot) {
   return anchor(run, 0, robot, {}, {}).pose();
 }
 
-RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters) {
+RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
+                                 double gyro_factor) {
   const auto n = static_cast<Eigen::Index>(parameters.size());
   RunLikelihood result{{Information::zero(n)}, {}, {}};
   if (run.partial.empty()) return result;
   Odometer odometer = odometer_at(start_from(Pose2{}, Matrix3::Zero(), Vector3::Zero(), robot, parameters),
                                   robot, parameters);
-  SensitivityErrors errors(robot, parameters, odometer.pose());
+  SensitivityErrors errors(robot, parameters, odometer.pose(), gyro_factor);
   for (const Increment& increment : run.readings.increments) {
     odometer.step(increment);
     errors.follow(increment, odometer.pose());

@@ -48,7 +48,8 @@ struct RunLikelihood {
 struct LikelihoodOptions {
   ReferenceNoise reference_noise;
   int pieces = 1;
-  double gate = 1e9;  ///< knots with a larger squared Mahalanobis innovation are outliers
+  double gyro_factor = 1.0;  ///< by which the robot's gyro noise is more than its readings'
+  double gate = 1e9;         ///< knots with a larger squared Mahalanobis innovation are outliers
 };
 
 /// The exact likelihood of a run under white odometry noise and white reference noise, in innovation form: a
@@ -63,6 +64,7 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
 Pose2 body_at_start(const Run& run, const Robot& robot);
 
 /// The likelihood of what was measured of the run as a whole (PartialReference).
-RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters);
+RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
+                                 double gyro_factor = 1.0);
 
 }  // namespace trundle
