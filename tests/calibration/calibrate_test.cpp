@@ -97,6 +97,9 @@ TEST(Calibrate, NothingMeasuredIsNothingEstimated) {
   auto runs = recorded(nominal_differential(), true_differential(), test::differential_paths(), 4);
   for (Recording& run : runs) run.reference = {};
   EXPECT_THROW(calibrate(runs, {}, nominal_differential()), CannotAnswer);
+  for (Recording& run : runs)  // of another day
+    run.relative_motions = {{.start_s = 1e6, .end_s = 1e6 + 1.0, .motion = {0.1, 0.0, 0.2}}};
+  EXPECT_THROW(calibrate(runs, {}, nominal_differential()), CannotAnswer);
 }
 
 TEST(Calibrate, AStraightRunAloneHoldsTheTrack) {

@@ -109,6 +109,22 @@ TEST(TimeOffset, cannot_be_told_without_a_gyro_or_wheels_that_see_turns) {
   Recording silent = recording;
   silent.gyro = {};
   EXPECT_FALSE(gyro_time_offset(silent, robot_with_offset(0.0)));
+  Recording mute = recording;  // stamps without readings
+  mute.gyro.yaw_rate_rad_s.assign(mute.gyro.time_s.size(), std::nan(""));
+  EXPECT_FALSE(gyro_time_offset(mute, robot_with_offset(0.0)));
+  Recording raw = recording;  // counts of the sensor, beyond what it can measure
+  for (double& rate : raw.gyro.yaw_rate_rad_s) rate = 16384.0 * rate + 3000.0;
+  EXPECT_FALSE(gyro_time_offset(raw, robot_with_offset(0.0)));
+  Recording bursts = recording;  // a tenth of a second in every two
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < recording.gyro.time_s.size(); ++i) {
+    if (std::fmod(recording.gyro.time_s[i], 2.0) > 0.1) continue;
+    bursts.gyro.time_s[kept] = recording.gyro.time_s[i];
+    bursts.gyro.yaw_rate_rad_s[kept++] = recording.gyro.yaw_rate_rad_s[i];
+  }
+  bursts.gyro.time_s.resize(kept);
+  bursts.gyro.yaw_rate_rad_s.resize(kept);
+  EXPECT_FALSE(gyro_time_offset(bursts, robot_with_offset(0.0)));
   Robot pods = robot_with_offset(0.0);
   for (Wheel& wheel : pods.chassis.wheels()) wheel.kind = WheelKind::omni;
   EXPECT_FALSE(gyro_time_offset(recording, pods));

@@ -302,9 +302,8 @@ void learn_noise(const Robot& robot, Fit& fit) {
   set_noise(robot, estimate_noise(fit.runs, robot), fit);
   allow_for_lasting_errors(robot, fit);
   for (std::size_t i = 0; i < fit.runs.size(); ++i) {
-    if (fit.runs[i].relative_motions.empty()) continue;
-    fit.relative_covariance[i] =
-        robust_covariance(relative_residuals(fit.runs[i], robot, fit.parameters).residual);
+    const auto residuals = relative_residuals(fit.runs[i], robot, fit.parameters).residual;
+    if (!residuals.empty()) fit.relative_covariance[i] = robust_covariance(residuals);
   }
 }
 

@@ -21,7 +21,7 @@ RelativeResiduals relative_residuals(const Run& run, const Robot& robot,
 
 /// Robust covariance of the residuals about zero: of the half of them that is most alike, scaled to the
 /// Gaussian's (reweighted minimum covariance determinant, by concentration steps from the coordinate-wise
-/// median).
+/// median). There must be one at least.
 Matrix3 robust_covariance(const std::vector<Vector3>& residuals);
 
 }  // namespace trundle

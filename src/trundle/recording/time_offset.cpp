@@ -9,6 +9,7 @@
 
 #include "trundle/chassis/rows.hpp"
 #include "trundle/recording/detail/table.hpp"
+#include "trundle/statistics/median.hpp"
 
 namespace trundle {
 namespace {
@@ -90,7 +91,7 @@ Vector used_of(const Vector& values, const std::vector<bool>& used) {
   return result;
 }
 
-/// wheels = slope · gyro + drift · duration + residual, by least squares.
+/// wheels = slope · gyro + drift · duration + residual, by least squares; nothing of less than two windows.
 struct Regression {
   double slope = 0.0;
   double correlation = 0.0;
@@ -100,6 +101,7 @@ struct Regression {
 
 Regression regress(const Vector& by_wheels, const Vector& by_gyro, const Vector& duration_s) {
   Regression result;
+  if (by_gyro.size() < 2) return result;
   result.design.resize(by_gyro.size(), 2);
   result.design << by_gyro, duration_s;
   const Vector coefficients = result.design.colPivHouseholderQr().solve(by_wheels);
@@ -137,10 +139,8 @@ class Search {
     std::vector<double> sizes(regression.residual.size());
     for (std::size_t i = 0; i < sizes.size(); ++i)
       sizes[i] = std::abs(regression.residual[static_cast<Eigen::Index>(i)]);
-    std::vector<double> sorted = sizes;
-    std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2));
-    const double limit = kLargestResidual * kSigmaOfMedian * sorted[sorted.size() / 2];
-    if (limit == 0.0) return;
+    const double limit = kLargestResidual * kSigmaOfMedian * median(sizes);
+    if (!(limit > 0.0)) return;
     std::size_t n = 0;
     for (std::size_t w = 0; w < windows_.count(); ++w)
       if (windows_.used[w] && sizes[n++] > limit) windows_.used[w] = false;
@@ -218,6 +218,7 @@ std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Ali
   const double given_s = robot.chassis.gyro->time_offset_s;
   const double step_s = std::max(0.25 * options.window_s, 0.5 * gyro_step_s);
   double offset = search_from(search, given_s, options.largest_s, step_s);
+  if (search.used() < kFewestWindows) return std::nullopt;  // the gyro misses the others
   search.leave_out_slip(offset);
   if (search.used() < kFewestWindows) return std::nullopt;
   offset = search_from(search, offset, 4.0 * step_s, step_s);

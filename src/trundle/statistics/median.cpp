@@ -1,10 +1,12 @@
 #include "trundle/statistics/median.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace trundle {
 
 double median(std::vector<double> values) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::ranges::nth_element(values, middle);
   return *middle;

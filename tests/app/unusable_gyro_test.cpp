@@ -1,0 +1,74 @@
+// Commands where a gyro is there and tells nothing.
+#include <array>
+#include <cmath>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "trundle/io/file.hpp"
+
+#include "app/demo.hpp"
+#include "app/process.hpp"
+#include "app/sample.hpp"
+
+namespace trundle::test {
+namespace {
+
+/// What stands instead of a reading; empty: a lost one.
+using Spoiled = std::string (*)(double time_s, double rate_rad_s);
+
+struct Case {
+  const char* name;
+  Spoiled spoiled;
+};
+
+constexpr std::array kCases = {
+    Case{"NeverAReading", [](double, double) { return std::string(); }},
+    Case{"CountsOfTheSensor", [](double, double rate) { return fmt::format("{}", 16384.0 * rate + 3000.0); }},
+    Case{"BurstsWithGaps",
+         [](double time, double rate) {
+           return std::fmod(time, 2.0) < 0.1 ? fmt::format("{}", rate) : std::string();
+         }},
+};
+
+class UnusableGyro : public testing::TestWithParam<Case> {
+ protected:
+  void SetUp() override {
+    std::filesystem::copy(kDemo / "session_02/tour", sample_.folder() / "tour");
+    std::istringstream rows(read_file(sample_.folder() / "tour/gyro.csv"));
+    std::string text;
+    for (std::string row; std::getline(rows, row);) {
+      const auto comma = row.find(',');
+      const bool is_reading = !row.starts_with('#') && !row.starts_with("time_s");
+      text += is_reading ? row.substr(0, comma + 1) +
+                               GetParam().spoiled(std::stod(row), std::stod(row.substr(comma + 1)))
+                         : row;
+      text += '\n';
+    }
+    write_file(sample_.folder() / "tour/gyro.csv", text);
+  }
+  Outcome run(const Arguments& arguments) const { return run_program(sample_.folder(), arguments); }
+
+  Sample sample_;
+};
+
+TEST_P(UnusableGyro, EndsWithResultsOrAReason) {
+  for (const Arguments& command :
+       {Arguments{"info", "tour"}, Arguments{"calibrate", "tour", "-o", "robot.toml"},
+        Arguments{"odometry", "tour", "-o", "odometry.csv"}, Arguments{"slip", "tour", "-o", "slip.csv"},
+        Arguments{"slam", "tour", "-o", "map"}, Arguments{"run", "tour", "-o", "results"}}) {
+    Arguments arguments = command;
+    arguments.insert(arguments.end(), {"--robot", kDemoRobot});
+    const Outcome outcome = run(arguments);
+    EXPECT_THAT(outcome.exit_code, testing::AnyOf(0, 4)) << command.front() << ": " << outcome.err;
+    EXPECT_THAT(outcome.out + outcome.err, testing::HasSubstr("gyro")) << command.front();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(, UnusableGyro, testing::ValuesIn(kCases),
+                         [](const testing::TestParamInfo<Case>& of) { return std::string(of.param.name); });
+
+}  // namespace
+}  // namespace trundle::test
