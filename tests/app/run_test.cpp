@@ -51,11 +51,11 @@ constexpr std::array kFiles = {
 
 TEST_F(RunCommand, GivesTheBytesOfTheSingleCommandsInTurn) {
   const std::string tour = (kDemo / "session_01/tour").string();
-  const std::string nominal = kDemoRobot;
   const std::string squares = (kDemo / "session_02").string();
   const std::string clean = (kDemo / "session_02/tour").string();
   ASSERT_EQ(
-      run({"run", tour, "--robot", nominal, "--calibrate-on", squares, "--learn", clean, "-o", "d"}).err, "");
+      run({"run", tour, "--robot", kDemoRobot, "--calibrate-on", squares, "--learn", clean, "-o", "d"}).err,
+      "");
   std::map<std::string, std::string> in_one_go;
   for (const char* file : kFiles) in_one_go[file] = read(std::string("d/") + file);
   const Json evaluation = json("d/evaluation.json");
@@ -67,9 +67,9 @@ TEST_F(RunCommand, GivesTheBytesOfTheSingleCommandsInTurn) {
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     keep(file, outcome.out);
   };
-  printed_into("d/info.json", {"info", tour, "--robot", nominal, "--gyro-noise"});
-  run({"calibrate", squares, "--hold-out", tour, "--robot", nominal, "-o", "d/calibrated.toml"});
-  printed_into("d/nominal.json", {"odometry", tour, "--robot", nominal, "-o", "d/nominal.csv"});
+  printed_into("d/info.json", {"info", tour, "--robot", kDemoRobot, "--gyro-noise"});
+  run({"calibrate", squares, "--hold-out", tour, "--robot", kDemoRobot, "-o", "d/calibrated.toml"});
+  printed_into("d/nominal.json", {"odometry", tour, "--robot", kDemoRobot, "-o", "d/nominal.csv"});
   printed_into("d/odometry.json", {"odometry", tour, "--robot", "d/calibrated.toml", "-o", "d/odometry.csv"});
   printed_into("d/slip.json", {"slip", tour, "--robot", "d/calibrated.toml", "--learn", clean, "-o",
                                "d/slip.csv", "--corrected", "d/trajectory.csv"});
@@ -150,8 +150,7 @@ TEST_F(RunCommand, FindsOutWhichLandmarkIsWhichWhereNamesAreMissing) {
   for (const char* file : {"wheels.csv", "gyro.csv"})
     keep(std::string("nameless/") + file, read_file(tour / file));
   keep("nameless/sightings.csv", nameless(read_file(tour / "sightings.csv")));
-  const std::string robot = kDemoRobot;
-  ASSERT_EQ(run({"run", "nameless", "--robot", robot, "-o", "d"}).exit_code, 0);
+  ASSERT_EQ(run({"run", "nameless", "--robot", kDemoRobot, "-o", "d"}).exit_code, 0);
   ASSERT_EQ(stage("d", "slam").at("status"), "done") << stage("d", "slam").at("message");
   EXPECT_THAT(stage("d", "slam").at("message").get<std::string>(), HasSubstr("smoothed"));
   const std::string in_one_go = read("d/slam/trajectory.csv");

@@ -9,13 +9,13 @@
 namespace trundle {
 namespace {
 
-constexpr SidedDrive kSided = {0.15, 0.15, 0.50};
+constexpr SidedDrive kNominalDrive = {0.15, 0.15, 0.50};
 constexpr double kSide_m = 2.0;
 
 SquareMeans measured(const SidedDrive& truth, bool with_leg = true) {
-  SquareMeans means = {.cw = predict_square(truth, kSided, kSide_m, Turn::cw),
-                       .ccw = predict_square(truth, kSided, kSide_m, Turn::ccw)};
-  if (with_leg) means.leg_m = predict_leg(truth, kSided, kSide_m);
+  SquareMeans means = {.cw = predict_square(truth, kNominalDrive, kSide_m, Turn::cw),
+                       .ccw = predict_square(truth, kNominalDrive, kSide_m, Turn::ccw)};
+  if (with_leg) means.leg_m = predict_leg(truth, kNominalDrive, kSide_m);
   return means;
 }
 
@@ -40,8 +40,8 @@ const CheckValue kCheckValues[] = {
 
 TEST(Square, CheckValuesOfTheClassicalMethod) {
   for (const CheckValue& check : kCheckValues) {
-    EXPECT_NEAR(e_max(check.truth, kSided), check.e_max_before, check.before_digits);
-    const SidedDrive found = solve_classic(measured(check.truth), kSide_m, kSided);
+    EXPECT_NEAR(e_max(check.truth, kNominalDrive), check.e_max_before, check.before_digits);
+    const SidedDrive found = solve_classic(measured(check.truth), kSide_m, kNominalDrive);
     EXPECT_NEAR(found.left_diameter_m, check.classic.left_diameter_m, 5e-7);
     EXPECT_NEAR(found.right_diameter_m, check.classic.right_diameter_m, 5e-7);
     EXPECT_NEAR(found.track_m, check.classic.track_m, 5e-7);
@@ -64,7 +64,7 @@ const SidedDrive kTruths[] = {
 
 TEST(Square, OrientationIsExactAlsoForStrongErrors) {
   for (const SidedDrive& truth : kTruths) {
-    const SidedDrive found = solve_orientation(measured(truth), kSide_m, kSided);
+    const SidedDrive found = solve_orientation(measured(truth), kSide_m, kNominalDrive);
     expect_near(found, truth, 1e-12);
     EXPECT_NEAR(e_max(truth, found), 0.0, 1e-10);
   }
@@ -72,9 +72,9 @@ TEST(Square, OrientationIsExactAlsoForStrongErrors) {
 
 TEST(Square, OrientationWithoutALegFindsEverythingButTheScale) {
   for (const SidedDrive& truth : kTruths) {
-    const SidedDrive found = solve_orientation(measured(truth, false), kSide_m, kSided);
-    const double scale = truth.mean_diameter_m() / kSided.mean_diameter_m();
-    EXPECT_NEAR(found.mean_diameter_m(), kSided.mean_diameter_m(), 1e-15);
+    const SidedDrive found = solve_orientation(measured(truth, false), kSide_m, kNominalDrive);
+    const double scale = truth.mean_diameter_m() / kNominalDrive.mean_diameter_m();
+    EXPECT_NEAR(found.mean_diameter_m(), kNominalDrive.mean_diameter_m(), 1e-15);
     expect_near(found, SidedDrive::from(truth.vector() / scale), 1e-12);
   }
 }
@@ -92,7 +92,7 @@ TEST(Square, CountedRevolutionsGiveTheSame) {
   for (const SidedDrive& truth : kTruths) {
     SquareMeans means = measured(truth);
     means.left_revolutions = means.right_revolutions = kSide_m / (kPi * 0.15);
-    expect_near(solve_orientation(means, kSide_m, kSided), truth, 1e-12);
+    expect_near(solve_orientation(means, kSide_m, kNominalDrive), truth, 1e-12);
   }
 }
 
@@ -100,11 +100,11 @@ TEST(Square, CountedRevolutionsCorrectALegThatWasNotTheNominalOne) {
   // The robot overshoots each leg by 3 %: longer chord, more revolutions, the same bend per metre.
   const SidedDrive truth = {0.1503, 0.1497, 0.51};
   const double driven = 1.03 * kSide_m;
-  const Pose2 cw = predict_square(truth, kSided, driven, Turn::cw);
-  const Pose2 ccw = predict_square(truth, kSided, driven, Turn::ccw);
+  const Pose2 cw = predict_square(truth, kNominalDrive, driven, Turn::cw);
+  const Pose2 ccw = predict_square(truth, kNominalDrive, driven, Turn::ccw);
   const double revolutions = driven / (kPi * 0.15);
-  const SquareMeans means = {cw, ccw, predict_leg(truth, kSided, driven), revolutions, revolutions};
-  expect_near(solve_orientation(means, kSide_m, kSided), truth, 1e-12);
+  const SquareMeans means = {cw, ccw, predict_leg(truth, kNominalDrive, driven), revolutions, revolutions};
+  expect_near(solve_orientation(means, kSide_m, kNominalDrive), truth, 1e-12);
 }
 
 TEST(Square, TheSourcesFormulaWithRevolutions) {
@@ -114,7 +114,7 @@ TEST(Square, TheSourcesFormulaWithRevolutions) {
   const double beta = (means.cw.heading + means.ccw.heading) / 8.0;
   const double radius = 0.5 * *means.leg_m / std::sin(0.5 * beta);
   const double revolutions = kSide_m / (kPi * 0.15);
-  const SidedDrive found = solve_orientation(means, kSide_m, kSided);
+  const SidedDrive found = solve_orientation(means, kSide_m, kNominalDrive);
   EXPECT_NEAR(found.right_diameter_m, (radius + 0.5 * found.track_m) * degrees(beta) / (180.0 * revolutions),
               1e-12);
   EXPECT_NEAR(found.left_diameter_m, (radius - 0.5 * found.track_m) * degrees(beta) / (180.0 * revolutions),
@@ -142,7 +142,7 @@ TEST(Square, PredictionAgreesWithSmallSteps) {
       roll(kSide_m, kSide_m);
       roll(-sense * 0.25 * kPi * 0.5, sense * 0.25 * kPi * 0.5);
     }
-    const Pose2 end = predict_square(truth, kSided, kSide_m, turn);
+    const Pose2 end = predict_square(truth, kNominalDrive, kSide_m, turn);
     EXPECT_NEAR(end.x, x, 1e-8);
     EXPECT_NEAR(end.y, y, 1e-8);
     EXPECT_NEAR(end.heading, heading - sense * 2.0 * kPi, 1e-9);
@@ -150,9 +150,12 @@ TEST(Square, PredictionAgreesWithSmallSteps) {
 }
 
 TEST(Square, ErrorsThatNoRobotMakesAreRefused) {
-  EXPECT_THROW(solve_classic({.cw = {-16.0, 0, 0}, .ccw = {-16.0, 0, 0}}, kSide_m, kSided), CannotAnswer);
-  EXPECT_THROW(solve_orientation({.cw = {0, 0, 6.4}, .ccw = {0, 0, -6.4}}, kSide_m, kSided), CannotAnswer);
-  EXPECT_THROW(solve_orientation({.cw = {0, 0, 40.0}, .ccw = {0, 0, 40.0}}, kSide_m, kSided), CannotAnswer);
+  EXPECT_THROW(solve_classic({.cw = {-16.0, 0, 0}, .ccw = {-16.0, 0, 0}}, kSide_m, kNominalDrive),
+               CannotAnswer);
+  EXPECT_THROW(solve_orientation({.cw = {0, 0, 6.4}, .ccw = {0, 0, -6.4}}, kSide_m, kNominalDrive),
+               CannotAnswer);
+  EXPECT_THROW(solve_orientation({.cw = {0, 0, 40.0}, .ccw = {0, 0, 40.0}}, kSide_m, kNominalDrive),
+               CannotAnswer);
 }
 
 TEST(Square, ARobotHasSidesWhenAllItsWheelsRollAhead) {

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kStep_s = 0.25;
 
-Robot quarter_metre_wheels() {
+Robot noisy_differential() {
   Robot robot = test::robot_of(differential_drive(test::kSize, 0.5));
   robot.chassis.noise.wheel_per_sqrt_m = 0.001;
   robot.chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = 3e-4};
@@ -67,7 +67,7 @@ const Twist2 kBackward{-0.06, 0.0, 0.0};
 // A slip begins within an interval that does not alarm yet: its wheel jumps there, but the robot has not
 // taken another speed.
 TEST(Detector, ASlipThatBeginsWithinAnIntervalIsStillToldByTheMotionBeforeIt) {
-  Robot robot = quarter_metre_wheels();
+  Robot robot = noisy_differential();
   robot.chassis.noise.wheel_per_sqrt_m = 0.02;
   FedDetector drive(robot, {.probability = 1e-4});
   for (int i = 0; i < 10; ++i) drive.step(kForward);
@@ -84,7 +84,7 @@ TEST(Detector, ASlipThatBeginsWithinAnIntervalIsStillToldByTheMotionBeforeIt) {
 
 void expect_one_event(const Twist2& motion, std::size_t wheel, double excess_m, SlipKind kind,
                       SlipMethod method) {
-  FedDetector drive(quarter_metre_wheels(), {.method = method});
+  FedDetector drive(noisy_differential(), {.method = method});
   for (int i = 0; i < 10; ++i) EXPECT_FALSE(drive.step(motion).slipping);
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(drive.step(motion, wheel, excess_m).slipping);
   for (int i = 0; i < 5; ++i) EXPECT_FALSE(drive.step(motion).slipping);
@@ -113,7 +113,7 @@ TEST(Detector, ThePublishedRuleNamesTheWheelThatSpins) {
     expect_one_event(kForward, wheel, 0.02, SlipKind::spin, SlipMethod::published);
     expect_one_event(kBackward, wheel, -0.02, SlipKind::spin, SlipMethod::published);
     // Its assumption: where one wheel skids, the other one would have spun.
-    FedDetector skid(quarter_metre_wheels(), {.method = SlipMethod::published});
+    FedDetector skid(noisy_differential(), {.method = SlipMethod::published});
     EXPECT_EQ(skid.step(kForward, wheel, -0.018).wheel, static_cast<int>(1 - wheel));
   }
 }
@@ -121,7 +121,7 @@ TEST(Detector, ThePublishedRuleNamesTheWheelThatSpins) {
 // Without a pause between them: a slip is that of one wheel.
 TEST(Detector, TheOtherWheelsSlipIsAnother) {
   for (const SlipMethod method : {SlipMethod::general, SlipMethod::published}) {
-    FedDetector drive(quarter_metre_wheels(), {.method = method});
+    FedDetector drive(noisy_differential(), {.method = method});
     for (int i = 0; i < 10; ++i) drive.step(kForward);
     for (const std::size_t wheel : {0, 1, 0})
       for (int i = 0; i < 3; ++i) EXPECT_EQ(drive.step(kForward, wheel, 0.02).wheel, static_cast<int>(wheel));
@@ -139,7 +139,7 @@ TEST(Detector, ALockedWheelSkids) {
 }
 
 SlipEvent first_event(const Twist2& motion, double slip_m, double spin_odds) {
-  FedDetector drive(quarter_metre_wheels(), {.spin_odds = spin_odds});
+  FedDetector drive(noisy_differential(), {.spin_odds = spin_odds});
   drive.step(motion, 0, slip_m);
   drive.step(motion);
   const std::vector<SlipEvent> events = drive.events();
@@ -172,16 +172,16 @@ TEST(Detector, TheOddsOfSpinSayNothingOfWhatARadiusExplains) {
 
 TEST(Detector, WhileTheCommandSlowsDownAWheelSkids) {
   for (const bool slows : {true, false}) {
-    SlipDetector detector(quarter_metre_wheels(), {});
-    Increment increment = test::increment_of(quarter_metre_wheels().chassis, kForward, kStep_s);
-    increment.turned[0] -= 0.03 / (kPi * quarter_metre_wheels().chassis.wheels()[0].diameter_m);
+    SlipDetector detector(noisy_differential(), {});
+    Increment increment = test::increment_of(noisy_differential().chassis, kForward, kStep_s);
+    increment.turned[0] -= 0.03 / (kPi * noisy_differential().chassis.wheels()[0].diameter_m);
     increment.time_s = kStep_s;
     EXPECT_EQ(detector.step({increment, {}}, {.changed = true, .slows = slows}).wheel, slows ? 0 : 1);
   }
 }
 
 TEST(Detector, TheWheelThatSlipsCountsForLittle) {
-  FedDetector drive(quarter_metre_wheels(), {});
+  FedDetector drive(noisy_differential(), {});
   for (int i = 0; i < 10; ++i) EXPECT_TRUE(drive.step(kForward).correction.none());
   const SlipVerdict verdict = drive.step(kForward, 0, 0.02);
   EXPECT_EQ(verdict.wheel, 0);
@@ -190,7 +190,7 @@ TEST(Detector, TheWheelThatSlipsCountsForLittle) {
 }
 
 TEST(Detector, SmallSlipThatPersistsIsFoundByItsSum) {
-  FedDetector drive(quarter_metre_wheels(), {.probability = 1e-3});
+  FedDetector drive(noisy_differential(), {.probability = 1e-3});
   bool slipped = false;
   int alarms = 0;
   for (int i = 0; i < 10; ++i) drive.step(kForward);
@@ -204,10 +204,10 @@ TEST(Detector, SmallSlipThatPersistsIsFoundByItsSum) {
 }
 
 TEST(Detector, AnUncertainBiasIsNoPersistentSlip) {
-  SlipDetector detector(quarter_metre_wheels(), {});
+  SlipDetector detector(noisy_differential(), {});
   const GyroBias wrong{.rad_s = 0.003, .variance = 0.003 * 0.003};
   for (int i = 0; i < 200; ++i) {
-    Increment increment = test::increment_of(quarter_metre_wheels().chassis, kForward, kStep_s);
+    Increment increment = test::increment_of(noisy_differential().chassis, kForward, kStep_s);
     increment.time_s = kStep_s * i;
     EXPECT_FALSE(detector.step({increment, wrong}).slipping);
   }
@@ -250,10 +250,10 @@ TEST(Detector, TwoWheelsThatSlipAtOnceAreNotBlamedOnOne) {
 }
 
 TEST(Detector, AGapOfTheGyroEndsASlipAndIsNotJudged) {
-  FedDetector drive(quarter_metre_wheels(), {});
+  FedDetector drive(noisy_differential(), {});
   for (int i = 0; i < 10; ++i) drive.step(kForward);
   drive.step(kForward, 0, 0.02);
-  Increment blind = test::increment_of(quarter_metre_wheels().chassis, kForward, kStep_s);
+  Increment blind = test::increment_of(noisy_differential().chassis, kForward, kStep_s);
   blind.has_gyro = false;
   const SlipVerdict verdict = drive.step(blind);
   EXPECT_EQ(verdict.status, SlipStatus::no_gyro);
@@ -262,7 +262,7 @@ TEST(Detector, AGapOfTheGyroEndsASlipAndIsNotJudged) {
 }
 
 TEST(Detector, ThePublishedMethodIsForNearlyStraightDriving) {
-  FedDetector drive(quarter_metre_wheels(), {.method = SlipMethod::published});
+  FedDetector drive(noisy_differential(), {.method = SlipMethod::published});
   EXPECT_EQ(drive.step(Twist2{0.06, 0.0, 0.02}).status, SlipStatus::judged);  // |dL − dR| = 0.083 |dL + dR|
   EXPECT_EQ(drive.step(Twist2{0.06, 0.0, 0.05}).status, SlipStatus::not_applicable);  // 0.208
 }
@@ -274,7 +274,7 @@ TEST(Detector, ABandHoldsOnlyWhereItWasLearned) {
   options.band->upper = 0.01;
   options.band->interval_s = kStep_s;
   options.band->least_speed_m_s = options.band->greatest_speed_m_s = 0.24;
-  FedDetector drive(quarter_metre_wheels(), options);
+  FedDetector drive(noisy_differential(), options);
   EXPECT_EQ(drive.step(kForward).status, SlipStatus::judged);
   EXPECT_EQ(drive.step(Twist2{0.12, 0.0, 0.0}).status, SlipStatus::not_learned);
   EXPECT_FALSE(drive.step(kForward, 0, -0.0049).alarm);
@@ -282,7 +282,7 @@ TEST(Detector, ABandHoldsOnlyWhereItWasLearned) {
 }
 
 TEST(Detector, PublishedCorrectionIsTheSourcesFormula) {
-  const Chassis chassis = quarter_metre_wheels().chassis;
+  const Chassis chassis = noisy_differential().chassis;
   const double g = 0.03;
   Increment increment = test::increment_of(chassis, {0.06, 0.0, g}, kStep_s);
   const double metres = kPi * test::kSize.diameter_m;

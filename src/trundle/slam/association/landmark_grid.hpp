@@ -10,6 +10,9 @@
 
 namespace trundle {
 
+/// Landmarks that one sighting may show, the nearest of all.
+inline constexpr std::size_t kMostShown = 8;
+
 /// Which landmarks are near a place, without visiting all: they are kept in square cells.
 class LandmarkGrid {
  public:

@@ -9,8 +9,7 @@
 namespace trundle {
 namespace {
 
-constexpr std::size_t kMostExplanations = 8;  // landmarks that one observation may show
-constexpr double kOffGridShare = 0.05;        // of the sensor's range: then all landmarks are put there again
+constexpr double kOffGridShare = 0.05;  // of the sensor's range: then all landmarks are put there again
 
 }  // namespace
 
@@ -45,7 +44,7 @@ void EkfSlam::find_candidates() {
     const double sigma = std::sqrt(spread.trace());
     const double radius =
         std::sqrt(options_.unknown.near * options_.unknown.gate) * 2.0 * sigma + 2.0 * off_grid_m_;
-    grid_.near(sighted.in_world, radius, kMostExplanations, candidates_[k]);
+    grid_.near(sighted.in_world, radius, kMostShown, candidates_[k]);
     seen_.insert(seen_.end(), candidates_[k].begin(), candidates_[k].end());
   }
   std::ranges::sort(seen_);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -36,9 +37,11 @@ std::vector<LandmarkId> identify(const PoseEstimate& belief, const KnownMap& map
 /// How far the landmarks of a map lie from a pose's sensor: how many it can see.
 std::size_t landmarks_in_view(const PoseEstimate& belief, const KnownMap& map, const LandmarkSensor& sensor);
 
+inline constexpr double kNothingFits = -std::numeric_limits<double>::infinity();
+
 /// log of how much better a reading fits 'the robot is somewhere else' than 'it is here': eq. 43. `fitting`
-/// is the log density of the landmark that it was taken for, spread over as many as it might have been;
-/// nothing fits: −∞.
+/// is the log density of the landmark that it was taken for, spread over as many as it might have been, or
+/// kNothingFits.
 double log_against(double fitting, double max_range_m, double outlier_share);
 
 /// Where a belief is after a motion. Eq. 41.

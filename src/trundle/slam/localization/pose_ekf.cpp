@@ -1,7 +1,6 @@
 #include "trundle/slam/localization/pose_ekf.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -10,8 +9,6 @@ namespace trundle {
 namespace {
 
 using Index = Eigen::Index;
-
-constexpr double kNothingFits = -std::numeric_limits<double>::infinity();
 
 Index column_of(LandmarkId landmark) {
   return 2 * static_cast<Index>(landmark);

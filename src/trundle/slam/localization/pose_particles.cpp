@@ -15,8 +15,6 @@
 namespace trundle {
 namespace {
 
-constexpr double kNoPoseFits = -std::numeric_limits<double>::infinity();
-
 /// Counts the bins that poses fall into.
 class Bins {
  public:
@@ -169,7 +167,7 @@ PoseParticles::Fitting PoseParticles::improve(PoseEstimate& belief, std::span<co
     const bool nameless = observation.landmark == kUnknownLandmark;
     if (!is_valid(observation) || (!nameless && !map_->has(observation.landmark))) continue;
     ObservationReport report{.decision = Decision::rejected};
-    double fitting = kNoPoseFits;
+    double fitting = kNothingFits;
     if (landmarks[k] != kUnknownLandmark) {
       const MapSight sight = map_sight(belief, sensor_, (*map_)[landmarks[k]], observation);
       report.innovation = sight.innovation;

@@ -15,7 +15,7 @@ constexpr double kBeyondJurors = 1.5;       // so much further than jurors may o
 constexpr double kBetweenJurors = 4.0;      // what jurors find that much too far may be near to others
 constexpr double kAnywhere_m2 = 1e6;        // variance of a landmark that may be anywhere
 constexpr double kNewShare = 0.01;          // of the sightings, expected to show a new landmark
-constexpr double kLeastBranchShare = 0.01;  // of the weight: fewer particles create no landmark
+constexpr double kLeastWeightShare = 0.01;  // of the weight: fewer particles create no landmark
 constexpr std::size_t kDrawnTogether = 3;   // sightings whose chances come from one draw
 
 SensorAt sensor_of(const SensorColumns& sensors, std::size_t i) {
@@ -206,7 +206,7 @@ void ParticleAssociation::create(const Drawn& drawn, ParticleMap& map, Ancestry&
   for (const Sighting& sighting : sightings()) {
     const double share = sighting.share_that_chose(kFresh, drawn.weights);
     const bool is_reported = sighting.may_show.choices[reporter_] == kFresh;
-    if (share < kLeastBranchShare && !is_reported) continue;
+    if (share < kLeastWeightShare && !is_reported) continue;
     const LandmarkId landmark = create(sighting, drawn, map, ancestry);
     if (!is_reported) continue;
     report.observations[sighting.observation].decision = Decision::created;
@@ -261,7 +261,7 @@ void ParticleAssociation::look_around(const Drawn& drawn, ParticleMap& map, Ance
     const bool is_seen = share_that_saw(landmark, drawn.weights) > 0.5 * having;
     const Existence::Look look{from, expected.range_m, expected.bearing_rad, is_seen,
                                !is_seen && fits_one(landmark, drawn)};
-    if (having > kLeastBranchShare && existence.look(look, visibility_)) continue;
+    if (having > kLeastWeightShare && existence.look(look, visibility_)) continue;
     map.remove(landmark, ancestry);
     grid_.remove(index);
     entries_[index] = {};

@@ -12,9 +12,8 @@
 namespace trundle {
 namespace {
 
-constexpr double kCellShare = 0.25;    // of the sensor's range: cells of the grid
-constexpr double kSigmas = 5.0;        // further away nothing is looked for
-constexpr std::size_t kMostShown = 8;  // landmarks that one sighting may show
+constexpr double kCellShare = 0.25;  // of the sensor's range: cells of the grid
+constexpr double kSigmas = 5.0;      // further away nothing is looked for
 
 /// −2 log of the density of a reading that shows nothing of the map.
 double cost_of_none(const LandmarkSensor& sensor) {
