@@ -62,6 +62,25 @@ TEST(Rest, CountersMayToggleButNotCreep) {
   EXPECT_NEAR(creeps.pose().x, 100 * tick * kPi * 0.15, 1e-3);  // no count is lost
 }
 
+/// What the wheels turn while they come to stand is withheld until the rest is sure, and then counted once.
+TEST(Rest, TheLastCountsBeforeItAreNotLost) {
+  const double tick = 1.0 / 1024.0;
+  const double travel_m = tick * kPi * 0.15;
+  SensedDrive drive(robot_with_gyro(), 20.0, 2);
+  Odometer odometer = learning(robot_with_gyro());
+  std::vector<Increment> still = drive.over({{2.0}});
+  still[0].turned[0] = still[0].turned[1] = tick;
+  for (std::size_t i = 0; i < 9; ++i) odometer.step(still[i]);
+  EXPECT_EQ(odometer.pose().x, 0.0);
+  for (std::size_t i = 9; i < still.size(); ++i) odometer.step(still[i]);
+  EXPECT_NEAR(odometer.pose().x, travel_m, 1e-12);
+  EXPECT_NEAR(odometer.pose().heading, 0.0, 1e-12);
+  Increment push = still.back();
+  push.turned[0] = push.turned[1] = 10.0 * tick;
+  EXPECT_EQ(odometer.step(push).phase, RestPhase::moving);
+  EXPECT_NEAR(odometer.pose().x, 11.0 * travel_m, 1e-3 * travel_m);
+}
+
 TEST(Rest, TheHeadingDoesNotMove) {
   SensedDrive drive(with_bias(robot_with_gyro(), 0.02), 20.0, 3);
   Odometer odometer = learning(robot_with_gyro());

@@ -115,10 +115,14 @@ Verdict Odometer::judged_step(const Increment& increment) {
   return verdict;
 }
 
-/// The pose does not move; the bias walks, and what the gyro reads is its bias.
+/// The pose does not move but by what the wheels still turned before they stood; the bias walks, and what the
+/// gyro reads is its bias.
 void Odometer::stand_still(const Increment& increment) {
   state_.bias_variance += gyro_.bias_walk_rad_s_sqrt_s * gyro_.bias_walk_rad_s_sqrt_s * increment.duration_s;
-  if (const auto evidence = rest_->add(state_.rest, increment)) learn_bias(*evidence);
+  const std::optional<GyroEvidence> evidence = rest_->add(state_.rest, increment);
+  const std::optional<Increment> settled = rest_->settled(state_.rest, increment.time_s);
+  if (settled && any_turns(*settled)) advance(*settled);
+  if (evidence) learn_bias(*evidence);
   if (state_.rest.phase == RestPhase::resting) state_.stuck = {};
 }
 

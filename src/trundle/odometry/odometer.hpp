@@ -77,7 +77,8 @@ class Odometer {
   /// Where an interval lacks the gyro, the wheels alone are used; if they cannot tell the turn, the last turn
   /// rate is kept, with σ = kUnmeasuredTurn · √duration.
   /// With learn_gyro_bias the pose does not move while the robot may stand still: what the sensors read then
-  /// is withheld until it is clear that it moved after all (RestOptions::block_s at most).
+  /// is withheld until it is clear that it moved after all (RestOptions::block_s at most); what the wheels
+  /// turned, until it is clear that it stands.
   Verdict step(const Increment& increment) {
     if (learns_) return judged_step(increment);
     advance(increment);

@@ -64,6 +64,20 @@ Increment RestDetector::withheld(const RestState& state, double time_s) {
   return increment;
 }
 
+std::optional<Increment> RestDetector::settled(RestState& state, double time_s) const {
+  if (state.phase != RestPhase::resting || state.block.duration_s > 0.0) return std::nullopt;
+  Increment increment;
+  increment.time_s = time_s;
+  increment.turned = state.turned;
+  increment.has_gyro = true;  // over no time, so neither bias nor noise
+  for (std::size_t i = 0; i < wheels_; ++i) {
+    state.low[i] -= state.turned[i];
+    state.high[i] -= state.turned[i];
+  }
+  state.turned = {};
+  return increment;
+}
+
 RestBlock RestDetector::with(const RestBlock& block, const Increment& increment) const {
   RestBlock sum = block;
   sum.duration_s += increment.duration_s;

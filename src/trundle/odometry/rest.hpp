@@ -77,6 +77,9 @@ class RestDetector {
   /// What was read and not yet judged: all of it while settling, the last block and the counters' jitter at
   /// rest. To be integrated when the robot moves on.
   static Increment withheld(const RestState& state, double time_s);
+  /// Takes out of what is withheld what the wheels turned before a block of rest was complete: they came to
+  /// stand, or a counter toggled. The robot did not turn meanwhile. Nothing while a block is incomplete.
+  std::optional<Increment> settled(RestState& state, double time_s) const;
 
   /// Variance of the gyro's integral per second, as its noise may be [rad²/s].
   double gyro_density() const { return gyro_density_; }

@@ -70,6 +70,7 @@ class PoseParticles {
   void normalise();
   void resample();
   void spread();
+  void keep_moments();
   Pose2 draw_from(const PoseEstimate& belief);
 
   const KnownMap* map_;
