@@ -14,7 +14,7 @@
 
 #include "trundle/calibration/relative_kernel.hpp"
 #include "trundle/geometry/pose2.hpp"
-#include "trundle/simulation/random.hpp"
+#include "trundle/statistics/random.hpp"
 
 #ifdef TRUNDLE_BENCH_CERES
 #include <ceres/ceres.h>

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <vector>
 
-#include "trundle/simulation/random.hpp"
 #include "trundle/slam/steps.hpp"
+#include "trundle/statistics/random.hpp"
 
 namespace trundle::bench {
 

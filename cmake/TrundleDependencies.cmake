@@ -1,5 +1,6 @@
 # One package per need, all of them Debian's. Their headers are SYSTEM: their warnings are not ours.
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(Boost 1.74 REQUIRED)  # Boost.Math: headers alone
 find_package(fmt REQUIRED)
 find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 find_package(nlohmann_json REQUIRED)

@@ -12,15 +12,20 @@ function(trundle_check_vendored folder)
   endforeach()
 endfunction()
 
+find_program(ESBUILD esbuild REQUIRED)
+
 # trundle_inline_page(TARGET) compiles web/ into a target as one string: see InlinePage.cmake.
 function(trundle_inline_page target)
   set(web ${PROJECT_SOURCE_DIR}/web)
   set(script ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/InlinePage.cmake)
+  set(bundle ${CMAKE_CURRENT_BINARY_DIR}/page.js)
   set(output ${CMAKE_CURRENT_BINARY_DIR}/page_template.cpp)
   trundle_check_vendored(${web}/vendor/uPlot)
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${web}/*.html ${web}/*.css ${web}/*.js)
   add_custom_command(OUTPUT ${output} DEPENDS ${sources} ${script} COMMENT "Inlining web/ into the report page"
-                     COMMAND ${CMAKE_COMMAND} -D WEB=${web} -D OUTPUT=${output} -P ${script} VERBATIM)
+                     COMMAND ${ESBUILD} ${web}/main.js --bundle --format=esm --charset=utf8 --log-level=warning
+                             --outfile=${bundle}
+                     COMMAND ${CMAKE_COMMAND} -D WEB=${web} -D BUNDLE=${bundle} -D OUTPUT=${output} -P ${script} VERBATIM)
   set_source_files_properties(${output} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   target_sources(${target} PRIVATE ${output})
 endfunction()

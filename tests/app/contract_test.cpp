@@ -10,8 +10,8 @@
 
 #include "trundle/chassis/robot.hpp"
 #include "trundle/io/file.hpp"
-#include "trundle/simulation/random.hpp"
 #include "trundle/slam/slam.hpp"
+#include "trundle/statistics/random.hpp"
 
 #include "app/one_line_of_error.hpp"
 #include "app/process.hpp"

@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/simulation/random.hpp"
+#include "trundle/statistics/random.hpp"
 
 namespace trundle {
 namespace {

@@ -7,7 +7,7 @@
 #include "trundle/evaluation/align.hpp"
 #include "trundle/geometry/gaussian.hpp"
 #include "trundle/io/error.hpp"
-#include "trundle/simulation/random.hpp"
+#include "trundle/statistics/random.hpp"
 
 #include "brute_force.hpp"
 

@@ -7,7 +7,7 @@
 #include "trundle/evaluation/align.hpp"
 #include "trundle/evaluation/evaluate.hpp"
 #include "trundle/geometry/gaussian.hpp"
-#include "trundle/simulation/random.hpp"
+#include "trundle/statistics/random.hpp"
 
 namespace trundle {
 namespace {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "trundle/evaluation/evaluate.hpp"
-#include "trundle/simulation/random.hpp"
+#include "trundle/statistics/random.hpp"
 
 namespace trundle {
 namespace {

@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 
 #include "trundle/inspection/findings.hpp"
-#include "trundle/simulation/random.hpp"
+#include "trundle/statistics/random.hpp"
 
 #include "recording/robots.hpp"
 

@@ -3,7 +3,7 @@
 
 #include "trundle/geometry/gaussian.hpp"
 #include "trundle/odometry/odometer.hpp"
-#include "trundle/simulation/random.hpp"
+#include "trundle/statistics/random.hpp"
 
 #include "increments.hpp"
 #include "scale.hpp"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "trundle/odometry/odometer.hpp"
-#include "trundle/simulation/random.hpp"
+#include "trundle/statistics/random.hpp"
 
 #include "chassis/robots.hpp"
 

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "trundle/recording/gyro_noise.hpp"
-#include "trundle/simulation/random.hpp"
+#include "trundle/statistics/random.hpp"
 
 #include "scale.hpp"
 

@@ -5,8 +5,8 @@
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
-#include "trundle/simulation/random.hpp"
 #include "trundle/slam/particles/particle_paths.hpp"
+#include "trundle/statistics/random.hpp"
 
 namespace trundle {
 namespace {

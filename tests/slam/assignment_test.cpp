@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "trundle/simulation/random.hpp"
+#include "trundle/statistics/random.hpp"
 
 namespace trundle {
 namespace {

@@ -5,9 +5,9 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include "trundle/simulation/random.hpp"
 #include "trundle/slam/particles/particle_kernels.hpp"
 #include "trundle/slam/particles/pose_target.hpp"
+#include "trundle/statistics/random.hpp"
 
 namespace trundle {
 namespace {

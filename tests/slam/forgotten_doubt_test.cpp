@@ -6,8 +6,8 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include "trundle/simulation/random.hpp"
 #include "trundle/slam/particles/particle_slam.hpp"
+#include "trundle/statistics/random.hpp"
 
 #include "scale.hpp"
 #include "slam/world.hpp"

@@ -8,8 +8,8 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
-#include "trundle/simulation/random.hpp"
 #include "trundle/statistics/distribution.hpp"
+#include "trundle/statistics/random.hpp"
 
 namespace trundle {
 namespace {

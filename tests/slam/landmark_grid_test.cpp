@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "trundle/simulation/random.hpp"
+#include "trundle/statistics/random.hpp"
 
 namespace trundle {
 namespace {

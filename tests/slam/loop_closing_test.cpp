@@ -4,8 +4,8 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include "trundle/simulation/random.hpp"
 #include "trundle/statistics/distribution.hpp"
+#include "trundle/statistics/random.hpp"
 
 #include "scale.hpp"
 

@@ -3,8 +3,8 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
-#include "trundle/simulation/random.hpp"
 #include "trundle/slam/particles/pose_target.hpp"
+#include "trundle/statistics/random.hpp"
 
 namespace trundle {
 namespace {

@@ -8,10 +8,10 @@
 #include <fmt/core.h>
 #include <gtest/gtest.h>
 
-#include "trundle/simulation/random.hpp"
 #include "trundle/slip/detector.hpp"
 #include "trundle/slip/learn.hpp"
 #include "trundle/statistics/distribution.hpp"
+#include "trundle/statistics/random.hpp"
 
 #include "chassis/robots.hpp"
 #include "scale.hpp"

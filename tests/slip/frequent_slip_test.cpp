@@ -6,8 +6,8 @@
 #include <fmt/core.h>
 #include <gtest/gtest.h>
 
-#include "trundle/simulation/random.hpp"
 #include "trundle/slip/find_slip.hpp"
+#include "trundle/statistics/random.hpp"
 
 #include "chassis/robots.hpp"
 #include "scale.hpp"

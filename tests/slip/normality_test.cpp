@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/simulation/random.hpp"
 #include "trundle/slip/band.hpp"
 #include "trundle/statistics/distribution.hpp"
+#include "trundle/statistics/random.hpp"
 
 #include "scale.hpp"
 

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "trundle/simulation/random.hpp"
+#include "trundle/statistics/random.hpp"
 
 #include "chassis/robots.hpp"
 

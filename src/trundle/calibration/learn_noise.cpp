@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
@@ -10,6 +11,7 @@
 #include "trundle/calibration/noise_pieces.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/statistics/distribution.hpp"
+#include "trundle/statistics/minimum.hpp"
 
 namespace trundle {
 namespace {
@@ -31,32 +33,9 @@ struct Bounds {
   double low, high;
 };
 
-/// The logarithm at which a function of one level is least, by golden section.
-template <class Function>
-double least(const Bounds& bounds, Function at) {
-  constexpr double kGolden = 0.6180339887498949;
-  double low = std::log(bounds.low);
-  double high = std::log(bounds.high);
-  double left = high - kGolden * (high - low);
-  double right = low + kGolden * (high - low);
-  double at_left = at(left);
-  double at_right = at(right);
-  while (high - low > kFinestLog) {
-    if (at_left < at_right) {
-      high = right;
-      right = left;
-      at_right = at_left;
-      left = high - kGolden * (high - low);
-      at_left = at(left);
-    } else {
-      low = left;
-      left = right;
-      at_left = at_right;
-      right = low + kGolden * (high - low);
-      at_right = at(right);
-    }
-  }
-  return 0.5 * (low + high);
+/// The logarithm at which a function of one level is least.
+double least(const Bounds& bounds, const std::function<double(double)>& at) {
+  return minimum_within({std::log(bounds.low), std::log(bounds.high), kFinestLog}, at);
 }
 
 struct FreeLevel {

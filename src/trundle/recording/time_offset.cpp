@@ -10,6 +10,7 @@
 #include "trundle/chassis/rows.hpp"
 #include "trundle/recording/detail/table.hpp"
 #include "trundle/statistics/median.hpp"
+#include "trundle/statistics/minimum.hpp"
 
 namespace trundle {
 namespace {
@@ -152,22 +153,6 @@ class Search {
   Windows windows_;
 };
 
-/// The smallest misfit between two offsets, by golden section.
-double refine(Search& search, double low, double high) {
-  constexpr double kGolden = 0.6180339887498949;
-  std::array<double, 2> at = {high - kGolden * (high - low), low + kGolden * (high - low)};
-  std::array<double, 2> misfit = {search.misfit(at[0]), search.misfit(at[1])};
-  while (high - low > kFinest_s) {
-    const bool left = misfit[0] < misfit[1];
-    (left ? high : low) = at[left ? 1 : 0];
-    at[left ? 1 : 0] = at[left ? 0 : 1];
-    misfit[left ? 1 : 0] = misfit[left ? 0 : 1];
-    at[left ? 0 : 1] = left ? high - kGolden * (high - low) : low + kGolden * (high - low);
-    misfit[left ? 0 : 1] = search.misfit(at[left ? 0 : 1]);
-  }
-  return 0.5 * (low + high);
-}
-
 double search_from(Search& search, double centre_s, double largest_s, double step_s) {
   double best = centre_s;
   double smallest = search.misfit(centre_s);
@@ -178,7 +163,8 @@ double search_from(Search& search, double centre_s, double largest_s, double ste
       best = offset;
     }
   }
-  return refine(search, best - step_s, best + step_s);
+  return minimum_within({best - step_s, best + step_s, kFinest_s},
+                        [&](double offset) { return search.misfit(offset); });
 }
 
 /// σ of the offset from the residuals' scatter, which may hang together over some windows [Newey & West

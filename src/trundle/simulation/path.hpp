@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "trundle/geometry/pose2.hpp"
-#include "trundle/simulation/random.hpp"
+#include "trundle/statistics/random.hpp"
 
 namespace trundle {
 

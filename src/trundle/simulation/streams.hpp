@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "trundle/simulation/random.hpp"
+#include "trundle/statistics/random.hpp"
 
 namespace trundle {
 

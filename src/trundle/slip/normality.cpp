@@ -5,6 +5,7 @@
 
 #include "trundle/geometry/squared.hpp"
 #include "trundle/statistics/distribution.hpp"
+#include "trundle/statistics/random.hpp"
 
 namespace trundle {
 namespace {
@@ -34,11 +35,6 @@ Moments moments_of(const Values& values, ValueOf value_of, CountOf count_of) {
   moments.skewness = b3 / std::pow(moments.variance, 1.5);
   moments.kurtosis = b4 / squared(moments.variance);
   return moments;
-}
-
-double normal_quantile_at(double p) {
-  if (p == 0.5) return 0.0;
-  return p < 0.5 ? -normal_limit(2.0 * p) : normal_limit(2.0 * (1.0 - p));
 }
 
 }  // namespace
@@ -87,7 +83,7 @@ std::vector<QuantilePair> quantile_pairs(std::span<const double> sample, std::si
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = k * sorted.size() / count;
     const double p = (static_cast<double>(i) + 0.5) / static_cast<double>(sorted.size());
-    pairs.push_back({normal_quantile_at(p), sorted[i]});
+    pairs.push_back({normal_quantile(p), sorted[i]});
   }
   return pairs;
 }

@@ -8,6 +8,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "trundle/geometry/rigid_motion.hpp"
+
 namespace trundle {
 namespace {
 
@@ -17,7 +19,7 @@ constexpr double kReach = 16.0;              // hypotheses whose log odds are so
 constexpr double kSamePlace_m = 0.5;
 constexpr double kSameHeading_rad = radians(10.0);
 
-struct PointPair {
+struct SightedPair {
   const SightedPoint* first;
   const SightedPoint* second;
   double baseline_m;
@@ -46,16 +48,6 @@ double log_normal(double squared_distance, const Matrix2& covariance) {
   return -0.5 * (squared_distance + std::log(covariance.determinant())) - std::log(2.0 * kPi);
 }
 
-/// Turns and shifts a pair of points onto a pair of landmarks.
-Pose2 aligned(const PointPair& pair, const Vector2& first, const Vector2& second) {
-  const Vector2 seen = pair.second->in_body - pair.first->in_body;
-  const Vector2 there = second - first;
-  const double heading = wrap_angle(std::atan2(there.y(), there.x()) - std::atan2(seen.y(), seen.x()));
-  const Vector2 middle = 0.5 * (pair.first->in_body + pair.second->in_body);
-  const Vector2 at = 0.5 * (first + second) - rotation(heading) * middle;
-  return {at.x(), at.y(), heading};
-}
-
 /// Judges one constellation.
 class GlobalSearch {
  public:
@@ -70,7 +62,7 @@ class GlobalSearch {
   }
 
   std::vector<PoseHypothesis> run() {
-    for (const PointPair& pair : best_pairs()) try_pair(pair);
+    for (const SightedPair& pair : best_pairs()) try_pair(pair);
     std::ranges::stable_sort(found_, std::greater{}, &PoseHypothesis::log_odds);
     return distinct();
   }
@@ -89,8 +81,8 @@ class GlobalSearch {
 
  private:
   /// Of points of which one at least was seen just now: the longest baselines in their sigmas.
-  std::vector<PointPair> best_pairs() const {
-    std::vector<PointPair> pairs;
+  std::vector<SightedPair> best_pairs() const {
+    std::vector<SightedPair> pairs;
     const auto points = seen_.points();
     for (std::size_t i = 0; i < points.size(); ++i)
       for (std::size_t j = i + 1; j < points.size(); ++j) {
@@ -104,7 +96,7 @@ class GlobalSearch {
         if (!same_name && baseline > 5.0 * sigma) pairs.push_back({&points[i], &points[j], baseline, sigma});
       }
     std::ranges::stable_sort(pairs, std::greater{},
-                             [](const PointPair& p) { return p.baseline_m / p.sigma_m; });
+                             [](const SightedPair& p) { return p.baseline_m / p.sigma_m; });
     if (pairs.size() > kMostPairs) pairs.resize(kMostPairs);
     return pairs;
   }
@@ -117,7 +109,7 @@ class GlobalSearch {
     return point.landmark == kUnknownLandmark || point.landmark == landmark;
   }
 
-  void try_pair(const PointPair& pair) {
+  void try_pair(const SightedPair& pair) {
     const double reach = std::sqrt(options_.gate) * pair.sigma_m + 2.0 * std::sqrt(map_.largest_variance());
     if (map_.has(pair.first->landmark) && map_.has(pair.second->landmark))
       return try_landmarks(pair, pair.first->landmark, pair.second->landmark);
@@ -129,7 +121,7 @@ class GlobalSearch {
     }
   }
 
-  void try_landmarks(const PointPair& pair, LandmarkId first, LandmarkId second) {
+  void try_landmarks(const SightedPair& pair, LandmarkId first, LandmarkId second) {
     auto hypothesis = from_pair(pair, first, second);
     if (!hypothesis) return;
     std::vector<LandmarkId> taken = {first, second};
@@ -151,10 +143,15 @@ class GlobalSearch {
   }
 
   /// Eq. 47, 48: least squares for the pose from two points, and what they weigh together.
-  std::optional<PoseHypothesis> from_pair(const PointPair& pair, LandmarkId first, LandmarkId second) const {
+  std::optional<PoseHypothesis> from_pair(const SightedPair& pair, LandmarkId first,
+                                          LandmarkId second) const {
+    const PointPair ends[] = {{pair.first->in_body, map_[first].position},
+                              {pair.second->in_body, map_[second].position}};
+    const std::optional<Pose2> start = rigid_motion(ends);
+    if (!start) return std::nullopt;
     PoseHypothesis hypothesis;
     PoseEstimate& pose = hypothesis.pose;
-    pose.pose = aligned(pair, map_[first].position, map_[second].position);
+    pose.pose = *start;
     double squares = 0.0;
     double log_noise = 0.0;
     for (int round = 0; round < 2; ++round) {
@@ -186,7 +183,7 @@ class GlobalSearch {
 
   /// Eq. 49: the points that are not of the pair, the newest first, each as a measurement of the pose or as
   /// no landmark. No landmark is two points.
-  void add_points(PoseHypothesis& hypothesis, const PointPair& pair, std::vector<LandmarkId>& taken) const {
+  void add_points(PoseHypothesis& hypothesis, const SightedPair& pair, std::vector<LandmarkId>& taken) const {
     const auto points = seen_.points();
     for (std::size_t i = points.size(); i-- > 0;) {
       const SightedPoint& point = points[i];

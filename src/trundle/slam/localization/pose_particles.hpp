@@ -3,10 +3,10 @@
 #include <span>
 #include <vector>
 
-#include "trundle/simulation/random.hpp"
 #include "trundle/slam/localization/global_search.hpp"
 #include "trundle/slam/localization/pose_ekf.hpp"
 #include "trundle/slam/pending_motion.hpp"
+#include "trundle/statistics/random.hpp"
 
 namespace trundle {
 

@@ -3,7 +3,6 @@
 #include <span>
 #include <vector>
 
-#include "trundle/simulation/random.hpp"
 #include "trundle/slam/particles/crew.hpp"
 #include "trundle/slam/particles/forgotten_doubt.hpp"
 #include "trundle/slam/particles/jury.hpp"
@@ -14,6 +13,7 @@
 #include "trundle/slam/particles/particle_paths.hpp"
 #include "trundle/slam/particles/proposal_kernels.hpp"
 #include "trundle/slam/particles/swarm.hpp"
+#include "trundle/statistics/random.hpp"
 
 namespace trundle {
 

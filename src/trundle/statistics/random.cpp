@@ -1,4 +1,4 @@
-#include "trundle/simulation/random.hpp"
+#include "trundle/statistics/random.hpp"
 
 #include <bit>
 #include <cmath>
