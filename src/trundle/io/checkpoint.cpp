@@ -11,7 +11,7 @@ namespace trundle {
 namespace {
 
 /// Rises whenever a state's bytes mean something else than before.
-constexpr int kFormat = 2;
+constexpr int kFormat = 3;
 
 }  // namespace
 

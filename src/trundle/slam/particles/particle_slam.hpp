@@ -3,36 +3,21 @@
 #include <span>
 #include <vector>
 
+#include "trundle/slam/particles/common_error.hpp"
 #include "trundle/slam/particles/crew.hpp"
-#include "trundle/slam/particles/forgotten_doubt.hpp"
 #include "trundle/slam/particles/jury.hpp"
-#include "trundle/slam/particles/loop_closing.hpp"
 #include "trundle/slam/particles/particle_association.hpp"
+#include "trundle/slam/particles/particle_belief.hpp"
 #include "trundle/slam/particles/particle_kernels.hpp"
-#include "trundle/slam/particles/particle_map.hpp"
-#include "trundle/slam/particles/particle_paths.hpp"
-#include "trundle/slam/particles/proposal_kernels.hpp"
-#include "trundle/slam/particles/swarm.hpp"
-#include "trundle/statistics/random.hpp"
+#include "trundle/slam/particles/proposal.hpp"
 
 namespace trundle {
-
-/// How particles get their new poses.
-enum class Proposal {
-  motion,          ///< drawn from the motion: FastSLAM 1.0
-  linearised,      ///< from a Gaussian of motion and sightings: FastSLAM 2.0
-  swarm,           ///< moved by the swarm, as published: weights know nothing of it
-  swarm_gaussian,  ///< from a Gaussian at the swarm's optimum, weighted for it
-};
 
 /// What a filter gives for its pose.
 enum class PointEstimate {
   mean,  ///< of all particles, by their weights
   best,  ///< the particle of greatest weight
 };
-
-/// Of Random: which of its streams resampling draws from.
-inline constexpr std::uint64_t kResamplingStream = 1;
 
 struct ParticleSlamOptions {
   Proposal proposal = Proposal::linearised;
@@ -49,9 +34,8 @@ struct ParticleSlamOptions {
   LandmarkId first_nameless = 0;  ///< landmarks without names are numbered from here on: above all names
 };
 
-/// Rao–Blackwellised particle filter: each particle is a path, with a Kalman filter for each landmark given
-/// that path. While nothing is seen the motion, which is the same for all, is only summed up; poses are drawn
-/// when there is something to draw them with. Equations: docs/slam.md.
+/// FastSLAM: a Rao–Blackwellised particle filter. Poses are drawn when there is something to draw them with.
+/// Equations: docs/slam.md.
 class ParticleSlam {
  public:
   /// Throws InputError when there is no particle.
@@ -65,7 +49,7 @@ class ParticleSlam {
   /// covariance about it of both, with what resampling has made them forget. The best is that before a
   /// resampling.
   PoseEstimate estimate() const;
-  std::size_t landmarks() const { return map_.landmarks(); }
+  std::size_t landmarks() const { return belief_.map.landmarks(); }
   /// Over all particles. The covariance is of what they differ in, or have forgotten, and what each is unsure
   /// of.
   MappedLandmark landmark(std::size_t index) const;
@@ -83,100 +67,48 @@ class ParticleSlam {
   std::vector<Pose2> best_path() const;
   /// Of how many particles at the step with sightings so many before the last those of now descend; 1 where
   /// paths are not kept.
-  std::size_t ancestors(std::size_t steps_back) const { return paths_.ancestors(steps_back, ancestry_); }
+  std::size_t ancestors(std::size_t steps_back) const {
+    return belief_.paths.ancestors(steps_back, belief_.particles.ancestry);
+  }
   /// Poses stored for that, by all particles together.
-  std::size_t stored_poses() const { return paths_.stored(); }
+  std::size_t stored_poses() const { return belief_.paths.stored(); }
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.draws_, self.resampling_, self.poses_, self.sensors_, self.log_weights_, self.weights_,
-            self.ancestry_, self.map_, self.association_, self.paths_, self.kinship_, self.forgotten_,
-            self.systematic_, self.pending_, self.since_drawn_, self.report_, self.loop_, self.drift_,
-            self.leading_);
+    archive(self.draws_, self.resampling_, self.belief_, self.association_, self.common_error_, self.report_);
   }
 
  private:
-  struct Seen {
-    std::size_t observation;
-    LandmarkId landmark;
-    ReadingTerms reading;
-  };
-
-  /// A landmark of old that fits, as the most probable particle had it before the step.
-  struct Returned {
-    std::size_t observation;
-    LandmarkId landmark;
-    PieceOfMap seen_in;
-    LandmarkEstimate mapped;
-  };
-
-  void recognise(std::span<const Observation> observations);
-  /// Of the error of a particle's prediction: noise, and what is not known of the systematic errors. Eq. 9.
-  const Matrix3& predicted_covariance() const { return pending_.covariance(); }
-  void convene();
-  void reject_outliers();
-  void note_returns();
-  void distrust_few();
-  void look(const Draw& draw);
-  void bring_up(const Draw& draw, ParticleRange range);
-  void move_and_weigh();
-  void draw_near_sightings(const Placement& placement, ParticleRange range);
-  void learn_systematic();
-  void begin_pending();
-  void settle(std::span<const Observation> observations);
+  void gate(std::span<const Observation> observations);
+  bool sees_something() const;
+  void expect_landmarks();
+  bool associate(const Draw& draw);
+  void propose_and_weigh();
+  void create_landmarks(std::span<const Observation> observations);
   void add_landmark(const Observation& observation, std::size_t index);
-  void normalise();
-  void resample();
-  void keep_doubt();
-  void keep_systematic(double share_lost);
-  PoseEstimate mean_estimate() const;
-  void add_systematic(PoseEstimate& estimate) const;
-  void drive(const Motion& motion);
-  PieceOfMap present_piece(const Pose2& here) const;
-  SeenAgain seen_again(LandmarkId landmark, const Observation& observation, const Pose2& from) const;
-  void watch_for_loop(std::span<const Observation> observations);
-  void recall(std::span<const Observation> observations);
-  void bend(const MapBend& bend, const Pose2& here);
-  std::size_t best_particle() const;
-  ParticleRange all() const { return {0, padded(options_.particles)}; }
+  void weigh();
+  void resample_if_poor();
+  void bring_up(const Draw& draw, ParticleRange range);
   Draw next_draw() { return {options_.seed, draws_++, 0}; }
 
   LandmarkSensor sensor_;
   ParticleSlamOptions options_;
   Crew crew_;
   std::uint64_t draws_ = 0;  ///< so many numbers each particle has drawn
-  Random resampling_;
-  PoseColumns poses_;
-  PoseColumns predicted_;  ///< before their noise of this step
-  TripleColumns n_;        ///< that noise, whitened
-  TripleColumns z_;        ///< a second draw, where n is what the swarm has found
-  SensorColumns sensors_;
-  Column<double> log_weights_;                ///< the largest is 0
-  Column<double> weights_;                    ///< sum to 1
-  std::vector<Ancestry::Index> parents_;      ///< room to resample in
-  std::vector<Ancestry::Index> first_child_;  ///< likewise, of each particle and one more
-  Column<double> spare_;                      ///< likewise
-  Ancestry ancestry_;
-  ParticleMap map_;
+  ParticleBelief belief_;
+  PoseProposal proposal_;
+  SystematicResampling resampling_;
   Jury jury_;
   ParticleAssociation association_;
-  ParticlePaths paths_;
-  Kinship kinship_{options_.particles};
-  ForgottenDoubt forgotten_;
-  LoopClosing loop_;
-  MapDoubt drift_;  ///< what the odometry may have erred by since the start
-  Swarm swarm_;
-  SystematicColumns systematic_;        ///< each particle's mean, given its path, when its pose was drawn
-  PendingMotion pending_;               ///< since then
-  Motion since_drawn_;                  ///< the same, whatever the systematic errors: for its path
-  std::vector<Seen> seen_;              ///< in this step, of landmarks in the map
-  std::vector<Returned> returned_;      ///< of those
-  std::vector<KnownReading> readings_;  ///< of those seen
-  NearReadings near_;                   ///< the same
-  std::vector<std::size_t> open_;       ///< valid observations of this step that show none of them
+  CommonError common_error_;
   StepReport report_;
-  std::size_t leading_ = 0;  ///< the best particle, or its first child after a resampling
+
+  // Of one step.
+  std::vector<MatchedSighting> matched_;
+  std::vector<KnownReading> readings_;  ///< of those matched, by their names or without
+  NearReadings near_;                   ///< the same
+  std::vector<std::size_t> unmapped_;   ///< valid observations of names that the map has not
 };
 
 }  // namespace trundle

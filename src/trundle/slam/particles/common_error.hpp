@@ -1,0 +1,86 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "trundle/slam/observation.hpp"
+#include "trundle/slam/particles/forgotten_doubt.hpp"
+#include "trundle/slam/particles/loop_closing.hpp"
+#include "trundle/slam/particles/particle_belief.hpp"
+#include "trundle/slam/particles/particle_kernels.hpp"
+
+namespace trundle {
+
+/// A sighting of a landmark that is in the map, and no outlier.
+struct MatchedSighting {
+  std::size_t observation;
+  LandmarkId landmark;
+  ReadingTerms reading;
+};
+
+/// What the particles of a filter have wrong in common, of which their scatter says nothing: what the
+/// odometry may have erred by since the start, what resampling made them forget, and the loops that tell how
+/// much it was. docs/slam.md, eq. 60 to 70.
+class CommonError {
+ public:
+  CommonError(const LandmarkSensor& sensor, std::size_t particles);
+
+  /// What the odometry may have erred by since the start: A of eq. 66.
+  const MapDoubt& drift() const { return drift_; }
+  const ForgottenDoubt& forgotten() const { return forgotten_; }
+  /// The particles' mean, and the covariance of what they differ in or have forgotten.
+  PoseEstimate estimate(const ParticleBelief& belief) const;
+
+  /// The body has moved.
+  void drive(const Motion& motion, const ParticleBelief& belief);
+  /// What is seen in a step, before it improves anything.
+  void look(std::span<const MatchedSighting> matched, const StepReport& report, ParticleBelief& belief);
+  /// A resampling is near, and has been. Eq. 61.
+  void before_resampling(ParticleBelief& belief);
+  void after_resampling(const StepReport& report, ParticleBelief& belief);
+  /// A loop that the step's sightings close: the map is to be bent from there.
+  struct Closed {
+    MapBend bend;
+    Pose2 here;
+  };
+  /// At the end of a step.
+  std::optional<Closed> close_loop(std::span<const Observation> observations, const StepReport& report,
+                                   ParticleBelief& belief);
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.kinship_, self.forgotten_, self.loop_, self.drift_);
+  }
+
+ private:
+  /// A landmark of old that fits, as the most probable particle had it before the step.
+  struct Returned {
+    std::size_t observation;
+    LandmarkId landmark;
+    PieceOfMap seen_in;
+    LandmarkEstimate mapped;
+  };
+
+  void note_returns(std::span<const MatchedSighting> matched, ParticleBelief& belief);
+  void distrust_few(std::size_t matched, const StepReport& report, const ParticleBelief& belief);
+  PieceOfMap present_piece(const Pose2& here, const ParticleBelief& belief) const;
+  SeenAgain seen_again(LandmarkId landmark, const Observation& observation, const Pose2& from,
+                       const ParticleMap& map) const;
+  void recall(std::span<const Observation> observations, const ParticleBelief& belief);
+
+  LandmarkSensor sensor_;
+  Kinship kinship_;
+  ForgottenDoubt forgotten_;
+  LoopClosing loop_;
+  MapDoubt drift_;
+  std::vector<Returned> returned_;  ///< in this step
+};
+
+/// Every particle's present piece of the map comes to lie where the sightings say, within what they leave
+/// open. What particles have in common with it follows, those of old for whom has descended from them.
+/// Eq. 65 and 66.
+void bend(const CommonError::Closed& closed, const Draw& draw, ParticleBelief& belief);
+
+}  // namespace trundle
