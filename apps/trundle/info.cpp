@@ -65,8 +65,8 @@ std::string text_of(const RecordingInfo& info) {
   text += list("references:", lines);
   lines.clear();
   for (const Problem& problem : findings.problems)
-    lines.push_back(fmt::format("{}: {}: {}: {}", word_of(problem.severity), problem.place, problem.kind,
-                                problem.message));
+    lines.push_back(fmt::format("{}: {}: {}: {}", word_of(problem.severity), problem.place,
+                                name_of(problem.kind), problem.message));
   text += lines.empty() ? "problems: none found\n" : list("problems:", lines);
   text += list("missing:", findings.missing);
   if (findings.abilities) {

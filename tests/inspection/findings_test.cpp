@@ -39,17 +39,18 @@ TEST(Findings, a_gyro_whose_stamps_are_late_is_found_and_named) {
   EXPECT_TRUE(findings.compares_clocks);
   ASSERT_TRUE(findings.gyro_time_offset);
   EXPECT_NEAR(findings.gyro_time_offset->offset_s, -0.04, 4.0 * findings.gyro_time_offset->sigma_s);
-  EXPECT_THAT(findings.problems, Contains(AllOf(Field(&Problem::kind, "time offset"),
+  EXPECT_THAT(findings.problems, Contains(AllOf(Field(&Problem::kind, ProblemKind::time_offset),
                                                 Field(&Problem::message, HasSubstr("too late")))));
   const Robot told = robot_with_gyro(-0.04);
-  EXPECT_THAT(find_in(recording, &told).problems, Not(Contains(Field(&Problem::kind, "time offset"))));
+  EXPECT_THAT(find_in(recording, &told).problems,
+              Not(Contains(Field(&Problem::kind, ProblemKind::time_offset))));
 }
 
 TEST(Findings, wheels_in_one_place_are_named) {
   Robot robot = robot_with_gyro(0.0);
   const Recording recording = tour(robot);
-  const auto is_named = Contains(
-      AllOf(Field(&Problem::kind, "geometry"), Field(&Problem::message, HasSubstr("stand in one place"))));
+  const auto is_named = Contains(AllOf(Field(&Problem::kind, ProblemKind::geometry),
+                                       Field(&Problem::message, HasSubstr("stand in one place"))));
   EXPECT_THAT(find_in(recording, &robot).problems, Not(is_named));
   for (Wheel& wheel : robot.chassis.wheels()) wheel.y_m = 0.0;
   EXPECT_THAT(find_in(recording, &robot).problems, is_named);
@@ -89,7 +90,7 @@ TEST(Findings, without_a_robot_nothing_is_compared) {
   EXPECT_THAT(findings.streams, Contains(Field(&StreamSummary::stream, "gyro")));
 }
 
-auto a(const char* kind, const char* message) {
+auto a(ProblemKind kind, const char* message) {
   return AllOf(Field(&Problem::kind, kind), Field(&Problem::message, HasSubstr(message)));
 }
 
@@ -109,9 +110,10 @@ TEST(Findings, a_gyro_in_degrees_is_one_fault_even_beyond_its_limit) {
   robot.chassis.gyro->max_rate_rad_s = 8.7;
   Recording recording = tour(robot_with_gyro(0.0));
   for (double& rate : recording.gyro.yaw_rate_rad_s) rate *= 180.0 / kPi;
-  EXPECT_THAT(find_in(recording, &robot).problems, ElementsAre(a("gyro unit", "write unit = \"deg/s\"")));
+  EXPECT_THAT(find_in(recording, &robot).problems,
+              ElementsAre(a(ProblemKind::gyro_unit, "write unit = \"deg/s\"")));
   for (double& rate : recording.gyro.yaw_rate_rad_s) rate *= kPi / 180.0 * kPi / 180.0;
-  EXPECT_THAT(find_in(recording, &robot).problems, ElementsAre(a("gyro unit", "leave out unit")));
+  EXPECT_THAT(find_in(recording, &robot).problems, ElementsAre(a(ProblemKind::gyro_unit, "leave out unit")));
 }
 
 TEST(Findings, a_reference_in_degrees_is_named) {
@@ -119,23 +121,27 @@ TEST(Findings, a_reference_in_degrees_is_named) {
   Recording recording = tour_with_reference(robot);
   EXPECT_THAT(find_in(recording, &robot).problems, IsEmpty());
   for (double& heading : recording.reference.heading_rad) heading *= 180.0 / kPi;
-  EXPECT_THAT(find_in(recording, &robot).problems, ElementsAre(a("reference unit", "write unit = \"deg\"")));
+  EXPECT_THAT(find_in(recording, &robot).problems,
+              ElementsAre(a(ProblemKind::reference_unit, "write unit = \"deg\"")));
   for (double& heading : recording.reference.heading_rad) heading *= kPi / 180.0 * kPi / 180.0;
-  EXPECT_THAT(find_in(recording, &robot).problems, ElementsAre(a("reference unit", "leave out unit")));
+  EXPECT_THAT(find_in(recording, &robot).problems,
+              ElementsAre(a(ProblemKind::reference_unit, "leave out unit")));
 }
 
 TEST(Findings, wheels_that_are_far_off_by_the_reference_are_named) {
   const Recording recording = tour_with_reference(test::two_wheels());
   Robot robot = test::two_wheels();
   for (Wheel& wheel : robot.chassis.wheel_storage) wheel.ticks_per_revolution *= 4.0;
-  EXPECT_THAT(find_in(recording, &robot).problems, Contains(a("scale", "times as far as the wheels")));
+  EXPECT_THAT(find_in(recording, &robot).problems,
+              Contains(a(ProblemKind::scale, "times as far as the wheels")));
 }
 
 TEST(Findings, streams_that_never_ran_together_are_named) {
   Recording recording = tour(robot_with_gyro(0.0));
   for (double& time : recording.gyro.time_s) time += 1.7e9;
   const Robot robot = robot_with_gyro(0.0);
-  EXPECT_THAT(find_in(recording, &robot).problems, ElementsAre(a("clocks", "never at the same time")));
+  EXPECT_THAT(find_in(recording, &robot).problems,
+              ElementsAre(a(ProblemKind::clocks, "never at the same time")));
 }
 
 TEST(Findings, a_column_of_no_wheel_is_named_where_recording_toml_asks_for_it) {
@@ -145,23 +151,25 @@ TEST(Findings, a_column_of_no_wheel_is_named_where_recording_toml_asks_for_it) {
   recording.wheels.series.back().wheel = "rigth";
   EXPECT_THAT(find_in(recording, &robot).problems, IsEmpty());
   recording.inputs.push_back({"tour/recording.toml", ""});
-  EXPECT_THAT(find_in(recording, &robot).problems, ElementsAre(a("unknown wheel", "is 'right' meant?")));
+  EXPECT_THAT(find_in(recording, &robot).problems,
+              ElementsAre(a(ProblemKind::unknown_wheel, "is 'right' meant?")));
 }
 
 TEST(Findings, many_faults_of_a_kind_are_one_line) {
   Recording recording = tour(robot_with_gyro(0.0));
-  const Problem one{Severity::warning, "gap", "a.csv:3", 2, "2 gaps"};
+  const Problem one{Severity::warning, ProblemKind::gap, "a.csv:3", 2, "2 gaps"};
   recording.problems = {one, one};
-  EXPECT_THAT(find_in(recording).problems, ElementsAre(a("gap", "2 gaps")));
+  EXPECT_THAT(find_in(recording).problems, ElementsAre(a(ProblemKind::gap, "2 gaps")));
   for (int i = 0; i < 6; ++i)
-    recording.problems.push_back({Severity::warning, "gap", "a.csv:" + std::to_string(10 + i), 1, "a gap"});
+    recording.problems.push_back(
+        {Severity::warning, ProblemKind::gap, "a.csv:" + std::to_string(10 + i), 1, "a gap"});
   const std::vector<Problem> folded = find_in(recording).problems;
-  ASSERT_THAT(folded, ElementsAre(a("gap", "7 such places, the first: 2 gaps")));
+  ASSERT_THAT(folded, ElementsAre(a(ProblemKind::gap, "7 such places, the first: 2 gaps")));
   EXPECT_EQ(folded.front().count, 8);
   EXPECT_EQ(folded.front().place, "a.csv:3");
   recording.problems = {one,
-                        {Severity::warning, "gap", "b.csv:3", 1, "a gap"},
-                        {Severity::warning, "gap", "c.csv", 1, "a gap"}};
+                        {Severity::warning, ProblemKind::gap, "b.csv:3", 1, "a gap"},
+                        {Severity::warning, ProblemKind::gap, "c.csv", 1, "a gap"}};
   EXPECT_THAT(find_in(recording).problems, SizeIs(3)) << "of several files";
 }
 

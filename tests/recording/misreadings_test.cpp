@@ -58,7 +58,7 @@ Recording read(const std::string& log, const std::string& keys) {
   return read_recording(folder.path());
 }
 
-auto named(const char* kind, const char* message) {
+auto named(ProblemKind kind, const char* message) {
   return AllOf(Field(&Problem::kind, kind), Field(&Problem::message, HasSubstr(message)));
 }
 
@@ -70,14 +70,14 @@ constexpr Clock kUnixNanos{"ns", 1e9, 1.7e9};
 TEST(Increments, counts_since_the_row_before_that_are_taken_for_a_counter_are_named) {
   const Recording recording = read(log_of(kMillis, true), "time_unit = \"ms\"\n");
   EXPECT_THAT(recording.problems,
-              ElementsAre(named("increments", "left_ticks and right_ticks stay between")));
-  EXPECT_THAT(recording.problems, ElementsAre(named("increments", "write increments = true")));
+              ElementsAre(named(ProblemKind::increments, "left_ticks and right_ticks stay between")));
+  EXPECT_THAT(recording.problems, ElementsAre(named(ProblemKind::increments, "write increments = true")));
   EXPECT_TRUE(is_misreading(recording.problems.front()));
 }
 
 TEST(Increments, a_counter_that_is_taken_for_counts_since_the_row_before_is_named) {
   const Recording recording = read(log_of(kMillis, false), "time_unit = \"ms\"\nincrements = true\n");
-  EXPECT_THAT(recording.problems, ElementsAre(named("increments", "leave out increments = true")));
+  EXPECT_THAT(recording.problems, ElementsAre(named(ProblemKind::increments, "leave out increments = true")));
 }
 
 TEST(Increments, what_is_read_rightly_is_no_problem) {
@@ -132,7 +132,8 @@ TEST(TimeUnit, of_a_native_file_is_told_as_a_problem) {
   std::string rows = "time_s,left_ticks\n";
   for (int row = 0; row < 40; ++row) rows += fmt::format("{},{}\n", 20'000'000LL * row, 7 * row);
   folder.write("wheels.csv", rows);
-  EXPECT_THAT(read_recording(folder.path()).problems, Contains(named("time unit", "time_unit = \"ns\"")));
+  EXPECT_THAT(read_recording(folder.path()).problems,
+              Contains(named(ProblemKind::time_unit, "time_unit = \"ns\"")));
 }
 
 TEST(TimeUnit, points_surveyed_every_two_minutes_are_no_problem) {
@@ -153,10 +154,10 @@ TEST(Counts, that_hold_fractions_and_hardly_turn_the_wheel_are_named) {
   }
   const Recording wrong = test::wheels(test::stamps(40, 0.05), counts, metres);
   EXPECT_THAT(inspect(wrong, robot, align(wrong, robot)),
-              Contains(named("fractions", "right_ticks holds fractions, like 0.0003")));
+              Contains(named(ProblemKind::fractions, "right_ticks holds fractions, like 0.0003")));
   const Recording scaled = test::wheels(test::stamps(40, 0.05), counts, halves);
   EXPECT_THAT(inspect(scaled, robot, align(scaled, robot)),
-              Not(Contains(Field(&Problem::kind, "fractions"))));
+              Not(Contains(Field(&Problem::kind, ProblemKind::fractions))));
 }
 
 /// What is said of a file and a recording.toml in which all columns go by number.
@@ -203,11 +204,11 @@ TEST(Bearings, in_degrees_are_named) {
     for (int i = 0; i < 100; ++i) rows += fmt::format("{},a,2,{}\n", 0.1 * i, turn * (0.01 * i - 0.5));
     const test::Folder folder;
     folder.write("sightings.csv", rows);
-    std::vector<std::string> found;
+    std::vector<ProblemKind> found;
     for (const Problem& problem : read_recording(folder.path()).problems) found.push_back(problem.kind);
     return found;
   };
-  EXPECT_THAT(kinds(360.0), ElementsAre("bearing unit"));
+  EXPECT_THAT(kinds(360.0), ElementsAre(ProblemKind::bearing_unit));
   EXPECT_THAT(kinds(12.4), ElementsAre());
 }
 

@@ -102,9 +102,9 @@ columns = {{ time_s = "stamp_ns", yaw_rate_rad_s = "gz_rads" }}
   EXPECT_NEAR(kPi * 0.0704 * (right - left) / 0.230, gyro, radians(15.0));
   const std::vector<Problem> problems = inspect(recording, robot, readings);
   EXPECT_TRUE(std::any_of(problems.begin(), problems.end(),
-                          [](const Problem& p) { return p.kind == "wrap" && p.count == 2; }));
+                          [](const Problem& p) { return p.kind == ProblemKind::wrap && p.count == 2; }));
   EXPECT_TRUE(std::none_of(problems.begin(), problems.end(), [](const Problem& p) {
-    return p.kind == "counter reset" || p.kind == "stuck encoder";
+    return p.kind == ProblemKind::counter_reset || p.kind == ProblemKind::stuck_encoder;
   }));
 }
 
@@ -202,9 +202,9 @@ TEST(RealData, gyros_that_were_mounted_the_other_way) {
     const Recording recording = warthog(test::real_data() / "warthog_drive" / name);
     ASSERT_GT(recording.gyro.time_s.size(), 10000U);
     const std::vector<Problem> problems = inspect(recording, robot, align(recording, robot));
-    EXPECT_EQ(
-        std::any_of(problems.begin(), problems.end(), [](const Problem& p) { return p.kind == "gyro sign"; }),
-        inverted)
+    EXPECT_EQ(std::any_of(problems.begin(), problems.end(),
+                          [](const Problem& p) { return p.kind == ProblemKind::gyro_sign; }),
+              inverted)
         << name;
   }
 }

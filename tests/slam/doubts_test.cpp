@@ -40,7 +40,7 @@ TEST(Doubts, SaysWhenTheFilterWasLost) {
     for (Observation& observation : world.steps[k].observations) observation.bearing_rad += 1.0;
   const std::vector<Problem> doubts = doubts_of(world);
   ASSERT_FALSE(doubts.empty());
-  EXPECT_EQ(doubts.front().kind, "lost");
+  EXPECT_EQ(doubts.front().kind, ProblemKind::lost);
   EXPECT_TRUE(doubts.front().message.starts_with("from 120.0 s to ")) << doubts.front().message;
 }
 
@@ -50,7 +50,7 @@ TEST(Doubts, SaysWhenSigmasAreTooSmall) {
   world.sensor.bearing_sigma_rad /= 2.5;
   const std::vector<Problem> doubts = doubts_of(world);
   ASSERT_FALSE(doubts.empty());
-  EXPECT_EQ(doubts.back().kind, "noise");
+  EXPECT_EQ(doubts.back().kind, ProblemKind::noise);
 }
 
 }  // namespace

@@ -220,15 +220,16 @@ TEST_P(GyroBias, MakesNoEstimateWorseOrSurerThanItIs) {
 
 INSTANTIATE_TEST_SUITE_P(
     , GyroBias,
-    testing::Values(
-        Subject{"ekf", filter_of(SlamMethod::ekf), {0.0, 6.0}},
-        Subject{"fastslam1", filter_of(SlamMethod::fastslam1), {6.0, 6.0}},
-        Subject{"fastslam2", filter_of(SlamMethod::fastslam2), {6.0, 7.0}},
-        Subject{"mapso", filter_of(SlamMethod::mapso), {40.0, 15.0}, 2.0},
-        Subject{"mapso_best", filter_of(SlamMethod::mapso, PointEstimate::best), {40.0, 15.0}, 2.0},
-        Subject{"mapso_proposal", filter_of(SlamMethod::mapso_proposal), {5.0, 6.0}},
-        Subject{"smoother", smoothed, {}}, Subject{"localize_ekf", localizer_of(LocalizerFilter::ekf), {}},
-        Subject{"localize_particles", localizer_of(LocalizerFilter::particles), {6.0, 7.0}}),
+    testing::Values(Subject{"ekf", filter_of(SlamMethod::ekf), {0.0, 6.0}},
+                    Subject{"fastslam1", filter_of(SlamMethod::fastslam1), {6.0, 6.0}},
+                    Subject{"fastslam2", filter_of(SlamMethod::fastslam2), {6.0, 7.0}},
+                    Subject{"mapso", filter_of(SlamMethod::mapso), {40.0, 15.0}, 2.0},
+                    Subject{
+                        "mapso_best", filter_of(SlamMethod::mapso, PointEstimate::best), {40.0, 15.0}, 2.0},
+                    Subject{"mapso_proposal", filter_of(SlamMethod::mapso_proposal), {5.0, 6.0}},
+                    Subject{"smoother", smoothed, {}},
+                    Subject{"localize_ekf", localizer_of(LocalizerFilter::ekf), {}},
+                    Subject{"localize_particles", localizer_of(LocalizerFilter::particles), {6.0, 7.0}}),
     [](const auto& test) { return test.param.name; });
 
 /// The map of one drive, with what is known of it together or not, for another drive.

@@ -51,7 +51,7 @@ ClockComparison compare_clocks(const Recording& recording, const AlignedReadings
   const double off = clocks.offset->offset_s - robot.chassis.gyro->time_offset_s;
   if (std::abs(off) <= std::max(3.0 * clocks.offset->sigma_s, kSmallOffset_s)) return clocks;
   clocks.problem = Problem{
-      Severity::warning, "time offset", recording.gyro.origin.file, 1,
+      Severity::warning, ProblemKind::time_offset, recording.gyro.origin.file, 1,
       fmt::format(
           "the gyro's stamps are {:.1f} ms too {} against the wheels', which looks like slip at every "
           "start of a turn: {}",

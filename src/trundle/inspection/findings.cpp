@@ -51,7 +51,7 @@ void find_stray_wheels(const Recording& recording, const Robot& robot, std::vect
     if (std::ranges::find(robot.wheel_names, series.wheel) != robot.wheel_names.end()) continue;
     const std::string nearest = nearest_name(series.wheel, robot.wheel_names);
     problems.push_back(
-        {Severity::warning, "unknown wheel", map, 1,
+        {Severity::warning, ProblemKind::unknown_wheel, map, 1,
          fmt::format("the robot file has no wheel '{}', so that column is not used: {}", series.wheel,
                      nearest.empty() ? fmt::format("its wheels are {}", fmt::join(robot.wheel_names, ", "))
                                      : fmt::format("is '{}' meant?", nearest))});
@@ -73,7 +73,7 @@ void find_unscaled_wheels(const Recording& recording, const Robot& robot, std::v
   }
   if (names.empty()) return;
   problems.push_back(
-      {Severity::warning, "ticks_per_revolution", place, 1,
+      {Severity::warning, ProblemKind::ticks_per_revolution, place, 1,
        fmt::format("{} {} no ticks_per_revolution, and the recording gives counts: turn the wheel once by "
                    "hand and write how many counts that is",
                    fmt::join(names, " and "), names.size() == 1 ? "has" : "have")});
@@ -86,7 +86,7 @@ void compare_times(const Findings& findings, const Recording& recording, std::ve
   for (const StreamSummary& other : findings.streams)
     if (other.start_s > first.end_s || other.end_s < first.start_s)
       problems.push_back(
-          {Severity::warning, "clocks", recording.name, 1,
+          {Severity::warning, ProblemKind::clocks, recording.name, 1,
            fmt::format("{} runs from {:.9g} to {:.9g} s, {} from {:.9g} to {:.9g} s, never at the same "
                        "time: another column of stamps, time_unit or time_offset_s?",
                        first.stream, first.start_s, first.end_s, other.stream, other.start_s, other.end_s)});
@@ -98,9 +98,9 @@ void compare_wiring(const Recording& recording, const AlignedReadings& readings,
   const std::string& file = recording.wheels.origin.file;
   const Wiring wiring = check_wiring(recording, readings, robot);
   for (const std::string& fault : wiring.faults)
-    findings.problems.push_back({Severity::warning, "wiring", file, 1, fault});
+    findings.problems.push_back({Severity::warning, ProblemKind::wiring, file, 1, fault});
   for (const std::string& pair : wiring.untold)
-    findings.problems.push_back({Severity::note, "wiring", file, 1, pair});
+    findings.problems.push_back({Severity::note, ProblemKind::wiring, file, 1, pair});
 }
 
 PairedSums turns_of_reference(const ReferenceStream& reference, const AlignedReadings& readings,
@@ -148,10 +148,11 @@ void compare_references(const Recording& recording, const AlignedReadings& readi
   const double times = rough_scale(runs, robot).value_or(1.0);
   const std::string turns =
       heading_unit_fault(turns_of_reference(recording.reference, readings, robot), times > 0.0 ? times : 1.0);
-  if (!turns.empty()) findings.problems.push_back({Severity::warning, "reference unit", file, 1, turns});
+  if (!turns.empty())
+    findings.problems.push_back({Severity::warning, ProblemKind::reference_unit, file, 1, turns});
   if (!stretches_agree(runs, robot)) return;
   const std::string scale = scale_fault(runs, robot);
-  if (!scale.empty()) findings.problems.push_back({Severity::warning, "scale", file, 1, scale});
+  if (!scale.empty()) findings.problems.push_back({Severity::warning, ProblemKind::scale, file, 1, scale});
 }
 
 /// Of robots that roll where they look, the reference against itself.
@@ -162,7 +163,8 @@ void find_mirrored_reference(const Recording& recording, const Robot& robot, Fin
   if (robot.chassis.wheels().empty() || !std::ranges::all_of(robot.chassis.wheels(), rolls_ahead) ||
       !is_mirrored(recording.reference))
     return;
-  findings.problems.push_back({Severity::warning, "reference axes", recording.reference.origin.file, 1,
+  findings.problems.push_back({Severity::warning, ProblemKind::reference_axes,
+                               recording.reference.origin.file, 1,
                                "the path bends the other way than its headings turn: swap the columns of x_m "
                                "and y_m, or write sign = "
                                "-1 at one of them"});
@@ -175,7 +177,8 @@ void find_wheels_in_one_place(const Robot& robot, std::vector<Problem>& problems
     for (std::size_t j = i + 1; j < wheels.size(); ++j)
       if (wheels[i].x_m == wheels[j].x_m && wheels[i].y_m == wheels[j].y_m &&
           wheels[i].direction_rad == wheels[j].direction_rad)
-        problems.push_back({Severity::warning, "geometry", fmt::format("robot '{}'", robot.name), 1,
+        problems.push_back({Severity::warning, ProblemKind::geometry, fmt::format("robot '{}'", robot.name),
+                            1,
                             fmt::format("wheels '{}' and '{}' stand in one place: write x_m and y_m of both",
                                         robot.wheel_names[i], robot.wheel_names[j])});
 }
@@ -227,18 +230,18 @@ std::vector<Problem> folded(const std::vector<Problem>& problems) {
 
 /// One cause is told once: the reference knows better than the gyro, and wires before sizes.
 void forget_what_is_told_already(std::vector<Problem>& problems) {
-  const auto has = [&](const char* kind) {
+  const auto has = [&](ProblemKind kind) {
     return std::ranges::any_of(problems, [&](const Problem& problem) {
       return problem.severity == Severity::warning && problem.kind == kind;
     });
   };
-  const auto forget = [&](const char* kind) {
+  const auto forget = [&](ProblemKind kind) {
     std::erase_if(problems, [&](const Problem& problem) { return problem.kind == kind; });
   };
-  if (has("wiring")) forget("scale");
-  if (!has("wiring") && !has("scale")) return;
-  forget("gyro sign");
-  forget("gyro against wheels");
+  if (has(ProblemKind::wiring)) forget(ProblemKind::scale);
+  if (!has(ProblemKind::wiring) && !has(ProblemKind::scale)) return;
+  forget(ProblemKind::gyro_sign);
+  forget(ProblemKind::gyro_against_wheels);
 }
 
 void compare(const Recording& recording, const Robot& robot, Findings& findings) {

@@ -34,7 +34,7 @@ void report_missing_gyro(const AlignedReadings& readings, const Robot& robot,
   const double first = std::ranges::find_if(readings.increments, lacks_gyro)->time_s;
   problems.push_back(
       {.severity = wheels_suffice ? Severity::note : Severity::warning,
-       .kind = "no gyro",
+       .kind = ProblemKind::no_gyro,
        .place = fmt::format("{:.3f} s", first),
        .count = missing,
        .message = wheels_suffice
@@ -51,7 +51,7 @@ void report_gaps(const AlignedReadings& readings, IntegratedOdometry& result) {
   const Increment& gap = readings.increments[static_cast<std::size_t>(first)];
   result.problems.push_back(
       {.severity = Severity::warning,
-       .kind = "bridged gap",
+       .kind = ProblemKind::bridged_gap,
        .place = fmt::format("{:.3f} s", gap.time_s - gap.duration_s),
        .count = result.bridged,
        .message = fmt::format("{} gaps were bridged as one arc each; their unknown course was added to the "
@@ -82,17 +82,17 @@ struct Findings {
 };
 
 void report(const Findings& findings, const Robot& robot, std::vector<Problem>& problems) {
-  const auto warn = [&](const char* kind, double time_s, std::size_t count, std::string message) {
+  const auto warn = [&](ProblemKind kind, double time_s, std::size_t count, std::string message) {
     if (count > 0)
       problems.push_back(
           {Severity::warning, kind, fmt::format("{:.3f} s", time_s), count, std::move(message)});
   };
   for (std::size_t i = 0; i < robot.wheel_names.size(); ++i)
-    warn("stuck encoder", findings.stuck_s[i], findings.stuck[i],
+    warn(ProblemKind::stuck_encoder, findings.stuck_s[i], findings.stuck[i],
          fmt::format("the encoder of '{}' reads nothing in {} intervals while the other sensors say that it "
                      "rolls: it is dead, the wheel is locked, or the others slip",
                      robot.wheel_names[i], findings.stuck[i]));
-  warn("gyro disturbed", findings.disturbed_s, findings.disturbed,
+  warn(ProblemKind::gyro_disturbed, findings.disturbed_s, findings.disturbed,
        fmt::format("the gyro turns beyond its max_rate_rad_s in {} intervals; it was not used there",
                    findings.disturbed));
 }
@@ -102,7 +102,7 @@ void report(const std::vector<SteadyReading>& refused, std::vector<Problem>& pro
   for (const SteadyReading& reading : refused)
     problems.push_back(
         {.severity = Severity::warning,
-         .kind = "gyro beyond its bias",
+         .kind = ProblemKind::gyro_beyond_its_bias,
          .place = fmt::format("{:.3f} s", reading.start_s),
          .message = fmt::format(
              "no wheel turns for {:.1f} s while the gyro reads a steady {:.5f} rad/s, beyond its bias of "

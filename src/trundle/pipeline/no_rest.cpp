@@ -13,7 +13,7 @@ void report_no_rest(const RunOfGyro& run, std::vector<Problem>& problems) {
   const double by_bias = initial_bias_sigma(run.robot) * run.duration_s;
   if (by_bias * by_bias < 0.5 * run.heading_variance) return;
   problems.push_back({.severity = Severity::note,
-                      .kind = kNoRest,
+                      .kind = ProblemKind::no_rest,
                       .place = "gyro",
                       .count = 1,
                       .message = fmt::format(

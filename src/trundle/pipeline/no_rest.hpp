@@ -7,9 +7,6 @@
 
 namespace trundle {
 
-/// Problem::kind of what follows.
-inline constexpr const char* kNoRest = "no rest";
-
 /// A run of a robot that may have a gyro.
 struct RunOfGyro {
   const Robot& robot;

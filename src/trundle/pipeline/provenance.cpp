@@ -46,7 +46,7 @@ const char* word_of(Severity severity) {
 
 nlohmann::ordered_json to_json(const Problem& problem) {
   return {{"severity", word_of(problem.severity)},
-          {"kind", problem.kind},
+          {"kind", name_of(problem.kind)},
           {"place", problem.place},
           {"count", problem.count},
           {"message", problem.message}};

@@ -104,13 +104,14 @@ Stage tried(Work& work, const char* name, Told (*stage)(Work&), std::vector<Outp
 }
 
 bool is_of_reference(const Problem& problem) {
-  return problem.kind == "reference unit" || problem.kind == "reference axes";
+  return problem.kind == ProblemKind::reference_unit || problem.kind == ProblemKind::reference_axes;
 }
 
 /// A misreading of what the motion is made of: nothing can be told of it then.
 bool is_of_motion(const Problem& problem, const Work& work) {
-  if (is_of_reference(problem) || problem.kind == "clocks") return false;  // wheels alone are right
-  if (problem.kind != "time unit") return true;
+  if (is_of_reference(problem) || problem.kind == ProblemKind::clocks)
+    return false;  // wheels alone are right
+  if (problem.kind != ProblemKind::time_unit) return true;
   return std::ranges::any_of(work.recordings, [&](const Recording& recording) {
     return problem.place == recording.wheels.origin.file || problem.place == recording.gyro.origin.file ||
            problem.place == recording.velocity.origin.file;

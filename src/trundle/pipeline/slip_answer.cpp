@@ -62,7 +62,7 @@ void warn_of_learning(const SlipQuestion& question, SlipAnswer& answer) {
   if (!answer.learned || !answer.learned->empirical) return;
   answer.report.problems.push_back(
       {.severity = Severity::warning,
-       .kind = "not normal",
+       .kind = ProblemKind::not_normal,
        .place = question.learn.front(),
        .count = answer.learned->normality.moments.count,
        .message = fmt::format(

@@ -81,7 +81,7 @@ Told integrate_with(Work& work, const RobotFile& robot, const std::string& name,
       sentence_of(odometry.odometry),
       {{work.in_folder(name + ".csv"), head_of(odometry.provenance) + to_csv(odometry.odometry.trajectory)},
        {work.in_folder(name + ".json"), printed(document_of(odometry))}}};
-  if (const auto at = std::ranges::find(odometry.odometry.problems, kNoRest, &Problem::kind);
+  if (const auto at = std::ranges::find(odometry.odometry.problems, ProblemKind::no_rest, &Problem::kind);
       at != odometry.odometry.problems.end())
     told.remarks.push_back("note: " + at->message);
   work.answer.trajectories.push_back({name, name + ".csv", what});
@@ -201,7 +201,7 @@ Told check_health(Work& work) {
       const std::string words = fmt::format("warning: {}: {}", problem.place, problem.message);
       if (problem.severity == Severity::note)
         ++notes;
-      else if (problem.kind == "time offset")  // the calibration may correct it
+      else if (problem.kind == ProblemKind::time_offset)  // the calibration may correct it
         work.clocks.push_back(words);
       else
         warnings.push_back(words);

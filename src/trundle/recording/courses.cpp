@@ -200,16 +200,16 @@ Course course_of_wheel(const Recording& recording, const Robot& robot, std::size
 
 void report(const CounterFindings& findings, const std::string& wheel, const StreamOrigin& origin,
             std::vector<Problem>& problems) {
-  const auto add = [&](Severity severity, const char* kind, const std::vector<std::size_t>& rows,
+  const auto add = [&](Severity severity, ProblemKind kind, const std::vector<std::size_t>& rows,
                        const char* what) {
     if (!rows.empty())
       problems.push_back({severity, kind, origin.place_of(rows.front()), rows.size(),
-                          fmt::format(fmt::runtime(what), wheel, counted(rows.size(), "time"))});
+                          fmt::format(fmt::runtime(what), wheel, counted(rows.size(), "time")), wheel});
   };
-  add(Severity::note, "wrap", findings.wraps, "the counter of '{}' wraps {}");
-  add(Severity::warning, "counter reset", findings.resets,
+  add(Severity::note, ProblemKind::wrap, findings.wraps, "the counter of '{}' wraps {}");
+  add(Severity::warning, ProblemKind::counter_reset, findings.resets,
       "the counter of '{}' starts again near zero {}; the jump is not counted as travel");
-  add(Severity::warning, "counter jump", findings.jumps,
+  add(Severity::warning, ProblemKind::counter_jump, findings.jumps,
       "the counter of '{}' jumps {} farther than the wheel can turn; the jump is not counted as "
       "travel");
 }

@@ -90,7 +90,7 @@ std::optional<Problem> wrong_gyro_unit(const Recording& recording, const Robot& 
   if (!pairs || std::abs(pairs->correlation()) < kAgreeWell) return std::nullopt;
   const double slope = std::abs(pairs->slope());
   const auto problem = [&](const std::string& message) {
-    return Problem{Severity::warning, "gyro unit", recording.gyro.origin.file, 1, message};
+    return Problem{Severity::warning, ProblemKind::gyro_unit, recording.gyro.origin.file, 1, message};
   };
   if (looks_like_degrees(slope, robot))
     return problem(
@@ -112,19 +112,19 @@ void compare_gyro(const Recording& recording, const Robot& robot, const AlignedR
   constexpr double kFarOff = 1.8;       // slip makes less of it, wheels that scrub more
   const auto pairs = comparable_turns(recording, robot, readings);
   if (!pairs) return;
-  const auto warn = [&](const char* kind, const std::string& file, const std::string& message) {
+  const auto warn = [&](ProblemKind kind, const std::string& file, const std::string& message) {
     problems.push_back({Severity::warning, kind, file, 1, message});
   };
   const double slope = pairs->slope();
   if (pairs->correlation() < -kAgree)
-    warn("gyro sign", recording.gyro.origin.file,
+    warn(ProblemKind::gyro_sign, recording.gyro.origin.file,
          "the gyro turns the other way than the wheels: it is mounted upside down ([gyro] scale = -1) or "
          "left and right are swapped");
   else if (pairs->correlation() < kAgree && pairs->lesser() > kMuchTurning)
-    warn("gyro against wheels", recording.wheels.origin.file, disagreement(robot, readings));
+    warn(ProblemKind::gyro_against_wheels, recording.wheels.origin.file, disagreement(robot, readings));
   else if (pairs->correlation() > kAgree && !has_skid_wheels(robot.chassis) &&
            (slope > kFarOff || slope < 1.0 / kFarOff))
-    warn("gyro against wheels", recording.wheels.origin.file,
+    warn(ProblemKind::gyro_against_wheels, recording.wheels.origin.file,
          fmt::format(
              "the gyro turns {:.3g} times as far as the wheels with the robot file as given: check y_m "
              "(half the track), ticks_per_revolution, gears and diameters",

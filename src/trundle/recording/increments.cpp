@@ -227,16 +227,16 @@ void add_gyro(const GyroStream& gyro, const Robot& robot, AlignedReadings& align
     start_s = increment.time_s;
   }
   add_changes_of_rate(aligned.increments);
-  const auto tell = [&](Severity severity, const char* kind, std::size_t count, const std::string& message) {
+  const auto tell = [&](Severity severity, ProblemKind kind, std::size_t count, const std::string& message) {
     if (count > 0)
       aligned.problems.push_back({severity, kind, gyro.origin.place_of(gyro.time_s.size()), count, message});
   };
-  tell(Severity::warning, "gyro saturated", integral.saturated(),
+  tell(Severity::warning, ProblemKind::gyro_saturated, integral.saturated(),
        "the gyro is at or beyond its max_rate_rad_s in " + counted(integral.saturated(), "sample"));
-  tell(Severity::warning, "gyro missing", within,
+  tell(Severity::warning, ProblemKind::gyro_missing, within,
        "the gyro is missing in " + counted(within, "interval") + " of the wheels: a gap, or saturation");
   const bool most = 2 * beyond > aligned.increments.size();
-  tell(most ? Severity::warning : Severity::note, "gyro missing", beyond,
+  tell(most ? Severity::warning : Severity::note, ProblemKind::gyro_missing, beyond,
        fmt::format("the gyro runs from {:.2f} to {:.2f} s, the wheels from {:.2f} to {:.2f} s: {} without it",
                    first_s, last_s, aligned.start_s, aligned.increments.back().time_s,
                    counted(beyond, "interval")));

@@ -94,7 +94,7 @@ void find_stuck(const WheelCourses& courses, const StreamOrigin& origin, std::ve
       }
       if (!others_move) continue;
       problems.push_back(
-          {Severity::warning, "stuck encoder", origin.place_of(still.first), 1,
+          {Severity::warning, ProblemKind::stuck_encoder, origin.place_of(still.first), 1,
            fmt::format("the encoder of '{}' stands still for {:.1f} s while the other wheels move: it is "
                        "stuck, or the robot moved so that this wheel rests",
                        courses.wheel[w], courses.time_s[still.last] - courses.time_s[still.first])});
@@ -163,7 +163,8 @@ void find_stuck(const Recording& recording, const Robot& robot, const AlignedRea
       all_can_be_told = all_can_be_told && travel.has_value();
       if (!travel || std::abs(*travel) < kLeastTravel) continue;
       problems.push_back(
-          {Severity::warning, "stuck encoder", place_at(recording, robot, courses.time_s[still.first]), 1,
+          {Severity::warning, ProblemKind::stuck_encoder,
+           place_at(recording, robot, courses.time_s[still.first]), 1,
            fmt::format("the encoder of '{}' is stuck: it stands still for {:.1f} s while the other sensors "
                        "say it rolls {:.2f} m",
                        courses.wheel[w], courses.time_s[still.last] - courses.time_s[still.first], *travel)});
@@ -185,7 +186,7 @@ void find_fractions(const Recording& recording, const Robot& robot, const Aligne
             courses.time_s.size() - 1) > 1.0)
       continue;
     problems.push_back(
-        {Severity::warning, "fractions",
+        {Severity::warning, ProblemKind::fractions,
          recording.wheels.origin.place_of(static_cast<std::size_t>(first - series.value.begin())), 1,
          fmt::format(
              "{0}_ticks holds fractions, like {1:.6g}, and no turn of the wheel in all; counts are whole: "
@@ -203,21 +204,30 @@ void name_wraps(const Recording& recording, const Robot& robot, std::vector<Prob
     const auto index = static_cast<std::size_t>(named - robot.wheel_names.begin());
     if (robot.chassis.wheels()[index].tick_bits == bits) continue;
     std::erase_if(problems, [&](const Problem& problem) {
-      return problem.kind.starts_with("counter") &&
-             problem.message.find(fmt::format("'{}'", series.wheel)) != std::string::npos;
+      return (problem.kind == ProblemKind::counter_reset || problem.kind == ProblemKind::counter_jump) &&
+             problem.subject == series.wheel;
     });
-    problems.push_back({Severity::warning, "tick_bits", recording.wheels.origin.file, 1,
+    problems.push_back({Severity::warning, ProblemKind::tick_bits, recording.wheels.origin.file, 1,
                         fmt::format("the counter of '{}' wraps like one of {} bits: write tick_bits = {}",
                                     series.wheel, bits, bits)});
   }
 }
 
+/// What a gyro in another unit makes seem to be wrong.
+bool is_of_gyro(ProblemKind kind) {
+  using enum ProblemKind;
+  constexpr std::array kOfGyro = {gyro_missing, gyro_saturated,      gyro_disturbed, gyro_beyond_its_bias,
+                                  gyro_sign,    gyro_against_wheels, gyro_unit};
+  return std::ranges::find(kOfGyro, kind) != kOfGyro.end();
+}
+
 }  // namespace
 
 bool is_misreading(const Problem& problem) {
-  constexpr std::array<std::string_view, 7> kKinds = {
-      "time unit", "increments", "clocks", "gyro unit", "reference unit", "reference axes", "fractions"};
-  return std::ranges::find(kKinds, problem.kind) != kKinds.end();
+  using enum ProblemKind;
+  constexpr std::array kMisreadings = {time_unit,      increments,     clocks,   gyro_unit,
+                                       reference_unit, reference_axes, fractions};
+  return std::ranges::find(kMisreadings, problem.kind) != kMisreadings.end();
 }
 
 std::vector<Problem> inspect(const Recording& recording, const Robot* robot) {
@@ -247,7 +257,7 @@ std::vector<Problem> inspect(const Recording& recording, const Robot& robot,
                              const AlignedReadings& readings) {
   std::vector<Problem> problems = readings.problems;
   if (const auto unit = wrong_gyro_unit(recording, robot, readings)) {
-    std::erase_if(problems, [](const Problem& p) { return p.kind.starts_with("gyro"); });
+    std::erase_if(problems, [](const Problem& p) { return is_of_gyro(p.kind); });
     problems.push_back(*unit);
     return problems;
   }

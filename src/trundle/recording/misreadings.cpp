@@ -59,7 +59,7 @@ void check_stamps(const Table& table, const StreamSource& source, const RowRules
       fmt::format("the stamps of {} step by {:.3g} s from row to row", source.file.string(), step_s);
   const std::string remedy = fmt::format("time_unit = \"{}\"", unit);
   if (!source.place.empty()) throw InputError(source.place, fact, remedy);
-  problems.push_back({Severity::warning, "time unit", place_of(source), 1,
+  problems.push_back({Severity::warning, ProblemKind::time_unit, place_of(source), 1,
                       fmt::format("{}: seconds are expected; a recording.toml can say {}", fact, remedy)});
 }
 
@@ -181,7 +181,7 @@ void check_increments(const WheelStream& wheels, const StreamSource& source, std
                 "{} and go up and down from row to row, like counts since the row before, not like "
                 "counters that go on: write increments = true under [wheels] in recording.toml",
                 columns);
-  problems.push_back({Severity::warning, "increments", place_of(source), 1, message});
+  problems.push_back({Severity::warning, ProblemKind::increments, place_of(source), 1, message});
 }
 
 // ---- Bearings ----
@@ -199,7 +199,7 @@ void check_bearings(const std::vector<Sighting>& sightings, const StreamSource& 
     farthest = std::max(farthest, size);
   }
   if (static_cast<double>(beyond) <= kShare * static_cast<double>(sightings.size())) return;
-  problems.push_back({Severity::warning, "bearing unit", place_of(source), beyond,
+  problems.push_back({Severity::warning, ProblemKind::bearing_unit, place_of(source), beyond,
                       fmt::format("{} of {} bearings are beyond a whole turn, up to {:.4g} rad: of degrees, "
                                   "recording.toml can say unit = \"deg\" at bearing_rad",
                                   beyond, sightings.size(), farthest)});

@@ -9,6 +9,7 @@
 #include "trundle/geometry/trajectory.hpp"
 #include "trundle/io/file.hpp"
 #include "trundle/recording/line_map.hpp"
+#include "trundle/recording/problem.hpp"
 
 namespace trundle {
 
@@ -117,17 +118,6 @@ struct PartialReference {
 /// Sigmas that a [reference] table takes where it names none.
 inline constexpr double kDefaultPositionSigma = 0.005;                ///< [m], by tape measure
 inline constexpr double kDefaultHeadingSigma = 0.017453292519943295;  ///< [rad], one degree
-
-enum class Severity { note, warning };
-
-/// Something found in a log: counted, with the first place.
-struct Problem {
-  Severity severity = Severity::warning;
-  std::string kind;   ///< "gap", "duplicate", "back-step", "nan", "counter reset", "stuck encoder", ...
-  std::string place;  ///< "file:line" of the first
-  std::size_t count = 1;
-  std::string message;  ///< one sentence a person can act on
-};
 
 /// Everything one folder holds. Streams that are absent are empty.
 struct Recording {

@@ -112,7 +112,7 @@ void report_header(const StreamSource& source, const CsvTable& csv, std::vector<
   if (!csv.has_numbers_for_names() || std::any_of(source.columns.begin(), source.columns.end(), by_name) ||
       (source.time && by_name(*source.time)))
     return;
-  problems.push_back({Severity::warning, "header", place(csv.file(), csv.header_line()), 1,
+  problems.push_back({Severity::warning, ProblemKind::header, place(csv.file(), csv.header_line()), 1,
                       "the first line holds numbers, but was taken for the names of the columns: write "
                       "header = false in recording.toml"});
 }
@@ -137,7 +137,7 @@ Table read_rows(const StreamSource& source, std::vector<Problem>& problems) {
   report_header(source, csv, problems);
   CsvRows rows = csv.read(selection.wanted());
   if (rows.truncated_line)
-    problems.push_back({Severity::warning, "cut off", place(csv.file(), *rows.truncated_line), 1,
+    problems.push_back({Severity::warning, ProblemKind::cut_off, place(csv.file(), *rows.truncated_line), 1,
                         "the last line breaks off and was left out"});
   Table table;
   const std::size_t count = rows.count();

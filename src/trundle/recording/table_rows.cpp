@@ -40,7 +40,7 @@ class Finding {
   void add(std::size_t row) {
     if (count_++ == 0) place_ = table_.origin.place_of(row);
   }
-  void report(std::vector<Problem>& problems, const char* kind, const std::string& message) const {
+  void report(std::vector<Problem>& problems, ProblemKind kind, const std::string& message) const {
     if (count_ > 0) problems.push_back({Severity::warning, kind, place_, count_, message});
   }
   std::size_t count() const { return count_; }
@@ -55,7 +55,8 @@ void drop_rows_without_stamp(Table& table, std::vector<Problem>& problems) {
   Finding found(table);
   for (std::size_t row = 0; row < table.time_s.size(); ++row)
     if (!std::isfinite(table.time_s[row])) found.add(row);
-  found.report(problems, "nan", counted(found.count(), "row") + " without a stamp left out");
+  found.report(problems, ProblemKind::not_a_number,
+               counted(found.count(), "row") + " without a stamp left out");
   if (found.count() > 0) keep_where(table, [&](std::size_t row) { return std::isfinite(table.time_s[row]); });
 }
 
@@ -88,10 +89,10 @@ void count_disorder(const Table& table, std::vector<Problem>& problems, const Ro
     if (table.time_s[row] == table.time_s[row - 1] && !rules.repeated_stamps) repeated.add(row);
     if (table.time_s[row] < table.time_s[row - 1]) back.add(row);
   }
-  repeated.report(problems, "duplicate",
+  repeated.report(problems, ProblemKind::duplicate,
                   counted(repeated.count(), "row") + " with the stamp of the row before; the first was kept");
   const bool is_no_clock = 10 * back.count() > table.time_s.size();
-  back.report(problems, "back-step",
+  back.report(problems, ProblemKind::back_step,
               fmt::format("time steps back {}; {}{}", counted(back.count(), "time"),
                           rules.repeated_stamps ? "the rows were sorted" : "rows out of order were left out",
                           is_no_clock ? ": is this the column of the stamps?" : ""));
@@ -123,7 +124,8 @@ void report_empty_cells(const Table& table, std::vector<Problem>& problems) {
   for (std::size_t row = 0; row < table.time_s.size(); ++row)
     for (const auto& column : table.numbers)
       if (!column.empty() && std::isnan(column[row])) found.add(row);
-  found.report(problems, "nan", counted(found.count(), "cell") + " without a number: not measured");
+  found.report(problems, ProblemKind::not_a_number,
+               counted(found.count(), "cell") + " without a number: not measured");
 }
 
 void report_gaps(const Table& table, std::vector<Problem>& problems) {
@@ -135,7 +137,7 @@ void report_gaps(const Table& table, std::vector<Problem>& problems) {
     greatest = std::max(greatest, step);
     if (step > longest) found.add(row);
   }
-  found.report(problems, "gap",
+  found.report(problems, ProblemKind::gap,
                fmt::format("{} longer than {:.3g} s, the longest {:.3g} s", counted(found.count(), "gap"),
                            longest, greatest));
 }

@@ -14,8 +14,8 @@ constexpr double kMostOutliers = 0.05;   // share, of a cost that is to say some
 constexpr double kSigmasOfChance = 6.0;  // beyond which a cost per degree of freedom is no chance
 constexpr double kGreatestCostRatio = 1.5;
 
-Problem doubt(std::string kind, std::size_t count, std::string message) {
-  return {Severity::warning, std::move(kind), "sightings", count, std::move(message)};
+Problem doubt(ProblemKind kind, std::size_t count, std::string message) {
+  return {Severity::warning, kind, "sightings", count, std::move(message)};
 }
 
 /// The stretch in which sightings that do not fit outnumber those that do by most.
@@ -46,7 +46,7 @@ void doubt_filter(const SlamInput& input, const SlamResult& filtered, std::vecto
   const Stretch worst = worst_stretch(filtered.reports);
   if (worst.excess >= kLost)
     return doubts.push_back(
-        doubt("lost", worst.unfit,
+        doubt(ProblemKind::lost, worst.unfit,
               fmt::format("from {:.1f} s to {:.1f} s after the start {} of {} sightings of landmarks seen "
                           "before do not fit: the filter is lost there, and neither its "
                           "trajectory nor its ± can be believed; is the robot calibrated, does [noise] say "
@@ -56,7 +56,7 @@ void doubt_filter(const SlamInput& input, const SlamResult& filtered, std::vecto
   const SlamCounts& counts = filtered.counts;
   const std::size_t seen = counts.matched + counts.rejected;
   if (seen >= kFewestSightings && counts.median_nis > kGreatestMedian)
-    doubts.push_back(doubt("noise", seen,
+    doubts.push_back(doubt(ProblemKind::noise, seen,
                            fmt::format("half of all innovations squared (NIS) are above {:.1f}, honest noise "
                                        "has 1.39: sigmas of [landmark_sensor] or [noise] are too small, and "
                                        "so is every ±",
@@ -65,7 +65,7 @@ void doubt_filter(const SlamInput& input, const SlamResult& filtered, std::vecto
 
 void doubt_smoother(const SmootherCounts& counts, std::vector<Problem>& doubts) {
   if (!counts.converged)
-    doubts.push_back(doubt("not converged", counts.sightings,
+    doubts.push_back(doubt(ProblemKind::not_converged, counts.sightings,
                            fmt::format("the smoother has not converged after {} iterations: its trajectory "
                                        "and map are not the most probable ones",
                                        counts.iterations)));
@@ -75,7 +75,7 @@ void doubt_smoother(const SmootherCounts& counts, std::vector<Problem>& doubts) 
   const double ratio = counts.cost / freedom;
   if (ratio > kGreatestCostRatio && ratio > 1.0 + kSigmasOfChance * std::sqrt(2.0 / freedom))
     doubts.push_back(doubt(
-        "noise", counts.sightings,
+        ProblemKind::noise, counts.sightings,
         fmt::format("the smoother's cost is {:.1f} times its degrees of freedom: what was seen does not fit "
                     "together as well as the noise settings say, and every ± is at least {:.1f} times too "
                     "small",

@@ -148,12 +148,13 @@ class Cutter {
 
   void report_left_out() {
     outside_ += sightings_.size() - next_;
-    const auto left_out = [&](std::size_t count, const char* kind, const std::string& what) {
+    const auto left_out = [&](std::size_t count, ProblemKind kind, const std::string& what) {
       note(count, kind, fmt::format("{} sightings {} and were left out", count, what));
     };
-    left_out(outside_, "sighting without odometry", "lie before or after the odometry");
-    left_out(repeated_, "repeated sighting", "repeat another, stamp, landmark and reading");
-    left_out(crowded_, "crowded instant", fmt::format("are beyond {} of an instant", kMostSightingsAtOnce));
+    left_out(outside_, ProblemKind::sighting_without_odometry, "lie before or after the odometry");
+    left_out(repeated_, ProblemKind::repeated_sighting, "repeat another, stamp, landmark and reading");
+    left_out(crowded_, ProblemKind::crowded_instant,
+             fmt::format("are beyond {} of an instant", kMostSightingsAtOnce));
   }
 
   void report_nameless() {
@@ -163,11 +164,11 @@ class Cutter {
           std::ranges::count(step.observations, kUnknownLandmark, &Observation::landmark));
     if (nameless == input_.observations()) return;
     note(
-        nameless, "sighting without name",
+        nameless, ProblemKind::sighting_without_name,
         fmt::format("{} sightings name no landmark, others do: where they point tells them apart", nameless));
   }
 
-  void note(std::size_t count, const char* kind, const std::string& message) {
+  void note(std::size_t count, ProblemKind kind, const std::string& message) {
     if (count == 0) return;
     input_.problems.push_back(
         {.severity = Severity::note, .kind = kind, .place = "sightings", .count = count, .message = message});
@@ -200,7 +201,7 @@ void report_ranges_beyond(const LandmarkSensor& sensor, const std::vector<Sighti
   if (2 * beyond <= sightings.size()) return;
   problems.push_back(
       {.severity = Severity::warning,
-       .kind = "range unit",
+       .kind = ProblemKind::range_unit,
        .place = "sightings",
        .count = beyond,
        .message = fmt::format("{} of {} ranges, up to {:.4g} m, are more than twice the sensor's max_range_m "

@@ -79,7 +79,7 @@ bool spans_gap(const AlignedReadings& readings, std::size_t i) {
 
 void report_unjudged(const SlipReport& report, const AlignedReadings& readings,
                      std::vector<Problem>& problems) {
-  const auto note = [&](std::size_t number, const char* kind, const char* words) {
+  const auto note = [&](std::size_t number, ProblemKind kind, const char* words) {
     if (number > 0)
       problems.push_back({.severity = Severity::note,
                           .kind = kind,
@@ -88,10 +88,10 @@ void report_unjudged(const SlipReport& report, const AlignedReadings& readings,
                           .message = fmt::format(fmt::runtime(words), number)});
   };
   const SlipCounts& counts = report.counts;
-  note(counts.no_gyro, "slip not judged", "{} intervals have no gyro: slip was not judged there");
-  note(counts.not_applicable, "slip not judged",
+  note(counts.no_gyro, ProblemKind::slip_not_judged, "{} intervals have no gyro: slip was not judged there");
+  note(counts.not_applicable, ProblemKind::slip_not_judged,
        "{} intervals are not nearly straight: the published method does not apply there");
-  note(counts.not_learned, "slip not judged",
+  note(counts.not_learned, ProblemKind::slip_not_judged,
        "{} intervals have another length or speed than those that the band was learned at: not judged");
 }
 
