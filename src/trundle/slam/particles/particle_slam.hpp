@@ -51,7 +51,7 @@ struct ParticleSlamOptions {
 
 /// Rao–Blackwellised particle filter: each particle is a path, with a Kalman filter for each landmark given
 /// that path. While nothing is seen the motion, which is the same for all, is only summed up; poses are drawn
-/// when there is something to draw them with. Equations: docs/slam.md.
+/// when there is something to draw them with. Equations: docs/theory/fastslam.md.
 class ParticleSlam {
  public:
   /// Throws InputError when there is no particle.
