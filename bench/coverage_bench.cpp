@@ -1,5 +1,5 @@
 // Whether odometry's end pose is unbiased and its covariance honest, for every chassis, sampling rate, wheel
-// noise, count and motion: the tables of docs/coverage.md.
+// noise, count and motion: the tables of docs/results/coverage.md.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Localization on the true map of real recordings, from nowhere: the figures of docs/localization-results.md.
+"""Localization on the true map of real recordings, from nowhere: the figures of docs/results/localization.md.
 
 usage: tools/localize_results.py PROGRAM DATA OUT   (OUT: what tools/slam_recordings.py wrote)
 

@@ -3,7 +3,7 @@
 
 usage: tools/real_recordings.py DATA OUT
 
-For every run of DATA (see docs/results.md) a folder OUT/<set>/<kind>/<session>/<run>/recording.toml maps the foreign
+For every run of DATA (see docs/results/real-recordings.md) a folder OUT/<set>/<kind>/<session>/<run>/recording.toml maps the foreign
 CSV file onto Trundle's streams; OUT/<set>/robot.toml is the robot as its owners assumed it. OUT/<set>_pods are
 the omni robots again as two measuring wheels and a gyro, OUT/<set>_gyro as all their wheels and a gyro, which they have
 not: gyro.csv is computed from the reference's heading, smoothed, without bias or noise.

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The figures of docs/results.md, from the real recordings.
+# The figures of docs/results/calibration.md, from the real recordings.
 # tools/results.sh [PROGRAM [DATA [OUT]]]
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

@@ -240,7 +240,7 @@ def main():
     print(table)
     if len(sys.argv) > 4:
         put(Path(sys.argv[4]), f"Made on {datetime.date.today()} by `tools/run_all.py build/trundle ../shared/data out/all "
-                               f"docs/results.md` ({version}).\n\n" + table)
+                               f"docs/results/real-recordings.md` ({version}).\n\n" + table)
     sys.exit(1 if bad else 0)
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The figures of docs/slam-results.md, from the real recordings. Position errors [m, rms] of each filter: of the whole path
+# The figures of docs/results/slam.md, from the real recordings. Position errors [m, rms] of each filter: of the whole path
 # (the best particle's; of `ekf` the online estimate) and of the online estimate, median and worst over the seeds; of the map, the
 # mean NIS and outliers of the median run. Then the smoother started from `fastslam2`: its path, its map, its cost over the degrees of
 # freedom instead of NIS, outliers, and seconds of filter and smoother, and of the filter alone.

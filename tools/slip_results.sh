@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The figures of docs/slip.md, from the real recordings.
+# The figures of docs/results/slip-real.md, from the real recordings.
 # tools/slip_results.sh [PROGRAM [DATA [OUT]]]
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

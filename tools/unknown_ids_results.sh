@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The tables 'Without names' of docs/slam-results.md, as markdown: filters that must find out which landmark is which, beside
+# The tables of docs/results/slam-without-names.md, as markdown: filters that must find out which landmark is which, beside
 # the same with names; and Victoria Park, which has none. Position errors [m, rms] of the best particle's path (`ekf`: online)
 # and of the smoother's, median over the seeds.
 # tools/unknown_ids_results.sh [PROGRAM [DATA [OUT [SEEDS [PICTURE]]]]]

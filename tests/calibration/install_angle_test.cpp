@@ -17,7 +17,7 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// Where the robot of docs/dead-wheels.md, eq. 1 ends.
+/// Where the robot of docs/theory/dead-wheels.md, eq. 1 ends.
 LRun l_run_with(double alpha, double side_m = 2.0, double sense = 1.0) {
   return {.side_m = side_m,
           .end_x_m = side_m,

@@ -25,7 +25,7 @@ double e_max(const SidedDrive& truth, const SidedDrive& assumed) {
   return std::max(std::hypot(cw.x, cw.y), std::hypot(ccw.x, ccw.y));
 }
 
-// The check values of docs/umbmark.md, each to the digits printed there.
+// The check values of docs/theory/umbmark.md, each to the digits printed there.
 struct CheckValue {
   SidedDrive truth;
   double e_max_before, before_digits;

@@ -7,7 +7,7 @@
 namespace trundle {
 namespace {
 
-/// V_X = V2, V_Y = (V1 − V2 sin α)/cos α, ω = ω′: docs/dead-wheels.md, eq. 1.
+/// V_X = V2, V_Y = (V1 − V2 sin α)/cos α, ω = ω′: docs/theory/dead-wheels.md, eq. 1.
 Twist2 published(double v1, double v2, double omega, double alpha) {
   return {v2, (v1 - v2 * std::sin(alpha)) / std::cos(alpha), omega};
 }

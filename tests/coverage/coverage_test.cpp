@@ -1,6 +1,5 @@
-// Online odometry's end pose is unbiased and its covariance honest: a part of the matrix of docs/coverage.md,
-// of which
-// `./run bench coverage` prints the whole.
+// Online odometry's end pose is unbiased and its covariance honest: a part of the matrix of
+// docs/results/coverage.md, of which `./run bench coverage` prints the whole.
 #include "coverage/coverage.hpp"
 
 #include <cmath>

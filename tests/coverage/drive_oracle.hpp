@@ -10,8 +10,8 @@
 #include "trundle/chassis/chassis.hpp"
 #include "trundle/geometry/pose2.hpp"
 
-/// What wheels and gyro read on a known drive, made by the model of docs/chassis.md alone, so that odometry
-/// can be held against it. Shares no code with trundle/simulation.
+/// What wheels and gyro read on a known drive, made by the model of docs/theory/chassis.md alone, so that
+/// odometry can be held against it. Shares no code with trundle/simulation.
 namespace trundle::coverage {
 
 /// xoshiro256++, seeded by splitmix64.
@@ -102,7 +102,8 @@ inline Vector3 velocity_at(const Drive& drive, double t) {
   return {speed * std::cos(drive.crab_rad), speed * std::sin(drive.crab_rad), speed * curvature};
 }
 
-/// h of a wheel's travel s = h·ξ: d + tan γ n (docs/chassis.md, eq. 2 to 4; γ = 0 but for mecanum wheels).
+/// h of a wheel's travel s = h·ξ: d + tan γ n (docs/theory/chassis.md, eq. 2 to 4; γ = 0 but for mecanum
+/// wheels).
 inline Vector3 travel_row(const Wheel& wheel) {
   const double c = std::cos(wheel.direction_rad);
   const double s = std::sin(wheel.direction_rad);

@@ -11,8 +11,8 @@
 
 namespace trundle::test {
 
-/// docs/odometry.md written down as it stands there, with nothing prepared: weighted least squares row by
-/// row, and every source of noise as a column of its own that is carried along.
+/// docs/theory/odometry.md written down as it stands there, with nothing prepared: weighted least squares row
+/// by row, and every source of noise as a column of its own that is carried along.
 class PlainOdometry {
  public:
   /// `weights`: of the chassis as it is believed to be, where `robot` differs from it a little.

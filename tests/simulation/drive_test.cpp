@@ -114,7 +114,7 @@ INSTANTIATE_TEST_SUITE_P(Chassis, EveryChassis,
                          [](const auto& test) { return std::string(test.param.name); });
 
 TEST(Drive, PodsOfAnLRunEndWhereTheInstallationAngleSays) {
-  // docs/simulation.md: the robot ends at (S, S (1 − sin α)/cos α).
+  // docs/theory/simulation.md: the robot ends at (S, S (1 − sin α)/cos α).
   constexpr double S = 2.0;
   constexpr double alpha = 0.05;
   const auto robot = [](double error) {

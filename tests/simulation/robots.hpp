@@ -4,7 +4,8 @@
 
 namespace trundle::test {
 
-/// A differential robot without noise, D = 0.15 m, b = 0.50 m: that of the check values in docs/umbmark.md.
+/// A differential robot without noise, D = 0.15 m, b = 0.50 m: that of the check values in
+/// docs/theory/umbmark.md.
 inline Robot quiet_differential(double left_m = 0.15, double right_m = 0.15, double track_m = 0.50) {
   Robot robot;
   robot.name = "differential";

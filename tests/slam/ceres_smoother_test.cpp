@@ -70,7 +70,7 @@ struct PriorCost {
   }
 };
 
-/// docs/smoother.md, eq. 3.
+/// docs/theory/smoother.md, eq. 3.
 struct Loss : ceres::LossFunction {
   void Evaluate(double s, double out[3]) const override {
     const bool inside = s <= kDefaultGate;

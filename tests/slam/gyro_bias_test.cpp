@@ -178,8 +178,8 @@ Errors errors_of(const Estimator& estimator, const Situation& situation, int run
 struct Subject {
   std::string name;
   Estimator estimator;
-  /// Mean NEES; 0: χ² of the runs. Else what was measured, and allowed for few runs: docs/slam-study.md,
-  /// 'With a gyro'.
+  /// Mean NEES; 0: χ² of the runs. Else what was measured, and allowed for few runs:
+  /// docs/results/particles-gyro.md.
   struct {
     double with_rest, without;
   } most_nees;

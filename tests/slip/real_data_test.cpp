@@ -92,7 +92,8 @@ TEST(RealSlip, KobukiWithTapeOnAWheel) {
   }
 }
 
-// Tape on a quarter of a wheel: its residual is periodic in the angle of that wheel. docs/slip.md.
+// Tape on a quarter of a wheel: its residual is periodic in the angle of that wheel.
+// docs/theory/slip-wheel.md.
 TEST(RealSlip, TheTapedWheelIsNamed) {
   TRUNDLE_NEEDS_REAL_DATA("kobuki_slip");
   for (const double interval_s : {0.25, 0.5}) {

@@ -83,7 +83,7 @@ RowVector predicted_derivative(const Context& context, const Parameter& paramete
   return reading_growth(parameter, context.chassis, context.rows).cwiseProduct(predicted);
 }
 
-/// y = Pᵀz, of covariance S = Pᵀ V P, and its derivatives: docs/calibration.md, eq. 7.
+/// y = Pᵀz, of covariance S = Pᵀ V P, and its derivatives: docs/theory/calibration.md, eq. 7.
 void add_window(const Window& window, const Context& context, Information& information) {
   const int n = context.rows.measured;
   const RowVector z = readings_of(context.chassis, context.rows, window.sum).z;

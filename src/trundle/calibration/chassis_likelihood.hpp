@@ -17,7 +17,7 @@ struct ChassisLikelihoodOptions {
 
 /// What the sensors on board say about each other: the part of their readings that no motion of the chassis
 /// explains, summed over windows. Needs no reference; empty where rows and unknowns are
-/// equal in number. `robot`: with_noise_of_readings(). docs/calibration.md.
+/// equal in number. `robot`: with_noise_of_readings(). docs/theory/calibration.md.
 std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot,
                                             std::span<const Parameter> parameters,
                                             const ChassisLikelihoodOptions& options);

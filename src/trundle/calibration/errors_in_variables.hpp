@@ -12,8 +12,8 @@ namespace trundle {
 /// so both err together: where the reference says that a wheel rolled too far, its share in the sensitivity
 /// is too large as well. Least squares that takes sensitivities for exact shrinks what they multiply; a track
 /// comes out too large by the share of noise in the turns. Carried here is, for each parameter, the
-/// covariance C of the errors of its sensitivity (rows) and of the pose (columns). docs/calibration.md, eq.
-/// 6a.
+/// covariance C of the errors of its sensitivity (rows) and of the pose (columns).
+/// docs/theory/calibration.md, eq. 6a.
 class SensitivityErrors {
  public:
   /// From `pose` on, which owes nothing to the readings. `gyro_factor`: NoiseEstimate's, in the robot's

@@ -149,7 +149,7 @@ Objective objective_at(const Robot& robot, const Fit& fit, const Eigen::VectorXd
 /// Gauss–Newton in the columns of `basis` (parameters in units of prior sigmas), from where the robot is,
 /// `moved` from nominal. Far away a step that makes χ² larger is halved. Near the solution χ² is not asked:
 /// it also falls where covariances of readings grow, which the gradient rightly leaves out.
-/// docs/calibration.md, eq. 6.
+/// docs/theory/calibration.md, eq. 6.
 bool descend(Robot& robot, const Fit& fit, const Eigen::VectorXd& scale, const Eigen::MatrixXd& basis,
              double prior_weight, int most_iterations) {
   Eigen::VectorXd moved = Eigen::VectorXd::Zero(scale.size());

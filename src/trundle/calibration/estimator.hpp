@@ -30,7 +30,7 @@ struct Estimate {
 };
 
 /// Gauss–Newton on the information of all runs, in the space that they can tell; noise levels and weights of
-/// outlying runs are found in between. docs/calibration.md.
+/// outlying runs are found in between. docs/theory/calibration.md.
 Estimate estimate_parameters(std::span<const Run> runs, const Robot& nominal,
                              std::span<const Parameter> parameters);
 

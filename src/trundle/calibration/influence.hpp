@@ -10,7 +10,8 @@
 namespace trundle {
 
 /// What an estimate would be with other runs than all of them, by one Gauss–Newton step from it
-/// (docs/calibration.md, eq. 13 and 14). In the parameters' own units; one entry for each run, in order.
+/// (docs/theory/calibration-uncertainty.md, eq. 13 and 14). In the parameters' own units; one entry for each
+/// run, in order.
 struct Influence {
   std::vector<Eigen::VectorXd> without;      ///< all runs but this one
   std::vector<Eigen::VectorXd> after;        ///< this one and those before it

@@ -33,7 +33,7 @@ void check(const InstallAngleOptions& options) {
       throw InputError("L-shaped run", fmt::format("a sigma is {}", sigma), "a number not below zero");
 }
 
-/// docs/dead-wheels.md, eq. 3; with equal legs it is α = 90° − 2 θ₁.
+/// docs/theory/dead-wheels.md, eq. 3; with equal legs it is α = 90° − 2 θ₁.
 double alpha_of(const LRun& run) {
   const double direction = std::atan2(std::abs(run.end_y_m), std::abs(run.end_x_m));
   const double alpha =
@@ -82,7 +82,7 @@ Errors errors_of(double by_heading, double end_sigma, const InstallAngleOptions&
   return {end_sigma * end_sigma + heading * heading, 0.0};
 }
 
-/// docs/dead-wheels.md, eq. 4
+/// docs/theory/dead-wheels.md, eq. 4
 Errors angle_errors(const LRun& run, const InstallAngleOptions& options) {
   return errors_of(2.0, 2.0 * options.sigma_m / std::hypot(run.end_x_m, run.end_y_m), options);
 }
@@ -119,7 +119,7 @@ double sigma_by_scatter(const InstallAngle& result) {
   return *result.scatter_rad * student_t_limit(kTail, result.scatter_freedom) / normal_limit(kTail);
 }
 
-/// docs/dead-wheels.md, eq. 4
+/// docs/theory/dead-wheels.md, eq. 4
 void average(Senses& senses, double common_sigma, InstallAngle& result) {
   find_scatter(senses, result);
   if (result.sigma_from_scatter)

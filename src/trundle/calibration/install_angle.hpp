@@ -55,9 +55,9 @@ struct InstallAngle {
   std::vector<std::string> warnings;
 };
 
-/// θ = 2 θ₁ with θ₁ the direction from start to end: docs/dead-wheels.md, eq. 2 to 4. Throws InputError for
-/// numbers that are none, CannotAnswer where the ends are not those of an L or the sigmas leave the angle
-/// open.
+/// θ = 2 θ₁ with θ₁ the direction from start to end: docs/theory/dead-wheels.md, eq. 2 to 4. Throws
+/// InputError for numbers that are none, CannotAnswer where the ends are not those of an L or the sigmas
+/// leave the angle open.
 InstallAngle install_angle(std::span<const LRun> runs, const InstallAngleOptions& options = {});
 
 /// The L-shaped run that a recording holds, its end from the reference. Throws InputError for a robot that

@@ -97,7 +97,7 @@ NoiseLevels with_shares(const NoiseLevels& levels, const LogShares& log_share) {
   return result;
 }
 
-/// Without evidence wheels are alike. docs/calibration.md, eq. 11.
+/// Without evidence wheels are alike. docs/theory/calibration-noise.md, eq. 11.
 double surprise_of_wheels(Pieces pieces, const Robot& robot, const NoiseLevels& levels,
                           const LogShares& log_share) {
   const NoiseLevels candidate = with_shares(levels, log_share);

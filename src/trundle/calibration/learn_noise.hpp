@@ -34,8 +34,8 @@ struct LearnedNoise {
 };
 
 /// The noise that makes those errors most likely; each wheel's own where that is beyond doubt likelier than
-/// one for all. docs/calibration.md, eq. 9 to 11. Throws CannotAnswer with fewer than 20 pieces that have a
-/// pose at both ends.
+/// one for all. docs/theory/calibration-noise.md, eq. 9 to 11. Throws CannotAnswer with fewer than 20 pieces
+/// that have a pose at both ends.
 LearnedNoise learn_noise(std::span<const Run> runs, const Robot& robot,
                          const LearnNoiseOptions& options = {});
 

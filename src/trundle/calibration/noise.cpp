@@ -206,7 +206,7 @@ struct Growth {
   double reference_sigma = 0.0;  ///< of what is alike at all lags
 };
 
-/// Nothing when the runs are too short or too few. docs/calibration.md, eq. 8.
+/// Nothing when the runs are too short or too few. docs/theory/calibration-noise.md, eq. 8.
 std::optional<Growth> growth_of(std::span<const Drift> drifts) {
   const std::vector<LagVariance> points = variogram(drifts);
   if (points.size() < 3) return std::nullopt;

@@ -20,8 +20,8 @@ struct NoiseEstimate {
 /// the variance over a lag s is 2 σ_heading² + (rate of odometry noise) · s. What is alike at all lags (body
 /// wobble, tracking) is the reference's; only what grows is the wheels'. Where a gyro tells the heading, its
 /// growth says nothing of the wheels: theirs is then that of the position. The reference's position noise is
-/// what makes the innovations consistent. docs/calibration.md, eq. 8. `robot` should already be calibrated
-/// roughly.
+/// what makes the innovations consistent. docs/theory/calibration-noise.md, eq. 8. `robot` should already be
+/// calibrated roughly.
 NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot);
 
 /// The robot with that noise, and without counting the rounding of counts as noise of every interval:

@@ -48,10 +48,10 @@ Robot with_levels(const Robot& robot, const NoiseLevels& levels);
 /// Whether anything is assumed of sideways motion.
 bool has_sideways(const Robot& robot);
 
-/// −2 log likelihood of what odometry misses of the pieces. docs/calibration.md, eq. 9.
+/// −2 log likelihood of what odometry misses of the pieces. docs/theory/calibration-noise.md, eq. 9.
 double surprise_of_misses(std::span<const NoisePiece> pieces, const Robot& robot, const NoiseLevels& levels);
 /// The same of what no motion explains: it tells the sensors' levels from each other, and how large they are
-/// at least. docs/calibration.md, eq. 10.
+/// at least. docs/theory/calibration-noise.md, eq. 10.
 double surprise_of_contradictions(std::span<const NoisePiece> pieces, const Robot& robot,
                                   const NoiseLevels& levels);
 /// Share of the pieces whose position error lies inside its 95 % ellipse.

@@ -40,8 +40,9 @@ struct RelativeNormalEquations {
 };
 
 /// Sums the normal equations over all increments in one pass, eight at a time; the same bits on every
-/// processor. Its cost does not depend on the number of chassis parameters. docs/calibration.md, section on
-/// relative motions [Censi et al. 2013 give the problem]. Throws InputError when columns differ in length.
+/// processor. Its cost does not depend on the number of chassis parameters. docs/theory/calibration.md,
+/// section on relative motions [Censi et al. 2013 give the problem]. Throws InputError when columns differ in
+/// length.
 RelativeNormalEquations accumulate_relative(const RelativeColumns& columns, const LinearisedChassis& chassis,
                                             const Pose2& body_from_sensor,
                                             const RelativeWeights& weights = {});

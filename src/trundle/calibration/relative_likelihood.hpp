@@ -10,7 +10,8 @@
 namespace trundle {
 
 /// Residuals of the reference sensor's own displacements (scan matching): measured − predicted, where the
-/// prediction is sensor_from_body * (body's motion) * body_from_sensor. docs/calibration.md, eq. 7.
+/// prediction is sensor_from_body * (body's motion) * body_from_sensor. docs/theory/calibration.md, 'Relative
+/// motions'.
 struct RelativeResiduals {
   std::vector<Vector3> residual;                                   ///< [m, m, rad]
   std::vector<Eigen::Matrix<double, 3, Eigen::Dynamic>> jacobian;  ///< ∂prediction/∂p

@@ -55,7 +55,7 @@ struct LikelihoodOptions {
 /// The exact likelihood of a run under white odometry noise and white reference noise, in innovation form: a
 /// Kalman filter follows the reference, and each innovation with its sensitivity to the parameters, carried
 /// through the integration in the same pass, is one independent residual. With little odometry noise it
-/// compares whole runs, with much of it short stretches. docs/calibration.md, eq. 3-6.
+/// compares whole runs, with much of it short stretches. docs/theory/calibration.md, eq. 3-6.
 RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
                                 const LikelihoodOptions& options);
 

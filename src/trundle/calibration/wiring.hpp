@@ -19,7 +19,7 @@ struct Wiring {
 /// Compares what every wheel read with what each place on the chassis should have read while the reference
 /// moved: swapped ports, wheels that count backwards, a gyro upside down. These are errors of the order of
 /// the readings themselves, far from what calibration may correct. Without a reference trajectory with
-/// headings the robot is left as it is. docs/dead-wheels.md. Throws as align() does.
+/// headings the robot is left as it is. docs/theory/dead-wheels.md. Throws as align() does.
 Wiring check_wiring(std::span<const Recording> recordings, const Robot& robot);
 /// The same of one recording whose readings align() gave.
 Wiring check_wiring(const Recording& recording, const AlignedReadings& readings, const Robot& robot);

@@ -64,7 +64,7 @@ struct Way {
   double duration_s = 0.0;
 };
 
-/// docs/chassis.md, eq. 5, without the rounding of counts.
+/// docs/theory/chassis.md, eq. 5, without the rounding of counts.
 double noise_variance(const Chassis& chassis, const Row& row, const Way& way) {
   const ChassisNoise& noise = chassis.noise;
   const auto of_travel = [&](double per_sqrt_m) {

@@ -25,7 +25,7 @@ struct Row {
   bool measured() const { return kind != RowKind::lateral && kind != RowKind::skid_lateral; }
 };
 
-/// H of z = H ξ (docs/chassis.md, eq. 1), measured rows first.
+/// H of z = H ξ (docs/theory/chassis.md, eq. 1), measured rows first.
 struct Rows {
   std::array<Row, kMaxRows> row{};
   RowMatrix H;
@@ -37,13 +37,13 @@ struct Rows {
 /// The rows of a chassis. Identical lateral rows (one axle) are merged: they add no information.
 Rows rows_of(const Chassis& chassis, bool with_gyro);
 
-/// The row of a rolling wheel for unit travel, and that of 'does not skid sideways'. docs/chassis.md, eq. 2
-/// to 4.
+/// The row of a rolling wheel for unit travel, and that of 'does not skid sideways'. docs/theory/chassis.md,
+/// eq. 2 to 4.
 Vector3 rolling_row(const Wheel& wheel);
 Vector3 lateral_row(const Wheel& wheel);
 
 /// z [m, rad] and the variances of its noise, over one interval by itself: with the rounding of both its
-/// ends. docs/chassis.md, eq. 5.
+/// ends. docs/theory/chassis.md, eq. 5.
 struct Readings {
   RowVector z;
   RowVector variance;
@@ -54,7 +54,8 @@ Readings readings_of(const Chassis& chassis, const Rows& rows, const Increment& 
 double mean_travel(const Chassis& chassis, const Increment& increment);
 
 /// Variances that weigh the rows against each other while every wheel rolls `travel_m` in `duration_s`: of
-/// the motion, not of a reading, for a reading that weighs itself biases the mean. docs/chassis.md, eq. 6.
+/// the motion, not of a reading, for a reading that weighs itself biases the mean. docs/theory/chassis.md,
+/// eq. 6.
 RowVector weighing_variances(const Chassis& chassis, const Rows& rows, double travel_m, double duration_s);
 
 /// Variance of one rounded count [m²]: q²/12. Successive readings share the count between them.

@@ -35,7 +35,7 @@ Pose2 align_start(const std::vector<PosePair>& pairs) {
 
 /// Adds the reference's own noise, at each stamp; with `from_start` also that of the first stamp, on which
 /// the estimate was laid: an error (e, ε) of that pose moves the k-th by e + ε J (p_k − p_0) and turns it by
-/// ε. docs/evaluation.md (3).
+/// ε. docs/theory/evaluation.md (3).
 void add_reference_noise(std::vector<PosePair>& pairs, const ReferenceSigmas& noise, bool from_start) {
   const Vector3 variances(noise.position_sigma_m * noise.position_sigma_m,
                           noise.position_sigma_m * noise.position_sigma_m,

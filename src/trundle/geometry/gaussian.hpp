@@ -10,7 +10,7 @@ struct GaussianPose {
   Matrix3 covariance = Matrix3::Zero();  ///< of (forward, left, turn) [m, m, rad]
 };
 
-/// a * b with independent errors, to first order: Ad(b⁻¹) Σa Ad(b⁻¹)ᵀ + Σb. docs/geometry.md, eq. 11.
+/// a * b with independent errors, to first order: Ad(b⁻¹) Σa Ad(b⁻¹)ᵀ + Σb. docs/theory/geometry.md, eq. 11.
 GaussianPose operator*(const GaussianPose& a, const GaussianPose& b);
 /// Of the pose the other way round: Ad(a) Σ Ad(a)ᵀ. Eq. 12.
 GaussianPose inverse(const GaussianPose& a);

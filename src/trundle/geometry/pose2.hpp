@@ -42,17 +42,17 @@ struct Pose2 {
 Pose2 operator*(const Pose2& a, const Pose2& b);
 Vector2 operator*(const Pose2& frame_from_other, const Vector2& point_in_other);
 
-/// The pose reached by a constant twist: the exact arc, for any turn. docs/geometry.md, eq. 1.
+/// The pose reached by a constant twist: the exact arc, for any turn. docs/theory/geometry.md, eq. 1.
 Pose2 exp(const Twist2& twist);
 /// The constant twist that reaches the pose by the shortest turn, dtheta in (−π, π]: the inverse of exp
-/// there, and blind to whole turns of the heading. It jumps where the heading crosses ±π. docs/geometry.md,
-/// eq. 3.
+/// there, and blind to whole turns of the heading. It jumps where the heading crosses ±π.
+/// docs/theory/geometry.md, eq. 3.
 Twist2 log(const Pose2& pose);
 
-/// Ad(T): T · exp(ξ) · T⁻¹ = exp(Ad(T) ξ). docs/geometry.md, eq. 5.
+/// Ad(T): T · exp(ξ) · T⁻¹ = exp(Ad(T) ξ). docs/theory/geometry.md, eq. 5.
 Matrix3 adjoint(const Pose2& pose);
-/// Jr(ξ): exp(ξ + δ) ≈ exp(ξ) · exp(Jr δ); Jl(ξ): exp(ξ + δ) ≈ exp(Jl δ) · exp(ξ). docs/geometry.md, eq.
-/// 8, 9.
+/// Jr(ξ): exp(ξ + δ) ≈ exp(ξ) · exp(Jr δ); Jl(ξ): exp(ξ + δ) ≈ exp(Jl δ) · exp(ξ). docs/theory/geometry.md,
+/// eq. 8, 9.
 Matrix3 right_jacobian(const Twist2& twist);
 Matrix3 left_jacobian(const Twist2& twist);
 /// Jr⁻¹(ξ): log(exp(ξ) · exp(δ)) ≈ ξ + Jr⁻¹ δ. Singular at whole turns, dtheta = ±2π, ...; not at 0.

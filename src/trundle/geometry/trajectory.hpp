@@ -31,7 +31,7 @@ struct Trajectory {
 };
 
 /// The pose at a time by interpolation along the twist between its neighbours; nothing where the time lies
-/// outside or the neighbours are more than `longest_gap_s` apart. docs/geometry.md, eq. 14.
+/// outside or the neighbours are more than `longest_gap_s` apart. docs/theory/geometry.md, eq. 14.
 std::optional<Pose2> pose_at(const Trajectory& trajectory, double time_s, double longest_gap_s);
 
 /// Metres along the poses, from the first (0) to each.

@@ -94,7 +94,7 @@ TRUNDLE_INLINE bool any_beyond(const LaneBits& bits) {
 }
 
 /// Displacement in world axes along the arc that starts at `heading`: a chord of the length of the path times
-/// sinc(θ/2), in the direction of the middle of the turn. docs/odometry.md, eq. 3.
+/// sinc(θ/2), in the direction of the middle of the turn. docs/theory/odometry.md, eq. 3.
 template <class Real>
 struct Chord {
   Real x;

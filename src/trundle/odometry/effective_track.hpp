@@ -29,8 +29,8 @@ struct EffectiveTrackState {
 
 /// The track that makes the wheels' turns those of the gyro, as the ground has it now: d = b·g + c·duration
 /// with d how much further the right wheels rolled, g the gyro's turn and c what its bias makes. Recursive
-/// least squares that forgets as the robot turns. docs/effective-track.md. One step takes bounded time and
-/// never allocates.
+/// least squares that forgets as the robot turns. docs/theory/effective-track.md. One step takes bounded time
+/// and never allocates.
 class EffectiveTrack {
  public:
   /// Whether a chassis has wheels on two sides that roll ahead, and a gyro.

@@ -198,7 +198,7 @@ void MotionModel::step_by(const Gain& gain, const Increment& increment, const Ro
   derive(gain, increment, step);
 }
 
-/// ∂ξ/∂p = G (∂z − ∂H ξ) + N⁻¹ ∂Hᵀ W r, W held. docs/odometry.md, eq. 5.
+/// ∂ξ/∂p = G (∂z − ∂H ξ) + N⁻¹ ∂Hᵀ W r, W held. docs/theory/odometry.md, eq. 5.
 void MotionModel::derive(const Gain& gain, const Increment& increment, TwistStep& step) const {
   const auto derivatives = std::span(step.derivative).first(parameters_);
   std::ranges::fill(derivatives, Triple{});

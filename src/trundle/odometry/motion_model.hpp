@@ -19,7 +19,7 @@ using Inputs = std::array<double, kMaxInputs>;
 using InputMatrix = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxInputs>;
 
 /// A chassis with one gain at all speeds: the twist is T u, and its change with parameter j is T_j u, with
-/// constant matrices. docs/odometry.md, eq. 6.
+/// constant matrices. docs/theory/odometry.md, eq. 6.
 struct LinearisedChassis {
   InputMatrix twist;                    ///< T = G Z
   std::vector<InputMatrix> derivative;  ///< T_j of a square H, as the parameters given
@@ -44,7 +44,7 @@ struct TwistStep {
 };
 
 /// A chassis prepared for stepping: ξ = G z with z = Z u, and the covariance of that. The gain G weighs the
-/// rows as the octave of the speed has it, never by the readings themselves: docs/odometry.md, eq. 2.
+/// rows as the octave of the speed has it, never by the readings themselves: docs/theory/odometry.md, eq. 2.
 /// Its functions never allocate.
 class MotionModel {
  public:

@@ -142,7 +142,7 @@ Triple Odometer::move_on(const Increment& increment) {
   return advance(reading);
 }
 
-/// Kalman update of pose and bias by a reading of the bias: docs/gyro.md, eq. 5.
+/// Kalman update of pose and bias by a reading of the bias: docs/theory/gyro.md, eq. 5.
 void Odometer::learn_bias(const GyroEvidence& evidence) {
   const double R = gyro_.noise_rad_s_sqrt_hz * gyro_.noise_rad_s_sqrt_hz / evidence.duration_s;
   const double S = state_.bias_variance + R;
@@ -214,8 +214,8 @@ Triple Odometer::advance_with_covariance(const MotionModel& model, const Increme
   return step.twist;
 }
 
-/// A count that falls brings a new rounding error and takes the old one back: docs/odometry.md, eq. 10. Two
-/// wheels at a time; those that are none have no variance.
+/// A count that falls brings a new rounding error and takes the old one back: docs/theory/odometry.md,
+/// eq. 10. Two wheels at a time; those that are none have no variance.
 void Odometer::carry_rounding(const ArcStep& arc, const Increment& increment, const TwistStep& step) {
   WheelVectors& by_rounding = state_.by_rounding;
   const WheelVectors& by_travel = step.by_travel;
@@ -288,8 +288,8 @@ void Odometer::restart() {
   state_.sensitivity = {};
 }
 
-/// The bias's walk is one more state b beside the pose, with ∂ξ/∂b as for the parameter: docs/odometry.md,
-/// eq. 8.
+/// The bias's walk is one more state b beside the pose, with ∂ξ/∂b as for the parameter:
+/// docs/theory/odometry.md, eq. 8.
 void Odometer::add_bias_walk(const ArcStep& arc, const Triple& by_bias, double duration_s) {
   const Triple g = arc.map(by_bias);
   const Triple carried = arc.carry(state_.bias);

@@ -28,7 +28,7 @@ struct OdometerState {
   double turn_rate_rad_s = 0.0;  ///< of the last step whose turn was measured
   std::array<std::array<double, 3>, kMaxParameters> sensitivity{};
   Rolling rolling;
-  /// ∂(pose)/∂(rounding of each wheel's last count), in world axes [1/m]: docs/odometry.md, eq. 10.
+  /// ∂(pose)/∂(rounding of each wheel's last count), in world axes [1/m]: docs/theory/odometry.md, eq. 10.
   WheelVectors by_rounding{};
   RestState rest;
   StuckState stuck;
@@ -56,7 +56,7 @@ struct Verdict {
 /// Online odometry: pose, white-noise covariance, and how the pose depends on the chassis parameters.
 /// One step takes bounded time and never allocates; a copy continues independently, and so does an odometer
 /// of the same robot and options that is given the state's bytes.
-/// Equations: docs/odometry.md.
+/// Equations: docs/theory/odometry.md.
 class Odometer {
  public:
   struct Options {

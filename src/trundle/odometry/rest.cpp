@@ -99,14 +99,14 @@ bool RestDetector::wheels_rest(const RestState& state, const Increment& incremen
   return true;
 }
 
-/// docs/gyro.md, eq. 1
+/// docs/theory/gyro.md, eq. 1
 bool RestDetector::gyro_rests(double gyro_rad, double duration_s, const GyroBias& bias) const {
   const double turn = gyro_rad - bias.rad_s * duration_s;
   const double variance = bias.variance * duration_s * duration_s + gyro_density_ * duration_s;
   return turn * turn <= options_.sigmas * options_.sigmas * variance;
 }
 
-/// docs/gyro.md, eq. 2
+/// docs/theory/gyro.md, eq. 2
 bool RestDetector::scatter_rests(const RestBlock& block) const {
   const double degrees = block.intervals - 1.0;
   const double squares = block.gyro_squares - block.gyro_rad * block.gyro_rad / block.duration_s;

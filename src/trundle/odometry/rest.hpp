@@ -14,7 +14,7 @@ struct GyroBias {
   double variance = 0.0;  ///< [rad²/s²]
 };
 
-/// When a robot is said to stand still. docs/gyro.md, eq. 1 to 3.
+/// When a robot is said to stand still. docs/theory/gyro.md, eq. 1 to 3.
 struct RestOptions {
   double block_s = 0.5;            ///< wheels and gyro must be still for so long, block after block
   int fewest_intervals = 3;        ///< in a block

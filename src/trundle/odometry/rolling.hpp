@@ -24,7 +24,7 @@ inline constexpr std::size_t kOctaves = 12;
 
 /// Adds up travel. The sum of |reading| grows with the sampling rate where noise or rounding let a counter go
 /// back and forth; what a wheel rolled between two places that are farther apart than either does not.
-/// docs/odometry.md, eq. 9. Its functions never allocate.
+/// docs/theory/odometry.md, eq. 9. Its functions never allocate.
 class RollingGauge {
  public:
   explicit RollingGauge(const Chassis& chassis);

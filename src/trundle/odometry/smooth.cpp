@@ -32,7 +32,7 @@ struct Adjoint {
   Matrix4 Lambda = Matrix4::Zero();
 };
 
-/// docs/gyro.md, eq. 7
+/// docs/theory/gyro.md, eq. 7
 void back_through_update(Adjoint& adjoint, const StepTrace& trace) {
   if (trace.innovation_variance <= 0.0) return;
   Matrix4 C = Matrix4::Identity();  // I − K H, H = (0 0 0 1)
@@ -49,7 +49,7 @@ void back_through_motion(Adjoint& adjoint, const StepTrace& trace) {
   adjoint.Lambda = A.transpose() * adjoint.Lambda * A;
 }
 
-/// docs/gyro.md, eq. 8
+/// docs/theory/gyro.md, eq. 8
 void apply(const Adjoint& adjoint, FilteredStep& step) {
   const Matrix4 P = covariance_of(step);
   const Vector4 change = P * adjoint.lambda;

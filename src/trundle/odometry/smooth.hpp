@@ -19,7 +19,7 @@ struct FilteredStep {
 FilteredStep filtered_step(const Odometer& odometer);
 
 /// Fixed-interval smoothing: every pose and bias by all that was learned before and after it, in place. The
-/// first step's trace is not used; the last one does not change. docs/gyro.md, eq. 6 to 8.
+/// first step's trace is not used; the last one does not change. docs/theory/gyro.md, eq. 6 to 8.
 void smooth(std::vector<FilteredStep>& steps);
 
 }  // namespace trundle

@@ -18,7 +18,7 @@ struct SteadyReading {
 
 /// Finds where a rest was refused by the mean of the gyro alone: the bias is beyond what was known of it, or
 /// the robot was turned with its wheels still. The readings cannot say which; that they disagree is to be
-/// said. Wheels, scatter of the gyro and accelerometer are judged as by RestDetector. docs/gyro.md.
+/// said. Wheels, scatter of the gyro and accelerometer are judged as by RestDetector. docs/theory/gyro.md.
 class StandingGyro {
  public:
   StandingGyro(const Chassis& chassis, const RestOptions& options);

@@ -28,7 +28,7 @@ struct StuckState {
 /// Finds dead encoders: wheels that read nothing while the other sensors say that they roll. A flag stays
 /// until the wheel reads something again or the robot rests. Needs a gyro or more wheels than the motion
 /// needs; where every wheel of a robot is dead, its turning alone shows it. Its functions never allocate.
-/// docs/gyro.md, eq. 4.
+/// docs/theory/gyro.md, eq. 4.
 class StuckWheels {
  public:
   StuckWheels(const Chassis& chassis, const RestOptions& options);

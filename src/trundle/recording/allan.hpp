@@ -14,7 +14,7 @@ struct AllanPoint {
 };
 
 /// Overlapping Allan deviation of stretches of samples `step_s` apart, pooled over them; averaging times are
-/// step_s · 1, 2, 4, ... as far as three degrees of freedom remain. docs/gyro.md, eq. 9.
+/// step_s · 1, 2, 4, ... as far as three degrees of freedom remain. docs/theory/gyro.md, eq. 9.
 std::vector<AllanPoint> allan_deviation(std::span<const std::vector<double>> stretches, double step_s);
 
 /// White noise and a random walk, from the Allan deviation.
@@ -25,7 +25,7 @@ struct NoiseFit {
   double walk_sigma = 0.0;     ///< where there is one
   double walk_limit = 0.0;     ///< K is below this (95 %)
 };
-/// Weighted fit of σ²(τ) = N²/τ + K² τ/3. docs/gyro.md, eq. 10. Nothing with fewer than two points.
+/// Weighted fit of σ²(τ) = N²/τ + K² τ/3. docs/theory/gyro.md, eq. 10. Nothing with fewer than two points.
 std::optional<NoiseFit> fit_noise(std::span<const AllanPoint> points);
 
 }  // namespace trundle

@@ -23,9 +23,9 @@ struct TimeOffsetOptions {
 };
 
 /// The offset at which the turns of the gyro explain those of the wheels best, their scale and the gyro's
-/// bias being free; windows where a wheel slips are left out. docs/recording.md. Nothing where it cannot be
-/// told: the wheels alone do not see the robot turn, it hardly turns or always at one rate, the turns do not
-/// agree, or no gyro was recorded. Throws as align() does.
+/// bias being free; windows where a wheel slips are left out. docs/theory/alignment.md. Nothing where it
+/// cannot be told: the wheels alone do not see the robot turn, it hardly turns or always at one rate, the
+/// turns do not agree, or no gyro was recorded. Throws as align() does.
 std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Robot& robot,
                                            const TimeOffsetOptions& options = {});
 /// The same of readings that align() gave.

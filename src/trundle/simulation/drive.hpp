@@ -22,7 +22,7 @@ struct Drive {
   std::vector<SlipTruth> slips;
 };
 
-/// Moves the true robot along the scenario's path. docs/simulation.md, eq. 1 to 3.
+/// Moves the true robot along the scenario's path. docs/theory/simulation.md, eq. 1 to 3.
 Drive drive(const Scenario& scenario);
 
 }  // namespace trundle

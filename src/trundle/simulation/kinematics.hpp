@@ -19,7 +19,7 @@ struct Motion {
   RowVector travel;  ///< z of the measured rows: what the wheels rolled, slip included
 };
 
-/// How the commanded, the true and the sensed motion hang together. docs/simulation.md, eq. 1 to 3.
+/// How the commanded, the true and the sensed motion hang together. docs/theory/simulation.md, eq. 1 to 3.
 class Kinematics {
  public:
   /// Throws CannotAnswer when steering by odometry that does not see all directions of motion.

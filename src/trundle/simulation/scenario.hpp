@@ -129,7 +129,7 @@ struct Simulation {
 
 /// Drives the path and reads the sensors. Each sensor has its own stream of random numbers: adding one does
 /// not change the readings of another. Throws CannotAnswer when the robot steers by odometry that cannot see
-/// its motion. Equations: docs/simulation.md.
+/// its motion. Equations: docs/theory/simulation.md.
 Simulation simulate(const Scenario& scenario);
 
 /// `count` landmarks uniform in a box around the origin, at least `spacing_m` apart where that can be met,

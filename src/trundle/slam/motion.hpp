@@ -17,7 +17,7 @@ using SystematicCovariance =
 using BySystematic = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostSystematic>;
 
 /// How the body moved over some time, as the odometry tells it:
-/// truth = mean · exp(by_systematic · s + e), e ~ N(0, covariance). docs/slam.md, eq. 1.
+/// truth = mean · exp(by_systematic · s + e), e ~ N(0, covariance). docs/theory/motion-and-sensor.md, eq. 1.
 /// The first of s may walk: meanwhile it changes by w of variance `walk`, which goes with e. Eq. 1a.
 struct Motion {
   Pose2 mean;

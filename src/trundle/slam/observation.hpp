@@ -29,7 +29,8 @@ bool is_valid(const Observation& observation);
 
 using Matrix23 = Eigen::Matrix<double, 2, 3>;
 
-/// What the sensor should read of a landmark, (range, bearing), and how that changes. docs/slam.md, eq. 2, 3.
+/// What the sensor should read of a landmark, (range, bearing), and how that changes.
+/// docs/theory/motion-and-sensor.md, eq. 2, 3.
 struct ExpectedReading {
   double range_m = 0.0;
   double bearing_rad = 0.0;

@@ -14,7 +14,7 @@ struct PredictedMotion {
 
 /// The motion since particles were drawn, and what is known of the systematic errors by then, as one Gaussian
 /// of the motion's error e and of s. Given their paths it is the same for all particles but for the mean,
-/// which is linear in the ŝ that each had when it was drawn. docs/slam.md, eq. 9 to 10b.
+/// which is linear in the ŝ that each had when it was drawn. docs/theory/fastslam.md, eq. 9 to 10b.
 class PendingMotion {
  public:
   explicit PendingMotion(const Systematic& sigma)

@@ -12,7 +12,7 @@ namespace trundle {
 
 /// Which systematic errors s the motions of a recording have, and what is known of them beforehand: first the
 /// gyro's bias, true less the robot file's; then what a calibration left open, or else the three shares of
-/// motion_of. docs/slam.md, eq. 1b.
+/// motion_of. docs/theory/motion-and-sensor.md, eq. 1b.
 struct SystematicErrors {
   bool has_bias = false;
   double bias_sigma_rad_s = 0.0;

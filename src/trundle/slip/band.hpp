@@ -7,7 +7,7 @@
 namespace trundle {
 
 /// Where δ = (dR − dL)/B − g lies when nothing slips, and under which conditions that was learned.
-/// docs/slip.md, eq. 4.
+/// docs/theory/slip-published.md, eq. 4.
 struct Band {
   double lower = 0.0;  ///< [rad]
   double upper = 0.0;

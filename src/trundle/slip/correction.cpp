@@ -29,7 +29,8 @@ Increment corrected(const Increment& increment, const SlipCorrection& correction
   const auto wheels = chassis.wheels();
   for (std::size_t i = 0; i < wheels.size(); ++i) result.slip_variance[i] += correction.variance[i];
   if (correction.rebuilt_wheel < 0) return result;
-  // d' = other + B tan g, clamped so that it never turns against the motion: docs/slip.md, eq. 5.
+  // d' = other + B tan g, clamped so that it never turns against the motion: docs/theory/slip-published.md,
+  // eq. 5.
   const auto slips = static_cast<std::size_t>(correction.rebuilt_wheel);
   const auto rolls = static_cast<std::size_t>(correction.other_wheel);
   const double g = (increment.gyro_rad - correction.bias_rad_s * increment.duration_s) * chassis.gyro->scale;

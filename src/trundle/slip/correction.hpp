@@ -5,7 +5,8 @@
 
 namespace trundle {
 
-/// How the readings of an interval are to be corrected. docs/slip.md, eq. 5 and 11.
+/// How the readings of an interval are to be corrected. docs/theory/slip-correction.md, eq. 11;
+/// docs/theory/slip-published.md, eq. 5.
 struct SlipCorrection {
   PerWheel variance{};      ///< added to the wheels' readings [m²]
   int rebuilt_wheel = -1;   ///< `published`: this wheel's travel is computed from ...
@@ -26,11 +27,11 @@ struct SlipCorrection {
 Increment corrected(const Increment& increment, const SlipCorrection& correction, const Chassis& chassis);
 
 /// Variances of which the estimate becomes the mean of the alternatives, weighted with their probabilities,
-/// and its covariance theirs: docs/slip.md, eq. 11. `slipping`: else the slip may have ended before this
-/// interval.
+/// and its covariance theirs: docs/theory/slip-correction.md, eq. 11. `slipping`: else the slip may have
+/// ended before this interval.
 SlipCorrection mixture_of(const SlipEvidence& slip, const Contradiction& c, bool slipping);
 
-/// Source 2's: the travel of `wheel` from the other wheel and the gyro. docs/slip.md, eq. 5.
+/// Source 2's: the travel of `wheel` from the other wheel and the gyro. docs/theory/slip-published.md, eq. 5.
 SlipCorrection rebuilt(int wheel, const Contradiction& c, const Rows& rows, const GyroBias& bias);
 
 }  // namespace trundle

@@ -5,7 +5,7 @@
 namespace trundle {
 
 /// Adds up evidence of one sign over intervals [Page 1954]: finds small slip that no single interval shows.
-/// docs/slip.md, eq. 10.
+/// docs/theory/slip-detection.md, eq. 10.
 struct Cusum {
   double sum = 0.0;
 

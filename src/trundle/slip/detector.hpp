@@ -69,7 +69,7 @@ struct SlipVerdict {
   std::size_t ended_count = 0;
 };
 
-/// Judges intervals one after the other: plain numbers, bounded time, no heap. docs/slip.md.
+/// Judges intervals one after the other: plain numbers, bounded time, no heap. docs/theory/slip-detection.md.
 class SlipDetector {
  public:
   /// Throws CannotAnswer where the robot's sensors cannot show slip, or do not suit the method.

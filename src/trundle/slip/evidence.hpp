@@ -30,7 +30,7 @@ struct ExcessSum {
 using Excesses = std::array<ExcessSum, kMaxWheels>;
 Excesses excesses_of(const Contradiction& c);
 
-/// What is known besides a slip's own residuals. docs/slip.md, eq. 16 to 18.
+/// What is known besides a slip's own residuals. docs/theory/slip-wheel.md, eq. 16 to 18.
 struct SlipPrior {
   double spin_probability = 0.5;  ///< that a wheel which slips spins; else it skids
   PerWheel radius_probability{};  ///< of each wheel, that its radius is at fault, if one is
@@ -41,7 +41,7 @@ struct SlipPrior {
   }
 };
 
-/// What speaks for each wheel in a slip that lasts, and how much it slips. docs/slip.md, 'Which wheel'.
+/// What speaks for each wheel in a slip that lasts, and how much it slips. docs/theory/slip-wheel.md.
 class SlipEvidence {
  public:
   bool lasts() const { return lasts_; }

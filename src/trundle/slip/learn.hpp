@@ -22,11 +22,12 @@ struct LearnedResiduals {
 };
 
 /// The mean (from the geometry) and the covariance of what the rows contradict each other by in moving
-/// intervals: docs/slip.md, eq. 12 and 13. Throws CannotAnswer where there are too few.
+/// intervals: docs/theory/slip-detection.md, eq. 12 and 13. Throws CannotAnswer where there are too few.
 LearnedResiduals learn_residuals(std::span<const JudgedInterval> clean, const Robot& robot,
                                  const LearnOptions& options);
 
-/// δ in the intervals of nearly straight driving, and the band that follows: docs/slip.md, eq. 1 and 4.
+/// δ in the intervals of nearly straight driving, and the band that follows: docs/theory/slip-published.md,
+/// eq. 1 and 4.
 struct LearnedBand {
   Band band;
   std::vector<double> sample;  ///< δ [rad]

@@ -6,7 +6,7 @@
 
 namespace trundle {
 
-/// Central moments of a sample: docs/slip.md, eq. 2.
+/// Central moments of a sample: docs/theory/slip-published.md, eq. 2.
 struct Moments {
   std::size_t count = 0;
   double mean = 0.0;
@@ -23,7 +23,8 @@ struct Bin {
 };
 Moments moments_of(std::span<const Bin> bins);
 
-/// Is a sample normal? By its skewness and kurtosis: docs/slip.md, eq. 3. [source 2; D'Agostino & Pearson]
+/// Is a sample normal? By its skewness and kurtosis: docs/theory/slip-published.md, eq. 3. [source 2;
+/// D'Agostino & Pearson]
 struct NormalityTest {
   Moments moments;
   double sigma_skewness = 0.0;     ///< σ1

@@ -21,7 +21,7 @@ struct JudgedInterval {
   double turn_rate_change_rad_s = 0.0;  ///< from the first of the readings to the last
 };
 
-/// What clean recordings taught of the residuals of a chassis: docs/slip.md, eq. 12 and 13.
+/// What clean recordings taught of the residuals of a chassis: docs/theory/slip-detection.md, eq. 12 and 13.
 struct ResidualModel {
   MotionToParity by_motion;  ///< mean of the residual per unit of twist: what is wrong in the geometry
   ParityMatrix scale;  ///< lower L with L Lᵀ = covariance of the residuals whitened by the robot's noise
@@ -34,7 +34,7 @@ struct ResidualModel {
   double persistent_limit = 0.0;  ///< of the cumulative sums: their theory, or the largest they reached
 };
 
-/// One interval as contradiction: all in units of one sigma. docs/slip.md, eq. 6 to 8.
+/// One interval as contradiction: all in units of one sigma. docs/theory/slip-detection.md, eq. 6 to 8.
 struct Contradiction {
   ParityVector e;           ///< whitened: N(0, I) when nothing slips
   double chi2 = 0.0;        ///< |e|²

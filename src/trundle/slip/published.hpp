@@ -4,7 +4,7 @@
 
 namespace trundle {
 
-// Source 2's rule for two wheels and a gyro: docs/slip.md, eq. 1 and 5.
+// Source 2's rule for two wheels and a gyro: docs/theory/slip-published.md, eq. 1 and 5.
 
 /// Two wheels that roll forward on either side, with a gyro.
 bool suits_published_method(const Parity& parity);

@@ -5,7 +5,7 @@
 namespace trundle {
 
 /// How each wheel has rolled lately: where the motion is steady, the change of a wheel against its own recent
-/// travel says which of two wheels slips although the residual cannot. docs/slip.md, eq. 9.
+/// travel says which of two wheels slips although the residual cannot. docs/theory/slip-wheel.md, eq. 9.
 class RecentTravel {
  public:
   /// An interval in which nothing slipped.
@@ -19,7 +19,7 @@ class RecentTravel {
     slows_ = slows;
   }
   /// That the motors push in this interval, and do not brake: the wheels slow down by less than a robot that
-  /// coasts. docs/slip.md, eq. 17.
+  /// coasts. docs/theory/slip-wheel.md, eq. 17.
   double push_probability(const Contradiction& interval, double duration_s, std::size_t wheels) const;
 
   /// Enough intervals to compare with.

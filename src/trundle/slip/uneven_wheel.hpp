@@ -10,7 +10,7 @@ inline constexpr double kRadiusSigma = 0.05;
 
 /// A wheel that is not round errs once in each of its own turns: with one degree of freedom the angle in
 /// which the residual is periodic says which wheel that is. Bayesian regression of the residual on each
-/// wheel's angle, against none. docs/slip.md, eq. 18.
+/// wheel's angle, against none. docs/theory/slip-wheel.md, eq. 18.
 class UnevenWheel {
  public:
   /// Any interval that is judged: residual and travel of the wheels.

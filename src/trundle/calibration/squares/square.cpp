@@ -67,12 +67,12 @@ Scales scales(const SidedDrive& truth, const SidedDrive& assumed) {
   return {truth.left_diameter_m / assumed.left_diameter_m, truth.right_diameter_m / assumed.right_diameter_m};
 }
 
-/// A leg bends by β = L (s_R − s_L)/b over the arc L E_s. docs/umbmark.md, eq. 1.
+/// A leg bends by β = L (s_R − s_L)/b over the arc L E_s. docs/theory/umbmark.md, eq. 1.
 Twist2 leg(const Scales& s, double track_m, double side_m) {
   return {side_m * s.mean(), 0.0, side_m * s.difference() / track_m};
 }
 
-/// A quarter turn: both wheels roll b_n π/4 in the robot's own belief. docs/umbmark.md, eq. 2.
+/// A quarter turn: both wheels roll b_n π/4 in the robot's own belief. docs/theory/umbmark.md, eq. 2.
 Twist2 quarter_turn(const Scales& s, double track_m, double assumed_track_m, double sense) {
   const double rolled = sense * 0.5 * kQuarterTurn * assumed_track_m;
   return {0.5 * rolled * s.difference(), 0.0, 2.0 * rolled * s.mean() / track_m};
@@ -83,7 +83,7 @@ struct Bend {
   double beta = 0.0;   ///< bend of a leg [rad]
 };
 
-/// b / E_s. docs/umbmark.md, eq. 5 and 9.
+/// b / E_s. docs/theory/umbmark.md, eq. 5 and 9.
 double track_per_scale(const Bend& bend, double nominal_track_m) {
   if (bend.alpha >= kQuarterTurn)
     throw CannotAnswer(
@@ -91,8 +91,8 @@ double track_per_scale(const Bend& bend, double nominal_track_m) {
   return nominal_track_m * kQuarterTurn / (kQuarterTurn - bend.alpha);
 }
 
-/// Both scales from their mean and κ b/2, where κ is the curvature of a leg. docs/umbmark.md, eq. 6, 7,
-/// 10, 11.
+/// Both scales from their mean and κ b/2, where κ is the curvature of a leg. docs/theory/umbmark.md, eq. 6,
+/// 7, 10, 11.
 Scales split(double mean, double half_track_curvature) {
   if (std::abs(half_track_curvature) >= 1.0)
     throw CannotAnswer("the legs bend more sharply than a robot with both wheels rolling forwards can");
@@ -104,7 +104,7 @@ SidedDrive scaled(const SidedDrive& nominal, const Scales& s, double track_m) {
 }
 
 /// Legs as counted: D_R = (R + b/2) β[deg]/(180 N_R), D_L = (R − b/2) β[deg]/(180 N_L), with b = E_s ·
-/// (b/E_s) and E_s the mean of D_L/D_n and D_R/D_n solved for. docs/umbmark.md, eq. 12.
+/// (b/E_s) and E_s the mean of D_L/D_n and D_R/D_n solved for. docs/theory/umbmark.md, eq. 12.
 SidedDrive from_revolutions(const SquareMeans& means, const SidedDrive& nominal, double arc_m, double beta,
                             double track_over_scale) {
   const double left_m = kPi * nominal.left_diameter_m * *means.left_revolutions;

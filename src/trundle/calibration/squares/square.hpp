@@ -28,8 +28,8 @@ Robot with_drive(const Robot& robot, const SidedDrive& drive);
 
 /// Where the run ends, minus where the robot believes to be: exactly, with both effects of unequal wheels
 /// (bent legs, turns off the centre). The robot `truth` is steered around a square by its odometry `assumed`:
-/// four legs, four quarter turns on the spot. Frame of the sheet, heading not wrapped. docs/umbmark.md, eq. 1
-/// to 3.
+/// four legs, four quarter turns on the spot. Frame of the sheet, heading not wrapped.
+/// docs/theory/umbmark.md, eq. 1 to 3.
 Pose2 predict_square(const SidedDrive& truth, const SidedDrive& assumed, double side_m, Turn turn);
 /// The chord of one of its legs [m].
 double predict_leg(const SidedDrive& truth, const SidedDrive& assumed, double side_m);
@@ -46,10 +46,10 @@ struct SquareMeans {
 SquareMeans means_of(const SquareSheet& sheet);
 
 /// [Borenstein & Feng 1996] from the positions alone: first order, mean diameter taken as nominal.
-/// Throws CannotAnswer when the errors are no robot's. docs/umbmark.md, eq. 4 to 7.
+/// Throws CannotAnswer when the errors are no robot's. docs/theory/umbmark.md, eq. 4 to 7.
 SidedDrive solve_classic(const SquareMeans& means, double side_m, const SidedDrive& nominal);
 /// From the headings and the measured leg: exact. Without a leg the mean diameter is taken as nominal.
-/// Throws CannotAnswer when the errors are no robot's. docs/umbmark.md, eq. 8 to 11.
+/// Throws CannotAnswer when the errors are no robot's. docs/theory/umbmark.md, eq. 8 to 11.
 SidedDrive solve_orientation(const SquareMeans& means, double side_m, const SidedDrive& nominal);
 
 }  // namespace trundle

@@ -149,7 +149,7 @@ Eigen::MatrixXd freedom(const SidedDrive& nominal, bool mean_held) {
   return ways;
 }
 
-/// Gauss–Newton on the exact model. docs/umbmark.md, eq. 13.
+/// Gauss–Newton on the exact model. docs/theory/umbmark.md, eq. 13.
 SidedDrive most_likely(const SquareProblem& problem, const SquareVector& readings, SidedDrive drive,
                        bool mean_held) {
   const SquareMatrix& W = problem.statistics.weight;
@@ -225,7 +225,7 @@ void fit_closed_form(const SquareProblem& problem, const SquareVector& readings,
   fit.covariance = J * problem.statistics.covariance * J.transpose();
 }
 
-/// The estimate moves with the readings by K = (Jᵀ W J)⁻¹ Jᵀ W. docs/umbmark.md, eq. 14.
+/// The estimate moves with the readings by K = (Jᵀ W J)⁻¹ Jᵀ W. docs/theory/umbmark.md, eq. 14.
 void fit_likelihood(const SquareProblem& problem, const SquareVector& readings, SquareFit& fit) {
   const SidedDrive exact = solve_orientation(problem.statistics.means, problem.side_m, problem.nominal);
   const SidedDrive start = fit.mean_held ? with_nominal_mean(exact, problem.nominal) : exact;

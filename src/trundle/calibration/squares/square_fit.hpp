@@ -52,7 +52,7 @@ struct SquareFit {
   Matrix3 directions = Matrix3::Zero();
 };
 
-/// Throws CannotAnswer when no robot explains the errors. docs/umbmark.md, eq. 13 and 14.
+/// Throws CannotAnswer when no robot explains the errors. docs/theory/umbmark.md, eq. 13 and 14.
 SquareFit fit_square(const SquareStatistics& statistics, double side_m, const SidedDrive& nominal,
                      SquareMethod method);
 

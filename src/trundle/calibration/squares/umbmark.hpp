@@ -12,7 +12,7 @@ namespace trundle {
 std::string_view name_of(SquareMethod method);
 std::optional<SquareMethod> square_method_named(std::string_view name);
 
-/// The systematic errors of a robot from square runs both ways: docs/umbmark.md.
+/// The systematic errors of a robot from square runs both ways: docs/theory/umbmark.md.
 /// Parameters: the diameter of every wheel (those of one side share a scale), the track, and "mean_diameter"
 /// where it could not be measured: held at nominal, the sigmas of the others then hold given that mean.
 /// 'After' is "predicted": the robot, as all that was measured shows it, drives the square again under the

@@ -57,7 +57,7 @@ struct RowRules {
 /// Drops, sorts and sums rows as the source and the rules ask; reports what was found.
 void clean(Table& table, const StreamSource& source, const RowRules& rules, std::vector<Problem>& problems);
 
-/// Reads and cleans: docs/recording.md says which rows are dropped. Appends to `problems`.
+/// Reads and cleans: docs/log-faults.md says which rows are dropped. Appends to `problems`.
 Table read_table(const StreamSource& source, const RowRules& rules, std::vector<Problem>& problems);
 
 /// The first stamp of the file, in seconds, before origin and offset; nothing when there is none.

@@ -14,7 +14,7 @@ struct Fit {
   double minus_two_log_p = 0.0;  ///< −2 log of the reading's density, (range, bearing) [m, rad]
 };
 
-/// Of sightings without names. docs/slam.md, 'Without names'.
+/// Of sightings without names. docs/theory/association.md.
 struct UnknownIdOptions {
   double gate = 9.2103403719761836;  ///< NIS of a match is at most this: 99 % of the honest ones
   double near = 2.0;  ///< what is within this times the gate of a landmark, but not it, is no new one
@@ -42,7 +42,7 @@ double cost_at_peak(const Matrix2& S);
 
 /// Which landmark each of the observations of one instant shows: the most probable explanation of all of them
 /// together in which no landmark is seen twice. `fits` lists for each observation the landmarks that are not
-/// hopeless. docs/slam.md, eq. 21.
+/// hopeless. docs/theory/association.md, eq. 21.
 std::vector<Associated> associate(const std::vector<std::vector<Fit>>& fits,
                                   const AssociationOptions& options);
 

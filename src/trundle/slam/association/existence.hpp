@@ -8,7 +8,8 @@
 namespace trundle {
 
 /// Where a sensor has seen landmarks so far, and how often, at each range, it misses one that it ought to
-/// see. Learned from the sightings themselves, so nobody has to know the field of view. docs/slam.md, eq. 23.
+/// see. Learned from the sightings themselves, so nobody has to know the field of view.
+/// docs/theory/existence.md, eq. 23.
 class Visibility {
  public:
   explicit Visibility(double max_range_m) : max_range_m_(max_range_m) {

@@ -15,7 +15,7 @@ struct SeenAndMapped {
 };
 
 /// The motion in the world that takes what is seen, and with it the robot, to where it is mapped. Nothing
-/// where there are fewer than three, or no motion does to within their errors. docs/slam.md, eq. 6a.
+/// where there are fewer than three, or no motion does to within their errors. docs/theory/ekf.md, eq. 6a.
 std::optional<Pose2> agreed_motion(std::span<const SeenAndMapped> landmarks);
 
 }  // namespace trundle

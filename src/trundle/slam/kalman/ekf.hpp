@@ -21,7 +21,7 @@ struct EkfSlamOptions {
 };
 
 /// Pose, systematic errors of the odometry and landmarks as one Gaussian: JointGaussian, with all sightings
-/// of a step in one update. Equations: docs/slam.md.
+/// of a step in one update. Equations: docs/theory/ekf.md.
 class EkfSlam {
  public:
   EkfSlam(const LandmarkSensor& sensor, const EkfSlamOptions& options);

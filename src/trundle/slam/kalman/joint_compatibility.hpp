@@ -44,7 +44,7 @@ struct JointExplanation {
 /// twice and whose innovations are jointly compatible [Neira & Tardos 2001]. The density takes the
 /// correlation between innovations into account: what moves all of them alike, an unsure heading, explains
 /// all of them at once. Branch and bound; where the bound on the work ends the search, the best found so far.
-/// docs/slam.md, eq. 21, 22.
+/// docs/theory/association.md, eq. 21, 22.
 std::vector<JointExplanation> most_probable_explanations(const JointReadings& readings,
                                                          const JointCompatibilityOptions& options);
 

@@ -13,7 +13,7 @@ namespace trundle {
 /// What is near the robot is active: its mean and covariance are those of now. What the rest of the map
 /// learns from the sightings of active landmarks goes through its covariance with them, and is written down
 /// in matrices of the size of the active part, until many landmarks have become active and all is settled at
-/// once. That is exact, whatever is active when. docs/slam.md, eq. 7.
+/// once. That is exact, whatever is active when. docs/theory/ekf.md, eq. 7.
 class JointGaussian {
  public:
   using Index = Eigen::Index;

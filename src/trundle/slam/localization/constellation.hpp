@@ -29,7 +29,8 @@ struct SightedPoint {
 bool are_one_place(const SightedPoint& a, const SightedPoint& b);
 
 /// The landmarks seen lately, in today's body frame: what a robot that does not know where it is has to
-/// recognise a place by. Bounded: the points seen last, none less certain than a metre. docs/slam.md, eq. 46.
+/// recognise a place by. Bounded: the points seen last, none less certain than a metre.
+/// docs/theory/global-localization.md, eq. 46.
 class Constellation {
  public:
   explicit Constellation(const LandmarkSensor& sensor) : sensor_(sensor) {}

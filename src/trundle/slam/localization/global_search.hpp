@@ -10,14 +10,15 @@ namespace trundle {
 /// A pose at which the landmarks seen lately would be landmarks of the map.
 struct PoseHypothesis {
   PoseEstimate pose;
-  double log_odds = 0.0;    ///< against 'nothing of this is in the map': docs/slam.md, eq. 49
+  /// Against 'nothing of this is in the map': docs/theory/global-localization.md, eq. 49.
+  double log_odds = 0.0;
   std::size_t matched = 0;  ///< points of the constellation
 };
 
 /// All poses that explain the constellation better than chance, the most probable first, no two of them the
 /// same. Each comes from two points, one of them seen just now, that lie as far apart as two landmarks of the
-/// map do (their names agreeing where they have any), and is improved and judged by the others. docs/slam.md,
-/// eq. 47 to 49.
+/// map do (their names agreeing where they have any), and is improved and judged by the others.
+/// docs/theory/global-localization.md, eq. 47 to 49.
 std::vector<PoseHypothesis> find_poses(const Constellation& seen, const KnownMap& map,
                                        const LandmarkSensor& sensor, const MapSightOptions& options);
 

@@ -52,7 +52,7 @@ struct LocalizerReport {
 };
 
 /// Finds the pose on a known map, follows it, and notices when it is not there any more: a robot that was
-/// carried away, a wrong start. Each step takes bounded time. docs/slam.md, 'On a known map'.
+/// carried away, a wrong start. Each step takes bounded time. docs/theory/global-localization.md.
 class Localizer {
  public:
   /// The map must outlive the localizer. A copy continues independently. Throws InputError when there may be

@@ -17,7 +17,7 @@ struct MapSightOptions {
 };
 
 /// One reading of one landmark of a known map, as somebody expects it who believes to be at a pose.
-/// docs/slam.md, eq. 42.
+/// docs/theory/localization.md, eq. 42.
 struct MapSight {
   ExpectedReading expected;
   Vector2 innovation;  ///< (range, bearing)
@@ -29,7 +29,8 @@ MapSight map_sight(const PoseEstimate& belief, const LandmarkSensor& sensor, con
                    const Observation& observation);
 
 /// Which landmark each observation shows: its own id; where it has none, the most probable explanation of all
-/// of them together (docs/slam.md, eq. 21). kUnknownLandmark: invalid, not in the map, or none fits.
+/// of them together (docs/theory/association.md, eq. 21). kUnknownLandmark: invalid, not in the map, or none
+/// fits.
 std::vector<LandmarkId> identify(const PoseEstimate& belief, const KnownMap& map,
                                  const LandmarkSensor& sensor, std::span<const Observation> observations,
                                  double gate);

@@ -10,7 +10,8 @@ namespace trundle {
 /// What a step on a known map has found.
 struct MapStepReport {
   std::vector<ObservationReport> observations;  ///< as they were given
-  double against = 0.0;  ///< log of how much better the readings fit somewhere else: docs/slam.md, eq. 43
+  /// Log of how much better the readings fit somewhere else: docs/theory/localization.md, eq. 43.
+  double against = 0.0;
   double news_against = 0.0;  ///< the same of what is news among them
 
   template <class Archive, class Self>
@@ -21,7 +22,7 @@ struct MapStepReport {
 
 /// Pose and systematic errors on a known map as one Gaussian. What is not known of the map stays unknown: its
 /// correlation with the pose is carried along (Schmidt), so that a landmark seen a thousand times is not
-/// taken for a thousand landmarks. docs/slam.md, eq. 41 to 45.
+/// taken for a thousand landmarks. docs/theory/localization.md, eq. 41 to 45.
 class PoseEkf {
  public:
   /// The map must outlive the filter.

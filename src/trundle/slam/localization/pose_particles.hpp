@@ -11,7 +11,8 @@
 namespace trundle {
 
 /// How many particles a cloud gets: so many that its distance (Kullback–Leibler) from what it stands for,
-/// counted in bins, stays below `error` with probability 1 − tail [Fox 2003]. docs/slam.md, eq. 50.
+/// counted in bins, stays below `error` with probability 1 − tail [Fox 2003]. docs/theory/localization.md,
+/// eq. 50.
 struct ParticleNumber {
   std::size_t least = 50;
   std::size_t most = 10'000;

@@ -13,11 +13,11 @@ namespace trundle {
 struct Rival {
   PoseEkf filter;
   double log_odds = 0.0;  ///< of all it has seen, against 'nothing of this is in the map'
-  double alarm = 0.0;     ///< how much of late speaks against it: docs/slam.md, eq. 53
+  double alarm = 0.0;     ///< how much of late speaks against it: docs/theory/global-localization.md, eq. 53
 };
 
 /// Poses that are not out of the question, each followed by a filter of its own and judged by all that is
-/// seen. At most 64, no two of them in the same place. docs/slam.md, eq. 55.
+/// seen. At most 64, no two of them in the same place. docs/theory/global-localization.md, eq. 55.
 class Rivals {
  public:
   /// The map must outlive them.

@@ -9,7 +9,7 @@
 namespace trundle {
 
 // What each particle takes a sighting without a name for, for many particles at once, in the precision of the
-// map; the same bytes on every machine. docs/slam.md, 'Without names'.
+// map; the same bytes on every machine. docs/theory/association.md.
 
 /// What a particle takes a reading for, where it is no landmark of its map.
 inline constexpr std::int32_t kFresh = -1;     ///< a new one
@@ -55,7 +55,7 @@ struct Choosing {
   double* log_weights;   ///< take what a particle could have chosen over what it has chosen
 };
 /// Costs; and for each particle one of the candidates, or kFresh, or kDoubtful, with the probability that the
-/// reading shows it if there is no other reading. docs/slam.md, eq. 54.
+/// reading shows it if there is no other reading. docs/theory/association.md, eq. 54.
 void choose_landmarks(const ReadingTerms& reading, const Choosing& choosing, ParticleRange range,
                       Hypotheses& of);
 

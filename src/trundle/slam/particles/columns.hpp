@@ -37,7 +37,7 @@ struct CacheAligned {
 template <class T>
 using Column = std::vector<T, CacheAligned<T>>;
 
-/// Three numbers of every particle: a twist, or n of docs/slam.md, eq. 15.
+/// Three numbers of every particle: a twist, or n of docs/theory/fastslam.md, eq. 15.
 class TripleColumns {
  public:
   explicit TripleColumns(std::size_t particles)

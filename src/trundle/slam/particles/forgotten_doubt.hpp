@@ -57,7 +57,7 @@ class Kinship {
 
 /// What particles differed in, and forgot. Each resampling makes them more alike, also in what sightings do
 /// not tell: where the map that is in view lies in the world. The particles lose that doubt, the truth does
-/// not; here it is kept. docs/slam.md, eq. 60 to 62 and 68 to 70.
+/// not; here it is kept. docs/theory/resampling.md, eq. 60 to 62 and 68 to 70.
 class ForgottenDoubt {
  public:
   /// Where a landmark is seen, how far from there it is mapped, and the covariance of that.

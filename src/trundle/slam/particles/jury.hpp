@@ -7,8 +7,8 @@
 namespace trundle {
 
 /// Some particles, spread over all: what they see before they are drawn decides whether a sighting is an
-/// outlier. docs/slam.md, eq. 14. The most probable particle reports, and has no vote of its own. They meet
-/// before the others have moved or inherited anything.
+/// outlier. docs/theory/fastslam.md, eq. 14. The most probable particle reports, and has no vote of its own.
+/// They meet before the others have moved or inherited anything.
 class Jury {
  public:
   /// `systematic`: so many errors a particle has.

@@ -8,9 +8,9 @@
 
 namespace trundle {
 
-// What each particle makes of its sightings: eq. 11 to 14 of docs/slam.md for many particles at once, in the
-// precision of the map; the same bytes on every machine. particle_landmark.hpp has the same arithmetic for
-// one.
+// What each particle makes of its sightings: eq. 11 to 14 of docs/theory/fastslam.md for many particles at
+// once, in the precision of the map; the same bytes on every machine. particle_landmark.hpp has the same
+// arithmetic for one.
 
 /// A reading of a landmark that the map has.
 struct KnownReading {

@@ -28,11 +28,11 @@ struct SeenAgain {
 };
 
 /// The move that takes what is seen to where it is mapped, most probably: `prior` is the covariance of its
-/// twist about the centre, before anything is seen. docs/slam.md, eq. 64.
+/// twist about the centre, before anything is seen. docs/theory/loop-closing.md, eq. 64.
 MapBend::Move rigid_fit(std::span<const SeenAgain> again, const Vector2& centre, const Matrix3& prior);
 
 /// Landmarks that are rejected although the map's doubt explains where they are seen, until they are enough
-/// to tell by what move it does. docs/slam.md, 'Closing a loop'.
+/// to tell by what move it does. docs/theory/loop-closing.md.
 class LoopClosing {
  public:
   /// A step with sightings has come.

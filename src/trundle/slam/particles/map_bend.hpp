@@ -24,8 +24,8 @@ struct PieceOfMap {
 };
 
 /// A loop is closed: the map is bent so that its present piece, and the robot in it, comes to lie where a
-/// piece of old says, and whatever was seen in between follows by its share of the drift. docs/slam.md, eq.
-/// 65 to 67.
+/// piece of old says, and whatever was seen in between follows by its share of the drift.
+/// docs/theory/loop-closing.md, eq. 65 to 67.
 class MapBend {
  public:
   /// How the present piece moves: exp of a twist in world axes about a centre, and its covariance.

@@ -9,7 +9,7 @@
 namespace trundle {
 
 /// No landmark is seen twice at one instant: where a particle has taken two sightings for the same one, all
-/// sightings that may show the same landmarks are decided again together. docs/slam.md, 'Without names'.
+/// sightings that may show the same landmarks are decided again together. docs/theory/association.md.
 class MutualExclusion {
  public:
   explicit MutualExclusion(double cost_of_new) : cost_of_new_(cost_of_new) {}

@@ -22,7 +22,7 @@ namespace trundle {
 /// sighting for a new landmark get one column together. A sighting that all take for the same landmark is as
 /// good as one with a name. For any other a column is made in which every particle finds the landmark that it
 /// takes the sighting for: one that takes it for none finds a landmark there that may be anywhere, which says
-/// nothing about its pose. docs/slam.md, 'Without names'.
+/// nothing about its pose. docs/theory/association.md.
 class ParticleAssociation {
  public:
   struct Particles {

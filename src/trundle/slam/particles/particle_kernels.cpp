@@ -181,7 +181,7 @@ struct Arc {
 };
 
 /// pose · exp(twist): a chord of the length of the path times sin(u)/u, u half the turn, in the direction of
-/// the middle of the turn. docs/odometry.md, eq. 3.
+/// the middle of the turn. docs/theory/odometry.md, eq. 3.
 HWY_INLINE Arc moved(const WidePose& pose, const WideTwist& twist) {
   const Wide u = lanes<double>(0.5) * twist.turn;
   const LaneSinCos<double> half = sin_cos<double>(u);

@@ -28,7 +28,7 @@ void draw_chances(const Draw& draw, ParticleRange range, std::array<TripleColumn
 std::array<std::uint32_t, 4> threefry(const std::array<std::uint32_t, 4>& counter,
                                       const std::array<std::uint32_t, 4>& key);
 
-/// predicted = pose · M · exp(S s + offset), each particle with its own s. docs/slam.md, eq. 9.
+/// predicted = pose · M · exp(S s + offset), each particle with its own s. docs/theory/fastslam.md, eq. 9.
 void predict(const PoseColumns& poses, const SystematicColumns& systematic, const PredictedMotion& motion,
              ParticleRange range, PoseColumns& predicted);
 

@@ -6,7 +6,7 @@ namespace trundle {
 
 // One landmark of one particle: a Gaussian in the plane, given the particle's path. Everything is written in
 // the frame of the line of sight, u along it and t across, where the bearing times the range is a length:
-// docs/slam.md, eq. 11 to 13. Straight-line arithmetic, for loops over particles.
+// docs/theory/fastslam.md, eq. 11 to 13. Straight-line arithmetic, for loops over particles.
 
 /// Mean and covariance in the world.
 struct LandmarkEstimate {

@@ -26,7 +26,7 @@ class ParticlePaths {
   void resampled(Ancestry& ancestry);
 
   /// Poses of all steps, from `start`, for a particle with these systematic errors; between stations as is
-  /// most probable given both. docs/slam.md, eq. 18.
+  /// most probable given both. docs/theory/fastslam.md, eq. 18.
   struct Query {
     Ancestry::Index particle = 0;
     Pose2 start = {};

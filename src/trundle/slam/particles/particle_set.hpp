@@ -16,7 +16,7 @@ struct ParticleSet {
   std::size_t count;
   PoseColumns poses;             ///< as they were last drawn
   PoseColumns predicted;         ///< before their noise of this step
-  TripleColumns noise;           ///< that noise, whitened: n of docs/slam.md, eq. 15
+  TripleColumns noise;           ///< that noise, whitened: n of docs/theory/fastslam.md, eq. 15
   SensorColumns sensors;         ///< at the poses
   SystematicColumns systematic;  ///< each one's mean, given its path, when its pose was drawn
   Column<double> log_weights;    ///< the largest is 0

@@ -35,7 +35,7 @@ struct ParticleSlamOptions {
 };
 
 /// FastSLAM: a Rao–Blackwellised particle filter. Poses are drawn when there is something to draw them with.
-/// Equations: docs/slam.md.
+/// Equations: docs/theory/fastslam.md.
 class ParticleSlam {
  public:
   /// Throws InputError when there is no particle.

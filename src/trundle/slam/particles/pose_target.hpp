@@ -19,7 +19,7 @@ struct WhitenedGaussian {
 };
 
 /// What one step says of each particle's new pose, given its own map, association and pose before:
-/// motion prior times likelihood, up to a constant. docs/slam.md, eq. 15. Poses are written as
+/// motion prior times likelihood, up to a constant. docs/theory/fastslam.md, eq. 15. Poses are written as
 /// predicted · exp(e), e = L n with L Lᵀ the motion's covariance, so the prior of n is standard normal.
 class PoseTarget {
  public:

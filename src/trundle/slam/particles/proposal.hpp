@@ -16,7 +16,7 @@ enum class Proposal {
 
 /// The proposal of a particle filter: turns the noise of each particle, drawn from the motion, into that of
 /// its new pose, and its log weight takes prior over proposal. A further kind is one more case of these
-/// functions. docs/slam.md, eq. 15 and 16, 'The swarm'.
+/// functions. docs/theory/fastslam.md, eq. 15 and 16; docs/theory/swarm.md.
 class PoseProposal {
  public:
   PoseProposal(Proposal kind, const SwarmOptions& swarm, std::size_t particles);

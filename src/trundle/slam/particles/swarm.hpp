@@ -32,7 +32,7 @@ struct Lattice {
 Lattice lattice_of(std::size_t particles);
 
 /// Moves every particle to a better pose: agents on a torus lattice compete with their neighbours, fly as a
-/// swarm, and the best of them searches around itself. docs/slam.md, 'The swarm'. Room for all of it is kept
+/// swarm, and the best of them searches around itself. docs/theory/swarm.md. Room for all of it is kept
 /// from step to step.
 class Swarm {
  public:

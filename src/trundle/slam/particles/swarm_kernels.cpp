@@ -56,7 +56,7 @@ HWY_INLINE LaneBody<Real> where(Mask mask, const LaneBody<Real>& yes, const Lane
           hn::IfThenElse(mask, yes.cos, no.cos), hn::IfThenElse(mask, yes.sin, no.sin)};
 }
 
-/// Log(a⁻¹ b): docs/odometry.md, eq. 3, the other way round.
+/// Log(a⁻¹ b): docs/theory/odometry.md, eq. 3, the other way round.
 template <class Real>
 HWY_INLINE LaneTriple<Real> difference(const LaneBody<Real>& a, const LaneBody<Real>& b) {
   const Vec<Real> turn = atan2<Real>(a.cos * b.sin - a.sin * b.cos, a.cos * b.cos + a.sin * b.sin);

@@ -87,7 +87,7 @@ bool BlockCholesky::factor(double damping) {
   return true;
 }
 
-// [A11 · ; A21 A22] = [L1 0 ; L2 I] [I 0 ; 0 A22 − L2 L2ᵀ] [L1ᵀ L2ᵀ ; 0 I]: docs/smoother.md, eq. 9.
+// [A11 · ; A21 A22] = [L1 0 ; L2 I] [I 0 ; 0 A22 − L2 L2ᵀ] [L1ᵀ L2ᵀ ; 0 I]: docs/theory/smoother.md, eq. 9.
 bool BlockCholesky::factor_front(std::size_t f, double damping) {
   const Front& front = fronts_[f];
   const Index columns = front.columns;

@@ -8,7 +8,8 @@ namespace trundle {
 
 /// A symmetric, positive definite matrix of small blocks, most of them zero, and its Cholesky factor. The
 /// factor is a tree of dense fronts (multifrontal), so that all arithmetic is dense; of the inverse those
-/// blocks are computed whose block in the factor is not zero, from the root down. docs/smoother.md, eq. 9-11.
+/// blocks are computed whose block in the factor is not zero, from the root down. docs/theory/smoother.md,
+/// eq. 9-11.
 class BlockCholesky {
  public:
   explicit BlockCholesky(const BlockPattern& pattern);

@@ -29,7 +29,7 @@ struct BlockPattern {
 };
 
 /// An order of elimination that creates few new couplings (approximate minimum degree), cut into fronts;
-/// children before parents. docs/smoother.md, section 'Elimination'.
+/// children before parents. docs/theory/smoother.md, section 'Elimination'.
 std::vector<Front> elimination_fronts(const BlockPattern& pattern);
 
 }  // namespace trundle

@@ -10,7 +10,7 @@
 namespace trundle {
 
 // What sightings without names show, asked again by who knows the whole path and the whole map.
-// docs/smoother.md, section 'Without names'.
+// docs/theory/re-association.md.
 
 /// −2 log of how probable it is that sightings show what they are said to, beyond the smoother's cost: the
 /// fewer landmarks there are and the fewer sightings show none of them, the better. Eq. 14.

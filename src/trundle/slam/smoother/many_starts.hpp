@@ -8,7 +8,7 @@ namespace trundle {
 /// smoother also starts from other runs of `fastslam2`, as `filter` but for the seed, and keeps the most
 /// probable explanation of all sightings: the least χ² and cost_of_explaining. Landmarks keep the numbers
 /// that `filtered` has given them. Where all sightings have names, or `runs` is 1, this is smooth().
-/// docs/smoother.md, section 'Without names'. Throws as smooth.
+/// docs/theory/re-association.md. Throws as smooth.
 SmoothedSlam smooth_from_many(const SlamInput& input, const LandmarkSensor& sensor,
                               const SlamResult& filtered, const SlamOptions& filter, std::size_t runs,
                               const SmootherOptions& options = {});

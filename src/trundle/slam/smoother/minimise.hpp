@@ -21,7 +21,7 @@ struct Minimum {
 };
 
 /// Solves smoothing problems of one pattern: Levenberg-Marquardt with an exact sparse factorization for each
-/// step. docs/smoother.md, eq. 7-8.
+/// step. docs/theory/smoother.md, eq. 7-8.
 class Minimiser {
  public:
   explicit Minimiser(const SmoothingProblem& problem);

@@ -204,7 +204,7 @@ struct Explanation {
   ShownObservations shown;
   Smoothing smoothing;
   SmoothedSlam smoothed;
-  double cost;  ///< docs/smoother.md, eq. 4 and 14
+  double cost;  ///< docs/theory/smoother.md, eq. 4; docs/theory/re-association.md, eq. 14
 };
 
 /// Asks again what sightings without names show, as long as that explains them better: first whether

@@ -22,7 +22,7 @@ struct SmootherCounts {
   std::size_t poses = 0;  ///< at which something was seen: the unknowns; the others lie between them
   std::size_t sightings = 0;
   std::size_t outliers = 0;    ///< of them, those whose NIS is beyond the gate
-  double cost = 0.0;           ///< docs/smoother.md, eq. 4
+  double cost = 0.0;           ///< docs/theory/smoother.md, eq. 4
   int degrees_of_freedom = 0;  ///< what the cost should be near
   int iterations = 0;          ///< of the start that was kept
   std::size_t starts = 0;      ///< from how many places it was started

@@ -26,7 +26,7 @@ struct Found {
 SmoothingState grown_from_odometry(const SmoothingProblem& problem);
 
 /// The lowest minimum found from a trajectory of the problem's poses; and from the odometry, where the first
-/// leaves more than noise explains. docs/smoother.md, section 'Where to start'.
+/// leaves more than noise explains. docs/theory/smoother.md, section 'Where to start'.
 Found minimum_from(const SmoothingProblem& problem, const Trajectory& at_stations, Minimiser& minimiser,
                    const MinimiseOptions& options);
 

@@ -62,7 +62,7 @@ struct BiasLink {
   double variance = 0.0;
 };
 
-/// All that is known of poses, landmarks and parameters. docs/smoother.md, eq. 1-4.
+/// All that is known of poses, landmarks and parameters. docs/theory/smoother.md, eq. 1-4.
 struct SmoothingProblem {
   LandmarkSensor sensor;
   int poses = 0;

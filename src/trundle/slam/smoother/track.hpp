@@ -40,7 +40,8 @@ class Track {
   int first_pose() const { return first_pose_; }
   int first_landmark() const { return first_landmark_; }
 
-  /// All steps at a state at which the problem was linearised, with covariances. docs/smoother.md, eq. 12.
+  /// All steps at a state at which the problem was linearised, with covariances. docs/theory/smoother.md,
+  /// eq. 12.
   Trajectory trajectory(const SmoothingState& state, const Minimiser& linearised) const;
   /// The bias at the station that ends each step, or at the last one; none where there is none.
   std::vector<BiasEstimate> biases(const SmoothingState& state, const Minimiser& linearised) const;
