@@ -21,7 +21,8 @@ struct MatchedSighting {
 
 /// What the particles of a filter have wrong in common, of which their scatter says nothing: what the
 /// odometry may have erred by since the start, what resampling made them forget, and the loops that tell how
-/// much it was. docs/theory/resampling.md, eq. 60 to 62; docs/theory/loop-closing.md, eq. 63 to 70.
+/// much it was. docs/theory/resampling.md, eq. 60 to 62 and 68 to 70;
+/// docs/theory/loop-closing.md, eq. 63 to 67.
 class CommonError {
  public:
   CommonError(const LandmarkSensor& sensor, std::size_t particles);
