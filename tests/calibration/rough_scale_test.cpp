@@ -2,9 +2,12 @@
 // minimum.
 #include "trundle/calibration/rough_scale.hpp"
 
+#include <algorithm>
+
 #include <gmock/gmock.h>
 
 #include "trundle/calibration/calibrate.hpp"
+#include "trundle/io/error.hpp"
 
 #include "calibration/simulated_runs.hpp"
 
@@ -36,6 +39,22 @@ TEST_P(WheelsOfWrongSize, AreFoundAllTheSameAndToldOf) {
 }
 
 INSTANTIATE_TEST_SUITE_P(By, WheelsOfWrongSize, testing::Values(0.1, 0.5, 0.7, 1.4, 2.0, 40.0));
+
+/// Wheels of 100 m are no answer, whatever the fit says.
+TEST(ReferenceOfAnotherUnit, IsNoCalibration) {
+  const Robot robot = test::nominal_differential();
+  for (const double factor : {1e3, 1e2, 1e-3})
+    for (const bool has_headings : {true, false}) {
+      std::vector<Recording> runs =
+          test::recorded(robot, test::true_differential(), test::differential_paths(), 1);
+      for (Recording& run : runs) {
+        for (auto* column : {&run.reference.x_m, &run.reference.y_m})
+          for (double& place : *column) place *= factor;
+        if (!has_headings) std::ranges::fill(run.reference.heading_rad, kNotMeasured);
+      }
+      EXPECT_THROW(calibrate(runs, {}, robot, {}), CannotAnswer) << factor << has_headings;
+    }
+}
 
 /// In curves chords of wheels that roll far too far wind up.
 TEST(Stretches, AgreeHoweverFarTheWheelsRollTooFar) {

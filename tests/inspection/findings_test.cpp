@@ -128,6 +128,21 @@ TEST(Findings, a_reference_in_degrees_is_named) {
               ElementsAre(a(ProblemKind::reference_unit, "leave out unit")));
 }
 
+TEST(Findings, a_reference_in_another_unit_of_length_is_named) {
+  const Robot robot = test::two_wheels();
+  const std::pair<double, const char*> units[] = {
+      {1e3, "Write unit = \"mm\""}, {1e2, "Write unit = \"cm\""}, {1.0 / 0.0254, "Write unit = \"in\""}};
+  for (const auto& [factor, advice] : units)
+    for (const bool has_headings : {true, false}) {
+      Recording recording = tour_with_reference(robot);
+      for (auto* column : {&recording.reference.x_m, &recording.reference.y_m})
+        for (double& place : *column) place *= factor;
+      if (!has_headings) std::ranges::fill(recording.reference.heading_rad, kNotMeasured);
+      EXPECT_THAT(find_in(recording, &robot).problems, Contains(a(ProblemKind::reference_unit, advice)))
+          << factor << has_headings;
+    }
+}
+
 TEST(Findings, wheels_that_are_far_off_by_the_reference_are_named) {
   const Recording recording = tour_with_reference(test::two_wheels());
   Robot robot = test::two_wheels();

@@ -127,11 +127,13 @@ std::vector<std::string> leave_out_silent(const Robot& robot, std::vector<Run>& 
 }
 
 /// The fit finds the minimum next to where it starts: wheels that are far off by the references start right.
-/// Returns what is wrong, in words.
+/// Returns what is wrong, in words. Throws CannotAnswer where a unit is.
 std::string set_scale(std::span<const Run> runs, Robot& robot) {
-  const std::string fault = scale_fault(runs, robot);
-  if (!fault.empty()) scale_wheels(*rough_scale(runs, robot), robot);
-  return fault;
+  const std::optional<ScaleFault> fault = scale_fault(runs, robot);
+  if (!fault) return {};
+  if (fault->is_of_unit) throw CannotAnswer(fault->message);
+  scale_wheels(fault->times, robot);
+  return fault->message;
 }
 
 }  // namespace

@@ -12,30 +12,38 @@
 namespace trundle {
 namespace {
 
-constexpr double kOfUnit = 0.3;  // how far off a factor of 1000 may be that is one of units
-
 struct Stretch {
   double ratio;
   double length_m;  ///< by the wheels
   double turn_rad;
 };
 
-/// From knot to knot, as far as both ways of telling have it. Chords: the heading at the start is not needed.
+/// From knot to knot, as far as both ways of telling have it: chords of the reference sensor's path, for
+/// which no heading is needed.
 void add_stretches(const Run& run, const Robot& robot, std::vector<Stretch>& stretches) {
   Odometer odometer(robot, {});
-  std::optional<Pose2> reference;
+  Pose2 before;
+  std::optional<Vector2> reference_before;
   std::size_t done = 0;
-  for (const std::size_t knot : run.knots) {
-    const Pose2 before = odometer.pose();
-    for (; done < knot; ++done) odometer.step(run.readings.increments[done]);
-    const std::optional<Pose2> now = body_by_reference(run, knot, robot);
-    if (now && reference) {
-      const double rolled_m = (odometer.pose().translation() - before.translation()).norm();
-      const double moved_m = (now->translation() - reference->translation()).norm();
-      const double turn_rad = std::abs(wrap_angle(odometer.pose().heading - before.heading));
-      if (rolled_m > 0.0) stretches.push_back({moved_m / rolled_m, rolled_m, turn_rad});
+  for (std::size_t k = 0; k < run.knots.size(); ++k) {
+    for (; done < run.knots[k]; ++done) odometer.step(run.readings.increments[done]);
+    const Pose2 now = odometer.pose();
+    const ReferenceSample sample =
+        sample_reference(run.reference, run.knot_time(k) - robot.reference_time_offset_s);
+    std::optional<Vector2> reference;
+    if (sample.has_position()) reference = sample.value.head<2>();
+    if (reference && reference_before) {
+      const auto sensor_at = [&](const Pose2& body) {
+        return body * robot.body_from_reference.translation();
+      };
+      const double sensor_m = (sensor_at(now) - sensor_at(before)).norm();
+      const double rolled_m = (now.translation() - before.translation()).norm();
+      const double turn_rad = std::abs(wrap_angle(now.heading - before.heading));
+      if (rolled_m > 0.0 && sensor_m > 0.0)
+        stretches.push_back({(*reference - *reference_before).norm() / sensor_m, rolled_m, turn_rad});
     }
-    reference = now;
+    before = now;
+    reference_before = reference;
   }
 }
 
@@ -54,6 +62,27 @@ std::optional<double> quantile(const std::vector<Stretch>& stretches, double sha
   for (const Stretch& stretch : stretches)
     if ((left_m -= stretch.length_m) <= 0.0) return stretch.ratio;
   return std::nullopt;
+}
+
+/// A length in it was taken for metres: of the reference, or of the wheels.
+struct LengthUnit {
+  std::string_view name;
+  std::string_view symbol;
+  double metres;
+};
+constexpr LengthUnit kLengthUnits[] = {{"millimetres", "mm", 1e-3},
+                                       {"centimetres", "cm", 1e-2},
+                                       {"inches", "in", 0.0254},
+                                       {"feet", "ft", 0.3048},
+                                       {"kilometres", "km", 1e3}};
+
+/// By which a reference moves so many times as far as the wheels; null: none.
+const LengthUnit* unit_of(double times) {
+  constexpr double kAlike = 1.3;  // wheels are as large as the robot file says to within that
+  for (const LengthUnit& unit : kLengthUnits)
+    for (const double ratio : {times * unit.metres, times / unit.metres})
+      if (ratio < kAlike && ratio > 1.0 / kAlike) return &unit;
+  return nullptr;
 }
 
 bool is_far_off(double scale) {
@@ -97,15 +126,22 @@ bool stretches_agree(std::span<const Run> runs, const Robot& given) {
   return low && high && *high < kAlike * *low && rolled_m > turned_m;
 }
 
-std::string scale_fault(std::span<const Run> runs, const Robot& robot) {
+std::optional<ScaleFault> scale_fault(std::span<const Run> runs, const Robot& robot) {
   const auto scale = rough_scale(runs, robot);
-  if (!scale || *scale == 0.0 || !is_far_off(*scale)) return {};
-  const bool is_unit = std::ranges::any_of(
-      std::array{1000.0, 0.001}, [&](double factor) { return std::abs(*scale / factor - 1.0) < kOfUnit; });
-  return fmt::format(
-      "the reference moves {:.3g} times as far as the wheels with the robot file as given: {}", *scale,
-      is_unit ? "is one of them in millimetres? Write unit = \"mm\" at its columns in recording.toml"
-              : "check ticks_per_revolution, gears and diameters");
+  if (!scale || *scale == 0.0 || !is_far_off(*scale)) return std::nullopt;
+  const bool is_of_unit = std::ranges::any_of(robot.chassis.wheels(), [&](const Wheel& wheel) {
+    const double diameter_m = *scale * std::abs(wheel.diameter_m);
+    return diameter_m < kLeastDiameter_m || diameter_m > kGreatestDiameter_m;
+  });
+  const LengthUnit* const unit = is_of_unit ? unit_of(*scale) : nullptr;
+  return ScaleFault{
+      *scale, is_of_unit,
+      fmt::format("the reference moves {:.3g} times as far as the wheels with the robot file as given: {}",
+                  *scale,
+                  unit == nullptr ? "check ticks_per_revolution, gears and diameters"
+                                  : fmt::format("is one of them in {}? Write unit = \"{}\" at its columns in "
+                                                "recording.toml",
+                                                unit->name, unit->symbol))};
 }
 
 void scale_wheels(double factor, Robot& robot) {

@@ -17,8 +17,17 @@ std::optional<double> rough_scale(std::span<const Run> runs, const Robot& robot)
 /// place of the reference on the robot moves it.
 bool stretches_agree(std::span<const Run> runs, const Robot& given);
 
-/// What is wrong where they differ by more than any wheel wears, in words; empty: nothing.
-std::string scale_fault(std::span<const Run> runs, const Robot& robot);
+/// A diameter outside of these is that of no robot's wheel [m].
+inline constexpr double kLeastDiameter_m = 0.005;
+inline constexpr double kGreatestDiameter_m = 3.0;
+
+/// Wheels and reference tell lengths apart by more than any wheel wears.
+struct ScaleFault {
+  double times = 1.0;       ///< as far as the wheels the reference moves
+  bool is_of_unit = false;  ///< wheels so scaled would be no wheels: a unit is wrong, not a size
+  std::string message;
+};
+std::optional<ScaleFault> scale_fault(std::span<const Run> runs, const Robot& robot);
 
 /// All wheels' diameters, times the factor.
 void scale_wheels(double factor, Robot& robot);

@@ -151,8 +151,10 @@ void compare_references(const Recording& recording, const AlignedReadings& readi
   if (!turns.empty())
     findings.problems.push_back({Severity::warning, ProblemKind::reference_unit, file, 1, turns});
   if (!stretches_agree(runs, robot)) return;
-  const std::string scale = scale_fault(runs, robot);
-  if (!scale.empty()) findings.problems.push_back({Severity::warning, ProblemKind::scale, file, 1, scale});
+  if (const std::optional<ScaleFault> fault = scale_fault(runs, robot))
+    findings.problems.push_back({Severity::warning,
+                                 fault->is_of_unit ? ProblemKind::reference_unit : ProblemKind::scale, file,
+                                 1, fault->message});
 }
 
 /// Of robots that roll where they look, the reference against itself.

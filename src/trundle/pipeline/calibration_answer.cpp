@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/calibration/export.hpp"
+#include "trundle/pipeline/sound.hpp"
 #include "trundle/recording/inspect.hpp"
 #include "trundle/recording/same_data.hpp"
 #include "trundle/report/calibration_json.hpp"
@@ -58,6 +59,7 @@ CalibrationAnswer answer_calibration(std::span<const Recording> training, std::s
                                      const RobotFile& nominal, const CalibrateOptions& options) {
   CalibrationAnswer answer{.provenance = provenance_of(training, hold_out, nominal, options),
                            .result = calibrate(training, hold_out, nominal.robot, options)};
+  require_sound(answer.result);
   warn_of_misreadings(training, answer.result);
   warn_of_copies(training, hold_out, answer.result);
   add_provenance(answer.provenance, answer.result);
@@ -70,6 +72,7 @@ CalibrationAnswer answer_landmark_calibration(std::span<const Recording> trainin
   CalibrationAnswer answer{.provenance = provenance_of(training, hold_out, nominal, options),
                            .result = calibrate_from_landmarks(training, hold_out, nominal.robot, options)};
   answer.provenance.options.emplace_back("landmarks", "true");
+  require_sound(answer.result);
   warn_of_misreadings(training, answer.result);
   warn_of_copies(training, hold_out, answer.result);
   add_provenance(answer.provenance, answer.result);

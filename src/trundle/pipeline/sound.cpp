@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "trundle/calibration/rough_scale.hpp"
 #include "trundle/io/error.hpp"
 
 namespace trundle {
@@ -38,6 +39,21 @@ void require_sound(const std::vector<MappedLandmark>& map, std::string_view what
     if (!landmark.position.allFinite() || !is_sound(landmark.covariance))
       throw CannotAnswer(fmt::format("{}: landmark number {} of the map has no position or no covariance; {}",
                                      what, landmark.id + 1, kAdvice));
+}
+
+void require_sound(const CalibrationResult& calibration) {
+  for (const ParameterEstimate& estimate : calibration.parameters) {
+    if (!std::isfinite(estimate.value) || !std::isfinite(estimate.sigma_total) || estimate.sigma_total < 0.0)
+      throw CannotAnswer(fmt::format("{} comes out as {} ± {} {}, which is no number; {}", estimate.name,
+                                     estimate.value, estimate.sigma_total, estimate.unit, kAdvice));
+    const double size_m = std::abs(estimate.value);
+    if (estimate.parameter.kind == ParameterKind::diameter &&
+        (size_m < kLeastDiameter_m || size_m > kGreatestDiameter_m))
+      throw CannotAnswer(
+          fmt::format("{} comes out as {:.4g} m, which no wheel has: check the reference's unit, "
+                      "ticks_per_revolution, gears and diameters",
+                      estimate.name, estimate.value));
+  }
 }
 
 }  // namespace trundle

@@ -1,105 +1,71 @@
 #include "trundle/recording/problem.hpp"
 
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
 namespace trundle {
+namespace {
+
+constexpr std::pair<ProblemKind, std::string_view> kNames[] = {
+    {ProblemKind::header, "header"},
+    {ProblemKind::cut_off, "cut off"},
+    {ProblemKind::not_a_number, "nan"},
+    {ProblemKind::duplicate, "duplicate"},
+    {ProblemKind::back_step, "back-step"},
+    {ProblemKind::gap, "gap"},
+    {ProblemKind::time_unit, "time unit"},
+    {ProblemKind::bearing_unit, "bearing unit"},
+    {ProblemKind::range_unit, "range unit"},
+    {ProblemKind::reference_unit, "reference unit"},
+    {ProblemKind::gyro_unit, "gyro unit"},
+    {ProblemKind::increments, "increments"},
+    {ProblemKind::fractions, "fractions"},
+    {ProblemKind::clocks, "clocks"},
+    {ProblemKind::time_offset, "time offset"},
+    {ProblemKind::wrap, "wrap"},
+    {ProblemKind::counter_reset, "counter reset"},
+    {ProblemKind::counter_jump, "counter jump"},
+    {ProblemKind::tick_bits, "tick_bits"},
+    {ProblemKind::ticks_per_revolution, "ticks_per_revolution"},
+    {ProblemKind::stuck_encoder, "stuck encoder"},
+    {ProblemKind::bridged_gap, "bridged gap"},
+    {ProblemKind::no_gyro, "no gyro"},
+    {ProblemKind::no_rest, "no rest"},
+    {ProblemKind::gyro_missing, "gyro missing"},
+    {ProblemKind::gyro_saturated, "gyro saturated"},
+    {ProblemKind::gyro_disturbed, "gyro disturbed"},
+    {ProblemKind::gyro_beyond_its_bias, "gyro beyond its bias"},
+    {ProblemKind::gyro_sign, "gyro sign"},
+    {ProblemKind::gyro_against_wheels, "gyro against wheels"},
+    {ProblemKind::unknown_wheel, "unknown wheel"},
+    {ProblemKind::wiring, "wiring"},
+    {ProblemKind::scale, "scale"},
+    {ProblemKind::geometry, "geometry"},
+    {ProblemKind::reference_axes, "reference axes"},
+    {ProblemKind::sighting_of_a_robot, "sighting of a robot"},
+    {ProblemKind::sighting_without_name, "sighting without name"},
+    {ProblemKind::sighting_without_odometry, "sighting without odometry"},
+    {ProblemKind::repeated_sighting, "repeated sighting"},
+    {ProblemKind::crowded_instant, "crowded instant"},
+    {ProblemKind::unknown_barcode, "unknown barcode"},
+    {ProblemKind::slip_not_judged, "slip not judged"},
+    {ProblemKind::not_normal, "not normal"},
+    {ProblemKind::nothing_to_smooth, "nothing to smooth"},
+    {ProblemKind::lost, "lost"},
+    {ProblemKind::noise, "noise"},
+    {ProblemKind::not_converged, "not converged"},
+};
+// In the order of the kinds, so that none is forgotten.
+static_assert(std::ranges::all_of(kNames, [](const auto& name) {
+  return name.first == static_cast<ProblemKind>(&name - kNames);
+}));
+static_assert(std::size(kNames) == static_cast<std::size_t>(ProblemKind::not_converged) + 1);
+
+}  // namespace
 
 std::string_view name_of(ProblemKind kind) {
-  switch (kind) {
-    case ProblemKind::header:
-      return "header";
-    case ProblemKind::cut_off:
-      return "cut off";
-    case ProblemKind::not_a_number:
-      return "nan";
-    case ProblemKind::duplicate:
-      return "duplicate";
-    case ProblemKind::back_step:
-      return "back-step";
-    case ProblemKind::gap:
-      return "gap";
-    case ProblemKind::time_unit:
-      return "time unit";
-    case ProblemKind::bearing_unit:
-      return "bearing unit";
-    case ProblemKind::range_unit:
-      return "range unit";
-    case ProblemKind::reference_unit:
-      return "reference unit";
-    case ProblemKind::gyro_unit:
-      return "gyro unit";
-    case ProblemKind::increments:
-      return "increments";
-    case ProblemKind::fractions:
-      return "fractions";
-    case ProblemKind::clocks:
-      return "clocks";
-    case ProblemKind::time_offset:
-      return "time offset";
-    case ProblemKind::wrap:
-      return "wrap";
-    case ProblemKind::counter_reset:
-      return "counter reset";
-    case ProblemKind::counter_jump:
-      return "counter jump";
-    case ProblemKind::tick_bits:
-      return "tick_bits";
-    case ProblemKind::ticks_per_revolution:
-      return "ticks_per_revolution";
-    case ProblemKind::stuck_encoder:
-      return "stuck encoder";
-    case ProblemKind::bridged_gap:
-      return "bridged gap";
-    case ProblemKind::no_gyro:
-      return "no gyro";
-    case ProblemKind::no_rest:
-      return "no rest";
-    case ProblemKind::gyro_missing:
-      return "gyro missing";
-    case ProblemKind::gyro_saturated:
-      return "gyro saturated";
-    case ProblemKind::gyro_disturbed:
-      return "gyro disturbed";
-    case ProblemKind::gyro_beyond_its_bias:
-      return "gyro beyond its bias";
-    case ProblemKind::gyro_sign:
-      return "gyro sign";
-    case ProblemKind::gyro_against_wheels:
-      return "gyro against wheels";
-    case ProblemKind::unknown_wheel:
-      return "unknown wheel";
-    case ProblemKind::wiring:
-      return "wiring";
-    case ProblemKind::scale:
-      return "scale";
-    case ProblemKind::geometry:
-      return "geometry";
-    case ProblemKind::reference_axes:
-      return "reference axes";
-    case ProblemKind::sighting_of_a_robot:
-      return "sighting of a robot";
-    case ProblemKind::sighting_without_name:
-      return "sighting without name";
-    case ProblemKind::sighting_without_odometry:
-      return "sighting without odometry";
-    case ProblemKind::repeated_sighting:
-      return "repeated sighting";
-    case ProblemKind::crowded_instant:
-      return "crowded instant";
-    case ProblemKind::unknown_barcode:
-      return "unknown barcode";
-    case ProblemKind::slip_not_judged:
-      return "slip not judged";
-    case ProblemKind::not_normal:
-      return "not normal";
-    case ProblemKind::nothing_to_smooth:
-      return "nothing to smooth";
-    case ProblemKind::lost:
-      return "lost";
-    case ProblemKind::noise:
-      return "noise";
-    case ProblemKind::not_converged:
-      return "not converged";
-  }
-  return "";
+  return kNames[static_cast<std::size_t>(kind)].second;
 }
 
 }  // namespace trundle

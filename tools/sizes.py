@@ -1,0 +1,123 @@
+#!/usr/bin/env python3
+"""How large the house is, as one table: tools/sizes.py [REVISION ...]
+
+For each git revision, and for the working tree: sizes of files, functions and classes, constants, decisions that depend
+on text, public headers, words of the docs. Build times are those of the last build in build/ (working tree alone).
+"""
+import io
+import re
+import statistics
+import subprocess
+import sys
+import tarfile
+from pathlib import Path
+
+ROOT = Path(subprocess.check_output(["git", "rev-parse", "--show-toplevel"], text=True).strip())
+
+
+def files_of(revision):
+    """{path: text} of a revision; of the working tree where it is None."""
+    if revision is None:
+        names = subprocess.check_output(["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, text=True).split("\n")
+        paths = [ROOT / name for name in names if name]
+        return {str(p.relative_to(ROOT)): p.read_text(errors="replace") for p in paths if p.is_file()}
+    archive = subprocess.check_output(["git", "archive", "--format=tar", revision], cwd=ROOT)
+    with tarfile.open(fileobj=io.BytesIO(archive)) as tar:
+        return {m.name: tar.extractfile(m).read().decode(errors="replace") for m in tar if m.isfile()}
+
+
+def without_comments(text):
+    return re.sub(r'//[^\n]*|/\*.*?\*/', "", text, flags=re.S)
+
+
+def bodies(text, opening):
+    """What stands between the braces that follow each match of `opening`."""
+    for match in re.finditer(opening, text):
+        depth, at = 1, match.end()
+        while depth and at < len(text):
+            depth += {"{": 1, "}": -1}.get(text[at], 0)
+            at += 1
+        yield match, text[match.end():at - 1]
+
+
+def functions_of(text):
+    """Lines of each function that is defined at the margin."""
+    return [body.strip().count("\n") + 1
+            for _, body in bodies(without_comments(text), r"(?m)^[A-Za-z_][^\n;{}#]*\([^;{}]*\)[^;{}()]*\{")]
+
+
+def members_of(body):
+    """Data members of a class: names that end in an underscore, and are declared at its own level."""
+    flat = re.sub(r"\{[^{}]*\}", "", body)
+    while flat != (flatter := re.sub(r"\{[^{}]*\}", "", flat)):
+        flat = flatter
+    return len(re.findall(r"(?m)^\s+[A-Za-z_:][^();]*\b[a-z0-9_]+_(?:\s*=[^;]*)?;", flat))
+
+
+def share(values, part):
+    return sorted(values)[min(len(values) - 1, int(part * len(values)))]
+
+
+def sizes_of(files):
+    code = {p: t for p, t in files.items() if re.match(r"(src|apps)/.*\.(cpp|hpp|inl)$", p)}
+    lines = [t.count("\n") for t in code.values()]
+    functions = [n for t in code.values() for n in functions_of(t)]
+    classes = {m.group(1): members_of(b) for p, t in code.items() if p.endswith(".hpp")
+               for m, b in bodies(without_comments(t), r"\n(?:class|struct) (\w+)[^;{}()]*\{")}
+    largest = max(classes, key=classes.get)
+    constants = [(lines_before, line) for p, t in code.items() if p.endswith(".cpp")
+                 for lines_before, line in zip([""] + t.split("\n"), t.split("\n"))
+                 if re.match(r"\s*constexpr .*\bk[A-Z]\w* = [-0-9.]", line)]
+    unexplained = [line for before, line in constants if "//" not in line and "//" not in before]
+    steered = [m for p, t in code.items() if not re.search(r"recording/(csv|streams|recording_map)|toml|/io/", p)
+               for m in re.findall(r'(?:kind|stage|name|message|status|what)\b\)? ?[!=]= "', t)]
+    headers = [p for p in code if p.startswith("src/") and p.endswith(".hpp") and "/detail/" not in p]
+    pages = {p: len(t.split()) for p, t in files.items() if re.match(r"docs/.*\.md$", p)}
+    user = {p: n for p, n in pages.items() if not re.match(r"docs/(theory|results)/", p)}
+    longest = max(pages, key=pages.get)
+    return {
+        "files of code: number": len(lines),
+        "lines of code": sum(lines),
+        "lines of a file: median, 95 %, most": f"{statistics.median(lines):.0f}, {share(lines, .95)}, {max(lines)}",
+        "functions: number": len(functions),
+        "lines of a function: median, 95 %, most":
+            f"{statistics.median(functions):.0f}, {share(functions, .95)}, {max(functions)}",
+        "members of the largest class": f"{classes[largest]} ({largest})",
+        "headers that are installed": len(headers),
+        "constants in sources": len(constants),
+        "of them without a word of explanation": len(unexplained),
+        "decisions that depend on text": len(steered),
+        "words of the docs for users": sum(user.values()),
+        "words of the docs in all": sum(pages.values()),
+        "words of the longest page": f"{pages[longest]} ({longest.removeprefix('docs/')})",
+    }
+
+
+def build_minutes():
+    """CPU minutes of the last build of each object, from ninja's log."""
+    log = ROOT / "build/.ninja_log"
+    if not log.exists():
+        return {}
+    last = {}
+    for line in log.read_text().split("\n")[1:]:
+        fields = line.split("\t")
+        if len(fields) >= 4:
+            last[fields[3]] = (int(fields[1]) - int(fields[0])) / 60e3
+    program = sum(t for name, t in last.items() if name.startswith(("src/", "apps/")))
+    return {"minutes to compile program and library, one job at a time": f"{program:.1f}",
+            "minutes to compile tests and benches": f"{sum(last.values()) - program:.1f}"}
+
+
+def main():
+    revisions = sys.argv[1:] + [None]
+    columns = [sizes_of(files_of(revision)) for revision in revisions]
+    columns[-1].update(build_minutes())
+    names = [revision or "now" for revision in revisions]
+    print("| |" + "|".join(f" {name} " for name in names) + "|")
+    print("|---|" + "---|" * len(names))
+    for row in columns[-1]:
+        print(f"| {row} |" + "|".join(f" {column.get(row, '')} " for column in columns) + "|")
+
+
+if __name__ == "__main__":
+    main()
