@@ -14,8 +14,8 @@ namespace {
 std::string sigma_of(const ParameterEstimate& estimate) {
   if (estimate.observable) return "± " + sigma_text(estimate.sigma_total);
   if (!std::isfinite(estimate.sigma_data))
-    return fmt::format("held: not seen (prior ± {})", sigma_text(estimate.sigma_prior));
-  return fmt::format("held: data ± {}, prior ± {}", sigma_text(estimate.sigma_data),
+    return fmt::format("unobservable, fixed at nominal (prior ± {})", sigma_text(estimate.sigma_prior));
+  return fmt::format("fixed at nominal: data ± {}, prior ± {}", sigma_text(estimate.sigma_data),
                      sigma_text(estimate.sigma_prior));
 }
 
@@ -51,7 +51,7 @@ void add_calibration_output(CLI::App& command, CalibrationOutput& output) {
 std::string table_of(const CalibrationResult& result) {
   std::string text = fmt::format("{} ({})\n\n{}\n{}", result.summary, result.method, parameter_lines(result),
                                  error_lines(result));
-  for (const std::string& unknown : result.cannot_tell) text += fmt::format("cannot tell: {}\n", unknown);
+  for (const std::string& unknown : result.cannot_tell) text += fmt::format("not observable: {}\n", unknown);
   for (const std::string& warning : result.warnings) text += fmt::format("warning: {}\n", warning);
   for (const std::string& note : result.notes) text += fmt::format("note: {}\n", note);
   return text;

@@ -65,7 +65,7 @@ std::string text_of(const OdometryAnswer& answer, const Robot& robot) {
               : line_of("calibrated parameters", sigmas_of(odometry.end_parameter_covariance)) +
                     taken_as_exact(odometry, robot);
   text += odometry.degrees_of_freedom == 0
-              ? "no reading beyond those the motion needs: slip cannot show\n"
+              ? "slip is not observable: no redundant measurement\n"
               : fmt::format("readings beyond those the motion needs: {}\n", odometry.degrees_of_freedom);
   if (const GyroBias& bias = odometry.end_gyro_bias; bias.variance > 0.0)
     text += fmt::format("gyro bias {:.6f} ± {:.6f} rad/s, {}\n", bias.rad_s, std::sqrt(bias.variance),

@@ -52,8 +52,7 @@ std::string text_of(const SlamArguments& options, const SlamAnswer& answer) {
         fmt::format("  map bent to close a loop: {} times (steps.csv, closed_loop)\n", counts.closed_loops);
   const StepTimes& times = answer.result.step_times;
   text += fmt::format(
-      "  a step with sightings took {:.3f} ms in the middle, 99 % less than {:.3f} ms, the longest {:.3f} "
-      "ms\n",
+      "  time of a step with sightings: median {:.3f} ms, 99th percentile {:.3f} ms, longest {:.3f} ms\n",
       1e3 * times.median_s, 1e3 * times.p99_s, 1e3 * times.longest_s);
   if (answer.smoothed) text += smoother_line(answer.smoothed->counts);
   text += fmt::format("end pose: x {:.4f} m, y {:.4f} m, heading {:.3f}°\n", end.pose.x, end.pose.y,

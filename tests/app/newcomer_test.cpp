@@ -567,9 +567,9 @@ TEST(NewcomersRun, SaysOnceWhatTheRunsCannotShow) {
   EXPECT_EQ(outcome.exit_code, 4) << outcome.out;
   EXPECT_EQ(
       outcome.err,
-      "trundle: nothing can be estimated from these runs: left.diameter, right.diameter: these runs cannot "
-      "show it: add one straight run of known length; track: these runs cannot show it: turn on the spot, or "
-      "drive circles, both ways\n");
+      "trundle: nothing can be estimated from these runs: left.diameter, right.diameter: not observable from "
+      "these runs: add one straight run of known length; track: not observable from these runs: turn on the "
+      "spot, or drive circles, both ways\n");
 }
 
 }  // namespace

@@ -30,8 +30,8 @@ const section = (page, title) => page.locator('section', { has: page.getByRole('
 
 const sections = ['Health of the recording', 'Trajectories from above', 'Trajectories against the reference', 'Error along the way',
   'Is the stated uncertainty honest? (NEES)', 'Slip over time', 'What clean driving looks like', 'Gyro bias', 'Effective particles',
-  'Do sightings agree with the filter? (NIS)', 'Calibration', 'Parameters', 'Do the runs suffice?', 'End points of the closed runs', 'Runs of the calibration',
-  'Errors before and after', 'Residual of each training run', 'What the runs see', 'Correlation of the estimates', 'Where this comes from'];
+  'Do sightings agree with the filter? (NIS)', 'Calibration', 'Parameters', 'Convergence with the number of runs', 'End points of the closed runs', 'Runs of the calibration',
+  'Errors before and after', 'Residual of each training run', 'Observability', 'Correlation of the estimates', 'Where this comes from'];
 
 describe('the report page', { concurrency: 3 }, () => {
   look('the first screen says what was asked, the answers and what needs attention', 'demo', {}, async (page) => {
@@ -245,7 +245,7 @@ describe('the report page', { concurrency: 3 }, () => {
     const titles = await page.locator('section h3').allInnerTexts();
     assert.ok(titles.includes('Parameters'));
     assert.match(await page.locator('.first-screen .tile', { hasText: 'Position error' }).innerText(), /on the run it was calibrated on/);
-    for (const title of ['Residual of each training run', 'Do the runs suffice?']) assert.ok(!titles.includes(title), title);
+    for (const title of ['Residual of each training run', 'Convergence with the number of runs']) assert.ok(!titles.includes(title), title);
   });
 
   look('one clock, that of the files, and it is named', 'demo', {}, async (page) => {

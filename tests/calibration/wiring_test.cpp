@@ -76,12 +76,12 @@ TEST(Wiring, swapped_ports_are_said_and_calibrated_all_the_same) {
   auto runs = rich_runs(3);
   for (Recording& run : runs) std::swap(counts(run, 0), counts(run, 1));
   const Wiring wiring = check_wiring(runs, nominal_pods());
-  EXPECT_THAT(wiring.faults, ElementsAre(HasSubstr("ports of 'ahead' and 'across' look swapped")));
+  EXPECT_THAT(wiring.faults, ElementsAre(HasSubstr("look swapped: 'ahead' and 'across' carry")));
   EXPECT_THAT(wiring.robot.wheel_names, ElementsAre("across", "ahead"));
   const CalibrationResult result = calibrate(runs, {}, nominal_pods());
   EXPECT_THAT(result.warnings,
               Contains(AllOf(HasSubstr("look swapped"), HasSubstr("swap the two columns in recording.toml"),
-                             HasSubstr("the calibrated robot makes up for it"))));
+                             HasSubstr("already compensated in the calibrated robot"))));
   expect_true_pods(result, true_pods());
 }
 
@@ -124,7 +124,7 @@ TEST(Wiring, of_a_differential_drive_shows_in_turns) {
   EXPECT_THAT(check_wiring(runs, test::nominal_differential()).faults, IsEmpty());
   for (Recording& run : runs) std::swap(counts(run, 0), counts(run, 1));
   EXPECT_THAT(check_wiring(runs, test::nominal_differential()).faults,
-              ElementsAre(HasSubstr("ports of 'left' and 'right' look swapped")));
+              ElementsAre(HasSubstr("look swapped: 'left' and 'right' carry")));
 }
 
 /// Turns and straights with a gyro that is upside down.
@@ -167,7 +167,7 @@ TEST(Wiring, a_gyro_against_wheels_and_reference_is_turned_round_and_said) {
   const Robot robot = differential_with_gyro();
   const CalibrationResult result = calibrate(runs_with_contrary_gyro(robot, 11), {}, robot);
   EXPECT_THAT(result.warnings, Contains(AllOf(HasSubstr("gyro is mounted upside down: scale = -1"),
-                                              HasSubstr("calibrated robot makes up for it"))));
+                                              HasSubstr("already compensated"))));
   EXPECT_NEAR(result.calibrated.chassis.gyro->scale, -1.0, 0.05);
   EXPECT_GT(result.calibrated.chassis.wheels()[0].y_m, 0.0);
 }

@@ -87,7 +87,7 @@ TEST(Inspect, a_pivot_about_one_wheel_is_no_stuck_encoder_when_the_gyro_sees_it)
   }
   EXPECT_THAT(inspected(recording, test::with_gyro(two_wheels())), IsEmpty());
   EXPECT_THAT(inspected(recording, two_wheels()),
-              Contains(a(ProblemKind::stuck_encoder, "or the robot moved so that this wheel rests")));
+              Contains(a(ProblemKind::stuck_encoder, "or the robot pivots on this wheel")));
 }
 
 TEST(Inspect, standing_still_is_no_stuck_encoder) {

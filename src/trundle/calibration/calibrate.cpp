@@ -164,7 +164,7 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   result.warnings.insert(result.warnings.end(), silent.begin(), silent.end());
   if (!scale.empty()) result.warnings.push_back(scale);
   for (const std::string& fault : wiring.faults)
-    result.warnings.push_back(fault + "; the calibrated robot makes up for it");
+    result.warnings.push_back(fault + "; already compensated in the calibrated robot");
   if (start.chassis.gyro) start.chassis.gyro->time_offset_s = estimate.robot.chassis.gyro->time_offset_s;
   for (Run& run : runs) set_gyro_clock(start, run);
   if (std::string words = scale_taken_as_given(nominal, parameters, measured); !words.empty())

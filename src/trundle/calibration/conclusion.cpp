@@ -148,7 +148,7 @@ std::string summary_of(const CalibrationResult& result) {
       found.push_back(fmt::format("{} {}{}{} (was {:.6g})", e.name, with_sigma(e.value, e.sigma_total),
                                   e.unit == "1" ? "" : " ", e.unit == "1" ? "" : e.unit, e.nominal));
   return fmt::format("{}{}", fmt::join(found, ", "),
-                     result.cannot_tell.empty() ? "" : "; some parameters cannot be told from these runs");
+                     result.cannot_tell.empty() ? "" : "; not everything is observable in these runs");
 }
 
 }  // namespace
@@ -205,7 +205,10 @@ CalibrationResult result_of(const Estimate& estimate, const SessionSpread& sprea
     if (std::ranges::find(result.cannot_tell, words) == result.cannot_tell.end())
       result.cannot_tell.push_back(std::move(words));
   }
-  if (!estimate.converged) result.warnings.push_back("the fit did not converge: treat the numbers with care");
+  if (const Descent& descent = estimate.descent; !descent.converged)
+    result.warnings.push_back(fmt::format(
+        "optimizer stopped after {} iterations: largest last step {:.2g} σ, in {}", descent.iterations,
+        descent.last_step, name_of(parameters[static_cast<std::size_t>(descent.parameter)], nominal)));
   result.calibrated.calibration = record_of(result, estimate);
   return result;
 }

@@ -150,27 +150,29 @@ Objective objective_at(const Robot& robot, const Fit& fit, const Eigen::VectorXd
 /// `moved` from nominal. Far away a step that makes χ² larger is halved. Near the solution χ² is not asked:
 /// it also falls where covariances of readings grow, which the gradient rightly leaves out.
 /// docs/theory/calibration.md, eq. 6.
-bool descend(Robot& robot, const Fit& fit, const Eigen::VectorXd& scale, const Eigen::MatrixXd& basis,
-             double prior_weight, int most_iterations) {
+Descent descend(Robot& robot, const Fit& fit, const Eigen::VectorXd& scale, const Eigen::MatrixXd& basis,
+                double prior_weight, int most_iterations) {
   Eigen::VectorXd moved = Eigen::VectorXd::Zero(scale.size());
   Objective here = objective_at(robot, fit, moved, prior_weight);
   const Eigen::MatrixXd B = scale.asDiagonal() * basis;
-  double sigmas = std::numeric_limits<double>::infinity();
-  for (int iteration = 0; iteration < most_iterations; ++iteration) {
+  Descent descent;
+  for (; descent.iterations < most_iterations; ++descent.iterations) {
     Eigen::MatrixXd N = B.transpose() * here.information.matrix * B;
     N.diagonal().array() += prior_weight;
     Eigen::VectorXd step = N.ldlt().solve(B.transpose() * here.information.gradient -
                                           prior_weight * (basis.transpose() * moved));
     if (const double size = step.cwiseAbs().maxCoeff(); size > 1.0) step /= size;
-    sigmas = std::sqrt(step.dot(N * step));
-    if (sigmas < kConverged) return true;
+    descent.last_step = std::sqrt(step.dot(N * step));
+    (basis * step).cwiseAbs().maxCoeff(&descent.parameter);
+    descent.converged = descent.last_step < kConverged;
+    if (descent.converged) return descent;
     for (int halving = 0;; ++halving, step *= 0.5) {
-      if (halving == kMostHalvings) return false;
+      if (halving == kMostHalvings) return descent;
       Robot candidate = robot;
       move(candidate, fit.parameters, B * step);
       const Eigen::VectorXd there_moved = moved + basis * step;
       Objective there = objective_at(candidate, fit, there_moved, prior_weight);
-      const bool good = sigmas < kNear || there.value <= here.value * (1.0 + kRounding);
+      const bool good = descent.last_step < kNear || there.value <= here.value * (1.0 + kRounding);
       if (!std::isfinite(there.value) || !good) continue;
       robot = candidate;
       moved = there_moved;
@@ -178,12 +180,14 @@ bool descend(Robot& robot, const Fit& fit, const Eigen::VectorXd& scale, const E
       break;
     }
   }
-  return sigmas < kNearEnough;
+  descent.converged = descent.last_step < kNearEnough;
+  return descent;
 }
 
 /// Within the estimable space, without prior.
-bool iterate(Robot& robot, const Fit& fit, const EstimableSpace& space) {
-  return space.basis.cols() == 0 || descend(robot, fit, space.scale, space.basis, 0.0, kMostIterations);
+Descent iterate(Robot& robot, const Fit& fit, const EstimableSpace& space) {
+  if (space.basis.cols() == 0) return {.converged = true};
+  return descend(robot, fit, space.scale, space.basis, 0.0, kMostIterations);
 }
 
 /// A first rough estimate from anywhere near nominal: prior sigmas keep what is not seen where it is.
@@ -381,7 +385,7 @@ Estimate estimate_parameters(std::span<const Run> given, const Robot& nominal,
   }
   fit.gate = kGate;
   for (int round = 0; round < kWeightRounds; ++round) {
-    estimate.converged = iterate(estimate.robot, fit, estimate.space);
+    estimate.descent = iterate(estimate.robot, fit, estimate.space);
     weigh_runs(estimate.robot, fit, estimate.space);
   }
   if (estimate.space.basis.cols() > 0) measure_dispersion(estimate.robot, fit, estimate);

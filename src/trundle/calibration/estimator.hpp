@@ -17,6 +17,14 @@ struct RunEvidence {
   Information information;  ///< about the parameters, at the estimate; times the weight
 };
 
+/// How a search for parameters ended.
+struct Descent {
+  bool converged = false;
+  int iterations = 0;
+  double last_step = 0.0;  ///< in sigmas of the estimate
+  int parameter = -1;      ///< that moved farthest in it; none: −1
+};
+
 /// Maximum-likelihood parameters of a robot from runs, with the evidence.
 struct Estimate {
   Robot robot;  ///< with the parameters found
@@ -26,7 +34,7 @@ struct Estimate {
   double dispersion = 1.0;     ///< by which the runs scatter more than their noise: part of the covariance
   int degrees_of_freedom = 0;  ///< behind the dispersion
   std::vector<RunEvidence> runs;
-  bool converged = false;
+  Descent descent;
 };
 
 /// Gauss–Newton on the information of all runs, in the space that they can tell; noise levels and weights of

@@ -22,28 +22,24 @@ struct Stretch {
 /// which no heading is needed.
 void add_stretches(const Run& run, const Robot& robot, std::vector<Stretch>& stretches) {
   Odometer odometer(robot, {});
+  const auto sensor_at = [&](const Pose2& body) { return body * robot.body_from_reference.translation(); };
   Pose2 before;
-  std::optional<Vector2> reference_before;
+  ReferenceSample seen_before;
   std::size_t done = 0;
   for (std::size_t k = 0; k < run.knots.size(); ++k) {
     for (; done < run.knots[k]; ++done) odometer.step(run.readings.increments[done]);
     const Pose2 now = odometer.pose();
-    const ReferenceSample sample =
+    const ReferenceSample seen =
         sample_reference(run.reference, run.knot_time(k) - robot.reference_time_offset_s);
-    std::optional<Vector2> reference;
-    if (sample.has_position()) reference = sample.value.head<2>();
-    if (reference && reference_before) {
-      const auto sensor_at = [&](const Pose2& body) {
-        return body * robot.body_from_reference.translation();
-      };
+    if (seen.has_position() && seen_before.has_position()) {
       const double sensor_m = (sensor_at(now) - sensor_at(before)).norm();
+      const double moved_m = (seen.value - seen_before.value).head<2>().norm();
       const double rolled_m = (now.translation() - before.translation()).norm();
       const double turn_rad = std::abs(wrap_angle(now.heading - before.heading));
-      if (rolled_m > 0.0 && sensor_m > 0.0)
-        stretches.push_back({(*reference - *reference_before).norm() / sensor_m, rolled_m, turn_rad});
+      if (rolled_m > 0.0 && sensor_m > 0.0) stretches.push_back({moved_m / sensor_m, rolled_m, turn_rad});
     }
     before = now;
-    reference_before = reference;
+    seen_before = seen;
   }
 }
 

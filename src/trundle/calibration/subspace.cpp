@@ -48,10 +48,9 @@ HeldCombination combination_of(const Eigen::VectorXd& direction, std::span<const
 }
 
 std::string diameter_words(bool common) {
-  return common ? "these runs cannot show the wheels' common diameter, only their ratios: add one straight "
-                  "run of known "
-                  "length"
-                : "these runs cannot show it: add one straight run of known length";
+  return common ? "the wheels' common diameter is not observable from these runs, only their ratios: add one "
+                  "straight run of known length"
+                : "not observable from these runs: add one straight run of known length";
 }
 
 std::string advice(ParameterKind kind, bool common) {
@@ -59,26 +58,26 @@ std::string advice(ParameterKind kind, bool common) {
     case ParameterKind::diameter:
       return diameter_words(common);
     case ParameterKind::direction:
-      return "these runs cannot show it: drive forwards and sideways";
+      return "not observable from these runs: drive forwards and sideways";
     case ParameterKind::lever:
-      return "these runs cannot show it: turn on the spot several times both ways";
+      return "not observable from these runs: turn on the spot several times both ways";
     case ParameterKind::track:
-      return "these runs cannot show it: turn on the spot, or drive circles, both ways";
+      return "not observable from these runs: turn on the spot, or drive circles, both ways";
     case ParameterKind::icr_x:
-      return "these runs cannot show it: turn on the spot with the position measured";
+      return "not observable from these runs: turn on the spot with the position measured";
     case ParameterKind::gyro_scale:
-      return "these runs cannot show it: add several full turns of measured angle";
+      return "not observable from these runs: add several full turns of measured angle";
     case ParameterKind::gyro_bias:
-      return "these runs cannot show it: stand still for ten seconds";
+      return "not observable from these runs: stand still for ten seconds";
     case ParameterKind::gyro_time_offset:
-      return "these runs cannot show it: change the turn rate often";
+      return "not observable from these runs: change the turn rate often";
     case ParameterKind::reference_x:
     case ParameterKind::reference_y:
-      return "these runs cannot show it: turn on the spot with the sensor's position measured";
+      return "not observable from these runs: turn on the spot with the sensor's position measured";
     case ParameterKind::reference_heading:
-      return "these runs cannot show it: drive a straight line";
+      return "not observable from these runs: drive a straight line";
     case ParameterKind::time_offset:
-      return "these runs cannot show it: change speed and direction often";
+      return "not observable from these runs: change speed and direction often";
   }
   return {};
 }
@@ -136,7 +135,7 @@ HeldWords reason_for(const HeldCombination& held, std::span<const Parameter> par
     names.push_back(name_of(parameters[static_cast<std::size_t>(member)], nominal));
   const bool common = held.members.size() > 1;
   const ParameterKind kind = parameters[static_cast<std::size_t>(held.members.front())].kind;
-  return {fmt::format("{}{}", common ? "a common change of " : "", fmt::join(names, ", ")),
+  return {fmt::format("{}{}", common ? "unobservable combination: " : "", fmt::join(names, ", ")),
           advice(kind, common)};
 }
 

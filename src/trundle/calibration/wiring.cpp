@@ -124,12 +124,12 @@ void give_places(const Places& columns, const Robot& given, Wiring& wiring) {
     wheel.recorded_diameter_m = given.chassis.wheels()[j].recorded_diameter_m;
     if (j > i && columns[j] == i) {
       wiring.faults.push_back(
-          fmt::format("the ports of '{}' and '{}' look swapped, each reads what the other should: swap the "
+          fmt::format("encoder channels look swapped: '{}' and '{}' carry each other's signal: swap the "
                       "two columns in recording.toml, or the two wheels in the robot file",
                       given.wheel_names[i], given.wheel_names[j]));
     } else if (j != i && columns[j] != i) {
       wiring.faults.push_back(
-          fmt::format("the ports look mixed up, '{}' reads what '{}' should: put the columns in "
+          fmt::format("encoder channels look swapped: '{}' carries the signal of '{}': put the columns in "
                       "recording.toml right, or the wheels in the robot file",
                       given.wheel_names[j], given.wheel_names[i]));
     }

@@ -200,9 +200,10 @@ std::string file_of(const std::string& place) {
   return digits == place.npos || place[digits] != ':' ? place : place.substr(0, digits);
 }
 
-/// Nobody reads the same fault twice, or fifty of a kind in a file: these become one, with the first place.
+/// Nobody reads the same fault twice, or hundreds of a kind in a file: of more than kMostOfAKind those beyond
+/// are counted by one more.
 std::vector<Problem> folded(const std::vector<Problem>& problems) {
-  constexpr std::ptrdiff_t kMostOfAKind = 2;
+  constexpr std::ptrdiff_t kMostOfAKind = 20;
   const auto same = [](const Problem& a) {
     return [&a](const Problem& b) {
       return a.severity == b.severity && a.kind == b.kind && a.place == b.place && a.message == b.message;
@@ -212,19 +213,23 @@ std::vector<Problem> folded(const std::vector<Problem>& problems) {
   for (const Problem& problem : problems)
     if (std::ranges::none_of(once, same(problem))) once.push_back(problem);
   std::vector<Problem> result;
+  std::vector<Problem> beyond;  // one for each kind and file
   for (const Problem& problem : once) {
     const auto of_kind = [&](const Problem& other) {
       return other.kind == problem.kind && file_of(other.place) == file_of(problem.place);
     };
-    const std::ptrdiff_t number = std::ranges::count_if(once, of_kind);
-    const auto first = std::ranges::find_if(result, of_kind);
-    if (number > kMostOfAKind && first != result.end()) {
-      first->count += problem.count;
-      continue;
+    if (std::ranges::count_if(result, of_kind) < kMostOfAKind) {
+      result.push_back(problem);
+    } else if (const auto further = std::ranges::find_if(beyond, of_kind); further != beyond.end()) {
+      ++further->count;
+    } else {
+      beyond.push_back(problem);
+      beyond.back().count = 1;
     }
-    result.push_back(problem);
-    if (number > kMostOfAKind)
-      result.back().message = fmt::format("{} such places, the first: {}", number, problem.message);
+  }
+  for (Problem& problem : beyond) {
+    problem.message = fmt::format("and {} more places of this kind, from here on", problem.count);
+    result.push_back(std::move(problem));
   }
   std::ranges::stable_partition(result, is_misreading);
   return result;

@@ -13,7 +13,7 @@ namespace {
 /// 1σ of position, root of both axes' variances together: the median over all.
 std::string median_sigma_of(std::vector<double> sigmas_m) {
   if (sigmas_m.empty()) return {};
-  return fmt::format(", ± {:.3f} m in the median", median(std::move(sigmas_m)));
+  return fmt::format(", median 1 σ {:.3f} m", median(std::move(sigmas_m)));
 }
 
 }  // namespace
@@ -32,9 +32,9 @@ std::string sentence_of(const SlipAnswer& answer) {
     return fmt::format("no slip in {}", counted(report.counts.judged, "moving interval"));
   const LostTravel lost = lost_travel(report.events);
   const Matrix3& end = answer.corrected.covariances.back();
-  return fmt::format(
-      "{}, {:.3f} ± {:.3f} m of wheel travel that the ground did not see; corrected, at the end ± {:.3f} m",
-      counted(report.events.size(), "slip"), lost.m, lost.sigma_m, std::sqrt(end(0, 0) + end(1, 1)));
+  return fmt::format("{}, slip distance {:.3f} ± {:.3f} m; corrected, at the end ± {:.3f} m",
+                     counted(report.events.size(), "slip"), lost.m, lost.sigma_m,
+                     std::sqrt(end(0, 0) + end(1, 1)));
 }
 
 std::string sentence_of(const LocalizeAnswer& answer) {
@@ -44,9 +44,9 @@ std::string sentence_of(const LocalizeAnswer& answer) {
   std::vector<double> sigmas_m;
   for (const Matrix3& covariance : answer.result.trajectory.covariances)
     sigmas_m.push_back(std::sqrt(covariance(0, 0) + covariance(1, 1)));
-  return fmt::format("on a map of {} the pose is known from {:.2f} s on, for {:.1f} s in {}{}",
+  return fmt::format("on a map of {}: localized {:.2f} s after the start, for {:.1f} s {}{}",
                      counted(answer.landmarks, "landmark"), stretches.front().start_s, known_s,
-                     stretches.size() == 1 ? "one piece" : counted(stretches.size(), "piece"),
+                     stretches.size() == 1 ? "continuously" : "in " + counted(stretches.size(), "stretch"),
                      median_sigma_of(std::move(sigmas_m)));
 }
 
@@ -56,7 +56,7 @@ std::string sentence_of(const SlamAnswer& slam) {
   return fmt::format("{} mapped from {}{}, {}{}", counted(slam.map().size(), "landmark"),
                      counted(slam.input.observations(), "sighting"), median_sigma_of(std::move(sigmas_m)),
                      slam.smoothed ? "smoothed" : "which leave too much open to be smoothed",
-                     slam.doubts.empty() ? "" : "; DOUBTFUL: " + slam.doubts.front().message);
+                     slam.doubts.empty() ? "" : "; INCONSISTENT: " + slam.doubts.front().message);
 }
 
 }  // namespace trundle

@@ -118,7 +118,7 @@ void require_sightings(const Work& work) {
 MapFile known_map_of(const Work& work) {
   if (!work.question.map.empty()) return read_map_file(work.question.map);
   const std::filesystem::path path = std::filesystem::path(work.question.recording) / "landmarks.csv";
-  if (!std::filesystem::exists(path)) throw NotApplicable{"nothing says where the landmarks are"};
+  if (!std::filesystem::exists(path)) throw NotApplicable{"no map given (--map or landmarks.csv)"};
   return read_map_file(path);
 }
 
@@ -252,7 +252,7 @@ Told integrate_odometry(Work& work) {
 Told find_slips(Work& work) {
   const auto& wheels = work.used.robot.chassis;
   if (observability(rows_of(wheels, !work.recording().gyro.time_s.empty())).degrees_of_freedom == 0)
-    throw NotApplicable{"the robot has no reading beyond those the motion needs: slip cannot show"};
+    throw NotApplicable{"slip is not observable: no redundant measurement"};
   const SlipAnswer& slip = work.slip.emplace(answer_slip(work.recording(), work.used, slip_question(work)));
   Told told{sentence_of(slip),
             {{work.in_folder("slip.csv"), slip_csv_of(slip, work.used.robot)},
@@ -320,7 +320,8 @@ Told draw_page(Work& work) {
   if (session && !std::filesystem::exists(shown))
     throw NotApplicable{"nothing was calibrated; each recording has a page of its own"};
   const ReportAnswer report = answer_report({.inputs = {shown.string()}});
-  return {"one page with all of it", {{work.in_folder("report.html"), report_page(report.document)}}};
+  const std::filesystem::path page = work.in_folder("report.html");
+  return {"wrote " + page.string(), {{page, report_page(report.document)}}};
 }
 
 std::string printed(const Json& document) {

@@ -50,8 +50,7 @@ void tell_motion(const Rows& rows, const Observability& seen, Abilities& abiliti
 void tell_slip(const Rows& rows, const Observability& seen, const Robot& robot, Abilities& abilities) {
   if (seen.degrees_of_freedom == 0) {
     abilities.cannot.emplace_back(
-        "whether a wheel slips: every reading is needed for the motion itself; a gyro or another wheel would "
-        "check it");
+        "whether a wheel slips: no redundant measurement; a gyro or another wheel would be one");
     return;
   }
   abilities.can.push_back(fmt::format("whether something slips: {} reading{} more than the motion needs",
@@ -66,7 +65,7 @@ void tell_slip(const Rows& rows, const Observability& seen, const Robot& robot, 
     abilities.cannot.push_back(
         fmt::format("an error of {}: no other sensor checks it", fmt::join(unchecked, " or ")));
   for (const auto& [i, j] : seen.confusable)
-    abilities.cannot.push_back(fmt::format("{} from {}: an error of one looks like an error of the other",
+    abilities.cannot.push_back(fmt::format("{} from {}: faults of these two cannot be distinguished",
                                            name_of(rows.row[static_cast<std::size_t>(i)], robot),
                                            name_of(rows.row[static_cast<std::size_t>(j)], robot)));
 }

@@ -95,8 +95,8 @@ void find_stuck(const WheelCourses& courses, const StreamOrigin& origin, std::ve
       if (!others_move) continue;
       problems.push_back(
           {Severity::warning, ProblemKind::stuck_encoder, origin.place_of(still.first), 1,
-           fmt::format("the encoder of '{}' stands still for {:.1f} s while the other wheels move: it is "
-                       "stuck, or the robot moved so that this wheel rests",
+           fmt::format("the encoder of '{}' is constant for {:.1f} s while the other wheels turn: faulty, "
+                       "or the robot pivots on this wheel",
                        courses.wheel[w], courses.time_s[still.last] - courses.time_s[still.first])});
     }
 }

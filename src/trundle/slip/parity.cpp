@@ -33,8 +33,8 @@ Rows checked_rows(const Robot& robot) {
   Rows rows = rows_of(robot.chassis, true);
   if (observability(rows).degrees_of_freedom == 0)
     throw CannotAnswer(
-        fmt::format("robot '{}' cannot show slip: every reading is needed for the motion itself; a "
-                    "gyro or another wheel would check it",
+        fmt::format("robot '{}': slip is not observable: no redundant measurement; a gyro or another "
+                    "wheel would be one",
                     robot.name));
   return rows;
 }

@@ -214,7 +214,7 @@ class Search {
     if (sought_.columns.cols() == 0) return fit_;
     const Posed first = posed(all_, fit_.estimate.robot, sought_);
     Minimiser minimiser(first.problem);
-    for (int round = 0; round < kMostRounds && !fit_.estimate.converged; ++round) step(minimiser);
+    for (int round = 0; round < kMostRounds && !fit_.estimate.descent.converged; ++round) step(minimiser);
     return fit_;
   }
 
@@ -228,7 +228,11 @@ class Search {
     require_determined(minimiser.linearise(here.problem, state_));
     const Eigen::MatrixXd covariance = minimiser.parameter_covariance();
     move(estimate.robot, sought_, state_.parameters);
-    estimate.converged = minimum.converged && sigmas_of(state_.parameters, covariance) < kSettled;
+    Descent& descent = estimate.descent;
+    ++descent.iterations;
+    descent.last_step = sigmas_of(state_.parameters, covariance);
+    (sought_.columns * state_.parameters).cwiseAbs().maxCoeff(&descent.parameter);
+    descent.converged = minimum.converged && descent.last_step < kSettled;
     estimate.degrees_of_freedom =
         std::max(1, degrees_of_freedom(here.problem) - static_cast<int>(sought_.columns.cols()));
     fit_.scatter = minimum.cost / estimate.degrees_of_freedom;
