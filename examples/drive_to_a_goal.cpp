@@ -1,59 +1,59 @@
 // Feeds the pose loop of a controller: at 50 Hz the odometer turns encoder counts into a pose, the controller
-// turns the pose into wheel speeds. The robot here is simulated: its true dimensions are those of
-// `truth.toml`, what the controller believes is `robot.toml`. Prints how far from the goal it really stops.
-//   example_drive_to_a_goal truth.toml robot.toml GOAL_X_M GOAL_Y_M
+// turns the pose into wheel speeds. The robot is simulated: its dimensions are those of truth.toml, the
+// controller has robot.toml. Prints how far from the goal it really stops. In the root of the repository:
+//   example_drive_to_a_goal data/demo/session_01/truth.toml out/calibrated.toml -3 2
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 
-#include "trundle/chassis/robot.hpp"
+#include "trundle/io/error.hpp"
 #include "trundle/odometry/odometer.hpp"
 
 namespace {
 
 constexpr double kCycle_s = 0.02;
 
-/// Two wheels' speeds [m/s] that drive towards a goal: turn to it, go slower as it comes near.
-std::array<double, 2> towards(double x_m, double y_m, const trundle::Pose2& pose, double track_m) {
-  const double dx = x_m - pose.x, dy = y_m - pose.y;
-  const double off_rad = std::remainder(std::atan2(dy, dx) - pose.heading, 2.0 * M_PI);
-  const double forward = std::min(0.5, std::hypot(dx, dy)) * std::max(0.0, std::cos(off_rad));
-  const double turn = 2.0 * off_rad;
-  return {forward - 0.5 * turn * track_m, forward + 0.5 * turn * track_m};
+/// Speeds of both wheels [m/s] towards a goal: turn to it, slow down near it.
+std::array<double, 2> towards(const trundle::Vector2& goal, const trundle::Pose2& pose, double track_m) {
+  const trundle::Vector2 goal_in_body = pose.inverse() * goal;
+  const double off_rad = std::atan2(goal_in_body.y(), goal_in_body.x());
+  const double forward = std::min(0.5, goal_in_body.norm()) * std::max(0.0, std::cos(off_rad));
+  return {forward - off_rad * track_m, forward + off_rad * track_m};
 }
 
-/// What the encoders count of it in one cycle: whole ticks, the rest is counted later.
+/// What the encoders count of it in one cycle: whole ticks. `ticks`: what the wheels turned since the start.
 trundle::Increment counted(const trundle::Robot& truth, std::array<double, 2> speed,
-                           std::array<double, 2>& rest) {
+                           std::array<double, 2>& ticks) {
   trundle::Increment increment{.duration_s = kCycle_s};
   for (std::size_t i = 0; i < 2; ++i) {
     const trundle::Wheel& wheel = truth.chassis.wheels()[i];
-    const double ticks =
-        rest[i] + speed[i] * kCycle_s / (M_PI * wheel.diameter_m) * wheel.ticks_per_revolution;
-    increment.turned[i] = std::round(ticks) / wheel.ticks_per_revolution;
-    rest[i] = ticks - std::round(ticks);
+    const double before = std::floor(ticks[i]);
+    ticks[i] += speed[i] * kCycle_s / (trundle::kPi * wheel.diameter_m) * wheel.ticks_per_revolution;
+    increment.turned[i] = (std::floor(ticks[i]) - before) / wheel.ticks_per_revolution;
   }
   return increment;
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   if (argc != 5)
     return std::fputs("usage: example_drive_to_a_goal truth.toml robot.toml X_M Y_M\n", stderr), 2;
-  trundle::Robot truth = trundle::read_robot(argv[1]), believed = trundle::read_robot(argv[2]);
+  trundle::Robot truth = trundle::read_robot(argv[1]), robot = trundle::read_robot(argv[2]);
   truth.chassis.gyro.reset();  // this robot drives by its encoders alone
-  believed.chassis.gyro.reset();
-  const double x_m = std::atof(argv[3]), y_m = std::atof(argv[4]);
-  const double track_m = believed.chassis.wheels()[0].y_m - believed.chassis.wheels()[1].y_m;
-  trundle::Odometer odometer(believed, {}), real(truth, {});
-  std::array<double, 2> rest{};
+  robot.chassis.gyro.reset();
+  const trundle::Vector2 goal(std::atof(argv[3]), std::atof(argv[4]));
+  const double track_m = robot.chassis.wheels()[0].y_m - robot.chassis.wheels()[1].y_m;
+  trundle::Odometer odometer(robot, {}), real(truth, {});
+  std::array<double, 2> ticks{};
   for (int cycle = 0; cycle < 3000; ++cycle) {
-    const trundle::Increment increment = counted(truth, towards(x_m, y_m, odometer.pose(), track_m), rest);
+    const trundle::Increment increment = counted(truth, towards(goal, odometer.pose(), track_m), ticks);
     odometer.step(increment);  // bounded time, never allocates
     real.step(increment);
   }
-  const auto off_m = [&](const trundle::Pose2& pose) { return std::hypot(pose.x - x_m, pose.y - y_m); };
-  std::printf("the controller believes to be %.4f m from the goal; it is %.4f m from it\n",
-              off_m(odometer.pose()), off_m(real.pose()));
+  std::printf("by its odometry the robot is %.4f m from the goal; it is %.4f m from it\n",
+              (goal - odometer.pose().translation()).norm(), (goal - real.pose().translation()).norm());
+} catch (const std::exception& error) {
+  return std::fprintf(stderr, "%s\n", error.what()), trundle::exit_code_of(error);
 }

@@ -9,9 +9,9 @@
 
 namespace {
 
-enum ExitCode : int { kDone = 0, kBug = 1, kUsage = 2, kBadInput = 3, kCannotAnswer = 4 };
+enum ExitCode : int { kDone = 0, kUsage = 2, kBadInput = 3 };
 
-int fail(ExitCode code, const char* what) {
+int fail(int code, const char* what) {
   fmt::print(stderr, "trundle: {}\n", what);
   return code;
 }
@@ -60,13 +60,9 @@ int main(int argc, char** argv) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
     return fail(kUsage, error.what());
-  } catch (const trundle::InputError& error) {
-    return fail(kBadInput, error.what());
   } catch (const BadInputTold&) {
     return kBadInput;
-  } catch (const trundle::CannotAnswer& error) {
-    return fail(kCannotAnswer, error.what());
   } catch (const std::exception& error) {
-    return fail(kBug, error.what());
+    return fail(trundle::exit_code_of(error), error.what());
   }
 }

@@ -125,5 +125,12 @@ TEST(GaussianPose, an_uncertain_heading_makes_a_long_way_uncertain_sideways) {
   EXPECT_EQ(end.covariance(0, 0), 0.0);
 }
 
+TEST(PositionSigma, is_the_root_of_the_mean_square_distance) {
+  Matrix3 covariance = some_covariance(1.0, 0.4);
+  covariance.topLeftCorner<2, 2>() << 9.0, 5.0, 5.0, 16.0;
+  EXPECT_DOUBLE_EQ(position_sigma(covariance), 5.0);
+  EXPECT_DOUBLE_EQ(position_sigma(Matrix2(covariance.topLeftCorner<2, 2>())), 5.0);
+}
+
 }  // namespace
 }  // namespace trundle

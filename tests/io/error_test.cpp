@@ -17,6 +17,12 @@ TEST(InputError, stays_one_line_whatever_it_quotes) {
   EXPECT_STREQ(error.what(), "a\\x0Ab: name is \"x\\x0D\\x09\\x7F\u00e9\"; expected letters");
 }
 
+TEST(ExitCode, tells_the_three_kinds_of_error_apart) {
+  EXPECT_EQ(exit_code_of(InputError("robot.toml", "is empty", "a robot")), 3);
+  EXPECT_EQ(exit_code_of(CannotAnswer("nothing moved")), 4);
+  EXPECT_EQ(exit_code_of(std::runtime_error("of another library")), 1);
+}
+
 const std::vector<std::string> kNames{"diameter_m", "direction_deg", "x_m", "y_m", "kind"};
 
 TEST(NearestName, finds_what_was_meant) {

@@ -19,3 +19,11 @@ execute_process(COMMAND ${CMAKE_COMMAND} -S ${EXAMPLES} -B ${place}/examples -G 
                         -DCMAKE_PREFIX_PATH=${place}/prefix -DCMAKE_CXX_COMPILER=${COMPILER} "-DCMAKE_CXX_FLAGS=${FLAGS}"
                 ${run})
 execute_process(COMMAND ${CMAKE_COMMAND} --build ${place}/examples ${run})
+# And they run: what they compute, the tests of the app hold against the truth.
+set(sample ${EXAMPLES}/../data/demo)
+execute_process(COMMAND ${place}/examples/example_calibrate ${sample}/robot.toml ${place}/calibrated.toml
+                        ${sample}/session_01 ${sample}/session_03 ${run})
+execute_process(COMMAND ${place}/examples/example_slip ${place}/calibrated.toml ${sample}/slip ${run})
+if(NOT output MATCHES "spin.*corrected: x")
+  message(FATAL_ERROR "The example printed '${output}'")
+endif()

@@ -201,6 +201,28 @@ TEST_P(UnknownIds, SomeMayHaveNames) {
   EXPECT_GE(right_ones(mixed, world), world.landmarks.size() - 1);
 }
 
+TEST_P(UnknownIds, AWholeRecordingNumbersThemAboveAllNames) {
+  const test::SlamWorld world = clear_world();
+  const auto named = static_cast<LandmarkId>(world.landmarks.size() / 2);
+  SlamInput input;
+  input.steps = world.steps;
+  for (LandmarkId id = 0; id < named; ++id) input.landmarks.push_back("name " + std::to_string(id));
+  for (std::size_t k = 0; k < input.steps.size(); ++k) {
+    std::vector<Observation>& seen = input.steps[k].observations;
+    // At first there are none with names: their numbers must be kept for them all the same.
+    if (k < 20) std::erase_if(seen, [&](const Observation& o) { return o.landmark < named; });
+    for (Observation& observation : seen)
+      if (observation.landmark >= named) observation.landmark = kUnknownLandmark;
+  }
+  const SlamResult result = slam(input, world.sensor, {.method = GetParam(), .particles = 64, .seed = 3});
+  for (std::size_t k = 0; k < input.steps.size(); ++k)
+    for (std::size_t i = 0; i < input.steps[k].observations.size(); ++i) {
+      const ObservationReport& report = result.reports[k].observations[i];
+      if (report.decision != Decision::created) continue;
+      EXPECT_EQ(report.landmark < named, input.steps[k].observations[i].landmark != kUnknownLandmark);
+    }
+}
+
 TEST_P(UnknownIds, ANumberThatBecomesANameIsThatOfTheNamedOne) {
   SlamFilter filter(LandmarkSensor{}, {.method = GetParam(), .particles = 8});
   const Motion still = motion_of({}, 1e-8 * Matrix3::Identity());

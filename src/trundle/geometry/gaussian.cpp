@@ -1,5 +1,7 @@
 #include "trundle/geometry/gaussian.hpp"
 
+#include <cmath>
+
 namespace trundle {
 
 Matrix3 world_from_body_axes(const Pose2& pose) {
@@ -26,6 +28,14 @@ Matrix3 world_covariance(const GaussianPose& pose) {
 Matrix3 body_covariance(const Pose2& pose, const Matrix3& covariance_in_world) {
   const Matrix3 R = world_from_body_axes(pose);
   return R.transpose() * covariance_in_world * R;
+}
+
+double position_sigma(const Matrix2& covariance) {
+  return std::sqrt(covariance.trace());
+}
+
+double position_sigma(const Matrix3& covariance) {
+  return position_sigma(Matrix2(covariance.topLeftCorner<2, 2>()));
 }
 
 }  // namespace trundle

@@ -22,4 +22,9 @@ Matrix3 world_from_body_axes(const Pose2& pose);
 Matrix3 world_covariance(const GaussianPose& pose);
 Matrix3 body_covariance(const Pose2& pose, const Matrix3& covariance_in_world);
 
+/// 1σ of a position: √(σx² + σy²), the root of the mean square distance from the truth [m]. Of a covariance
+/// of (x, y) or of (x, y, heading).
+[[nodiscard]] double position_sigma(const Matrix2& covariance);
+[[nodiscard]] double position_sigma(const Matrix3& covariance);
+
 }  // namespace trundle

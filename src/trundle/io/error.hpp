@@ -1,5 +1,6 @@
 #pragma once
 
+#include <exception>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -23,6 +24,10 @@ class CannotAnswer : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+
+/// What a program exits with after an error: 3 after an InputError, 4 after a CannotAnswer, 1 after what
+/// nobody expected. 2 is left for a wrong command line. docs/commands.md.
+[[nodiscard]] int exit_code_of(const std::exception& error);
 
 /// The candidate with the smallest edit distance to `name`; empty if none is near enough to be meant.
 std::string nearest_name(std::string_view name, std::span<const std::string> candidates);

@@ -36,6 +36,11 @@ struct LiveEstimate {
   bool at_rest = false;
   std::optional<GyroBias> gyro_bias;
   std::optional<LiveSlip> slip;  ///< where the robot's sensors can show it
+
+  /// What a controller takes: corrected for slip where that is known.
+  const Pose2& best_pose() const { return slip ? slip->pose : pose; }
+  const Matrix3& best_covariance() const { return slip ? slip->covariance : covariance; }
+  bool slipping() const { return slip && slip->slipping; }
 };
 
 /// One line of output, without its end. docs/live.md.

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "trundle/geometry/gaussian.hpp"
 #include "trundle/io/words.hpp"
 #include "trundle/statistics/median.hpp"
 
@@ -22,7 +23,7 @@ std::string sentence_of(const IntegratedOdometry& odometry) {
   const Matrix3& end = odometry.trajectory.covariances.back();
   const auto& poses = odometry.trajectory.poses;
   return fmt::format("{:.2f} m in {:.1f} s; at the end ± {:.3f} m and ± {:.2f}°", odometry.path_length_m,
-                     poses.back().time_s - poses.front().time_s, std::sqrt(end(0, 0) + end(1, 1)),
+                     poses.back().time_s - poses.front().time_s, position_sigma(end),
                      degrees(std::sqrt(end(2, 2))));
 }
 
@@ -33,8 +34,7 @@ std::string sentence_of(const SlipAnswer& answer) {
   const LostTravel lost = lost_travel(report.events);
   const Matrix3& end = answer.corrected.covariances.back();
   return fmt::format("{}, slip distance {:.3f} ± {:.3f} m; corrected, at the end ± {:.3f} m",
-                     counted(report.events.size(), "slip"), lost.m, lost.sigma_m,
-                     std::sqrt(end(0, 0) + end(1, 1)));
+                     counted(report.events.size(), "slip"), lost.m, lost.sigma_m, position_sigma(end));
 }
 
 std::string sentence_of(const LocalizeAnswer& answer) {
@@ -43,16 +43,16 @@ std::string sentence_of(const LocalizeAnswer& answer) {
   for (const KnownStretch& stretch : stretches) known_s += stretch.end_s - stretch.start_s;
   std::vector<double> sigmas_m;
   for (const Matrix3& covariance : answer.result.trajectory.covariances)
-    sigmas_m.push_back(std::sqrt(covariance(0, 0) + covariance(1, 1)));
+    sigmas_m.push_back(position_sigma(covariance));
   return fmt::format("on a map of {}: localized {:.2f} s after the start, for {:.1f} s {}{}",
                      counted(answer.landmarks, "landmark"), stretches.front().start_s, known_s,
-                     stretches.size() == 1 ? "continuously" : "in " + counted(stretches.size(), "stretch"),
+                     stretches.size() == 1 ? "continuously" : "in " + counted(stretches.size(), "piece"),
                      median_sigma_of(std::move(sigmas_m)));
 }
 
 std::string sentence_of(const SlamAnswer& slam) {
   std::vector<double> sigmas_m;
-  for (const auto& landmark : slam.map()) sigmas_m.push_back(std::sqrt(landmark.covariance.trace()));
+  for (const auto& landmark : slam.map()) sigmas_m.push_back(position_sigma(landmark.covariance));
   return fmt::format("{} mapped from {}{}, {}{}", counted(slam.map().size(), "landmark"),
                      counted(slam.input.observations(), "sighting"), median_sigma_of(std::move(sigmas_m)),
                      slam.smoothed ? "smoothed" : "which leave too much open to be smoothed",

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <set>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -13,6 +13,7 @@
 #include "trundle/pipeline/sound.hpp"
 #include "trundle/recording/landmark_file.hpp"
 #include "trundle/slam/doubts.hpp"
+#include "trundle/slam/map_file.hpp"
 #include "trundle/slam/smoother/many_starts.hpp"
 
 namespace trundle {
@@ -43,24 +44,11 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
   return provenance;
 }
 
-/// Landmarks that have no name are called 1, 2, ... in order of first sight, those removed since among them,
-/// but for what is a name already.
+/// Landmarks that have no name are called 1, 2, ... in order of first sight, those removed since among them.
 void name_the_nameless(SlamAnswer& answer) {
   LandmarkId last = answer.result.last_landmark();
   for (const MappedLandmark& landmark : answer.map()) last = std::max(last, landmark.id);
-  std::vector<std::string>& names = answer.input.landmarks;
-  const std::set<std::string> taken(names.begin(), names.end());
-  for (int number = 1; static_cast<LandmarkId>(names.size()) <= last; ++number)
-    if (!taken.contains(std::to_string(number))) names.push_back(std::to_string(number));
-}
-
-std::string csv_of(const std::vector<MappedLandmark>& map, const std::vector<std::string>& names) {
-  std::string text = "landmark,x_m,y_m,var_xx,var_xy,var_yy,sightings\n";
-  for (const MappedLandmark& m : map)
-    text += fmt::format("{},{},{},{},{},{},{}\n", text_cell(names[static_cast<std::size_t>(m.id)]),
-                        m.position.x(), m.position.y(), m.covariance(0, 0), m.covariance(0, 1),
-                        m.covariance(1, 1), m.sightings);
-  return text;
+  answer.input.landmarks = landmark_names(std::move(answer.input.landmarks), last);
 }
 
 std::vector<std::string> names_of(const SlamAnswer& answer) {
@@ -242,7 +230,7 @@ std::vector<OutputFile> files_of(const SlamAnswer& answer, const std::filesystem
   const std::string head = head_of(answer.provenance);
   std::vector<OutputFile> files = {
       {folder / "trajectory.csv", head + to_csv(answer.trajectory())},
-      {folder / "landmarks.csv", head + csv_of(answer.map(), answer.input.landmarks)},
+      {folder / "landmarks.csv", head + to_csv(answer.map(), answer.input.landmarks)},
       {folder / "steps.csv", head + csv_of_steps(answer)},
       {folder / "innovations.csv", head + csv_of_innovations(answer)},
       {folder / "slam.json", document_of(answer).dump(2) + "\n"}};

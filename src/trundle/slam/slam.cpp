@@ -131,12 +131,24 @@ PointEstimate usual_estimate(SlamMethod method) {
   return method == SlamMethod::mapso ? PointEstimate::best : PointEstimate::mean;
 }
 
+SlamOptions slam_options_for(const SlamInput& input, SlamOptions options) {
+  if (options.prior.systematic_sigma.size() == 0) options.prior.systematic_sigma = input.systematic.sigma();
+  options.first_nameless = std::max(options.first_nameless, input.first_nameless());
+  return options;
+}
+
 SlamFilter::SlamFilter(const LandmarkSensor& sensor, const SlamOptions& options)
     : filter_(made(sensor, options)) {}
 
 const StepReport& SlamFilter::step(const Motion& motion, std::span<const Observation> observations) {
   return std::visit([&](auto& filter) -> const StepReport& { return filter.step(motion, observations); },
                     filter_);
+}
+
+const StepReport& SlamFilter::step(const SlamStep& step) {
+  const StepReport& report = this->step(step.motion, step.observations);
+  if (step.bias_reading) read_bias(*step.bias_reading);
+  return report;
 }
 
 void SlamFilter::read_bias(const BiasReading& reading) {
@@ -193,8 +205,7 @@ SlamRun::SlamRun(const LandmarkSensor& sensor, const SlamOptions& options)
 void SlamRun::step(const SlamStep& step) {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point before = Clock::now();
-  reports_.push_back(filter_.step(step.motion, step.observations));
-  if (step.bias_reading) filter_.read_bias(*step.bias_reading);
+  reports_.push_back(filter_.step(step));
   const PoseEstimate estimate = filter_.estimate();
   if (!step.observations.empty())
     seconds_.push_back(std::chrono::duration<double>(Clock::now() - before).count());
@@ -223,9 +234,7 @@ SlamResult SlamRun::result() const {
 }
 
 SlamResult slam(const SlamInput& input, const LandmarkSensor& sensor, const SlamOptions& options) {
-  SlamOptions known = options;
-  if (known.prior.systematic_sigma.size() == 0) known.prior.systematic_sigma = input.systematic.sigma();
-  SlamRun run(sensor, known);
+  SlamRun run(sensor, slam_options_for(input, options));
   for (const SlamStep& step : input.steps) run.step(step);
   return run.result();
 }

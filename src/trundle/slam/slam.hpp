@@ -37,6 +37,10 @@ struct SlamOptions {
   LandmarkId first_nameless = 0;  ///< landmarks without names are numbered from here on: above all names
 };
 
+/// The options completed by what the steps of a recording have: 1σ of the odometry's systematic errors, where
+/// the prior says nothing of them, and where the numbers of landmarks without names begin.
+[[nodiscard]] SlamOptions slam_options_for(const SlamInput& input, SlamOptions options = {});
+
 /// A particle, without its map.
 struct WeightedPose {
   Pose2 pose;
@@ -50,6 +54,8 @@ class SlamFilter {
 
   /// One motion and what was seen at its end.
   const StepReport& step(const Motion& motion, std::span<const Observation> observations);
+  /// The same, and what the gyro read at rest since the step before.
+  const StepReport& step(const SlamStep& step);
   /// What the gyro reads at rest, after a step; no filter without systematic errors listens.
   void read_bias(const BiasReading& reading);
 
@@ -140,7 +146,7 @@ class SlamRun {
   std::vector<double> seconds_;  ///< of steps with sightings; of this process, and no part of the state
 };
 
-/// A loop over SlamRun::step. Where the prior has no systematic errors, they are those of the input.
-SlamResult slam(const SlamInput& input, const LandmarkSensor& sensor, const SlamOptions& options);
+/// A loop over SlamRun::step, with slam_options_for(input, options).
+SlamResult slam(const SlamInput& input, const LandmarkSensor& sensor, const SlamOptions& options = {});
 
 }  // namespace trundle

@@ -50,7 +50,7 @@ struct SlipReport {
 /// empty. Throws as the SlipOdometer does, and CannotAnswer where the robot moves but no interval can be
 /// judged.
 SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& commands, const Robot& robot,
-                     const SlipOptions& options);
+                     const SlipOptions& options = {});
 
 /// What the readings are judged by, interval by interval: for learning from a recording without slip.
 std::vector<JudgedInterval> clean_intervals(const AlignedReadings& readings, const Robot& robot,

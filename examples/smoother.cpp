@@ -1,0 +1,38 @@
+// After the drive: the most probable trajectory and map given everything that was seen, before and after each
+// instant. A filter tells first which sighting shows which landmark. Writes both with their covariances, for
+// trundle evaluate and trundle localize. In the root of the repository:
+//   example_smoother out/calibrated.toml data/demo/session_02/tour out/trajectory.csv out/landmarks.csv
+#include "trundle/slam/smoother/smoother.hpp"
+
+#include <cstdio>
+
+#include "trundle/geometry/gaussian.hpp"
+#include "trundle/io/error.hpp"
+#include "trundle/io/file.hpp"
+#include "trundle/slam/doubts.hpp"
+#include "trundle/slam/map_file.hpp"
+
+int main(int argc, char** argv) try {
+  if (argc != 5)
+    return std::fputs("usage: example_smoother robot.toml RECORDING trajectory.csv landmarks.csv\n", stderr),
+           2;
+  const trundle::Robot robot = trundle::read_robot(argv[1]);
+  const trundle::Recording recording = trundle::read_recording(argv[2]);
+  const trundle::SlamInput input = trundle::slam_input(recording, robot);
+
+  const trundle::SlamResult filtered = trundle::slam(input, *robot.landmark_sensor);
+  const trundle::SmoothedSlam best = trundle::smooth(input, *robot.landmark_sensor, filtered);
+  const trundle::Pose2& end = best.last.pose;
+  std::printf("end: x %.4f m, y %.4f m, heading %.4f rad, +- %.4f m; while it drove +- %.4f m\n", end.x,
+              end.y, end.heading, trundle::position_sigma(best.last.covariance),
+              trundle::position_sigma(filtered.last.covariance));
+  std::printf("%zu landmarks, %zu of %zu sightings are outliers\n", best.map.size(), best.counts.outliers,
+              best.counts.sightings);
+  // Evidence against the result: a lost filter, wrong sigmas, a minimum that was not reached.
+  for (const trundle::Problem& doubt : trundle::doubts_about(input, filtered, &best))
+    std::printf("inconsistent: %s\n", doubt.message.c_str());
+  trundle::write_file(argv[3], trundle::to_csv(best.trajectory));
+  trundle::write_file(argv[4], trundle::to_csv(best.map, input.landmarks));
+} catch (const std::exception& error) {
+  return std::fprintf(stderr, "%s\n", error.what()), trundle::exit_code_of(error);
+}
