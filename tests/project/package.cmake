@@ -1,6 +1,6 @@
 # The Debian packages of the built tree: what they contain, what they need, and that they are as Debian wants them.
 # Whether apt takes them: tools/package_test.sh.
-# cmake -DBINARY_DIR=<build tree> -P package.cmake
+# cmake -DROOT=<checkout> -DBINARY_DIR=<build tree> -P package.cmake
 cmake_minimum_required(VERSION 3.25)
 foreach(tool IN ITEMS dpkg-deb dpkg-shlibdeps file)
   find_program(FOUND_${tool} ${tool})
@@ -58,3 +58,24 @@ check_package(libtrundle-dev
   CONTROL "Section: libdevel" "Depends: [^\n]*libeigen3-dev[^\n]*" "Description: [a-z][^\n]*\n Trundle .*"
   FILES lib/libtrundle_odometry.a include/trundle/odometry/odometer.hpp lib/cmake/trundle/trundle-config.cmake
         lib/cmake/trundle/trundle_targets.cmake)
+
+# What the CMake package looks for is what libtrundle-dev depends on. Debian's names have other hyphens, and one is another.
+function(as_debian_says name result)
+  string(TOLOWER "${name}" name)
+  string(REGEX REPLACE "[-_]" "" name "${name}")
+  string(REPLACE openssl libssl name "${name}")
+  set(${result} ${name} PARENT_SCOPE)
+endfunction()
+file(GLOB package ${place}/libtrundle-dev_*.deb)
+execute_process(COMMAND dpkg-deb --field ${package} Depends ${run})
+as_debian_says("${printed}" depends)
+file(STRINGS ${ROOT}/cmake/trundle-config.cmake.in lines REGEX "find_dependency\\(|pkg_check_modules\\(")
+list(FILTER lines EXCLUDE REGEX "Threads")  # of the C library
+foreach(line IN LISTS lines)
+  string(REGEX MATCH "find_dependency\\(([^ )]+)|IMPORTED_TARGET ([^ )]+)" matched "${line}")
+  as_debian_says("${CMAKE_MATCH_1}${CMAKE_MATCH_2}" wanted)
+  string(FIND "${depends}" "${wanted}" found)
+  if(found EQUAL -1)
+    message(FATAL_ERROR "libtrundle-dev does not depend on what trundle-config.cmake looks for, ${matched}: ${printed}")
+  endif()
+endforeach()
