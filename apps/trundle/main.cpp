@@ -5,11 +5,10 @@
 #include <fmt/core.h>
 
 #include "command.hpp"
+#include "commands.hpp"
 #include "live.hpp"
 
 namespace {
-
-enum ExitCode : int { kDone = 0, kUsage = 2, kBadInput = 3 };
 
 int fail(int code, const char* what) {
   fmt::print(stderr, "trundle: {}\n", what);
@@ -33,24 +32,8 @@ void require_command(const CLI::App& app, int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace trundle::app;
-  CLI::App app("Calibrated wheels, honest odometry and maps from a wheeled robot's own recordings",
-               "trundle");
-  app.set_version_flag("--version", TRUNDLE_VERSION);
-  app.require_subcommand(0, 1);
-  add_run(app);
-  add_info(app);
-  add_calibrate(app);
-  add_umbmark(app);
-  add_install_angle(app);
-  add_odometry(app);
-  add_slip(app);
-  add_slam(app);
-  add_localize(app);
-  add_evaluate(app);
-  add_simulate(app);
-  add_live(app);
-  add_report(app);
-  refuse_empty_values(app);
+  CLI::App app;
+  add_commands(app);
   try {
     require_command(app, argc, argv);
     app.parse(argc, argv);

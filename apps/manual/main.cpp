@@ -1,0 +1,26 @@
+// trundle_manual FOLDER
+// writes the program's man page and its completions, made from the options that the program itself declares:
+// they cannot say something else than it.
+#include <cstdio>
+#include <filesystem>
+
+#include "trundle/io/file.hpp"
+
+#include "commands.hpp"
+#include "pages.hpp"
+
+int main(int argc, char** argv) {
+  using namespace trundle::app;
+  if (argc != 2) {
+    std::fputs("usage: trundle_manual FOLDER\n", stderr);
+    return kUsage;
+  }
+  CLI::App app;
+  add_commands(app);
+  const Manual manual = manual_of(app);
+  const std::filesystem::path folder = argv[1];
+  trundle::write_file(folder / "trundle.1", man_page(manual));
+  trundle::write_file(folder / "trundle.bash", bash_completion(manual));
+  trundle::write_file(folder / "trundle.zsh", zsh_completion(manual));
+  trundle::write_file(folder / "trundle.fish", fish_completion(manual));
+}
