@@ -1,6 +1,7 @@
 #pragma once
 
 #include "trundle/odometry/lanes.hpp"
+#include "trundle/simd/coefficients.hpp"
 
 // Everything here is inlined: how lanes are passed between functions does not matter.
 #pragma GCC diagnostic push
@@ -9,10 +10,6 @@
 namespace trundle {
 
 // The arithmetic of one arc, for Real = double or Lanes, without branches. Ranges are the caller's duty.
-
-/// Largest |x| of sin_cos [rad] and largest |u| of half_sinc [rad].
-inline constexpr double kLargestAngle = 1e6;
-inline constexpr double kLargestHalfTurn = 0.5;
 
 template <class Real>
 struct SinCos {
