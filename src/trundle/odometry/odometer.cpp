@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/odometry/arc_kernel.hpp"
 
 namespace trundle {
 
