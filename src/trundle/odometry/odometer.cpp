@@ -1,5 +1,3 @@
-#include "trundle/odometry/odometer.hpp"
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/odometry/odometer.hpp"
 
 namespace trundle {
 
@@ -19,7 +18,7 @@ namespace {
 using Triple = std::array<double, 3>;
 
 constexpr std::size_t kPair = 2;
-using Pair = double __attribute__((vector_size(kPair * sizeof(double))));
+using Pair = Eigen::Array<double, kPair, 1>;
 static_assert(kMaxWheels % kPair == 0);
 
 /// Turns spread differently over a gap, or bends that cancel, move its end by this much per metre and radian.
@@ -219,26 +218,25 @@ void Odometer::carry_rounding(const ArcStep& arc, const Increment& increment, co
   WheelVectors& by_rounding = state_.by_rounding;
   const WheelVectors& by_travel = step.by_travel;
   for (std::size_t i = 0; i < wheels_; i += kPair) {
-    const auto at = [i](const std::array<double, kMaxWheels>& column) {
-      return Pair{column[i], column[i + 1]};
+    const auto at = [i](const std::array<double, kMaxWheels>& column) -> Pair {
+      return Eigen::Map<const Pair>(&column[i]);
     };
     const ArcStep::Vectors<Pair> before =
         arc.carry(ArcStep::Vectors<Pair>{at(by_rounding.x), at(by_rounding.y), at(by_rounding.h)});
     const ArcStep::Vectors<Pair> now =
         arc.map(ArcStep::Vectors<Pair>{at(by_travel.x), at(by_travel.y), at(by_travel.h)});
-    const auto falls = at(increment.turned) != 0.0;
-    const Pair variance = falls ? at(rounding_variance_) : Pair{0.0, 0.0};
+    const auto falls = (at(increment.turned) != 0.0).eval();
+    const Pair variance = falls.select(at(rounding_variance_), 0.0);
     const Pair dx = before.x - now.x, dy = before.y - now.y, dh = before.h - now.h;
     const Pair vx = variance * dx, vy = variance * dy;
     const Pair added[] = {vx * dx, vx * dy, vx * dh, vy * dy, vy * dh, variance * dh * dh};
     for (std::size_t k = 0; k < 6; ++k) state_.white[k] += added[k][0] + added[k][1];
     const auto keep = [i](const Pair& pair, std::array<double, kMaxWheels>& column) {
-      column[i] = pair[0];
-      column[i + 1] = pair[1];
+      Eigen::Map<Pair>{&column[i]} = pair;
     };
-    keep(falls ? now.x : before.x, by_rounding.x);
-    keep(falls ? now.y : before.y, by_rounding.y);
-    keep(falls ? now.h : before.h, by_rounding.h);
+    keep(falls.select(now.x, before.x), by_rounding.x);
+    keep(falls.select(now.y, before.y), by_rounding.y);
+    keep(falls.select(now.h, before.h), by_rounding.h);
   }
 }
 
