@@ -1,3 +1,5 @@
+#include "trundle/odometry/odometer.hpp"
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -6,7 +8,6 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/odometry/odometer.hpp"
 
 namespace trundle {
 
@@ -98,19 +99,19 @@ Odometer::Odometer(const Robot& robot, const Options& options)
 }
 
 Verdict Odometer::judged_step(const Increment& increment) {
-  Increment usable = increment;
-  Verdict verdict;
-  verdict.gyro_disturbed =
-      increment.has_gyro && std::abs(increment.gyro_rad) > gyro_.max_rate_rad_s * increment.duration_s;
-  if (verdict.gyro_disturbed) usable.has_gyro = false;
+  if (increment.has_gyro && std::abs(increment.gyro_rad) > gyro_.max_rate_rad_s * increment.duration_s) {
+    Increment usable = increment;
+    usable.has_gyro = false;
+    Verdict verdict = judged_step(usable);
+    verdict.gyro_disturbed = true;
+    return verdict;
+  }
   trace_ = {};
-  if (rest_->continues(state_.rest, usable, gyro_bias()))
-    stand_still(usable);
+  if (rest_->continues(state_.rest, increment, gyro_bias()))
+    stand_still(increment);
   else
-    move_on(usable);
-  verdict.phase = state_.rest.phase;
-  verdict.stuck = state_.stuck.stuck;
-  return verdict;
+    move_on(increment);
+  return {.phase = state_.rest.phase, .stuck = state_.stuck.stuck};
 }
 
 /// The pose does not move but by what the wheels still turned before they stood; the bias walks, and what the
@@ -125,17 +126,18 @@ void Odometer::stand_still(const Increment& increment) {
 }
 
 Triple Odometer::move_on(const Increment& increment) {
-  const auto unbiased = [&](Increment reading) {
+  const auto take_bias_out = [&](Increment& reading) {
     reading.gyro_rad -= state_.bias_rad_s * reading.duration_s;
-    return reading;
   };
   if (state_.rest.phase != RestPhase::moving) {
-    const Increment withheld = RestDetector::withheld(state_.rest, increment.time_s - increment.duration_s);
+    Increment withheld = RestDetector::withheld(state_.rest, increment.time_s - increment.duration_s);
     state_.rest = {};
     state_.stuck.still = {};  // what starts to move gets lag_s to be seen by every sensor
-    if (withheld.duration_s > 0.0 || any_turns(withheld)) advance(unbiased(withheld));
+    take_bias_out(withheld);
+    if (withheld.duration_s > 0.0 || any_turns(withheld)) advance(withheld);
   }
-  const Increment reading = unbiased(increment);
+  Increment reading = increment;
+  take_bias_out(reading);
   stuck_->watch(state_.stuck, reading, gyro_bias(), state_.rolling.octave);
   return advance(reading);
 }
@@ -203,8 +205,11 @@ Triple Odometer::advance_with_covariance(const MotionModel& model, const Increme
     const Triple added = arc.map(step.derivative[j]);
     for (std::size_t i = 0; i < 3; ++i) state_.sensitivity[j][i] = carried[i] + added[i];
   }
-  if (learns_) trace_arc(arc, step.derivative[parameters_]);
-  if (with_gyro_) add_bias_walk(arc, step.derivative[parameters_], increment.duration_s);
+  if (with_gyro_) {
+    const Triple by_bias = arc.map(step.derivative[parameters_]);
+    if (learns_) trace_arc(arc, by_bias);
+    add_bias_walk(arc, by_bias, increment.duration_s);
+  }
   Pose2& pose = state_.pose;
   pose = {pose.x + arc.chord().x, pose.y + arc.chord().y, pose.heading + step.twist[2]};
   if (!without_gyro_ && increment.duration_s > 0.0)
@@ -286,19 +291,17 @@ void Odometer::restart() {
 }
 
 /// The bias's walk is one more state b beside the pose, with ∂ξ/∂b as for the parameter: docs/odometry.md,
-/// eq. 8.
+/// eq. 8. `by_bias`: ∂pose/∂b of the step alone.
 void Odometer::add_bias_walk(const ArcStep& arc, const Triple& by_bias, double duration_s) {
-  const Triple g = arc.map(by_bias);
   const Triple carried = arc.carry(state_.bias);
-  add(state_.white, outer(carried, g, state_.bias_variance));
-  for (std::size_t i = 0; i < 3; ++i) state_.bias[i] = carried[i] + state_.bias_variance * g[i];
+  add(state_.white, outer(carried, by_bias, state_.bias_variance));
+  for (std::size_t i = 0; i < 3; ++i) state_.bias[i] = carried[i] + state_.bias_variance * by_bias[i];
   state_.bias_variance += gyro_.bias_walk_rad_s_sqrt_s * gyro_.bias_walk_rad_s_sqrt_s * duration_s;
 }
 
 void Odometer::trace_arc(const ArcStep& arc, const Triple& by_bias) {
   const Triple carried = arc.carry(trace_.by_bias);
-  const Triple added = arc.map(by_bias);
-  for (std::size_t i = 0; i < 3; ++i) trace_.by_bias[i] = carried[i] + added[i];
+  for (std::size_t i = 0; i < 3; ++i) trace_.by_bias[i] = carried[i] + by_bias[i];
   trace_.displacement[0] += arc.chord().x;
   trace_.displacement[1] += arc.chord().y;
 }
