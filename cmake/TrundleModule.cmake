@@ -22,11 +22,12 @@ endif()
 
 # trundle_module(NAME DEPENDS modules and libraries ... PRIVATE_DEPENDS libraries ...)
 # declares the library trundle::NAME from the folder NAME: all its sources (headers alone are fine), and all its
-# headers as public ones, each of which must compile alone. It may depend only on modules declared before it.
+# headers as public ones, each of which must compile alone; so are texts that headers include, *.inl. It may depend only on modules declared before it.
 function(trundle_module name)
   cmake_parse_arguments(arg "" "" "DEPENDS;PRIVATE_DEPENDS" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*.cpp)
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*.hpp)
+  file(GLOB_RECURSE texts CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*.inl)
   # What is compiled once for each instruction set includes itself: not together with other sources.
   set(kernels ${sources})
   list(FILTER kernels INCLUDE REGEX "_kernels\\.cpp$")
@@ -42,12 +43,15 @@ function(trundle_module name)
     set(scope INTERFACE)
   endif()
   add_library(trundle::${name} ALIAS ${target})
-  target_sources(${target} ${scope} FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR}/src FILES ${headers})
+  target_sources(${target} ${scope} FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR}/src FILES ${headers}
+                                   FILE_SET texts TYPE HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR}/src FILES ${texts})
   target_link_libraries(${target} ${scope} ${arg_DEPENDS})
   target_compile_features(${target} ${scope} cxx_std_20)
-  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} VERIFY_INTERFACE_HEADER_SETS ON)
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} VERIFY_INTERFACE_HEADER_SETS ON
+                        INTERFACE_HEADER_SETS_TO_VERIFY HEADERS)
   install(TARGETS ${target} EXPORT trundle_targets
           ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library
-          FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT library)
+          FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT library
+          FILE_SET texts DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT library)
   set_property(GLOBAL APPEND PROPERTY TRUNDLE_MODULES ${name})
 endfunction()

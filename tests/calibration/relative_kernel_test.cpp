@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include "trundle/io/error.hpp"
 
@@ -136,6 +137,24 @@ TEST(RelativeKernel, SumsOfPodsAndGyro) {
 }
 TEST(RelativeKernel, TurnsOfAnySize) {
   expect_the_plain_sums(test::two_pods(), 6.0, some_weights());
+}
+TEST(RelativeKernel, EveryInstructionSetGivesTheSameBits) {
+  const Robot robot = test::robot_of(test::two_pods());
+  for (const double turn_rad : {0.4, 6.0}) {
+    const Motions motions = simulated(robot, 205, turn_rad);
+    const MotionModel model(robot.chassis, {}, true);
+    RelativeWeights weights = some_weights();
+    weights.gate = 1.5;
+    std::vector<RelativeNormalEquations> sums;
+    for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+      hwy::SetSupportedTargetsForTest(target);
+      sums.push_back(accumulate_relative(motions.columns(), model.linearised(), {0.1, 0.02, 0.3}, weights));
+      hwy::SetSupportedTargetsForTest(0);
+      EXPECT_EQ(sums.back().information, sums.front().information) << hwy::TargetName(target);
+      EXPECT_EQ(sums.back().gradient, sums.front().gradient);
+      EXPECT_EQ(sums.back().cost, sums.front().cost);
+    }
+  }
 }
 TEST(RelativeKernel, OutliersTeachNothing) {
   RelativeWeights weights = some_weights();

@@ -1,6 +1,7 @@
 #include "trundle/odometry/dead_reckon.hpp"
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include "trundle/io/error.hpp"
 
@@ -36,18 +37,22 @@ struct Columns {
 };
 
 void expect_same_bits(const Robot& robot, const std::vector<Increment>& increments, const Pose2& start) {
-  Columns columns(increments);
-  dead_reckon(robot, columns.travel(), start, columns.poses());
-  Odometer odometer(robot, {.start = start, .with_covariance = false});
-  for (std::size_t i = 0; i < increments.size(); ++i) {
-    odometer.step(increments[i]);
-    ASSERT_EQ(columns.x_m[i], odometer.pose().x) << i;
-    ASSERT_EQ(columns.y_m[i], odometer.pose().y) << i;
-    ASSERT_EQ(columns.heading_rad[i], odometer.pose().heading) << i;
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    Columns columns(increments);
+    hwy::SetSupportedTargetsForTest(target);
+    dead_reckon(robot, columns.travel(), start, columns.poses());
+    hwy::SetSupportedTargetsForTest(0);
+    Odometer odometer(robot, {.start = start, .with_covariance = false});
+    for (std::size_t i = 0; i < increments.size(); ++i) {
+      odometer.step(increments[i]);
+      ASSERT_EQ(columns.x_m[i], odometer.pose().x) << hwy::TargetName(target) << i;
+      ASSERT_EQ(columns.y_m[i], odometer.pose().y) << hwy::TargetName(target) << i;
+      ASSERT_EQ(columns.heading_rad[i], odometer.pose().heading) << hwy::TargetName(target) << i;
+    }
   }
 }
 
-TEST(DeadReckon, GivesTheBitsOfTheStep) {
+TEST(DeadReckon, GivesTheBitsOfTheStepOnEveryInstructionSet) {
   for (const Chassis& chassis : {differential_drive(test::kSize, 0.5), omni3(test::kSize, 0.2),
                                  test::two_pods(), mecanum(test::kSize, 0.4, 0.5), Chassis{}}) {
     const Robot robot = test::robot_of(chassis);

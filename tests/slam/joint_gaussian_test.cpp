@@ -1,6 +1,7 @@
 #include "trundle/slam/kalman/joint_gaussian.hpp"
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include "trundle/slam/kalman/ekf.hpp"
 
@@ -113,6 +114,29 @@ TEST(Strips, DivideByATriangle) {
   for (Index i = 0; i < 11; ++i)
     for (Index k = 0; k < 6; ++k) quotient(i, k) = strips(i, k);
   EXPECT_LT((quotient * L.transpose() - X).norm(), 1e-12);
+}
+
+TEST(Strips, EveryInstructionSetGivesTheSameBits) {
+  const Eigen::MatrixXd X = Eigen::MatrixXd::Random(24, 6);
+  const Eigen::MatrixXd start = Eigen::MatrixXd::Random(24, 24);
+  const Eigen::MatrixXd L = Eigen::MatrixXd::Identity(3, 3) + 0.1 * Eigen::MatrixXd::Random(3, 3);
+  const std::array<Strips::Sum, 3> sums = {{{{0, 1, 2, 3, 4}, {0.1, 0.2, -0.3, 0.4, 0.5}},
+                                            {{5, 1, 2, 3, 4}, {0.7, 0.2, 0.3, 0.4, -0.5}},
+                                            {{0, 1, 9, 3, 7}, {0.1, -0.2, 0.3, 0.9, 0.5}}}};
+  std::vector<Eigen::MatrixXd> products;
+  std::vector<Eigen::VectorXd> added;
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    Strips strips;
+    strips.pack(X);
+    subtract_product(strips, strips, Part::all, products.emplace_back(start));
+    strips.assign_sums(start, 24, sums);
+    strips.divide_by(L);
+    strips.add_product_to(added.emplace_back(start.col(0)), L.data());
+    hwy::SetSupportedTargetsForTest(0);
+    EXPECT_EQ(products.back(), products.front()) << hwy::TargetName(target);
+    EXPECT_EQ(added.back(), added.front()) << hwy::TargetName(target);
+  }
 }
 
 }  // namespace

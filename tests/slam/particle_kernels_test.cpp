@@ -8,7 +8,6 @@
 
 #include "trundle/slam/cholesky.hpp"
 #include "trundle/slam/particles/landmark_kernels.hpp"
-#include "trundle/slam/particles/lane_targets.hpp"
 #include "trundle/slam/particles/particle_slam.hpp"
 #include "trundle/slam/particles/pose_target.hpp"
 #include "trundle/slam/particles/swarm_kernels.hpp"

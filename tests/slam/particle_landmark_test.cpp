@@ -9,31 +9,6 @@
 namespace trundle {
 namespace {
 
-TEST(StraightMath, Atan2IsTheLibrarys) {
-  Random random(1);
-  for (int i = 0; i < 100000; ++i) {
-    const double angle = random.uniform(-kPi, kPi);
-    const double length = std::exp(random.uniform(-20.0, 20.0));
-    const double y = length * std::sin(angle);
-    const double x = length * std::cos(angle);
-    ASSERT_NEAR(straight_atan2(y, x), std::atan2(y, x), 5e-16 * std::max(1e-3, std::abs(angle)));
-  }
-  for (const double x : {-1.0, 0.0, 1.0})
-    for (const double y : {-1.0, 0.0, 1.0}) EXPECT_NEAR(straight_atan2(y, x), std::atan2(y, x), 5e-16);
-  EXPECT_EQ(straight_atan2(0.0, 0.0), 0.0);
-}
-
-TEST(StraightMath, LogIsTheLibrarys) {
-  Random random(2);
-  for (int i = 0; i < 100000; ++i) {
-    const double x = std::exp(random.uniform(-700.0, 700.0));
-    ASSERT_NEAR(straight_log(x), std::log(x), 3e-16 * std::max(1.0, std::abs(std::log(x))));
-    const double near_one = random.uniform(0.7, 1.4);
-    ASSERT_NEAR(straight_log(near_one), std::log(near_one), 2e-16);
-  }
-  EXPECT_EQ(straight_log(1.0), 0.0);
-}
-
 /// The textbook's Kalman filter of one landmark in (range, bearing), Joseph form.
 struct Textbook {
   Vector2 mean;

@@ -39,7 +39,7 @@ struct RelativeNormalEquations {
   std::size_t outliers = 0;     ///< beyond the gate
 };
 
-/// Sums the normal equations over all increments in one pass, eight at a time; the same bits on every
+/// Sums the normal equations over all increments in one pass, many at a time; the same bits on every
 /// processor. Its cost does not depend on the number of chassis parameters. docs/theory/calibration.md,
 /// section on relative motions [Censi et al. 2013 give the problem]. Throws InputError when columns differ in
 /// length.

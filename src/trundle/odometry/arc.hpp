@@ -4,32 +4,34 @@
 #include <cmath>
 
 #include "trundle/geometry/pose2.hpp"
-#include "trundle/odometry/arc_kernel.hpp"
 #include "trundle/odometry/motion_model.hpp"
+#include "trundle/simd/scalar.hpp"
 
 namespace trundle {
 
-// One arc at any angle: the kernel's arithmetic where it holds, the library's elsewhere.
+// One arc at any angle: the kernels' arithmetic where it holds, the library's elsewhere.
 
-inline SinCos<double> sin_cos_of(double angle) {
-  if (std::abs(angle) <= kLargestAngle) return sin_cos(angle);
+using Chord = scalar::Chord<double>;
+
+inline scalar::SinCos<double> sin_cos_of(double angle) {
+  if (std::abs(angle) <= kLargestAngle) return scalar::sin_cos(angle);
   return {std::sin(angle), std::cos(angle)};
 }
 
 inline double half_sinc_of(double half_turn) {
-  return std::abs(half_turn) <= kLargestHalfTurn ? half_sinc(half_turn) : sinc(half_turn);
+  return std::abs(half_turn) <= kLargestHalfTurn ? scalar::sinc_of_small(half_turn) : sinc(half_turn);
 }
 
 inline double half_sinc_derivative_of(double half_turn) {
-  return std::abs(half_turn) <= kLargestHalfTurn ? half_sinc_derivative(half_turn)
+  return std::abs(half_turn) <= kLargestHalfTurn ? scalar::sinc_slope_of_small(half_turn)
                                                  : sinc_derivative(half_turn);
 }
 
 /// pose · exp(twist), eq. 3.
 inline Pose2 moved(const Pose2& pose, const std::array<double, 3>& twist) {
   const double half = 0.5 * twist[2];
-  const Chord<double> chord =
-      chord_of(twist[0], twist[1], sin_cos_of(pose.heading + half), half_sinc_of(half));
+  const Chord chord =
+      scalar::chord_of(twist[0], twist[1], sin_cos_of(pose.heading + half), half_sinc_of(half));
   return {pose.x + chord.x, pose.y + chord.y, pose.heading + twist[2]};
 }
 
@@ -40,17 +42,17 @@ class ArcStep {
 
   ArcStep(double heading, const Triple& twist) {
     const double half = 0.5 * twist[2];
-    const SinCos<double> middle = sin_cos_of(heading + half);
+    const scalar::SinCos<double> middle = sin_cos_of(heading + half);
     const double sinc = half_sinc_of(half);
-    chord_ = chord_of(twist[0], twist[1], middle, sinc);
+    chord_ = scalar::chord_of(twist[0], twist[1], middle, sinc);
     along_ = sinc * middle.cos;
     across_ = sinc * middle.sin;
-    const Chord<double> bent = chord_of(twist[0], twist[1], middle, half_sinc_derivative_of(half));
+    const Chord bent = scalar::chord_of(twist[0], twist[1], middle, half_sinc_derivative_of(half));
     by_turn_ = {0.5 * (bent.x - chord_.y), 0.5 * (bent.y + chord_.x)};
   }
 
   /// Displacement.
-  const Chord<double>& chord() const { return chord_; }
+  const Chord& chord() const { return chord_; }
   /// F v and G v of one vector, or of several at once: Real = double or lanes of it.
   template <class Real>
   struct Vectors {
@@ -91,10 +93,10 @@ class ArcStep {
     return {dot(v, {Q[0], Q[1], Q[2]}), dot(v, {Q[1], Q[3], Q[4]}), dot(v, {Q[2], Q[4], Q[5]})};
   }
 
-  Chord<double> chord_;
+  Chord chord_;
   double along_;
   double across_;
-  Chord<double> by_turn_;  ///< ∂chord/∂θ
+  Chord by_turn_;  ///< ∂chord/∂θ
 };
 
 }  // namespace trundle

@@ -185,7 +185,6 @@ void MotionModel::step_by(const Gain& gain, const Increment& increment, const Ro
                           TwistStep& step) const {
   step.twist = twist_by(gain, increment);
   step.covariance = gain.floor;
-  step.by_travel = gain.by_travel;
   const auto add_noise = [&](double factor, const Symmetric3& noise) {
     for (std::size_t i = 0; i < 6; ++i) step.covariance[i] += factor * noise[i];
   };
@@ -195,7 +194,13 @@ void MotionModel::step_by(const Gain& gain, const Increment& increment, const Ro
       add_outer(step.covariance, slip, gain.by_row[k]);
   }
   if (with_gyro_) add_noise(increment.duration_s, gain.noise[kMaxWheels + 1]);
-  derive(gain, increment, step);
+  for (std::size_t k = 0; k < wheels_; k += 2)  // in pairs, as they are carried
+    for (const std::size_t i : {k, k + 1}) {
+      step.by_travel.x[i] = gain.by_travel.x[i];
+      step.by_travel.y[i] = gain.by_travel.y[i];
+      step.by_travel.h[i] = gain.by_travel.h[i];
+    }
+  if (parameters_ > 0) derive(gain, increment, step);
 }
 
 /// ∂ξ/∂p = G (∂z − ∂H ξ) + N⁻¹ ∂Hᵀ W r, W held. docs/theory/odometry.md, eq. 5.

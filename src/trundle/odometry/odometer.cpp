@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/odometry/arc_kernel.hpp"
 
 namespace trundle {
 
@@ -20,7 +19,7 @@ namespace {
 using Triple = std::array<double, 3>;
 
 constexpr std::size_t kPair = 2;
-using Pair = double __attribute__((vector_size(kPair * sizeof(double))));
+using Pair = Eigen::Array<double, kPair, 1>;
 static_assert(kMaxWheels % kPair == 0);
 
 /// Turns spread differently over a gap, or bends that cancel, move its end by this much per metre and radian.
@@ -100,19 +99,19 @@ Odometer::Odometer(const Robot& robot, const Options& options)
 }
 
 Verdict Odometer::judged_step(const Increment& increment) {
-  Increment usable = increment;
-  Verdict verdict;
-  verdict.gyro_disturbed =
-      increment.has_gyro && std::abs(increment.gyro_rad) > gyro_.max_rate_rad_s * increment.duration_s;
-  if (verdict.gyro_disturbed) usable.has_gyro = false;
+  if (increment.has_gyro && std::abs(increment.gyro_rad) > gyro_.max_rate_rad_s * increment.duration_s) {
+    Increment usable = increment;
+    usable.has_gyro = false;
+    Verdict verdict = judged_step(usable);
+    verdict.gyro_disturbed = true;
+    return verdict;
+  }
   trace_ = {};
-  if (rest_->continues(state_.rest, usable, gyro_bias()))
-    stand_still(usable);
+  if (rest_->continues(state_.rest, increment, gyro_bias()))
+    stand_still(increment);
   else
-    move_on(usable);
-  verdict.phase = state_.rest.phase;
-  verdict.stuck = state_.stuck.stuck;
-  return verdict;
+    move_on(increment);
+  return {.phase = state_.rest.phase, .stuck = state_.stuck.stuck};
 }
 
 /// The pose does not move but by what the wheels still turned before they stood; the bias walks, and what the
@@ -127,17 +126,18 @@ void Odometer::stand_still(const Increment& increment) {
 }
 
 Triple Odometer::move_on(const Increment& increment) {
-  const auto unbiased = [&](Increment reading) {
+  const auto take_bias_out = [&](Increment& reading) {
     reading.gyro_rad -= state_.bias_rad_s * reading.duration_s;
-    return reading;
   };
   if (state_.rest.phase != RestPhase::moving) {
-    const Increment withheld = RestDetector::withheld(state_.rest, increment.time_s - increment.duration_s);
+    Increment withheld = RestDetector::withheld(state_.rest, increment.time_s - increment.duration_s);
     state_.rest = {};
     state_.stuck.still = {};  // what starts to move gets lag_s to be seen by every sensor
-    if (withheld.duration_s > 0.0 || any_turns(withheld)) advance(unbiased(withheld));
+    take_bias_out(withheld);
+    if (withheld.duration_s > 0.0 || any_turns(withheld)) advance(withheld);
   }
-  const Increment reading = unbiased(increment);
+  Increment reading = increment;
+  take_bias_out(reading);
   stuck_->watch(state_.stuck, reading, gyro_bias(), state_.rolling.octave);
   return advance(reading);
 }
@@ -205,8 +205,11 @@ Triple Odometer::advance_with_covariance(const MotionModel& model, const Increme
     const Triple added = arc.map(step.derivative[j]);
     for (std::size_t i = 0; i < 3; ++i) state_.sensitivity[j][i] = carried[i] + added[i];
   }
-  if (learns_) trace_arc(arc, step.derivative[parameters_]);
-  if (with_gyro_) add_bias_walk(arc, step.derivative[parameters_], increment.duration_s);
+  if (with_gyro_) {
+    const Triple by_bias = arc.map(step.derivative[parameters_]);
+    if (learns_) trace_arc(arc, by_bias);
+    add_bias_walk(arc, by_bias, increment.duration_s);
+  }
   Pose2& pose = state_.pose;
   pose = {pose.x + arc.chord().x, pose.y + arc.chord().y, pose.heading + step.twist[2]};
   if (!without_gyro_ && increment.duration_s > 0.0)
@@ -220,26 +223,25 @@ void Odometer::carry_rounding(const ArcStep& arc, const Increment& increment, co
   WheelVectors& by_rounding = state_.by_rounding;
   const WheelVectors& by_travel = step.by_travel;
   for (std::size_t i = 0; i < wheels_; i += kPair) {
-    const auto at = [i](const std::array<double, kMaxWheels>& column) {
-      return Pair{column[i], column[i + 1]};
+    const auto at = [i](const std::array<double, kMaxWheels>& column) -> Pair {
+      return Eigen::Map<const Pair>(&column[i]);
     };
     const ArcStep::Vectors<Pair> before =
         arc.carry(ArcStep::Vectors<Pair>{at(by_rounding.x), at(by_rounding.y), at(by_rounding.h)});
     const ArcStep::Vectors<Pair> now =
         arc.map(ArcStep::Vectors<Pair>{at(by_travel.x), at(by_travel.y), at(by_travel.h)});
-    const auto falls = at(increment.turned) != 0.0;
-    const Pair variance = falls ? at(rounding_variance_) : Pair{0.0, 0.0};
+    const auto falls = (at(increment.turned) != 0.0).eval();
+    const Pair variance = falls.select(at(rounding_variance_), 0.0);
     const Pair dx = before.x - now.x, dy = before.y - now.y, dh = before.h - now.h;
     const Pair vx = variance * dx, vy = variance * dy;
     const Pair added[] = {vx * dx, vx * dy, vx * dh, vy * dy, vy * dh, variance * dh * dh};
     for (std::size_t k = 0; k < 6; ++k) state_.white[k] += added[k][0] + added[k][1];
     const auto keep = [i](const Pair& pair, std::array<double, kMaxWheels>& column) {
-      column[i] = pair[0];
-      column[i + 1] = pair[1];
+      Eigen::Map<Pair>{&column[i]} = pair;
     };
-    keep(falls ? now.x : before.x, by_rounding.x);
-    keep(falls ? now.y : before.y, by_rounding.y);
-    keep(falls ? now.h : before.h, by_rounding.h);
+    keep(falls.select(now.x, before.x), by_rounding.x);
+    keep(falls.select(now.y, before.y), by_rounding.y);
+    keep(falls.select(now.h, before.h), by_rounding.h);
   }
 }
 
@@ -289,19 +291,17 @@ void Odometer::restart() {
 }
 
 /// The bias's walk is one more state b beside the pose, with ∂ξ/∂b as for the parameter:
-/// docs/theory/odometry.md, eq. 8.
+/// docs/theory/odometry.md, eq. 8. `by_bias`: ∂pose/∂b of the step alone.
 void Odometer::add_bias_walk(const ArcStep& arc, const Triple& by_bias, double duration_s) {
-  const Triple g = arc.map(by_bias);
   const Triple carried = arc.carry(state_.bias);
-  add(state_.white, outer(carried, g, state_.bias_variance));
-  for (std::size_t i = 0; i < 3; ++i) state_.bias[i] = carried[i] + state_.bias_variance * g[i];
+  add(state_.white, outer(carried, by_bias, state_.bias_variance));
+  for (std::size_t i = 0; i < 3; ++i) state_.bias[i] = carried[i] + state_.bias_variance * by_bias[i];
   state_.bias_variance += gyro_.bias_walk_rad_s_sqrt_s * gyro_.bias_walk_rad_s_sqrt_s * duration_s;
 }
 
 void Odometer::trace_arc(const ArcStep& arc, const Triple& by_bias) {
   const Triple carried = arc.carry(trace_.by_bias);
-  const Triple added = arc.map(by_bias);
-  for (std::size_t i = 0; i < 3; ++i) trace_.by_bias[i] = carried[i] + added[i];
+  for (std::size_t i = 0; i < 3; ++i) trace_.by_bias[i] = carried[i] + by_bias[i];
   trace_.displacement[0] += arc.chord().x;
   trace_.displacement[1] += arc.chord().y;
 }

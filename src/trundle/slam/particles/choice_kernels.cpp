@@ -1,6 +1,6 @@
 #include "trundle/slam/particles/choice_kernels.hpp"
 
-#include "trundle/slam/particles/lane_targets.hpp"
+#include "trundle/simd/targets.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "trundle/slam/particles/choice_kernels.cpp"
@@ -77,7 +77,7 @@ void set_costs(const KnownReading& known, const Choosing& choosing, ParticleRang
     const auto is_near = hn::And(is_there, nis <= end_of_doubt);
     Vec<Real> cost = hn::IfThenElse(is_near, lanes<Real>(kNear), lanes<Real>(kFar));
     if (!hn::AllFalse(Tag<Real>(), passes)) {
-      const Vec<Real> inside = nis + log<Real>(S.determinant * s.inverse_range * s.inverse_range) +
+      const Vec<Real> inside = nis + log(S.determinant * s.inverse_range * s.inverse_range) +
                                lanes<Real>(2.0 * std::log(2.0 * kPi));
       cost = hn::IfThenElse(passes, inside, cost);
     }
@@ -140,7 +140,7 @@ void choices_as(const ReadingTerms& reading, const Choosing& choosing, ParticleR
       left = left - share[c];
     }
     store_choices(choice, of.choices.data() + i);
-    add<Real>(log<Real>(all) - log_chosen, choosing.log_weights + i);
+    add<Real>(log(all) - log_chosen, choosing.log_weights + i);
   }
 }
 

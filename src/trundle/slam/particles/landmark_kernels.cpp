@@ -1,6 +1,6 @@
 #include "trundle/slam/particles/landmark_kernels.hpp"
 
-#include "trundle/slam/particles/lane_targets.hpp"
+#include "trundle/simd/targets.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "trundle/slam/particles/landmark_kernels.cpp"
@@ -41,7 +41,7 @@ void weigh_as(std::span<const NearReading<Real>> readings, const SensorColumns& 
   for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
     const LaneSensor<Real> sensor = load_sensor<Real>(sensors, i);
     Vec<Real> distance2 = hn::Zero(Tag<Real>());
-    LaneLogSum<Real> volumes2;
+    LogSum<Vec<Real>> volumes2;
     for (const NearReading<Real>& reading : readings) {
       Real* const numbers = reading.landmark->template numbers<Real>() + i;
       const std::size_t stride = reading.landmark->stride();

@@ -7,7 +7,7 @@
 #define TRUNDLE_SLAM_LANE_COLUMNS
 #endif
 
-#include "trundle/slam/particles/lane_math.inl"
+#include "trundle/simd/lanes.inl"
 
 HWY_BEFORE_NAMESPACE();
 namespace trundle::HWY_NAMESPACE {

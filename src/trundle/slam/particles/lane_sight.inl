@@ -103,7 +103,7 @@ HWY_INLINE LaneSight<Real> sight_of(const LaneSensor<Real>& sensor, const NearRe
   s.ux = line.dx * s.inverse_range;
   s.uy = line.dy * s.inverse_range;
   s.along = hn::Set(lane, reading.range) - s.range;
-  s.across = s.range * atan2<Real>(line.sin, line.cos);
+  s.across = s.range * atan2(line.sin, line.cos);
   s.r_along = hn::Set(lane, reading.range_variance);
   s.r_across = s.range * s.range * hn::Set(lane, reading.bearing_variance);
   const V px = m.xx * s.ux + m.xy * s.uy;  // P u
@@ -150,7 +150,7 @@ HWY_INLINE LaneFit<Real> fit_of(const LaneSensor<Real>& sensor, const NearReadin
   const V range = hn::Sqrt(q);
   const Tag<Real> lane;
   const V along = range * hn::Set(lane, reading.range) - q;
-  const V across = q * atan2<Real>(line.sin, line.cos);
+  const V across = q * atan2(line.sin, line.cos);
   const V dx2 = line.dx * line.dx;
   const V dy2 = line.dy * line.dy;
   const V dxy = line.dx * line.dy;
@@ -257,7 +257,7 @@ HWY_INLINE LaneTriple<Real> transposed_times(const LaneMatrix<Real>& A, const La
 template <class Real>
 HWY_INLINE LaneSensor<Real> moved(const LaneSensor<Real>& sensor, const LaneTriple<Real>& twist) {
   const Vec<Real> u = lanes<Real>(0.5) * twist.h;
-  const LaneSinCos<Real> half = sin_cos<Real>(u);
+  const SinCos<Vec<Real>> half = sin_cos(u);
   const auto tiny = hn::Abs(u) < lanes<Real>(1e-4);
   const Vec<Real> sinc =
       hn::IfThenElse(tiny, lanes<Real>(1.0), half.sin / hn::IfThenElse(tiny, lanes<Real>(1.0), u));

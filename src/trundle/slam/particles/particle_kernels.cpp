@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "trundle/slam/particles/lane_targets.hpp"
+#include "trundle/simd/targets.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "trundle/slam/particles/particle_kernels.cpp"
@@ -81,12 +81,12 @@ struct TwoNormals {
 };
 
 HWY_INLINE TwoNormals box_muller(Words radius, Words angle) {
-  const Vec<float> r = hn::Sqrt(lanes<float>(-2.0) * log<float>(uniform_of(radius)));
+  const Vec<float> r = hn::Sqrt(lanes<float>(-2.0) * log(uniform_of(radius)));
   const Vec<float> shifted = uniform_of(angle) * lanes<float>(4.0) + lanes<float>(0x1.8p23);
   const Vec<float> quarters = shifted - lanes<float>(0x1.8p23);
   const Vec<float> rest = (uniform_of(angle) - quarters * lanes<float>(0.25)) * lanes<float>(2.0 * kPi);
-  const LaneSinCos<float> at =
-      sin_cos_in_quadrant<float>(rest, hn::BitCast(hn::RebindToSigned<Tag<float>>(), shifted));
+  const SinCos<Vec<float>> at =
+      sin_cos_in_quadrant(rest, hn::BitCast(hn::RebindToSigned<Tag<float>>(), shifted));
   return {r * at.cos, r * at.sin};
 }
 
@@ -177,15 +177,15 @@ HWY_INLINE WideTwist times(const Matrix3& A, const TripleColumns& v, std::size_t
 
 struct Arc {
   WidePose end;
-  LaneSinCos<double> heading;  ///< there
+  SinCos<Wide> heading;  ///< there
 };
 
 /// pose · exp(twist): a chord of the length of the path times sin(u)/u, u half the turn, in the direction of
 /// the middle of the turn. docs/theory/odometry.md, eq. 3.
 HWY_INLINE Arc moved(const WidePose& pose, const WideTwist& twist) {
   const Wide u = lanes<double>(0.5) * twist.turn;
-  const LaneSinCos<double> half = sin_cos<double>(u);
-  const LaneSinCos<double> middle = sin_cos<double>(pose.heading + u);
+  const SinCos<Wide> half = sin_cos(u);
+  const SinCos<Wide> middle = sin_cos(pose.heading + u);
   const auto tiny = hn::Abs(u) < lanes<double>(1e-4);
   const Wide sinc = hn::IfThenElse(tiny, lanes<double>(1.0) - u * u * lanes<double>(1.0 / 6.0),
                                    half.sin / hn::IfThenElse(tiny, lanes<double>(1.0), u));
@@ -218,7 +218,7 @@ void predict_all(const PoseColumns& poses, const SystematicColumns& systematic, 
   const bool has_systematic = !motion.by_systematic.isZero(0.0) || !motion.offset.isZero(0.0);
   for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<double>())) {
     WidePose pose = load_pose(poses, i);
-    const LaneSinCos<double> at = sin_cos<double>(pose.heading);
+    const SinCos<Wide> at = sin_cos(pose.heading);
     const Wide dx = lanes<double>(motion.mean.x);
     const Wide dy = lanes<double>(motion.mean.y);
     pose = {pose.x + (at.cos * dx - at.sin * dy), pose.y + (at.sin * dx + at.cos * dy),

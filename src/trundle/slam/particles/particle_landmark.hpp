@@ -1,6 +1,6 @@
 #pragma once
 
-#include "trundle/slam/particles/straight_math.hpp"
+#include "trundle/simd/scalar.hpp"
 
 namespace trundle {
 
@@ -55,7 +55,7 @@ inline Sight sight_of(const SensorAt& sensor, const ReadingTerms& reading, const
   const double c = sensor.cos * reading.cos - sensor.sin * reading.sin;
   const double d = sensor.sin * reading.cos + sensor.cos * reading.sin;
   s.along = reading.range - s.range;
-  s.across = s.range * straight_atan2(s.ux * d - s.uy * c, s.ux * c + s.uy * d);
+  s.across = s.range * scalar::atan2(s.ux * d - s.uy * c, s.ux * c + s.uy * d);
   s.r_along = reading.range_variance;
   s.r_across = s.range * s.range * reading.bearing_variance;
   const double px = m.xx * s.ux + m.xy * s.uy;  // P u
@@ -74,7 +74,7 @@ inline Sight sight_of(const SensorAt& sensor, const ReadingTerms& reading, const
 
 /// log p(reading) without −log 2π. Eq. 12.
 inline double log_likelihood_of(const Sight& s) {
-  return -0.5 * (s.distance2 + straight_log(s.determinant / (s.range * s.range)));
+  return -0.5 * (s.distance2 + scalar::log(s.determinant / (s.range * s.range)));
 }
 
 /// Eq. 13: P⁺ = P S⁻¹ R, which no rounding makes unsymmetric or indefinite.

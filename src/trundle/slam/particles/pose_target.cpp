@@ -21,7 +21,7 @@ ReadingTerms reading_terms(const Observation& observation, const LandmarkSensor&
 }
 
 SensorAt sensor_at(const Pose2& world_from_body, const Pose2& body_from_sensor) {
-  const SinCos<double> body = sin_cos_of(world_from_body.heading);
+  const auto body = sin_cos_of(world_from_body.heading);
   const double bc = std::cos(body_from_sensor.heading);
   const double bs = std::sin(body_from_sensor.heading);
   return {world_from_body.x + body.cos * body_from_sensor.x - body.sin * body_from_sensor.y,

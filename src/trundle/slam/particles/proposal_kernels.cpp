@@ -1,6 +1,6 @@
 #include "trundle/slam/particles/proposal_kernels.hpp"
 
-#include "trundle/slam/particles/lane_targets.hpp"
+#include "trundle/simd/targets.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "trundle/slam/particles/proposal_kernels.cpp"
@@ -169,7 +169,7 @@ void gaussians_as(std::span<const NearReading<Real>> readings, const GaussianPro
     const auto is_near = [](Vec<Real> x) HWY_ATTR { return hn::Abs(x) < lanes<Real>(kFarthest); };
     const auto is_sound = hn::And(hn::And(is_near(n.x), is_near(n.y)), is_near(n.h));
     const Vec<Real> log_ratio = lanes<Real>(0.5) * (dot(z, z) - dot(n, n)) +
-                                log<Real>(g.root.inverse_xx * g.root.inverse_yy * g.root.inverse_hh);
+                                log(g.root.inverse_xx * g.root.inverse_yy * g.root.inverse_hh);
     store_triple(chosen(is_sound, n, z), n_columns, i);
     add<Real>(hn::IfThenElseZero(is_sound, log_ratio), log_weights + i);
   }

@@ -1,6 +1,6 @@
 #include "trundle/slam/particles/swarm_kernels.hpp"
 
-#include "trundle/slam/particles/lane_targets.hpp"
+#include "trundle/simd/targets.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "trundle/slam/particles/swarm_kernels.cpp"
@@ -59,9 +59,9 @@ HWY_INLINE LaneBody<Real> where(Mask mask, const LaneBody<Real>& yes, const Lane
 /// Log(a⁻¹ b): docs/theory/odometry.md, eq. 3, the other way round.
 template <class Real>
 HWY_INLINE LaneTriple<Real> difference(const LaneBody<Real>& a, const LaneBody<Real>& b) {
-  const Vec<Real> turn = atan2<Real>(a.cos * b.sin - a.sin * b.cos, a.cos * b.cos + a.sin * b.sin);
+  const Vec<Real> turn = atan2(a.cos * b.sin - a.sin * b.cos, a.cos * b.cos + a.sin * b.sin);
   const Vec<Real> u = lanes<Real>(0.5) * turn;
-  const LaneSinCos<Real> half = sin_cos<Real>(u);
+  const SinCos<Vec<Real>> half = sin_cos(u);
   const auto tiny = hn::Abs(u) < lanes<Real>(1e-4);
   const Vec<Real> one = lanes<Real>(1.0);
   const Vec<Real> stretch = hn::IfThenElse(tiny, one, u / hn::IfThenElse(tiny, one, half.sin));
@@ -141,7 +141,7 @@ HWY_INLINE LanePlace<Real> place_at(const LaneTask<Real>& given, const LaneBody<
   const LaneSensor<Real> sensor = given.sensor(place.at);
   const Vec<Real> share = lanes<Real>(1.0 / static_cast<double>(task.readings.size()));
   Vec<Real> distance2 = hn::Zero(Tag<Real>());
-  LaneLogSum<Real> densities2;
+  LogSum<Vec<Real>> densities2;
   for (const NearReading<Real>& reading : task.readings.in<Real>()) {
     const LaneFit<Real> fit = fit_of(sensor, reading, landmark_of<Real, kOfOne>(*reading.landmark, i));
     distance2 = distance2 + fit.distance2;

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <array>
+
+#include "trundle/odometry/dead_reckon.hpp"
+#include "trundle/odometry/motion_model.hpp"
+
+namespace trundle {
+
+/// What dead_reckon integrates: twists ξ = T u, one column of T and of u for each input.
+struct Reckoning {
+  const double* T;
+  std::array<const double*, kMaxInputs> inputs;
+  std::size_t input_count;
+  std::size_t rows;
+  Pose2 start;
+};
+
+/// The poses of Odometer::step, with the same bits on every machine.
+void reckon(const Reckoning& task, const PoseColumns& poses);
+
+}  // namespace trundle

@@ -1,9 +1,0 @@
-#pragma once
-
-// Instruction sets that kernels of this module are compiled for, each taking its time to compile: AVX-512,
-// AVX2, SSE4 or NEON, and plain C++ (one lane), which every machine runs. Those whose vectors have no
-// operators are left out.
-#ifndef HWY_DISABLED_TARGETS
-#define HWY_DISABLED_TARGETS \
-  (HWY_SSSE3 | HWY_AVX3_DL | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
-#endif
