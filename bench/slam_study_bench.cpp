@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 
 #include "trundle/evaluation/evaluate.hpp"
-#include "trundle/slam/smoother/smoother.hpp"
+#include "trundle/slam/smoothing/smoother.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 #include "w1.hpp"

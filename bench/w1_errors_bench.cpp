@@ -13,7 +13,7 @@
 #include <fmt/format.h>
 
 #include "trundle/evaluation/evaluate.hpp"
-#include "trundle/slam/smoother/smoother.hpp"
+#include "trundle/slam/smoothing/smoother.hpp"
 
 #include "textbook_fastslam.hpp"
 #include "w1.hpp"

@@ -2,7 +2,7 @@
 // instant. A filter tells first which sighting shows which landmark. Writes both with their covariances, for
 // trundle evaluate and trundle localize. In the root of the repository:
 //   example_smoother out/calibrated.toml data/demo/session_02/tour out/trajectory.csv out/landmarks.csv
-#include "trundle/slam/smoother/smoother.hpp"
+#include "trundle/slam/smoothing/smoother.hpp"
 
 #include <cstdio>
 

@@ -24,7 +24,7 @@ export function prepared(result) {
     tracks: result.tracks.map(track),
     errors: result.errors.map((error) => withColumns(error, ['time_s', 'way_m', 'position_m', 'bound95_m', 'heading_rad', 'heading95_rad', 'nees'])),
     slip: slip && { ...slip, events: slip.events.map(since), timeline: withColumns(slip.timeline, ['end_s', 'value', 'slipping']) },
-    gyro: gyro && { ...gyro, bias: gyro.bias && { ...withColumns(gyro.bias, ['time_s', 'rad_s', 'sigma_rad_s']), rests: gyro.bias.rests.map((rest) => rest.map((time) => time - origin)) } },
+    gyro: gyro && { ...gyro, slam_bias: withColumns(gyro.slam_bias, ['time_s', 'rad_s', 'sigma_rad_s']), bias: gyro.bias && { ...withColumns(gyro.bias, ['time_s', 'rad_s', 'sigma_rad_s']), rests: gyro.bias.rests.map((rest) => rest.map((time) => time - origin)) } },
     particles: withColumns(result.particles, ['x_m', 'y_m', 'weight']),
     filter: withColumns(result.filter, ['time_s', 'effective_particles', 'greatest_weight', 'resampled']),
     sightings: withColumns(result.sightings, ['time_s', 'landmark', 'decision', 'nis']),

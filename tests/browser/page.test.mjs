@@ -29,7 +29,7 @@ function look(name, file, options, body) {
 const section = (page, title) => page.locator('section', { has: page.getByRole('heading', { level: 3, name: title, exact: true }) });
 
 const sections = ['Health of the recording', 'Trajectories from above', 'Trajectories against the reference', 'Error along the way',
-  'Is the stated uncertainty honest? (NEES)', 'Slip over time', 'What clean driving looks like', 'Gyro bias', 'Effective particles',
+  'Is the stated uncertainty consistent? (NEES)', 'Slip over time', 'What clean driving looks like', 'Gyro bias', 'Effective particles',
   'Do sightings agree with the filter? (NIS)', 'Calibration', 'Parameters', 'Convergence with the number of runs', 'End points of the closed runs', 'Runs of the calibration',
   'Errors before and after', 'Residual of each training run', 'Observability', 'Correlation of the estimates', 'Where this comes from'];
 
@@ -257,12 +257,12 @@ describe('the report page', { concurrency: 3 }, () => {
 
   look('what covariances are judged by is said', 'demo', {}, async (page) => {
     assert.match(await section(page, 'Trajectories against the reference').innerText(), /count the noise that recording\.toml states of the reference: 1\.?0* mm/);
-    assert.match(await section(page, 'Is the stated uncertainty honest? (NEES)').innerText(), /judged from where it moves/);
+    assert.match(await section(page, 'Is the stated uncertainty consistent? (NEES)').innerText(), /judged from where it moves/);
   });
 
-  look('brackets at a NEES mean one thing: what is honest', 'demo', {}, async (page) => {
+  look('brackets at a NEES mean one thing: what is expected', 'demo', {}, async (page) => {
     const accuracy = section(page, 'Trajectories against the reference');
-    assert.match(await accuracy.locator('thead').innerText(), /NEES \(honest\)/);
+    assert.match(await accuracy.locator('thead').innerText(), /NEES \(expected\)/);
     for (const cell of await accuracy.locator('td[data-head^=NEES]').allInnerTexts()) assert.match(cell, /^(\d[\d.]* \(3\)|–)$/);
     const errors = section(page, 'Errors before and after');
     assert.match(await errors.locator('thead').innerText(), /NEES\s+NEES without parameters/);

@@ -1,4 +1,4 @@
-#include "trundle/slam/kalman/agreement.hpp"
+#include "trundle/slam/ekf/agreement.hpp"
 
 #include <vector>
 

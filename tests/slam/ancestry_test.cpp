@@ -1,11 +1,11 @@
-#include "trundle/slam/particles/ancestry.hpp"
+#include "trundle/slam/fastslam/ancestry.hpp"
 
 #include <algorithm>
 
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
-#include "trundle/slam/particles/particle_paths.hpp"
+#include "trundle/slam/fastslam/particle_paths.hpp"
 #include "trundle/statistics/random.hpp"
 
 namespace trundle {
@@ -131,11 +131,11 @@ TEST(ParticlePaths, StepsBetweenStationsAreAsProbableAsPossible) {
   for (int k = 0; k < 6; ++k) {
     since = since * motion;
     if (k < 5)
-      paths.coast(since);
+      paths.propagate(since);
     else
       paths.arrive(since, std::vector<Pose2>{station}, ancestry, {});
   }
-  paths.coast(motion);
+  paths.propagate(motion);
   const std::vector<Pose2> path = paths.path_of({}, ancestry);
   ASSERT_EQ(path.size(), 7U);
   EXPECT_EQ(path[5].x, station.x);

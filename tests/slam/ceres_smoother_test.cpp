@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "trundle/geometry/gaussian.hpp"
-#include "trundle/slam/smoother/smoother.hpp"
+#include "trundle/slam/smoothing/smoother.hpp"
 
 #include "slam/world.hpp"
 

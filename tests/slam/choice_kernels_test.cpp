@@ -1,12 +1,12 @@
-#include "trundle/slam/particles/choice_kernels.hpp"
+#include "trundle/slam/fastslam/choice_kernels.hpp"
 
 #include <algorithm>
 
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include "trundle/slam/particles/particle_kernels.hpp"
-#include "trundle/slam/particles/pose_target.hpp"
+#include "trundle/slam/fastslam/particle_kernels.hpp"
+#include "trundle/slam/fastslam/pose_target.hpp"
 #include "trundle/statistics/random.hpp"
 
 namespace trundle {

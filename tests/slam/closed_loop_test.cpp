@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "trundle/io/archive.hpp"
-#include "trundle/slam/particles/particle_slam.hpp"
+#include "trundle/slam/fastslam/particle_slam.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 #include "../../bench/w1.hpp"

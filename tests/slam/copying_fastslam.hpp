@@ -2,8 +2,8 @@
 
 #include <map>
 
-#include "trundle/slam/particles/particle_slam.hpp"
-#include "trundle/slam/particles/pose_target.hpp"
+#include "trundle/slam/fastslam/particle_slam.hpp"
+#include "trundle/slam/fastslam/pose_target.hpp"
 #include "trundle/slam/steps.hpp"
 
 namespace trundle::test {

@@ -1,4 +1,4 @@
-#include "trundle/slam/kalman/ekf.hpp"
+#include "trundle/slam/ekf/ekf.hpp"
 
 #include <limits>
 

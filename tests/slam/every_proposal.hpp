@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "trundle/slam/particles/particle_slam.hpp"
+#include "trundle/slam/fastslam/particle_slam.hpp"
 
 namespace trundle::test {
 

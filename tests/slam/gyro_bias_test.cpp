@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "trundle/slam/localization/localizer.hpp"
-#include "trundle/slam/smoother/smoother.hpp"
+#include "trundle/slam/smoothing/smoother.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 #include "scale.hpp"

@@ -1,4 +1,4 @@
-#include "trundle/slam/kalman/joint_compatibility.hpp"
+#include "trundle/slam/ekf/joint_compatibility.hpp"
 
 #include <algorithm>
 #include <cmath>

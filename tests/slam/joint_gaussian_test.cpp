@@ -1,9 +1,9 @@
-#include "trundle/slam/kalman/joint_gaussian.hpp"
+#include "trundle/slam/ekf/joint_gaussian.hpp"
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
-#include "trundle/slam/kalman/ekf.hpp"
+#include "trundle/slam/ekf/ekf.hpp"
 
 #include "slam/dense_ekf.hpp"
 #include "slam/world.hpp"

@@ -1,4 +1,4 @@
-#include "trundle/slam/smoother/landmark_calibration.hpp"
+#include "trundle/slam/smoothing/landmark_calibration.hpp"
 
 #include <cmath>
 

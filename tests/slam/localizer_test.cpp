@@ -157,9 +157,9 @@ TEST(Localizer, StandingAndLookingAgainDoesNotTellWhichLandmarkItIs) {
   }
 }
 
-TEST(Constellation, ALookFromTheSamePlaceIsNoNewsAndMakesNoPointSurer) {
+TEST(LocalMap, ALookFromTheSamePlaceIsNoNewsAndMakesNoPointSurer) {
   const LandmarkSensor sensor{{}, 0.1, radians(1.0), 8.0, 0.0};
-  Constellation seen(sensor);
+  LocalMap seen(sensor);
   const std::vector<Observation> one = {sighting_of(sensor, {5.0, 1.0})};
   seen.step({}, one);
   EXPECT_EQ(seen.news()[0], 1.0);
@@ -176,9 +176,9 @@ TEST(Constellation, ALookFromTheSamePlaceIsNoNewsAndMakesNoPointSurer) {
 }
 
 // Neighbours that the sensor hardly tells apart are wrong together.
-TEST(Constellation, NeighboursAreOneWitness) {
+TEST(LocalMap, NeighboursAreOneWitness) {
   const LandmarkSensor sensor{{}, 0.5, radians(2.5), 8.0, 0.0};
-  Constellation seen(sensor);
+  LocalMap seen(sensor);
   seen.step({}, std::vector<Observation>{sighting_of(sensor, {5.0, 1.0}), sighting_of(sensor, {5.2, 1.1}),
                                          sighting_of(sensor, {1.0, 4.0})});
   EXPECT_EQ(seen.news()[0], 1.0);

@@ -1,4 +1,4 @@
-#include "trundle/slam/particles/loop_closing.hpp"
+#include "trundle/slam/fastslam/loop_closing.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -17,11 +17,11 @@ Matrix2 covariance(double xx, double xy, double yy) {
 }
 
 /// What a rigid fit minimises, written down without any of its derivatives.
-double cost_of(const std::vector<SeenAgain>& again, const Vector2& centre, const Matrix3& prior,
+double cost_of(const std::vector<Revisit>& again, const Vector2& centre, const Matrix3& prior,
                const Vector3& twist) {
   double cost = twist.dot(prior.inverse() * twist);
   const Pose2 motion = exp(Twist2::from(twist));
-  for (const SeenAgain& s : again) {
+  for (const Revisit& s : again) {
     const Vector2 apart = s.mapped - centre - motion * Vector2(s.seen - centre);
     cost += apart.dot((s.mapped_covariance + s.seen_covariance).inverse() * apart);
   }
@@ -35,14 +35,14 @@ TEST(LoopClosing, RigidFitIsTheMinimum) {
   const Matrix3 prior = Vector3(9.0, 4.0, 0.04).asDiagonal();
   const Vector3 truth(-2.0, 3.0, 0.3);
   Random random(3, 1);
-  std::vector<SeenAgain> again;
+  std::vector<Revisit> again;
   for (int i = 0; i < 7; ++i) {
     const Vector2 arm(random.uniform(-8.0, 8.0), random.uniform(-8.0, 8.0));
     const Vector2 noise(random.normal(0.1), random.normal(0.1));
     again.push_back({i, centre + arm, 0.01 * Matrix2::Identity(),
                      centre + exp(Twist2::from(truth)) * arm + noise, covariance(0.02, 0.01, 0.03)});
   }
-  const MapBend::Move move = rigid_fit(again, centre, prior);
+  const LoopCorrection::Move move = rigid_fit(again, centre, prior);
   const double h = 1e-4;
   const auto cost = [&](const Vector3& further) {
     return cost_of(again, centre, prior, move.twist + further);
@@ -67,15 +67,15 @@ struct Walk {
   static constexpr int kPieces = 40;
   Vector2 centre{5.0, 2.0};
   std::vector<Vector2> places;
-  std::vector<Matrix3> increments;  ///< their covariances about the centre
-  std::vector<MapDoubt> drifts;     ///< up to each piece
+  std::vector<Matrix3> increments;      ///< their covariances about the centre
+  std::vector<FrameCovariance> drifts;  ///< up to each piece
 
   Walk() {
-    MapDoubt drift;
+    FrameCovariance drift;
     for (int k = 0; k < kPieces; ++k) {
       const double angle = 2.0 * kPi * k / kPieces;
       places.emplace_back(20.0 * std::sin(angle), 20.0 - 20.0 * std::cos(angle));
-      const MapDoubt increment{places.back(), Vector3(0.01, 0.003, 0.0004).asDiagonal()};
+      const FrameCovariance increment{places.back(), Vector3(0.01, 0.003, 0.0004).asDiagonal()};
       increments.push_back(increment.about(centre).covariance);
       drift = drift.about(places.back());
       drift.covariance += increment.covariance;
@@ -90,9 +90,9 @@ TEST(LoopClosing, PiecesFollowAsIsToBeExpected) {
   const Walk walk;
   const int old = 4;
   const int piece = 22;
-  const PieceOfMap then{walk.drifts[old], walk.drifts[old]};
-  const PieceOfMap now{walk.drifts.back(), walk.drifts.back()};
-  const auto bend = MapBend::between(then, now, {walk.centre});
+  const Submap then{walk.drifts[old], walk.drifts[old]};
+  const Submap now{walk.drifts.back(), walk.drifts.back()};
+  const auto bend = LoopCorrection::between(then, now, {walk.centre});
   ASSERT_TRUE(bend);
   const Matrix3 share = bend->share(walk.drifts[piece]);
   const int trials = test::trials(20000, 2000);
@@ -125,10 +125,10 @@ TEST(LoopClosing, PiecesFollowAsIsToBeExpected) {
 
 TEST(LoopClosing, ThePresentFollowsWhollyAndTheOldNotAtAll) {
   const Walk walk;
-  const PieceOfMap then{walk.drifts[10], walk.drifts[10]};
-  const PieceOfMap now{walk.drifts.back(), walk.drifts.back()};
+  const Submap then{walk.drifts[10], walk.drifts[10]};
+  const Submap now{walk.drifts.back(), walk.drifts.back()};
   const Matrix3 error = 1e-4 * Matrix3::Identity();
-  const auto bend = MapBend::between(then, now, {walk.centre, Vector3(1.0, 2.0, 0.1), error});
+  const auto bend = LoopCorrection::between(then, now, {walk.centre, Vector3(1.0, 2.0, 0.1), error});
   ASSERT_TRUE(bend);
   EXPECT_LT((bend->share(walk.drifts.back()) - Matrix3::Identity()).cwiseAbs().maxCoeff(), 1e-9);
   EXPECT_TRUE(bend->share(walk.drifts[10]).isZero(0.0));
@@ -136,23 +136,22 @@ TEST(LoopClosing, ThePresentFollowsWhollyAndTheOldNotAtAll) {
   const Matrix3 left =
       bend->doubt_after(walk.drifts.back()).covariance - then.doubt.about(walk.centre).covariance;
   EXPECT_LT((left - error).cwiseAbs().maxCoeff(), 1e-9);
-  EXPECT_FALSE(MapBend::between(now, then, {walk.centre}));
+  EXPECT_FALSE(LoopCorrection::between(now, then, {walk.centre}));
 }
 
 /// Landmarks of old that are seen again, five times each, from a robot that has drifted.
 struct Again {
   static constexpr double kSigma = 0.1;
-  PieceOfMap old{{Vector2::Zero(), 1e-6 * Matrix3::Identity()},
-                 {Vector2::Zero(), 1e-6 * Matrix3::Identity()}};
-  PieceOfMap now{{Vector2::Zero(), Vector3(1.0, 1.0, 0.01).asDiagonal()},
-                 {Vector2::Zero(), Vector3(1.0, 1.0, 0.01).asDiagonal()}};
+  Submap old{{Vector2::Zero(), 1e-6 * Matrix3::Identity()}, {Vector2::Zero(), 1e-6 * Matrix3::Identity()}};
+  Submap now{{Vector2::Zero(), Vector3(1.0, 1.0, 0.01).asDiagonal()},
+             {Vector2::Zero(), Vector3(1.0, 1.0, 0.01).asDiagonal()}};
   Random random;
   std::vector<Vector2> landmarks;
 
   explicit Again(std::uint64_t seed) : random(seed, 4) {
     for (int i = 0; i < 6; ++i) landmarks.emplace_back(random.uniform(-8.0, 8.0), random.uniform(-8.0, 8.0));
   }
-  SeenAgain seen(LandmarkId landmark, const Vector2& place, const Vector2& from) {
+  Revisit seen(LandmarkId landmark, const Vector2& place, const Vector2& from) {
     const Vector2 noise(random.normal(kSigma), random.normal(kSigma));
     return {landmark,
             place + noise,
@@ -164,7 +163,7 @@ struct Again {
   }
   /// All of them at each of five stations, so far apart; some of the sightings are of something else.
   /// Nothing: no closing.
-  std::optional<MapBend> look(const Pose2& drift, double share_wrong, double step_m = 2.0) {
+  std::optional<LoopCorrection> look(const Pose2& drift, double share_wrong, double step_m = 2.0) {
     LoopClosing closing;
     for (int station = 0; station < 40; ++station) closing.next_station();
     for (int station = 0; station < 5; ++station) {

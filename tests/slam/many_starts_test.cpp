@@ -1,11 +1,11 @@
-#include "trundle/slam/smoother/many_starts.hpp"
+#include "trundle/slam/smoothing/many_starts.hpp"
 
 #include <cmath>
 #include <set>
 
 #include <gtest/gtest.h>
 
-#include "trundle/slam/smoother/hindsight.hpp"
+#include "trundle/slam/smoothing/re_association.hpp"
 
 #include "slam/world.hpp"
 

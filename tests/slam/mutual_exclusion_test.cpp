@@ -1,4 +1,4 @@
-#include "trundle/slam/particles/mutual_exclusion.hpp"
+#include "trundle/slam/fastslam/mutual_exclusion.hpp"
 
 #include <algorithm>
 

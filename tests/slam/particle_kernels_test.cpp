@@ -1,4 +1,4 @@
-#include "trundle/slam/particles/particle_kernels.hpp"
+#include "trundle/slam/fastslam/particle_kernels.hpp"
 
 #include <cmath>
 
@@ -7,10 +7,10 @@
 #include <hwy/targets.h>
 
 #include "trundle/slam/cholesky.hpp"
-#include "trundle/slam/particles/landmark_kernels.hpp"
-#include "trundle/slam/particles/particle_slam.hpp"
-#include "trundle/slam/particles/pose_target.hpp"
-#include "trundle/slam/particles/swarm_kernels.hpp"
+#include "trundle/slam/fastslam/landmark_kernels.hpp"
+#include "trundle/slam/fastslam/particle_slam.hpp"
+#include "trundle/slam/fastslam/pose_target.hpp"
+#include "trundle/slam/fastslam/swarm_kernels.hpp"
 
 #include "slam/world.hpp"
 

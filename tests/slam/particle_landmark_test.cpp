@@ -1,9 +1,9 @@
-#include "trundle/slam/particles/particle_landmark.hpp"
+#include "trundle/slam/fastslam/particle_landmark.hpp"
 
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
-#include "trundle/slam/particles/pose_target.hpp"
+#include "trundle/slam/fastslam/pose_target.hpp"
 #include "trundle/statistics/random.hpp"
 
 namespace trundle {

@@ -1,4 +1,4 @@
-#include "trundle/slam/particles/particle_slam.hpp"
+#include "trundle/slam/fastslam/particle_slam.hpp"
 
 #include <limits>
 #include <numeric>

@@ -1,4 +1,4 @@
-#include "trundle/slam/smoother/smoother.hpp"
+#include "trundle/slam/smoothing/smoother.hpp"
 
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>

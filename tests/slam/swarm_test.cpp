@@ -1,9 +1,9 @@
-#include "trundle/slam/particles/swarm.hpp"
+#include "trundle/slam/fastslam/swarm.hpp"
 
 #include <gtest/gtest.h>
 
 #include "trundle/slam/cholesky.hpp"
-#include "trundle/slam/particles/pose_target.hpp"
+#include "trundle/slam/fastslam/pose_target.hpp"
 
 namespace trundle {
 namespace {
@@ -60,7 +60,7 @@ struct Scene {
   PoseTarget target() const { return {predicted, Q, sensor.body_from_sensor, readings}; }
   void refine(const SwarmOptions& options) {
     const Matrix3 L = semidefinite_root(Q);
-    Crew alone(1, count);
+    ThreadPool alone(1, count);
     Swarm(count).refine(
         {predicted, L, sensor.body_from_sensor, NearReadings(readings, {0.3, -0.2}), {.seed = 5}}, options,
         alone, n);

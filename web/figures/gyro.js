@@ -17,13 +17,22 @@ function rangeOf(y, { low, high }, factor) {
   return { least: least * factor, most: most * factor };
 }
 
-function bias(found) {
+function curveOf(found, name, style) {
   const { time_s: x, rad_s: y, sigma_rad_s: sigma } = found.columns();
-  const style = { colour: colour('after'), width: 1.6, dash: [] };
-  const unit = display('rad/s');
   const band = { x, low: y.map((value, i) => value - 1.96 * sigma[i]), high: y.map((value, i) => value + 1.96 * sigma[i]), colour: style.colour };
+  return { series: { name, x, y, style }, band };
+}
+
+// By odometry, from rests alone, and by the landmark filter, from sightings too.
+function bias(odometry, slam) {
+  const curves = [
+    odometry && curveOf(odometry, text.gyro.bias, { colour: colour('after'), width: 1.6, dash: [] }),
+    slam && curveOf(slam, text.gyro.bySlam, { colour: colour('track-online'), width: 1.6, dash: [7, 4] }),
+  ].filter(Boolean);
+  const unit = display('rad/s');
+  const [{ series: { y }, band }] = curves;
   return chart({ label: text.gyro.title, height: 220, x: { name: text.plot.time, short: text.plot.timeShort, unit: 's', isTime: true }, y: { name: text.gyro.bias, unit, ...rangeOf(y, band, unit.factor) },
-    series: [{ name: text.gyro.bias, x, y, style }], bands: [band], stretches: found.rests.map(([from, to]) => ({ from, to, colour: colour('good'), alpha: 0.18 })) });
+    series: curves.map(({ series }) => series), bands: curves.map((curve) => curve.band), stretches: (odometry?.rests ?? []).map(([from, to]) => ({ from, to, colour: colour('good'), alpha: 0.18 })) });
 }
 
 function allan(points) {
@@ -37,6 +46,6 @@ function allan(points) {
 export function gyro([{ gyro: found }]) {
   if (!found) return null;
   const points = found.noise?.allan ?? [];
-  return section(text.gyro, found.bias ? tooled(bias(found.bias), text.gyro.title) : null,
+  return section(text.gyro, found.bias || found.slam_bias ? tooled(bias(found.bias, found.slam_bias), text.gyro.title) : null,
     points.length > 1 ? [html('h4', {}, text.gyro.allanTitle), html('p', { class: 'note' }, text.gyro.allan), tooled(allan(points), text.gyro.allanTitle)] : null);
 }

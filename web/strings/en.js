@@ -103,8 +103,8 @@ export const text = {
   },
   gyro: {
     title: 'Gyro bias', contents: 'Gyro',
-    how: 'What is believed of the bias, with its 95 % band, which may be wider than the plot before the first rest; shaded: the robot stands still, and the bias is measured.',
-    bias: 'bias', allanTitle: 'Gyro noise by averaging time',
+    how: 'The estimate of the bias with its 95 % band, which may be wider than the plot before the first rest; shaded: the robot stands still, and the bias is measured. Dashed: by the landmark filter, which learns it from sightings too.',
+    bias: 'bias', bySlam: 'bias by SLAM', allanTitle: 'Gyro noise by averaging time',
     allan: 'Allan deviation: a slope of −½ is white noise, where it turns upward the bias walks. Both axes are logarithmic.', tau: 'averaging time [s]', deviation: 'Allan deviation',
   },
   filter: {

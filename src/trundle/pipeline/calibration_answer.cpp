@@ -11,7 +11,7 @@
 #include "trundle/recording/same_data.hpp"
 #include "trundle/report/calibration_json.hpp"
 #include "trundle/report/json_text.hpp"
-#include "trundle/slam/smoother/landmark_calibration.hpp"
+#include "trundle/slam/smoothing/landmark_calibration.hpp"
 
 namespace trundle {
 namespace {

@@ -14,7 +14,7 @@
 #include "trundle/recording/landmark_file.hpp"
 #include "trundle/slam/doubts.hpp"
 #include "trundle/slam/map_file.hpp"
-#include "trundle/slam/smoother/many_starts.hpp"
+#include "trundle/slam/smoothing/many_starts.hpp"
 
 namespace trundle {
 namespace {

@@ -12,7 +12,7 @@
 #include "trundle/pipeline/slam_checkpoint.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
 #include "trundle/slam/slam.hpp"
-#include "trundle/slam/smoother/smoother.hpp"
+#include "trundle/slam/smoothing/smoother.hpp"
 
 namespace trundle {
 

@@ -210,7 +210,7 @@ Json parts_of(const Found& found) {
                  {"errors", errors_json(found.tracks)},
                  {"not_compared", not_compared(found.tracks)},
                  {"slip", slip_of(found, track)},
-                 {"gyro", gyro_json(document_named(found, "odometry"), info)}};
+                 {"gyro", gyro_json(document_named(found, "odometry"), slam_of(found), info)}};
   const Pose2 laid_by = map_laid_by(found.tracks);
   result["map"] =
       from_table(found, ResultKind::landmarks, [&](const auto& csv) { return map_json(csv, laid_by); });

@@ -20,8 +20,10 @@ nlohmann::ordered_json errors_json(const std::vector<ResultTrack>& tracks);
 nlohmann::ordered_json slip_json(const nlohmann::ordered_json& document, const ResultTrack* track);
 nlohmann::ordered_json slip_json(const std::filesystem::path& csv, const ResultTrack* track);
 
-/// "gyro": the bias over time from odometry.json, the Allan deviation from info.json; either may be null.
-nlohmann::ordered_json gyro_json(const nlohmann::ordered_json& odometry, const nlohmann::ordered_json& info);
+/// "gyro": the bias over time from odometry.json and slam.json, the Allan deviation from info.json; any may
+/// be null.
+nlohmann::ordered_json gyro_json(const nlohmann::ordered_json& odometry, const nlohmann::ordered_json& slam,
+                                 const nlohmann::ordered_json& info);
 
 /// "map": landmarks with ellipses, laid on the reference by the motion that laid its trajectory.
 nlohmann::ordered_json map_json(const std::filesystem::path& csv, const Pose2& laid_by);

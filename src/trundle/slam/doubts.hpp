@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "trundle/slam/smoother/smoother.hpp"
+#include "trundle/slam/smoothing/smoother.hpp"
 
 namespace trundle {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "trundle/geometry/trajectory.hpp"
-#include "trundle/slam/kalman/ekf.hpp"
-#include "trundle/slam/particles/particle_slam.hpp"
+#include "trundle/slam/ekf/ekf.hpp"
+#include "trundle/slam/fastslam/particle_slam.hpp"
 #include "trundle/slam/steps.hpp"
 
 namespace trundle {

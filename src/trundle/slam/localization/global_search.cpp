@@ -51,7 +51,7 @@ double log_normal(double squared_distance, const Matrix2& covariance) {
 /// Judges one constellation.
 class GlobalSearch {
  public:
-  GlobalSearch(const Constellation& seen, const KnownMap& map, const LandmarkSensor& sensor,
+  GlobalSearch(const LocalMap& seen, const KnownMap& map, const LandmarkSensor& sensor,
                const MapSightOptions& options)
       : seen_(seen),
         map_(map),
@@ -249,7 +249,7 @@ class GlobalSearch {
     return kept;
   }
 
-  const Constellation& seen_;
+  const LocalMap& seen_;
   const KnownMap& map_;
   const LandmarkSensor& sensor_;
   const MapSightOptions& options_;
@@ -261,12 +261,12 @@ class GlobalSearch {
 
 }  // namespace
 
-std::vector<PoseHypothesis> find_poses(const Constellation& seen, const KnownMap& map,
+std::vector<PoseHypothesis> find_poses(const LocalMap& seen, const KnownMap& map,
                                        const LandmarkSensor& sensor, const MapSightOptions& options) {
   return GlobalSearch(seen, map, sensor, options).run();
 }
 
-double log_odds_at(const PoseEstimate& pose, const Constellation& seen, const KnownMap& map,
+double log_odds_at(const PoseEstimate& pose, const LocalMap& seen, const KnownMap& map,
                    const LandmarkSensor& sensor, const MapSightOptions& options) {
   return GlobalSearch(seen, map, sensor, options).log_odds_at(pose);
 }

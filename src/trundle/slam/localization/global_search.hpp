@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "trundle/slam/localization/constellation.hpp"
+#include "trundle/slam/localization/local_map.hpp"
 #include "trundle/slam/localization/map_sight.hpp"
 
 namespace trundle {
@@ -19,12 +19,12 @@ struct PoseHypothesis {
 /// same. Each comes from two points, one of them seen just now, that lie as far apart as two landmarks of the
 /// map do (their names agreeing where they have any), and is improved and judged by the others.
 /// docs/theory/global-localization.md, eq. 47 to 49.
-std::vector<PoseHypothesis> find_poses(const Constellation& seen, const KnownMap& map,
+std::vector<PoseHypothesis> find_poses(const LocalMap& seen, const KnownMap& map,
                                        const LandmarkSensor& sensor, const MapSightOptions& options);
 
 /// What the hypothesis that the robot is at a pose, or as near as another hypothesis would count as the same,
 /// has in its favour: as find_poses would say it.
-double log_odds_at(const PoseEstimate& pose, const Constellation& seen, const KnownMap& map,
+double log_odds_at(const PoseEstimate& pose, const LocalMap& seen, const KnownMap& map,
                    const LandmarkSensor& sensor, const MapSightOptions& options);
 
 /// Too near to each other to be told apart.

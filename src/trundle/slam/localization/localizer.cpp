@@ -114,7 +114,7 @@ std::string_view name_of(LocalizerPhase phase) {
 }
 
 Localizer::Localizer(const KnownMap& map, const LandmarkSensor& sensor, const LocalizerOptions& options)
-    : map_(&map), sensor_(sensor), options_(options), seen_(sensor), rivals_(map, sensor, options.sight) {
+    : map_(&map), sensor_(sensor), options_(options), seen_(sensor), hypotheses_(map, sensor, options.sight) {
   if (options.filter == LocalizerFilter::particles && options.particles.most == 0)
     throw InputError("localizer", "may have 0 particles at most", "at least 1");
   const Systematic& sigma = options.systematic_sigma;
@@ -137,11 +137,11 @@ const LocalizerReport& Localizer::step(const Motion& motion, std::span<const Obs
   const std::vector<Observation> once = without_repeats(observations);
   seen_.step(about(odometry_.systematic, motion), once, odometry_.systematic_covariance);
   if (odometry_.systematic.size() > 0) odometry_.systematic_covariance(0, 0) += motion.walk;
-  rivals_.step(motion, once, seen_.news());
+  hypotheses_.step(motion, once, seen_.news());
   if (is_known()) track(motion, once);
   look_for_rivals();
   is_known() ? check() : claim();
-  report_.hypotheses = rivals_.all().size();
+  report_.hypotheses = hypotheses_.all().size();
   if (const auto* particles = std::get_if<PoseParticles>(&filter_)) {
     report_.particles = particles->poses().size();
     report_.effective_particles = particles->effective_particles();
@@ -151,12 +151,12 @@ const LocalizerReport& Localizer::step(const Motion& motion, std::span<const Obs
 
 void Localizer::read_bias(const BiasReading& reading) {
   trundle::read_bias(reading, odometry_);
-  rivals_.read_bias(reading);
+  hypotheses_.read_bias(reading);
   if (auto* ekf = std::get_if<PoseEkf>(&filter_)) ekf->read_bias(reading);
   if (auto* particles = std::get_if<PoseParticles>(&filter_)) particles->read_bias(reading);
 }
 
-void Localizer::start_from(const Rival& rival) {
+void Localizer::start_from(const TrackedHypothesis& rival) {
   const PoseEstimate& pose = rival.filter.estimate();
   if (options_.filter == LocalizerFilter::ekf)
     filter_ = rival.filter;
@@ -182,7 +182,7 @@ void Localizer::track(const Motion& motion, std::span<const Observation> observa
   report_.observations = found.observations;
   log_odds_ -= found.news_against;
   alarm_ = std::max(0.0, alarm_ + found.against);
-  rivals_.give_up(estimate()->pose);
+  hypotheses_.give_up(estimate()->pose);
 }
 
 /// Eq. 56: whoever is in question already has been right before as well, and was thought more probable then.
@@ -194,16 +194,16 @@ void Localizer::look_for_rivals() {
     const double before = first->log_odds - log_odds_at(first->pose, seen_, *map_, sensor_, options_.sight);
     log_prior = before - std::clamp(before, 0.0, is_known() ? limit() : -std::log(options_.doubt));
   }
-  rivals_.admit(find_poses(seen_, *map_, sensor_, options_.sight), log_prior, odometry_);
-  if (is_known()) rivals_.give_up(estimate()->pose);
-  if (const auto first = most_probable()) rivals_.give_up(first->log_odds - limit(), limit());
+  hypotheses_.admit(find_poses(seen_, *map_, sensor_, options_.sight), log_prior, odometry_);
+  if (is_known()) hypotheses_.give_up(estimate()->pose);
+  if (const auto first = most_probable()) hypotheses_.give_up(first->log_odds - limit(), limit());
 }
 
 /// The pose that is known, or else the first rival.
 std::optional<Localizer::Candidate> Localizer::most_probable() const {
   if (is_known()) return Candidate{*estimate(), log_odds_, alarm_};
-  if (rivals_.all().empty()) return std::nullopt;
-  const Rival& first = rivals_.all().front();
+  if (hypotheses_.all().empty()) return std::nullopt;
+  const TrackedHypothesis& first = hypotheses_.all().front();
   return Candidate{first.filter.estimate(), first.log_odds, first.alarm};
 }
 
@@ -212,7 +212,7 @@ double Localizer::certainty() const {
   const auto first = most_probable();
   if (!first) return 0.0;
   double all = 1.0 + std::exp(-std::min(first->log_odds, limit() - first->alarm));
-  for (const Rival& rival : rivals_.all().subspan(is_known() ? 0 : 1))
+  for (const TrackedHypothesis& rival : hypotheses_.all().subspan(is_known() ? 0 : 1))
     all += std::exp(rival.log_odds - first->log_odds);
   return 1.0 / all;
 }
@@ -220,7 +220,7 @@ double Localizer::certainty() const {
 void Localizer::claim() {
   report_.phase = LocalizerPhase::searching;
   if (certainty() < 1.0 - options_.doubt) return;
-  start_from(rivals_.take_first());
+  start_from(hypotheses_.take_first());
   report_.phase = LocalizerPhase::found;
 }
 
@@ -233,7 +233,7 @@ void Localizer::check() {
   if (alarm_ < limit() && sure >= 0.5) return;
   report_.phase = LocalizerPhase::lost;
   if (alarm_ < limit())
-    rivals_.add({PoseEkf(*map_, sensor_, *estimate(), options_.sight), log_odds_, alarm_});
+    hypotheses_.add({PoseEkf(*map_, sensor_, *estimate(), options_.sight), log_odds_, alarm_});
   else
     seen_.forget_before(sure_step_ + 1);
   forget();

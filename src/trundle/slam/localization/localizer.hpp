@@ -5,8 +5,8 @@
 #include <variant>
 
 #include "trundle/geometry/trajectory.hpp"
+#include "trundle/slam/localization/pose_hypotheses.hpp"
 #include "trundle/slam/localization/pose_particles.hpp"
-#include "trundle/slam/localization/rivals.hpp"
 #include "trundle/slam/steps.hpp"
 
 namespace trundle {
@@ -78,7 +78,7 @@ class Localizer {
     if constexpr (Archive::kReads)
       is_known ? self.start_from({PoseEkf(*self.map_, self.sensor_, {}, self.options_.sight)})
                : self.forget();
-    archive(self.seen_, self.odometry_, self.rivals_, self.log_odds_, self.alarm_, self.sure_step_,
+    archive(self.seen_, self.odometry_, self.hypotheses_, self.log_odds_, self.alarm_, self.sure_step_,
             self.report_);
     if (auto* ekf = std::get_if<PoseEkf>(&self.filter_)) archive(*ekf);
     if (auto* particles = std::get_if<PoseParticles>(&self.filter_)) archive(*particles);
@@ -99,16 +99,16 @@ class Localizer {
   double certainty() const;
   void claim();
   void check();
-  void start_from(const Rival& rival);
+  void start_from(const TrackedHypothesis& rival);
 
   const KnownMap* map_;
   LandmarkSensor sensor_;
   LocalizerOptions options_;
-  Constellation seen_;
+  LocalMap seen_;
   PoseEstimate odometry_;  ///< of its systematic errors, what standing still has shown
   std::variant<std::monostate, PoseEkf, PoseParticles> filter_;
-  Rivals rivals_;          ///< all poses in question but the one that is known
-  double log_odds_ = 0.0;  ///< of the one that is known
+  PoseHypotheses hypotheses_;  ///< all poses in question but the one that is known
+  double log_odds_ = 0.0;      ///< of the one that is known
   double alarm_ = 0.0;
   std::uint64_t sure_step_ = 0;  ///< the last at which nothing spoke against the pose
   LocalizerReport report_;

@@ -1,0 +1,217 @@
+#include "trundle/slam/fastslam/choice_kernels.hpp"
+
+#include "trundle/simd/targets.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "trundle/slam/fastslam/choice_kernels.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "trundle/slam/fastslam/lane_sight.inl"
+
+HWY_BEFORE_NAMESPACE();
+namespace trundle::HWY_NAMESPACE {
+
+HWY_INLINE void store_choices(Vec<float> x, std::int32_t* to) {
+  const hn::RebindToSigned<Tag<float>> d;
+  hn::Store(hn::ConvertTo(d, x), d, to);
+}
+HWY_INLINE void store_choices(Vec<double> x, std::int32_t* to) {
+  const hn::Rebind<std::int32_t, Tag<double>> d;
+  hn::Store(hn::DemoteTo(d, x), d, to);
+}
+
+HWY_INLINE hn::Mask<Tag<float>> is_choice(Tag<float> d, const std::int32_t* choices, std::int32_t chosen) {
+  const hn::RebindToSigned<Tag<float>> di;
+  return hn::RebindMask(d, hn::Load(di, choices) == hn::Set(di, chosen));
+}
+HWY_INLINE hn::Mask<Tag<double>> is_choice(Tag<double> d, const std::int32_t* choices, std::int32_t chosen) {
+  const hn::RebindToSigned<Tag<double>> di;
+  const hn::Rebind<std::int32_t, Tag<double>> narrow;
+  return hn::RebindMask(d, hn::PromoteTo(di, hn::Load(narrow, choices)) == hn::Set(di, chosen));
+}
+
+template <class Real>
+void take_as(const std::int32_t* choices, const Candidate& from, ParticleRange range, LandmarkColumns& to) {
+  const Tag<Real> d;
+  const Vector2 apart = from.columns->origin() - to.origin();
+  const Vec<Real> zero = hn::Zero(d);
+  const std::array<Vec<Real>, LandmarkColumns::kColumns> shift = {lanes<Real>(apart.x()),
+                                                                  lanes<Real>(apart.y()), zero, zero, zero};
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(d)) {
+    const auto mask = is_choice(d, choices + i, static_cast<std::int32_t>(from.landmark));
+    if (hn::AllFalse(d, mask)) continue;
+    for (std::size_t k = 0; k < LandmarkColumns::kColumns; ++k) {
+      const Vec<Real> x = hn::Load(d, from.columns->numbers<Real>() + k * from.columns->stride() + i);
+      Real* const place = to.numbers<Real>() + k * to.stride() + i;
+      hn::Store(hn::IfThenElse(mask, x + shift[k], hn::Load(d, place)), d, place);
+    }
+  }
+}
+
+void take(const std::int32_t* choices, const Candidate& from, ParticleRange range, LandmarkColumns& to) {
+  if (to.precision() == Precision::float32)
+    take_as<float>(choices, from, range, to);
+  else
+    take_as<double>(choices, from, range, to);
+}
+
+/// What a candidate costs each particle.
+template <class Real>
+void set_costs(const KnownReading& known, const Choosing& choosing, ParticleRange range, double* costs) {
+  const LandmarkColumns& columns = *known.landmark;
+  const NearReading<Real> reading = near<Real>(known, choosing.sensors.origin);
+  const LaneSymmetric<Real> Q = symmetric<Real>(choosing.sensor_covariance);
+  const bool is_drawn = choosing.sensor_covariance.isZero(0.0);  // fastslam1: the pose is no longer unsure
+  const Vec<Real> gate = lanes<Real>(choosing.options.gate);
+  const Vec<Real> end_of_doubt = lanes<Real>(choosing.options.doubt * choosing.options.gate);
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
+    const LaneSensor<Real> sensor = load_sensor<Real>(choosing.sensors, i);
+    const LaneLandmark<Real> m = load_landmark<Real>(columns.numbers<Real>() + i, columns.stride());
+    const LaneSight<Real> s = sight_of(sensor, reading, m);
+    const LaneTotal<Real> S = is_drawn ? LaneTotal<Real>{s.s_along, s.p_mixed, s.s_across, s.determinant}
+                                       : total_covariance(Q, sensor, s);
+    const Vec<Real> nis = nis_of(s, S);
+    const auto is_there = m.xx >= hn::Zero(Tag<Real>());
+    const auto passes = hn::And(is_there, nis <= gate);
+    const auto is_near = hn::And(is_there, nis <= end_of_doubt);
+    Vec<Real> cost = hn::IfThenElse(is_near, lanes<Real>(kNear), lanes<Real>(kFar));
+    if (!hn::AllFalse(Tag<Real>(), passes)) {
+      const Vec<Real> inside = nis + log(S.determinant * s.inverse_range * s.inverse_range) +
+                               lanes<Real>(2.0 * std::log(2.0 * kPi));
+      cost = hn::IfThenElse(passes, inside, cost);
+    }
+    store<Real>(cost, costs + i);
+  }
+}
+
+/// What the candidates cost a group of particles.
+template <class Real>
+struct LaneCosts {
+  std::array<bool, kMostCandidates> is_possible;  ///< for any of them
+  std::array<Vec<Real>, kMostCandidates> of;      ///< where it is
+  Vec<Real> least;                                ///< of these and of a new landmark
+  Vec<Real> otherwise;                            ///< kFresh or kDoubtful
+};
+
+template <class Real>
+HWY_INLINE LaneCosts<Real> load_costs(const Hypotheses& of, Vec<Real> of_new, std::size_t i) {
+  LaneCosts<Real> costs;
+  costs.least = of_new;
+  costs.otherwise = lanes<Real>(kFresh);
+  for (std::size_t c = 0; c < of.candidates.size(); ++c) {
+    const Vec<Real> cost = load<Real>(of.costs_of(c) + i);
+    const auto is_near = cost == lanes<Real>(kNear);
+    costs.otherwise = hn::IfThenElse(is_near, lanes<Real>(kDoubtful), costs.otherwise);
+    costs.is_possible[c] = !hn::AllFalse(Tag<Real>(), cost < lanes<Real>(kFar));
+    costs.of[c] = cost;
+    costs.least = hn::Min(costs.least, cost);
+  }
+  return costs;
+}
+
+// Eq. 54.
+template <class Real>
+void choices_as(const ReadingTerms& reading, const Choosing& choosing, ParticleRange range, Hypotheses& of) {
+  for (std::size_t c = 0; c < of.candidates.size(); ++c)
+    set_costs<Real>({reading, of.candidates[c].columns}, choosing, range, of.costs_of(c));
+  const Vec<Real> half = lanes<Real>(-0.5);
+  const Vec<Real> of_new = lanes<Real>(cost_of_new(choosing.options));
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
+    const LaneCosts<Real> costs = load_costs<Real>(of, of_new, i);
+    const auto log_share = [&](Vec<Real> cost) HWY_ATTR { return half * (cost - costs.least); };
+    const Vec<Real> none = exp(log_share(of_new));
+    std::array<Vec<Real>, kMostCandidates> share;
+    Vec<Real> all = none;
+    for (std::size_t c = 0; c < of.candidates.size(); ++c) {
+      if (!costs.is_possible[c]) continue;
+      const bool is_least = hn::AllTrue(Tag<Real>(), costs.of[c] == costs.least);  // of most groups one is
+      share[c] = is_least ? lanes<Real>(1.0) : exp(log_share(costs.of[c]));
+      all = all + share[c];
+    }
+    Vec<Real> left = load<Real>(choosing.chance + i) * all - none;
+    Vec<Real> choice = costs.otherwise;
+    Vec<Real> log_chosen = log_share(of_new);
+    for (std::size_t c = 0; c < of.candidates.size(); ++c) {
+      if (!costs.is_possible[c]) continue;
+      const auto takes = hn::And(left >= hn::Zero(Tag<Real>()), share[c] > hn::Zero(Tag<Real>()));
+      choice = hn::IfThenElse(takes, lanes<Real>(of.candidates[c].landmark), choice);
+      log_chosen = hn::IfThenElse(takes, log_share(costs.of[c]), log_chosen);
+      left = left - share[c];
+    }
+    store_choices(choice, of.choices.data() + i);
+    add<Real>(log(all) - log_chosen, choosing.log_weights + i);
+  }
+}
+
+void choices_of(const ReadingTerms& reading, const Choosing& choosing, ParticleRange range, Hypotheses& of) {
+  if (of.candidates.front().columns->precision() == Precision::float32)
+    choices_as<float>(reading, choosing, range, of);
+  else
+    choices_as<double>(reading, choosing, range, of);
+}
+
+/// Weight of the particles of which something holds; what pads has none.
+template <class Holds>
+HWY_INLINE double share_where(const Column<double>& weights, Holds holds) {
+  const Tag<double> d;
+  ColumnSums sums;
+  for (std::size_t i = 0; i < weights.size(); i += hn::Lanes(d))
+    sums.add(i % kParticleLanes, hn::IfThenElseZero(holds(i), hn::Load(d, weights.data() + i)));
+  return sums.sum();
+}
+
+double share_choosing(std::int32_t choice, const std::int32_t* choices, const Column<double>& weights) {
+  const Tag<double> d;
+  return share_where(weights, [&](std::size_t i) HWY_ATTR { return is_choice(d, choices + i, choice); });
+}
+
+double share_having(const LandmarkColumns& landmark, const Column<double>& weights) {
+  const Tag<double> d;
+  const Wide zero = hn::Zero(d);
+  const std::size_t xx = 2 * landmark.stride();
+  if (landmark.precision() == Precision::float64)
+    return share_where(weights, [&](std::size_t i) HWY_ATTR {
+      return hn::Load(d, landmark.numbers<double>() + xx + i) >= zero;
+    });
+  return share_where(weights, [&](std::size_t i) HWY_ATTR {
+    const hn::Rebind<float, Tag<double>> narrow;
+    return hn::PromoteTo(d, hn::Load(narrow, landmark.numbers<float>() + xx + i)) >= zero;
+  });
+}
+
+}  // namespace trundle::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace trundle {
+
+HWY_EXPORT(take);
+HWY_EXPORT(choices_of);
+HWY_EXPORT(share_choosing);
+HWY_EXPORT(share_having);
+
+void choose_landmarks(const ReadingTerms& reading, const Choosing& choosing, ParticleRange range,
+                      Hypotheses& of) {
+  if (of.candidates.empty())
+    std::fill(of.choices.data() + range.first, of.choices.data() + range.last, kFresh);
+  else
+    HWY_DYNAMIC_DISPATCH(choices_of)(reading, choosing, range, of);
+}
+
+void take_chosen(const std::int32_t* choices, const Candidate& from, ParticleRange range,
+                 LandmarkColumns& to) {
+  HWY_DYNAMIC_DISPATCH(take)(choices, from, range, to);
+}
+
+double share_that_chose(std::int32_t choice, const Column<std::int32_t>& choices,
+                        const Column<double>& weights) {
+  return HWY_DYNAMIC_DISPATCH(share_choosing)(choice, choices.data(), weights);
+}
+
+double share_that_has(const LandmarkColumns& landmark, const Column<double>& weights) {
+  return HWY_DYNAMIC_DISPATCH(share_having)(landmark, weights);
+}
+
+}  // namespace trundle
+#endif

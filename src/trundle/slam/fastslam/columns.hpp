@@ -1,0 +1,144 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <new>
+#include <span>
+#include <vector>
+
+#include "trundle/slam/fastslam/particle_landmark.hpp"
+#include "trundle/slam/motion.hpp"
+
+namespace trundle {
+
+/// Columns by particle are padded to whole groups of so many, so that kernels have no remainders. The padding
+/// holds particles that nobody asks for: finite numbers, no weight.
+inline constexpr std::size_t kParticleLanes = 16;
+constexpr std::size_t padded(std::size_t particles) {
+  return (particles + kParticleLanes - 1) / kParticleLanes * kParticleLanes;
+}
+
+/// Memory at the address of a cache line.
+template <class T>
+struct CacheAligned {
+  using value_type = T;
+  static constexpr std::align_val_t kLine{64};
+
+  CacheAligned() = default;
+  template <class U>
+  explicit CacheAligned(const CacheAligned<U>&) {}
+  T* allocate(std::size_t count) { return static_cast<T*>(::operator new(count * sizeof(T), kLine)); }
+  void deallocate(T* memory, std::size_t) { ::operator delete(memory, kLine); }
+  bool operator==(const CacheAligned&) const { return true; }
+};
+
+/// A number of every particle.
+template <class T>
+using Column = std::vector<T, CacheAligned<T>>;
+
+/// Three numbers of every particle: a twist, or n of docs/theory/fastslam.md, eq. 15.
+class TripleColumns {
+ public:
+  explicit TripleColumns(std::size_t particles)
+      : columns_{Column<double>(padded(particles)), Column<double>(padded(particles)),
+                 Column<double>(padded(particles))} {}
+  double* operator[](std::size_t k) { return columns_[k].data(); }
+  const double* operator[](std::size_t k) const { return columns_[k].data(); }
+  Vector3 at(std::size_t particle) const {
+    return {columns_[0][particle], columns_[1][particle], columns_[2][particle]};
+  }
+  void set(std::size_t particle, const Vector3& v) {
+    for (std::size_t k = 0; k < 3; ++k) columns_[k][particle] = v[static_cast<Eigen::Index>(k)];
+  }
+  /// What was parents[i]'s becomes i's. `spare` is a column of as many particles.
+  void permute(std::span<const std::uint32_t> parents, Column<double>& spare);
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.columns_);
+  }
+
+ private:
+  std::array<Column<double>, 3> columns_;
+};
+
+/// The systematic errors of every particle: as many columns as there are.
+class SystematicColumns {
+ public:
+  SystematicColumns(std::size_t particles, Eigen::Index count)
+      : columns_(static_cast<std::size_t>(count), Column<double>(padded(particles))) {}
+  Eigen::Index count() const { return static_cast<Eigen::Index>(columns_.size()); }
+  const double* operator[](std::size_t k) const { return columns_[k].data(); }
+  Systematic at(std::size_t particle) const {
+    Systematic s(count());
+    for (std::size_t k = 0; k < columns_.size(); ++k) s[static_cast<Eigen::Index>(k)] = columns_[k][particle];
+    return s;
+  }
+  void set(std::size_t particle, const Systematic& s) {
+    for (std::size_t k = 0; k < columns_.size(); ++k) columns_[k][particle] = s[static_cast<Eigen::Index>(k)];
+  }
+  /// As TripleColumns::permute.
+  void permute(std::span<const std::uint32_t> parents, Column<double>& spare);
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    for (auto& column : self.columns_) archive(column);
+  }
+
+ private:
+  std::vector<Column<double>> columns_;
+};
+
+/// A pose of every particle: columns x, y, heading.
+class PoseColumns {
+ public:
+  explicit PoseColumns(std::size_t particles) : numbers_(particles) {}
+  double* operator[](std::size_t k) { return numbers_[k]; }
+  const double* operator[](std::size_t k) const { return numbers_[k]; }
+  Pose2 at(std::size_t particle) const {
+    return {numbers_[0][particle], numbers_[1][particle], numbers_[2][particle]};
+  }
+  void permute(std::span<const std::uint32_t> parents, Column<double>& spare) {
+    numbers_.permute(parents, spare);
+  }
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.numbers_);
+  }
+  void set(std::size_t particle, const Pose2& pose) {
+    numbers_.set(particle, {pose.x, pose.y, pose.heading});
+  }
+
+ private:
+  TripleColumns numbers_;
+};
+
+/// Where every particle's landmark sensor stands, from a place near them all, and where its bearing 0 points.
+struct SensorColumns {
+  explicit SensorColumns(std::size_t particles)
+      : x(padded(particles)), y(padded(particles)), cos(padded(particles)), sin(padded(particles)) {}
+
+  Vector2 origin = Vector2::Zero();
+  Column<double> x, y, cos, sin;
+
+  /// From the origin.
+  SensorAt at(std::size_t particle) const { return {x[particle], y[particle], cos[particle], sin[particle]}; }
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.origin, self.x, self.y, self.cos, self.sin);
+  }
+};
+
+/// Particles from `first` to before `last`, both at whole groups of kParticleLanes.
+struct ParticleRange {
+  std::size_t first;
+  std::size_t last;
+};
+
+}  // namespace trundle

@@ -1,0 +1,158 @@
+#include "trundle/slam/fastslam/lost_covariance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+namespace trundle {
+
+FrameCovariance FrameCovariance::about(const Vector2& other) const {
+  Matrix3 A = Matrix3::Identity();
+  A(0, 2) = centre.y() - other.y();
+  A(1, 2) = other.x() - centre.x();
+  return {other, A * covariance * A.transpose()};
+}
+
+namespace {
+
+/// Axes along which two covariances are independent: the one is 1 along each, the other `variances`.
+struct CommonAxes {
+  Matrix3 axes;
+  Vector3 variances;
+
+  Matrix3 along(const Vector3& of_axes) const { return axes * of_axes.asDiagonal() * axes.transpose(); }
+};
+/// Nothing where the one has no extent, along some direction.
+std::optional<CommonAxes> common_axes(const Matrix3& one, const Matrix3& other) {
+  const Eigen::LLT<Matrix3> root(one);
+  if (root.info() != Eigen::Success) return std::nullopt;
+  const Matrix3 whitener = root.matrixL().solve(Matrix3::Identity());
+  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(whitener * other * whitener.transpose());
+  return CommonAxes{root.matrixL() * eigen.eigenvectors(), eigen.eigenvalues()};
+}
+
+/// Eq. 68: a Kalman filter of what has come about since, whose mean is not moved.
+FrameCovariance recalled(const FrameCovariance& doubt, const FrameCovariance& old,
+                         const LostCovariance::Fit& fit) {
+  const FrameCovariance now = doubt.about(fit.seen);
+  const auto common = common_axes(now.covariance, old.about(fit.seen).covariance);
+  if (!common) return doubt;
+  const Vector3 before = common->variances.cwiseMin(1.0);
+  const Matrix3 since = common->axes * (Vector3::Ones() - before).cwiseSqrt().asDiagonal();
+  const Eigen::Matrix<double, 2, 3> shift = since.topRows<2>();
+  const Eigen::Matrix<double, 3, 2> by_apart = 2.0 * shift.transpose() * fit.errors.inverse();
+  const Matrix3 left = (Matrix3::Identity() + by_apart * shift).inverse();
+  const Vector3 off = since * left * by_apart * fit.apart;
+  return {fit.seen, common->along(before) + since * left * since.transpose() + 0.5 * off * off.transpose()};
+}
+
+}  // namespace
+
+std::vector<Vector2> some_places(const LandmarkColumns& columns, std::span<const Ancestry::Index> ancestors,
+                                 std::size_t particles) {
+  constexpr std::size_t kEnough = 128;
+  const std::size_t stride = (particles + kEnough - 1) / kEnough;
+  std::vector<Vector2> places;
+  places.reserve(kEnough);
+  for (std::size_t i = 0; i < particles; i += stride) {
+    const LandmarkEstimate m = columns.at(ancestors[i]);
+    if (!is_there(m)) return {};
+    places.emplace_back(m.x, m.y);
+  }
+  return places;
+}
+
+/// Least squares: for each particle the shift and turn that take the mean of the maps to its own.
+std::optional<FrameCovariance> map_scatter(std::span<const std::vector<Vector2>> landmarks) {
+  if (landmarks.size() < 2) return std::nullopt;
+  const std::size_t particles = landmarks.front().size();
+  std::vector<Vector2> means;
+  for (const std::vector<Vector2>& places : landmarks)
+    means.push_back(std::accumulate(places.begin(), places.end(), Vector2(Vector2::Zero())) / particles);
+  FrameCovariance result;
+  for (const Vector2& mean : means) result.centre += mean / landmarks.size();
+  std::vector<Vector3> moves(particles, Vector3::Zero());
+  double arms = 0.0;
+  for (std::size_t j = 0; j < landmarks.size(); ++j) {
+    const Vector2 arm = means[j] - result.centre;
+    arms += arm.squaredNorm();
+    for (std::size_t i = 0; i < particles; ++i) {
+      const Vector2 apart = landmarks[j][i] - means[j];
+      moves[i] += Vector3(apart.x(), apart.y(), arm.x() * apart.y() - arm.y() * apart.x());
+    }
+  }
+  const double share = 1.0 / static_cast<double>(landmarks.size());
+  const Vector3 shares(share, share, arms > 0.0 ? 1.0 / arms : 0.0);
+  for (const Vector3& sum : moves) {
+    const Vector3 move = sum.cwiseProduct(shares);
+    result.covariance += move * move.transpose() / static_cast<double>(particles);
+  }
+  return result;
+}
+
+Coalescence::Coalescence(std::size_t particles) : lag_(std::clamp<std::size_t>(particles / 5, 1, 20)) {}
+
+void Coalescence::hold(Ancestry& ancestry) {
+  ancestry.hold(ancestry.now());
+  epochs_.push_back(ancestry.now());
+}
+
+double Coalescence::share_lost(Ancestry& ancestry) {
+  constexpr double kMost = 0.5;  // where all are kin there is nothing to count
+  const double kinship = ancestry.kinship(epochs_.front());
+  const double lost = 1.0 - std::pow(1.0 - kinship, 1.0 / static_cast<double>(epochs_.size()));
+  if (epochs_.size() == lag_) {
+    ancestry.release(epochs_.front());
+    epochs_.erase(epochs_.begin());
+  }
+  return std::min(lost, kMost);
+}
+
+/// Eq. 61.
+FrameCovariance LostCovariance::forget(const FrameCovariance& left, double share) {
+  lost_ = lost_.about(left.centre);
+  lost_.covariance += share / (1.0 - share) * left.covariance;
+  return whole_ = {left.centre, lost_.covariance + left.covariance};
+}
+
+void LostCovariance::keep(const FrameCovariance& more) {
+  lost_ = lost_.about(more.centre);
+  whole_ = whole_.about(more.centre);
+  lost_.covariance += more.covariance;
+  whole_.covariance += more.covariance;
+}
+
+void LostCovariance::recall(const FrameCovariance& old, const Fit& fit) {
+  lost_ = recalled(lost_, old, fit);
+  whole_ = recalled(whole_, old, fit);
+}
+
+void LostCovariance::be_no_surer_than(const FrameCovariance& old, const Vector2& centre) {
+  const auto common = common_axes(whole_.about(centre).covariance, old.about(centre).covariance);
+  if (common) keep({centre, common->along((common->variances - Vector3::Ones()).cwiseMax(0.0))});
+}
+
+void LostCovariance::remember(const FrameCovariance& forgotten, const FrameCovariance& whole) {
+  lost_ = forgotten;
+  whole_ = whole;
+}
+
+/// Eq. 62: twice, for the particles have lost it, and their mean has moved by as much.
+Matrix3 LostCovariance::beyond_scatter(const Vector2& position) const {
+  return 2.0 * lost_.about(position).covariance;
+}
+
+/// What the particles still differ in may be more than it was then, along some direction: nothing is
+/// forgotten there.
+Matrix2 beyond_scatter(const Matrix2& whole, const Matrix2& scatter) {
+  const Eigen::SelfAdjointEigenSolver<Matrix2> eigen(whole - scatter);
+  const auto& V = eigen.eigenvectors();
+  return 2.0 * V * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * V.transpose();
+}
+
+}  // namespace trundle

@@ -1,0 +1,290 @@
+#include "trundle/slam/fastslam/particle_association.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+
+#include "trundle/slam/fastslam/pose_target.hpp"
+
+namespace trundle {
+namespace {
+
+constexpr double kCellShare = 0.25;         // of the sensor's range: cells of the grid
+constexpr double kBeyondJurors = 1.5;       // so much further than jurors may other particles differ
+constexpr double kBetweenJurors = 4.0;      // what jurors find that much too far may be near to others
+constexpr double kAnywhere_m2 = 1e6;        // variance of a landmark that may be anywhere
+constexpr double kNewShare = 0.01;          // of the sightings, expected to show a new landmark
+constexpr double kLeastWeightShare = 0.01;  // of the weight: fewer particles create no landmark
+constexpr std::size_t kDrawnTogether = 3;   // sightings whose chances come from one draw
+
+SensorAt sensor_of(const SensorColumns& sensors, std::size_t i) {
+  return {sensors.origin.x() + sensors.x[i], sensors.origin.y() + sensors.y[i], sensors.cos[i],
+          sensors.sin[i]};
+}
+
+/// Covariance of (along, across) by the sensor's own uncertainty, that of a twist in its frame.
+Matrix2 by_sensor(const SensorAt& sensor, const Sight& s, const Matrix3& covariance) {
+  const double c = sensor.cos * s.ux + sensor.sin * s.uy;
+  const double d = sensor.cos * s.uy - sensor.sin * s.ux;
+  Matrix23 A;
+  A << -c, -d, 0.0, d, -c, -s.range;
+  return A * covariance * A.transpose();
+}
+
+/// What a particle makes of a reading of a landmark before it is drawn.
+struct Expected {
+  Vector2 innovation;  ///< (range, bearing) [m, rad]
+  double nis;
+};
+
+// Eq. 11, 12, with the sensor's own uncertainty.
+Expected expected_of(const SensorAt& sensor, const Matrix3& sensor_covariance, const ReadingTerms& reading,
+                     const LandmarkEstimate& m) {
+  const Sight s = sight_of(sensor, reading, m);
+  Matrix2 S = by_sensor(sensor, s, sensor_covariance);
+  S += (Matrix2() << s.p_along + s.r_along, s.p_mixed, s.p_mixed, s.p_across + s.r_across).finished();
+  const Vector2 innovation(s.along, s.across);
+  return {{s.along, s.across / s.range}, innovation.dot(S.inverse() * innovation)};
+}
+
+}  // namespace
+
+ParticleAssociation::ParticleAssociation(const LandmarkSensor& sensor, const Particles& particles)
+    : sensor_(sensor),
+      particles_(particles),
+      options_{.gate = UnknownIdOptions{}.gate,
+               .max_range_m = sensor.max_range_m,
+               .new_share = kNewShare,
+               .doubt = UnknownIdOptions{}.near},
+      grid_(kCellShare * sensor.max_range_m),
+      visibility_(sensor.max_range_m),
+      exclusion_(cost_of_new(options_)) {}
+
+void ParticleAssociation::collect(std::span<const Observation> observations) {
+  sightings_ = 0;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    if (observations[i].landmark >= 0 || !is_valid(observations[i])) continue;
+    if (pool_.size() == sightings_) pool_.emplace_back();
+    Sighting& sighting = pool_[sightings_++];
+    sighting.observation = i;
+    sighting.seen = observations[i];
+    sighting.reading = reading_terms(observations[i], sensor_);
+  }
+}
+
+void ParticleAssociation::look_up(const View& view, ParticleMap& map, Ancestry& ancestry) {
+  reporter_ = view.reporter;
+  while (chances_.size() * kDrawnTogether < sightings_) chances_.emplace_back(particles_.count);
+  for (Sighting& sighting : sightings()) look_up(sighting, view, map, ancestry);
+}
+
+void ParticleAssociation::choose(const View& view, ParticleRange range) {
+  for (std::size_t k = 0; k < sightings_; ++k) {
+    Sighting& sighting = pool_[k];
+    TripleColumns& chances = chances_[k / kDrawnTogether];
+    if (k % kDrawnTogether == 0) {
+      const auto purpose = static_cast<std::uint32_t>(1 + k / kDrawnTogether);
+      draw_uniforms({view.draw.seed, view.draw.step, purpose}, range, chances);
+    }
+    choose_landmarks(
+        sighting.reading,
+        {view.sensors, view.sensor_covariance, options_, chances[k % kDrawnTogether], view.log_weights},
+        range, sighting.may_show);
+  }
+}
+
+void ParticleAssociation::decide(const View& view) {
+  std::vector<Hypotheses*> all;
+  for (Sighting& sighting : sightings()) all.push_back(&sighting.may_show);
+  exclusion_.apply(all, particles_.count);
+  for (std::size_t k = 0; k < sightings_; ++k) prepare(k, view);
+}
+
+/// The landmarks that some juror finds near, the likeliest first.
+void ParticleAssociation::look_up(Sighting& sighting, const View& view, ParticleMap& map,
+                                  Ancestry& ancestry) {
+  const double sigmas = std::sqrt(options_.doubt * options_.gate);
+  const GatingSample::Whereabouts points = view.gating_sample.where_points(sighting.reading);
+  const double radius = kBeyondJurors * points.reach_m + sigmas * points.sigma_m;
+  sighting.place = points.place;
+  std::vector<std::size_t> near;
+  grid_.near(points.place, radius + widest_m_, map.landmarks(), near);
+  std::vector<std::pair<double, LandmarkId>> likely;
+  for (const std::size_t index : near) {
+    if ((grid_.place(index) - points.place).norm() > radius + entries_[index].slack_m) continue;
+    const auto landmark = static_cast<LandmarkId>(index);
+    const double nis = view.gating_sample.least_nis(sighting.reading, map.inherited(landmark, ancestry));
+    if (nis <= kBetweenJurors * options_.doubt * options_.gate) likely.push_back({nis, landmark});
+  }
+  std::ranges::sort(likely);
+  if (likely.size() > kMostCandidates) likely.resize(kMostCandidates);
+  sighting.may_show.reset(particles_.count);
+  for (const auto& [nis, landmark] : likely)
+    sighting.may_show.add({landmark, &map.expect(landmark, ancestry)});
+}
+
+/// Puts a landmark into the grid, where jurors have it today.
+void ParticleAssociation::locate(LandmarkId landmark, ParticleMap& map, const Ancestry& ancestry,
+                                 GatingSample& gating_sample) {
+  const auto index = static_cast<std::size_t>(landmark);
+  const GatingSample::Whereabouts where = gating_sample.where_is(map.inherited(landmark, ancestry));
+  if (!where.is_somewhere) return;
+  grid_.put(index, where.place);
+  entries_[index].slack_m =
+      kBeyondJurors * where.reach_m + std::sqrt(options_.doubt * options_.gate) * where.sigma_m;
+  widest_m_ = std::max(widest_m_, entries_[index].slack_m);
+  if (++located_ < entries_.size()) return;
+  located_ = 0;
+  widest_m_ = 0.0;
+  for (const Entry& entry : entries_) widest_m_ = std::max(widest_m_, entry.slack_m);
+}
+
+/// What the reporter finds; and where particles differ, the column of what each takes the sighting for.
+void ParticleAssociation::prepare(std::size_t k, const View& view) {
+  Sighting& sighting = pool_[k];
+  const std::span chosen(sighting.may_show.choices.data(), particles_.count);
+  std::int32_t differences = 0;  // bits in which some choice differs from the first
+  std::int32_t all = -1;         // bits that all have: the sign where none is a landmark
+  for (const std::int32_t choice : chosen) {
+    differences |= choice ^ chosen.front();
+    all &= choice;
+  }
+  sighting.is_unanimous = differences == 0;
+  sighting.is_known = all >= 0;
+  sighting.innovation = Vector2::Zero();
+  sighting.nis = 0.0;
+  for (const Candidate& candidate : sighting.may_show.candidates) {
+    const LandmarkEstimate m = candidate.columns->at(reporter_);
+    const bool is_reported = candidate.landmark == chosen[reporter_] || chosen[reporter_] == kDoubtful;
+    if (!is_reported || !is_there(m)) continue;
+    const Expected expected =
+        expected_of(sensor_of(view.sensors, reporter_), view.sensor_covariance, sighting.reading, m);
+    if (sighting.nis > 0.0 && expected.nis >= sighting.nis) continue;
+    sighting.innovation = expected.innovation;
+    sighting.nis = expected.nis;
+  }
+  if (taken_for_.size() == k) taken_for_.emplace_back(particles_.count, particles_.precision);
+  if (!sighting.is_known || sighting.is_unanimous) return;
+  taken_for_[k].fill({sighting.place.x(), sighting.place.y(), kAnywhere_m2, 0.0, kAnywhere_m2});
+  for (const Candidate& candidate : sighting.may_show.candidates)
+    take_chosen(sighting.may_show.choices.data(), candidate, {0, padded(particles_.count)}, taken_for_[k]);
+}
+
+void ParticleAssociation::add_readings(std::vector<KnownReading>& readings) {
+  for (std::size_t k = 0; k < sightings_; ++k) {
+    Sighting& sighting = pool_[k];
+    if (!sighting.is_known) continue;
+    LandmarkColumns* columns = &taken_for_[k];
+    if (sighting.is_unanimous)
+      columns = std::ranges::find(sighting.may_show.candidates, sighting.may_show.choices.front(),
+                                  &Candidate::landmark)
+                    ->columns;
+    readings.push_back({sighting.reading, columns});
+  }
+}
+
+void ParticleAssociation::settle(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry,
+                                 StepReport& report) {
+  for (std::size_t k = 0; k < sightings_; ++k) {
+    const Sighting& sighting = pool_[k];
+    const std::int32_t choice = sighting.may_show.choices[reporter_];
+    report.observations[sighting.observation] = {choice >= 0 ? Decision::matched : Decision::rejected,
+                                                 choice >= 0 ? map.id_of(choice) : kUnknownLandmark,
+                                                 sighting.innovation, sighting.nis};
+    if (sighting.is_known && !sighting.is_unanimous) put_back(k, drawn);
+    for (const Candidate& candidate : sighting.may_show.candidates)
+      locate(candidate.landmark, map, ancestry, drawn.gating_sample);
+    if (choice != kDoubtful) visibility_.saw(sighting.seen.range_m, sighting.seen.bearing_rad);
+    if (choice >= 0) map.count_sighting(choice);
+  }
+  look_around(drawn, map, ancestry);
+}
+
+void ParticleAssociation::create(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry,
+                                 StepReport& report) {
+  for (const Sighting& sighting : sightings()) {
+    const double share = sighting.share_that_chose(kFresh, drawn.weights);
+    const bool is_reported = sighting.may_show.choices[reporter_] == kFresh;
+    if (share < kLeastWeightShare && !is_reported) continue;
+    const LandmarkId landmark = create(sighting, drawn, map, ancestry);
+    if (!is_reported) continue;
+    report.observations[sighting.observation].decision = Decision::created;
+    report.observations[sighting.observation].landmark = map.id_of(landmark);
+  }
+}
+
+/// What each particle has learned of its landmark; and for those that saw none of theirs, the density of a
+/// new landmark instead of that of one anywhere.
+void ParticleAssociation::put_back(std::size_t k, const Drawn& drawn) {
+  const Sighting& sighting = pool_[k];
+  for (const Candidate& candidate : sighting.may_show.candidates)
+    take_chosen(sighting.may_show.choices.data(), {candidate.landmark, &taken_for_[k]},
+                {0, padded(particles_.count)}, *candidate.columns);
+  const double of_anywhere = std::log(sighting.seen.range_m / (2.0 * kPi * kAnywhere_m2));
+  const double more = -0.5 * cost_of_new(options_) - of_anywhere;
+  for (std::size_t i = 0; i < particles_.count; ++i)
+    drawn.log_weights[i] += sighting.may_show.choices[i] < 0 ? more : 0.0;
+}
+
+LandmarkId ParticleAssociation::create(const Sighting& sighting, const Drawn& drawn, ParticleMap& map,
+                                       Ancestry& ancestry) {
+  const LandmarkEstimate near = first_estimate(sensor_of(drawn.sensors, reporter_), sighting.reading);
+  const LandmarkId landmark = map.add_nameless({near.x, near.y}, ancestry);
+  LandmarkColumns& columns = map.current(landmark, ancestry);
+  set_first_estimates(sighting.reading, drawn.sensors, {0, padded(particles_.count)}, columns);
+  for (std::size_t i = 0; i < particles_.count; ++i)
+    if (sighting.may_show.choices[i] != kFresh) columns.set(i, {near.x, near.y, kAbsent, 0.0, kAbsent});
+  const auto index = static_cast<std::size_t>(landmark);
+  if (entries_.size() <= index) entries_.resize(index + 1);
+  entries_[index].existence = {0.0, drawn.sensor_of_reporter.translation()};
+  locate(landmark, map, ancestry, drawn.gating_sample);
+  if (!grid_.contains(index)) grid_.put(index, {near.x, near.y});
+  return landmark;
+}
+
+/// Landmarks that ought to be seen become less likely where most particles that have them do not see them;
+/// those that no particle has any more go as well. Eq. 23.
+void ParticleAssociation::look_around(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry) {
+  const bool has_matched =
+      std::ranges::any_of(sightings(), [&](const Sighting& s) { return s.may_show.choices[reporter_] >= 0; });
+  if (!has_matched) return;
+  const Vector2 from = drawn.sensor_of_reporter.translation();
+  std::vector<std::size_t> around;
+  grid_.near(from, visibility_.reach_m(), map.landmarks(), around);
+  for (const std::size_t index : around) {
+    const ExpectedReading expected = expected_reading(drawn.sensor_of_reporter, {}, grid_.place(index));
+    Existence& existence = entries_[index].existence;
+    if (!existence.is_another_look(from, expected.range_m)) continue;
+    const auto landmark = static_cast<LandmarkId>(index);
+    const double having = share_that_has(map.current(landmark, ancestry), drawn.weights);
+    const bool is_seen = share_that_saw(landmark, drawn.weights) > 0.5 * having;
+    const Existence::Look look{from, expected.range_m, expected.bearing_rad, is_seen,
+                               !is_seen && fits_one(landmark, drawn)};
+    if (having > kLeastWeightShare && existence.look(look, visibility_)) continue;
+    map.remove(landmark, ancestry);
+    grid_.remove(index);
+    entries_[index] = {};
+  }
+}
+
+/// Whether a sighting fits it, for the reporter, whatever that took it for.
+bool ParticleAssociation::fits_one(LandmarkId landmark, const Drawn& drawn) const {
+  const SensorAt sensor = sensor_of(drawn.sensors, reporter_);
+  return std::ranges::any_of(sightings(), [&](const Sighting& sighting) {
+    const Candidate* candidate = sighting.candidate(landmark);
+    if (candidate == nullptr) return false;
+    const LandmarkEstimate m = candidate->columns->at(reporter_);
+    return is_there(m) && expected_of(sensor, Matrix3::Zero(), sighting.reading, m).nis <= options_.gate;
+  });
+}
+
+double ParticleAssociation::share_that_saw(LandmarkId landmark, const Column<double>& weights) const {
+  double share = 0.0;
+  for (const Sighting& sighting : sightings())
+    if (sighting.candidate(landmark) != nullptr)
+      share += sighting.share_that_chose(static_cast<std::int32_t>(landmark), weights);
+  return share;
+}
+
+}  // namespace trundle

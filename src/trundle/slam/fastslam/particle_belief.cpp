@@ -1,0 +1,42 @@
+#include "trundle/slam/fastslam/particle_belief.hpp"
+
+#include "trundle/slam/cholesky.hpp"
+
+namespace trundle {
+
+void add(const Motion& motion, ParticleBelief& belief) {
+  belief.pending.add(motion);
+  belief.since_drawn = belief.since_drawn * motion;
+}
+
+void propagate(ParticleBelief& belief) {
+  if (belief.keeps_paths) belief.paths.propagate(belief.since_drawn);
+}
+
+void arrive(const FrameCovariance& drift, ParticleBelief& belief) {
+  ParticleSet& particles = belief.particles;
+  if (belief.keeps_paths)
+    belief.paths.arrive(belief.since_drawn, poses_of(particles), particles.ancestry, drift);
+  belief.since_drawn = {};
+  belief.pending.drawn(particles.mean_systematic());
+}
+
+void learn_systematic(ParticleBelief& belief) {
+  const PendingMotion& pending = belief.pending;
+  if (pending.systematic() == 0) return;
+  ParticleSet& particles = belief.particles;
+  const auto by_n = (pending.gain() * semidefinite_root(belief.predicted_covariance())).eval();
+  for (std::size_t i = 0; i < particles.count; ++i)
+    particles.systematic.set(
+        i, pending.systematic_of(particles.systematic.at(i)) + by_n * particles.noise.at(i));
+}
+
+void read_bias(const BiasReading& reading, ParticleBelief& belief) {
+  if (belief.pending.systematic() == 0) return;
+  ParticleSet& particles = belief.particles;
+  for (std::size_t i = 0; i < particles.count; ++i)
+    particles.log_weights[i] += belief.pending.log_likelihood(reading, particles.systematic.at(i));
+  belief.pending.read(reading);
+}
+
+}  // namespace trundle

@@ -1,0 +1,198 @@
+#include "trundle/slam/fastslam/particle_map.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "trundle/slam/fastslam/landmark_kernels.hpp"
+
+namespace trundle {
+
+ParticleMap::ParticleMap(std::size_t particles, Precision precision, LandmarkId first_nameless)
+    : particles_(particles), precision_(precision), next_nameless_(first_nameless) {}
+
+LandmarkId ParticleMap::find(LandmarkId name) const {
+  const auto i = static_cast<std::size_t>(name);
+  return i < named_.size() ? named_[i] : kUnknownLandmark;
+}
+
+LandmarkId ParticleMap::number_of(LandmarkId id) const {
+  const auto nameless = nameless_.find(id);
+  return nameless != nameless_.end() ? nameless->second : find(id);
+}
+
+/// One without a name that has this number gets another.
+LandmarkId ParticleMap::add(LandmarkId name, const Vector2& origin, Ancestry& ancestry) {
+  next_nameless_ = std::max(next_nameless_, name + 1);
+  if (const auto nameless = nameless_.extract(name)) call_nameless(nameless.mapped());
+  const LandmarkId landmark = occupy(origin, ancestry);
+  Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  entry.id = name;
+  entry.has_name = true;
+  const auto i = static_cast<std::size_t>(name);
+  if (named_.size() <= i) named_.resize(i + 1, kUnknownLandmark);
+  named_[i] = landmark;
+  return landmark;
+}
+
+LandmarkId ParticleMap::add_nameless(const Vector2& origin, Ancestry& ancestry) {
+  const LandmarkId landmark = occupy(origin, ancestry);
+  call_nameless(landmark);
+  return landmark;
+}
+
+void ParticleMap::call_nameless(LandmarkId landmark) {
+  entries_[static_cast<std::size_t>(landmark)].id = next_nameless_;
+  nameless_[next_nameless_++] = landmark;
+}
+
+LandmarkId ParticleMap::occupy(const Vector2& origin, Ancestry& ancestry) {
+  ancestry.hold(ancestry.now());
+  if (removed_.empty()) {
+    entries_.push_back(
+        {kUnknownLandmark, ancestry.now(), LandmarkColumns(particles_, precision_, origin), 1});
+    return static_cast<LandmarkId>(entries_.size() - 1);
+  }
+  const LandmarkId landmark = removed_.back();
+  removed_.pop_back();
+  Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  entry = {kUnknownLandmark, ancestry.now(), std::move(entry.columns), 1};
+  entry.columns.count_from(origin);
+  return landmark;
+}
+
+/// Which of the ways.
+std::size_t ParticleMap::way_from(Ancestry::Epoch epoch, const Ancestry& ancestry) {
+  if (ways_to_ != ancestry.now() || (ways_known_ >= kMostAtATime && heirs_.empty())) ways_known_ = 0;
+  ways_to_ = ancestry.now();
+  for (std::size_t way = 0; way < ways_known_; ++way)
+    if (ways_[way].from == epoch) return way;
+  if (ways_.size() == ways_known_) {
+    Column<Ancestry::Index> ancestors(padded(particles_));
+    std::iota(ancestors.begin(), ancestors.end(), Ancestry::Index{0});  // what pads keeps to itself
+    ways_.push_back({epoch, std::move(ancestors)});
+  }
+  ways_[ways_known_].from = epoch;
+  ancestry.write_ancestors(epoch, ways_[ways_known_].ancestors);
+  return ways_known_++;
+}
+
+ParticleMap::Inherited ParticleMap::inherited(LandmarkId landmark, const Ancestry& ancestry) {
+  const auto heir = std::ranges::find(heirs_, landmark, &Heir::landmark);
+  if (heir != heirs_.end())
+    return {before_[static_cast<std::size_t>(heir - heirs_.begin())], ways_[heir->way].ancestors};
+  const Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  return {entry.columns, ways_[way_from(entry.epoch, ancestry)].ancestors};
+}
+
+LandmarkColumns& ParticleMap::expect(LandmarkId landmark, Ancestry& ancestry) {
+  Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  if (entry.epoch == ancestry.now()) return entry.columns;
+  if (heirs_.size() == kMostAtATime) {
+    inherit({0, padded(particles_)});
+    all_have_inherited();
+  }
+  if (before_.size() == heirs_.size()) before_.emplace_back(particles_, precision_);
+  entry.columns.hand_to(before_[heirs_.size()]);
+  heirs_.push_back({landmark, way_from(entry.epoch, ancestry)});
+  ancestry.hold(ancestry.now());
+  ancestry.release(entry.epoch);
+  entry.epoch = ancestry.now();
+  return entry.columns;
+}
+
+void ParticleMap::inherit(ParticleRange range) {
+  for (std::size_t k = 0; k < heirs_.size(); ++k)
+    gather_landmark(before_[k], ways_[heirs_[k].way].ancestors, range,
+                    entries_[static_cast<std::size_t>(heirs_[k].landmark)].columns);
+}
+
+LandmarkColumns& ParticleMap::current(LandmarkId landmark, Ancestry& ancestry) {
+  LandmarkColumns& columns = expect(landmark, ancestry);
+  inherit({0, padded(particles_)});
+  all_have_inherited();
+  return columns;
+}
+
+void ParticleMap::remove(LandmarkId landmark, Ancestry& ancestry) {
+  Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  ancestry.release(entry.epoch);
+  nameless_.erase(entry.id);
+  entry.is_there = false;
+  entry.sightings = 0;
+  removed_.push_back(landmark);
+}
+
+bool ParticleMap::has(LandmarkId landmark, std::size_t particle, const Ancestry& ancestry) const {
+  const Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  return entry.is_there &&
+         is_there(entry.columns.at(ancestry.ancestor(entry.epoch, static_cast<Ancestry::Index>(particle))));
+}
+
+void ParticleMap::set_doubt(LandmarkId landmark, const FrameCovariance& doubt) {
+  Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  const LandmarkEstimate one = entry.columns.at(0);  // others have it nearby
+  entry.doubt = doubt.about({one.x, one.y}).covariance.topLeftCorner<2, 2>();
+}
+
+void ParticleMap::bend(const LoopCorrection& bend, const Twists& twists, const Ancestry& ancestry) {
+  for (Entry& entry : entries_) {
+    if (!entry.is_there) continue;
+    const Matrix3 share = bend.share(entry.seen_in.drift);
+    if (share.isZero(0.0)) continue;
+    Vector2 place = Vector2::Zero();
+    twists.for_families(ancestry, entry.epoch, [&](std::size_t ancestor, const Vector3& twist) {
+      const Pose2 motion = bend.motion(share * twist);
+      const LandmarkEstimate m = entry.columns.at(ancestor);
+      const Matrix2 R = rotation(motion.heading);
+      const Matrix2 P = R * (Matrix2() << m.xx, m.xy, m.xy, m.yy).finished() * R.transpose();
+      place = motion * Vector2(m.x, m.y);
+      entry.columns.set(ancestor, {place.x(), place.y(), P(0, 0), P(0, 1), P(1, 1)});
+    });
+    entry.seen_in.doubt = bend.doubt_after(entry.seen_in.drift);
+    entry.doubt = entry.seen_in.doubt.about(place).covariance.topLeftCorner<2, 2>();
+  }
+}
+
+ParticleMap::Mean ParticleMap::mean(LandmarkId landmark, std::span<const double> weights,
+                                    const Ancestry& ancestry) const {
+  const Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  const auto estimate_of = [&](std::size_t particle) {
+    return entry.columns.at(ancestry.ancestor(entry.epoch, static_cast<Ancestry::Index>(particle)));
+  };
+  Mean result;
+  double share = 1.0;
+  for (std::size_t i = 0; i < particles_; ++i) {
+    const LandmarkEstimate m = estimate_of(i);
+    if (!is_there(m)) {
+      share -= weights[i];
+      continue;
+    }
+    result.position += weights[i] * Vector2(m.x, m.y);
+  }
+  result.share = std::max(share, 1e-12);
+  result.position /= result.share;
+  for (std::size_t i = 0; i < particles_; ++i) {
+    const LandmarkEstimate m = estimate_of(i);
+    if (!is_there(m)) continue;
+    const Vector2 apart = Vector2(m.x, m.y) - result.position;
+    const Matrix2 within = (Matrix2() << m.xx, m.xy, m.xy, m.yy).finished();
+    result.within += weights[i] / result.share * within;
+    result.scatter += weights[i] / result.share * apart * apart.transpose();
+  }
+  return result;
+}
+
+MappedLandmark ParticleMap::mixture(LandmarkId landmark, std::span<const double> weights,
+                                    const Ancestry& ancestry, const LostCovariance& forgotten) const {
+  const Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  MappedLandmark result{entry.id, Vector2::Zero(), Matrix2::Zero(), entry.sightings};
+  if (!entry.is_there) return result;
+  const Mean of = mean(landmark, weights, ancestry);
+  result.position = of.position;
+  result.covariance = of.within + of.scatter;
+  result.covariance += entry.doubt ? beyond_scatter(*entry.doubt, of.scatter)
+                                   : Matrix2(forgotten.beyond_scatter(result.position).topLeftCorner<2, 2>());
+  return result;
+}
+
+}  // namespace trundle

@@ -1,0 +1,132 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+#include "trundle/slam/fastslam/ancestry.hpp"
+#include "trundle/slam/fastslam/landmark_columns.hpp"
+#include "trundle/slam/fastslam/loop_correction.hpp"
+#include "trundle/slam/fastslam/lost_covariance.hpp"
+#include "trundle/slam/report.hpp"
+
+namespace trundle {
+
+/// The maps of all particles, landmark by landmark. Resampling leaves them alone: a landmark's columns are
+/// brought up to now when it is seen again.
+class ParticleMap {
+ public:
+  /// Landmarks without names are numbered from `first_nameless` on: above all names.
+  ParticleMap(std::size_t particles, Precision precision, LandmarkId first_nameless = 0);
+
+  std::size_t landmarks() const { return entries_.size(); }
+  /// Number of a landmark in this map; kUnknownLandmark: none.
+  LandmarkId number_of(LandmarkId id) const;
+  /// The same, of one that callers have named.
+  LandmarkId find(LandmarkId name) const;
+  /// Whether there are others.
+  bool has_nameless() const { return !nameless_.empty(); }
+  /// Its columns are counted from `origin`, which should be near it.
+  LandmarkId add(LandmarkId name, const Vector2& origin, Ancestry& ancestry);
+  /// A landmark as it was last written, and whose of its numbers each of today's particles has.
+  struct Inherited {
+    const LandmarkColumns& columns;
+    std::span<const Ancestry::Index> from;
+  };
+  Inherited inherited(LandmarkId landmark, const Ancestry& ancestry);
+  /// Columns of today's particles, for reading and writing, once these have inherited what is expected.
+  LandmarkColumns& expect(LandmarkId landmark, Ancestry& ancestry);
+  /// Some of them do. All have to, before landmarks are added or the next epoch begins.
+  void inherit(ParticleRange range);
+  void all_have_inherited() { heirs_.clear(); }
+  /// The same at once, for all particles.
+  LandmarkColumns& current(LandmarkId landmark, Ancestry& ancestry);
+  /// One that no caller has named; it has an id of its own all the same, but is not found by it.
+  LandmarkId add_nameless(const Vector2& origin, Ancestry& ancestry);
+  /// One without a name. Another may get its number, but none its id.
+  void remove(LandmarkId landmark, Ancestry& ancestry);
+  LandmarkId id_of(LandmarkId landmark) const { return entries_[static_cast<std::size_t>(landmark)].id; }
+  /// Whether a particle has it.
+  bool has(LandmarkId landmark, std::size_t particle, const Ancestry& ancestry) const;
+  /// What particles differ in and have forgotten of where it lies, now that it is in view.
+  void set_doubt(LandmarkId landmark, const FrameCovariance& doubt);
+  /// The piece of the map in which it was last seen.
+  const Submap& seen_in(LandmarkId landmark) const {
+    return entries_[static_cast<std::size_t>(landmark)].seen_in;
+  }
+  void set_seen_in(LandmarkId landmark, const Submap& piece) {
+    entries_[static_cast<std::size_t>(landmark)].seen_in = piece;
+  }
+  /// Every landmark follows by its share, in whatever epoch it was written.
+  void bend(const LoopCorrection& bend, const Twists& twists, const Ancestry& ancestry);
+  void count_sighting(LandmarkId landmark) { ++entries_[static_cast<std::size_t>(landmark)].sightings; }
+
+  /// Over all particles that have it, with these weights.
+  struct Mean {
+    double share = 0.0;  ///< of the weight, that has it
+    Vector2 position = Vector2::Zero();
+    Matrix2 within = Matrix2::Zero();   ///< what each particle is unsure of
+    Matrix2 scatter = Matrix2::Zero();  ///< what they differ in
+  };
+  Mean mean(LandmarkId landmark, std::span<const double> weights, const Ancestry& ancestry) const;
+  /// Mean and covariance over all particles that have it, with these weights: eq. 17, and with what they have
+  /// forgotten of its place, eq. 62. Of one that was removed: no sightings.
+  MappedLandmark mixture(LandmarkId landmark, std::span<const double> weights, const Ancestry& ancestry,
+                         const LostCovariance& forgotten) const;
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.entries_, self.named_, self.nameless_, self.next_nameless_, self.removed_);
+    if constexpr (!std::is_const_v<Self>) self.ways_known_ = 0;  // another ancestry's
+  }
+
+ private:
+  struct Entry {
+    LandmarkId id;
+    Ancestry::Epoch epoch;
+    LandmarkColumns columns;
+    std::size_t sightings;
+    std::optional<Matrix2> doubt = {};  ///< of its place, when it was last in view
+    bool has_name = false;
+    bool is_there = true;
+    Submap seen_in = {};
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.id, self.epoch, self.columns, self.sightings, self.doubt, self.has_name, self.is_there,
+              self.seen_in);
+    }
+  };
+  LandmarkId occupy(const Vector2& origin, Ancestry& ancestry);
+  void call_nameless(LandmarkId landmark);
+  std::size_t way_from(Ancestry::Epoch epoch, const Ancestry& ancestry);
+
+  std::size_t particles_;
+  Precision precision_;
+  /// From whom particles inherit what was written in an epoch: most landmarks in view were in the same.
+  struct Way {
+    Ancestry::Epoch from;
+    Column<Ancestry::Index> ancestors;
+  };
+  std::vector<Way> ways_;
+  std::size_t ways_known_ = 0;  ///< so many of them lead to the epoch `ways_to_`
+  Ancestry::Epoch ways_to_ = 0;
+  /// A landmark whose columns are to be filled from those it had.
+  struct Heir {
+    LandmarkId landmark;
+    std::size_t way;
+  };
+  std::vector<Heir> heirs_;
+  std::vector<LandmarkColumns> before_;            ///< what the heirs had
+  static constexpr std::size_t kMostAtATime = 64;  ///< heirs, and ways: more would only take more memory
+  std::vector<Entry> entries_;
+  std::vector<LandmarkId> named_;              ///< by name
+  std::map<LandmarkId, LandmarkId> nameless_;  ///< by id
+  LandmarkId next_nameless_;
+  std::vector<LandmarkId> removed_;  ///< free numbers, with the room of those who had them
+};
+
+}  // namespace trundle

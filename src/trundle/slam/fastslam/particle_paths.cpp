@@ -1,0 +1,122 @@
+#include "trundle/slam/fastslam/particle_paths.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include <Eigen/Cholesky>
+
+namespace trundle {
+
+std::size_t ParticlePaths::Segment::index(std::size_t station, Ancestry::Index particle) const {
+  const auto column = std::ranges::lower_bound(particles, particle) - particles.begin();
+  return station * particles.size() + static_cast<std::size_t>(column);
+}
+
+void ParticlePaths::Segment::keep(std::span<const Ancestry::Run> survivors) {
+  std::vector<Pose2> kept;
+  kept.reserve(stations() * survivors.size());
+  for (std::size_t station = 0; station < stations(); ++station)
+    for (const Ancestry::Run& run : survivors) kept.push_back(at(station, run.ancestor));
+  poses = std::move(kept);
+  particles.clear();
+  for (const Ancestry::Run& run : survivors) particles.push_back(run.ancestor);
+}
+
+void ParticlePaths::propagate(const Motion& since_station) {
+  steps_.push_back({since_station});
+}
+
+void ParticlePaths::arrive(const Motion& since_station, std::span<const Pose2> poses, Ancestry& ancestry,
+                           const FrameCovariance& drift) {
+  steps_.push_back({since_station, true});
+  drifts_.push_back(drift);
+  if (segments_.empty() || segments_.back().epoch != ancestry.now()) {
+    Segment& fresh = segments_.emplace_back();
+    fresh.epoch = ancestry.now();
+    fresh.particles.resize(poses.size());
+    std::iota(fresh.particles.begin(), fresh.particles.end(), Ancestry::Index{0});
+    ancestry.hold(fresh.epoch);
+  }
+  auto& stored = segments_.back().poses;
+  stored.insert(stored.end(), poses.begin(), poses.end());
+}
+
+void ParticlePaths::resampled(Ancestry& ancestry) {
+  for (auto segment = segments_.rbegin(); segment != segments_.rend(); ++segment) {
+    const auto survivors = ancestry.runs(segment->epoch);
+    if (4 * survivors.size() <= 3 * segment->particles.size()) segment->keep(survivors);
+  }
+  while (!segments_.empty() && ancestry.survivors(segments_.front().epoch) == 1) {
+    Segment& oldest = segments_.front();
+    const Ancestry::Index ancestor = ancestry.ancestor(oldest.epoch, 0);
+    for (std::size_t station = 0; station < oldest.stations(); ++station)
+      common_.push_back(oldest.at(station, ancestor));
+    ancestry.release(oldest.epoch);
+    segments_.pop_front();
+  }
+}
+
+void ParticlePaths::bend(const LoopCorrection& bend, const Twists& twists, const Ancestry& ancestry) {
+  auto drift = drifts_.begin();
+  const Vector3 of_all = twists.mean(0, ancestry.particles());
+  for (Pose2& pose : common_) pose = bend.motion(bend.share(*drift++) * of_all) * pose;
+  for (Segment& segment : segments_)
+    for (std::size_t station = 0; station < segment.stations(); ++station) {
+      const Matrix3 share = bend.share(*drift++);
+      twists.for_families(ancestry, segment.epoch, [&](std::size_t ancestor, const Vector3& twist) {
+        Pose2& pose = segment.poses[segment.index(station, static_cast<Ancestry::Index>(ancestor))];
+        pose = bend.motion(share * twist) * pose;
+      });
+    }
+}
+
+std::vector<Pose2> ParticlePaths::stations_of(Ancestry::Index particle, const Ancestry& ancestry) const {
+  std::vector<Pose2> stations = common_;
+  for (const Segment& segment : segments_) {
+    const Ancestry::Index ancestor = ancestry.ancestor(segment.epoch, particle);
+    for (std::size_t station = 0; station < segment.stations(); ++station)
+      stations.push_back(segment.at(station, ancestor));
+  }
+  return stations;
+}
+
+std::vector<Pose2> ParticlePaths::path_of(const Query& query, const Ancestry& ancestry) const {
+  const Systematic& s = query.systematic;
+  std::vector<Pose2> path;
+  path.reserve(steps_.size());
+  Pose2 before = query.start;
+  const auto append = [&](const Motion& motion, const Vector3& error) {
+    path.push_back(before * motion.mean * exp(Twist2::from(motion.by_first(s.size()) * s + error)));
+  };
+  for (const Pose2& station : stations_of(query.particle, ancestry)) {
+    std::size_t last = path.size();
+    while (!steps_[last].is_station) ++last;
+    const Motion& all = steps_[last].since_station;
+    const Vector3 error = log((before * all.mean).inverse() * station).vector() - all.by_first(s.size()) * s;
+    const Vector3 share = all.covariance.ldlt().solve(error);
+    while (path.size() < last) {
+      const Motion& motion = steps_[path.size()].since_station;
+      const Matrix3 Ad = adjoint(all.mean.inverse() * motion.mean);
+      append(motion, motion.covariance * Ad.transpose() * share);
+    }
+    path.push_back(station);
+    before = station;
+  }
+  while (path.size() < steps_.size()) append(steps_[path.size()].since_station, Vector3::Zero());
+  return path;
+}
+
+std::size_t ParticlePaths::ancestors(std::size_t stations_back, const Ancestry& ancestry) const {
+  for (auto segment = segments_.rbegin(); segment != segments_.rend(); ++segment) {
+    if (stations_back < segment->stations()) return ancestry.survivors(segment->epoch);
+    stations_back -= segment->stations();
+  }
+  return 1;
+}
+
+std::size_t ParticlePaths::stored() const {
+  return std::accumulate(segments_.begin(), segments_.end(), common_.size(),
+                         [](std::size_t sum, const Segment& s) { return sum + s.poses.size(); });
+}
+
+}  // namespace trundle

@@ -1,0 +1,114 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "trundle/slam/fastslam/common_error.hpp"
+#include "trundle/slam/fastslam/gating_sample.hpp"
+#include "trundle/slam/fastslam/particle_association.hpp"
+#include "trundle/slam/fastslam/particle_belief.hpp"
+#include "trundle/slam/fastslam/particle_kernels.hpp"
+#include "trundle/slam/fastslam/proposal.hpp"
+#include "trundle/slam/fastslam/thread_pool.hpp"
+
+namespace trundle {
+
+/// What a filter gives for its pose.
+enum class PointEstimate {
+  mean,  ///< of all particles, by their weights
+  best,  ///< the particle of greatest weight
+};
+
+struct ParticleSlamOptions {
+  Proposal proposal = Proposal::linearised;
+  std::size_t particles = 100;
+  std::uint64_t seed = 1;
+  SlamPrior prior = {};
+  double gate = kDefaultGate;   ///< a sighting is rejected when most particles find its NIS above
+  double resample_below = 0.5;  ///< effective particles, as a share of all
+  bool keep_paths = true;       ///< false: memory does not grow with time
+  Precision map_precision = Precision::float32;
+  std::size_t threads = 1;  ///< results do not depend on it
+  SwarmOptions swarm = {};
+  PointEstimate estimate = PointEstimate::mean;
+  LandmarkId first_nameless = 0;  ///< landmarks without names are numbered from here on: above all names
+};
+
+/// FastSLAM: a Rao–Blackwellised particle filter. Poses are drawn when there is something to draw them with.
+/// Equations: docs/theory/fastslam.md.
+class ParticleSlam {
+ public:
+  /// Throws InputError when there is no particle.
+  ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptions& options);
+
+  const StepReport& step(const Motion& motion, std::span<const Observation> observations);
+  /// What the gyro reads at rest, after a step.
+  void read_bias(const BiasReading& reading);
+
+  /// The particles' mean or best where the motion since they were last drawn has brought them, and the
+  /// covariance about it of both, with what resampling has made them forget. The best is that before a
+  /// resampling.
+  PoseEstimate estimate() const;
+  std::size_t landmarks() const { return belief_.map.landmarks(); }
+  /// Over all particles. The covariance is of what they differ in, or have forgotten, and what each is unsure
+  /// of.
+  MappedLandmark landmark(std::size_t index) const;
+  /// Whether the most probable particle has it: those without names not all have.
+  bool has_landmark(std::size_t index) const;
+  /// Whether it surely exists: one without a name may be tentative.
+  bool is_confirmed(std::size_t index) const {
+    return association_.is_confirmed(static_cast<LandmarkId>(index));
+  }
+
+  /// As they were last drawn: at the last step with sightings.
+  std::vector<Pose2> poses() const;
+  std::vector<double> weights() const;
+  /// Of the particle with the largest weight: poses after each step; empty when paths are not kept.
+  std::vector<Pose2> best_path() const;
+  /// Of how many particles at the step with sightings so many before the last those of now descend; 1 where
+  /// paths are not kept.
+  std::size_t ancestors(std::size_t steps_back) const {
+    return belief_.paths.ancestors(steps_back, belief_.particles.ancestry);
+  }
+  /// Poses stored for that, by all particles together.
+  std::size_t stored_poses() const { return belief_.paths.stored(); }
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.draws_, self.resampling_, self.belief_, self.association_, self.common_error_, self.report_);
+  }
+
+ private:
+  void gate(std::span<const Observation> observations);
+  bool sees_something() const;
+  void expect_landmarks();
+  bool associate(const Draw& draw);
+  void propose_and_weigh();
+  void create_landmarks(std::span<const Observation> observations);
+  void add_landmark(const Observation& observation, std::size_t index);
+  void weigh();
+  void resample_if_poor();
+  void predict_range(const Draw& draw, ParticleRange range);
+  Draw next_draw() { return {options_.seed, draws_++, 0}; }
+
+  LandmarkSensor sensor_;
+  ParticleSlamOptions options_;
+  ThreadPool thread_pool_;
+  std::uint64_t draws_ = 0;  ///< so many numbers each particle has drawn
+  ParticleBelief belief_;
+  PoseProposal proposal_;
+  SystematicResampling resampling_;
+  GatingSample gating_sample_;
+  ParticleAssociation association_;
+  CommonError common_error_;
+  StepReport report_;
+
+  // Of one step.
+  std::vector<MatchedSighting> matched_;
+  std::vector<KnownReading> readings_;  ///< of those matched, by their names or without
+  NearReadings near_;                   ///< the same
+  std::vector<std::size_t> unmapped_;   ///< valid observations of names that the map has not
+};
+
+}  // namespace trundle

@@ -1,0 +1,46 @@
+#pragma once
+
+#include "trundle/slam/fastslam/particle_set.hpp"
+#include "trundle/slam/fastslam/proposal_kernels.hpp"
+#include "trundle/slam/fastslam/swarm.hpp"
+
+namespace trundle {
+
+/// How particles get their new poses.
+enum class Proposal {
+  motion,          ///< drawn from the motion: FastSLAM 1.0
+  linearised,      ///< from a Gaussian of motion and sightings: FastSLAM 2.0
+  swarm,           ///< moved by the swarm, as published: weights know nothing of it
+  swarm_gaussian,  ///< from a Gaussian at the swarm's optimum, weighted for it
+};
+
+/// The proposal of a particle filter: turns the noise of each particle, drawn from the motion, into that of
+/// its new pose, and its log weight takes prior over proposal. A further kind is one more case of these
+/// functions. docs/theory/fastslam.md, eq. 15 and 16; docs/theory/swarm.md.
+class PoseProposal {
+ public:
+  PoseProposal(Proposal kind, const SwarmOptions& swarm, std::size_t particles);
+
+  /// Whether it takes the motion's noise as it is, whatever is seen.
+  bool is_motion() const { return kind_ == Proposal::motion; }
+  /// Whether particles depend on one another: all of them have to be predicted before any is drawn.
+  bool needs_all() const { return kind_ == Proposal::swarm || kind_ == Proposal::swarm_gaussian; }
+
+  struct Step {
+    const NearReadings& readings;  ///< of known landmarks
+    Placement placement;           ///< the motion's noise, as a twist of the body
+    Draw draw;                     ///< beyond that of the motion's noise
+  };
+  /// What is found out by all of them together, of proposals that need all.
+  void refine(const Step& step, ThreadPool& thread_pool, ParticleSet& particles);
+  /// A piece of the particles is drawn. `particles.sensors` stand at the predictions afterwards, or anywhere.
+  void draw(const Step& step, ParticleRange range, ParticleSet& particles);
+
+ private:
+  Proposal kind_;
+  SwarmOptions options_;
+  Swarm swarm_;
+  TripleColumns second_;  ///< draw, where the first is what the swarm has found
+};
+
+}  // namespace trundle

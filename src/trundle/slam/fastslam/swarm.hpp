@@ -1,0 +1,73 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "trundle/slam/fastslam/particle_kernels.hpp"
+#include "trundle/slam/fastslam/swarm_kernels.hpp"
+#include "trundle/slam/fastslam/thread_pool.hpp"
+
+namespace trundle {
+
+struct SwarmOptions {
+  int iterations = 5;             ///< K; with target_agreement an upper bound
+  double target_agreement = 0.0;  ///< W_set: stop once the mean of exp(−½ d²) is above; 0: never
+  double first_inertia = 0.9;     ///< w, falling linearly
+  double last_inertia = 0.4;
+  double cognitive = 1.7;      ///< c1
+  double social = 1.7;         ///< c2
+  double search_radius = 0.5;  ///< of the best agent's first search [σ of the motion]; halves each time
+};
+
+/// The agents' lattice: the most nearly square factorisation of the particles; of a prime number of them one
+/// is left out.
+struct Lattice {
+  std::size_t rows = 0;
+  std::size_t columns = 0;
+
+  std::size_t cells() const { return rows * columns; }
+  /// Left, right, above, below on the torus.
+  std::array<std::size_t, 4> neighbours(std::size_t cell) const;
+};
+Lattice lattice_of(std::size_t particles);
+
+/// Moves every particle to a better pose: agents on a torus lattice compete with their neighbours, fly as a
+/// swarm, and the best of them searches around itself. docs/theory/swarm.md. Room for all of it is kept
+/// from step to step.
+class Swarm {
+ public:
+  explicit Swarm(std::size_t particles);
+
+  /// What a step says of each particle's new pose.
+  struct Target {
+    const PoseColumns& predicted;
+    Matrix3 L;  ///< twist = L n
+    Pose2 body_from_sensor;
+    const NearReadings& readings;
+    Draw draw;  ///< purposes from 1 on are free
+  };
+  /// `n` (whitened, one for each particle) comes in as drawn from the motion and leaves as the best that each
+  /// agent has found. Where nothing is seen, or the motion is certain in some direction, it stays.
+  void refine(const Target& target, const SwarmOptions& options, ThreadPool& thread_pool, TripleColumns& n);
+
+ private:
+  void find_partners(ParticleRange range);
+  void search(const SwarmTask& task, double radius);
+  std::size_t best_agent() const;
+  double agreement() const;
+
+  std::size_t particles_;
+  Lattice lattice_;
+  std::vector<std::array<std::size_t, 4>> neighbours_;  ///< of each cell
+  SwarmColumns agents_;
+  PoseColumns poses_;
+  BodyColumns predicted_;
+  TripleColumns still_;  ///< no noise
+  BodyColumns partners_;
+  Column<double> partner_values_;
+  std::array<TripleColumns, 3> chances_;  ///< to compete, of the own best, of the best of all
+  TripleColumns cells_;                   ///< of the best agent's search
+  SearchedPlaces found_;
+};
+
+}  // namespace trundle

@@ -1,0 +1,121 @@
+#include "trundle/slam/fastslam/thread_pool.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <hwy/cache_control.h>
+
+namespace trundle {
+namespace {
+
+constexpr std::size_t kPiece = 128;  // particles: their share of what is in view stays in the nearest cache
+constexpr std::chrono::microseconds kPatience{200};
+
+using Counter = std::atomic<std::uint32_t>;
+
+/// Waits until it is another number: awake for a moment, then asleep.
+std::uint32_t changed(const Counter& counter, std::uint32_t from) {
+  const auto end = std::chrono::steady_clock::now() + kPatience;
+  do {
+    for (int k = 0; k < 64; ++k) {
+      if (const std::uint32_t now = counter.load(std::memory_order_acquire); now != from) return now;
+      hwy::Pause();
+    }
+  } while (std::chrono::steady_clock::now() < end);
+  counter.wait(from, std::memory_order_acquire);
+  return counter.load(std::memory_order_acquire);
+}
+
+}  // namespace
+
+/// Those that help the caller. Calls are counted; a piece is taken, and done, for a call: who comes too late
+/// for one finds all its pieces taken, and has not looked at what was to be done.
+class ThreadPool::Hands {
+ public:
+  Hands(std::size_t threads, std::size_t particles)
+      : particles_(padded(particles)), pieces_((particles_ + kPiece - 1) / kPiece) {
+    for (std::size_t k = 1; k < threads; ++k)
+      threads_.emplace_back([this, begin = k * pieces_.size() / threads] { attend(begin); });
+  }
+  Hands(const Hands&) = delete;
+  Hands& operator=(const Hands&) = delete;
+  ~Hands() {
+    is_over_.store(true, std::memory_order_relaxed);
+    calls_.fetch_add(1, std::memory_order_release);
+    calls_.notify_all();
+    for (std::thread& thread : threads_) thread.join();
+  }
+
+  void run(Step step, void* context) {
+    step_ = step;
+    context_ = context;
+    const std::uint32_t call = calls_.fetch_add(1, std::memory_order_release) + 1;
+    calls_.notify_all();
+    take_pieces(0, call);
+    for (const Piece& piece : pieces_)
+      while (piece.done.load(std::memory_order_acquire) != call) changed(piece.done, call - 1);
+  }
+
+ private:
+  struct alignas(64) Piece {
+    Counter taken = 0;  ///< call for which it was last taken
+    Counter done = 0;
+  };
+
+  void attend(std::size_t begin) {
+    for (std::uint32_t call = changed(calls_, 0); !is_over_.load(std::memory_order_relaxed);
+         call = changed(calls_, call))
+      take_pieces(begin, call);
+  }
+
+  /// One's own first: they are in one's cache.
+  void take_pieces(std::size_t begin, std::uint32_t call) {
+    for (std::size_t k = 0; k < pieces_.size(); ++k) {
+      const std::size_t number = (begin + k) % pieces_.size();
+      Piece& piece = pieces_[number];
+      std::uint32_t before = call - 1;
+      if (!piece.taken.compare_exchange_strong(before, call, std::memory_order_acq_rel)) continue;
+      step_(context_, {number * kPiece, std::min((number + 1) * kPiece, particles_)});
+      piece.done.store(call, std::memory_order_release);
+      piece.done.notify_one();
+    }
+  }
+
+  std::size_t particles_;
+  std::vector<Piece> pieces_;
+  Step step_ = nullptr;
+  void* context_ = nullptr;
+  alignas(64) Counter calls_ = 0;
+  std::atomic<bool> is_over_ = false;
+  std::vector<std::thread> threads_;
+};
+
+ThreadPool::ThreadPool(std::size_t threads, std::size_t particles)
+    : threads_(
+          std::clamp((particles + kPiece - 1) / kPiece, std::size_t{1}, std::max(threads, std::size_t{1}))),
+      particles_(particles) {}
+
+ThreadPool::ThreadPool(ThreadPool&& other) noexcept = default;
+ThreadPool& ThreadPool::operator=(ThreadPool other) noexcept {
+  threads_ = other.threads_;
+  particles_ = other.particles_;
+  hands_ = std::move(other.hands_);
+  return *this;
+}
+ThreadPool::~ThreadPool() = default;
+
+void ThreadPool::run(Step step, void* context) {
+  if (threads_ == 1) {
+    for (std::size_t first = 0; first < padded(particles_); first += kPiece)
+      step(context, {first, std::min(first + kPiece, padded(particles_))});
+    return;
+  }
+  if (!hands_) hands_ = std::make_unique<Hands>(threads_, particles_);
+  hands_->run(step, context);
+}
+
+}  // namespace trundle

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "trundle/slam/motion.hpp"
+#include "trundle/slam/observation.hpp"
+
+namespace trundle {
+
+/// A landmark as it was last seen, carried along with the robot's motion since.
+struct SightedPoint {
+  Vector2 in_body = Vector2::Zero();
+  Matrix2 covariance = Matrix2::Zero();  ///< of the reading, and of the motion since
+  LandmarkId landmark = kUnknownLandmark;
+  std::uint64_t step = 0;               ///< when it was seen
+  Vector2 seen_from = Vector2::Zero();  ///< where the robot was when it said something new, in today's frame
+  /// Covariance with the odometry's systematic errors: columns of the motion since.
+  Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMostSystematic> with_systematic{2, 0};
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.in_body, self.covariance, self.landmark, self.step, self.seen_from, self.with_systematic);
+  }
+};
+
+/// Nothing tells them apart: sightings of one landmark, or of neighbours, whose errors are the same.
+bool are_one_place(const SightedPoint& a, const SightedPoint& b);
+
+/// The landmarks seen lately, in today's body frame: what a robot that does not know where it is has to
+/// recognise a place by. Bounded: the points seen last, none less certain than a metre.
+/// docs/theory/global-localization.md, eq. 46.
+class LocalMap {
+ public:
+  explicit LocalMap(const LandmarkSensor& sensor) : sensor_(sensor) {}
+
+  /// `systematic`: what is known of the odometry's systematic errors, which the motion's mean allows for.
+  void step(const Motion& motion, std::span<const Observation> observations,
+            const SystematicCovariance& systematic = {});
+  /// Of each observation of the last step: 1 where it is news, 0 where it repeats what was seen from here.
+  std::span<const double> news() const { return news_; }
+  /// What was seen before that step belongs to another place.
+  void forget_before(std::uint64_t step);
+
+  std::span<const SightedPoint> points() const { return points_; }  ///< those seen last come last
+  std::uint64_t now() const { return now_; }
+  /// Points seen in the last step.
+  std::size_t fresh() const;
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.now_, self.points_, self.news_);
+  }
+
+ private:
+  double add(const Observation& observation);
+  std::vector<SightedPoint>::iterator same_as(const SightedPoint& point);
+
+  LandmarkSensor sensor_;
+  std::uint64_t now_ = 0;
+  std::vector<SightedPoint> points_;
+  std::vector<double> news_;
+};
+
+}  // namespace trundle

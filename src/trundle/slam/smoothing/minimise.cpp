@@ -1,0 +1,197 @@
+#include "trundle/slam/smoothing/minimise.hpp"
+
+#include <algorithm>
+
+namespace trundle {
+namespace {
+
+// Added to the information of every coordinate [1/m², 1/rad², 1]. Not a share of the diagonal: that of two
+// poses between which the robot stood still is so large that they could not be moved together either.
+constexpr double kFirstDamping = 1e-3;
+constexpr double kLeastDamping = 1e-9;
+constexpr double kMostDamping = 1e12;
+
+/// Poses, landmarks, all parameters as one block that is eliminated last.
+BlockPattern pattern_of(const SmoothingProblem& problem) {
+  const int parameters = static_cast<int>(problem.parameter_information.size());
+  BlockPattern pattern;
+  pattern.sizes.assign(static_cast<std::size_t>(problem.poses), problem.has_bias ? 4 : 3);
+  pattern.sizes.insert(pattern.sizes.end(), static_cast<std::size_t>(problem.landmarks), 2);
+  if (parameters > 0) {
+    pattern.last = 1;
+    for (int i = 0; i < problem.poses; ++i)
+      pattern.couplings.emplace_back(i, problem.poses + problem.landmarks);
+    pattern.sizes.push_back(parameters);
+  }
+  for (const MotionLink& link : problem.motions)
+    if (link.from != MotionLink::kKnown) pattern.couplings.emplace_back(link.from, link.to);
+  for (const SightingLink& link : problem.sightings)
+    pattern.couplings.emplace_back(link.pose, problem.poses + link.landmark);
+  return pattern;
+}
+
+}  // namespace
+
+Minimiser::Minimiser(const SmoothingProblem& problem)
+    : poses_(problem.poses),
+      of_pose_(problem.has_bias ? 4 : 3),
+      landmarks_(problem.landmarks),
+      parameters_(problem.poses + problem.landmarks),
+      free_(problem.parameter_information.size()),
+      normal_(pattern_of(problem)) {}
+
+// Eq. 7: J of a link has up to three blocks. Without a bias the last row and column are left out.
+void Minimiser::add(const MotionLink& link, const SmoothingState& state) {
+  const bool known = link.from == MotionLink::kKnown;
+  const Eigen::Index n = of_pose_;
+  const MotionResidual r = motion_residual(link, state);
+  const Eigen::Matrix4d W_to = link.information * r.by_to;
+  const Eigen::Vector4d We = link.information * r.error;
+  const Eigen::Vector4d g_to = r.by_to.transpose() * We;
+  normal_.add(link.to, link.to, (r.by_to.transpose() * W_to).topLeftCorner(n, n));
+  gradient_.segment(normal_.offset(link.to), n) += g_to.head(n);
+  if (!known) {
+    const Eigen::Vector4d g_from = r.by_from.transpose() * We;
+    normal_.add(link.from, link.from,
+                (r.by_from.transpose() * link.information * r.by_from).topLeftCorner(n, n));
+    normal_.add(link.from, link.to, (r.by_from.transpose() * W_to).topLeftCorner(n, n));
+    gradient_.segment(normal_.offset(link.from), n) += g_from.head(n);
+  }
+  if (free_ == 0) return;
+  const Eigen::Matrix4Xd W_by = -link.information.leftCols<3>() * link.by_parameters;
+  normal_.add(parameters_, parameters_, -link.by_parameters.transpose() * W_by.topRows<3>());
+  normal_.add(link.to, parameters_, (r.by_to.transpose() * W_by).topRows(n));
+  if (!known) normal_.add(link.from, parameters_, (r.by_from.transpose() * W_by).topRows(n));
+  gradient_.tail(free_) -= link.by_parameters.transpose() * We.head<3>();
+}
+
+void Minimiser::add(const SightingLink& link, const SmoothingProblem& problem, const SmoothingState& state) {
+  const SightingResidual r =
+      sighting_residual(problem.sensor, link.observation, state.poses[static_cast<std::size_t>(link.pose)],
+                        state.landmarks[static_cast<std::size_t>(link.landmark)]);
+  const double weight = robust_weight(r.error.squaredNorm(), problem.gate);
+  const int landmark = poses_ + link.landmark;
+  Eigen::Matrix<double, 2, 4> by_pose = Eigen::Matrix<double, 2, 4>::Zero();
+  by_pose.leftCols<3>() = r.by_pose;
+  normal_.add(link.pose, link.pose,
+              (weight * by_pose.transpose() * by_pose).topLeftCorner(of_pose_, of_pose_));
+  normal_.add(landmark, landmark, weight * r.by_landmark.transpose() * r.by_landmark);
+  normal_.add(landmark, link.pose, (weight * r.by_landmark.transpose() * by_pose).leftCols(of_pose_));
+  gradient_.segment<3>(normal_.offset(link.pose)) += weight * r.by_pose.transpose() * r.error;
+  gradient_.segment<2>(normal_.offset(landmark)) += weight * r.by_landmark.transpose() * r.error;
+}
+
+void Minimiser::build(const SmoothingProblem& problem, const SmoothingState& state) {
+  normal_.clear();
+  gradient_ = Eigen::VectorXd::Zero(normal_.size());
+  for (const MotionLink& link : problem.motions) add(link, state);
+  for (const SightingLink& link : problem.sightings) add(link, problem, state);
+  for (const BiasLink& link : problem.bias_readings) {
+    Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
+    information(3, 3) = 1.0 / link.variance;
+    normal_.add(link.pose, link.pose, information);
+    gradient_[normal_.offset(link.pose) + 3] += (state.bias_at(link.pose) - link.value) / link.variance;
+  }
+  if (free_ == 0) return;
+  normal_.add(parameters_, parameters_, Eigen::MatrixXd(problem.parameter_information.asDiagonal()));
+  const Eigen::VectorXd off =
+      problem.parameter_mean.size() == 0 ? state.parameters : state.parameters - problem.parameter_mean;
+  gradient_.tail(free_) += problem.parameter_information.cwiseProduct(off);
+  const Information& evidence = problem.parameter_evidence;
+  if (evidence.count == 0) return;
+  normal_.add(parameters_, parameters_, evidence.matrix);
+  gradient_.tail(free_) += evidence.matrix * state.parameters - evidence.gradient;
+}
+
+SmoothingState Minimiser::moved(const SmoothingState& state, const Eigen::VectorXd& step) const {
+  SmoothingState result = state;
+  for (int i = 0; i < poses_; ++i) {
+    Pose2& pose = result.poses[static_cast<std::size_t>(i)];
+    // To first order pose · exp(δ). Without the arc's bend poses at one place stay at one place, whatever
+    // each turns: turns on the spot are links so stiff that the difference would forbid every step.
+    const Vector3 delta = step.segment<3>(normal_.offset(i));
+    const Vector2 position = pose * Vector2(delta.head<2>());
+    pose = {position.x(), position.y(), pose.heading + delta.z()};
+    if (of_pose_ == 4) result.biases[static_cast<std::size_t>(i)] += step[normal_.offset(i) + 3];
+  }
+  for (int i = 0; i < landmarks_; ++i)
+    result.landmarks[static_cast<std::size_t>(i)] += step.segment<2>(normal_.offset(poses_ + i));
+  result.parameters += step.tail(free_);
+  return result;
+}
+
+// Eq. 8. The damping follows how well the quadratic model foretold the gain [Nielsen 1999].
+Minimum Minimiser::minimise(const SmoothingProblem& problem, SmoothingState start,
+                            const MinimiseOptions& options) {
+  Minimum minimum{std::move(start), 0.0};
+  if (problem.has_bias) minimum.state.biases.resize(static_cast<std::size_t>(poses_), 0.0);
+  minimum.cost = cost_of(problem, minimum.state);
+  build(problem, minimum.state);
+  double damping = kFirstDamping;
+  double growth = 2.0;
+  while (minimum.iterations < options.most_iterations && damping < kMostDamping) {
+    ++minimum.iterations;
+    if (normal_.factor(damping)) {
+      const Eigen::VectorXd step = normal_.solve(-gradient_);
+      const double foretold = damping * step.squaredNorm() - step.dot(gradient_);
+      if (foretold < options.enough) {
+        minimum.converged = true;
+        break;
+      }
+      SmoothingState there = moved(minimum.state, step);
+      const double cost = cost_of(problem, there);
+      if (const double gain = (minimum.cost - cost) / foretold; gain > 0.0) {
+        minimum.state = std::move(there);
+        minimum.cost = cost;
+        build(problem, minimum.state);
+        damping =
+            std::max(damping * std::max(1.0 / 10.0, 1.0 - std::pow(2.0 * gain - 1.0, 3)), kLeastDamping);
+        growth = 2.0;
+        continue;
+      }
+    }
+    damping *= growth;
+    growth *= 2.0;
+  }
+  return minimum;
+}
+
+bool Minimiser::linearise(const SmoothingProblem& problem, const SmoothingState& state) {
+  build(problem, state);
+  if (!normal_.factor(0.0)) return false;
+  normal_.invert();
+  return true;
+}
+
+Eigen::MatrixXd Minimiser::map_covariance(int first, int count) const {
+  std::vector<Eigen::Index> rows;
+  for (int i = first; i < first + count; ++i) {
+    const Eigen::Index at = normal_.offset(poses_ + i);
+    rows.insert(rows.end(), {at, at + 1});
+  }
+  Eigen::MatrixXd covariance(rows.size(), rows.size());
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    covariance.col(static_cast<Eigen::Index>(k)) =
+        normal_.solve(Eigen::VectorXd::Unit(normal_.size(), rows[k]))(rows);
+  return 0.5 * (covariance + covariance.transpose());
+}
+
+Matrix2 Minimiser::difference_covariance(int landmark, int other) const {
+  const Eigen::Index at = normal_.offset(poses_ + landmark);
+  const Eigen::Index minus = normal_.offset(poses_ + other);
+  Matrix2 covariance;
+  for (Eigen::Index axis = 0; axis < 2; ++axis) {
+    Eigen::VectorXd b = Eigen::VectorXd::Zero(normal_.size());
+    b[at + axis] = 1.0;
+    b[minus + axis] = -1.0;
+    const Eigen::VectorXd x = normal_.solve(std::move(b));
+    covariance.col(axis) = x.segment<2>(at) - x.segment<2>(minus);
+  }
+  return 0.5 * (covariance + covariance.transpose());
+}
+
+Eigen::MatrixXd Minimiser::parameter_covariance() const {
+  return free_ > 0 ? normal_.inverse(parameters_, parameters_) : Eigen::MatrixXd(0, 0);
+}
+
+}  // namespace trundle

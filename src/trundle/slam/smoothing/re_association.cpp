@@ -1,0 +1,171 @@
+#include "trundle/slam/smoothing/re_association.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <Eigen/LU>
+
+#include "trundle/slam/association/association.hpp"
+#include "trundle/slam/association/landmark_grid.hpp"
+
+namespace trundle {
+namespace {
+
+constexpr double kCellShare = 0.25;  // of the sensor's range: cells of the grid
+constexpr double kSigmas = 5.0;      // further away nothing is looked for
+
+/// −2 log of the density of a reading that shows nothing of the map.
+double cost_of_none(const LandmarkSensor& sensor) {
+  return cost_of_new({.max_range_m = sensor.max_range_m});
+}
+
+/// A map in a grid.
+LandmarkGrid placed(std::span<const MappedLandmark> map, const LandmarkSensor& sensor) {
+  LandmarkGrid grid(kCellShare * sensor.max_range_m);
+  for (std::size_t i = 0; i < map.size(); ++i) grid.put(i, map[i].position);
+  return grid;
+}
+
+double sigma_of(const MappedLandmark& landmark) {
+  return std::sqrt(landmark.covariance.trace());
+}
+
+/// Pairs that were seen in one instant: two landmarks.
+std::set<LandmarkPair> seen_together(const ShownObservations& shown) {
+  std::set<LandmarkPair> pairs;
+  for (const auto& step : shown)
+    for (const Observation& a : step)
+      for (const Observation& b : step)
+        if (a.landmark >= 0 && a.landmark < b.landmark) pairs.emplace(a.landmark, b.landmark);
+  return pairs;
+}
+
+/// What a sighting may show, from a smoothed pose.
+class Looker {
+ public:
+  Looker(const SmoothedSlam& smoothed, const LandmarkSensor& sensor)
+      : smoothed_(smoothed),
+        sensor_(sensor),
+        R_(reading_covariance(sensor)),
+        map_(placed(smoothed.map, sensor)) {}
+
+  std::vector<Fit> fits(std::size_t step, const Observation& observation) {
+    const Pose2& pose = smoothed_.trajectory.poses[step].pose;
+    const SightedLandmark there = sighted_landmark(pose, sensor_.body_from_sensor, observation);
+    const Matrix2 spread = there.spread(R_);
+    map_.near(there.in_world, kSigmas * std::sqrt(spread.trace()), kMostShown, near_);
+    std::vector<Fit> fits;
+    for (const std::size_t i : near_) {
+      const MappedLandmark& m = smoothed_.map[i];
+      const ExpectedReading expected = expected_reading(pose, sensor_.body_from_sensor, m.position);
+      const Vector2 innovation = innovation_of(observation, expected);
+      const double nis = innovation.dot(R_.inverse() * innovation);
+      fits.push_back({m.id, nis, nis + cost_at_peak(R_)});
+    }
+    return fits;
+  }
+
+ private:
+  const SmoothedSlam& smoothed_;
+  const LandmarkSensor& sensor_;
+  Matrix2 R_;
+  LandmarkGrid map_;
+  std::vector<std::size_t> near_;
+};
+
+}  // namespace
+
+// Eq. 14.
+double cost_of_explaining(const ShownObservations& shown, const LandmarkSensor& sensor) {
+  const double none = cost_of_none(sensor);
+  const double density = cost_at_peak(reading_covariance(sensor));
+  std::set<LandmarkId> landmarks;
+  double cost = 0.0;
+  for (const auto& step : shown)
+    for (const Observation& observation : step) {
+      if (!is_valid(observation)) continue;
+      const bool is_first = observation.landmark >= 0 && landmarks.insert(observation.landmark).second;
+      cost += observation.landmark < 0 || is_first ? none : density;
+    }
+  return cost;
+}
+
+// Eq. 15.
+std::vector<LandmarkPair> twins_in(const ShownObservations& shown, std::span<const MappedLandmark> map,
+                                   const LandmarkSensor& sensor, LandmarkId first_nameless,
+                                   const DifferenceCovariance& covariance) {
+  const std::set<LandmarkPair> different = seen_together(shown);
+  const double gate = UnknownIdOptions{}.gate;
+  const double anywhere = 2.0 * std::log(kPi * sensor.max_range_m * sensor.max_range_m);
+  LandmarkGrid grid = placed(map, sensor);
+  std::vector<std::pair<double, LandmarkPair>> alike;
+  std::vector<std::size_t> near;
+  for (const MappedLandmark& a : map) {
+    const double sigma_m = sigma_of(a);
+    grid.near(a.position, kSigmas * std::sqrt(2.0) * sigma_m, map.size(), near);
+    for (const std::size_t j : near) {
+      const MappedLandmark& b = map[j];
+      const bool is_surer = std::pair(sigma_of(b), b.id) < std::pair(sigma_m, a.id);
+      const LandmarkPair pair = std::minmax(a.id, b.id);
+      if (!is_surer || pair.second < first_nameless || different.contains(pair)) continue;
+      const Vector2 apart = b.position - a.position;
+      const Matrix2 most = 2.0 * (a.covariance + b.covariance);  // C is no larger, however they correlate
+      if (apart.dot(most.inverse() * apart) > gate) continue;
+      const Matrix2 C = covariance(a.id, b.id);
+      const double squared = apart.dot(C.inverse() * apart);
+      const double cost = squared + cost_at_peak(C);
+      if (squared <= gate && cost < anywhere) alike.push_back({cost, pair});
+    }
+  }
+  std::ranges::sort(alike);
+  std::set<LandmarkId> taken;
+  std::vector<LandmarkPair> pairs;
+  for (const auto& [cost, pair] : alike) {
+    if (taken.contains(pair.first) || taken.contains(pair.second)) continue;
+    taken.insert({pair.first, pair.second});
+    pairs.push_back(pair);
+  }
+  return pairs;
+}
+
+ShownObservations with_merged(ShownObservations shown, std::span<const LandmarkPair> pairs) {
+  for (auto& step : shown)
+    for (Observation& observation : step) {
+      const auto pair = std::ranges::find(pairs, observation.landmark, &LandmarkPair::second);
+      if (pair != pairs.end()) observation.landmark = pair->first;
+    }
+  return shown;
+}
+
+// Eq. 16.
+ShownObservations explained_again(ShownObservations shown, const SlamInput& input,
+                                  const SmoothedSlam& smoothed, const LandmarkSensor& sensor) {
+  Looker looker(smoothed, sensor);
+  const AssociationOptions options{.gate = cost_of_none(sensor) - cost_at_peak(reading_covariance(sensor)),
+                                   .max_range_m = sensor.max_range_m};
+  for (std::size_t k = 0; k < shown.size(); ++k) {
+    const std::vector<Observation>& seen = input.steps[k].observations;
+    std::vector<Observation*> nameless;
+    std::vector<std::vector<Fit>> fits;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      if (!is_valid(seen[i]) || seen[i].landmark >= 0) continue;
+      nameless.push_back(&shown[k][i]);
+      fits.push_back(looker.fits(k, seen[i]));
+      std::erase_if(fits.back(), [&](const Fit& fit) {
+        return std::ranges::find(seen, fit.landmark, &Observation::landmark) != seen.end();
+      });
+    }
+    const std::vector<Associated> found = associate(fits, options);
+    for (std::size_t i = 0; i < nameless.size(); ++i) nameless[i]->landmark = found[i].landmark;
+  }
+  return shown;
+}
+
+bool say_the_same(const ShownObservations& a, const ShownObservations& b) {
+  return std::ranges::equal(a, b, [](const auto& one, const auto& other) {
+    return std::ranges::equal(one, other, {}, &Observation::landmark, &Observation::landmark);
+  });
+}
+
+}  // namespace trundle

@@ -1,0 +1,280 @@
+#include "trundle/slam/smoothing/smoother.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "trundle/io/error.hpp"
+#include "trundle/slam/smoothing/re_association.hpp"
+#include "trundle/slam/smoothing/shown.hpp"
+#include "trundle/slam/smoothing/smoother_start.hpp"
+#include "trundle/slam/smoothing/track.hpp"
+
+namespace trundle {
+namespace {
+
+/// Of the systematic errors, all but the bias, those that are estimated.
+std::vector<int> free_of(const Systematic& sigma, bool has_bias) {
+  std::vector<int> free;
+  for (int i = has_bias ? 1 : 0; i < sigma.size(); ++i)
+    if (sigma[i] > 0.0) free.push_back(i);
+  return free;
+}
+
+/// What the smoother counts the systematic errors from: what the filter took them for, so that long motions
+/// are those of about the right ones.
+Systematic reference_of(const Systematic& filtered, Eigen::Index count) {
+  Systematic reference = Systematic::Zero(count);
+  const Eigen::Index known = std::min(filtered.size(), count);
+  if (filtered.allFinite()) reference.head(known) = filtered.head(known);
+  return reference;
+}
+
+/// Of a recording: its systematic errors as the problem counts them.
+struct Counted {
+  Systematic sigma;
+  Systematic reference;
+  bool has_bias = false;
+  std::vector<int> free = {};
+
+  double bias() const { return has_bias ? reference[0] : 0.0; }
+};
+
+TrackInput track_input(const SlamInput& input, const ShownObservations& shown, const SlamPrior& prior,
+                       const Counted& systematic) {
+  TrackInput track{.observations = shown, .start = {.pose = prior.start}};
+  track.start_covariance = prior.start_covariance;
+  if (systematic.has_bias) track.start.bias = -systematic.bias();
+  if (systematic.has_bias) track.start.bias_variance = systematic.sigma[0] * systematic.sigma[0];
+  for (const SlamStep& step : input.steps) {
+    const Motion motion = about(systematic.reference, step.motion);
+    const BySystematic by_all = motion.by_first(systematic.sigma.size());
+    FreeMotion free{motion.mean, motion.covariance, by_all(Eigen::all, systematic.free)};
+    track.time_s.push_back(step.time_s);
+    if (systematic.has_bias) {
+      free.by_bias = by_all.col(0);
+      free.walk = motion.walk;
+      free.with_walk = motion.with_walk;
+      track.bias_readings.push_back(step.bias_reading);
+      if (step.bias_reading) track.bias_readings.back()->rad_s -= systematic.bias();
+    }
+    track.motions.push_back(std::move(free));
+  }
+  return track;
+}
+
+SmoothingProblem empty_problem(const LandmarkSensor& sensor, const SmootherOptions& options,
+                               const Counted& systematic) {
+  const Eigen::VectorXd sigma = systematic.sigma(systematic.free);
+  return {.sensor = sensor,
+          .motions = {},
+          .sightings = {},
+          .parameter_information = sigma.cwiseAbs2().cwiseInverse(),
+          .parameter_mean = -systematic.reference(systematic.free),
+          .has_bias = systematic.has_bias,
+          .gate = options.gate};
+}
+
+std::vector<MappedLandmark> map_of(const Track& track, const SmoothingProblem& problem,
+                                   const SmoothingState& state, const Minimiser& linearised) {
+  std::vector<MappedLandmark> map;
+  for (std::size_t i = 0; i < track.landmarks().size(); ++i) {
+    const int landmark = track.first_landmark() + static_cast<int>(i);
+    map.push_back({track.landmarks()[i], state.landmarks[static_cast<std::size_t>(landmark)],
+                   linearised.landmark_covariance(landmark), 0});
+  }
+  for (const SightingLink& link : problem.sightings)
+    ++map[static_cast<std::size_t>(link.landmark - track.first_landmark())].sightings;
+  return map;
+}
+
+std::size_t outliers_at(const SmoothingProblem& problem, const SmoothingState& state) {
+  return static_cast<std::size_t>(std::ranges::count_if(problem.sightings, [&](const SightingLink& link) {
+    return sighting_residual(problem.sensor, link.observation,
+                             state.poses[static_cast<std::size_t>(link.pose)],
+                             state.landmarks[static_cast<std::size_t>(link.landmark)])
+               .error.squaredNorm() > problem.gate;
+  }));
+}
+
+/// The systematic errors after the last pose.
+void add_systematic(const SmoothingState& state, const Minimiser& linearised, const Counted& systematic,
+                    PoseEstimate& last) {
+  last.systematic = systematic.reference;
+  last.systematic_covariance = SystematicCovariance::Zero(systematic.sigma.size(), systematic.sigma.size());
+  const Eigen::MatrixXd covariance = linearised.parameter_covariance();
+  for (std::size_t i = 0; i < systematic.free.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    last.systematic[systematic.free[i]] += state.parameters[row];
+    for (std::size_t j = 0; j < systematic.free.size(); ++j)
+      last.systematic_covariance(systematic.free[i], systematic.free[j]) =
+          covariance(row, static_cast<Eigen::Index>(j));
+  }
+  if (!systematic.has_bias) return;
+  const int pose = static_cast<int>(state.poses.size()) - 1;
+  last.systematic[0] += state.bias_at(pose);
+  last.systematic_covariance(0, 0) = linearised.pose_covariance(pose)(3, 3);
+  for (std::size_t i = 0; i < systematic.free.size(); ++i)
+    last.systematic_covariance(0, systematic.free[i]) = last.systematic_covariance(systematic.free[i], 0) =
+        linearised.pose_parameter_covariance(pose)(3, static_cast<Eigen::Index>(i));
+}
+
+/// The recording as a smoothing problem, with what its sightings are said to show.
+class Smoothing {
+ public:
+  Smoothing(const SlamInput& input, const ShownObservations& shown, const LandmarkSensor& sensor,
+            const SmootherOptions& options, const Systematic& reference)
+      : options_(options),
+        systematic_(counted(input, options, reference)),
+        problem_(empty_problem(sensor, options, systematic_)),
+        track_(track_input(input, shown, options.prior, systematic_), problem_) {
+    if (problem_.sightings.empty())
+      throw CannotAnswer("nothing was seen whose landmark is known: nothing to smooth");
+    minimiser_.emplace(problem_);
+  }
+
+  /// From the trajectory of a filter, which may have been lost.
+  SmoothedSlam from_filtered(const Trajectory& start) {
+    return result(minimum_from(problem_, track_.at_stations(start), *minimiser_, minimise_options()));
+  }
+  /// From one that is nearly right.
+  SmoothedSlam from_smoothed(const Trajectory& start, std::size_t starts) {
+    return result(
+        {minimum_near(problem_, track_.at_stations(start), *minimiser_, minimise_options()), starts});
+  }
+
+  /// After either.
+  Eigen::MatrixXd map_covariance() const {
+    return minimiser_->map_covariance(track_.first_landmark(), static_cast<int>(track_.landmarks().size()));
+  }
+  Matrix2 difference_covariance(LandmarkId a, LandmarkId b) const {
+    return minimiser_->difference_covariance(number_of(a), number_of(b));
+  }
+
+ private:
+  static Counted counted(const SlamInput& input, const SmootherOptions& options, const Systematic& filtered) {
+    Counted systematic;
+    systematic.sigma = options.prior.systematic_sigma;
+    systematic.has_bias = input.systematic.has_bias;
+    if (systematic.sigma.size() == 0) systematic.sigma = input.systematic.sigma(kUsualShareSigma);
+    systematic.reference = reference_of(filtered, systematic.sigma.size());
+    systematic.free = free_of(systematic.sigma, systematic.has_bias);
+    return systematic;
+  }
+  MinimiseOptions minimise_options() const {
+    return {.most_iterations = options_.most_iterations, .enough = options_.enough};
+  }
+  int number_of(LandmarkId id) const {
+    const auto landmarks = track_.landmarks();
+    return track_.first_landmark() + static_cast<int>(std::ranges::find(landmarks, id) - landmarks.begin());
+  }
+  SmoothedSlam result(const Found& found);
+
+  SmootherOptions options_;
+  Counted systematic_;
+  SmoothingProblem problem_;
+  Track track_;
+  std::optional<Minimiser> minimiser_;
+};
+
+SmoothedSlam Smoothing::result(const Found& found) {
+  const SmoothingState& state = found.minimum.state;
+  if (!minimiser_->linearise(problem_, state))
+    throw CannotAnswer("the sightings leave poses or landmarks undetermined");
+  SmoothedSlam result;
+  result.trajectory = track_.trajectory(state, *minimiser_);
+  result.map = map_of(track_, problem_, state, *minimiser_);
+  result.last.pose = result.trajectory.poses.back().pose;
+  result.last.covariance = result.trajectory.covariances.back();
+  add_systematic(state, *minimiser_, systematic_, result.last);
+  result.bias = track_.biases(state, *minimiser_);
+  for (BiasEstimate& bias : result.bias) bias.rad_s += systematic_.bias();
+  result.counts = {.poses = track_.stations(),
+                   .sightings = problem_.sightings.size(),
+                   .outliers = outliers_at(problem_, state),
+                   .cost = found.minimum.cost,
+                   .degrees_of_freedom = degrees_of_freedom(problem_),
+                   .iterations = found.minimum.iterations,
+                   .starts = found.starts,
+                   .converged = found.minimum.converged};
+  return result;
+}
+
+/// What the sightings show, and the smoothed trajectory and map if they do.
+struct Explanation {
+  ShownObservations shown;
+  Smoothing smoothing;
+  SmoothedSlam smoothed;
+  double cost;  ///< docs/theory/smoother.md, eq. 4; docs/theory/re-association.md, eq. 14
+};
+
+/// Asks again what sightings without names show, as long as that explains them better: first whether
+/// landmarks are one and the same, all at once or else the clearest pair; then each instant for itself.
+class ReAssociation {
+ public:
+  ReAssociation(const SlamInput& input, const LandmarkSensor& sensor, const SmootherOptions& options,
+                Systematic reference, Explanation first)
+      : input_(input),
+        sensor_(sensor),
+        options_(options),
+        reference_(std::move(reference)),
+        best_(std::move(first)) {}
+
+  SmoothedSlam improved() {
+    for (int round = 0; round < kMostRounds; ++round) {
+      const bool merged = merge_twins();
+      if (!explain_again() && !merged) break;
+    }
+    best_.smoothed.map_covariance = best_.smoothing.map_covariance();
+    best_.smoothed.shown = std::move(best_.shown);
+    return std::move(best_.smoothed);
+  }
+
+ private:
+  static constexpr int kMostRounds = 5;
+
+  bool merge_twins() {
+    const std::vector<LandmarkPair> twins =
+        twins_in(best_.shown, best_.smoothed.map, sensor_, input_.first_nameless(),
+                 [&](LandmarkId a, LandmarkId b) { return best_.smoothing.difference_covariance(a, b); });
+    if (twins.empty()) return false;
+    return is_better(with_merged(best_.shown, twins)) ||
+           (twins.size() > 1 && is_better(with_merged(best_.shown, std::span(twins).first(1))));
+  }
+  bool explain_again() { return is_better(explained_again(best_.shown, input_, best_.smoothed, sensor_)); }
+
+  /// Then it is the best from now on.
+  bool is_better(ShownObservations shown) {
+    if (say_the_same(shown, best_.shown)) return false;
+    Smoothing smoothing(input_, shown, sensor_, options_, reference_);
+    SmoothedSlam smoothed = smoothing.from_smoothed(best_.smoothed.trajectory, best_.smoothed.counts.starts);
+    const double cost = smoothed.counts.cost + cost_of_explaining(shown, sensor_);
+    if (cost >= best_.cost) return false;
+    best_ = {std::move(shown), std::move(smoothing), std::move(smoothed), cost};
+    return true;
+  }
+
+  const SlamInput& input_;
+  const LandmarkSensor& sensor_;
+  SmootherOptions options_;
+  Systematic reference_;
+  Explanation best_;
+};
+
+}  // namespace
+
+SmoothedSlam smooth(const SlamInput& input, const LandmarkSensor& sensor, const SlamResult& filtered,
+                    const SmootherOptions& options) {
+  ShownObservations shown = shown_observations(input, filtered);
+  Smoothing smoothing(input, shown, sensor, options, filtered.last.systematic);
+  SmoothedSlam smoothed = smoothing.from_filtered(filtered.path ? *filtered.path : filtered.online);
+  if (!input.has_nameless()) {
+    smoothed.map_covariance = smoothing.map_covariance();
+    smoothed.shown = std::move(shown);
+    return smoothed;
+  }
+  const double cost = smoothed.counts.cost + cost_of_explaining(shown, sensor);
+  Explanation first{std::move(shown), std::move(smoothing), std::move(smoothed), cost};
+  return ReAssociation(input, sensor, options, filtered.last.systematic, std::move(first)).improved();
+}
+
+}  // namespace trundle

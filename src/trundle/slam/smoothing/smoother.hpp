@@ -1,0 +1,50 @@
+#pragma once
+
+#include "trundle/slam/slam.hpp"
+#include "trundle/slam/smoothing/shown.hpp"
+#include "trundle/slam/smoothing/smoothing_problem.hpp"
+
+namespace trundle {
+
+/// The odometry's systematic errors are unknown by so much where nothing else is said: travel and turning by
+/// 5 % and 10 % of themselves, 0.05 rad/m.
+inline const Vector3 kUsualShareSigma = {0.05, 0.1, 0.05};
+
+struct SmootherOptions {
+  /// Without systematic errors: those of the input, shares with kUsualShareSigma.
+  SlamPrior prior = {};
+  double gate = kDefaultGate;  ///< NIS beyond which a sighting pulls less than its square says
+  int most_iterations = 100;
+  double enough = 1e-4;  ///< the cost, a χ², that a further step is expected to gain
+};
+
+struct SmootherCounts {
+  std::size_t poses = 0;  ///< at which something was seen: the unknowns; the others lie between them
+  std::size_t sightings = 0;
+  std::size_t outliers = 0;    ///< of them, those whose NIS is beyond the gate
+  double cost = 0.0;           ///< docs/theory/smoother.md, eq. 4
+  int degrees_of_freedom = 0;  ///< what the cost should be near
+  int iterations = 0;          ///< of the start that was kept
+  std::size_t starts = 0;      ///< from how many places it was started
+  bool converged = false;
+};
+
+/// The most probable trajectory and map given everything that was seen, before and after.
+struct SmoothedSlam {
+  Trajectory trajectory;            ///< after each step, with covariance
+  std::vector<MappedLandmark> map;  ///< those that were seen
+  Eigen::MatrixXd map_covariance;   ///< of all of them, x and y of each
+  PoseEstimate last;                ///< after the last step, with the odometry's systematic errors
+  std::vector<BiasEstimate> bias;   ///< at each step: the gyro's, where there is one
+  ShownObservations shown;          ///< what each sighting was taken for in the end
+  SmootherCounts counts;
+};
+
+/// Nonlinear least squares over all poses, landmarks and systematic errors, the gyro's bias as a walk, from
+/// what a filter found: from its path, which sighting it took for which landmark. Sightings that it rejected
+/// count where it is known what they show; what is an outlier is judged again. Throws CannotAnswer when
+/// nothing was seen.
+SmoothedSlam smooth(const SlamInput& input, const LandmarkSensor& sensor, const SlamResult& filtered,
+                    const SmootherOptions& options = {});
+
+}  // namespace trundle

@@ -1,0 +1,142 @@
+#include "trundle/slam/smoothing/smoother_start.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+
+#include "trundle/statistics/median.hpp"
+
+namespace trundle {
+namespace {
+
+// While it grows the run ends far from where it should, and a sighting there is no outlier yet.
+constexpr double kGateWhileGrowing = 1e4;  // times the gate
+constexpr MinimiseOptions kWhileGrowing{.most_iterations = 15, .enough = 1.0};
+constexpr int kLeastGrowth = 1;
+constexpr int kGrowth = 5;  // by one in so many
+
+SmoothingState state_at(const SmoothingProblem& problem, const Trajectory& at_stations) {
+  SmoothingState state;
+  for (const StampedPose& stamped : at_stations.poses) state.poses.push_back(stamped.pose);
+  state.landmarks = landmarks_seen_from(problem, state.poses);
+  state.parameters = Eigen::VectorXd::Zero(problem.parameter_information.size());
+  return state;
+}
+
+/// The first poses of a problem, with what was seen from them.
+SmoothingProblem beginning_of(const SmoothingProblem& problem, int poses) {
+  SmoothingProblem part{.sensor = problem.sensor,
+                        .poses = poses,
+                        .motions = {},
+                        .sightings = {},
+                        .parameter_information = problem.parameter_information,
+                        .parameter_mean = problem.parameter_mean,
+                        .has_bias = problem.has_bias,
+                        .gate = kGateWhileGrowing * problem.gate};
+  for (const BiasLink& link : problem.bias_readings)
+    if (link.pose < poses) part.bias_readings.push_back(link);
+  for (const MotionLink& link : problem.motions)
+    if (link.to < poses) part.motions.push_back(link);
+  for (const SightingLink& link : problem.sightings) {
+    if (link.pose >= poses) continue;
+    part.sightings.push_back(link);
+    part.landmarks = std::max(part.landmarks, link.landmark + 1);
+  }
+  return part;
+}
+
+/// Where the odometry takes the robot from what is known: poses up to `poses`.
+void extend(const SmoothingProblem& part, SmoothingState& state) {
+  for (std::size_t i = state.poses.size(); i < part.motions.size(); ++i) {
+    const MotionLink& link = part.motions[i];
+    const Pose2 from =
+        link.from == MotionLink::kKnown ? link.start : state.poses[static_cast<std::size_t>(link.from)];
+    const double bias = state.biases.empty() ? 0.0 : state.biases.back();
+    state.poses.push_back(from * link.mean *
+                          exp(Twist2::from(link.by_parameters * state.parameters + link.by_bias * bias)));
+    if (part.has_bias) state.biases.push_back(bias);
+  }
+  const std::vector<Vector2> seen = landmarks_seen_from(part, state.poses);
+  state.landmarks.insert(state.landmarks.end(),
+                         seen.begin() + static_cast<std::ptrdiff_t>(state.landmarks.size()), seen.end());
+}
+
+/// The problem with motions that may also end beside their line, by what their turn's error makes of their
+/// length's. Where a robot hardly skids, its poses are bound to a narrow curved valley, along which a descent
+/// takes small steps; here it is wide enough for large ones.
+SmoothingProblem eased(const SmoothingProblem& problem) {
+  SmoothingProblem eased = problem;
+  for (MotionLink& link : eased.motions) {
+    Eigen::Matrix4d Q = link.information.inverse();
+    Q.diagonal() += Q(2, 2) * Eigen::Vector4d(Q(1, 1), Q(0, 0), 0.0, 0.0);
+    link.information = Q.inverse();
+  }
+  return eased;
+}
+
+/// First of the eased problem, then of the problem.
+Minimum minimum_near(const SmoothingProblem& problem, SmoothingState start, Minimiser& minimiser,
+                     const MinimiseOptions& options) {
+  Minimum rough = minimiser.minimise(eased(problem), std::move(start), options);
+  Minimum minimum = minimiser.minimise(problem, std::move(rough.state), options);
+  minimum.iterations += rough.iterations;
+  return minimum;
+}
+
+/// The cost of honest noise is above it in one case out of a thousand; the normal limit of χ².
+bool is_explained_by_noise(const SmoothingProblem& problem, const Minimum& minimum) {
+  const double freedom = degrees_of_freedom(problem);
+  return minimum.converged && minimum.cost <= freedom + 3.1 * std::sqrt(2.0 * std::max(freedom, 1.0));
+}
+
+}  // namespace
+
+SmoothingState grown_from_odometry(const SmoothingProblem& problem) {
+  SmoothingState state;
+  state.parameters = Eigen::VectorXd::Zero(problem.parameter_information.size());
+  for (int poses = 0; poses < problem.poses;) {
+    poses = std::min(problem.poses, poses + std::max(kLeastGrowth, poses / kGrowth));
+    const SmoothingProblem part = beginning_of(problem, poses);
+    extend(part, state);
+    state = Minimiser(part).minimise(part, std::move(state), kWhileGrowing).state;
+  }
+  return state;
+}
+
+int degrees_of_freedom(const SmoothingProblem& problem) {
+  return 2 * (static_cast<int>(problem.sightings.size()) - problem.landmarks) +
+         static_cast<int>(problem.bias_readings.size()) + problem.parameter_evidence.count;
+}
+
+std::vector<Vector2> landmarks_seen_from(const SmoothingProblem& problem, const std::vector<Pose2>& poses) {
+  std::vector<std::vector<double>> x(static_cast<std::size_t>(problem.landmarks));
+  std::vector<std::vector<double>> y(x.size());
+  for (const SightingLink& link : problem.sightings) {
+    const Vector2 seen = sighted_landmark(poses[static_cast<std::size_t>(link.pose)],
+                                          problem.sensor.body_from_sensor, link.observation)
+                             .in_world;
+    x[static_cast<std::size_t>(link.landmark)].push_back(seen.x());
+    y[static_cast<std::size_t>(link.landmark)].push_back(seen.y());
+  }
+  std::vector<Vector2> landmarks;
+  for (std::size_t i = 0; i < x.size(); ++i) landmarks.emplace_back(median(x[i]), median(y[i]));
+  return landmarks;
+}
+
+Minimum minimum_near(const SmoothingProblem& problem, const Trajectory& at_stations, Minimiser& minimiser,
+                     const MinimiseOptions& options) {
+  return minimum_near(problem, state_at(problem, at_stations), minimiser, options);
+}
+
+Found minimum_from(const SmoothingProblem& problem, const Trajectory& at_stations, Minimiser& minimiser,
+                   const MinimiseOptions& options) {
+  Found found{minimum_near(problem, at_stations, minimiser, options), 1};
+  if (is_explained_by_noise(problem, found.minimum)) return found;
+  ++found.starts;
+  Minimum other = minimum_near(problem, grown_from_odometry(eased(problem)), minimiser, options);
+  if (other.cost < found.minimum.cost) found.minimum = std::move(other);
+  return found;
+}
+
+}  // namespace trundle

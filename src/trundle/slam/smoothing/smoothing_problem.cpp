@@ -1,0 +1,124 @@
+#include "trundle/slam/smoothing/smoothing_problem.hpp"
+
+#include <Eigen/LU>
+
+namespace trundle {
+namespace {
+
+constexpr double kLeastSigma = 1e-6;  // [m], [rad]
+constexpr double kLeastWalk = 1e-9;   // [rad/s]
+
+/// Of (e, w), with what a robot is never surer of.
+Eigen::Matrix4d information_of(const FreeMotion& motion) {
+  Eigen::Matrix4d Q = Eigen::Matrix4d::Zero();
+  Q.topLeftCorner<3, 3>() = motion.covariance + Matrix3::Identity() * (kLeastSigma * kLeastSigma);
+  if (motion.by_bias.isZero(0.0) && motion.walk == 0.0) {  // there is no bias, or nothing goes with it
+    Q.topLeftCorner<3, 3>() = Q.topLeftCorner<3, 3>().inverse().eval();
+    Q(3, 3) = 1.0 / (kLeastWalk * kLeastWalk);
+    return Q;
+  }
+  Q.topRightCorner<3, 1>() = motion.with_walk;
+  Q.bottomLeftCorner<1, 3>() = motion.with_walk.transpose();
+  Q(3, 3) = motion.walk + kLeastWalk * kLeastWalk;
+  return Q.inverse();
+}
+
+}  // namespace
+
+FreeMotion operator*(const FreeMotion& first, const FreeMotion& second) {
+  const Matrix3 Ad = adjoint(second.mean.inverse());
+  const Vector3 carried = Ad * first.with_walk;
+  const Matrix3 mixed = carried * second.by_bias.transpose();
+  FreeMotion both{first.mean * second.mean, Ad * first.covariance * Ad.transpose() + second.covariance,
+                  Ad * first.by_parameters + second.by_parameters};
+  both.by_bias = Ad * first.by_bias + second.by_bias;
+  both.covariance += mixed + mixed.transpose() + first.walk * second.by_bias * second.by_bias.transpose();
+  both.walk = first.walk + second.walk;
+  both.with_walk = carried + first.walk * second.by_bias + second.with_walk;
+  return both;
+}
+
+MotionLink link_of(int from, int to, const FreeMotion& motion) {
+  return {.from = from,
+          .to = to,
+          .mean = motion.mean,
+          .information = information_of(motion),
+          .by_parameters = motion.by_parameters,
+          .by_bias = motion.by_bias};
+}
+
+// What is not known of the bias at the start is noise of the motion, and of the bias at its end.
+MotionLink link_from(const KnownStart& start, int to, const FreeMotion& motion) {
+  FreeMotion open = motion;
+  open.covariance += start.bias_variance * motion.by_bias * motion.by_bias.transpose();
+  open.with_walk += start.bias_variance * motion.by_bias;
+  open.walk += start.bias_variance;
+  MotionLink link = link_of(MotionLink::kKnown, to, open);
+  link.start = start.pose;
+  link.start_bias = start.bias;
+  return link;
+}
+
+// Eq. 1, 5.
+MotionResidual motion_residual(const MotionLink& link, const SmoothingState& state) {
+  const bool known = link.from == MotionLink::kKnown;
+  const Pose2& from = known ? link.start : state.poses[static_cast<std::size_t>(link.from)];
+  const Pose2& to = state.poses[static_cast<std::size_t>(link.to)];
+  const double bias = known ? link.start_bias : state.bias_at(link.from);
+  const Twist2 xi = log(link.mean.inverse() * (from.inverse() * to));
+  const Matrix3 by_to = right_jacobian_inverse(xi);
+  MotionResidual residual;
+  residual.error << xi.vector() - link.by_parameters * state.parameters - link.by_bias * bias,
+      state.bias_at(link.to) - bias;
+  residual.by_to = Eigen::Matrix4d::Identity();
+  residual.by_to.topLeftCorner<3, 3>() = by_to;
+  residual.by_from = Eigen::Matrix4d::Zero();
+  residual.by_from.topLeftCorner<3, 3>() = -by_to * adjoint(to.inverse() * from);
+  residual.by_from.topRightCorner<3, 1>() = -link.by_bias;
+  residual.by_from(3, 3) = -1.0;
+  return residual;
+}
+
+// Eq. 2, 6.
+SightingResidual sighting_residual(const LandmarkSensor& sensor, const Observation& observation,
+                                   const Pose2& pose, const Vector2& landmark) {
+  const Vector2 root_information(1.0 / sensor.range_sigma_m, 1.0 / sensor.bearing_sigma_rad);
+  const ExpectedReading expected = expected_reading(pose, sensor.body_from_sensor, landmark);
+  SightingResidual residual;
+  residual.error = root_information.cwiseProduct(innovation_of(observation, expected));
+  residual.by_pose = -(root_information.asDiagonal() * expected.by_pose * world_from_body_axes(pose));
+  residual.by_landmark = -(root_information.asDiagonal() * expected.by_landmark);
+  return residual;
+}
+
+double cost_of(const SmoothingProblem& problem, const SmoothingState& state) {
+  const Eigen::VectorXd off =
+      problem.parameter_mean.size() == 0 ? state.parameters : state.parameters - problem.parameter_mean;
+  double cost = off.cwiseAbs2().dot(problem.parameter_information);
+  const Information& evidence = problem.parameter_evidence;
+  if (evidence.count > 0)
+    cost +=
+        evidence.chi2 + state.parameters.dot(evidence.matrix * state.parameters - 2.0 * evidence.gradient);
+  for (const MotionLink& link : problem.motions) {
+    const bool known = link.from == MotionLink::kKnown;
+    const Pose2& from = known ? link.start : state.poses[static_cast<std::size_t>(link.from)];
+    const double bias = known ? link.start_bias : state.bias_at(link.from);
+    const Twist2 xi =
+        log(link.mean.inverse() * (from.inverse() * state.poses[static_cast<std::size_t>(link.to)]));
+    Eigen::Vector4d error;
+    error << xi.vector() - link.by_parameters * state.parameters - link.by_bias * bias,
+        state.bias_at(link.to) - bias;
+    cost += error.dot(link.information * error);
+  }
+  for (const BiasLink& link : problem.bias_readings)
+    cost += std::pow(state.bias_at(link.pose) - link.value, 2) / link.variance;
+  for (const SightingLink& link : problem.sightings)
+    cost += robust_cost(
+        sighting_residual(problem.sensor, link.observation, state.poses[static_cast<std::size_t>(link.pose)],
+                          state.landmarks[static_cast<std::size_t>(link.landmark)])
+            .error.squaredNorm(),
+        problem.gate);
+  return cost;
+}
+
+}  // namespace trundle

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "trundle/geometry/trajectory.hpp"
+#include "trundle/slam/report.hpp"
+#include "trundle/slam/smoothing/minimise.hpp"
+#include "trundle/slam/steps.hpp"
+
+namespace trundle {
+
+/// The motion of each step of a recording, and which landmark each of its observations shows
+/// (kUnknownLandmark: leave it out).
+struct TrackInput {
+  std::vector<double> time_s = {};
+  std::vector<FreeMotion> motions = {};
+  std::vector<std::vector<Observation>> observations = {};
+  KnownStart start = {};
+  Matrix3 start_covariance = Matrix3::Zero();                  ///< of (x, y, heading) in world axes
+  std::vector<std::optional<BiasReading>> bias_readings = {};  ///< by step; none: there are none
+};
+
+/// A recording as part of a smoothing problem: its stations, the steps at which something was seen, or the
+/// bias read, are poses of the problem; all other steps lie between two of them, and follow from them.
+class Track {
+ public:
+  /// Appends stations, landmarks and links to the problem.
+  Track(const TrackInput& input, SmoothingProblem& problem);
+
+  std::size_t stations() const { return station_steps_.size(); }
+  /// Steps at which they are.
+  std::span<const std::size_t> station_steps() const { return station_steps_; }
+  /// Its poses of a trajectory that has one for each step.
+  Trajectory at_stations(const Trajectory& trajectory) const;
+  /// The motion up to a station from the one before it.
+  const FreeMotion& motion_to(std::size_t station) const { return since_[station_steps_[station]]; }
+  /// The caller's numbers of the landmarks, as the problem's from first_landmark() on.
+  std::span<const LandmarkId> landmarks() const { return landmarks_; }
+  int first_pose() const { return first_pose_; }
+  int first_landmark() const { return first_landmark_; }
+
+  /// All steps at a state at which the problem was linearised, with covariances. docs/theory/smoother.md,
+  /// eq. 12.
+  Trajectory trajectory(const SmoothingState& state, const Minimiser& linearised) const;
+  /// The bias at the station that ends each step, or at the last one; none where there is none.
+  std::vector<BiasEstimate> biases(const SmoothingState& state, const Minimiser& linearised) const;
+
+ private:
+  GaussianPose at(std::size_t step, const SmoothingState& state, const Minimiser& linearised) const;
+
+  std::vector<double> time_s_;
+  KnownStart start_;
+  std::vector<FreeMotion> since_;          ///< by step: since the station before it
+  std::vector<std::size_t> next_station_;  ///< by step: the station at or after it
+  std::vector<std::size_t> station_steps_;
+  std::vector<LandmarkId> landmarks_;
+  int first_pose_;
+  int first_landmark_;
+};
+
+}  // namespace trundle

@@ -1,0 +1,181 @@
+#include "trundle/slam/smoothing/re_association.hpp"
+
+#include <gtest/gtest.h>
+
+#include "scale.hpp"
+#include "slam/world.hpp"
+
+namespace trundle {
+namespace {
+
+const LandmarkSensor kSensor = test::SlamWorld{}.sensor;
+
+MappedLandmark landmark(LandmarkId id, double x, double y) {
+  return {id, {x, y}, Matrix2::Identity() * 0.01, 5};
+}
+
+Matrix2 as_sure_as_one_another(LandmarkId, LandmarkId) {
+  return Matrix2::Identity() * 0.02;
+}
+
+TEST(ReAssociation, TwinsAreOneLandmarkThatWasMappedTwice) {
+  const std::vector<MappedLandmark> map = {landmark(3, 0.0, 0.0), landmark(5, 0.2, 0.1),
+                                           landmark(7, 2.0, 0.0)};
+  const ShownObservations shown = {{{3, 1.0, 0.0}, {7, 2.0, 1.0}}, {{5, 1.0, 0.0}}};
+  EXPECT_EQ(twins_in(shown, map, kSensor, 0, as_sure_as_one_another), (std::vector<LandmarkPair>{{3, 5}}));
+}
+
+TEST(ReAssociation, TheClearestTwinsComeFirstAndNoneHasTwo) {
+  const std::vector<MappedLandmark> map = {landmark(0, 0.0, 0.0), landmark(1, 0.2, 0.0),
+                                           landmark(2, 0.25, 0.0), landmark(3, 5.0, 0.0),
+                                           landmark(4, 5.1, 0.0)};
+  EXPECT_EQ(twins_in({}, map, kSensor, 0, as_sure_as_one_another),
+            (std::vector<LandmarkPair>{{1, 2}, {3, 4}}));
+}
+
+TEST(ReAssociation, LandmarksSeenInOneInstantAreTwo) {
+  const std::vector<MappedLandmark> map = {landmark(3, 0.0, 0.0), landmark(5, 0.2, 0.1)};
+  EXPECT_TRUE(twins_in({{{3, 1.0, 0.0}, {5, 1.1, 0.1}}}, map, kSensor, 0, as_sure_as_one_another).empty());
+}
+
+TEST(ReAssociation, TwoNamesAreTwoLandmarks) {
+  const std::vector<MappedLandmark> map = {landmark(0, 0.0, 0.0), landmark(1, 0.1, 0.0),
+                                           landmark(2, 5.0, 0.0), landmark(3, 5.1, 0.0)};
+  EXPECT_EQ(twins_in({}, map, kSensor, 3, as_sure_as_one_another), (std::vector<LandmarkPair>{{2, 3}}));
+}
+
+TEST(ReAssociation, ANameIsKeptAndNoOtherSightingOfTheInstantShowsItsLandmark) {
+  SmoothedSlam smoothed;
+  smoothed.trajectory.poses = {{0.0, {}}};
+  smoothed.map = {landmark(0, 2.0, 0.0), landmark(1, 2.3, 0.0)};
+  SlamInput input;
+  input.steps = {{0.0, {}, {{0, 2.3, 0.0}, {kUnknownLandmark, 2.0, 0.0}, {kUnknownLandmark, 2.28, 0.0}}}};
+  LandmarkSensor precise;
+  precise.range_sigma_m = 0.05;
+  precise.bearing_sigma_rad = 0.02;
+  const ShownObservations again = explained_again({input.steps[0].observations}, input, smoothed, precise);
+  EXPECT_EQ(again[0][0].landmark, 0);
+  EXPECT_EQ(again[0][1].landmark, kUnknownLandmark);
+  EXPECT_EQ(again[0][2].landmark, 1);
+}
+
+TEST(ReAssociation, MergingRenamesTheSecondOfAPair) {
+  const ShownObservations shown = {{{3, 1.0, 0.0}, {7, 2.0, 1.0}}, {{5, 1.0, 0.0}}};
+  const std::vector<LandmarkPair> pairs = {{3, 5}};
+  const ShownObservations merged = with_merged(shown, pairs);
+  EXPECT_FALSE(say_the_same(shown, merged));
+  EXPECT_EQ(merged[0][0].landmark, 3);
+  EXPECT_EQ(merged[0][1].landmark, 7);
+  EXPECT_EQ(merged[1][0].landmark, 3);
+}
+
+TEST(ReAssociation, FewerLandmarksExplainMore) {
+  const ShownObservations two = {{{1, 1.0, 0.0}}, {{2, 1.0, 0.0}}};
+  const ShownObservations one = {{{1, 1.0, 0.0}}, {{1, 1.0, 0.0}}};
+  const ShownObservations none = {{{1, 1.0, 0.0}}, {{kUnknownLandmark, 1.0, 0.0}}};
+  EXPECT_LT(cost_of_explaining(one, kSensor), cost_of_explaining(two, kSensor));
+  EXPECT_EQ(cost_of_explaining(none, kSensor), cost_of_explaining(two, kSensor));
+}
+
+std::vector<Observation> hidden(std::vector<Observation> observations) {
+  for (Observation& observation : observations) observation.landmark = kUnknownLandmark;
+  return observations;
+}
+
+/// Of a path: [m].
+double rms(const Trajectory& trajectory, const std::vector<Pose2>& truth) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < truth.size(); ++k)
+    sum += (trajectory.poses[k].pose.translation() - truth[k].translation()).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(truth.size()));
+}
+
+TEST(ReAssociation, SightingsTakenForOthersAreTakenForWhatTheyShow) {
+  const test::SlamWorld world = test::slam_world({.steps = 100});
+  SmoothedSlam smoothed;
+  ShownObservations wrong;
+  for (std::size_t i = 0; i < world.landmarks.size(); ++i)
+    smoothed.map.push_back({static_cast<LandmarkId>(i), world.landmarks[i], Matrix2::Identity() * 1e-4, 5});
+  Random random(4);
+  std::size_t sightings = 0, right = 0;
+  for (std::size_t k = 0; k < world.steps.size(); ++k) {
+    smoothed.trajectory.poses.push_back({world.steps[k].time_s, world.truth[k]});
+    smoothed.trajectory.covariances.push_back(Matrix3::Identity() * 1e-4);
+    wrong.push_back(world.steps[k].observations);
+    for (Observation& observation : wrong.back())
+      if (random.uniform() < 0.2) observation.landmark = random.uniform() < 0.5 ? kUnknownLandmark : 0;
+  }
+  SlamInput nameless;
+  nameless.steps = world.steps;
+  for (SlamStep& step : nameless.steps) step.observations = hidden(step.observations);
+  const ShownObservations again = explained_again(wrong, nameless, smoothed, kSensor);
+  for (std::size_t k = 0; k < again.size(); ++k)
+    for (std::size_t i = 0; i < again[k].size(); ++i) {
+      ++sightings;
+      right += again[k][i].landmark == world.steps[k].observations[i].landmark ? 1 : 0;
+    }
+  EXPECT_GT(right, sightings * 97 / 100);  // a few landmarks stand within 3 sigma of each other
+}
+
+/// A filter that mapped every landmark anew after half of the way, and took one sighting in twenty for
+/// another.
+SlamResult confused(SlamResult filtered, LandmarkId landmarks) {
+  Random random(9);
+  for (std::size_t k = 0; k < filtered.reports.size(); ++k)
+    for (ObservationReport& report : filtered.reports[k].observations) {
+      if (random.uniform() < 0.05) report.landmark = static_cast<LandmarkId>(random.uniform() * landmarks);
+      if (2 * k > filtered.reports.size()) report.landmark += landmarks;
+    }
+  const std::vector<MappedLandmark> map = filtered.map;
+  for (MappedLandmark m : map) {
+    m.id += landmarks;
+    filtered.map.push_back(m);
+  }
+  return filtered;
+}
+
+TEST(ReAssociation, WhatWasMappedTwiceIsMerged) {
+  test::SlamWorld world = test::slam_world({.steps = 200, .landmarks = 12, .seed = 4});
+  SlamInput input, nameless;
+  input.steps = nameless.steps = world.steps;
+  for (SlamStep& step : nameless.steps) step.observations = hidden(step.observations);
+  const SlamResult filtered = slam(input, world.sensor, {.particles = 30});
+  const SmoothedSlam with_names = smooth(input, world.sensor, filtered);
+  const SmoothedSlam without = smooth(nameless, world.sensor, confused(filtered, 12));
+  EXPECT_EQ(without.map.size(), 12U);
+  EXPECT_GT(without.counts.sightings, with_names.counts.sightings * 99 / 100);
+  for (std::size_t k = 0; k < world.steps.size(); ++k) {
+    const Vector2 apart =
+        without.trajectory.poses[k].pose.translation() - with_names.trajectory.poses[k].pose.translation();
+    ASSERT_LT(apart.norm(), 0.05);
+  }
+}
+
+/// The robot drives blind for a third of each round, on odometry that turns too much.
+TEST(ReAssociation, WithoutNamesTheSmootherFindsWhatItFindsWithThem) {
+  double with_names = 0.0, without = 0.0, landmarks = 0.0;
+  const int worlds = test::trials(12, 4);
+  for (int trial = 0; trial < worlds; ++trial) {
+    const test::SlamWorld world = test::slam_world({.steps = 190,
+                                                    .sigma_turn_rad = 0.02,
+                                                    .seed = static_cast<std::uint64_t>(trial) + 1,
+                                                    .systematic = {0.0, 0.05, 0.0}});
+    SlamInput input;
+    input.steps = world.steps;
+    for (std::size_t k = 0; k < input.steps.size(); ++k)
+      if (k % 63 > 42) input.steps[k].observations.clear();
+    SlamInput nameless = input;
+    for (SlamStep& step : nameless.steps) step.observations = hidden(step.observations);
+    const SlamOptions options{.particles = 50, .seed = 2};
+    with_names +=
+        rms(smooth(input, world.sensor, slam(input, world.sensor, options)).trajectory, world.truth);
+    const SmoothedSlam smoothed = smooth(nameless, world.sensor, slam(nameless, world.sensor, options));
+    without += rms(smoothed.trajectory, world.truth);
+    landmarks += static_cast<double>(smoothed.map.size()) / worlds;
+  }
+  EXPECT_LT(without, 1.2 * with_names);
+  EXPECT_NEAR(landmarks, 20.0, 1.0);
+}
+
+}  // namespace
+}  // namespace trundle
