@@ -94,7 +94,7 @@ TEST(ParticlePaths, AreThoseOfACopyingFilter) {
       poses.push_back({random.uniform(), 0.0, 0.0});
       copied[i].push_back(poses.back().x);
     }
-    paths.arrive({}, poses, ancestry, {});
+    paths.add_keyframe({}, poses, ancestry, {});
     if (random.below(3) == 0) {
       const auto parents = random_parents(kParticles, random);
       ancestry.resample(parents);
@@ -133,7 +133,7 @@ TEST(ParticlePaths, StepsBetweenStationsAreAsProbableAsPossible) {
     if (k < 5)
       paths.propagate(since);
     else
-      paths.arrive(since, std::vector<Pose2>{station}, ancestry, {});
+      paths.add_keyframe(since, std::vector<Pose2>{station}, ancestry, {});
   }
   paths.propagate(motion);
   const std::vector<Pose2> path = paths.path_of({}, ancestry);

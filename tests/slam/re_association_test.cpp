@@ -8,7 +8,7 @@
 namespace trundle {
 namespace {
 
-const LandmarkSensor kSensor = test::SlamWorld{}.sensor;
+const LandmarkSensor kRangeFinder = test::SlamWorld{}.sensor;
 
 MappedLandmark landmark(LandmarkId id, double x, double y) {
   return {id, {x, y}, Matrix2::Identity() * 0.01, 5};
@@ -22,26 +22,28 @@ TEST(ReAssociation, TwinsAreOneLandmarkThatWasMappedTwice) {
   const std::vector<MappedLandmark> map = {landmark(3, 0.0, 0.0), landmark(5, 0.2, 0.1),
                                            landmark(7, 2.0, 0.0)};
   const ShownObservations shown = {{{3, 1.0, 0.0}, {7, 2.0, 1.0}}, {{5, 1.0, 0.0}}};
-  EXPECT_EQ(twins_in(shown, map, kSensor, 0, as_sure_as_one_another), (std::vector<LandmarkPair>{{3, 5}}));
+  EXPECT_EQ(twins_in(shown, map, kRangeFinder, 0, as_sure_as_one_another),
+            (std::vector<LandmarkPair>{{3, 5}}));
 }
 
 TEST(ReAssociation, TheClearestTwinsComeFirstAndNoneHasTwo) {
   const std::vector<MappedLandmark> map = {landmark(0, 0.0, 0.0), landmark(1, 0.2, 0.0),
                                            landmark(2, 0.25, 0.0), landmark(3, 5.0, 0.0),
                                            landmark(4, 5.1, 0.0)};
-  EXPECT_EQ(twins_in({}, map, kSensor, 0, as_sure_as_one_another),
+  EXPECT_EQ(twins_in({}, map, kRangeFinder, 0, as_sure_as_one_another),
             (std::vector<LandmarkPair>{{1, 2}, {3, 4}}));
 }
 
 TEST(ReAssociation, LandmarksSeenInOneInstantAreTwo) {
   const std::vector<MappedLandmark> map = {landmark(3, 0.0, 0.0), landmark(5, 0.2, 0.1)};
-  EXPECT_TRUE(twins_in({{{3, 1.0, 0.0}, {5, 1.1, 0.1}}}, map, kSensor, 0, as_sure_as_one_another).empty());
+  EXPECT_TRUE(
+      twins_in({{{3, 1.0, 0.0}, {5, 1.1, 0.1}}}, map, kRangeFinder, 0, as_sure_as_one_another).empty());
 }
 
 TEST(ReAssociation, TwoNamesAreTwoLandmarks) {
   const std::vector<MappedLandmark> map = {landmark(0, 0.0, 0.0), landmark(1, 0.1, 0.0),
                                            landmark(2, 5.0, 0.0), landmark(3, 5.1, 0.0)};
-  EXPECT_EQ(twins_in({}, map, kSensor, 3, as_sure_as_one_another), (std::vector<LandmarkPair>{{2, 3}}));
+  EXPECT_EQ(twins_in({}, map, kRangeFinder, 3, as_sure_as_one_another), (std::vector<LandmarkPair>{{2, 3}}));
 }
 
 TEST(ReAssociation, ANameIsKeptAndNoOtherSightingOfTheInstantShowsItsLandmark) {
@@ -73,21 +75,13 @@ TEST(ReAssociation, FewerLandmarksExplainMore) {
   const ShownObservations two = {{{1, 1.0, 0.0}}, {{2, 1.0, 0.0}}};
   const ShownObservations one = {{{1, 1.0, 0.0}}, {{1, 1.0, 0.0}}};
   const ShownObservations none = {{{1, 1.0, 0.0}}, {{kUnknownLandmark, 1.0, 0.0}}};
-  EXPECT_LT(cost_of_explaining(one, kSensor), cost_of_explaining(two, kSensor));
-  EXPECT_EQ(cost_of_explaining(none, kSensor), cost_of_explaining(two, kSensor));
+  EXPECT_LT(cost_of_explaining(one, kRangeFinder), cost_of_explaining(two, kRangeFinder));
+  EXPECT_EQ(cost_of_explaining(none, kRangeFinder), cost_of_explaining(two, kRangeFinder));
 }
 
 std::vector<Observation> hidden(std::vector<Observation> observations) {
   for (Observation& observation : observations) observation.landmark = kUnknownLandmark;
   return observations;
-}
-
-/// Of a path: [m].
-double rms(const Trajectory& trajectory, const std::vector<Pose2>& truth) {
-  double sum = 0.0;
-  for (std::size_t k = 0; k < truth.size(); ++k)
-    sum += (trajectory.poses[k].pose.translation() - truth[k].translation()).squaredNorm();
-  return std::sqrt(sum / static_cast<double>(truth.size()));
 }
 
 TEST(ReAssociation, SightingsTakenForOthersAreTakenForWhatTheyShow) {
@@ -108,7 +102,7 @@ TEST(ReAssociation, SightingsTakenForOthersAreTakenForWhatTheyShow) {
   SlamInput nameless;
   nameless.steps = world.steps;
   for (SlamStep& step : nameless.steps) step.observations = hidden(step.observations);
-  const ShownObservations again = explained_again(wrong, nameless, smoothed, kSensor);
+  const ShownObservations again = explained_again(wrong, nameless, smoothed, kRangeFinder);
   for (std::size_t k = 0; k < again.size(); ++k)
     for (std::size_t i = 0; i < again[k].size(); ++i) {
       ++sightings;
@@ -167,10 +161,10 @@ TEST(ReAssociation, WithoutNamesTheSmootherFindsWhatItFindsWithThem) {
     SlamInput nameless = input;
     for (SlamStep& step : nameless.steps) step.observations = hidden(step.observations);
     const SlamOptions options{.particles = 50, .seed = 2};
-    with_names +=
-        rms(smooth(input, world.sensor, slam(input, world.sensor, options)).trajectory, world.truth);
+    with_names += test::position_rms(
+        smooth(input, world.sensor, slam(input, world.sensor, options)).trajectory, world.truth);
     const SmoothedSlam smoothed = smooth(nameless, world.sensor, slam(nameless, world.sensor, options));
-    without += rms(smoothed.trajectory, world.truth);
+    without += test::position_rms(smoothed.trajectory, world.truth);
     landmarks += static_cast<double>(smoothed.map.size()) / worlds;
   }
   EXPECT_LT(without, 1.2 * with_names);

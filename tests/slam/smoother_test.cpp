@@ -19,13 +19,6 @@ SlamInput input_of(const test::SlamWorld& world) {
   return input;
 }
 
-double rms(const Trajectory& trajectory, const std::vector<Pose2>& truth) {
-  double sum = 0.0;
-  for (std::size_t k = 0; k < truth.size(); ++k)
-    sum += (trajectory.poses[k].pose.translation() - truth[k].translation()).squaredNorm();
-  return std::sqrt(sum / static_cast<double>(truth.size()));
-}
-
 /// Log(estimate⁻¹ truth) in its covariance.
 double nees_of(const Pose2& estimate, const Matrix3& covariance_in_world, const Pose2& truth) {
   const Vector3 e = log(estimate.inverse() * truth).vector();
@@ -44,7 +37,8 @@ TEST(Smoother, IsCloserToTheTruthThanItsFilter) {
   const SlamResult filtered = slam(input, world.sensor, {.particles = 30});
   const SmoothedSlam smoothed = smooth(input, world.sensor, filtered);
   EXPECT_TRUE(smoothed.counts.converged);
-  EXPECT_LT(rms(smoothed.trajectory, world.truth), 0.5 * rms(*filtered.path, world.truth));
+  EXPECT_LT(test::position_rms(smoothed.trajectory, world.truth),
+            0.5 * test::position_rms(*filtered.path, world.truth));
 }
 
 /// Seen at every fifth step; the odometry's systematic errors drawn with these sigmas.
@@ -150,7 +144,8 @@ TEST(Smoother, IsNotPulledByOutliers) {
   const SmoothedSlam smoothed = smooth(spoilt, world.sensor, slam(spoilt, world.sensor, {.particles = 50}));
   EXPECT_GE(smoothed.counts.outliers, wrong);
   EXPECT_LT(smoothed.counts.outliers, wrong + wrong / 4);
-  EXPECT_LT(rms(smoothed.trajectory, world.truth), 1.3 * rms(expected.trajectory, world.truth));
+  EXPECT_LT(test::position_rms(smoothed.trajectory, world.truth),
+            1.3 * test::position_rms(expected.trajectory, world.truth));
 }
 
 TEST(Smoother, TakesNothingSeenForNoAnswer) {

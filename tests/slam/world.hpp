@@ -64,4 +64,12 @@ inline SlamWorld slam_world(const SlamWorldOptions& options = {}) {
   return world;
 }
 
+/// Root mean square distance of positions, step by step [m].
+inline double position_rms(const Trajectory& trajectory, const std::vector<Pose2>& truth) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < truth.size(); ++k)
+    sum += (trajectory.poses[k].pose.translation() - truth[k].translation()).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(truth.size()));
+}
+
 }  // namespace trundle::test

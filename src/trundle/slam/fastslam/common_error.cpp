@@ -45,14 +45,14 @@ PoseEstimate CommonError::estimate(const ParticleBelief& belief) const {
   return estimate;
 }
 
-void CommonError::drive(const Motion& motion, const ParticleBelief& belief) {
+void CommonError::predict(const Motion& motion, const ParticleBelief& belief) {
   const Pose2 here = belief.near();
   drift_ = drift_.about(here.translation());
   drift_.covariance += world_covariance({here, motion.covariance});
 }
 
-void CommonError::look(std::span<const MatchedSighting> matched, const StepReport& report,
-                       ParticleBelief& belief) {
+void CommonError::note_sightings(std::span<const MatchedSighting> matched, const StepReport& report,
+                                 ParticleBelief& belief) {
   if (!report.observations.empty()) loop_.next_station();
   note_revisits(matched, belief);
   inflate_if_few(matched.size(), report, belief);

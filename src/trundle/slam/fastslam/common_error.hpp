@@ -34,9 +34,10 @@ class CommonError {
   PoseEstimate estimate(const ParticleBelief& belief) const;
 
   /// The body has moved.
-  void drive(const Motion& motion, const ParticleBelief& belief);
+  void predict(const Motion& motion, const ParticleBelief& belief);
   /// What is seen in a step, before it improves anything.
-  void look(std::span<const MatchedSighting> matched, const StepReport& report, ParticleBelief& belief);
+  void note_sightings(std::span<const MatchedSighting> matched, const StepReport& report,
+                      ParticleBelief& belief);
   /// A resampling is near, and has been. Eq. 61.
   void before_resampling(ParticleBelief& belief);
   void after_resampling(const StepReport& report, ParticleBelief& belief);

@@ -4,7 +4,7 @@
 
 namespace trundle {
 
-void add(const Motion& motion, ParticleBelief& belief) {
+void predict(const Motion& motion, ParticleBelief& belief) {
   belief.pending.add(motion);
   belief.since_drawn = belief.since_drawn * motion;
 }
@@ -13,10 +13,10 @@ void propagate(ParticleBelief& belief) {
   if (belief.keeps_paths) belief.paths.propagate(belief.since_drawn);
 }
 
-void arrive(const FrameCovariance& drift, ParticleBelief& belief) {
+void add_keyframe(const FrameCovariance& drift, ParticleBelief& belief) {
   ParticleSet& particles = belief.particles;
   if (belief.keeps_paths)
-    belief.paths.arrive(belief.since_drawn, poses_of(particles), particles.ancestry, drift);
+    belief.paths.add_keyframe(belief.since_drawn, poses_of(particles), particles.ancestry, drift);
   belief.since_drawn = {};
   belief.pending.drawn(particles.mean_systematic());
 }

@@ -34,11 +34,11 @@ struct ParticleBelief {
 };
 
 /// One more motion: eq. 9.
-void add(const Motion& motion, ParticleBelief& belief);
+void predict(const Motion& motion, ParticleBelief& belief);
 /// A step without sightings.
 void propagate(ParticleBelief& belief);
 /// Poses have been drawn, with the noise that stands in the particles, and weighed.
-void arrive(const FrameCovariance& drift, ParticleBelief& belief);
+void add_keyframe(const FrameCovariance& drift, ParticleBelief& belief);
 /// A Kalman filter for each particle's systematic errors, given its path: the drawn pose is a measurement of
 /// S s, whose error against the prediction is L n. Eq. 10.
 void learn_systematic(ParticleBelief& belief);

@@ -26,8 +26,8 @@ void ParticlePaths::propagate(const Motion& since_station) {
   steps_.push_back({since_station});
 }
 
-void ParticlePaths::arrive(const Motion& since_station, std::span<const Pose2> poses, Ancestry& ancestry,
-                           const FrameCovariance& drift) {
+void ParticlePaths::add_keyframe(const Motion& since_station, std::span<const Pose2> poses,
+                                 Ancestry& ancestry, const FrameCovariance& drift) {
   steps_.push_back({since_station, true});
   drifts_.push_back(drift);
   if (segments_.empty() || segments_.back().epoch != ancestry.now()) {

@@ -18,8 +18,8 @@ class ParticlePaths {
   void propagate(const Motion& since_station);
   /// A station: every particle's pose, `since_station` after the one before. `ancestry` is that of them all;
   /// `drift`: what the odometry may have erred by up to it.
-  void arrive(const Motion& since_station, std::span<const Pose2> poses, Ancestry& ancestry,
-              const FrameCovariance& drift);
+  void add_keyframe(const Motion& since_station, std::span<const Pose2> poses, Ancestry& ancestry,
+                    const FrameCovariance& drift);
   /// Every station by its share.
   void bend(const LoopCorrection& bend, const Twists& twists, const Ancestry& ancestry);
   /// After ancestry.resample().

@@ -46,16 +46,16 @@ ParticleSlam::ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptio
 const StepReport& ParticleSlam::step(const Motion& motion, std::span<const Observation> observations) {
   report_.observations.assign(observations.size(), {});
   report_.resampled = report_.closed_loop = false;
-  add(motion, belief_);  // predict
-  common_error_.drive(motion, belief_);
+  predict(motion, belief_);
+  common_error_.predict(motion, belief_);
   gate(observations);
-  common_error_.look(matched_, report_, belief_);
+  common_error_.note_sightings(matched_, report_, belief_);
   if (sees_something()) {
-    propose_and_weigh();  // associate, propose, weight, update
+    propose_and_weigh();  // associate, propose, weigh, update
     learn_systematic(belief_);
     create_landmarks(observations);
     weigh();
-    arrive(common_error_.drift(), belief_);
+    add_keyframe(common_error_.drift(), belief_);
     resample_if_poor();
   } else {
     propagate(belief_);
