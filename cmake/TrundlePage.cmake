@@ -22,8 +22,9 @@ function(trundle_inline_page target)
   set(output ${CMAKE_CURRENT_BINARY_DIR}/page_template.cpp)
   trundle_check_vendored(${web}/vendor/uPlot)
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${web}/*.html ${web}/*.css ${web}/*.js)
-  add_custom_command(OUTPUT ${output} DEPENDS ${sources} ${script} COMMENT "Inlining web/ into the report page"
-                     COMMAND ${ESBUILD} ${web}/main.js --bundle --format=esm --charset=utf8 --log-level=warning
+  add_custom_command(OUTPUT ${output} DEPENDS ${sources} ${script} WORKING_DIRECTORY ${web}
+                     COMMENT "Inlining web/ into the report page"
+                     COMMAND ${ESBUILD} main.js --bundle --format=esm --charset=utf8 --log-level=warning
                              --outfile=${bundle}
                      COMMAND ${CMAKE_COMMAND} -D WEB=${web} -D BUNDLE=${bundle} -D OUTPUT=${output} -P ${script} VERBATIM)
   set_source_files_properties(${output} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)

@@ -270,7 +270,7 @@ const std::vector<Failure> kFailures = {
     {"SlipThatNoReadingShows",
      {"slip", "cw", "--robot", "nominal.toml", "-o", "out/s.csv"},
      4,
-     "cannot show slip"},
+     "slip is not observable"},
     {"UnknownSlipMethod", {"slip", "cw", "--robot", "nominal.toml", "--method", "best"}, 2, "best"},
     {"UnknownFilter", {"slam", "seen", "--robot", "sighted.toml", "--filter", "ukf", "-o", "out"}, 2, "ukf"},
     {"NoParticles",

@@ -131,7 +131,7 @@ TEST(Findings, a_reference_in_degrees_is_named) {
 TEST(Findings, a_reference_in_another_unit_of_length_is_named) {
   const Robot robot = test::two_wheels();
   const std::pair<double, const char*> units[] = {
-      {1e3, "Write unit = \"mm\""}, {1e2, "Write unit = \"cm\""}, {1.0 / 0.0254, "Write unit = \"in\""}};
+      {1e3, "(unit = \"mm\""}, {1e2, "(unit = \"cm\""}, {1.0 / 0.0254, "(unit = \"in\""}};
   for (const auto& [factor, advice] : units)
     for (const bool has_headings : {true, false}) {
       Recording recording = tour_with_reference(robot);

@@ -130,14 +130,16 @@ std::optional<ScaleFault> scale_fault(std::span<const Run> runs, const Robot& ro
     return diameter_m < kLeastDiameter_m || diameter_m > kGreatestDiameter_m;
   });
   const LengthUnit* const unit = is_of_unit ? unit_of(*scale) : nullptr;
+  const std::string question =
+      unit == nullptr
+          ? ""
+          : fmt::format("is one of them in {} (unit = \"{}\" at its columns in recording.toml)? Else ",
+                        unit->name, unit->symbol);
   return ScaleFault{
       *scale, is_of_unit,
-      fmt::format("the reference moves {:.3g} times as far as the wheels with the robot file as given: {}",
-                  *scale,
-                  unit == nullptr ? "check ticks_per_revolution, gears and diameters"
-                                  : fmt::format("is one of them in {}? Write unit = \"{}\" at its columns in "
-                                                "recording.toml",
-                                                unit->name, unit->symbol))};
+      fmt::format("the reference moves {:.3g} times as far as the wheels with the robot file as "
+                  "given: {}check ticks_per_revolution, gears and diameters",
+                  *scale, question)};
 }
 
 void scale_wheels(double factor, Robot& robot) {

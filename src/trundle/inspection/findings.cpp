@@ -151,10 +151,16 @@ void compare_references(const Recording& recording, const AlignedReadings& readi
   if (!turns.empty())
     findings.problems.push_back({Severity::warning, ProblemKind::reference_unit, file, 1, turns});
   if (!stretches_agree(runs, robot)) return;
-  if (const std::optional<ScaleFault> fault = scale_fault(runs, robot))
-    findings.problems.push_back({Severity::warning,
-                                 fault->is_of_unit ? ProblemKind::reference_unit : ProblemKind::scale, file,
-                                 1, fault->message});
+  const std::optional<ScaleFault> fault = scale_fault(runs, robot);
+  if (!fault) return;
+  // A gyro that contradicts the wheels as well acquits the reference.
+  const bool is_of_wheels = std::ranges::any_of(findings.problems, [](const Problem& problem) {
+    return problem.kind == ProblemKind::gyro_against_wheels;
+  });
+  const bool is_of_unit = fault->is_of_unit && !is_of_wheels;
+  findings.problems.push_back({Severity::warning,
+                               is_of_unit ? ProblemKind::reference_unit : ProblemKind::scale, file, 1,
+                               fault->message});
 }
 
 /// Of robots that roll where they look, the reference against itself.
