@@ -162,10 +162,8 @@ void require_something_free(std::span<const Parameter> parameters, std::span<con
         "no parameter is free: nothing was measured from outside, and the robot file has no [gyro] although "
         "the recording has one: write [gyro] to calibrate with it");
   if (nominal.chassis.wheels().empty() && !nominal.chassis.gyro)
-    throw CannotAnswer(fmt::format(
-        "robot '{}' has neither wheels nor a gyro: velocities that somebody else computed are taken as they "
-        "are",
-        nominal.name));
+    throw CannotAnswer(
+        fmt::format("robot '{}': velocity input used unchanged: no wheels to calibrate", nominal.name));
   throw CannotAnswer("no parameter is free: these recordings measure nothing to calibrate with");
 }
 

@@ -41,6 +41,8 @@ void require_something_to_learn_from(const Work& work) {
   if (!work.question.before.empty()) throw NotApplicable{"the robot was calibrated with the whole session"};
   if (work.question.calibrate_on.empty() && work.used.robot.calibration)
     throw NotApplicable{"the robot file has a [calibration] already: it is used as it is"};
+  if (work.given.robot.chassis.wheels().empty() && !work.given.robot.chassis.gyro)
+    throw NotApplicable{"velocity input used unchanged: no wheels to calibrate"};
 }
 
 /// The recording itself has passed the health check; those that others are learned from have not.
