@@ -153,6 +153,11 @@ std::string summary_of(const CalibrationResult& result) {
 
 }  // namespace
 
+std::string nothing_to_calibrate(const Chassis& chassis) {
+  return chassis.wheels().empty() && !chassis.gyro ? "velocity input used unchanged: no wheels to calibrate"
+                                                   : "";
+}
+
 void require_something_free(std::span<const Parameter> parameters, std::span<const Recording> training,
                             const Robot& nominal) {
   if (!parameters.empty()) return;
@@ -161,9 +166,8 @@ void require_something_free(std::span<const Parameter> parameters, std::span<con
     throw CannotAnswer(
         "no parameter is free: nothing was measured from outside, and the robot file has no [gyro] although "
         "the recording has one: write [gyro] to calibrate with it");
-  if (nominal.chassis.wheels().empty() && !nominal.chassis.gyro)
-    throw CannotAnswer(
-        fmt::format("robot '{}': velocity input used unchanged: no wheels to calibrate", nominal.name));
+  if (const std::string words = nothing_to_calibrate(nominal.chassis); !words.empty())
+    throw CannotAnswer(fmt::format("robot '{}': {}", nominal.name, words));
   throw CannotAnswer("no parameter is free: these recordings measure nothing to calibrate with");
 }
 

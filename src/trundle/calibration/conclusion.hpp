@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 
 #include "trundle/calibration/estimator.hpp"
 #include "trundle/calibration/result.hpp"
@@ -8,6 +9,8 @@
 
 namespace trundle {
 
+/// Where a robot gives nothing that a calibration could change: that it does not, in words; else empty.
+std::string nothing_to_calibrate(const Chassis& chassis);
 /// Throws CannotAnswer, in words, when there is none to estimate.
 void require_something_free(std::span<const Parameter> parameters, std::span<const Recording> training,
                             const Robot& nominal);

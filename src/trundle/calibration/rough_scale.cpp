@@ -8,6 +8,7 @@
 
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/odometry/odometer.hpp"
+#include "trundle/recording/units.hpp"
 
 namespace trundle {
 namespace {
@@ -63,21 +64,19 @@ std::optional<double> quantile(const std::vector<Stretch>& stretches, double sha
 /// A length in it was taken for metres: of the reference, or of the wheels.
 struct LengthUnit {
   std::string_view name;
-  std::string_view symbol;
-  double metres;
+  std::string_view symbol;  ///< in recording.toml
 };
-constexpr LengthUnit kLengthUnits[] = {{"millimetres", "mm", 1e-3},
-                                       {"centimetres", "cm", 1e-2},
-                                       {"inches", "in", 0.0254},
-                                       {"feet", "ft", 0.3048},
-                                       {"kilometres", "km", 1e3}};
+constexpr LengthUnit kLengthUnits[] = {
+    {"millimetres", "mm"}, {"centimetres", "cm"}, {"inches", "in"}, {"feet", "ft"}, {"kilometres", "km"}};
 
 /// By which a reference moves so many times as far as the wheels; null: none.
 const LengthUnit* unit_of(double times) {
   constexpr double kAlike = 1.3;  // wheels are as large as the robot file says to within that
-  for (const LengthUnit& unit : kLengthUnits)
-    for (const double ratio : {times * unit.metres, times / unit.metres})
+  for (const LengthUnit& unit : kLengthUnits) {
+    const double metres = factor_of(unit.symbol, "x_m").value();
+    for (const double ratio : {times * metres, times / metres})
       if (ratio < kAlike && ratio > 1.0 / kAlike) return &unit;
+  }
   return nullptr;
 }
 

@@ -24,6 +24,12 @@ bool is_misread(const Findings& findings) {
   return std::ranges::any_of(findings.problems, is_misreading);
 }
 
+bool warns_of(ProblemKind kind, const std::vector<Problem>& problems) {
+  return std::ranges::any_of(problems, [&](const Problem& problem) {
+    return problem.severity == Severity::warning && problem.kind == kind;
+  });
+}
+
 void append(std::vector<Problem>& problems, const std::vector<Problem>& more) {
   problems.insert(problems.end(), more.begin(), more.end());
 }
@@ -154,10 +160,7 @@ void compare_references(const Recording& recording, const AlignedReadings& readi
   const std::optional<ScaleFault> fault = scale_fault(runs, robot);
   if (!fault) return;
   // A gyro that contradicts the wheels as well acquits the reference.
-  const bool is_of_wheels = std::ranges::any_of(findings.problems, [](const Problem& problem) {
-    return problem.kind == ProblemKind::gyro_against_wheels;
-  });
-  const bool is_of_unit = fault->is_of_unit && !is_of_wheels;
+  const bool is_of_unit = fault->is_of_unit && !warns_of(ProblemKind::gyro_against_wheels, findings.problems);
   findings.problems.push_back({Severity::warning,
                                is_of_unit ? ProblemKind::reference_unit : ProblemKind::scale, file, 1,
                                fault->message});
@@ -243,16 +246,12 @@ std::vector<Problem> folded(const std::vector<Problem>& problems) {
 
 /// One cause is told once: the reference knows better than the gyro, and wires before sizes.
 void forget_what_is_told_already(std::vector<Problem>& problems) {
-  const auto has = [&](ProblemKind kind) {
-    return std::ranges::any_of(problems, [&](const Problem& problem) {
-      return problem.severity == Severity::warning && problem.kind == kind;
-    });
-  };
+  const bool of_wiring = warns_of(ProblemKind::wiring, problems);
   const auto forget = [&](ProblemKind kind) {
     std::erase_if(problems, [&](const Problem& problem) { return problem.kind == kind; });
   };
-  if (has(ProblemKind::wiring)) forget(ProblemKind::scale);
-  if (!has(ProblemKind::wiring) && !has(ProblemKind::scale)) return;
+  if (of_wiring) forget(ProblemKind::scale);
+  if (!of_wiring && !warns_of(ProblemKind::scale, problems)) return;
   forget(ProblemKind::gyro_sign);
   forget(ProblemKind::gyro_against_wheels);
 }

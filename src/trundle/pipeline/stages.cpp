@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "trundle/calibration/conclusion.hpp"
 #include "trundle/inspection/findings.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/io/words.hpp"
@@ -41,8 +42,8 @@ void require_something_to_learn_from(const Work& work) {
   if (!work.question.before.empty()) throw NotApplicable{"the robot was calibrated with the whole session"};
   if (work.question.calibrate_on.empty() && work.used.robot.calibration)
     throw NotApplicable{"the robot file has a [calibration] already: it is used as it is"};
-  if (work.given.robot.chassis.wheels().empty() && !work.given.robot.chassis.gyro)
-    throw NotApplicable{"velocity input used unchanged: no wheels to calibrate"};
+  if (std::string words = nothing_to_calibrate(work.given.robot.chassis); !words.empty())
+    throw NotApplicable{std::move(words)};
 }
 
 /// The recording itself has passed the health check; those that others are learned from have not.

@@ -11,7 +11,7 @@
 #include "trundle/io/words.hpp"
 #include "trundle/recording/detail/partial_reference.hpp"
 #include "trundle/recording/detail/toml_reader.hpp"
-#include "trundle/recording/detail/units.hpp"
+#include "trundle/recording/units.hpp"
 
 namespace trundle {
 namespace {

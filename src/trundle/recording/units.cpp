@@ -1,4 +1,4 @@
-#include "trundle/recording/detail/units.hpp"
+#include "trundle/recording/units.hpp"
 
 #include <array>
 

@@ -218,7 +218,7 @@ void ParticleSlam::resample_if_poor() {
   if (report_.effective_particles >= limit) return;
   common_error_.before_resampling(belief_);
   resampling_.resample(belief_.particles);
-  if (options_.keep_paths) belief_.paths.resampled(belief_.particles.ancestry);
+  if (belief_.keeps_paths) belief_.paths.resampled(belief_.particles.ancestry);
   report_.resampled = true;
   common_error_.after_resampling(report_, belief_);
 }
