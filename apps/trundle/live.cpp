@@ -26,7 +26,7 @@ struct LiveArguments {
   std::string start = "0,0,0";
   double probability = SlipOptions{}.probability;
   double spin_odds = SlipOptions{}.spin_odds;
-  double longest_step_s = OnlineAlignmentOptions{}.longest_step_s;
+  double longest_step_s = AlignerOptions{}.shortest_gap_s;
   std::string checkpoint;
   double checkpoint_every_s = 5.0;
   std::string resume;
@@ -107,7 +107,7 @@ class Session {
         printer_(options.common),
         odometer_(robot.robot, {.start = start_pose_from(options.start),
                                 .slip = {.probability = options.probability, .spin_odds = options.spin_odds},
-                                .alignment = {.longest_step_s = options.longest_step_s}}) {}
+                                .alignment = {.shortest_gap_s = options.longest_step_s}}) {}
 
   void run(std::istream& input) {
     if (!options_.resume.empty()) read_live_checkpoint(options_.resume, settings_, odometer_);

@@ -317,26 +317,54 @@ TEST(ReferenceTrajectory, keeps_complete_poses_alone) {
   EXPECT_FALSE(trajectory.has_covariance());
 }
 
-// −∂(what the gyro turns)/∂(its time offset), by central differences of the alignment itself.
-TEST(Align, the_change_of_rate_is_what_a_moved_clock_changes) {
-  constexpr double kStep_s = 0.05;
-  Recording recording = wheels(stamps(41, kStep_s), std::vector<double>(41), std::vector<double>(41));
+Recording turning_to_and_fro(double step_s) {
+  Recording recording = wheels(stamps(41, step_s), std::vector<double>(41), std::vector<double>(41));
   recording.gyro.time_s = stamps(250, 0.01);
   for (double& t : recording.gyro.time_s) t -= 0.2;
   for (const double t : recording.gyro.time_s)
     recording.gyro.yaw_rate_rad_s.push_back(0.3 + std::sin(3.0 * t) + 0.2 * std::cos(11.0 * t));
-  const auto aligned_with = [&](double time_offset_s) {
-    return align(recording, test::with_gyro(two_wheels(), {.time_offset_s = time_offset_s})).increments;
-  };
-  const std::vector<Increment> here = aligned_with(0.01);
+  return recording;
+}
+
+AlignedReadings with_clock(const Recording& recording, double time_offset_s) {
+  return align(recording, test::with_gyro(two_wheels(), {.time_offset_s = time_offset_s}));
+}
+
+// −∂(what the gyro turns)/∂(its time offset), by differences of the alignment itself: backwards, for nobody
+// knows what comes.
+TEST(Align, the_change_of_rate_is_what_a_moved_clock_changes) {
+  constexpr double kMoved_s = 0.1;
+  const Recording recording = turning_to_and_fro(0.05);
+  const std::vector<Increment> here = with_clock(recording, 0.01).increments;
+  const std::vector<Increment> later = with_clock(recording, 0.01 + kMoved_s).increments;
+  for (std::size_t i = 0; i < here.size(); ++i)
+    EXPECT_NEAR(here[i].gyro_change_rad_s, -(later[i].gyro_rad - here[i].gyro_rad) / kMoved_s, 1e-9) << i;
+}
+
+TEST(Align, the_centred_change_of_rate_is_what_a_moved_clock_changes_either_way) {
+  constexpr double kStep_s = 0.05;
   constexpr double kMoved_s = 2.0 * kStep_s;
-  const std::vector<Increment> later = aligned_with(0.01 + kMoved_s);
-  const std::vector<Increment> earlier = aligned_with(0.01 - kMoved_s);
-  for (std::size_t i = 2; i + 2 < here.size(); ++i)
-    EXPECT_NEAR(here[i].gyro_change_rad_s, -(later[i].gyro_rad - earlier[i].gyro_rad) / (2.0 * kMoved_s),
-                1e-9)
+  const Recording recording = turning_to_and_fro(kStep_s);
+  AlignedReadings here = with_clock(recording, 0.01);
+  centre_gyro_changes(here);
+  const std::vector<Increment> later = with_clock(recording, 0.01 + kMoved_s).increments;
+  const std::vector<Increment> earlier = with_clock(recording, 0.01 - kMoved_s).increments;
+  for (std::size_t i = 2; i + 2 < here.increments.size(); ++i)
+    EXPECT_NEAR(here.increments[i].gyro_change_rad_s,
+                -(later[i].gyro_rad - earlier[i].gyro_rad) / (2.0 * kMoved_s), 1e-9)
         << i;
-  EXPECT_EQ(here.front().gyro_change_rad_s, 0.0);  // nothing is known before it
+  EXPECT_EQ(here.increments.front().gyro_change_rad_s, 0.0);  // nothing is known before it
+}
+
+TEST(Align, a_gyro_with_another_clock_is_integrated_anew) {
+  const Recording recording = turning_to_and_fro(0.03);
+  AlignedReadings moved = with_clock(recording, 0.0);
+  add_gyro(recording.gyro, test::with_gyro(two_wheels(), {.time_offset_s = 0.123}), moved);
+  const AlignedReadings expected = with_clock(recording, 0.123);
+  for (std::size_t i = 0; i < moved.increments.size(); ++i) {
+    EXPECT_EQ(moved.increments[i].has_gyro, expected.increments[i].has_gyro) << i;
+    EXPECT_EQ(moved.increments[i].gyro_rad, expected.increments[i].gyro_rad) << i;
+  }
 }
 
 }  // namespace

@@ -126,9 +126,8 @@ std::optional<Pose2> body_by_reference(const Run& run, std::size_t increments, c
 }
 
 void set_gyro_clock(const Robot& robot, Run& run) {
-  std::vector<Problem> problems = std::move(run.readings.problems);
   add_gyro(run.gyro, robot, run.readings);
-  run.readings.problems = std::move(problems);
+  centre_gyro_changes(run.readings);
 }
 
 Run prepare_run(const Recording& recording, const Robot& robot) {
@@ -145,6 +144,7 @@ Run prepare_run(const Recording& recording, const Robot& robot, AlignedReadings 
           .relative_motions = recording.relative_motions,
           .knots = {},
           .jumps = {}};
+  centre_gyro_changes(run.readings);
   run.knots = choose_knots(run, robot.reference_time_offset_s);
   if (run.knots.size() < 2) run.knots.clear();
   run.jumps = find_jumps(run, robot);

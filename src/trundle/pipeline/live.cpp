@@ -62,7 +62,7 @@ constexpr std::string_view kKind = "live";
 
 LiveOdometer::LiveOdometer(const Robot& robot, const LiveOptions& options)
     : robot_(robot),
-      alignment_(robot, options.alignment),
+      aligner_(robot, options.alignment),
       uncertain_(uncertain_parameters(robot, true)),
       odometer_(robot, odometer_options(robot, uncertain_, options.start)),
       slip_(slip_odometer_of(
@@ -72,7 +72,7 @@ void LiveOdometer::take(const LiveLine& line, std::string_view place, std::vecto
   require_suitable(line, place);
   if (!line.wheels.empty()) take_wheels(line, place);
   if (line.yaw_rate_rad_s) {
-    alignment_.add_gyro(line.time_s, *line.yaw_rate_rad_s);
+    aligner_.add(GyroReading{line.time_s, *line.yaw_rate_rad_s});
     gyro_s_ = line.time_s;
   }
   take_intervals(estimates);
@@ -92,7 +92,7 @@ bool LiveOdometer::is_later(const LiveLine& line) const {
 }
 
 void LiveOdometer::finish(std::vector<LiveEstimate>& estimates) {
-  alignment_.finish();
+  aligner_.finish();
   take_intervals(estimates);
 }
 
@@ -106,19 +106,19 @@ void LiveOdometer::take_wheels(const LiveLine& line, std::string_view place) {
   }
   if (wheels_s_ && units != units_)
     throw InputError(place, "gives the wheels in other units", "those of the first line");
-  if (!wheels_s_) alignment_.set_units(units);
-  alignment_.add(readings);
+  if (!wheels_s_) aligner_.set_units(units);
+  aligner_.add(readings);
   units_ = units;
   wheels_s_ = line.time_s;
 }
 
 void LiveOdometer::take_intervals(std::vector<LiveEstimate>& estimates) {
-  std::optional<AlignedInterval> interval = alignment_.next();
-  if (!started_ && alignment_.start_s()) {
-    estimates.push_back(estimate_at(*alignment_.start_s()));
+  std::optional<AlignedInterval> interval = aligner_.next();
+  if (!started_ && aligner_.start_s()) {
+    estimates.push_back(estimate_at(*aligner_.start_s()));
     started_ = true;
   }
-  for (; interval; interval = alignment_.next()) estimates.push_back(step(*interval));
+  for (; interval; interval = aligner_.next()) estimates.push_back(step(*interval));
 }
 
 LiveEstimate LiveOdometer::step(const AlignedInterval& interval) {

@@ -9,14 +9,14 @@
 #include "trundle/odometry/persist.hpp"
 #include "trundle/odometry/uncertain.hpp"
 #include "trundle/pipeline/live_line.hpp"
-#include "trundle/recording/online_alignment.hpp"
+#include "trundle/recording/alignment/aligner.hpp"
 
 namespace trundle {
 
 struct LiveOptions {
   Pose2 start = {};  ///< at the first reading of the wheels
   SlipOptions slip = {};
-  OnlineAlignmentOptions alignment = {};
+  AlignerOptions alignment = {};
 };
 
 /// Odometry with covariance, the gyro's bias and slip, reading by reading: what `trundle odometry` and
@@ -38,7 +38,7 @@ class LiveOdometer {
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.alignment_, self.started_, self.slipping_, self.wheels_s_, self.gyro_s_, self.units_);
+    archive(self.aligner_, self.started_, self.slipping_, self.wheels_s_, self.gyro_s_, self.units_);
     persist_odometer(archive, self.odometer_);
     if (self.slip_) archive(*self.slip_);
   }
@@ -51,7 +51,7 @@ class LiveOdometer {
   LiveEstimate estimate_at(double time_s) const;
 
   Robot robot_;
-  OnlineAlignment alignment_;
+  Aligner aligner_;
   UncertainParameters uncertain_;
   Odometer odometer_;
   std::optional<SlipOdometer> slip_;

@@ -9,27 +9,47 @@
 #include <fmt/format.h>
 
 #include "trundle/chassis/rows.hpp"
-#include "trundle/recording/detail/courses.hpp"
 #include "trundle/recording/detail/gyro_against_wheels.hpp"
 #include "trundle/recording/detail/table.hpp"
 
 namespace trundle {
 namespace {
 
+/// The robot that a recording's columns are those of, as far as they tell: wheels that turn once in one unit.
+Robot robot_of_columns(const Recording& recording) {
+  constexpr double kAnyDiameter_m = 1e9;  // no speed is expected of such a wheel
+  Robot robot;
+  for (const WheelSeries& series : recording.wheels.series) {
+    if (robot.wheel_names.size() == kMaxWheels) break;
+    robot.wheel_names.push_back(series.wheel);
+    robot.chassis.add({.diameter_m = kAnyDiameter_m, .ticks_per_revolution = 1.0});
+  }
+  return robot;
+}
+
+std::size_t breaks_of(const std::string& wheel, const std::vector<Problem>& problems) {
+  std::size_t breaks = 0;
+  for (const Problem& problem : problems)
+    if (problem.subject == wheel && problem.kind != ProblemKind::wrap) breaks += problem.count;
+  return breaks;
+}
+
 /// The bits of a counter whose values fill their range and that is seen to cross its end; 0 when none fit.
-int guessed_bits(std::span<const double> time_s, const WheelSeries& series) {
+int guessed_bits(const Recording& recording, std::size_t wheel) {
+  const WheelSeries& series = recording.wheels.series[wheel];
   if (series.unit != WheelUnit::ticks) return 0;
-  const auto [low, high] = std::minmax_element(series.value.begin(), series.value.end());
-  CounterFindings plain;
-  course_of_counter(time_s, series.value, 0, 0.0, plain);
-  const std::size_t breaks = plain.resets.size() + plain.jumps.size();
+  Robot robot = robot_of_columns(recording);
+  const auto breaks_with = [&](int bits) {
+    robot.chassis.wheels()[wheel].tick_bits = bits;
+    return breaks_of(series.wheel, align(recording, robot).problems);
+  };
+  const std::size_t breaks = breaks_with(0);
+  if (breaks == 0) return 0;
+  const auto [low, high] = std::ranges::minmax_element(series.value);
   for (const int bits : {8, 16, 32}) {
     const double range = std::ldexp(1.0, bits);
     const bool fits = (*low >= 0.0 && *high < range) || (*low >= -range / 2.0 && *high < range / 2.0);
-    CounterFindings wrapped;
-    if (!fits || breaks == 0) continue;
-    course_of_counter(time_s, series.value, bits, 0.0, wrapped);
-    if (wrapped.resets.size() + wrapped.jumps.size() < breaks) return bits;
+    if (fits && breaks_with(bits) < breaks) return bits;
   }
   return 0;
 }
@@ -79,9 +99,15 @@ struct WheelCourses {
 
 constexpr double kShortestStandstill = 2.0;  // [s]
 
+std::string place_at(const Recording& recording, double time_s) {
+  const auto& stamps = recording.wheels.time_s;
+  const auto row = std::ranges::lower_bound(stamps, time_s - 1e-9);
+  return recording.wheels.origin.place_of(static_cast<std::size_t>(row - stamps.begin()));
+}
+
 /// Without knowing the robot: it stands still while every other wheel goes at least a twentieth of its whole
 /// way.
-void find_stuck(const WheelCourses& courses, const StreamOrigin& origin, std::vector<Problem>& problems) {
+void find_stuck(const Recording& recording, const WheelCourses& courses, std::vector<Problem>& problems) {
   constexpr double kShare = 0.05;
   const std::size_t rows = courses.time_s.size();
   for (std::size_t w = 0; w < courses.wheel.size() && courses.wheel.size() > 1; ++w)
@@ -94,7 +120,7 @@ void find_stuck(const WheelCourses& courses, const StreamOrigin& origin, std::ve
       }
       if (!others_move) continue;
       problems.push_back(
-          {Severity::warning, ProblemKind::stuck_encoder, origin.place_of(still.first), 1,
+          {Severity::warning, ProblemKind::stuck_encoder, place_at(recording, courses.time_s[still.first]), 1,
            fmt::format("the encoder of '{}' is constant for {:.1f} s while the other wheels turn: faulty, "
                        "or the robot pivots on this wheel",
                        courses.wheel[w], courses.time_s[still.last] - courses.time_s[still.first])});
@@ -144,13 +170,6 @@ WheelCourses courses_of(const AlignedReadings& readings, const Robot& robot) {
   return courses;
 }
 
-std::string place_at(const Recording& recording, const Robot& robot, double time_s) {
-  const auto& stamps = recording.wheels.time_s;
-  const auto row =
-      std::lower_bound(stamps.begin(), stamps.end(), time_s - robot.chassis.wheels_time_offset_s - 1e-9);
-  return recording.wheels.origin.place_of(static_cast<std::size_t>(row - stamps.begin()));
-}
-
 void find_stuck(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
                 std::vector<Problem>& problems) {
   constexpr double kLeastTravel = 0.05;  // [m]
@@ -164,12 +183,12 @@ void find_stuck(const Recording& recording, const Robot& robot, const AlignedRea
       if (!travel || std::abs(*travel) < kLeastTravel) continue;
       problems.push_back(
           {Severity::warning, ProblemKind::stuck_encoder,
-           place_at(recording, robot, courses.time_s[still.first]), 1,
+           place_at(recording, courses.time_s[still.first] - robot.chassis.wheels_time_offset_s), 1,
            fmt::format("the encoder of '{}' is stuck: it stands still for {:.1f} s while the other sensors "
                        "say it rolls {:.2f} m",
                        courses.wheel[w], courses.time_s[still.last] - courses.time_s[still.first], *travel)});
     }
-  if (!all_can_be_told) find_stuck(courses, recording.wheels.origin, problems);
+  if (!all_can_be_told) find_stuck(recording, courses, problems);
 }
 
 /// Counts are whole: a column of metres or of speeds that is taken for them hardly turns its wheel.
@@ -197,10 +216,12 @@ void find_fractions(const Recording& recording, const Robot& robot, const Aligne
 
 /// Counters that wrap where the robot file says otherwise look as if they started again.
 void name_wraps(const Recording& recording, const Robot& robot, std::vector<Problem>& problems) {
-  for (const WheelSeries& series : recording.wheels.series) {
+  for (std::size_t i = 0; i < recording.wheels.series.size(); ++i) {
+    const WheelSeries& series = recording.wheels.series[i];
     const auto named = std::ranges::find(robot.wheel_names, series.wheel);
-    const int bits = guessed_bits(recording.wheels.time_s, series);
-    if (named == robot.wheel_names.end() || bits == 0) continue;
+    if (named == robot.wheel_names.end()) continue;
+    const int bits = guessed_bits(recording, i);
+    if (bits == 0) continue;
     const auto index = static_cast<std::size_t>(named - robot.wheel_names.begin());
     if (robot.chassis.wheels()[index].tick_bits == bits) continue;
     std::erase_if(problems, [&](const Problem& problem) {
@@ -231,25 +252,22 @@ bool is_misreading(const Problem& problem) {
 }
 
 std::vector<Problem> inspect(const Recording& recording, const Robot* robot) {
-  std::vector<Problem> problems;
-  const WheelStream& wheels = recording.wheels;
-  if (wheels.time_s.empty()) return problems;
-  WheelCourses courses{wheels.time_s, {}, {}};
-  for (const WheelSeries& series : wheels.series) {
-    CounterFindings findings;
-    const int told = robot == nullptr ? 0 : told_bits(series, *robot);
-    const int bits = told > 0 ? told : guessed_bits(wheels.time_s, series);
-    courses.wheel.push_back(series.wheel);
-    courses.value.push_back(
-        series.unit == WheelUnit::rate
-            ? course_of_rate(wheels.time_s, series.value).value
-            : course_of_counter(wheels.time_s, series.value, bits, longest_step(wheels.time_s), findings)
-                  .value);
-    report(findings, series.wheel, wheels.origin, problems);
-    if (told == 0 && bits > 0 && !findings.wraps.empty())
-      problems.back().message += fmt::format("; it looks like {} bits: tick_bits = {}", bits, bits);
+  if (recording.wheels.time_s.empty()) return {};
+  Robot columns = robot_of_columns(recording);
+  std::vector<std::string> hints(columns.wheel_names.size());
+  for (std::size_t i = 0; i < hints.size(); ++i) {
+    const int told = robot == nullptr ? 0 : told_bits(recording.wheels.series[i], *robot);
+    const int bits = told > 0 ? told : guessed_bits(recording, i);
+    columns.chassis.wheels()[i].tick_bits = bits;
+    if (told == 0 && bits > 0) hints[i] = fmt::format("; it looks like {} bits: tick_bits = {}", bits, bits);
   }
-  find_stuck(courses, wheels.origin, problems);
+  const AlignedReadings readings = align(recording, columns);
+  std::vector<Problem> problems = readings.problems;
+  for (Problem& problem : problems)
+    if (problem.kind == ProblemKind::wrap)
+      problem.message += hints[static_cast<std::size_t>(
+          std::ranges::find(columns.wheel_names, problem.subject) - columns.wheel_names.begin())];
+  find_stuck(recording, courses_of(readings, columns), problems);
   return problems;
 }
 
