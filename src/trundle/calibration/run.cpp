@@ -126,7 +126,7 @@ std::optional<Pose2> body_by_reference(const Run& run, std::size_t increments, c
 }
 
 void set_gyro_clock(const Robot& robot, Run& run) {
-  std::vector<Problem> problems = std::move(run.readings.problems);
+  std::vector<Finding> problems = std::move(run.readings.problems);
   add_gyro(run.gyro, robot, run.readings);
   run.readings.problems = std::move(problems);
 }

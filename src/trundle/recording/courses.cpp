@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/io/words.hpp"
 
 namespace trundle {
 namespace {
@@ -181,7 +180,7 @@ Course course_of_rate(std::span<const double> time_s, std::span<const double> ra
 }
 
 Course course_of_wheel(const Recording& recording, const Robot& robot, std::size_t index,
-                       double longest_step_s, std::vector<Problem>& problems) {
+                       double longest_step_s, std::vector<Finding>& problems) {
   const WheelSeries& series = series_of(recording, robot.wheel_names[index]);
   const Wheel& wheel = robot.chassis.wheels()[index];
   const std::vector<double>& time_s = recording.wheels.time_s;
@@ -199,19 +198,14 @@ Course course_of_wheel(const Recording& recording, const Robot& robot, std::size
 }
 
 void report(const CounterFindings& findings, const std::string& wheel, const StreamOrigin& origin,
-            std::vector<Problem>& problems) {
-  const auto add = [&](Severity severity, ProblemKind kind, const std::vector<std::size_t>& rows,
-                       const char* what) {
+            std::vector<Finding>& problems) {
+  const auto add = [&](Severity severity, FindingCode code, const std::vector<std::size_t>& rows) {
     if (!rows.empty())
-      problems.push_back({severity, kind, origin.place_of(rows.front()), rows.size(),
-                          fmt::format(fmt::runtime(what), wheel, counted(rows.size(), "time")), wheel});
+      problems.push_back({severity, code, origin.place_of(rows.front()), rows.size(), {wheel}});
   };
-  add(Severity::note, ProblemKind::wrap, findings.wraps, "the counter of '{}' wraps {}");
-  add(Severity::warning, ProblemKind::counter_reset, findings.resets,
-      "the counter of '{}' starts again near zero {}; the jump is not counted as travel");
-  add(Severity::warning, ProblemKind::counter_jump, findings.jumps,
-      "the counter of '{}' jumps {} farther than the wheel can turn; the jump is not counted as "
-      "travel");
+  add(Severity::note, FindingCode::wrap, findings.wraps);
+  add(Severity::warning, FindingCode::counter_reset, findings.resets);
+  add(Severity::warning, FindingCode::counter_jump, findings.jumps);
 }
 
 }  // namespace trundle

@@ -10,7 +10,6 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/io/words.hpp"
 #include "trundle/recording/detail/courses.hpp"
 #include "trundle/recording/detail/table.hpp"
 
@@ -64,7 +63,7 @@ AlignedReadings align_wheels(const Recording& recording, const Robot& robot) {
   const std::vector<double> time_s = shifted(recording.wheels.time_s, robot.chassis.wheels_time_offset_s);
   const double longest_s = longest_step(time_s);
   std::vector<Course> courses;
-  std::vector<Problem> problems;
+  std::vector<Finding> problems;
   for (std::size_t i = 0; i < robot.wheel_names.size(); ++i)
     courses.push_back(course_of_wheel(recording, robot, i, longest_s, problems));
   AlignedReadings aligned = increments_between(time_s, courses, longest_s);
@@ -227,19 +226,16 @@ void add_gyro(const GyroStream& gyro, const Robot& robot, AlignedReadings& align
     start_s = increment.time_s;
   }
   add_changes_of_rate(aligned.increments);
-  const auto tell = [&](Severity severity, ProblemKind kind, std::size_t count, const std::string& message) {
+  const auto tell = [&](Severity severity, FindingCode code, std::size_t count, const Payload& payload) {
     if (count > 0)
-      aligned.problems.push_back({severity, kind, gyro.origin.place_of(gyro.time_s.size()), count, message});
+      aligned.problems.push_back(
+          {severity, code, gyro.origin.place_of(gyro.time_s.size()), count, {}, payload});
   };
-  tell(Severity::warning, ProblemKind::gyro_saturated, integral.saturated(),
-       "the gyro is at or beyond its max_rate_rad_s in " + counted(integral.saturated(), "sample"));
-  tell(Severity::warning, ProblemKind::gyro_missing, within,
-       "the gyro is missing in " + counted(within, "interval") + " of the wheels: a gap, or saturation");
+  tell(Severity::warning, FindingCode::gyro_saturated, integral.saturated(), {});
+  tell(Severity::warning, FindingCode::gyro_missing, within, {});
   const bool most = 2 * beyond > aligned.increments.size();
-  tell(most ? Severity::warning : Severity::note, ProblemKind::gyro_missing, beyond,
-       fmt::format("the gyro runs from {:.2f} to {:.2f} s, the wheels from {:.2f} to {:.2f} s: {} without it",
-                   first_s, last_s, aligned.start_s, aligned.increments.back().time_s,
-                   counted(beyond, "interval")));
+  tell(most ? Severity::warning : Severity::note, FindingCode::gyro_missing, beyond,
+       payload::Spans{first_s, last_s, aligned.start_s, aligned.increments.back().time_s});
 }
 
 AlignedReadings align(const Recording& recording, const Robot& robot) {

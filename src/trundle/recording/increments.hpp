@@ -12,7 +12,7 @@ struct AlignedReadings {
   double start_s = 0.0;
   std::vector<Increment> increments;  ///< contiguous: each starts where the one before it ends
   std::vector<bool> bridged;          ///< true: spans a gap; travel is known, its course is not
-  std::vector<Problem> problems;      ///< found while aligning (wraps, resets, missing gyro)
+  std::vector<Finding> problems;      ///< found while aligning (wraps, resets, missing gyro)
 };
 
 /// Aligns wheels and gyro: counter wraps undone, sensor time offsets applied, the gyro integrated to the

@@ -6,8 +6,6 @@
 #include <numeric>
 #include <string_view>
 
-#include <fmt/format.h>
-
 #include "trundle/chassis/rows.hpp"
 #include "trundle/recording/detail/courses.hpp"
 #include "trundle/recording/detail/gyro_against_wheels.hpp"
@@ -81,7 +79,7 @@ constexpr double kShortestStandstill = 2.0;  // [s]
 
 /// Without knowing the robot: it stands still while every other wheel goes at least a twentieth of its whole
 /// way.
-void find_stuck(const WheelCourses& courses, const StreamOrigin& origin, std::vector<Problem>& problems) {
+void find_stuck(const WheelCourses& courses, const StreamOrigin& origin, std::vector<Finding>& problems) {
   constexpr double kShare = 0.05;
   const std::size_t rows = courses.time_s.size();
   for (std::size_t w = 0; w < courses.wheel.size() && courses.wheel.size() > 1; ++w)
@@ -94,10 +92,10 @@ void find_stuck(const WheelCourses& courses, const StreamOrigin& origin, std::ve
       }
       if (!others_move) continue;
       problems.push_back(
-          {Severity::warning, ProblemKind::stuck_encoder, origin.place_of(still.first), 1,
-           fmt::format("the encoder of '{}' is constant for {:.1f} s while the other wheels turn: faulty, "
-                       "or the robot pivots on this wheel",
-                       courses.wheel[w], courses.time_s[still.last] - courses.time_s[still.first])});
+          {.code = FindingCode::stuck_encoder,
+           .place = origin.place_of(still.first),
+           .subjects = {courses.wheel[w]},
+           .payload = payload::Amount{courses.time_s[still.last] - courses.time_s[still.first]}});
     }
 }
 
@@ -152,7 +150,7 @@ std::string place_at(const Recording& recording, const Robot& robot, double time
 }
 
 void find_stuck(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
-                std::vector<Problem>& problems) {
+                std::vector<Finding>& problems) {
   constexpr double kLeastTravel = 0.05;  // [m]
   const WheelCourses courses = courses_of(readings, robot);
   bool all_can_be_told = true;
@@ -162,19 +160,19 @@ void find_stuck(const Recording& recording, const Robot& robot, const AlignedRea
           robot, w, std::span(readings.increments).subspan(still.first, still.last - still.first));
       all_can_be_told = all_can_be_told && travel.has_value();
       if (!travel || std::abs(*travel) < kLeastTravel) continue;
-      problems.push_back(
-          {Severity::warning, ProblemKind::stuck_encoder,
-           place_at(recording, robot, courses.time_s[still.first]), 1,
-           fmt::format("the encoder of '{}' is stuck: it stands still for {:.1f} s while the other sensors "
-                       "say it rolls {:.2f} m",
-                       courses.wheel[w], courses.time_s[still.last] - courses.time_s[still.first], *travel)});
+      problems.push_back({.code = FindingCode::stuck_encoder,
+                          .place = place_at(recording, robot, courses.time_s[still.first]),
+                          .subjects = {courses.wheel[w]},
+                          .payload = payload::Standstill{
+                              .duration_s = courses.time_s[still.last] - courses.time_s[still.first],
+                              .expected_m = *travel}});
     }
   if (!all_can_be_told) find_stuck(courses, recording.wheels.origin, problems);
 }
 
 /// Counts are whole: a column of metres or of speeds that is taken for them hardly turns its wheel.
 void find_fractions(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
-                    std::vector<Problem>& problems) {
+                    std::vector<Finding>& problems) {
   const WheelCourses courses = courses_of(readings, robot);
   for (const WheelSeries& series : recording.wheels.series) {
     const auto named = std::ranges::find(robot.wheel_names, series.wheel);
@@ -186,52 +184,51 @@ void find_fractions(const Recording& recording, const Robot& robot, const Aligne
             courses.time_s.size() - 1) > 1.0)
       continue;
     problems.push_back(
-        {Severity::warning, ProblemKind::fractions,
-         recording.wheels.origin.place_of(static_cast<std::size_t>(first - series.value.begin())), 1,
-         fmt::format(
-             "{0}_ticks holds fractions, like {1:.6g}, and no turn of the wheel in all; counts are whole: "
-             "another column, or {0}_rad or {0}_m?",
-             series.wheel, *first)});
+        {.code = FindingCode::fractions,
+         .place = recording.wheels.origin.place_of(static_cast<std::size_t>(first - series.value.begin())),
+         .subjects = {series.wheel},
+         .payload = payload::Amount{*first}});
   }
 }
 
 /// Counters that wrap where the robot file says otherwise look as if they started again.
-void name_wraps(const Recording& recording, const Robot& robot, std::vector<Problem>& problems) {
+void name_wraps(const Recording& recording, const Robot& robot, std::vector<Finding>& problems) {
   for (const WheelSeries& series : recording.wheels.series) {
     const auto named = std::ranges::find(robot.wheel_names, series.wheel);
     const int bits = guessed_bits(recording.wheels.time_s, series);
     if (named == robot.wheel_names.end() || bits == 0) continue;
     const auto index = static_cast<std::size_t>(named - robot.wheel_names.begin());
     if (robot.chassis.wheels()[index].tick_bits == bits) continue;
-    std::erase_if(problems, [&](const Problem& problem) {
-      return (problem.kind == ProblemKind::counter_reset || problem.kind == ProblemKind::counter_jump) &&
-             problem.subject == series.wheel;
+    std::erase_if(problems, [&](const Finding& problem) {
+      return (problem.code == FindingCode::counter_reset || problem.code == FindingCode::counter_jump) &&
+             problem.subjects.front() == series.wheel;
     });
-    problems.push_back({Severity::warning, ProblemKind::tick_bits, recording.wheels.origin.file, 1,
-                        fmt::format("the counter of '{}' wraps like one of {} bits: write tick_bits = {}",
-                                    series.wheel, bits, bits)});
+    problems.push_back({.code = FindingCode::tick_bits,
+                        .place = recording.wheels.origin.file,
+                        .subjects = {series.wheel},
+                        .payload = payload::Amount{static_cast<double>(bits)}});
   }
 }
 
 /// What a gyro in another unit makes seem to be wrong.
-bool is_of_gyro(ProblemKind kind) {
-  using enum ProblemKind;
+bool is_of_gyro(FindingCode code) {
+  using enum FindingCode;
   constexpr std::array kOfGyro = {gyro_missing, gyro_saturated,      gyro_disturbed, gyro_beyond_its_bias,
                                   gyro_sign,    gyro_against_wheels, gyro_unit};
-  return std::ranges::find(kOfGyro, kind) != kOfGyro.end();
+  return std::ranges::find(kOfGyro, code) != kOfGyro.end();
 }
 
 }  // namespace
 
-bool is_misreading(const Problem& problem) {
-  using enum ProblemKind;
-  constexpr std::array kMisreadings = {time_unit,      increments,     clocks,   gyro_unit,
-                                       reference_unit, reference_axes, fractions};
-  return std::ranges::find(kMisreadings, problem.kind) != kMisreadings.end();
+bool is_misreading(const Finding& finding) {
+  using enum FindingCode;
+  constexpr std::array kMisreadings = {time_unit, increments,     not_increments, clocks,
+                                       gyro_unit, reference_unit, reference_axes, fractions};
+  return std::ranges::find(kMisreadings, finding.code) != kMisreadings.end();
 }
 
-std::vector<Problem> inspect(const Recording& recording, const Robot* robot) {
-  std::vector<Problem> problems;
+std::vector<Finding> inspect(const Recording& recording, const Robot* robot) {
+  std::vector<Finding> problems;
   const WheelStream& wheels = recording.wheels;
   if (wheels.time_s.empty()) return problems;
   WheelCourses courses{wheels.time_s, {}, {}};
@@ -247,17 +244,17 @@ std::vector<Problem> inspect(const Recording& recording, const Robot* robot) {
                   .value);
     report(findings, series.wheel, wheels.origin, problems);
     if (told == 0 && bits > 0 && !findings.wraps.empty())
-      problems.back().message += fmt::format("; it looks like {} bits: tick_bits = {}", bits, bits);
+      problems.back().payload = payload::Amount{static_cast<double>(bits)};
   }
   find_stuck(courses, wheels.origin, problems);
   return problems;
 }
 
-std::vector<Problem> inspect(const Recording& recording, const Robot& robot,
+std::vector<Finding> inspect(const Recording& recording, const Robot& robot,
                              const AlignedReadings& readings) {
-  std::vector<Problem> problems = readings.problems;
+  std::vector<Finding> problems = readings.problems;
   if (const auto unit = wrong_gyro_unit(recording, robot, readings)) {
-    std::erase_if(problems, [](const Problem& p) { return is_of_gyro(p.kind); });
+    std::erase_if(problems, [](const Finding& p) { return is_of_gyro(p.code); });
     problems.push_back(*unit);
     return problems;
   }

@@ -35,10 +35,10 @@ Course course_of_rate(std::span<const double> time_s, std::span<const double> ra
 /// The course of one wheel of the robot. Throws InputError when the recording has no column of the wheel, or
 /// the robot lacks what turns the column into revolutions.
 Course course_of_wheel(const Recording& recording, const Robot& robot, std::size_t wheel,
-                       double longest_step_s, std::vector<Problem>& problems);
+                       double longest_step_s, std::vector<Finding>& problems);
 
 /// The findings of one wheel as problems with line numbers.
 void report(const CounterFindings& findings, const std::string& wheel, const StreamOrigin& origin,
-            std::vector<Problem>& problems);
+            std::vector<Finding>& problems);
 
 }  // namespace trundle
