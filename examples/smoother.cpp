@@ -29,8 +29,8 @@ int main(int argc, char** argv) try {
   std::printf("%zu landmarks, %zu of %zu sightings are outliers\n", best.map.size(), best.counts.outliers,
               best.counts.sightings);
   // Evidence against the result: a lost filter, wrong sigmas, a minimum that was not reached.
-  for (const trundle::Problem& doubt : trundle::doubts_about(input, filtered, &best))
-    std::printf("inconsistent: %s\n", doubt.message.c_str());
+  for (const trundle::Finding& doubt : trundle::doubts_about(input, filtered, &best))
+    std::printf("inconsistent: %s\n", describe(doubt).c_str());
   trundle::write_file(argv[3], trundle::to_csv(best.trajectory));
   trundle::write_file(argv[4], trundle::to_csv(best.map, input.landmarks));
 } catch (const std::exception& error) {

@@ -64,9 +64,9 @@ std::string text_of(const RecordingInfo& info) {
   for (const auto& [name, what] : references_of(recording)) lines.push_back(name + ": " + what);
   text += list("references:", lines);
   lines.clear();
-  for (const Problem& problem : findings.problems)
+  for (const Finding& problem : findings.problems)
     lines.push_back(fmt::format("{}: {}: {}: {}", word_of(problem.severity), problem.place,
-                                name_of(problem.kind), problem.message));
+                                name_of(problem.code), describe(problem)));
   text += lines.empty() ? "problems: none found\n" : list("problems:", lines);
   text += list("missing:", findings.missing);
   if (findings.abilities) {

@@ -6,8 +6,8 @@
 
 namespace trundle::app {
 
-std::string line_of(const Problem& problem) {
-  return fmt::format("{}: {}: {}\n", word_of(problem.severity), problem.place, problem.message);
+std::string line_of(const Finding& problem) {
+  return fmt::format("{}: {}: {}\n", word_of(problem.severity), problem.place, describe(problem));
 }
 
 OutputFile trajectory_file(const std::filesystem::path& path, const Provenance& provenance,

@@ -12,7 +12,7 @@
 namespace trundle::app {
 
 /// "warning: place: message".
-std::string line_of(const Problem& problem);
+std::string line_of(const Finding& problem);
 
 /// As CSV, or as TUM where the name says so, with the provenance in its head.
 OutputFile trajectory_file(const std::filesystem::path& path, const Provenance& provenance,

@@ -7,10 +7,12 @@
 #include "trundle/io/error.hpp"
 
 #include "calibration/simulated_runs.hpp"
+#include "recording/findings.hpp"
 
 namespace trundle {
 namespace {
 
+using test::says;
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
@@ -76,7 +78,7 @@ TEST(Wiring, swapped_ports_are_said_and_calibrated_all_the_same) {
   auto runs = rich_runs(3);
   for (Recording& run : runs) std::swap(counts(run, 0), counts(run, 1));
   const Wiring wiring = check_wiring(runs, nominal_pods());
-  EXPECT_THAT(wiring.faults, ElementsAre(HasSubstr("look swapped: 'ahead' and 'across' carry")));
+  EXPECT_THAT(wiring.faults, ElementsAre(says("look swapped: 'ahead' and 'across' carry")));
   EXPECT_THAT(wiring.robot.wheel_names, ElementsAre("across", "ahead"));
   const CalibrationResult result = calibrate(runs, {}, nominal_pods());
   EXPECT_THAT(result.warnings,
@@ -90,8 +92,7 @@ TEST(Wiring, a_pod_that_counts_backwards_is_said_and_calibrated_all_the_same) {
   for (Recording& run : runs)
     for (double& count : counts(run, 1)) count = -count;
   const Wiring wiring = check_wiring(runs, nominal_pods());
-  EXPECT_THAT(wiring.faults,
-              ElementsAre(HasSubstr("'across' counts backwards: ticks_per_revolution = -2048")));
+  EXPECT_THAT(wiring.faults, ElementsAre(says("'across' counts backwards: ticks_per_revolution = -2048")));
   expect_true_pods(calibrate(runs, {}, nominal_pods()), true_pods());
 }
 
@@ -103,8 +104,8 @@ TEST(Wiring, everything_wrong_at_once) {
     for (double& rate : run.gyro.yaw_rate_rad_s) rate = -rate;
   }
   const Wiring wiring = check_wiring(runs, nominal_pods());
-  EXPECT_THAT(wiring.faults, ElementsAre(HasSubstr("look swapped"), HasSubstr("'ahead' counts backwards"),
-                                         HasSubstr("gyro is mounted upside down")));
+  EXPECT_THAT(wiring.faults, ElementsAre(says("look swapped"), says("'ahead' counts backwards"),
+                                         says("gyro is mounted upside down")));
 }
 
 TEST(Wiring, columns_that_are_no_counts_are_turned_by_direction) {
@@ -115,7 +116,7 @@ TEST(Wiring, columns_that_are_no_counts_are_turned_by_direction) {
       for (double& value : counts(run, w)) value *= (w == 1 ? -1.0 : 1.0) * 2.0 * kPi / 2048.0;
     }
   const Wiring wiring = check_wiring(runs, nominal_pods());
-  EXPECT_THAT(wiring.faults, ElementsAre(HasSubstr("'across' reads backwards: direction_deg = -90")));
+  EXPECT_THAT(wiring.faults, ElementsAre(says("'across' reads backwards: direction_deg = -90")));
 }
 
 TEST(Wiring, of_a_differential_drive_shows_in_turns) {
@@ -124,7 +125,7 @@ TEST(Wiring, of_a_differential_drive_shows_in_turns) {
   EXPECT_THAT(check_wiring(runs, test::nominal_differential()).faults, IsEmpty());
   for (Recording& run : runs) std::swap(counts(run, 0), counts(run, 1));
   EXPECT_THAT(check_wiring(runs, test::nominal_differential()).faults,
-              ElementsAre(HasSubstr("look swapped: 'left' and 'right' carry")));
+              ElementsAre(says("look swapped: 'left' and 'right' carry")));
 }
 
 /// Turns and straights with a gyro that is upside down.
@@ -176,7 +177,7 @@ TEST(Wiring, what_cannot_be_told_apart_is_said) {
   const auto straight_run =
       test::recorded(test::nominal_differential(), test::true_differential(), {straight(5.0)}, 8);
   EXPECT_THAT(check_wiring(straight_run, test::nominal_differential()).untold,
-              ElementsAre(HasSubstr("'left' and 'right' cannot be told apart by these runs")));
+              ElementsAre(says("'left' and 'right' cannot be told apart by these runs")));
   const CalibrationResult result = calibrate(straight_run, {}, test::nominal_differential());
   EXPECT_THAT(result.cannot_tell, Contains(HasSubstr("cannot be told apart")));
   // Two pods one behind the other read alike whatever the robot does.
@@ -184,7 +185,7 @@ TEST(Wiring, what_cannot_be_told_apart_is_said) {
   const Robot in_line =
       test::robot_of(dead_wheels({0.05, 2048.0, 0}, pods, Gyro{}), {"front", "rear", "across"});
   EXPECT_THAT(check_wiring(test::recorded(in_line, in_line, rich_paths(), 9), in_line).untold,
-              ElementsAre(HasSubstr("'front' and 'rear' cannot be told apart by any run")));
+              ElementsAre(says("'front' and 'rear' cannot be told apart by any run")));
 }
 
 }  // namespace

@@ -4,12 +4,13 @@
 
 #include "trundle/simulation/scenario.hpp"
 
+#include "recording/findings.hpp"
 #include "recording/robots.hpp"
 
 namespace trundle {
 namespace {
 
-using testing::AllOf;
+using test::finding;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::Field;
@@ -39,18 +40,16 @@ TEST(Findings, a_gyro_whose_stamps_are_late_is_found_and_named) {
   EXPECT_TRUE(findings.compares_clocks);
   ASSERT_TRUE(findings.gyro_time_offset);
   EXPECT_NEAR(findings.gyro_time_offset->offset_s, -0.04, 4.0 * findings.gyro_time_offset->sigma_s);
-  EXPECT_THAT(findings.problems, Contains(AllOf(Field(&Problem::kind, ProblemKind::time_offset),
-                                                Field(&Problem::message, HasSubstr("too late")))));
+  EXPECT_THAT(findings.problems, Contains(finding(FindingCode::time_offset, "too late")));
   const Robot told = robot_with_gyro(-0.04);
   EXPECT_THAT(find_in(recording, &told).problems,
-              Not(Contains(Field(&Problem::kind, ProblemKind::time_offset))));
+              Not(Contains(Field(&Finding::code, FindingCode::time_offset))));
 }
 
 TEST(Findings, wheels_in_one_place_are_named) {
   Robot robot = robot_with_gyro(0.0);
   const Recording recording = tour(robot);
-  const auto is_named = Contains(AllOf(Field(&Problem::kind, ProblemKind::geometry),
-                                       Field(&Problem::message, HasSubstr("stand in one place"))));
+  const auto is_named = Contains(finding(FindingCode::geometry, "stand in one place"));
   EXPECT_THAT(find_in(recording, &robot).problems, Not(is_named));
   for (Wheel& wheel : robot.chassis.wheels()) wheel.y_m = 0.0;
   EXPECT_THAT(find_in(recording, &robot).problems, is_named);
@@ -90,10 +89,6 @@ TEST(Findings, without_a_robot_nothing_is_compared) {
   EXPECT_THAT(findings.streams, Contains(Field(&StreamSummary::stream, "gyro")));
 }
 
-auto a(ProblemKind kind, const char* message) {
-  return AllOf(Field(&Problem::kind, kind), Field(&Problem::message, HasSubstr(message)));
-}
-
 Recording tour_with_reference(const Robot& truth) {
   Scenario scenario;
   scenario.nominal = scenario.truth = truth;
@@ -111,9 +106,10 @@ TEST(Findings, a_gyro_in_degrees_is_one_fault_even_beyond_its_limit) {
   Recording recording = tour(robot_with_gyro(0.0));
   for (double& rate : recording.gyro.yaw_rate_rad_s) rate *= 180.0 / kPi;
   EXPECT_THAT(find_in(recording, &robot).problems,
-              ElementsAre(a(ProblemKind::gyro_unit, "write unit = \"deg/s\"")));
+              ElementsAre(finding(FindingCode::gyro_unit, "write unit = \"deg/s\"")));
   for (double& rate : recording.gyro.yaw_rate_rad_s) rate *= kPi / 180.0 * kPi / 180.0;
-  EXPECT_THAT(find_in(recording, &robot).problems, ElementsAre(a(ProblemKind::gyro_unit, "leave out unit")));
+  EXPECT_THAT(find_in(recording, &robot).problems,
+              ElementsAre(finding(FindingCode::gyro_unit, "leave out unit")));
 }
 
 TEST(Findings, a_reference_in_degrees_is_named) {
@@ -122,10 +118,10 @@ TEST(Findings, a_reference_in_degrees_is_named) {
   EXPECT_THAT(find_in(recording, &robot).problems, IsEmpty());
   for (double& heading : recording.reference.heading_rad) heading *= 180.0 / kPi;
   EXPECT_THAT(find_in(recording, &robot).problems,
-              ElementsAre(a(ProblemKind::reference_unit, "write unit = \"deg\"")));
+              ElementsAre(finding(FindingCode::reference_unit, "write unit = \"deg\"")));
   for (double& heading : recording.reference.heading_rad) heading *= kPi / 180.0 * kPi / 180.0;
   EXPECT_THAT(find_in(recording, &robot).problems,
-              ElementsAre(a(ProblemKind::reference_unit, "leave out unit")));
+              ElementsAre(finding(FindingCode::reference_unit, "leave out unit")));
 }
 
 TEST(Findings, a_reference_in_another_unit_of_length_is_named) {
@@ -138,7 +134,7 @@ TEST(Findings, a_reference_in_another_unit_of_length_is_named) {
       for (auto* column : {&recording.reference.x_m, &recording.reference.y_m})
         for (double& place : *column) place *= factor;
       if (!has_headings) std::ranges::fill(recording.reference.heading_rad, kNotMeasured);
-      EXPECT_THAT(find_in(recording, &robot).problems, Contains(a(ProblemKind::reference_unit, advice)))
+      EXPECT_THAT(find_in(recording, &robot).problems, Contains(finding(FindingCode::reference_unit, advice)))
           << factor << has_headings;
     }
 }
@@ -148,7 +144,7 @@ TEST(Findings, wheels_that_are_far_off_by_the_reference_are_named) {
   Robot robot = test::two_wheels();
   for (Wheel& wheel : robot.chassis.wheel_storage) wheel.ticks_per_revolution *= 4.0;
   EXPECT_THAT(find_in(recording, &robot).problems,
-              Contains(a(ProblemKind::scale, "times as far as the wheels")));
+              Contains(finding(FindingCode::scale, "times as far as the wheels")));
 }
 
 TEST(Findings, streams_that_never_ran_together_are_named) {
@@ -156,7 +152,7 @@ TEST(Findings, streams_that_never_ran_together_are_named) {
   for (double& time : recording.gyro.time_s) time += 1.7e9;
   const Robot robot = robot_with_gyro(0.0);
   EXPECT_THAT(find_in(recording, &robot).problems,
-              ElementsAre(a(ProblemKind::clocks, "never at the same time")));
+              ElementsAre(finding(FindingCode::clocks, "never at the same time")));
 }
 
 TEST(Findings, a_column_of_no_wheel_is_named_where_recording_toml_asks_for_it) {
@@ -167,25 +163,28 @@ TEST(Findings, a_column_of_no_wheel_is_named_where_recording_toml_asks_for_it) {
   EXPECT_THAT(find_in(recording, &robot).problems, IsEmpty());
   recording.inputs.push_back({"tour/recording.toml", ""});
   EXPECT_THAT(find_in(recording, &robot).problems,
-              ElementsAre(a(ProblemKind::unknown_wheel, "is 'right' meant?")));
+              ElementsAre(finding(FindingCode::unknown_wheel, "is 'right' meant?")));
+}
+
+Finding gap_at(const std::string& place) {
+  return {.code = FindingCode::gap,
+          .place = place,
+          .count = 2,
+          .payload = payload::Excess{.farthest = 2.0, .limit = 0.5}};
 }
 
 TEST(Findings, of_a_kind_the_first_twenty_are_listed_and_the_rest_counted) {
   Recording recording = tour(robot_with_gyro(0.0));
-  const Problem one{Severity::warning, ProblemKind::gap, "a.csv:3", 2, "2 gaps"};
+  const Finding one = gap_at("a.csv:3");
   recording.problems = {one, one};
-  EXPECT_THAT(find_in(recording).problems, ElementsAre(a(ProblemKind::gap, "2 gaps")));
-  for (int i = 0; i < 26; ++i)
-    recording.problems.push_back(
-        {Severity::warning, ProblemKind::gap, "a.csv:" + std::to_string(10 + i), 1, "a gap"});
-  const std::vector<Problem> folded = find_in(recording).problems;
+  EXPECT_THAT(find_in(recording).problems, ElementsAre(finding(FindingCode::gap, "2 gaps longer than")));
+  for (int i = 0; i < 26; ++i) recording.problems.push_back(gap_at("a.csv:" + std::to_string(10 + i)));
+  const std::vector<Finding> folded = find_in(recording).problems;
   ASSERT_THAT(folded, SizeIs(21));
   EXPECT_EQ(folded.front().place, "a.csv:3");
-  EXPECT_THAT(folded.back(), a(ProblemKind::gap, "and 7 more places of this kind"));
+  EXPECT_THAT(folded.back(), finding(FindingCode::gap, "and 7 more places of this kind"));
   EXPECT_EQ(folded.back().place, "a.csv:29");
-  recording.problems = {one,
-                        {Severity::warning, ProblemKind::gap, "b.csv:3", 1, "a gap"},
-                        {Severity::warning, ProblemKind::gap, "c.csv", 1, "a gap"}};
+  recording.problems = {one, gap_at("b.csv:3"), gap_at("c.csv")};
   EXPECT_THAT(find_in(recording).problems, SizeIs(3)) << "of several files";
 }
 

@@ -50,7 +50,7 @@ TEST(MirroredReference, SaysNothingWhereNothingBends) {
 }
 
 TEST(MirroredReference, IsNamedForRobotsThatRollWhereTheyLook) {
-  const auto is_named = testing::Contains(testing::Field(&Problem::kind, ProblemKind::reference_axes));
+  const auto is_named = testing::Contains(testing::Field(&Finding::code, FindingCode::reference_axes));
   Recording recording;
   recording.reference = eights();
   recording.wheels.time_s = recording.reference.time_s;

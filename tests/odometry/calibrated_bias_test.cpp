@@ -62,10 +62,10 @@ double nees_at_end(const IntegratedOdometry& result, const Pose2& truth) {
   return error.dot(result.trajectory.covariances.back().inverse() * error);
 }
 
-std::vector<Problem> problems_of(const IntegratedOdometry& result, ProblemKind kind) {
-  std::vector<Problem> found;
-  for (const Problem& problem : result.problems)
-    if (problem.kind == kind) found.push_back(problem);
+std::vector<Finding> problems_of(const IntegratedOdometry& result, FindingCode code) {
+  std::vector<Finding> found;
+  for (const Finding& problem : result.problems)
+    if (problem.code == code) found.push_back(problem);
   return found;
 }
 
@@ -80,7 +80,7 @@ TEST(CalibratedBias, IsLearnedAtRestOnADayWhenItIsFarFromItsSessions) {
     SensedDrive drive(with_bias(robot_with_gyro(), 0.017), kRate_hz, static_cast<std::uint64_t>(seed));
     const IntegratedOdometry result = learned(readings_of_drive(drive, pieces), robot);
     ASSERT_GT(result.rest_s, 3.0) << seed;
-    EXPECT_TRUE(problems_of(result, ProblemKind::gyro_beyond_its_bias).empty()) << seed;
+    EXPECT_TRUE(problems_of(result, FindingCode::gyro_beyond_its_bias).empty()) << seed;
     const GyroBias bias = result.end_gyro_bias;
     inside += std::abs(bias.rad_s - drive.bias_rad_s()) <= 1.959964 * std::sqrt(bias.variance) ? 1 : 0;
     nees += nees_at_end(result, end_of(pieces)) / seeds;
@@ -101,10 +101,10 @@ TEST(CalibratedBias, ARestThatTheGyroAloneRefusesIsSaid) {
   const IntegratedOdometry result =
       learned(readings_of_drive(drive, {{5.0, 0.2, 0.1}, {10.0}, {5.0, 0.2, 0.1}}), robot);
   EXPECT_EQ(result.rest_s, 0.0);
-  const auto found = problems_of(result, ProblemKind::gyro_beyond_its_bias);
+  const auto found = problems_of(result, FindingCode::gyro_beyond_its_bias);
   ASSERT_EQ(found.size(), 1U);
-  EXPECT_THAT(found[0].message, HasSubstr("no wheel turns for"));
-  EXPECT_THAT(found[0].message, HasSubstr("raise bias_sigma_rad_s"));
+  EXPECT_THAT(describe(found[0]), HasSubstr("no wheel turns for"));
+  EXPECT_THAT(describe(found[0]), HasSubstr("raise bias_sigma_rad_s"));
   EXPECT_NEAR(std::stod(found[0].place), 5.0, 1.0);
 }
 
@@ -113,7 +113,7 @@ TEST(CalibratedBias, ATurntableUnderStillWheelsIsSaid) {
   drive.encoder_gain[0] = drive.encoder_gain[1] = 0.0;
   const auto found =
       problems_of(learned(readings_of_drive(drive, {{10.0}, {20.0, 0.0, 0.1}, {10.0}}), robot_with_gyro()),
-                  ProblemKind::gyro_beyond_its_bias);
+                  FindingCode::gyro_beyond_its_bias);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_NEAR(std::stod(found[0].place), 10.0, 1.0);
 }
@@ -130,7 +130,7 @@ TEST(CalibratedBias, NothingIsSaidOfDrivingStandingAndTurning) {
                                                                {10.0, 0.005, 0.002},
                                                                {5.0, -0.25, 0.3},
                                                                {20.0}});
-    EXPECT_TRUE(problems_of(learned(readings, robot_with_gyro()), ProblemKind::gyro_beyond_its_bias).empty())
+    EXPECT_TRUE(problems_of(learned(readings, robot_with_gyro()), FindingCode::gyro_beyond_its_bias).empty())
         << seed;
   }
 }

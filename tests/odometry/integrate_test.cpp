@@ -44,8 +44,8 @@ TEST(Integrate, ReportsGapsAndMissingGyro) {
   const IntegratedOdometry result = integrate(readings, robot);
   EXPECT_EQ(result.bridged, 1U);
   ASSERT_EQ(result.problems.size(), 2U);
-  EXPECT_EQ(result.problems[0].kind, ProblemKind::bridged_gap);
-  EXPECT_EQ(result.problems[1].kind, ProblemKind::no_gyro);
+  EXPECT_EQ(result.problems[0].code, FindingCode::bridged_gap);
+  EXPECT_EQ(result.problems[1].code, FindingCode::no_gyro);
   EXPECT_EQ(result.problems[1].severity, Severity::note);
   EXPECT_EQ(result.degrees_of_freedom, 1);
 }
@@ -99,9 +99,9 @@ TEST(Integrate, ReportsDeadEncodersAndADisturbedGyro) {
   increments[5].gyro_rad = 1.0;  // 20 rad/s
   const IntegratedOdometry result = integrate(test::aligned(increments), robot);
   ASSERT_EQ(result.problems.size(), 2U);
-  EXPECT_EQ(result.problems[0].kind, ProblemKind::stuck_encoder);
-  EXPECT_THAT(result.problems[0].message, testing::HasSubstr("'w0'"));
-  EXPECT_EQ(result.problems[1].kind, ProblemKind::gyro_disturbed);
+  EXPECT_EQ(result.problems[0].code, FindingCode::stuck_encoder);
+  EXPECT_THAT(describe(result.problems[0]), testing::HasSubstr("'w0'"));
+  EXPECT_EQ(result.problems[1].code, FindingCode::gyro_disturbed);
   EXPECT_EQ(result.problems[1].count, 1U);
 }
 

@@ -9,6 +9,7 @@
 
 #include "trundle/recording/gyro_noise.hpp"
 
+#include "recording/findings.hpp"
 #include "recording/robots.hpp"
 
 namespace trundle {
@@ -18,7 +19,6 @@ using test::stamps;
 using test::two_wheels;
 using testing::AllOf;
 using testing::Contains;
-using testing::Field;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
@@ -42,12 +42,8 @@ Recording winding(double gyro_sign = 1.0) {
   return recording;
 }
 
-std::vector<Problem> inspected(const Recording& recording, const Robot& robot) {
+std::vector<Finding> inspected(const Recording& recording, const Robot& robot) {
   return inspect(recording, robot, align(recording, robot));
-}
-
-auto a(ProblemKind kind, const char* message) {
-  return AllOf(Field(&Problem::kind, kind), Field(&Problem::message, HasSubstr(message)));
 }
 
 void freeze(Recording& recording, std::size_t wheel, std::size_t from, std::size_t to) {
@@ -68,10 +64,12 @@ TEST(Inspect, names_a_stuck_encoder) {
     for (const auto& [from, to] : {std::pair<std::size_t, std::size_t>{100, 250}, {0, 400}}) {
       Recording recording = winding();
       freeze(recording, wheel, from, to);
-      EXPECT_THAT(inspect(recording), Contains(a(ProblemKind::stuck_encoder, name))) << from;
-      EXPECT_THAT(inspected(recording, two_wheels()), Contains(a(ProblemKind::stuck_encoder, name))) << from;
+      EXPECT_THAT(inspect(recording), Contains(test::finding(FindingCode::stuck_encoder, name))) << from;
+      EXPECT_THAT(inspected(recording, two_wheels()),
+                  Contains(test::finding(FindingCode::stuck_encoder, name)))
+          << from;
       EXPECT_THAT(inspected(recording, test::with_gyro(two_wheels())),
-                  Contains(a(ProblemKind::stuck_encoder, name)))
+                  Contains(test::finding(FindingCode::stuck_encoder, name)))
           << from;
     }
   }
@@ -87,7 +85,7 @@ TEST(Inspect, a_pivot_about_one_wheel_is_no_stuck_encoder_when_the_gyro_sees_it)
   }
   EXPECT_THAT(inspected(recording, test::with_gyro(two_wheels())), IsEmpty());
   EXPECT_THAT(inspected(recording, two_wheels()),
-              Contains(a(ProblemKind::stuck_encoder, "or the robot pivots on this wheel")));
+              Contains(test::finding(FindingCode::stuck_encoder, "or the robot pivots on this wheel")));
 }
 
 TEST(Inspect, standing_still_is_no_stuck_encoder) {
@@ -101,7 +99,7 @@ TEST(Inspect, standing_still_is_no_stuck_encoder) {
 
 TEST(Inspect, names_a_gyro_that_turns_the_other_way) {
   EXPECT_THAT(inspected(winding(-1.0), test::with_gyro(two_wheels())),
-              Contains(a(ProblemKind::gyro_sign, "the other way")));
+              Contains(test::finding(FindingCode::gyro_sign, "the other way")));
   Gyro upside_down;
   upside_down.scale = -1.0;
   EXPECT_THAT(inspected(winding(-1.0), test::with_gyro(two_wheels(), upside_down)), IsEmpty());
@@ -111,13 +109,13 @@ TEST(Inspect, names_a_gyro_in_degrees) {
   Gyro fast;
   fast.max_rate_rad_s = 1000.0;
   EXPECT_THAT(inspected(winding(57.3), test::with_gyro(two_wheels(), fast)),
-              Contains(a(ProblemKind::gyro_unit, "degrees per second")));
+              Contains(test::finding(FindingCode::gyro_unit, "degrees per second")));
 }
 
 TEST(Inspect, guesses_the_bits_of_a_counter) {
   Recording recording = winding();
   for (double& value : recording.wheels.series[0].value) value = std::fmod(value + 65400.0, 65536.0);
-  EXPECT_THAT(inspect(recording), Contains(a(ProblemKind::wrap, "tick_bits = 16")));
+  EXPECT_THAT(inspect(recording), Contains(test::finding(FindingCode::wrap, "tick_bits = 16")));
 }
 
 TEST(Inspect, finds_a_counter_reset_without_knowing_the_robot) {
@@ -126,7 +124,7 @@ TEST(Inspect, finds_a_counter_reset_without_knowing_the_robot) {
   for (double& value : left) value += 3000.0;
   const double lost = left[300];
   for (std::size_t i = 300; i < left.size(); ++i) left[i] -= lost;
-  EXPECT_THAT(inspect(recording), Contains(a(ProblemKind::counter_reset, "'left'")));
+  EXPECT_THAT(inspect(recording), Contains(test::finding(FindingCode::counter_reset, "'left'")));
 }
 
 TEST(Summaries, tell_rows_rates_and_gaps) {

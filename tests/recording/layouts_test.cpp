@@ -45,13 +45,13 @@ TEST(Mrclam, is_recognised_and_its_barcodes_become_subjects) {
   EXPECT_EQ(recording.landmarks[0].position, Vector2(0.5, -4.25));
   EXPECT_NEAR(recording.reference.heading_rad[1], 2.0 * kPi - 3.1, 1e-12);
   EXPECT_THAT(recording.inputs, SizeIs(5));
-  const auto count = [&](ProblemKind kind) {
-    for (const Problem& problem : recording.problems)
-      if (problem.kind == kind) return problem.count;
+  const auto count = [&](FindingCode code) {
+    for (const Finding& problem : recording.problems)
+      if (problem.code == code) return problem.count;
     return std::size_t{0};
   };
-  EXPECT_EQ(count(ProblemKind::sighting_of_a_robot), 2U);
-  EXPECT_EQ(count(ProblemKind::unknown_barcode), 1U);
+  EXPECT_EQ(count(FindingCode::sighting_of_a_robot), 2U);
+  EXPECT_EQ(count(FindingCode::unknown_barcode), 1U);
 }
 
 TEST(Mrclam, holds_a_velocity_until_the_next_row) {

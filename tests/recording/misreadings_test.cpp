@@ -8,6 +8,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/recording/inspect.hpp"
 
+#include "recording/findings.hpp"
 #include "recording/folder.hpp"
 #include "recording/robots.hpp"
 
@@ -58,10 +59,6 @@ Recording read(const std::string& log, const std::string& keys) {
   return read_recording(folder.path());
 }
 
-auto named(ProblemKind kind, const char* message) {
-  return AllOf(Field(&Problem::kind, kind), Field(&Problem::message, HasSubstr(message)));
-}
-
 constexpr Clock kMillis{"ms", 1e3, 2.0};
 constexpr Clock kMicros{"us", 1e6, 2.0};
 constexpr Clock kUnixMillis{"ms", 1e3, 1.7e9};
@@ -70,14 +67,16 @@ constexpr Clock kUnixNanos{"ns", 1e9, 1.7e9};
 TEST(Increments, counts_since_the_row_before_that_are_taken_for_a_counter_are_named) {
   const Recording recording = read(log_of(kMillis, true), "time_unit = \"ms\"\n");
   EXPECT_THAT(recording.problems,
-              ElementsAre(named(ProblemKind::increments, "left_ticks and right_ticks stay between")));
-  EXPECT_THAT(recording.problems, ElementsAre(named(ProblemKind::increments, "write increments = true")));
+              ElementsAre(test::finding(FindingCode::increments, "left_ticks and right_ticks stay between")));
+  EXPECT_THAT(recording.problems,
+              ElementsAre(test::finding(FindingCode::increments, "write increments = true")));
   EXPECT_TRUE(is_misreading(recording.problems.front()));
 }
 
 TEST(Increments, a_counter_that_is_taken_for_counts_since_the_row_before_is_named) {
   const Recording recording = read(log_of(kMillis, false), "time_unit = \"ms\"\nincrements = true\n");
-  EXPECT_THAT(recording.problems, ElementsAre(named(ProblemKind::increments, "leave out increments = true")));
+  EXPECT_THAT(recording.problems,
+              ElementsAre(test::finding(FindingCode::not_increments, "leave out increments = true")));
 }
 
 TEST(Increments, what_is_read_rightly_is_no_problem) {
@@ -133,7 +132,7 @@ TEST(TimeUnit, of_a_native_file_is_told_as_a_problem) {
   for (int row = 0; row < 40; ++row) rows += fmt::format("{},{}\n", 20'000'000LL * row, 7 * row);
   folder.write("wheels.csv", rows);
   EXPECT_THAT(read_recording(folder.path()).problems,
-              Contains(named(ProblemKind::time_unit, "time_unit = \"ns\"")));
+              Contains(test::finding(FindingCode::time_unit, "time_unit = \"ns\"")));
 }
 
 TEST(TimeUnit, points_surveyed_every_two_minutes_are_no_problem) {
@@ -154,10 +153,10 @@ TEST(Counts, that_hold_fractions_and_hardly_turn_the_wheel_are_named) {
   }
   const Recording wrong = test::wheels(test::stamps(40, 0.05), counts, metres);
   EXPECT_THAT(inspect(wrong, robot, align(wrong, robot)),
-              Contains(named(ProblemKind::fractions, "right_ticks holds fractions, like 0.0003")));
+              Contains(test::finding(FindingCode::fractions, "right_ticks holds fractions, like 0.0003")));
   const Recording scaled = test::wheels(test::stamps(40, 0.05), counts, halves);
   EXPECT_THAT(inspect(scaled, robot, align(scaled, robot)),
-              Not(Contains(Field(&Problem::kind, ProblemKind::fractions))));
+              Not(Contains(Field(&Finding::code, FindingCode::fractions))));
 }
 
 /// What is said of a file and a recording.toml in which all columns go by number.
@@ -168,7 +167,7 @@ std::string refusal(const std::string& file, const std::string& keys) {
                "[wheels]\nfile = \"log.csv\"\n" + keys + "columns = { time_s = 1, left_ticks = 2 }\n");
   try {
     const Recording recording = read_recording(folder.path());
-    return recording.problems.empty() ? "" : recording.problems.front().message;
+    return recording.problems.empty() ? "" : describe(recording.problems.front());
   } catch (const InputError& error) {
     return error.what();
   }
@@ -204,11 +203,11 @@ TEST(Bearings, in_degrees_are_named) {
     for (int i = 0; i < 100; ++i) rows += fmt::format("{},a,2,{}\n", 0.1 * i, turn * (0.01 * i - 0.5));
     const test::Folder folder;
     folder.write("sightings.csv", rows);
-    std::vector<ProblemKind> found;
-    for (const Problem& problem : read_recording(folder.path()).problems) found.push_back(problem.kind);
+    std::vector<FindingCode> found;
+    for (const Finding& problem : read_recording(folder.path()).problems) found.push_back(problem.code);
     return found;
   };
-  EXPECT_THAT(kinds(360.0), ElementsAre(ProblemKind::bearing_unit));
+  EXPECT_THAT(kinds(360.0), ElementsAre(FindingCode::bearing_unit));
   EXPECT_THAT(kinds(12.4), ElementsAre());
 }
 

@@ -1,6 +1,6 @@
 #include "trundle/slam/doubts.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include "slam/world.hpp"
 
@@ -14,7 +14,7 @@ SlamInput input_of(const test::SlamWorld& world) {
   return input;
 }
 
-std::vector<Problem> doubts_of(const test::SlamWorld& world) {
+std::vector<Finding> doubts_of(const test::SlamWorld& world) {
   const SlamInput input = input_of(world);
   const SlamResult filtered = slam(input, world.sensor, {.method = SlamMethod::ekf});
   const SmoothedSlam smoothed = smooth(input, world.sensor, filtered);
@@ -38,19 +38,19 @@ TEST(Doubts, SaysWhenTheFilterWasLost) {
   test::SlamWorld world = test::slam_world({.steps = 200});
   for (std::size_t k = 120; k < 200; ++k)  // someone has turned the sensor
     for (Observation& observation : world.steps[k].observations) observation.bearing_rad += 1.0;
-  const std::vector<Problem> doubts = doubts_of(world);
+  const std::vector<Finding> doubts = doubts_of(world);
   ASSERT_FALSE(doubts.empty());
-  EXPECT_EQ(doubts.front().kind, ProblemKind::lost);
-  EXPECT_TRUE(doubts.front().message.starts_with("from 120.0 s to ")) << doubts.front().message;
+  EXPECT_EQ(doubts.front().code, FindingCode::lost);
+  EXPECT_THAT(describe(doubts.front()), testing::StartsWith("from 120.0 s to "));
 }
 
 TEST(Doubts, SaysWhenSigmasAreTooSmall) {
   test::SlamWorld world = test::slam_world({.steps = 200});
   world.sensor.range_sigma_m /= 2.5;
   world.sensor.bearing_sigma_rad /= 2.5;
-  const std::vector<Problem> doubts = doubts_of(world);
+  const std::vector<Finding> doubts = doubts_of(world);
   ASSERT_FALSE(doubts.empty());
-  EXPECT_EQ(doubts.back().kind, ProblemKind::noise);
+  EXPECT_EQ(doubts.back().code, FindingCode::noise);
 }
 
 }  // namespace

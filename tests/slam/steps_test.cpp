@@ -144,7 +144,7 @@ TEST(Steps, SightingsMayBeInAnyOrderAndToldTwice) {
     EXPECT_EQ(readings_of(again.steps[k]), readings_of(input.steps[k]));
   }
   ASSERT_EQ(again.problems.size(), 1U);
-  EXPECT_EQ(again.problems[0].kind, ProblemKind::repeated_sighting);
+  EXPECT_EQ(again.problems[0].code, FindingCode::repeated_sighting);
   EXPECT_EQ(again.problems[0].count, in_order.size());
 }
 
@@ -159,7 +159,7 @@ TEST(Steps, InstantsWithTooManySightingsAreThinnedOutEvenly) {
   for (const SlamStep& step : input.steps)
     for (std::size_t i = 0; i < step.observations.size(); ++i)
       EXPECT_EQ(step.observations[i].range_m, 1.0 + 5.0 * static_cast<double>(i));
-  const auto crowded = std::ranges::find(input.problems, ProblemKind::crowded_instant, &Problem::kind);
+  const auto crowded = std::ranges::find(input.problems, FindingCode::crowded_instant, &Finding::code);
   ASSERT_NE(crowded, input.problems.end());
   EXPECT_EQ(crowded->count, 800U);
 }
@@ -171,7 +171,7 @@ TEST(Steps, RangesInAnotherUnitAreNamed) {
   for (Sighting& sighting : recording.sightings) sighting.range_m *= 1000.0;
   const SlamInput input = slam_input(recording, robot);
   ASSERT_EQ(input.problems.size(), 1U);
-  EXPECT_EQ(input.problems[0].kind, ProblemKind::range_unit);
+  EXPECT_EQ(input.problems[0].code, FindingCode::range_unit);
 }
 
 TEST(Steps, WhatIsMissingIsNamed) {
@@ -182,7 +182,7 @@ TEST(Steps, WhatIsMissingIsNamed) {
   EXPECT_EQ(mixed.observations(), recording.sightings.size());
   EXPECT_TRUE(mixed.has_nameless());
   ASSERT_EQ(mixed.problems.size(), 1U);
-  EXPECT_EQ(mixed.problems[0].kind, ProblemKind::sighting_without_name);
+  EXPECT_EQ(mixed.problems[0].code, FindingCode::sighting_without_name);
   EXPECT_EQ(mixed.problems[0].count, 1U);
   EXPECT_TRUE(slam_input(recording, robot, {.hide_ids = true}).problems.empty());
   robot.landmark_sensor.reset();

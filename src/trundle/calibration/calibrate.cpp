@@ -131,9 +131,10 @@ std::vector<std::string> leave_out_silent(const Robot& robot, std::vector<Run>& 
 std::string set_scale(std::span<const Run> runs, Robot& robot) {
   const std::optional<ScaleFault> fault = scale_fault(runs, robot);
   if (!fault) return {};
-  if (fault->is_of_unit) throw CannotAnswer(fault->message);
+  std::string words = describe({.code = FindingCode::scale, .payload = fault->ratio});
+  if (fault->is_of_unit) throw CannotAnswer(words);
   scale_wheels(fault->times, robot);
-  return fault->message;
+  return words;
 }
 
 }  // namespace
@@ -163,14 +164,15 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   result.method = "ml";
   result.warnings.insert(result.warnings.end(), silent.begin(), silent.end());
   if (!scale.empty()) result.warnings.push_back(scale);
-  for (const std::string& fault : wiring.faults)
-    result.warnings.push_back(fault + "; already compensated in the calibrated robot");
+  for (const Finding& fault : wiring.faults)
+    result.warnings.push_back(describe(fault) + "; already compensated in the calibrated robot");
   if (start.chassis.gyro) start.chassis.gyro->time_offset_s = estimate.robot.chassis.gyro->time_offset_s;
   for (Run& run : runs) set_gyro_clock(start, run);
   if (std::string words = scale_taken_as_given(nominal, parameters, measured); !words.empty())
     result.cannot_tell.push_back(std::move(words));
-  for (const std::string& words : wiring.untold)
-    if (std::ranges::find(result.cannot_tell, words) == result.cannot_tell.end())
+  for (const Finding& pair : wiring.untold)
+    if (const std::string words = describe(pair);
+        std::ranges::find(result.cannot_tell, words) == result.cannot_tell.end())
       result.cannot_tell.push_back(words);
   if (options.learn_noise) {
     const LearnedNoise learned = learn_noise(runs, result.calibrated);

@@ -4,8 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include <fmt/format.h>
-
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/recording/units.hpp"
@@ -129,16 +127,9 @@ std::optional<ScaleFault> scale_fault(std::span<const Run> runs, const Robot& ro
     return diameter_m < kLeastDiameter_m || diameter_m > kGreatestDiameter_m;
   });
   const LengthUnit* const unit = is_of_unit ? unit_of(*scale) : nullptr;
-  const std::string question =
-      unit == nullptr
-          ? ""
-          : fmt::format("is one of them in {} (unit = \"{}\" at its columns in recording.toml)? Else ",
-                        unit->name, unit->symbol);
-  return ScaleFault{
-      *scale, is_of_unit,
-      fmt::format("the reference moves {:.3g} times as far as the wheels with the robot file as "
-                  "given: {}check ticks_per_revolution, gears and diameters",
-                  *scale, question)};
+  payload::LengthRatio ratio{.factor = *scale};
+  if (unit != nullptr) ratio = {*scale, unit->name, unit->symbol};
+  return ScaleFault{*scale, is_of_unit, ratio};
 }
 
 void scale_wheels(double factor, Robot& robot) {

@@ -2,7 +2,6 @@
 
 #include <optional>
 #include <span>
-#include <string>
 
 #include "trundle/calibration/run.hpp"
 
@@ -23,9 +22,9 @@ inline constexpr double kGreatestDiameter_m = 3.0;
 
 /// Wheels and reference tell lengths apart by more than any wheel wears.
 struct ScaleFault {
-  double times = 1.0;       ///< as far as the wheels the reference moves
-  bool is_of_unit = false;  ///< wheels so scaled would be no wheels: a unit is wrong, not a size
-  std::string message;
+  double times = 1.0;          ///< as far as the wheels the reference moves
+  bool is_of_unit = false;     ///< wheels so scaled would be no wheels: a unit is wrong, not a size
+  payload::LengthRatio ratio;  ///< what a Finding of it says
 };
 std::optional<ScaleFault> scale_fault(std::span<const Run> runs, const Robot& robot);
 

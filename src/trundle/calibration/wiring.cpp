@@ -5,8 +5,6 @@
 #include <cmath>
 #include <numeric>
 
-#include <fmt/format.h>
-
 #include "trundle/calibration/run.hpp"
 #include "trundle/chassis/rows.hpp"
 
@@ -124,14 +122,10 @@ void give_places(const Places& columns, const Robot& given, Wiring& wiring) {
     wheel.recorded_diameter_m = given.chassis.wheels()[j].recorded_diameter_m;
     if (j > i && columns[j] == i) {
       wiring.faults.push_back(
-          fmt::format("encoder channels look swapped: '{}' and '{}' carry each other's signal: swap the "
-                      "two columns in recording.toml, or the two wheels in the robot file",
-                      given.wheel_names[i], given.wheel_names[j]));
+          {.code = FindingCode::swapped_channels, .subjects = {given.wheel_names[i], given.wheel_names[j]}});
     } else if (j != i && columns[j] != i) {
       wiring.faults.push_back(
-          fmt::format("encoder channels look swapped: '{}' carries the signal of '{}': put the columns in "
-                      "recording.toml right, or the wheels in the robot file",
-                      given.wheel_names[j], given.wheel_names[i]));
+          {.code = FindingCode::misplaced_channel, .subjects = {given.wheel_names[j], given.wheel_names[i]}});
     }
   }
 }
@@ -142,12 +136,14 @@ void turn_around(std::size_t i, bool in_ticks, Wiring& wiring) {
   const std::string& name = wiring.robot.wheel_names[i];
   if (in_ticks) {
     wheel.ticks_per_revolution = -wheel.ticks_per_revolution;
-    wiring.faults.push_back(fmt::format("'{}' counts backwards: ticks_per_revolution = {:.10g}", name,
-                                        wheel.ticks_per_revolution));
+    wiring.faults.push_back({.code = FindingCode::reversed_counter,
+                             .subjects = {name},
+                             .payload = payload::Amount{wheel.ticks_per_revolution}});
   } else {
     wheel.direction_rad = wrap_angle(wheel.direction_rad + kPi);
-    wiring.faults.push_back(
-        fmt::format("'{}' reads backwards: direction_deg = {:.6g}", name, degrees(wheel.direction_rad)));
+    wiring.faults.push_back({.code = FindingCode::reversed_wheel,
+                             .subjects = {name},
+                             .payload = payload::Amount{degrees(wheel.direction_rad)}});
   }
 }
 
@@ -181,10 +177,10 @@ void name_what_is_alike(const std::vector<Piece>& pieces, Wiring& wiring) {
       const double swapped = misfits[i][j].as_is + misfits[j][i].as_is;
       if (swapped > misfits[i][i].as_is + misfits[j][j].as_is + kAlike) continue;
       const bool one_line = (rolling_row(wheels[i]) - rolling_row(wheels[j])).norm() < kAlike;
-      wiring.untold.push_back(fmt::format(
-          "'{}' and '{}' cannot be told apart {}", wiring.robot.wheel_names[i], wiring.robot.wheel_names[j],
-          one_line ? "by any run: they roll along the same line"
-                   : "by these runs: both read alike; move ahead, sideways and turn, one after the other"));
+      wiring.untold.push_back(
+          {.severity = Severity::note,
+           .code = one_line ? FindingCode::parallel_wheels : FindingCode::wheels_not_told_apart,
+           .subjects = {wiring.robot.wheel_names[i], wiring.robot.wheel_names[j]}});
     }
 }
 
@@ -201,7 +197,7 @@ void check_gyro(const std::vector<Piece>& pieces, const Robot& given, Wiring& wi
   }
   if (as_is < kWrong * size || turned >= kFarLess * as_is) return;
   wiring.robot.chassis.gyro->scale = -gyro.scale;
-  wiring.faults.push_back(fmt::format("the gyro is mounted upside down: scale = {:.6g}", -gyro.scale));
+  wiring.faults.push_back({.code = FindingCode::reversed_gyro, .payload = payload::Amount{-gyro.scale}});
 }
 
 Wiring compare(const std::vector<Piece>& pieces, std::span<const Recording> recordings, const Robot& robot) {

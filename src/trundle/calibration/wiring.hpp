@@ -1,7 +1,6 @@
 #pragma once
 
 #include <span>
-#include <string>
 #include <vector>
 
 #include "trundle/chassis/robot.hpp"
@@ -11,9 +10,9 @@ namespace trundle {
 
 /// Whether the columns of a log belong to the wheels whose names they bear.
 struct Wiring {
-  Robot robot;                      ///< as the log shows it wired
-  std::vector<std::string> faults;  ///< what differs from the robot file, in sentences; empty: nothing
-  std::vector<std::string> untold;  ///< pairs that may be swapped without these runs showing it, in sentences
+  Robot robot;                  ///< as the log shows it wired
+  std::vector<Finding> faults;  ///< what differs from the robot file, without a place; empty: nothing
+  std::vector<Finding> untold;  ///< pairs that may be swapped without these runs showing it, without a place
 };
 
 /// Compares what every wheel read with what each place on the chassis should have read while the reference

@@ -3,31 +3,26 @@
 #include <algorithm>
 #include <cmath>
 
-#include <fmt/format.h>
-
 #include "trundle/chassis/rows.hpp"
-#include "trundle/io/words.hpp"
 
 namespace trundle {
 namespace {
 
 constexpr double kSmallOffset_s = 0.005;  // does no harm
 
-/// Where `off_s` more sets the clock of the gyro right, and to what. An offset may stand in either file, and
-/// they add up.
-std::string remedy_of_clock(const Recording& recording, const Robot& robot, double off_s) {
+/// Where `off_s` more sets the clock of the gyro right, and what stands there.
+payload::ClockOffset clock_offset(const Recording& recording, const Robot& robot, double off_s) {
   const double by_robot_s = robot.chassis.gyro->time_offset_s;
   const double by_map_s = recording.gyro.origin.time_offset_s;
   const std::string map = recording_toml_of(recording);
   const std::string robot_file = robot.file.empty() ? "the robot file" : robot.file;
   const bool in_map = by_map_s != 0.0 && !map.empty();
-  if (in_map && by_robot_s != 0.0)
-    return fmt::format(
-        "time_offset_s stands under [gyro] in both {0} ({1}) and {2} ({3}), and they add up: "
-        "remove it from {0}, and write time_offset_s = {4} in {2}",
-        map, fixed(by_map_s, 4), robot_file, fixed(by_robot_s, 4), fixed(by_map_s + by_robot_s + off_s, 4));
-  return fmt::format("write time_offset_s = {} under [gyro] in {}", fixed(by_map_s + by_robot_s + off_s, 4),
-                     in_map ? map : robot_file);
+  const bool in_both = in_map && by_robot_s != 0.0;
+  return {.off_s = off_s,
+          .by_robot_s = by_robot_s,
+          .by_map_s = by_map_s,
+          .file = in_map && !in_both ? map : robot_file,
+          .map = in_both ? map : ""};
 }
 
 bool has_two_clocks(const Recording& recording, const Robot& robot) {
@@ -50,12 +45,9 @@ ClockComparison compare_clocks(const Recording& recording, const AlignedReadings
   if (!clocks.offset) return clocks;
   const double off = clocks.offset->offset_s - robot.chassis.gyro->time_offset_s;
   if (std::abs(off) <= std::max(3.0 * clocks.offset->sigma_s, kSmallOffset_s)) return clocks;
-  clocks.problem = Problem{
-      Severity::warning, ProblemKind::time_offset, recording.gyro.origin.file, 1,
-      fmt::format(
-          "the gyro's stamps are {:.1f} ms too {} against the wheels', which looks like slip at every "
-          "start of a turn: {}",
-          1e3 * std::abs(off), off < 0.0 ? "late" : "early", remedy_of_clock(recording, robot, off))};
+  clocks.problem = Finding{.code = FindingCode::time_offset,
+                           .place = recording.gyro.origin.file,
+                           .payload = clock_offset(recording, robot, off)};
   return clocks;
 }
 

@@ -12,7 +12,7 @@ namespace trundle {
 struct ClockComparison {
   bool is_possible = false;          ///< wheels that see turns and a gyro are there
   std::optional<TimeOffset> offset;  ///< none: it cannot be told
-  std::optional<Problem> problem;    ///< it is not what the files say, and does harm
+  std::optional<Finding> problem;    ///< it is not what the files say, and does harm
 };
 ClockComparison compare_clocks(const Recording& recording, const AlignedReadings& readings,
                                const Robot& robot);

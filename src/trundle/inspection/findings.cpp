@@ -6,7 +6,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "trundle/calibration/rough_scale.hpp"
 #include "trundle/calibration/wiring.hpp"
@@ -14,7 +13,6 @@
 #include "trundle/inspection/clocks.hpp"
 #include "trundle/inspection/mirrored_reference.hpp"
 #include "trundle/io/error.hpp"
-#include "trundle/io/words.hpp"
 #include "trundle/recording/detail/gyro_against_wheels.hpp"
 
 namespace trundle {
@@ -24,13 +22,13 @@ bool is_misread(const Findings& findings) {
   return std::ranges::any_of(findings.problems, is_misreading);
 }
 
-bool warns_of(ProblemKind kind, const std::vector<Problem>& problems) {
-  return std::ranges::any_of(problems, [&](const Problem& problem) {
-    return problem.severity == Severity::warning && problem.kind == kind;
+bool warns_of(FindingCode code, const std::vector<Finding>& problems) {
+  return std::ranges::any_of(problems, [&](const Finding& problem) {
+    return problem.severity == Severity::warning && problem.code == code;
   });
 }
 
-void append(std::vector<Problem>& problems, const std::vector<Problem>& more) {
+void append(std::vector<Finding>& problems, const std::vector<Finding>& more) {
   problems.insert(problems.end(), more.begin(), more.end());
 }
 
@@ -50,22 +48,23 @@ std::string map_of_wheels(const Recording& recording) {
 }
 
 /// Columns of wheels that the robot has not got, where recording.toml asks for them.
-void find_stray_wheels(const Recording& recording, const Robot& robot, std::vector<Problem>& problems) {
+void find_stray_wheels(const Recording& recording, const Robot& robot, std::vector<Finding>& problems) {
   const std::string map = map_of_wheels(recording);
   if (map.empty() || robot.wheel_names.empty()) return;
   for (const WheelSeries& series : recording.wheels.series) {
     if (std::ranges::find(robot.wheel_names, series.wheel) != robot.wheel_names.end()) continue;
     const std::string nearest = nearest_name(series.wheel, robot.wheel_names);
-    problems.push_back(
-        {Severity::warning, ProblemKind::unknown_wheel, map, 1,
-         fmt::format("the robot file has no wheel '{}', so that column is not used: {}", series.wheel,
-                     nearest.empty() ? fmt::format("its wheels are {}", fmt::join(robot.wheel_names, ", "))
-                                     : fmt::format("is '{}' meant?", nearest))});
+    Finding stray{.code = FindingCode::unknown_wheel, .place = map, .subjects = {series.wheel}};
+    if (nearest.empty())
+      stray.payload = payload::Names{robot.wheel_names};
+    else
+      stray.subjects.push_back(nearest);
+    problems.push_back(stray);
   }
 }
 
 /// Counts of wheels of which nothing says what a count is.
-void find_unscaled_wheels(const Recording& recording, const Robot& robot, std::vector<Problem>& problems) {
+void find_unscaled_wheels(const Recording& recording, const Robot& robot, std::vector<Finding>& problems) {
   std::vector<std::string> names;
   std::string place;
   for (std::size_t i = 0; i < robot.wheel_names.size(); ++i) {
@@ -75,38 +74,34 @@ void find_unscaled_wheels(const Recording& recording, const Robot& robot, std::v
         robot.chassis.wheels()[i].ticks_per_revolution != 0.0)
       continue;
     if (names.empty()) place = place_of_wheel(robot, i);
-    names.push_back("'" + robot.wheel_names[i] + "'");
+    names.push_back(robot.wheel_names[i]);
   }
   if (names.empty()) return;
-  problems.push_back(
-      {Severity::warning, ProblemKind::ticks_per_revolution, place, 1,
-       fmt::format("{} {} no ticks_per_revolution, and the recording gives counts: turn the wheel once by "
-                   "hand and write how many counts that is",
-                   fmt::join(names, " and "), names.size() == 1 ? "has" : "have")});
+  problems.push_back({.code = FindingCode::ticks_per_revolution, .place = place, .subjects = names});
 }
 
 /// Streams that were never recorded together.
-void compare_times(const Findings& findings, const Recording& recording, std::vector<Problem>& problems) {
+void compare_times(const Findings& findings, const Recording& recording, std::vector<Finding>& problems) {
   if (findings.streams.empty()) return;
   const StreamSummary& first = findings.streams.front();
   for (const StreamSummary& other : findings.streams)
     if (other.start_s > first.end_s || other.end_s < first.start_s)
-      problems.push_back(
-          {Severity::warning, ProblemKind::clocks, recording.name, 1,
-           fmt::format("{} runs from {:.9g} to {:.9g} s, {} from {:.9g} to {:.9g} s, never at the same "
-                       "time: another column of stamps, time_unit or time_offset_s?",
-                       first.stream, first.start_s, first.end_s, other.stream, other.start_s, other.end_s)});
+      problems.push_back({.code = FindingCode::clocks,
+                          .place = recording.name,
+                          .subjects = {first.stream, other.stream},
+                          .payload = payload::Spans{first.start_s, first.end_s, other.start_s, other.end_s}});
 }
 
-/// Columns that do not belong to the wheels whose names they bear.
-void compare_wiring(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
+/// Columns that do not belong to the wheels whose names they bear. Returns whether there are any.
+bool compare_wiring(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
                     Findings& findings) {
-  const std::string& file = recording.wheels.origin.file;
-  const Wiring wiring = check_wiring(recording, readings, robot);
-  for (const std::string& fault : wiring.faults)
-    findings.problems.push_back({Severity::warning, ProblemKind::wiring, file, 1, fault});
-  for (const std::string& pair : wiring.untold)
-    findings.problems.push_back({Severity::note, ProblemKind::wiring, file, 1, pair});
+  Wiring wiring = check_wiring(recording, readings, robot);
+  for (std::vector<Finding>* const found : {&wiring.faults, &wiring.untold})
+    for (Finding& finding : *found) {
+      finding.place = recording.wheels.origin.file;
+      findings.problems.push_back(std::move(finding));
+    }
+  return !wiring.faults.empty();
 }
 
 PairedSums turns_of_reference(const ReferenceStream& reference, const AlignedReadings& readings,
@@ -119,28 +114,19 @@ PairedSums turns_of_reference(const ReferenceStream& reference, const AlignedRea
   });
 }
 
-/// Degrees that were taken for radians, or the other way round; in words, empty: neither. `scale`: how many
-/// times as far the reference moves, which wheels of another size explain, and its turns with it.
-std::string heading_unit_fault(const PairedSums& turns, double scale) {
+/// How far the reference turns where degrees were taken for radians, or the other way round; nothing:
+/// neither. `scale`: how many times as far the reference moves, which wheels of another size explain, and its
+/// turns with it.
+std::optional<Payload> heading_unit_fault(const PairedSums& turns, double scale) {
   constexpr double kTrackIsKnown = 1.3;  // the factor that its ratio to degrees may be off
   const auto are_degrees = [](double ratio) {
     return ratio < degrees(kTrackIsKnown) && ratio > degrees(1.0) / kTrackIsKnown;
   };
-  if (std::sqrt(turns.xx) < kLeastTurning_rad || !(std::abs(turns.correlation()) > 0.8)) return {};
+  if (std::sqrt(turns.xx) < kLeastTurning_rad || !(std::abs(turns.correlation()) > 0.8)) return std::nullopt;
   const double ratio = std::abs(turns.slope()) / scale;
-  if (are_degrees(ratio))
-    return fmt::format(
-        "the reference turns {:.0f} times as far as the wheels; degrees would make it 57: write unit = "
-        "\"deg\" at "
-        "heading_rad in recording.toml",
-        ratio);
-  if (are_degrees(1.0 / ratio))
-    return fmt::format(
-        "the reference turns {:.2g} of what the wheels do, where radians taken for degrees would make it "
-        "1/57: leave "
-        "out unit = \"deg\"",
-        ratio);
-  return {};
+  if (are_degrees(ratio)) return payload::Times{ratio};
+  if (are_degrees(1.0 / ratio)) return payload::Share{ratio};
+  return std::nullopt;
 }
 
 /// The units of the reference: its way and its turns against the wheels', unless these scrub and slide.
@@ -152,18 +138,17 @@ void compare_references(const Recording& recording, const AlignedReadings& readi
     return;
   const std::vector<Run> runs = {prepare_run(recording, robot, readings)};
   const double times = rough_scale(runs, robot).value_or(1.0);
-  const std::string turns =
-      heading_unit_fault(turns_of_reference(recording.reference, readings, robot), times > 0.0 ? times : 1.0);
-  if (!turns.empty())
-    findings.problems.push_back({Severity::warning, ProblemKind::reference_unit, file, 1, turns});
+  if (const std::optional<Payload> turns = heading_unit_fault(
+          turns_of_reference(recording.reference, readings, robot), times > 0.0 ? times : 1.0))
+    findings.problems.push_back({.code = FindingCode::reference_unit, .place = file, .payload = *turns});
   if (!stretches_agree(runs, robot)) return;
   const std::optional<ScaleFault> fault = scale_fault(runs, robot);
   if (!fault) return;
   // A gyro that contradicts the wheels as well acquits the reference.
-  const bool is_of_unit = fault->is_of_unit && !warns_of(ProblemKind::gyro_against_wheels, findings.problems);
-  findings.problems.push_back({Severity::warning,
-                               is_of_unit ? ProblemKind::reference_unit : ProblemKind::scale, file, 1,
-                               fault->message});
+  const bool is_of_unit = fault->is_of_unit && !warns_of(FindingCode::gyro_against_wheels, findings.problems);
+  findings.problems.push_back({.code = is_of_unit ? FindingCode::reference_unit : FindingCode::scale,
+                               .place = file,
+                               .payload = fault->ratio});
 }
 
 /// Of robots that roll where they look, the reference against itself.
@@ -174,24 +159,20 @@ void find_mirrored_reference(const Recording& recording, const Robot& robot, Fin
   if (robot.chassis.wheels().empty() || !std::ranges::all_of(robot.chassis.wheels(), rolls_ahead) ||
       !is_mirrored(recording.reference))
     return;
-  findings.problems.push_back({Severity::warning, ProblemKind::reference_axes,
-                               recording.reference.origin.file, 1,
-                               "the path bends the other way than its headings turn: swap the columns of x_m "
-                               "and y_m, or write sign = "
-                               "-1 at one of them"});
+  findings.problems.push_back(
+      {.code = FindingCode::reference_axes, .place = recording.reference.origin.file});
 }
 
 /// Two wheels in one place show nothing that one does not.
-void find_wheels_in_one_place(const Robot& robot, std::vector<Problem>& problems) {
+void find_wheels_in_one_place(const Robot& robot, std::vector<Finding>& problems) {
   const auto wheels = robot.chassis.wheels();
   for (std::size_t i = 0; i < wheels.size(); ++i)
     for (std::size_t j = i + 1; j < wheels.size(); ++j)
       if (wheels[i].x_m == wheels[j].x_m && wheels[i].y_m == wheels[j].y_m &&
           wheels[i].direction_rad == wheels[j].direction_rad)
-        problems.push_back({Severity::warning, ProblemKind::geometry, fmt::format("robot '{}'", robot.name),
-                            1,
-                            fmt::format("wheels '{}' and '{}' stand in one place: write x_m and y_m of both",
-                                        robot.wheel_names[i], robot.wheel_names[j])});
+        problems.push_back({.code = FindingCode::geometry,
+                            .place = fmt::format("robot '{}'", robot.name),
+                            .subjects = {robot.wheel_names[i], robot.wheel_names[j]}});
 }
 
 /// The track that the ground gives, where wheels must scrub in turns.
@@ -211,21 +192,23 @@ std::string file_of(const std::string& place) {
 
 /// Nobody reads the same fault twice, or hundreds of a kind in a file: of more than kMostOfAKind those beyond
 /// are counted by one more.
-std::vector<Problem> folded(const std::vector<Problem>& problems) {
+std::vector<Finding> folded(const std::vector<Finding>& problems) {
   constexpr std::ptrdiff_t kMostOfAKind = 20;
-  const auto same = [](const Problem& a) {
-    return [&a](const Problem& b) {
-      return a.severity == b.severity && a.kind == b.kind && a.place == b.place && a.message == b.message;
+  // What was measured may differ in its last digit: it follows from what is compared.
+  const auto same = [](const Finding& a) {
+    return [&a](const Finding& b) {
+      return a.severity == b.severity && a.code == b.code && a.place == b.place && a.count == b.count &&
+             a.subjects == b.subjects && a.payload.index() == b.payload.index();
     };
   };
-  std::vector<Problem> once;
-  for (const Problem& problem : problems)
+  std::vector<Finding> once;
+  for (const Finding& problem : problems)
     if (std::ranges::none_of(once, same(problem))) once.push_back(problem);
-  std::vector<Problem> result;
-  std::vector<Problem> beyond;  // one for each kind and file
-  for (const Problem& problem : once) {
-    const auto of_kind = [&](const Problem& other) {
-      return other.kind == problem.kind && file_of(other.place) == file_of(problem.place);
+  std::vector<Finding> result;
+  std::vector<Finding> beyond;  // one for each kind and file
+  for (const Finding& problem : once) {
+    const auto of_kind = [&](const Finding& other) {
+      return other.code == problem.code && file_of(other.place) == file_of(problem.place);
     };
     if (std::ranges::count_if(result, of_kind) < kMostOfAKind) {
       result.push_back(problem);
@@ -236,8 +219,8 @@ std::vector<Problem> folded(const std::vector<Problem>& problems) {
       beyond.back().count = 1;
     }
   }
-  for (Problem& problem : beyond) {
-    problem.message = fmt::format("and {} more places of this kind, from here on", problem.count);
+  for (Finding& problem : beyond) {
+    problem.payload = payload::Further{};
     result.push_back(std::move(problem));
   }
   std::ranges::stable_partition(result, is_misreading);
@@ -245,15 +228,14 @@ std::vector<Problem> folded(const std::vector<Problem>& problems) {
 }
 
 /// One cause is told once: the reference knows better than the gyro, and wires before sizes.
-void forget_what_is_told_already(std::vector<Problem>& problems) {
-  const bool of_wiring = warns_of(ProblemKind::wiring, problems);
-  const auto forget = [&](ProblemKind kind) {
-    std::erase_if(problems, [&](const Problem& problem) { return problem.kind == kind; });
+void forget_what_is_told_already(bool of_wiring, std::vector<Finding>& problems) {
+  const auto forget = [&](FindingCode code) {
+    std::erase_if(problems, [&](const Finding& problem) { return problem.code == code; });
   };
-  if (of_wiring) forget(ProblemKind::scale);
-  if (!of_wiring && !warns_of(ProblemKind::scale, problems)) return;
-  forget(ProblemKind::gyro_sign);
-  forget(ProblemKind::gyro_against_wheels);
+  if (of_wiring) forget(FindingCode::scale);
+  if (!of_wiring && !warns_of(FindingCode::scale, problems)) return;
+  forget(FindingCode::gyro_sign);
+  forget(FindingCode::gyro_against_wheels);
 }
 
 void compare(const Recording& recording, const Robot& robot, Findings& findings) {
@@ -271,8 +253,8 @@ void compare(const Recording& recording, const Robot& robot, Findings& findings)
   find_mirrored_reference(recording, robot, findings);
   compare_references(recording, *readings, robot, findings);
   if (is_misread(findings)) return;
-  compare_wiring(recording, *readings, robot, findings);
-  forget_what_is_told_already(findings.problems);
+  const bool of_wiring = compare_wiring(recording, *readings, robot, findings);
+  forget_what_is_told_already(of_wiring, findings.problems);
   const ClockComparison clocks = compare_clocks(recording, *readings, robot);
   findings.compares_clocks = clocks.is_possible;
   findings.gyro_time_offset = clocks.offset;

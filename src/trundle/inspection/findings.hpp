@@ -14,7 +14,7 @@ namespace trundle {
 /// All that can be told of one recording before anything is done with it.
 struct Findings {
   std::vector<StreamSummary> streams;
-  std::vector<Problem> problems;     ///< of reading, aligning and comparing the sensors
+  std::vector<Finding> problems;     ///< of reading, aligning and comparing the sensors
   std::vector<std::string> missing;  ///< and what to add, in sentences
   // With a robot:
   std::optional<Abilities> abilities;

@@ -27,21 +27,16 @@ void require_gyro_where_needed(const AlignedReadings& readings, const Robot& rob
 }
 
 void report_missing_gyro(const AlignedReadings& readings, const Robot& robot,
-                         std::vector<Problem>& problems) {
+                         std::vector<Finding>& problems) {
   const std::size_t missing = count_without_gyro(readings);
   if (!robot.chassis.gyro || missing == 0) return;
   const bool wheels_suffice = observability(rows_of(robot.chassis, false)).rank == 3;
   const double first = std::ranges::find_if(readings.increments, lacks_gyro)->time_s;
-  problems.push_back(
-      {.severity = wheels_suffice ? Severity::note : Severity::warning,
-       .kind = ProblemKind::no_gyro,
-       .place = fmt::format("{:.3f} s", first),
-       .count = missing,
-       .message = wheels_suffice
-                      ? fmt::format("{} intervals have no gyro samples; the wheels alone were used", missing)
-                      : fmt::format("{} intervals have no gyro samples; the last turn rate was kept, "
-                                    "with ±{:.1f} rad/√s",
-                                    missing, kUnmeasuredTurn)});
+  problems.push_back({.severity = wheels_suffice ? Severity::note : Severity::warning,
+                      .code = FindingCode::no_gyro,
+                      .place = fmt::format("{:.3f} s", first),
+                      .count = missing,
+                      .payload = wheels_suffice ? Payload() : payload::Amount{kUnmeasuredTurn}});
 }
 
 void report_gaps(const AlignedReadings& readings, IntegratedOdometry& result) {
@@ -49,14 +44,10 @@ void report_gaps(const AlignedReadings& readings, IntegratedOdometry& result) {
   if (result.bridged == 0) return;
   const auto first = std::ranges::find(readings.bridged, true) - readings.bridged.begin();
   const Increment& gap = readings.increments[static_cast<std::size_t>(first)];
-  result.problems.push_back(
-      {.severity = Severity::warning,
-       .kind = ProblemKind::bridged_gap,
-       .place = fmt::format("{:.3f} s", gap.time_s - gap.duration_s),
-       .count = result.bridged,
-       .message = fmt::format("{} gaps were bridged as one arc each; their unknown course was added to the "
-                              "covariance",
-                              result.bridged)});
+  result.problems.push_back({.severity = Severity::warning,
+                             .code = FindingCode::bridged_gap,
+                             .place = fmt::format("{:.3f} s", gap.time_s - gap.duration_s),
+                             .count = result.bridged});
 }
 
 void append(IntegratedOdometry& result, double time_s, const Odometer& odometer,
@@ -81,36 +72,26 @@ struct Findings {
   }
 };
 
-void report(const Findings& findings, const Robot& robot, std::vector<Problem>& problems) {
-  const auto warn = [&](ProblemKind kind, double time_s, std::size_t count, std::string message) {
+void report(const Findings& findings, const Robot& robot, std::vector<Finding>& problems) {
+  const auto warn = [&](FindingCode code, double time_s, std::size_t count,
+                        const std::vector<std::string>& wheels) {
     if (count > 0)
-      problems.push_back(
-          {Severity::warning, kind, fmt::format("{:.3f} s", time_s), count, std::move(message)});
+      problems.push_back({Severity::warning, code, fmt::format("{:.3f} s", time_s), count, wheels});
   };
   for (std::size_t i = 0; i < robot.wheel_names.size(); ++i)
-    warn(ProblemKind::stuck_encoder, findings.stuck_s[i], findings.stuck[i],
-         fmt::format("the encoder of '{}' reads nothing in {} intervals while the other sensors say that it "
-                     "rolls: it is dead, the wheel is locked, or the others slip",
-                     robot.wheel_names[i], findings.stuck[i]));
-  warn(ProblemKind::gyro_disturbed, findings.disturbed_s, findings.disturbed,
-       fmt::format("the gyro turns beyond its max_rate_rad_s in {} intervals; it was not used there",
-                   findings.disturbed));
+    warn(FindingCode::stuck_encoder, findings.stuck_s[i], findings.stuck[i], {robot.wheel_names[i]});
+  warn(FindingCode::gyro_disturbed, findings.disturbed_s, findings.disturbed, {});
 }
 
 /// Whether it was a bias beyond its prior or a turn on wheels that did not roll is for a person to say.
-void report(const std::vector<SteadyReading>& refused, std::vector<Problem>& problems) {
+void report(const std::vector<SteadyReading>& refused, std::vector<Finding>& problems) {
   for (const SteadyReading& reading : refused)
-    problems.push_back(
-        {.severity = Severity::warning,
-         .kind = ProblemKind::gyro_beyond_its_bias,
-         .place = fmt::format("{:.3f} s", reading.start_s),
-         .message = fmt::format(
-             "no wheel turns for {:.1f} s while the gyro reads a steady {:.5f} rad/s, beyond its bias of "
-             "{:.5f} ± {:.5f} rad/s: it was taken for a turn. If the robot stood still, raise "
-             "bias_sigma_rad_s or bias_walk_rad_s_sqrt_s under [gyro]; if it turned, its wheels were locked "
-             "or lifted, or its encoders are dead",
-             reading.duration_s, reading.rate_rad_s(), reading.bias.rad_s,
-             std::sqrt(reading.bias.variance))});
+    problems.push_back({.code = FindingCode::gyro_beyond_its_bias,
+                        .place = fmt::format("{:.3f} s", reading.start_s),
+                        .payload = payload::SteadyRate{.duration_s = reading.duration_s,
+                                                       .rate_rad_s = reading.rate_rad_s(),
+                                                       .bias_rad_s = reading.bias.rad_s,
+                                                       .sigma_rad_s = std::sqrt(reading.bias.variance)}});
 }
 
 /// Often enough for a picture.

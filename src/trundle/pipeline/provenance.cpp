@@ -44,17 +44,17 @@ const char* word_of(Severity severity) {
   return severity == Severity::warning ? "warning" : "note";
 }
 
-nlohmann::ordered_json to_json(const Problem& problem) {
+nlohmann::ordered_json to_json(const Finding& problem) {
   return {{"severity", word_of(problem.severity)},
-          {"kind", name_of(problem.kind)},
+          {"kind", name_of(problem.code)},
           {"place", problem.place},
           {"count", problem.count},
-          {"message", problem.message}};
+          {"message", describe(problem)}};
 }
 
-nlohmann::ordered_json to_json(const std::vector<Problem>& problems) {
+nlohmann::ordered_json to_json(const std::vector<Finding>& problems) {
   nlohmann::ordered_json document = nlohmann::ordered_json::array();
-  for (const Problem& problem : problems) document.push_back(to_json(problem));
+  for (const Finding& problem : problems) document.push_back(to_json(problem));
   return document;
 }
 

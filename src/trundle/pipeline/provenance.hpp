@@ -32,7 +32,7 @@ void add_robot_number(int robot_number, Provenance& provenance);
 
 /// "warning" or "note".
 const char* word_of(Severity severity);
-nlohmann::ordered_json to_json(const Problem& problem);
-nlohmann::ordered_json to_json(const std::vector<Problem>& problems);
+nlohmann::ordered_json to_json(const Finding& problem);
+nlohmann::ordered_json to_json(const std::vector<Finding>& problems);
 
 }  // namespace trundle

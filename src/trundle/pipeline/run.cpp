@@ -103,15 +103,15 @@ Stage tried(Work& work, const char* name, Told (*stage)(Work&), std::vector<Outp
   }
 }
 
-bool is_of_reference(const Problem& problem) {
-  return problem.kind == ProblemKind::reference_unit || problem.kind == ProblemKind::reference_axes;
+bool is_of_reference(const Finding& problem) {
+  return problem.code == FindingCode::reference_unit || problem.code == FindingCode::reference_axes;
 }
 
 /// A misreading of what the motion is made of: nothing can be told of it then.
-bool is_of_motion(const Problem& problem, const Work& work) {
-  if (is_of_reference(problem) || problem.kind == ProblemKind::clocks)
+bool is_of_motion(const Finding& problem, const Work& work) {
+  if (is_of_reference(problem) || problem.code == FindingCode::clocks)
     return false;  // wheels alone are right
-  if (problem.kind != ProblemKind::time_unit) return true;
+  if (problem.code != FindingCode::time_unit) return true;
   return std::ranges::any_of(work.recordings, [&](const Recording& recording) {
     return problem.place == recording.wheels.origin.file || problem.place == recording.gyro.origin.file ||
            problem.place == recording.velocity.origin.file;
@@ -119,7 +119,7 @@ bool is_of_motion(const Problem& problem, const Work& work) {
 }
 
 /// Whether a stage would tell nonsense.
-bool concerns(const Problem& problem, std::string_view stage, const Work& work) {
+bool concerns(const Finding& problem, std::string_view stage, const Work& work) {
   if (stage == "report") return false;
   if (is_of_motion(problem, work)) return true;
   if (stage == "odometry" || stage == "slip") return false;
@@ -129,9 +129,9 @@ bool concerns(const Problem& problem, std::string_view stage, const Work& work) 
 /// The stage as it stands where the health check forbids it; nothing where it does not.
 std::optional<Stage> forbidden(Work& work, const char* name) {
   const auto why = std::ranges::find_if(
-      work.misread, [&](const Problem& problem) { return concerns(problem, name, work); });
+      work.misread, [&](const Finding& problem) { return concerns(problem, name, work); });
   if (why == work.misread.end()) return std::nullopt;
-  const std::string words = fmt::format("not done: {}: {}", why->place, why->message);
+  const std::string words = fmt::format("not done: {}: {}", why->place, describe(*why));
   if (std::string_view(name) == "odometry") work.no_odometry = std::make_exception_ptr(CannotAnswer(words));
   return Stage{name, StageStatus::failed, words, {}};
 }

@@ -56,7 +56,7 @@ std::string sentence_of(const SlamAnswer& slam) {
   return fmt::format("{} mapped from {}{}, {}{}", counted(slam.map().size(), "landmark"),
                      counted(slam.input.observations(), "sighting"), median_sigma_of(std::move(sigmas_m)),
                      slam.smoothed ? "smoothed" : "which leave too much open to be smoothed",
-                     slam.doubts.empty() ? "" : "; INCONSISTENT: " + slam.doubts.front().message);
+                     slam.doubts.empty() ? "" : "; INCONSISTENT: " + describe(slam.doubts.front()));
 }
 
 }  // namespace trundle

@@ -173,10 +173,9 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
   if (!shares) prior.systematic_sigma = systematic.sigma(kUsualShareSigma);
   if (question.smooth && answer.result.map.empty())
     problems.push_back({.severity = Severity::warning,
-                        .kind = ProblemKind::nothing_to_smooth,
+                        .code = FindingCode::nothing_to_smooth,
                         .place = recording.name,
-                        .count = 1,
-                        .message = "no landmark is surely there: the trajectory is the filter's"});
+                        .count = 1});
   else if (question.smooth)
     answer.smoothed = smooth_from_many(answer.input, sensor, answer.result, filter, question.smoother_runs,
                                        {.prior = prior});
@@ -195,7 +194,7 @@ Json document_of(const SlamAnswer& answer) {
   const SlamCounts& counts = answer.result.counts;
   const StampedPose& end = answer.trajectory().poses.back();
   Json document = to_json(answer.provenance);
-  document["status"] = answer.doubts.empty() ? "ok" : name_of(answer.doubts.front().kind);
+  document["status"] = answer.doubts.empty() ? "ok" : name_of(answer.doubts.front().code);
   document["doubts"] = to_json(answer.doubts);
   document["steps"] = answer.input.steps.size();
   document["landmarks"] = answer.map().size();

@@ -44,7 +44,7 @@ struct SlamAnswer {
   SlamResult result;
   std::optional<SmoothedSlam> smoothed;
   double gyro_bias_rad_s = 0.0;      ///< the robot file's, where it has a gyro
-  std::vector<Problem> doubts = {};  ///< why it should not be believed
+  std::vector<Finding> doubts = {};  ///< why it should not be believed
 
   /// The smoothed ones where there are such.
   const Trajectory& trajectory() const { return smoothed ? smoothed->trajectory : result.online; }

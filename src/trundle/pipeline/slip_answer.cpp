@@ -60,17 +60,13 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
 
 void warn_of_learning(const SlipQuestion& question, SlipAnswer& answer) {
   if (!answer.learned || !answer.learned->empirical) return;
-  answer.report.problems.push_back(
-      {.severity = Severity::warning,
-       .kind = ProblemKind::not_normal,
-       .place = question.learn.front(),
-       .count = answer.learned->normality.moments.count,
-       .message = fmt::format(
-           "the residuals of clean driving are not normal: their own quantiles are the limit{}",
-           answer.learned->beyond_sample ? fmt::format("; there are too few of them for a probability of {}: "
-                                                       "the largest one is used",
-                                                       question.probability)
-                                         : "")});
+  answer.report.problems.push_back({.severity = Severity::warning,
+                                    .code = FindingCode::not_normal,
+                                    .place = question.learn.front(),
+                                    .count = answer.learned->normality.moments.count,
+                                    .payload = answer.learned->beyond_sample
+                                                   ? Payload(payload::Amount{question.probability})
+                                                   : Payload()});
 }
 
 Json to_json(const NormalityTest& test) {

@@ -49,9 +49,9 @@ void require_something_to_learn_from(const Work& work) {
 /// The recording itself has passed the health check; those that others are learned from have not.
 void require_read_rightly(std::span<const Recording> training, const Robot& robot) {
   for (const Recording& recording : training)
-    for (const Problem& problem : find_in(recording, &robot).problems)
+    for (const Finding& problem : find_in(recording, &robot).problems)
       if (is_misreading(problem))
-        throw CannotAnswer(fmt::format("not done: {}: {}", problem.place, problem.message));
+        throw CannotAnswer(fmt::format("not done: {}: {}", problem.place, describe(problem)));
 }
 
 /// What a person should know who uses the calibrated robot; the rest stands in the report.
@@ -84,9 +84,9 @@ Told integrate_with(Work& work, const RobotFile& robot, const std::string& name,
       sentence_of(odometry.odometry),
       {{work.in_folder(name + ".csv"), head_of(odometry.provenance) + to_csv(odometry.odometry.trajectory)},
        {work.in_folder(name + ".json"), printed(document_of(odometry))}}};
-  if (const auto at = std::ranges::find(odometry.odometry.problems, ProblemKind::no_rest, &Problem::kind);
+  if (const auto at = std::ranges::find(odometry.odometry.problems, FindingCode::no_rest, &Finding::code);
       at != odometry.odometry.problems.end())
-    told.remarks.push_back("note: " + at->message);
+    told.remarks.push_back("note: " + describe(*at));
   work.answer.trajectories.push_back({name, name + ".csv", what});
   return told;
 }
@@ -199,12 +199,12 @@ Told check_health(Work& work) {
   std::vector<std::string> warnings;
   std::size_t notes = 0;
   for (const RecordingInfo& one : info.recordings)
-    for (const Problem& problem : one.findings.problems) {
+    for (const Finding& problem : one.findings.problems) {
       if (is_misreading(problem)) work.misread.push_back(problem);
-      const std::string words = fmt::format("warning: {}: {}", problem.place, problem.message);
+      const std::string words = fmt::format("warning: {}: {}", problem.place, describe(problem));
       if (problem.severity == Severity::note)
         ++notes;
-      else if (problem.kind == ProblemKind::time_offset)  // the calibration may correct it
+      else if (problem.code == FindingCode::time_offset)  // the calibration may correct it
         work.clocks.push_back(words);
       else
         warnings.push_back(words);

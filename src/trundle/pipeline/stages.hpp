@@ -22,7 +22,7 @@ struct Work {
   std::exception_ptr no_odometry;        ///< why there is none
   std::optional<SlipAnswer> slip = {};   ///< where slip could be looked for
   OnSteps on_steps;                      ///< of the stage that runs
-  std::vector<Problem> misread = {};     ///< findings after which some stages would tell nonsense
+  std::vector<Finding> misread = {};     ///< findings after which some stages would tell nonsense
   std::vector<std::string> clocks = {};  ///< what is wrong with the gyro's, until it is corrected
 
   const Recording& recording() const { return recordings.front(); }

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include <fmt/format.h>
-
 #include "trundle/chassis/rows.hpp"
 
 namespace trundle {
@@ -46,14 +44,17 @@ PairedSums with_reversed(std::size_t wheel, const Robot& robot, AlignedReadings 
   return turns_of_gyro(robot, readings);
 }
 
-/// Turns that do not agree at all.
-std::string disagreement(const Robot& robot, const AlignedReadings& readings) {
+/// Turns that do not agree at all: of one wheel that counts the other way, or nobody knows why.
+Finding disagreement(const Recording& recording, const Robot& robot, const AlignedReadings& readings) {
   constexpr double kMuchBetter = 0.9;
-  for (std::size_t w = 0; w < robot.wheel_names.size(); ++w)
-    if (with_reversed(w, robot, readings).correlation() > kMuchBetter)
-      return fmt::format("'{}' counts backwards, as the gyro tells: write ticks_per_revolution = {:g}",
-                         robot.wheel_names[w], -robot.chassis.wheels()[w].ticks_per_revolution);
-  return "the wheels do not turn the robot as the gyro sees it turn: is every column that of its wheel?";
+  Finding finding{.code = FindingCode::gyro_against_wheels, .place = recording.wheels.origin.file};
+  for (std::size_t w = 0; w < robot.wheel_names.size(); ++w) {
+    if (with_reversed(w, robot, readings).correlation() <= kMuchBetter) continue;
+    finding.subjects = {robot.wheel_names[w]};
+    finding.payload = payload::Amount{-robot.chassis.wheels()[w].ticks_per_revolution};
+    break;
+  }
+  return finding;
 }
 
 }  // namespace
@@ -77,7 +78,7 @@ PairedSums turn_pairs(const Robot& robot, const AlignedReadings& readings,
   return pairs;
 }
 
-std::optional<Problem> wrong_gyro_unit(const Recording& recording, const Robot& robot,
+std::optional<Finding> wrong_gyro_unit(const Recording& recording, const Robot& robot,
                                        const AlignedReadings& readings) {
   Robot unlimited = robot;  // degrees look like a gyro beyond its limit
   if (unlimited.chassis.gyro)
@@ -89,46 +90,33 @@ std::optional<Problem> wrong_gyro_unit(const Recording& recording, const Robot& 
   constexpr double kAgreeWell = 0.8;
   if (!pairs || std::abs(pairs->correlation()) < kAgreeWell) return std::nullopt;
   const double slope = std::abs(pairs->slope());
-  const auto problem = [&](const std::string& message) {
-    return Problem{Severity::warning, ProblemKind::gyro_unit, recording.gyro.origin.file, 1, message};
-  };
+  Finding finding{.code = FindingCode::gyro_unit, .place = recording.gyro.origin.file};
   if (looks_like_degrees(slope, robot))
-    return problem(
-        fmt::format("the gyro turns {:.0f} times as far as the wheels; degrees per second would make it "
-                    "57: write unit = \"deg/s\" at yaw_rate_rad_s in recording.toml",
-                    slope));
-  if (!has_skid_wheels(robot.chassis) &&
-      looks_like_degrees(1.0 / slope, robot))  // scrubbing wheels may turn in vain
-    return problem(
-        fmt::format("the gyro turns {:.2g} of what the wheels do, where radians taken for degrees would "
-                    "make it 1/57: leave out unit = \"deg/s\"",
-                    slope));
-  return std::nullopt;
+    finding.payload = payload::Times{slope};
+  else if (!has_skid_wheels(robot.chassis) &&
+           looks_like_degrees(1.0 / slope, robot))  // scrubbing wheels may turn in vain
+    finding.payload = payload::Share{slope};
+  else
+    return std::nullopt;
+  return finding;
 }
 
 void compare_gyro(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
-                  std::vector<Problem>& problems) {
+                  std::vector<Finding>& problems) {
   constexpr double kMuchTurning = 1.0;  // [rad], root of the sum of squares
   constexpr double kFarOff = 1.8;       // slip makes less of it, wheels that scrub more
   const auto pairs = comparable_turns(recording, robot, readings);
   if (!pairs) return;
-  const auto warn = [&](ProblemKind kind, const std::string& file, const std::string& message) {
-    problems.push_back({Severity::warning, kind, file, 1, message});
-  };
   const double slope = pairs->slope();
   if (pairs->correlation() < -kAgree)
-    warn(ProblemKind::gyro_sign, recording.gyro.origin.file,
-         "the gyro turns the other way than the wheels: it is mounted upside down ([gyro] scale = -1) or "
-         "left and right are swapped");
+    problems.push_back({.code = FindingCode::gyro_sign, .place = recording.gyro.origin.file});
   else if (pairs->correlation() < kAgree && pairs->lesser() > kMuchTurning)
-    warn(ProblemKind::gyro_against_wheels, recording.wheels.origin.file, disagreement(robot, readings));
+    problems.push_back(disagreement(recording, robot, readings));
   else if (pairs->correlation() > kAgree && !has_skid_wheels(robot.chassis) &&
            (slope > kFarOff || slope < 1.0 / kFarOff))
-    warn(ProblemKind::gyro_against_wheels, recording.wheels.origin.file,
-         fmt::format(
-             "the gyro turns {:.3g} times as far as the wheels with the robot file as given: check y_m "
-             "(half the track), ticks_per_revolution, gears and diameters",
-             slope));
+    problems.push_back({.code = FindingCode::gyro_against_wheels,
+                        .place = recording.wheels.origin.file,
+                        .payload = payload::Times{slope}});
 }
 
 bool turns_contradict(const Recording& recording, const Robot& robot, const AlignedReadings& readings) {

@@ -6,8 +6,6 @@
 #include <numeric>
 #include <string_view>
 
-#include <fmt/format.h>
-
 #include "trundle/chassis/rows.hpp"
 #include "trundle/recording/detail/gyro_against_wheels.hpp"
 #include "trundle/recording/detail/table.hpp"
@@ -27,10 +25,10 @@ Robot robot_of_columns(const Recording& recording) {
   return robot;
 }
 
-std::size_t breaks_of(const std::string& wheel, const std::vector<Problem>& problems) {
+std::size_t breaks_of(const std::string& wheel, const std::vector<Finding>& problems) {
   std::size_t breaks = 0;
-  for (const Problem& problem : problems)
-    if (problem.subject == wheel && problem.kind != ProblemKind::wrap) breaks += problem.count;
+  for (const Finding& problem : problems)
+    if (problem.subjects.front() == wheel && problem.code != FindingCode::wrap) breaks += problem.count;
   return breaks;
 }
 
@@ -107,7 +105,7 @@ std::string place_at(const Recording& recording, double time_s) {
 
 /// Without knowing the robot: it stands still while every other wheel goes at least a twentieth of its whole
 /// way.
-void find_stuck(const Recording& recording, const WheelCourses& courses, std::vector<Problem>& problems) {
+void find_stuck(const Recording& recording, const WheelCourses& courses, std::vector<Finding>& problems) {
   constexpr double kShare = 0.05;
   const std::size_t rows = courses.time_s.size();
   for (std::size_t w = 0; w < courses.wheel.size() && courses.wheel.size() > 1; ++w)
@@ -120,10 +118,10 @@ void find_stuck(const Recording& recording, const WheelCourses& courses, std::ve
       }
       if (!others_move) continue;
       problems.push_back(
-          {Severity::warning, ProblemKind::stuck_encoder, place_at(recording, courses.time_s[still.first]), 1,
-           fmt::format("the encoder of '{}' is constant for {:.1f} s while the other wheels turn: faulty, "
-                       "or the robot pivots on this wheel",
-                       courses.wheel[w], courses.time_s[still.last] - courses.time_s[still.first])});
+          {.code = FindingCode::stuck_encoder,
+           .place = place_at(recording, courses.time_s[still.first]),
+           .subjects = {courses.wheel[w]},
+           .payload = payload::Amount{courses.time_s[still.last] - courses.time_s[still.first]}});
     }
 }
 
@@ -171,7 +169,7 @@ WheelCourses courses_of(const AlignedReadings& readings, const Robot& robot) {
 }
 
 void find_stuck(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
-                std::vector<Problem>& problems) {
+                std::vector<Finding>& problems) {
   constexpr double kLeastTravel = 0.05;  // [m]
   const WheelCourses courses = courses_of(readings, robot);
   bool all_can_be_told = true;
@@ -182,18 +180,19 @@ void find_stuck(const Recording& recording, const Robot& robot, const AlignedRea
       all_can_be_told = all_can_be_told && travel.has_value();
       if (!travel || std::abs(*travel) < kLeastTravel) continue;
       problems.push_back(
-          {Severity::warning, ProblemKind::stuck_encoder,
-           place_at(recording, courses.time_s[still.first] - robot.chassis.wheels_time_offset_s), 1,
-           fmt::format("the encoder of '{}' is stuck: it stands still for {:.1f} s while the other sensors "
-                       "say it rolls {:.2f} m",
-                       courses.wheel[w], courses.time_s[still.last] - courses.time_s[still.first], *travel)});
+          {.code = FindingCode::stuck_encoder,
+           .place = place_at(recording, courses.time_s[still.first] - robot.chassis.wheels_time_offset_s),
+           .subjects = {courses.wheel[w]},
+           .payload =
+               payload::Standstill{.duration_s = courses.time_s[still.last] - courses.time_s[still.first],
+                                   .expected_m = *travel}});
     }
   if (!all_can_be_told) find_stuck(recording, courses, problems);
 }
 
 /// Counts are whole: a column of metres or of speeds that is taken for them hardly turns its wheel.
 void find_fractions(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
-                    std::vector<Problem>& problems) {
+                    std::vector<Finding>& problems) {
   const WheelCourses courses = courses_of(readings, robot);
   for (const WheelSeries& series : recording.wheels.series) {
     const auto named = std::ranges::find(robot.wheel_names, series.wheel);
@@ -205,17 +204,15 @@ void find_fractions(const Recording& recording, const Robot& robot, const Aligne
             courses.time_s.size() - 1) > 1.0)
       continue;
     problems.push_back(
-        {Severity::warning, ProblemKind::fractions,
-         recording.wheels.origin.place_of(static_cast<std::size_t>(first - series.value.begin())), 1,
-         fmt::format(
-             "{0}_ticks holds fractions, like {1:.6g}, and no turn of the wheel in all; counts are whole: "
-             "another column, or {0}_rad or {0}_m?",
-             series.wheel, *first)});
+        {.code = FindingCode::fractions,
+         .place = recording.wheels.origin.place_of(static_cast<std::size_t>(first - series.value.begin())),
+         .subjects = {series.wheel},
+         .payload = payload::Amount{*first}});
   }
 }
 
 /// Counters that wrap where the robot file says otherwise look as if they started again.
-void name_wraps(const Recording& recording, const Robot& robot, std::vector<Problem>& problems) {
+void name_wraps(const Recording& recording, const Robot& robot, std::vector<Finding>& problems) {
   for (std::size_t i = 0; i < recording.wheels.series.size(); ++i) {
     const WheelSeries& series = recording.wheels.series[i];
     const auto named = std::ranges::find(robot.wheel_names, series.wheel);
@@ -224,58 +221,60 @@ void name_wraps(const Recording& recording, const Robot& robot, std::vector<Prob
     if (bits == 0) continue;
     const auto index = static_cast<std::size_t>(named - robot.wheel_names.begin());
     if (robot.chassis.wheels()[index].tick_bits == bits) continue;
-    std::erase_if(problems, [&](const Problem& problem) {
-      return (problem.kind == ProblemKind::counter_reset || problem.kind == ProblemKind::counter_jump) &&
-             problem.subject == series.wheel;
+    std::erase_if(problems, [&](const Finding& problem) {
+      return (problem.code == FindingCode::counter_reset || problem.code == FindingCode::counter_jump) &&
+             problem.subjects.front() == series.wheel;
     });
-    problems.push_back({Severity::warning, ProblemKind::tick_bits, recording.wheels.origin.file, 1,
-                        fmt::format("the counter of '{}' wraps like one of {} bits: write tick_bits = {}",
-                                    series.wheel, bits, bits)});
+    problems.push_back({.code = FindingCode::tick_bits,
+                        .place = recording.wheels.origin.file,
+                        .subjects = {series.wheel},
+                        .payload = payload::Amount{static_cast<double>(bits)}});
   }
 }
 
 /// What a gyro in another unit makes seem to be wrong.
-bool is_of_gyro(ProblemKind kind) {
-  using enum ProblemKind;
+bool is_of_gyro(FindingCode code) {
+  using enum FindingCode;
   constexpr std::array kOfGyro = {gyro_missing, gyro_saturated,      gyro_disturbed, gyro_beyond_its_bias,
                                   gyro_sign,    gyro_against_wheels, gyro_unit};
-  return std::ranges::find(kOfGyro, kind) != kOfGyro.end();
+  return std::ranges::find(kOfGyro, code) != kOfGyro.end();
 }
 
 }  // namespace
 
-bool is_misreading(const Problem& problem) {
-  using enum ProblemKind;
-  constexpr std::array kMisreadings = {time_unit,      increments,     clocks,   gyro_unit,
-                                       reference_unit, reference_axes, fractions};
-  return std::ranges::find(kMisreadings, problem.kind) != kMisreadings.end();
+bool is_misreading(const Finding& finding) {
+  using enum FindingCode;
+  constexpr std::array kMisreadings = {time_unit, increments,     not_increments, clocks,
+                                       gyro_unit, reference_unit, reference_axes, fractions};
+  return std::ranges::find(kMisreadings, finding.code) != kMisreadings.end();
 }
 
-std::vector<Problem> inspect(const Recording& recording, const Robot* robot) {
+std::vector<Finding> inspect(const Recording& recording, const Robot* robot) {
   if (recording.wheels.time_s.empty()) return {};
   Robot columns = robot_of_columns(recording);
-  std::vector<std::string> hints(columns.wheel_names.size());
-  for (std::size_t i = 0; i < hints.size(); ++i) {
+  std::vector<int> guessed(columns.wheel_names.size());
+  for (std::size_t i = 0; i < guessed.size(); ++i) {
     const int told = robot == nullptr ? 0 : told_bits(recording.wheels.series[i], *robot);
-    const int bits = told > 0 ? told : guessed_bits(recording, i);
-    columns.chassis.wheels()[i].tick_bits = bits;
-    if (told == 0 && bits > 0) hints[i] = fmt::format("; it looks like {} bits: tick_bits = {}", bits, bits);
+    guessed[i] = told > 0 ? 0 : guessed_bits(recording, i);
+    columns.chassis.wheels()[i].tick_bits = std::max(told, guessed[i]);
   }
   const AlignedReadings readings = align(recording, columns);
-  std::vector<Problem> problems = readings.problems;
-  for (Problem& problem : problems)
-    if (problem.kind == ProblemKind::wrap)
-      problem.message += hints[static_cast<std::size_t>(
-          std::ranges::find(columns.wheel_names, problem.subject) - columns.wheel_names.begin())];
+  std::vector<Finding> problems = readings.problems;
+  for (Finding& problem : problems) {
+    if (problem.code != FindingCode::wrap) continue;
+    const auto wheel = std::ranges::find(columns.wheel_names, problem.subjects.front());
+    if (const int bits = guessed[static_cast<std::size_t>(wheel - columns.wheel_names.begin())]; bits > 0)
+      problem.payload = payload::Amount{static_cast<double>(bits)};
+  }
   find_stuck(recording, courses_of(readings, columns), problems);
   return problems;
 }
 
-std::vector<Problem> inspect(const Recording& recording, const Robot& robot,
+std::vector<Finding> inspect(const Recording& recording, const Robot& robot,
                              const AlignedReadings& readings) {
-  std::vector<Problem> problems = readings.problems;
+  std::vector<Finding> problems = readings.problems;
   if (const auto unit = wrong_gyro_unit(recording, robot, readings)) {
-    std::erase_if(problems, [](const Problem& p) { return is_of_gyro(p.kind); });
+    std::erase_if(problems, [](const Finding& p) { return is_of_gyro(p.code); });
     problems.push_back(*unit);
     return problems;
   }

@@ -12,14 +12,14 @@ namespace trundle {
 
 /// What is wrong with a recording beyond its rows: counters that start again, encoders that are stuck.
 /// Where no robot says a counter's bits they are guessed from its range.
-std::vector<Problem> inspect(const Recording& recording, const Robot* robot = nullptr);
+std::vector<Finding> inspect(const Recording& recording, const Robot* robot = nullptr);
 
 /// The same where the recording suits the robot: what align() found, encoders that are stuck although the
 /// other sensors see the wheel roll, a gyro that turns the other way than the wheels or in degrees.
-std::vector<Problem> inspect(const Recording& recording, const Robot& robot, const AlignedReadings& readings);
+std::vector<Finding> inspect(const Recording& recording, const Robot& robot, const AlignedReadings& readings);
 
 /// A column, a unit or a clock is not what it was taken for: what else may be found follows from it.
-bool is_misreading(const Problem& problem);
+bool is_misreading(const Finding& finding);
 
 /// One stream at a glance.
 struct StreamSummary {

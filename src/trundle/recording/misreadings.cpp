@@ -6,7 +6,6 @@
 #include <optional>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "trundle/io/error.hpp"
 #include "trundle/recording/detail/streams.hpp"
@@ -45,7 +44,7 @@ std::string likely_unit(double step, double stamp) {
 }  // namespace
 
 void check_stamps(const Table& table, const StreamSource& source, const RowRules& rules,
-                  std::vector<Problem>& problems) {
+                  std::vector<Finding>& problems) {
   if (!source.time || table.time_s.size() < kFewestRows) return;
   const double mean_s = mean_step(table);  // of rows that come in bursts more than their median
   const double step_s = rules.repeated_stamps ? mean_s : median_step(table.time_s);
@@ -55,12 +54,14 @@ void check_stamps(const Table& table, const StreamSource& source, const RowRules
   const double in_file = std::pow(10.0, -scale.unit_exponent);
   const double stamp = table.time_s.front() - source.time_offset_s + static_cast<double>(scale.origin_s);
   const std::string unit = likely_unit(step_s * in_file, stamp * in_file);
-  const std::string fact =
-      fmt::format("the stamps of {} step by {:.3g} s from row to row", source.file.string(), step_s);
-  const std::string remedy = fmt::format("time_unit = \"{}\"", unit);
-  if (!source.place.empty()) throw InputError(source.place, fact, remedy);
-  problems.push_back({Severity::warning, ProblemKind::time_unit, place_of(source), 1,
-                      fmt::format("{}: seconds are expected; a recording.toml can say {}", fact, remedy)});
+  if (!source.place.empty())
+    throw InputError(
+        source.place,
+        fmt::format("the stamps of {} step by {:.3g} s from row to row", source.file.string(), step_s),
+        fmt::format("time_unit = \"{}\"", unit));
+  problems.push_back({.code = FindingCode::time_unit,
+                      .place = place_of(source),
+                      .payload = payload::StampStep{step_s, unit}});
 }
 
 // ---- Counts ----
@@ -158,7 +159,7 @@ struct Suspects {
 
 }  // namespace
 
-void check_increments(const WheelStream& wheels, const StreamSource& source, std::vector<Problem>& problems) {
+void check_increments(const WheelStream& wheels, const StreamSource& source, std::vector<Finding>& problems) {
   Suspects suspects;
   for (const WheelSeries& series : wheels.series) {
     if (series.unit == WheelUnit::rate) continue;
@@ -167,27 +168,16 @@ void check_increments(const WheelStream& wheels, const StreamSource& source, std
                  source.increments ? looks_like_counter(gait) : looks_like_increments(gait));
   }
   if (!suspects.any()) return;
-  const std::string columns =
-      fmt::format("{} {} between {:g} and {:g}", fmt::join(suspects.names, " and "),
-                  suspects.names.size() == 1 ? "stays" : "stay", suspects.low, suspects.high);
-  const std::string message =
-      source.increments
-          ? fmt::format(
-                "{} and go on from row to row, like counters, not like counts since the row before: leave "
-                "out "
-                "increments = true",
-                columns)
-          : fmt::format(
-                "{} and go up and down from row to row, like counts since the row before, not like "
-                "counters that go on: write increments = true under [wheels] in recording.toml",
-                columns);
-  problems.push_back({Severity::warning, ProblemKind::increments, place_of(source), 1, message});
+  problems.push_back({.code = source.increments ? FindingCode::not_increments : FindingCode::increments,
+                      .place = place_of(source),
+                      .subjects = suspects.names,
+                      .payload = payload::Range{suspects.low, suspects.high}});
 }
 
 // ---- Bearings ----
 
 void check_bearings(const std::vector<Sighting>& sightings, const StreamSource& source,
-                    std::vector<Problem>& problems) {
+                    std::vector<Finding>& problems) {
   constexpr double kWhole = 6.3;  // [rad] a turn, and what rounding may add
   constexpr double kShare = 0.1;
   if (sightings.size() < kFewestRows) return;
@@ -199,10 +189,11 @@ void check_bearings(const std::vector<Sighting>& sightings, const StreamSource& 
     farthest = std::max(farthest, size);
   }
   if (static_cast<double>(beyond) <= kShare * static_cast<double>(sightings.size())) return;
-  problems.push_back({Severity::warning, ProblemKind::bearing_unit, place_of(source), beyond,
-                      fmt::format("{} of {} bearings are beyond a whole turn, up to {:.4g} rad: of degrees, "
-                                  "recording.toml can say unit = \"deg\" at bearing_rad",
-                                  beyond, sightings.size(), farthest)});
+  problems.push_back(
+      {.code = FindingCode::bearing_unit,
+       .place = place_of(source),
+       .count = beyond,
+       .payload = payload::Excess{.farthest = farthest, .limit = kWhole, .all = sightings.size()}});
 }
 
 }  // namespace trundle

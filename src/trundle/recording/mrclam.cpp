@@ -96,13 +96,11 @@ void read_measurements(const fs::path& folder, const fs::path& file, Recording& 
     }
   }
   recording.sightings = std::move(kept);
-  const auto note = [&](ProblemKind kind, std::size_t count, const std::string& message) {
-    if (count > 0) recording.problems.push_back({Severity::note, kind, file.string(), count, message});
+  const auto note = [&](FindingCode code, std::size_t count) {
+    if (count > 0) recording.problems.push_back({Severity::note, code, file.string(), count});
   };
-  note(ProblemKind::sighting_of_a_robot, of_robots,
-       fmt::format("{} sightings of other robots were left out", of_robots));
-  note(ProblemKind::unknown_barcode, unknown,
-       fmt::format("{} sightings of barcodes that no subject has were left out", unknown));
+  note(FindingCode::sighting_of_a_robot, of_robots);
+  note(FindingCode::unknown_barcode, unknown);
 }
 
 }  // namespace

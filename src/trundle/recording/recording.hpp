@@ -8,8 +8,8 @@
 
 #include "trundle/geometry/trajectory.hpp"
 #include "trundle/io/file.hpp"
+#include "trundle/recording/finding.hpp"
 #include "trundle/recording/line_map.hpp"
-#include "trundle/recording/problem.hpp"
 
 namespace trundle {
 
@@ -133,7 +133,7 @@ struct Recording {
   std::vector<RelativeMotion> relative_motions;
   PartialReference partial;
   std::vector<Landmark> landmarks;
-  std::vector<Problem> problems;
+  std::vector<Finding> problems;
   std::vector<InputFile> inputs;
 
   bool has_reference() const;

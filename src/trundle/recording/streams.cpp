@@ -69,7 +69,7 @@ void read_sightings(const StreamSource& source, Recording& recording) {
   rules.gaps = false;
   rules.slowest_s = kSlowestEvents_s;
   Table table = read_table(source, rules, recording.problems);
-  Problem unusable{Severity::warning, ProblemKind::not_a_number, "", 0, ""};
+  Finding unusable{.code = FindingCode::sighting_without_number, .place = {}, .count = 0};
   for (std::size_t row = 0; row < table.time_s.size(); ++row) {
     const Sighting sighting{table.time_s[row], table.texts[0][row], table.numbers[1][row],
                             table.numbers[2][row]};
@@ -79,8 +79,6 @@ void read_sightings(const StreamSource& source, Recording& recording) {
       unusable.place = table.origin.place_of(row);
     }
   }
-  unusable.message =
-      fmt::format("{} sightings without bearing or with no valid range were left out", unusable.count);
   if (unusable.count > 0) recording.problems.push_back(unusable);
   check_bearings(recording.sightings, source, recording.problems);
 }

@@ -107,18 +107,16 @@ std::vector<double> stamps_of(const StreamSource& source, std::size_t rows) {
 }
 
 /// A first row of numbers that was taken for a header: nothing else shows where columns go by number.
-void report_header(const StreamSource& source, const CsvTable& csv, std::vector<Problem>& problems) {
+void report_header(const StreamSource& source, const CsvTable& csv, std::vector<Finding>& problems) {
   const auto by_name = [](const ColumnSource& column) { return !column.name.empty(); };
   if (!csv.has_numbers_for_names() || std::any_of(source.columns.begin(), source.columns.end(), by_name) ||
       (source.time && by_name(*source.time)))
     return;
-  problems.push_back({Severity::warning, ProblemKind::header, place(csv.file(), csv.header_line()), 1,
-                      "the first line holds numbers, but was taken for the names of the columns: write "
-                      "header = false in recording.toml"});
+  problems.push_back({.code = FindingCode::header, .place = place(csv.file(), csv.header_line())});
 }
 
 /// All rows as they are, in the stream's columns and units.
-Table read_rows(const StreamSource& source, std::vector<Problem>& problems) {
+Table read_rows(const StreamSource& source, std::vector<Finding>& problems) {
   const MappedFile file(source.file);
   const CsvTable csv(file.text(), source.file.string(), source.format);
   Selection selection(source.place.empty() ? csv.file() : source.place);
@@ -137,8 +135,7 @@ Table read_rows(const StreamSource& source, std::vector<Problem>& problems) {
   report_header(source, csv, problems);
   CsvRows rows = csv.read(selection.wanted());
   if (rows.truncated_line)
-    problems.push_back({Severity::warning, ProblemKind::cut_off, place(csv.file(), *rows.truncated_line), 1,
-                        "the last line breaks off and was left out"});
+    problems.push_back({.code = FindingCode::cut_off, .place = place(csv.file(), *rows.truncated_line)});
   Table table;
   const std::size_t count = rows.count();
   table.origin = {csv.file(), std::move(rows.lines), source.time_offset_s};
@@ -159,7 +156,7 @@ Table read_rows(const StreamSource& source, std::vector<Problem>& problems) {
 
 }  // namespace
 
-Table read_table(const StreamSource& source, const RowRules& rules, std::vector<Problem>& problems) {
+Table read_table(const StreamSource& source, const RowRules& rules, std::vector<Finding>& problems) {
   Table table = read_rows(source, problems);
   clean(table, source, rules, problems);
   check_stamps(table, source, rules, problems);

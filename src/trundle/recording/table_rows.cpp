@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/io/words.hpp"
 #include "trundle/recording/detail/table.hpp"
 
 namespace trundle {
@@ -33,15 +32,15 @@ void keep_where(Table& table, const Keeps& keeps) {
   if (rows.size() < table.time_s.size()) keep(table, rows);
 }
 
-/// Counts places and reports them as one problem.
-class Finding {
+/// Counts places and reports them as one finding.
+class Tally {
  public:
-  explicit Finding(const Table& table) : table_(table) {}
+  explicit Tally(const Table& table) : table_(table) {}
   void add(std::size_t row) {
     if (count_++ == 0) place_ = table_.origin.place_of(row);
   }
-  void report(std::vector<Problem>& problems, ProblemKind kind, const std::string& message) const {
-    if (count_ > 0) problems.push_back({Severity::warning, kind, place_, count_, message});
+  void report(std::vector<Finding>& problems, FindingCode code, const Payload& payload = {}) const {
+    if (count_ > 0) problems.push_back({Severity::warning, code, place_, count_, {}, payload});
   }
   std::size_t count() const { return count_; }
 
@@ -51,12 +50,11 @@ class Finding {
   std::string place_;
 };
 
-void drop_rows_without_stamp(Table& table, std::vector<Problem>& problems) {
-  Finding found(table);
+void drop_rows_without_stamp(Table& table, std::vector<Finding>& problems) {
+  Tally found(table);
   for (std::size_t row = 0; row < table.time_s.size(); ++row)
     if (!std::isfinite(table.time_s[row])) found.add(row);
-  found.report(problems, ProblemKind::not_a_number,
-               counted(found.count(), "row") + " without a stamp left out");
+  found.report(problems, FindingCode::row_without_stamp);
   if (found.count() > 0) keep_where(table, [&](std::size_t row) { return std::isfinite(table.time_s[row]); });
 }
 
@@ -82,23 +80,20 @@ std::vector<std::size_t> longest_increasing(std::span<const double> time_s) {
   return rows;
 }
 
-void count_disorder(const Table& table, std::vector<Problem>& problems, const RowRules& rules) {
-  Finding repeated(table);
-  Finding back(table);
+void count_disorder(const Table& table, std::vector<Finding>& problems, const RowRules& rules) {
+  Tally repeated(table);
+  Tally back(table);
   for (std::size_t row = 1; row < table.time_s.size(); ++row) {
     if (table.time_s[row] == table.time_s[row - 1] && !rules.repeated_stamps) repeated.add(row);
     if (table.time_s[row] < table.time_s[row - 1]) back.add(row);
   }
-  repeated.report(problems, ProblemKind::duplicate,
-                  counted(repeated.count(), "row") + " with the stamp of the row before; the first was kept");
+  repeated.report(problems, FindingCode::duplicate);
   const bool is_no_clock = 10 * back.count() > table.time_s.size();
-  back.report(problems, ProblemKind::back_step,
-              fmt::format("time steps back {}; {}{}", counted(back.count(), "time"),
-                          rules.repeated_stamps ? "the rows were sorted" : "rows out of order were left out",
-                          is_no_clock ? ": is this the column of the stamps?" : ""));
+  back.report(problems, FindingCode::back_step,
+              payload::Disorder{.is_sorted = rules.repeated_stamps, .is_no_clock = is_no_clock});
 }
 
-void bring_into_order(Table& table, const RowRules& rules, std::vector<Problem>& problems) {
+void bring_into_order(Table& table, const RowRules& rules, std::vector<Finding>& problems) {
   const auto disordered = [&](double a, double b) { return rules.repeated_stamps ? b < a : b <= a; };
   if (std::adjacent_find(table.time_s.begin(), table.time_s.end(), disordered) == table.time_s.end()) return;
   count_disorder(table, problems, rules);
@@ -119,27 +114,24 @@ void bring_into_order(Table& table, const RowRules& rules, std::vector<Problem>&
   table = std::move(sorted);
 }
 
-void report_empty_cells(const Table& table, std::vector<Problem>& problems) {
-  Finding found(table);
+void report_empty_cells(const Table& table, std::vector<Finding>& problems) {
+  Tally found(table);
   for (std::size_t row = 0; row < table.time_s.size(); ++row)
     for (const auto& column : table.numbers)
       if (!column.empty() && std::isnan(column[row])) found.add(row);
-  found.report(problems, ProblemKind::not_a_number,
-               counted(found.count(), "cell") + " without a number: not measured");
+  found.report(problems, FindingCode::cell_without_number);
 }
 
-void report_gaps(const Table& table, std::vector<Problem>& problems) {
+void report_gaps(const Table& table, std::vector<Finding>& problems) {
   const double longest = longest_step(table.time_s);
-  Finding found(table);
+  Tally found(table);
   double greatest = 0.0;
   for (std::size_t row = 1; row < table.time_s.size(); ++row) {
     const double step = table.time_s[row] - table.time_s[row - 1];
     greatest = std::max(greatest, step);
     if (step > longest) found.add(row);
   }
-  found.report(problems, ProblemKind::gap,
-               fmt::format("{} longer than {:.3g} s, the longest {:.3g} s", counted(found.count(), "gap"),
-                           longest, greatest));
+  found.report(problems, FindingCode::gap, payload::Excess{.farthest = greatest, .limit = longest});
 }
 
 void cut(Table& table, const StreamSource& source) {
@@ -184,7 +176,7 @@ double longest_step(std::span<const double> time_s) {
   return std::max(kShortestGap, 5.0 * median_step(time_s));
 }
 
-void clean(Table& table, const StreamSource& source, const RowRules& rules, std::vector<Problem>& problems) {
+void clean(Table& table, const StreamSource& source, const RowRules& rules, std::vector<Finding>& problems) {
   if (!rules.empty_cells) report_empty_cells(table, problems);
   if (source.increments) accumulate(table);
   drop_rows_without_stamp(table, problems);

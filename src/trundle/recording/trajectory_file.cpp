@@ -42,7 +42,7 @@ Trajectory with_continuous_heading(Trajectory trajectory) {
 }
 
 Trajectory read_tum(const std::filesystem::path& path) {
-  std::vector<Problem> problems;
+  std::vector<Finding> problems;
   const Table table = read_table(tum_source(path), {}, problems);
   Trajectory trajectory;
   for (std::size_t row = 0; row < table.time_s.size(); ++row) {
@@ -66,7 +66,7 @@ Trajectory read_csv(const std::filesystem::path& path) {
   source.columns.resize(kPoseColumns);
   if (has_covariance(path))
     for (const char* name : kCovarianceColumns) source.columns.push_back({name, name});
-  std::vector<Problem> problems;
+  std::vector<Finding> problems;
   RowRules rules;
   rules.empty_cells = true;
   const Table table = read_table(source, rules, problems);

@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include <fmt/format.h>
-
 namespace trundle {
 namespace {
 
@@ -14,8 +12,8 @@ constexpr double kMostOutliers = 0.05;   // share, of a cost that is to say some
 constexpr double kSigmasOfChance = 6.0;  // beyond which a cost per degree of freedom is no chance
 constexpr double kGreatestCostRatio = 1.5;
 
-Problem doubt(ProblemKind kind, std::size_t count, std::string message) {
-  return {Severity::warning, kind, "sightings", count, std::move(message)};
+Finding doubt(FindingCode code, std::size_t count, const Payload& payload) {
+  return {Severity::warning, code, "sightings", count, {}, payload};
 }
 
 /// The stretch in which sightings that do not fit outnumber those that do by most.
@@ -42,51 +40,36 @@ Stretch worst_stretch(const std::vector<StepReport>& reports) {
   return worst;
 }
 
-void doubt_filter(const SlamInput& input, const SlamResult& filtered, std::vector<Problem>& doubts) {
+void doubt_filter(const SlamInput& input, const SlamResult& filtered, std::vector<Finding>& doubts) {
   const Stretch worst = worst_stretch(filtered.reports);
   if (worst.excess >= kLost)
-    return doubts.push_back(
-        doubt(ProblemKind::lost, worst.unfit,
-              fmt::format("from {:.1f} s to {:.1f} s after the start {} of {} sightings of landmarks seen "
-                          "before do not fit: the filter is lost there, and neither its "
-                          "trajectory nor its ± can be believed; is the robot calibrated, does [noise] say "
-                          "how far its odometry can be trusted, do bearings turn to the left?",
-                          input.steps[worst.first].time_s - input.start_s,
-                          input.steps[worst.last].time_s - input.start_s, worst.unfit, worst.seen)));
+    return doubts.push_back(doubt(FindingCode::lost, worst.unfit,
+                                  payload::Stretch{.start_s = input.steps[worst.first].time_s - input.start_s,
+                                                   .end_s = input.steps[worst.last].time_s - input.start_s,
+                                                   .all = worst.seen}));
   const SlamCounts& counts = filtered.counts;
   const std::size_t seen = counts.matched + counts.rejected;
   if (seen >= kFewestSightings && counts.median_nis > kGreatestMedian)
-    doubts.push_back(doubt(ProblemKind::noise, seen,
-                           fmt::format("half of all innovations squared (NIS) are above {:.1f}, honest noise "
-                                       "has 1.39: sigmas of [landmark_sensor] or [noise] are too small, and "
-                                       "so is every ±",
-                                       counts.median_nis)));
+    doubts.push_back(doubt(FindingCode::noise, seen, payload::Amount{counts.median_nis}));
 }
 
-void doubt_smoother(const SmootherCounts& counts, std::vector<Problem>& doubts) {
+void doubt_smoother(const SmootherCounts& counts, std::vector<Finding>& doubts) {
   if (!counts.converged)
-    doubts.push_back(doubt(ProblemKind::not_converged, counts.sightings,
-                           fmt::format("the smoother has not converged after {} iterations: its trajectory "
-                                       "and map are not the most probable ones",
-                                       counts.iterations)));
+    doubts.push_back(doubt(FindingCode::not_converged, counts.sightings,
+                           payload::Amount{static_cast<double>(counts.iterations)}));
   const double freedom = counts.degrees_of_freedom;
   const double outliers = static_cast<double>(counts.outliers) / static_cast<double>(counts.sightings);
   if (freedom <= 0.0 || outliers > kMostOutliers) return;  // they cost, and do not make the rest worse
   const double ratio = counts.cost / freedom;
   if (ratio > kGreatestCostRatio && ratio > 1.0 + kSigmasOfChance * std::sqrt(2.0 / freedom))
-    doubts.push_back(doubt(
-        ProblemKind::noise, counts.sightings,
-        fmt::format("the smoother's cost is {:.1f} times its degrees of freedom: what was seen does not fit "
-                    "together as well as the noise settings say, and every ± is at least {:.1f} times too "
-                    "small",
-                    ratio, std::sqrt(ratio))));
+    doubts.push_back(doubt(FindingCode::noise, counts.sightings, payload::Times{ratio}));
 }
 
 }  // namespace
 
-std::vector<Problem> doubts_about(const SlamInput& input, const SlamResult& filtered,
+std::vector<Finding> doubts_about(const SlamInput& input, const SlamResult& filtered,
                                   const SmoothedSlam* smoothed) {
-  std::vector<Problem> doubts;
+  std::vector<Finding> doubts;
   doubt_filter(input, filtered, doubts);
   if (smoothed != nullptr) doubt_smoother(smoothed->counts, doubts);
   return doubts;

@@ -8,7 +8,7 @@ namespace trundle {
 
 /// Why a run should not be believed, by its own evidence; empty where nothing speaks against it. `smoothed`
 /// may be null.
-std::vector<Problem> doubts_about(const SlamInput& input, const SlamResult& filtered,
+std::vector<Finding> doubts_about(const SlamInput& input, const SlamResult& filtered,
                                   const SmoothedSlam* smoothed);
 
 }  // namespace trundle

@@ -148,13 +148,9 @@ class Cutter {
 
   void report_left_out() {
     outside_ += sightings_.size() - next_;
-    const auto left_out = [&](std::size_t count, ProblemKind kind, const std::string& what) {
-      note(count, kind, fmt::format("{} sightings {} and were left out", count, what));
-    };
-    left_out(outside_, ProblemKind::sighting_without_odometry, "lie before or after the odometry");
-    left_out(repeated_, ProblemKind::repeated_sighting, "repeat another, stamp, landmark and reading");
-    left_out(crowded_, ProblemKind::crowded_instant,
-             fmt::format("are beyond {} of an instant", kMostSightingsAtOnce));
+    note(outside_, FindingCode::sighting_without_odometry);
+    note(repeated_, FindingCode::repeated_sighting);
+    note(crowded_, FindingCode::crowded_instant, payload::Amount{static_cast<double>(kMostSightingsAtOnce)});
   }
 
   void report_nameless() {
@@ -163,15 +159,11 @@ class Cutter {
       nameless += static_cast<std::size_t>(
           std::ranges::count(step.observations, kUnknownLandmark, &Observation::landmark));
     if (nameless == input_.observations()) return;
-    note(
-        nameless, ProblemKind::sighting_without_name,
-        fmt::format("{} sightings name no landmark, others do: where they point tells them apart", nameless));
+    note(nameless, FindingCode::sighting_without_name);
   }
 
-  void note(std::size_t count, ProblemKind kind, const std::string& message) {
-    if (count == 0) return;
-    input_.problems.push_back(
-        {.severity = Severity::note, .kind = kind, .place = "sightings", .count = count, .message = message});
+  void note(std::size_t count, FindingCode code, const Payload& payload = {}) {
+    if (count > 0) input_.problems.push_back({Severity::note, code, "sightings", count, {}, payload});
   }
 
   static constexpr double kSameTime_s = 1e-9;
@@ -191,7 +183,7 @@ class Cutter {
 
 /// Ranges that this sensor cannot have measured: a wrong unit, or the wrong sensor.
 void report_ranges_beyond(const LandmarkSensor& sensor, const std::vector<Sighting>& sightings,
-                          std::vector<Problem>& problems) {
+                          std::vector<Finding>& problems) {
   std::size_t beyond = 0;
   double farthest_m = 0.0;
   for (const Sighting& sighting : sightings) {
@@ -199,14 +191,12 @@ void report_ranges_beyond(const LandmarkSensor& sensor, const std::vector<Sighti
     farthest_m = std::max(farthest_m, sighting.range_m);
   }
   if (2 * beyond <= sightings.size()) return;
-  problems.push_back(
-      {.severity = Severity::warning,
-       .kind = ProblemKind::range_unit,
-       .place = "sightings",
-       .count = beyond,
-       .message = fmt::format("{} of {} ranges, up to {:.4g} m, are more than twice the sensor's max_range_m "
-                              "= {:g}: is one of them in another unit than metres?",
-                              beyond, sightings.size(), farthest_m, sensor.max_range_m)});
+  problems.push_back({.severity = Severity::warning,
+                      .code = FindingCode::range_unit,
+                      .place = "sightings",
+                      .count = beyond,
+                      .payload = payload::Excess{
+                          .farthest = farthest_m, .limit = sensor.max_range_m, .all = sightings.size()}});
 }
 
 }  // namespace

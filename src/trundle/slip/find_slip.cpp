@@ -78,21 +78,15 @@ bool spans_gap(const AlignedReadings& readings, std::size_t i) {
 }
 
 void report_unjudged(const SlipReport& report, const AlignedReadings& readings,
-                     std::vector<Problem>& problems) {
-  const auto note = [&](std::size_t number, ProblemKind kind, const char* words) {
+                     std::vector<Finding>& problems) {
+  const auto note = [&](std::size_t number, FindingCode code) {
     if (number > 0)
-      problems.push_back({.severity = Severity::note,
-                          .kind = kind,
-                          .place = fmt::format("{:.3f} s", readings.start_s),
-                          .count = number,
-                          .message = fmt::format(fmt::runtime(words), number)});
+      problems.push_back({Severity::note, code, fmt::format("{:.3f} s", readings.start_s), number});
   };
   const SlipCounts& counts = report.counts;
-  note(counts.no_gyro, ProblemKind::slip_not_judged, "{} intervals have no gyro: slip was not judged there");
-  note(counts.not_applicable, ProblemKind::slip_not_judged,
-       "{} intervals are not nearly straight: the published method does not apply there");
-  note(counts.not_learned, ProblemKind::slip_not_judged,
-       "{} intervals have another length or speed than those that the band was learned at: not judged");
+  note(counts.no_gyro, FindingCode::slip_without_gyro);
+  note(counts.not_applicable, FindingCode::slip_in_a_curve);
+  note(counts.not_learned, FindingCode::slip_unlike_learned);
 }
 
 void require_judged(const SlipReport& report) {

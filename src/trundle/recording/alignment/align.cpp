@@ -74,19 +74,14 @@ struct CounterRows {
 };
 
 void report(const CounterRows& found, const std::string& wheel, const StreamOrigin& origin,
-            std::vector<Problem>& problems) {
-  const auto add = [&](Severity severity, ProblemKind kind, const std::vector<std::size_t>& rows,
-                       const char* what) {
+            std::vector<Finding>& problems) {
+  const auto add = [&](Severity severity, FindingCode code, const std::vector<std::size_t>& rows) {
     if (!rows.empty())
-      problems.push_back({severity, kind, origin.place_of(rows.front()), rows.size(),
-                          fmt::format(fmt::runtime(what), wheel, counted(rows.size(), "time")), wheel});
+      problems.push_back({severity, code, origin.place_of(rows.front()), rows.size(), {wheel}});
   };
-  add(Severity::note, ProblemKind::wrap, found.wraps, "the counter of '{}' wraps {}");
-  add(Severity::warning, ProblemKind::counter_reset, found.resets,
-      "the counter of '{}' starts again near zero {}; the jump is not counted as travel");
-  add(Severity::warning, ProblemKind::counter_jump, found.jumps,
-      "the counter of '{}' jumps {} farther than the wheel can turn; the jump is not counted as "
-      "travel");
+  add(Severity::note, FindingCode::wrap, found.wraps);
+  add(Severity::warning, FindingCode::counter_reset, found.resets);
+  add(Severity::warning, FindingCode::counter_jump, found.jumps);
 }
 
 /// Intervals without the gyro, by whether it was running at all.
@@ -100,19 +95,16 @@ void report_gyro(const GyroStream& gyro, const Gyro& sensor, std::size_t saturat
     if (!increment.has_gyro) ++(start_s < first_s || increment.time_s > last_s ? beyond : within);
     start_s = increment.time_s;
   }
-  const auto tell = [&](Severity severity, ProblemKind kind, std::size_t count, const std::string& message) {
+  const auto tell = [&](Severity severity, FindingCode code, std::size_t count, const Payload& payload) {
     if (count > 0)
-      aligned.problems.push_back({severity, kind, gyro.origin.place_of(gyro.time_s.size()), count, message});
+      aligned.problems.push_back(
+          {severity, code, gyro.origin.place_of(gyro.time_s.size()), count, {}, payload});
   };
-  tell(Severity::warning, ProblemKind::gyro_saturated, saturated,
-       "the gyro is at or beyond its max_rate_rad_s in " + counted(saturated, "sample"));
-  tell(Severity::warning, ProblemKind::gyro_missing, within,
-       "the gyro is missing in " + counted(within, "interval") + " of the wheels: a gap, or saturation");
+  tell(Severity::warning, FindingCode::gyro_saturated, saturated, {});
+  tell(Severity::warning, FindingCode::gyro_missing, within, {});
   const bool most = 2 * beyond > aligned.increments.size();
-  tell(most ? Severity::warning : Severity::note, ProblemKind::gyro_missing, beyond,
-       fmt::format("the gyro runs from {:.2f} to {:.2f} s, the wheels from {:.2f} to {:.2f} s: {} without it",
-                   first_s, last_s, aligned.start_s, aligned.increments.back().time_s,
-                   counted(beyond, "interval")));
+  tell(most ? Severity::warning : Severity::note, FindingCode::gyro_missing, beyond,
+       payload::Spans{first_s, last_s, aligned.start_s, aligned.increments.back().time_s});
 }
 
 /// All streams in the order of their stamps by the robot's clock.

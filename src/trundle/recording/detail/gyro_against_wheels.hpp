@@ -19,13 +19,13 @@ PairedSums turn_pairs(const Robot& robot, const AlignedReadings& readings,
                       const std::function<double(const Increment&)>& other_turn);
 
 /// Rates in degrees that were taken for radians, or the other way round.
-std::optional<Problem> wrong_gyro_unit(const Recording& recording, const Robot& robot,
+std::optional<Finding> wrong_gyro_unit(const Recording& recording, const Robot& robot,
                                        const AlignedReadings& readings);
 
 /// What else the gyro's turns against the wheels' give away: a sign, a wheel that counts backwards, a track
 /// or counts far off.
 void compare_gyro(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
-                  std::vector<Problem>& problems);
+                  std::vector<Finding>& problems);
 
 /// Whether gyro and wheels clearly turn opposite ways, which one of them must have wrong: turns much larger
 /// than a bias would sum up to.
