@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "trundle/calibration/rough_scale.hpp"
-#include "trundle/calibration/wiring.hpp"
+#include "trundle/calibration/channel_assignment.hpp"
+#include "trundle/calibration/initial_scale.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/inspection/clocks.hpp"
 #include "trundle/inspection/mirrored_reference.hpp"
@@ -93,15 +93,15 @@ void compare_times(const Findings& findings, const Recording& recording, std::ve
 }
 
 /// Columns that do not belong to the wheels whose names they bear. Returns whether there are any.
-bool compare_wiring(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
-                    Findings& findings) {
-  Wiring wiring = check_wiring(recording, readings, robot);
-  for (std::vector<Finding>* const found : {&wiring.faults, &wiring.untold})
+bool compare_channels(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
+                      Findings& findings) {
+  ChannelAssignment channels = check_channels(recording, readings, robot);
+  for (std::vector<Finding>* const found : {&channels.faults, &channels.ambiguous})
     for (Finding& finding : *found) {
       finding.place = recording.wheels.origin.file;
       findings.problems.push_back(std::move(finding));
     }
-  return !wiring.faults.empty();
+  return !channels.faults.empty();
 }
 
 PairedSums turns_of_reference(const ReferenceStream& reference, const AlignedReadings& readings,
@@ -137,7 +137,7 @@ void compare_references(const Recording& recording, const AlignedReadings& readi
       observability(rows_of(robot.chassis, false)).rank < 3)
     return;
   const std::vector<Run> runs = {prepare_run(recording, robot, readings)};
-  const double times = rough_scale(runs, robot).value_or(1.0);
+  const double times = initial_scale(runs, robot).value_or(1.0);
   if (const std::optional<Payload> turns = heading_unit_fault(
           turns_of_reference(recording.reference, readings, robot), times > 0.0 ? times : 1.0))
     findings.problems.push_back({.code = FindingCode::reference_unit, .place = file, .payload = *turns});
@@ -228,12 +228,12 @@ std::vector<Finding> folded(const std::vector<Finding>& problems) {
 }
 
 /// One cause is told once: the reference knows better than the gyro, and wires before sizes.
-void forget_what_is_told_already(bool of_wiring, std::vector<Finding>& problems) {
+void forget_what_is_told_already(bool are_misassigned, std::vector<Finding>& problems) {
   const auto forget = [&](FindingCode code) {
     std::erase_if(problems, [&](const Finding& problem) { return problem.code == code; });
   };
-  if (of_wiring) forget(FindingCode::scale);
-  if (!of_wiring && !warns_of(FindingCode::scale, problems)) return;
+  if (are_misassigned) forget(FindingCode::scale);
+  if (!are_misassigned && !warns_of(FindingCode::scale, problems)) return;
   forget(FindingCode::gyro_sign);
   forget(FindingCode::gyro_against_wheels);
 }
@@ -253,8 +253,8 @@ void compare(const Recording& recording, const Robot& robot, Findings& findings)
   find_mirrored_reference(recording, robot, findings);
   compare_references(recording, *readings, robot, findings);
   if (is_misread(findings)) return;
-  const bool of_wiring = compare_wiring(recording, *readings, robot, findings);
-  forget_what_is_told_already(of_wiring, findings.problems);
+  const bool are_misassigned = compare_channels(recording, *readings, robot, findings);
+  forget_what_is_told_already(are_misassigned, findings.problems);
   const ClockComparison clocks = compare_clocks(recording, *readings, robot);
   findings.compares_clocks = clocks.is_possible;
   findings.gyro_time_offset = clocks.offset;
