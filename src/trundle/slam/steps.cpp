@@ -174,6 +174,7 @@ class Cutter {
         {.severity = Severity::note, .kind = kind, .place = "sightings", .count = count, .message = message});
   }
 
+  /// Stamps closer than their own resolution (nanoseconds in every log) are one instant.
   static constexpr double kSameTime_s = 1e-9;
   SlamInputOptions options_;
   SystematicErrors systematic_;
