@@ -111,9 +111,9 @@ TEST(ParticlePaths, AreThoseOfACopyingFilter) {
   EXPECT_LT(most_stored, 2000U + 3000U);  // and not 2000 · 30
 }
 
-TEST(ParticlePaths, StepsBetweenStationsAreAsProbableAsPossible) {
+TEST(ParticlePaths, StepsBetweenKeyframesAreAsProbableAsPossible) {
   // Monte Carlo of a blind stretch, conditioned on where it ended: of many draws, those that end near the
-  // station have the mean at the middle step that path_of() says.
+  // keyframe have the mean at the middle step that path_of() says.
   Random random(6);
   const Twist2 twist{0.5, 0.0, 0.3};
   Matrix3 Q = Vector3(1e-4, 1e-6, 4e-4).asDiagonal();
@@ -124,7 +124,7 @@ TEST(ParticlePaths, StepsBetweenStationsAreAsProbableAsPossible) {
     if (k == 2) middle = end;
   }
   const Twist2 error{0.01, -0.02, 0.015};
-  const Pose2 station = end.mean * exp(error);
+  const Pose2 keyframe = end.mean * exp(error);
   Ancestry ancestry(1);
   ParticlePaths paths;
   Motion since;
@@ -133,13 +133,13 @@ TEST(ParticlePaths, StepsBetweenStationsAreAsProbableAsPossible) {
     if (k < 5)
       paths.propagate(since);
     else
-      paths.add_keyframe(since, std::vector<Pose2>{station}, ancestry, {});
+      paths.add_keyframe(since, std::vector<Pose2>{keyframe}, ancestry, {});
   }
   paths.propagate(motion);
   const std::vector<Pose2> path = paths.path_of({}, ancestry);
   ASSERT_EQ(path.size(), 7U);
-  EXPECT_EQ(path[5].x, station.x);
-  EXPECT_NEAR(path[6].x, (station * motion.mean).x, 1e-15);
+  EXPECT_EQ(path[5].x, keyframe.x);
+  EXPECT_NEAR(path[6].x, (keyframe * motion.mean).x, 1e-15);
   const Vector3 found = log(middle.mean.inverse() * path[2]).vector();
   // Least squares: regress the middle's error on the end's over simulated stretches.
   Matrix3 middle_end = Matrix3::Zero();

@@ -13,7 +13,7 @@ namespace trundle {
 namespace {
 
 const LandmarkSensor kSensor{{}, 0.1, 0.02, 20.0, 0.0};
-const AssociationOptions kOptions{.gate = 9.0, .max_range_m = 20.0, .new_share = 0.01, .doubt = 2.0};
+const AssociationOptions kOptions{.gate = 9.0, .max_range_m = 20.0, .new_share = 0.01, .near = 2.0};
 
 /// Particles whose sensors stand around a place far from zero, and what is needed to choose.
 struct Crowd {

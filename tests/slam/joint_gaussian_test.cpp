@@ -83,16 +83,16 @@ TEST(JointGaussian, OneAddedAfterARemovalKnowsNothingOfIt) {
   EXPECT_LT((gaussian.covariance() - some_gaussian(5).covariance()).norm(), 1e-12);
 }
 
-TEST(Strips, SubtractProductsOfAnyShape) {
+TEST(PackedPanels, SubtractProductsOfAnyShape) {
   for (const Index rows : {1, 7, 8, 21})
     for (const Index columns : {1, 5, 16}) {
       const Eigen::MatrixXd A = Eigen::MatrixXd::Random(rows, columns);
       const Eigen::MatrixXd B = Eigen::MatrixXd::Random(rows, columns);
-      const Index size = whole_strips(rows);
+      const Index size = whole_panels(rows);
       Eigen::MatrixXd C = Eigen::MatrixXd::Random(size, size);
       const Eigen::MatrixXd expected = C.topLeftCorner(rows, rows) - A * B.transpose();
       Eigen::MatrixXd lower = C;
-      Strips a, b;
+      PackedPanels a, b;
       a.pack(A);
       b.pack(B);
       subtract_product(a, b, Part::all, C);
@@ -103,36 +103,36 @@ TEST(Strips, SubtractProductsOfAnyShape) {
     }
 }
 
-TEST(Strips, DivideByATriangle) {
+TEST(PackedPanels, DivideByATriangle) {
   Eigen::MatrixXd L = Eigen::MatrixXd::Random(6, 6).triangularView<Eigen::Lower>();
   L.diagonal().array() += 3.0;
   const Eigen::MatrixXd X = Eigen::MatrixXd::Random(11, 6);
-  Strips strips;
-  strips.pack(X);
-  strips.divide_by(L);
+  PackedPanels panels;
+  panels.pack(X);
+  panels.divide_by(L);
   Eigen::MatrixXd quotient(11, 6);
   for (Index i = 0; i < 11; ++i)
-    for (Index k = 0; k < 6; ++k) quotient(i, k) = strips(i, k);
+    for (Index k = 0; k < 6; ++k) quotient(i, k) = panels(i, k);
   EXPECT_LT((quotient * L.transpose() - X).norm(), 1e-12);
 }
 
-TEST(Strips, EveryInstructionSetGivesTheSameBits) {
+TEST(PackedPanels, EveryInstructionSetGivesTheSameBits) {
   const Eigen::MatrixXd X = Eigen::MatrixXd::Random(24, 6);
   const Eigen::MatrixXd start = Eigen::MatrixXd::Random(24, 24);
   const Eigen::MatrixXd L = Eigen::MatrixXd::Identity(3, 3) + 0.1 * Eigen::MatrixXd::Random(3, 3);
-  const std::array<Strips::Sum, 3> sums = {{{{0, 1, 2, 3, 4}, {0.1, 0.2, -0.3, 0.4, 0.5}},
-                                            {{5, 1, 2, 3, 4}, {0.7, 0.2, 0.3, 0.4, -0.5}},
-                                            {{0, 1, 9, 3, 7}, {0.1, -0.2, 0.3, 0.9, 0.5}}}};
+  const std::array<PackedPanels::Sum, 3> sums = {{{{0, 1, 2, 3, 4}, {0.1, 0.2, -0.3, 0.4, 0.5}},
+                                                  {{5, 1, 2, 3, 4}, {0.7, 0.2, 0.3, 0.4, -0.5}},
+                                                  {{0, 1, 9, 3, 7}, {0.1, -0.2, 0.3, 0.9, 0.5}}}};
   std::vector<Eigen::MatrixXd> products;
   std::vector<Eigen::VectorXd> added;
   for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);
-    Strips strips;
-    strips.pack(X);
-    subtract_product(strips, strips, Part::all, products.emplace_back(start));
-    strips.assign_sums(start, 24, sums);
-    strips.divide_by(L);
-    strips.add_product_to(added.emplace_back(start.col(0)), L.data());
+    PackedPanels panels;
+    panels.pack(X);
+    subtract_product(panels, panels, Part::all, products.emplace_back(start));
+    panels.assign_sums(start, 24, sums);
+    panels.divide_by(L);
+    panels.add_product_to(added.emplace_back(start.col(0)), L.data());
     hwy::SetSupportedTargetsForTest(0);
     EXPECT_EQ(products.back(), products.front()) << hwy::TargetName(target);
     EXPECT_EQ(added.back(), added.front()) << hwy::TargetName(target);

@@ -34,7 +34,7 @@ double cost_of(const SmoothedSlam& smoothed, const LandmarkSensor& sensor) {
 }
 
 bool are_same(const SmoothedSlam& a, const SmoothedSlam& b) {
-  return a.counts.cost == b.counts.cost && say_the_same(a.shown, b.shown);
+  return a.counts.cost == b.counts.cost && are_same_associations(a.shown, b.shown);
 }
 
 /// A filter that was lost: every landmark is a new one in each third of the way, and most sightings

@@ -28,9 +28,9 @@ Hypotheses some_hypotheses(const std::vector<LandmarkId>& landmarks, Random& ran
 /// What the particle takes the sighting for if it takes the likeliest.
 std::int32_t likeliest(const Hypotheses& sighting, std::size_t particle) {
   double least = kNew;
-  std::int32_t choice = kFresh;
+  std::int32_t choice = kNewLandmark;
   for (std::size_t c = 0; c < sighting.candidates.size(); ++c) {
-    if (sighting.costs_of(c)[particle] == kNear && choice == kFresh) choice = kDoubtful;
+    if (sighting.costs_of(c)[particle] == kNear && choice == kNewLandmark) choice = kAmbiguous;
     if (sighting.costs_of(c)[particle] >= least) continue;
     least = sighting.costs_of(c)[particle];
     choice = static_cast<std::int32_t>(sighting.candidates[c].landmark);
@@ -55,11 +55,11 @@ class AllWays {
       return;
     }
     const Hypotheses& sighting = sightings_[k];
-    std::int32_t none = kFresh;
+    std::int32_t none = kNewLandmark;
     for (std::size_t c = 0; c < sighting.candidates.size(); ++c) {
       const double more = sighting.costs_of(c)[particle_];
       const auto landmark = static_cast<std::int32_t>(sighting.candidates[c].landmark);
-      if (more == kNear) none = kDoubtful;
+      if (more == kNear) none = kAmbiguous;
       if (more >= kFar || std::ranges::find(way_, landmark) != way_.end()) continue;
       take(k, landmark, cost + more);
     }
@@ -130,14 +130,14 @@ TEST(MutualExclusion, TakesInWhoeverMaySeeTheSame) {
       sightings[k].add({landmarks[k][c], nullptr});
       std::fill_n(sightings[k].costs_of(c), kFewParticles, costs[k][c]);
     }
-    std::ranges::fill(sightings[k].choices, kFresh);
+    std::ranges::fill(sightings[k].choices, kNewLandmark);
   }
   sightings[0].choices[5] = sightings[1].choices[5] = 1;
   MutualExclusion exclusion(kNew);
   apply_to(sightings, exclusion);
   for (std::size_t i = 0; i < kFewParticles; ++i)
-    EXPECT_EQ(choices_of(sightings, i), i == 5 ? (std::vector<std::int32_t>{1, kFresh, 2, kFresh})
-                                               : std::vector<std::int32_t>(4, kFresh));
+    EXPECT_EQ(choices_of(sightings, i), i == 5 ? (std::vector<std::int32_t>{1, kNewLandmark, 2, kNewLandmark})
+                                               : std::vector<std::int32_t>(4, kNewLandmark));
 }
 
 }  // namespace

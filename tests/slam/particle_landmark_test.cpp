@@ -101,7 +101,7 @@ TEST(PoseTarget, GaussianIsTheTargetsCurvature) {
     }
 }
 
-TEST(PoseTarget, SurpriseIsTheInnovationInAllItsCovariance) {
+TEST(PoseTarget, InnovationIsTheInnovationInAllItsCovariance) {
   const LandmarkSensor sensor{{0.3, -0.1, 0.2}, 0.1, 0.03, 20.0, 0.0};
   PoseColumns predicted(1);
   predicted.set(0, {1.0, 2.0, 0.7});
@@ -117,9 +117,9 @@ TEST(PoseTarget, SurpriseIsTheInnovationInAllItsCovariance) {
   const Matrix2 S = expected.by_pose * in_world * expected.by_pose.transpose() +
                     expected.by_landmark * P * expected.by_landmark.transpose() + reading_covariance(sensor);
   const Vector2 innovation = innovation_of(observation, expected);
-  const PoseTarget::Surprise surprise = target.surprise(0, readings[0]);
-  EXPECT_LT((surprise.innovation - innovation).norm(), 1e-12);
-  EXPECT_NEAR(surprise.nis, innovation.dot(S.inverse() * innovation), 1e-9);
+  const PoseTarget::Innovation found = target.innovation(0, readings[0]);
+  EXPECT_LT((found.innovation - innovation).norm(), 1e-12);
+  EXPECT_NEAR(found.nis, innovation.dot(S.inverse() * innovation), 1e-9);
 }
 
 }  // namespace

@@ -18,32 +18,33 @@ Matrix2 as_sure_as_one_another(LandmarkId, LandmarkId) {
   return Matrix2::Identity() * 0.02;
 }
 
-TEST(ReAssociation, TwinsAreOneLandmarkThatWasMappedTwice) {
+TEST(ReAssociation, DuplicatesAreOneLandmarkThatWasMappedTwice) {
   const std::vector<MappedLandmark> map = {landmark(3, 0.0, 0.0), landmark(5, 0.2, 0.1),
                                            landmark(7, 2.0, 0.0)};
   const ShownObservations shown = {{{3, 1.0, 0.0}, {7, 2.0, 1.0}}, {{5, 1.0, 0.0}}};
-  EXPECT_EQ(twins_in(shown, map, kRangeFinder, 0, as_sure_as_one_another),
+  EXPECT_EQ(duplicates_in(shown, map, kRangeFinder, 0, as_sure_as_one_another),
             (std::vector<LandmarkPair>{{3, 5}}));
 }
 
-TEST(ReAssociation, TheClearestTwinsComeFirstAndNoneHasTwo) {
+TEST(ReAssociation, TheClearestDuplicatesComeFirstAndNoneHasTwo) {
   const std::vector<MappedLandmark> map = {landmark(0, 0.0, 0.0), landmark(1, 0.2, 0.0),
                                            landmark(2, 0.25, 0.0), landmark(3, 5.0, 0.0),
                                            landmark(4, 5.1, 0.0)};
-  EXPECT_EQ(twins_in({}, map, kRangeFinder, 0, as_sure_as_one_another),
+  EXPECT_EQ(duplicates_in({}, map, kRangeFinder, 0, as_sure_as_one_another),
             (std::vector<LandmarkPair>{{1, 2}, {3, 4}}));
 }
 
 TEST(ReAssociation, LandmarksSeenInOneInstantAreTwo) {
   const std::vector<MappedLandmark> map = {landmark(3, 0.0, 0.0), landmark(5, 0.2, 0.1)};
   EXPECT_TRUE(
-      twins_in({{{3, 1.0, 0.0}, {5, 1.1, 0.1}}}, map, kRangeFinder, 0, as_sure_as_one_another).empty());
+      duplicates_in({{{3, 1.0, 0.0}, {5, 1.1, 0.1}}}, map, kRangeFinder, 0, as_sure_as_one_another).empty());
 }
 
 TEST(ReAssociation, TwoNamesAreTwoLandmarks) {
   const std::vector<MappedLandmark> map = {landmark(0, 0.0, 0.0), landmark(1, 0.1, 0.0),
                                            landmark(2, 5.0, 0.0), landmark(3, 5.1, 0.0)};
-  EXPECT_EQ(twins_in({}, map, kRangeFinder, 3, as_sure_as_one_another), (std::vector<LandmarkPair>{{2, 3}}));
+  EXPECT_EQ(duplicates_in({}, map, kRangeFinder, 3, as_sure_as_one_another),
+            (std::vector<LandmarkPair>{{2, 3}}));
 }
 
 TEST(ReAssociation, ANameIsKeptAndNoOtherSightingOfTheInstantShowsItsLandmark) {
@@ -65,7 +66,7 @@ TEST(ReAssociation, MergingRenamesTheSecondOfAPair) {
   const ShownObservations shown = {{{3, 1.0, 0.0}, {7, 2.0, 1.0}}, {{5, 1.0, 0.0}}};
   const std::vector<LandmarkPair> pairs = {{3, 5}};
   const ShownObservations merged = with_merged(shown, pairs);
-  EXPECT_FALSE(say_the_same(shown, merged));
+  EXPECT_FALSE(are_same_associations(shown, merged));
   EXPECT_EQ(merged[0][0].landmark, 3);
   EXPECT_EQ(merged[0][1].landmark, 7);
   EXPECT_EQ(merged[1][0].landmark, 3);

@@ -13,9 +13,9 @@ struct Turns {
   explicit Turns(std::size_t particles) : count(padded(particles), 0) {}
 
   void take(ThreadPool& thread_pool) {
-    thread_pool.for_all_particles([&](ParticleRange piece) {
-      EXPECT_EQ(piece.first % kParticleLanes, 0U);
-      for (std::size_t i = piece.first; i < piece.last; ++i) ++count[i];
+    thread_pool.for_all_particles([&](ParticleRange block) {
+      EXPECT_EQ(block.first % kParticleLanes, 0U);
+      for (std::size_t i = block.first; i < block.last; ++i) ++count[i];
     });
     ++calls;
   }

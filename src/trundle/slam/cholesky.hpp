@@ -7,7 +7,7 @@
 namespace trundle {
 
 /// Lower L with L Lᵀ = covariance, which may be singular: a direction without variance gets no column.
-inline Matrix3 semidefinite_root(const Matrix3& covariance) {
+[[nodiscard]] inline Matrix3 semidefinite_root(const Matrix3& covariance) {
   Matrix3 L = Matrix3::Zero();
   for (int j = 0; j < 3; ++j) {
     const double pivot = covariance(j, j) - L.row(j).squaredNorm();

@@ -5,11 +5,19 @@
 namespace trundle {
 namespace {
 
-constexpr int kLost = 20;  // more sightings that do not fit than that do; a third of outliers makes 10
+// So many more rejected sightings than matched ones in a stretch. With a share p of outliers a stretch
+// reaches k with probability (p/(1 − p))^k: with a third, once in a million; with a tenth, never.
+constexpr int kLost = 20;
+// The median of so many NIS is known to 30 %.
 constexpr std::size_t kFewestSightings = 20;
-constexpr double kGreatestMedian = 5.0;  // of NIS; honest: 1.39
-constexpr double kMostOutliers = 0.05;   // share, of a cost that is to say something
-constexpr double kSigmasOfChance = 6.0;  // beyond which a cost per degree of freedom is no chance
+// Of the NIS' median, which is 1.39 if consistent: sigmas are then too small by √(5/1.39) = 1.9.
+constexpr double kGreatestMedian = 5.0;
+// Share of sightings whose cost is bounded. With more, the cost says nothing of the noise of the others.
+constexpr double kMostOutliers = 0.05;
+// Beyond so many σ a cost per degree of freedom is no chance in any number of runs: 1e-9.
+constexpr double kSigmasOfChance = 6.0;
+// Of cost and degrees of freedom: every ± is too small by √1.5 = 1.2. Less is within what sigmas are known
+// to.
 constexpr double kGreatestCostRatio = 1.5;
 
 Finding doubt(FindingCode code, std::size_t count, const Payload& payload) {

@@ -23,11 +23,11 @@ struct Motion {
   Pose2 mean;
   Matrix3 covariance = Matrix3::Zero();  ///< of (forward, left, turn) in the frame at the end [m, m, rad]
   BySystematic by_systematic = BySystematic(3, 0);  ///< of the same, by s at the start; none by further ones
-  double walk = 0.0;
-  Vector3 with_walk = Vector3::Zero();  ///< covariance of e and w
+  double walk = 0.0;                                ///< variance of w [of s²]
+  Vector3 with_walk = Vector3::Zero();              ///< covariance of e and w
 
   /// By so many of s, whether it knows of them or not.
-  BySystematic by_first(Eigen::Index count) const;
+  [[nodiscard]] BySystematic by_first(Eigen::Index count) const;
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
@@ -37,13 +37,13 @@ struct Motion {
 
 /// One interval of constant twist, by the three shares that wrong wheels make: s are errors of travel and of
 /// turning, each as a share of itself, and turning that comes with travel [rad/m].
-Motion motion_of(const Twist2& twist, const Matrix3& covariance);
+[[nodiscard]] Motion motion_of(const Twist2& twist, const Matrix3& covariance);
 inline constexpr Eigen::Index kShares = 3;
 
 /// One after the other, with independent noise and the same systematic errors.
 Motion operator*(const Motion& first, const Motion& second);
 
 /// The same motion of errors s counted from `reference`: its mean is that of these.
-Motion about(const Systematic& reference, const Motion& motion);
+[[nodiscard]] Motion about(const Systematic& reference, const Motion& motion);
 
 }  // namespace trundle

@@ -16,12 +16,12 @@ class MotionSum {
   void add(const Increment& increment, bool bridged);
   /// Appends the motion since the last call, and what was seen at its end, to come.
   void finish_step(double time_s, SlamInput& input);
-  double rest_s() const { return rest_s_; }
+  [[nodiscard]] double rest_s() const { return rest_s_; }
 
  private:
   void begin_interval();
-  GyroBias learned() const;
-  Motion motion_of_interval(const GyroBias& before, double duration_s) const;
+  [[nodiscard]] GyroBias learned() const;
+  [[nodiscard]] Motion motion_of_interval(const GyroBias& before, double duration_s) const;
   void add_by_bias(const GyroBias& before, double duration_s, Motion& motion) const;
   void add_reading(const GyroBias& before);
 

@@ -4,7 +4,7 @@
 
 namespace trundle {
 
-/// Where a pose is after a motion, by the systematic errors s of whoever asks:
+/// Where a pose is after a motion, by the systematic errors s that a particle has:
 /// pose · mean · exp(by_systematic · s + offset).
 struct PredictedMotion {
   Pose2 mean;
@@ -26,22 +26,22 @@ class PendingMotion {
   void add(const Motion& motion);
   /// How likely a reading of the first of s is, now, for a particle that was drawn with ŝ: a logarithm, the
   /// same constant left out for all. Eq. 10b.
-  double log_likelihood(const BiasReading& reading, const Systematic& drawn_with) const;
+  [[nodiscard]] double log_likelihood(const BiasReading& reading, const Systematic& drawn_with) const;
   /// A reading of the first of s, now. Eq. 10b.
   void read(const BiasReading& reading);
 
-  Eigen::Index systematic() const { return reference_.size(); }
+  [[nodiscard]] Eigen::Index systematic() const { return reference_.size(); }
   /// Of a particle by its ŝ.
-  PredictedMotion prediction() const;
+  [[nodiscard]] PredictedMotion prediction() const;
   /// Of e, in the frame at the end, about its prediction.
-  const Matrix3& covariance() const { return of_motion_; }
+  [[nodiscard]] const Matrix3& covariance() const { return of_motion_; }
   /// What is known of s now: the mean of a particle that was drawn with ŝ, and the covariance of all.
-  Systematic systematic_of(const Systematic& drawn_with) const;
-  const SystematicCovariance& systematic_covariance() const { return of_systematic_; }
-  const BySystematic& with_systematic() const { return between_; }
+  [[nodiscard]] Systematic systematic_of(const Systematic& drawn_with) const;
+  [[nodiscard]] const SystematicCovariance& systematic_covariance() const { return of_systematic_; }
+  [[nodiscard]] const BySystematic& with_systematic() const { return between_; }
 
   /// What the mean of s moves by where a pose is drawn so far from its prediction: K of eq. 10.
-  Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMostSystematic, 3> gain() const;
+  [[nodiscard]] Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMostSystematic, 3> gain() const;
   /// All particles have been drawn; `mean` of their ŝ.
   void drawn(const Systematic& mean);
 

@@ -8,6 +8,7 @@
 
 namespace trundle {
 
+/// What a filter made of one observation.
 enum class Decision {
   matched,   ///< improved the pose and a landmark
   created,   ///< a new landmark
@@ -20,7 +21,7 @@ struct ObservationReport {
   Decision decision = Decision::invalid;
   LandmarkId landmark = kUnknownLandmark;  ///< its id in the filter's map; none where rejected or invalid
   Vector2 innovation = Vector2::Zero();    ///< (range, bearing) [m, rad]; where matched or rejected
-  double nis = 0.0;  ///< innovation squared in its own covariance: χ² with 2 degrees of freedom if honest
+  double nis = 0.0;  ///< innovation squared in its own covariance: χ² with 2 degrees of freedom if consistent
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
@@ -34,7 +35,7 @@ struct StepReport {
   double effective_particles = 0.0;             ///< 1/Σw² before resampling; 0: the filter has no particles
   double greatest_weight = 0.0;                 ///< of one particle, likewise
   bool resampled = false;
-  bool closed_loop = false;  ///< the map was bent to what is seen again; `ekf`: the pose was moved to it
+  bool closed_loop = false;  ///< the map was corrected by a revisit; `ekf`: the pose was, eq. 6a
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
@@ -45,9 +46,9 @@ struct StepReport {
 
 /// Where the robot is, and what its odometry does wrong.
 struct PoseEstimate {
-  Pose2 pose;
-  Matrix3 covariance = Matrix3::Zero();  ///< of (x, y, heading) in world axes
-  Systematic systematic = {};
+  Pose2 pose;                            ///< of the body in the world
+  Matrix3 covariance = Matrix3::Zero();  ///< of (x, y, heading) in world axes [m², m rad, rad²]
+  Systematic systematic = {};            ///< SystematicErrors (steps.hpp) says which
   SystematicCovariance systematic_covariance = {};
   BySystematic with_systematic = BySystematic(3, 0);  ///< covariance of the pose's errors with those
 
@@ -89,13 +90,13 @@ struct BiasEstimate {
 
 /// One landmark of a map.
 struct MappedLandmark {
-  LandmarkId id = kUnknownLandmark;  ///< as observed; without names: numbered in order of first sight
-  Vector2 position = Vector2::Zero();
-  Matrix2 covariance = Matrix2::Zero();
-  std::size_t sightings = 0;  ///< matched, and the one that created it
+  LandmarkId id = kUnknownLandmark;      ///< as observed; unidentified: numbered in order of first sight
+  Vector2 position = Vector2::Zero();    ///< in the world [m]
+  Matrix2 covariance = Matrix2::Zero();  ///< [m²]
+  std::size_t sightings = 0;             ///< matched, and the one that created it
 };
 
-/// χ² with two degrees of freedom is above it in one honest sighting out of a thousand.
+/// χ² with two degrees of freedom is above it in one consistent sighting out of a thousand.
 inline constexpr double kDefaultGate = 13.815510557964274;
 
 }  // namespace trundle

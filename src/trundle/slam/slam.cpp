@@ -166,10 +166,10 @@ std::vector<MappedLandmark> SlamFilter::map() const {
 Eigen::MatrixXd SlamFilter::map_covariance() const {
   const auto* ekf = std::get_if<EkfSlam>(&filter_);
   if (!ekf) return {};
-  std::vector<std::size_t> told;
+  std::vector<std::size_t> confirmed;
   for (std::size_t i = 0; i < ekf->landmarks(); ++i)
-    if (ekf->is_confirmed(i)) told.push_back(i);
-  return ekf->map_covariance(told);
+    if (ekf->is_confirmed(i)) confirmed.push_back(i);
+  return ekf->map_covariance(confirmed);
 }
 
 std::vector<MappedLandmark> SlamFilter::tentative() const {

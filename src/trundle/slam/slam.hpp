@@ -12,16 +12,19 @@
 
 namespace trundle {
 
+/// Which filter: FastSLAM 1.0 and 2.0 [Montemerlo et al. 2002, 2003], with particles moved by a swarm as
+/// published or as a weighted proposal (docs/theory/swarm.md), or one extended Kalman filter.
 enum class SlamMethod { fastslam1, fastslam2, mapso, mapso_proposal, ekf };
 
-std::string_view name_of(SlamMethod method);
+[[nodiscard]] std::string_view name_of(SlamMethod method);
 /// Nothing when no method is called so.
-std::optional<SlamMethod> slam_method_named(std::string_view name);
+[[nodiscard]] std::optional<SlamMethod> slam_method_named(std::string_view name);
 /// All names, in order.
-std::vector<std::string> slam_method_names();
+[[nodiscard]] std::vector<std::string> slam_method_names();
 /// What it gives for its pose where nothing else is asked.
-PointEstimate usual_estimate(SlamMethod method);
+[[nodiscard]] PointEstimate usual_estimate(SlamMethod method);
 
+/// Of any filter; what one has no use for it ignores.
 struct SlamOptions {
   SlamMethod method = SlamMethod::fastslam2;
   std::size_t particles = 100;  ///< `ekf` has none
@@ -34,7 +37,7 @@ struct SlamOptions {
   std::size_t threads = 1;                       ///< results do not depend on it
   SwarmOptions swarm = {};                       ///< of `mapso` and `mapso_proposal`
   std::optional<PointEstimate> estimate = {};    ///< nothing: best of `mapso`, as published, mean of others
-  LandmarkId first_nameless = 0;  ///< landmarks without names are numbered from here on: above all names
+  LandmarkId first_nameless = 0;  ///< unidentified landmarks are numbered from here on: above all given ids
 };
 
 /// The options completed by what the steps of a recording have: 1σ of the odometry's systematic errors, where
@@ -59,17 +62,17 @@ class SlamFilter {
   /// What the gyro reads at rest, after a step; no filter without systematic errors listens.
   void read_bias(const BiasReading& reading);
 
-  /// Estimate of now, from what was seen up to now.
-  PoseEstimate estimate() const;
-  std::vector<MappedLandmark> map() const;
+  /// Of the body in the world, from what was seen up to now.
+  [[nodiscard]] PoseEstimate estimate() const;
+  [[nodiscard]] std::vector<MappedLandmark> map() const;
   /// Of all of map() together, x and y of each in its order; empty where the filter has no such.
-  Eigen::MatrixXd map_covariance() const;
-  /// Landmarks without names that are not surely there, or not any more. They are no part of the map.
-  std::vector<MappedLandmark> tentative() const;
+  [[nodiscard]] Eigen::MatrixXd map_covariance() const;
+  /// Unidentified landmarks that are not confirmed, or not any more. They are no part of the map.
+  [[nodiscard]] std::vector<MappedLandmark> tentative() const;
   /// Of the particle with the largest weight; empty for `ekf` and when paths are not kept.
-  std::vector<Pose2> best_path() const;
+  [[nodiscard]] std::vector<Pose2> best_path() const;
   /// Where something was last seen; empty for `ekf`.
-  std::vector<WeightedPose> particles() const;
+  [[nodiscard]] std::vector<WeightedPose> particles() const;
 
   /// Its state, for io/archive.hpp: a filter of the same sensor and options continues with it to the last
   /// bit.
@@ -89,9 +92,9 @@ struct SlamCounts {
   std::size_t rejected = 0;
   std::size_t invalid = 0;
   std::size_t resampled = 0;              ///< steps
-  std::size_t closed_loops = 0;           ///< steps in which the map was bent to what was seen again
-  double mean_nis = 0.0;                  ///< of matched and rejected sightings; honest: 2
-  double median_nis = 0.0;                ///< honest: 1.39
+  std::size_t closed_loops = 0;           ///< steps in which the map was corrected by a revisit
+  double mean_nis = 0.0;                  ///< of matched and rejected sightings; 2 if consistent
+  double median_nis = 0.0;                ///< 1.39 if consistent
   double smallest_effective_share = 1.0;  ///< of the particles, over all steps
 };
 
@@ -118,7 +121,7 @@ struct SlamResult {
 
   /// The greatest id that it ever took a sighting for, of landmarks that are gone too; kUnknownLandmark:
   /// none.
-  LandmarkId last_landmark() const;
+  [[nodiscard]] LandmarkId last_landmark() const;
 };
 
 /// A recording while it is filtered: it can be left after any step, stored, and taken up again by a run of
@@ -128,8 +131,8 @@ class SlamRun {
   SlamRun(const LandmarkSensor& sensor, const SlamOptions& options);
 
   void step(const SlamStep& step);
-  std::size_t steps() const { return reports_.size(); }
-  SlamResult result() const;
+  [[nodiscard]] std::size_t steps() const { return reports_.size(); }
+  [[nodiscard]] SlamResult result() const;
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
@@ -147,6 +150,7 @@ class SlamRun {
 };
 
 /// A loop over SlamRun::step, with slam_options_for(input, options).
-SlamResult slam(const SlamInput& input, const LandmarkSensor& sensor, const SlamOptions& options = {});
+[[nodiscard]] SlamResult slam(const SlamInput& input, const LandmarkSensor& sensor,
+                              const SlamOptions& options = {});
 
 }  // namespace trundle

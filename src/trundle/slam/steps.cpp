@@ -166,6 +166,7 @@ class Cutter {
     if (count > 0) input_.problems.push_back({Severity::note, code, "sightings", count, {}, payload});
   }
 
+  /// Stamps closer than their own resolution (nanoseconds in every log) are one instant.
   static constexpr double kSameTime_s = 1e-9;
   SlamInputOptions options_;
   SystematicErrors systematic_;

@@ -37,16 +37,18 @@ struct SlamInput {
   /// the robot's) + e).
   std::vector<Eigen::Matrix3Xd> by_parameters = {};
 
-  std::size_t observations() const;
-  /// Whether some sighting names no landmark.
-  bool has_nameless() const;
-  /// Number of the first landmark without a name: above all that have one.
-  LandmarkId first_nameless() const { return static_cast<LandmarkId>(landmarks.size()); }
+  /// Of all steps.
+  [[nodiscard]] std::size_t observations() const;
+  /// Whether some sighting has no id.
+  [[nodiscard]] bool has_nameless() const;
+  /// Number of the first unidentified landmark: above all given ids.
+  [[nodiscard]] LandmarkId first_nameless() const { return static_cast<LandmarkId>(landmarks.size()); }
 };
 
 /// Of one instant: more are thinned out evenly, so that no step takes without bound.
 inline constexpr std::size_t kMostSightingsAtOnce = 200;
 
+/// How a recording is cut into steps.
 struct SlamInputOptions {
   double longest_step_s = 0.1;  ///< without sightings a step ends with the first interval after so long
   bool hide_ids = false;        ///< every sighting's landmark is unknown
@@ -61,9 +63,10 @@ struct SlamInputOptions {
 /// applied) and composes what lies between: docs/theory/motion-and-sensor.md, eq. 1. Sightings outside the
 /// odometry's time are left out and reported. Throws InputError when the robot has no landmark sensor;
 /// CannotAnswer when the chassis cannot tell its motion.
-SlamInput slam_input(const Recording& recording, const Robot& robot, const SlamInputOptions& options = {});
+[[nodiscard]] SlamInput slam_input(const Recording& recording, const Robot& robot,
+                                   const SlamInputOptions& options = {});
 /// The same with the recording's readings as someone corrected them (SlipReport::corrected).
-SlamInput slam_input(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
-                     const SlamInputOptions& options = {});
+[[nodiscard]] SlamInput slam_input(const Recording& recording, const AlignedReadings& readings,
+                                   const Robot& robot, const SlamInputOptions& options = {});
 
 }  // namespace trundle

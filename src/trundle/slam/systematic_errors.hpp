@@ -22,16 +22,18 @@ struct SystematicErrors {
   Eigen::MatrixXd by_component = {};       ///< L of Σ_p = L Lᵀ: the parameters' errors are L s
   bool has_shares = true;
 
-  Eigen::Index count() const { return first_open() + by_component.cols() + (has_shares ? kShares : 0); }
+  [[nodiscard]] Eigen::Index count() const {
+    return first_open() + by_component.cols() + (has_shares ? kShares : 0);
+  }
   /// Where those after the bias begin.
-  Eigen::Index first_open() const { return has_bias ? 1 : 0; }
+  [[nodiscard]] Eigen::Index first_open() const { return has_bias ? 1 : 0; }
   /// 1σ of each; of shares `of_shares` [1, 1, rad/m], which are left out where that is nothing.
-  Systematic sigma(const std::optional<Vector3>& of_shares = {}) const;
+  [[nodiscard]] Systematic sigma(const std::optional<Vector3>& of_shares = {}) const;
 };
 
 /// Those of a robot; `shares` in place of what its calibration left open. Throws InputError as
 /// uncertain_parameters.
-SystematicErrors systematic_errors_of(const Robot& robot, bool shares);
+[[nodiscard]] SystematicErrors systematic_errors_of(const Robot& robot, bool shares);
 
 /// What an estimate says of one of them.
 struct NamedError {
@@ -40,6 +42,7 @@ struct NamedError {
   double value = 0.0;  ///< true less that of the robot file
   double sigma = 0.0;
 };
-std::vector<NamedError> named_errors(const SystematicErrors& errors, const PoseEstimate& estimate);
+[[nodiscard]] std::vector<NamedError> named_errors(const SystematicErrors& errors,
+                                                   const PoseEstimate& estimate);
 
 }  // namespace trundle

@@ -6,7 +6,7 @@
 namespace trundle {
 namespace {
 
-constexpr Eigen::Index kNone = -1;
+constexpr Eigen::Index kNone = -1;  // no row, or no column
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::size_t at(Eigen::Index i) {

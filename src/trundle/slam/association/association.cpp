@@ -12,10 +12,11 @@ namespace {
 
 using Index = Eigen::Index;
 
-// More than any sum of costs that matter; small enough to keep their digits.
+// Cost of a pairing outside the gate: more than any sum of costs that matter; small enough to keep their
+// digits.
 constexpr double kForbidden = 1e7;
 
-/// Landmarks that somebody may have seen, each once.
+/// Landmarks that pass the gate of some observation, each once.
 std::vector<LandmarkId> possible_landmarks(const std::vector<std::vector<Fit>>& fits, double gate) {
   std::vector<LandmarkId> landmarks;
   for (const auto& of_one : fits)
@@ -25,11 +26,10 @@ std::vector<LandmarkId> possible_landmarks(const std::vector<std::vector<Fit>>& 
   return landmarks;
 }
 
-/// Within the gate of a landmark that another observation shows is no doubt: both are there.
-bool is_doubtful(const std::vector<Fit>& fits, const AssociationOptions& options) {
-  return std::ranges::any_of(fits, [&](const Fit& fit) {
-    return fit.nis > options.gate && fit.nis <= options.doubt * options.gate;
-  });
+/// Within the gate of a landmark that another observation shows it is not ambiguous: both are there.
+bool is_ambiguous(const std::vector<Fit>& fits, const AssociationOptions& options) {
+  return std::ranges::any_of(
+      fits, [&](const Fit& fit) { return fit.nis > options.gate && fit.nis <= options.near * options.gate; });
 }
 
 }  // namespace
@@ -64,8 +64,8 @@ std::vector<Associated> associate(const std::vector<std::vector<Fit>>& fits,
   for (std::size_t i = 0; i < fits.size(); ++i) {
     if (chosen[i] < landmarks)
       result[i] = {Association::matched, possible[static_cast<std::size_t>(chosen[i])]};
-    else if (!is_doubtful(fits[i], options))
-      result[i].kind = Association::fresh;
+    else if (!is_ambiguous(fits[i], options))
+      result[i].kind = Association::new_landmark;
   }
   return result;
 }

@@ -3,47 +3,56 @@
 #include <span>
 #include <vector>
 
-#include "trundle/slam/observation.hpp"
+#include "trundle/slam/association/existence.hpp"
 
 namespace trundle {
 
-/// How well one observation fits one landmark of a map.
+/// How well one observation matches one landmark of a map.
 struct Fit {
   LandmarkId landmark = kUnknownLandmark;
   double nis = 0.0;              ///< squared innovation in its covariance
   double minus_two_log_p = 0.0;  ///< −2 log of the reading's density, (range, bearing) [m, rad]
 };
 
-/// Of sightings without names. docs/theory/association.md.
+/// Association of sightings without an id. docs/theory/association.md.
 struct UnknownIdOptions {
-  double gate = 9.2103403719761836;  ///< NIS of a match is at most this: 99 % of the honest ones
-  double near = 2.0;  ///< what is within this times the gate of a landmark, but not it, is no new one
+  double gate = 9.2103403719761836;  ///< NIS of a match is at most this: 99 % of the consistent ones, χ²₂
+  /// What is outside the gate of a landmark but within this times it is ambiguous, not new: 99.99 % of the
+  /// consistent ones are within twice the gate.
+  double near = 2.0;
+  /// Share of the sightings that are expected to show a new landmark, where each particle associates for
+  /// itself: ν of eq. 54.
+  double new_share = 0.01;
+  ExistenceOptions existence = {};
 };
 
+/// Of one instant's sightings, jointly.
 struct AssociationOptions {
   double gate = 0.0;          ///< NIS of a match is at most this
   double max_range_m = 10.0;  ///< of the sensor: a new landmark may be anywhere up to it
   double new_share = 1.0;     ///< so many of the sightings are expected to show a new one
-  double doubt = 2.0;  ///< a sighting within doubt · gate of a landmark, but matched to none, is no new one
+  double near = 2.0;  ///< a sighting within near · gate of a landmark, but matched to none, is no new one
 };
 
-enum class Association { matched, fresh, doubtful };
+/// What an observation shows: a landmark of the map; a new one; or near one, yet outside of its gate.
+enum class Association { matched, new_landmark, ambiguous };
 
+/// Of one observation.
 struct Associated {
-  Association kind = Association::doubtful;
+  Association kind = Association::ambiguous;
   LandmarkId landmark = kUnknownLandmark;  ///< where matched
 };
 
 /// −2 log of the density of a reading that shows a new landmark, anywhere in the sensor's range.
-double cost_of_new(const AssociationOptions& options);
+[[nodiscard]] double cost_of_new(const AssociationOptions& options);
 
-/// −2 log of a normal density of (range, bearing) where it is highest.
-double cost_at_peak(const Matrix2& S);
+/// −2 log of a normal density of (range, bearing) where it is highest; S: its covariance.
+[[nodiscard]] double cost_at_peak(const Matrix2& S);
 
 /// Which landmark each of the observations of one instant shows: the most probable explanation of all of them
 /// together in which no landmark is seen twice. `fits` lists for each observation the landmarks that are not
 /// hopeless. docs/theory/association.md, eq. 21.
-std::vector<Associated> associate(const std::vector<std::vector<Fit>>& fits,
-                                  const AssociationOptions& options);
+[[nodiscard]] std::vector<Associated> associate(const std::vector<std::vector<Fit>>& fits,
+                                                const AssociationOptions& options);
 
 }  // namespace trundle

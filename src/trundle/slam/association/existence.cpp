@@ -4,13 +4,6 @@
 #include <cmath>
 
 namespace trundle {
-namespace {
-
-constexpr int kEnough = 10;               // sightings in a sector before it belongs to the view
-constexpr double kBySpurious = 0.05;      // share of looks at nothing that yield a sighting all the same
-constexpr double kSurestDetection = 0.8;  // misses follow each other: none may say too much
-
-}  // namespace
 
 int Visibility::sector_of(double bearing_rad) {
   const double share = (wrap_angle(bearing_rad) + kPi) / (2.0 * kPi);
@@ -28,7 +21,7 @@ double Visibility::reach_m(double bearing_rad) const {
   double reach_m = max_range_m_;
   for (int i = middle - 1; i <= middle + 1; ++i) {
     const auto sector = static_cast<std::size_t>((i + kSectors) % kSectors);
-    reach_m = std::min(reach_m, sightings_[sector] < kEnough ? 0.0 : furthest_m_[sector]);
+    reach_m = std::min(reach_m, sightings_[sector] < options_.least_sightings ? 0.0 : furthest_m_[sector]);
   }
   return reach_m;
 }
@@ -51,19 +44,20 @@ void Visibility::count(double range_m, double bearing_rad, bool seen) {
 
 double Visibility::detection(double range_m, double bearing_rad) const {
   const std::size_t ring = ring_of(range_m, bearing_rad);
-  return std::min(seen_[ring] / looks_[ring], kSurestDetection);
+  return std::min(seen_[ring] / looks_[ring], options_.most_detection);
 }
 
 // Eq. 23.
 double Visibility::for_seen(double range_m, double bearing_rad) const {
-  return std::max(0.0, std::log(detection(range_m, bearing_rad) / kBySpurious));
+  return std::max(0.0, std::log(detection(range_m, bearing_rad) / options_.false_sighting));
 }
 
 // Of two landmarks that cannot be told apart one alone is seen in 2p(1 − p) of the looks, of a single one in
 // p.
 double Visibility::for_missed(double range_m, double bearing_rad, bool saw_a_neighbour) const {
   const double ways = saw_a_neighbour ? 2.0 : 1.0;
-  return std::min(0.0, std::log(ways * (1.0 - detection(range_m, bearing_rad)) / (1.0 - kBySpurious)));
+  return std::min(0.0,
+                  std::log(ways * (1.0 - detection(range_m, bearing_rad)) / (1.0 - options_.false_sighting)));
 }
 
 double Visibility::prior() const {
@@ -72,18 +66,19 @@ double Visibility::prior() const {
 
 bool Existence::look(const Look& look, Visibility& visibility) {
   if (!is_another_look(look.from, look.range_m)) return true;
+  const ExistenceOptions& options = visibility.options();
   const bool is_covered = visibility.covers(look.range_m, look.bearing_rad);
   if (!is_covered && !look.seen) return true;
-  // What never got further than "perhaps" does not say how often the sensor misses what is there.
-  if (is_covered && was_confirmed && log_odds > kSure)
+  // What was never confirmed does not say how often the sensor misses what is there.
+  if (is_covered && was_confirmed && log_odds > options.likely)
     visibility.count(look.range_m, look.bearing_rad, look.seen);
   log_odds += look.seen ? visibility.for_seen(look.range_m, look.bearing_rad)
                         : visibility.for_missed(look.range_m, look.bearing_rad, look.saw_a_neighbour);
-  log_odds = std::min(kMost, log_odds);
+  log_odds = std::min(options.most(), log_odds);
   looked_from = look.from;
-  const bool is_removed = log_odds < kRemoved;
-  if (!was_sure && (is_removed || log_odds > kSure)) visibility.resolve(!is_removed);
-  was_sure = was_sure || log_odds > kSure;
+  const bool is_removed = log_odds < options.removed();
+  if (!was_likely && (is_removed || log_odds > options.likely)) visibility.resolve(!is_removed);
+  was_likely = was_likely || log_odds > options.likely;
   was_confirmed = was_confirmed || is_confirmed(visibility);
   return !is_removed;
 }

@@ -7,12 +7,27 @@
 
 namespace trundle {
 
+/// What is taken for existing, in log-odds, and how much one look says of it. docs/theory/existence.md.
+struct ExistenceOptions {
+  double confirmed = 3.0;        ///< from it on, with the prior, a landmark is in the map: 95 %
+  double likely = 2.0;           ///< above it the next look most probably shows it again: 88 %
+  double false_sighting = 0.05;  ///< probability of a sighting where there is no landmark
+  double most_detection = 0.8;   ///< taken at most: misses follow each other, none may say too much
+  int least_sightings = 10;      ///< in a sector, before it belongs to the field of view
+
+  /// Below it a landmark leaves the map: as surely not there as a confirmed one is.
+  [[nodiscard]] double removed() const { return -confirmed; }
+  /// No landmark rises above: one that vanishes takes twice the evidence to go that it took to be confirmed.
+  [[nodiscard]] double most() const { return 2.0 * confirmed; }
+};
+
 /// Where a sensor has seen landmarks so far, and how often, at each range, it misses one that it ought to
 /// see. Learned from the sightings themselves, so nobody has to know the field of view.
 /// docs/theory/existence.md, eq. 23.
 class Visibility {
  public:
-  explicit Visibility(double max_range_m) : max_range_m_(max_range_m) {
+  explicit Visibility(double max_range_m, const ExistenceOptions& options = {})
+      : max_range_m_(max_range_m), options_(options) {
     seen_.fill(1.0);
     looks_.fill(2.0);
   }
@@ -20,20 +35,23 @@ class Visibility {
   /// A landmark of the map was seen there.
   void saw(double range_m, double bearing_rad);
   /// Inside what has been seen.
-  bool covers(double range_m, double bearing_rad) const { return range_m <= reach_m(bearing_rad); }
+  [[nodiscard]] bool covers(double range_m, double bearing_rad) const {
+    return range_m <= reach_m(bearing_rad);
+  }
   /// The furthest sighting: no landmark further away is covered.
-  double reach_m() const;
+  [[nodiscard]] double reach_m() const;
 
   /// A landmark that surely exists and that the view covers was seen or missed.
   void count(double range_m, double bearing_rad, bool seen);
   /// What seeing and missing it there says for a landmark's existence, as log-odds.
-  double for_seen(double range_m, double bearing_rad) const;
-  double for_missed(double range_m, double bearing_rad, bool saw_a_neighbour = false) const;
+  [[nodiscard]] double for_seen(double range_m, double bearing_rad) const;
+  [[nodiscard]] double for_missed(double range_m, double bearing_rad, bool saw_a_neighbour = false) const;
 
   /// What was taken for a new landmark has turned out to be one, or to be none.
   void resolve(bool was_one) { (was_one ? real_ : spurious_) += 1.0; }
   /// Log-odds that a new landmark is one, as far as that has turned out.
-  double prior() const;
+  [[nodiscard]] double prior() const;
+  [[nodiscard]] const ExistenceOptions& options() const { return options_; }
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
@@ -42,15 +60,16 @@ class Visibility {
   }
 
  private:
-  static constexpr int kSectors = 36;
-  static constexpr int kRings = 16;  ///< up to the edge of the view, where landmarks are missed more often
+  static constexpr int kSectors = 36;  ///< of 10°: narrower than any field of view, soon filled
+  static constexpr int kRings = 16;    ///< up to the edge of the view, where landmarks are missed more often
   static int sector_of(double bearing_rad);
   /// The furthest sighting around that direction; 0: there was hardly any.
-  double reach_m(double bearing_rad) const;
-  std::size_t ring_of(double range_m, double bearing_rad) const;
-  double detection(double range_m, double bearing_rad) const;
+  [[nodiscard]] double reach_m(double bearing_rad) const;
+  [[nodiscard]] std::size_t ring_of(double range_m, double bearing_rad) const;
+  [[nodiscard]] double detection(double range_m, double bearing_rad) const;
 
   double max_range_m_;
+  ExistenceOptions options_;
   std::array<double, kSectors> furthest_m_{};
   std::array<int, kSectors> sightings_{};
   std::array<double, kRings> seen_;
@@ -61,17 +80,12 @@ class Visibility {
 
 /// Whether a landmark exists.
 struct Existence {
-  static constexpr double kMost = 6.0;  ///< no landmark is surer than that: what vanishes is soon believed
-  /// Above it, once confirmed, it tells how often the sensor misses one.
-  static constexpr double kSure = 2.0;
-  static constexpr double kRemoved = -3.0;  ///< below it, it leaves the map
-  static constexpr double kTold = 3.0;      ///< from it on, with the prior, the map that is given out has it
-  double log_odds = 0.0;                    ///< what was seen of it says so, without the prior
-  Vector2 looked_from = Vector2::Zero();    ///< where the robot was when it last counted
-  bool was_sure = false;                    ///< at some time
-  bool was_confirmed = false;               ///< likewise
+  double log_odds = 0.0;                  ///< by what was seen of it, without the prior
+  Vector2 looked_from = Vector2::Zero();  ///< where the robot was when it last counted
+  bool was_likely = false;                ///< at some time
+  bool was_confirmed = false;             ///< likewise
 
-  bool is_another_look(const Vector2& from, double range_m) const {
+  [[nodiscard]] bool is_another_look(const Vector2& from, double range_m) const {
     return trundle::is_another_look((from - looked_from).norm(), range_m);
   }
   /// A look at where it ought to be.
@@ -85,13 +99,14 @@ struct Existence {
   /// Counts a look that is another one, and in the view if it saw nothing. False: to be removed.
   bool look(const Look& look, Visibility& visibility);
   /// As surely there as one that is removed is not: a landmark of the map. Any other is tentative.
-  bool is_confirmed(const Visibility& visibility) const {
-    return log_odds >= std::min(kMost, kTold - std::min(0.0, visibility.prior()));
+  [[nodiscard]] bool is_confirmed(const Visibility& visibility) const {
+    const ExistenceOptions& options = visibility.options();
+    return log_odds >= std::min(options.most(), options.confirmed - std::min(0.0, visibility.prior()));
   }
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.log_odds, self.looked_from, self.was_sure, self.was_confirmed);
+    archive(self.log_odds, self.looked_from, self.was_likely, self.was_confirmed);
   }
 };
 

@@ -10,8 +10,13 @@
 
 namespace trundle {
 
-/// Landmarks that one sighting may show, the nearest of all.
+/// Landmarks that one sighting may show, the nearest of all: bounds the branches of a joint association.
+/// Within a gate of 3 σ lie so many only where landmarks are closer than σ, and then they are one to the
+/// sensor.
 inline constexpr std::size_t kMostShown = 8;
+/// Side of a cell, as a share of the sensor's range: what is found does not depend on it, only the time. With
+/// a quarter, what one sighting may show lies in at most four cells and a map in view in about eighty.
+inline constexpr double kCellShare = 0.25;
 
 /// Which landmarks are near a place, without visiting all: they are kept in square cells.
 class LandmarkGrid {
@@ -22,10 +27,10 @@ class LandmarkGrid {
   void put(std::size_t landmark, const Vector2& place);
   void remove(std::size_t landmark);
   void clear();
-  bool contains(std::size_t landmark) const {
+  [[nodiscard]] bool contains(std::size_t landmark) const {
     return landmark < places_.size() && places_[landmark].is_there;
   }
-  const Vector2& place(std::size_t landmark) const { return places_[landmark].at; }
+  [[nodiscard]] const Vector2& place(std::size_t landmark) const { return places_[landmark].at; }
 
   /// Those within a radius, the nearest first, at most so many. Work grows with the landmarks there.
   void near(const Vector2& place, double radius_m, std::size_t most, std::vector<std::size_t>& found) const;
@@ -61,8 +66,10 @@ class LandmarkGrid {
       archive(self.at, self.is_there);
     }
   };
-  Cell cell_of(const Vector2& place) const;
-  std::map<Cell, std::vector<std::size_t>> sorted_cells() const { return {cells_.begin(), cells_.end()}; }
+  [[nodiscard]] Cell cell_of(const Vector2& place) const;
+  [[nodiscard]] std::map<Cell, std::vector<std::size_t>> sorted_cells() const {
+    return {cells_.begin(), cells_.end()};
+  }
 
   double cell_m_;
   std::vector<Place> places_;  ///< by landmark

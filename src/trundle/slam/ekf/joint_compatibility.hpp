@@ -8,7 +8,7 @@
 
 namespace trundle {
 
-/// An observation taken for a landmark, and what that means: rows `2·row` and `2·row + 1` of the innovations.
+/// An observation that may show a landmark: rows 2p and 2p + 1 of the innovations, p its place in the list.
 struct Pairing {
   std::size_t observation;
   std::size_t landmark;
@@ -22,18 +22,20 @@ struct JointReadings {
   Eigen::MatrixXd S;  ///< their covariance; between pairings of one observation it does not matter
 };
 
+/// Costs are −2 log densities of (range, bearing) [m, rad].
 struct JointCompatibilityOptions {
   double none = 0.0;              ///< −2 log density of an observation that shows none of the landmarks
   double least = -1e9;            ///< −2 log density that no reading falls below: that of its noise alone
   std::span<const double> limit;  ///< NIS of k pairings together is at most limit[k]
   std::size_t most = 1;           ///< explanations
   double within = std::numeric_limits<double>::infinity();  ///< of the best one's −2 log density
-  int most_nodes = 4096;                                    ///< bounds the work
+  int most_nodes = 4096;                                    ///< of the search tree: bounds its time, some ms
 };
 
-/// limit[k] for k up to `most`: honest innovations are above it as rarely as one of χ²₂ above `gate`.
-std::vector<double> joint_limits(double gate, std::size_t most);
+/// limit[k] for k up to `most`: consistent innovations are above it as rarely as one of χ²₂ above `gate`.
+[[nodiscard]] std::vector<double> joint_limits(double gate, std::size_t most);
 
+/// What all observations of one instant show.
 struct JointExplanation {
   static constexpr int kNone = -1;
   std::vector<int> pairing;  ///< of each observation: index into the pairings; kNone
@@ -45,7 +47,7 @@ struct JointExplanation {
 /// correlation between innovations into account: what moves all of them alike, an unsure heading, explains
 /// all of them at once. Branch and bound; where the bound on the work ends the search, the best found so far.
 /// docs/theory/association.md, eq. 21, 22.
-std::vector<JointExplanation> most_probable_explanations(const JointReadings& readings,
-                                                         const JointCompatibilityOptions& options);
+[[nodiscard]] std::vector<JointExplanation> most_probable_explanations(
+    const JointReadings& readings, const JointCompatibilityOptions& options);
 
 }  // namespace trundle

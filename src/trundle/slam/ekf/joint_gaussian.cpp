@@ -11,8 +11,10 @@ namespace {
 
 using Index = Eigen::Index;
 
-/// At least this many rows are active before anything is settled, with a body of kUsualBody.
+// At least so many rows are active before anything is settled: four panels, whose covariance fits the nearest
+// cache. Decides the time, not the result.
 constexpr Index kLeastActive = 32;
+// Rows of the body for which that was counted: pose, and three systematic errors.
 constexpr Index kUsualBody = 6;
 
 /// Rows of landmarks. Steps cost the square of what is active, settling costs it once times the square of the
@@ -25,15 +27,15 @@ Index most_active(Index all, Index needed) {
 /// Larger in both directions, old numbers kept, new ones zero.
 void grow(Eigen::MatrixXd& matrix, Index size) {
   if (size <= matrix.rows()) return;
-  Eigen::MatrixXd larger = Eigen::MatrixXd::Zero(whole_strips(std::max(size, 2 * matrix.rows())),
-                                                 whole_strips(std::max(size, 2 * matrix.rows())));
+  Eigen::MatrixXd larger = Eigen::MatrixXd::Zero(whole_panels(std::max(size, 2 * matrix.rows())),
+                                                 whole_panels(std::max(size, 2 * matrix.rows())));
   larger.topLeftCorner(matrix.rows(), matrix.cols()) = matrix;
   matrix = std::move(larger);
 }
 
 void grow(Eigen::VectorXd& vector, Index size) {
   if (size <= vector.size()) return;
-  Eigen::VectorXd larger = Eigen::VectorXd::Zero(whole_strips(std::max(size, 2 * vector.size())));
+  Eigen::VectorXd larger = Eigen::VectorXd::Zero(whole_panels(std::max(size, 2 * vector.size())));
   larger.head(vector.size()) = vector;
   vector = std::move(larger);
 }
@@ -50,7 +52,7 @@ double entry(const Eigen::MatrixXd& lower, Index row, Index column) {
 }
 
 /// M Hᵀ, of H with entries at the pose and at one landmark, is made of sums of five columns of M.
-void sums_of(std::span<const JointGaussian::Rows> H, std::vector<Strips::Sum>& sums) {
+void sums_of(std::span<const JointGaussian::Rows> H, std::vector<PackedPanels::Sum>& sums) {
   sums.clear();
   for (const JointGaussian::Rows& rows : H)
     for (Index i = 0; i < 2; ++i)
@@ -196,12 +198,12 @@ Matrix2 JointGaussian::projected_covariance(const Rows& H) const {
          H.by_landmark * A_.block<2, 2>(H.at, H.at) * H.by_landmark.transpose();
 }
 
-void JointGaussian::cross_covariance(std::span<const Rows> H, Strips& PHt) const {
+void JointGaussian::cross_covariance(std::span<const Rows> H, PackedPanels& PHt) const {
   sums_of(H, sums_);
   PHt.assign_sums(A_, size_, sums_);
 }
 
-void JointGaussian::projected_covariance(std::span<const Rows> H, const Strips& PHt,
+void JointGaussian::projected_covariance(std::span<const Rows> H, const PackedPanels& PHt,
                                          Eigen::MatrixXd& S) const {
   const Index columns = 2 * static_cast<Index>(H.size());
   widen(S, columns, columns);
@@ -214,7 +216,7 @@ void JointGaussian::projected_covariance(std::span<const Rows> H, const Strips& 
 }
 
 // Eq. 7: S = C Cᵀ, V = A Hᵀ C⁻ᵀ, W = transfer Hᵀ C⁻ᵀ.
-void JointGaussian::update(std::span<const Rows> H, Strips& PHt, const Eigen::MatrixXd& S,
+void JointGaussian::update(std::span<const Rows> H, PackedPanels& PHt, const Eigen::MatrixXd& S,
                            Eigen::VectorXd& innovation) {
   const Index columns = 2 * static_cast<Index>(H.size());
   widen(root_, columns, columns);
@@ -224,7 +226,7 @@ void JointGaussian::update(std::span<const Rows> H, Strips& PHt, const Eigen::Ma
   assert(factor.info() == Eigen::Success);
   auto whitened = innovation.head(columns);
   factor.matrixL().solveInPlace(whitened);
-  Strips& V = PHt;
+  PackedPanels& V = PHt;
   V.divide_by(root);
   V.add_product_to(mean_, whitened.data());
   subtract_product(V, V, Part::all, A_);
@@ -294,10 +296,10 @@ void JointGaussian::settle_passive() {
   const Index rows = total();
   const Eigen::MatrixXd U = settled_with_active(0, rows);
   settled_mean_.head(rows).noalias() += U * learned_mean_.head(size_);
-  Strips of_U, of_active, of_product;
+  PackedPanels of_U, of_active, of_product;
   of_U.pack(U);
   const auto minus_U_times = [&](const Eigen::MatrixXd& transposed) {
-    Eigen::MatrixXd product = Eigen::MatrixXd::Zero(whole_strips(rows), whole_strips(size_));
+    Eigen::MatrixXd product = Eigen::MatrixXd::Zero(whole_panels(rows), whole_panels(size_));
     of_active.pack(transposed);
     subtract_product(of_U, of_active, Part::all, product);
     return product;

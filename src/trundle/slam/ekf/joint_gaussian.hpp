@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "trundle/slam/ekf/strips.hpp"
+#include "trundle/slam/ekf/packed_panels.hpp"
 #include "trundle/slam/report.hpp"
 
 namespace trundle {
@@ -22,26 +22,26 @@ class JointGaussian {
 
   explicit JointGaussian(const SlamPrior& prior);
 
-  std::size_t landmarks() const { return landmark_count(); }
-  Pose2 pose() const { return {mean_[0], mean_[1], mean_[2]}; }
-  PoseEstimate body() const;
-  Vector2 landmark(std::size_t landmark) const;
-  Matrix2 landmark_covariance(std::size_t landmark) const;
+  [[nodiscard]] std::size_t landmarks() const { return landmark_count(); }
+  [[nodiscard]] Pose2 pose() const { return {mean_[0], mean_[1], mean_[2]}; }
+  [[nodiscard]] PoseEstimate body() const;
+  [[nodiscard]] Vector2 landmark(std::size_t landmark) const;
+  [[nodiscard]] Matrix2 landmark_covariance(std::size_t landmark) const;
   /// Of the body and all landmarks.
-  Eigen::MatrixXd covariance() const;
+  [[nodiscard]] Eigen::MatrixXd covariance() const;
 
   /// Brings landmarks into the active part.
   void activate(std::span<const std::size_t> landmarks);
   /// Where an active landmark is in the active part.
-  Index index_of(std::size_t landmark) const { return active_of_[landmark]; }
-  bool is_active(std::size_t landmark) const { return active_of_[landmark] >= 0; }
+  [[nodiscard]] Index index_of(std::size_t landmark) const { return active_of_[landmark]; }
+  [[nodiscard]] bool is_active(std::size_t landmark) const { return active_of_[landmark] >= 0; }
   /// Mean of an active landmark.
-  Vector2 active(Index at) const { return mean_.segment<2>(at); }
+  [[nodiscard]] Vector2 active(Index at) const { return mean_.segment<2>(at); }
   /// Covariance of the active part: its first size() rows and columns count.
-  const Eigen::MatrixXd& active_covariance() const { return A_; }
-  Index size() const { return size_; }
+  [[nodiscard]] const Eigen::MatrixXd& active_covariance() const { return A_; }
+  [[nodiscard]] Index size() const { return size_; }
 
-  Index systematic() const { return body_ - kPose; }
+  [[nodiscard]] Index systematic() const { return body_ - kPose; }
 
   /// The body's next pose, its derivatives by the pose before (F) and by the systematic errors (W), and
   /// noise; the variance by which the first of those walks meanwhile, and its covariance with the noise.
@@ -64,13 +64,14 @@ class JointGaussian {
     Matrix2 by_landmark;
   };
   /// H P Hᵀ of one reading.
-  Matrix2 projected_covariance(const Rows& H) const;
+  [[nodiscard]] Matrix2 projected_covariance(const Rows& H) const;
   /// P Hᵀ of the active part.
-  void cross_covariance(std::span<const Rows> H, Strips& PHt) const;
+  void cross_covariance(std::span<const Rows> H, PackedPanels& PHt) const;
   /// H P Hᵀ.
-  void projected_covariance(std::span<const Rows> H, const Strips& PHt, Eigen::MatrixXd& S) const;
+  void projected_covariance(std::span<const Rows> H, const PackedPanels& PHt, Eigen::MatrixXd& S) const;
   /// The Kalman update with readings whose innovation's covariance is S. Uses PHt up.
-  void update(std::span<const Rows> H, Strips& PHt, const Eigen::MatrixXd& S, Eigen::VectorXd& innovation);
+  void update(std::span<const Rows> H, PackedPanels& PHt, const Eigen::MatrixXd& S,
+              Eigen::VectorXd& innovation);
 
   /// Adds an active landmark: its place, derivative by the pose, and the covariance of the reading.
   void append(const Vector2& place, const Matrix23& by_pose, const Matrix2& noise);
@@ -85,10 +86,10 @@ class JointGaussian {
   }
 
  private:
-  std::size_t landmark_count() const { return active_of_.size(); }
-  Index total() const { return body_ + 2 * static_cast<Index>(landmark_count()); }
-  bool all_active() const { return size_ == total(); }
-  Eigen::MatrixXd settled_with_active(Index row, Index rows) const;
+  [[nodiscard]] std::size_t landmark_count() const { return active_of_.size(); }
+  [[nodiscard]] Index total() const { return body_ + 2 * static_cast<Index>(landmark_count()); }
+  [[nodiscard]] bool all_active() const { return size_ == total(); }
+  [[nodiscard]] Eigen::MatrixXd settled_with_active(Index row, Index rows) const;
   void settle();
   void settle_passive();
   void grow_active(Index size);
@@ -108,9 +109,9 @@ class JointGaussian {
   Eigen::VectorXd settled_mean_;
   Eigen::MatrixXd P_;
   // Room to work in.
-  mutable std::vector<Strips::Sum> sums_;
+  mutable std::vector<PackedPanels::Sum> sums_;
   Eigen::MatrixXd root_;
-  Strips W_;
+  PackedPanels W_;
 };
 
 }  // namespace trundle

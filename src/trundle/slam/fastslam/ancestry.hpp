@@ -31,8 +31,8 @@ class Ancestry {
 
   explicit Ancestry(std::size_t particles);
 
-  Epoch now() const { return now_; }
-  std::size_t particles() const { return particles_; }
+  [[nodiscard]] Epoch now() const { return now_; }
+  [[nodiscard]] std::size_t particles() const { return particles_; }
 
   /// Columns of an epoch are kept track of while somebody holds it.
   void hold(Epoch epoch);
@@ -45,12 +45,12 @@ class Ancestry {
   void resample_families(std::span<const Index> first_child);
 
   /// The map from today's particles to those of a held epoch.
-  std::span<const Run> runs(Epoch epoch) const;
-  Index ancestor(Epoch epoch, Index particle) const;
+  [[nodiscard]] std::span<const Run> runs(Epoch epoch) const;
+  [[nodiscard]] Index ancestor(Epoch epoch, Index particle) const;
   /// How many particles of a held epoch have descendants.
-  std::size_t survivors(Epoch epoch) const;
+  [[nodiscard]] std::size_t survivors(Epoch epoch) const;
   /// The probability that two particles descend from the same one of a held epoch.
-  double kinship(Epoch epoch) const;
+  [[nodiscard]] double kinship(Epoch epoch) const;
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>

@@ -64,7 +64,7 @@ void set_costs(const KnownReading& known, const Choosing& choosing, ParticleRang
   const LaneSymmetric<Real> Q = symmetric<Real>(choosing.sensor_covariance);
   const bool is_drawn = choosing.sensor_covariance.isZero(0.0);  // fastslam1: the pose is no longer unsure
   const Vec<Real> gate = lanes<Real>(choosing.options.gate);
-  const Vec<Real> end_of_doubt = lanes<Real>(choosing.options.doubt * choosing.options.gate);
+  const Vec<Real> end_of_near = lanes<Real>(choosing.options.near * choosing.options.gate);
   for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
     const LaneSensor<Real> sensor = load_sensor<Real>(choosing.sensors, i);
     const LaneLandmark<Real> m = load_landmark<Real>(columns.numbers<Real>() + i, columns.stride());
@@ -74,7 +74,7 @@ void set_costs(const KnownReading& known, const Choosing& choosing, ParticleRang
     const Vec<Real> nis = nis_of(s, S);
     const auto is_there = m.xx >= hn::Zero(Tag<Real>());
     const auto passes = hn::And(is_there, nis <= gate);
-    const auto is_near = hn::And(is_there, nis <= end_of_doubt);
+    const auto is_near = hn::And(is_there, nis <= end_of_near);
     Vec<Real> cost = hn::IfThenElse(is_near, lanes<Real>(kNear), lanes<Real>(kFar));
     if (!hn::AllFalse(Tag<Real>(), passes)) {
       const Vec<Real> inside = nis + log(S.determinant * s.inverse_range * s.inverse_range) +
@@ -91,18 +91,18 @@ struct LaneCosts {
   std::array<bool, kMostCandidates> is_possible;  ///< for any of them
   std::array<Vec<Real>, kMostCandidates> of;      ///< where it is
   Vec<Real> least;                                ///< of these and of a new landmark
-  Vec<Real> otherwise;                            ///< kFresh or kDoubtful
+  Vec<Real> otherwise;                            ///< kNewLandmark or kAmbiguous
 };
 
 template <class Real>
 HWY_INLINE LaneCosts<Real> load_costs(const Hypotheses& of, Vec<Real> of_new, std::size_t i) {
   LaneCosts<Real> costs;
   costs.least = of_new;
-  costs.otherwise = lanes<Real>(kFresh);
+  costs.otherwise = lanes<Real>(kNewLandmark);
   for (std::size_t c = 0; c < of.candidates.size(); ++c) {
     const Vec<Real> cost = load<Real>(of.costs_of(c) + i);
     const auto is_near = cost == lanes<Real>(kNear);
-    costs.otherwise = hn::IfThenElse(is_near, lanes<Real>(kDoubtful), costs.otherwise);
+    costs.otherwise = hn::IfThenElse(is_near, lanes<Real>(kAmbiguous), costs.otherwise);
     costs.is_possible[c] = !hn::AllFalse(Tag<Real>(), cost < lanes<Real>(kFar));
     costs.of[c] = cost;
     costs.least = hn::Min(costs.least, cost);
@@ -194,7 +194,7 @@ HWY_EXPORT(share_having);
 void choose_landmarks(const ReadingTerms& reading, const Choosing& choosing, ParticleRange range,
                       Hypotheses& of) {
   if (of.candidates.empty())
-    std::fill(of.choices.data() + range.first, of.choices.data() + range.last, kFresh);
+    std::fill(of.choices.data() + range.first, of.choices.data() + range.last, kNewLandmark);
   else
     HWY_DYNAMIC_DISPATCH(choices_of)(reading, choosing, range, of);
 }

@@ -8,30 +8,31 @@
 
 namespace trundle {
 
-// What each particle takes a sighting without a name for, for many particles at once, in the precision of the
-// map; the same bytes on every machine. docs/theory/association.md.
+// Which landmark each particle associates an unidentified sighting with, for many particles at once, in the
+// precision of the map; the same bytes on every machine. docs/theory/association.md.
 
-/// What a particle takes a reading for, where it is no landmark of its map.
-inline constexpr std::int32_t kFresh = -1;     ///< a new one
-inline constexpr std::int32_t kDoubtful = -2;  ///< near one, yet not it
+/// In place of a landmark, where a particle associates a reading with none of its map.
+inline constexpr std::int32_t kNewLandmark = -1;  ///< it shows a new one
+inline constexpr std::int32_t kAmbiguous = -2;    ///< near one of the map, yet outside of its gate
 
 /// A landmark that a reading may show.
 struct Candidate {
   LandmarkId landmark;
   LandmarkColumns* columns;  ///< of today's particles
 };
+/// Of one sighting, for all particles together: twice what one pose may see (kMostShown), for poses differ.
 inline constexpr std::size_t kMostCandidates = 16;
 
 /// In place of the cost of a landmark that the particle does not have, or whose gate the reading does not
 /// pass: more than any sum of costs that matter, small enough to keep their digits.
 inline constexpr double kFar = 1e7;   ///< no landmark of this reading
-inline constexpr double kNear = 2e7;  ///< not either, but near enough to leave doubt
+inline constexpr double kNear = 2e7;  ///< not either, but near enough to be ambiguous
 
 /// What a reading may show, what that costs each particle, and what each takes it for.
 struct Hypotheses {
   std::vector<Candidate> candidates = {};
   Column<double> costs = {};          ///< −2 log p, or kFar or kNear: a column for each candidate
-  Column<std::int32_t> choices = {};  ///< a landmark, kFresh or kDoubtful
+  Column<std::int32_t> choices = {};  ///< a landmark, kNewLandmark or kAmbiguous
 
   /// No candidate yet.
   void reset(std::size_t particles) {
@@ -43,7 +44,9 @@ struct Hypotheses {
     if (costs.size() < candidates.size() * choices.size()) costs.resize(candidates.size() * choices.size());
   }
   double* costs_of(std::size_t candidate) { return costs.data() + candidate * choices.size(); }
-  const double* costs_of(std::size_t candidate) const { return costs.data() + candidate * choices.size(); }
+  [[nodiscard]] const double* costs_of(std::size_t candidate) const {
+    return costs.data() + candidate * choices.size();
+  }
 };
 
 /// How particles choose.
@@ -54,8 +57,8 @@ struct Choosing {
   const double* chance;  ///< uniform in (0, 1), one for each particle
   double* log_weights;   ///< take what a particle could have chosen over what it has chosen
 };
-/// Costs; and for each particle one of the candidates, or kFresh, or kDoubtful, with the probability that the
-/// reading shows it if there is no other reading. docs/theory/association.md, eq. 54.
+/// Costs; and for each particle one of the candidates, or kNewLandmark, or kAmbiguous, with the probability
+/// that the reading shows it if there is no other reading. docs/theory/association.md, eq. 54.
 void choose_landmarks(const ReadingTerms& reading, const Choosing& choosing, ParticleRange range,
                       Hypotheses& of);
 
@@ -63,10 +66,10 @@ void choose_landmarks(const ReadingTerms& reading, const Choosing& choosing, Par
 void take_chosen(const std::int32_t* choices, const Candidate& from, ParticleRange range,
                  LandmarkColumns& to);
 
-/// Weight of the particles that chose this one: kFresh, kDoubtful or a landmark.
-double share_that_chose(std::int32_t choice, const Column<std::int32_t>& choices,
-                        const Column<double>& weights);
+/// Weight of the particles that chose this one: kNewLandmark, kAmbiguous or a landmark.
+[[nodiscard]] double share_that_chose(std::int32_t choice, const Column<std::int32_t>& choices,
+                                      const Column<double>& weights);
 /// Weight of the particles that have a landmark.
-double share_that_has(const LandmarkColumns& landmark, const Column<double>& weights);
+[[nodiscard]] double share_that_has(const LandmarkColumns& landmark, const Column<double>& weights);
 
 }  // namespace trundle

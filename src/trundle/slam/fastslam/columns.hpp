@@ -45,7 +45,7 @@ class TripleColumns {
                  Column<double>(padded(particles))} {}
   double* operator[](std::size_t k) { return columns_[k].data(); }
   const double* operator[](std::size_t k) const { return columns_[k].data(); }
-  Vector3 at(std::size_t particle) const {
+  [[nodiscard]] Vector3 at(std::size_t particle) const {
     return {columns_[0][particle], columns_[1][particle], columns_[2][particle]};
   }
   void set(std::size_t particle, const Vector3& v) {
@@ -69,9 +69,9 @@ class SystematicColumns {
  public:
   SystematicColumns(std::size_t particles, Eigen::Index count)
       : columns_(static_cast<std::size_t>(count), Column<double>(padded(particles))) {}
-  Eigen::Index count() const { return static_cast<Eigen::Index>(columns_.size()); }
+  [[nodiscard]] Eigen::Index count() const { return static_cast<Eigen::Index>(columns_.size()); }
   const double* operator[](std::size_t k) const { return columns_[k].data(); }
-  Systematic at(std::size_t particle) const {
+  [[nodiscard]] Systematic at(std::size_t particle) const {
     Systematic s(count());
     for (std::size_t k = 0; k < columns_.size(); ++k) s[static_cast<Eigen::Index>(k)] = columns_[k][particle];
     return s;
@@ -98,7 +98,7 @@ class PoseColumns {
   explicit PoseColumns(std::size_t particles) : numbers_(particles) {}
   double* operator[](std::size_t k) { return numbers_[k]; }
   const double* operator[](std::size_t k) const { return numbers_[k]; }
-  Pose2 at(std::size_t particle) const {
+  [[nodiscard]] Pose2 at(std::size_t particle) const {
     return {numbers_[0][particle], numbers_[1][particle], numbers_[2][particle]};
   }
   void permute(std::span<const std::uint32_t> parents, Column<double>& spare) {
@@ -127,7 +127,9 @@ struct SensorColumns {
   Column<double> x, y, cos, sin;
 
   /// From the origin.
-  SensorAt at(std::size_t particle) const { return {x[particle], y[particle], cos[particle], sin[particle]}; }
+  [[nodiscard]] SensorAt at(std::size_t particle) const {
+    return {x[particle], y[particle], cos[particle], sin[particle]};
+  }
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {

@@ -73,6 +73,7 @@ void CommonError::note_revisits(std::span<const MatchedSighting> matched, Partic
 /// still open.
 void CommonError::inflate_if_few(std::size_t matched, const StepReport& report,
                                  const ParticleBelief& belief) {
+  // With the gate of 99.9 % a consistent filter rejects one in a thousand; two thirds are no chance.
   constexpr std::size_t kRejectedForEach = 2;
   const auto rejected = static_cast<std::size_t>(
       std::ranges::count(report.observations, Decision::rejected, &ObservationReport::decision));

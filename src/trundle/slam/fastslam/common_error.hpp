@@ -28,10 +28,10 @@ class CommonError {
   CommonError(const LandmarkSensor& sensor, std::size_t particles);
 
   /// What the odometry may have erred by since the start: A of eq. 66.
-  const FrameCovariance& drift() const { return drift_; }
-  const LostCovariance& forgotten() const { return lost_; }
+  [[nodiscard]] const FrameCovariance& drift() const { return drift_; }
+  [[nodiscard]] const LostCovariance& forgotten() const { return lost_; }
   /// The particles' mean, and the covariance of what they differ in or have forgotten.
-  PoseEstimate estimate(const ParticleBelief& belief) const;
+  [[nodiscard]] PoseEstimate estimate(const ParticleBelief& belief) const;
 
   /// The body has moved.
   void predict(const Motion& motion, const ParticleBelief& belief);
@@ -67,9 +67,9 @@ class CommonError {
 
   void note_revisits(std::span<const MatchedSighting> matched, ParticleBelief& belief);
   void inflate_if_few(std::size_t matched, const StepReport& report, const ParticleBelief& belief);
-  Submap present_submap(const Pose2& here, const ParticleBelief& belief) const;
-  Revisit revisit_of(LandmarkId landmark, const Observation& observation, const Pose2& from,
-                     const ParticleMap& map) const;
+  [[nodiscard]] Submap present_submap(const Pose2& here, const ParticleBelief& belief) const;
+  [[nodiscard]] Revisit revisit_of(LandmarkId landmark, const Observation& observation, const Pose2& from,
+                                   const ParticleMap& map) const;
   void recall(std::span<const Observation> observations, const ParticleBelief& belief);
 
   LandmarkSensor sensor_;

@@ -9,59 +9,60 @@ namespace trundle {
 
 GatingSample::GatingSample(std::size_t particles, Precision precision, Eigen::Index systematic)
     : particles_(particles),
-      poses_(kSeats),
-      systematic_(kSeats, systematic),
-      predicted_(kSeats),
-      still_(kSeats),
-      sensors_(kSeats),
-      whose_(kSeats),
-      landmark_(kSeats, precision),
-      surprises_(kSeats) {
-  jurors_.reserve(kSeats);
-  votes_.reserve(kSeats);
+      poses_(kMembers),
+      systematic_(kMembers, systematic),
+      predicted_(kMembers),
+      still_(kMembers),
+      sensors_(kMembers),
+      whose_(kMembers),
+      landmark_(kMembers, precision),
+      innovations_(kMembers) {
+  members_.reserve(kMembers);
+  weights_.reserve(kMembers);
 }
 
-void GatingSample::meet(const Case& at) {
-  jurors_.assign(1, at.reporter);
-  votes_.assign(1, 0.0);
-  const std::size_t stride = (particles_ + kSeats - 2) / (kSeats - 1);
+void GatingSample::select(const Prior& prior) {
+  members_.assign(1, prior.reporter);
+  weights_.assign(1, 0.0);
+  const std::size_t stride = (particles_ + kMembers - 2) / (kMembers - 1);
   for (std::size_t i = 0; i < particles_; i += stride) {
-    jurors_.push_back(i);
-    votes_.push_back(at.weights[i]);
+    members_.push_back(i);
+    weights_.push_back(prior.weights[i]);
   }
-  for (std::size_t seat = 0; seat < jurors_.size(); ++seat) {
-    poses_.set(seat, at.poses.at(jurors_[seat]));
-    systematic_.set(seat, at.systematic.at(jurors_[seat]));
+  for (std::size_t member = 0; member < members_.size(); ++member) {
+    poses_.set(member, prior.poses.at(members_[member]));
+    systematic_.set(member, prior.systematic.at(members_[member]));
   }
-  predict(poses_, systematic_, at.motion, {0, kSeats}, predicted_);
+  predict(poses_, systematic_, prior.motion, {0, kMembers}, predicted_);
   sensors_.origin = predicted_.at(1).translation();
-  place(predicted_, still_, {Matrix3::Zero(), at.body_from_sensor}, {0, kSeats}, predicted_, sensors_);
-  const Matrix3 Ad = adjoint(at.body_from_sensor.inverse());
-  sensor_covariance_ = Ad * at.predicted_covariance * Ad.transpose();
+  place(predicted_, still_, {Matrix3::Zero(), prior.body_from_sensor}, {0, kMembers}, predicted_, sensors_);
+  const Matrix3 Ad = adjoint(prior.body_from_sensor.inverse());
+  sensor_covariance_ = Ad * prior.predicted_covariance * Ad.transpose();
 }
 
-/// The landmark as jurors have it.
+/// The landmark as the members have it.
 void GatingSample::fetch(const ParticleMap::Inherited& landmark) {
-  for (std::size_t seat = 0; seat < jurors_.size(); ++seat) whose_[seat] = landmark.from[jurors_[seat]];
+  for (std::size_t member = 0; member < members_.size(); ++member)
+    whose_[member] = landmark.from[members_[member]];
   landmark_.count_from(landmark.columns.origin());
-  gather_landmark(landmark.columns, whose_, {0, kSeats}, landmark_);
+  gather_landmark(landmark.columns, whose_, {0, kMembers}, landmark_);
 }
 
-void GatingSample::judge(const ReadingTerms& reading, const ParticleMap::Inherited& landmark) {
+void GatingSample::set_innovations_of(const ReadingTerms& reading, const ParticleMap::Inherited& landmark) {
   fetch(landmark);
-  set_surprises({reading, &landmark_}, sensors_, sensor_covariance_, {0, kSeats}, surprises_);
+  set_innovations({reading, &landmark_}, sensors_, sensor_covariance_, {0, kMembers}, innovations_);
 }
 
-GatingSample::Verdict GatingSample::on(const ReadingTerms& reading, const ParticleMap::Inherited& landmark,
+GatingSample::Gated GatingSample::gate(const ReadingTerms& reading, const ParticleMap::Inherited& landmark,
                                        double gate) {
-  judge(reading, landmark);
+  set_innovations_of(reading, landmark);
   double against = 0.0;
   double all = 0.0;
-  for (std::size_t seat = 1; seat < jurors_.size(); ++seat) {
-    all += votes_[seat];
-    if (surprises_[2][seat] > gate) against += votes_[seat];
+  for (std::size_t member = 1; member < members_.size(); ++member) {
+    all += weights_[member];
+    if (innovations_[2][member] > gate) against += weights_[member];
   }
-  return {against > 0.5 * all, {surprises_[0][0], surprises_[1][0]}, surprises_[2][0]};
+  return {against > 0.5 * all, {innovations_[0][0], innovations_[1][0]}, innovations_[2][0]};
 }
 
 void GatingSample::add_to(Whereabouts& where, const LandmarkEstimate& m) const {
@@ -75,16 +76,16 @@ void GatingSample::add_to(Whereabouts& where, const LandmarkEstimate& m) const {
 GatingSample::Whereabouts GatingSample::where_is(const ParticleMap::Inherited& landmark) {
   fetch(landmark);
   Whereabouts where;
-  for (std::size_t seat = 0; seat < jurors_.size(); ++seat)
-    if (const LandmarkEstimate m = landmark_.at(seat); is_there(m)) add_to(where, m);
+  for (std::size_t member = 0; member < members_.size(); ++member)
+    if (const LandmarkEstimate m = landmark_.at(member); is_there(m)) add_to(where, m);
   return where;
 }
 
 GatingSample::Whereabouts GatingSample::where_points(const ReadingTerms& reading) const {
   Whereabouts where;
-  for (std::size_t seat = 0; seat < jurors_.size(); ++seat) {
-    const SensorAt sensor{sensors_.origin.x() + sensors_.x[seat], sensors_.origin.y() + sensors_.y[seat],
-                          sensors_.cos[seat], sensors_.sin[seat]};
+  for (std::size_t member = 0; member < members_.size(); ++member) {
+    const SensorAt sensor{sensors_.origin.x() + sensors_.x[member], sensors_.origin.y() + sensors_.y[member],
+                          sensors_.cos[member], sensors_.sin[member]};
     add_to(where, first_estimate(sensor, reading));
   }
   const Matrix3& C = sensor_covariance_;
@@ -94,10 +95,10 @@ GatingSample::Whereabouts GatingSample::where_points(const ReadingTerms& reading
 }
 
 double GatingSample::least_nis(const ReadingTerms& reading, const ParticleMap::Inherited& landmark) {
-  judge(reading, landmark);
+  set_innovations_of(reading, landmark);
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t seat = 0; seat < jurors_.size(); ++seat)
-    if (is_there(landmark_.at(seat))) least = std::min(least, surprises_[2][seat]);
+  for (std::size_t member = 0; member < members_.size(); ++member)
+    if (is_there(landmark_.at(member))) least = std::min(least, innovations_[2][member]);
   return least;
 }
 

@@ -14,7 +14,7 @@ enum class Precision { float32, float64 };
 
 /// In the column of a landmark that a particle does not have; no variance is negative.
 inline constexpr double kAbsent = -1.0;
-inline bool is_there(const LandmarkEstimate& m) {
+[[nodiscard]] inline bool is_there(const LandmarkEstimate& m) {
   return m.xx >= 0.0;
 }
 
@@ -30,11 +30,13 @@ class LandmarkColumns {
         single_(precision == Precision::float32 ? kColumns * stride_ : 0),
         double_(precision == Precision::float32 ? 0 : kColumns * stride_) {}
 
-  Precision precision() const { return double_.empty() ? Precision::float32 : Precision::float64; }
+  [[nodiscard]] Precision precision() const {
+    return double_.empty() ? Precision::float32 : Precision::float64;
+  }
   /// Where x and y are counted from.
-  const Vector2& origin() const { return origin_; }
+  [[nodiscard]] const Vector2& origin() const { return origin_; }
   void count_from(const Vector2& origin) { origin_ = origin; }
-  std::size_t stride() const { return stride_; }
+  [[nodiscard]] std::size_t stride() const { return stride_; }
   /// The columns, one after the other, each `stride` long. Real is that of the precision.
   template <class Real>
   Real* numbers() {
@@ -45,7 +47,7 @@ class LandmarkColumns {
   }
 
   template <class Real>
-  const Real* numbers() const {
+  [[nodiscard]] const Real* numbers() const {
     return const_cast<LandmarkColumns*>(this)->numbers<Real>();
   }
   /// Hands its numbers to another and takes the room of those that the other had; the origin of both is its.
@@ -66,7 +68,7 @@ class LandmarkColumns {
         std::fill_n(double_.data() + k * stride_, stride_, numbers[k]);
   }
   /// In the world.
-  LandmarkEstimate at(std::size_t particle) const {
+  [[nodiscard]] LandmarkEstimate at(std::size_t particle) const {
     const auto number = [&](std::size_t k) {
       const std::size_t i = k * stride_ + particle;
       return double_.empty() ? static_cast<double>(single_[i]) : double_[i];

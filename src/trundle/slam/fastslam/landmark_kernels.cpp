@@ -128,8 +128,8 @@ void gather(const LandmarkColumns& from, const Column<std::uint32_t>& ancestors,
 
 // Eq. 14.
 template <class Real>
-void surprises_as(const KnownReading& known, const SensorColumns& sensors, const Matrix3& covariance,
-                  ParticleRange range, TripleColumns& surprises) {
+void innovations_as(const KnownReading& known, const SensorColumns& sensors, const Matrix3& covariance,
+                    ParticleRange range, TripleColumns& innovations) {
   const LaneSymmetric<Real> Q = symmetric<Real>(covariance);
   const NearReading<Real> reading = near<Real>(known, sensors.origin);
   for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
@@ -137,16 +137,16 @@ void surprises_as(const KnownReading& known, const SensorColumns& sensors, const
     const LaneSight<Real> s = sight_of(
         sensor, reading, load_landmark<Real>(known.landmark->numbers<Real>() + i, known.landmark->stride()));
     const Vec<Real> nis = nis_of(s, total_covariance(Q, sensor, s));
-    store_triple<Real>({s.along, s.across * s.inverse_range, nis}, surprises, i);
+    store_triple<Real>({s.along, s.across * s.inverse_range, nis}, innovations, i);
   }
 }
 
-void surprises_of(const KnownReading& known, const SensorColumns& sensors, const Matrix3& covariance,
-                  ParticleRange range, TripleColumns& surprises) {
+void innovations_of(const KnownReading& known, const SensorColumns& sensors, const Matrix3& covariance,
+                    ParticleRange range, TripleColumns& innovations) {
   if (known.landmark->precision() == Precision::float32)
-    surprises_as<float>(known, sensors, covariance, range, surprises);
+    innovations_as<float>(known, sensors, covariance, range, innovations);
   else
-    surprises_as<double>(known, sensors, covariance, range, surprises);
+    innovations_as<double>(known, sensors, covariance, range, innovations);
 }
 
 }  // namespace trundle::HWY_NAMESPACE
@@ -158,7 +158,7 @@ namespace trundle {
 HWY_EXPORT(gather);
 HWY_EXPORT(weigh);
 HWY_EXPORT(first);
-HWY_EXPORT(surprises_of);
+HWY_EXPORT(innovations_of);
 
 void gather_landmark(const LandmarkColumns& from, const Column<std::uint32_t>& ancestors, ParticleRange range,
                      LandmarkColumns& to) {
@@ -186,9 +186,9 @@ void set_first_estimates(const ReadingTerms& reading, const SensorColumns& senso
   HWY_DYNAMIC_DISPATCH(first)(reading, sensors, range, landmark);
 }
 
-void set_surprises(const KnownReading& known, const SensorColumns& sensors, const Matrix3& sensor_covariance,
-                   ParticleRange range, TripleColumns& surprises) {
-  HWY_DYNAMIC_DISPATCH(surprises_of)(known, sensors, sensor_covariance, range, surprises);
+void set_innovations(const KnownReading& known, const SensorColumns& sensors,
+                     const Matrix3& sensor_covariance, ParticleRange range, TripleColumns& innovations) {
+  HWY_DYNAMIC_DISPATCH(innovations_of)(known, sensors, sensor_covariance, range, innovations);
 }
 
 }  // namespace trundle

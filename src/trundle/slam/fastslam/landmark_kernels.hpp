@@ -27,7 +27,7 @@ struct NearReading {
   LandmarkColumns* landmark;
 };
 template <class Real>
-NearReading<Real> near(const KnownReading& known, const Vector2& origin) {
+[[nodiscard]] NearReading<Real> near(const KnownReading& known, const Vector2& origin) {
   const auto [range, cos, sin, range_variance, bearing_variance] = known.reading;
   const Vector2 apart = known.landmark->origin() - origin;
   return {static_cast<Real>(range),
@@ -47,12 +47,14 @@ class NearReadings {
   /// Of landmarks in one precision. `origin` is that of the sensors.
   NearReadings(std::span<const KnownReading> readings, const Vector2& origin) { set(readings, origin); }
   void set(std::span<const KnownReading> readings, const Vector2& origin);
-  const Vector2& origin() const { return origin_; }
-  std::size_t size() const { return single_.size() + double_.size(); }
-  Precision precision() const { return double_.empty() ? Precision::float32 : Precision::float64; }
+  [[nodiscard]] const Vector2& origin() const { return origin_; }
+  [[nodiscard]] std::size_t size() const { return single_.size() + double_.size(); }
+  [[nodiscard]] Precision precision() const {
+    return double_.empty() ? Precision::float32 : Precision::float64;
+  }
   /// Real is that of the precision.
   template <class Real>
-  std::span<const NearReading<Real>> in() const {
+  [[nodiscard]] std::span<const NearReading<Real>> in() const {
     if constexpr (sizeof(Real) == sizeof(float))
       return single_;
     else
@@ -82,7 +84,7 @@ void set_first_estimates(const ReadingTerms& reading, const SensorColumns& senso
 /// What each particle sees in one reading before it is drawn: innovations of range [m] and bearing [rad], and
 /// their square in the covariance of landmark, reading and the sensor's own uncertainty, that of a twist in
 /// its frame. Eq. 14.
-void set_surprises(const KnownReading& known, const SensorColumns& sensors, const Matrix3& sensor_covariance,
-                   ParticleRange range, TripleColumns& surprises);
+void set_innovations(const KnownReading& known, const SensorColumns& sensors,
+                     const Matrix3& sensor_covariance, ParticleRange range, TripleColumns& innovations);
 
 }  // namespace trundle

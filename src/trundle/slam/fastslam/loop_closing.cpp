@@ -63,7 +63,8 @@ struct Agreement {
   std::vector<Revisit> again;  ///< that agree
 };
 Agreement agreement_of(const std::vector<Revisit>& all, const Vector2& centre, const Matrix3& prior) {
-  constexpr int kRounds = 20;
+  constexpr int kRounds =
+      20;  // each halves the largest deviation at least: of any size that occurs, to the gate
   Agreement found{{}, all};
   for (int round = 0; round < kRounds; ++round) {
     found.move = rigid_fit(as_one_witness_each(found.again), centre, prior);

@@ -29,7 +29,8 @@ struct Revisit {
 
 /// The move that takes what is seen to where it is mapped, most probably: `prior` is the covariance of its
 /// twist about the centre, before anything is seen. docs/theory/loop-closing.md, eq. 64.
-LoopCorrection::Move rigid_fit(std::span<const Revisit> again, const Vector2& centre, const Matrix3& prior);
+[[nodiscard]] LoopCorrection::Move rigid_fit(std::span<const Revisit> again, const Vector2& centre,
+                                             const Matrix3& prior);
 
 /// Landmarks that are rejected although the map's doubt explains where they are seen, until they are enough
 /// to tell by what move it does. docs/theory/loop-closing.md.
@@ -38,9 +39,9 @@ class LoopClosing {
   /// A step with sightings has come.
   void next_station();
   /// Its number.
-  std::uint64_t station() const { return station_; }
+  [[nodiscard]] std::uint64_t station() const { return station_; }
   /// Whether it was not in view lately.
-  bool is_old(const Submap& piece) const;
+  [[nodiscard]] bool is_old(const Submap& piece) const;
   /// A rejected sighting of a landmark of old.
   void rejected(const Revisit& again, const Submap& now);
   /// One that fits: the loop is closed already, or what is rejected is wrong.
@@ -48,9 +49,9 @@ class LoopClosing {
   /// A landmark fits that was in view lately: if it had come back, it is still there.
   void still_matched(LandmarkId landmark);
   /// Whether landmarks of old that have come back are where they are mapped, but for a few.
-  bool is_closed() const;
+  [[nodiscard]] bool is_closed() const;
   /// Whether this step has rejected one that drift explains.
-  bool has_news() const { return is_news_; }
+  [[nodiscard]] bool has_news() const { return is_news_; }
   /// Where what has been rejected lately agrees on one move, the map is to be bent by it; all is forgotten
   /// then.
   std::optional<LoopCorrection> close(const Submap& now);
@@ -72,7 +73,7 @@ class LoopClosing {
       archive(self.again, self.station, self.speaks_for_drift);
     }
   };
-  bool is_another_look(const Revisit& again) const;
+  [[nodiscard]] bool is_another_look(const Revisit& again) const;
   void remember(const Revisit& again, bool speaks_for_drift);
 
   /// Landmarks of old that fit, and when they did last.

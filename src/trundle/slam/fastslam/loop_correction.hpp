@@ -37,18 +37,18 @@ class LoopCorrection {
   /// Nothing where no drift has come about since the piece of old, along some direction.
   static std::optional<LoopCorrection> between(const Submap& old, const Submap& now, const Move& move);
 
-  const Move& move() const { return move_; }
+  [[nodiscard]] const Move& move() const { return move_; }
   /// The twist about the centre by which a piece with this drift follows, as a share of that of the present:
   /// 1 for that of the present, 0 for that of old and whatever is older.
-  Matrix3 share(const FrameCovariance& drift) const;
+  [[nodiscard]] Matrix3 share(const FrameCovariance& drift) const;
   /// That motion, of the world.
-  Pose2 motion(const Vector3& twist) const;
+  [[nodiscard]] Pose2 motion(const Vector3& twist) const;
   /// The twist of a motion of the world.
-  Vector3 twist(const Pose2& motion) const;
+  [[nodiscard]] Vector3 twist(const Pose2& motion) const;
   /// In what doubt a piece with this drift is then.
-  FrameCovariance doubt_after(const FrameCovariance& drift) const;
+  [[nodiscard]] FrameCovariance doubt_after(const FrameCovariance& drift) const;
   /// Of the piece of old.
-  const FrameCovariance& old_doubt() const { return old_.doubt; }
+  [[nodiscard]] const FrameCovariance& old_doubt() const { return old_.doubt; }
 
  private:
   /// Of the drift by axes, where L Lᵀ is 1.
@@ -56,9 +56,9 @@ class LoopCorrection {
     Matrix3 axes;
     Vector3 share;  ///< from 0 to 1
   };
-  Shares shares(const FrameCovariance& drift) const;
+  [[nodiscard]] Shares shares(const FrameCovariance& drift) const;
   /// L with each axis times a factor.
-  Matrix3 root_along(const Matrix3& axes, const Vector3& factors) const;
+  [[nodiscard]] Matrix3 root_along(const Matrix3& axes, const Vector3& factors) const;
 
   Move move_;
   Submap old_;
@@ -72,7 +72,7 @@ class Twists {
  public:
   explicit Twists(std::span<const Vector3> of_particles);
   /// Of particles from `first` to before `last`.
-  Vector3 mean(std::size_t first, std::size_t last) const;
+  [[nodiscard]] Vector3 mean(std::size_t first, std::size_t last) const;
   /// `visit(ancestor, twist)` for everyone of a held epoch who has descendants.
   template <class Visit>
   void for_families(const Ancestry& ancestry, Ancestry::Epoch epoch, const Visit& visit) const {

@@ -55,6 +55,7 @@ FrameCovariance recalled(const FrameCovariance& doubt, const FrameCovariance& ol
 
 std::vector<Vector2> some_places(const LandmarkColumns& columns, std::span<const Ancestry::Index> ancestors,
                                  std::size_t particles) {
+  // Of a covariance: its entries are then known to √(2/128) = 12 %.
   constexpr std::size_t kEnough = 128;
   const std::size_t stride = (particles + kEnough - 1) / kEnough;
   std::vector<Vector2> places;
@@ -103,7 +104,9 @@ void Coalescence::hold(Ancestry& ancestry) {
 }
 
 double Coalescence::share_lost(Ancestry& ancestry) {
-  constexpr double kMost = 0.5;  // where all are kin there is nothing to count
+  // Where all descend from one the count says nothing: no resampling takes more than half of a variance, that
+  // is what it takes where every particle has two descendants or none.
+  constexpr double kMost = 0.5;
   const double kinship = ancestry.kinship(epochs_.front());
   const double lost = 1.0 - std::pow(1.0 - kinship, 1.0 / static_cast<double>(epochs_.size()));
   if (epochs_.size() == lag_) {

@@ -14,7 +14,7 @@ struct FrameCovariance {
   Vector2 centre = Vector2::Zero();
   Matrix3 covariance = Matrix3::Zero();  ///< of a shift along x and y and a turn about the centre
 
-  FrameCovariance about(const Vector2& other) const;
+  [[nodiscard]] FrameCovariance about(const Vector2& other) const;
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
     archive(self.centre, self.covariance);
@@ -26,12 +26,13 @@ inline constexpr std::size_t kLandmarksOfScatter = 4;
 
 /// Where particles have a landmark of older columns, `ancestors` saying whose numbers each has: as many as
 /// will do, spread over all of them. Empty when one of those does not have it.
-std::vector<Vector2> some_places(const LandmarkColumns& columns, std::span<const Ancestry::Index> ancestors,
-                                 std::size_t particles);
+[[nodiscard]] std::vector<Vector2> some_places(const LandmarkColumns& columns,
+                                               std::span<const Ancestry::Index> ancestors,
+                                               std::size_t particles);
 
 /// What particles of equal weight differ in, from the places of landmarks by particle: eq. 60. With fewer
 /// than two there is no map to speak of.
-std::optional<FrameCovariance> map_scatter(std::span<const std::vector<Vector2>> landmarks);
+[[nodiscard]] std::optional<FrameCovariance> map_scatter(std::span<const std::vector<Vector2>> landmarks);
 
 /// How fast particles become kin. Chance alone, of a resampling, would tell less: families that do well go on
 /// doing well, and take with them whatever else they are.
@@ -72,7 +73,7 @@ class LostCovariance {
   FrameCovariance forget(const FrameCovariance& left, double share);
 
   /// The same, as it was after the last resampling.
-  const FrameCovariance& whole() const { return whole_; }
+  [[nodiscard]] const FrameCovariance& whole() const { return whole_; }
   /// More, that sightings have not told. Eq. 70.
   void keep(const FrameCovariance& more);
   /// A landmark of a piece of the map that was in `old` doubt fits. Eq. 68.
@@ -84,7 +85,7 @@ class LostCovariance {
 
   /// What belongs to the scatter of the particles' poses, beyond what it is: covariance of (x, y, heading) in
   /// world axes of a body at `position`.
-  Matrix3 beyond_scatter(const Vector2& position) const;
+  [[nodiscard]] Matrix3 beyond_scatter(const Vector2& position) const;
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
@@ -98,6 +99,6 @@ class LostCovariance {
 };
 
 /// The same of a landmark that has not been in view since its place was in `whole` doubt.
-Matrix2 beyond_scatter(const Matrix2& whole, const Matrix2& scatter);
+[[nodiscard]] Matrix2 beyond_scatter(const Matrix2& whole, const Matrix2& scatter);
 
 }  // namespace trundle

@@ -11,8 +11,8 @@ bool share_a_candidate(const Hypotheses& a, const Hypotheses& b) {
   });
 }
 
-/// Within the gate of a landmark that another sighting shows is no doubt: both are there.
-bool is_doubtful(const Hypotheses& sighting, std::size_t particle) {
+/// Within the gate of a landmark that another sighting shows it is not ambiguous: both are there.
+bool is_ambiguous(const Hypotheses& sighting, std::size_t particle) {
   for (std::size_t c = 0; c < sighting.candidates.size(); ++c)
     if (sighting.costs_of(c)[particle] == kNear) return true;
   return false;
@@ -83,7 +83,7 @@ void MutualExclusion::decide_together(std::size_t particle) {
       sighting.choices[particle] =
           static_cast<std::int32_t>(landmarks_[static_cast<std::size_t>(chosen[row])]);
     else
-      sighting.choices[particle] = is_doubtful(sighting, particle) ? kDoubtful : kFresh;
+      sighting.choices[particle] = is_ambiguous(sighting, particle) ? kAmbiguous : kNewLandmark;
   }
 }
 

@@ -10,13 +10,18 @@
 namespace trundle {
 namespace {
 
-constexpr double kCellShare = 0.25;         // of the sensor's range: cells of the grid
-constexpr double kBeyondJurors = 1.5;       // so much further than jurors may other particles differ
-constexpr double kBetweenJurors = 4.0;      // what jurors find that much too far may be near to others
-constexpr double kAnywhere_m2 = 1e6;        // variance of a landmark that may be anywhere
-constexpr double kNewShare = 0.01;          // of the sightings, expected to show a new landmark
-constexpr double kLeastWeightShare = 0.01;  // of the weight: fewer particles create no landmark
-constexpr std::size_t kDrawnTogether = 3;   // sightings whose chances come from one draw
+// How much further all particles spread than the gating subset does: the furthest of N normal draws lies
+// √(2 ln N) σ from the mean, so for N = 2000 against 32 it is √(ln 2000 / ln 32) = 1.5.
+constexpr double kBeyondSample = 1.5;
+// NIS grows with the square of the distance: some particle may be near what is twice as far from all members.
+constexpr double kBetweenMembers = 4.0;
+// Variance of a landmark that may be anywhere [m²]: (1 km)², so that a reading of it moves no particle.
+constexpr double kAnywhere_m2 = 1e6;
+// Of the weight: particles that have less between them create and keep no landmark. They die in the next
+// resamplings, for of 100 particles it is one.
+constexpr double kLeastWeightShare = 0.01;
+// Sightings whose uniform numbers come from one draw, which yields three.
+constexpr std::size_t kDrawnTogether = 3;
 
 SensorAt sensor_of(const SensorColumns& sensors, std::size_t i) {
   return {sensors.origin.x() + sensors.x[i], sensors.origin.y() + sensors.y[i], sensors.cos[i],
@@ -55,8 +60,8 @@ ParticleAssociation::ParticleAssociation(const LandmarkSensor& sensor, const Par
       particles_(particles),
       options_{.gate = UnknownIdOptions{}.gate,
                .max_range_m = sensor.max_range_m,
-               .new_share = kNewShare,
-               .doubt = UnknownIdOptions{}.near},
+               .new_share = UnknownIdOptions{}.new_share,
+               .near = UnknownIdOptions{}.near},
       grid_(kCellShare * sensor.max_range_m),
       visibility_(sensor.max_range_m),
       exclusion_(cost_of_new(options_)) {}
@@ -101,12 +106,12 @@ void ParticleAssociation::decide(const View& view) {
   for (std::size_t k = 0; k < sightings_; ++k) prepare(k, view);
 }
 
-/// The landmarks that some juror finds near, the likeliest first.
+/// The landmarks that are near for some member of the gating subset, the likeliest first.
 void ParticleAssociation::look_up(Sighting& sighting, const View& view, ParticleMap& map,
                                   Ancestry& ancestry) {
-  const double sigmas = std::sqrt(options_.doubt * options_.gate);
+  const double sigmas = std::sqrt(options_.near * options_.gate);
   const GatingSample::Whereabouts points = view.gating_sample.where_points(sighting.reading);
-  const double radius = kBeyondJurors * points.reach_m + sigmas * points.sigma_m;
+  const double radius = kBeyondSample * points.reach_m + sigmas * points.sigma_m;
   sighting.place = points.place;
   std::vector<std::size_t> near;
   grid_.near(points.place, radius + widest_m_, map.landmarks(), near);
@@ -115,7 +120,7 @@ void ParticleAssociation::look_up(Sighting& sighting, const View& view, Particle
     if ((grid_.place(index) - points.place).norm() > radius + entries_[index].slack_m) continue;
     const auto landmark = static_cast<LandmarkId>(index);
     const double nis = view.gating_sample.least_nis(sighting.reading, map.inherited(landmark, ancestry));
-    if (nis <= kBetweenJurors * options_.doubt * options_.gate) likely.push_back({nis, landmark});
+    if (nis <= kBetweenMembers * options_.near * options_.gate) likely.push_back({nis, landmark});
   }
   std::ranges::sort(likely);
   if (likely.size() > kMostCandidates) likely.resize(kMostCandidates);
@@ -124,7 +129,7 @@ void ParticleAssociation::look_up(Sighting& sighting, const View& view, Particle
     sighting.may_show.add({landmark, &map.expect(landmark, ancestry)});
 }
 
-/// Puts a landmark into the grid, where jurors have it today.
+/// Puts a landmark into the grid, where the gating subset has it today.
 void ParticleAssociation::locate(LandmarkId landmark, ParticleMap& map, const Ancestry& ancestry,
                                  GatingSample& gating_sample) {
   const auto index = static_cast<std::size_t>(landmark);
@@ -132,7 +137,7 @@ void ParticleAssociation::locate(LandmarkId landmark, ParticleMap& map, const An
   if (!where.is_somewhere) return;
   grid_.put(index, where.place);
   entries_[index].slack_m =
-      kBeyondJurors * where.reach_m + std::sqrt(options_.doubt * options_.gate) * where.sigma_m;
+      kBeyondSample * where.reach_m + std::sqrt(options_.near * options_.gate) * where.sigma_m;
   widest_m_ = std::max(widest_m_, entries_[index].slack_m);
   if (++located_ < entries_.size()) return;
   located_ = 0;
@@ -156,7 +161,7 @@ void ParticleAssociation::prepare(std::size_t k, const View& view) {
   sighting.nis = 0.0;
   for (const Candidate& candidate : sighting.may_show.candidates) {
     const LandmarkEstimate m = candidate.columns->at(reporter_);
-    const bool is_reported = candidate.landmark == chosen[reporter_] || chosen[reporter_] == kDoubtful;
+    const bool is_reported = candidate.landmark == chosen[reporter_] || chosen[reporter_] == kAmbiguous;
     if (!is_reported || !is_there(m)) continue;
     const Expected expected =
         expected_of(sensor_of(view.sensors, reporter_), view.sensor_covariance, sighting.reading, m);
@@ -195,7 +200,7 @@ void ParticleAssociation::settle(const Drawn& drawn, ParticleMap& map, Ancestry&
     if (sighting.is_known && !sighting.is_unanimous) put_back(k, drawn);
     for (const Candidate& candidate : sighting.may_show.candidates)
       locate(candidate.landmark, map, ancestry, drawn.gating_sample);
-    if (choice != kDoubtful) visibility_.saw(sighting.seen.range_m, sighting.seen.bearing_rad);
+    if (choice != kAmbiguous) visibility_.saw(sighting.seen.range_m, sighting.seen.bearing_rad);
     if (choice >= 0) map.count_sighting(choice);
   }
   look_around(drawn, map, ancestry);
@@ -204,8 +209,8 @@ void ParticleAssociation::settle(const Drawn& drawn, ParticleMap& map, Ancestry&
 void ParticleAssociation::create(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry,
                                  StepReport& report) {
   for (const Sighting& sighting : sightings()) {
-    const double share = sighting.share_that_chose(kFresh, drawn.weights);
-    const bool is_reported = sighting.may_show.choices[reporter_] == kFresh;
+    const double share = sighting.share_that_chose(kNewLandmark, drawn.weights);
+    const bool is_reported = sighting.may_show.choices[reporter_] == kNewLandmark;
     if (share < kLeastWeightShare && !is_reported) continue;
     const LandmarkId landmark = create(sighting, drawn, map, ancestry);
     if (!is_reported) continue;
@@ -234,7 +239,7 @@ LandmarkId ParticleAssociation::create(const Sighting& sighting, const Drawn& dr
   LandmarkColumns& columns = map.current(landmark, ancestry);
   set_first_estimates(sighting.reading, drawn.sensors, {0, padded(particles_.count)}, columns);
   for (std::size_t i = 0; i < particles_.count; ++i)
-    if (sighting.may_show.choices[i] != kFresh) columns.set(i, {near.x, near.y, kAbsent, 0.0, kAbsent});
+    if (sighting.may_show.choices[i] != kNewLandmark) columns.set(i, {near.x, near.y, kAbsent, 0.0, kAbsent});
   const auto index = static_cast<std::size_t>(landmark);
   if (entries_.size() <= index) entries_.resize(index + 1);
   entries_[index].existence = {0.0, drawn.sensor_of_reporter.translation()};

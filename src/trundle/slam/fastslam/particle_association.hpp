@@ -33,7 +33,7 @@ class ParticleAssociation {
 
   /// Takes the observations of a step that have no name.
   void collect(std::span<const Observation> observations);
-  bool sees_something() const { return sightings_ > 0; }
+  [[nodiscard]] bool sees_something() const { return sightings_ > 0; }
   /// The particles as they are when they look, from `choose` on.
   struct View {
     const SensorColumns& sensors;
@@ -41,7 +41,7 @@ class ParticleAssociation {
     std::size_t reporter;       ///< whose decisions are reported
     Draw draw;                  ///< purposes from 1 on are free
     double* log_weights;
-    GatingSample& gating_sample;  ///< that has met; it tells which landmarks come into question
+    GatingSample& gating_sample;  ///< of this step; it says which landmarks are candidates
   };
   /// What each particle takes them for: which landmarks come into question, of which the map then expects
   /// that particles inherit them; what some particles choose; and what becomes of all choices together.
@@ -65,7 +65,7 @@ class ParticleAssociation {
   void create(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry, StepReport& report);
 
   /// Whether a landmark without a name has been confirmed; those with a name need not be.
-  bool is_confirmed(LandmarkId landmark) const {
+  [[nodiscard]] bool is_confirmed(LandmarkId landmark) const {
     const auto index = static_cast<std::size_t>(landmark);
     return index >= entries_.size() || !grid_.contains(index) ||
            entries_[index].existence.is_confirmed(visibility_);
@@ -91,17 +91,17 @@ class ParticleAssociation {
     double nis = 0.0;  ///< of what is reported
 
     /// Nothing where that landmark comes into question for no particle.
-    const Candidate* candidate(LandmarkId landmark) const {
+    [[nodiscard]] const Candidate* candidate(LandmarkId landmark) const {
       const auto at = std::ranges::find(may_show.candidates, landmark, &Candidate::landmark);
       return at == may_show.candidates.end() ? nullptr : &*at;
     }
-    double share_that_chose(std::int32_t choice, const Column<double>& weights) const {
+    [[nodiscard]] double share_that_chose(std::int32_t choice, const Column<double>& weights) const {
       if (is_unanimous) return may_show.choices.front() == choice ? 1.0 : 0.0;
       return trundle::share_that_chose(choice, may_show.choices, weights);
     }
   };
-  /// Landmarks lie in the grid where a juror had them when they were last seen, and for all particles not
-  /// further away than this.
+  /// Landmarks lie in the grid where the gating subset had them when they were last seen, and for all
+  /// particles not further away than this.
   struct Entry {
     double slack_m = 0.0;
     Existence existence;
@@ -113,15 +113,15 @@ class ParticleAssociation {
   };
 
   std::span<Sighting> sightings() { return {pool_.data(), sightings_}; }
-  std::span<const Sighting> sightings() const { return {pool_.data(), sightings_}; }
+  [[nodiscard]] std::span<const Sighting> sightings() const { return {pool_.data(), sightings_}; }
   void look_up(Sighting& sighting, const View& view, ParticleMap& map, Ancestry& ancestry);
   void locate(LandmarkId landmark, ParticleMap& map, const Ancestry& ancestry, GatingSample& gating_sample);
   void prepare(std::size_t k, const View& view);
   void put_back(std::size_t k, const Drawn& drawn);
   LandmarkId create(const Sighting& sighting, const Drawn& drawn, ParticleMap& map, Ancestry& ancestry);
   void look_around(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry);
-  bool fits_one(LandmarkId landmark, const Drawn& drawn) const;
-  double share_that_saw(LandmarkId landmark, const Column<double>& weights) const;
+  [[nodiscard]] bool fits_one(LandmarkId landmark, const Drawn& drawn) const;
+  [[nodiscard]] double share_that_saw(LandmarkId landmark, const Column<double>& weights) const;
 
   LandmarkSensor sensor_;
   Particles particles_;

@@ -8,7 +8,7 @@
 
 namespace trundle {
 
-/// All that a particle filter believes: each particle is a path, with a Kalman filter for each landmark given
+/// The belief of a particle filter: each particle is a path, with a Kalman filter for each landmark given
 /// that path. While nothing is seen the motion, which is the same for all, is only summed up.
 struct ParticleBelief {
   ParticleSet particles;
@@ -19,12 +19,14 @@ struct ParticleBelief {
   bool keeps_paths = true;
 
   /// What all particles are near, after the pending motion.
-  Pose2 near() const { return particles.poses.at(0) * since_drawn.mean; }
+  [[nodiscard]] Pose2 near() const { return particles.poses.at(0) * since_drawn.mean; }
   /// Where the best particle is, after it.
-  Pose2 here() const { return particles.poses.at(particles.best()) * pending.prediction().mean; }
+  [[nodiscard]] Pose2 here() const {
+    return particles.poses.at(particles.best()) * pending.prediction().mean;
+  }
   /// Of the error of a particle's prediction: noise, and what is not known of the systematic errors. In the
   /// frame at its end. Eq. 9.
-  const Matrix3& predicted_covariance() const { return pending.covariance(); }
+  [[nodiscard]] const Matrix3& predicted_covariance() const { return pending.covariance(); }
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>

@@ -25,8 +25,8 @@ void draw_uniforms(const Draw& draw, ParticleRange range, TripleColumns& u);
 /// Of the middle of one of 1024 pieces of (0, 1): nine for each particle, where so much will do.
 void draw_chances(const Draw& draw, ParticleRange range, std::array<TripleColumns, 3>& chances);
 /// The generator itself: the four words of one counter.
-std::array<std::uint32_t, 4> threefry(const std::array<std::uint32_t, 4>& counter,
-                                      const std::array<std::uint32_t, 4>& key);
+[[nodiscard]] std::array<std::uint32_t, 4> threefry(const std::array<std::uint32_t, 4>& counter,
+                                                    const std::array<std::uint32_t, 4>& key);
 
 /// predicted = pose · M · exp(S s + offset), each particle with its own s. docs/theory/fastslam.md, eq. 9.
 void predict(const PoseColumns& poses, const SystematicColumns& systematic, const PredictedMotion& motion,

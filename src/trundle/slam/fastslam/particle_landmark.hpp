@@ -44,7 +44,8 @@ inline constexpr double kLeastRange2 = 1e-8;
 
 /// Eq. 11, 12. The direction of the reading is turned into the line of sight before the angle between them is
 /// taken: it needs no wrapping.
-inline Sight sight_of(const SensorAt& sensor, const ReadingTerms& reading, const LandmarkEstimate& m) {
+[[nodiscard]] inline Sight sight_of(const SensorAt& sensor, const ReadingTerms& reading,
+                                    const LandmarkEstimate& m) {
   const double dx = m.x - sensor.x;
   const double dy = m.y - sensor.y;
   const double square = dx * dx + dy * dy;
@@ -73,7 +74,7 @@ inline Sight sight_of(const SensorAt& sensor, const ReadingTerms& reading, const
 }
 
 /// log p(reading) without −log 2π. Eq. 12.
-inline double log_likelihood_of(const Sight& s) {
+[[nodiscard]] inline double log_likelihood_of(const Sight& s) {
   return -0.5 * (s.distance2 + scalar::log(s.determinant / (s.range * s.range)));
 }
 
@@ -98,7 +99,7 @@ inline void improve(LandmarkEstimate& m, const Sight& s) {
 }
 
 /// A landmark seen for the first time.
-inline LandmarkEstimate first_estimate(const SensorAt& sensor, const ReadingTerms& reading) {
+[[nodiscard]] inline LandmarkEstimate first_estimate(const SensorAt& sensor, const ReadingTerms& reading) {
   const double ux = sensor.cos * reading.cos - sensor.sin * reading.sin;
   const double uy = sensor.sin * reading.cos + sensor.cos * reading.sin;
   const double aa = reading.range_variance;

@@ -21,13 +21,13 @@ class ParticleMap {
   /// Landmarks without names are numbered from `first_nameless` on: above all names.
   ParticleMap(std::size_t particles, Precision precision, LandmarkId first_nameless = 0);
 
-  std::size_t landmarks() const { return entries_.size(); }
+  [[nodiscard]] std::size_t landmarks() const { return entries_.size(); }
   /// Number of a landmark in this map; kUnknownLandmark: none.
-  LandmarkId number_of(LandmarkId id) const;
+  [[nodiscard]] LandmarkId number_of(LandmarkId id) const;
   /// The same, of one that callers have named.
-  LandmarkId find(LandmarkId name) const;
+  [[nodiscard]] LandmarkId find(LandmarkId name) const;
   /// Whether there are others.
-  bool has_nameless() const { return !nameless_.empty(); }
+  [[nodiscard]] bool has_nameless() const { return !nameless_.empty(); }
   /// Its columns are counted from `origin`, which should be near it.
   LandmarkId add(LandmarkId name, const Vector2& origin, Ancestry& ancestry);
   /// A landmark as it was last written, and whose of its numbers each of today's particles has.
@@ -47,13 +47,15 @@ class ParticleMap {
   LandmarkId add_nameless(const Vector2& origin, Ancestry& ancestry);
   /// One without a name. Another may get its number, but none its id.
   void remove(LandmarkId landmark, Ancestry& ancestry);
-  LandmarkId id_of(LandmarkId landmark) const { return entries_[static_cast<std::size_t>(landmark)].id; }
+  [[nodiscard]] LandmarkId id_of(LandmarkId landmark) const {
+    return entries_[static_cast<std::size_t>(landmark)].id;
+  }
   /// Whether a particle has it.
-  bool has(LandmarkId landmark, std::size_t particle, const Ancestry& ancestry) const;
+  [[nodiscard]] bool has(LandmarkId landmark, std::size_t particle, const Ancestry& ancestry) const;
   /// What particles differ in and have forgotten of where it lies, now that it is in view.
   void set_doubt(LandmarkId landmark, const FrameCovariance& doubt);
   /// The piece of the map in which it was last seen.
-  const Submap& seen_in(LandmarkId landmark) const {
+  [[nodiscard]] const Submap& seen_in(LandmarkId landmark) const {
     return entries_[static_cast<std::size_t>(landmark)].seen_in;
   }
   void set_seen_in(LandmarkId landmark, const Submap& piece) {
@@ -70,11 +72,12 @@ class ParticleMap {
     Matrix2 within = Matrix2::Zero();   ///< what each particle is unsure of
     Matrix2 scatter = Matrix2::Zero();  ///< what they differ in
   };
-  Mean mean(LandmarkId landmark, std::span<const double> weights, const Ancestry& ancestry) const;
+  [[nodiscard]] Mean mean(LandmarkId landmark, std::span<const double> weights,
+                          const Ancestry& ancestry) const;
   /// Mean and covariance over all particles that have it, with these weights: eq. 17, and with what they have
   /// forgotten of its place, eq. 62. Of one that was removed: no sightings.
-  MappedLandmark mixture(LandmarkId landmark, std::span<const double> weights, const Ancestry& ancestry,
-                         const LostCovariance& forgotten) const;
+  [[nodiscard]] MappedLandmark mixture(LandmarkId landmark, std::span<const double> weights,
+                                       const Ancestry& ancestry, const LostCovariance& forgotten) const;
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>

@@ -7,28 +7,28 @@
 
 namespace trundle {
 
-std::size_t ParticlePaths::Segment::index(std::size_t station, Ancestry::Index particle) const {
+std::size_t ParticlePaths::Segment::index(std::size_t keyframe, Ancestry::Index particle) const {
   const auto column = std::ranges::lower_bound(particles, particle) - particles.begin();
-  return station * particles.size() + static_cast<std::size_t>(column);
+  return keyframe * particles.size() + static_cast<std::size_t>(column);
 }
 
 void ParticlePaths::Segment::keep(std::span<const Ancestry::Run> survivors) {
   std::vector<Pose2> kept;
-  kept.reserve(stations() * survivors.size());
-  for (std::size_t station = 0; station < stations(); ++station)
-    for (const Ancestry::Run& run : survivors) kept.push_back(at(station, run.ancestor));
+  kept.reserve(keyframes() * survivors.size());
+  for (std::size_t keyframe = 0; keyframe < keyframes(); ++keyframe)
+    for (const Ancestry::Run& run : survivors) kept.push_back(at(keyframe, run.ancestor));
   poses = std::move(kept);
   particles.clear();
   for (const Ancestry::Run& run : survivors) particles.push_back(run.ancestor);
 }
 
-void ParticlePaths::propagate(const Motion& since_station) {
-  steps_.push_back({since_station});
+void ParticlePaths::propagate(const Motion& since_keyframe) {
+  steps_.push_back({since_keyframe});
 }
 
-void ParticlePaths::add_keyframe(const Motion& since_station, std::span<const Pose2> poses,
+void ParticlePaths::add_keyframe(const Motion& since_keyframe, std::span<const Pose2> poses,
                                  Ancestry& ancestry, const FrameCovariance& drift) {
-  steps_.push_back({since_station, true});
+  steps_.push_back({since_keyframe, true});
   drifts_.push_back(drift);
   if (segments_.empty() || segments_.back().epoch != ancestry.now()) {
     Segment& fresh = segments_.emplace_back();
@@ -49,8 +49,8 @@ void ParticlePaths::resampled(Ancestry& ancestry) {
   while (!segments_.empty() && ancestry.survivors(segments_.front().epoch) == 1) {
     Segment& oldest = segments_.front();
     const Ancestry::Index ancestor = ancestry.ancestor(oldest.epoch, 0);
-    for (std::size_t station = 0; station < oldest.stations(); ++station)
-      common_.push_back(oldest.at(station, ancestor));
+    for (std::size_t keyframe = 0; keyframe < oldest.keyframes(); ++keyframe)
+      common_.push_back(oldest.at(keyframe, ancestor));
     ancestry.release(oldest.epoch);
     segments_.pop_front();
   }
@@ -61,23 +61,23 @@ void ParticlePaths::bend(const LoopCorrection& bend, const Twists& twists, const
   const Vector3 of_all = twists.mean(0, ancestry.particles());
   for (Pose2& pose : common_) pose = bend.motion(bend.share(*drift++) * of_all) * pose;
   for (Segment& segment : segments_)
-    for (std::size_t station = 0; station < segment.stations(); ++station) {
+    for (std::size_t keyframe = 0; keyframe < segment.keyframes(); ++keyframe) {
       const Matrix3 share = bend.share(*drift++);
       twists.for_families(ancestry, segment.epoch, [&](std::size_t ancestor, const Vector3& twist) {
-        Pose2& pose = segment.poses[segment.index(station, static_cast<Ancestry::Index>(ancestor))];
+        Pose2& pose = segment.poses[segment.index(keyframe, static_cast<Ancestry::Index>(ancestor))];
         pose = bend.motion(share * twist) * pose;
       });
     }
 }
 
-std::vector<Pose2> ParticlePaths::stations_of(Ancestry::Index particle, const Ancestry& ancestry) const {
-  std::vector<Pose2> stations = common_;
+std::vector<Pose2> ParticlePaths::keyframes_of(Ancestry::Index particle, const Ancestry& ancestry) const {
+  std::vector<Pose2> keyframes = common_;
   for (const Segment& segment : segments_) {
     const Ancestry::Index ancestor = ancestry.ancestor(segment.epoch, particle);
-    for (std::size_t station = 0; station < segment.stations(); ++station)
-      stations.push_back(segment.at(station, ancestor));
+    for (std::size_t keyframe = 0; keyframe < segment.keyframes(); ++keyframe)
+      keyframes.push_back(segment.at(keyframe, ancestor));
   }
-  return stations;
+  return keyframes;
 }
 
 std::vector<Pose2> ParticlePaths::path_of(const Query& query, const Ancestry& ancestry) const {
@@ -88,28 +88,28 @@ std::vector<Pose2> ParticlePaths::path_of(const Query& query, const Ancestry& an
   const auto append = [&](const Motion& motion, const Vector3& error) {
     path.push_back(before * motion.mean * exp(Twist2::from(motion.by_first(s.size()) * s + error)));
   };
-  for (const Pose2& station : stations_of(query.particle, ancestry)) {
+  for (const Pose2& keyframe : keyframes_of(query.particle, ancestry)) {
     std::size_t last = path.size();
-    while (!steps_[last].is_station) ++last;
-    const Motion& all = steps_[last].since_station;
-    const Vector3 error = log((before * all.mean).inverse() * station).vector() - all.by_first(s.size()) * s;
+    while (!steps_[last].is_keyframe) ++last;
+    const Motion& all = steps_[last].since_keyframe;
+    const Vector3 error = log((before * all.mean).inverse() * keyframe).vector() - all.by_first(s.size()) * s;
     const Vector3 share = all.covariance.ldlt().solve(error);
     while (path.size() < last) {
-      const Motion& motion = steps_[path.size()].since_station;
+      const Motion& motion = steps_[path.size()].since_keyframe;
       const Matrix3 Ad = adjoint(all.mean.inverse() * motion.mean);
       append(motion, motion.covariance * Ad.transpose() * share);
     }
-    path.push_back(station);
-    before = station;
+    path.push_back(keyframe);
+    before = keyframe;
   }
-  while (path.size() < steps_.size()) append(steps_[path.size()].since_station, Vector3::Zero());
+  while (path.size() < steps_.size()) append(steps_[path.size()].since_keyframe, Vector3::Zero());
   return path;
 }
 
-std::size_t ParticlePaths::ancestors(std::size_t stations_back, const Ancestry& ancestry) const {
+std::size_t ParticlePaths::ancestors(std::size_t keyframes_back, const Ancestry& ancestry) const {
   for (auto segment = segments_.rbegin(); segment != segments_.rend(); ++segment) {
-    if (stations_back < segment->stations()) return ancestry.survivors(segment->epoch);
-    stations_back -= segment->stations();
+    if (keyframes_back < segment->keyframes()) return ancestry.survivors(segment->epoch);
+    keyframes_back -= segment->keyframes();
   }
   return 1;
 }

@@ -25,11 +25,11 @@ struct ParticleSet {
   std::size_t leading = 0;  ///< the best, or its first child after a resampling
 
   /// Padding included.
-  ParticleRange all() const { return {0, padded(count)}; }
+  [[nodiscard]] ParticleRange all() const { return {0, padded(count)}; }
   /// That of the greatest weight.
-  std::size_t best() const;
+  [[nodiscard]] std::size_t best() const;
   /// Of the systematic errors, by weight.
-  Systematic mean_systematic() const;
+  [[nodiscard]] Systematic mean_systematic() const;
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
@@ -40,7 +40,7 @@ struct ParticleSet {
 };
 
 /// Without padding.
-std::vector<Pose2> poses_of(const ParticleSet& particles);
+[[nodiscard]] std::vector<Pose2> poses_of(const ParticleSet& particles);
 
 /// Weights from their logarithms. Returns the effective number of particles, 1/Σw²; where none can explain
 /// what was seen, all weigh the same.
@@ -48,9 +48,9 @@ double normalise(ParticleSet& particles);
 
 /// Mean and covariance of where the pending motion brings the particles, about which each is unsure; headings
 /// are averaged as differences to the best particle's.
-PoseEstimate mean_of(const ParticleSet& particles, const PendingMotion& pending);
+[[nodiscard]] PoseEstimate mean_of(const ParticleSet& particles, const PendingMotion& pending);
 /// Where it brings one of them.
-Pose2 pose_of(std::size_t particle, const ParticleSet& particles, const PendingMotion& pending);
+[[nodiscard]] Pose2 pose_of(std::size_t particle, const ParticleSet& particles, const PendingMotion& pending);
 
 /// Of Random: which of its streams resampling draws from.
 inline constexpr std::uint64_t kResamplingStream = 1;

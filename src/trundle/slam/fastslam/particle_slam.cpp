@@ -83,16 +83,16 @@ void ParticleSlam::gate(std::span<const Observation> observations) {
   }
   association_.collect(observations);
   if (!matched_.empty() || association_.sees_something())
-    gating_sample_.meet({particles.poses, particles.systematic, belief_.pending.prediction(),
-                         particles.weights, particles.best(), belief_.predicted_covariance(),
-                         sensor_.body_from_sensor});
+    gating_sample_.select({particles.poses, particles.systematic, belief_.pending.prediction(),
+                           particles.weights, particles.best(), belief_.predicted_covariance(),
+                           sensor_.body_from_sensor});
   std::erase_if(matched_, [&](const MatchedSighting& s) {
-    const GatingSample::Verdict verdict =
-        gating_sample_.on(s.reading, belief_.map.inherited(s.landmark, particles.ancestry), options_.gate);
-    report_.observations[s.observation] = {
-        verdict.rejected ? Decision::rejected : Decision::matched,
-        verdict.rejected ? kUnknownLandmark : belief_.map.id_of(s.landmark), verdict.innovation, verdict.nis};
-    return verdict.rejected;
+    const GatingSample::Gated gated =
+        gating_sample_.gate(s.reading, belief_.map.inherited(s.landmark, particles.ancestry), options_.gate);
+    report_.observations[s.observation] = {gated.rejected ? Decision::rejected : Decision::matched,
+                                           gated.rejected ? kUnknownLandmark : belief_.map.id_of(s.landmark),
+                                           gated.innovation, gated.nis};
+    return gated.rejected;
   });
 }
 
@@ -100,7 +100,7 @@ bool ParticleSlam::sees_something() const {
   return !matched_.empty() || !unmapped_.empty() || association_.sees_something();
 }
 
-/// Poses are drawn, take their weights and improve their landmarks: all of it for one piece of the particles
+/// Poses are drawn, take their weights and improve their landmarks: all of it for one block of the particles
 /// at a time, unless something has to be decided about all of them in between.
 void ParticleSlam::propose_and_weigh() {
   ParticleSet& particles = belief_.particles;
@@ -111,17 +111,17 @@ void ParticleSlam::propose_and_weigh() {
   const bool is_associated = associate(draw);
   const bool is_up = is_associated || proposal_.needs_all();
   if (is_up && !is_associated)
-    thread_pool_.for_all_particles([&](ParticleRange piece) { predict_range(draw, piece); });
+    thread_pool_.for_all_particles([&](ParticleRange block) { predict_range(draw, block); });
   association_.add_readings(readings_);
   near_.set(readings_, particles.sensors.origin);
   proposal_.refine(step, thread_pool_, particles);
   const bool is_placed = is_associated && proposal_.is_motion();
-  thread_pool_.for_all_particles([&](ParticleRange piece) {
-    if (!is_up) predict_range(draw, piece);
-    proposal_.draw(step, piece, particles);
+  thread_pool_.for_all_particles([&](ParticleRange block) {
+    if (!is_up) predict_range(draw, block);
+    proposal_.draw(step, block, particles);
     if (!is_placed)
-      place(particles.predicted, particles.noise, placement, piece, particles.poses, particles.sensors);
-    weigh_and_improve(near_, particles.sensors, piece, particles.log_weights.data());
+      place(particles.predicted, particles.noise, placement, block, particles.poses, particles.sensors);
+    weigh_and_improve(near_, particles.sensors, block, particles.log_weights.data());
   });
   belief_.map.all_have_inherited();
 }
@@ -152,11 +152,11 @@ bool ParticleSlam::associate(const Draw& draw) {
   const ParticleAssociation::View view{
       particles.sensors, unsure, particles.best(), draw, particles.log_weights.data(), gating_sample_};
   association_.look_up(view, belief_.map, particles.ancestry);
-  thread_pool_.for_all_particles([&](ParticleRange piece) {
-    predict_range(draw, piece);
-    place(particles.predicted, particles.noise, {L, sensor_.body_from_sensor}, piece, particles.poses,
+  thread_pool_.for_all_particles([&](ParticleRange block) {
+    predict_range(draw, block);
+    place(particles.predicted, particles.noise, {L, sensor_.body_from_sensor}, block, particles.poses,
           particles.sensors);
-    association_.choose(view, piece);
+    association_.choose(view, block);
   });
   association_.decide(view);
   return true;

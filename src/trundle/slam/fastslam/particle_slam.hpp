@@ -19,6 +19,7 @@ enum class PointEstimate {
   best,  ///< the particle of greatest weight
 };
 
+/// Of a particle filter.
 struct ParticleSlamOptions {
   Proposal proposal = Proposal::linearised;
   std::size_t particles = 100;
@@ -31,7 +32,7 @@ struct ParticleSlamOptions {
   std::size_t threads = 1;  ///< results do not depend on it
   SwarmOptions swarm = {};
   PointEstimate estimate = PointEstimate::mean;
-  LandmarkId first_nameless = 0;  ///< landmarks without names are numbered from here on: above all names
+  LandmarkId first_nameless = 0;  ///< unidentified landmarks are numbered from here on: above all given ids
 };
 
 /// FastSLAM: a Rao–Blackwellised particle filter. Poses are drawn when there is something to draw them with.
@@ -41,37 +42,38 @@ class ParticleSlam {
   /// Throws InputError when there is no particle.
   ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptions& options);
 
+  /// One motion and what was seen at its end.
   const StepReport& step(const Motion& motion, std::span<const Observation> observations);
   /// What the gyro reads at rest, after a step.
   void read_bias(const BiasReading& reading);
 
   /// The particles' mean or best where the motion since they were last drawn has brought them, and the
-  /// covariance about it of both, with what resampling has made them forget. The best is that before a
+  /// covariance about it of both, with what was lost by resampling. The best is that before a
   /// resampling.
-  PoseEstimate estimate() const;
-  std::size_t landmarks() const { return belief_.map.landmarks(); }
-  /// Over all particles. The covariance is of what they differ in, or have forgotten, and what each is unsure
-  /// of.
-  MappedLandmark landmark(std::size_t index) const;
-  /// Whether the most probable particle has it: those without names not all have.
-  bool has_landmark(std::size_t index) const;
+  [[nodiscard]] PoseEstimate estimate() const;
+  [[nodiscard]] std::size_t landmarks() const { return belief_.map.landmarks(); }
+  /// Over all particles. The covariance is their scatter, what of it was lost by resampling, and the mean of
+  /// their own.
+  [[nodiscard]] MappedLandmark landmark(std::size_t index) const;
+  /// Whether the most probable particle has it: of the unidentified ones not all have.
+  [[nodiscard]] bool has_landmark(std::size_t index) const;
   /// Whether it surely exists: one without a name may be tentative.
-  bool is_confirmed(std::size_t index) const {
+  [[nodiscard]] bool is_confirmed(std::size_t index) const {
     return association_.is_confirmed(static_cast<LandmarkId>(index));
   }
 
   /// As they were last drawn: at the last step with sightings.
-  std::vector<Pose2> poses() const;
-  std::vector<double> weights() const;
+  [[nodiscard]] std::vector<Pose2> poses() const;
+  [[nodiscard]] std::vector<double> weights() const;
   /// Of the particle with the largest weight: poses after each step; empty when paths are not kept.
-  std::vector<Pose2> best_path() const;
+  [[nodiscard]] std::vector<Pose2> best_path() const;
   /// Of how many particles at the step with sightings so many before the last those of now descend; 1 where
   /// paths are not kept.
-  std::size_t ancestors(std::size_t steps_back) const {
+  [[nodiscard]] std::size_t ancestors(std::size_t steps_back) const {
     return belief_.paths.ancestors(steps_back, belief_.particles.ancestry);
   }
   /// Poses stored for that, by all particles together.
-  std::size_t stored_poses() const { return belief_.paths.stored(); }
+  [[nodiscard]] std::size_t stored_poses() const { return belief_.paths.stored(); }
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
@@ -81,7 +83,7 @@ class ParticleSlam {
 
  private:
   void gate(std::span<const Observation> observations);
-  bool sees_something() const;
+  [[nodiscard]] bool sees_something() const;
   void expect_landmarks();
   bool associate(const Draw& draw);
   void propose_and_weigh();

@@ -86,8 +86,9 @@ WhitenedGaussian PoseTarget::gaussian_at(std::size_t particle, const Vector3& n)
 }
 
 WhitenedGaussian PoseTarget::gaussian_near(std::size_t particle, const Vector3& n) const {
+  // Gauss–Newton converges quadratically: what moves by less than a tenth of a σ has a hundredth of it left.
   constexpr int kMostSteps = 4;
-  constexpr double kClose = 0.1;  // of a σ
+  constexpr double kClose = 0.1;  // [σ of the motion]
   WhitenedGaussian found = gaussian_at(particle, n);
   Vector3 from = n;
   for (int step = 1; step < kMostSteps && (found.mean - from).norm() > kClose; ++step) {
@@ -97,7 +98,7 @@ WhitenedGaussian PoseTarget::gaussian_near(std::size_t particle, const Vector3& 
   return found;
 }
 
-PoseTarget::Surprise PoseTarget::surprise(std::size_t particle, const KnownReading& known) const {
+PoseTarget::Innovation PoseTarget::innovation(std::size_t particle, const KnownReading& known) const {
   const Pose2 at = predicted(particle);
   const SensorAt sensor = sensor_at(at, body_from_sensor_);
   const Sight sight = sight_of(sensor, known.reading, known.landmark->at(particle));

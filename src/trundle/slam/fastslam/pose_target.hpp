@@ -9,8 +9,8 @@
 
 namespace trundle {
 
-ReadingTerms reading_terms(const Observation& observation, const LandmarkSensor& sensor);
-SensorAt sensor_at(const Pose2& world_from_body, const Pose2& body_from_sensor);
+[[nodiscard]] ReadingTerms reading_terms(const Observation& observation, const LandmarkSensor& sensor);
+[[nodiscard]] SensorAt sensor_at(const Pose2& world_from_body, const Pose2& body_from_sensor);
 
 /// A Gaussian of a pose in whitened coordinates n of its prediction: pose = predicted · exp(L n).
 struct WhitenedGaussian {
@@ -27,33 +27,33 @@ class PoseTarget {
   PoseTarget(const PoseColumns& predicted, const Matrix3& motion_covariance, const Pose2& body_from_sensor,
              std::span<const KnownReading> readings);
 
-  Pose2 predicted(std::size_t particle) const { return predicted_.at(particle); }
-  Pose2 pose(std::size_t particle, const Vector3& n) const {
+  [[nodiscard]] Pose2 predicted(std::size_t particle) const { return predicted_.at(particle); }
+  [[nodiscard]] Pose2 pose(std::size_t particle, const Vector3& n) const {
     return predicted(particle) * exp(Twist2::from(L_ * n));
   }
   /// 3 σ of each coordinate of e limit how far a search may go; what is within stays.
-  Vector3 clamped(const Vector3& n) const;
+  [[nodiscard]] Vector3 clamped(const Vector3& n) const;
 
   struct Value {
     double log_density = 0.0;
     double agreement = 0.0;  ///< mean over the readings of exp(−½ d²)
   };
-  Value at(std::size_t particle, const Vector3& n) const;
+  [[nodiscard]] Value at(std::size_t particle, const Vector3& n) const;
   /// One Gauss–Newton step from n, and the curvature there.
-  WhitenedGaussian gaussian_at(std::size_t particle, const Vector3& n) const;
+  [[nodiscard]] WhitenedGaussian gaussian_at(std::size_t particle, const Vector3& n) const;
   /// The same at the maximum, as Gauss–Newton finds it from n in a few steps.
-  WhitenedGaussian gaussian_near(std::size_t particle, const Vector3& n) const;
+  [[nodiscard]] WhitenedGaussian gaussian_near(std::size_t particle, const Vector3& n) const;
   /// Squared innovation of one reading at the prediction, in the covariance of landmark, reading and motion.
-  struct Surprise {
+  struct Innovation {
     Vector2 innovation;  ///< (range, bearing)
     double nis;
   };
-  Surprise surprise(std::size_t particle, const KnownReading& reading) const;
+  [[nodiscard]] Innovation innovation(std::size_t particle, const KnownReading& reading) const;
 
  private:
   using Matrix23 = Eigen::Matrix<double, 2, 3>;
   /// ∂(along, across)/∂n at a pose.
-  Matrix23 derivative(const Pose2& pose, const SensorAt& sensor, const Sight& sight) const;
+  [[nodiscard]] Matrix23 derivative(const Pose2& pose, const SensorAt& sensor, const Sight& sight) const;
 
   const PoseColumns& predicted_;
   Pose2 body_from_sensor_;

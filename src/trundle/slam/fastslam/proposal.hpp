@@ -22,9 +22,11 @@ class PoseProposal {
   PoseProposal(Proposal kind, const SwarmOptions& swarm, std::size_t particles);
 
   /// Whether it takes the motion's noise as it is, whatever is seen.
-  bool is_motion() const { return kind_ == Proposal::motion; }
+  [[nodiscard]] bool is_motion() const { return kind_ == Proposal::motion; }
   /// Whether particles depend on one another: all of them have to be predicted before any is drawn.
-  bool needs_all() const { return kind_ == Proposal::swarm || kind_ == Proposal::swarm_gaussian; }
+  [[nodiscard]] bool needs_all() const {
+    return kind_ == Proposal::swarm || kind_ == Proposal::swarm_gaussian;
+  }
 
   struct Step {
     const NearReadings& readings;  ///< of known landmarks
@@ -33,7 +35,7 @@ class PoseProposal {
   };
   /// What is found out by all of them together, of proposals that need all.
   void refine(const Step& step, ThreadPool& thread_pool, ParticleSet& particles);
-  /// A piece of the particles is drawn. `particles.sensors` stand at the predictions afterwards, or anywhere.
+  /// A block of the particles is drawn. `particles.sensors` stand at the predictions afterwards, or anywhere.
   void draw(const Step& step, ParticleRange range, ParticleSet& particles);
 
  private:

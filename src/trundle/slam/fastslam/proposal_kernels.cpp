@@ -93,11 +93,11 @@ template <class Real>
 struct LaneGaussian {
   LaneTriple<Real> mean;
   LaneCholesky<Real> root;  ///< of the information
-  Vec<Real> bend2;          ///< see gaussian_at
+  Vec<Real> bend2;          ///< squared error of the linearisation: see gaussian_at
 };
 
 /// One Gauss–Newton step from n, and the curvature there. Over a step of length d and turn t what was
-/// linearised bends by less than d (d/range + t); `bend2` is that squared, in the readings' own σ.
+/// linearised errs by less than d (d/range + t); `bend2` is that squared, in the readings' own σ.
 template <class Real>
 HWY_INLINE LaneGaussian<Real> gaussian_at(std::span<const NearReading<Real>> readings,
                                           const LaneSensor<Real>& sensor, std::size_t i,
@@ -144,9 +144,9 @@ HWY_INLINE void replace(Mask mask, const LaneGaussian<Real>& by, LaneGaussian<Re
 template <class Real>
 void gaussians_as(std::span<const NearReading<Real>> readings, const GaussianProposal& proposal,
                   ParticleRange range, TripleColumns& n_columns, double* log_weights) {
-  constexpr int kMostSteps = 4;
-  constexpr double kGreatestBend2 = 0.01;
-  constexpr double kFarthest = 1e6;  // [σ] beyond, numbers have failed and the motion has to do
+  constexpr int kMostSteps = 4;  // what has not converged then is weighed as it is: any proposal is unbiased
+  constexpr double kGreatestBend2 = 0.01;  // (0.1 σ)²: the linearisation errs by a tenth of a reading's noise
+  constexpr double kFarthest = 1e6;        // [σ] beyond, numbers have failed and the motion has to do
   const LaneMatrix<Real> L = matrix<Real>(proposal.L);
   const Vec<Real> zero = hn::Zero(Tag<Real>());
   for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {

@@ -8,8 +8,10 @@
 namespace trundle {
 namespace {
 
+// How far agents start and may go from the prediction: 99.7 % of the motion's noise, along each axis.
 constexpr double kReachInSigmas = 3.0;
-constexpr std::size_t kCells = 27;  // of a search: a place and its neighbours
+// Of a search: a place and its 26 neighbours in the grid of three coordinates.
+constexpr std::size_t kCells = 27;
 
 }  // namespace
 
@@ -61,20 +63,20 @@ void Swarm::refine(const Target& target, const SwarmOptions& options, ThreadPool
                        kReachInSigmas * target.L.rowwise().norm(),
                        sensor_at({}, target.body_from_sensor),
                        options.target_agreement > 0.0};
-  thread_pool.for_all_particles([&](ParticleRange piece) {
-    place(target.predicted, still_, {}, piece, poses_, predicted_);
-    start_swarm(task, n, piece, agents_);
+  thread_pool.for_all_particles([&](ParticleRange block) {
+    place(target.predicted, still_, {}, block, poses_, predicted_);
+    start_swarm(task, n, block, agents_);
   });
   double radius = options.search_radius;
   const double slowing = (options.first_inertia - options.last_inertia) / std::max(options.iterations - 1, 1);
   for (int k = 0; k < options.iterations; ++k) {
     const auto purpose = static_cast<std::uint32_t>(1 + k);
-    thread_pool.for_all_particles([&](ParticleRange piece) {
-      draw_chances({target.draw.seed, target.draw.step, purpose}, piece, chances_);
-      find_partners(piece);
+    thread_pool.for_all_particles([&](ParticleRange block) {
+      draw_chances({target.draw.seed, target.draw.step, purpose}, block, chances_);
+      find_partners(block);
     });
-    thread_pool.for_all_particles([&](ParticleRange piece) {
-      compete(task, {partners_, partner_values_, chances_[0]}, piece, agents_);
+    thread_pool.for_all_particles([&](ParticleRange block) {
+      compete(task, {partners_, partner_values_, chances_[0]}, block, agents_);
     });
     const Flight flight{chances_[1],
                         chances_[2],
@@ -82,7 +84,7 @@ void Swarm::refine(const Target& target, const SwarmOptions& options, ThreadPool
                         options.first_inertia - k * slowing,
                         options.cognitive,
                         options.social};
-    thread_pool.for_all_particles([&](ParticleRange piece) { fly(task, flight, piece, agents_); });
+    thread_pool.for_all_particles([&](ParticleRange block) { fly(task, flight, block, agents_); });
     search(task, radius);
     radius *= 0.5;
     if (task.wants_agreement && agreement() >= options.target_agreement) break;

@@ -9,6 +9,7 @@
 
 namespace trundle {
 
+/// Of the swarm: letters as in docs/theory/swarm.md.
 struct SwarmOptions {
   int iterations = 5;             ///< K; with target_agreement an upper bound
   double target_agreement = 0.0;  ///< W_set: stop once the mean of exp(−½ d²) is above; 0: never
@@ -25,11 +26,11 @@ struct Lattice {
   std::size_t rows = 0;
   std::size_t columns = 0;
 
-  std::size_t cells() const { return rows * columns; }
+  [[nodiscard]] std::size_t cells() const { return rows * columns; }
   /// Left, right, above, below on the torus.
-  std::array<std::size_t, 4> neighbours(std::size_t cell) const;
+  [[nodiscard]] std::array<std::size_t, 4> neighbours(std::size_t cell) const;
 };
-Lattice lattice_of(std::size_t particles);
+[[nodiscard]] Lattice lattice_of(std::size_t particles);
 
 /// Moves every particle to a better pose: agents on a torus lattice compete with their neighbours, fly as a
 /// swarm, and the best of them searches around itself. docs/theory/swarm.md. Room for all of it is kept
@@ -53,8 +54,8 @@ class Swarm {
  private:
   void find_partners(ParticleRange range);
   void search(const SwarmTask& task, double radius);
-  std::size_t best_agent() const;
-  double agreement() const;
+  [[nodiscard]] std::size_t best_agent() const;
+  [[nodiscard]] double agreement() const;
 
   std::size_t particles_;
   Lattice lattice_;

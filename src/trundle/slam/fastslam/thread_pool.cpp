@@ -12,14 +12,18 @@
 namespace trundle {
 namespace {
 
-constexpr std::size_t kPiece = 128;  // particles: their share of what is in view stays in the nearest cache
-constexpr std::chrono::microseconds kPatience{200};
+// Particles of a block: 128 × 5 numbers × 4 bytes of each of ten landmarks in view are 26 kB, which stay in
+// the nearest cache of 32 kB.
+constexpr std::size_t kBlock = 128;
+// How long a thread waits awake: longer than the pauses within a step (some 10 µs), shorter than one between
+// steps (1 ms and more), in which it should sleep.
+constexpr std::chrono::microseconds kAwake{200};
 
 using Counter = std::atomic<std::uint32_t>;
 
 /// Waits until it is another number: awake for a moment, then asleep.
 std::uint32_t changed(const Counter& counter, std::uint32_t from) {
-  const auto end = std::chrono::steady_clock::now() + kPatience;
+  const auto end = std::chrono::steady_clock::now() + kAwake;
   do {
     for (int k = 0; k < 64; ++k) {
       if (const std::uint32_t now = counter.load(std::memory_order_acquire); now != from) return now;
@@ -32,14 +36,14 @@ std::uint32_t changed(const Counter& counter, std::uint32_t from) {
 
 }  // namespace
 
-/// Those that help the caller. Calls are counted; a piece is taken, and done, for a call: who comes too late
-/// for one finds all its pieces taken, and has not looked at what was to be done.
+/// Those that help the caller. Calls are counted; a block is taken, and done, for a call: who comes too late
+/// for one finds all its blocks taken, and has not looked at what was to be done.
 class ThreadPool::Hands {
  public:
   Hands(std::size_t threads, std::size_t particles)
-      : particles_(padded(particles)), pieces_((particles_ + kPiece - 1) / kPiece) {
+      : particles_(padded(particles)), blocks_((particles_ + kBlock - 1) / kBlock) {
     for (std::size_t k = 1; k < threads; ++k)
-      threads_.emplace_back([this, begin = k * pieces_.size() / threads] { attend(begin); });
+      threads_.emplace_back([this, begin = k * blocks_.size() / threads] { attend(begin); });
   }
   Hands(const Hands&) = delete;
   Hands& operator=(const Hands&) = delete;
@@ -55,13 +59,13 @@ class ThreadPool::Hands {
     context_ = context;
     const std::uint32_t call = calls_.fetch_add(1, std::memory_order_release) + 1;
     calls_.notify_all();
-    take_pieces(0, call);
-    for (const Piece& piece : pieces_)
-      while (piece.done.load(std::memory_order_acquire) != call) changed(piece.done, call - 1);
+    take_blocks(0, call);
+    for (const Block& block : blocks_)
+      while (block.done.load(std::memory_order_acquire) != call) changed(block.done, call - 1);
   }
 
  private:
-  struct alignas(64) Piece {
+  struct alignas(64) Block {
     Counter taken = 0;  ///< call for which it was last taken
     Counter done = 0;
   };
@@ -69,24 +73,24 @@ class ThreadPool::Hands {
   void attend(std::size_t begin) {
     for (std::uint32_t call = changed(calls_, 0); !is_over_.load(std::memory_order_relaxed);
          call = changed(calls_, call))
-      take_pieces(begin, call);
+      take_blocks(begin, call);
   }
 
   /// One's own first: they are in one's cache.
-  void take_pieces(std::size_t begin, std::uint32_t call) {
-    for (std::size_t k = 0; k < pieces_.size(); ++k) {
-      const std::size_t number = (begin + k) % pieces_.size();
-      Piece& piece = pieces_[number];
+  void take_blocks(std::size_t begin, std::uint32_t call) {
+    for (std::size_t k = 0; k < blocks_.size(); ++k) {
+      const std::size_t number = (begin + k) % blocks_.size();
+      Block& block = blocks_[number];
       std::uint32_t before = call - 1;
-      if (!piece.taken.compare_exchange_strong(before, call, std::memory_order_acq_rel)) continue;
-      step_(context_, {number * kPiece, std::min((number + 1) * kPiece, particles_)});
-      piece.done.store(call, std::memory_order_release);
-      piece.done.notify_one();
+      if (!block.taken.compare_exchange_strong(before, call, std::memory_order_acq_rel)) continue;
+      step_(context_, {number * kBlock, std::min((number + 1) * kBlock, particles_)});
+      block.done.store(call, std::memory_order_release);
+      block.done.notify_one();
     }
   }
 
   std::size_t particles_;
-  std::vector<Piece> pieces_;
+  std::vector<Block> blocks_;
   Step step_ = nullptr;
   void* context_ = nullptr;
   alignas(64) Counter calls_ = 0;
@@ -96,7 +100,7 @@ class ThreadPool::Hands {
 
 ThreadPool::ThreadPool(std::size_t threads, std::size_t particles)
     : threads_(
-          std::clamp((particles + kPiece - 1) / kPiece, std::size_t{1}, std::max(threads, std::size_t{1}))),
+          std::clamp((particles + kBlock - 1) / kBlock, std::size_t{1}, std::max(threads, std::size_t{1}))),
       particles_(particles) {}
 
 ThreadPool::ThreadPool(ThreadPool&& other) noexcept = default;
@@ -110,8 +114,8 @@ ThreadPool::~ThreadPool() = default;
 
 void ThreadPool::run(Step step, void* context) {
   if (threads_ == 1) {
-    for (std::size_t first = 0; first < padded(particles_); first += kPiece)
-      step(context, {first, std::min(first + kPiece, padded(particles_))});
+    for (std::size_t first = 0; first < padded(particles_); first += kBlock)
+      step(context, {first, std::min(first + kBlock, padded(particles_))});
     return;
   }
   if (!hands_) hands_ = std::make_unique<Hands>(threads_, particles_);

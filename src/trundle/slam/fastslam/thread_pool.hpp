@@ -8,7 +8,7 @@
 namespace trundle {
 
 /// Threads that share the particles of one filter. What they do in a step takes less time than waking one of
-/// them, so they stay awake for a moment after each call; and a piece whose thread is late, because the
+/// them, so they stay awake for a moment after each call; and a block whose thread is late, because the
 /// machine has other things to do, is done by one that is there. A copy has threads of its own.
 class ThreadPool {
  public:
@@ -18,17 +18,17 @@ class ThreadPool {
   ThreadPool& operator=(ThreadPool other) noexcept;
   ~ThreadPool();
 
-  /// body(piece) for pieces that together are all particles, padding included. What a body does to a particle
+  /// body(block) for blocks that together are all particles, padding included. What a body does to a particle
   /// must not depend on others: then the number of threads changes nothing.
   template <class Body>
   void for_all_particles(Body&& body) {
     run([](void* context,
-           ParticleRange piece) { (*static_cast<std::remove_reference_t<Body>*>(context))(piece); },
+           ParticleRange block) { (*static_cast<std::remove_reference_t<Body>*>(context))(block); },
         &body);
   }
 
  private:
-  using Step = void (*)(void* context, ParticleRange piece);
+  using Step = void (*)(void* context, ParticleRange block);
   class Hands;
 
   void run(Step step, void* context);

@@ -8,16 +8,16 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "trundle/geometry/rigid_motion.hpp"
+#include "trundle/slam/association/relocalization.hpp"
 
 namespace trundle {
 namespace {
 
-constexpr std::size_t kMostPairs = 6;        // of points, tried in one step
-constexpr std::size_t kMostHypotheses = 64;  // kept
-constexpr double kReach = 16.0;              // hypotheses whose log odds are so far below the best are none
-constexpr double kSamePlace_m = 0.5;
-constexpr double kSameHeading_rad = radians(10.0);
+// A baseline of fewer sigmas says too little of where two points lie to each other: the heading that follows
+// from it is unsure by more than 1/5 rad, beyond which the linearised fit is none.
+constexpr double kLeastBaseline = 5.0;  // [σ]
+// What keeps a quotient finite where two points are one; shorter than any baseline that is used [m].
+constexpr double kNoBaseline_m = 1e-9;
 
 struct SightedPair {
   const SightedPoint* first;
@@ -26,29 +26,15 @@ struct SightedPair {
   double sigma_m;  ///< of the baseline
 };
 
-/// A point as a pose expects it: −residual's derivative and its own covariance.
-struct PointSight {
-  Vector2 residual;
-  Matrix23 H;  ///< of the expected point by (x, y, heading)
-  Matrix2 noise;
-};
-
-/// Eq. 47: q = Rᵀ(m − p).
-PointSight point_sight(const Pose2& pose, const SightedPoint& point, const KnownLandmark& landmark) {
-  const Matrix2 Rt = rotation(-pose.heading);
-  const Vector2 expected = Rt * (landmark.position - pose.translation());
-  PointSight sight;
-  sight.residual = point.in_body - expected;
-  sight.H << -Rt, Vector2(expected.y(), -expected.x());
-  sight.noise = point.covariance + Rt * landmark.covariance * Rt.transpose();
-  return sight;
+PointMatch match_of(const SightedPoint& point, const KnownLandmark& landmark) {
+  return {point.in_body, point.covariance, landmark.position, landmark.covariance};
 }
 
 double log_normal(double squared_distance, const Matrix2& covariance) {
   return -0.5 * (squared_distance + std::log(covariance.determinant())) - std::log(2.0 * kPi);
 }
 
-/// Judges one constellation.
+/// The hypotheses that one local map suggests.
 class GlobalSearch {
  public:
   GlobalSearch(const LocalMap& seen, const KnownMap& map, const LandmarkSensor& sensor,
@@ -58,7 +44,7 @@ class GlobalSearch {
         sensor_(sensor),
         options_(options),
         log_space_(std::log(2.0 * kPi * map.area_m2(sensor.max_range_m))) {
-    for (const SightedPoint& point : seen.points()) crowds_.push_back(crowd_of(point));
+    for (const SightedPoint& point : seen.points()) repeats_.push_back(repeats_of(point));
   }
 
   std::vector<PoseHypothesis> run() {
@@ -69,9 +55,9 @@ class GlobalSearch {
 
   double log_odds_at(const PoseEstimate& pose) const {
     PoseHypothesis hypothesis{pose};
+    const auto& [place_m, heading_rad] = options_.same;
     hypothesis.pose.covariance =
-        Vector3(kSamePlace_m * kSamePlace_m, kSamePlace_m * kSamePlace_m, kSameHeading_rad * kSameHeading_rad)
-            .asDiagonal();
+        Vector3(place_m * place_m, place_m * place_m, heading_rad * heading_rad).asDiagonal();
     hypothesis.log_odds =
         0.5 * std::log(hypothesis.pose.covariance.determinant()) + 1.5 * std::log(2.0 * kPi) - log_space_;
     std::vector<LandmarkId> taken;
@@ -91,13 +77,14 @@ class GlobalSearch {
         const Vector2 apart = points[j].in_body - points[i].in_body;
         const double baseline = apart.norm();
         const Matrix2 both = points[i].covariance + points[j].covariance;
-        const double sigma = std::sqrt(apart.dot(both * apart)) / std::max(baseline, 1e-9);
+        const double sigma = std::sqrt(apart.dot(both * apart)) / std::max(baseline, kNoBaseline_m);
         const bool same_name = points[i].landmark >= 0 && points[i].landmark == points[j].landmark;
-        if (!same_name && baseline > 5.0 * sigma) pairs.push_back({&points[i], &points[j], baseline, sigma});
+        if (!same_name && baseline > kLeastBaseline * sigma)
+          pairs.push_back({&points[i], &points[j], baseline, sigma});
       }
     std::ranges::stable_sort(pairs, std::greater{},
                              [](const SightedPair& p) { return p.baseline_m / p.sigma_m; });
-    if (pairs.size() > kMostPairs) pairs.resize(kMostPairs);
+    if (pairs.size() > options_.most_pairs) pairs.resize(options_.most_pairs);
     return pairs;
   }
 
@@ -127,7 +114,7 @@ class GlobalSearch {
     std::vector<LandmarkId> taken = {first, second};
     add_points(*hypothesis, pair, taken);
     best_ = std::max(best_, hypothesis->log_odds);
-    if (hypothesis->log_odds > best_ - kReach) found_.push_back(*hypothesis);
+    if (hypothesis->log_odds > best_ - options_.log_odds_range) found_.push_back(*hypothesis);
   }
 
   /// log of the density of a point that is no landmark of the map, or has a wrong name: anywhere in sight.
@@ -142,41 +129,18 @@ class GlobalSearch {
     return std::log1p(-options_.outlier_share) - std::log(std::max(1.0, in_view));
   }
 
-  /// Eq. 47, 48: least squares for the pose from two points, and what they weigh together.
+  /// Eq. 48: the pose that two points determine, and their weight.
   std::optional<PoseHypothesis> from_pair(const SightedPair& pair, LandmarkId first,
                                           LandmarkId second) const {
-    const PointPair ends[] = {{pair.first->in_body, map_[first].position},
-                              {pair.second->in_body, map_[second].position}};
-    const std::optional<Pose2> start = rigid_motion(ends);
-    if (!start) return std::nullopt;
-    PoseHypothesis hypothesis;
-    PoseEstimate& pose = hypothesis.pose;
-    pose.pose = *start;
-    double squares = 0.0;
-    double log_noise = 0.0;
-    for (int round = 0; round < 2; ++round) {
-      Matrix3 information = Matrix3::Zero();
-      Vector3 gradient = Vector3::Zero();
-      squares = log_noise = 0.0;
-      for (const auto& [point, landmark] : {std::pair(pair.first, first), std::pair(pair.second, second)}) {
-        const PointSight sight = point_sight(pose.pose, *point, map_[landmark]);
-        const Matrix2 weight = sight.noise.inverse();
-        information += sight.H.transpose() * weight * sight.H;
-        gradient += sight.H.transpose() * weight * sight.residual;
-        squares += sight.residual.dot(weight * sight.residual);
-        log_noise += std::log(sight.noise.determinant());
-      }
-      pose.covariance = information.inverse();
-      const Vector3 change = pose.covariance * gradient;
-      squares -= change.dot(gradient);
-      pose.pose = {pose.pose.x + change.x(), pose.pose.y + change.y(), pose.pose.heading + change.z()};
-    }
-    if (squares > options_.gate) return std::nullopt;
-    hypothesis.log_odds = -0.5 * (squares + log_noise) - 2.0 * std::log(2.0 * kPi) +
-                          0.5 * std::log(pose.covariance.determinant()) + 1.5 * std::log(2.0 * kPi) -
+    const PointMatch ends[] = {match_of(*pair.first, map_[first]), match_of(*pair.second, map_[second])};
+    const std::optional<PoseFit> fit = fit_pose(ends);
+    if (!fit || fit->misfit > options_.gate) return std::nullopt;
+    PoseHypothesis hypothesis{{fit->map_from_body, fit->covariance}};
+    hypothesis.log_odds = -0.5 * (fit->misfit + fit->log_noise) - 2.0 * std::log(2.0 * kPi) +
+                          0.5 * std::log(fit->covariance.determinant()) + 1.5 * std::log(2.0 * kPi) -
                           log_space_;
     for (const SightedPoint* point : {pair.first, pair.second})
-      hypothesis.log_odds += log_landmark(*point, pose) - log_chance(*point);
+      hypothesis.log_odds += log_landmark(*point, hypothesis.pose) - log_chance(*point);
     hypothesis.matched = 2;
     return hypothesis;
   }
@@ -190,12 +154,12 @@ class GlobalSearch {
       if (&point == pair.first || &point == pair.second || !is_usable(point)) continue;
       const double log_in_map = take(hypothesis, point, taken) + log_landmark(point, hypothesis.pose);
       const double gain = std::log(std::exp(log_in_map - log_chance(point)) + options_.outlier_share);
-      hypothesis.log_odds += gain / crowds_[i];
+      hypothesis.log_odds += gain / repeats_[i];
     }
   }
 
-  /// Points in one place are one witness.
-  double crowd_of(const SightedPoint& point) const {
+  /// Points in one place are one supporting landmark: how many there are.
+  double repeats_of(const SightedPoint& point) const {
     return static_cast<double>(std::ranges::count_if(
         seen_.points(), [&](const SightedPoint& p) { return are_one_place(p, point); }));
   }
@@ -205,17 +169,17 @@ class GlobalSearch {
   double take(PoseHypothesis& hypothesis, const SightedPoint& point, std::vector<LandmarkId>& taken) const {
     PoseEstimate& pose = hypothesis.pose;
     double best = options_.gate;
-    std::optional<PointSight> chosen;
+    std::optional<PointInnovation> chosen;
     LandmarkId landmark = kUnknownLandmark;
     Matrix2 S_chosen;
     for (const LandmarkId id : candidates(pose, point)) {
       if (std::ranges::find(taken, id) != taken.end()) continue;
-      const PointSight sight = point_sight(pose.pose, point, map_[id]);
-      const Matrix2 S = sight.H * pose.covariance * sight.H.transpose() + sight.noise;
-      const double squared = sight.residual.dot(S.llt().solve(sight.residual));
+      const PointInnovation innovation = point_innovation(pose.pose, match_of(point, map_[id]));
+      const Matrix2 S = innovation.H * pose.covariance * innovation.H.transpose() + innovation.noise;
+      const double squared = innovation.residual.dot(S.llt().solve(innovation.residual));
       if (squared > best) continue;
       best = squared;
-      chosen = sight;
+      chosen = innovation;
       landmark = id;
       S_chosen = S;
     }
@@ -241,7 +205,7 @@ class GlobalSearch {
     std::vector<PoseHypothesis> kept;
     for (const PoseHypothesis& candidate : found_) {
       const auto is_same = [&](const PoseHypothesis& other) {
-        return is_same_place(other.pose.pose, candidate.pose.pose);
+        return is_same_place(other.pose.pose, candidate.pose.pose, options_.same);
       };
       if (kept.size() == kMostHypotheses) break;
       if (std::ranges::none_of(kept, is_same)) kept.push_back(candidate);
@@ -253,8 +217,8 @@ class GlobalSearch {
   const KnownMap& map_;
   const LandmarkSensor& sensor_;
   const MapSightOptions& options_;
-  double log_space_;            ///< of the poses that there are
-  std::vector<double> crowds_;  ///< of each point: how many are in its place
+  double log_space_;             ///< of the poses that there are
+  std::vector<double> repeats_;  ///< of each point: how many are in its place
   std::vector<PoseHypothesis> found_;
   double best_ = 0.0;  ///< log odds of the best one found, or of none
 };
@@ -271,9 +235,9 @@ double log_odds_at(const PoseEstimate& pose, const LocalMap& seen, const KnownMa
   return GlobalSearch(seen, map, sensor, options).log_odds_at(pose);
 }
 
-bool is_same_place(const Pose2& a, const Pose2& b) {
+bool is_same_place(const Pose2& a, const Pose2& b, const SamePlace& same) {
   const Pose2 apart = a.inverse() * b;
-  return apart.translation().norm() < kSamePlace_m && std::abs(wrap_angle(apart.heading)) < kSameHeading_rad;
+  return apart.translation().norm() < same.place_m && std::abs(wrap_angle(apart.heading)) < same.heading_rad;
 }
 
 }  // namespace trundle

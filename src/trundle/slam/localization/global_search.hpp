@@ -7,27 +7,32 @@
 
 namespace trundle {
 
+/// Hypotheses that are found or followed at one time: bounds the work of a step and decides nothing, for the
+/// improbable ones go first.
+inline constexpr std::size_t kMostHypotheses = 64;
+
 /// A pose at which the landmarks seen lately would be landmarks of the map.
 struct PoseHypothesis {
   PoseEstimate pose;
   /// Against 'nothing of this is in the map': docs/theory/global-localization.md, eq. 49.
   double log_odds = 0.0;
-  std::size_t matched = 0;  ///< points of the constellation
+  std::size_t matched = 0;  ///< points of the local map that show a landmark of the map
 };
 
-/// All poses that explain the constellation better than chance, the most probable first, no two of them the
+/// All poses that explain the local map better than chance, the most probable first, no two of them the
 /// same. Each comes from two points, one of them seen just now, that lie as far apart as two landmarks of the
 /// map do (their names agreeing where they have any), and is improved and judged by the others.
 /// docs/theory/global-localization.md, eq. 47 to 49.
-std::vector<PoseHypothesis> find_poses(const LocalMap& seen, const KnownMap& map,
-                                       const LandmarkSensor& sensor, const MapSightOptions& options);
+[[nodiscard]] std::vector<PoseHypothesis> find_poses(const LocalMap& seen, const KnownMap& map,
+                                                     const LandmarkSensor& sensor,
+                                                     const MapSightOptions& options);
 
 /// What the hypothesis that the robot is at a pose, or as near as another hypothesis would count as the same,
 /// has in its favour: as find_poses would say it.
-double log_odds_at(const PoseEstimate& pose, const LocalMap& seen, const KnownMap& map,
-                   const LandmarkSensor& sensor, const MapSightOptions& options);
+[[nodiscard]] double log_odds_at(const PoseEstimate& pose, const LocalMap& seen, const KnownMap& map,
+                                 const LandmarkSensor& sensor, const MapSightOptions& options);
 
-/// Too near to each other to be told apart.
-bool is_same_place(const Pose2& a, const Pose2& b);
+/// Too near to each other to be two hypotheses.
+[[nodiscard]] bool is_same_place(const Pose2& a, const Pose2& b, const SamePlace& same);
 
 }  // namespace trundle

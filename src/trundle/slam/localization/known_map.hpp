@@ -9,9 +9,10 @@
 
 namespace trundle {
 
+/// One landmark of it.
 struct KnownLandmark {
-  Vector2 position = Vector2::Zero();
-  Matrix2 covariance = Matrix2::Zero();  ///< how well it is known; zero: exactly
+  Vector2 position = Vector2::Zero();    ///< in the map [m]
+  Matrix2 covariance = Matrix2::Zero();  ///< how well it is known [m²]; zero: exactly
 };
 
 /// A map that is not estimated: landmarks by LandmarkId, with look-up by place and by the distance between
@@ -24,21 +25,23 @@ class KnownMap {
   /// are then the landmarks' own.
   KnownMap(std::vector<KnownLandmark> landmarks, double reach_m, Eigen::MatrixXd covariance = {});
 
-  std::size_t size() const { return landmarks_.size(); }
-  bool has(LandmarkId id) const { return id >= 0 && static_cast<std::size_t>(id) < landmarks_.size(); }
+  [[nodiscard]] std::size_t size() const { return landmarks_.size(); }
+  [[nodiscard]] bool has(LandmarkId id) const {
+    return id >= 0 && static_cast<std::size_t>(id) < landmarks_.size();
+  }
   const KnownLandmark& operator[](LandmarkId id) const { return landmarks_[static_cast<std::size_t>(id)]; }
   /// No landmark has a covariance.
-  bool is_exact() const { return exact_; }
+  [[nodiscard]] bool is_exact() const { return exact_; }
   /// Covariance of one landmark's place with that of all, x and y of each.
-  Eigen::Matrix<double, 2, Eigen::Dynamic> covariance_with_all(LandmarkId id) const;
-  Matrix2 covariance(LandmarkId one, LandmarkId other) const;
+  [[nodiscard]] Eigen::Matrix<double, 2, Eigen::Dynamic> covariance_with_all(LandmarkId id) const;
+  [[nodiscard]] Matrix2 covariance(LandmarkId one, LandmarkId other) const;
   /// Variance along its worst direction of the landmark that is known least.
-  double largest_variance() const { return largest_variance_; }
+  [[nodiscard]] double largest_variance() const { return largest_variance_; }
   /// Of the rectangle that holds all landmarks, with a margin [m] on every side.
-  double area_m2(double margin_m) const;
+  [[nodiscard]] double area_m2(double margin_m) const;
 
   /// All not further from a point than this, by ascending x.
-  std::vector<LandmarkId> within(const Vector2& centre, double radius_m) const;
+  [[nodiscard]] std::vector<LandmarkId> within(const Vector2& centre, double radius_m) const;
 
   struct Pair {
     double distance_m;
@@ -46,7 +49,7 @@ class KnownMap {
     LandmarkId second;
   };
   /// Pairs at a distance from `low_m` to `high_m`, by ascending distance; each is there once.
-  std::span<const Pair> pairs(double low_m, double high_m) const;
+  [[nodiscard]] std::span<const Pair> pairs(double low_m, double high_m) const;
 
  private:
   std::vector<KnownLandmark> landmarks_;

@@ -11,9 +11,6 @@
 namespace trundle {
 namespace {
 
-constexpr std::size_t kMostPoints = 24;
-constexpr double kLargestVariance_m2 = 1.0;
-
 double squared_distance(const SightedPoint& a, const SightedPoint& b) {
   const Vector2 apart = a.in_body - b.in_body;
   return apart.dot((a.covariance + b.covariance).llt().solve(apart));
@@ -78,12 +75,13 @@ void LocalMap::step(const Motion& motion, std::span<const Observation> observati
         mixed + mixed.transpose() + by_error * with_motion * S.transpose() * by_error.transpose();
     point.with_systematic += by_error * with_motion;
   }
-  std::erase_if(points_, [](const SightedPoint& p) { return p.covariance.trace() > kLargestVariance_m2; });
+  const double largest_variance = options_.largest_sigma_m * options_.largest_sigma_m;
+  std::erase_if(points_, [&](const SightedPoint& p) { return p.covariance.trace() > largest_variance; });
   news_.clear();
   for (const Observation& observation : observations)
     news_.push_back(is_valid(observation) ? add(observation) : 0.0);
-  if (points_.size() > kMostPoints)
-    points_.erase(points_.begin(), points_.end() - static_cast<std::ptrdiff_t>(kMostPoints));
+  if (points_.size() > options_.most_points)
+    points_.erase(points_.begin(), points_.end() - static_cast<std::ptrdiff_t>(options_.most_points));
 }
 
 /// Together with what it was seen as before; in place of that, where both cannot be right. Returns its news.

@@ -26,27 +26,36 @@ struct SightedPoint {
 };
 
 /// Nothing tells them apart: sightings of one landmark, or of neighbours, whose errors are the same.
-bool are_one_place(const SightedPoint& a, const SightedPoint& b);
+[[nodiscard]] bool are_one_place(const SightedPoint& a, const SightedPoint& b);
+
+/// What bounds a local map.
+struct LocalMapOptions {
+  std::size_t most_points = 24;  ///< the points seen last are kept: bounds the time of a step
+  double largest_sigma_m = 1.0;  ///< a less certain point goes: half of what neighbouring landmarks lie apart
+};
 
 /// The landmarks seen lately, in today's body frame: what a robot that does not know where it is has to
-/// recognise a place by. Bounded: the points seen last, none less certain than a metre.
+/// recognise a place by. Bounded in number and uncertainty by its options.
 /// docs/theory/global-localization.md, eq. 46.
 class LocalMap {
  public:
-  explicit LocalMap(const LandmarkSensor& sensor) : sensor_(sensor) {}
+  explicit LocalMap(const LandmarkSensor& sensor, const LocalMapOptions& options = {})
+      : sensor_(sensor), options_(options) {}
 
   /// `systematic`: what is known of the odometry's systematic errors, which the motion's mean allows for.
   void step(const Motion& motion, std::span<const Observation> observations,
             const SystematicCovariance& systematic = {});
   /// Of each observation of the last step: 1 where it is news, 0 where it repeats what was seen from here.
-  std::span<const double> news() const { return news_; }
+  [[nodiscard]] std::span<const double> news() const { return news_; }
   /// What was seen before that step belongs to another place.
   void forget_before(std::uint64_t step);
 
-  std::span<const SightedPoint> points() const { return points_; }  ///< those seen last come last
-  std::uint64_t now() const { return now_; }
+  [[nodiscard]] std::span<const SightedPoint> points() const {
+    return points_;
+  }  ///< those seen last come last
+  [[nodiscard]] std::uint64_t now() const { return now_; }
   /// Points seen in the last step.
-  std::size_t fresh() const;
+  [[nodiscard]] std::size_t fresh() const;
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
@@ -59,6 +68,7 @@ class LocalMap {
   std::vector<SightedPoint>::iterator same_as(const SightedPoint& point);
 
   LandmarkSensor sensor_;
+  LocalMapOptions options_;
   std::uint64_t now_ = 0;
   std::vector<SightedPoint> points_;
   std::vector<double> news_;

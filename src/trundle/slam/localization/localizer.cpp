@@ -36,7 +36,7 @@ class Collector {
     count(step, report);
     times_.push_back(step.time_s);
     result_.reports.push_back(report);
-    if (report.phase == LocalizerPhase::lost) return withdraw(step.time_s, localizer.doubtful_steps());
+    if (report.phase == LocalizerPhase::lost) return withdraw(step.time_s, localizer.unconfirmed_steps());
     const auto estimate = localizer.estimate();
     if (!estimate) return;
     if (result_.stretches.empty() || result_.stretches.back().noticed_s)
@@ -139,7 +139,7 @@ const LocalizerReport& Localizer::step(const Motion& motion, std::span<const Obs
   if (odometry_.systematic.size() > 0) odometry_.systematic_covariance(0, 0) += motion.walk;
   hypotheses_.step(motion, once, seen_.news());
   if (is_known()) track(motion, once);
-  look_for_rivals();
+  look_for_alternatives();
   is_known() ? check() : claim();
   report_.hypotheses = hypotheses_.all().size();
   if (const auto* particles = std::get_if<PoseParticles>(&filter_)) {
@@ -156,17 +156,17 @@ void Localizer::read_bias(const BiasReading& reading) {
   if (auto* particles = std::get_if<PoseParticles>(&filter_)) particles->read_bias(reading);
 }
 
-void Localizer::start_from(const TrackedHypothesis& rival) {
-  const PoseEstimate& pose = rival.filter.estimate();
+void Localizer::start_from(const TrackedHypothesis& hypothesis) {
+  const PoseEstimate& pose = hypothesis.filter.estimate();
   if (options_.filter == LocalizerFilter::ekf)
-    filter_ = rival.filter;
+    filter_ = hypothesis.filter;
   else
     filter_.emplace<PoseParticles>(
         *map_, sensor_, pose,
         PoseParticlesOptions{
             .sight = options_.sight, .number = options_.particles, .seed = options_.seed + seen_.now()});
-  log_odds_ = rival.log_odds;
-  alarm_ = rival.alarm;
+  log_odds_ = hypothesis.log_odds;
+  alarm_ = hypothesis.alarm;
   sure_step_ = seen_.now();
 }
 
@@ -186,7 +186,7 @@ void Localizer::track(const Motion& motion, std::span<const Observation> observa
 }
 
 /// Eq. 56: whoever is in question already has been right before as well, and was thought more probable then.
-void Localizer::look_for_rivals() {
+void Localizer::look_for_alternatives() {
   if (std::ranges::all_of(seen_.news(), [](double share) { return share == 0.0; })) return;
   if (is_known() && alarm_ == 0.0) return;
   double log_prior = 0.0;
@@ -199,7 +199,7 @@ void Localizer::look_for_rivals() {
   if (const auto first = most_probable()) hypotheses_.give_up(first->log_odds - limit(), limit());
 }
 
-/// The pose that is known, or else the first rival.
+/// The pose that is known, or else the first hypothesis.
 std::optional<Localizer::Candidate> Localizer::most_probable() const {
   if (is_known()) return Candidate{*estimate(), log_odds_, alarm_};
   if (hypotheses_.all().empty()) return std::nullopt;
@@ -212,8 +212,8 @@ double Localizer::certainty() const {
   const auto first = most_probable();
   if (!first) return 0.0;
   double all = 1.0 + std::exp(-std::min(first->log_odds, limit() - first->alarm));
-  for (const TrackedHypothesis& rival : hypotheses_.all().subspan(is_known() ? 0 : 1))
-    all += std::exp(rival.log_odds - first->log_odds);
+  for (const TrackedHypothesis& hypothesis : hypotheses_.all().subspan(is_known() ? 0 : 1))
+    all += std::exp(hypothesis.log_odds - first->log_odds);
   return 1.0 / all;
 }
 

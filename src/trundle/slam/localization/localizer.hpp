@@ -11,9 +11,11 @@
 
 namespace trundle {
 
+/// How a known pose is followed: by PoseEkf or PoseParticles.
 enum class LocalizerFilter { ekf, particles };
-std::string_view name_of(LocalizerFilter filter);
+[[nodiscard]] std::string_view name_of(LocalizerFilter filter);
 
+/// Of a localizer.
 struct LocalizerOptions {
   LocalizerFilter filter = LocalizerFilter::particles;
   std::optional<PoseEstimate> start = {};  ///< nothing: the pose is found
@@ -21,7 +23,7 @@ struct LocalizerOptions {
   MapSightOptions sight = {};
   ParticleNumber particles = {};
   std::uint64_t seed = 1;
-  double doubt = 0.01;                ///< a pose is known when the probability that it is another is below
+  double doubt = 0.01;                ///< a pose is known when the probability that it is wrong is below
   double false_alarm_interval = 1e7;  ///< sightings between alarms, at least, of a robot that is not lost
 };
 
@@ -33,8 +35,9 @@ enum class LocalizerPhase {
   lost,       ///< it was thought to be known until this step
 };
 
-std::string_view name_of(LocalizerPhase phase);
+[[nodiscard]] std::string_view name_of(LocalizerPhase phase);
 
+/// Evidence of one step.
 struct LocalizerReport {
   LocalizerPhase phase = LocalizerPhase::searching;
   std::vector<ObservationReport>
@@ -65,9 +68,9 @@ class Localizer {
   void read_bias(const BiasReading& reading);
 
   /// Nothing while the pose is not known.
-  std::optional<PoseEstimate> estimate() const;
+  [[nodiscard]] std::optional<PoseEstimate> estimate() const;
   /// After `lost`: so many steps ago the pose was still right.
-  std::uint64_t doubtful_steps() const { return seen_.now() - sure_step_; }
+  [[nodiscard]] std::uint64_t unconfirmed_steps() const { return seen_.now() - sure_step_; }
 
   /// Its state, for io/archive.hpp: a localizer of the same map, sensor and options continues with it to the
   /// last bit.
@@ -85,21 +88,21 @@ class Localizer {
   }
 
  private:
-  bool is_known() const { return !std::holds_alternative<std::monostate>(filter_); }
+  [[nodiscard]] bool is_known() const { return !std::holds_alternative<std::monostate>(filter_); }
   void forget() { filter_ = std::monostate{}; }
-  double limit() const;
+  [[nodiscard]] double limit() const;
   void track(const Motion& motion, std::span<const Observation> observations);
-  void look_for_rivals();
+  void look_for_alternatives();
   struct Candidate {
     PoseEstimate pose;
     double log_odds;
     double alarm;
   };
-  std::optional<Candidate> most_probable() const;
-  double certainty() const;
+  [[nodiscard]] std::optional<Candidate> most_probable() const;
+  [[nodiscard]] double certainty() const;
   void claim();
   void check();
-  void start_from(const TrackedHypothesis& rival);
+  void start_from(const TrackedHypothesis& hypothesis);
 
   const KnownMap* map_;
   LandmarkSensor sensor_;
@@ -121,17 +124,19 @@ struct KnownStretch {
   std::optional<double> noticed_s;  ///< when that was noticed; nothing: it lasts to the end
 };
 
+/// Sightings of a whole recording by what became of them.
 struct LocalizationCounts {
   std::size_t matched = 0;
   std::size_t rejected = 0;
   std::size_t invalid = 0;    ///< no numbers, or no sensible ones
   std::size_t unmapped = 0;   ///< their names are not in the map
   std::size_t searching = 0;  ///< seen while the pose was not known
-  double mean_nis = 0.0;      ///< of matched sightings; honest: 2
+  double mean_nis = 0.0;      ///< of matched sightings; 2 if consistent
   double median_nis = 0.0;
   std::size_t most_particles = 0;
 };
 
+/// A whole recording, localized.
 struct Localization {
   Trajectory trajectory;  ///< online estimate, where it is known; with covariance
   std::vector<KnownStretch> stretches;
@@ -141,7 +146,7 @@ struct Localization {
 
 /// A loop over Localizer::step. What an alarm has shown to be wrong is withdrawn: no row of the trajectory
 /// lies outside the stretches. Where the options have no systematic errors, they are those of the input.
-Localization localize(const SlamInput& input, const KnownMap& map, const LandmarkSensor& sensor,
-                      const LocalizerOptions& options);
+[[nodiscard]] Localization localize(const SlamInput& input, const KnownMap& map, const LandmarkSensor& sensor,
+                                    const LocalizerOptions& options);
 
 }  // namespace trundle

@@ -10,13 +10,24 @@
 
 namespace trundle {
 
-/// What finding the way on a known map takes beside map and sensor.
-struct MapSightOptions {
-  double gate = kDefaultGate;   ///< NIS above which a sighting is an outlier
-  double outlier_share = 0.05;  ///< of the sightings that show no landmark of the map, or the wrong one
+/// Poses closer to each other than this are one hypothesis. Below half the distance between neighbouring
+/// landmarks, above what a filter's 3 σ are: two filters would take the same sightings for the same
+/// landmarks.
+struct SamePlace {
+  double place_m = 0.5;                ///< [m]
+  double heading_rad = radians(10.0);  ///< [rad]
 };
 
-/// One reading of one landmark of a known map, as somebody expects it who believes to be at a pose.
+/// What finding the way on a known map takes beside map and sensor.
+struct MapSightOptions {
+  double gate = kDefaultGate;    ///< NIS above which a sighting is an outlier
+  double outlier_share = 0.05;   ///< of the sightings that show no landmark of the map, or the wrong one
+  std::size_t most_pairs = 6;    ///< of points, from which poses are looked for in one step: bounds its time
+  double log_odds_range = 16.0;  ///< below the best hypothesis, beyond which one is dropped: e⁻¹⁶ = 1e-7
+  SamePlace same = {};
+};
+
+/// One reading of one landmark of a known map, as it is expected from a pose.
 /// docs/theory/localization.md, eq. 42.
 struct MapSight {
   ExpectedReading expected;
@@ -25,38 +36,39 @@ struct MapSight {
   double nis = 0.0;
   double log_density = 0.0;  ///< of the reading [1/(m rad)]
 };
-MapSight map_sight(const PoseEstimate& belief, const LandmarkSensor& sensor, const KnownLandmark& landmark,
-                   const Observation& observation);
+[[nodiscard]] MapSight map_sight(const PoseEstimate& belief, const LandmarkSensor& sensor,
+                                 const KnownLandmark& landmark, const Observation& observation);
 
 /// Which landmark each observation shows: its own id; where it has none, the most probable explanation of all
 /// of them together (docs/theory/association.md, eq. 21). kUnknownLandmark: invalid, not in the map, or none
 /// fits.
-std::vector<LandmarkId> identify(const PoseEstimate& belief, const KnownMap& map,
-                                 const LandmarkSensor& sensor, std::span<const Observation> observations,
-                                 double gate);
+[[nodiscard]] std::vector<LandmarkId> identify(const PoseEstimate& belief, const KnownMap& map,
+                                               const LandmarkSensor& sensor,
+                                               std::span<const Observation> observations, double gate);
 
 /// How far the landmarks of a map lie from a pose's sensor: how many it can see.
-std::size_t landmarks_in_view(const PoseEstimate& belief, const KnownMap& map, const LandmarkSensor& sensor);
+[[nodiscard]] std::size_t landmarks_in_view(const PoseEstimate& belief, const KnownMap& map,
+                                            const LandmarkSensor& sensor);
 
 inline constexpr double kNothingFits = -std::numeric_limits<double>::infinity();
 
 /// log of how much better a reading fits 'the robot is somewhere else' than 'it is here': eq. 43. `fitting`
 /// is the log density of the landmark that it was taken for, spread over as many as it might have been, or
 /// kNothingFits.
-double log_against(double fitting, double max_range_m, double outlier_share);
+[[nodiscard]] double log_against(double fitting, double max_range_m, double outlier_share);
 
 /// Where a belief is after a motion. Eq. 41.
-PoseEstimate moved(const PoseEstimate& belief, const Motion& motion);
+[[nodiscard]] PoseEstimate moved(const PoseEstimate& belief, const Motion& motion);
 /// What it is after a reading of its first systematic error, if it has any.
 void read_bias(const BiasReading& reading, PoseEstimate& belief);
 
 /// A pose of which nothing has to do with the systematic errors of `odometry`, and those.
-PoseEstimate with_systematic(const PoseEstimate& pose, const PoseEstimate& odometry);
+[[nodiscard]] PoseEstimate with_systematic(const PoseEstimate& pose, const PoseEstimate& odometry);
 
 /// Covariance of pose and systematic errors together.
 using BodyCovariance =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3 + kMostSystematic, 3 + kMostSystematic>;
-BodyCovariance body_covariance_of(const PoseEstimate& belief);
+[[nodiscard]] BodyCovariance body_covariance_of(const PoseEstimate& belief);
 void set_body_covariance(const BodyCovariance& covariance, PoseEstimate& belief);
 
 }  // namespace trundle

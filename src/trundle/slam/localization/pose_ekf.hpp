@@ -36,7 +36,7 @@ class PoseEkf {
   /// What the gyro reads at rest, after a step.
   void read_bias(const BiasReading& reading);
 
-  const PoseEstimate& estimate() const { return belief_; }
+  [[nodiscard]] const PoseEstimate& estimate() const { return belief_; }
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
@@ -52,7 +52,7 @@ class PoseEkf {
   };
 
   void predict(const Motion& motion);
-  MapSight sight_of(LandmarkId landmark, const Observation& observation) const;
+  [[nodiscard]] MapSight sight_of(LandmarkId landmark, const Observation& observation) const;
   std::vector<Match> matches_of(std::span<const Observation> observations, std::span<const double> news);
   void update(const std::vector<Match>& matches);
 

@@ -17,7 +17,8 @@ struct TrackedHypothesis {
 };
 
 /// Poses that are not out of the question, each followed by a filter of its own and judged by all that is
-/// seen. At most 64, no two of them in the same place. docs/theory/global-localization.md, eq. 55.
+/// seen. At most kMostHypotheses, no two of them in the same place. docs/theory/global-localization.md,
+/// eq. 55.
 class PoseHypotheses {
  public:
   /// The map must outlive them.
@@ -27,7 +28,7 @@ class PoseHypotheses {
   void read_bias(const BiasReading& reading);
   /// What explains the last sightings, and nobody is there yet; `odometry` tells of its systematic errors.
   void admit(std::span<const PoseHypothesis> hypotheses, double log_prior, const PoseEstimate& odometry);
-  void add(TrackedHypothesis rival);
+  void add(TrackedHypothesis hypothesis);
   /// Takes the most probable one out of them.
   TrackedHypothesis take_first();
   /// Those that have less in their favour, or as much against them.
@@ -35,7 +36,9 @@ class PoseHypotheses {
   /// Who is in that place.
   void give_up(const Pose2& place);
 
-  std::span<const TrackedHypothesis> all() const { return hypotheses_; }  ///< the most probable first
+  [[nodiscard]] std::span<const TrackedHypothesis> all() const {
+    return hypotheses_;
+  }  ///< the most probable first
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
@@ -43,14 +46,14 @@ class PoseHypotheses {
     std::size_t count = self.hypotheses_.size();
     archive(count);
     if constexpr (Archive::kReads) {
-      if (count > kMost) throw DamagedState();
+      if (count > kMostHypotheses) throw DamagedState();
       self.hypotheses_.assign(count, {PoseEkf(*self.map_, self.sensor_, {}, self.options_)});
     }
-    for (auto& rival : self.hypotheses_) archive(rival.filter, rival.log_odds, rival.alarm);
+    for (auto& hypothesis : self.hypotheses_)
+      archive(hypothesis.filter, hypothesis.log_odds, hypothesis.alarm);
   }
 
  private:
-  static constexpr std::size_t kMost = 64;
   void sort();
 
   const KnownMap* map_;

@@ -242,7 +242,7 @@ void PoseParticles::resample() {
 /// covariance stay and no two particles do. A robot that stands still and looks around has no motion noise to
 /// tell them apart.
 void PoseParticles::spread() {
-  constexpr double kDimensions = 3.0;
+  constexpr double kDimensions = 3.0;  // x, y, heading
   const double h =
       std::pow(4.0 / ((kDimensions + 2.0) * static_cast<double>(poses_.size())), 1.0 / (kDimensions + 4.0));
   const double keep = std::sqrt(1.0 - h * h);

@@ -21,7 +21,7 @@ struct ParticleNumber {
   double bin_m = 0.1;
   double bin_rad = radians(3.0);
 };
-std::size_t particles_for(std::size_t bins, const ParticleNumber& number);
+[[nodiscard]] std::size_t particles_for(std::size_t bins, const ParticleNumber& number);
 
 struct PoseParticlesOptions {
   MapSightOptions sight = {};
@@ -46,9 +46,9 @@ class PoseParticles {
   void read_bias(const BiasReading& reading);
 
   /// Mean and covariance of the Gaussians that the particles were drawn from, by their weights.
-  const PoseEstimate& estimate() const { return estimate_; }
-  std::span<const Pose2> poses() const { return poses_; }
-  double effective_particles() const;
+  [[nodiscard]] const PoseEstimate& estimate() const { return estimate_; }
+  [[nodiscard]] std::span<const Pose2> poses() const { return poses_; }
+  [[nodiscard]] double effective_particles() const;
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
@@ -58,7 +58,7 @@ class PoseParticles {
   }
 
  private:
-  PoseEstimate predicted(std::size_t particle) const;
+  [[nodiscard]] PoseEstimate predicted(std::size_t particle) const;
   /// How well an observed step fits, against 'somewhere else'.
   struct Fitting {
     double log_all = 0.0;   ///< of all readings

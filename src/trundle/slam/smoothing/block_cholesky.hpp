@@ -14,9 +14,9 @@ class BlockCholesky {
  public:
   explicit BlockCholesky(const BlockPattern& pattern);
 
-  Eigen::Index size() const { return size_; }
+  [[nodiscard]] Eigen::Index size() const { return size_; }
   /// Where a block begins in a vector.
-  Eigen::Index offset(int block) const { return offset_[static_cast<std::size_t>(block)]; }
+  [[nodiscard]] Eigen::Index offset(int block) const { return offset_[static_cast<std::size_t>(block)]; }
 
   /// Sets the matrix to zero.
   void clear();
@@ -26,12 +26,12 @@ class BlockCholesky {
   /// Factors matrix + damping · I. False: it is not positive definite.
   bool factor(double damping);
   /// After factor(): x with (matrix + damping · I) x = b.
-  Eigen::VectorXd solve(Eigen::VectorXd b) const;
+  [[nodiscard]] Eigen::VectorXd solve(Eigen::VectorXd b) const;
 
   /// After factor(): computes the inverse's blocks.
   void invert();
   /// After invert(): the block (i, j) of the inverse, of blocks that are the same or coupled.
-  Eigen::MatrixXd inverse(int i, int j) const;
+  [[nodiscard]] Eigen::MatrixXd inverse(int i, int j) const;
 
  private:
   struct Place {
@@ -39,7 +39,7 @@ class BlockCholesky {
     int offset;
     int rows;
   };
-  int row_in(const Front& front, int block) const;
+  [[nodiscard]] int row_in(const Front& front, int block) const;
   bool factor_front(std::size_t f, double damping);
 
   Eigen::Index size_ = 0;

@@ -8,7 +8,8 @@
 namespace trundle {
 namespace {
 
-// What a front costs however small it is, in multiplications: makes it worth joining small ones.
+// What a front costs however small it is, in multiplications: two to three allocations and the scattering of
+// its rows, about 1 µs at 4 multiplications a ns. Decides how fronts are joined, never a result.
 constexpr double kFrontCost = 4000.0;
 
 /// The blocks in the order in which they are eliminated.

@@ -17,7 +17,7 @@ struct Front {
   int parent = -1;             ///< the front that its rows go on to; −1: none
   std::vector<int> in_parent;  ///< for each of its scalar rows below the columns, where it is in the parent
 
-  int rows() const { return size - columns; }
+  [[nodiscard]] int rows() const { return size - columns; }
 };
 
 /// Blocks of a symmetric matrix and which pairs of them are coupled.
@@ -30,6 +30,6 @@ struct BlockPattern {
 
 /// An order of elimination that creates few new couplings (approximate minimum degree), cut into fronts;
 /// children before parents. docs/theory/smoother.md, section 'Elimination'.
-std::vector<Front> elimination_fronts(const BlockPattern& pattern);
+[[nodiscard]] std::vector<Front> elimination_fronts(const BlockPattern& pattern);
 
 }  // namespace trundle

@@ -9,8 +9,8 @@ namespace trundle {
 /// probable explanation of all sightings: the least χ² and cost_of_explaining. Landmarks keep the numbers
 /// that `filtered` has given them. Where all sightings have names, or `runs` is 1, this is smooth().
 /// docs/theory/re-association.md. Throws as smooth.
-SmoothedSlam smooth_from_many(const SlamInput& input, const LandmarkSensor& sensor,
-                              const SlamResult& filtered, const SlamOptions& filter, std::size_t runs,
-                              const SmootherOptions& options = {});
+[[nodiscard]] SmoothedSlam smooth_from_many(const SlamInput& input, const LandmarkSensor& sensor,
+                                            const SlamResult& filtered, const SlamOptions& filter,
+                                            std::size_t runs, const SmootherOptions& options = {});
 
 }  // namespace trundle

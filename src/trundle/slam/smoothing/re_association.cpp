@@ -12,8 +12,9 @@
 namespace trundle {
 namespace {
 
-constexpr double kCellShare = 0.25;  // of the sensor's range: cells of the grid
-constexpr double kSigmas = 5.0;      // further away nothing is looked for
+// Further away no landmark is a candidate: at NIS 25 a match costs more than none (eq. 16) for every sensor
+// with max_range / (range_sigma · bearing_sigma) below e^12.5 = 3e5 /rad.
+constexpr double kSigmas = 5.0;
 
 /// −2 log of the density of a reading that shows nothing of the map.
 double cost_of_none(const LandmarkSensor& sensor) {
@@ -92,9 +93,9 @@ double cost_of_explaining(const ShownObservations& shown, const LandmarkSensor& 
 }
 
 // Eq. 15.
-std::vector<LandmarkPair> twins_in(const ShownObservations& shown, std::span<const MappedLandmark> map,
-                                   const LandmarkSensor& sensor, LandmarkId first_nameless,
-                                   const DifferenceCovariance& covariance) {
+std::vector<LandmarkPair> duplicates_in(const ShownObservations& shown, std::span<const MappedLandmark> map,
+                                        const LandmarkSensor& sensor, LandmarkId first_nameless,
+                                        const DifferenceCovariance& covariance) {
   const std::set<LandmarkPair> different = seen_together(shown);
   const double gate = UnknownIdOptions{}.gate;
   const double anywhere = 2.0 * std::log(kPi * sensor.max_range_m * sensor.max_range_m);
@@ -162,7 +163,7 @@ ShownObservations explained_again(ShownObservations shown, const SlamInput& inpu
   return shown;
 }
 
-bool say_the_same(const ShownObservations& a, const ShownObservations& b) {
+bool are_same_associations(const ShownObservations& a, const ShownObservations& b) {
   return std::ranges::equal(a, b, [](const auto& one, const auto& other) {
     return std::ranges::equal(one, other, {}, &Observation::landmark, &Observation::landmark);
   });

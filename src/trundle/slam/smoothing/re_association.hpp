@@ -9,12 +9,12 @@
 
 namespace trundle {
 
-// What sightings without names show, asked again by who knows the whole path and the whole map.
+// Which landmarks unidentified sightings show, given the whole smoothed path and map: batch re-association.
 // docs/theory/re-association.md.
 
 /// −2 log of how probable it is that sightings show what they are said to, beyond the smoother's cost: the
 /// fewer landmarks there are and the fewer sightings show none of them, the better. Eq. 14.
-double cost_of_explaining(const ShownObservations& shown, const LandmarkSensor& sensor);
+[[nodiscard]] double cost_of_explaining(const ShownObservations& shown, const LandmarkSensor& sensor);
 
 /// Covariance of the difference of two landmarks' positions.
 using DifferenceCovariance = std::function<Matrix2(LandmarkId, LandmarkId)>;
@@ -22,18 +22,19 @@ using LandmarkPair = std::pair<LandmarkId, LandmarkId>;
 
 /// Pairs of landmarks that are, as far as the map can tell, the same one mapped twice; the clearest first, no
 /// landmark in two of them, none that were seen in the same instant; the second of each has no name. Eq. 15.
-std::vector<LandmarkPair> twins_in(const ShownObservations& shown, std::span<const MappedLandmark> map,
-                                   const LandmarkSensor& sensor, LandmarkId first_nameless,
-                                   const DifferenceCovariance& covariance);
+[[nodiscard]] std::vector<LandmarkPair> duplicates_in(const ShownObservations& shown,
+                                                      std::span<const MappedLandmark> map,
+                                                      const LandmarkSensor& sensor, LandmarkId first_nameless,
+                                                      const DifferenceCovariance& covariance);
 /// The second of each pair becomes the first.
-ShownObservations with_merged(ShownObservations shown, std::span<const LandmarkPair> pairs);
+[[nodiscard]] ShownObservations with_merged(ShownObservations shown, std::span<const LandmarkPair> pairs);
 
 /// The most probable explanation of each instant from the smoothed pose, by the landmarks of the map. What
 /// has a name keeps it. Eq. 16.
-ShownObservations explained_again(ShownObservations shown, const SlamInput& input,
-                                  const SmoothedSlam& smoothed, const LandmarkSensor& sensor);
+[[nodiscard]] ShownObservations explained_again(ShownObservations shown, const SlamInput& input,
+                                                const SmoothedSlam& smoothed, const LandmarkSensor& sensor);
 
 /// Whether all sightings show the same in both.
-bool say_the_same(const ShownObservations& a, const ShownObservations& b);
+[[nodiscard]] bool are_same_associations(const ShownObservations& a, const ShownObservations& b);
 
 }  // namespace trundle

@@ -7,8 +7,8 @@ namespace trundle {
 /// The observations of each step, each with the landmark that it shows.
 using ShownObservations = std::vector<std::vector<Observation>>;
 
-/// What each says itself, else what the filter took it for and still believes in; kUnknownLandmark where it
+/// What each says itself, else what the filter matched it to and its map still has; kUnknownLandmark where it
 /// is neither.
-ShownObservations shown_observations(const SlamInput& input, const SlamResult& filtered);
+[[nodiscard]] ShownObservations shown_observations(const SlamInput& input, const SlamResult& filtered);
 
 }  // namespace trundle

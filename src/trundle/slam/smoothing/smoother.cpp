@@ -221,7 +221,7 @@ class ReAssociation {
 
   SmoothedSlam improved() {
     for (int round = 0; round < kMostRounds; ++round) {
-      const bool merged = merge_twins();
+      const bool merged = merge_duplicates();
       if (!explain_again() && !merged) break;
     }
     best_.smoothed.map_covariance = best_.smoothing.map_covariance();
@@ -230,21 +230,22 @@ class ReAssociation {
   }
 
  private:
+  /// Each round has lowered the cost; what is still to gain after some is not worth another smoothing.
   static constexpr int kMostRounds = 5;
 
-  bool merge_twins() {
-    const std::vector<LandmarkPair> twins =
-        twins_in(best_.shown, best_.smoothed.map, sensor_, input_.first_nameless(),
-                 [&](LandmarkId a, LandmarkId b) { return best_.smoothing.difference_covariance(a, b); });
-    if (twins.empty()) return false;
-    return is_better(with_merged(best_.shown, twins)) ||
-           (twins.size() > 1 && is_better(with_merged(best_.shown, std::span(twins).first(1))));
+  bool merge_duplicates() {
+    const std::vector<LandmarkPair> duplicates = duplicates_in(
+        best_.shown, best_.smoothed.map, sensor_, input_.first_nameless(),
+        [&](LandmarkId a, LandmarkId b) { return best_.smoothing.difference_covariance(a, b); });
+    if (duplicates.empty()) return false;
+    return is_better(with_merged(best_.shown, duplicates)) ||
+           (duplicates.size() > 1 && is_better(with_merged(best_.shown, std::span(duplicates).first(1))));
   }
   bool explain_again() { return is_better(explained_again(best_.shown, input_, best_.smoothed, sensor_)); }
 
   /// Then it is the best from now on.
   bool is_better(ShownObservations shown) {
-    if (say_the_same(shown, best_.shown)) return false;
+    if (are_same_associations(shown, best_.shown)) return false;
     Smoothing smoothing(input_, shown, sensor_, options_, reference_);
     SmoothedSlam smoothed = smoothing.from_smoothed(best_.smoothed.trajectory, best_.smoothed.counts.starts);
     const double cost = smoothed.counts.cost + cost_of_explaining(shown, sensor_);

@@ -10,14 +10,16 @@ namespace trundle {
 /// 5 % and 10 % of themselves, 0.05 rad/m.
 inline const Vector3 kUsualShareSigma = {0.05, 0.1, 0.05};
 
+/// Of the smoother.
 struct SmootherOptions {
   /// Without systematic errors: those of the input, shares with kUsualShareSigma.
   SlamPrior prior = {};
-  double gate = kDefaultGate;  ///< NIS beyond which a sighting pulls less than its square says
+  double gate = kDefaultGate;  ///< NIS beyond which a sighting has less weight than its square: an outlier
   int most_iterations = 100;
   double enough = 1e-4;  ///< the cost, a χ², that a further step is expected to gain
 };
 
+/// How the minimisation went.
 struct SmootherCounts {
   std::size_t poses = 0;  ///< at which something was seen: the unknowns; the others lie between them
   std::size_t sightings = 0;
@@ -36,7 +38,7 @@ struct SmoothedSlam {
   Eigen::MatrixXd map_covariance;   ///< of all of them, x and y of each
   PoseEstimate last;                ///< after the last step, with the odometry's systematic errors
   std::vector<BiasEstimate> bias;   ///< at each step: the gyro's, where there is one
-  ShownObservations shown;          ///< what each sighting was taken for in the end
+  ShownObservations shown;          ///< which landmark each sighting shows, in the end
   SmootherCounts counts;
 };
 
@@ -44,7 +46,7 @@ struct SmoothedSlam {
 /// what a filter found: from its path, which sighting it took for which landmark. Sightings that it rejected
 /// count where it is known what they show; what is an outlier is judged again. Throws CannotAnswer when
 /// nothing was seen.
-SmoothedSlam smooth(const SlamInput& input, const LandmarkSensor& sensor, const SlamResult& filtered,
-                    const SmootherOptions& options = {});
+[[nodiscard]] SmoothedSlam smooth(const SlamInput& input, const LandmarkSensor& sensor,
+                                  const SlamResult& filtered, const SmootherOptions& options = {});
 
 }  // namespace trundle

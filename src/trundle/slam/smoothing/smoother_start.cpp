@@ -5,16 +5,22 @@
 
 #include <Eigen/LU>
 
+#include "trundle/statistics/distribution.hpp"
 #include "trundle/statistics/median.hpp"
 
 namespace trundle {
 namespace {
 
-// While it grows the run ends far from where it should, and a sighting there is no outlier yet.
-constexpr double kGateWhileGrowing = 1e4;  // times the gate
+// Times the gate. While it grows the run ends far from where it should, and a sighting there is no outlier
+// yet: one is 100 times as far away as an outlier, in its σ.
+constexpr double kGateWhileGrowing = 1e4;
+// Whatever is left of the cost is left to the next growth, and to the minimisation that follows the last.
 constexpr MinimiseOptions kWhileGrowing{.most_iterations = 15, .enough = 1.0};
-constexpr int kLeastGrowth = 1;
-constexpr int kGrowth = 5;  // by one in so many
+// By one pose in so many, and by one at least: a growth adds the error of a fifth of the way, and n poses
+// take log n / log 1.2 minimisations, together as long as six of the whole run.
+constexpr int kGrowth = 5;
+// Probability with which the cost of consistent noise is above the limit.
+constexpr double kNoiseTail = 1e-3;
 
 SmoothingState state_at(const SmoothingProblem& problem, const Trajectory& at_stations) {
   SmoothingState state;
@@ -84,10 +90,10 @@ Minimum minimum_near(const SmoothingProblem& problem, SmoothingState start, Mini
   return minimum;
 }
 
-/// The cost of honest noise is above it in one case out of a thousand; the normal limit of χ².
+/// χ² with so many degrees of freedom is above the cost with a probability of more than kNoiseTail.
 bool is_explained_by_noise(const SmoothingProblem& problem, const Minimum& minimum) {
   const double freedom = degrees_of_freedom(problem);
-  return minimum.converged && minimum.cost <= freedom + 3.1 * std::sqrt(2.0 * std::max(freedom, 1.0));
+  return minimum.converged && minimum.cost <= chi_squared_limit(kNoiseTail, std::max(freedom, 1.0));
 }
 
 }  // namespace
@@ -96,7 +102,7 @@ SmoothingState grown_from_odometry(const SmoothingProblem& problem) {
   SmoothingState state;
   state.parameters = Eigen::VectorXd::Zero(problem.parameter_information.size());
   for (int poses = 0; poses < problem.poses;) {
-    poses = std::min(problem.poses, poses + std::max(kLeastGrowth, poses / kGrowth));
+    poses = std::min(problem.poses, poses + std::max(1, poses / kGrowth));
     const SmoothingProblem part = beginning_of(problem, poses);
     extend(part, state);
     state = Minimiser(part).minimise(part, std::move(state), kWhileGrowing).state;

@@ -7,10 +7,11 @@ namespace trundle {
 
 /// Two for each sighting, less two for each landmark, one for each reading of the bias: what the cost is near
 /// when the noise is as it is said to be.
-int degrees_of_freedom(const SmoothingProblem& problem);
+[[nodiscard]] int degrees_of_freedom(const SmoothingProblem& problem);
 
 /// The landmarks as seen from given poses: the median of where their sightings put them.
-std::vector<Vector2> landmarks_seen_from(const SmoothingProblem& problem, const std::vector<Pose2>& poses);
+[[nodiscard]] std::vector<Vector2> landmarks_seen_from(const SmoothingProblem& problem,
+                                                       const std::vector<Pose2>& poses);
 
 /// The minimum near a trajectory of the problem's poses.
 Minimum minimum_near(const SmoothingProblem& problem, const Trajectory& at_stations, Minimiser& minimiser,
@@ -23,7 +24,7 @@ struct Found {
 
 /// A start without a filter: the odometry, a few poses at a time, each time with the minimum of all so far.
 /// The problem's landmarks are numbered in the order in which they are first seen.
-SmoothingState grown_from_odometry(const SmoothingProblem& problem);
+[[nodiscard]] SmoothingState grown_from_odometry(const SmoothingProblem& problem);
 
 /// The lowest minimum found from a trajectory of the problem's poses; and from the odometry, where the first
 /// leaves more than noise explains. docs/theory/smoother.md, section 'Where to start'.

@@ -5,6 +5,8 @@
 namespace trundle {
 namespace {
 
+// Noise that is exactly none would make information infinite: no step is known better than to a micrometre or
+// microradian, and no bias walks by less than that over a thousand seconds.
 constexpr double kLeastSigma = 1e-6;  // [m], [rad]
 constexpr double kLeastWalk = 1e-9;   // [rad/s]
 

@@ -40,14 +40,14 @@ struct MotionLink {
 
 /// The inverse of the motion's covariance with 1 µm and 1 µrad added: a robot that stands still is as sure as
 /// that; and of the walk's with 1 nrad/s.
-MotionLink link_of(int from, int to, const FreeMotion& motion);
+[[nodiscard]] MotionLink link_of(int from, int to, const FreeMotion& motion);
 /// From a pose that is known, with a bias of which so much is known.
 struct KnownStart {
   Pose2 pose = {};
   double bias = 0.0;
   double bias_variance = 0.0;
 };
-MotionLink link_from(const KnownStart& start, int to, const FreeMotion& motion);
+[[nodiscard]] MotionLink link_from(const KnownStart& start, int to, const FreeMotion& motion);
 
 struct SightingLink {
   int pose = 0;
@@ -75,7 +75,7 @@ struct SmoothingProblem {
   Information parameter_evidence = Information::zero(0);
   bool has_bias = false;  ///< every pose has a bias beside it
   std::vector<BiasLink> bias_readings = {};
-  double gate = 0.0;  ///< NIS beyond which a sighting pulls less than its square says
+  double gate = 0.0;  ///< NIS beyond which a sighting has less weight than its square: an outlier
 };
 
 /// Values of the unknowns.
@@ -85,7 +85,9 @@ struct SmoothingState {
   Eigen::VectorXd parameters;
   std::vector<double> biases = {};  ///< at each pose; none: 0
 
-  double bias_at(int pose) const { return biases.empty() ? 0.0 : biases[static_cast<std::size_t>(pose)]; }
+  [[nodiscard]] double bias_at(int pose) const {
+    return biases.empty() ? 0.0 : biases[static_cast<std::size_t>(pose)];
+  }
 };
 
 /// (e, w): e = Log(mean⁻¹ a⁻¹ b) − S p − g β_a, w = β_b − β_a, and derivatives by moves a · exp(δ), b ·
@@ -95,7 +97,7 @@ struct MotionResidual {
   Eigen::Matrix4d by_from;
   Eigen::Matrix4d by_to;
 };
-MotionResidual motion_residual(const MotionLink& link, const SmoothingState& state);
+[[nodiscard]] MotionResidual motion_residual(const MotionLink& link, const SmoothingState& state);
 
 /// Reading minus expectation over its sigmas, and derivatives by a move pose · exp(δ) and by the landmark.
 /// Eq. 2, 6.
@@ -104,18 +106,18 @@ struct SightingResidual {
   Matrix23 by_pose;
   Matrix2 by_landmark;
 };
-SightingResidual sighting_residual(const LandmarkSensor& sensor, const Observation& observation,
-                                   const Pose2& pose, const Vector2& landmark);
+[[nodiscard]] SightingResidual sighting_residual(const LandmarkSensor& sensor, const Observation& observation,
+                                                 const Pose2& pose, const Vector2& landmark);
 
 /// What a squared residual counts for: itself up to the gate, then its logarithm; and the derivative. Eq. 3.
-inline double robust_cost(double squared, double gate) {
+[[nodiscard]] inline double robust_cost(double squared, double gate) {
   return squared <= gate ? squared : gate * (1.0 + std::log(squared / gate));
 }
-inline double robust_weight(double squared, double gate) {
+[[nodiscard]] inline double robust_weight(double squared, double gate) {
   return squared <= gate ? 1.0 : gate / squared;
 }
 
 /// Eq. 4.
-double cost_of(const SmoothingProblem& problem, const SmoothingState& state);
+[[nodiscard]] double cost_of(const SmoothingProblem& problem, const SmoothingState& state);
 
 }  // namespace trundle

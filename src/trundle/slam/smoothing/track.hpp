@@ -28,26 +28,30 @@ class Track {
   /// Appends stations, landmarks and links to the problem.
   Track(const TrackInput& input, SmoothingProblem& problem);
 
-  std::size_t stations() const { return station_steps_.size(); }
+  [[nodiscard]] std::size_t stations() const { return station_steps_.size(); }
   /// Steps at which they are.
-  std::span<const std::size_t> station_steps() const { return station_steps_; }
+  [[nodiscard]] std::span<const std::size_t> station_steps() const { return station_steps_; }
   /// Its poses of a trajectory that has one for each step.
-  Trajectory at_stations(const Trajectory& trajectory) const;
+  [[nodiscard]] Trajectory at_stations(const Trajectory& trajectory) const;
   /// The motion up to a station from the one before it.
-  const FreeMotion& motion_to(std::size_t station) const { return since_[station_steps_[station]]; }
+  [[nodiscard]] const FreeMotion& motion_to(std::size_t station) const {
+    return since_[station_steps_[station]];
+  }
   /// The caller's numbers of the landmarks, as the problem's from first_landmark() on.
-  std::span<const LandmarkId> landmarks() const { return landmarks_; }
-  int first_pose() const { return first_pose_; }
-  int first_landmark() const { return first_landmark_; }
+  [[nodiscard]] std::span<const LandmarkId> landmarks() const { return landmarks_; }
+  [[nodiscard]] int first_pose() const { return first_pose_; }
+  [[nodiscard]] int first_landmark() const { return first_landmark_; }
 
   /// All steps at a state at which the problem was linearised, with covariances. docs/theory/smoother.md,
   /// eq. 12.
-  Trajectory trajectory(const SmoothingState& state, const Minimiser& linearised) const;
+  [[nodiscard]] Trajectory trajectory(const SmoothingState& state, const Minimiser& linearised) const;
   /// The bias at the station that ends each step, or at the last one; none where there is none.
-  std::vector<BiasEstimate> biases(const SmoothingState& state, const Minimiser& linearised) const;
+  [[nodiscard]] std::vector<BiasEstimate> biases(const SmoothingState& state,
+                                                 const Minimiser& linearised) const;
 
  private:
-  GaussianPose at(std::size_t step, const SmoothingState& state, const Minimiser& linearised) const;
+  [[nodiscard]] GaussianPose at(std::size_t step, const SmoothingState& state,
+                                const Minimiser& linearised) const;
 
   std::vector<double> time_s_;
   KnownStart start_;
