@@ -181,6 +181,7 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
     result.notes.push_back(learned.how);
   }
   if (!clock.empty()) {
+    result.gyro_clock = clock;
     result.notes.push_back(clock);
     result.calibrated.calibration->provenance.push_back(clock);
   }
