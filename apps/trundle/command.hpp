@@ -11,6 +11,12 @@
 
 namespace trundle::app {
 
+/// Thrown by a command that has done what can be done, and still failed.
+struct Exit {
+  int code = 1;              ///< an ExitCode
+  std::string message = {};  ///< for stderr; empty: all is told already
+};
+
 /// Flags every command has.
 struct Common {
   bool json = false;   ///< one JSON document on stdout instead of text

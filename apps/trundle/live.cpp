@@ -13,6 +13,7 @@
 #include "trundle/pipeline/provenance.hpp"
 
 #include "command.hpp"
+#include "commands.hpp"
 #include "live.hpp"
 #include "slip_correction.hpp"
 #include "start_pose.hpp"
@@ -178,7 +179,7 @@ void run(const LiveArguments& options) {
   require_apart({robot.file}, {options.checkpoint});
   Session session(options, robot);
   session.run(std::cin);
-  if (session.bad_lines() > 0) throw BadInputTold{};
+  if (session.bad_lines() > 0) throw Exit{kBadInput};  // told of already, line by line
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 
 #include "command.hpp"
 #include "commands.hpp"
-#include "live.hpp"
 
 namespace {
 
@@ -43,8 +42,8 @@ int main(int argc, char** argv) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
     return fail(kUsage, error.what());
-  } catch (const BadInputTold&) {
-    return kBadInput;
+  } catch (const Exit& exit) {
+    return exit.message.empty() ? exit.code : fail(exit.code, exit.message.c_str());
   } catch (const std::exception& error) {
     return fail(trundle::exit_code_of(error), error.what());
   }

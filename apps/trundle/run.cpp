@@ -20,7 +20,7 @@ struct RunArguments {
 };
 
 std::string line_of(const Stage& stage) {
-  std::string line = fmt::format("{:<14} {:<8} {}\n", stage.name, name_of(stage.status), stage.message);
+  std::string line = fmt::format("{:<14} {:<8} {}\n", name_of(stage), name_of(stage.status), stage.message);
   for (const std::string& remark : stage.remarks) line += fmt::format("{:<23} {}\n", "", remark);
   return line;
 }
@@ -52,7 +52,8 @@ void run(const RunArguments& options) {
   question.slam.method = *slam_method_named(options.filter);
   ProgressBar bar(options.common);
   const RunAnswer answer = trundle::run(question, progress_of(options.common, bar));
-  print(options.common, document_of(answer), fmt::format("written to {}\n", options.output));
+  if (const auto& failure = answer.no_odometry) throw Exit{failure->exit_code, failure->message};
+  print(options.common, to_json(answer.record), fmt::format("written to {}\n", options.output));
 }
 
 }  // namespace

@@ -205,6 +205,20 @@ TEST_F(RunCommand, WritesBiasAndStatisticOverTime) {
               slip.at("timeline").at("status")[i] == "judged");
 }
 
+/// Drawn from what the stages gave, it is the page that `trundle report` draws from their files.
+TEST_F(RunCommand, ThePageIsTheSameFromMemoryAndFromTheFolder) {
+  const std::string slip = (kDemo / "slip").string(), squares = (kDemo / "session_01").string();
+  for (const Arguments& line :
+       {Arguments{"run", slip, "--robot", kDemoRobot, "--calibrate-on", squares, "-o", "d"},
+        Arguments{"run", "ccw", "--robot", "nominal.toml", "-o", "d"},
+        Arguments{"run", "unnamed", "--robot", "sighted.toml", "-o", "d"},
+        Arguments{"run", "blind", "--robot", "nominal.toml", "-o", "d"}}) {
+    ASSERT_EQ(run(line).exit_code, 0);
+    ASSERT_EQ(run({"report", "d", "-o", "again.html"}).exit_code, 0);
+    EXPECT_TRUE(read("d/report.html") == read("again.html")) << line[1];
+  }
+}
+
 TEST_F(RunCommand, ACalibratedRobotIsTakenAsItIs) {
   ASSERT_EQ(run({"run", "ccw", "--robot", "nominal.toml", "-o", "d"}).exit_code, 0);
   EXPECT_EQ(json("d/run.json").at("held_out"), false);

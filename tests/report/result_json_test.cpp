@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/report/calibration_json.hpp"
+#include "trundle/report/json_text.hpp"
 #include "trundle/report/result_parts.hpp"
 
 #include "recording/folder.hpp"
@@ -86,37 +87,58 @@ TEST(Report, NamesResultsByWhatTellsThemApart) {
   EXPECT_EQ(document_of({folder / "a"})[0].at("label"), (folder / "a").string());
 }
 
-/// Of a log whose gyro was late, and of a calibration that may have set its clock.
-Json attention_to_late_gyro(const std::vector<std::string>& notes) {
+/// What attention sees of a result of which these are the other parts.
+Json attention_to(const Results& results) {
+  return attention_json({{"slip", nullptr}, {"errors", Json::array()}, {"sightings", nullptr}}, results);
+}
+
+/// A calibration without anything to act on; it may have set the gyro's clock.
+CalibrationDocument quiet_calibration(const std::optional<std::string>& gyro_clock) {
   CalibrationResult calibration = test::example_result();
   calibration.warnings.clear();
   calibration.unobservable.clear();
-  calibration.notes = notes;
-  const Json problem = {
-      {"severity", "warning"}, {"kind", "time offset"}, {"place", "run/imu.csv"}, {"message", "late"}};
-  const Json all = attention_json({{"stages", Json::array()},
-                                   {"calibration", calibration_json(calibration, Json::object())},
-                                   {"slip", nullptr},
-                                   {"errors", Json::array()},
-                                   {"sightings", nullptr},
-                                   {"health", {{"problems", {problem}}}}});
+  calibration.gyro_clock = gyro_clock;
+  calibration.notes = {gyro_clock.value_or("something else")};
+  return calibration_document(calibration, Json::object());
+}
+
+/// Of a log whose gyro was late.
+Json attention_to_late_gyro(CalibrationDocument calibration) {
+  const HealthProblem late{
+      .is_warning = true, .is_of_gyro_clock = true, .place = "run/imu.csv", .message = "late"};
   Json problems = Json::array();
-  for (const Json& one : all)
+  for (const Json& one : attention_to({.label = "",
+                         .info = InfoResult{.document = {}, .problems = {late}},
+                         .calibration = std::move(calibration)}))
     if (one.at("kind") == "problem") problems.push_back(one);
   return problems;
 }
 
 TEST(Attention, NamesTheFile) {
-  const Json problems = attention_to_late_gyro({});
+  const Json problems = attention_to_late_gyro(quiet_calibration(std::nullopt));
   ASSERT_EQ(problems.size(), 1);
   EXPECT_EQ(problems[0].at("place"), "run/imu.csv");
   EXPECT_EQ(problems[0].at("words"), "late");
 }
 
 TEST(Attention, IsNotAskedForWhatTheCalibrationHasSet) {
-  EXPECT_TRUE(
-      attention_to_late_gyro({"gyro.time_offset_s -0.0631 ± 0.0009 s (was 0.0000), from the turns"}).empty());
-  EXPECT_FALSE(attention_to_late_gyro({"something else"}).empty());
+  const CalibrationDocument set =
+      quiet_calibration("gyro.time_offset_s -0.0631 ± 0.0009 s (was 0.0000), from the turns");
+  EXPECT_TRUE(attention_to_late_gyro(set).empty());
+  const auto read_again = [](const CalibrationDocument& written) {
+    return calibration_from_json(json_text(written.document), "calibration.json");
+  };
+  EXPECT_TRUE(attention_to_late_gyro(read_again(set)).empty());
+  EXPECT_FALSE(attention_to_late_gyro(read_again(quiet_calibration(std::nullopt))).empty());
+}
+
+TEST(Attention, NamesStagesThatFailedButNotThePageItself) {
+  RunRecord run;
+  run.stages = {{.kind = StageKind::slip, .status = StageStatus::failed, .message = "no"},
+                {.kind = StageKind::slam, .status = StageStatus::skipped, .message = "nothing seen"},
+                {.kind = StageKind::report, .status = StageStatus::failed, .message = "disk full"}};
+  EXPECT_EQ(attention_to({.label = "", .run = run}),
+            Json::array({{{"kind", "stage"}, {"name", "slip"}, {"words", "no"}}}));
 }
 
 /// What the track is in proportion to, by a calibration of these parameters beside it.
@@ -152,12 +174,7 @@ Json attention_to_wheels(double share) {
   for (Json& parameter : json.at("parameters"))
     if (parameter.at("name").get<std::string>().ends_with(".diameter"))
       parameter["value"] = parameter.at("nominal").get<double>() * (1.0 + share);
-  const Json all = attention_json({{"stages", Json::array()},
-                                   {"calibration", json},
-                                   {"slip", nullptr},
-                                   {"errors", Json::array()},
-                                   {"sightings", nullptr},
-                                   {"health", nullptr}});
+  const Json all = attention_to({.label = "", .calibration = CalibrationDocument{json}});
   Json wheels = Json::array();
   for (const Json& one : all)
     if (one.at("kind") == "wheel_ratio" || one.at("kind") == "wheel_scale") wheels.push_back(one);

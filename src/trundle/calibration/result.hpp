@@ -79,6 +79,8 @@ struct CalibrationResult {
   std::vector<std::string> unobservable;  ///< in words, with what to drive
   std::vector<std::string> warnings;
   std::vector<std::string> notes;  ///< good to know, nothing to act on
+  /// The one of the notes that says how the gyro's clock was set by the logs; nothing: it stays as given.
+  std::optional<std::string> gyro_clock;
   int sessions = 0;
   std::vector<RunResult> runs;
   /// What the estimate would be with other runs, an entry for each training run: values of `parameters`.

@@ -9,6 +9,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/recording/increments.hpp"
 #include "trundle/recording/reference_noise.hpp"
+#include "trundle/recording/trajectory_file.hpp"
 
 namespace trundle {
 namespace {
@@ -66,6 +67,10 @@ TrajectoryFile read_trajectory_file(const std::filesystem::path& path) {
   return {.trajectory = read_trajectory(path), .files = {input_file(path)}};
 }
 
+TrajectoryFile written_trajectory(const Trajectory& trajectory, const OutputFile& file) {
+  return {.trajectory = as_written(trajectory), .files = {{file.path.string(), sha256_of(file.content)}}};
+}
+
 TrajectoryFile reference_of(const Recording& recording, const std::filesystem::path& path) {
   TrajectoryFile reference{
       .trajectory = reference_trajectory(recording), .files = {}, .noise = read_reference_noise(path)};
@@ -93,11 +98,6 @@ EvaluationAnswer answer_evaluation(const TrajectoryFile& estimate, const Traject
       robot != nullptr ? of_reference_sensor(estimate.trajectory, robot->robot) : estimate.trajectory,
       reference.trajectory, options);
   return answer;
-}
-
-nlohmann::ordered_json to_json(const ReferenceSigmas& noise) {
-  if (!noise.stated()) return nullptr;
-  return {{"position_sigma_m", noise.position_sigma_m}, {"heading_sigma_rad", noise.heading_sigma_rad}};
 }
 
 nlohmann::ordered_json document_of(const EvaluationAnswer& answer) {

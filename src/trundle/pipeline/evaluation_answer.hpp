@@ -10,6 +10,7 @@
 #include "trundle/evaluation/evaluate.hpp"
 #include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/provenance.hpp"
+#include "trundle/report/evaluation_result.hpp"
 
 namespace trundle {
 
@@ -21,6 +22,8 @@ struct TrajectoryFile {
 };
 /// trajectory.csv, .tum, reference.csv, or the reference of a recording folder. Throws InputError.
 TrajectoryFile read_trajectory_file(const std::filesystem::path& path);
+/// What it would give of the file that is written so.
+TrajectoryFile written_trajectory(const Trajectory& trajectory, const OutputFile& file);
 /// The reference of a recording that has been read from `path`.
 TrajectoryFile reference_of(const Recording& recording, const std::filesystem::path& path);
 
@@ -33,9 +36,6 @@ struct EvaluationAnswer {
 /// sensor. Errors are judged by what the reference is known to as well. Throws as evaluate.
 EvaluationAnswer answer_evaluation(const TrajectoryFile& estimate, const TrajectoryFile& reference,
                                    EvaluateOptions options, const RobotFile* robot = nullptr);
-
-/// Null: the reference is taken as exact.
-nlohmann::ordered_json to_json(const ReferenceSigmas& noise);
 
 /// What `trundle evaluate --json` prints.
 nlohmann::ordered_json document_of(const EvaluationAnswer& answer);

@@ -1,35 +1,23 @@
 #include "trundle/pipeline/innovations.hpp"
 
-#include <array>
-#include <string_view>
-
 #include <fmt/format.h>
 
 #include "trundle/recording/landmark_file.hpp"
+#include "trundle/report/slam_result.hpp"
 
 namespace trundle {
-namespace {
-
-std::string_view name_of(Decision decision) {
-  constexpr std::array<std::string_view, 4> kNames = {"matched", "created", "rejected", "invalid"};
-  return kNames[static_cast<std::size_t>(decision)];
-}
-
-/// What the observation itself says, else what it was taken for.
-std::string name_in(const Observation& observation, const ObservationReport& report,
-                    const std::vector<std::string>& names) {
+std::string landmark_in(const Observation& observation, const ObservationReport& report,
+                        const std::vector<std::string>& names) {
   const LandmarkId id = observation.landmark >= 0 ? observation.landmark : report.landmark;
-  return id < 0 ? "" : text_cell(names[static_cast<std::size_t>(id)]);
+  return id < 0 ? "" : names[static_cast<std::size_t>(id)];
 }
-
-}  // namespace
 
 void append_innovations(std::string& text, const SlamStep& step,
                         const std::vector<ObservationReport>& reports,
                         const std::vector<std::string>& names) {
   for (std::size_t i = 0; i < step.observations.size(); ++i) {
     const ObservationReport& report = reports[i];
-    text += fmt::format("{},{},{},", step.time_s, name_in(step.observations[i], report, names),
+    text += fmt::format("{},{},{},", step.time_s, text_cell(landmark_in(step.observations[i], report, names)),
                         name_of(report.decision));
     text += report.nis > 0.0
                 ? fmt::format("{},{},{}\n", report.innovation.x(), report.innovation.y(), report.nis)

@@ -12,6 +12,10 @@ namespace trundle {
 inline constexpr const char* kInnovationColumns =
     "time_s,landmark,decision,range_innovation_m,bearing_innovation_rad,nis\n";
 
+/// Which landmark a row is of: what the observation itself says, else what it was taken for; may be empty.
+std::string landmark_in(const Observation& observation, const ObservationReport& report,
+                        const std::vector<std::string>& names);
+
 /// Appends the rows of one step; `names` are those of the LandmarkIds.
 void append_innovations(std::string& text, const SlamStep& step,
                         const std::vector<ObservationReport>& reports, const std::vector<std::string>& names);

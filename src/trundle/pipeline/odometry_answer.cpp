@@ -38,26 +38,26 @@ Json sigmas_of(const Matrix3& covariance) {
 /// A row every second; fewer where there would be more than kMostBiasRows. The last one is kept.
 constexpr std::size_t kMostBiasRows = 4000;
 
-Json bias_over_time(const std::vector<GyroBiasAt>& history) {
-  Json columns = {{"time_s", Json::array()}, {"rad_s", Json::array()}, {"sigma_rad_s", Json::array()}};
+BiasOverTime bias_over_time(const std::vector<GyroBiasAt>& history) {
+  BiasOverTime bias;
   const std::size_t stride = 1 + (history.size() - 1) / kMostBiasRows;
   for (std::size_t i = 0; i < history.size(); ++i) {
     if (i % stride != 0 && i + 1 != history.size()) continue;
-    columns["time_s"].push_back(history[i].time_s);
-    columns["rad_s"].push_back(history[i].rad_s);
-    columns["sigma_rad_s"].push_back(history[i].sigma_rad_s);
+    bias.time_s.push_back(history[i].time_s);
+    bias.rad_s.push_back(history[i].rad_s);
+    bias.sigma_rad_s.push_back(history[i].sigma_rad_s);
   }
-  return columns;
+  return bias;
 }
 
 /// Stretches [start_s, end_s] of standing still.
-Json rests_of(const std::vector<GyroBiasAt>& history) {
-  Json rests = Json::array();
+std::vector<std::pair<double, double>> rests_of(const std::vector<GyroBiasAt>& history) {
+  std::vector<std::pair<double, double>> rests;
   for (std::size_t i = 0; i < history.size(); ++i) {
     if (!history[i].at_rest) continue;
     const double start = history[i].time_s;
     while (i + 1 < history.size() && history[i].at_rest) ++i;
-    rests.push_back({start, history[i].time_s});
+    rests.emplace_back(start, history[i].time_s);
   }
   return rests;
 }
@@ -83,6 +83,14 @@ OdometryAnswer answer_odometry(const Recording& recording, const RobotFile& robo
   return answer;
 }
 
+OdometryResult odometry_result_of(const OdometryAnswer& answer) {
+  OdometryResult result{.rest_s = answer.odometry.rest_s};
+  if (answer.odometry.gyro_bias.empty()) return result;
+  result.bias = bias_over_time(answer.odometry.gyro_bias);
+  result.rests = rests_of(answer.odometry.gyro_bias);
+  return result;
+}
+
 Json document_of(const OdometryAnswer& answer) {
   const IntegratedOdometry& odometry = answer.odometry;
   const StampedPose& end = odometry.trajectory.poses.back();
@@ -102,9 +110,9 @@ Json document_of(const OdometryAnswer& answer) {
   if (odometry.end_gyro_bias.variance > 0.0)
     document["gyro_bias"] = {{"rad_s", odometry.end_gyro_bias.rad_s},
                              {"sigma_rad_s", std::sqrt(odometry.end_gyro_bias.variance)}};
-  if (!odometry.gyro_bias.empty()) {
-    document["gyro_bias_over_time"] = bias_over_time(odometry.gyro_bias);
-    document["rests"] = rests_of(odometry.gyro_bias);
+  if (const OdometryResult result = odometry_result_of(answer); result.bias) {
+    document["gyro_bias_over_time"] = to_json(*result.bias);
+    document["rests"] = result.rests;
   }
   document["bridged_gaps"] = odometry.bridged;
   document["problems"] = to_json(odometry.problems);

@@ -9,6 +9,7 @@
 #include "trundle/odometry/integrate.hpp"
 #include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/provenance.hpp"
+#include "trundle/report/odometry_result.hpp"
 
 namespace trundle {
 
@@ -29,6 +30,9 @@ struct OdometryAnswer {
 /// Throws as integrate.
 OdometryAnswer answer_odometry(const Recording& recording, const RobotFile& robot,
                                const OdometryQuestion& question);
+
+/// What the page draws of it.
+OdometryResult odometry_result_of(const OdometryAnswer& answer);
 
 /// What `trundle odometry --json` prints.
 nlohmann::ordered_json document_of(const OdometryAnswer& answer);

@@ -1,34 +1,13 @@
 #pragma once
 
-#include <optional>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "trundle/io/file.hpp"
 #include "trundle/recording/recording.hpp"
+#include "trundle/report/provenance.hpp"
 
 namespace trundle {
-
-/// Program version, inputs with SHA-256, options and seed: what every output names.
-struct Provenance {
-  std::vector<InputFile> inputs;
-  std::vector<std::pair<std::string, std::string>> options;
-  std::optional<std::uint64_t> seed;
-};
-
-/// The first members of a document.
-nlohmann::ordered_json to_json(const Provenance& provenance);
-/// The same as lines, for what quotes them itself.
-std::vector<std::string> to_lines(const Provenance& provenance);
-/// The same as comment lines, for the head of a CSV or TOML file.
-std::string head_of(const Provenance& provenance);
-
-void add_inputs(const std::vector<InputFile>& inputs, Provenance& provenance);
-/// The option --robot-number, where it was given.
-void add_robot_number(int robot_number, Provenance& provenance);
 
 /// "warning" or "note".
 const char* word_of(Severity severity);

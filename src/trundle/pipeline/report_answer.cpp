@@ -24,17 +24,24 @@ ComparedWith compared_with(const ReportQuestion& question, Provenance& provenanc
 
 }  // namespace
 
-ReportAnswer answer_report(const ReportQuestion& question) {
-  ReportAnswer answer;
-  const ComparedWith with = compared_with(question, answer.provenance);
-  std::vector<nlohmann::ordered_json> results;
-  for (const std::string& input : question.inputs) {
-    results.push_back(read_result(input, with));
-    for (const auto& source : results.back().at("sources"))
-      answer.provenance.inputs.push_back({source.at("path"), source.at("sha256")});
+ReportAnswer report_of(std::vector<Results> results, const ComparedWith& with, Provenance provenance) {
+  std::vector<nlohmann::ordered_json> documents;
+  for (Results& result : results) {
+    for (const ResultSource& source : result.sources) provenance.inputs.push_back(source.file);
+    documents.push_back(result_json(std::move(result), with));
   }
-  answer.document = report_json(results, to_json(answer.provenance));
-  return answer;
+  return {.provenance = provenance, .document = report_json(documents, to_json(provenance))};
+}
+
+ReportAnswer answer_report(const ReportQuestion& question) {
+  Provenance provenance;
+  const ComparedWith with = compared_with(question, provenance);
+  std::vector<Results> results;
+  for (const std::string& input : question.inputs) {
+    results.push_back(read_results(input));
+    if (!with.robot) results.back().robot = read_robot_used(results.back().run, input);
+  }
+  return report_of(std::move(results), with, std::move(provenance));
 }
 
 }  // namespace trundle

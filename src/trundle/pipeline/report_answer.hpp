@@ -5,7 +5,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "trundle/pipeline/provenance.hpp"
+#include "trundle/report/compared_with.hpp"
+#include "trundle/report/provenance.hpp"
+#include "trundle/report/results.hpp"
 
 namespace trundle {
 
@@ -21,7 +23,10 @@ struct ReportAnswer {
   nlohmann::ordered_json document;
 };
 
-/// Throws InputError.
+/// Of results as they are there.
+ReportAnswer report_of(std::vector<Results> results, const ComparedWith& with = {},
+                       Provenance provenance = {});
+/// Reads them. Throws InputError.
 ReportAnswer answer_report(const ReportQuestion& question);
 
 }  // namespace trundle

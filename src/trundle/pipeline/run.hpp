@@ -7,11 +7,9 @@
 #include <string_view>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "trundle/calibration/calibrate.hpp"
-#include "trundle/pipeline/provenance.hpp"
 #include "trundle/pipeline/slam_answer.hpp"
+#include "trundle/report/run_record.hpp"
 
 namespace trundle {
 
@@ -31,41 +29,6 @@ struct RunQuestion {
   std::string before = {};
 };
 
-enum class StageStatus {
-  done,
-  skipped,  ///< does not apply to this recording or robot, or was not asked for
-  failed,   ///< was tried; the data could not answer, or an input of the stage was wrong
-};
-std::string_view name_of(StageStatus status);
-
-struct Stage {
-  std::string name;
-  StageStatus status = StageStatus::failed;
-  std::string message;                    ///< one sentence: what came out, or why nothing did
-  std::vector<std::string> outputs;       ///< relative to the folder
-  std::vector<std::string> remarks = {};  ///< "warning: ..." or "note: ...": what it found besides
-};
-
-/// A trajectory that was written.
-struct RunTrajectory {
-  std::string name;
-  std::string file;  ///< relative to the folder
-  std::string what;
-};
-
-struct RunAnswer {
-  Provenance provenance;
-  std::string recording_name;
-  std::string session;
-  std::string recording_path;
-  std::string given_robot;
-  std::string used_robot;        ///< relative to the folder where it was made there
-  std::optional<bool> held_out;  ///< from the calibration; nothing: there was none here
-  std::vector<Stage> stages;
-  std::vector<RunTrajectory> trajectories;
-  std::vector<std::string> recordings;  ///< of a session: their folders
-};
-
 /// What is told while it runs: before a stage, within a long one (done of so many steps), and after it.
 struct RunProgress {
   std::string_view recording;
@@ -76,12 +39,20 @@ struct RunProgress {
 };
 using OnProgress = std::function<void(const RunProgress&)>;
 
-/// Health check, calibration, gyro and slip, corrected odometry, localization and mapping, evaluation,
-/// report: docs/run.md. A stage that cannot run says why, and the rest goes on. Throws InputError where
-/// recording or robot cannot be read; and, after all that can be told was written, what odometry threw.
-RunAnswer run(const RunQuestion& question, const OnProgress& on_progress = {});
+/// Why there is no answer.
+struct Failure {
+  int exit_code = 1;  ///< by exit_code_of(): whether an input is wrong or the data cannot answer
+  std::string message;
+};
 
-/// What stands in run.json.
-nlohmann::ordered_json document_of(const RunAnswer& answer);
+struct RunAnswer {
+  RunRecord record;
+  std::optional<Failure> no_odometry;  ///< of a session: of none of its recordings, and why not of the first
+};
+
+/// Health check, calibration, gyro and slip, corrected odometry, localization and mapping, evaluation,
+/// report: docs/run.md. A stage that cannot run says why, and the rest goes on; all that can be told is
+/// written. Throws InputError where recording or robot cannot be read, or a result cannot be written.
+RunAnswer run(const RunQuestion& question, const OnProgress& on_progress = {});
 
 }  // namespace trundle

@@ -101,9 +101,9 @@ Json bias_of(const SlamAnswer& answer) {
 }
 
 /// Every second; fewer rows where there would be more than kMostRows. The last one is kept.
-Json bias_over_time(const SlamAnswer& answer) {
+BiasOverTime bias_over_time(const SlamAnswer& answer) {
   constexpr std::size_t kMostRows = 4000;
-  Json columns = {{"time_s", Json::array()}, {"rad_s", Json::array()}, {"sigma_rad_s", Json::array()}};
+  BiasOverTime columns;
   const auto& steps = answer.input.steps;
   const double every_s =
       std::max(1.0, (steps.back().time_s - answer.input.start_s) / static_cast<double>(kMostRows));
@@ -111,11 +111,15 @@ Json bias_over_time(const SlamAnswer& answer) {
   for (std::size_t k = 0; k < steps.size(); ++k) {
     if (steps[k].time_s < next_s && k + 1 != steps.size()) continue;
     next_s = steps[k].time_s + every_s;
-    columns["time_s"].push_back(steps[k].time_s);
-    columns["rad_s"].push_back(answer.gyro_bias_rad_s + answer.bias()[k].rad_s);
-    columns["sigma_rad_s"].push_back(std::sqrt(std::max(0.0, answer.bias()[k].variance)));
+    columns.time_s.push_back(steps[k].time_s);
+    columns.rad_s.push_back(answer.gyro_bias_rad_s + answer.bias()[k].rad_s);
+    columns.sigma_rad_s.push_back(std::sqrt(std::max(0.0, answer.bias()[k].variance)));
   }
   return columns;
+}
+
+bool knows_bias(const SlamAnswer& answer) {
+  return answer.input.systematic.has_bias && !answer.bias().empty();
 }
 
 Json smoother_of(const SmootherCounts& counts) {
@@ -216,13 +220,19 @@ Json document_of(const SlamAnswer& answer) {
   }
   if (answer.result.path) document["path"] = "whole path of the best particle";
   document["systematic_errors"] = systematic_of(answer);
-  if (answer.input.systematic.has_bias && !answer.bias().empty()) {
+  if (knows_bias(answer)) {
     document["gyro_bias"] = bias_of(answer);
-    document["gyro_bias_over_time"] = bias_over_time(answer);
+    document["gyro_bias_over_time"] = to_json(bias_over_time(answer));
     document["rest_s"] = answer.input.rest_s;
   }
   document["problems"] = to_json(answer.input.problems);
   return document;
+}
+
+SlamSummary slam_summary_of(const SlamAnswer& answer) {
+  SlamSummary summary{.document = document_of(answer)};
+  if (knows_bias(answer)) summary.bias = bias_over_time(answer);
+  return summary;
 }
 
 std::vector<OutputFile> files_of(const SlamAnswer& answer, const std::filesystem::path& folder) {

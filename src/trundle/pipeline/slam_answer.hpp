@@ -11,6 +11,7 @@
 #include "trundle/pipeline/provenance.hpp"
 #include "trundle/pipeline/slam_checkpoint.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
+#include "trundle/report/slam_result.hpp"
 #include "trundle/slam/slam.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
 
@@ -64,6 +65,9 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
 
 /// What `trundle slam --json` prints.
 nlohmann::ordered_json document_of(const SlamAnswer& answer);
+
+/// What the page draws of that.
+SlamSummary slam_summary_of(const SlamAnswer& answer);
 
 /// trajectory.csv, landmarks.csv, where the filter knows it landmarks_covariance.csv, steps.csv,
 /// innovations.csv and, where there is one, path.csv; online.csv where trajectory.csv is the smoothed one.

@@ -1,5 +1,7 @@
 #include "trundle/pipeline/slip_answer.hpp"
 
+#include <cmath>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -107,14 +109,14 @@ Json to_json(const LearnedSlip& learned, const SlipOptions& options) {
   return document;
 }
 
-Json to_json(const SlipEvent& event, const Robot& robot) {
-  return {{"start_s", event.start_s},
-          {"end_s", event.end_s},
-          {"wheel", wheel_of(event, robot)},
-          {"kind", name_of(event.kind)},
-          {"excess_m", event.excess_m},
-          {"confidence", event.confidence},
-          {"excess_sigma_m", event.excess_sigma_m}};
+SlipRow row_of(const SlipEvent& event, const Robot& robot) {
+  return {.start_s = event.start_s,
+          .end_s = event.end_s,
+          .wheel = wheel_of(event, robot),
+          .kind = name_of(event.kind),
+          .excess_m = event.excess_m,
+          .confidence = event.confidence,
+          .excess_sigma_m = event.excess_sigma_m};
 }
 
 Json to_json(const SlipCounts& counts) {
@@ -130,21 +132,19 @@ Json to_json(const SlipCounts& counts) {
 }
 
 /// The statistic of every interval, and what it is judged by.
-Json timeline_of(const SlipReport& report) {
-  Json timeline = {{"statistic", report.band ? "delta_rad" : "chi2"}};
+SlipTimeline timeline_of(const SlipReport& report) {
+  SlipTimeline timeline{.statistic = report.band ? "delta_rad" : "chi2"};
   if (report.band) {
-    timeline["lower"] = report.band->lower;
-    timeline["upper"] = report.band->upper;
+    timeline.lower = report.band->lower;
+    timeline.upper = report.band->upper;
   } else {
-    timeline["limit"] = report.chi2_limit;
+    timeline.limit = report.chi2_limit;
   }
-  for (const char* column : {"end_s", "value", "status", "slipping"}) timeline[column] = Json::array();
   for (const SlipInterval& interval : report.intervals) {
-    timeline["end_s"].push_back(interval.end_s);
-    timeline["value"].push_back(interval.status == SlipStatus::judged ? Json(interval.statistic)
-                                                                      : Json(nullptr));
-    timeline["status"].push_back(name_of(interval.status));
-    timeline["slipping"].push_back(interval.slipping);
+    timeline.end_s.push_back(interval.end_s);
+    timeline.value.push_back(interval.status == SlipStatus::judged ? interval.statistic : std::nan(""));
+    timeline.status.push_back(name_of(interval.status));
+    timeline.slipping.push_back(interval.slipping);
   }
   return timeline;
 }
@@ -192,15 +192,18 @@ void add_options_of(const std::optional<SlipQuestion>& slip, Provenance& provena
   for (const std::string& folder : slip->learn) provenance.options.emplace_back("learn", folder);
 }
 
+SlipResult slip_result_of(const SlipAnswer& answer, const Robot& robot) {
+  SlipResult result{.counts = to_json(answer.report.counts),
+                    .timeline = timeline_of(answer.report),
+                    .cannot_see = abilities_of(robot, robot.chassis.gyro.has_value()).cannot};
+  for (const SlipEvent& event : answer.report.events) result.events.push_back(row_of(event, robot));
+  if (answer.learned) result.learned = to_json(*answer.learned, answer.options);
+  return result;
+}
+
 nlohmann::ordered_json document_of(const SlipAnswer& answer, const Robot& robot) {
   Json document = to_json(answer.provenance);
-  document["intervals"] = to_json(answer.report.counts);
-  document["events"] = Json::array();
-  for (const SlipEvent& event : answer.report.events) document["events"].push_back(to_json(event, robot));
-  document["timeline"] = timeline_of(answer.report);
-  document["learned"] = nullptr;
-  if (answer.learned) document["learned"] = to_json(*answer.learned, answer.options);
-  document["cannot_see"] = abilities_of(robot, robot.chassis.gyro.has_value()).cannot;
+  document.update(to_json(slip_result_of(answer, robot)));
   document["problems"] = to_json(answer.report.problems);
   return document;
 }

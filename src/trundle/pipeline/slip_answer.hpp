@@ -8,6 +8,7 @@
 
 #include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/provenance.hpp"
+#include "trundle/report/slip_result.hpp"
 #include "trundle/slip/find_slip.hpp"
 
 namespace trundle {
@@ -50,6 +51,9 @@ AlignedReadings corrected_readings(const Recording& recording, const RobotFile& 
                                    Provenance& provenance);
 /// The options of such a correction.
 void add_options_of(const std::optional<SlipQuestion>& slip, Provenance& provenance);
+
+/// What slip.json and the page say of it.
+SlipResult slip_result_of(const SlipAnswer& answer, const Robot& robot);
 
 /// What `trundle slip --json` prints.
 nlohmann::ordered_json document_of(const SlipAnswer& answer, const Robot& robot);

@@ -1,56 +1,88 @@
 #pragma once
 
-#include <exception>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "trundle/pipeline/files.hpp"
-#include "trundle/pipeline/run.hpp"
+#include "trundle/pipeline/evaluation_answer.hpp"
+#include "trundle/pipeline/run_inputs.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
+#include "trundle/pipeline/stage_runner.hpp"
+#include "trundle/report/results.hpp"
 
 namespace trundle {
 
-/// What the stages of a run hand on to each other.
-struct Work {
-  RunQuestion question;
-  RobotFile given;                    ///< before the calibration
-  RobotFile used;                     ///< after it
-  std::vector<Recording> recordings;  ///< what is asked about: one, or those of a session
-  std::vector<Recording> training;    ///< where others are to be learned from
-  RunAnswer answer;
-  std::exception_ptr no_odometry;        ///< why there is none
-  std::optional<SlipAnswer> slip = {};   ///< where slip could be looked for
-  OnSteps on_steps;                      ///< of the stage that runs
-  std::vector<Finding> misread = {};     ///< findings after which some stages would tell nonsense
-  std::vector<std::string> clocks = {};  ///< what is wrong with the gyro's, until it is corrected
-
-  const Recording& recording() const { return recordings.front(); }
-  std::filesystem::path in_folder(const std::string& name) const { return question.output / name; }
+/// A trajectory that a stage gives, as who reads its file gets it.
+struct WrittenTrajectory {
+  RunTrajectory entry;
+  TrackRole role = TrackRole::other;
+  TrajectoryFile file;
 };
 
-/// What a stage tells when it is done, and what it wants written.
-struct Told {
-  std::string message;
-  std::vector<OutputFile> files;
-  std::vector<std::string> remarks = {};
+struct HealthCheck {
+  InfoResult info;
+  std::vector<Misreading> misreadings = {};
+  std::vector<std::string> gyro_clock = {};  ///< warnings of it, which hold until a calibration has set it
 };
 
-/// Why a stage has nothing to do.
-struct NotApplicable {
-  std::string why;
+struct CalibratedRobot {
+  RobotFile robot;
+  bool held_out = false;  ///< the recording was not learned from
+  CalibrationDocument document;
 };
 
-// The stages, each from the work of those before it. They throw NotApplicable, CannotAnswer, InputError.
-Told check_health(Work& work);
-Told calibrate_robot(Work& work);
-Told integrate_odometry(Work& work);
-Told find_slips(Work& work);
-Told localize_on_map(Work& work);
-Told map_landmarks(Work& work);
-Told evaluate_trajectories(Work& work);
-Told draw_page(Work& work);
+struct Odometry {
+  std::vector<WrittenTrajectory> trajectories;  ///< the last is that of the robot that is used
+  std::string csv;                              ///< of that one
+  OdometryResult result;
+};
 
+struct Slip {
+  SlipAnswer answer;
+  SlipResult result;
+  WrittenTrajectory corrected;
+};
+
+struct SlamStage {
+  std::vector<WrittenTrajectory> trajectories;
+  SlamSummary summary;
+  std::vector<LandmarkRow> landmarks;
+  std::optional<ParticleColumns> particles;
+  FilterColumns filter;
+  SightingColumns sightings;
+};
+
+struct EvaluationStage {
+  EvaluationSummary summary;
+  Trajectory reference;
+};
+
+// The stages, each from the values that it needs. They throw NotApplicable, CannotAnswer and InputError.
+
+Found<HealthCheck> check_health(const RunInputs& inputs);
+Found<CalibratedRobot> calibrate_robot(const RunInputs& inputs);
+/// With the robot that is used and, where that is another, with the one that was given. It warns of what the
+/// health check found wrong with the gyro's clock, unless the robot that is used corrects it.
+Found<Odometry> integrate_odometry(const RunInputs& inputs, const RobotFile& robot,
+                                   const HealthCheck* health);
+Found<Slip> find_slips(const RunInputs& inputs, const RobotFile& robot);
+/// Localization and SLAM go on from the odometry that is corrected for slip, where that was found.
+Found<WrittenTrajectory> localize_on_map(const RunInputs& inputs, const RobotFile& robot, const Slip* slip);
+Found<SlamStage> map_landmarks(const RunInputs& inputs, const RobotFile& robot, const Slip* slip,
+                               const OnSteps& on_steps);
+Found<EvaluationStage> evaluate_trajectories(const RunInputs& inputs, const RobotFile& robot,
+                                             std::span<const WrittenTrajectory> trajectories);
+/// The value is the page's path.
+Found<std::filesystem::path> draw_page(const RunInputs& inputs, const Results& results);
+
+/// What the slip stage asks, and those that go on from it.
+SlipQuestion slip_question(const RunInputs& inputs);
+/// A trajectory's file.
+OutputFile trajectory_csv(const std::filesystem::path& path, const Provenance& provenance,
+                          const Trajectory& trajectory);
+WrittenTrajectory written(RunTrajectory entry, TrackRole role, const Trajectory& trajectory,
+                          const OutputFile& file);
 /// The bytes that a command with --json prints.
 std::string printed(const nlohmann::ordered_json& document);
 

@@ -1,3 +1,5 @@
+#include "trundle/recording/trajectory_file.hpp"
+
 #include <array>
 #include <cmath>
 
@@ -94,6 +96,21 @@ Trajectory read_trajectory(const std::filesystem::path& path) {
   if (trajectory.poses.empty())
     throw InputError(path.string(), "holds no complete pose", "rows of time, x, y and heading");
   return trajectory;
+}
+
+Trajectory as_written(const Trajectory& trajectory) {
+  Trajectory written;
+  for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
+    const auto& [time_s, pose] = trajectory.poses[i];
+    const bool is_next = written.poses.empty() || time_s > written.poses.back().time_s;
+    if (!is_next || !std::isfinite(pose.x) || !std::isfinite(pose.y) || !std::isfinite(pose.heading))
+      continue;
+    written.poses.push_back({time_s, pose});
+    if (!trajectory.has_covariance()) continue;
+    const Matrix3& c = trajectory.covariances[i];
+    written.covariances.push_back(symmetric(c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2)));
+  }
+  return with_continuous_heading(std::move(written));
 }
 
 std::string to_csv(const Trajectory& trajectory) {

@@ -280,11 +280,22 @@ void attend_honesty(const Json& result, Json& attention) {
 }
 
 /// The calibration set the gyro's clock: there is nothing left to do.
-bool is_settled(const Json& problem, const Json& calibration) {
-  return problem.at("kind") == "time offset" && calibration.is_object() &&
-         std::ranges::any_of(calibration.at("notes"), [](const Json& note) {
-           return note.get<std::string>().starts_with("gyro.time_offset_s");
-         });
+bool is_settled(const HealthProblem& problem, const Results& results) {
+  return problem.is_of_gyro_clock && results.calibration && results.calibration->sets_gyro_clock;
+}
+
+void attend_stages(const Results& results, Json& attention) {
+  if (!results.run) return;
+  for (const Stage& stage : results.run->stages)
+    if (stage.kind != StageKind::report && stage.status == StageStatus::failed)
+      attention.push_back({{"kind", "stage"}, {"name", name_of(stage)}, {"words", stage.message}});
+}
+
+void attend_health(const Results& results, Json& attention) {
+  if (!results.info) return;
+  for (const HealthProblem& problem : results.info->problems)
+    if (problem.is_warning && !is_settled(problem, results))
+      attention.push_back({{"kind", "problem"}, {"place", problem.place}, {"words", problem.message}});
 }
 
 }  // namespace
@@ -305,21 +316,14 @@ Json answers_json(const Json& result) {
   return answers;
 }
 
-Json attention_json(const Json& result) {
+Json attention_json(const Json& parts, const Results& results) {
   Json attention = Json::array();
-  for (const Json& stage : result.at("stages"))
-    if (stage.value("status", "") == "failed")
-      attention.push_back(
-          {{"kind", "stage"}, {"name", stage.at("name")}, {"words", stage.value("message", "")}});
-  if (result.at("calibration").is_object()) attend_calibration(result.at("calibration"), attention);
-  const Json slip = slip_answer(result);
+  attend_stages(results, attention);
+  if (results.calibration) attend_calibration(results.calibration->document, attention);
+  const Json slip = slip_answer(parts);
   if (!slip.is_null() && slip.at("count") > 0) attention.push_back(slip);
-  attend_honesty(result, attention);
-  if (result.at("health").is_object())
-    for (const Json& problem : result.at("health").at("problems"))
-      if (problem.at("severity") == "warning" && !is_settled(problem, result.at("calibration")))
-        attention.push_back(
-            {{"kind", "problem"}, {"place", problem.at("place")}, {"words", problem.at("message")}});
+  attend_honesty(parts, attention);
+  attend_health(results, attention);
   return attention;
 }
 

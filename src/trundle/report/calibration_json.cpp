@@ -1,5 +1,7 @@
 #include "trundle/report/calibration_json.hpp"
 
+#include <algorithm>
+
 #include <nlohmann/json.hpp>
 
 #include "trundle/report/calibration_parts.hpp"
@@ -32,6 +34,13 @@ Json e_max_json(const CalibrationResult& result) {
           {"after_meaning", result.after_meaning}};
 }
 
+/// The note of a corrected clock, which begins with the key of the robot file, is all that the document says.
+bool says_that_the_clock_was_set(const Json& document) {
+  return std::ranges::any_of(document.at("notes"), [](const Json& note) {
+    return note.get<std::string>().starts_with("gyro.time_offset_s");
+  });
+}
+
 /// What JSON cannot say becomes what it can: numbers that are not finite null, bytes that are not UTF-8
 /// U+FFFD.
 Json representable(const Json& document) {
@@ -61,6 +70,16 @@ Json calibration_json(const CalibrationResult& result, const Json& provenance) {
   document["end_points"] = end_points_json(result.runs);
   document["runs"] = runs_json(result.runs);
   return representable(document);
+}
+
+CalibrationDocument calibration_document(const CalibrationResult& result, const Json& provenance) {
+  return {.document = calibration_json(result, provenance), .sets_gyro_clock = result.gyro_clock.has_value()};
+}
+
+CalibrationDocument calibration_from_json(std::string_view text, std::string_view file_name) {
+  CalibrationDocument calibration{.document = parse_calibration_json(text, file_name)};
+  calibration.sets_gyro_clock = says_that_the_clock_was_set(calibration.document);
+  return calibration;
 }
 
 }  // namespace trundle

@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 
 #include "trundle/calibration/result.hpp"
 
@@ -17,6 +17,16 @@ inline constexpr int kCalibrationFormatVersion = 1;
 /// `provenance` is put in as it is.
 nlohmann::ordered_json calibration_json(const CalibrationResult& result,
                                         const nlohmann::ordered_json& provenance);
+
+/// A calibration.json, and what follows from it besides what the page draws.
+struct CalibrationDocument {
+  nlohmann::ordered_json document;
+  bool sets_gyro_clock = false;  ///< then nothing is left to do about a gyro that is late
+};
+CalibrationDocument calibration_document(const CalibrationResult& result,
+                                         const nlohmann::ordered_json& provenance);
+/// Throws as parse_calibration_json.
+CalibrationDocument calibration_from_json(std::string_view text, std::string_view file_name);
 
 /// Reads such a document back. Throws InputError with file (and line, when it is not JSON at all), what
 /// stands there and what was expected. `file_name` is for the messages only.

@@ -84,8 +84,29 @@ Json parse_json(std::string_view text, std::string_view file_name, std::string_v
   }
 }
 
+Json parse_result(std::string_view text, std::string_view name, std::span<const JsonRule> rules,
+                  std::string_view file_name) {
+  Json document = parse_json(text, file_name, fmt::format("{}.json as trundle writes it", name));
+  if (!document.is_object()) throw InputError(file_name, "is JSON but not an object", "{...}");
+  check_rules(document, rules, file_name);
+  return document;
+}
+
 void check_rules(const Json& document, std::span<const JsonRule> rules, std::string_view file_name) {
   for (const JsonRule& rule : rules) RuleCheck(file_name, rule.types).follow(document, rule.path, "");
+}
+
+void expect_same_lengths(const Json& document, const char* name, std::span<const char* const> columns,
+                         std::string_view file_name) {
+  if (!document.contains(name)) return;
+  const Json& table = document.at(name);
+  for (const char* column : columns) {
+    const std::size_t expected = table.value(columns.front(), Json::array()).size();
+    const std::size_t found = table.value(column, Json::array()).size();
+    if (!table.contains(column) || found != expected)
+      throw InputError(file_name, fmt::format("\"{}.{}\" has {} entries", name, column, found),
+                       fmt::format("{}, as \"{}\" has", expected, columns.front()));
+  }
 }
 
 }  // namespace trundle

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <tuple>
 
 #include "trundle/io/error.hpp"
 
@@ -26,7 +27,7 @@ constexpr std::array kSigns = {
 };
 
 /// The first line that is no comment; nothing of a file that is no text.
-std::string header_of(const std::filesystem::path& path) {
+std::string header_at(const std::filesystem::path& path) {
   std::ifstream stream(path);
   std::string line;
   while (std::getline(stream, line))
@@ -34,18 +35,8 @@ std::string header_of(const std::filesystem::path& path) {
   return {};
 }
 
-ResultKind kind_of(const std::filesystem::path& path) {
-  const std::string extension = path.extension().string();
-  if (extension == ".tum") return ResultKind::trajectory;
-  if (extension == ".json")
-    return std::ranges::find(kDocuments, path.stem().string()) == kDocuments.end() ? ResultKind::other
-                                                                                   : ResultKind::json;
-  if (extension != ".csv") return ResultKind::other;
-  const std::string header = header_of(path);
-  const auto holds = [&](std::string_view column) { return header.find(column) != header.npos; };
-  for (const Sign& sign : kSigns)
-    if (std::ranges::all_of(sign.columns, holds)) return sign.kind;
-  return ResultKind::other;
+ResultKind kind_of_file(const std::filesystem::path& path) {
+  return kind_of(path, path.extension() == ".csv" ? header_at(path) : std::string());
 }
 
 void append_results(const std::filesystem::path& folder, const std::string& prefix,
@@ -53,7 +44,7 @@ void append_results(const std::filesystem::path& folder, const std::string& pref
   if (!std::filesystem::is_directory(folder)) return;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (!entry.is_regular_file()) continue;
-    const ResultKind kind = kind_of(entry.path());
+    const ResultKind kind = kind_of_file(entry.path());
     if (kind != ResultKind::other)
       files.push_back({prefix + entry.path().stem().string(), entry.path(), kind});
   }
@@ -70,20 +61,36 @@ std::vector<ResultFile> result_files(const std::filesystem::path& input) {
   if (std::filesystem::is_directory(input)) {
     append_results(input, "", files);
     append_results(input / "slam", "slam/", files);
-  } else if (const ResultKind kind = kind_of(input); kind != ResultKind::other) {
+  } else if (const ResultKind kind = kind_of_file(input); kind != ResultKind::other) {
     files.push_back({input.stem().string(), input, kind});
   }
   if (files.empty()) throw InputError(input.string(), "holds no results", kExpected);
-  std::ranges::sort(files, {}, &ResultFile::name);
+  std::ranges::sort(files, [](const ResultFile& a, const ResultFile& b) {
+    return std::tie(a.name, b.path) < std::tie(b.name, a.path);
+  });
   return files;
 }
 
-std::vector<std::string> head_lines(const std::filesystem::path& path) {
-  std::ifstream stream(path);
-  std::vector<std::string> lines;
-  std::string line;
-  while (std::getline(stream, line) && line.starts_with("# ")) lines.push_back(line.substr(2));
-  return lines;
+std::string_view header_of(std::string_view content) {
+  std::size_t end = content.find('\n');
+  while (content.starts_with('#') && end != content.npos) {
+    content.remove_prefix(end + 1);
+    end = content.find('\n');
+  }
+  return content.starts_with('#') ? std::string_view() : content.substr(0, end);
+}
+
+ResultKind kind_of(const std::filesystem::path& path, std::string_view header) {
+  const std::string extension = path.extension().string();
+  if (extension == ".tum") return ResultKind::trajectory;
+  if (extension == ".json")
+    return std::ranges::find(kDocuments, path.stem().string()) == kDocuments.end() ? ResultKind::other
+                                                                                   : ResultKind::json;
+  if (extension != ".csv") return ResultKind::other;
+  const auto holds = [&](std::string_view column) { return header.find(column) != header.npos; };
+  for (const Sign& sign : kSigns)
+    if (std::ranges::all_of(sign.columns, holds)) return sign.kind;
+  return ResultKind::other;
 }
 
 }  // namespace trundle

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace trundle {
@@ -15,11 +16,13 @@ struct ResultFile {
   ResultKind kind = ResultKind::other;
 };
 
-/// The results in a folder and in its folder slam/, in the order of their names; or the one file. Files that
-/// hold something else are left out. Throws InputError where there is none.
+/// The results in a folder and in its folder slam/, in the order of their names, of two the .json before the
+/// .csv; or the one file. Files that hold something else are left out. Throws InputError where there is none.
 std::vector<ResultFile> result_files(const std::filesystem::path& input);
 
-/// The lines at the head of a CSV file that say how it was made, without their "# ".
-std::vector<std::string> head_lines(const std::filesystem::path& path);
+/// The first line of a CSV file that is no comment.
+std::string_view header_of(std::string_view content);
+/// What a file of this name holds; of a CSV file by its header.
+ResultKind kind_of(const std::filesystem::path& path, std::string_view header);
 
 }  // namespace trundle

@@ -1,16 +1,11 @@
 #include "trundle/report/result_json.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
 
 #include <nlohmann/json.hpp>
 
-#include "trundle/io/file.hpp"
-#include "trundle/report/calibration_json.hpp"
 #include "trundle/report/labels.hpp"
-#include "trundle/report/result_documents.hpp"
 #include "trundle/report/result_parts.hpp"
 
 namespace trundle {
@@ -18,77 +13,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// The files of one folder by what they hold.
-struct Found {
-  std::map<std::string, Json> documents;  ///< by name
-  std::vector<ResultTrack> tracks;
-  std::map<ResultKind, std::filesystem::path> tables;
-};
-
-Json document_at(const ResultFile& file) {
-  const std::string text = read_file(file.path);
-  if (file.name == "calibration") return parse_calibration_json(text, file.path.string());
-  return parse_result_document(text, file.name, file.path.string());
-}
-
-Found read_all(const std::vector<ResultFile>& files) {
-  Found found;
-  for (const ResultFile& file : files) {
-    if (file.kind == ResultKind::json)
-      found.documents[file.name] = document_at(file);
-    else if (file.kind == ResultKind::trajectory)
-      found.tracks.push_back(read_track(file.path, file.name));
-    else
-      found.tables.try_emplace(file.kind, file.path);
-  }
-  return found;
-}
-
-Json document_named(const Found& found, const std::string& name) {
-  const auto document = found.documents.find(name);
-  return document == found.documents.end() ? Json(nullptr) : document->second;
-}
-
-/// What the filter says of itself: in a run's folder, or in that of `trundle slam`.
-Json slam_of(const Found& found) {
-  const Json inside = document_named(found, "slam/slam");
-  return inside.is_null() ? document_named(found, "slam") : inside;
-}
-
 /// The one that the evaluation chose; the frame of a known map is the reference's.
-Alignment alignment_of(const ResultTrack& track, const Json& evaluation) {
-  if (track.role == "localized") return Alignment::none;
-  const Json kind = evaluation.is_object() ? evaluation.value("/alignment/kind"_json_pointer, Json("start"))
-                                           : Json("start");
-  for (const Alignment alignment : {Alignment::none, Alignment::se2})
-    if (kind == name_of(alignment)) return alignment;
-  return Alignment::start;
-}
-
-/// Where an online estimate of its own is there, slam/trajectory.csv is the smoothed one.
-void tell_smoothed(std::vector<ResultTrack>& tracks) {
-  const bool smoothed = std::ranges::find(tracks, "slam/online", &ResultTrack::name) != tracks.end();
-  const auto found = std::ranges::find(tracks, "slam/trajectory", &ResultTrack::name);
-  if (smoothed && found != tracks.end()) found->role = "smoothed";
-}
-
-/// What a run calls its trajectories says which is which.
-void name_roles(const Json& run, std::vector<ResultTrack>& tracks) {
-  if (!run.is_object() || !run.contains("trajectories")) return;
-  for (const Json& entry : run.at("trajectories")) {
-    const std::string file = entry.at("file");
-    const auto track = std::ranges::find(tracks, file.substr(0, file.rfind('.')), &ResultTrack::name);
-    const std::string role = role_of(entry.at("name").get<std::string>());
-    if (track != tracks.end() && role != "other") track->role = role;
-  }
-}
-
-/// The sigmas that evaluation.json names.
-ReferenceSigmas noise_in(const Json& evaluation) {
-  const Json noise =
-      evaluation.is_object() ? evaluation.value("reference_noise", Json(nullptr)) : Json(nullptr);
-  if (!noise.is_object()) return {};
-  return {noise.at("position_sigma_m"), noise.at("heading_sigma_rad")};
+Alignment alignment_of(const ResultTrack& track, const Results& results) {
+  if (track.role == TrackRole::localized) return Alignment::none;
+  return results.evaluation ? results.evaluation->alignment : Alignment::start;
 }
 
 bool are_the_same(const Trajectory& a, const Trajectory& b) {
@@ -101,57 +29,36 @@ bool are_the_same(const Trajectory& a, const Trajectory& b) {
 
 /// Where nothing was corrected the result is the odometry: once is enough.
 void forget_copies_of_odometry(std::vector<ResultTrack>& tracks) {
-  const ResultTrack* found = track_of_role(tracks, "odometry");
+  const ResultTrack* found = track_of_role(tracks, TrackRole::odometry);
   if (found == nullptr) return;
   const Trajectory odometry = found->trajectory;
   std::erase_if(tracks, [&](const ResultTrack& track) {
-    return (track.role == "result" || track.role == "corrected") && are_the_same(track.trajectory, odometry);
+    return (track.role == TrackRole::result || track.role == TrackRole::corrected) &&
+           are_the_same(track.trajectory, odometry);
   });
 }
 
-/// The robot that a run used, if its file is still where run.json says: in the folder, or as it was given.
-std::optional<Robot> robot_used(const Json& run, const std::filesystem::path& folder) {
-  const Json used = run.is_object() ? run.value("/robot/used"_json_pointer, Json(nullptr)) : Json(nullptr);
-  if (!used.is_string()) return std::nullopt;
-  for (const std::filesystem::path& path :
-       {folder / used.get<std::string>(), std::filesystem::path(used.get<std::string>())})
-    if (std::filesystem::is_regular_file(path)) return read_robot(path);
-  return std::nullopt;
-}
-
-void compare_all(Found& found, ComparedWith with) {
-  tell_smoothed(found.tracks);
-  name_roles(document_named(found, "run"), found.tracks);
-  forget_copies_of_odometry(found.tracks);
-  const Json evaluation = document_named(found, "evaluation");
-  if (const ResultTrack* own = track_of_role(found.tracks, "reference")) {
+void compare_all(Results& results, ComparedWith with) {
+  forget_copies_of_odometry(results.tracks);
+  if (!with.robot) with.robot = results.robot;
+  if (const ResultTrack* own = track_of_role(results.tracks, TrackRole::reference)) {
     with.reference = own->trajectory;
-    with.noise = noise_in(evaluation);
-  } else if (!with.reference.poses.empty())
-    found.tracks.push_back({"reference", "reference", with.reference, {}, {}, {}, {}});
+    with.noise = results.evaluation ? results.evaluation->noise : ReferenceSigmas{};
+  } else if (!with.reference.poses.empty()) {
+    results.tracks.push_back(
+        {.name = "reference", .role = TrackRole::reference, .trajectory = with.reference});
+  }
   if (with.reference.poses.empty()) return;
-  for (ResultTrack& track : found.tracks)
-    if (track.role != "reference") compare(track, with, alignment_of(track, evaluation));
+  for (ResultTrack& track : results.tracks)
+    if (track.role != TrackRole::reference) compare(track, with, alignment_of(track, results));
 }
 
 /// The motion that laid the map's own trajectory on the reference.
 Pose2 map_laid_by(const std::vector<ResultTrack>& tracks) {
-  for (const char* role : {"path", "smoothed", "online", "localized", "result"})
+  using enum TrackRole;
+  for (const TrackRole role : {path, smoothed, online, localized, result})
     if (const ResultTrack* track = track_of_role(tracks, role)) return track->laid_by;
   return {};
-}
-
-Json slip_of(const Found& found, const ResultTrack* track) {
-  if (const Json document = document_named(found, "slip"); document.is_object())
-    return slip_json(document, track);
-  const auto csv = found.tables.find(ResultKind::slips);
-  return csv == found.tables.end() ? Json(nullptr) : slip_json(csv->second, track);
-}
-
-template <typename Make>
-Json from_table(const Found& found, ResultKind kind, Make make) {
-  const auto csv = found.tables.find(kind);
-  return csv == found.tables.end() ? Json(nullptr) : make(csv->second);
 }
 
 /// Errors that there are no tracks for, in words.
@@ -175,60 +82,60 @@ Json span_of(const std::vector<ResultTrack>& tracks) {
   return span;
 }
 
-Json source_json(const ResultFile& file) {
-  const InputFile input = input_file(file.path);
-  Json source = {{"name", file.name}, {"path", input.path}, {"sha256", input.sha256}};
-  source["made_by"] = file.kind == ResultKind::json ? std::vector<std::string>{} : head_lines(file.path);
-  return source;
+Json sources_json(const std::vector<ResultSource>& sources) {
+  Json all = Json::array();
+  for (const ResultSource& source : sources)
+    all.push_back({{"name", source.name},
+                   {"path", source.file.path},
+                   {"sha256", source.file.sha256},
+                   {"made_by", source.made_by}});
+  return all;
 }
 
-Json run_of(const Json& run) {
-  if (run.is_null()) return nullptr;
-  Json asked = run;
+Json run_json(const std::optional<RunRecord>& run) {
+  if (!run) return nullptr;
+  Json asked = to_json(*run);
   asked.erase("stages");
   return asked;
 }
 
 /// All but the report itself, so that drawing a folder again gives the same bytes.
-Json stages_of(const Json& run) {
+Json stages_json(const std::optional<RunRecord>& run) {
   Json stages = Json::array();
-  if (run.is_null()) return stages;
-  for (const Json& stage : run.at("stages"))
-    if (stage.at("name") != "report") stages.push_back(stage);
+  if (!run) return stages;
+  for (const Stage& stage : run->stages)
+    if (stage.kind != StageKind::report) stages.push_back(to_json(stage));
   return stages;
 }
 
-Json parts_of(const Found& found) {
-  const ResultTrack* track = main_track(found.tracks);
-  const Json info = document_named(found, "info");
-  const Json run = document_named(found, "run");
-  Json result = {{"run", run_of(run)},
-                 {"stages", stages_of(run)},
-                 {"health", info},
-                 {"calibration", document_named(found, "calibration")},
-                 {"tracks", tracks_json(found.tracks)},
-                 {"errors", errors_json(found.tracks)},
-                 {"not_compared", not_compared(found.tracks)},
-                 {"slip", slip_of(found, track)},
-                 {"gyro", gyro_json(document_named(found, "odometry"), slam_of(found), info)}};
-  const Pose2 laid_by = map_laid_by(found.tracks);
-  result["map"] =
-      from_table(found, ResultKind::landmarks, [&](const auto& csv) { return map_json(csv, laid_by); });
-  result["particles"] =
-      from_table(found, ResultKind::particles, [&](const auto& csv) { return particles_json(csv, laid_by); });
-  result["slam"] = slam_of(found);
-  result["filter"] = from_table(found, ResultKind::filter_steps, filter_json);
-  result["sightings"] = from_table(found, ResultKind::innovations, sightings_json);
-  return result;
+template <typename T, typename Make>
+Json or_null(const std::optional<T>& value, Make make) {
+  return value ? make(*value) : Json(nullptr);
 }
 
-/// A result's own parts with what stands above them.
-Json headed(const std::string& label, const Json& span_s, const Json& parts) {
-  Json result = {{"label", label}, {"origin_s", 0.0}, {"span_s", span_s}};
-  result["answers"] = answers_json(parts);
-  result["attention"] = attention_json(parts);
-  result.update(parts);
-  return result;
+constexpr auto whole_document = [](const auto& result) { return result.document; };
+
+Json parts_of(const Results& results) {
+  const ResultTrack* track = main_track(results.tracks);
+  const Pose2 laid_by = map_laid_by(results.tracks);
+  const auto slip = [&](const SlipResult& found) { return slip_json(found, track); };
+  const auto map = [&](const auto& landmarks) { return map_json(landmarks, laid_by); };
+  const auto particles = [&](const auto& cloud) { return particles_json(cloud, laid_by); };
+  return {{"run", run_json(results.run)},
+          {"stages", stages_json(results.run)},
+          {"health", or_null(results.info, whole_document)},
+          {"calibration", or_null(results.calibration, whole_document)},
+          {"tracks", tracks_json(results.tracks)},
+          {"errors", errors_json(results.tracks)},
+          {"not_compared", not_compared(results.tracks)},
+          {"slip", or_null(results.slip, slip)},
+          {"gyro", gyro_json(results)},
+          {"map", or_null(results.landmarks, map)},
+          {"particles", or_null(results.particles, particles)},
+          {"slam", or_null(results.slam, whole_document)},
+          {"filter", or_null(results.filter, filter_json)},
+          {"sightings", or_null(results.sightings, sightings_json)},
+          {"sources", sources_json(results.sources)}};
 }
 
 bool overlap(const Json& a, const Json& b) {
@@ -248,26 +155,24 @@ double origin_of(const Json& span, std::span<const Json> results) {
 
 }  // namespace
 
+Json result_json(Results results, ComparedWith with) {
+  compare_all(results, std::move(with));
+  const Json parts = parts_of(results);
+  Json result = {{"label", results.label}, {"origin_s", 0.0}, {"span_s", span_of(results.tracks)}};
+  result["answers"] = answers_json(parts);
+  result["attention"] = attention_json(parts, results);
+  result.update(parts);
+  return result;
+}
+
 Json read_result(const std::filesystem::path& input, const ComparedWith& with) {
-  const std::vector<ResultFile> files = result_files(input);
-  Found found = read_all(files);
-  ComparedWith compared = with;
-  if (!compared.robot) compared.robot = robot_used(document_named(found, "run"), input);
-  compare_all(found, std::move(compared));
-  Json parts = parts_of(found);
-  parts["sources"] = Json::array();
-  for (const ResultFile& file : files)
-    if (file.name != "run")
-      parts["sources"].push_back(source_json(file));  // run.json is written after the page
-  return headed(input.string(), span_of(found.tracks), parts);
+  Results results = read_results(input);
+  if (!with.robot) results.robot = read_robot_used(results.run, input);
+  return result_json(std::move(results), with);
 }
 
 Json result_of_calibration(const Json& calibration) {
-  Found found;
-  found.documents["calibration"] = calibration;
-  Json parts = parts_of(found);
-  parts["sources"] = Json::array();
-  return headed("", nullptr, parts);
+  return result_json({.label = "", .calibration = CalibrationDocument{calibration}});
 }
 
 Json report_json(std::span<const Json> results, const Json& provenance) {

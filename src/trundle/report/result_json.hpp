@@ -7,6 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "trundle/report/compared_with.hpp"
+#include "trundle/report/results.hpp"
 
 namespace trundle {
 
@@ -14,10 +15,12 @@ namespace trundle {
 inline constexpr std::string_view kReportFormat = "trundle-report";
 inline constexpr int kReportFormatVersion = 1;
 
-/// One result of the document that docs/report-json.md describes: all that was found in a folder of results
-/// (or in one file of them: see result_files()), computed for drawing; its "sources" name the files. `with`:
-/// what trajectories are compared with; where the folder has a reference of its own, that one. Throws
-/// InputError at malformed files.
+/// One result of the document that docs/report-json.md describes, computed for drawing. `with`: what
+/// trajectories are compared with; where the result has a reference of its own, that one, and where `with`
+/// has no robot the one that was used.
+nlohmann::ordered_json result_json(Results results, ComparedWith with = {});
+
+/// The same of a folder of results, or of one file of them. Throws as read_results.
 nlohmann::ordered_json read_result(const std::filesystem::path& input, const ComparedWith& with = {});
 
 /// A result that is a calibration alone.

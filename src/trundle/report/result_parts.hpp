@@ -1,12 +1,10 @@
 #pragma once
 
-#include <filesystem>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "trundle/report/result_files.hpp"
-#include "trundle/report/result_track.hpp"
+#include "trundle/report/results.hpp"
 
 namespace trundle {
 
@@ -16,26 +14,23 @@ namespace trundle {
 nlohmann::ordered_json tracks_json(const std::vector<ResultTrack>& tracks);
 nlohmann::ordered_json errors_json(const std::vector<ResultTrack>& tracks);
 
-/// "slip": from slip.json where it is there, else from slip.csv; each event with its place on the track.
-nlohmann::ordered_json slip_json(const nlohmann::ordered_json& document, const ResultTrack* track);
-nlohmann::ordered_json slip_json(const std::filesystem::path& csv, const ResultTrack* track);
+/// "slip": each event with its place on the track.
+nlohmann::ordered_json slip_json(const SlipResult& slip, const ResultTrack* track);
 
-/// "gyro": the bias over time from odometry.json and slam.json, the Allan deviation from info.json; any may
-/// be null.
-nlohmann::ordered_json gyro_json(const nlohmann::ordered_json& odometry, const nlohmann::ordered_json& slam,
-                                 const nlohmann::ordered_json& info);
+/// "gyro": the bias over time by odometry and by SLAM, the Allan deviation; null where there is nothing.
+nlohmann::ordered_json gyro_json(const Results& results);
 
 /// "map": landmarks with ellipses, laid on the reference by the motion that laid its trajectory.
-nlohmann::ordered_json map_json(const std::filesystem::path& csv, const Pose2& laid_by);
+nlohmann::ordered_json map_json(const std::vector<LandmarkRow>& map, const Pose2& laid_by);
 /// "particles": the last cloud of a particle filter, laid as its map is.
-nlohmann::ordered_json particles_json(const std::filesystem::path& csv, const Pose2& laid_by);
+nlohmann::ordered_json particles_json(const ParticleColumns& particles, const Pose2& laid_by);
 /// "filter": N_eff and resampling; "sightings": NIS, decisions.
-nlohmann::ordered_json filter_json(const std::filesystem::path& csv);
-nlohmann::ordered_json sightings_json(const std::filesystem::path& csv);
+nlohmann::ordered_json filter_json(const FilterColumns& filter);
+nlohmann::ordered_json sightings_json(const SightingColumns& sightings);
 
-/// "answers" and "attention": what stands on the first screen, of a result that is complete otherwise.
-nlohmann::ordered_json answers_json(const nlohmann::ordered_json& result);
-nlohmann::ordered_json attention_json(const nlohmann::ordered_json& result);
+/// "answers" and "attention": what stands on the first screen, of results whose other parts are these.
+nlohmann::ordered_json answers_json(const nlohmann::ordered_json& parts);
+nlohmann::ordered_json attention_json(const nlohmann::ordered_json& parts, const Results& results);
 
 /// {"x_m", ...} of an ellipse.
 nlohmann::ordered_json ellipse_json(const Matrix2& covariance);

@@ -12,23 +12,27 @@
 namespace trundle {
 namespace {
 
-struct Role {
+struct NamedRole {
   std::string_view name;
-  std::string_view role;
+  TrackRole role;
 };
 constexpr std::array kRoles = {
-    Role{"reference", "reference"},    Role{"nominal", "nominal"},
-    Role{"odometry", "odometry"},      Role{"calibrated", "odometry"},
-    Role{"corrected", "corrected"},    Role{"slip_corrected", "corrected"},
-    Role{"slam/trajectory", "online"}, Role{"slam/online", "online"},
-    Role{"slam/path", "path"},         Role{"path", "path"},
-    Role{"slam/smoothed", "smoothed"}, Role{"smoothed", "smoothed"},
-    Role{"localization", "localized"}, Role{"localized", "localized"},
-    Role{"trajectory", "result"},
+    NamedRole{"reference", TrackRole::reference},    NamedRole{"nominal", TrackRole::nominal},
+    NamedRole{"odometry", TrackRole::odometry},      NamedRole{"calibrated", TrackRole::odometry},
+    NamedRole{"corrected", TrackRole::corrected},    NamedRole{"slip_corrected", TrackRole::corrected},
+    NamedRole{"slam/trajectory", TrackRole::online}, NamedRole{"slam/online", TrackRole::online},
+    NamedRole{"slam/path", TrackRole::path},         NamedRole{"path", TrackRole::path},
+    NamedRole{"slam/smoothed", TrackRole::smoothed}, NamedRole{"smoothed", TrackRole::smoothed},
+    NamedRole{"localization", TrackRole::localized}, NamedRole{"localized", TrackRole::localized},
+    NamedRole{"trajectory", TrackRole::result},
 };
+constexpr std::array<std::string_view, 10> kRoleNames = {"reference", "nominal", "odometry", "corrected",
+                                                         "online",    "path",    "smoothed", "localized",
+                                                         "result",    "other"};
 /// The best informed first.
-constexpr std::array<std::string_view, 8> kMainRoles = {"result",    "smoothed", "online",  "localized",
-                                                        "corrected", "odometry", "nominal", "other"};
+constexpr std::array kMainRoles = {TrackRole::result,    TrackRole::smoothed,  TrackRole::online,
+                                   TrackRole::localized, TrackRole::corrected, TrackRole::odometry,
+                                   TrackRole::nominal,   TrackRole::other};
 
 Trajectory read_reference(const std::filesystem::path& path) {
   CsvColumns columns(path, {"time_s", "x_m", "y_m"}, {}, {"heading_rad"});
@@ -57,21 +61,20 @@ void compare_by(ResultTrack& track, const ComparedWith& with, Alignment alignmen
 
 }  // namespace
 
-std::string role_of(std::string_view name) {
-  const auto found = std::ranges::find(kRoles, name, &Role::name);
-  return std::string(found == kRoles.end() ? "other" : found->role);
+std::string_view name_of(TrackRole role) {
+  return kRoleNames[static_cast<std::size_t>(role)];
+}
+
+TrackRole role_of(std::string_view name) {
+  const auto found = std::ranges::find(kRoles, name, &NamedRole::name);
+  return found == kRoles.end() ? TrackRole::other : found->role;
 }
 
 ResultTrack read_track(const std::filesystem::path& path, const std::string& name) {
-  ResultTrack track{.name = name,
-                    .role = role_of(name),
-                    .trajectory = {},
-                    .laid_by = {},
-                    .evaluation = {},
-                    .errors = {},
-                    .not_compared = {}};
-  track.trajectory = track.role == "reference" ? read_reference(path) : read_trajectory(path);
-  return track;
+  const TrackRole role = role_of(name);
+  return {.name = name,
+          .role = role,
+          .trajectory = role == TrackRole::reference ? read_reference(path) : read_trajectory(path)};
 }
 
 void compare(ResultTrack& track, const ComparedWith& with, Alignment alignment) {
@@ -86,13 +89,13 @@ void compare(ResultTrack& track, const ComparedWith& with, Alignment alignment) 
   }
 }
 
-const ResultTrack* track_of_role(const std::vector<ResultTrack>& tracks, std::string_view role) {
+const ResultTrack* track_of_role(const std::vector<ResultTrack>& tracks, TrackRole role) {
   const auto found = std::ranges::find(tracks, role, &ResultTrack::role);
   return found == tracks.end() ? nullptr : &*found;
 }
 
 const ResultTrack* main_track(const std::vector<ResultTrack>& tracks) {
-  for (const std::string_view role : kMainRoles)
+  for (const TrackRole role : kMainRoles)
     if (const ResultTrack* track = track_of_role(tracks, role)) return track;
   return nullptr;
 }

@@ -11,19 +11,34 @@
 
 namespace trundle {
 
+/// What a trajectory of a result is.
+enum class TrackRole {
+  reference,
+  nominal,    ///< odometry with the robot file as given
+  odometry,   ///< with the robot that is used
+  corrected,  ///< for slip
+  online,     ///< of a landmark filter: from what was seen up to then
+  path,       ///< of its best particle
+  smoothed,   ///< from all that was seen
+  localized,  ///< on a known map
+  result,     ///< the best there is
+  other,
+};
+std::string_view name_of(TrackRole role);
+
 /// One trajectory of a result, and how far it is from the reference.
 struct ResultTrack {
   std::string name;  ///< "slam/trajectory"
-  std::string role;  ///< reference, nominal, odometry, corrected, online, path, smoothed, localized, result
-                     ///< or other
-  Trajectory trajectory;  ///< laid on the reference where there is one
-  Pose2 laid_by;          ///< the motion that did so
-  std::optional<Evaluation> evaluation;
-  ErrorsAlong errors;
-  std::string not_compared;  ///< why there is a reference but no evaluation; empty: nothing to say
+  TrackRole role = TrackRole::other;
+  Trajectory trajectory = {};  ///< laid on the reference where there is one
+  Pose2 laid_by = {};          ///< the motion that did so
+  std::optional<Evaluation> evaluation = {};
+  ErrorsAlong errors = {};
+  std::string not_compared = {};  ///< why there is a reference but no evaluation; empty: nothing to say
 };
 
-std::string role_of(std::string_view name);
+/// By the name of its file, from the folder and without extension.
+TrackRole role_of(std::string_view name);
 
 /// trajectory.csv, .tum or reference.csv; headings that a reference lacks are NaN.
 ResultTrack read_track(const std::filesystem::path& path, const std::string& name);
@@ -35,6 +50,6 @@ void compare(ResultTrack& track, const ComparedWith& with, Alignment alignment);
 
 /// The one that the rest of a result refers to: the best informed; null where there is none.
 const ResultTrack* main_track(const std::vector<ResultTrack>& tracks);
-const ResultTrack* track_of_role(const std::vector<ResultTrack>& tracks, std::string_view role);
+const ResultTrack* track_of_role(const std::vector<ResultTrack>& tracks, TrackRole role);
 
 }  // namespace trundle

@@ -76,7 +76,7 @@ Json track_json(const ResultTrack& track) {
   const std::array<std::span<const double>, 2> pictured = {x, y};
   const Rows rows = rows_for_picture(pictured);
   Json json = {{"name", track.name},
-               {"role", track.role},
+               {"role", name_of(track.role)},
                {"poses", n},
                {"drawn", rows.size()},
                {"time_s", column_json(time, rows)},
@@ -144,7 +144,7 @@ Json error_json(const ResultTrack& track) {
   const std::array<std::span<const double>, 3> pictured = {position, heading, nees};
   const Rows rows = rows_for_picture(pictured);
   return {{"name", track.name},
-          {"role", track.role},
+          {"role", name_of(track.role)},
           {"alignment", alignment_json(*track.evaluation)},
           {"summary", summary_json(*track.evaluation)},
           {"drawn", rows.size()},

@@ -1,0 +1,156 @@
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+#include "trundle/pipeline/innovations.hpp"
+#include "trundle/pipeline/localize_answer.hpp"
+#include "trundle/pipeline/sentences.hpp"
+#include "trundle/pipeline/stages.hpp"
+
+namespace trundle {
+namespace {
+
+void require_sightings(const RunInputs& inputs, const RobotFile& robot) {
+  if (inputs.recording().sightings.empty()) throw NotApplicable{"the recording has no sightings"};
+  if (!robot.robot.landmark_sensor) throw NotApplicable{"the robot file has no [landmark_sensor]"};
+}
+
+/// Where the landmarks are.
+MapFile known_map_of(const RunQuestion& question) {
+  if (!question.map.empty()) return read_map_file(question.map);
+  const std::filesystem::path path = std::filesystem::path(question.recording) / "landmarks.csv";
+  if (!std::filesystem::exists(path)) throw NotApplicable{"no map given (--map or landmarks.csv)"};
+  return read_map_file(path);
+}
+
+/// Smoothed; where the sightings do not determine that, what the filter alone can say.
+SlamAnswer answer_slam_smoothed(const RunInputs& inputs, const RobotFile& robot, SlamQuestion question,
+                                const SlipAnswer* slip) {
+  try {
+    question.smooth = true;
+    return answer_slam(inputs.recording(), robot, question, slip);
+  } catch (const CannotAnswer&) {
+    question.smooth = false;
+    return answer_slam(inputs.recording(), robot, question, slip);
+  }
+}
+
+WrittenTrajectory written_slam(RunTrajectory entry, TrackRole role, const Trajectory& trajectory,
+                               const RunInputs& inputs, const std::vector<OutputFile>& files) {
+  const auto file = std::ranges::find(files, inputs.in_folder("slam") / entry.file, &OutputFile::path);
+  assert(file != files.end());
+  entry.file = "slam/" + entry.file;
+  return {.entry = std::move(entry), .role = role, .file = written_trajectory(trajectory, *file)};
+}
+
+/// The filter's estimates first: the smoother has seen more than they had.
+std::vector<WrittenTrajectory> trajectories_of(const SlamAnswer& slam, const RunInputs& inputs,
+                                               const std::vector<OutputFile>& files) {
+  std::vector<WrittenTrajectory> all;
+  const auto add = [&](RunTrajectory entry, TrackRole role, const Trajectory& trajectory) {
+    all.push_back(written_slam(std::move(entry), role, trajectory, inputs, files));
+  };
+  add({"slam online", slam.smoothed ? "online.csv" : "trajectory.csv",
+       "with landmarks, from what was seen up to then"},
+      TrackRole::online, slam.result.online);
+  if (slam.result.path)
+    add({"slam path", "path.csv", "with landmarks, the whole path of the best particle"}, TrackRole::path,
+        *slam.result.path);
+  if (slam.smoothed)
+    add({"slam", "trajectory.csv", "with landmarks, smoothed: from all that was seen, before and after"},
+        TrackRole::smoothed, slam.smoothed->trajectory);
+  return all;
+}
+
+std::vector<LandmarkRow> landmarks_of(const SlamAnswer& slam) {
+  std::vector<LandmarkRow> rows;
+  for (const MappedLandmark& landmark : slam.map()) {
+    Matrix2 covariance = landmark.covariance;
+    covariance(1, 0) = covariance(0, 1);  // the half that is written
+    rows.push_back({.name = slam.input.landmarks[static_cast<std::size_t>(landmark.id)],
+                    .position = landmark.position,
+                    .covariance = covariance,
+                    .sightings = static_cast<double>(landmark.sightings)});
+  }
+  return rows;
+}
+
+std::optional<ParticleColumns> particles_of(const SlamAnswer& slam) {
+  if (slam.result.particles.empty()) return std::nullopt;
+  ParticleColumns columns;
+  for (const WeightedPose& particle : slam.result.particles) {
+    columns.x_m.push_back(particle.pose.x);
+    columns.y_m.push_back(particle.pose.y);
+    columns.weight.push_back(particle.weight);
+  }
+  return columns;
+}
+
+FilterColumns filter_of(const SlamAnswer& slam) {
+  FilterColumns columns;
+  std::vector<double>& greatest_weight = columns.greatest_weight.emplace();
+  for (std::size_t k = 0; k < slam.input.steps.size(); ++k) {
+    const StepReport& report = slam.result.reports[k];
+    columns.time_s.push_back(slam.input.steps[k].time_s);
+    columns.effective_particles.push_back(report.effective_particles);
+    columns.resampled.push_back(report.resampled ? 1.0 : 0.0);
+    greatest_weight.push_back(report.greatest_weight);
+  }
+  return columns;
+}
+
+SightingColumns sightings_of(const SlamAnswer& slam) {
+  SightingColumns columns;
+  for (std::size_t k = 0; k < slam.input.steps.size(); ++k) {
+    const SlamStep& step = slam.input.steps[k];
+    for (std::size_t i = 0; i < step.observations.size(); ++i) {
+      const ObservationReport& report = slam.result.reports[k].observations[i];
+      columns.time_s.push_back(step.time_s);
+      columns.landmark.push_back(landmark_in(step.observations[i], report, slam.input.landmarks));
+      columns.decision.push_back(report.decision);
+      columns.nis.push_back(report.nis > 0.0 ? report.nis : std::nan(""));
+    }
+  }
+  return columns;
+}
+
+}  // namespace
+
+Found<WrittenTrajectory> localize_on_map(const RunInputs& inputs, const RobotFile& robot, const Slip* slip) {
+  require_sightings(inputs, robot);
+  const MapFile map = known_map_of(inputs.question);
+  LocalizeQuestion question{.seed = inputs.question.slam.seed, .robot_number = inputs.question.robot_number};
+  if (slip != nullptr) question.slip = slip_question(inputs);
+  const LocalizeAnswer answer =
+      answer_localize(inputs.recording(), robot, map, question, slip == nullptr ? nullptr : &slip->answer);
+  const OutputFile csv =
+      trajectory_csv(inputs.in_folder("localization.csv"), answer.provenance, answer.result.trajectory);
+  return {.value = written({"localization", "localization.csv", "on the known map, where the pose is known"},
+                           TrackRole::localized, answer.result.trajectory, csv),
+          .message = sentence_of(answer),
+          .files = {csv, {inputs.in_folder("localization.json"), printed(document_of(answer))}}};
+}
+
+Found<SlamStage> map_landmarks(const RunInputs& inputs, const RobotFile& robot, const Slip* slip,
+                               const OnSteps& on_steps) {
+  require_sightings(inputs, robot);
+  SlamQuestion question = inputs.question.slam;
+  question.robot_number = inputs.question.robot_number;
+  question.on_steps = on_steps;
+  if (slip != nullptr) question.slip = slip_question(inputs);
+  const SlamAnswer slam =
+      answer_slam_smoothed(inputs, robot, question, slip == nullptr ? nullptr : &slip->answer);
+  const std::vector<OutputFile> files = files_of(slam, inputs.in_folder("slam"));
+  return {.value = {.trajectories = trajectories_of(slam, inputs, files),
+                    .summary = slam_summary_of(slam),
+                    .landmarks = landmarks_of(slam),
+                    .particles = particles_of(slam),
+                    .filter = filter_of(slam),
+                    .sightings = sightings_of(slam)},
+          .message = sentence_of(slam),
+          .files = files};
+}
+
+}  // namespace trundle

@@ -1,0 +1,140 @@
+#include "trundle/pipeline/stage_runner.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "trundle/recording/increments.hpp"
+#include "trundle/recording/trajectory_file.hpp"
+
+#include "recording/folder.hpp"
+
+namespace trundle {
+namespace {
+
+using testing::ElementsAre;
+
+/// Stages of a run that writes into a folder.
+class Stages : public testing::Test {
+ protected:
+  Found<int> answer(const std::string& file, const std::string& content) const {
+    return {.value = 42, .message = "found", .files = {{folder_ / file, content}}, .remarks = {"note: so"}};
+  }
+
+  static RunInputs into(const std::filesystem::path& folder) {
+    RunInputs inputs;
+    inputs.question.output = folder;
+    return inputs;
+  }
+
+  test::Folder folder_;
+  RunInputs inputs_ = into(folder_.path());
+  RunRecord record_;
+  OnProgress silent_;
+  StageRunner stage_{inputs_, record_, silent_};
+};
+
+TEST_F(Stages, GiveTheirValueAndWriteTheirFiles) {
+  const auto result = stage_(StageKind::slip, [&] { return answer("slip.json", "{}"); });
+  EXPECT_EQ(result.value, 42);
+  EXPECT_FALSE(result.failure);
+  EXPECT_EQ(read_file(folder_ / "slip.json"), "{}");
+  ASSERT_EQ(record_.stages.size(), 1);
+  EXPECT_EQ(record_.stages[0].status, StageStatus::done);
+  EXPECT_THAT(record_.stages[0].outputs, ElementsAre("slip.json"));
+  EXPECT_THAT(record_.stages[0].remarks, ElementsAre("note: so"));
+}
+
+TEST_F(Stages, ThatDoNotApplyAreNoFailure) {
+  const auto result = stage_(StageKind::slam, [&]() -> Found<int> { throw NotApplicable{"nothing seen"}; });
+  EXPECT_FALSE(result.value);
+  EXPECT_FALSE(result.failure);
+  EXPECT_EQ(record_.stages[0].status, StageStatus::skipped);
+  EXPECT_EQ(record_.stages[0].message, "nothing seen");
+}
+
+TEST_F(Stages, ThatFailSayByWhatTheProgramExits) {
+  const auto data = stage_(StageKind::odometry, [&]() -> Found<int> { throw CannotAnswer("no rows"); });
+  const auto input =
+      stage_(StageKind::slip, [&]() -> Found<int> { throw InputError("f.csv", "is bad", "good"); });
+  ASSERT_TRUE(data.failure && input.failure);
+  EXPECT_EQ(data.failure->exit_code, 4);
+  EXPECT_EQ(input.failure->exit_code, 3);
+  EXPECT_EQ(record_.stages[0].message, "no rows");
+  EXPECT_EQ(record_.stages[1].status, StageStatus::failed);
+}
+
+TEST_F(Stages, AreNotTriedWhereWhatTheyGoByWasMisread) {
+  stage_.forbid({{Misread::reference, "d/reference.csv: degrees"}});
+  bool called = false;
+  const auto result = stage_(StageKind::evaluation, [&] {
+    called = true;
+    return answer("evaluation.json", "{}");
+  });
+  EXPECT_FALSE(called);
+  ASSERT_TRUE(result.failure);
+  EXPECT_EQ(result.failure->message, "not done: d/reference.csv: degrees");
+  EXPECT_TRUE(stage_(StageKind::odometry, [&] { return answer("odometry.json", "{}"); }).value);
+}
+
+TEST_F(Stages, NameTheirFilesForThePage) {
+  stage_(StageKind::odometry, [&] { return answer("odometry.json", "{}"); });
+  stage_(StageKind::slam,
+         [&] { return answer("slam/trajectory.csv", "# trundle 1\ntime_s,x_m,heading_rad\n"); });
+  stage_(StageKind::calibration, [&] { return answer("calibrated.toml", ""); });
+  stage_.add_output(StageKind::odometry, {folder_ / "odometry.csv", "time_s,x_m,heading_rad\n"});
+  std::vector<std::string> names;
+  for (const ResultSource& source : stage_.sources())
+    names.push_back(
+        std::filesystem::path(source.file.path).lexically_relative(folder_.path()).generic_string());
+  EXPECT_THAT(names, ElementsAre("odometry.json", "odometry.csv", "slam/trajectory.csv"));
+  EXPECT_THAT(stage_.sources()[2].made_by, ElementsAre("trundle 1"));
+  EXPECT_EQ(stage_.sources()[2].name, "slam/trajectory");
+  EXPECT_THAT(record_.stages[0].outputs, ElementsAre("odometry.json", "odometry.csv"));
+}
+
+TEST(Misread, MotionForbidsAllButThePage) {
+  for (const StageKind stage : {StageKind::calibration, StageKind::odometry, StageKind::slip,
+                                StageKind::localization, StageKind::slam, StageKind::evaluation})
+    EXPECT_TRUE(forbids(Misread::motion, stage)) << name_of(stage);
+  for (const Misread what : {Misread::motion, Misread::reference, Misread::other})
+    EXPECT_FALSE(forbids(what, StageKind::report));
+}
+
+TEST(Misread, ReferenceForbidsWhatComparesWithIt) {
+  EXPECT_TRUE(forbids(Misread::reference, StageKind::calibration));
+  EXPECT_TRUE(forbids(Misread::reference, StageKind::evaluation));
+  EXPECT_FALSE(forbids(Misread::reference, StageKind::slam));
+}
+
+TEST(Misread, SightingsLeaveOdometryAndSlip) {
+  EXPECT_FALSE(forbids(Misread::other, StageKind::odometry));
+  EXPECT_FALSE(forbids(Misread::other, StageKind::slip));
+  EXPECT_TRUE(forbids(Misread::other, StageKind::slam));
+}
+
+/// Equal stamps, headings that jump, covariances whose halves differ by rounding.
+TEST(WrittenTrajectory, IsWhatItsFileGives) {
+  Trajectory trajectory;
+  for (const auto& [time_s, heading] :
+       std::vector<std::pair<double, double>>{{0.1, 3.1}, {0.2, -3.1}, {0.2, -3.0}, {0.3, -2.9}}) {
+    trajectory.poses.push_back({time_s, {1.0 / 3.0, -0.0, heading}});
+    Matrix3 covariance = Matrix3::Identity() * 1e-4;
+    covariance(0, 1) = 1.0 / 7e5;
+    covariance(1, 0) = std::nextafter(covariance(0, 1), 1.0);
+    trajectory.covariances.push_back(covariance);
+  }
+  const test::Folder folder;
+  folder.write("trajectory.csv", to_csv(trajectory));
+  const Trajectory read = read_trajectory(folder / "trajectory.csv"), written = as_written(trajectory);
+  ASSERT_EQ(read.poses.size(), 3);
+  ASSERT_EQ(written.poses.size(), 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(read.poses[i].time_s, written.poses[i].time_s);
+    EXPECT_EQ(read.poses[i].pose.x, written.poses[i].pose.x);
+    EXPECT_EQ(read.poses[i].pose.heading, written.poses[i].pose.heading);
+  }
+  EXPECT_EQ(read.covariances, written.covariances);
+}
+
+}  // namespace
+}  // namespace trundle
