@@ -176,7 +176,7 @@ TEST(LocalMap, ALookFromTheSamePlaceIsNoNewsAndMakesNoPointSurer) {
 }
 
 // Neighbours that the sensor hardly tells apart are wrong together.
-TEST(LocalMap, NeighboursAreOneWitness) {
+TEST(LocalMap, NeighboursAreOneSupportingLandmark) {
   const LandmarkSensor sensor{{}, 0.5, radians(2.5), 8.0, 0.0};
   LocalMap seen(sensor);
   seen.step({}, std::vector<Observation>{sighting_of(sensor, {5.0, 1.0}), sighting_of(sensor, {5.2, 1.1}),

@@ -30,7 +30,7 @@ std::int32_t likeliest(const Hypotheses& sighting, std::size_t particle) {
   double least = kNew;
   std::int32_t choice = kNewLandmark;
   for (std::size_t c = 0; c < sighting.candidates.size(); ++c) {
-    if (sighting.costs_of(c)[particle] == kNear && choice == kNewLandmark) choice = kAmbiguous;
+    if (sighting.costs_of(c)[particle] == kNear && choice == kNewLandmark) choice = kAmbiguousLandmark;
     if (sighting.costs_of(c)[particle] >= least) continue;
     least = sighting.costs_of(c)[particle];
     choice = static_cast<std::int32_t>(sighting.candidates[c].landmark);
@@ -59,7 +59,7 @@ class AllWays {
     for (std::size_t c = 0; c < sighting.candidates.size(); ++c) {
       const double more = sighting.costs_of(c)[particle_];
       const auto landmark = static_cast<std::int32_t>(sighting.candidates[c].landmark);
-      if (more == kNear) none = kAmbiguous;
+      if (more == kNear) none = kAmbiguousLandmark;
       if (more >= kFar || std::ranges::find(way_, landmark) != way_.end()) continue;
       take(k, landmark, cost + more);
     }

@@ -91,7 +91,7 @@ struct LaneCosts {
   std::array<bool, kMostCandidates> is_possible;  ///< for any of them
   std::array<Vec<Real>, kMostCandidates> of;      ///< where it is
   Vec<Real> least;                                ///< of these and of a new landmark
-  Vec<Real> otherwise;                            ///< kNewLandmark or kAmbiguous
+  Vec<Real> otherwise;                            ///< kNewLandmark or kAmbiguousLandmark
 };
 
 template <class Real>
@@ -102,7 +102,7 @@ HWY_INLINE LaneCosts<Real> load_costs(const Hypotheses& of, Vec<Real> of_new, st
   for (std::size_t c = 0; c < of.candidates.size(); ++c) {
     const Vec<Real> cost = load<Real>(of.costs_of(c) + i);
     const auto is_near = cost == lanes<Real>(kNear);
-    costs.otherwise = hn::IfThenElse(is_near, lanes<Real>(kAmbiguous), costs.otherwise);
+    costs.otherwise = hn::IfThenElse(is_near, lanes<Real>(kAmbiguousLandmark), costs.otherwise);
     costs.is_possible[c] = !hn::AllFalse(Tag<Real>(), cost < lanes<Real>(kFar));
     costs.of[c] = cost;
     costs.least = hn::Min(costs.least, cost);

@@ -12,8 +12,8 @@ namespace trundle {
 // precision of the map; the same bytes on every machine. docs/theory/association.md.
 
 /// In place of a landmark, where a particle associates a reading with none of its map.
-inline constexpr std::int32_t kNewLandmark = -1;  ///< it shows a new one
-inline constexpr std::int32_t kAmbiguous = -2;    ///< near one of the map, yet outside of its gate
+inline constexpr std::int32_t kNewLandmark = -1;        ///< it shows a new one
+inline constexpr std::int32_t kAmbiguousLandmark = -2;  ///< near one of the map, yet outside of its gate
 
 /// A landmark that a reading may show.
 struct Candidate {
@@ -32,7 +32,7 @@ inline constexpr double kNear = 2e7;  ///< not either, but near enough to be amb
 struct Hypotheses {
   std::vector<Candidate> candidates = {};
   Column<double> costs = {};          ///< −2 log p, or kFar or kNear: a column for each candidate
-  Column<std::int32_t> choices = {};  ///< a landmark, kNewLandmark or kAmbiguous
+  Column<std::int32_t> choices = {};  ///< a landmark, kNewLandmark or kAmbiguousLandmark
 
   /// No candidate yet.
   void reset(std::size_t particles) {
@@ -57,8 +57,8 @@ struct Choosing {
   const double* chance;  ///< uniform in (0, 1), one for each particle
   double* log_weights;   ///< take what a particle could have chosen over what it has chosen
 };
-/// Costs; and for each particle one of the candidates, or kNewLandmark, or kAmbiguous, with the probability
-/// that the reading shows it if there is no other reading. docs/theory/association.md, eq. 54.
+/// Costs; and for each particle one of the candidates, or kNewLandmark, or kAmbiguousLandmark, with the
+/// probability that the reading shows it if there is no other reading. docs/theory/association.md, eq. 54.
 void choose_landmarks(const ReadingTerms& reading, const Choosing& choosing, ParticleRange range,
                       Hypotheses& of);
 
@@ -66,7 +66,7 @@ void choose_landmarks(const ReadingTerms& reading, const Choosing& choosing, Par
 void take_chosen(const std::int32_t* choices, const Candidate& from, ParticleRange range,
                  LandmarkColumns& to);
 
-/// Weight of the particles that chose this one: kNewLandmark, kAmbiguous or a landmark.
+/// Weight of the particles that chose this one: kNewLandmark, kAmbiguousLandmark or a landmark.
 [[nodiscard]] double share_that_chose(std::int32_t choice, const Column<std::int32_t>& choices,
                                       const Column<double>& weights);
 /// Weight of the particles that have a landmark.

@@ -83,7 +83,7 @@ void MutualExclusion::decide_together(std::size_t particle) {
       sighting.choices[particle] =
           static_cast<std::int32_t>(landmarks_[static_cast<std::size_t>(chosen[row])]);
     else
-      sighting.choices[particle] = is_ambiguous(sighting, particle) ? kAmbiguous : kNewLandmark;
+      sighting.choices[particle] = is_ambiguous(sighting, particle) ? kAmbiguousLandmark : kNewLandmark;
   }
 }
 

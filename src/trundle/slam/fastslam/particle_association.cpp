@@ -161,7 +161,8 @@ void ParticleAssociation::prepare(std::size_t k, const View& view) {
   sighting.nis = 0.0;
   for (const Candidate& candidate : sighting.may_show.candidates) {
     const LandmarkEstimate m = candidate.columns->at(reporter_);
-    const bool is_reported = candidate.landmark == chosen[reporter_] || chosen[reporter_] == kAmbiguous;
+    const bool is_reported =
+        candidate.landmark == chosen[reporter_] || chosen[reporter_] == kAmbiguousLandmark;
     if (!is_reported || !is_there(m)) continue;
     const Expected expected =
         expected_of(sensor_of(view.sensors, reporter_), view.sensor_covariance, sighting.reading, m);
@@ -200,7 +201,7 @@ void ParticleAssociation::settle(const Drawn& drawn, ParticleMap& map, Ancestry&
     if (sighting.is_known && !sighting.is_unanimous) put_back(k, drawn);
     for (const Candidate& candidate : sighting.may_show.candidates)
       locate(candidate.landmark, map, ancestry, drawn.gating_sample);
-    if (choice != kAmbiguous) visibility_.saw(sighting.seen.range_m, sighting.seen.bearing_rad);
+    if (choice != kAmbiguousLandmark) visibility_.saw(sighting.seen.range_m, sighting.seen.bearing_rad);
     if (choice >= 0) map.count_sighting(choice);
   }
   look_around(drawn, map, ancestry);
