@@ -41,6 +41,7 @@ std::vector<Information> relative_information_of(const Likelihood& likelihood, c
     return relative_information(*likelihood.relative_table[index], robot, parameters, {W, likelihood.gate},
                                 blocks);
   std::vector<Information> result;
+  result.reserve(blocks);
   for (std::size_t i = 0; i < blocks; ++i) result.push_back(Information::zero(likelihood.problem.size()));
   const RelativeResiduals r = relative_residuals(run, robot, parameters);
   for (std::size_t i = 0; i < r.residual.size(); ++i)
