@@ -9,8 +9,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "trundle/inspection/inspect.hpp"
 #include "trundle/recording/increments.hpp"
-#include "trundle/recording/inspect.hpp"
 #include "trundle/recording/recording.hpp"
 #include "trundle/recording/time_offset.hpp"
 

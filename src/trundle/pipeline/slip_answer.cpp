@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/inspection/clocks.hpp"
+#include "trundle/inspection/inspect.hpp"
 #include "trundle/pipeline/sound.hpp"
-#include "trundle/recording/inspect.hpp"
 
 namespace trundle {
 namespace {

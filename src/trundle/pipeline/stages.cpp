@@ -8,6 +8,7 @@
 
 #include "trundle/calibration/conclusion.hpp"
 #include "trundle/inspection/findings.hpp"
+#include "trundle/inspection/same_data.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/io/words.hpp"
 #include "trundle/pipeline/calibration_answer.hpp"
@@ -19,7 +20,6 @@
 #include "trundle/pipeline/report_answer.hpp"
 #include "trundle/pipeline/sentences.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
-#include "trundle/recording/same_data.hpp"
 #include "trundle/report/page.hpp"
 
 namespace trundle {

@@ -10,8 +10,8 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/recording/csv/detail/table.hpp"
 #include "trundle/recording/detail/courses.hpp"
-#include "trundle/recording/detail/table.hpp"
 
 namespace trundle {
 namespace {
