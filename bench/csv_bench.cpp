@@ -13,7 +13,7 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
-#include "trundle/recording/csv.hpp"
+#include "trundle/recording/csv/reader.hpp"
 
 namespace {
 

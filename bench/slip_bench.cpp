@@ -2,7 +2,7 @@
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
-#include "trundle/recording/increments.hpp"
+#include "trundle/recording/alignment/align.hpp"
 #include "trundle/simulation/scenario.hpp"
 #include "trundle/slip/slip_odometer.hpp"
 

@@ -9,6 +9,7 @@
 #include "trundle/geometry/gaussian.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/io/file.hpp"
+#include "trundle/recording/trajectory_file.hpp"
 #include "trundle/slam/doubts.hpp"
 #include "trundle/slam/map_file.hpp"
 

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "trundle/recording/number.hpp"
+#include "trundle/recording/csv/number.hpp"
 
 namespace trundle::app {
 

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "trundle/recording/increments.hpp"
+#include "trundle/recording/trajectory_file.hpp"
 
 namespace trundle::app {
 

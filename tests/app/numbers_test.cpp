@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "trundle/io/file.hpp"
-#include "trundle/recording/increments.hpp"
+#include "trundle/recording/trajectory_file.hpp"
 #include "trundle/slam/slam.hpp"
 
 #include "app/one_line_of_error.hpp"

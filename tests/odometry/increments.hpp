@@ -7,7 +7,7 @@
 
 #include "trundle/chassis/robot.hpp"
 #include "trundle/odometry/odometer.hpp"
-#include "trundle/recording/increments.hpp"
+#include "trundle/recording/alignment/align.hpp"
 
 #include "chassis/robots.hpp"
 #include "odometry/plain_odometry.hpp"

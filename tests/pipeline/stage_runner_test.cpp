@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "trundle/recording/increments.hpp"
 #include "trundle/recording/trajectory_file.hpp"
 
 #include "recording/folder.hpp"

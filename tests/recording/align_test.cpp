@@ -1,3 +1,5 @@
+#include "trundle/recording/alignment/align.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -6,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/recording/increments.hpp"
+#include "trundle/recording/trajectory_file.hpp"
 
 #include "recording/robots.hpp"
 

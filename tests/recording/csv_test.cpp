@@ -1,5 +1,3 @@
-#include "trundle/recording/csv.hpp"
-
 #include <cmath>
 #include <memory>
 
@@ -8,6 +6,7 @@
 #include <unistd.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/recording/csv/reader.hpp"
 
 #include "recording/folder.hpp"
 

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/recording/increments.hpp"
+#include "trundle/recording/alignment/align.hpp"
 #include "trundle/recording/recording.hpp"
 
 #include "recording/folder.hpp"

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/recording/increments.hpp"
 #include "trundle/recording/recording.hpp"
+#include "trundle/recording/trajectory_file.hpp"
 
 #include "recording/folder.hpp"
 

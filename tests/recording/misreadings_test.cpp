@@ -6,11 +6,10 @@
 #include <gmock/gmock.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/recording/inspect.hpp"
+#include "trundle/recording/recording.hpp"
 
 #include "recording/findings.hpp"
 #include "recording/folder.hpp"
-#include "recording/robots.hpp"
 
 namespace trundle {
 namespace {
@@ -18,10 +17,8 @@ namespace {
 using testing::AllOf;
 using testing::Contains;
 using testing::ElementsAre;
-using testing::Field;
 using testing::HasSubstr;
 using testing::IsEmpty;
-using testing::Not;
 
 /// How a logger writes its stamps.
 struct Clock {
@@ -70,7 +67,6 @@ TEST(Increments, counts_since_the_row_before_that_are_taken_for_a_counter_are_na
               ElementsAre(test::finding(FindingCode::increments, "left_ticks and right_ticks stay between")));
   EXPECT_THAT(recording.problems,
               ElementsAre(test::finding(FindingCode::increments, "write increments = true")));
-  EXPECT_TRUE(is_misreading(recording.problems.front()));
 }
 
 TEST(Increments, a_counter_that_is_taken_for_counts_since_the_row_before_is_named) {
@@ -141,22 +137,6 @@ TEST(TimeUnit, points_surveyed_every_two_minutes_are_no_problem) {
   for (int row = 0; row < 40; ++row) rows += fmt::format("{},{},0\n", 120 * row, row);
   folder.write("reference.csv", rows);
   EXPECT_THAT(read_recording(folder.path()).problems, IsEmpty());
-}
-
-TEST(Counts, that_hold_fractions_and_hardly_turn_the_wheel_are_named) {
-  const Robot robot = test::two_wheels();
-  std::vector<double> counts, metres, halves;
-  for (int row = 0; row < 40; ++row) {
-    counts.push_back(7 * row);
-    metres.push_back(0.01 * row + 0.0003);
-    halves.push_back(7 * row + 0.5);
-  }
-  const Recording wrong = test::wheels(test::stamps(40, 0.05), counts, metres);
-  EXPECT_THAT(inspect(wrong, robot, align(wrong, robot)),
-              Contains(test::finding(FindingCode::fractions, "right_ticks holds fractions, like 0.0003")));
-  const Recording scaled = test::wheels(test::stamps(40, 0.05), counts, halves);
-  EXPECT_THAT(inspect(scaled, robot, align(scaled, robot)),
-              Not(Contains(Field(&Finding::code, FindingCode::fractions))));
 }
 
 /// What is said of a file and a recording.toml in which all columns go by number.

@@ -1,4 +1,4 @@
-#include "trundle/recording/number.hpp"
+#include "trundle/recording/csv/number.hpp"
 
 #include <bit>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "trundle/recording/csv.hpp"
+#include "trundle/recording/csv/reader.hpp"
 
 #include "scale.hpp"
 

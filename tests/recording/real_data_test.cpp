@@ -9,10 +9,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "trundle/recording/increments.hpp"
-#include "trundle/recording/inspect.hpp"
+#include "trundle/inspection/inspect.hpp"
+#include "trundle/recording/alignment/align.hpp"
 #include "trundle/recording/recording.hpp"
 #include "trundle/recording/time_offset.hpp"
+#include "trundle/recording/trajectory_file.hpp"
 
 #include "recording/folder.hpp"
 

@@ -1,10 +1,10 @@
+#include "trundle/recording/trajectory_file.hpp"
+
 #include <cmath>
 #include <random>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include "trundle/recording/increments.hpp"
 
 #include "recording/folder.hpp"
 

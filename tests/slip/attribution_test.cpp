@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "trundle/recording/inspect.hpp"
+#include "trundle/inspection/inspect.hpp"
 #include "trundle/simulation/scenario.hpp"
 #include "trundle/slip/find_slip.hpp"
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "trundle/chassis/robot.hpp"
-#include "trundle/recording/increments.hpp"
+#include "trundle/recording/alignment/align.hpp"
 
 namespace trundle {
 

@@ -6,7 +6,7 @@
 
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/odometry/odometer.hpp"
-#include "trundle/recording/units.hpp"
+#include "trundle/recording/csv/units.hpp"
 
 namespace trundle {
 namespace {

@@ -10,8 +10,8 @@
 #include "trundle/chassis/rows.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/io/words.hpp"
-#include "trundle/recording/detail/gyro_against_wheels.hpp"
 #include "trundle/recording/time_offset.hpp"
+#include "trundle/recording/turns.hpp"
 
 namespace trundle {
 namespace {

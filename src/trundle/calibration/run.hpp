@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "trundle/recording/increments.hpp"
+#include "trundle/recording/alignment/align.hpp"
 
 namespace trundle {
 

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "trundle/recording/inspect.hpp"
+#include "trundle/inspection/inspect.hpp"
 #include "trundle/recording/time_offset.hpp"
 
 namespace trundle {

@@ -13,7 +13,7 @@
 #include "trundle/inspection/clocks.hpp"
 #include "trundle/inspection/mirrored_reference.hpp"
 #include "trundle/io/error.hpp"
-#include "trundle/recording/detail/gyro_against_wheels.hpp"
+#include "trundle/recording/turns.hpp"
 
 namespace trundle {
 namespace {

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "trundle/inspection/gyro_noise.hpp"
+#include "trundle/inspection/inspect.hpp"
 #include "trundle/odometry/effective_track.hpp"
-#include "trundle/recording/gyro_noise.hpp"
-#include "trundle/recording/inspect.hpp"
 #include "trundle/recording/time_offset.hpp"
 
 namespace trundle {

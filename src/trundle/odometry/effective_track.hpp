@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "trundle/recording/increments.hpp"
+#include "trundle/recording/alignment/align.hpp"
 
 namespace trundle {
 

@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/calibration/export.hpp"
+#include "trundle/inspection/inspect.hpp"
+#include "trundle/inspection/same_data.hpp"
 #include "trundle/pipeline/sound.hpp"
-#include "trundle/recording/inspect.hpp"
-#include "trundle/recording/same_data.hpp"
 #include "trundle/report/calibration_json.hpp"
 #include "trundle/report/json_text.hpp"
 #include "trundle/slam/smoothing/landmark_calibration.hpp"

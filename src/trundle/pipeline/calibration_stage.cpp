@@ -6,9 +6,9 @@
 
 #include "trundle/calibration/conclusion.hpp"
 #include "trundle/inspection/findings.hpp"
+#include "trundle/inspection/same_data.hpp"
 #include "trundle/pipeline/calibration_answer.hpp"
 #include "trundle/pipeline/stages.hpp"
-#include "trundle/recording/same_data.hpp"
 
 namespace trundle {
 namespace {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/error.hpp"
-#include "trundle/recording/increments.hpp"
+#include "trundle/recording/alignment/align.hpp"
 #include "trundle/recording/reference_noise.hpp"
 #include "trundle/recording/trajectory_file.hpp"
 

@@ -12,6 +12,7 @@
 #include "trundle/pipeline/no_rest.hpp"
 #include "trundle/pipeline/sound.hpp"
 #include "trundle/recording/landmark_file.hpp"
+#include "trundle/recording/trajectory_file.hpp"
 #include "trundle/slam/doubts.hpp"
 #include "trundle/slam/map_file.hpp"
 #include "trundle/slam/smoothing/many_starts.hpp"

@@ -6,8 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/inspection/clocks.hpp"
+#include "trundle/inspection/inspect.hpp"
 #include "trundle/pipeline/sound.hpp"
-#include "trundle/recording/inspect.hpp"
+#include "trundle/recording/trajectory_file.hpp"
 
 namespace trundle {
 namespace {

@@ -8,6 +8,7 @@
 #include "trundle/pipeline/odometry_answer.hpp"
 #include "trundle/pipeline/report_answer.hpp"
 #include "trundle/pipeline/sentences.hpp"
+#include "trundle/recording/trajectory_file.hpp"
 #include "trundle/report/page.hpp"
 
 namespace trundle {

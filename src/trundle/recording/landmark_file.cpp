@@ -8,20 +8,20 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/recording/csv.hpp"
+#include "trundle/recording/csv/reader.hpp"
 
 namespace trundle {
 namespace {
 
 constexpr double kFarthest_m = 1e9;
 constexpr std::array kPositionColumns = {"landmark", "x_m", "y_m"};
-constexpr std::array kCovarianceColumns = {"var_xx", "var_xy", "var_yy"};
+constexpr std::array kPositionCovarianceColumns = {"var_xx", "var_xy", "var_yy"};
 
 /// Those that must be there, and those of a covariance where the first of them is.
 std::vector<CsvColumn> columns_in(const CsvTable& table) {
   std::vector<const char*> names(kPositionColumns.begin(), kPositionColumns.end());
-  if (table.column_named(kCovarianceColumns[0]))
-    names.insert(names.end(), kCovarianceColumns.begin(), kCovarianceColumns.end());
+  if (table.column_named(kPositionCovarianceColumns[0]))
+    names.insert(names.end(), kPositionCovarianceColumns.begin(), kPositionCovarianceColumns.end());
   std::vector<CsvColumn> columns;
   for (const char* name : names) {
     const auto index = table.column_named(name);

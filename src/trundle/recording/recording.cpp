@@ -6,9 +6,9 @@
 #include <fmt/ranges.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/recording/detail/layouts.hpp"
-#include "trundle/recording/detail/recording_map.hpp"
-#include "trundle/recording/detail/streams.hpp"
+#include "trundle/recording/csv/detail/recording_map.hpp"
+#include "trundle/recording/csv/detail/streams.hpp"
+#include "trundle/recording/logs/detail/layouts.hpp"
 
 namespace trundle {
 namespace {

@@ -8,7 +8,7 @@
 #include <Eigen/Dense>
 
 #include "trundle/chassis/rows.hpp"
-#include "trundle/recording/detail/table.hpp"
+#include "trundle/recording/csv/detail/table.hpp"
 #include "trundle/statistics/median.hpp"
 #include "trundle/statistics/minimum.hpp"
 

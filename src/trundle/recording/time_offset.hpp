@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "trundle/chassis/robot.hpp"
-#include "trundle/recording/increments.hpp"
+#include "trundle/recording/alignment/align.hpp"
 
 namespace trundle {
 

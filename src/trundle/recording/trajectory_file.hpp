@@ -1,8 +1,20 @@
 #pragma once
 
+#include <filesystem>
+#include <string>
+
 #include "trundle/geometry/trajectory.hpp"
+#include "trundle/recording/recording.hpp"
 
 namespace trundle {
+
+/// The reference as a trajectory of the reference sensor: samples where x, y and heading are all there.
+[[nodiscard]] Trajectory reference_trajectory(const Recording& recording);
+
+/// trajectory.csv, .tum or reference.csv. Throws InputError.
+[[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& path);
+[[nodiscard]] std::string to_csv(const Trajectory& trajectory);
+[[nodiscard]] std::string to_tum(const Trajectory& trajectory);
 
 /// The trajectory as read_trajectory() gives it of a file that holds to_csv() of it: of the covariances one
 /// half is written, of equal stamps the first is kept, headings go on without jumps.

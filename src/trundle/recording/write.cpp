@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
-#include "trundle/recording/detail/partial_reference.hpp"
-#include "trundle/recording/detail/streams.hpp"
+#include "trundle/recording/csv/detail/partial_reference.hpp"
+#include "trundle/recording/csv/detail/streams.hpp"
 #include "trundle/recording/landmark_file.hpp"
 #include "trundle/recording/recording.hpp"
 

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/recording/csv.hpp"
+#include "trundle/recording/csv/reader.hpp"
 
 namespace trundle {
 namespace {

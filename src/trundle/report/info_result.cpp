@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "trundle/recording/problem.hpp"
+#include "trundle/recording/finding.hpp"
 #include "trundle/report/json_rules.hpp"
 
 namespace trundle {

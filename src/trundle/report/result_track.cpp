@@ -6,7 +6,7 @@
 
 #include "trundle/geometry/gaussian.hpp"
 #include "trundle/io/error.hpp"
-#include "trundle/recording/increments.hpp"
+#include "trundle/recording/trajectory_file.hpp"
 #include "trundle/report/csv_columns.hpp"
 
 namespace trundle {

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "trundle/io/file.hpp"
-#include "trundle/recording/increments.hpp"
 #include "trundle/recording/reference_noise.hpp"
+#include "trundle/recording/trajectory_file.hpp"
 #include "trundle/simulation/scenario_file.hpp"
 
 namespace trundle {

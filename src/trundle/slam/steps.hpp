@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "trundle/chassis/parameter.hpp"
-#include "trundle/recording/increments.hpp"
+#include "trundle/recording/alignment/align.hpp"
 #include "trundle/slam/observation.hpp"
 #include "trundle/slam/systematic_errors.hpp"
 

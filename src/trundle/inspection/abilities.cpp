@@ -1,0 +1,146 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "trundle/chassis/rows.hpp"
+#include "trundle/inspection/inspect.hpp"
+
+namespace trundle {
+namespace {
+
+std::string name_of(const Row& row, const Robot& robot) {
+  switch (row.kind) {
+    case RowKind::gyro:
+      return "gyro";
+    case RowKind::forward:
+      return "forward speed";
+    case RowKind::turn:
+      return "turn rate";
+    default:
+      return "'" + robot.wheel_names[static_cast<std::size_t>(row.wheel)] + "'";
+  }
+}
+
+std::string in_words(const Vector3& direction) {
+  std::vector<std::string> parts;
+  constexpr std::array kNames = {"forward", "sideways", "turning"};
+  for (int i = 0; i < 3; ++i)
+    if (std::abs(direction[i]) > 0.1) parts.emplace_back(kNames[static_cast<std::size_t>(i)]);
+  return fmt::format("{}", fmt::join(parts, " with "));
+}
+
+bool excludes_sideways(const Rows& rows) {
+  return std::any_of(rows.row.begin(), rows.row.begin() + rows.count(),
+                     [](const Row& row) { return !row.measured(); });
+}
+
+void tell_motion(const Rows& rows, const Observability& seen, Abilities& abilities) {
+  if (seen.rank == 3)
+    abilities.can.push_back(
+        excludes_sideways(rows)
+            ? "the motion: forward and turning are measured; sideways is taken as zero, not measured"
+            : "the motion: forward, sideways and turning are all measured");
+  for (const Vector3& direction : seen.unobservable)
+    abilities.cannot.push_back(fmt::format("{} motion: no sensor sees it", in_words(direction)));
+}
+
+void tell_slip(const Rows& rows, const Observability& seen, const Robot& robot, Abilities& abilities) {
+  if (seen.degrees_of_freedom == 0) {
+    abilities.cannot.emplace_back(
+        "whether a wheel slips: no redundant measurement; a gyro or another wheel would be one");
+    return;
+  }
+  abilities.can.push_back(fmt::format("whether something slips: {} reading{} more than the motion needs",
+                                      seen.degrees_of_freedom, seen.degrees_of_freedom == 1 ? "" : "s"));
+  if (seen.degrees_of_freedom == 1 && robot.chassis.wheel_count > 0)
+    abilities.can.emplace_back(
+        "which wheel slips, while the motion is steady: by its change against its own recent travel");
+  std::vector<std::string> unchecked;
+  for (const int row : seen.undetectable)
+    unchecked.push_back(name_of(rows.row[static_cast<std::size_t>(row)], robot));
+  if (!unchecked.empty())
+    abilities.cannot.push_back(
+        fmt::format("an error of {}: no other sensor checks it", fmt::join(unchecked, " or ")));
+  for (const auto& [i, j] : seen.confusable)
+    abilities.cannot.push_back(fmt::format("{} from {}: faults of these two cannot be distinguished",
+                                           name_of(rows.row[static_cast<std::size_t>(i)], robot),
+                                           name_of(rows.row[static_cast<std::size_t>(j)], robot)));
+}
+
+/// Errors of several wheels together that fit a motion leave no residual.
+void tell_common_slip(const Robot& robot, bool with_gyro, Abilities& abilities) {
+  if (robot.chassis.wheel_count < 2) return;
+  abilities.cannot.emplace_back(
+      with_gyro
+          ? "all wheels slipping together as if the robot moved without turning: no sensor on board can see "
+            "it"
+          : "all wheels slipping together as any motion would turn them: no sensor on board can see it");
+}
+
+bool has_wheel(const Recording& recording, const std::string& wheel) {
+  const auto& series = recording.wheels.series;
+  return std::any_of(series.begin(), series.end(), [&](const WheelSeries& s) { return s.wheel == wheel; });
+}
+
+void tell_missing_sensors(const Recording& recording, const Robot& robot, std::vector<std::string>& missing) {
+  for (const std::string& wheel : robot.wheel_names)
+    if (!recording.wheels.time_s.empty() && !has_wheel(recording, wheel))
+      missing.push_back(
+          fmt::format("the wheel '{0}': no column {0}_ticks, {0}_rad, {0}_m or {0}_rad_s", wheel));
+  if (!robot.wheel_names.empty() && recording.wheels.time_s.size() == 1)
+    missing.emplace_back("more rows of wheels: one alone is no motion");
+  if (!robot.wheel_names.empty() && recording.wheels.time_s.empty())
+    missing.emplace_back("wheels.csv: the robot's wheels are not recorded");
+  if (robot.wheel_names.empty() && recording.velocity.time_s.empty())
+    missing.emplace_back("velocity.csv: the robot file has no [[wheel]]");
+  if (robot.chassis.gyro && recording.gyro.time_s.empty())
+    missing.emplace_back("gyro.csv: the robot has a gyro, its readings are not recorded");
+  if (!robot.chassis.gyro && !recording.gyro.time_s.empty())
+    missing.emplace_back("[gyro] in the robot file: gyro.csv is there and is not used without it");
+  if (!robot.landmark_sensor && !recording.sightings.empty())
+    missing.emplace_back(
+        "[landmark_sensor] in the robot file: sightings.csv is there and is not used without it");
+}
+
+std::string missing_reference(const Recording& recording, const Robot* robot) {
+  const bool gyro = !recording.gyro.time_s.empty() && (robot == nullptr || robot->chassis.gyro);
+  if (!gyro)
+    return "a reference: nothing was measured from outside the robot and there is no gyro, so nothing can be "
+           "calibrated; add reference.csv or "
+           "[reference] in recording.toml (closed, distance_m, turns, end_x_m, end_y_m, end_heading_deg)";
+  const std::string track =
+      robot != nullptr && has_skid_wheels(robot->chassis) ? "the effective track" : "the track";
+  return fmt::format(
+      "a reference: nothing was measured from outside the robot; the gyro against the wheels shows only {} "
+      "in proportion to the wheel diameters "
+      "and to the gyro's scale; add a straight run of known length ([reference] distance_m) for the "
+      "diameters and counted full turns "
+      "([reference] turns) for the gyro's scale",
+      track);
+}
+
+}  // namespace
+
+Abilities abilities_of(const Robot& robot, bool with_gyro) {
+  const Rows rows = rows_of(robot.chassis, with_gyro);
+  const Observability seen = observability(rows);
+  Abilities abilities;
+  tell_motion(rows, seen, abilities);
+  tell_slip(rows, seen, robot, abilities);
+  tell_common_slip(robot, with_gyro, abilities);
+  return abilities;
+}
+
+std::vector<std::string> missing_in(const Recording& recording, const Robot* robot) {
+  std::vector<std::string> missing;
+  if (robot != nullptr) tell_missing_sensors(recording, *robot, missing);
+  if (robot == nullptr && recording.wheels.time_s.empty() && recording.velocity.time_s.empty())
+    missing.emplace_back("wheels.csv or velocity.csv: there is no motion to integrate");
+  if (!recording.has_reference()) missing.push_back(missing_reference(recording, robot));
+  return missing;
+}
+
+}  // namespace trundle

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "trundle/chassis/robot.hpp"
+#include "trundle/recording/alignment/align.hpp"
+
+namespace trundle {
+
+/// Rates in degrees that were taken for radians, or the other way round.
+std::optional<Finding> wrong_gyro_unit(const Recording& recording, const Robot& robot,
+                                       const AlignedReadings& readings);
+
+/// What else the gyro's turns against the wheels' give away: a sign, a wheel that counts backwards, a track
+/// or counts far off.
+void compare_gyro(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
+                  std::vector<Finding>& problems);
+
+}  // namespace trundle

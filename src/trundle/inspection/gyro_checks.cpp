@@ -1,0 +1,81 @@
+#include "trundle/inspection/detail/gyro_checks.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "trundle/recording/turns.hpp"
+
+namespace trundle {
+namespace {
+
+/// 57 times too far, as well as the track is known; where wheels scrub it acts wider.
+bool looks_like_degrees(double ratio, const Robot& robot) {
+  constexpr double kTrackIsKnown = 1.3, kScrub = 2.5;
+  const double degrees = 180.0 / kPi;
+  return ratio < degrees * kTrackIsKnown &&
+         ratio > degrees / (has_skid_wheels(robot.chassis) ? kScrub : kTrackIsKnown);
+}
+
+/// Turns as they would be if a wheel counted the other way.
+PairedSums with_reversed(std::size_t wheel, const Robot& robot, AlignedReadings readings) {
+  for (Increment& increment : readings.increments) increment.turned[wheel] = -increment.turned[wheel];
+  return turns_of_gyro(robot, readings);
+}
+
+/// Turns that do not agree at all: of one wheel that counts the other way, or nobody knows why.
+Finding disagreement(const Recording& recording, const Robot& robot, const AlignedReadings& readings) {
+  constexpr double kMuchBetter = 0.9;
+  Finding finding{.code = FindingCode::gyro_against_wheels, .place = recording.wheels.origin.file};
+  for (std::size_t w = 0; w < robot.wheel_names.size(); ++w) {
+    if (with_reversed(w, robot, readings).correlation() <= kMuchBetter) continue;
+    finding.subjects = {robot.wheel_names[w]};
+    finding.payload = payload::Amount{-robot.chassis.wheels()[w].ticks_per_revolution};
+    break;
+  }
+  return finding;
+}
+
+}  // namespace
+
+std::optional<Finding> wrong_gyro_unit(const Recording& recording, const Robot& robot,
+                                       const AlignedReadings& readings) {
+  Robot unlimited = robot;  // degrees look like a gyro beyond its limit
+  if (unlimited.chassis.gyro)
+    unlimited.chassis.gyro->max_rate_rad_s = std::numeric_limits<double>::infinity();
+  AlignedReadings all = readings;
+  all.problems.clear();
+  add_gyro(recording.gyro, unlimited, all);
+  const auto pairs = comparable_turns(recording, unlimited, all);
+  constexpr double kAgreeWell = 0.8;
+  if (!pairs || std::abs(pairs->correlation()) < kAgreeWell) return std::nullopt;
+  const double slope = std::abs(pairs->slope());
+  Finding finding{.code = FindingCode::gyro_unit, .place = recording.gyro.origin.file};
+  if (looks_like_degrees(slope, robot))
+    finding.payload = payload::Times{slope};
+  else if (!has_skid_wheels(robot.chassis) &&
+           looks_like_degrees(1.0 / slope, robot))  // scrubbing wheels may turn in vain
+    finding.payload = payload::Share{slope};
+  else
+    return std::nullopt;
+  return finding;
+}
+
+void compare_gyro(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
+                  std::vector<Finding>& problems) {
+  constexpr double kMuchTurning = 1.0;  // [rad], root of the sum of squares
+  constexpr double kFarOff = 1.8;       // slip makes less of it, wheels that scrub more
+  const auto pairs = comparable_turns(recording, robot, readings);
+  if (!pairs) return;
+  const double slope = pairs->slope();
+  if (pairs->correlation() < -kTurnsAgree)
+    problems.push_back({.code = FindingCode::gyro_sign, .place = recording.gyro.origin.file});
+  else if (pairs->correlation() < kTurnsAgree && pairs->lesser() > kMuchTurning)
+    problems.push_back(disagreement(recording, robot, readings));
+  else if (pairs->correlation() > kTurnsAgree && !has_skid_wheels(robot.chassis) &&
+           (slope > kFarOff || slope < 1.0 / kFarOff))
+    problems.push_back({.code = FindingCode::gyro_against_wheels,
+                        .place = recording.wheels.origin.file,
+                        .payload = payload::Times{slope}});
+}
+
+}  // namespace trundle

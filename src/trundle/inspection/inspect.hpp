@@ -1,0 +1,48 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "trundle/chassis/robot.hpp"
+#include "trundle/recording/alignment/align.hpp"
+#include "trundle/recording/recording.hpp"
+
+namespace trundle {
+
+/// What is wrong with a recording beyond its rows: counters that start again, encoders that are stuck.
+/// Where no robot says a counter's bits they are guessed from its range.
+std::vector<Finding> inspect(const Recording& recording, const Robot* robot = nullptr);
+
+/// The same where the recording suits the robot: what align() found, encoders that are stuck although the
+/// other sensors see the wheel roll, a gyro that turns the other way than the wheels or in degrees.
+std::vector<Finding> inspect(const Recording& recording, const Robot& robot, const AlignedReadings& readings);
+
+/// A column, a unit or a clock is not what it was taken for: what else may be found follows from it.
+bool is_misreading(const Finding& finding);
+
+/// One stream at a glance.
+struct StreamSummary {
+  std::string stream;
+  std::vector<std::string> columns;  ///< of wheels
+  std::size_t rows = 0;
+  double start_s = 0.0;
+  double end_s = 0.0;
+  double rate_hz = 0.0;  ///< one over the median step; 0: unknown
+  std::size_t gaps = 0;  ///< steps longer than max(0.5 s, 5 median steps)
+  double longest_step_s = 0.0;
+};
+std::vector<StreamSummary> summaries_of(const Recording& recording);
+
+/// What is missing in a recording for calibration and odometry, and what to add, in sentences. Without a
+/// robot: in general.
+std::vector<std::string> missing_in(const Recording& recording, const Robot* robot);
+
+/// What the robot's sensors can and cannot tell, in sentences.
+struct Abilities {
+  std::vector<std::string> can;
+  std::vector<std::string> cannot;
+};
+Abilities abilities_of(const Robot& robot, bool with_gyro);
+
+}  // namespace trundle

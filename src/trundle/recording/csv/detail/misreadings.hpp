@@ -1,0 +1,21 @@
+#pragma once
+
+#include <vector>
+
+#include "trundle/recording/csv/detail/table.hpp"
+
+namespace trundle {
+
+/// Stamps that cannot be seconds. Throws InputError, with the time_unit to write, where recording.toml maps
+/// the stream; else it is a problem.
+void check_stamps(const Table& table, const StreamSource& source, const RowRules& rules,
+                  std::vector<Finding>& problems);
+
+/// Counts since the row before that were taken for a counter that goes on, or the other way round.
+void check_increments(const WheelStream& wheels, const StreamSource& source, std::vector<Finding>& problems);
+
+/// Bearings that cannot be radians.
+void check_bearings(const std::vector<Sighting>& sightings, const StreamSource& source,
+                    std::vector<Finding>& problems);
+
+}  // namespace trundle

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "trundle/recording/csv/reader.hpp"
+#include "trundle/recording/recording.hpp"
+
+namespace trundle {
+
+/// Where one column of a stream comes from.
+struct ColumnSource {
+  std::string column;      ///< of the stream, e.g. "left_ticks"
+  std::string name = {};   ///< in the file; empty: by number
+  std::size_t number = 0;  ///< 1-based
+  double scale = 1.0;      ///< unit and sign: stream value = cell · scale
+  CellKind kind = CellKind::number;
+  bool optional = false;   ///< may be missing: then NaN, or empty text
+  std::string place = {};  ///< in recording.toml, for errors; empty: in the file's header
+};
+
+/// How a file is read as a stream.
+struct StreamSource {
+  std::filesystem::path file;
+  CsvFormat format;
+  std::optional<ColumnSource> time;  ///< nothing: row k is at k / rate_hz
+  double rate_hz = 0.0;
+  TimeScale time_scale;
+  double time_offset_s = 0.0;
+  std::optional<double> start_s;  ///< rows before are left out
+  std::optional<double> end_s;    ///< and rows after
+  std::string place = {};         ///< of its table in recording.toml; empty: a native file
+  bool increments = false;        ///< counts and metres since the row before
+  std::vector<ColumnSource> columns;
+};
+
+/// The rows of a stream; one entry in `numbers` or `texts` for each of the source's columns, in their order.
+struct Table {
+  StreamOrigin origin;
+  std::vector<double> time_s;
+  std::vector<std::vector<double>> numbers;
+  std::vector<std::vector<std::string>> texts;
+};
+
+/// What a stream's rows must be like; other rows are dropped, counted and reported.
+struct RowRules {
+  bool repeated_stamps =
+      false;  ///< several rows may share a stamp (sightings); then rows out of order are sorted
+  bool empty_cells = false;  ///< empty cells mean 'not measured' and are no problem (reference)
+  bool gaps = true;          ///< gaps between stamps are reported
+  double slowest_s = 10.0;   ///< stamps that step farther in the median are not in seconds
+};
+
+/// Drops, sorts and sums rows as the source and the rules ask; reports what was found.
+void clean(Table& table, const StreamSource& source, const RowRules& rules, std::vector<Finding>& problems);
+
+/// Reads and cleans: docs/log-faults.md says which rows are dropped. Appends to `problems`.
+Table read_table(const StreamSource& source, const RowRules& rules, std::vector<Finding>& problems);
+
+/// The first stamp of the file, in seconds, before origin and offset; nothing when there is none.
+std::optional<double> first_stamp(const StreamSource& source);
+
+/// The median step between stamps; 0 when there are fewer than two.
+double median_step(std::span<const double> time_s);
+/// The longest step between stamps that is no gap: max(0.5 s, 5 medians).
+double longest_step(std::span<const double> time_s);
+
+}  // namespace trundle

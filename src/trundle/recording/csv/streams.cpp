@@ -1,0 +1,267 @@
+#include "trundle/recording/csv/detail/streams.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "trundle/io/error.hpp"
+#include "trundle/recording/csv/detail/misreadings.hpp"
+#include "trundle/recording/csv/detail/quaternion.hpp"
+
+namespace trundle {
+namespace {
+
+/// Of what does not come at a rate of its own, like commands and surveyed points.
+constexpr double kSlowestEvents_s = 1e4;
+
+struct Suffix {
+  std::string_view text;
+  WheelUnit unit;
+};
+/// In order of precedence.
+constexpr std::array<Suffix, 4> kSuffixes = {{{"_ticks", WheelUnit::ticks},
+                                              {"_rad", WheelUnit::radians},
+                                              {"_m", WheelUnit::metres},
+                                              {"_rad_s", WheelUnit::rate}}};
+
+std::vector<ColumnSource> wheel_columns_in(const std::filesystem::path& file) {
+  const MappedFile mapped(file);
+  const CsvTable table(mapped.text(), file.string(), {});
+  std::vector<ColumnSource> columns;
+  for (const std::string& name : table.names())
+    if (wheel_column(name)) columns.push_back({name, name});
+  if (columns.empty())
+    throw InputError(place(table.file(), table.header_line()), "has no column of a wheel",
+                     table.meant().empty()
+                         ? "<wheel>_ticks, <wheel>_m or <wheel>_rad_s, named after the robot's wheels"
+                         : table.meant());
+  keep_preferred(columns);
+  return columns;
+}
+
+void make_continuous(std::vector<double>& heading) {
+  double previous = kNotMeasured;
+  for (double& angle : heading) {
+    if (std::isnan(angle)) continue;
+    // A whole number of turns, so that a heading that is continuous already keeps all its bits.
+    if (!std::isnan(previous)) angle -= 2.0 * kPi * std::round((angle - previous) / (2.0 * kPi));
+    previous = angle;
+  }
+}
+
+void read_wheels(const StreamSource& source, Recording& recording) {
+  Table table = read_table(source, {}, recording.problems);
+  WheelStream& wheels = recording.wheels;
+  wheels.time_s = std::move(table.time_s);
+  for (std::size_t i = 0; i < source.columns.size(); ++i) {
+    const WheelColumn column = *wheel_column(source.columns[i].column);
+    wheels.series.push_back({column.wheel, column.unit, std::move(table.numbers[i])});
+  }
+  wheels.origin = std::move(table.origin);
+  check_increments(wheels, source, recording.problems);
+}
+
+void read_sightings(const StreamSource& source, Recording& recording) {
+  RowRules rules;
+  rules.repeated_stamps = true;
+  rules.gaps = false;
+  rules.slowest_s = kSlowestEvents_s;
+  Table table = read_table(source, rules, recording.problems);
+  Finding unusable{.code = FindingCode::sighting_without_number, .place = {}, .count = 0};
+  for (std::size_t row = 0; row < table.time_s.size(); ++row) {
+    const Sighting sighting{table.time_s[row], table.texts[0][row], table.numbers[1][row],
+                            table.numbers[2][row]};
+    if (sighting.range_m >= 0.0 && !std::isnan(sighting.bearing_rad)) {
+      recording.sightings.push_back(sighting);
+    } else if (unusable.count++ == 0) {
+      unusable.place = table.origin.place_of(row);
+    }
+  }
+  if (unusable.count > 0) recording.problems.push_back(unusable);
+  check_bearings(recording.sightings, source, recording.problems);
+}
+
+VelocityStream velocity_of(Table table) {
+  return {std::move(table.time_s), std::move(table.numbers[0]), std::move(table.numbers[1]),
+          std::move(table.origin)};
+}
+
+/// Where there is no heading, that of a quaternion as ROS writes it: yaw, and of a robot in the plane all.
+void take_quaternions(Table& reference) {
+  std::vector<double>& heading = reference.numbers[2];
+  const auto is_missing = [](double x) { return std::isnan(x); };
+  if (!std::ranges::all_of(heading, is_missing)) return;
+  for (std::size_t row = 0; row < heading.size(); ++row) {
+    const auto part = [&](std::size_t column) { return reference.numbers[column][row]; };
+    const auto part_or_none = [&](std::size_t column) {
+      return is_missing(part(column)) ? 0.0 : part(column);
+    };
+    const Quaternion q{part_or_none(3), part_or_none(4), part(5), part(6)};
+    if (q.length2() > 0.0) heading[row] = yaw_of(q);
+  }
+}
+
+void read_reference(const StreamSource& source, Recording& recording) {
+  RowRules rules;
+  rules.empty_cells = true;
+  rules.slowest_s = kSlowestEvents_s;
+  Table table = read_table(source, rules, recording.problems);
+  take_quaternions(table);
+  make_continuous(table.numbers[2]);
+  recording.reference = {std::move(table.time_s), std::move(table.numbers[0]), std::move(table.numbers[1]),
+                         std::move(table.numbers[2]), std::move(table.origin)};
+}
+
+void read_relative_motions(const StreamSource& source, Recording& recording) {
+  RowRules rules;
+  rules.repeated_stamps = true;
+  rules.gaps = false;
+  rules.slowest_s = kSlowestEvents_s;
+  const Table table = read_table(source, rules, recording.problems);
+  for (std::size_t row = 0; row < table.time_s.size(); ++row)
+    recording.relative_motions.push_back(
+        {table.time_s[row],
+         table.numbers[0][row],
+         {table.numbers[1][row], table.numbers[2][row], table.numbers[3][row]}});
+}
+
+void read_landmarks(const StreamSource& source, Recording& recording) {
+  const MappedFile file(source.file);
+  const CsvTable csv(file.text(), source.file.string(), source.format);
+  std::vector<CsvColumn> wanted;
+  for (const ColumnSource& column : source.columns) {
+    const auto index = csv.column_named(column.name);
+    if (!index)
+      throw InputError(place(csv.file(), csv.header_line()), fmt::format("has no column '{}'", column.name),
+                       "landmark,x_m,y_m");
+    wanted.push_back({*index, column.kind, {}});
+  }
+  const CsvRows rows = csv.read(wanted);
+  for (std::size_t row = 0; row < rows.count(); ++row)
+    recording.landmarks.push_back({rows.texts[0][row], {rows.numbers[1][row], rows.numbers[2][row]}});
+}
+
+}  // namespace
+
+std::string_view table_name_of(StreamKind kind) {
+  constexpr std::array<std::string_view, 9> kNames = {"wheels",   "gyro",      "commands",  "accel",
+                                                      "velocity", "sightings", "reference", "relative_motion",
+                                                      "landmarks"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+std::string_view file_name_of(StreamKind kind) {
+  constexpr std::array<std::string_view, 9> kNames = {"wheels.csv",    "gyro.csv",     "commands.csv",
+                                                      "accel.csv",     "velocity.csv", "sightings.csv",
+                                                      "reference.csv", "relative.csv", "landmarks.csv"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+std::vector<ColumnSource> columns_of(StreamKind kind) {
+  const auto required = [](const char* name) { return ColumnSource{name, name}; };
+  const auto optional = [](const char* name) {
+    return ColumnSource{.column = name, .name = name, .optional = true};
+  };
+  const ColumnSource name{.column = "landmark",
+                          .name = "landmark",
+                          .kind = CellKind::text,
+                          .optional = kind == StreamKind::sightings};
+  switch (kind) {
+    case StreamKind::wheels:
+      return {};
+    case StreamKind::gyro:
+      return {required("yaw_rate_rad_s")};
+    case StreamKind::commands:
+    case StreamKind::velocity:
+      return {required("forward_m_s"), required("yaw_rate_rad_s")};
+    case StreamKind::accel:
+      return {optional("x_m_s2"), optional("y_m_s2")};
+    case StreamKind::sightings:
+      return {name, required("range_m"), required("bearing_rad")};
+    case StreamKind::reference:
+      return {optional("x_m"), optional("y_m"), optional("heading_rad"), optional("qx"),
+              optional("qy"),  optional("qz"),  optional("qw")};
+    case StreamKind::relative_motion:
+      return {{.column = "end_s", .name = "end_s", .kind = CellKind::time},
+              required("dx_m"),
+              required("dy_m"),
+              required("dheading_rad")};
+    case StreamKind::landmarks:
+      return {name, required("x_m"), required("y_m")};
+  }
+  return {};
+}
+
+std::string_view stamp_column_of(StreamKind kind) {
+  return kind == StreamKind::relative_motion ? "start_s" : "time_s";
+}
+
+std::optional<WheelColumn> wheel_column(std::string_view name) {
+  for (const Suffix& suffix : kSuffixes)
+    if (name.size() > suffix.text.size() && name.ends_with(suffix.text))
+      return WheelColumn{std::string(name.substr(0, name.size() - suffix.text.size())), suffix.unit};
+  return std::nullopt;
+}
+
+void keep_preferred(std::vector<ColumnSource>& columns) {
+  const auto is_second_choice = [&](const ColumnSource& column) {
+    const WheelColumn mine = *wheel_column(column.column);
+    return std::any_of(columns.begin(), columns.end(), [&](const ColumnSource& other) {
+      const WheelColumn theirs = *wheel_column(other.column);
+      return theirs.wheel == mine.wheel && theirs.unit < mine.unit;
+    });
+  };
+  std::vector<ColumnSource> kept;
+  std::copy_if(columns.begin(), columns.end(), std::back_inserter(kept), std::not_fn(is_second_choice));
+  columns = std::move(kept);
+}
+
+std::string column_name(const WheelSeries& series) {
+  return series.wheel + std::string(kSuffixes[static_cast<std::size_t>(series.unit)].text);
+}
+
+StreamSource native_source(StreamKind kind, const std::filesystem::path& file) {
+  StreamSource source;
+  source.file = file;
+  const std::string stamp(stamp_column_of(kind));
+  source.time = ColumnSource{stamp, stamp};
+  source.columns = kind == StreamKind::wheels ? wheel_columns_in(file) : columns_of(kind);
+  return source;
+}
+
+void read_stream(StreamKind kind, const StreamSource& source, Recording& recording) {
+  const auto table = [&] { return read_table(source, {}, recording.problems); };
+  switch (kind) {
+    case StreamKind::wheels:
+      return read_wheels(source, recording);
+    case StreamKind::gyro: {
+      Table rows = table();
+      recording.gyro = {std::move(rows.time_s), std::move(rows.numbers[0]), std::move(rows.origin)};
+      return;
+    }
+    case StreamKind::commands:
+      recording.commands =
+          velocity_of(read_table(source, {.slowest_s = kSlowestEvents_s}, recording.problems));
+      return;
+    case StreamKind::velocity:
+      recording.velocity = velocity_of(table());
+      return;
+    case StreamKind::accel: {
+      Table rows = table();
+      recording.accel = {std::move(rows.time_s), std::move(rows.numbers[0]), std::move(rows.numbers[1])};
+      return;
+    }
+    case StreamKind::sightings:
+      return read_sightings(source, recording);
+    case StreamKind::reference:
+      return read_reference(source, recording);
+    case StreamKind::relative_motion:
+      return read_relative_motions(source, recording);
+    case StreamKind::landmarks:
+      return read_landmarks(source, recording);
+  }
+}
+
+}  // namespace trundle

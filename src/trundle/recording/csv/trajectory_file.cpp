@@ -1,0 +1,152 @@
+#include "trundle/recording/trajectory_file.hpp"
+
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "trundle/io/error.hpp"
+#include "trundle/recording/csv/detail/quaternion.hpp"
+#include "trundle/recording/csv/detail/streams.hpp"
+#include "trundle/recording/csv/reader.hpp"
+
+namespace trundle {
+namespace {
+
+constexpr std::array<const char*, 6> kCovarianceColumns = {"var_xx", "var_xy", "var_xh",
+                                                           "var_yy", "var_yh", "var_hh"};
+
+Matrix3 symmetric(double xx, double xy, double xh, double yy, double yh, double hh) {
+  Matrix3 matrix;
+  matrix << xx, xy, xh, xy, yy, yh, xh, yh, hh;
+  return matrix;
+}
+
+/// TUM: t x y z qx qy qz qw, no header.
+StreamSource tum_source(const std::filesystem::path& path) {
+  StreamSource source;
+  source.file = path;
+  source.format = {' ', '#', false};
+  source.time = ColumnSource{.column = "time_s", .number = 1, .place = path.string()};
+  std::size_t number = 2;
+  for (const char* name : {"x", "y", "z", "qx", "qy", "qz", "qw"})
+    source.columns.push_back({.column = name, .number = number++, .place = path.string()});
+  return source;
+}
+
+Trajectory with_continuous_heading(Trajectory trajectory) {
+  for (std::size_t i = 1; i < trajectory.poses.size(); ++i) {
+    double& heading = trajectory.poses[i].pose.heading;
+    heading -= 2.0 * kPi * std::round((heading - trajectory.poses[i - 1].pose.heading) / (2.0 * kPi));
+  }
+  return trajectory;
+}
+
+Trajectory read_tum(const std::filesystem::path& path) {
+  std::vector<Finding> problems;
+  const Table table = read_table(tum_source(path), {}, problems);
+  Trajectory trajectory;
+  for (std::size_t row = 0; row < table.time_s.size(); ++row) {
+    const auto number = [&](std::size_t column) { return table.numbers[column][row]; };
+    const Quaternion q{number(3), number(4), number(5), number(6)};
+    if (!std::isfinite(number(0) + number(1) + q.length2())) continue;
+    if (std::abs(q.length2() - 1.0) > 0.1)
+      throw InputError(table.origin.place_of(row), "has no unit quaternion", "qx qy qz qw of length 1");
+    trajectory.poses.push_back({table.time_s[row], {number(0), number(1), yaw_of(q)}});
+  }
+  return with_continuous_heading(std::move(trajectory));
+}
+
+bool has_covariance(const std::filesystem::path& path) {
+  const MappedFile file(path);
+  return CsvTable(file.text(), path.string(), {}).column_named(kCovarianceColumns[0]).has_value();
+}
+
+Trajectory read_csv(const std::filesystem::path& path) {
+  StreamSource source = native_source(StreamKind::reference, path);
+  source.columns.resize(kPoseColumns);
+  if (has_covariance(path))
+    for (const char* name : kCovarianceColumns) source.columns.push_back({name, name});
+  std::vector<Finding> problems;
+  RowRules rules;
+  rules.empty_cells = true;
+  const Table table = read_table(source, rules, problems);
+  Trajectory trajectory;
+  for (std::size_t row = 0; row < table.time_s.size(); ++row) {
+    const auto number = [&](std::size_t column) { return table.numbers[column][row]; };
+    const Pose2 pose{number(0), number(1), number(2)};
+    if (!std::isfinite(pose.x) || !std::isfinite(pose.y) || !std::isfinite(pose.heading)) continue;
+    trajectory.poses.push_back({table.time_s[row], pose});
+    if (source.columns.size() > kPoseColumns)
+      trajectory.covariances.push_back(
+          symmetric(number(3), number(4), number(5), number(6), number(7), number(8)));
+  }
+  return with_continuous_heading(std::move(trajectory));
+}
+
+}  // namespace
+
+Trajectory reference_trajectory(const Recording& recording) {
+  const ReferenceStream& reference = recording.reference;
+  Trajectory trajectory;
+  for (std::size_t row = 0; row < reference.time_s.size(); ++row) {
+    const Pose2 pose{reference.x_m[row], reference.y_m[row], reference.heading_rad[row]};
+    if (std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.heading))
+      trajectory.poses.push_back({reference.time_s[row], pose});
+  }
+  return trajectory;
+}
+
+Trajectory read_trajectory(const std::filesystem::path& path) {
+  if (!std::filesystem::exists(path))
+    throw InputError(path.string(), "does not exist",
+                     fmt::format("a trajectory; `trundle odometry RECORDING --robot ROBOT -o {}` writes one",
+                                 path.filename().string()));
+  Trajectory trajectory = path.extension() == ".tum" ? read_tum(path) : read_csv(path);
+  if (trajectory.poses.empty())
+    throw InputError(path.string(), "holds no complete pose", "rows of time, x, y and heading");
+  return trajectory;
+}
+
+Trajectory as_written(const Trajectory& trajectory) {
+  Trajectory written;
+  for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
+    const auto& [time_s, pose] = trajectory.poses[i];
+    const bool is_next = written.poses.empty() || time_s > written.poses.back().time_s;
+    if (!is_next || !std::isfinite(pose.x) || !std::isfinite(pose.y) || !std::isfinite(pose.heading))
+      continue;
+    written.poses.push_back({time_s, pose});
+    if (!trajectory.has_covariance()) continue;
+    const Matrix3& c = trajectory.covariances[i];
+    written.covariances.push_back(symmetric(c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2)));
+  }
+  return with_continuous_heading(std::move(written));
+}
+
+std::string to_csv(const Trajectory& trajectory) {
+  std::string text = "time_s,x_m,y_m,heading_rad";
+  if (trajectory.has_covariance())
+    for (const char* name : kCovarianceColumns) text += std::string(",") + name;
+  text += '\n';
+  for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
+    const auto& [time_s, pose] = trajectory.poses[i];
+    fmt::format_to(std::back_inserter(text), "{},{},{},{}", time_s, pose.x, pose.y, pose.heading);
+    if (trajectory.has_covariance()) {
+      const Matrix3& c = trajectory.covariances[i];
+      fmt::format_to(std::back_inserter(text), ",{},{},{},{},{},{}", c(0, 0), c(0, 1), c(0, 2), c(1, 1),
+                     c(1, 2), c(2, 2));
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+std::string to_tum(const Trajectory& trajectory) {
+  std::string text;
+  for (const auto& [time_s, pose] : trajectory.poses)
+    fmt::format_to(std::back_inserter(text), "{} {} {} 0 0 0 {} {}\n", time_s, pose.x, pose.y,
+                   std::sin(pose.heading / 2.0), std::cos(pose.heading / 2.0));
+  return text;
+}
+
+}  // namespace trundle

@@ -1,0 +1,53 @@
+#include "trundle/recording/turns.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "trundle/chassis/rows.hpp"
+
+namespace trundle {
+
+PairedSums turn_pairs(const Robot& robot, const AlignedReadings& readings,
+                      const std::function<double(const Increment&)>& other_turn) {
+  constexpr double kPiece_s = 0.5;
+  const Rows rows = rows_of(robot.chassis, false);
+  PairedSums pairs;
+  double by_wheels = 0.0, by_other = 0.0, duration_s = 0.0;
+  for (const Increment& increment : readings.increments) {
+    const double turn = other_turn(increment);
+    if (std::isnan(turn)) continue;
+    by_wheels += twist_of(robot.chassis, rows, increment).dtheta;
+    by_other += turn;
+    duration_s += increment.duration_s;
+    if (duration_s < kPiece_s) continue;
+    pairs.add(by_wheels, by_other);
+    by_wheels = by_other = duration_s = 0.0;
+  }
+  return pairs;
+}
+
+PairedSums turns_of_gyro(const Robot& robot, const AlignedReadings& readings) {
+  const Gyro& gyro = *robot.chassis.gyro;
+  return turn_pairs(robot, readings, [&](const Increment& increment) {
+    return increment.has_gyro ? (increment.gyro_rad - gyro.bias_rad_s * increment.duration_s) * gyro.scale
+                              : std::numeric_limits<double>::quiet_NaN();
+  });
+}
+
+std::optional<PairedSums> comparable_turns(const Recording& recording, const Robot& robot,
+                                           const AlignedReadings& readings) {
+  if (!robot.chassis.gyro || recording.gyro.time_s.empty() ||
+      observability(rows_of(robot.chassis, false)).rank < 3)
+    return std::nullopt;
+  const PairedSums pairs = turns_of_gyro(robot, readings);
+  if (std::sqrt(pairs.xx) < kLeastTurning_rad || pairs.yy == 0.0) return std::nullopt;
+  return pairs;
+}
+
+bool turns_contradict(const Recording& recording, const Robot& robot, const AlignedReadings& readings) {
+  constexpr double kClearTurning = 0.5;  // [rad], root of the sum of squares
+  const auto pairs = comparable_turns(recording, robot, readings);
+  return pairs && pairs->correlation() < -kTurnsAgree && pairs->lesser() > kClearTurning;
+}
+
+}  // namespace trundle
