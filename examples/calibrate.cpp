@@ -23,7 +23,7 @@ int main(int argc, char** argv) try {
     if (parameter.observable)
       std::printf("%s [%s]: %.6f +- %.6f, was %.6f\n", parameter.name.c_str(), parameter.unit.c_str(),
                   parameter.value, parameter.sigma_total, parameter.nominal);
-  for (const std::string& what : result.cannot_tell) std::printf("not observable: %s\n", what.c_str());
+  for (const std::string& what : result.unobservable) std::printf("not observable: %s\n", what.c_str());
   for (const std::string& warning : result.warnings) std::printf("warning: %s\n", warning.c_str());
   trundle::write_file(argv[2], trundle::to_toml(result.calibrated));
 } catch (const std::exception& error) {

@@ -51,7 +51,7 @@ void add_calibration_output(CLI::App& command, CalibrationOutput& output) {
 std::string table_of(const CalibrationResult& result) {
   std::string text = fmt::format("{} ({})\n\n{}\n{}", result.summary, result.method, parameter_lines(result),
                                  error_lines(result));
-  for (const std::string& unknown : result.cannot_tell) text += fmt::format("not observable: {}\n", unknown);
+  for (const std::string& unknown : result.unobservable) text += fmt::format("not observable: {}\n", unknown);
   for (const std::string& warning : result.warnings) text += fmt::format("warning: {}\n", warning);
   for (const std::string& note : result.notes) text += fmt::format("note: {}\n", note);
   return text;

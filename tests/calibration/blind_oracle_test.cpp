@@ -165,7 +165,7 @@ std::vector<Tally> tally(const Oracle& oracle, std::vector<Parameter>& parameter
     const std::vector<Run> runs = runs_of(oracle, static_cast<std::uint64_t>(trial));
     parameters = default_parameters(oracle.nominal, from_outside(runs));
     tallies.resize(parameters.size());
-    const Estimate estimate = estimate_parameters(runs, oracle.nominal, parameters);
+    const Estimate estimate = estimate_parameters({runs, oracle.nominal, parameters});
     for (std::size_t j = 0; j < parameters.size(); ++j) {
       const auto k = static_cast<Eigen::Index>(j);
       const double error = value_of(parameters[j], estimate.robot) - value_of(parameters[j], truth);

@@ -74,7 +74,7 @@ TEST(Calibrate, ClosedSquaresCannotShowTheMeanDiameter) {
   const CalibrationResult result =
       calibrate(runs, {}, nominal_differential(), {.free = {"left.diameter", "right.diameter"}});
   EXPECT_EQ(result.status, CalibrationStatus::some_held);
-  EXPECT_THAT(result.cannot_tell, Contains(HasSubstr("straight run of known length")));
+  EXPECT_THAT(result.unobservable, Contains(HasSubstr("straight run of known length")));
   const double mean =
       0.5 * (parameter(result, "left.diameter").value + parameter(result, "right.diameter").value);
   EXPECT_NEAR(mean, 0.15, 1e-9) << "held at nominal";
@@ -108,7 +108,7 @@ TEST(Calibrate, AStraightRunAloneHoldsTheTrack) {
   const CalibrationResult result = calibrate(std::vector{run}, {}, nominal_differential());
   EXPECT_EQ(parameter(result, "track").value, parameter(result, "track").nominal);
   EXPECT_FALSE(parameter(result, "track").observable);
-  EXPECT_THAT(result.cannot_tell, Contains(HasSubstr("turn on the spot")));
+  EXPECT_THAT(result.unobservable, Contains(HasSubstr("turn on the spot")));
 }
 
 TEST(Calibrate, AnOutlyingRunIsDownWeightedAndNamed) {
@@ -240,7 +240,7 @@ TEST(Calibrate, SkidSteerFindsItsEffectiveTrackFromTheGyroAlone) {
   const CalibrationResult result = calibrate(runs, {}, nominal);
   EXPECT_NEAR(parameter(result, "track").value, 0.62, 4.0 * parameter(result, "track").sigma_within);
   EXPECT_LT(parameter(result, "track").sigma_within, 0.02);
-  EXPECT_THAT(result.cannot_tell,
+  EXPECT_THAT(result.unobservable,
               testing::Contains(testing::StartsWith("fl.diameter, fr.diameter, rl.diameter, rr.diameter, "
                                                     "gyro.scale: no length was measured from outside")));
 }

@@ -24,19 +24,15 @@ struct Series {
   int count = 0;
 };
 
-NoiseEstimate true_noise(const Robot& truth) {
-  return {truth.chassis.noise.wheel_per_sqrt_m,
-          {.position_m = test::kPositionSigma_m, .heading_rad = test::kHeadingSigma_rad},
-          true};
-}
+constexpr ReferenceNoise kReferenceNoise = {.position_m = test::kPositionSigma_m,
+                                            .heading_rad = test::kHeadingSigma_rad};
 
 Eigen::VectorXd cramer_rao(const std::vector<Run>& runs, const Robot& truth,
                            std::span<const Parameter> parameters) {
   Information information = Information::zero(static_cast<Eigen::Index>(parameters.size()));
-  const NoiseEstimate noise = true_noise(truth);
   for (const Run& run : runs)
     information.add(
-        stream_likelihood(run, with_noise(truth, noise), parameters, {.reference_noise = noise.reference})
+        stream_likelihood(run, without_rounding(truth), parameters, {.reference_noise = kReferenceNoise})
             .total());
   return information.matrix.inverse().diagonal();
 }
@@ -51,7 +47,7 @@ Series calibrate_often(const Robot& nominal, const Robot& truth, const std::vect
       series.covered = series.squared_error = Eigen::VectorXd::Zero(n);
       series.bound = cramer_rao(runs, truth, parameters);
     }
-    const Estimate estimate = estimate_parameters(runs, nominal, parameters);
+    const Estimate estimate = estimate_parameters({runs, nominal, parameters});
     for (Eigen::Index j = 0; j < n; ++j) {
       const Parameter& parameter = parameters[static_cast<std::size_t>(j)];
       const double error = value_of(parameter, estimate.robot) - value_of(parameter, truth);

@@ -14,7 +14,7 @@ class InfluenceOfRuns : public testing::Test {
       for (trundle::Run& run :
            test::prepared(nominal_, test::true_differential(), test::differential_paths(), seed))
         runs_.push_back(std::move(run));
-    estimate_ = estimate_parameters(runs_, nominal_, parameters_);
+    estimate_ = estimate_parameters({runs_, nominal_, parameters_});
     influence_ = influence_of(estimate_, nominal_, parameters_);
   }
 
@@ -48,7 +48,7 @@ TEST_F(InfluenceOfRuns, LeavingARunOutIsWhatAnotherFitFinds) {
   for (const std::size_t left_out : {std::size_t{0}, std::size_t{2}, runs_.size() - 1}) {
     std::vector<trundle::Run> others = runs_;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(left_out));
-    const Eigen::VectorXd refit = values(estimate_parameters(others, nominal_, parameters_).robot);
+    const Eigen::VectorXd refit = values(estimate_parameters({others, nominal_, parameters_}).robot);
     EXPECT_LT(distance(influence_.without[left_out], refit), 0.3) << left_out;
   }
 }

@@ -1,11 +1,11 @@
-#include "trundle/calibration/learn_noise.hpp"
+#include "trundle/calibration/noise/learn_noise.hpp"
 
 #include <cmath>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "trundle/calibration/noise_pieces.hpp"
+#include "trundle/calibration/noise/displacements.hpp"
 #include "trundle/io/error.hpp"
 
 #include "calibration/simulated_runs.hpp"
@@ -46,16 +46,16 @@ TEST(LearnNoise, finds_the_noise_that_made_the_runs) {
   guess.chassis.noise.lateral_per_sqrt_m = 0.2;
   guess.chassis.gyro->noise_rad_s_sqrt_hz = 0.0005;
   const LearnedNoise learned = learn_noise(runs, guess);
-  ASSERT_GT(learned.pieces, 150) << learned.how;
+  ASSERT_GT(learned.displacements, 150) << learned.how;
   // A standard deviation from n values is known to 1/√(2n): four of those.
-  const double tolerance = 4.0 / std::sqrt(2.0 * learned.pieces);
-  EXPECT_NEAR(learned.noise.wheel_per_sqrt_m / 0.02, 1.0, tolerance);
-  EXPECT_NEAR(learned.noise.lateral_per_sqrt_m / 0.015, 1.0, tolerance);
-  EXPECT_NEAR(*learned.gyro_rad_s_sqrt_hz / 0.02, 1.0, tolerance);
-  EXPECT_NEAR(learned.reference_position_m / kReference_m, 1.0, 0.5);
-  EXPECT_NEAR(learned.inside_95, 0.95, 4.0 * std::sqrt(0.95 * 0.05 / learned.pieces));
-  EXPECT_EQ(with_learned_noise(guess, learned).chassis.noise.wheel_per_sqrt_m,
-            learned.noise.wheel_per_sqrt_m);
+  const double tolerance = 4.0 / std::sqrt(2.0 * learned.displacements);
+  EXPECT_NEAR(learned.levels.wheel_per_sqrt_m / 0.02, 1.0, tolerance);
+  EXPECT_NEAR(learned.levels.sideways_per_sqrt_m / 0.015, 1.0, tolerance);
+  EXPECT_NEAR(learned.levels.gyro_rad_s_sqrt_hz / 0.02, 1.0, tolerance);
+  EXPECT_NEAR(learned.levels.reference.position_m / kReference_m, 1.0, 0.5);
+  EXPECT_NEAR(learned.inside_95, 0.95, 4.0 * std::sqrt(0.95 * 0.05 / learned.displacements));
+  EXPECT_EQ(with_noise(guess, learned.levels).chassis.noise.wheel_per_sqrt_m,
+            learned.levels.wheel_per_sqrt_m);
 }
 
 /// Noise of the robot's wheels, one after the other.
@@ -71,32 +71,21 @@ Robot without_wheel_noise(Robot robot) {
   return robot;
 }
 
-NoiseLevels levels_of(const LearnedNoise& learned) {
-  NoiseLevels levels{.wheel = learned.noise.wheel_per_sqrt_m,
-                     .sideways = learned.noise.lateral_per_sqrt_m,
-                     .gyro = learned.gyro_rad_s_sqrt_hz.value_or(0.0),
-                     .position = learned.reference_position_m,
-                     .heading = learned.reference_heading_rad};
-  for (std::size_t i = 0; i < learned.wheels.size(); ++i)
-    levels.share[i] = learned.wheels[i].per_sqrt_m / levels.wheel;
-  return levels;
-}
-
 void expect_wheels_told_apart(const Robot& truth, std::uint64_t seed) {
   const LearnedNoise learned = learn_noise(tours(truth, seed), without_wheel_noise(truth));
   ASSERT_EQ(learned.wheels.size(), truth.chassis.wheels().size()) << learned.how;
-  const Robot robot = with_learned_noise(truth, learned);
+  const Robot robot = with_noise(truth, learned.levels);
   for (std::size_t i = 0; i < learned.wheels.size(); ++i) {
     const double own = truth.chassis.wheels()[i].noise_per_sqrt_m;
     EXPECT_NEAR(learned.wheels[i].per_sqrt_m, own, 4.0 * learned.wheels[i].sigma) << i << ": " << learned.how;
     EXPECT_LT(learned.wheels[i].sigma, 0.35 * own) << i;
     EXPECT_EQ(wheel_noise(robot.chassis, i), learned.wheels[i].per_sqrt_m);
   }
-  EXPECT_NEAR(learned.inside_95, 0.95, 4.0 * std::sqrt(0.95 * 0.05 / learned.pieces)) << learned.how;
+  EXPECT_NEAR(learned.inside_95, 0.95, 4.0 * std::sqrt(0.95 * 0.05 / learned.displacements)) << learned.how;
   // And on runs that it was not learned from.
   const auto fresh_runs = tours(truth, seed + 500);
-  const std::vector<NoisePiece> fresh = noise_pieces(fresh_runs, robot, 2.0);
-  EXPECT_NEAR(share_inside(fresh, robot, levels_of(learned)), 0.95,
+  const std::vector<Displacement> fresh = displacements(fresh_runs, robot, 2.0);
+  EXPECT_NEAR(share_inside(fresh, robot, learned.levels), 0.95,
               4.0 * std::sqrt(0.95 * 0.05 / static_cast<double>(fresh.size())));
 }
 
@@ -119,7 +108,7 @@ TEST(LearnNoise, wheels_that_are_alike_are_not_told_apart) {
   EXPECT_THAT(learned.how, testing::HasSubstr("no wheel is told to differ"));
 }
 
-TEST(LearnNoise, needs_enough_pieces) {
+TEST(LearnNoise, needs_enough_displacements) {
   const Robot truth = noisy_differential();
   auto runs = tours(truth, 10);
   runs.resize(1);

@@ -99,7 +99,7 @@ TEST(Umbmark, WithoutALegTheMeanDiameterIsHeldAndSaidToBe) {
   EXPECT_FALSE(mean.observable);
   EXPECT_EQ(mean.value, mean.nominal);
   EXPECT_TRUE(std::isinf(mean.sigma_data));
-  EXPECT_THAT(result.cannot_tell,
+  EXPECT_THAT(result.unobservable,
               Contains(HasSubstr("mean wheel diameter: held at nominal 0.15 m (E_s = 1)")));
   EXPECT_EQ(result.covariance_within.rows(), 3);
   EXPECT_LT(result.directions.back().singular_value, 1e-6);

@@ -218,7 +218,7 @@ CalibrationResult example_with_held_parameter() {
   result.covariance_within = result.covariance_within(std::vector<int>{0, 2}, std::vector<int>{0, 2}).eval();
   result.covariance_total = result.covariance_total(std::vector<int>{0, 2}, std::vector<int>{0, 2}).eval();
   result.directions.back().singular_value = 0.14;
-  result.cannot_tell = {
+  result.unobservable = {
       "Closed squares cannot show the wheel diameter: add one straight run of known length."};
   return result;
 }

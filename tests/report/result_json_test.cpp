@@ -90,7 +90,7 @@ TEST(Report, NamesResultsByWhatTellsThemApart) {
 Json attention_to_late_gyro(const std::vector<std::string>& notes) {
   CalibrationResult calibration = test::example_result();
   calibration.warnings.clear();
-  calibration.cannot_tell.clear();
+  calibration.unobservable.clear();
   calibration.notes = notes;
   const Json problem = {
       {"severity", "warning"}, {"kind", "time offset"}, {"place", "run/imu.csv"}, {"message", "late"}};

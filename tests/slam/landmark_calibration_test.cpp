@@ -158,7 +158,7 @@ TEST(LandmarkCalibration, HoldsWhatTheRunCannotShow) {
   EXPECT_EQ(result.status, CalibrationStatus::some_held);
   EXPECT_FALSE(of(result, kTrack).observable);
   EXPECT_EQ(of(result, kTrack).value, of(result, kTrack).nominal);
-  EXPECT_THAT(result.cannot_tell, Contains(HasSubstr("track")));
+  EXPECT_THAT(result.unobservable, Contains(HasSubstr("track")));
 }
 
 TEST(LandmarkCalibration, ComparesWithAReferenceThatItDoesNotUse) {

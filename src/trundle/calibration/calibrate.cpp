@@ -1,8 +1,6 @@
 #include "trundle/calibration/calibrate.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,88 +8,12 @@
 #include "trundle/calibration/conclusion.hpp"
 #include "trundle/calibration/defaults.hpp"
 #include "trundle/calibration/influence.hpp"
-#include "trundle/calibration/learn_noise.hpp"
-#include "trundle/calibration/rough_scale.hpp"
+#include "trundle/calibration/noise/learn_noise.hpp"
+#include "trundle/calibration/preparation.hpp"
 #include "trundle/calibration/sessions.hpp"
-#include "trundle/calibration/wiring.hpp"
-#include "trundle/chassis/rows.hpp"
-#include "trundle/io/error.hpp"
-#include "trundle/io/words.hpp"
-#include "trundle/recording/detail/gyro_against_wheels.hpp"
-#include "trundle/recording/time_offset.hpp"
 
 namespace trundle {
 namespace {
-
-constexpr double kSmallOffset_s = 0.005;  // of the gyro's clock: does no harm
-
-/// What the logs say of the gyro's clock.
-struct ClockOffset {
-  double offset_s = 0.0;
-  double sigma_s = 0.0;
-  int recordings = 0;
-};
-
-std::optional<ClockOffset> clock_offset(std::span<const Recording> recordings, const Robot& robot) {
-  double weights = 0.0;
-  double sum = 0.0;
-  ClockOffset clock;
-  for (const Recording& recording : recordings) {
-    const auto offset = gyro_time_offset(recording, robot);
-    if (!offset) continue;
-    const double weight = 1.0 / (offset->sigma_s * offset->sigma_s);
-    weights += weight;
-    sum += weight * offset->offset_s;
-    ++clock.recordings;
-  }
-  if (clock.recordings == 0) return std::nullopt;
-  clock.offset_s = sum / weights;
-  clock.sigma_s = 1.0 / std::sqrt(weights);
-  return clock;
-}
-
-/// Sets the gyro's clock by the logs, where they show it wrong. Returns what was done, in words.
-std::string set_clock(std::span<const Recording> recordings, Robot& robot) {
-  const auto clock = clock_offset(recordings, robot);
-  if (!clock) return {};
-  double& time_offset_s = robot.chassis.gyro->time_offset_s;
-  const double given_s = time_offset_s;
-  if (std::abs(clock->offset_s - given_s) < std::max(kSmallOffset_s, 3.0 * clock->sigma_s)) return {};
-  time_offset_s = clock->offset_s;
-  return fmt::format("gyro.time_offset_s {} s (was {}), from the turns of gyro and wheels in {}",
-                     with_sigma(clock->offset_s, clock->sigma_s), fixed(given_s, 4),
-                     counted(static_cast<std::size_t>(clock->recordings), "recording"));
-}
-
-std::vector<Run> prepare_runs(std::span<const Recording> recordings, const Robot& robot) {
-  std::vector<Run> runs;
-  for (const Recording& recording : recordings) runs.push_back(prepare_run(recording, robot));
-  return runs;
-}
-
-/// A fit would take one of two explanations, and a robot mirrored in its own middle is one of them: what only
-/// somebody who looks at the robot can tell is not decided here.
-void require_one_sense_of_turning(std::span<const Recording> recordings, std::span<const Run> runs,
-                                  const Robot& robot) {
-  for (std::size_t i = 0; i < runs.size(); ++i)
-    if (turns_contradict(recordings[i], robot, runs[i].readings))
-      throw CannotAnswer(fmt::format(
-          "run {}: the gyro turns the other way than the wheels, and nothing measured from outside "
-          "tells which of them is right: if the gyro is upside down write scale = {:g} under "
-          "[gyro] of the robot file; if left and right are swapped swap their columns in "
-          "recording.toml, or the wheels in the robot file; if all wheels count backwards turn "
-          "the sign of ticks_per_revolution",
-          runs[i].name, -robot.chassis.gyro->scale));
-}
-
-/// Whether the run measures anything from outside, or its readings check each other.
-bool tells_something(const Run& run, const Robot& robot) {
-  const bool with_gyro = robot.chassis.gyro.has_value();
-  const auto is_complete = [&](const Increment& increment) { return increment.has_gyro || !with_gyro; };
-  return run.measures_anything() ||
-         (observability(rows_of(robot.chassis, with_gyro)).degrees_of_freedom > 0 &&
-          std::ranges::any_of(run.readings.increments, is_complete));
-}
 
 /// Where no length was measured: by what all else is told, in words. Empty: nothing is.
 std::string scale_taken_as_given(const Robot& robot, std::span<const Parameter> parameters,
@@ -111,84 +33,64 @@ std::string scale_taken_as_given(const Robot& robot, std::span<const Parameter> 
       fmt::join(given, ", "));
 }
 
-/// Runs that tell nothing are no evidence of little scatter: they do not count among those that tell. Returns
-/// which, in words; where no run tells anything all stay, to be told what is missing.
-std::vector<std::string> leave_out_silent(const Robot& robot, std::vector<Run>& runs) {
-  const auto is_silent = [&](const Run& run) { return !tells_something(run, robot); };
-  std::vector<std::string> words;
-  if (std::ranges::all_of(runs, is_silent)) return words;
-  for (const Run& run : runs)
-    if (is_silent(run))
-      words.push_back(
-          fmt::format("run {} tells nothing of what is calibrated: no reference{}; it is left out", run.name,
-                      robot.chassis.gyro ? ", no gyro" : ", and no readings that check each other"));
-  std::erase_if(runs, is_silent);
-  return words;
+void add_words(const Preparation& ready, const std::string& given_scale, CalibrationResult& result) {
+  result.warnings.insert(result.warnings.end(), ready.silent.begin(), ready.silent.end());
+  if (!ready.scale.empty()) result.warnings.push_back(ready.scale);
+  for (const std::string& fault : ready.channels.faults)
+    result.warnings.push_back(fault + "; already compensated in the calibrated robot");
+  if (!given_scale.empty()) result.unobservable.push_back(given_scale);
+  for (const std::string& words : ready.channels.ambiguous)
+    if (std::ranges::find(result.unobservable, words) == result.unobservable.end())
+      result.unobservable.push_back(words);
 }
 
-/// The fit finds the minimum next to where it starts: wheels that are far off by the references start right.
-/// Returns what is wrong, in words. Throws CannotAnswer where a unit is.
-std::string set_scale(std::span<const Run> runs, Robot& robot) {
-  const std::optional<ScaleFault> fault = scale_fault(runs, robot);
-  if (!fault) return {};
-  if (fault->is_of_unit) throw CannotAnswer(fault->message);
-  scale_wheels(fault->times, robot);
-  return fault->message;
+/// Notes something, here and in the robot file.
+void note(const std::string& words, CalibrationResult& result) {
+  if (words.empty()) return;
+  result.notes.push_back(words);
+  result.calibrated.calibration->provenance.push_back(words);
+}
+
+void add_learned_noise(std::span<const Run> runs, CalibrationResult& result) {
+  const LearnedNoise learned = learn_noise(runs, result.calibrated);
+  result.calibrated = with_noise(result.calibrated, learned.levels);
+  std::erase_if(result.calibrated.calibration->provenance,
+                [](const std::string& line) { return line.starts_with("noise."); });
+  note(learned.how, result);
+}
+
+void add_influence(const Estimate& estimate, const CalibrationProblem& problem, const Robot& nominal,
+                   CalibrationResult& result) {
+  Influence influence = influence_of(estimate, nominal, problem.parameters);
+  result.without_run = std::move(influence.without);
+  result.after_run = std::move(influence.after);
+  result.sigma_after_run = std::move(influence.sigma_after);
 }
 
 }  // namespace
 
 CalibrationResult calibrate(std::span<const Recording> training, std::span<const Recording> hold_out,
                             const Robot& given, const CalibrateOptions& options) {
-  const Wiring wiring = check_wiring(training, given);
-  const Robot& nominal = wiring.robot;
-  Robot start = nominal;
-  const std::string clock = set_clock(training, start);
-  std::vector<Run> runs = prepare_runs(training, start);
-  require_one_sense_of_turning(training, runs, start);
-  const std::vector<std::string> silent = leave_out_silent(start, runs);
-  const std::string scale = set_scale(runs, start);
-  if (!scale.empty()) {
-    runs = prepare_runs(training, start);
-    leave_out_silent(start, runs);
-  }
-  const FromOutside measured = from_outside(runs);
-  const std::vector<Parameter> parameters = choose_parameters(nominal, measured, options.free, options.fix);
-  require_something_free(parameters, training, nominal);
-  const Estimate estimate = estimate_parameters(runs, start, parameters);
-  require_something_estimated(estimate, parameters, nominal);
-  const SessionSpread spread = session_spread(runs, start, parameters, estimate.space);
+  Preparation ready = prepare(training, given);
+  const Robot& nominal = ready.channels.robot;
+  const FromOutside measured = from_outside(ready.runs);
+  const CalibrationProblem problem{ready.runs, ready.start,
+                                   choose_parameters(nominal, measured, options.free, options.fix)};
+  require_something_free(problem.parameters, training, nominal);
+  const Estimate estimate = estimate_parameters(problem);
+  require_something_estimated(estimate, problem.parameters, nominal);
+  const SessionSpread spread = session_spread(problem, estimate.space);
 
-  CalibrationResult result = result_of(estimate, spread, parameters, nominal);
+  CalibrationResult result = result_of(estimate, spread, problem.parameters, nominal);
   result.method = "ml";
-  result.warnings.insert(result.warnings.end(), silent.begin(), silent.end());
-  if (!scale.empty()) result.warnings.push_back(scale);
-  for (const std::string& fault : wiring.faults)
-    result.warnings.push_back(fault + "; already compensated in the calibrated robot");
-  if (start.chassis.gyro) start.chassis.gyro->time_offset_s = estimate.robot.chassis.gyro->time_offset_s;
-  for (Run& run : runs) set_gyro_clock(start, run);
-  if (std::string words = scale_taken_as_given(nominal, parameters, measured); !words.empty())
-    result.cannot_tell.push_back(std::move(words));
-  for (const std::string& words : wiring.untold)
-    if (std::ranges::find(result.cannot_tell, words) == result.cannot_tell.end())
-      result.cannot_tell.push_back(words);
-  if (options.learn_noise) {
-    const LearnedNoise learned = learn_noise(runs, result.calibrated);
-    result.calibrated = with_learned_noise(result.calibrated, learned);
-    std::erase_if(result.calibrated.calibration->provenance,
-                  [](const std::string& line) { return line.starts_with("noise."); });
-    result.calibrated.calibration->provenance.push_back(learned.how);
-    result.notes.push_back(learned.how);
-  }
-  if (!clock.empty()) {
-    result.notes.push_back(clock);
-    result.calibrated.calibration->provenance.push_back(clock);
-  }
-  conclude({runs, prepare_runs(hold_out, start)}, estimate, spread, result);
-  const Influence influence = influence_of(estimate, nominal, parameters);
-  result.without_run = influence.without;
-  result.after_run = influence.after;
-  result.sigma_after_run = influence.sigma_after;
+  add_words(ready, scale_taken_as_given(nominal, problem.parameters, measured), result);
+  if (const auto& gyro = estimate.robot.chassis.gyro)
+    ready.start.chassis.gyro->time_offset_s = gyro->time_offset_s;
+  for (Run& run : ready.runs) set_gyro_clock(ready.start, run);
+  if (options.learn_noise) add_learned_noise(ready.runs, result);
+  note(ready.clock, result);
+  conclude({ready.runs, prepare_runs(hold_out, ready.start)}, estimate, spread, result);
+  add_influence(estimate, problem, nominal, result);
   return result;
 }
 

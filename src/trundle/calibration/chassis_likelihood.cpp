@@ -107,7 +107,7 @@ std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot,
                                             std::span<const Parameter> parameters,
                                             const ChassisLikelihoodOptions& options) {
   const auto n = static_cast<Eigen::Index>(parameters.size());
-  std::vector<Information> result(static_cast<std::size_t>(options.pieces), Information::zero(n));
+  std::vector<Information> result(static_cast<std::size_t>(options.blocks), Information::zero(n));
   const bool with_gyro = robot.chassis.gyro.has_value();
   const Rows rows = rows_of(robot.chassis, with_gyro);
   if (observability(rows).degrees_of_freedom == 0) return result;

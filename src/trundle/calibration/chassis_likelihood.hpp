@@ -9,7 +9,7 @@
 namespace trundle {
 
 struct ChassisLikelihoodOptions {
-  int pieces = 1;                ///< into which the run is cut, one Information for each
+  int blocks = 1;                ///< into which the run is cut, one Information for each
   double variance_factor = 1.0;  ///< by which the readings' variances are scaled
   double window_s = 1.0;         ///< over which readings are summed
   double gate = 1e300;           ///< windows whose squared Mahalanobis residual is larger are left out

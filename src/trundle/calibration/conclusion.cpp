@@ -13,6 +13,7 @@
 namespace trundle {
 namespace {
 
+// Below it more than half of what a run says is left out: a person should know.
 constexpr double kOutlyingWeight = 0.5;
 
 /// Indices of the parameters that are estimated, alone or in combination.
@@ -63,7 +64,7 @@ CalibrationRecord record_of(const CalibrationResult& result, const Estimate& est
   if (estimate.noise.from_runs)
     record.provenance.push_back(
         fmt::format("noise.wheel_per_sqrt_m {:.3g} measured from the growth of heading errors along the runs",
-                    estimate.noise.wheel_per_sqrt_m));
+                    estimate.noise.levels.wheel_per_sqrt_m));
   return record;
 }
 
@@ -73,7 +74,7 @@ std::string remark_of(const RunEvidence& evidence) {
     remarks.push_back(
         fmt::format("outlying run: pulls the parameters {:.1f} times as hard as noise would, counts {:.0f} %",
                     std::sqrt(evidence.chi2_per_dof), 100.0 * evidence.weight));
-  const auto jump = std::ranges::find(evidence.outliers, true, &OutlyingKnot::jump);
+  const auto jump = std::ranges::find(evidence.outliers, true, &OutlyingEpoch::jump);
   if (jump != evidence.outliers.end())
     remarks.push_back(fmt::format("the reference jumps at {:.2f} s", jump->time_s));
   if (!evidence.outliers.empty())
@@ -86,7 +87,7 @@ void add_runs(std::span<const Run> training, std::span<const Run> hold_out, cons
               CalibrationResult& result) {
   for (std::size_t i = 0; i < training.size(); ++i) {
     RunResult run =
-        run_result(training[i], result.nominal, result.calibrated, estimate.noise.reference, false);
+        run_result(training[i], result.nominal, result.calibrated, estimate.noise.levels.reference, false);
     run.weight = estimate.runs[i].weight;
     run.chi2_per_dof = estimate.runs[i].chi2_per_dof;
     const std::string remark = remark_of(estimate.runs[i]);
@@ -98,12 +99,13 @@ void add_runs(std::span<const Run> training, std::span<const Run> hold_out, cons
     result.runs.push_back(std::move(run));
   }
   for (const Run& run : hold_out)
-    result.runs.push_back(run_result(run, result.nominal, result.calibrated, estimate.noise.reference, true));
+    result.runs.push_back(
+        run_result(run, result.nominal, result.calibrated, estimate.noise.levels.reference, true));
 }
 
 /// References that are worse than the robot's own odometry spoil what is learned from them.
 void warn_if_worse(const ErrorBeforeAfter& error, CalibrationResult& result) {
-  constexpr double kWorse = 1.1;
+  constexpr double kWorse = 1.1;  // as large may be chance: an rms of 50 epochs is known to 10 %
   if (error.after > kWorse * error.before)
     result.warnings.push_back(
         fmt::format("{}: {:.3g} {} with the calibrated robot, {:.3g} {} with the one given; do not use it "
@@ -148,7 +150,7 @@ std::string summary_of(const CalibrationResult& result) {
       found.push_back(fmt::format("{} {}{}{} (was {:.6g})", e.name, with_sigma(e.value, e.sigma_total),
                                   e.unit == "1" ? "" : " ", e.unit == "1" ? "" : e.unit, e.nominal));
   return fmt::format("{}{}", fmt::join(found, ", "),
-                     result.cannot_tell.empty() ? "" : "; not everything is observable in these runs");
+                     result.unobservable.empty() ? "" : "; not everything is observable in these runs");
 }
 
 }  // namespace
@@ -196,7 +198,7 @@ CalibrationResult result_of(const Estimate& estimate, const SessionSpread& sprea
   result.nominal = nominal;
   result.calibrated = estimate.robot;
   if (estimate.noise.from_runs)
-    set_typical_wheel_noise(estimate.noise.wheel_per_sqrt_m, result.calibrated.chassis);
+    set_typical_wheel_noise(estimate.noise.levels.wheel_per_sqrt_m, result.calibrated.chassis);
   result.parameters = parameter_estimates(estimate, spread, parameters, nominal);
   const std::vector<Eigen::Index> estimated = estimated_of(estimate);
   result.covariance_within = estimate.covariance(estimated, estimated);
@@ -204,8 +206,8 @@ CalibrationResult result_of(const Estimate& estimate, const SessionSpread& sprea
   result.directions = estimate.space.directions;
   for (const HeldCombination& held : estimate.space.held) {
     std::string words = words_for(held, parameters, nominal);
-    if (std::ranges::find(result.cannot_tell, words) == result.cannot_tell.end())
-      result.cannot_tell.push_back(std::move(words));
+    if (std::ranges::find(result.unobservable, words) == result.unobservable.end())
+      result.unobservable.push_back(std::move(words));
   }
   if (const Descent& descent = estimate.descent; !descent.converged)
     result.warnings.push_back(fmt::format(

@@ -4,7 +4,6 @@
 
 #include <Eigen/LU>
 
-#include "trundle/geometry/squared.hpp"
 #include "trundle/odometry/arc.hpp"
 
 namespace trundle {
@@ -29,27 +28,28 @@ Matrix3 matrix_of(const Map& map) {
 }  // namespace
 
 SensitivityErrors::SensitivityErrors(const Robot& robot, std::span<const Parameter> parameters,
-                                     const Pose2& pose, double gyro_factor)
-    : chassis_(&robot.chassis),
+                                     const Pose2& pose, std::optional<double> gyro_noise_rad_s_sqrt_hz)
+    : chassis_(robot.chassis),
       rows_(rows_of(robot.chassis, robot.chassis.gyro.has_value())),
       covariance_(parameters.size(), Matrix3::Zero()),
-      from_(pose),
-      gyro_factor_(gyro_factor) {
-  const RowVector weight = weighing_variances(*chassis_, rows_, 1.0, 1.0).cwiseInverse();
+      from_(pose) {
+  const RowVector weight = weighing_variances(chassis_, rows_, 1.0, 1.0).cwiseInverse();
   const ByReading HtW = rows_.H.transpose() * weight.asDiagonal();
   pose_ = (HtW * rows_.H).inverse() * HtW;
   for (const Parameter& parameter : parameters) {
-    const RowVector growth = reading_growth(parameter, *chassis_, rows_);
-    const RowMatrix dH = row_derivative(parameter, *chassis_, rows_);
+    const RowVector growth = reading_growth(parameter, chassis_, rows_);
+    const RowMatrix dH = row_derivative(parameter, chassis_, rows_);
     sensitivity_.emplace_back(pose_ * growth.asDiagonal() - pose_ * dH * pose_);
   }
+  if (chassis_.gyro && gyro_noise_rad_s_sqrt_hz)
+    chassis_.gyro->noise_rad_s_sqrt_hz = *gyro_noise_rad_s_sqrt_hz;
 }
 
 void SensitivityErrors::follow(const Increment& increment, const Pose2& pose) {
   if (covariance_.empty()) return;
   ways_.duration_s += increment.duration_s;
   for (std::size_t i = 0; i < ways_.turned.size(); ++i) ways_.turned[i] += std::abs(increment.turned[i]);
-  complete_ = complete_ && (increment.has_gyro || !chassis_->gyro);
+  complete_ = complete_ && (increment.has_gyro || !chassis_.gyro);
   if (ways_.duration_s >= kLongestInterval_s - 1e-9) close(pose);
 }
 
@@ -57,13 +57,12 @@ void SensitivityErrors::follow(const Increment& increment, const Pose2& pose) {
 // are right and the ground moves otherwise; and what a heading misses beyond the gyro's own noise is of
 // clocks and of the reference. Neither is an error of the sensitivity.
 RowVector SensitivityErrors::variance_of_readings() const {
-  RowVector variance = readings_of(*chassis_, rows_, ways_).variance;
+  RowVector variance = readings_of(chassis_, rows_, ways_).variance;
   for (int i = 0; i < rows_.count(); ++i) {
     const Row& row = rows_.row[static_cast<std::size_t>(i)];
     const bool skids = row.kind == RowKind::wheel &&
-                       chassis_->wheels()[static_cast<std::size_t>(row.wheel)].kind == WheelKind::skid;
+                       chassis_.wheels()[static_cast<std::size_t>(row.wheel)].kind == WheelKind::skid;
     if (skids || i >= rows_.measured) variance[i] = 0.0;
-    if (row.kind == RowKind::gyro) variance[i] /= squared(gyro_factor_);
   }
   return variance;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,10 +17,9 @@ namespace trundle {
 /// docs/theory/calibration.md, eq. 6a.
 class SensitivityErrors {
  public:
-  /// From `pose` on, which owes nothing to the readings. `gyro_factor`: NoiseEstimate's, in the robot's
-  /// noise.
+  /// From `pose` on, which owes nothing to the readings. `gyro_noise_rad_s_sqrt_hz`: of LikelihoodOptions.
   SensitivityErrors(const Robot& robot, std::span<const Parameter> parameters, const Pose2& pose,
-                    double gyro_factor);
+                    std::optional<double> gyro_noise_rad_s_sqrt_hz);
 
   /// An increment that brought the odometer to `pose`.
   void follow(const Increment& increment, const Pose2& pose);
@@ -36,7 +36,7 @@ class SensitivityErrors {
   /// Per unit error of each reading [1/m; the gyro's 1/rad].
   using ByReading = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxRows>;
 
-  const Chassis* chassis_;
+  Chassis chassis_;  ///< as its readings err
   Rows rows_;
   ByReading pose_;                      ///< G of ξ = G z, the error of the motion
   std::vector<ByReading> sensitivity_;  ///< G ∂z/z − G ∂H G, that of its sensitivity to each parameter
@@ -44,7 +44,6 @@ class SensitivityErrors {
   Pose2 from_;                          ///< where the open interval began
   Increment ways_;                      ///< what rolled in it, without sign
   bool complete_ = true;                ///< the gyro was there throughout
-  double gyro_factor_;
 };
 
 }  // namespace trundle

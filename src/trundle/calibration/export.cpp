@@ -16,7 +16,7 @@
 namespace trundle {
 namespace {
 
-constexpr double kMetresPerInch = 0.0254;
+constexpr double kMetresPerInch = 0.0254;  // by definition
 
 struct Format {
   std::string_view name;

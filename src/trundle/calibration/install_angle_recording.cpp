@@ -103,12 +103,12 @@ Vector2 end_of(const Recording& recording, const Run& run, const Robot& robot) {
   if (partial.end_x_m && partial.end_y_m)  // in the sensor's frame, which does not turn
     return rotation(robot.body_from_reference.heading) *
            Vector2(partial.end_x_m->value, partial.end_y_m->value);
-  if (run.knots.empty())
+  if (run.epochs.empty())
     lacks("add reference.csv, or end_x_m and end_y_m under [reference] in recording.toml");
   const ReferenceSample start =
-      sample_reference(run.reference, run.knot_time(0) - robot.reference_time_offset_s);
+      sample_reference(run.reference, run.epoch_time(0) - robot.reference_time_offset_s);
   const ReferenceSample end =
-      sample_reference(run.reference, run.knot_time(run.knots.size() - 1) - robot.reference_time_offset_s);
+      sample_reference(run.reference, run.epoch_time(run.epochs.size() - 1) - robot.reference_time_offset_s);
   if (!start.has_heading()) lacks("the reference has no heading at the start");
   if (!start.has_position() || !end.has_position())
     lacks("the reference has no position at the start or at the end");

@@ -77,7 +77,7 @@ RelativeResiduals relative_residuals(const Run& run, const Robot& robot,
 }
 
 Matrix3 robust_covariance(const std::vector<Vector3>& residuals) {
-  constexpr int kConcentrations = 20;
+  constexpr int kConcentrations = 20;  // steps; none makes the determinant larger
   // Of a 3-D Gaussian, the half nearest to the mean has this times the whole's covariance: P(χ²₅ < q)/P(χ²₃ <
   // q) at the median q = 2.366 of χ²₃.
   constexpr double kHalfCovariance = 0.40694;

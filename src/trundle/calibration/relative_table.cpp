@@ -89,13 +89,13 @@ std::optional<RelativeTable> relative_table(const Run& run, const Robot& robot) 
 
 std::vector<Information> relative_information(const RelativeTable& table, const Robot& robot,
                                               std::span<const Parameter> parameters,
-                                              const RelativeWeights& weights, std::size_t pieces) {
+                                              const RelativeWeights& weights, std::size_t blocks) {
   const MotionModel model(robot.chassis, parameters, table.with_gyro);
   const Eigen::MatrixXd S = selection(parameters);
   std::vector<Information> result;
-  for (std::size_t piece = 0; piece < pieces; ++piece) {
+  for (std::size_t block = 0; block < blocks; ++block) {
     const RelativeColumns columns =
-        columns_between(table, piece * table.rows() / pieces, (piece + 1) * table.rows() / pieces);
+        columns_between(table, block * table.rows() / blocks, (block + 1) * table.rows() / blocks);
     const RelativeNormalEquations sums =
         accumulate_relative(columns, model.linearised(), robot.body_from_reference, weights);
     result.push_back({S.transpose() * sums.information * S, S.transpose() * sums.gradient, sums.cost,

@@ -23,9 +23,9 @@ struct RelativeTable {
 /// or the gyro is missing in some. Motions that the readings do not cover are left out.
 std::optional<RelativeTable> relative_table(const Run& run, const Robot& robot);
 
-/// What the table says about the parameters, in consecutive pieces.
+/// What the table says about the parameters, in consecutive blocks.
 std::vector<Information> relative_information(const RelativeTable& table, const Robot& robot,
                                               std::span<const Parameter> parameters,
-                                              const RelativeWeights& weights, std::size_t pieces);
+                                              const RelativeWeights& weights, std::size_t blocks);
 
 }  // namespace trundle

@@ -56,7 +56,7 @@ struct RunResult {
   std::optional<TrajectoryError>
       before;                            ///< with the nominal robot; nothing without a trajectory or end pose
   std::optional<TrajectoryError> after;  ///< reprocessed: the same counts with the calibrated robot
-  std::optional<double> nees;            ///< mean over the run, both parts of the covariance; 3 is honest
+  std::optional<double> nees;            ///< mean over the run, both parts of the covariance; 3 if consistent
   std::optional<double> nees_white_only;  ///< without the parameter part
   Trajectory nominal;                     ///< for pictures; thinned; empty when there is no reference
   Trajectory calibrated;
@@ -76,7 +76,7 @@ struct CalibrationResult {
   Eigen::MatrixXd covariance_within;  ///< of the observable parameters, in their order
   Eigen::MatrixXd covariance_total;   ///< with the between-session spread where it is known
   std::vector<ObservableDirection> directions;
-  std::vector<std::string> cannot_tell;  ///< in words, with what to drive
+  std::vector<std::string> unobservable;  ///< in words, with what to drive
   std::vector<std::string> warnings;
   std::vector<std::string> notes;  ///< good to know, nothing to act on
   int sessions = 0;

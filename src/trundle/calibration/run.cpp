@@ -10,39 +10,42 @@ namespace trundle {
 namespace {
 
 // The errors of a reference (body wobble, tracking) are alike for a second or so.
-constexpr double kShortestKnotSpacing_s = 1.0;
-constexpr std::size_t kMostKnots = 400;
+constexpr double kShortestEpochSpacing_s = 1.0;
+// Bounds the time that a long run takes: its epochs lie farther apart.
+constexpr std::size_t kMostEpochs = 400;
+// Over which the reference is interpolated: at 1 m/s² a line misses an arc by a²/8 = 3 cm.
 constexpr double kLongestGap_s = 0.5;
-// A jump is so many times the usual disagreement of reference and nominal odometry from knot to knot, and at
-// least this.
+// A jump is so many times the usual disagreement of reference and nominal odometry from epoch to epoch, and
+// at least this.
 constexpr double kJump = 15.0;
-constexpr double kSmallestJump_m = 0.1;
-constexpr double kSmallestJump_rad = 0.35;
-constexpr std::size_t kFewestKnotsForJumps = 10;
+constexpr double kSmallestJump_m = 0.1;     // the least that is called one
+constexpr double kSmallestJump_rad = 0.35;  // 20°
+// For a median of what is usual.
+constexpr std::size_t kFewestEpochsForJumps = 10;
 
 bool any_finite(const std::vector<double>& values) {
   return std::ranges::any_of(values, [](double v) { return std::isfinite(v); });
 }
 
-std::vector<std::size_t> choose_knots(const Run& run, double time_offset_s) {
-  std::vector<std::size_t> knots;
+std::vector<std::size_t> choose_epochs(const Run& run, double time_offset_s) {
+  std::vector<std::size_t> epochs;
   const auto& increments = run.readings.increments;
-  if (increments.empty() || run.reference.time_s.empty()) return knots;
+  if (increments.empty() || run.reference.time_s.empty()) return epochs;
   const double duration = increments.back().time_s - run.readings.start_s;
-  const double spacing = std::max(kShortestKnotSpacing_s, duration / static_cast<double>(kMostKnots));
+  const double spacing = std::max(kShortestEpochSpacing_s, duration / static_cast<double>(kMostEpochs));
   double next = run.readings.start_s;
   for (std::size_t n = 0; n <= increments.size(); ++n) {
     const double time = n == 0 ? run.readings.start_s : increments[n - 1].time_s;
     const bool last = n == increments.size();
     if (!last && time < next - 1e-9) continue;
     if (sample_reference(run.reference, time - time_offset_s).empty()) continue;
-    knots.push_back(n);
+    epochs.push_back(n);
     next = time + spacing;
   }
-  return knots;
+  return epochs;
 }
 
-/// By how much the motion from each knot to the next differs between reference and nominal odometry.
+/// By how much the motion from each epoch to the next differs between reference and nominal odometry.
 struct Disagreement {
   std::vector<double> distance_m;
   std::vector<double> turn_rad;
@@ -51,14 +54,14 @@ struct Disagreement {
 Disagreement disagreement(const Run& run, const Robot& robot) {
   Disagreement result;
   Odometer odometer(robot, {.with_covariance = false});
-  ReferenceSample before = sample_reference(run.reference, run.knot_time(0) - robot.reference_time_offset_s);
-  for (std::size_t knot = 1; knot < run.knots.size(); ++knot) {
+  ReferenceSample before = sample_reference(run.reference, run.epoch_time(0) - robot.reference_time_offset_s);
+  for (std::size_t epoch = 1; epoch < run.epochs.size(); ++epoch) {
     const Pose2 from = odometer.pose();
-    for (std::size_t i = run.knots[knot - 1]; i < run.knots[knot]; ++i)
+    for (std::size_t i = run.epochs[epoch - 1]; i < run.epochs[epoch]; ++i)
       odometer.step(run.readings.increments[i]);
     const Pose2 moved = from.inverse() * odometer.pose();
     const ReferenceSample after =
-        sample_reference(run.reference, run.knot_time(knot) - robot.reference_time_offset_s);
+        sample_reference(run.reference, run.epoch_time(epoch) - robot.reference_time_offset_s);
     const Vector3 seen = after.value - before.value;
     const double distance = seen.head<2>().norm() - moved.translation().norm();
     const double turn = wrap_angle(seen.z() - moved.heading);
@@ -71,7 +74,7 @@ Disagreement disagreement(const Run& run, const Robot& robot) {
 
 std::vector<std::size_t> find_jumps(const Run& run, const Robot& robot) {
   std::vector<std::size_t> jumps;
-  if (run.knots.size() < kFewestKnotsForJumps || observability(rows_of(robot.chassis, true)).rank < 3)
+  if (run.epochs.size() < kFewestEpochsForJumps || observability(rows_of(robot.chassis, true)).rank < 3)
     return jumps;
   const Disagreement d = disagreement(run, robot);
   const double distance_limit = std::max(kJump * median(d.distance_m), kSmallestJump_m);
@@ -114,7 +117,7 @@ bool Run::measures_length() const {
 }
 
 bool Run::measures_anything() const {
-  return !knots.empty() || !relative_motions.empty() || !partial.empty();
+  return !epochs.empty() || !relative_motions.empty() || !partial.empty();
 }
 
 std::optional<Pose2> body_by_reference(const Run& run, std::size_t increments, const Robot& robot) {
@@ -143,10 +146,10 @@ Run prepare_run(const Recording& recording, const Robot& robot, AlignedReadings 
           .reference = recording.reference,
           .partial = recording.partial,
           .relative_motions = recording.relative_motions,
-          .knots = {},
+          .epochs = {},
           .jumps = {}};
-  run.knots = choose_knots(run, robot.reference_time_offset_s);
-  if (run.knots.size() < 2) run.knots.clear();
+  run.epochs = choose_epochs(run, robot.reference_time_offset_s);
+  if (run.epochs.size() < 2) run.epochs.clear();
   run.jumps = find_jumps(run, robot);
   return run;
 }

@@ -22,8 +22,8 @@ struct ReferenceSample {
 /// Linear interpolation of each measured quantity; nothing across gaps over half a second.
 ReferenceSample sample_reference(const ReferenceStream& reference, double time_s);
 
-/// A recording made ready for calibration: readings aligned, and the places ('knots') where odometry is held
-/// against the reference. Knots are so far apart that the reference's errors there are nearly independent.
+/// A recording made ready for calibration: readings aligned, and the places ('epochs') where odometry is held
+/// against the reference. Epochs are so far apart that the reference's errors there are nearly independent.
 struct Run {
   std::string name;
   std::string session;
@@ -32,14 +32,14 @@ struct Run {
   ReferenceStream reference;
   PartialReference partial;
   std::vector<RelativeMotion> relative_motions;
-  /// Number of increments before each knot; the first knot is the start. Empty: no reference stream.
-  std::vector<std::size_t> knots;
-  /// Knots before which the reference moved as the robot cannot have: the run is continued from the new
+  /// Number of increments before each epoch; the first epoch is the start. Empty: no reference stream.
+  std::vector<std::size_t> epochs;
+  /// Epochs before which the reference moved as the robot cannot have: the run is continued from the new
   /// place. Sorted.
   std::vector<std::size_t> jumps;
 
-  double knot_time(std::size_t knot) const {
-    return knots[knot] == 0 ? readings.start_s : readings.increments[knots[knot] - 1].time_s;
+  double epoch_time(std::size_t epoch) const {
+    return epochs[epoch] == 0 ? readings.start_s : readings.increments[epochs[epoch] - 1].time_s;
   }
   bool measures_length() const;  ///< a reference in metres: the only thing that can show a wheel diameter
   bool measures_anything() const;

@@ -12,6 +12,7 @@
 namespace trundle {
 namespace {
 
+// More than a picture has pixels across.
 constexpr std::size_t kPosesInPictures = 1500;
 // A run is closed when it ends within this part of its path from its start, having turned about a full turn
 // or more, always the same way.

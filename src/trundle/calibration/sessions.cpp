@@ -9,6 +9,7 @@
 namespace trundle {
 namespace {
 
+// From which another is predicted: the spread of two has one degree of freedom, and Student's t is 12.7 then.
 constexpr std::size_t kFewestSessionsToLearnFrom = 3;
 
 struct SessionEstimate {
@@ -70,14 +71,13 @@ void predict_each_from_the_others(const std::vector<SessionEstimate>& estimates,
 
 }  // namespace
 
-SessionSpread session_spread(std::span<const Run> runs, const Robot& nominal,
-                             std::span<const Parameter> parameters, const EstimableSpace& space) {
-  const auto sessions = by_session(runs);
+SessionSpread session_spread(const CalibrationProblem& problem, const EstimableSpace& space) {
+  const auto sessions = by_session(problem.runs);
   std::vector<Estimate> estimates;
   if (sessions.size() > 1)
     for (const auto& [name, own_runs] : sessions)
-      estimates.push_back(estimate_parameters(own_runs, nominal, parameters));
-  return spread_of(estimates, parameters, space);
+      estimates.push_back(estimate_parameters({own_runs, problem.nominal, problem.parameters}));
+  return spread_of(estimates, problem.parameters, space);
 }
 
 SessionSpread spread_of(std::span<const Estimate> sessions, std::span<const Parameter> parameters,

@@ -22,8 +22,7 @@ struct SessionSpread {
   int hits = 0;
 };
 
-SessionSpread session_spread(std::span<const Run> runs, const Robot& nominal,
-                             std::span<const Parameter> parameters, const EstimableSpace& space);
+[[nodiscard]] SessionSpread session_spread(const CalibrationProblem& problem, const EstimableSpace& space);
 
 /// The same of what each session's own runs gave; none, where there is one session only.
 SessionSpread spread_of(std::span<const Estimate> sessions, std::span<const Parameter> parameters,

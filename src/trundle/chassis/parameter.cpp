@@ -254,28 +254,28 @@ void set_value(const Parameter& parameter, double value, Robot& robot) {
 
 double prior_sigma(const Parameter& parameter, const Robot& robot) {
   switch (parameter.kind) {
-    case ParameterKind::diameter:
+    case ParameterKind::diameter:  // load, pressure, wear
       return 0.05 * value_of(parameter, robot);
-    case ParameterKind::direction:
+    case ParameterKind::direction:  // by eye
       return radians(10.0);
-    case ParameterKind::lever:
+    case ParameterKind::lever:  // tape to a contact that is not seen; where all are short, its 1 cm
       return std::max(0.2 * largest_lever(robot.chassis), 0.01);
-    case ParameterKind::track:
+    case ParameterKind::track:  // wide wheels touch the ground anywhere across their width
       return 0.2 * value_of(parameter, robot);
-    case ParameterKind::icr_x:
+    case ParameterKind::icr_x:  // [m]: as the load lies
       return 0.2;
-    case ParameterKind::gyro_scale:
+    case ParameterKind::gyro_scale:  // data sheets of MEMS: 3 %
       return 0.05;
-    case ParameterKind::gyro_bias:
+    case ParameterKind::gyro_bias:  // [rad/s]: data sheets of MEMS, some degrees per second
       return 0.05;
-    case ParameterKind::gyro_time_offset:
+    case ParameterKind::gyro_time_offset:  // [s]: some samples, and a bus
       return 0.05;
     case ParameterKind::reference_x:
-    case ParameterKind::reference_y:
+    case ParameterKind::reference_y:  // [m]: somewhere on the robot
       return 0.2;
-    case ParameterKind::reference_heading:
+    case ParameterKind::reference_heading:  // markers are often not aligned with the body at all
       return radians(90.0);
-    case ParameterKind::time_offset:
+    case ParameterKind::time_offset:  // [s]: two computers without a common clock
       return 0.5;
   }
   return 0.0;

@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "trundle/calibration/rough_scale.hpp"
-#include "trundle/calibration/wiring.hpp"
+#include "trundle/calibration/channel_assignment.hpp"
+#include "trundle/calibration/initial_scale.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/inspection/clocks.hpp"
 #include "trundle/inspection/mirrored_reference.hpp"
@@ -99,13 +99,13 @@ void compare_times(const Findings& findings, const Recording& recording, std::ve
 }
 
 /// Columns that do not belong to the wheels whose names they bear.
-void compare_wiring(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
-                    Findings& findings) {
+void compare_channels(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
+                      Findings& findings) {
   const std::string& file = recording.wheels.origin.file;
-  const Wiring wiring = check_wiring(recording, readings, robot);
-  for (const std::string& fault : wiring.faults)
+  const ChannelAssignment channels = check_channels(recording, readings, robot);
+  for (const std::string& fault : channels.faults)
     findings.problems.push_back({Severity::warning, ProblemKind::wiring, file, 1, fault});
-  for (const std::string& pair : wiring.untold)
+  for (const std::string& pair : channels.ambiguous)
     findings.problems.push_back({Severity::note, ProblemKind::wiring, file, 1, pair});
 }
 
@@ -151,7 +151,7 @@ void compare_references(const Recording& recording, const AlignedReadings& readi
       observability(rows_of(robot.chassis, false)).rank < 3)
     return;
   const std::vector<Run> runs = {prepare_run(recording, robot, readings)};
-  const double times = rough_scale(runs, robot).value_or(1.0);
+  const double times = initial_scale(runs, robot).value_or(1.0);
   const std::string turns =
       heading_unit_fault(turns_of_reference(recording.reference, readings, robot), times > 0.0 ? times : 1.0);
   if (!turns.empty())
@@ -271,7 +271,7 @@ void compare(const Recording& recording, const Robot& robot, Findings& findings)
   find_mirrored_reference(recording, robot, findings);
   compare_references(recording, *readings, robot, findings);
   if (is_misread(findings)) return;
-  compare_wiring(recording, *readings, robot, findings);
+  compare_channels(recording, *readings, robot, findings);
   forget_what_is_told_already(findings.problems);
   const ClockComparison clocks = compare_clocks(recording, *readings, robot);
   findings.compares_clocks = clocks.is_possible;

@@ -64,7 +64,7 @@ std::vector<std::string> remarks_of(const CalibrationResult& result, const std::
   };
   for (const std::string& words : result.warnings)
     if (!is_told("warning: " + words)) remarks.push_back("warning: " + words);
-  for (const std::string& words : result.cannot_tell) remarks.push_back("note: " + words);
+  for (const std::string& words : result.unobservable) remarks.push_back("note: " + words);
   for (const std::string& words : result.notes)
     if (words.starts_with("gyro.time_offset_s")) remarks.push_back("note: corrected: " + words);
   return remarks;

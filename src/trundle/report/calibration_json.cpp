@@ -51,7 +51,7 @@ Json calibration_json(const CalibrationResult& result, const Json& provenance) {
                    {"sessions", result.sessions},
                    {"warnings", result.warnings},
                    {"notes", result.notes},
-                   {"cannot_tell", result.cannot_tell}};
+                   {"cannot_tell", result.unobservable}};
   document["e_max"] = e_max_json(result);
   document["errors"] = errors_json(result.runs);
   document["parameters"] = parameters_json(result);

@@ -11,7 +11,7 @@
 namespace trundle {
 namespace {
 
-constexpr double kQuarterTurn = 0.5 * kPi;
+constexpr double kQuarterTurn = 0.5 * kPi;  // [rad]
 
 double middle_y(const Chassis& chassis) {
   const auto [low, high] = std::ranges::minmax(chassis.wheels(), {}, &Wheel::y_m);

@@ -15,7 +15,7 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 /// Below these, differences between readings are rounding of whoever wrote them down.
 constexpr double kSmallestLengthSigmaM = 1e-4;
-constexpr double kSmallestHeadingSigmaRad = 1e-4;
+constexpr double kSmallestHeadingSigmaRad = 1e-4;  // 0.006°
 
 /// Correlations of three readings mean something from here on.
 constexpr int kDegreesOfFreedomForCorrelations = 8;
@@ -154,7 +154,7 @@ SidedDrive most_likely(const SquareProblem& problem, const SquareVector& reading
                        bool mean_held) {
   const SquareMatrix& W = problem.statistics.weight;
   const Eigen::MatrixXd ways = freedom(problem.nominal, mean_held);
-  constexpr int kMostSteps = 50;
+  constexpr int kMostSteps = 50;  // of Gauss–Newton: what has not converged by then does not
   for (int i = 0; i < kMostSteps; ++i) {
     const Eigen::MatrixXd J = prediction_jacobian(problem, drive) * ways;
     const SquareVector residual = readings - problem.predict(drive);

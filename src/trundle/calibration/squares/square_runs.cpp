@@ -12,7 +12,7 @@
 namespace trundle {
 namespace {
 
-constexpr double kLongestGap_s = 0.5;
+constexpr double kLongestGap_s = 0.5;  // of the reference
 /// A leg is where odometry heads along a side of the square within this.
 constexpr double kLegHeading = radians(10.0);
 
@@ -166,7 +166,7 @@ TrajectoryError error_of(const SquareTracks& tracks) {
 }
 
 Trajectory thinned(const Trajectory& trajectory) {
-  constexpr std::size_t kMostPoses = 500;
+  constexpr std::size_t kMostPoses = 500;  // of a picture
   const std::size_t step = trajectory.poses.size() / kMostPoses + 1;
   Trajectory thin;
   for (std::size_t i = 0; i < trajectory.poses.size(); i += step) thin.poses.push_back(trajectory.poses[i]);

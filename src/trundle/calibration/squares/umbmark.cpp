@@ -92,10 +92,10 @@ std::string_view why_held(SquareMethod method, bool has_leg) {
 
 void say_what_is_unknown(const SquareFit& fit, SquareMethod method, bool has_leg, CalibrationResult& result) {
   if (fit.mean_held)
-    result.cannot_tell.push_back(fmt::format(
+    result.unobservable.push_back(fmt::format(
         "mean wheel diameter: held at nominal {:.6g} m (E_s = 1); {}. The other sigmas hold given that mean",
         sided_drive(result.nominal).mean_diameter_m(), why_held(method, has_leg)));
-  result.cannot_tell.push_back("± covers one session; variation between sessions unknown");
+  result.unobservable.push_back("± covers one session; variation between sessions unknown");
 }
 
 /// The end points of one run before and after, for tables and pictures.
@@ -157,7 +157,7 @@ void fill_record(CalibrationResult& result) {
   record.errors.push_back(
       {"E_max,syst (" + result.after_meaning + ")", *result.e_max_before_m, *result.e_max_after_m, "m"});
   record.provenance.push_back("method: " + result.method);
-  for (const std::string& unknown : result.cannot_tell)
+  for (const std::string& unknown : result.unobservable)
     record.provenance.push_back("cannot tell: " + unknown);
   result.calibrated.calibration = std::move(record);
 }

@@ -1,6 +1,10 @@
 #include "trundle/slam/smoothing/minimise.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "trundle/statistics/descent.hpp"
 
 namespace trundle {
 namespace {
@@ -8,8 +12,8 @@ namespace {
 // Added to the information of every coordinate [1/m², 1/rad², 1]. Not a share of the diagonal: that of two
 // poses between which the robot stood still is so large that they could not be moved together either.
 constexpr double kFirstDamping = 1e-3;
-constexpr double kLeastDamping = 1e-9;
-constexpr double kMostDamping = 1e12;
+constexpr double kLeastDamping = 1e-9;  // 1 σ of 30 km: none
+constexpr double kMostDamping = 1e12;   // 1 σ of 1 µm: there no step is left, and the search gives up
 
 /// Poses, landmarks, all parameters as one block that is eliminated last.
 BlockPattern pattern_of(const SmoothingProblem& problem) {
@@ -120,39 +124,61 @@ SmoothingState Minimiser::moved(const SmoothingState& state, const Eigen::Vector
   return result;
 }
 
-// Eq. 8. The damping follows how well the quadratic model foretold the gain [Nielsen 1999].
+// Eq. 8. The damping follows how well the quadratic model predicted the gain [Nielsen 1999].
+class Minimiser::LevenbergMarquardt {
+ public:
+  LevenbergMarquardt(Minimiser& linearised, const SmoothingProblem& problem, Minimum& minimum)
+      : linearised_(linearised), problem_(problem), minimum_(minimum) {
+    minimum_.cost = cost_of(problem_, minimum_.state);
+    linearised_.build(problem_, minimum_.state);
+  }
+
+  std::optional<NewtonStep> solve() {
+    if (!linearised_.normal_.factor(damping_)) return std::nullopt;
+    const Eigen::VectorXd& gradient = linearised_.gradient_;
+    step_ = linearised_.normal_.solve(-gradient);
+    predicted_gain_ = damping_ * step_.squaredNorm() - step_.dot(gradient);
+    return NewtonStep{.sigmas = std::sqrt(std::max(predicted_gain_, 0.0))};
+  }
+
+  bool advance() {
+    SmoothingState there = linearised_.moved(minimum_.state, step_);
+    const double cost = cost_of(problem_, there);
+    const double gain = (minimum_.cost - cost) / predicted_gain_;
+    if (!(gain > 0.0)) return false;
+    minimum_.state = std::move(there);
+    minimum_.cost = cost;
+    linearised_.build(problem_, minimum_.state);
+    damping_ = std::max(damping_ * std::max(1.0 / 10.0, 1.0 - std::pow(2.0 * gain - 1.0, 3)), kLeastDamping);
+    growth_ = 2.0;
+    return true;
+  }
+
+  bool damp() {
+    damping_ *= growth_;
+    growth_ *= 2.0;
+    return damping_ < kMostDamping;
+  }
+
+ private:
+  Minimiser& linearised_;
+  const SmoothingProblem& problem_;
+  Minimum& minimum_;
+  double damping_ = kFirstDamping;
+  double growth_ = 2.0;
+  Eigen::VectorXd step_;
+  double predicted_gain_ = 0.0;  ///< of the cost; its root is the step in sigmas
+};
+
 Minimum Minimiser::minimise(const SmoothingProblem& problem, SmoothingState start,
                             const MinimiseOptions& options) {
   Minimum minimum{std::move(start), 0.0};
   if (problem.has_bias) minimum.state.biases.resize(static_cast<std::size_t>(poses_), 0.0);
-  minimum.cost = cost_of(problem, minimum.state);
-  build(problem, minimum.state);
-  double damping = kFirstDamping;
-  double growth = 2.0;
-  while (minimum.iterations < options.most_iterations && damping < kMostDamping) {
-    ++minimum.iterations;
-    if (normal_.factor(damping)) {
-      const Eigen::VectorXd step = normal_.solve(-gradient_);
-      const double foretold = damping * step.squaredNorm() - step.dot(gradient_);
-      if (foretold < options.enough) {
-        minimum.converged = true;
-        break;
-      }
-      SmoothingState there = moved(minimum.state, step);
-      const double cost = cost_of(problem, there);
-      if (const double gain = (minimum.cost - cost) / foretold; gain > 0.0) {
-        minimum.state = std::move(there);
-        minimum.cost = cost;
-        build(problem, minimum.state);
-        damping =
-            std::max(damping * std::max(1.0 / 10.0, 1.0 - std::pow(2.0 * gain - 1.0, 3)), kLeastDamping);
-        growth = 2.0;
-        continue;
-      }
-    }
-    damping *= growth;
-    growth *= 2.0;
-  }
+  LevenbergMarquardt search(*this, problem, minimum);
+  const Descent descent =
+      descend(search, {.most_iterations = options.most_iterations, .converged = std::sqrt(options.enough)});
+  minimum.iterations = descent.iterations;
+  minimum.converged = descent.converged;
   return minimum;
 }
 

@@ -47,6 +47,8 @@ class Minimiser {
   Eigen::MatrixXd parameter_covariance() const;
 
  private:
+  class LevenbergMarquardt;
+
   void build(const SmoothingProblem& problem, const SmoothingState& state);
   void add(const MotionLink& link, const SmoothingState& state);
   void add(const SightingLink& link, const SmoothingProblem& problem, const SmoothingState& state);

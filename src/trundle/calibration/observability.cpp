@@ -1,4 +1,4 @@
-#include "trundle/calibration/subspace.hpp"
+#include "trundle/calibration/observability.hpp"
 
 #include <limits>
 

@@ -1,4 +1,4 @@
-#include "trundle/calibration/wiring.hpp"
+#include "trundle/calibration/channel_assignment.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,35 +13,40 @@
 namespace trundle {
 namespace {
 
-constexpr std::size_t kFewestPieces = 5;
-constexpr std::size_t kMostToPermute = 5;  // wheels
-// The robot file is wrong where its readings miss by so much of their size, and another wiring by far less.
+// Motions between epochs: some seconds of driving.
+constexpr std::size_t kFewestMotions = 5;
+// Wheels: 5! = 120 assignments are looked at, 8! would be 40 320.
+constexpr std::size_t kMostToPermute = 5;
+// Misfits E of eq. 5. What calibration may correct makes 0.01, a wrong channel or sign 2: their geometric
+// mean.
 constexpr double kWrong = 0.1;
+// Of such a misfit, the most that another assignment may leave: half its size, E being squared.
 constexpr double kFarLess = 0.25;
-constexpr double kAlike = 0.02;  // of the readings' size: what cannot tell two wirings apart
+// Misfits, or rows, that differ by less cannot tell two assignments apart: calibration changes each by 0.01.
+constexpr double kAlike = 0.02;
 
-/// Between two knots: how the body moved by the reference, and what was read.
-struct Piece {
-  Vector3 motion;
+/// Between two epochs: how the body moved by the reference, and what was read.
+struct ReadMotion {
+  Vector3 by_reference;
   Increment sum;
 };
 
-void add_pieces(const Run& run, const Robot& robot, std::vector<Piece>& pieces) {
-  for (std::size_t knot = 1; knot < run.knots.size(); ++knot) {
-    const auto start = body_by_reference(run, run.knots[knot - 1], robot);
-    const auto end = body_by_reference(run, run.knots[knot], robot);
-    if (!start || !end || std::ranges::binary_search(run.jumps, knot)) continue;
-    Piece& piece = pieces.emplace_back();
+void add_motions(const Run& run, const Robot& robot, std::vector<ReadMotion>& motions) {
+  for (std::size_t epoch = 1; epoch < run.epochs.size(); ++epoch) {
+    const auto start = body_by_reference(run, run.epochs[epoch - 1], robot);
+    const auto end = body_by_reference(run, run.epochs[epoch], robot);
+    if (!start || !end || std::ranges::binary_search(run.jumps, epoch)) continue;
+    ReadMotion& motion = motions.emplace_back();
     Pose2 moved = start->inverse() * *end;
     moved.heading = wrap_angle(moved.heading);
-    piece.motion = log(moved).vector();
-    piece.sum.has_gyro = true;
-    for (std::size_t i = run.knots[knot - 1]; i < run.knots[knot]; ++i) {
+    motion.by_reference = log(moved).vector();
+    motion.sum.has_gyro = true;
+    for (std::size_t i = run.epochs[epoch - 1]; i < run.epochs[epoch]; ++i) {
       const Increment& increment = run.readings.increments[i];
-      piece.sum.duration_s += increment.duration_s;
-      piece.sum.gyro_rad += increment.gyro_rad;
-      piece.sum.has_gyro = piece.sum.has_gyro && increment.has_gyro;
-      for (std::size_t w = 0; w < piece.sum.turned.size(); ++w) piece.sum.turned[w] += increment.turned[w];
+      motion.sum.duration_s += increment.duration_s;
+      motion.sum.gyro_rad += increment.gyro_rad;
+      motion.sum.has_gyro = motion.sum.has_gyro && increment.has_gyro;
+      for (std::size_t w = 0; w < motion.sum.turned.size(); ++w) motion.sum.turned[w] += increment.turned[w];
     }
   }
 }
@@ -58,16 +63,16 @@ struct Misfit {
 
 using Misfits = std::array<std::array<Misfit, kMaxWheels>, kMaxWheels>;
 
-Misfits misfits_of(const std::vector<Piece>& pieces, const Chassis& chassis) {
+Misfits misfits_of(const std::vector<ReadMotion>& motions, const Chassis& chassis) {
   const auto wheels = chassis.wheels();
   double size = 0.0;
   Misfits misfits{};
-  for (const Piece& piece : pieces)
+  for (const ReadMotion& motion : motions)
     for (std::size_t i = 0; i < wheels.size(); ++i) {
-      const double expected = rolling_row(wheels[i]).dot(piece.motion);
+      const double expected = rolling_row(wheels[i]).dot(motion.by_reference);
       size += expected * expected / static_cast<double>(wheels.size());
       for (std::size_t j = 0; j < wheels.size(); ++j) {
-        const double read = kPi * wheels[i].diameter_m * piece.sum.turned[j];
+        const double read = kPi * wheels[i].diameter_m * motion.sum.turned[j];
         misfits[i][j].as_is += (read - expected) * (read - expected);
         misfits[i][j].reversed += (read + expected) * (read + expected);
       }
@@ -114,21 +119,21 @@ double as_in_the_file(std::size_t wheels, const Misfits& misfits) {
 }
 
 /// The encoder stays with its column: it and the name change places.
-void give_places(const Places& columns, const Robot& given, Wiring& wiring) {
+void give_places(const Places& columns, const Robot& given, ChannelAssignment& channels) {
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const std::size_t j = columns[i];
-    wiring.robot.wheel_names[i] = given.wheel_names[j];
-    Wheel& wheel = wiring.robot.chassis.wheels()[i];
+    channels.robot.wheel_names[i] = given.wheel_names[j];
+    Wheel& wheel = channels.robot.chassis.wheels()[i];
     wheel.ticks_per_revolution = given.chassis.wheels()[j].ticks_per_revolution;
     wheel.tick_bits = given.chassis.wheels()[j].tick_bits;
     wheel.recorded_diameter_m = given.chassis.wheels()[j].recorded_diameter_m;
     if (j > i && columns[j] == i) {
-      wiring.faults.push_back(
+      channels.faults.push_back(
           fmt::format("encoder channels look swapped: '{}' and '{}' carry each other's signal: swap the "
                       "two columns in recording.toml, or the two wheels in the robot file",
                       given.wheel_names[i], given.wheel_names[j]));
     } else if (j != i && columns[j] != i) {
-      wiring.faults.push_back(
+      channels.faults.push_back(
           fmt::format("encoder channels look swapped: '{}' carries the signal of '{}': put the columns in "
                       "recording.toml right, or the wheels in the robot file",
                       given.wheel_names[j], given.wheel_names[i]));
@@ -137,16 +142,16 @@ void give_places(const Places& columns, const Robot& given, Wiring& wiring) {
 }
 
 /// Columns in ticks count the other way round, others roll the other way round.
-void turn_around(std::size_t i, bool in_ticks, Wiring& wiring) {
-  Wheel& wheel = wiring.robot.chassis.wheels()[i];
-  const std::string& name = wiring.robot.wheel_names[i];
+void turn_around(std::size_t i, bool in_ticks, ChannelAssignment& channels) {
+  Wheel& wheel = channels.robot.chassis.wheels()[i];
+  const std::string& name = channels.robot.wheel_names[i];
   if (in_ticks) {
     wheel.ticks_per_revolution = -wheel.ticks_per_revolution;
-    wiring.faults.push_back(fmt::format("'{}' counts backwards: ticks_per_revolution = {:.10g}", name,
-                                        wheel.ticks_per_revolution));
+    channels.faults.push_back(fmt::format("'{}' counts backwards: ticks_per_revolution = {:.10g}", name,
+                                          wheel.ticks_per_revolution));
   } else {
     wheel.direction_rad = wrap_angle(wheel.direction_rad + kPi);
-    wiring.faults.push_back(
+    channels.faults.push_back(
         fmt::format("'{}' reads backwards: direction_deg = {:.6g}", name, degrees(wheel.direction_rad)));
   }
 }
@@ -159,75 +164,78 @@ bool in_ticks(std::span<const Recording> recordings, const std::string& wheel) {
   });
 }
 
-void check_wheels(const std::vector<Piece>& pieces, std::span<const Recording> recordings, const Robot& given,
-                  Wiring& wiring) {
+void check_wheels(const std::vector<ReadMotion>& motions, std::span<const Recording> recordings,
+                  const Robot& given, ChannelAssignment& channels) {
   const auto n = given.chassis.wheels().size();
-  const Misfits misfits = misfits_of(pieces, given.chassis);
+  const Misfits misfits = misfits_of(motions, given.chassis);
   if (as_in_the_file(n, misfits) < kWrong) return;
   const Places columns = best_places(n, misfits);
-  give_places(columns, given, wiring);
+  give_places(columns, given, channels);
   for (std::size_t i = 0; i < n; ++i) {
     const Misfit& misfit = misfits[i][columns[i]];
     if (misfit.reversed < kFarLess * misfit.as_is)
-      turn_around(i, in_ticks(recordings, wiring.robot.wheel_names[i]), wiring);
+      turn_around(i, in_ticks(recordings, channels.robot.wheel_names[i]), channels);
   }
 }
 
-void name_what_is_alike(const std::vector<Piece>& pieces, Wiring& wiring) {
-  const auto wheels = wiring.robot.chassis.wheels();
-  const Misfits misfits = misfits_of(pieces, wiring.robot.chassis);
+void name_ambiguous_pairs(const std::vector<ReadMotion>& motions, ChannelAssignment& channels) {
+  const auto wheels = channels.robot.chassis.wheels();
+  const Misfits misfits = misfits_of(motions, channels.robot.chassis);
   for (std::size_t i = 0; i < wheels.size(); ++i)
     for (std::size_t j = i + 1; j < wheels.size(); ++j) {
       const double swapped = misfits[i][j].as_is + misfits[j][i].as_is;
       if (swapped > misfits[i][i].as_is + misfits[j][j].as_is + kAlike) continue;
       const bool one_line = (rolling_row(wheels[i]) - rolling_row(wheels[j])).norm() < kAlike;
-      wiring.untold.push_back(fmt::format(
-          "'{}' and '{}' cannot be told apart {}", wiring.robot.wheel_names[i], wiring.robot.wheel_names[j],
+      channels.ambiguous.push_back(fmt::format(
+          "'{}' and '{}' cannot be told apart {}", channels.robot.wheel_names[i],
+          channels.robot.wheel_names[j],
           one_line ? "by any run: they roll along the same line"
                    : "by these runs: both read alike; move ahead, sideways and turn, one after the other"));
     }
 }
 
-void check_gyro(const std::vector<Piece>& pieces, const Robot& given, Wiring& wiring) {
+void check_gyro(const std::vector<ReadMotion>& motions, const Robot& given, ChannelAssignment& channels) {
   if (!given.chassis.gyro) return;
   const Gyro& gyro = *given.chassis.gyro;
   double as_is = 0.0, turned = 0.0, size = 0.0;
-  for (const Piece& piece : pieces) {
-    if (!piece.sum.has_gyro) continue;
-    const double read = (piece.sum.gyro_rad - gyro.bias_rad_s * piece.sum.duration_s) * gyro.scale;
-    as_is += (read - piece.motion.z()) * (read - piece.motion.z());
-    turned += (read + piece.motion.z()) * (read + piece.motion.z());
-    size += piece.motion.z() * piece.motion.z();
+  for (const ReadMotion& motion : motions) {
+    if (!motion.sum.has_gyro) continue;
+    const double read = (motion.sum.gyro_rad - gyro.bias_rad_s * motion.sum.duration_s) * gyro.scale;
+    as_is += (read - motion.by_reference.z()) * (read - motion.by_reference.z());
+    turned += (read + motion.by_reference.z()) * (read + motion.by_reference.z());
+    size += motion.by_reference.z() * motion.by_reference.z();
   }
   if (as_is < kWrong * size || turned >= kFarLess * as_is) return;
-  wiring.robot.chassis.gyro->scale = -gyro.scale;
-  wiring.faults.push_back(fmt::format("the gyro is mounted upside down: scale = {:.6g}", -gyro.scale));
+  channels.robot.chassis.gyro->scale = -gyro.scale;
+  channels.faults.push_back(fmt::format("the gyro is mounted upside down: scale = {:.6g}", -gyro.scale));
 }
 
-Wiring compare(const std::vector<Piece>& pieces, std::span<const Recording> recordings, const Robot& robot) {
-  Wiring wiring{robot, {}, {}};
-  if (pieces.size() < kFewestPieces) return wiring;
-  check_wheels(pieces, recordings, robot, wiring);
-  check_gyro(pieces, robot, wiring);
-  if (wiring.faults.empty()) name_what_is_alike(pieces, wiring);
-  return wiring;
+ChannelAssignment compare(const std::vector<ReadMotion>& motions, std::span<const Recording> recordings,
+                          const Robot& robot) {
+  ChannelAssignment channels{robot, {}, {}};
+  if (motions.size() < kFewestMotions) return channels;
+  check_wheels(motions, recordings, robot, channels);
+  check_gyro(motions, robot, channels);
+  if (channels.faults.empty()) name_ambiguous_pairs(motions, channels);
+  return channels;
 }
 
 }  // namespace
 
-Wiring check_wiring(std::span<const Recording> recordings, const Robot& robot) {
-  std::vector<Piece> pieces;
+ChannelAssignment check_channels(std::span<const Recording> recordings, const Robot& robot) {
+  std::vector<ReadMotion> motions;
   for (const Recording& recording : recordings)
     if (robot.chassis.wheel_count > 0 && !recording.reference.time_s.empty())
-      add_pieces(prepare_run(recording, robot), robot, pieces);
-  return compare(pieces, recordings, robot);
+      add_motions(prepare_run(recording, robot), robot, motions);
+  return compare(motions, recordings, robot);
 }
 
-Wiring check_wiring(const Recording& recording, const AlignedReadings& readings, const Robot& robot) {
-  std::vector<Piece> pieces;
+ChannelAssignment check_channels(const Recording& recording, const AlignedReadings& readings,
+                                 const Robot& robot) {
+  std::vector<ReadMotion> motions;
   if (robot.chassis.wheel_count > 0 && !recording.reference.time_s.empty())
-    add_pieces(prepare_run(recording, robot, readings), robot, pieces);
-  return compare(pieces, std::span(&recording, 1), robot);
+    add_motions(prepare_run(recording, robot, readings), robot, motions);
+  return compare(motions, std::span(&recording, 1), robot);
 }
 
 }  // namespace trundle

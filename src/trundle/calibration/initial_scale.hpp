@@ -8,10 +8,10 @@
 
 namespace trundle {
 
-/// How many times as far the reference moves as the wheels say: the median over all stretches between knots,
+/// How many times as far the reference moves as the wheels say: the median over all stretches between epochs,
 /// each counting as its length; where that is far off, of wheels so scaled once more, for chords of curves
 /// do not grow in proportion. Nothing where no reference has positions or no wheel rolls.
-std::optional<double> rough_scale(std::span<const Run> runs, const Robot& robot);
+std::optional<double> initial_scale(std::span<const Run> runs, const Robot& robot);
 
 /// Whether most stretches tell about the same, and of driving more than of turning on the spot: there the
 /// place of the reference on the robot moves it.

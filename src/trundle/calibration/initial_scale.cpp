@@ -1,4 +1,4 @@
-#include "trundle/calibration/rough_scale.hpp"
+#include "trundle/calibration/initial_scale.hpp"
 
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@ struct Stretch {
   double turn_rad;
 };
 
-/// From knot to knot, as far as both ways of telling have it: chords of the reference sensor's path, for
+/// From epoch to epoch, as far as both ways of telling have it: chords of the reference sensor's path, for
 /// which no heading is needed.
 void add_stretches(const Run& run, const Robot& robot, std::vector<Stretch>& stretches) {
   Odometer odometer(robot, {});
@@ -27,11 +27,11 @@ void add_stretches(const Run& run, const Robot& robot, std::vector<Stretch>& str
   Pose2 before;
   ReferenceSample seen_before;
   std::size_t done = 0;
-  for (std::size_t k = 0; k < run.knots.size(); ++k) {
-    for (; done < run.knots[k]; ++done) odometer.step(run.readings.increments[done]);
+  for (std::size_t k = 0; k < run.epochs.size(); ++k) {
+    for (; done < run.epochs[k]; ++done) odometer.step(run.readings.increments[done]);
     const Pose2 now = odometer.pose();
     const ReferenceSample seen =
-        sample_reference(run.reference, run.knot_time(k) - robot.reference_time_offset_s);
+        sample_reference(run.reference, run.epoch_time(k) - robot.reference_time_offset_s);
     if (seen.has_position() && seen_before.has_position()) {
       const double sensor_m = (sensor_at(now) - sensor_at(before)).norm();
       const double moved_m = (seen.value - seen_before.value).head<2>().norm();
@@ -81,14 +81,14 @@ const LengthUnit* unit_of(double times) {
 }
 
 bool is_far_off(double scale) {
-  constexpr double kFarOff = 1.2;
+  constexpr double kFarOff = 1.2;  // four prior sigmas of a diameter: Gauss–Newton starts right within that
   return scale >= kFarOff || scale <= 1.0 / kFarOff;
 }
 
 }  // namespace
 
-std::optional<double> rough_scale(std::span<const Run> runs, const Robot& robot) {
-  constexpr int kMostRounds = 5;
+std::optional<double> initial_scale(std::span<const Run> runs, const Robot& robot) {
+  constexpr int kMostRounds = 5;  // chords of curves do not grow in proportion: once more where still far off
   const std::optional<double> first = quantile(stretches_of(runs, robot), 0.5);
   double scale = first.value_or(1.0);
   Robot scaled = robot;
@@ -107,7 +107,7 @@ bool stretches_agree(std::span<const Run> runs, const Robot& given) {
   // Wheels that roll too far wind the chords of their stretches up: they are looked at as the reference has
   // them. (The place of the reference only makes it move farther.)
   Robot robot = given;
-  if (const double scale = rough_scale(runs, given).value_or(1.0); scale > 0.0 && scale < 1.0)
+  if (const double scale = initial_scale(runs, given).value_or(1.0); scale > 0.0 && scale < 1.0)
     scale_wheels(scale, robot);
   const std::vector<Stretch> stretches = stretches_of(runs, robot);
   double lever_m = 0.0, rolled_m = 0.0, turned_m = 0.0;
@@ -122,7 +122,7 @@ bool stretches_agree(std::span<const Run> runs, const Robot& given) {
 }
 
 std::optional<ScaleFault> scale_fault(std::span<const Run> runs, const Robot& robot) {
-  const auto scale = rough_scale(runs, robot);
+  const auto scale = initial_scale(runs, robot);
   if (!scale || *scale == 0.0 || !is_far_off(*scale)) return std::nullopt;
   const bool is_of_unit = std::ranges::any_of(robot.chassis.wheels(), [&](const Wheel& wheel) {
     const double diameter_m = *scale * std::abs(wheel.diameter_m);

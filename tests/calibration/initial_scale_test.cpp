@@ -1,6 +1,6 @@
 // A robot file may be wrong by a gear or by the ticks of a revolution: the fit must not end in another
 // minimum.
-#include "trundle/calibration/rough_scale.hpp"
+#include "trundle/calibration/initial_scale.hpp"
 
 #include <algorithm>
 
@@ -65,7 +65,7 @@ TEST(Stretches, AgreeHoweverFarTheWheelsRollTooFar) {
     Robot wrong = right;
     scale_wheels(factor, wrong);
     EXPECT_TRUE(stretches_agree(runs, wrong)) << factor;
-    EXPECT_NEAR(rough_scale(runs, wrong).value_or(0.0) * factor, 1.0, 0.05);
+    EXPECT_NEAR(initial_scale(runs, wrong).value_or(0.0) * factor, 1.0, 0.05);
   }
 }
 

@@ -1,4 +1,4 @@
-#include "trundle/calibration/wiring.hpp"
+#include "trundle/calibration/channel_assignment.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -59,25 +59,25 @@ void expect_true_pods(const CalibrationResult& result, const Robot& truth) {
   }
 }
 
-TEST(Wiring, of_a_robot_as_its_file_says_is_left_alone) {
-  const Wiring wiring = check_wiring(rich_runs(1), nominal_pods());
-  EXPECT_THAT(wiring.faults, IsEmpty());
-  EXPECT_THAT(wiring.untold, IsEmpty());
-  EXPECT_EQ(to_toml(wiring.robot), to_toml(nominal_pods()));
+TEST(ChannelAssignment, of_a_robot_as_its_file_says_is_left_alone) {
+  const ChannelAssignment channels = check_channels(rich_runs(1), nominal_pods());
+  EXPECT_THAT(channels.faults, IsEmpty());
+  EXPECT_THAT(channels.ambiguous, IsEmpty());
+  EXPECT_EQ(to_toml(channels.robot), to_toml(nominal_pods()));
 }
 
-TEST(Wiring, a_rich_run_gives_angles_scales_offsets_and_gyro_scale_of_two_pods) {
+TEST(ChannelAssignment, a_rich_run_gives_angles_scales_offsets_and_gyro_scale_of_two_pods) {
   const CalibrationResult result = calibrate(rich_runs(2), {}, nominal_pods());
   EXPECT_EQ(result.status, CalibrationStatus::all_estimated);
   expect_true_pods(result, true_pods());
 }
 
-TEST(Wiring, swapped_ports_are_said_and_calibrated_all_the_same) {
+TEST(ChannelAssignment, swapped_ports_are_said_and_calibrated_all_the_same) {
   auto runs = rich_runs(3);
   for (Recording& run : runs) std::swap(counts(run, 0), counts(run, 1));
-  const Wiring wiring = check_wiring(runs, nominal_pods());
-  EXPECT_THAT(wiring.faults, ElementsAre(HasSubstr("look swapped: 'ahead' and 'across' carry")));
-  EXPECT_THAT(wiring.robot.wheel_names, ElementsAre("across", "ahead"));
+  const ChannelAssignment channels = check_channels(runs, nominal_pods());
+  EXPECT_THAT(channels.faults, ElementsAre(HasSubstr("look swapped: 'ahead' and 'across' carry")));
+  EXPECT_THAT(channels.robot.wheel_names, ElementsAre("across", "ahead"));
   const CalibrationResult result = calibrate(runs, {}, nominal_pods());
   EXPECT_THAT(result.warnings,
               Contains(AllOf(HasSubstr("look swapped"), HasSubstr("swap the two columns in recording.toml"),
@@ -85,45 +85,45 @@ TEST(Wiring, swapped_ports_are_said_and_calibrated_all_the_same) {
   expect_true_pods(result, true_pods());
 }
 
-TEST(Wiring, a_pod_that_counts_backwards_is_said_and_calibrated_all_the_same) {
+TEST(ChannelAssignment, a_pod_that_counts_backwards_is_said_and_calibrated_all_the_same) {
   auto runs = rich_runs(4);
   for (Recording& run : runs)
     for (double& count : counts(run, 1)) count = -count;
-  const Wiring wiring = check_wiring(runs, nominal_pods());
-  EXPECT_THAT(wiring.faults,
+  const ChannelAssignment channels = check_channels(runs, nominal_pods());
+  EXPECT_THAT(channels.faults,
               ElementsAre(HasSubstr("'across' counts backwards: ticks_per_revolution = -2048")));
   expect_true_pods(calibrate(runs, {}, nominal_pods()), true_pods());
 }
 
-TEST(Wiring, everything_wrong_at_once) {
+TEST(ChannelAssignment, everything_wrong_at_once) {
   auto runs = rich_runs(5);
   for (Recording& run : runs) {
     std::swap(counts(run, 0), counts(run, 1));
     for (double& count : counts(run, 0)) count = -count;
     for (double& rate : run.gyro.yaw_rate_rad_s) rate = -rate;
   }
-  const Wiring wiring = check_wiring(runs, nominal_pods());
-  EXPECT_THAT(wiring.faults, ElementsAre(HasSubstr("look swapped"), HasSubstr("'ahead' counts backwards"),
-                                         HasSubstr("gyro is mounted upside down")));
+  const ChannelAssignment channels = check_channels(runs, nominal_pods());
+  EXPECT_THAT(channels.faults, ElementsAre(HasSubstr("look swapped"), HasSubstr("'ahead' counts backwards"),
+                                           HasSubstr("gyro is mounted upside down")));
 }
 
-TEST(Wiring, columns_that_are_no_counts_are_turned_by_direction) {
+TEST(ChannelAssignment, columns_that_are_no_counts_are_turned_by_direction) {
   auto runs = rich_runs(6);
   for (Recording& run : runs)
     for (std::size_t w = 0; w < 2; ++w) {
       run.wheels.series[w].unit = WheelUnit::radians;
       for (double& value : counts(run, w)) value *= (w == 1 ? -1.0 : 1.0) * 2.0 * kPi / 2048.0;
     }
-  const Wiring wiring = check_wiring(runs, nominal_pods());
-  EXPECT_THAT(wiring.faults, ElementsAre(HasSubstr("'across' reads backwards: direction_deg = -90")));
+  const ChannelAssignment channels = check_channels(runs, nominal_pods());
+  EXPECT_THAT(channels.faults, ElementsAre(HasSubstr("'across' reads backwards: direction_deg = -90")));
 }
 
-TEST(Wiring, of_a_differential_drive_shows_in_turns) {
+TEST(ChannelAssignment, of_a_differential_drive_shows_in_turns) {
   auto runs =
       test::recorded(test::nominal_differential(), test::true_differential(), test::differential_paths(), 7);
-  EXPECT_THAT(check_wiring(runs, test::nominal_differential()).faults, IsEmpty());
+  EXPECT_THAT(check_channels(runs, test::nominal_differential()).faults, IsEmpty());
   for (Recording& run : runs) std::swap(counts(run, 0), counts(run, 1));
-  EXPECT_THAT(check_wiring(runs, test::nominal_differential()).faults,
+  EXPECT_THAT(check_channels(runs, test::nominal_differential()).faults,
               ElementsAre(HasSubstr("look swapped: 'left' and 'right' carry")));
 }
 
@@ -141,7 +141,7 @@ Robot differential_with_gyro() {
   return robot;
 }
 
-TEST(Wiring, a_gyro_against_the_wheels_is_not_explained_away_without_a_reference) {
+TEST(ChannelAssignment, a_gyro_against_the_wheels_is_not_explained_away_without_a_reference) {
   const Robot robot = differential_with_gyro();
   auto runs = runs_with_contrary_gyro(robot, 10);
   for (Recording& run : runs) run.reference = {};
@@ -163,7 +163,7 @@ TEST(Wiring, a_gyro_against_the_wheels_is_not_explained_away_without_a_reference
   EXPECT_NEAR(track->value, value_of(track->parameter, robot), 4.0 * track->sigma_within);
 }
 
-TEST(Wiring, a_gyro_against_wheels_and_reference_is_turned_round_and_said) {
+TEST(ChannelAssignment, a_gyro_against_wheels_and_reference_is_turned_round_and_said) {
   const Robot robot = differential_with_gyro();
   const CalibrationResult result = calibrate(runs_with_contrary_gyro(robot, 11), {}, robot);
   EXPECT_THAT(result.warnings, Contains(AllOf(HasSubstr("gyro is mounted upside down: scale = -1"),
@@ -172,18 +172,18 @@ TEST(Wiring, a_gyro_against_wheels_and_reference_is_turned_round_and_said) {
   EXPECT_GT(result.calibrated.chassis.wheels()[0].y_m, 0.0);
 }
 
-TEST(Wiring, what_cannot_be_told_apart_is_said) {
+TEST(ChannelAssignment, what_cannot_be_told_apart_is_said) {
   const auto straight_run =
       test::recorded(test::nominal_differential(), test::true_differential(), {straight(5.0)}, 8);
-  EXPECT_THAT(check_wiring(straight_run, test::nominal_differential()).untold,
+  EXPECT_THAT(check_channels(straight_run, test::nominal_differential()).ambiguous,
               ElementsAre(HasSubstr("'left' and 'right' cannot be told apart by these runs")));
   const CalibrationResult result = calibrate(straight_run, {}, test::nominal_differential());
-  EXPECT_THAT(result.cannot_tell, Contains(HasSubstr("cannot be told apart")));
+  EXPECT_THAT(result.unobservable, Contains(HasSubstr("cannot be told apart")));
   // Two pods one behind the other read alike whatever the robot does.
   const std::array<Pod, 3> pods{{{0.1, 0.0, 0.0}, {-0.1, 0.0, 0.0}, {0.0, 0.1, 0.5 * kPi}}};
   const Robot in_line =
       test::robot_of(dead_wheels({0.05, 2048.0, 0}, pods, Gyro{}), {"front", "rear", "across"});
-  EXPECT_THAT(check_wiring(test::recorded(in_line, in_line, rich_paths(), 9), in_line).untold,
+  EXPECT_THAT(check_channels(test::recorded(in_line, in_line, rich_paths(), 9), in_line).ambiguous,
               ElementsAre(HasSubstr("'front' and 'rear' cannot be told apart by any run")));
 }
 

@@ -10,18 +10,20 @@
 namespace trundle {
 
 /// Whether the columns of a log belong to the wheels whose names they bear.
-struct Wiring {
-  Robot robot;                      ///< as the log shows it wired
+struct ChannelAssignment {
+  Robot robot;                      ///< with the channels as the log shows them
   std::vector<std::string> faults;  ///< what differs from the robot file, in sentences; empty: nothing
-  std::vector<std::string> untold;  ///< pairs that may be swapped without these runs showing it, in sentences
+  std::vector<std::string>
+      ambiguous;  ///< pairs that may be swapped without these runs showing it, in sentences
 };
 
 /// Compares what every wheel read with what each place on the chassis should have read while the reference
 /// moved: swapped ports, wheels that count backwards, a gyro upside down. These are errors of the order of
 /// the readings themselves, far from what calibration may correct. Without a reference trajectory with
 /// headings the robot is left as it is. docs/theory/dead-wheels.md. Throws as align() does.
-Wiring check_wiring(std::span<const Recording> recordings, const Robot& robot);
+ChannelAssignment check_channels(std::span<const Recording> recordings, const Robot& robot);
 /// The same of one recording whose readings align() gave.
-Wiring check_wiring(const Recording& recording, const AlignedReadings& readings, const Robot& robot);
+ChannelAssignment check_channels(const Recording& recording, const AlignedReadings& readings,
+                                 const Robot& robot);
 
 }  // namespace trundle

@@ -1,0 +1,164 @@
+#include "trundle/calibration/noise/displacements.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "trundle/chassis/rows.hpp"
+#include "trundle/geometry/squared.hpp"
+#include "trundle/odometry/odometer.hpp"
+#include "trundle/statistics/distribution.hpp"
+
+namespace trundle {
+namespace {
+
+/// What no motion explains in a chassis with or without its gyro, from the geometry alone.
+struct Redundancy {
+  Rows rows;
+  Combinations P;
+};
+
+Redundancy redundancy_of(const Robot& robot) {
+  Redundancy redundancy{rows_of(robot.chassis, robot.chassis.gyro.has_value()), {}};
+  redundancy.P = left_null_space(redundancy.rows);
+  return redundancy;
+}
+
+/// Sums readings, and the ways that their noise grows with.
+void add_readings(const Robot& robot, const Redundancy& redundancy, Displacement& displacement) {
+  Increment sum;
+  bool complete = true;
+  for (std::size_t i = displacement.first; i < displacement.last; ++i) {
+    const Increment& increment = displacement.run->readings.increments[i];
+    complete =
+        complete && (increment.has_gyro || !robot.chassis.gyro) && !displacement.run->readings.bridged[i];
+    sum.duration_s += increment.duration_s;
+    sum.gyro_rad += increment.gyro_rad;
+    for (std::size_t w = 0; w < sum.turned.size(); ++w) {
+      sum.turned[w] += increment.turned[w];
+      displacement.rolled.turned[w] += std::abs(increment.turned[w]);
+    }
+  }
+  displacement.rolled.duration_s = sum.duration_s;
+  displacement.rolling.speed_m_s =
+      mean_travel(robot.chassis, displacement.rolled) / displacement.rolled.duration_s;
+  displacement.rolling.octave = RollingGauge(robot.chassis).octave_of(displacement.rolling.speed_m_s);
+  if (!complete || redundancy.P.cols() == 0) return;
+  const RowVector z = readings_of(robot.chassis, redundancy.rows, sum).z;
+  displacement.parity = redundancy.P.transpose() * z.head(redundancy.rows.measured);
+}
+
+void add_displacements(const Run& run, const Robot& robot, double stretch_s,
+                       std::vector<Displacement>& displacements) {
+  const auto& increments = run.readings.increments;
+  const Redundancy redundancy = redundancy_of(robot);
+  std::optional<Pose2> start = body_by_reference(run, 0, robot);
+  std::optional<Pose2> end;
+  std::size_t first = 0, last = 0;
+  double start_s = run.readings.start_s;
+  for (std::size_t n = 1; n <= increments.size(); ++n) {
+    const auto here = body_by_reference(run, n, robot);
+    if (here && start) {
+      end = here;
+      last = n;
+    }
+    const bool full = increments[n - 1].time_s - start_s >= stretch_s - 1e-9 || n == increments.size();
+    if (start && !full) continue;
+    if (start && end && increments[last - 1].time_s - start_s >= 0.5 * stretch_s) {
+      const Pose2 moved = start->inverse() * *end;
+      Displacement& displacement = displacements.emplace_back();
+      displacement.run = &run;
+      displacement.first = first;
+      displacement.last = last;
+      displacement.motion = {moved.x, moved.y, wrap_angle(moved.heading)};
+      add_readings(robot, redundancy, displacement);
+    }
+    start = here;
+    end.reset();
+    first = n;
+    start_s = increments[n - 1].time_s;
+  }
+}
+
+/// What odometry misses of a displacement, and its covariance.
+struct DisplacementError {
+  Vector3 error;
+  Matrix3 covariance;
+};
+
+/// Odometry's covariance plus that of the reference's poses at both ends; an error of the heading at the
+/// start swings the whole motion.
+DisplacementError error_of(const Displacement& displacement, Odometer odometer, const NoiseLevels& levels) {
+  OdometerState state = odometer.state();
+  state.rolling = displacement.rolling;
+  odometer.resume(state);
+  for (std::size_t i = displacement.first; i < displacement.last; ++i)
+    odometer.step(displacement.run->readings.increments[i]);
+  const Pose2& pose = odometer.pose();
+  DisplacementError result;
+  result.error = displacement.motion - Vector3(pose.x, pose.y, pose.heading);
+  result.error.z() = wrap_angle(result.error.z());
+  const Vector3 swing(displacement.motion.y(), -displacement.motion.x(), -1.0);
+  const double heading = squared(levels.reference.heading_rad);
+  const double position = 2.0 * squared(levels.reference.position_m);
+  result.covariance = odometer.white_covariance() + heading * swing * swing.transpose();
+  result.covariance.diagonal() += Vector3(position, position, heading);
+  return result;
+}
+
+}  // namespace
+
+std::vector<Displacement> displacements(std::span<const Run> runs, const Robot& robot, double stretch_s) {
+  std::vector<Displacement> all;
+  for (const Run& run : runs) add_displacements(run, robot, stretch_s, all);
+  return all;
+}
+
+double displacement_deviance(std::span<const Displacement> displacements, const Robot& robot,
+                             const NoiseLevels& levels) {
+  const Odometer odometer(with_noise(robot, levels), {});
+  double sum = 0.0;
+  for (const Displacement& displacement : displacements) {
+    const DisplacementError e = error_of(displacement, odometer, levels);
+    sum += e.error.dot(e.covariance.inverse() * e.error) + std::log(e.covariance.determinant());
+  }
+  return sum;
+}
+
+double parity_deviance(std::span<const Displacement> displacements, const Robot& robot,
+                       const NoiseLevels& levels) {
+  const Redundancy redundancy = redundancy_of(robot);
+  const Chassis chassis = with_noise(robot, levels).chassis;
+  double squares = 0.0, log_determinants = 0.0, count = 0.0;
+  for (const Displacement& displacement : displacements) {
+    if (displacement.parity.size() == 0) continue;
+    // Of the sum: its noise grows with the way, but of the rounding only that of both ends is left.
+    const RowVector variance = readings_of(chassis, redundancy.rows, displacement.rolled).variance;
+    const Eigen::LLT<Eigen::MatrixXd> cholesky(
+        redundancy.P.transpose() * variance.head(redundancy.rows.measured).asDiagonal() * redundancy.P);
+    squares += cholesky.matrixL().solve(displacement.parity).squaredNorm();
+    log_determinants += 2.0 * cholesky.matrixLLT().diagonal().array().log().sum();
+    count += static_cast<double>(displacement.parity.size());
+  }
+  if (count == 0.0) return 0.0;
+  // All wheels may err alike, which shows nowhere here; but they err at least so much.
+  const double share = std::clamp(squares / count, 1e-300, 1.0);
+  return log_determinants + count * std::log(share) + squares / share;
+}
+
+double share_inside(std::span<const Displacement> displacements, const Robot& robot,
+                    const NoiseLevels& levels) {
+  const Odometer odometer(with_noise(robot, levels), {});
+  std::size_t inside = 0;
+  for (const Displacement& displacement : displacements) {
+    const DisplacementError of = error_of(displacement, odometer, levels);
+    const Vector2 e = of.error.head<2>();
+    inside += e.dot(of.covariance.topLeftCorner<2, 2>().inverse() * e) <= kChiSquared2At95 ? 1 : 0;
+  }
+  return static_cast<double>(inside) / static_cast<double>(displacements.size());
+}
+
+}  // namespace trundle

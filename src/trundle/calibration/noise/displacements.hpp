@@ -1,0 +1,42 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "trundle/calibration/noise/noise_levels.hpp"
+#include "trundle/calibration/run.hpp"
+#include "trundle/odometry/rolling.hpp"
+
+namespace trundle {
+
+/// A stretch of a run between two poses of the reference.
+struct Displacement {
+  const Run* run = nullptr;
+  std::size_t first = 0;  ///< increments
+  std::size_t last = 0;
+  /// Of the body by the reference, in the frame of its start: x, y, heading.
+  Vector3 motion = Vector3::Zero();
+  /// Parity residual Pᵀ z of the summed readings: what no motion explains. Empty where there is none, or no
+  /// gyro.
+  Eigen::VectorXd parity;
+  Increment rolled;  ///< |turned| summed, and the duration: what the readings' noise grows with
+  Rolling rolling;   ///< at the mean speed: the stretch is cut out of a drive
+};
+
+/// From each place of a run to the last one that is at most `stretch_s` later, and on from there.
+[[nodiscard]] std::vector<Displacement> displacements(std::span<const Run> runs, const Robot& robot,
+                                                      double stretch_s);
+
+/// Deviance (−2 log likelihood) of what odometry misses of the displacements.
+/// docs/theory/calibration-noise.md, eq. 9.
+[[nodiscard]] double displacement_deviance(std::span<const Displacement> displacements, const Robot& robot,
+                                           const NoiseLevels& levels);
+/// The same of the parity residuals: they tell the sensors' levels from each other, and how large they are at
+/// least. docs/theory/calibration-noise.md, eq. 10.
+[[nodiscard]] double parity_deviance(std::span<const Displacement> displacements, const Robot& robot,
+                                     const NoiseLevels& levels);
+/// Share of the displacements whose position error lies inside its 95 % ellipse.
+[[nodiscard]] double share_inside(std::span<const Displacement> displacements, const Robot& robot,
+                                  const NoiseLevels& levels);
+
+}  // namespace trundle

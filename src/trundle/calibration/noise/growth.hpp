@@ -1,0 +1,25 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "trundle/calibration/run.hpp"
+
+namespace trundle {
+
+/// How the differences of reference and free-running odometry grow along runs: the variance over a lag s is
+/// 2 σ² + q s. What is alike at all lags (body wobble, tracking) is the reference's; what grows is the
+/// odometry's. A moment estimate, robust and of long lags. docs/theory/calibration-noise.md, eq. 8.
+struct Growth {
+  double odometry = 1.0;         ///< σ of what grows, over that of the robot's noise
+  double reference_sigma = 0.0;  ///< of what is alike at all lags [m] or [rad]
+};
+
+/// Of x and y together; of the heading. Nothing where runs are too short or too few.
+[[nodiscard]] std::optional<Growth> growth_of_position(std::span<const Run> runs, const Robot& robot);
+[[nodiscard]] std::optional<Growth> growth_of_heading(std::span<const Run> runs, const Robot& robot);
+
+/// Whether runs have so many reference epochs that lags differ.
+[[nodiscard]] bool have_lags(std::span<const Run> runs);
+
+}  // namespace trundle

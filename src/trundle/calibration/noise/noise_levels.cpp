@@ -1,0 +1,59 @@
+#include "trundle/calibration/noise/noise_levels.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "trundle/chassis/rows.hpp"
+
+namespace trundle {
+
+bool has_sideways(const Robot& robot) {
+  const Rows rows = rows_of(robot.chassis, false);
+  return rows.count() > rows.measured;
+}
+
+NoiseLevels noise_levels_of(const Robot& robot) {
+  const Chassis& chassis = robot.chassis;
+  NoiseLevels levels{.wheel_per_sqrt_m = typical_wheel_noise(chassis),
+                     .sideways_per_sqrt_m = has_skid_wheels(chassis) ? chassis.noise.skid_per_sqrt_m
+                                                                     : chassis.noise.lateral_per_sqrt_m,
+                     .gyro_rad_s_sqrt_hz = chassis.gyro ? chassis.gyro->noise_rad_s_sqrt_hz : 0.0};
+  const auto has_its_own = [](const Wheel& wheel) { return !std::isnan(wheel.noise_per_sqrt_m); };
+  if (levels.wheel_per_sqrt_m == 0.0 || std::ranges::none_of(chassis.wheels(), has_its_own)) return levels;
+  for (std::size_t i = 0; i < chassis.wheels().size(); ++i)
+    levels.wheel_ratio[i] = wheel_noise(chassis, i) / levels.wheel_per_sqrt_m;
+  return levels;
+}
+
+Robot with_noise(const Robot& robot, const NoiseLevels& levels) {
+  Robot result = robot;
+  ChassisNoise& noise = result.chassis.noise;
+  noise.wheel_per_sqrt_m = levels.wheel_per_sqrt_m;
+  const auto wheels = result.chassis.wheels();
+  for (std::size_t i = 0; i < wheels.size(); ++i)
+    wheels[i].noise_per_sqrt_m =
+        levels.alike() ? Wheel{}.noise_per_sqrt_m : levels.wheel_ratio[i] * levels.wheel_per_sqrt_m;
+  if (has_sideways(robot))
+    (has_skid_wheels(robot.chassis) ? noise.skid_per_sqrt_m : noise.lateral_per_sqrt_m) =
+        levels.sideways_per_sqrt_m;
+  if (result.chassis.gyro) result.chassis.gyro->noise_rad_s_sqrt_hz = levels.gyro_rad_s_sqrt_hz;
+  return result;
+}
+
+Robot without_rounding(Robot robot) {
+  for (Wheel& wheel : robot.chassis.wheels())
+    wheel.ticks_per_revolution = 0.0;  // then no count stands for a length
+  return robot;
+}
+
+// The variance of a reading grows with the travel, and so once with the diameter; here it must grow twice.
+Robot with_noise_of_readings(const Robot& robot, const Chassis& nominal) {
+  Robot result = robot;
+  const auto wheels = result.chassis.wheels();
+  for (std::size_t i = 0; i < wheels.size(); ++i)
+    wheels[i].noise_per_sqrt_m = wheel_noise(robot.chassis, i) *
+                                 std::sqrt(std::abs(wheels[i].diameter_m / nominal.wheels()[i].diameter_m));
+  return result;
+}
+
+}  // namespace trundle

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "trundle/calibration/channel_assignment.hpp"
+#include "trundle/calibration/run.hpp"
+
+namespace trundle {
+
+/// Recordings made ready for calibration, and a robot near enough to them for a search to start from. What
+/// had to be done for it, in words; empty: nothing.
+struct Preparation {
+  ChannelAssignment channels;  ///< with the robot as given, its channels put right
+  Robot start;                 ///< that robot, with the gyro's clock and the wheels' scale as the runs show
+  std::vector<Run> runs;       ///< those that tell something
+  std::string clock;           ///< how the gyro's clock was set
+  std::string scale;           ///< what is wrong with the wheels' sizes
+  std::vector<std::string> silent;  ///< runs that were left out, and why
+};
+
+/// Throws CannotAnswer where gyro and wheels turn opposite ways and no reference tells which is right, or
+/// where a unit is wrong.
+[[nodiscard]] Preparation prepare(std::span<const Recording> recordings, const Robot& given);
+
+/// All of them, by a robot.
+[[nodiscard]] std::vector<Run> prepare_runs(std::span<const Recording> recordings, const Robot& robot);
+
+}  // namespace trundle

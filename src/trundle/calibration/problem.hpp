@@ -1,0 +1,30 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "trundle/calibration/run.hpp"
+#include "trundle/chassis/parameter.hpp"
+
+namespace trundle {
+
+/// What is estimated, and from what.
+struct CalibrationProblem {
+  std::span<const Run> runs;
+  Robot nominal;                      ///< where the search starts; the mean of the prior
+  std::vector<Parameter> parameters;  ///< that are free
+
+  Eigen::Index size() const { return static_cast<Eigen::Index>(parameters.size()); }
+};
+
+/// 1σ of each parameter's prior: how far from nominal it may plausibly be.
+[[nodiscard]] Eigen::VectorXd prior_sigmas(std::span<const Parameter> parameters, const Robot& nominal);
+
+[[nodiscard]] bool contains(std::span<const Parameter> parameters, ParameterKind kind);
+
+/// Adds a step to the parameters, in their own units. What does not move is not touched.
+void move(std::span<const Parameter> parameters, const Eigen::VectorXd& step, Robot& robot);
+
+}  // namespace trundle

@@ -1,0 +1,112 @@
+#include "trundle/calibration/solve.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+namespace trundle {
+namespace {
+
+// A step moves no coordinate by more than its prior's 1σ: so many reach wherever a robot can be.
+constexpr int kMostIterations = 60;
+// The same of what the prior holds near.
+constexpr int kMostIterationsWithPrior = 15;
+// Steps in sigmas of the estimate, √(stepᵀ N step). The first: so that starts elsewhere give the same digits.
+constexpr double kConverged = 1e-6;
+// From here on the linearisation holds, and Gauss–Newton needs no look at χ².
+constexpr double kNear = 1.0;
+// Where gates and weights that follow the estimate let it go to and fro by less than shows in its error bars.
+constexpr double kNearEnough = 0.1;
+// To a thousandth of the step, 2⁻¹⁰.
+constexpr int kMostHalvings = 10;
+// Of χ², relative: what rounding may make of no change where runs are long.
+constexpr double kRounding = 1e-7;
+
+/// Gauss–Newton in the columns of `basis` (parameters in units of prior sigmas). Far away a step that makes
+/// χ² larger is halved. Near the solution χ² is not asked: it also falls where covariances of readings grow,
+/// which the gradient rightly leaves out. docs/theory/calibration.md, eq. 6.
+class GaussNewton {
+ public:
+  GaussNewton(const Likelihood& likelihood, const Eigen::VectorXd& scale, const Eigen::MatrixXd& basis,
+              double prior_weight, Robot& robot)
+      : likelihood_(likelihood),
+        basis_(basis),
+        columns_(scale.asDiagonal() * basis),
+        prior_weight_(prior_weight),
+        robot_(robot),
+        moved_(Eigen::VectorXd::Zero(scale.size())),
+        here_(objective_at(robot, moved_)) {}
+
+  std::optional<NewtonStep> solve() {
+    Eigen::MatrixXd N = columns_.transpose() * here_.information.matrix * columns_;
+    N.diagonal().array() += prior_weight_;
+    step_ = N.ldlt().solve(columns_.transpose() * here_.information.gradient -
+                           prior_weight_ * (basis_.transpose() * moved_));
+    if (const double size = step_.cwiseAbs().maxCoeff(); size > 1.0) step_ /= size;
+    NewtonStep step{.sigmas = std::sqrt(step_.dot(N * step_))};
+    (basis_ * step_).cwiseAbs().maxCoeff(&step.parameter);
+    near_ = step.sigmas < kNear;
+    return step;
+  }
+
+  bool advance() {
+    for (int halving = 0; halving < kMostHalvings; ++halving, step_ *= 0.5) {
+      Robot candidate = robot_;
+      move(likelihood_.problem.parameters, columns_ * step_, candidate);
+      const Eigen::VectorXd moved = moved_ + basis_ * step_;
+      Objective there = objective_at(candidate, moved);
+      const bool good = near_ || there.value <= here_.value * (1.0 + kRounding);
+      if (!std::isfinite(there.value) || !good) continue;
+      robot_ = std::move(candidate);
+      moved_ = moved;
+      here_ = std::move(there);
+      return true;
+    }
+    return false;
+  }
+
+  bool damp() const { return false; }  // advance() has tried shorter steps
+
+ private:
+  /// What is minimised: χ² of the runs plus that of the prior.
+  struct Objective {
+    Information information;
+    double value = 0.0;
+  };
+
+  Objective objective_at(const Robot& robot, const Eigen::VectorXd& moved) const {
+    Objective objective{total_information(likelihood_, robot), 0.0};
+    objective.value = objective.information.chi2 + prior_weight_ * moved.squaredNorm();
+    return objective;
+  }
+
+  const Likelihood& likelihood_;
+  const Eigen::MatrixXd& basis_;
+  Eigen::MatrixXd columns_;  ///< the basis in the parameters' own units
+  double prior_weight_;      ///< 1: with the prior, 0: without
+  Robot& robot_;
+  Eigen::VectorXd moved_;  ///< from where it began, in prior sigmas
+  Objective here_;
+  Eigen::VectorXd step_;
+  bool near_ = false;
+};
+
+}  // namespace
+
+Descent solve(const Likelihood& likelihood, const EstimableSpace& space, Robot& robot) {
+  if (space.basis.cols() == 0) return {.converged = true};
+  GaussNewton search(likelihood, space.scale, space.basis, 0.0, robot);
+  Descent descent = descend(search, {.most_iterations = kMostIterations, .converged = kConverged});
+  descent.converged = descent.last_step < kNearEnough;
+  return descent;
+}
+
+void approach(const Likelihood& likelihood, Robot& robot) {
+  const Eigen::VectorXd scale = prior_sigmas(likelihood.problem.parameters, likelihood.problem.nominal);
+  const Eigen::MatrixXd all = Eigen::MatrixXd::Identity(scale.size(), scale.size());
+  GaussNewton search(likelihood, scale, all, 1.0, robot);
+  descend(search, {.most_iterations = kMostIterationsWithPrior, .converged = kConverged});
+}
+
+}  // namespace trundle
