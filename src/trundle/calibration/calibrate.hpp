@@ -13,7 +13,7 @@ struct CalibrateOptions {
   std::vector<std::string> free =
       {};  ///< names of parameters to estimate besides the default ones (parameter.hpp)
   std::vector<std::string> fix = {};  ///< names of parameters to leave at nominal
-  bool learn_noise = false;           ///< also the noise of wheels, sideways motion and gyro: learn_noise.hpp
+  bool learn_noise = false;           ///< also of wheels, sideways motion and gyro: noise/learn_noise.hpp
 };
 
 /// The general estimator: the parameters of any chassis from any mix of recordings whose references are
