@@ -20,7 +20,7 @@ namespace {
 using namespace trundle;
 using namespace trundle::coverage;
 
-constexpr std::string_view kUsage =
+constexpr std::string_view kUsageText =
     "coverage_bench [SEEDS] [--seeds N] [--chassis NAME] [--rate HZ] [--k M_PER_SQRT_M] [--counts N]\n"
     "               [--motion NAME] [--cells]\n"
     "A filter may be any value, also one that is not in the matrix; with --cells, or fewer than 50 of them, "
@@ -223,7 +223,7 @@ void print_outside(const Results& results) {
 int main(int argc, char** argv) {
   const auto arguments = read(argc, argv);
   if (!arguments) {
-    fmt::print("{}", kUsage);
+    fmt::print("{}", kUsageText);
     return 2;
   }
   const bool whole = arguments->filter.empty();

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "trundle/io/error.hpp"
 #include "trundle/io/file.hpp"
 
 #include "commands.hpp"
@@ -13,7 +14,7 @@ int main(int argc, char** argv) {
   using namespace trundle::app;
   if (argc != 2) {
     std::fputs("usage: trundle_manual FOLDER\n", stderr);
-    return kUsage;
+    return trundle::kUsage;
   }
   CLI::App app;
   add_commands(app);

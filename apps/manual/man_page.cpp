@@ -5,7 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "commands.hpp"
+#include "trundle/io/error.hpp"
+
 #include "pages.hpp"
 
 namespace trundle::app {

@@ -13,7 +13,7 @@ namespace trundle::app {
 
 /// Thrown by a command that has done what can be done, and still failed.
 struct Exit {
-  int code = 1;              ///< an ExitCode
+  ExitCode code = kBug;
   std::string message = {};  ///< for stderr; empty: all is told already
 };
 

@@ -13,7 +13,6 @@
 #include "trundle/pipeline/provenance.hpp"
 
 #include "command.hpp"
-#include "commands.hpp"
 #include "live.hpp"
 #include "slip_correction.hpp"
 #include "start_pose.hpp"

@@ -9,7 +9,7 @@
 
 namespace {
 
-int fail(int code, const char* what) {
+int fail(trundle::ExitCode code, const char* what) {
   fmt::print(stderr, "trundle: {}\n", what);
   return code;
 }
@@ -30,6 +30,7 @@ void require_command(const CLI::App& app, int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  using namespace trundle;
   using namespace trundle::app;
   CLI::App app;
   add_commands(app);
@@ -45,6 +46,6 @@ int main(int argc, char** argv) {
   } catch (const Exit& exit) {
     return exit.message.empty() ? exit.code : fail(exit.code, exit.message.c_str());
   } catch (const std::exception& error) {
-    return fail(trundle::exit_code_of(error), error.what());
+    return fail(exit_code_of(error), error.what());
   }
 }

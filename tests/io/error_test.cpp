@@ -18,9 +18,9 @@ TEST(InputError, stays_one_line_whatever_it_quotes) {
 }
 
 TEST(ExitCode, tells_the_three_kinds_of_error_apart) {
-  EXPECT_EQ(exit_code_of(InputError("robot.toml", "is empty", "a robot")), 3);
-  EXPECT_EQ(exit_code_of(CannotAnswer("nothing moved")), 4);
-  EXPECT_EQ(exit_code_of(std::runtime_error("of another library")), 1);
+  EXPECT_EQ(exit_code_of(InputError("robot.toml", "is empty", "a robot")), kBadInput);
+  EXPECT_EQ(exit_code_of(CannotAnswer("nothing moved")), kCannotAnswer);
+  EXPECT_EQ(exit_code_of(std::runtime_error("of another library")), kBug);
 }
 
 const std::vector<std::string> kNames{"diameter_m", "direction_deg", "x_m", "y_m", "kind"};

@@ -56,8 +56,8 @@ TEST_F(Stages, ThatFailSayByWhatTheProgramExits) {
   const auto input =
       stage_(StageKind::slip, [&]() -> Found<int> { throw InputError("f.csv", "is bad", "good"); });
   ASSERT_TRUE(data.failure && input.failure);
-  EXPECT_EQ(data.failure->exit_code, 4);
-  EXPECT_EQ(input.failure->exit_code, 3);
+  EXPECT_EQ(data.failure->kind, kCannotAnswer);
+  EXPECT_EQ(input.failure->kind, kBadInput);
   EXPECT_EQ(record_.stages[0].message, "no rows");
   EXPECT_EQ(record_.stages[1].status, StageStatus::failed);
 }

@@ -88,6 +88,15 @@ TEST(SlipResult, IsReadAsItWasWritten) {
   EXPECT_EQ(to_json(slip_from_json(document.dump(), "slip.json")), document);
 }
 
+TEST(SlipResult, NamesAStatusThatIsNoWord) {
+  const std::string error = error_of([] {
+    slip_from_json(
+        R"({"events": [], "intervals": {}, "learned": null, "timeline": {"status": ["judged", 7]}})",
+        "d/slip.json");
+  });
+  EXPECT_THAT(error, HasSubstr("d/slip.json: \"timeline.status[1]\" is a number"));
+}
+
 TEST(OdometryResult, RefusesColumnsOfOtherLengths) {
   const std::string error = error_of([] {
     odometry_from_json(R"({"gyro_bias_over_time": {"time_s": [1], "rad_s": [], "sigma_rad_s": [1]}})",

@@ -61,10 +61,10 @@ std::string place(std::string_view file, std::size_t line) {
   return fmt::format("{}:{}", file, line);
 }
 
-int exit_code_of(const std::exception& error) {
-  if (dynamic_cast<const InputError*>(&error) != nullptr) return 3;
-  if (dynamic_cast<const CannotAnswer*>(&error) != nullptr) return 4;
-  return 1;
+ExitCode exit_code_of(const std::exception& error) {
+  if (dynamic_cast<const InputError*>(&error) != nullptr) return kBadInput;
+  if (dynamic_cast<const CannotAnswer*>(&error) != nullptr) return kCannotAnswer;
+  return kBug;
 }
 
 std::string nearest_name(std::string_view name, std::span<const std::string> candidates) {

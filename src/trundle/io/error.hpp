@@ -25,9 +25,16 @@ class CannotAnswer : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What a program exits with after an error: 3 after an InputError, 4 after a CannotAnswer, 1 after what
-/// nobody expected. 2 is left for a wrong command line. docs/commands.md.
-[[nodiscard]] int exit_code_of(const std::exception& error);
+/// What a program exits with: docs/commands.md.
+enum ExitCode : int {
+  kDone = 0,
+  kBug = 1,    ///< after an error that nobody expected
+  kUsage = 2,  ///< a wrong command line
+  kBadInput = 3,
+  kCannotAnswer = 4,
+};
+/// After an error: kBadInput after an InputError, kCannotAnswer after a CannotAnswer, else kBug.
+[[nodiscard]] ExitCode exit_code_of(const std::exception& error);
 
 /// The candidate with the smallest edit distance to `name`; empty if none is near enough to be meant.
 std::string nearest_name(std::string_view name, std::span<const std::string> candidates);

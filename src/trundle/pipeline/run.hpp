@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "trundle/calibration/calibrate.hpp"
+#include "trundle/io/error.hpp"
 #include "trundle/pipeline/slam_answer.hpp"
 #include "trundle/report/run_record.hpp"
 
@@ -41,7 +42,7 @@ using OnProgress = std::function<void(const RunProgress&)>;
 
 /// Why there is no answer.
 struct Failure {
-  int exit_code = 1;  ///< by exit_code_of(): whether an input is wrong or the data cannot answer
+  ExitCode kind = kBug;  ///< whether an input is wrong or the data cannot answer
   std::string message;
 };
 

@@ -32,7 +32,7 @@ void StageRunner::require_allowed(StageKind kind) const {
 Failure StageRunner::failed(const std::exception& reason, Stage& entry) {
   entry.status = StageStatus::failed;
   entry.message = reason.what();
-  return {.exit_code = exit_code_of(reason), .message = reason.what()};
+  return {.kind = exit_code_of(reason), .message = reason.what()};
 }
 
 void StageRunner::end(Stage entry, const std::vector<OutputFile>& files) {

@@ -33,6 +33,8 @@ constexpr std::array kSlipRules = {
     JsonRule{"timeline/end_s/*", kNumber | kMissing},
     JsonRule{"timeline/value", kArray | kMissing},
     JsonRule{"timeline/value/*", kNumber | kNull | kMissing},
+    JsonRule{"timeline/status", kArray | kMissing},
+    JsonRule{"timeline/status/*", kString | kMissing},
     JsonRule{"timeline/slipping", kArray | kMissing},
     JsonRule{"timeline/slipping/*", kBool | kMissing},
     JsonRule{"cannot_see", kArray | kMissing},
