@@ -2,23 +2,14 @@
 
 #include <array>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "trundle/chassis/robot.hpp"
-#include "trundle/recording/alignment/counter.hpp"
 #include "trundle/recording/alignment/gyro_integral.hpp"
-#include "trundle/recording/alignment/usual_step.hpp"
+#include "trundle/recording/alignment/wheel_sums.hpp"
 #include "trundle/recording/recording.hpp"
 
 namespace trundle {
-
-/// The readings of all wheels at one time, in the order of the robot's wheels; NaN: not read. Of a robot
-/// without wheels, its velocity: forwards [m/s] and yaw rate [rad/s].
-struct WheelReadings {
-  double time_s = 0.0;
-  std::array<double, kMaxWheels> value{};
-};
 
 struct GyroReading {
   double time_s = 0.0;
@@ -36,26 +27,12 @@ struct AccelReading {
   }
 };
 
-/// Of each wheel's readings.
-using WheelUnits = std::array<WheelUnit, kMaxWheels>;
-
 struct AlignerOptions {
   /// A longer step of a stream, and longer than five of its usual steps, is a gap; so long a silent gyro is
   /// waited for. [s]
   double shortest_gap_s = 0.5;
   /// What a wheel may reach until enough of its motion was seen [m/s]: Counter.
   double usual_speed_m_s = 1.0;
-};
-
-/// What a wheel's counter did within an interval.
-struct CounterFinding {
-  CounterEvent event = CounterEvent::none;
-  std::size_t reading = 0;  ///< at which of those that were added, counted from 0
-
-  template <class Archive, class Self>
-  static void persist(Archive& archive, Self& self) {
-    archive(self.event, self.reading);
-  }
 };
 
 /// An interval between two readings of the wheels.
@@ -78,7 +55,7 @@ class Aligner {
 
   /// What the wheels give, before they give anything. Throws InputError when a wheel lacks what turns its
   /// readings into revolutions.
-  void set_units(const WheelUnits& units);
+  void set_units(const WheelUnits& units) { wheels_.set_units(units); }
 
   /// Stamps of each stream must grow: false where they do not, and the reading is left out.
   bool add(const WheelReadings& readings);
@@ -88,7 +65,7 @@ class Aligner {
   void finish();
 
   /// By the robot's clock; nothing before the first reading of all wheels.
-  [[nodiscard]] std::optional<double> start_s() const { return start_s_; }
+  [[nodiscard]] std::optional<double> start_s() const { return wheels_.start_s(); }
   /// The next interval that is complete, in order.
   [[nodiscard]] std::optional<AlignedInterval> next();
   /// Samples of the gyro at or beyond what it can measure.
@@ -96,91 +73,28 @@ class Aligner {
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.units_);
-    if constexpr (Archive::kReads) {
-      const WheelUnits units = self.units_;
-      self.set_units(units);
-    }
-    archive(self.sums_, self.rows_, self.added_, self.usual_step_, self.last_row_s_, self.start_s_,
-            self.begun_, self.finished_, self.bridged_, self.end_, self.findings_, self.newest_s_,
-            self.gyro_start_, self.rate_start_, self.accel_);
+    archive(self.wheels_, self.accel_, self.end_, self.gyro_start_, self.rate_start_, self.newest_s_,
+            self.finished_);
     if (self.gyro_) archive(*self.gyro_);
   }
 
  private:
-  /// What one wheel's readings sum up to, up to the last that was decided.
-  struct WheelSum {
-    Counter counter{{}};
-    std::optional<double> time_s;
-    double sum = 0.0;
-
-    template <class Archive, class Self>
-    static void persist(Archive& archive, Self& self) {
-      archive(self.counter, self.time_s, self.sum);
-    }
-  };
-  /// One reading of the wheels that waits.
-  struct Row {
-    double time_s = 0.0;
-    double longest_step_s = 0.0;  ///< from the row before, or it is a gap
-    std::size_t number = 0;
-    std::array<double, kMaxWheels> sum{};  ///< NaN: not known
-    std::array<CounterEvent, kMaxWheels> event{};
-
-    template <class Archive, class Self>
-    static void persist(Archive& archive, Self& self) {
-      archive(self.time_s, self.longest_step_s, self.number, self.sum, self.event);
-    }
-  };
-  /// Where the last interval ended.
-  struct End {
-    double time_s = 0.0;
-    std::array<double, kMaxWheels> sum{};
-
-    template <class Archive, class Self>
-    static void persist(Archive& archive, Self& self) {
-      archive(self.time_s, self.sum);
-    }
-  };
-
-  void read(std::size_t wheel, double value, const Row& row);
-  void settle(std::size_t wheel, const CounterStep& step, double longest_step_s);
-  bool is_known(const Row& row) const;
-  bool stays_unknown(const Row& row) const;
-  void pass(const Row& row);
-  void sort_out_rows();
   bool is_gyro_awaited(double time_s) const;
   bool is_gyro_silent() const;
-  AlignedInterval interval_to(const Row& row);
+  void start_at(const WheelSums::Row& row);
+  AlignedInterval interval_to(const WheelSums::Row& row);
   void add_gyro_turn(Increment& increment);
   double shaking_until(double start_s, double end_s);
 
-  std::vector<Wheel> wheels_;
-  std::vector<std::string> names_;
-  std::vector<std::string> places_;  // of the wheels, for messages
-  std::size_t count_;                // of the readings at one time
-  AlignerOptions options_;
-  double wheels_offset_s_;
-  double gyro_offset_s_ = 0.0;
-  WheelUnits units_{};
-  std::array<double, kMaxWheels> units_per_turn_{};
-
-  std::vector<WheelSum> sums_;
-  std::vector<Row> rows_;  ///< that wait for wheels or gyro
-  std::size_t added_ = 0;
-  UsualStep usual_step_;
-  std::optional<double> last_row_s_;  ///< time of the last reading of the wheels
-  std::optional<double> start_s_;
-  bool begun_ = false;  ///< the start is aligned: what follows are intervals
-  bool finished_ = false;
-  bool bridged_ = false;  ///< since the last interval's end
-  End end_;
-  std::array<CounterFinding, kMaxWheels> findings_{};  ///< since then
-  double newest_s_ = 0.0;                              ///< of wheels and gyro
+  WheelSums wheels_;
   std::optional<GyroIntegral> gyro_;
-  GyroIntegral::Reading gyro_start_;  ///< at the end of the last interval
-  double rate_start_ = 0.0;           ///< the gyro's, there
-  std::vector<AccelReading> accel_;   ///< since then
+  std::vector<AccelReading> accel_;    ///< since the last interval's end
+  std::optional<WheelSums::Row> end_;  ///< there; nothing before the start
+  GyroIntegral::Reading gyro_start_;   ///< there
+  double rate_start_ = 0.0;            ///< the gyro's, there
+  double newest_s_ = 0.0;              ///< of wheels and gyro
+  double gyro_later_s_ = 0.0;          ///< than the wheels' the gyro's readings of one time may come
+  bool finished_ = false;
 };
 
 }  // namespace trundle
