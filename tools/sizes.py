@@ -58,6 +58,25 @@ def share(values, part):
     return sorted(values)[min(len(values) - 1, int(part * len(values)))]
 
 
+def public_headers(files):
+    """Those that src/trundle/CMakeLists.txt names, if it names any."""
+    named = re.search(r"(?m)^trundle_public_headers\(([^)]*)\)", files.get("src/trundle/CMakeLists.txt", ""))
+    return named.group(1).split() if named else []
+
+
+def installed_headers(files):
+    """The public ones and what they include; all outside of detail/ where none are named."""
+    queue, seen = public_headers(files), set()
+    if not queue:
+        return {p for p in files if re.match(r"src/.*\.hpp$", p) and "/detail/" not in p}
+    while queue:
+        header = queue.pop()
+        if header not in seen:
+            seen.add(header)
+            queue += re.findall(r'(?m)^#include "(trundle/[^"]+)"', files.get("src/" + header, ""))
+    return seen
+
+
 def sizes_of(files):
     code = {p: t for p, t in files.items() if re.match(r"(src|apps)/.*\.(cpp|hpp|inl)$", p)}
     lines = [t.count("\n") for t in code.values()]
@@ -71,7 +90,8 @@ def sizes_of(files):
     unexplained = [line for before, line in constants if "//" not in line and "//" not in before]
     steered = [m for p, t in code.items() if not re.search(r"recording/(csv|streams|recording_map)|toml|/io/", p)
                for m in re.findall(r'(?:kind|stage|name|message|status|what)\b\)? ?[!=]= "', t)]
-    headers = [p for p in code if p.startswith("src/") and p.endswith(".hpp") and "/detail/" not in p]
+    headers = installed_headers(files)
+    public = public_headers(files)
     pages = {p: len(t.split()) for p, t in files.items() if re.match(r"docs/.*\.md$", p)}
     user = {p: n for p, n in pages.items() if not re.match(r"docs/(theory|results)/", p)}
     longest = max(pages, key=pages.get)
@@ -83,7 +103,8 @@ def sizes_of(files):
         "lines of a function: median, 95 %, most":
             f"{statistics.median(functions):.0f}, {share(functions, .95)}, {max(functions)}",
         "members of the largest class": f"{classes[largest]} ({largest})",
-        "headers that are installed": len(headers),
+        "headers: installed": len(headers),
+        "headers: public": len(public or headers),
         "constants in sources": len(constants),
         "of them without a word of explanation": len(unexplained),
         "decisions that depend on text": len(steered),
