@@ -1,32 +1,38 @@
 // A result of the document with its columns decoded once, stamps on the page's clock.
 import { decoded } from './column.js';
 
-function columns(table, origin, names) {
+const stamps = ['time_s', 'end_s'];
+const isColumn = (value) => typeof value?.float32 === 'string';
+
+function columns(table, origin) {
   const values = {};
-  for (const name of names) values[name] = table[name] ? decoded(table[name], name === 'time_s' || name === 'end_s' ? origin : 0) : null;
+  for (const [name, value] of Object.entries(table)) {
+    if (value === null) values[name] = null;
+    if (isColumn(value)) values[name] = decoded(value, stamps.includes(name) ? origin : 0);
+  }
   return values;
 }
 
 // Decoded when it is first asked for: what is not drawn costs nothing.
-function lazily(table, origin, names) {
+function lazily(table, origin) {
   let done = null;
-  return () => (done ??= columns(table, origin, names));
+  return () => (done ??= columns(table, origin));
 }
 
 export function prepared(result) {
   const origin = result.origin_s;
-  const withColumns = (table, names) => table && { ...table, columns: lazily(table, origin, names) };
-  const track = (one) => ({ ...withColumns(one, ['time_s', 'x_m', 'y_m', 'heading_rad', 'across95_m']), marks: one.marks.map((mark) => ({ ...mark, time_s: mark.time_s - origin })) });
+  const withColumns = (table) => table && { ...table, columns: lazily(table, origin) };
+  const track = (one) => ({ ...withColumns(one), marks: one.marks.map((mark) => ({ ...mark, time_s: mark.time_s - origin })) });
   const since = (event) => ({ ...event, start_s: event.start_s - origin, end_s: event.end_s - origin });
   const { slip, gyro } = result;
   return {
     ...result,
     tracks: result.tracks.map(track),
-    errors: result.errors.map((error) => withColumns(error, ['time_s', 'way_m', 'position_m', 'bound95_m', 'heading_rad', 'heading95_rad', 'nees'])),
-    slip: slip && { ...slip, events: slip.events.map(since), timeline: withColumns(slip.timeline, ['end_s', 'value', 'slipping']) },
-    gyro: gyro && { ...gyro, slam_bias: withColumns(gyro.slam_bias, ['time_s', 'rad_s', 'sigma_rad_s']), bias: gyro.bias && { ...withColumns(gyro.bias, ['time_s', 'rad_s', 'sigma_rad_s']), rests: gyro.bias.rests.map((rest) => rest.map((time) => time - origin)) } },
-    particles: withColumns(result.particles, ['x_m', 'y_m', 'weight']),
-    filter: withColumns(result.filter, ['time_s', 'effective_particles', 'greatest_weight', 'resampled']),
-    sightings: withColumns(result.sightings, ['time_s', 'landmark', 'decision', 'nis']),
+    errors: result.errors.map((error) => withColumns(error)),
+    slip: slip && { ...slip, events: slip.events.map(since), timeline: withColumns(slip.timeline) },
+    gyro: gyro && { ...gyro, slam_bias: withColumns(gyro.slam_bias), bias: gyro.bias && { ...withColumns(gyro.bias), rests: gyro.bias.rests.map((rest) => rest.map((time) => time - origin)) } },
+    particles: withColumns(result.particles),
+    filter: withColumns(result.filter),
+    sightings: withColumns(result.sightings),
   };
 }

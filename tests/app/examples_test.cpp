@@ -17,6 +17,7 @@
 #include "trundle/io/file.hpp"
 #include "trundle/odometry/integrate.hpp"
 #include "trundle/recording/landmark_file.hpp"
+#include "trundle/recording/trajectory_file.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 #include "app/demo.hpp"

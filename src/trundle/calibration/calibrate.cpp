@@ -89,7 +89,7 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
     ready.start.chassis.gyro->time_offset_s = gyro->time_offset_s;
   for (Run& run : ready.runs) set_gyro_clock(ready.start, run);
   if (options.learn_noise) add_learned_noise(ready.runs, result);
-  result.gyro_clock = ready.clock;
+  if (!ready.clock.empty()) result.gyro_clock = ready.clock;
   note(ready.clock, result);
   conclude({ready.runs, prepare_runs(hold_out, ready.start)}, estimate, spread, result);
   add_influence(estimate, problem, nominal, result);

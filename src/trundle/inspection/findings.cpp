@@ -163,13 +163,13 @@ void find_mirrored_reference(const Recording& recording, const Robot& robot, Fin
       {.code = FindingCode::reference_axes, .place = recording.reference.origin.file});
 }
 
-/// Two wheels in one place show nothing that one does not.
+/// Two wheels in one place that read the same show nothing that one does not.
 void find_wheels_in_one_place(const Robot& robot, std::vector<Finding>& problems) {
   const auto wheels = robot.chassis.wheels();
   for (std::size_t i = 0; i < wheels.size(); ++i)
     for (std::size_t j = i + 1; j < wheels.size(); ++j)
       if (wheels[i].x_m == wheels[j].x_m && wheels[i].y_m == wheels[j].y_m &&
-          wheels[i].direction_rad == wheels[j].direction_rad)
+          rolling_row(wheels[i]) == rolling_row(wheels[j]))
         problems.push_back({.code = FindingCode::geometry,
                             .place = fmt::format("robot '{}'", robot.name),
                             .subjects = {robot.wheel_names[i], robot.wheel_names[j]}});

@@ -16,11 +16,13 @@ constexpr bool has_sentence(std::size_t code) {
     return static_cast<std::size_t>(sentence.code) == code;
   });
 }
-static_assert([] {
-  std::size_t code = 0;
-  while (code < kFindingCodes && has_sentence(code)) ++code;
-  return code == kFindingCodes;
-}());
+static_assert(
+    [] {
+      std::size_t code = 0;
+      while (code < kFindingCodes && has_sentence(code)) ++code;
+      return code == kFindingCodes;
+    }(),
+    "a FindingCode has no sentence in detail/sentences.hpp");
 
 std::string joined(const std::vector<std::string>& names, const std::string& quote, const char* between) {
   std::string text;

@@ -68,10 +68,12 @@ constexpr std::pair<FindingCode, std::string_view> kNames[] = {
     {FindingCode::not_converged, "not converged"},
 };
 // In the order of the codes, so that none is forgotten.
-static_assert(std::ranges::all_of(kNames, [](const auto& name) {
-  return name.first == static_cast<FindingCode>(&name - kNames);
-}));
-static_assert(std::size(kNames) == kFindingCodes);
+static_assert(std::ranges::all_of(kNames,
+                                  [](const auto& name) {
+                                    return name.first == static_cast<FindingCode>(&name - kNames);
+                                  }),
+              "kNames has the order of FindingCode");
+static_assert(std::size(kNames) == kFindingCodes, "a FindingCode has no name here");
 
 }  // namespace
 

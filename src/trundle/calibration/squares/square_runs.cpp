@@ -8,6 +8,7 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/odometry/integrate.hpp"
+#include "trundle/recording/trajectory_file.hpp"
 
 namespace trundle {
 namespace {
