@@ -69,7 +69,7 @@ void Aligner::start_at(const WheelSums::Row& row) {
   end_ = row;
   if (!gyro_) return;
   gyro_start_ = gyro_->at(row.time_s, is_gyro_silent());
-  rate_start_ = gyro_->rate_before(row.time_s);
+  rate_start_ = gyro_->rate_before(row.time_s, gyro_start_);
 }
 
 AlignedInterval Aligner::interval_to(const WheelSums::Row& row) {
@@ -94,7 +94,7 @@ void Aligner::add_gyro_turn(Increment& increment) {
   const std::optional<double> turn = GyroIntegral::turn(gyro_start_, end);
   increment.has_gyro = turn.has_value();
   increment.gyro_rad = turn.value_or(0.0);
-  const double rate = gyro_->rate_before(increment.time_s);
+  const double rate = gyro_->rate_before(increment.time_s, end);
   const double change = rate - rate_start_;
   increment.gyro_change_rad_s = std::isnan(change) ? 0.0 : change;
   gyro_start_ = end;

@@ -7,7 +7,7 @@
 namespace trundle {
 namespace {
 
-constexpr std::size_t kForgetAtOnce = 64;  // samples: moving the rest costs as much as they are
+constexpr std::size_t kForgetAtOnce = 64;  // samples: to look for them each time costs more than they do
 
 }  // namespace
 
@@ -50,7 +50,7 @@ GyroIntegral::Reading GyroIntegral::at(double time_s, bool is_silent) const {
     if (ahead_s > before_s_.value_or(0.0)) return {};
     return {!std::isnan(first_rate_), -first_rate_ * ahead_s, 0, 0};
   }
-  if (after == samples_.begin() + static_cast<std::ptrdiff_t>(forgotten_)) return {};
+  if (after == samples_.begin()) return {};
   const Sample& before = *(after - 1);
   const double u = 1.0 - ahead_s / (after->time_s - before.time_s);
   return {true, before.angle + u * (after->angle - before.angle), before.lost, after->lost};
@@ -61,8 +61,8 @@ std::optional<double> GyroIntegral::turn(const Reading& start, const Reading& en
   return end.angle - start.angle;
 }
 
-double GyroIntegral::rate_before(double time_s) const {
-  const std::optional<double> turned = turn(at(time_s - kRateOver_s), at(time_s));
+double GyroIntegral::rate_before(double time_s, const Reading& there) const {
+  const std::optional<double> turned = turn(at(time_s - kRateOver_s), there);
   return turned ? *turned / kRateOver_s : std::numeric_limits<double>::quiet_NaN();
 }
 
@@ -72,17 +72,14 @@ bool GyroIntegral::is_awaited(double time_s) const {
 
 /// The last sample before the time stays, to interpolate from.
 void GyroIntegral::forget_before(double time_s) {
-  const auto after = first_at_or_after(time_s - kRateOver_s);
-  const auto keep = after - samples_.begin() - 1;
-  forgotten_ = std::max(forgotten_, static_cast<std::size_t>(std::max<std::ptrdiff_t>(keep, 0)));
-  if (forgotten_ < kForgetAtOnce) return;
-  samples_.erase(samples_.begin(), samples_.begin() + static_cast<std::ptrdiff_t>(forgotten_));
-  forgotten_ = 0;
+  if (samples_.size() < 2 * kForgetAtOnce) return;
+  const auto old = first_at_or_after(time_s - kRateOver_s) - samples_.begin() - 1;
+  if (old >= static_cast<std::ptrdiff_t>(kForgetAtOnce))
+    samples_.erase(samples_.begin(), samples_.begin() + old);
 }
 
 std::vector<GyroIntegral::Sample>::const_iterator GyroIntegral::first_at_or_after(double time_s) const {
-  return std::ranges::lower_bound(samples_.begin() + static_cast<std::ptrdiff_t>(forgotten_), samples_.end(),
-                                  time_s, {}, &Sample::time_s);
+  return std::ranges::lower_bound(samples_, time_s, {}, &Sample::time_s);
 }
 
 }  // namespace trundle

@@ -39,8 +39,8 @@ class GyroIntegral {
   [[nodiscard]] static std::optional<double> turn(const Reading& start, const Reading& end);
   /// A rate is the mean over so long: that of a single sample is mostly noise.
   static constexpr double kRateOver_s = 0.1;
-  /// Its rate up to a time; NaN where it has not been measured.
-  [[nodiscard]] double rate_before(double time_s) const;
+  /// Its rate up to a time at which it was read; NaN where it has not been measured.
+  [[nodiscard]] double rate_before(double time_s, const Reading& there) const;
 
   [[nodiscard]] bool is_heard() const { return first_s_.has_value(); }
   [[nodiscard]] double last_s() const { return samples_.back().time_s; }
@@ -55,7 +55,7 @@ class GyroIntegral {
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
     archive(self.usual_step_, self.first_s_, self.before_s_, self.beyond_s_, self.first_rate_,
-            self.last_rate_, self.saturated_, self.samples_, self.forgotten_);
+            self.last_rate_, self.saturated_, self.samples_);
   }
 
  private:
@@ -81,7 +81,6 @@ class GyroIntegral {
   double last_rate_ = 0.0;
   std::size_t saturated_ = 0;
   std::vector<Sample> samples_;
-  std::size_t forgotten_ = 0;  ///< of them, at their front
 };
 
 }  // namespace trundle
