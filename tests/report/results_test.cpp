@@ -110,6 +110,13 @@ TEST(OdometryResult, RefusesRestsThatDoNotEnd) {
               HasSubstr("\"rests[1]\" has 1 numbers"));
 }
 
+TEST(EvaluationSummary, MayLackWhatAnEarlierVersionDidNotWrite) {
+  const EvaluationSummary summary =
+      evaluation_from_json(R"({"alignment": {"kind": "none"}, "trajectories": []})", "evaluation.json");
+  EXPECT_EQ(summary.alignment, Alignment::none);
+  EXPECT_FALSE(summary.noise.stated());
+}
+
 TEST(EvaluationSummary, IsReadAsItWasWritten) {
   for (const Alignment alignment : {Alignment::none, Alignment::start, Alignment::se2}) {
     const EvaluationSummary summary{.alignment = alignment,

@@ -15,8 +15,8 @@ constexpr std::array kEvaluationRules = {
     JsonRule{"alignment", kObject | kMissing},
     JsonRule{"alignment/kind", kString | kMissing},
     JsonRule{"reference_noise", kObject | kNull | kMissing},
-    JsonRule{"reference_noise/position_sigma_m", kNumber},
-    JsonRule{"reference_noise/heading_sigma_rad", kNumber},
+    JsonRule{"reference_noise/position_sigma_m", kNumber | kMissing},
+    JsonRule{"reference_noise/heading_sigma_rad", kNumber | kMissing},
 };
 
 Alignment alignment_in(const Json& document) {
@@ -41,7 +41,7 @@ EvaluationSummary evaluation_from_json(std::string_view text, std::string_view f
   const Json document = parse_result(text, "evaluation", kEvaluationRules, file_name);
   EvaluationSummary summary{.alignment = alignment_in(document)};
   if (const Json noise = document.value("reference_noise", Json()); noise.is_object())
-    summary.noise = {noise.at("position_sigma_m"), noise.at("heading_sigma_rad")};
+    summary.noise = {noise.value("position_sigma_m", 0.0), noise.value("heading_sigma_rad", 0.0)};
   return summary;
 }
 
