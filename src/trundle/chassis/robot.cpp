@@ -45,13 +45,15 @@ WheelKind wheel_kind(const Section& section) {
   if (section.table.get("kind") == nullptr) return WheelKind::fixed;
   std::string expectation;
   for (std::size_t i = 0; i < kWheelKinds.size(); ++i)
-    expectation += fmt::format("{}\"{}\"", i == 0 ? "" : i + 1 < kWheelKinds.size() ? ", " : " or ",
+    expectation += fmt::format("{}\"{}\"",
+                               i == 0                       ? ""
+                               : i + 1 < kWheelKinds.size() ? ", "
+                                                            : " or ",
                                kWheelKinds[i].second);
   const std::string word = text(section, "kind", expectation);
   for (const auto& [kind, its_word] : kWheelKinds)
     if (its_word == word) return kind;
-  fail(section.source, section.table.get("kind")->source(), fmt::format("kind is \"{}\"", word),
-       expectation);
+  fail(section.source, section.table.get("kind")->source(), fmt::format("kind is \"{}\"", word), expectation);
 }
 
 int tick_bits(const Section& section) {
