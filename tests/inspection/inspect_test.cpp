@@ -52,6 +52,16 @@ void freeze(Recording& recording, std::size_t wheel, std::size_t from, std::size
   for (std::size_t i = from; i < value.size(); ++i) value[i] = i < to ? value[from] : value[i] - lost;
 }
 
+TEST(Inspect, more_columns_than_a_robot_has_wheels_do_no_harm) {
+  Recording recording = winding();
+  auto& series = recording.wheels.series;
+  for (int i = 0; i < kMaxWheels; ++i) series.insert(series.begin(), series.back());
+  for (int i = 0; i < kMaxWheels; ++i)
+    series[static_cast<std::size_t>(i)].wheel = "other_" + std::to_string(i);
+  EXPECT_THAT(inspected(recording, two_wheels()), IsEmpty());
+  EXPECT_THAT(inspect(recording), IsEmpty());
+}
+
 TEST(Inspect, a_good_log_has_no_problems) {
   EXPECT_THAT(inspect(winding()), IsEmpty());
   EXPECT_THAT(inspected(winding(), two_wheels()), IsEmpty());

@@ -47,7 +47,6 @@ void add_words(const Preparation& ready, const std::string& given_scale, Calibra
 
 /// Notes something, here and in the robot file.
 void note(const std::string& words, CalibrationResult& result) {
-  if (words.empty()) return;
   result.notes.push_back(words);
   result.calibrated.calibration->provenance.push_back(words);
 }
@@ -89,8 +88,8 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
     ready.start.chassis.gyro->time_offset_s = gyro->time_offset_s;
   for (Run& run : ready.runs) set_gyro_clock(ready.start, run);
   if (options.learn_noise) add_learned_noise(ready.runs, result);
-  if (!ready.clock.empty()) result.gyro_clock = ready.clock;
-  note(ready.clock, result);
+  result.gyro_clock = ready.clock;
+  if (ready.clock) note(*ready.clock, result);
   conclude({ready.runs, prepare_runs(hold_out, ready.start)}, estimate, spread, result);
   add_influence(estimate, problem, nominal, result);
   return result;

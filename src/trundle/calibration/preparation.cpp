@@ -45,12 +45,13 @@ std::optional<ClockOffset> clock_offset(std::span<const Recording> recordings, c
 }
 
 /// Sets the gyro's clock by the logs, where they show it wrong. Returns what was done, in words.
-std::string set_clock(std::span<const Recording> recordings, Robot& robot) {
+std::optional<std::string> set_clock(std::span<const Recording> recordings, Robot& robot) {
   const auto clock = clock_offset(recordings, robot);
-  if (!clock) return {};
+  if (!clock) return std::nullopt;
   double& time_offset_s = robot.chassis.gyro->time_offset_s;
   const double given_s = time_offset_s;
-  if (std::abs(clock->offset_s - given_s) < std::max(kSmallOffset_s, 3.0 * clock->sigma_s)) return {};
+  if (std::abs(clock->offset_s - given_s) < std::max(kSmallOffset_s, 3.0 * clock->sigma_s))
+    return std::nullopt;
   time_offset_s = clock->offset_s;
   return fmt::format("gyro.time_offset_s {} s (was {}), from the turns of gyro and wheels in {}",
                      with_sigma(clock->offset_s, clock->sigma_s), fixed(given_s, 4),

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,9 +16,9 @@ struct Preparation {
   ChannelAssignment channels;  ///< with the robot as given, its channels put right
   Robot start;                 ///< that robot, with the gyro's clock and the wheels' scale as the runs show
   std::vector<Run> runs;       ///< those that tell something
-  std::string clock;           ///< how the gyro's clock was set
-  std::string scale;           ///< what is wrong with the wheels' sizes
-  std::vector<std::string> silent;  ///< runs that were left out, and why
+  std::optional<std::string> clock;  ///< how the gyro's clock was set, if it was
+  std::string scale;                 ///< what is wrong with the wheels' sizes
+  std::vector<std::string> silent;   ///< runs that were left out, and why
 };
 
 /// Throws CannotAnswer where gyro and wheels turn opposite ways and no reference tells which is right, or

@@ -85,7 +85,7 @@ Matrix3 robust_covariance(const std::vector<Vector3>& residuals) {
   std::vector<double> distance(residuals.size());
   for (int c = 0; c < 3; ++c) {
     std::ranges::transform(residuals, distance.begin(), [c](const Vector3& r) { return std::abs(r[c]); });
-    spread[c] = std::max(1.4826 * median(distance), 1e-12);
+    spread[c] = std::max(kSigmaOfMedian * median(distance), 1e-12);
   }
   Matrix3 covariance = spread.cwiseAbs2().asDiagonal();
   for (int step = 0; step < kConcentrations; ++step) {

@@ -3,43 +3,42 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
+#include <span>
 #include <string_view>
 
 #include "trundle/chassis/rows.hpp"
+#include "trundle/chassis/without_wheel.hpp"
 #include "trundle/inspection/detail/gyro_checks.hpp"
 #include "trundle/recording/csv/detail/table.hpp"
 
 namespace trundle {
 namespace {
 
-/// The robot that a recording's columns are those of, as far as they tell: wheels that turn once in one unit.
-Robot robot_of_columns(const Recording& recording) {
+/// The robot that these columns are those of, as far as they tell: wheels that turn once in one unit.
+Robot robot_of_columns(std::span<const WheelSeries> columns) {
   constexpr double kAnyDiameter_m = 1e9;  // no speed is expected of such a wheel
   Robot robot;
-  for (const WheelSeries& series : recording.wheels.series) {
-    if (robot.wheel_names.size() == kMaxWheels) break;
+  for (const WheelSeries& series : columns) {
     robot.wheel_names.push_back(series.wheel);
     robot.chassis.add({.diameter_m = kAnyDiameter_m, .ticks_per_revolution = 1.0});
   }
   return robot;
 }
 
-std::size_t breaks_of(const std::string& wheel, const std::vector<Finding>& problems) {
+std::size_t breaks_among(const std::vector<Finding>& problems) {
   std::size_t breaks = 0;
   for (const Finding& problem : problems)
-    if (problem.subjects.front() == wheel && problem.code != FindingCode::wrap) breaks += problem.count;
+    if (problem.code != FindingCode::wrap) breaks += problem.count;
   return breaks;
 }
 
 /// The bits of a counter whose values fill their range and that is seen to cross its end; 0 when none fit.
-int guessed_bits(const Recording& recording, std::size_t wheel) {
-  const WheelSeries& series = recording.wheels.series[wheel];
+int guessed_bits(const Recording& recording, const WheelSeries& series) {
   if (series.unit != WheelUnit::ticks) return 0;
-  Robot robot = robot_of_columns(recording);
+  Robot robot = robot_of_columns({&series, 1});
   const auto breaks_with = [&](int bits) {
-    robot.chassis.wheels()[wheel].tick_bits = bits;
-    return breaks_of(series.wheel, align(recording, robot).problems);
+    robot.chassis.wheels().front().tick_bits = bits;
+    return breaks_among(align(recording, robot).problems);
   };
   const std::size_t breaks = breaks_with(0);
   if (breaks == 0) return 0;
@@ -125,32 +124,17 @@ void find_stuck(const Recording& recording, const WheelCourses& courses, std::ve
     }
 }
 
-/// The chassis without one of its wheels.
-Chassis without(const Chassis& chassis, std::size_t wheel) {
-  Chassis rest = chassis;
-  rest.wheel_count = 0;
-  for (std::size_t i = 0; i < chassis.wheels().size(); ++i)
-    if (i != wheel) rest.add(chassis.wheels()[i]);
-  return rest;
-}
-
-Increment without(Increment increment, std::size_t wheel) {
-  std::copy(increment.turned.begin() + static_cast<std::ptrdiff_t>(wheel) + 1, increment.turned.end(),
-            increment.turned.begin() + static_cast<std::ptrdiff_t>(wheel));
-  return increment;
-}
-
 /// What the other sensors say that a wheel rolled over some intervals [m]; nothing where they cannot tell.
 std::optional<double> expected_travel(const Robot& robot, std::size_t wheel,
                                       std::span<const Increment> increments) {
-  const Chassis rest = without(robot.chassis, wheel);
+  const Chassis rest = without_wheel(robot.chassis, wheel);
   const bool with_gyro = rest.gyro && std::all_of(increments.begin(), increments.end(),
                                                   [](const Increment& i) { return i.has_gyro; });
   const Rows rows = rows_of(rest, with_gyro);
   if (rest.wheel_count == 0 || observability(rows).rank < 3) return std::nullopt;
   double travel = 0.0;
   for (const Increment& increment : increments) {
-    const Twist2 twist = twist_of(rest, rows, without(increment, wheel));
+    const Twist2 twist = twist_of(rest, rows, without_wheel(increment, wheel));
     travel += rolling_row(robot.chassis.wheels()[wheel]).dot(twist.vector());
   }
   return travel;
@@ -213,11 +197,10 @@ void find_fractions(const Recording& recording, const Robot& robot, const Aligne
 
 /// Counters that wrap where the robot file says otherwise look as if they started again.
 void name_wraps(const Recording& recording, const Robot& robot, std::vector<Finding>& problems) {
-  for (std::size_t i = 0; i < recording.wheels.series.size(); ++i) {
-    const WheelSeries& series = recording.wheels.series[i];
+  for (const WheelSeries& series : recording.wheels.series) {
     const auto named = std::ranges::find(robot.wheel_names, series.wheel);
     if (named == robot.wheel_names.end()) continue;
-    const int bits = guessed_bits(recording, i);
+    const int bits = guessed_bits(recording, series);
     if (bits == 0) continue;
     const auto index = static_cast<std::size_t>(named - robot.wheel_names.begin());
     if (robot.chassis.wheels()[index].tick_bits == bits) continue;
@@ -251,11 +234,13 @@ bool is_misreading(const Finding& finding) {
 
 std::vector<Finding> inspect(const Recording& recording, const Robot* robot) {
   if (recording.wheels.time_s.empty()) return {};
-  Robot columns = robot_of_columns(recording);
-  std::vector<int> guessed(columns.wheel_names.size());
+  const std::span<const WheelSeries> all = recording.wheels.series;
+  const std::span<const WheelSeries> series = all.first(std::min<std::size_t>(all.size(), kMaxWheels));
+  Robot columns = robot_of_columns(series);
+  std::vector<int> guessed(series.size());
   for (std::size_t i = 0; i < guessed.size(); ++i) {
-    const int told = robot == nullptr ? 0 : told_bits(recording.wheels.series[i], *robot);
-    guessed[i] = told > 0 ? 0 : guessed_bits(recording, i);
+    const int told = robot == nullptr ? 0 : told_bits(series[i], *robot);
+    guessed[i] = told > 0 ? 0 : guessed_bits(recording, series[i]);
     columns.chassis.wheels()[i].tick_bits = std::max(told, guessed[i]);
   }
   const AlignedReadings readings = align(recording, columns);

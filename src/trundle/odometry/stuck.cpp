@@ -4,6 +4,8 @@
 #include <cmath>
 #include <type_traits>
 
+#include "trundle/chassis/without_wheel.hpp"
+
 namespace trundle {
 
 static_assert(std::is_trivially_copyable_v<StuckState>);
@@ -11,22 +13,6 @@ static_assert(std::is_trivially_copyable_v<StuckState>);
 namespace {
 
 using Triple = std::array<double, 3>;
-
-Chassis without(const Chassis& chassis, std::size_t wheel) {
-  Chassis rest = chassis;
-  rest.wheel_count = 0;
-  for (std::size_t i = 0; i < chassis.wheels().size(); ++i)
-    if (i != wheel) rest.add(chassis.wheels()[i]);
-  return rest;
-}
-
-Increment without(const Increment& increment, std::size_t wheel) {
-  Increment rest = increment;
-  for (auto* column : {&rest.turned, &rest.slip_variance})
-    std::copy(column->begin() + static_cast<std::ptrdiff_t>(wheel) + 1, column->end(),
-              column->begin() + static_cast<std::ptrdiff_t>(wheel));
-  return rest;
-}
 
 std::optional<MotionModel> model_of(const Chassis& chassis, bool with_gyro) {
   if (chassis.wheel_count == 0 || (with_gyro && !chassis.gyro)) return std::nullopt;
@@ -72,7 +58,7 @@ StuckWheels::StuckWheels(const Chassis& chassis, const RestOptions& options)
     const Vector3 row = rolling_row(wheel);
     row_.push_back({row.x(), row.y(), row.z()});
     unseen_m_.push_back(std::max(options.jitter_ticks * metres_per_tick(wheel), options.jitter_m));
-    const Chassis rest = without(chassis, i);
+    const Chassis rest = without_wheel(chassis, i);
     others_.push_back({rest, model_of(rest, true), model_of(rest, false)});
   }
 }
@@ -102,7 +88,7 @@ void StuckWheels::expect(StillWheel& still, std::size_t wheel, const Increment& 
   const auto& others = gyro ? others_[wheel].with_gyro : others_[wheel].without_gyro;
   if (others) {
     TwistStep step;
-    const Increment rest = without(increment, wheel);
+    const Increment rest = without_wheel(increment, wheel);
     others->twist_with_covariance(rest, magnitudes(rest.turned), octave, step);
     if (still.variance == 0.0) still.variance = rounding_along(h, step, others_[wheel].chassis);
     still.travel_m += dot(h, step.twist);

@@ -57,7 +57,7 @@ Found<HealthCheck> check_health(const RunInputs& inputs) {
   for (const RecordingInfo& one : info.recordings)
     for (const Finding& problem : one.findings.problems) {
       const HealthProblem told = health_problem_of(problem);
-      const std::string words = fmt::format("{}: {}", problem.place, describe(problem));
+      const std::string words = fmt::format("{}: {}", told.place, told.message);
       health.info.problems.push_back(told);
       if (is_misreading(problem))
         health.misreadings.push_back({misread_by(problem, inputs.recordings), words});

@@ -18,8 +18,7 @@ namespace {
 constexpr std::size_t kFewestWindows = 20;
 constexpr double kSameTurns = 0.5;  // correlation below which the sensors do not speak of the same motion
 constexpr double kLargestResidual = 4.0;  // robust sigmas: beyond, a wheel slips
-constexpr double kSigmaOfMedian = 1.4826;
-constexpr Eigen::Index kLags = 10;  // windows over which residuals may hang together
+constexpr Eigen::Index kLags = 10;        // windows over which residuals may hang together
 constexpr double kFinest_s = 2e-5;
 
 using Vector = Eigen::VectorXd;

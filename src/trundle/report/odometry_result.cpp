@@ -15,6 +15,11 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::array kOdometryRules = {
     JsonRule{"rest_s", kNumber | kNull | kMissing},
+    JsonRule{"rests", kArray | kMissing},
+    JsonRule{"rests/*", kArray | kMissing},
+    JsonRule{"rests/*/*", kNumber | kMissing},
+};
+constexpr std::array kBiasRules = {
     JsonRule{"gyro_bias_over_time", kObject | kMissing},
     JsonRule{"gyro_bias_over_time/time_s", kArray | kMissing},
     JsonRule{"gyro_bias_over_time/time_s/*", kNumber | kMissing},
@@ -22,9 +27,6 @@ constexpr std::array kOdometryRules = {
     JsonRule{"gyro_bias_over_time/rad_s/*", kNumber | kMissing},
     JsonRule{"gyro_bias_over_time/sigma_rad_s", kArray | kMissing},
     JsonRule{"gyro_bias_over_time/sigma_rad_s/*", kNumber | kMissing},
-    JsonRule{"rests", kArray | kMissing},
-    JsonRule{"rests/*", kArray | kMissing},
-    JsonRule{"rests/*/*", kNumber | kMissing},
 };
 
 }  // namespace
@@ -36,6 +38,7 @@ Json to_json(const BiasOverTime& bias) {
 std::optional<BiasOverTime> bias_from_json(const Json& document, std::string_view file_name) {
   constexpr std::array kColumns = {"time_s", "rad_s", "sigma_rad_s"};
   if (!document.contains("gyro_bias_over_time")) return std::nullopt;
+  check_rules(document, kBiasRules, file_name);
   expect_same_lengths(document, "gyro_bias_over_time", kColumns, file_name);
   const Json& columns = document.at("gyro_bias_over_time");
   return BiasOverTime{columns.at("time_s"), columns.at("rad_s"), columns.at("sigma_rad_s")};

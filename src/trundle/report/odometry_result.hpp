@@ -24,8 +24,8 @@ struct OdometryResult {
 };
 
 nlohmann::ordered_json to_json(const BiasOverTime& bias);
-/// Nothing where the document of odometry or SLAM has none. Throws InputError where its columns are not
-/// equally long.
+/// Nothing where the document of odometry or SLAM has none. Throws InputError where it is malformed, or its
+/// columns are not equally long.
 std::optional<BiasOverTime> bias_from_json(const nlohmann::ordered_json& document,
                                            std::string_view file_name);
 

@@ -26,13 +26,6 @@ constexpr std::array kSlamRules = {
     JsonRule{"nis", kObject},
     JsonRule{"nis/mean", kNumber | kNull},
     JsonRule{"smallest_effective_share", kNumber | kNull | kMissing},
-    JsonRule{"gyro_bias_over_time", kObject | kMissing},
-    JsonRule{"gyro_bias_over_time/time_s", kArray | kMissing},
-    JsonRule{"gyro_bias_over_time/time_s/*", kNumber | kMissing},
-    JsonRule{"gyro_bias_over_time/rad_s", kArray | kMissing},
-    JsonRule{"gyro_bias_over_time/rad_s/*", kNumber | kMissing},
-    JsonRule{"gyro_bias_over_time/sigma_rad_s", kArray | kMissing},
-    JsonRule{"gyro_bias_over_time/sigma_rad_s/*", kNumber | kMissing},
 };
 
 std::optional<Decision> decision_named(const std::string& name) {

@@ -8,6 +8,7 @@
 
 #include "trundle/calibration/run_likelihood.hpp"
 #include "trundle/odometry/odometer.hpp"
+#include "trundle/statistics/median.hpp"
 
 namespace trundle {
 namespace {
@@ -19,8 +20,6 @@ constexpr std::size_t kFewestEpochsForLags = 11;
 // Differences larger than so many robust sigmas (by chance 2e-9) are lost tracking, not wobble: they count as
 // that much.
 constexpr double kLargestDeviation = 6.0;
-// From the median of |x| to the σ of a Gaussian: 1 / Φ⁻¹(3/4).
-constexpr double kSigmaOfMedian = 1.4826;
 
 /// Mean square, with outliers cut.
 double mean_square(std::vector<double>& values) {
