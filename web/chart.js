@@ -76,9 +76,9 @@ function withAlpha(name, alpha) {
 function rangeOf(spec, factor) {
   return (plot, low, high) => {
     const wanted = [low, high, ...(spec.limits ?? []).filter((limit) => limit.inView).map((limit) => limit.value * factor)].filter(Number.isFinite);
-    if (wanted.length === 0) return [0, 1];
+    if (wanted.length === 0) return spec.y.log ? [0.1, 1] : [0, 1];
     const [least, most] = [Math.min(...wanted, spec.y.from ?? Infinity), Math.max(...wanted, spec.y.to ?? -Infinity)];
-    if (spec.y.log) return [Math.max(least * 0.8, 1e-12), most * 1.25];
+    if (spec.y.log) return most > 0 ? [Math.max(least * 0.8, 1e-12), most * 1.25] : [0.1, 1]; // all zero: a gyro that is exactly still
     const top = Math.min(most, spec.y.most ?? Infinity);
     const bottom = Math.max(least, spec.y.least ?? -Infinity);
     const margin = 0.06 * (top - bottom || Math.abs(top) || 1);

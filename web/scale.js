@@ -18,6 +18,7 @@ export function ticks(low, high, count = 5) {
 
 // Round values on a logarithmic axis: 1, 2 and 5 of each decade, or its power of ten alone, or only some of these.
 export function logTicks(low, high, most = 7) {
+  if (!(low > 0)) return [];
   const powers = [];
   for (let exponent = Math.floor(Math.log10(low)); exponent <= Math.log10(high); ++exponent) powers.push(exponent);
   const inside = (values) => values.filter((value) => value >= low * 0.999 && value <= high * 1.001);

@@ -1,10 +1,13 @@
 #include "command.hpp"
 
 #include <charconv>
+#include <cstdio>
 
 #include <fmt/format.h>
 
+#include "trundle/io/error.hpp"
 #include "trundle/recording/csv/number.hpp"
+#include "trundle/report/json_text.hpp"
 
 namespace trundle::app {
 
@@ -56,10 +59,16 @@ void refuse_empty_values(CLI::App& app) {
 
 void print(const Common& common, const nlohmann::ordered_json& document, const std::string& text) {
   if (common.json) {
-    fmt::print("{}\n", document.dump(2));
+    fmt::print("{}\n", dumped(document, 2));
   } else if (!common.quiet) {
     fmt::print("{}", text);
   }
+  require_printed();
+}
+
+void require_printed() {
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+    throw InputError("standard output", "cannot be written to its end", "a place with room for it");
 }
 
 }  // namespace trundle::app

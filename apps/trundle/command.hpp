@@ -44,6 +44,9 @@ void refuse_empty_values(CLI::App& app);
 /// Prints the document when --json was given, else the text unless --quiet.
 void print(const Common& common, const nlohmann::ordered_json& document, const std::string& text);
 
+/// What was printed has arrived, else throws InputError: a full disk behind stdout is no success.
+void require_printed();
+
 // One function for each command, each in a file of its own: declares options, sets the callback.
 void add_calibrate(CLI::App& app);
 void add_umbmark(CLI::App& app);

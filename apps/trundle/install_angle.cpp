@@ -28,7 +28,7 @@ struct InstallAngleArguments {
 };
 
 /// Runs and what they were read from.
-struct Input {
+struct LinesDriven {
   std::vector<LRun> runs;
   std::vector<InputFile> files;
 };
@@ -85,7 +85,7 @@ std::vector<LRun> runs_by_hand(const InstallAngleArguments& options) {
   return runs;
 }
 
-Input from_recordings(const InstallAngleArguments& options) {
+LinesDriven from_recordings(const InstallAngleArguments& options) {
   const bool has_ends =
       std::ranges::any_of(options.repeat, [](const auto& text) { return !count_from(text); });
   if (options.side_m || !options.end_x_m.empty() || !options.end_y_m.empty() || has_ends)
@@ -93,7 +93,7 @@ Input from_recordings(const InstallAngleArguments& options) {
                                "hold the side and the end of each run: leave out --side-m, --end-x-m, "
                                "--end-y-m and --repeat X,Y");
   if (options.robot.empty()) throw CLI::RequiredError("--robot (which wheel is which pod)");
-  Input input;
+  LinesDriven input;
   for (const std::string& folder : options.recordings) {
     for (const auto& path : recordings_below(folder)) {
       const Recording recording = read_recording(path);
@@ -110,7 +110,7 @@ StartHeading start_heading_of(const InstallAngleArguments& options) {
   return options.start_heading == "each-run" ? StartHeading::each_run : StartHeading::one_alignment;
 }
 
-Provenance provenance_of(const InstallAngleArguments& options, const Input& input) {
+Provenance provenance_of(const InstallAngleArguments& options, const LinesDriven& input) {
   Provenance provenance{input.files, {}, std::nullopt};
   const auto add = [&](const char* name, const std::optional<double>& value) {
     if (value) provenance.options.emplace_back(name, fmt::format("{}", *value));
@@ -125,7 +125,7 @@ Provenance provenance_of(const InstallAngleArguments& options, const Input& inpu
   return provenance;
 }
 
-Json document_of(const Provenance& provenance, const Input& input, const InstallAngle& angle) {
+Json document_of(const Provenance& provenance, const LinesDriven& input, const InstallAngle& angle) {
   Json document = trundle::to_json(provenance);
   document["alpha_rad"] = angle.alpha_rad;
   document["alpha_deg"] = degrees(angle.alpha_rad);
@@ -170,7 +170,7 @@ std::string words_of_sigma(const InstallAngle& angle, StartHeading start_heading
   return text;
 }
 
-std::string text_of(const Input& input, const InstallAngle& angle, StartHeading start_heading) {
+std::string text_of(const LinesDriven& input, const InstallAngle& angle, StartHeading start_heading) {
   std::string text;
   for (std::size_t i = 0; input.runs.size() > 1 && i < input.runs.size(); ++i)
     text += fmt::format("run {}: side {:.4f} m, end ({:.4f}, {:.4f}) m{}: alpha {:.3f}°\n", i + 1,
@@ -191,8 +191,8 @@ std::string text_of(const Input& input, const InstallAngle& angle, StartHeading 
 }
 
 void run(const InstallAngleArguments& options) {
-  const Input input =
-      options.recordings.empty() ? Input{runs_by_hand(options), {}} : from_recordings(options);
+  const LinesDriven input =
+      options.recordings.empty() ? LinesDriven{runs_by_hand(options), {}} : from_recordings(options);
   const InstallAngle angle =
       install_angle(input.runs, {.sigma_m = options.sigma_m,
                                  .sigma_heading_rad = radians(options.sigma_heading_deg),

@@ -11,6 +11,7 @@
 
 #include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/provenance.hpp"
+#include "trundle/report/json_text.hpp"
 
 #include "command.hpp"
 #include "live.hpp"
@@ -49,7 +50,7 @@ class Printer {
 
   void begin(const Provenance& provenance) {
     if (!common_.json) return;
-    std::string head = to_json(provenance).dump();
+    std::string head = dumped(to_json(provenance));
     head.back() = ',';
     put(head + "\"estimates\":[\n");
   }
@@ -67,7 +68,7 @@ class Printer {
  private:
   static void put(const std::string& text) {
     std::fwrite(text.data(), 1, text.size(), stdout);
-    std::fflush(stdout);
+    require_printed();
   }
 
   Common common_;
@@ -103,7 +104,7 @@ class Session {
       : options_(options),
         robot_(robot.robot),
         provenance_(provenance_of(options, robot)),
-        settings_(to_json(provenance_).dump()),
+        settings_(dumped(to_json(provenance_))),
         printer_(options.common),
         odometer_(robot.robot, {.start = start_pose_from(options.start),
                                 .slip = {.probability = options.probability, .spin_odds = options.spin_odds},
@@ -118,16 +119,19 @@ class Session {
       const auto begin = Timing::Clock::now();
       ++lines_in_;
       if (!line.empty()) take(line);
+      store_if_due();
       if (options_.timing) timing_.add(Timing::Clock::now() - begin);
     }
-    if (!options_.checkpoint.empty()) store();
+    const LiveOdometer waiting = odometer_;  // as one that goes on needs it
     odometer_.finish(estimates_);
     print_estimates();
     printer_.end();
+    store(waiting);
     if (options_.timing) fmt::print(stderr, "{}", timing_.text());
   }
 
-  std::size_t bad_lines() const { return bad_lines_; }
+  /// Lines that were left out, checkpoints that were not stored: each has been told.
+  std::size_t problems() const { return problems_; }
 
  private:
   /// A line that is wrong is named and left out: a robot does not lose its pose for it.
@@ -135,15 +139,19 @@ class Session {
     const std::string place = trundle::place("stdin", lines_in_);
     try {
       const LiveLine line = parse_live_line(text, place);
-      repeats_ = repeats_ && !odometer_.is_later(line);
-      if (repeats_) return;
+      if (repeats_ && odometer_.is_known(line)) return;
       odometer_.take(line, place, estimates_);
-      print_estimates();
-      store_if_due(line.time_s);
+      repeats_ = false;
+      last_s_ = line.time_s;
     } catch (const InputError& error) {
-      ++bad_lines_;
-      fmt::print(stderr, "trundle: {}\n", error.what());
+      tell(error);
     }
+    print_estimates();
+  }
+
+  void tell(const InputError& error) {
+    ++problems_;
+    fmt::print(stderr, "trundle: {}\n", error.what());
   }
 
   void print_estimates() {
@@ -151,13 +159,21 @@ class Session {
     estimates_.clear();
   }
 
-  void store_if_due(double time_s) {
-    if (options_.checkpoint.empty() || time_s < next_store_s_) return;
-    next_store_s_ = time_s + options_.checkpoint_every_s;
-    store();
+  void store_if_due() {
+    if (last_s_ < next_store_s_) return;
+    next_store_s_ = last_s_ + options_.checkpoint_every_s;
+    store(odometer_);
   }
 
-  void store() { write_live_checkpoint(options_.checkpoint, settings_, odometer_); }
+  /// Where that fails the answers go on: the robot drives.
+  void store(const LiveOdometer& odometer) {
+    if (options_.checkpoint.empty()) return;
+    try {
+      write_live_checkpoint(options_.checkpoint, settings_, odometer);
+    } catch (const InputError& error) {
+      tell(error);
+    }
+  }
 
   LiveArguments options_;
   Robot robot_;
@@ -168,9 +184,10 @@ class Session {
   Timing timing_;
   std::vector<LiveEstimate> estimates_;
   std::size_t lines_in_ = 0;
-  std::size_t bad_lines_ = 0;
+  std::size_t problems_ = 0;
   bool repeats_ = false;  ///< after a resume, while the input repeats what is known
-  double next_store_s_ = -std::numeric_limits<double>::infinity();
+  double last_s_ = -std::numeric_limits<double>::infinity();  ///< stamp of the last line that was taken
+  double next_store_s_ = -std::numeric_limits<double>::max();
 };
 
 void run(const LiveArguments& options) {
@@ -178,7 +195,7 @@ void run(const LiveArguments& options) {
   require_apart({robot.file}, {options.checkpoint});
   Session session(options, robot);
   session.run(std::cin);
-  if (session.bad_lines() > 0) throw Exit{kBadInput};  // told of already, line by line
+  if (session.problems() > 0) throw Exit{kBadInput};  // told of already
 }
 
 }  // namespace

@@ -23,9 +23,17 @@ std::string text_of(const ReportArguments& options, const nlohmann::ordered_json
   return json ? json_text(report) : report_page(report);
 }
 
+/// All that the page may not go over: what it was drawn from, and the records of the runs.
+std::vector<InputFile> inputs_of(const ReportArguments& options, const ReportAnswer& answer) {
+  std::vector<InputFile> inputs = answer.provenance.inputs;
+  for (const std::string& folder : options.question.inputs)
+    inputs.push_back({(std::filesystem::path(folder) / "run.json").string(), {}});
+  return inputs;
+}
+
 void run(const ReportArguments& options) {
   const ReportAnswer answer = answer_report(options.question);
-  write_files({{options.output, text_of(options, answer.document)}}, answer.provenance.inputs);
+  write_files({{options.output, text_of(options, answer.document)}}, inputs_of(options, answer));
   nlohmann::ordered_json document = to_json(answer.provenance);
   document["outputs"] = {options.output};
   print(options.common, document, fmt::format("wrote {}\n", options.output));

@@ -22,6 +22,7 @@ struct SlamArguments {
   std::string filter = "fastslam2";
   std::string estimate;
   std::string output;
+  bool timing = false;
 };
 
 std::string smoother_line(const SmootherCounts& counts) {
@@ -50,10 +51,6 @@ std::string text_of(const SlamArguments& options, const SlamAnswer& answer) {
   if (counts.closed_loops > 0)
     text +=
         fmt::format("  map bent to close a loop: {} times (steps.csv, closed_loop)\n", counts.closed_loops);
-  const StepTimes& times = answer.result.step_times;
-  text += fmt::format(
-      "  time of a step with sightings: median {:.3f} ms, 99th percentile {:.3f} ms, longest {:.3f} ms\n",
-      1e3 * times.median_s, 1e3 * times.p99_s, 1e3 * times.longest_s);
   if (answer.smoothed) text += smoother_line(answer.smoothed->counts);
   text += fmt::format("end pose: x {:.4f} m, y {:.4f} m, heading {:.3f}°\n", end.pose.x, end.pose.y,
                       degrees(end.pose.heading));
@@ -64,6 +61,13 @@ std::string text_of(const SlamArguments& options, const SlamAnswer& answer) {
   for (const Finding& problem : answer.input.problems) text += app::line_of(problem);
   for (const Finding& doubt : answer.doubts) text += app::line_of(doubt);
   return text;
+}
+
+void print_times(const StepTimes& times) {
+  fmt::print(
+      stderr,
+      "time of a step with sightings: median {:.3f} ms, 99th percentile {:.3f} ms, longest {:.3f} ms\n",
+      1e3 * times.median_s, 1e3 * times.p99_s, 1e3 * times.longest_s);
 }
 
 /// All that no result may go over: what was read, and the checkpoint that was written.
@@ -96,6 +100,7 @@ void run(const SlamArguments& options) {
   bar.clear();
   write_files(files_of(answer, options.output), inputs_of(answer, question.checkpoints));
   print(options.common, document_of(answer), text_of(options, answer));
+  if (options.timing) print_times(answer.result.step_times);
 }
 
 }  // namespace
@@ -137,6 +142,7 @@ void add_slam(CLI::App& app) {
       ->add_option("--start", options->question.start_text,
                    "Pose at the first stamp: X,Y,DEG [m, m, degrees]")
       ->capture_default_str();
+  command->add_flag("--timing", options->timing, "At the end, on stderr: how long a step took");
   command->add_flag("--smooth", options->question.smooth,
                     "Then the most probable trajectory and map given everything seen, before and after");
   command

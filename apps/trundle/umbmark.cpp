@@ -22,20 +22,20 @@ struct UmbmarkArguments {
 };
 
 /// What the method works on, and what it was read from.
-struct Input {
+struct Squares {
   CalibrationResult result;
   std::vector<InputFile> files;
 };
 
-Input from_sheet(const UmbmarkArguments& options, const Robot& nominal, SquareMethod method) {
+Squares from_sheet(const UmbmarkArguments& options, const Robot& nominal, SquareMethod method) {
   const std::filesystem::path path = options.inputs.front();
   return {umbmark(read_sheet(path, options.side_m), nominal, method), {input_file(path)}};
 }
 
-Input from_recordings(const UmbmarkArguments& options, const Robot& nominal, SquareMethod method) {
+Squares from_recordings(const UmbmarkArguments& options, const Robot& nominal, SquareMethod method) {
   if (!options.side_m) throw CLI::RequiredError("--side-m (the nominal side of the square that was driven)");
   const std::vector<Recording> recordings = read_recordings(options.inputs);
-  Input input = {umbmark(recordings, nominal, *options.side_m, method), {}};
+  Squares input = {umbmark(recordings, nominal, *options.side_m, method), {}};
   for (const Recording& recording : recordings)
     input.files.insert(input.files.end(), recording.inputs.begin(), recording.inputs.end());
   return input;
@@ -63,7 +63,7 @@ Provenance provenance_of(const UmbmarkArguments& options, std::vector<InputFile>
 void run(const UmbmarkArguments& options) {
   const Robot nominal = read_robot(options.robot);
   const SquareMethod method = *square_method_named(options.method);
-  Input input =
+  Squares input =
       is_sheet(options) ? from_sheet(options, nominal, method) : from_recordings(options, nominal, method);
   CalibrationAnswer answer{provenance_of(options, std::move(input.files)), std::move(input.result)};
   add_provenance(answer.provenance, answer.result);

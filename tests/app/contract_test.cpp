@@ -129,6 +129,39 @@ TEST_P(Contract, SaysSomethingAndNoError) {
   EXPECT_THAT(outcome.out, testing::Not(IsEmpty()));
 }
 
+TEST_P(Contract, PrintsTheSameAgain) {
+  const std::string first = run(command_line(GetParam())).out;
+  EXPECT_EQ(run(command_line(GetParam())).out, first);
+}
+
+TEST(ANameThatIsNotUtf8, IsRepairedInJson) {
+  const Sample sample;
+  const std::string robot = "nominal\xff.toml";
+  std::filesystem::copy(sample.folder() / "nominal.toml", sample.folder() / robot);
+  const Outcome outcome = run_program(sample.folder(), {"info", "ccw", "--robot", robot, "--json"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(nlohmann::json::accept(outcome.out)) << outcome.out;
+}
+
+TEST(ALoopOfLinks, IsAnInputThatIsWrong) {
+  const Sample sample;
+  std::filesystem::create_symlink("loop", sample.folder() / "loop");
+  for (const std::string& recording : {std::string("loop"), std::string(300, 'a')}) {
+    const Outcome outcome = run_program(sample.folder(), {"info", recording});
+    EXPECT_EQ(outcome.exit_code, 3);
+    EXPECT_THAT(outcome.err, IsOneLineOfError());
+  }
+}
+
+TEST_P(Contract, SaysWhenStdoutIsFull) {
+  std::string command = TRUNDLE_PROGRAM;
+  for (const std::string& argument : command_line(GetParam())) command += " '" + argument + "'";
+  const Outcome outcome =
+      run_program(sample_.folder(), {"-c", command + " > /dev/full"}, {.program = "/bin/sh"});
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_THAT(outcome.err, IsOneLineOfError());
+}
+
 TEST_P(Contract, JsonIsOneDocument) {
   const Outcome outcome = run(command_line(GetParam(), {"--json"}));
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;

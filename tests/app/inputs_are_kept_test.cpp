@@ -103,15 +103,27 @@ TEST(ACheckpoint, IsTakenUpAndWrittenInOnePlace) {
   EXPECT_EQ(slam("seen", {"--resume", "state"}), 0);
 }
 
+TEST(AReport, DoesNotGoOverTheRecordOfItsRun) {
+  const Sample sample;
+  ASSERT_EQ(run_program(sample.folder(), {"run", "ccw", "--robot", "nominal.toml", "-o", "o"}).exit_code, 0);
+  const std::string record = read_file(sample.folder() / "o/run.json");
+  const Outcome outcome = run_program(sample.folder(), {"report", "o", "-o", "o/run.json"});
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_THAT(outcome.err, HasSubstr("which would be lost"));
+  EXPECT_EQ(read_file(sample.folder() / "o/run.json"), record);
+}
+
 TEST(AFile, HoldsOneResult) {
   const Sample sample;
-  const Outcome outcome =
-      run_program(sample.folder(), {"localize", "seen", "--robot", "sighted.toml", "--map", "map.csv",
-                                    "--steps", "o/../t.csv", "-o", "t.csv"});
-  EXPECT_EQ(outcome.exit_code, 3);
-  EXPECT_THAT(outcome.err, IsOneLineOfError());
-  EXPECT_THAT(outcome.err, HasSubstr("two results"));
-  EXPECT_FALSE(std::filesystem::exists(sample.folder() / "t.csv"));
+  for (const char* spelling : {"o/../t.csv", "./t.csv", "seen/../t.csv"}) {
+    const Outcome outcome =
+        run_program(sample.folder(), {"localize", "seen", "--robot", "sighted.toml", "--map", "map.csv",
+                                      "--steps", spelling, "-o", "t.csv"});
+    EXPECT_EQ(outcome.exit_code, 3);
+    EXPECT_THAT(outcome.err, IsOneLineOfError());
+    EXPECT_THAT(outcome.err, HasSubstr("two results"));
+    EXPECT_FALSE(std::filesystem::exists(sample.folder() / "t.csv"));
+  }
 }
 
 TEST(ADevice, IsNoPlaceForResults) {

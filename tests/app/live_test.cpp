@@ -142,6 +142,47 @@ TEST_F(LiveCommand, ALineThatIsWrongIsNamedAndLeftOut) {
   EXPECT_EQ(outcome.out, live().out);
 }
 
+TEST_F(LiveCommand, AStampFarAheadIsLeftOutByItself) {
+  std::vector<std::string> lines = lines_in(tour_as_lines());
+  lines.insert(lines.begin() + 7, R"({"time_s": 1e12, "gyro": 0.0})");
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  keep("wrong.jsonl", text);
+  const Outcome outcome = live({"--checkpoint", "state"}, {.input = "wrong.jsonl"});
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_THAT(outcome.err, StartsWith("trundle: stdin:8: a stamp of 1000000000000 s, after a reading at "));
+  EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1);
+  EXPECT_EQ(outcome.out, live().out);
+  // What is known already is passed over, the garbled line or not.
+  keep("longer.jsonl", text + R"({"time_s": 1000, "gyro": 0.0})" + "\n");
+  const Outcome resumed = live({"--resume", "state"}, {.input = "longer.jsonl"});
+  EXPECT_EQ(std::ranges::count(resumed.err, '\n'), 1) << resumed.err;
+  EXPECT_LE(lines_in(resumed.out).size(), 2U);
+}
+
+TEST_F(LiveCommand, ALogThatGoesOnDaysLaterIsTakenUpWithItsSecondLine) {
+  const std::string later = R"({"time_s":864000,"wheels":{"left_ticks":5000,"right_ticks":5000}})"
+                            "\n"
+                            R"({"time_s":864000.1,"wheels":{"left_ticks":5001,"right_ticks":5001}})"
+                            "\n"
+                            R"({"time_s":864000.2,"wheels":{"left_ticks":5002,"right_ticks":5002}})"
+                            "\n"
+                            R"({"time_s":864000.3,"wheels":{"left_ticks":5003,"right_ticks":5003}})"
+                            "\n";
+  keep("days.jsonl", tour_as_lines() + later);
+  const Outcome outcome = live({}, {.input = "days.jsonl"});
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr(R"({"time_s":864000.2,)"));
+}
+
+TEST_F(LiveCommand, ACheckpointThatCannotBeStoredLosesNoAnswer) {
+  const Outcome outcome = live({"--checkpoint", "/proc/state", "--json"});
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_THAT(outcome.err, HasSubstr("/proc/state"));
+  EXPECT_EQ(Json::parse(outcome.out).at("estimates").size(), lines_in(live().out).size());
+}
+
 TEST_F(LiveCommand, ACheckpointOfAnotherRobotIsRefused) {
   ASSERT_EQ(live({"--checkpoint", "state"}).exit_code, 0);
   keep("other.toml", read_file(kDemoRobot) + "# another\n");
@@ -164,6 +205,16 @@ TEST_F(LiveCommand, JsonIsOneDocumentAndQuietIsQuiet) {
   EXPECT_EQ(document.at("estimates").size(), lines_in(live().out).size());
   const Outcome quiet = live({"--quiet"});
   EXPECT_THAT(quiet.out + quiet.err, IsEmpty());
+}
+
+// Nothing that was not told is stored as done.
+TEST_F(LiveCommand, WhatCannotBePrintedIsAnError) {
+  const std::string command = std::string(TRUNDLE_PROGRAM) + " live --robot " + kDemoRobot +
+                              " --checkpoint state < tour.jsonl > /dev/full";
+  const Outcome outcome = run_program(sample_.folder(), {"-c", command}, {.program = "/bin/sh"});
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_THAT(outcome.err, StartsWith("trundle: standard output: cannot be written"));
+  EXPECT_FALSE(std::filesystem::exists(sample_.folder() / "state"));
 }
 
 TEST_F(LiveCommand, NoInputIsNoOutput) {

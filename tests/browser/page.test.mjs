@@ -48,6 +48,12 @@ describe('the report page', { concurrency: 3 }, () => {
     assert.ok(y + height <= 900, 'without scrolling');
   });
 
+  look('an Allan deviation of zero throughout is a chart without a curve', 'still', {}, async (page) => {
+    await section(page, 'Gyro bias').locator('figure').scrollIntoViewIfNeeded();
+    await drawn(page);
+    assert.equal(await section(page, 'Gyro bias').locator('h4').count(), 1);
+  });
+
   for (const colorScheme of ['light', 'dark']) {
     look(`every section is drawn, ${colorScheme}`, 'demo', { colorScheme }, async (page) => {
       assert.deepEqual(await page.locator('section h3').allInnerTexts(), sections);

@@ -59,11 +59,11 @@ function withoutReference(run, folder) {
   for (const name of ['wheels.csv', 'gyro.csv']) cpSync(join(run, name), join(folder, name));
 }
 
-// {demo, two, hostile, alone, unmeasured, pair}: files of pages; made once.
+// {demo, two, hostile, alone, still, unmeasured, pair}: files of pages; made once.
 export function makePages() {
   mkdirSync(work, { recursive: true });
   const file = (name) => join(work, name);
-  for (const name of ['demo', 'other', 'hostile', 'alone', 'unmeasured', 'unmeasured_run']) rmSync(file(name), { recursive: true, force: true });
+  for (const name of ['demo', 'other', 'hostile', 'alone', 'still', 'unmeasured', 'unmeasured_run']) rmSync(file(name), { recursive: true, force: true });
   trundle('run', join(demo, 'slip'), '--robot', join(demo, 'robot.toml'), '--calibrate-on', ...[1, 2, 3].map((i) => join(demo, `session_0${i}`)),
     '--learn', join(demo, 'session_01/tour'), '-o', file('demo'));
   trundle('slam', join(demo, 'slip'), '--robot', join(file('demo'), 'calibrated.toml'), '--filter', 'ekf', '-o', file('other'));
@@ -73,8 +73,12 @@ export function makePages() {
   trundle('run', file('unmeasured_run'), '--robot', join(demo, 'robot.toml'), '-o', file('unmeasured'));
   cpSync(file('demo'), file('hostile'), { recursive: true });
   makeHostile(file('hostile'));
-  for (const name of ['demo', 'hostile', 'alone', 'unmeasured']) trundle('report', file(name), '-o', file(`${name}.html`));
+  cpSync(file('alone'), file('still'), { recursive: true });
+  replaceInJson(join(file('still'), 'info.json'), (info) => { // a gyro that reads exactly 0 at rest
+    info.gyro_noise = { allan: [0.1, 1, 10].map((tau) => ({ tau_s: tau, deviation_rad_s: 0 })) };
+  });
+  for (const name of ['demo', 'hostile', 'alone', 'still', 'unmeasured']) trundle('report', file(name), '-o', file(`${name}.html`));
   trundle('report', file('demo'), file('other'), '-o', file('two.html'));
   trundle('report', file('demo'), file('alone'), '-o', file('pair.html'));
-  return { demo: file('demo.html'), two: file('two.html'), hostile: file('hostile.html'), alone: file('alone.html'), unmeasured: file('unmeasured.html'), pair: file('pair.html') };
+  return { demo: file('demo.html'), two: file('two.html'), hostile: file('hostile.html'), alone: file('alone.html'), still: file('still.html'), unmeasured: file('unmeasured.html'), pair: file('pair.html') };
 }

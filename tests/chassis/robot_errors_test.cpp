@@ -228,6 +228,18 @@ TEST(MalformedRobot, of_any_bytes_is_read_or_refused_in_one_line) {
   EXPECT_GT(refused, 1000);
 }
 
+std::string dotted_key(int parts) {
+  std::string key = "a";
+  for (int i = 1; i < parts; ++i) key += ".a";
+  return key;
+}
+
+TEST(MalformedRobot, of_keys_within_keys_breaks_no_stack) {
+  for (const int parts : {500, 1001, 31'000, 1'000'000})
+    for (const std::string& text : {"\n" + dotted_key(parts) + " = 1\n", "\n[" + dotted_key(parts) + "]\n"})
+      EXPECT_THROW(parse_robot(text, "r"), InputError) << parts;
+}
+
 INSTANTIATE_TEST_SUITE_P(Files, MalformedRobot, testing::ValuesIn(kFiles),
                          [](const auto& file) { return std::string(file.param.name); });
 

@@ -1,5 +1,8 @@
 #include "trundle/io/error.hpp"
 
+#include <cerrno>
+#include <filesystem>
+#include <system_error>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -20,6 +23,9 @@ TEST(InputError, stays_one_line_whatever_it_quotes) {
 TEST(ExitCode, tells_the_three_kinds_of_error_apart) {
   EXPECT_EQ(exit_code_of(InputError("robot.toml", "is empty", "a robot")), kBadInput);
   EXPECT_EQ(exit_code_of(CannotAnswer("nothing moved")), kCannotAnswer);
+  EXPECT_EQ(exit_code_of(std::filesystem::filesystem_error("of a folder",
+                                                           std::error_code(ELOOP, std::generic_category()))),
+            kBadInput);
   EXPECT_EQ(exit_code_of(std::runtime_error("of another library")), kBug);
 }
 

@@ -59,6 +59,14 @@ TEST_F(FileTest, what_is_no_file_is_not_replaced_by_one) {
   EXPECT_THAT(message_of([&] { write_file(folder_, "x"); }), HasSubstr("is a folder"));
 }
 
+TEST_F(FileTest, what_is_no_file_or_fails_while_it_is_read_is_refused) {
+  ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);
+  EXPECT_THAT(message_of([&] { read_file(folder_ / "pipe"); }), HasSubstr("is no file"));
+  EXPECT_THAT(message_of([&] { read_file("/dev/zero"); }), HasSubstr("is no file"));
+  // Its first page is not mapped: reading there is an I/O error.
+  EXPECT_THAT(message_of([&] { read_file("/proc/self/mem"); }), HasSubstr("Input/output error"));
+}
+
 TEST_F(FileTest, outputs_are_apart_from_inputs_by_whatever_name) {
   write_file(folder_ / "in", "x");
   write_file(folder_ / "out", "x");

@@ -51,7 +51,13 @@ TEST(CalibrationSchema, NamesTheLineThatIsNotJson) {
 }
 
 TEST(CalibrationSchema, RefusesNestingOfAnyDepthWithoutFalling) {
-  EXPECT_THAT(message_for(std::string(200000, '[')), HasSubstr("is not JSON here"));
+  EXPECT_THAT(message_for(std::string(200000, '[')), HasSubstr("nests deeper"));
+  EXPECT_THAT(message_for("{\"runs\": " + std::string(70000, '[') + std::string(70000, ']') + "}"),
+              HasSubstr("nests deeper"));
+}
+
+TEST(CalibrationSchema, RefusesNumbersThatAreOutOfRange) {
+  EXPECT_THAT(message_for(R"({"format": 1e999})"), HasSubstr("out of range"));
 }
 
 struct Damage {

@@ -69,11 +69,11 @@ constexpr LengthUnit kLengthUnits[] = {
 
 /// By which a reference moves so many times as far as the wheels; null: none.
 const LengthUnit* unit_of(double times) {
-  constexpr double kAlike = 1.3;  // wheels are as large as the robot file says to within that
+  constexpr double kSameSize = 1.3;  // wheels are as large as the robot file says to within that
   for (const LengthUnit& unit : kLengthUnits) {
     const double metres = factor_of(unit.symbol, "x_m").value();
     for (const double ratio : {times * metres, times / metres})
-      if (ratio < kAlike && ratio > 1.0 / kAlike) return &unit;
+      if (ratio < kSameSize && ratio > 1.0 / kSameSize) return &unit;
   }
   return nullptr;
 }
@@ -101,7 +101,7 @@ std::optional<double> initial_scale(std::span<const Run> runs, const Robot& robo
 }
 
 bool stretches_agree(std::span<const Run> runs, const Robot& given) {
-  constexpr double kAlike = 1.3;  // of the middle half of what was rolled
+  constexpr double kLargestSpread = 1.3;  // of the middle half of what was rolled
   // Wheels that roll too far wind the chords of their stretches up: they are looked at as the reference has
   // them. (The place of the reference only makes it move farther.)
   Robot robot = given;
@@ -116,7 +116,7 @@ bool stretches_agree(std::span<const Run> runs, const Robot& given) {
     turned_m += stretch.turn_rad * lever_m;
   }
   const auto low = quantile(stretches, 0.25), high = quantile(stretches, 0.75);
-  return low && high && *high < kAlike * *low && rolled_m > turned_m;
+  return low && high && *high < kLargestSpread * *low && rolled_m > turned_m;
 }
 
 std::optional<ScaleFault> scale_fault(std::span<const Run> runs, const Robot& robot) {

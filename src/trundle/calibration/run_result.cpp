@@ -82,13 +82,6 @@ double mean_nees(const Trajectory& odometry, const std::vector<Matrix3>& covaria
   return sum / std::max(count, 1);
 }
 
-Trajectory thinned(const Trajectory& trajectory) {
-  Trajectory result;
-  const std::size_t step = trajectory.poses.size() / kPosesInPictures + 1;
-  for (std::size_t i = 0; i < trajectory.poses.size(); i += step) result.poses.push_back(trajectory.poses[i]);
-  return result;
-}
-
 /// Squares and circles do, tours that happen to end near their start do not. `sense`: 1 counter-clockwise,
 /// −1.
 bool turns_one_way(const Trajectory& trajectory, double sense) {
@@ -149,9 +142,9 @@ RunResult run_result(const Run& run, const Robot& nominal, const Robot& calibrat
     result.nees_white_only = mean_nees(after.trajectory, after.white_covariances, reference, noise);
   }
   result.turn = turn_of(reference);
-  result.nominal = thinned(before.trajectory);
-  result.calibrated = thinned(after.trajectory);
-  result.reference = thinned(reference);
+  result.nominal = thinned(before.trajectory, kPosesInPictures);
+  result.calibrated = thinned(after.trajectory, kPosesInPictures);
+  result.reference = thinned(reference, kPosesInPictures);
   return result;
 }
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 
 #include "trundle/chassis/detail/calibration_table.hpp"
+#include "trundle/chassis/detail/parse_toml.hpp"
 #include "trundle/chassis/detail/robot_keys.hpp"
 #include "trundle/chassis/detail/toml_source.hpp"
 #include "trundle/io/file.hpp"
-#include "trundle/io/words.hpp"
 
 namespace trundle {
 namespace {
@@ -139,12 +139,8 @@ std::string place_of_wheel(const Robot& robot, std::size_t wheel) {
 
 Robot parse_robot(std::string_view toml, std::string_view file_name) {
   const Source source{toml, file_name};
-  try {
-    const toml::table table = toml::parse(toml, file_name);
-    return read({source, table, ""});
-  } catch (const toml::parse_error& error) {
-    fail(source, error.source(), error.description(), expected_toml(error.description()));
-  }
+  const toml::table table = parse_toml(toml, file_name);
+  return read({source, table, ""});
 }
 
 Robot read_robot(const std::filesystem::path& path) {

@@ -29,4 +29,11 @@ std::vector<double> path_lengths(const Trajectory& trajectory) {
   return lengths;
 }
 
+Trajectory thinned(const Trajectory& trajectory, std::size_t most) {
+  Trajectory result;
+  const std::size_t step = trajectory.poses.size() / most + 1;
+  for (std::size_t i = 0; i < trajectory.poses.size(); i += step) result.poses.push_back(trajectory.poses[i]);
+  return result;
+}
+
 }  // namespace trundle

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -36,5 +37,8 @@ std::optional<Pose2> pose_at(const Trajectory& trajectory, double time_s, double
 
 /// Metres along the poses, from the first (0) to each.
 std::vector<double> path_lengths(const Trajectory& trajectory);
+
+/// Every n-th pose, without covariances: at most so many, for a picture.
+Trajectory thinned(const Trajectory& trajectory, std::size_t most);
 
 }  // namespace trundle

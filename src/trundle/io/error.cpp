@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -64,6 +65,7 @@ std::string place(std::string_view file, std::size_t line) {
 ExitCode exit_code_of(const std::exception& error) {
   if (dynamic_cast<const InputError*>(&error) != nullptr) return kBadInput;
   if (dynamic_cast<const CannotAnswer*>(&error) != nullptr) return kCannotAnswer;
+  if (dynamic_cast<const std::system_error*>(&error) != nullptr) return kBadInput;
   return kBug;
 }
 

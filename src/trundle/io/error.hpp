@@ -33,7 +33,8 @@ enum ExitCode : int {
   kBadInput = 3,
   kCannotAnswer = 4,
 };
-/// After an error: kBadInput after an InputError, kCannotAnswer after a CannotAnswer, else kBug.
+/// After an error: kBadInput after an InputError or where the system refuses (a loop of links, a folder that
+/// may not be searched, a full disk), kCannotAnswer after a CannotAnswer, else kBug.
 [[nodiscard]] ExitCode exit_code_of(const std::exception& error);
 
 /// The candidate with the smallest edit distance to `name`; empty if none is near enough to be meant.

@@ -5,7 +5,6 @@
 #include <csignal>
 #include <cstring>
 #include <fstream>
-#include <sstream>
 
 #include <fmt/format.h>
 #include <openssl/evp.h>
@@ -16,12 +15,21 @@
 namespace trundle {
 
 std::string read_file(const std::filesystem::path& path) {
-  if (std::filesystem::is_directory(path)) throw InputError(path.string(), "is a folder", "a file");
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (is_directory(status)) throw InputError(path.string(), "is a folder", "a file");
+  if (exists(status) && !is_regular_file(status))  // a pipe may keep silent, /dev/zero never ends
+    throw InputError(path.string(), "is no file", "a readable file");
   std::ifstream in(path, std::ios::binary);
   if (!in) throw InputError(path.string(), std::strerror(errno), "a readable file");
-  std::ostringstream text;
-  text << in.rdbuf();
-  return std::move(text).str();
+  std::string text;
+  std::array<char, 1 << 16> chunk;
+  do {
+    in.read(chunk.data(), chunk.size());
+    text.append(chunk.data(), static_cast<std::size_t>(in.gcount()));
+  } while (in);
+  if (in.bad()) throw InputError(path.string(), std::strerror(errno), "a readable file");
+  return text;
 }
 
 namespace {

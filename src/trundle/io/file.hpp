@@ -7,7 +7,8 @@
 
 namespace trundle {
 
-/// The whole file as text. Throws InputError when it cannot be read.
+/// The whole file as text. Throws InputError when it cannot be read to its end, or is a folder, pipe or
+/// device.
 std::string read_file(const std::filesystem::path& path);
 
 /// Writes to a temporary name beside `path` and renames it: a killed run leaves the old file or none.

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cmath>
 
 #include "trundle/geometry/pose2.hpp"
@@ -38,8 +37,6 @@ inline Pose2 moved(const Pose2& pose, const std::array<double, 3>& twist) {
 /// The same with its derivatives in world axes, eq. 4: by the old pose (F) and by the twist (G).
 class ArcStep {
  public:
-  using Triple = std::array<double, 3>;
-
   ArcStep(double heading, const Triple& twist) {
     const double half = 0.5 * twist[2];
     const scalar::SinCos<double> middle = sin_cos_of(heading + half);
@@ -88,7 +85,6 @@ class ArcStep {
 
  private:
   static Triple triple(const Vectors<double>& v) { return {v.x, v.y, v.h}; }
-  static double dot(const Triple& a, const Triple& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
   static Triple times(const Triple& v, const Symmetric3& Q) {
     return {dot(v, {Q[0], Q[1], Q[2]}), dot(v, {Q[1], Q[3], Q[4]}), dot(v, {Q[2], Q[4], Q[5]})};
   }

@@ -7,8 +7,6 @@
 namespace trundle {
 namespace {
 
-using Triple = std::array<double, 3>;
-
 /// The increment whose only reading is input k, of size one.
 Increment unit_increment(std::size_t k, std::size_t wheels) {
   Increment increment{.has_gyro = true};
@@ -16,10 +14,6 @@ Increment unit_increment(std::size_t k, std::size_t wheels) {
   if (k == wheels) increment.gyro_rad = 1.0;
   if (k == wheels + 1) increment.duration_s = 1.0;
   return increment;
-}
-
-double dot(const Triple& a, const Triple& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
 void add(Triple& sum, double factor, const Triple& v) {

@@ -8,6 +8,7 @@
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/odometry/rolling.hpp"
 #include "trundle/odometry/symmetric3.hpp"
+#include "trundle/odometry/triple.hpp"
 
 namespace trundle {
 
@@ -75,7 +76,6 @@ class MotionModel {
   std::array<double, 3> response_to_turn(const Increment& increment, std::size_t octave) const;
 
  private:
-  using Triple = std::array<double, 3>;
   struct RowChange {
     std::size_t parameter;
     std::size_t row;

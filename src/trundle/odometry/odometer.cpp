@@ -16,8 +16,6 @@ static_assert(sizeof(OdometerState) % sizeof(double) == 0);
 
 namespace {
 
-using Triple = std::array<double, 3>;
-
 constexpr std::size_t kPair = 2;
 using Pair = Eigen::Array<double, kPair, 1>;
 static_assert(kMaxWheels % kPair == 0);

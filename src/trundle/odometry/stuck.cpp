@@ -12,16 +12,10 @@ static_assert(std::is_trivially_copyable_v<StuckState>);
 
 namespace {
 
-using Triple = std::array<double, 3>;
-
 std::optional<MotionModel> model_of(const Chassis& chassis, bool with_gyro) {
   if (chassis.wheel_count == 0 || (with_gyro && !chassis.gyro)) return std::nullopt;
   if (observability(rows_of(chassis, with_gyro)).rank < 3) return std::nullopt;
   return MotionModel(chassis, std::span(&kGyroBias, chassis.gyro ? 1 : 0), with_gyro);
-}
-
-double dot(const Triple& a, const Triple& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
 /// The others' counts are rounded where this begins and where it ends, not in between.

@@ -39,7 +39,7 @@ void write_files(const std::vector<OutputFile>& files, const std::vector<InputFi
   std::set<fs::path> places;
   for (const OutputFile& file : files) {
     outputs.push_back(file.path);
-    if (!places.insert(fs::weakly_canonical(file.path)).second)
+    if (!places.insert(fs::weakly_canonical(fs::absolute(file.path))).second)
       throw InputError(file.path.string(), "is to hold two results", "a file for each");
   }
   require_apart(inputs, outputs);

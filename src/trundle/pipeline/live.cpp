@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -56,7 +57,8 @@ void require_later(std::string_view sensor, double time_s, const std::optional<d
                      "stamps that grow");
 }
 
-constexpr std::string_view kKind = "live";
+constexpr std::string_view kLiveState = "live";
+constexpr double kLongestSilence_s = 86400.0;  // of a log that goes on
 
 }  // namespace
 
@@ -70,6 +72,7 @@ LiveOdometer::LiveOdometer(const Robot& robot, const LiveOptions& options)
 
 void LiveOdometer::take(const LiveLine& line, std::string_view place, std::vector<LiveEstimate>& estimates) {
   require_suitable(line, place);
+  require_near(line.time_s, place);
   if (!line.wheels.empty()) take_wheels(line, place);
   if (line.yaw_rate_rad_s) {
     aligner_.add(GyroReading{line.time_s, *line.yaw_rate_rad_s});
@@ -85,10 +88,21 @@ void LiveOdometer::require_suitable(const LiveLine& line, std::string_view place
   if (!line.wheels.empty()) require_later("wheels", line.time_s, wheels_s_, place);
 }
 
-bool LiveOdometer::is_later(const LiveLine& line) const {
+// A garbled stamp that were believed would make all later ones too early.
+void LiveOdometer::require_near(double time_s, std::string_view place) {
+  const std::optional<double> last_s = std::max(wheels_s_, gyro_s_);
+  const bool is_far = last_s && time_s - *last_s > kLongestSilence_s;
+  const bool is_confirmed = doubted_s_ && std::abs(time_s - *doubted_s_) <= kLongestSilence_s;
+  doubted_s_ = is_far && !is_confirmed ? std::optional(time_s) : std::nullopt;
+  if (doubted_s_)
+    throw InputError(place, fmt::format("a stamp of {} s, after a reading at {} s", time_s, *last_s),
+                     "one within a day, or a second one as late");
+}
+
+bool LiveOdometer::is_known(const LiveLine& line) const {
   const bool old_gyro = line.yaw_rate_rad_s && gyro_s_ && line.time_s <= *gyro_s_;
   const bool old_wheels = !line.wheels.empty() && wheels_s_ && line.time_s <= *wheels_s_;
-  return !old_gyro && !old_wheels;
+  return old_gyro || old_wheels;
 }
 
 void LiveOdometer::finish(std::vector<LiveEstimate>& estimates) {
@@ -158,12 +172,12 @@ void write_live_checkpoint(const std::filesystem::path& path, const std::string&
                            const LiveOdometer& odometer) {
   StateWriter writer;
   writer(settings, odometer);
-  write_checkpoint(path, kKind, writer.take());
+  write_checkpoint(path, kLiveState, writer.take());
 }
 
 void read_live_checkpoint(const std::filesystem::path& path, const std::string& settings,
                           LiveOdometer& odometer) {
-  const std::string state = read_checkpoint(path, kKind);
+  const std::string state = read_checkpoint(path, kLiveState);
   StateReader reader(state);
   std::string its_settings;
   try {

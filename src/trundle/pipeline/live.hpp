@@ -28,23 +28,25 @@ class LiveOdometer {
   LiveOdometer(const Robot& robot, const LiveOptions& options);
 
   /// Appends what the line completes to `estimates`: usually one for each reading of the wheels. Throws
-  /// InputError where the line does not suit the robot or is not later than the one before it; it is then
-  /// left out.
+  /// InputError where the line does not suit the robot, is not later than the one before it, or is the
+  /// first that is more than a day later; it is then left out.
   void take(const LiveLine& line, std::string_view place, std::vector<LiveEstimate>& estimates);
-  /// Later than what has been taken of the same sensors.
-  bool is_later(const LiveLine& line) const;
+  /// Not later than what has been taken of the same sensors.
+  bool is_known(const LiveLine& line) const;
   /// What waited for further readings.
   void finish(std::vector<LiveEstimate>& estimates);
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.aligner_, self.started_, self.slipping_, self.wheels_s_, self.gyro_s_, self.units_);
+    archive(self.aligner_, self.started_, self.slipping_, self.wheels_s_, self.gyro_s_, self.doubted_s_,
+            self.units_);
     persist_odometer(archive, self.odometer_);
     if (self.slip_) archive(*self.slip_);
   }
 
  private:
   void require_suitable(const LiveLine& line, std::string_view place) const;
+  void require_near(double time_s, std::string_view place);
   void take_wheels(const LiveLine& line, std::string_view place);
   void take_intervals(std::vector<LiveEstimate>& estimates);
   LiveEstimate step(const AlignedInterval& interval);
@@ -59,6 +61,7 @@ class LiveOdometer {
   bool slipping_ = false;
   std::optional<double> wheels_s_;  ///< stamps of the latest readings
   std::optional<double> gyro_s_;
+  std::optional<double> doubted_s_;  ///< a stamp far ahead that was refused: another as late confirms it
   WheelUnits units_{};
 };
 

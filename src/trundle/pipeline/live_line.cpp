@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/error.hpp"
+#include "trundle/report/json_text.hpp"
 #include "trundle/slip/find_slip.hpp"
 
 namespace trundle {
@@ -59,9 +60,7 @@ void print_pose(std::string& text, const Pose2& pose, const Matrix3& P) {
 }
 
 std::string quoted_wheel(int wheel, const Robot& robot) {
-  return Json(wheel == kAmbiguous ? std::string("ambiguous")
-                                  : robot.wheel_names[static_cast<std::size_t>(wheel)])
-      .dump();
+  return dumped(wheel == kAmbiguous ? "ambiguous" : robot.wheel_names[static_cast<std::size_t>(wheel)]);
 }
 
 void print_event(std::string& text, const SlipEvent& event, const Robot& robot) {

@@ -13,6 +13,7 @@
 #include "trundle/pipeline/sound.hpp"
 #include "trundle/recording/landmark_file.hpp"
 #include "trundle/recording/trajectory_file.hpp"
+#include "trundle/report/json_text.hpp"
 #include "trundle/slam/doubts.hpp"
 #include "trundle/slam/map_file.hpp"
 #include "trundle/slam/smoothing/many_starts.hpp"
@@ -243,7 +244,7 @@ std::vector<OutputFile> files_of(const SlamAnswer& answer, const std::filesystem
       {folder / "landmarks.csv", head + to_csv(answer.map(), answer.input.landmarks)},
       {folder / "steps.csv", head + csv_of_steps(answer)},
       {folder / "innovations.csv", head + csv_of_innovations(answer)},
-      {folder / "slam.json", document_of(answer).dump(2) + "\n"}};
+      {folder / "slam.json", dumped(document_of(answer), 2) + "\n"}};
   if (answer.smoothed) files.push_back({folder / "online.csv", head + to_csv(answer.result.online)});
   if (const Eigen::MatrixXd& covariance = answer.map_covariance(); covariance.size() > 0)
     files.push_back({covariance_file_of(folder / "landmarks.csv"),

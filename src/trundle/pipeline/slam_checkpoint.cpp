@@ -8,7 +8,7 @@
 namespace trundle {
 namespace {
 
-constexpr std::string_view kKind = "slam";
+constexpr std::string_view kSlamState = "slam";
 
 /// What must be the same wherever a run is taken up.
 struct Origin {
@@ -32,7 +32,7 @@ void store(const SlamRun& run, const SlamInput& input, const std::string& settin
            const std::filesystem::path& path) {
   StateWriter writer;
   writer(Origin{settings, digest_of(input, run.steps()), run.steps()}, run);
-  write_checkpoint(path, kKind, writer.take());
+  write_checkpoint(path, kSlamState, writer.take());
 }
 
 void require_same(const Origin& origin, const SlamInput& input, const std::string& settings,
@@ -47,7 +47,7 @@ void require_same(const Origin& origin, const SlamInput& input, const std::strin
 /// `run` goes on where the stored one was left.
 void take_up(SlamRun& run, const SlamInput& input, const std::string& settings,
              const std::filesystem::path& path) {
-  const std::string state = read_checkpoint(path, kKind);
+  const std::string state = read_checkpoint(path, kSlamState);
   StateReader reader(state);
   try {
     Origin origin;

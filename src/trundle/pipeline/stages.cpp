@@ -9,6 +9,7 @@
 #include "trundle/pipeline/report_answer.hpp"
 #include "trundle/pipeline/sentences.hpp"
 #include "trundle/recording/trajectory_file.hpp"
+#include "trundle/report/json_text.hpp"
 #include "trundle/report/page.hpp"
 
 namespace trundle {
@@ -108,7 +109,7 @@ Found<std::filesystem::path> draw_page(const RunInputs& inputs, const Results& r
 }
 
 std::string printed(const Json& document) {
-  return document.dump(2) + "\n";
+  return dumped(document, 2) + "\n";
 }
 
 }  // namespace trundle

@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/report/calibration_parts.hpp"
+#include "trundle/report/json_text.hpp"
+#include "trundle/report/or_null.hpp"
 
 namespace trundle {
 namespace {
@@ -23,14 +25,10 @@ const char* name_of(CalibrationStatus status) {
   return "nothing_estimated";
 }
 
-Json json_of(const std::optional<double>& number) {
-  return number ? Json(*number) : Json(nullptr);
-}
-
 Json e_max_json(const CalibrationResult& result) {
   if (!result.e_max_before_m && !result.e_max_after_m) return nullptr;
-  return {{"before_m", json_of(result.e_max_before_m)},
-          {"after_m", json_of(result.e_max_after_m)},
+  return {{"before_m", or_null(result.e_max_before_m)},
+          {"after_m", or_null(result.e_max_after_m)},
           {"after_meaning", result.after_meaning}};
 }
 
@@ -44,7 +42,7 @@ bool says_that_the_clock_was_set(const Json& document) {
 /// What JSON cannot say becomes what it can: numbers that are not finite null, bytes that are not UTF-8
 /// U+FFFD.
 Json representable(const Json& document) {
-  return Json::parse(document.dump(-1, ' ', false, Json::error_handler_t::replace));
+  return Json::parse(dumped(document));
 }
 
 }  // namespace

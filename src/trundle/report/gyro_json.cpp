@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/report/column.hpp"
+#include "trundle/report/or_null.hpp"
 #include "trundle/report/result_parts.hpp"
 
 namespace trundle {
@@ -26,7 +27,7 @@ Json at_rest_json(const std::optional<OdometryResult>& odometry) {
   if (!odometry || !odometry->bias) return nullptr;
   Json bias = bias_json(odometry->bias);
   bias["rests"] = odometry->rests;
-  bias["rest_s"] = odometry->rest_s ? Json(*odometry->rest_s) : Json(nullptr);
+  bias["rest_s"] = or_null(odometry->rest_s);
   bias["end_rad_s"] = last_of(odometry->bias->rad_s);
   bias["end_sigma_rad_s"] = last_of(odometry->bias->sigma_rad_s);
   return bias;

@@ -71,11 +71,19 @@ class RuleCheck {
   unsigned types_;
 };
 
+constexpr int kDeepest = 100;  // brackets within brackets; ours have ten
+
 }  // namespace
 
 Json parse_json(std::string_view text, std::string_view file_name, std::string_view expected) {
+  const auto is_shallow = [&](int depth, Json::parse_event_t, const Json&) {
+    if (depth > kDeepest) throw InputError(file_name, "nests deeper than any result", expected);
+    return true;
+  };
   try {
-    return Json::parse(text);
+    return Json::parse(text, is_shallow);
+  } catch (const Json::out_of_range&) {
+    throw InputError(file_name, "holds a number that is out of range", expected);
   } catch (const Json::parse_error& error) {
     const std::size_t end = std::min(error.byte, text.size());
     const std::size_t line = 1 + static_cast<std::size_t>(std::count(

@@ -9,10 +9,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string plain_text(const Json& value) {
-  return value.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
 bool on_one_line(const Json& value) {
   return value.empty() || !value.is_structured() ||
          (value.is_array() && std::ranges::none_of(value, [](const Json& v) { return v.is_structured(); }));
@@ -20,7 +16,7 @@ bool on_one_line(const Json& value) {
 
 void append(const Json& value, const std::string& indent, std::string& text) {
   if (on_one_line(value)) {
-    text += plain_text(value);
+    text += dumped(value);
     return;
   }
   const std::string inner = indent + "  ";
@@ -28,7 +24,7 @@ void append(const Json& value, const std::string& indent, std::string& text) {
   text += value.is_object() ? '{' : '[';
   for (const auto& item : value.items()) {
     text += separator + inner;
-    if (value.is_object()) text += plain_text(item.key()) + ": ";
+    if (value.is_object()) text += dumped(item.key()) + ": ";
     append(item.value(), inner, text);
     separator = ",\n";
   }
@@ -41,6 +37,10 @@ std::string json_text(const Json& document) {
   std::string text;
   append(document, "", text);
   return text + '\n';
+}
+
+std::string dumped(const Json& document, int indent) {
+  return document.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
 }  // namespace trundle

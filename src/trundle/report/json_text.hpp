@@ -10,4 +10,7 @@ namespace trundle {
 /// on one line. Ends with a newline. Parses back to the same value.
 std::string json_text(const nlohmann::ordered_json& document);
 
+/// As dump() writes it; text that is not UTF-8, of a path or a column, is repaired.
+std::string dumped(const nlohmann::ordered_json& document, int indent = -1);
+
 }  // namespace trundle

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "trundle/report/json_text.hpp"
 #include "trundle/report/result_json.hpp"
 
 namespace trundle {
@@ -13,7 +14,7 @@ using Json = nlohmann::ordered_json;
 
 std::string json_for_script(const Json& document) {
   std::string escaped;
-  for (const char c : document.dump(-1, ' ', false, Json::error_handler_t::replace)) {
+  for (const char c : dumped(document)) {
     if (c == '<') {
       escaped += "\\u003c";  // '<' occurs only inside strings, where this means the same
     } else {

@@ -7,19 +7,12 @@
 
 #include "trundle/report/calibration_parts.hpp"
 #include "trundle/report/intervals.hpp"
+#include "trundle/report/or_null.hpp"
 
 namespace trundle {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json json_of(const std::optional<double>& number) {
-  return number ? Json(*number) : Json(nullptr);
-}
-
-Json json_of(const std::optional<Interval>& interval) {
-  return interval ? Json::array({interval->first, interval->second}) : Json(nullptr);
-}
 
 /// As a person reads it: millimetres, degrees.
 std::string in_words(double value, const std::string& unit) {
@@ -54,11 +47,11 @@ Json parameter_json(const ParameterEstimate& estimate, int sessions) {
                     {"value", estimate.value},
                     {"observable", estimate.observable}};
   parameter["sigma_within"] = estimate.observable ? Json(estimate.sigma_within) : Json(nullptr);
-  parameter["sigma_between"] = estimate.observable ? json_of(estimate.sigma_between) : Json(nullptr);
+  parameter["sigma_between"] = estimate.observable ? or_null(estimate.sigma_between) : Json(nullptr);
   parameter["sigma_total"] = estimate.observable ? Json(estimate.sigma_total) : Json(nullptr);
-  parameter["interval95_within"] = json_of(interval95_within(estimate));
-  parameter["interval95_between"] = json_of(interval95_between(estimate, sessions));
-  parameter["sigmas_from_nominal"] = json_of(sigmas_from_nominal(estimate));
+  parameter["interval95_within"] = or_null(interval95_within(estimate));
+  parameter["interval95_between"] = or_null(interval95_between(estimate, sessions));
+  parameter["sigmas_from_nominal"] = or_null(sigmas_from_nominal(estimate));
   parameter["sigma_data"] = estimate.sigma_data;
   parameter["sigma_prior"] = estimate.sigma_prior;
   parameter["reason_held"] = estimate.observable ? Json(nullptr) : Json(reason_held(estimate));

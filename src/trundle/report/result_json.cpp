@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/report/labels.hpp"
+#include "trundle/report/or_null.hpp"
 #include "trundle/report/result_parts.hpp"
 
 namespace trundle {
@@ -106,11 +107,6 @@ Json stages_json(const std::optional<RunRecord>& run) {
   for (const Stage& stage : run->stages)
     if (stage.kind != StageKind::report) stages.push_back(to_json(stage));
   return stages;
-}
-
-template <typename T, typename Make>
-Json or_null(const std::optional<T>& value, Make make) {
-  return value ? make(*value) : Json(nullptr);
 }
 
 constexpr auto whole_document = [](const auto& result) { return result.document; };

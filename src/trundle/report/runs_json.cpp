@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/report/calibration_parts.hpp"
+#include "trundle/report/or_null.hpp"
 #include "trundle/report/scatter.hpp"
 
 namespace trundle {
@@ -17,10 +18,6 @@ constexpr double kOutlierWeight = 0.5;
 // Pictures need no more: positions rounded to 1/kPictureGrain metres, at most so many of them.
 constexpr double kPictureGrain = 1e5;
 constexpr std::size_t kPosesInPicture = 500;
-
-Json json_of(const std::optional<double>& number) {
-  return number ? Json(*number) : Json(nullptr);
-}
 
 Json json_of(const std::optional<TrajectoryError>& error) {
   if (!error) return nullptr;
@@ -99,8 +96,8 @@ Json run_json(const RunResult& run) {
           {"remark", run.remark},
           {"before", json_of(run.before)},
           {"after", json_of(run.after)},
-          {"nees", json_of(run.nees)},
-          {"nees_white_only", json_of(run.nees_white_only)},
+          {"nees", or_null(run.nees)},
+          {"nees_white_only", or_null(run.nees_white_only)},
           {"trajectories", trajectories_json(run)},
           {"deviation", deviation_json(run)}};
 }

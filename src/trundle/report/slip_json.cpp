@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/report/column.hpp"
+#include "trundle/report/or_null.hpp"
 #include "trundle/report/picture_rows.hpp"
 #include "trundle/report/result_parts.hpp"
 
@@ -27,10 +28,6 @@ Json event_json(const SlipRow& event, const ResultTrack* track) {
   return json;
 }
 
-Json limit_json(const std::optional<double>& limit) {
-  return limit ? Json(*limit) : Json(nullptr);
-}
-
 Json timeline_json(const SlipTimeline& timeline) {
   const std::vector<double> slipping(timeline.slipping.begin(), timeline.slipping.end());
   const std::array<std::span<const double>, 2> pictured = {timeline.value, slipping};
@@ -38,8 +35,8 @@ Json timeline_json(const SlipTimeline& timeline) {
   return {{"intervals", timeline.value.size()},
           {"drawn", rows.size()},
           {"statistic", timeline.statistic},
-          {"lower", limit_json(timeline.lower)},
-          {"upper", limit_json(timeline.upper ? timeline.upper : timeline.limit)},
+          {"lower", or_null(timeline.lower)},
+          {"upper", or_null(timeline.upper ? timeline.upper : timeline.limit)},
           {"end_s", column_json(timeline.end_s, rows)},
           {"value", column_json(timeline.value, rows)},
           {"slipping", column_json(slipping, rows)}};

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/report/column.hpp"
+#include "trundle/report/or_null.hpp"
 #include "trundle/report/picture_rows.hpp"
 #include "trundle/report/result_parts.hpp"
 #include "trundle/report/scatter.hpp"
@@ -98,11 +99,6 @@ Json alignment_json(const Evaluation& e) {
           {"x_m", e.reference_from_estimate.x},
           {"y_m", e.reference_from_estimate.y},
           {"heading_rad", e.reference_from_estimate.heading}};
-}
-
-template <typename T>
-Json or_null(const std::optional<T>& value) {
-  return value ? Json(*value) : Json(nullptr);
 }
 
 Json summary_json(const Evaluation& e) {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "trundle/chassis/detail/parse_toml.hpp"
 #include "trundle/io/file.hpp"
-#include "trundle/io/words.hpp"
 #include "trundle/simulation/detail/path_table.hpp"
 #include "trundle/simulation/detail/sensor_options.hpp"
 #include "trundle/simulation/detail/true_robot.hpp"
@@ -164,12 +164,8 @@ Plan read_plan(const std::filesystem::path& path, std::optional<std::uint64_t> s
   const std::string content = read_file(path);
   const std::string name = path.string();
   const robot_file::Source source{content, name};
-  try {
-    const toml::table table = toml::parse(content, name);
-    return scenario_file::read({source, table, ""}, path, seed);
-  } catch (const toml::parse_error& error) {
-    robot_file::fail(source, error.source(), error.description(), expected_toml(error.description()));
-  }
+  const toml::table table = parse_toml(content, name);
+  return scenario_file::read({source, table, ""}, path, seed);
 }
 
 }  // namespace trundle

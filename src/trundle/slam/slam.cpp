@@ -45,7 +45,7 @@ std::variant<EkfSlam, ParticleSlam> made(const LandmarkSensor& sensor, const Sla
 }
 
 /// Gathers SlamCounts.
-class Counter {
+class CountsOfRun {
  public:
   void add(const StepReport& report, std::size_t particles) {
     for (const ObservationReport& observation : report.observations) add(observation);
@@ -226,7 +226,7 @@ SlamResult SlamRun::result() const {
   result.particles = filter_.particles();
   result.reports = reports_;
   result.bias = bias_;
-  Counter counter;
+  CountsOfRun counter;
   for (const StepReport& report : reports_) counter.add(report, particles_);
   result.counts = counter.counts();
   result.step_times = times_of(seconds_);

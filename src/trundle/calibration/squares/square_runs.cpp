@@ -13,7 +13,8 @@
 namespace trundle {
 namespace {
 
-constexpr double kLongestGap_s = 0.5;  // of the reference
+constexpr double kLongestReferenceGap_s = 0.5;
+constexpr std::size_t kPosesInPicture = 500;  // of one run
 /// A leg is where odometry heads along a side of the square within this.
 constexpr double kLegHeading = radians(10.0);
 
@@ -48,7 +49,7 @@ void start_at_origin(Trajectory& trajectory) {
 SquareTracks common_tracks(const Trajectory& odometry, const Trajectory& reference) {
   SquareTracks tracks;
   for (const StampedPose& believed : odometry.poses) {
-    const auto measured = pose_at(reference, believed.time_s, kLongestGap_s);
+    const auto measured = pose_at(reference, believed.time_s, kLongestReferenceGap_s);
     if (!measured) continue;
     tracks.odometry.poses.push_back(believed);
     tracks.reference.poses.push_back({believed.time_s, *measured});
@@ -166,14 +167,6 @@ TrajectoryError error_of(const SquareTracks& tracks) {
   return error;
 }
 
-Trajectory thinned(const Trajectory& trajectory) {
-  constexpr std::size_t kMostPoses = 500;  // of a picture
-  const std::size_t step = trajectory.poses.size() / kMostPoses + 1;
-  Trajectory thin;
-  for (std::size_t i = 0; i < trajectory.poses.size(); i += step) thin.poses.push_back(trajectory.poses[i]);
-  return thin;
-}
-
 /// Replaces the predictions for a sheet by what the same counts give.
 void reprocess(std::span<const Recording> recordings, double side_m, CalibrationResult& result) {
   for (std::size_t i = 0; i < recordings.size(); ++i) {
@@ -183,9 +176,9 @@ void reprocess(std::span<const Recording> recordings, double side_m, Calibration
     run.session = recordings[i].session;
     run.before = error_of(before);
     run.after = error_of(after);
-    run.nominal = thinned(before.odometry);
-    run.calibrated = thinned(after.odometry);
-    if (before.reference.poses.size() > 1) run.reference = thinned(before.reference);
+    run.nominal = thinned(before.odometry, kPosesInPicture);
+    run.calibrated = thinned(after.odometry, kPosesInPicture);
+    if (before.reference.poses.size() > 1) run.reference = thinned(before.reference, kPosesInPicture);
   }
   result.e_max_after_m = e_max(means_of(end_errors_of_square_runs(recordings, result.calibrated, side_m)));
   result.after_meaning = "reprocessed";

@@ -136,7 +136,7 @@ void add_chi2(const SquareStatistics& statistics, CalibrationResult& result) {
   }
 }
 
-std::string summary_of(const CalibrationResult& result) {
+std::string summary_of_squares(const CalibrationResult& result) {
   const SidedDrive before = sided_drive(result.nominal);
   const SidedDrive after = sided_drive(result.calibrated);
   const double ratio =
@@ -197,7 +197,7 @@ void finish_square_result(CalibrationResult& result) {
         "the new parameters make E_max larger: the runs' positions and headings contradict each other; check "
         "their "
         "signs (measured minus odometry), or use the method ml, which weighs both");
-  result.summary = summary_of(result);
+  result.summary = summary_of_squares(result);
   fill_record(result);
 }
 

@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "trundle/chassis/detail/parse_toml.hpp"
 #include "trundle/io/error.hpp"
-#include "trundle/io/words.hpp"
 #include "trundle/recording/csv/detail/partial_reference.hpp"
 #include "trundle/recording/csv/detail/toml_reader.hpp"
 #include "trundle/recording/csv/units.hpp"
@@ -219,19 +219,10 @@ void take_stream(StreamKind kind, TomlReader& file, const fs::path& folder, Reco
   table->check_keys();
 }
 
-toml::table parse(const fs::path& path, const std::string& text) {
-  try {
-    return toml::parse(text, path.string());
-  } catch (const toml::parse_error& error) {
-    throw InputError(place(path.string(), error.source().begin.line), error.description(),
-                     expected_toml(error.description()));
-  }
-}
-
 }  // namespace
 
 RecordingMap read_recording_map(const fs::path& path) {
-  const toml::table content = parse(path, read_file(path));
+  const toml::table content = parse_toml(read_file(path), path.string());
   TomlReader file(content, path.string(), "");
   const fs::path folder = path.parent_path();
   RecordingMap map;
@@ -253,7 +244,7 @@ RecordingMap read_recording_map(const fs::path& path) {
 ReferenceSigmas read_reference_noise(const fs::path& folder) {
   const fs::path path = folder / "recording.toml";
   if (!fs::exists(path)) return {};
-  const toml::table content = parse(path, read_file(path));
+  const toml::table content = parse_toml(read_file(path), path.string());
   TomlReader file(content, path.string(), "");
   std::optional<TomlReader> reference = file.table("reference");
   return reference ? read_reference_noise(*reference) : ReferenceSigmas{};

@@ -18,9 +18,9 @@ using Eigen::Vector2d;
 
 /// Depth-first over the observations, each with its pairings, the likely ones first, or none. The Cholesky
 /// factor of the chosen innovations' covariance grows and shrinks with the path.
-class Search {
+class BranchAndBound {
  public:
-  Search(const JointReadings& readings, const JointCompatibilityOptions& options)
+  BranchAndBound(const JointReadings& readings, const JointCompatibilityOptions& options)
       : readings_(readings), options_(options), choice_(readings.observations, JointExplanation::kNone) {
     const auto most = 2 * static_cast<Index>(std::min(readings.observations, readings.pairings.size()));
     L_ = Eigen::MatrixXd::Zero(most, most);
@@ -150,7 +150,7 @@ std::vector<double> joint_limits(double gate, std::size_t most) {
 // Eq. 21, 22.
 std::vector<JointExplanation> most_probable_explanations(const JointReadings& readings,
                                                          const JointCompatibilityOptions& options) {
-  return Search(readings, options).run();
+  return BranchAndBound(readings, options).run();
 }
 
 }  // namespace trundle
