@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/words.hpp"
 #include "trundle/recording/csv/number.hpp"
 #include "trundle/report/json_text.hpp"
 
@@ -61,7 +62,7 @@ void print(const Common& common, const nlohmann::ordered_json& document, const s
   if (common.json) {
     fmt::print("{}\n", dumped(document, 2));
   } else if (!common.quiet) {
-    fmt::print("{}", text);
+    fmt::print("{}", printable(text));
   }
   require_printed();
 }

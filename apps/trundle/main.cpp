@@ -4,13 +4,15 @@
 
 #include <fmt/core.h>
 
+#include "trundle/io/words.hpp"
+
 #include "command.hpp"
 #include "commands.hpp"
 
 namespace {
 
 int fail(trundle::ExitCode code, const char* what) {
-  fmt::print(stderr, "trundle: {}\n", what);
+  fmt::print(stderr, "trundle: {}\n", trundle::one_line(what));
   return code;
 }
 

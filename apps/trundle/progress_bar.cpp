@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "trundle/io/words.hpp"
+
 namespace trundle::app {
 namespace {
 
@@ -13,7 +15,7 @@ constexpr std::chrono::milliseconds kBetweenDrawings{100};
 constexpr std::size_t kWidth = 24;
 
 void draw(const std::string& text) {
-  fmt::print(stderr, "\r\x1b[K{}", text);
+  fmt::print(stderr, "\r\x1b[K{}", one_line(text));
 }
 
 std::string time_text(double seconds) {

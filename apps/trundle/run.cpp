@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "trundle/io/words.hpp"
+
 #include "command.hpp"
 #include "progress_bar.hpp"
 #include "slip_correction.hpp"
@@ -41,7 +43,7 @@ OnProgress progress_of(const Common& common, ProgressBar& bar) {
       return bar.begin(fmt::format("{}: {}", progress.recording, progress.stage));
     bar.clear();
     if (common.quiet || common.json) return;
-    fmt::print("{}{}", heading_of(progress.recording, last), line_of(*progress.finished));
+    fmt::print("{}", printable(heading_of(progress.recording, last) + line_of(*progress.finished)));
     std::fflush(stdout);
   };
 }

@@ -143,6 +143,21 @@ TEST(ANameThatIsNotUtf8, IsRepairedInJson) {
   EXPECT_TRUE(nlohmann::json::accept(outcome.out)) << outcome.out;
 }
 
+TEST(ANameThatCommandsATerminal, IsShownInstead) {
+  const Sample sample;
+  const std::string name = "c\nw\x1b[2J";
+  std::filesystem::copy(sample.folder() / "cw", sample.folder() / name);
+  for (const Arguments& arguments :
+       {Arguments{"info", name}, Arguments{"run", name, "--robot", "nominal.toml", "-o", "result"},
+        Arguments{"odometry", name, "--robot", "nominal.toml", "-o", "t.csv"}}) {
+    const Outcome outcome = run_program(sample.folder(), arguments);
+    EXPECT_THAT(outcome.out + outcome.err, testing::Not(HasSubstr("\x1b"))) << arguments.front();
+  }
+  const std::string head = read_file(sample.folder() / "t.csv");
+  EXPECT_THAT(head, HasSubstr("# input c\\x0Aw\\x1B[2J/wheels.csv"));
+  EXPECT_THAT(head, testing::Not(HasSubstr("\x1b")));
+}
+
 TEST(ALoopOfLinks, IsAnInputThatIsWrong) {
   const Sample sample;
   std::filesystem::create_symlink("loop", sample.folder() / "loop");

@@ -24,6 +24,11 @@ TEST(Words, nothing_is_below_zero_by_rounding_alone) {
   EXPECT_EQ(with_sigma(-0.00001, 0.001), "0.0000 ± 0.0010");
 }
 
+TEST(Words, what_commands_a_terminal_is_shown_instead) {
+  EXPECT_EQ(one_line("a\x1b[2J\nb\x7f°"), "a\\x1B[2J\\x0Ab\\x7F°");
+  EXPECT_EQ(printable("a\x1b[2J\nb\r"), "a\\x1B[2J\nb\\x0D");
+}
+
 TEST(Words, a_sigma_has_two_digits_and_no_exponent) {
   EXPECT_EQ(sigma_text(4.9e-5), "0.000049");
   EXPECT_EQ(sigma_text(0.01), "0.010");

@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include "trundle/io/words.hpp"
+
 namespace trundle {
 namespace {
 
@@ -36,21 +38,6 @@ bool is_near(std::string_view a, std::string_view b, std::size_t distance) {
   if (a.size() > b.size()) std::swap(a, b);
   return distance <= std::max<std::size_t>(2, b.size() / 3) ||
          (5 * a.size() >= 2 * b.size() && is_abridged(a, b));
-}
-
-/// A fact may quote what stands in a file, and that may hold anything: control characters become \x0A and the
-/// like.
-std::string one_line(std::string_view text) {
-  std::string line;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20U || byte == 0x7FU) {
-      line += fmt::format("\\x{:02X}", byte);
-    } else {
-      line += c;
-    }
-  }
-  return line;
 }
 
 }  // namespace

@@ -16,6 +16,23 @@ std::optional<int> decimals_of(double sigma) {
   return static_cast<int>(std::clamp(1.0 - std::floor(std::log10(sigma)), 0.0, kMost));
 }
 
+bool is_control(char c) {
+  const auto byte = static_cast<unsigned char>(c);
+  return byte < 0x20U || byte == 0x7FU;
+}
+
+std::string without_controls(std::string_view text, std::string_view kept) {
+  std::string result;
+  for (const char c : text) {
+    if (is_control(c) && kept.find(c) == kept.npos) {
+      result += fmt::format("\\x{:02X}", static_cast<unsigned char>(c));
+    } else {
+      result += c;
+    }
+  }
+  return result;
+}
+
 }  // namespace
 
 std::string counted(std::size_t number, std::string_view noun) {
@@ -37,6 +54,14 @@ std::string with_sigma(double value, double sigma) {
 std::string sigma_text(double sigma) {
   const auto decimals = decimals_of(sigma);
   return decimals ? fixed(sigma, *decimals) : fmt::format("{:.2g}", sigma);
+}
+
+std::string one_line(std::string_view text) {
+  return without_controls(text, "");
+}
+
+std::string printable(std::string_view text) {
+  return without_controls(text, "\n");
 }
 
 std::string expected_toml(std::string_view fault) {

@@ -17,6 +17,11 @@ std::string with_sigma(double value, double sigma);
 /// A sigma by itself: two digits, without exponent.
 std::string sigma_text(double sigma);
 
+/// What quotes files and their names, for one line or a screen: control characters, which may command a
+/// terminal, become \x1B and the like. A screen keeps its line ends.
+std::string one_line(std::string_view text);
+std::string printable(std::string_view text);
+
 /// What should stand where a TOML file has the fault that its parser names.
 std::string expected_toml(std::string_view fault);
 

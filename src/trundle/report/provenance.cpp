@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "trundle/io/words.hpp"
 #include "trundle/report/json_text.hpp"
 
 namespace trundle {
@@ -46,9 +47,9 @@ Provenance provenance_from_json(const Json& document) {
 std::vector<std::string> to_lines(const Provenance& provenance) {
   std::vector<std::string> lines = {fmt::format("trundle {}", provenance.version)};
   for (const InputFile& file : provenance.inputs)
-    lines.push_back(fmt::format("input {} sha256 {}", file.path, file.sha256));
+    lines.push_back(one_line(fmt::format("input {} sha256 {}", file.path, file.sha256)));
   for (const auto& [key, value] : provenance.options)
-    lines.push_back(fmt::format("option {} = {}", key, value));
+    lines.push_back(one_line(fmt::format("option {} = {}", key, value)));
   if (provenance.seed) lines.push_back(fmt::format("seed {}", *provenance.seed));
   return lines;
 }
