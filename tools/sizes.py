@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
-"""How large the house is, as one table: tools/sizes.py [REVISION ...]
+"""How large the house is, as one table: tools/sizes.py [--build] [REVISION ...]
 
 For each git revision, and for the working tree: sizes of files, functions and classes, constants, decisions that depend
-on text, public headers, words of the docs. Build times are those of the last build in build/ (working tree alone).
+on text, public headers, words of the docs. With --build also the processor time of cold builds (working tree alone).
 """
 import io
+import os
 import re
 import statistics
 import subprocess
 import sys
 import tarfile
+import tempfile
 from pathlib import Path
 
 ROOT = Path(subprocess.check_output(["git", "rev-parse", "--show-toplevel"], text=True).strip())
@@ -115,24 +117,25 @@ def sizes_of(files):
 
 
 def build_minutes():
-    """CPU minutes of the last build of each object, from ninja's log."""
-    log = ROOT / "build/.ninja_log"
-    if not log.exists():
-        return {}
-    last = {}
-    for line in log.read_text().split("\n")[1:]:
-        fields = line.split("\t")
-        if len(fields) >= 4:
-            last[fields[3]] = (int(fields[1]) - int(fields[0])) / 60e3
-    program = sum(t for name, t in last.items() if name.startswith(("src/", "apps/")))
-    return {"minutes to compile program and library, one job at a time": f"{program:.1f}",
-            "minutes to compile tests and benches": f"{sum(last.values()) - program:.1f}"}
+    """CPU minutes of cold builds, of all jobs together: what `./run demo` compiles, then what `./run test` does."""
+    with tempfile.TemporaryDirectory() as folder:
+        def minutes(*command):
+            before = os.times()
+            subprocess.run(["cmake", *command], cwd=ROOT, check=True, stdout=subprocess.DEVNULL,
+                           env={**os.environ, "CCACHE_DISABLE": "1"})
+            after = os.times()
+            return (after.children_user + after.children_system - before.children_user - before.children_system) / 60
+        minutes("--preset", "release", "-B", folder)
+        return {"CPU minutes to compile the program, for the demo": f"{minutes('--build', folder, '--target', 'trundle_app'):.1f}",
+                "CPU minutes to compile the rest: tests, benches, examples": f"{minutes('--build', folder):.1f}"}
 
 
 def main():
-    revisions = sys.argv[1:] + [None]
+    build = "--build" in sys.argv
+    revisions = [revision for revision in sys.argv[1:] if revision != "--build"] + [None]
     columns = [sizes_of(files_of(revision)) for revision in revisions]
-    columns[-1].update(build_minutes())
+    if build:
+        columns[-1].update(build_minutes())
     names = [revision or "now" for revision in revisions]
     print("| |" + "|".join(f" {name} " for name in names) + "|")
     print("|---|" + "---|" * len(names))
