@@ -64,7 +64,6 @@ void print(const Common& common, const nlohmann::ordered_json& document, const s
   } else if (!common.quiet) {
     fmt::print("{}", printable(text));
   }
-  require_printed();
 }
 
 void require_printed() {

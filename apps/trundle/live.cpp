@@ -186,8 +186,8 @@ class Session {
   std::size_t lines_in_ = 0;
   std::size_t problems_ = 0;
   bool repeats_ = false;  ///< after a resume, while the input repeats what is known
-  double last_s_ = -std::numeric_limits<double>::infinity();  ///< stamp of the last line that was taken
-  double next_store_s_ = -std::numeric_limits<double>::max();
+  double last_s_ = -std::numeric_limits<double>::infinity();   ///< stamp of the last line that was taken
+  double next_store_s_ = -std::numeric_limits<double>::max();  ///< the first line that is taken is stored
 };
 
 void run(const LiveArguments& options) {

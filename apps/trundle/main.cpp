@@ -40,6 +40,7 @@ int main(int argc, char** argv) {
     require_command(app, argc, argv);
     app.parse(argc, argv);
     if (app.get_subcommands().empty()) throw CLI::RequiredError("A command");
+    require_printed();
     return kDone;
   } catch (const CLI::Success& success) {
     return app.exit(success);

@@ -61,6 +61,15 @@ std::string tour_as_lines() {
   return text;
 }
 
+/// That tour with a line between its seventh and its eighth.
+std::string tour_with_line_8(const std::string& inserted) {
+  std::vector<std::string> lines = lines_in(tour_as_lines());
+  lines.insert(lines.begin() + 7, inserted);
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
+}
+
 class LiveCommand : public testing::Test {
  protected:
   LiveCommand() { keep("tour.jsonl", tour_as_lines()); }
@@ -130,11 +139,7 @@ TEST_F(LiveCommand, GoesOnWithInputThatBeginsWhereTheCheckpointWasWritten) {
 }
 
 TEST_F(LiveCommand, ALineThatIsWrongIsNamedAndLeftOut) {
-  std::vector<std::string> lines = lines_in(tour_as_lines());
-  lines.insert(lines.begin() + 7, R"({"time_s": 0.1, "wheels": )");
-  std::string text;
-  for (const std::string& line : lines) text += line + "\n";
-  keep("wrong.jsonl", text);
+  keep("wrong.jsonl", tour_with_line_8(R"({"time_s": 0.1, "wheels": )"));
   const Outcome outcome = live({}, {.input = "wrong.jsonl"});
   EXPECT_EQ(outcome.exit_code, 3);
   EXPECT_THAT(outcome.err, StartsWith("trundle: stdin:8: "));
@@ -143,10 +148,7 @@ TEST_F(LiveCommand, ALineThatIsWrongIsNamedAndLeftOut) {
 }
 
 TEST_F(LiveCommand, AStampFarAheadIsLeftOutByItself) {
-  std::vector<std::string> lines = lines_in(tour_as_lines());
-  lines.insert(lines.begin() + 7, R"({"time_s": 1e12, "gyro": 0.0})");
-  std::string text;
-  for (const std::string& line : lines) text += line + "\n";
+  const std::string text = tour_with_line_8(R"({"time_s": 1e12, "gyro": 0.0})");
   keep("wrong.jsonl", text);
   const Outcome outcome = live({"--checkpoint", "state"}, {.input = "wrong.jsonl"});
   EXPECT_EQ(outcome.exit_code, 3);
