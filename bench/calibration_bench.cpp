@@ -22,7 +22,7 @@
 
 namespace {
 
-using namespace trundle;
+using namespace trundle::pipeline;
 
 constexpr std::size_t kRows = 100'000;
 constexpr int kRounds = 7;

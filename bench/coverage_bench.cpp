@@ -17,7 +17,7 @@
 
 namespace {
 
-using namespace trundle;
+using namespace trundle::pipeline;
 using namespace trundle::coverage;
 
 constexpr std::string_view kUsageText =

@@ -43,9 +43,9 @@ void write_log(const std::filesystem::path& path) {
 }
 
 Columns read_with_trundle(const std::filesystem::path& path) {
-  const trundle::MappedFile file(path);
-  const trundle::CsvTable table(file.text(), path.string(), {});
-  std::vector<trundle::CsvColumn> wanted;
+  const trundle::recording::MappedFile file(path);
+  const trundle::recording::CsvTable table(file.text(), path.string(), {});
+  std::vector<trundle::recording::CsvColumn> wanted;
   for (std::size_t column = 0; column < kColumns; ++column) wanted.push_back({column});
   return table.read(wanted).numbers;
 }

@@ -11,7 +11,8 @@
 
 namespace {
 
-using namespace trundle;
+using namespace trundle::pipeline;
+namespace test = trundle::test;
 
 constexpr int kTwentySeconds = 200;  // steps
 

@@ -16,7 +16,7 @@
 
 namespace {
 
-using namespace trundle;
+using namespace trundle::pipeline;
 
 constexpr std::size_t kRows = 10'000'000;
 constexpr int kRounds = 7;

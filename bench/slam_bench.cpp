@@ -21,7 +21,8 @@
 
 namespace {
 
-using namespace trundle;
+using namespace trundle::pipeline;
+namespace bench = trundle::bench;
 
 constexpr int kSlices = 9;
 

@@ -17,7 +17,8 @@
 
 namespace {
 
-using namespace trundle;
+using namespace trundle::pipeline;
+namespace bench = trundle::bench;
 
 constexpr std::size_t kLoop = 1000;  // steps
 constexpr std::size_t kBack = 100;   // steps over which the survival of ancestors is counted

@@ -8,7 +8,7 @@
 
 namespace {
 
-using namespace trundle;
+using namespace trundle::pipeline;
 
 Robot robot_of(const Chassis& chassis) {
   Robot robot;

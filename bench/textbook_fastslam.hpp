@@ -8,6 +8,7 @@
 #include "trundle/slam/steps.hpp"
 
 namespace trundle::bench {
+using namespace slam;
 
 /// FastSLAM 1.0 as a careful programmer writes it after the textbook [Thrun, Burgard & Fox 2005, table 13.1]:
 /// each particle's landmarks stand one after the other in memory, resampling copies the maps of duplicated

@@ -7,6 +7,7 @@
 #include "trundle/statistics/random.hpp"
 
 namespace trundle::bench {
+using namespace slam;
 
 /// Workload W1: a robot on a circle of radius M/4 m, M landmarks uniform in the annulus ±10 m around its path
 /// but not within 1 m of it, sensor range 10 m (about ten in view), known ids; odometry noise per step 5 % of

@@ -20,7 +20,8 @@
 
 namespace {
 
-using namespace trundle;
+using namespace trundle::pipeline;
+namespace bench = trundle::bench;
 
 double median_of(std::vector<double> x) {
   std::ranges::nth_element(x, x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2));

@@ -29,9 +29,9 @@ string(REPLACE "<script type=\"module\" src=\"main.js\"></script>"
 file(WRITE ${OUTPUT} "// Made from web/ by cmake/InlinePage.cmake.
 #include \"trundle/report/page.hpp\"
 
-namespace trundle {
+namespace trundle::report {
 
 std::string_view page_template() { return R\"trundle_page(${page})trundle_page\"; }
 
-}  // namespace trundle
+}  // namespace trundle::report
 ")

@@ -12,25 +12,26 @@
 #include "trundle/recording/trajectory_file.hpp"
 #include "trundle/slam/map_file.hpp"
 
+using namespace trundle::slam;
+
 int main(int argc, char** argv) try {
   if (argc != 4) return std::fputs("usage: example_slam robot.toml RECORDING landmarks.csv\n", stderr), 2;
-  const trundle::Robot robot = trundle::read_robot(argv[1]);
-  const trundle::Recording recording = trundle::read_recording(argv[2]);
-  const trundle::SlamInput input = trundle::slam_input(recording, robot);
+  const Robot robot = read_robot(argv[1]);
+  const Recording recording = read_recording(argv[2]);
+  const SlamInput input = slam_input(recording, robot);
 
   // The EKF's cost grows with the square of the map: SlamMethod::fastslam2 for large ones.
-  trundle::SlamFilter filter(
-      *robot.landmark_sensor,
-      trundle::slam_options_for(input, {.method = trundle::SlamMethod::ekf, .keep_paths = false}));
-  for (const trundle::SlamStep& step : input.steps) {
+  SlamFilter filter(*robot.landmark_sensor,
+                    slam_options_for(input, {.method = SlamMethod::ekf, .keep_paths = false}));
+  for (const SlamStep& step : input.steps) {
     filter.step(step);
     if (step.observations.empty()) continue;
-    const trundle::PoseEstimate now = filter.estimate();
+    const PoseEstimate now = filter.estimate();
     std::printf("%.3f s: x %.4f m, y %.4f m, heading %.4f rad, +- %.4f m, %zu landmarks seen\n", step.time_s,
-                now.pose.x, now.pose.y, now.pose.heading, trundle::position_sigma(now.covariance),
+                now.pose.x, now.pose.y, now.pose.heading, position_sigma(now.covariance),
                 step.observations.size());
   }
-  trundle::write_file(argv[3], trundle::to_csv(filter.map(), input.landmarks));
+  write_file(argv[3], to_csv(filter.map(), input.landmarks));
 } catch (const std::exception& error) {
-  return std::fprintf(stderr, "%s\n", error.what()), trundle::exit_code_of(error);
+  return std::fprintf(stderr, "%s\n", error.what()), exit_code_of(error);
 }

@@ -9,31 +9,33 @@
 #include "trundle/io/error.hpp"
 #include "trundle/slip/find_slip.hpp"
 
+using namespace trundle::slip;
+
 namespace {
 
-void print_end(const char* what, const trundle::Trajectory& trajectory) {
-  const trundle::Pose2& end = trajectory.poses.back().pose;
-  const trundle::Matrix3& covariance = trajectory.covariances.back();
+void print_end(const char* what, const Trajectory& trajectory) {
+  const Pose2& end = trajectory.poses.back().pose;
+  const Matrix3& covariance = trajectory.covariances.back();
   std::printf("%s: x %.4f m, y %.4f m, heading %.4f rad, +- %.4f m, +- %.4f rad\n", what, end.x, end.y,
-              end.heading, trundle::position_sigma(covariance), std::sqrt(covariance(2, 2)));
+              end.heading, position_sigma(covariance), std::sqrt(covariance(2, 2)));
 }
 
 }  // namespace
 
 int main(int argc, char** argv) try {
   if (argc != 3) return std::fputs("usage: example_slip robot.toml RECORDING\n", stderr), 2;
-  const trundle::Robot robot = trundle::read_robot(argv[1]);
-  const trundle::Recording recording = trundle::read_recording(argv[2]);
-  const trundle::AlignedReadings readings = trundle::align(recording, robot);
+  const Robot robot = read_robot(argv[1]);
+  const Recording recording = read_recording(argv[2]);
+  const AlignedReadings readings = align(recording, robot);
 
-  const trundle::SlipReport slips = trundle::find_slip(readings, recording.commands, robot);
+  const SlipReport slips = find_slip(readings, recording.commands, robot);
   // "ambiguous": that something slipped is certain, which wheel is not.
-  for (const trundle::SlipEvent& event : slips.events)
+  for (const SlipEvent& event : slips.events)
     std::printf("%.2f s to %.2f s: %s %s, %.4f +- %.4f m\n", event.start_s, event.end_s,
-                trundle::wheel_of(event, robot).c_str(), trundle::name_of(event.kind).c_str(), event.excess_m,
+                wheel_of(event, robot).c_str(), name_of(event.kind).c_str(), event.excess_m,
                 event.excess_sigma_m);
-  print_end("as recorded", trundle::integrate(readings, robot).trajectory);
-  print_end("corrected", trundle::integrate(slips.corrected, robot).trajectory);
+  print_end("as recorded", integrate(readings, robot).trajectory);
+  print_end("corrected", integrate(slips.corrected, robot).trajectory);
 } catch (const std::exception& error) {
-  return std::fprintf(stderr, "%s\n", error.what()), trundle::exit_code_of(error);
+  return std::fprintf(stderr, "%s\n", error.what()), exit_code_of(error);
 }

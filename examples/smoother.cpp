@@ -13,27 +13,29 @@
 #include "trundle/slam/doubts.hpp"
 #include "trundle/slam/map_file.hpp"
 
+using namespace trundle::slam;
+
 int main(int argc, char** argv) try {
   if (argc != 5)
     return std::fputs("usage: example_smoother robot.toml RECORDING trajectory.csv landmarks.csv\n", stderr),
            2;
-  const trundle::Robot robot = trundle::read_robot(argv[1]);
-  const trundle::Recording recording = trundle::read_recording(argv[2]);
-  const trundle::SlamInput input = trundle::slam_input(recording, robot);
+  const Robot robot = read_robot(argv[1]);
+  const Recording recording = read_recording(argv[2]);
+  const SlamInput input = slam_input(recording, robot);
 
-  const trundle::SlamResult filtered = trundle::slam(input, *robot.landmark_sensor);
-  const trundle::SmoothedSlam best = trundle::smooth(input, *robot.landmark_sensor, filtered);
-  const trundle::Pose2& end = best.last.pose;
+  const SlamResult filtered = slam(input, *robot.landmark_sensor);
+  const SmoothedSlam best = smooth(input, *robot.landmark_sensor, filtered);
+  const Pose2& end = best.last.pose;
   std::printf("end: x %.4f m, y %.4f m, heading %.4f rad, +- %.4f m; while it drove +- %.4f m\n", end.x,
-              end.y, end.heading, trundle::position_sigma(best.last.covariance),
-              trundle::position_sigma(filtered.last.covariance));
+              end.y, end.heading, position_sigma(best.last.covariance),
+              position_sigma(filtered.last.covariance));
   std::printf("%zu landmarks, %zu of %zu sightings are outliers\n", best.map.size(), best.counts.outliers,
               best.counts.sightings);
   // Evidence against the result: a lost filter, wrong sigmas, a minimum that was not reached.
-  for (const trundle::Finding& doubt : trundle::doubts_about(input, filtered, &best))
+  for (const Finding& doubt : doubts_about(input, filtered, &best))
     std::printf("inconsistent: %s\n", describe(doubt).c_str());
-  trundle::write_file(argv[3], trundle::to_csv(best.trajectory));
-  trundle::write_file(argv[4], trundle::to_csv(best.map, input.landmarks));
+  write_file(argv[3], to_csv(best.trajectory));
+  write_file(argv[4], to_csv(best.map, input.landmarks));
 } catch (const std::exception& error) {
-  return std::fprintf(stderr, "%s\n", error.what()), trundle::exit_code_of(error);
+  return std::fprintf(stderr, "%s\n", error.what()), exit_code_of(error);
 }

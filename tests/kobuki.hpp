@@ -3,6 +3,7 @@
 #include "trundle/chassis/robot.hpp"
 
 namespace trundle::test {
+using namespace chassis;
 
 /// The robot of the recordings kobuki_slip. Gyro stamps are 60 ms late (cross-correlation of the turns over
 /// 0.5 s); its driver has taken the bias off.

@@ -14,14 +14,14 @@ int main(int argc, char** argv) {
   using namespace trundle::app;
   if (argc != 2) {
     std::fputs("usage: trundle_manual FOLDER\n", stderr);
-    return trundle::kUsage;
+    return trundle::io::kUsage;
   }
   CLI::App app;
   add_commands(app);
   const Manual manual = manual_of(app);
   const std::filesystem::path folder = argv[1];
-  trundle::write_file(folder / "trundle.1", man_page(manual));
-  trundle::write_file(folder / "trundle.bash", bash_completion(manual));
-  trundle::write_file(folder / "trundle.zsh", zsh_completion(manual));
-  trundle::write_file(folder / "trundle.fish", fish_completion(manual));
+  trundle::io::write_file(folder / "trundle.1", man_page(manual));
+  trundle::io::write_file(folder / "trundle.bash", bash_completion(manual));
+  trundle::io::write_file(folder / "trundle.zsh", zsh_completion(manual));
+  trundle::io::write_file(folder / "trundle.fish", fish_completion(manual));
 }

@@ -10,6 +10,7 @@
 #include "pages.hpp"
 
 namespace trundle::app {
+using namespace io;
 namespace {
 
 constexpr std::array kExitStatus = {

@@ -10,6 +10,7 @@
 #include "trundle/pipeline/provenance.hpp"
 
 namespace trundle::app {
+using namespace pipeline;
 
 /// Thrown by a command that has done what can be done, and still failed.
 struct Exit {

@@ -126,7 +126,7 @@ Provenance provenance_of(const InstallAngleArguments& options, const LinesDriven
 }
 
 Json document_of(const Provenance& provenance, const LinesDriven& input, const InstallAngle& angle) {
-  Json document = trundle::to_json(provenance);
+  Json document = report::to_json(provenance);
   document["alpha_rad"] = angle.alpha_rad;
   document["alpha_deg"] = degrees(angle.alpha_rad);
   document["theta_rad"] = angle.theta_rad;

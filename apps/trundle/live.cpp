@@ -136,7 +136,7 @@ class Session {
  private:
   /// A line that is wrong is named and left out: a robot does not lose its pose for it.
   void take(const std::string& text) {
-    const std::string place = trundle::place("stdin", lines_in_);
+    const std::string place = io::place("stdin", lines_in_);
     try {
       const LiveLine line = parse_live_line(text, place);
       if (repeats_ && odometer_.is_known(line)) return;

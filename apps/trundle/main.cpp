@@ -11,8 +11,8 @@
 
 namespace {
 
-int fail(trundle::ExitCode code, const char* what) {
-  fmt::print(stderr, "trundle: {}\n", trundle::one_line(what));
+int fail(trundle::io::ExitCode code, const char* what) {
+  fmt::print(stderr, "trundle: {}\n", trundle::io::one_line(what));
   return code;
 }
 
@@ -23,7 +23,7 @@ void require_command(const CLI::App& app, int argc, char** argv) {
   for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
     names.push_back(command->get_name());
   if (first.empty() || first.front() == '-' || std::ranges::find(names, first) != names.end()) return;
-  const std::string nearest = trundle::nearest_name(first, names);
+  const std::string nearest = trundle::io::nearest_name(first, names);
   throw CLI::ValidationError(nearest.empty()
                                  ? fmt::format("unknown command '{}'; --help names all", first)
                                  : fmt::format("unknown command '{}'; expected '{}'", first, nearest));

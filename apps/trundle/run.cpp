@@ -53,7 +53,7 @@ void run(const RunArguments& options) {
   question.output = options.output;
   question.slam.method = *slam_method_named(options.filter);
   ProgressBar bar(options.common);
-  const RunAnswer answer = trundle::run(question, progress_of(options.common, bar));
+  const RunAnswer answer = pipeline::run(question, progress_of(options.common, bar));
   if (const auto& failure = answer.no_odometry) throw Exit{failure->kind, failure->message};
   print(options.common, to_json(answer.record), fmt::format("written to {}\n", options.output));
 }

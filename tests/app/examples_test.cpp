@@ -25,6 +25,7 @@
 #include "app/sample.hpp"
 
 namespace trundle::test {
+using namespace pipeline;
 namespace {
 
 using Json = nlohmann::json;

@@ -11,6 +11,7 @@
 #include "app/sample.hpp"
 
 namespace trundle::test {
+using namespace pipeline;
 namespace {
 
 using testing::HasSubstr;

@@ -16,6 +16,7 @@
 #include "app/sample.hpp"
 
 namespace trundle::test {
+using namespace pipeline;
 namespace {
 
 using testing::HasSubstr;

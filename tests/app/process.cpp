@@ -11,6 +11,7 @@
 #include "trundle/io/file.hpp"
 
 namespace trundle::test {
+using namespace pipeline;
 namespace {
 
 void read_from(const std::filesystem::path& file) {

@@ -11,6 +11,7 @@
 #include "trundle/io/file.hpp"
 
 namespace trundle::test {
+using namespace pipeline;
 namespace {
 
 constexpr double kLeftDiameter = 0.101;  // true values; nominal: 0.1, 0.1, 0.2

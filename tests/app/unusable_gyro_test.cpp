@@ -14,6 +14,7 @@
 #include "app/sample.hpp"
 
 namespace trundle::test {
+using namespace pipeline;
 namespace {
 
 /// What stands instead of a reading; empty: a lost one.

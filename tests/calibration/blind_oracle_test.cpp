@@ -16,7 +16,7 @@
 
 #include "scale.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 /// A wheel of the oracle: its travel over (dx, dy, dθ) is cos ψ dx + sin ψ dy + lever dθ.
@@ -336,4 +336,4 @@ TEST(BlindOracle, Skid4WithGyro) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::calibration

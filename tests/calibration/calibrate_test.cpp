@@ -9,7 +9,7 @@
 
 #include "calibration/simulated_runs.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 using test::nominal_differential;
@@ -288,4 +288,4 @@ TEST(Calibrate, VelocitiesOfSomebodyElseAreTakenAsTheyAre) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::calibration

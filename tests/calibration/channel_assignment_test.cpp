@@ -9,7 +9,7 @@
 #include "calibration/simulated_runs.hpp"
 #include "recording/findings.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 using test::says;
@@ -189,4 +189,4 @@ TEST(ChannelAssignment, what_cannot_be_told_apart_is_said) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::calibration

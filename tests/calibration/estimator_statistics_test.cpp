@@ -11,7 +11,7 @@
 #include "calibration/simulated_runs.hpp"
 #include "scale.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 using test::prepared;
@@ -89,4 +89,4 @@ TEST(EstimatorStatistics, Omni3IntervalsAndScatter) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::calibration

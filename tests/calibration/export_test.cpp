@@ -10,7 +10,7 @@
 #include "trundle/chassis/rows.hpp"
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 using testing::ElementsAre;
@@ -173,4 +173,4 @@ TEST(Export, StacksWithoutWordsSaySo) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -10,7 +10,7 @@
 #include "calibration/simulated_runs.hpp"
 #include "scale.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 constexpr Parameter kClock{ParameterKind::gyro_time_offset, -1};
@@ -98,4 +98,4 @@ TEST(GyroClock, that_it_cannot_be_told_is_said) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::calibration

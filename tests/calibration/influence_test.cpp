@@ -4,14 +4,14 @@
 
 #include "calibration/simulated_runs.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 class InfluenceOfRuns : public testing::Test {
  protected:
   InfluenceOfRuns() {
     for (const std::uint64_t seed : {1, 2, 3})
-      for (trundle::Run& run :
+      for (trundle::calibration::Run& run :
            test::prepared(nominal_, test::true_differential(), test::differential_paths(), seed))
         runs_.push_back(std::move(run));
     estimate_ = estimate_parameters({runs_, nominal_, parameters_});
@@ -32,7 +32,7 @@ class InfluenceOfRuns : public testing::Test {
   const Robot nominal_ = test::nominal_differential();
   const std::vector<Parameter> parameters_ = {
       {ParameterKind::diameter, 0}, {ParameterKind::diameter, 1}, {ParameterKind::track, -1}};
-  std::vector<trundle::Run> runs_;
+  std::vector<trundle::calibration::Run> runs_;
   Estimate estimate_;
   Influence influence_;
 };
@@ -46,7 +46,7 @@ TEST_F(InfluenceOfRuns, AllRunsGiveTheEstimate) {
 /// Another fit without the run is the oracle. It measures its noise anew, so it may differ by a part of σ.
 TEST_F(InfluenceOfRuns, LeavingARunOutIsWhatAnotherFitFinds) {
   for (const std::size_t left_out : {std::size_t{0}, std::size_t{2}, runs_.size() - 1}) {
-    std::vector<trundle::Run> others = runs_;
+    std::vector<trundle::calibration::Run> others = runs_;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(left_out));
     const Eigen::VectorXd refit = values(estimate_parameters({others, nominal_, parameters_}).robot);
     EXPECT_LT(distance(influence_.without[left_out], refit), 0.3) << left_out;
@@ -61,4 +61,4 @@ TEST_F(InfluenceOfRuns, EachFurtherRunMakesItSurer) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::calibration

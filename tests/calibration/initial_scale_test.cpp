@@ -11,7 +11,7 @@
 
 #include "calibration/simulated_runs.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 using testing::Contains;
@@ -59,7 +59,7 @@ TEST(ReferenceOfAnotherUnit, IsNoCalibration) {
 /// In curves chords of wheels that roll far too far wind up.
 TEST(Stretches, AgreeHoweverFarTheWheelsRollTooFar) {
   const Robot right = test::nominal_differential();
-  const std::vector<trundle::Run> runs =
+  const std::vector<trundle::calibration::Run> runs =
       test::prepared(right, right, {circle(0.6, 1.5, TurnSense::cw), circle(0.6, 1.5, TurnSense::ccw)}, 1);
   for (const double factor : {1.0, 2.0, 43.7}) {
     Robot wrong = right;
@@ -70,4 +70,4 @@ TEST(Stretches, AgreeHoweverFarTheWheelsRollTooFar) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -10,7 +10,7 @@
 
 #include "scale.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 using ::testing::Contains;
@@ -263,4 +263,4 @@ TEST(InstallAngle, refuses_recordings_of_other_runs) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::calibration

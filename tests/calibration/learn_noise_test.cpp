@@ -10,7 +10,7 @@
 
 #include "calibration/simulated_runs.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 constexpr double kReference_m = 0.005;
@@ -117,4 +117,4 @@ TEST(LearnNoise, needs_enough_displacements) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::calibration

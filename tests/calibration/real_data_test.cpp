@@ -14,7 +14,7 @@
 
 #include "recording/folder.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 /// The runs below a folder of the optiodom sets: headerless files with time, x, y, heading, then one column
@@ -256,4 +256,4 @@ columns = {{ time_s = "t_unix_s", yaw_rate_rad_s = "yaw_gyro_rads" }}
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::calibration

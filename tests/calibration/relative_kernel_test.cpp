@@ -10,7 +10,7 @@
 
 #include "chassis/robots.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 /// Increments and what a sensor measured over each, with errors of some millimetres.
@@ -198,4 +198,4 @@ TEST(RelativeKernel, RefusesColumnsOfDifferentLength) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -7,7 +7,7 @@
 
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 using testing::HasSubstr;
@@ -143,4 +143,4 @@ TEST(Sheet, AFileThatIsNotThereIsNamed) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::calibration

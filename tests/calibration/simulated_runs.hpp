@@ -7,6 +7,7 @@
 #include "trundle/simulation/scenario.hpp"
 
 namespace trundle::test {
+using namespace calibration;
 
 inline constexpr double kPositionSigma_m = 0.002;
 inline constexpr double kHeadingSigma_rad = 0.005;
@@ -53,7 +54,8 @@ inline Robot true_omni3() {
 
 inline std::vector<Path> differential_paths() {
   return {square(1.5, TurnSense::cw), square(1.5, TurnSense::ccw),
-          trundle::joined({straight(3.0), turn_on_the_spot(kPi)}), circle(0.6, 1.5, TurnSense::cw)};
+          trundle::simulation::joined({straight(3.0), turn_on_the_spot(kPi)}),
+          circle(0.6, 1.5, TurnSense::cw)};
 }
 
 inline std::vector<Path> omni_paths() {

@@ -13,7 +13,7 @@
 
 #include "real_data.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 namespace fs = std::filesystem;
@@ -199,4 +199,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& published) { return std::string(published.param.session); });
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -6,7 +6,7 @@
 
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 constexpr SidedDrive kNominalDrive = {0.15, 0.15, 0.50};
@@ -183,4 +183,4 @@ TEST(Square, OtherRobotsAreSentToTheGeneralEstimator) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -10,7 +10,7 @@
 #include "trundle/calibration/squares/umbmark.hpp"
 #include "trundle/simulation/sheet.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 constexpr double kSquare_m = 2.0;
@@ -101,4 +101,4 @@ TEST(UmbmarkExperiment, OrientationGainsFiveTimesAndTwiceWhatClassicGains) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -10,7 +10,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/statistics/random.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 using testing::Contains;
@@ -274,4 +274,4 @@ INSTANTIATE_TEST_SUITE_P(Coverage, Intervals,
                                          Coverage{SquareMethod::ml, 10, 0.92}));
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -4,7 +4,7 @@
 
 #include "chassis/robots.hpp"
 
-namespace trundle {
+namespace trundle::chassis {
 namespace {
 
 /// V_X = V2, V_Y = (V1 − V2 sin α)/cos α, ω = ω′: docs/theory/dead-wheels.md, eq. 1.
@@ -47,4 +47,4 @@ TEST(DeadWheels, give_the_published_velocities) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::chassis

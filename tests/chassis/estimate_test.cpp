@@ -3,7 +3,7 @@
 
 #include "chassis/robots.hpp"
 
-namespace trundle {
+namespace trundle::chassis {
 namespace {
 
 using test::increment_of;
@@ -244,4 +244,4 @@ TEST(ResidualTest, grows_with_a_slip_and_ignores_motion) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::chassis

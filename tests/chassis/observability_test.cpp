@@ -3,7 +3,7 @@
 
 #include "chassis/robots.hpp"
 
-namespace trundle {
+namespace trundle::chassis {
 namespace {
 
 using test::kSize;
@@ -112,4 +112,4 @@ TEST(Observability, of_a_single_pod_is_one) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::chassis

@@ -7,7 +7,7 @@
 
 #include "chassis/robots.hpp"
 
-namespace trundle {
+namespace trundle::chassis {
 namespace {
 
 using test::kSize;
@@ -192,4 +192,4 @@ TEST(Parameter, prior_sigmas_are_positive_and_as_documented) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::chassis

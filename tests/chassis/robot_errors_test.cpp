@@ -7,7 +7,7 @@
 #include "trundle/chassis/robot.hpp"
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::chassis {
 namespace {
 
 using namespace std::string_view_literals;
@@ -244,4 +244,4 @@ INSTANTIATE_TEST_SUITE_P(Files, MalformedRobot, testing::ValuesIn(kFiles),
                          [](const auto& file) { return std::string(file.param.name); });
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::chassis

@@ -8,7 +8,7 @@
 #include "chassis/same_robot.hpp"
 #include "property.hpp"
 
-namespace trundle {
+namespace trundle::chassis {
 namespace {
 
 using namespace robot_file;
@@ -109,4 +109,4 @@ TEST(Robot, doubles_at_their_limits_survive) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::chassis

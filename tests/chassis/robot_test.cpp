@@ -10,7 +10,7 @@
 #include "chassis/robots.hpp"
 #include "chassis/same_robot.hpp"
 
-namespace trundle {
+namespace trundle::chassis {
 namespace {
 
 using namespace robot_file;
@@ -293,4 +293,4 @@ TEST(Robot, a_covariance_of_perfectly_correlated_parameters_is_read) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::chassis

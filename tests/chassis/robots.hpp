@@ -8,6 +8,7 @@
 #include "trundle/chassis/rows.hpp"
 
 namespace trundle::test {
+using namespace chassis;
 
 inline Robot robot_of(const Chassis& chassis) {
   Robot robot;

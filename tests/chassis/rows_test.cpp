@@ -4,7 +4,7 @@
 
 #include "chassis/robots.hpp"
 
-namespace trundle {
+namespace trundle::chassis {
 namespace {
 
 using test::kSize;
@@ -213,4 +213,4 @@ TEST(Chassis, factories_place_wheels_left_to_right_and_front_to_rear) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::chassis

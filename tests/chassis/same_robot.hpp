@@ -10,6 +10,7 @@
 
 // Sameness of robots to the last bit, by the tables of keys.
 namespace trundle::test {
+using namespace chassis;
 
 using robot_file::NumberKey;
 

@@ -24,9 +24,9 @@ ticks_per_revolution = 1000
 }  // namespace
 
 int main() {
-  const trundle::Robot robot = trundle::parse_robot(kRobot, "robot.toml");
-  trundle::Odometer odometer(robot, {});
-  trundle::Increment one_revolution;
+  const trundle::chassis::Robot robot = trundle::chassis::parse_robot(kRobot, "robot.toml");
+  trundle::odometry::Odometer odometer(robot, {});
+  trundle::chassis::Increment one_revolution;
   one_revolution.duration_s = 1.0;
   one_revolution.turned = {1.0, 1.0};
   odometer.step(one_revolution);

@@ -19,6 +19,7 @@
 /// Whether the end pose of online odometry is unbiased and its covariance honest, cell by cell of a matrix of
 /// chassis, sampling rates, wheel noises, counts and motions.
 namespace trundle::coverage {
+using namespace odometry;
 
 /// One cell of the matrix.
 struct Cell {

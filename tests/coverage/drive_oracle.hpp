@@ -13,6 +13,7 @@
 /// What wheels and gyro read on a known drive, made by the model of docs/theory/chassis.md alone, so that
 /// odometry can be held against it. Shares no code with trundle/simulation.
 namespace trundle::coverage {
+using namespace chassis;
 
 /// xoshiro256++, seeded by splitmix64.
 class Random {

@@ -10,6 +10,7 @@
 #include "coverage/drive_oracle.hpp"
 
 namespace trundle::coverage {
+using namespace chassis;
 
 /// What no real odometry can be: one that reads counters without rounding and knows each wheel's true travel,
 /// and so the true variance of each reading. It shows that the drives fit the model that they claim.

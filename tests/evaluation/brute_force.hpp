@@ -11,6 +11,7 @@
 /// The measures of evaluate() a second time, from their definitions: homogeneous matrices, matrix logarithms,
 /// numeric minimisation, every pair of poses. Slow and simple.
 namespace trundle::test::brute_force {
+using namespace evaluation;
 
 struct Sample {
   double time_s;

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace trundle {
+namespace trundle::evaluation {
 namespace {
 
 /// 10 m along x; the estimate drifts sideways by 1 cm for each metre, and says so.
@@ -47,4 +47,4 @@ TEST(ErrorsAlong, BoundsAreThoseOfTheCovariance) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::evaluation

@@ -11,7 +11,7 @@
 
 #include "brute_force.hpp"
 
-namespace trundle {
+namespace trundle::evaluation {
 namespace {
 
 /// A winding drive sampled at a rate, with headings that grow past π.
@@ -198,4 +198,4 @@ TEST(Evaluate, Se2OfAStandingRobotIsRefused) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::evaluation

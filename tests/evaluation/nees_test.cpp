@@ -9,7 +9,7 @@
 #include "trundle/geometry/gaussian.hpp"
 #include "trundle/statistics/random.hpp"
 
-namespace trundle {
+namespace trundle::evaluation {
 namespace {
 
 Matrix3 example_covariance() {
@@ -226,4 +226,4 @@ TEST(Nees, OfOdometryBeginsWhereItMoves) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::evaluation

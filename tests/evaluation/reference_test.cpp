@@ -5,7 +5,7 @@
 #include "trundle/evaluation/evaluate.hpp"
 #include "trundle/statistics/random.hpp"
 
-namespace trundle {
+namespace trundle::evaluation {
 namespace {
 
 Robot robot_with_sensor() {
@@ -61,4 +61,4 @@ TEST(ReferenceStream, PositionsRemainWhereHeadingsWereNotMeasured) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::evaluation

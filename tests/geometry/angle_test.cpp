@@ -4,7 +4,7 @@
 
 #include "geometry/twists.hpp"
 
-namespace trundle {
+namespace trundle::geometry {
 namespace {
 
 using test::uniform;
@@ -130,4 +130,4 @@ TEST(Angle, degrees_as_text_keep_every_bit_where_doubles_of_degrees_are_sparse) 
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::geometry

@@ -7,7 +7,7 @@
 
 #include "geometry/twists.hpp"
 
-namespace trundle {
+namespace trundle::geometry {
 namespace {
 
 using test::any_pose;
@@ -133,4 +133,4 @@ TEST(PositionSigma, is_the_root_of_the_mean_square_distance) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::geometry

@@ -5,7 +5,7 @@
 
 #include "geometry/twists.hpp"
 
-namespace trundle {
+namespace trundle::geometry {
 namespace {
 
 using test::any_pose;
@@ -247,4 +247,4 @@ RC_GTEST_PROP(Jacobians, inverse_is_the_inverse, ()) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::geometry

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace trundle {
+namespace trundle::geometry {
 namespace {
 
 TEST(RigidMotion, IsFoundAgain) {
@@ -44,4 +44,4 @@ TEST(RigidMotion, IsNotToldByOnePlace) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::geometry

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace trundle {
+namespace trundle::geometry {
 namespace {
 
 Trajectory arc() {
@@ -63,4 +63,4 @@ TEST(PathLengths, add_up_the_steps) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::geometry

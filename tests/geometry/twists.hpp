@@ -8,7 +8,7 @@
 
 #include "property.hpp"
 
-namespace trundle {
+namespace trundle::geometry {
 
 // How RapidCheck shows what falsified a property.
 inline void showValue(const Twist2& twist, std::ostream& out) {
@@ -18,9 +18,10 @@ inline void showValue(const Pose2& pose, std::ostream& out) {
   out << pose.x << ' ' << pose.y << ' ' << pose.heading;
 }
 
-}  // namespace trundle
+}  // namespace trundle::geometry
 
 namespace trundle::test {
+using namespace geometry;
 
 /// Turns where formulas with 0/0 in them, or with a branch, go wrong.
 inline std::vector<double> delicate_turns() {

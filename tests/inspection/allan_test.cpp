@@ -11,7 +11,7 @@
 
 #include "scale.hpp"
 
-namespace trundle {
+namespace trundle::inspection {
 namespace {
 
 /// A gyro at rest: white noise of this density and a bias that walks.
@@ -154,4 +154,4 @@ TEST(Allan, AGyroAloneIsTakenAsStandingStill) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::inspection

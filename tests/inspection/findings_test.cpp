@@ -7,7 +7,7 @@
 #include "recording/findings.hpp"
 #include "recording/robots.hpp"
 
-namespace trundle {
+namespace trundle::inspection {
 namespace {
 
 using test::finding;
@@ -189,4 +189,4 @@ TEST(Findings, of_a_kind_the_first_twenty_are_listed_and_the_rest_counted) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::inspection

@@ -12,7 +12,7 @@
 #include "recording/findings.hpp"
 #include "recording/robots.hpp"
 
-namespace trundle {
+namespace trundle::inspection {
 namespace {
 
 using test::stamps;
@@ -230,4 +230,4 @@ TEST(GyroNoise, comes_from_where_the_robot_rests) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::inspection

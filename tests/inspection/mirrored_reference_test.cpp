@@ -10,7 +10,7 @@
 
 #include "recording/robots.hpp"
 
-namespace trundle {
+namespace trundle::inspection {
 namespace {
 
 /// Figures of eight, the first half of them backwards, measured to 2 mm and 0.01 rad.
@@ -64,4 +64,4 @@ TEST(MirroredReference, IsNamedForRobotsThatRollWhereTheyLook) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::inspection

@@ -14,7 +14,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/io/file.hpp"
 
-namespace trundle {
+namespace trundle::io {
 namespace {
 
 enum class Colour : std::uint8_t { red, blue };
@@ -108,4 +108,4 @@ TEST_F(Checkpoint, ForeignAndDamagedFilesAreNamed) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::io

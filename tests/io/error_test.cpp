@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace trundle {
+namespace trundle::io {
 namespace {
 
 TEST(InputError, says_place_fact_and_expectation_in_one_line) {
@@ -56,4 +56,4 @@ TEST(NearestName, is_empty_where_nothing_is_near) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::io

@@ -11,7 +11,7 @@
 
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -136,4 +136,4 @@ TEST(Sha256, agrees_with_published_values) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::io

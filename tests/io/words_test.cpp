@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace trundle {
+namespace trundle::io {
 namespace {
 
 TEST(Words, a_value_ends_where_its_sigma_does) {
@@ -36,4 +36,4 @@ TEST(Words, a_sigma_has_two_digits_and_no_exponent) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::io

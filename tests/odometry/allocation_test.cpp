@@ -5,7 +5,7 @@
 #include "allocations.hpp"
 #include "increments.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 namespace {
 
 using test::allocations;
@@ -68,4 +68,4 @@ TEST(Allocation, NorDoesLearningTheBias) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::odometry

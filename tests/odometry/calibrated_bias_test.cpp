@@ -12,7 +12,7 @@
 #include "scale.hpp"
 #include "sensed_drive.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 namespace {
 
 using test::Piece;
@@ -136,4 +136,4 @@ TEST(CalibratedBias, NothingIsSaidOfDrivingStandingAndTurning) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::odometry

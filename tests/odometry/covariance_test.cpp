@@ -8,7 +8,7 @@
 #include "increments.hpp"
 #include "scale.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 namespace {
 
 Matrix3 some_covariance() {
@@ -119,4 +119,4 @@ TEST(Covariance, GrowsByWhatAGapHides) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::odometry

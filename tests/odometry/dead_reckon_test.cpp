@@ -7,7 +7,7 @@
 
 #include "increments.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 namespace {
 
 /// A log as columns, and what dead_reckon makes of it.
@@ -109,4 +109,4 @@ TEST(DeadReckon, RefusesWhatCannotBeObserved) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -10,7 +10,7 @@
 
 #include "scale.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 namespace {
 
 constexpr double kGyroRate_hz = 100.0;
@@ -90,4 +90,4 @@ TEST(DeadWheels, end_within_a_thousandth_of_the_path_and_as_near_as_their_covari
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::odometry

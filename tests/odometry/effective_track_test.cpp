@@ -10,7 +10,7 @@
 
 #include "scale.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 namespace {
 
 Robot skid_steer_with(double track_m) {
@@ -107,4 +107,4 @@ TEST(EffectiveTrack, needs_two_sides_and_a_gyro) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::odometry

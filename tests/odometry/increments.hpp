@@ -13,6 +13,7 @@
 #include "odometry/plain_odometry.hpp"
 
 namespace trundle::test {
+using namespace odometry;
 
 /// Readings of a robot that wanders: every wheel turns on its own, so that every row and residual is
 /// exercised.

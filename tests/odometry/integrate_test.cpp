@@ -9,7 +9,7 @@
 
 #include "increments.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 namespace {
 
 bool same_bytes(const Matrix3& a, const Matrix3& b) {
@@ -144,4 +144,4 @@ TEST(Integrate, AppliesTheOffsetsOfTheClocks) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::odometry

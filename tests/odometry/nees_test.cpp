@@ -10,7 +10,7 @@
 #include "increments.hpp"
 #include "scale.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 namespace {
 
 /// eᵀ Σ⁻¹ e of the end pose.
@@ -162,4 +162,4 @@ TEST(Nees, SmoothingIsHonestAndBeatsTheFilterInside) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::odometry

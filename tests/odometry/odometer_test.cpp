@@ -9,7 +9,7 @@
 
 #include "increments.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 namespace {
 
 using test::differential_robot;
@@ -157,4 +157,4 @@ TEST(Odometer, UsesTheWheelsWhereTheyTellTheTurn) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::odometry

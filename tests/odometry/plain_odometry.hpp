@@ -10,6 +10,7 @@
 #include "trundle/chassis/rows.hpp"
 
 namespace trundle::test {
+using namespace odometry;
 
 /// docs/theory/odometry.md written down as it stands there, with nothing prepared: weighted least squares row
 /// by row, and every source of noise as a column of its own that is carried along.

@@ -9,7 +9,7 @@
 #include "scale.hpp"
 #include "sensed_drive.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 namespace {
 
 using test::learning;
@@ -273,4 +273,4 @@ TEST(Rest, TheBiasIsEitherLearnedOrAParameter) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::odometry

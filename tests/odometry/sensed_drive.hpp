@@ -10,6 +10,7 @@
 #include "chassis/robots.hpp"
 
 namespace trundle::test {
+using namespace odometry;
 
 /// 100 Hz with 0.003 rad/s of white noise per sample, a bias that walks by 1e-5 rad/s/√s.
 inline constexpr Gyro kGyro{.noise_rad_s_sqrt_hz = 3e-4, .bias_walk_rad_s_sqrt_s = 1e-5};

@@ -4,7 +4,7 @@
 
 #include "increments.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 namespace {
 
 Vector3 vector_of(const Pose2& pose) {
@@ -91,4 +91,4 @@ TEST(Sensitivity, MakesTheSecondPartOfTheCovariance) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::odometry

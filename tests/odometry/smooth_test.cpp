@@ -9,7 +9,7 @@
 #include "scale.hpp"
 #include "sensed_drive.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 namespace {
 
 using test::Piece;
@@ -104,4 +104,4 @@ TEST(Smooth, TheEndStays) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::odometry

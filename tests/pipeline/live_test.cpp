@@ -17,7 +17,7 @@
 #include "real_data.hpp"
 #include "recording/folder.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 const std::filesystem::path kDemo = std::filesystem::path(TRUNDLE_SOURCE_DIR) / "data/demo";
@@ -261,4 +261,4 @@ TEST(Live, KobukiWithAndWithoutTapeOnAWheel) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::pipeline

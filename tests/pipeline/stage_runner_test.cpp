@@ -7,7 +7,7 @@
 
 #include "recording/folder.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 using testing::ElementsAre;
@@ -136,4 +136,4 @@ TEST(WrittenTrajectory, IsWhatItsFileGives) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -12,7 +12,7 @@
 
 #include "recording/robots.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 using test::stamps;
@@ -370,4 +370,4 @@ TEST(Align, a_gyro_with_another_clock_is_integrated_anew) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::recording

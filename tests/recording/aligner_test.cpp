@@ -14,7 +14,7 @@
 
 #include "recording/robots.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 using test::stamps;
@@ -184,4 +184,4 @@ TEST(Aligner, AWheelThatFallsSilentHoldsNothingUpForLong) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -10,7 +10,7 @@
 
 #include "recording/folder.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 using testing::ElementsAre;
@@ -145,4 +145,4 @@ TEST(LineMap, keeps_the_lines_of_the_rows_that_remain) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::recording

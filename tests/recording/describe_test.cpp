@@ -2,7 +2,7 @@
 
 #include "trundle/recording/finding.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 using testing::HasSubstr;
@@ -89,4 +89,4 @@ TEST(Describe, an_offset_that_stands_in_two_files_is_brought_into_one) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::recording

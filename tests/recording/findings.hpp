@@ -5,6 +5,7 @@
 #include "trundle/recording/finding.hpp"
 
 namespace trundle::test {
+using namespace recording;
 
 /// Of a Finding whose sentence holds the words.
 inline auto says(const char* words) {

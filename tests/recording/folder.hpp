@@ -9,6 +9,7 @@
 #include "trundle/io/file.hpp"
 
 namespace trundle::test {
+using namespace recording;
 
 /// A folder of its own for each object, gone with it.
 class Folder {

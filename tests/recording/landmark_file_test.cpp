@@ -7,7 +7,7 @@
 
 #include "recording/folder.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 std::vector<MapLandmark> read(const std::string& text) {
@@ -81,4 +81,4 @@ TEST_F(LandmarkCovariance, IsRefusedWhereItIsOfAnotherMapOrNone) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -9,7 +9,7 @@
 
 #include "recording/folder.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 using testing::ElementsAre;
@@ -131,4 +131,4 @@ TEST(Tuples, align_to_the_turns_of_their_rates) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::recording

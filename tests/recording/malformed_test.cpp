@@ -7,7 +7,7 @@
 
 #include "recording/folder.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 using testing::HasSubstr;
@@ -255,4 +255,4 @@ TEST(MalformedTrajectory, has_place_fact_and_expectation) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::recording

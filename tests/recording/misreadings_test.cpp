@@ -11,7 +11,7 @@
 #include "recording/findings.hpp"
 #include "recording/folder.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 using testing::AllOf;
@@ -207,4 +207,4 @@ TEST(Decimal, commas_are_named_and_read) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::recording

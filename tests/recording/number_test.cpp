@@ -12,7 +12,7 @@
 
 #include "scale.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 /// What the reader makes of a cell.
@@ -139,4 +139,4 @@ TEST(Number, stamps_of_seconds_take_off_the_origin_before_rounding) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::recording

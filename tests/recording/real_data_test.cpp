@@ -17,7 +17,8 @@
 
 #include "recording/folder.hpp"
 
-namespace trundle {
+namespace trundle::recording {
+using namespace inspection;
 namespace {
 
 using testing::IsEmpty;
@@ -240,4 +241,4 @@ time_unit = "ns"
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -8,7 +8,7 @@
 
 #include "recording/folder.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 using testing::ElementsAre;
@@ -251,4 +251,4 @@ columns = { time_s = "t", heading_rad = "h" }
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::recording

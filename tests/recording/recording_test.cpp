@@ -10,7 +10,7 @@
 
 #include "recording/folder.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 using testing::ElementsAre;
@@ -204,4 +204,4 @@ TEST(RecordingsBelow, finds_the_folder_itself_or_all_inside_in_order) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::recording

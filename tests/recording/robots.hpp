@@ -7,6 +7,7 @@
 #include "trundle/recording/recording.hpp"
 
 namespace trundle::test {
+using namespace recording;
 
 /// A differential drive: wheels left and right, 100 ticks per revolution, circumference 1 m, track 0.5 m.
 inline Robot two_wheels(int tick_bits = 0) {

@@ -8,7 +8,7 @@
 
 #include "recording/folder.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 using testing::ElementsAre;
@@ -95,4 +95,4 @@ TEST(Rows, sightings_may_share_stamps_and_are_sorted) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::recording

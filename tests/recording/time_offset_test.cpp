@@ -9,7 +9,8 @@
 #include "recording/robots.hpp"
 #include "scale.hpp"
 
-namespace trundle {
+namespace trundle::recording {
+using namespace simulation;
 namespace {
 
 struct Rates {
@@ -131,4 +132,4 @@ TEST(TimeOffset, cannot_be_told_without_a_gyro_or_wheels_that_see_turns) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -8,7 +8,7 @@
 
 #include "recording/folder.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 Trajectory tour(bool with_covariance) {
@@ -81,4 +81,4 @@ TEST(TrajectoryFile, reference_csv_leaves_out_incomplete_poses) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -11,7 +11,7 @@
 
 #include "report/example_result.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -242,4 +242,4 @@ TEST(CalibrationJson, HostileNamesStayWhatTheyAre) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::report

@@ -11,7 +11,7 @@
 
 #include "report/example_result.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -122,4 +122,4 @@ INSTANTIATE_TEST_SUITE_P(Table, CalibrationSchemaDamage, testing::ValuesIn(kDama
                          [](const auto& tested) { return tested.param.name; });
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::report

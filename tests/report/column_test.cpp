@@ -9,7 +9,7 @@
 
 #include "trundle/report/picture_rows.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Rows = std::vector<std::size_t>;
@@ -52,4 +52,4 @@ TEST(RowsForPicture, NoPeakAndNoGapIsLost) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::report

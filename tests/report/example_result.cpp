@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 namespace trundle::test {
+using namespace report;
 namespace {
 
 struct Drive {

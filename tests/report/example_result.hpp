@@ -3,6 +3,7 @@
 #include "trundle/calibration/result.hpp"
 
 namespace trundle::test {
+using namespace report;
 
 /// What a calibration of a small differential robot looks like: three sessions of two clockwise and three
 /// counter-clockwise squares each, one of them with a bump, and a winding run held out. Nothing is estimated

@@ -7,7 +7,7 @@
 
 #include "trundle/statistics/distribution.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 /// P(|T| ≤ t) by Simpson's rule over Student's density.
@@ -74,4 +74,4 @@ TEST(Intervals, ASigmaThatIsNotFiniteGivesNone) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::report

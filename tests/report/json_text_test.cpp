@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -27,4 +27,4 @@ TEST(JsonText, ParsesBackToTheSame) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::report

@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using testing::ElementsAre;
@@ -22,4 +22,4 @@ TEST(Labels, KeepSomethingOfEveryPath) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::report

@@ -15,7 +15,7 @@
 
 #include "report/example_result.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -132,4 +132,4 @@ TEST(Page, TheScriptIsValid) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::report

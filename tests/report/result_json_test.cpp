@@ -13,7 +13,7 @@
 #include "recording/folder.hpp"
 #include "report/example_result.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -198,4 +198,4 @@ TEST(Attention, TellsOfWheelsThatAreLargerInTheMean) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::report

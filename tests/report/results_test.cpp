@@ -8,7 +8,7 @@
 
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -127,4 +127,4 @@ TEST(EvaluationSummary, IsReadAsItWasWritten) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::report

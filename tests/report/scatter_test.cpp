@@ -7,7 +7,7 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 std::vector<Vector2> gaussian_points(int count, std::mt19937& generator) {
@@ -76,4 +76,4 @@ TEST_P(ScatterCoverage, AFurtherPointIsInsideIn95Percent) {
 INSTANTIATE_TEST_SUITE_P(Counts, ScatterCoverage, testing::Values(5, 6, 10, 25));
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::report

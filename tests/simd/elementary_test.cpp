@@ -16,7 +16,7 @@
 
 // Every function in lanes: y[i] = f(x[i]), as many as are a whole number of vectors.
 HWY_BEFORE_NAMESPACE();
-namespace trundle::HWY_NAMESPACE {
+namespace trundle::simd::HWY_NAMESPACE {
 
 template <class Function>
 HWY_INLINE void each_of(const std::vector<double>& x, std::vector<double>& y, Function f) {
@@ -45,12 +45,14 @@ void all_functions(const std::vector<double>& x, std::vector<std::vector<double>
   });
 }
 
-}  // namespace trundle::HWY_NAMESPACE
+}  // namespace trundle::simd::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace trundle {
+namespace trundle::simd {
 namespace {
+
+using geometry::sinc, geometry::sinc_derivative;
 
 HWY_EXPORT(all_functions);
 
@@ -158,5 +160,5 @@ TEST(Elementary, ExpIsTheLibrarys) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::simd
 #endif

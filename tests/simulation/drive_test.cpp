@@ -11,7 +11,7 @@
 
 #include "robots.hpp"
 
-namespace trundle {
+namespace trundle::simulation {
 namespace {
 
 using test::exact_scenario;
@@ -240,4 +240,4 @@ TEST(Slip, RandomBurstsDoNotOverlap) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::simulation

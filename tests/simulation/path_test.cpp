@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace trundle {
+namespace trundle::simulation {
 namespace {
 
 void expect_pose(const Pose2& pose, double x, double y, double heading) {
@@ -94,4 +94,4 @@ TEST(Path, WholeIntervalsKeepTheWayAndOnlyTakeLonger) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::simulation

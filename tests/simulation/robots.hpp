@@ -3,6 +3,7 @@
 #include "trundle/simulation/scenario.hpp"
 
 namespace trundle::test {
+using namespace simulation;
 
 /// A differential robot without noise, D = 0.15 m, b = 0.50 m: that of the check values in
 /// docs/theory/umbmark.md.

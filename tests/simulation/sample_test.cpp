@@ -8,7 +8,7 @@
 #include "trundle/io/file.hpp"
 #include "trundle/simulation/scenario_file.hpp"
 
-namespace trundle {
+namespace trundle::simulation {
 namespace {
 
 namespace fs = std::filesystem;
@@ -70,4 +70,4 @@ TEST(SampleFolder, IsSmall) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::simulation

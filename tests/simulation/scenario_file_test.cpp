@@ -8,7 +8,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/io/file.hpp"
 
-namespace trundle {
+namespace trundle::simulation {
 namespace {
 
 namespace fs = std::filesystem;
@@ -248,4 +248,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::simulation

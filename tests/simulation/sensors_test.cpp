@@ -7,7 +7,7 @@
 
 #include "robots.hpp"
 
-namespace trundle {
+namespace trundle::simulation {
 namespace {
 
 using test::exact_scenario;
@@ -280,4 +280,4 @@ TEST(Simulate, ASensorDoesNotDisturbTheOthers) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::simulation

@@ -7,7 +7,7 @@
 
 #include "robots.hpp"
 
-namespace trundle {
+namespace trundle::simulation {
 namespace {
 
 using test::exact_scenario;
@@ -50,4 +50,4 @@ TEST(Sheet, ColumnsAreThoseOfTheFormat) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::simulation

@@ -4,7 +4,7 @@
 
 #include "robots.hpp"
 
-namespace trundle {
+namespace trundle::simulation {
 namespace {
 
 using test::exact_scenario;
@@ -53,4 +53,4 @@ TEST(Square, PerfectRobotReturns) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::simulation

@@ -8,7 +8,7 @@
 #include "trundle/slam/fastslam/particle_paths.hpp"
 #include "trundle/statistics/random.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 using Index = Ancestry::Index;
@@ -161,4 +161,4 @@ TEST(ParticlePaths, StepsBetweenKeyframesAreAsProbableAsPossible) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

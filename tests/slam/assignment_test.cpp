@@ -8,7 +8,7 @@
 
 #include "trundle/statistics/random.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 using Columns = std::vector<Eigen::Index>;
@@ -73,4 +73,4 @@ TEST(CheapestAssignment, OfNothing) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

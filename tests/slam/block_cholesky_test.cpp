@@ -8,7 +8,7 @@
 
 #include "trundle/statistics/random.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 /// A chain of blocks of three among blocks of two, each of which some of the chain see, and one block that
@@ -120,4 +120,4 @@ TEST(Elimination, EveryBlockIsEliminatedOnceAndParentsComeLater) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

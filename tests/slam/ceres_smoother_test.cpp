@@ -6,7 +6,7 @@
 
 #include "slam/world.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 template <typename T>
@@ -187,4 +187,4 @@ TEST(Smoother, HasTheCostThatCeresHasWithOutliers) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -9,7 +9,7 @@
 #include "trundle/slam/fastslam/pose_target.hpp"
 #include "trundle/statistics/random.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 const LandmarkSensor kSensor{{}, 0.1, 0.02, 20.0, 0.0};
@@ -156,4 +156,4 @@ INSTANTIATE_TEST_SUITE_P(, ChoiceKernels, testing::Values(Precision::float32, Pr
                          });
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -9,7 +9,7 @@
 #include "scale.hpp"
 #include "slam/every_proposal.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 /// Around a block of 157 m, twice, with 20 particles.
@@ -209,4 +209,4 @@ TEST(ClosedLoop, BendsThePathWithoutATear) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -7,6 +7,7 @@
 #include "trundle/slam/steps.hpp"
 
 namespace trundle::test {
+using namespace slam;
 
 /// FastSLAM 1.0 as it is usually written: each particle owns its map and its path, and resampling copies
 /// both. Poses are drawn when something is seen. It shares the arithmetic of one landmark and the random

@@ -7,6 +7,7 @@
 #include "trundle/slam/steps.hpp"
 
 namespace trundle::test {
+using namespace slam;
 
 /// EKF-SLAM as the textbook writes it: full matrices, full Jacobians, (I − K H) P.
 struct DenseEkf {

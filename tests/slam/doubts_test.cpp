@@ -4,7 +4,7 @@
 
 #include "slam/world.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 SlamInput input_of(const test::SlamWorld& world) {
@@ -54,4 +54,4 @@ TEST(Doubts, SaysWhenSigmasAreTooSmall) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

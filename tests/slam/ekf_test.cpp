@@ -8,7 +8,7 @@
 #include "slam/dense_ekf.hpp"
 #include "slam/world.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 constexpr double kNoGate = std::numeric_limits<double>::infinity();
@@ -183,4 +183,4 @@ TEST(Ekf, DuplicatesAndTwoSightingsOfANewLandmark) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

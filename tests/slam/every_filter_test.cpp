@@ -11,7 +11,7 @@
 #include "scale.hpp"
 #include "slam/world.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 class EveryFilter : public testing::TestWithParam<SlamMethod> {
@@ -211,4 +211,4 @@ INSTANTIATE_TEST_SUITE_P(, EveryFilter,
                          [](const auto& test) { return std::string(name_of(test.param)); });
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

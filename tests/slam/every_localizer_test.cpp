@@ -11,7 +11,7 @@
 #include "scale.hpp"
 #include "slam/field.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 class EveryLocalizer : public testing::TestWithParam<LocalizerFilter> {
@@ -234,4 +234,4 @@ INSTANTIATE_TEST_SUITE_P(, EveryLocalizer, testing::Values(LocalizerFilter::ekf,
                          [](const auto& test) { return std::string(name_of(test.param)); });
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

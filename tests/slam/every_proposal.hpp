@@ -8,6 +8,7 @@
 #include "trundle/slam/fastslam/particle_slam.hpp"
 
 namespace trundle::test {
+using namespace slam;
 
 inline auto every_proposal() {
   return testing::Values(Proposal::motion, Proposal::linearised, Proposal::swarm, Proposal::swarm_gaussian);

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 /// A camera of ±30° and 8 m that has seen a lot.
@@ -161,4 +161,4 @@ TEST(Existence, WhatWasNeverConfirmedTeachesNothing) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

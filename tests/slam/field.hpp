@@ -3,6 +3,7 @@
 #include "trundle/slam/localization/localizer.hpp"
 
 namespace trundle::test {
+using namespace slam;
 
 struct FieldOptions {
   int landmarks = 30;

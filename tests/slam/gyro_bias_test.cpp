@@ -15,7 +15,7 @@
 
 #include "scale.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 constexpr int kRate_hz = 20;
@@ -271,4 +271,4 @@ TEST(LocalizerOnAMapOfItsOwn, IsConsistentWhereTheMapIsKnownTogether) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

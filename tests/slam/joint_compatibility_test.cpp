@@ -11,7 +11,7 @@
 #include "trundle/statistics/distribution.hpp"
 #include "trundle/statistics/random.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 using Index = Eigen::Index;
@@ -148,4 +148,4 @@ TEST(JointCompatibility, LimitsHaveTheTailOfTheGate) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -8,7 +8,7 @@
 #include "slam/dense_ekf.hpp"
 #include "slam/world.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 using Index = Eigen::Index;
@@ -140,4 +140,4 @@ TEST(PackedPanels, EveryInstructionSetGivesTheSameBits) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -10,7 +10,7 @@
 #include "calibration/simulated_runs.hpp"
 #include "scale.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 using testing::Contains;
@@ -213,4 +213,4 @@ TEST(LandmarkCalibration, RefusesWhatCannotAnswer) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

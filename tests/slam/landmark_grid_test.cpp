@@ -6,7 +6,7 @@
 
 #include "trundle/statistics/random.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 TEST(LandmarkGrid, FindsWhatLookingAtAllFinds) {
@@ -54,4 +54,4 @@ TEST(LandmarkGrid, IsNotLostFarAway) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

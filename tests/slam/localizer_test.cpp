@@ -5,7 +5,7 @@
 #include "scale.hpp"
 #include "slam/field.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 struct Case {
@@ -205,4 +205,4 @@ TEST(Localizer, RaisesNoFalseAlarmInAnHour) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

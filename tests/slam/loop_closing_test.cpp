@@ -9,7 +9,7 @@
 
 #include "scale.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 Matrix2 covariance(double xx, double xy, double yy) {
@@ -260,4 +260,4 @@ TEST(LoopClosing, IsClosedWhereMostFit) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

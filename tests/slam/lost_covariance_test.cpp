@@ -12,7 +12,7 @@
 #include "scale.hpp"
 #include "slam/world.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 const std::vector<Vector2> kPlaces = {{3.0, 1.0}, {5.0, -2.0}, {-1.0, 4.0}, {2.0, 2.0}, {8.0, 8.0}};
@@ -288,4 +288,4 @@ INSTANTIATE_TEST_SUITE_P(, HonestParticles, testing::Values(Proposal::linearised
                          });
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -9,7 +9,7 @@
 
 #include "slam/world.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 /// Blind for a third of each round, on odometry that turns too much.
@@ -114,4 +114,4 @@ TEST(ManyStarts, WhatAFilterWasLostInIsFoundAndKeepsItsNumbers) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

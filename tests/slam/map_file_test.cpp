@@ -6,7 +6,7 @@
 
 #include "recording/folder.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 TEST(MapFile, ReadsBackToTheLastBit) {
@@ -35,4 +35,4 @@ TEST(MapFile, CallsLandmarksWithoutNamesByNumber) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 Twist2 wrong_by(const Twist2& twist, const Systematic& s) {
@@ -34,4 +34,4 @@ TEST(Motion, NoiseComposesAsThatOfPoses) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

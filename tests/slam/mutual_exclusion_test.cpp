@@ -6,7 +6,7 @@
 
 #include "trundle/statistics/random.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 constexpr std::size_t kFewParticles = 40;
@@ -141,4 +141,4 @@ TEST(MutualExclusion, TakesInWhoeverMaySeeTheSame) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 const Pose2 kSensor{0.219, -0.1, 0.4};
@@ -102,4 +102,4 @@ TEST(Observation, Validity) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

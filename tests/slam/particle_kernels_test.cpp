@@ -14,7 +14,7 @@
 
 #include "slam/world.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 TEST(Threefry, IsThePublishedOne) {
@@ -296,4 +296,4 @@ INSTANTIATE_TEST_SUITE_P(, LanesIn, testing::Values(Precision::float32, Precisio
                          });
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -6,7 +6,7 @@
 #include "trundle/slam/fastslam/pose_target.hpp"
 #include "trundle/statistics/random.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 /// The textbook's Kalman filter of one landmark in (range, bearing), Joseph form.
@@ -123,4 +123,4 @@ TEST(PoseTarget, InnovationIsTheInnovationInAllItsCovariance) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -13,7 +13,7 @@
 #include "slam/every_proposal.hpp"
 #include "slam/world.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 constexpr double kNoGate = std::numeric_limits<double>::infinity();
@@ -238,4 +238,4 @@ TEST(ParticleSlam, StoredPathsAreLittleMoreThanOne) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -5,7 +5,7 @@
 #include "scale.hpp"
 #include "slam/world.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 const LandmarkSensor kRangeFinder = test::SlamWorld{}.sensor;
@@ -173,4 +173,4 @@ TEST(ReAssociation, WithoutNamesTheSmootherFindsWhatItFindsWithThem) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -7,7 +7,7 @@
 
 #include "trundle/statistics/random.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 constexpr double kSigma_m = 0.1;
@@ -102,4 +102,4 @@ TEST(Relocalization, TwoAreNotEnough) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -10,7 +10,7 @@
 #include "scale.hpp"
 #include "slam/world.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 SlamInput input_of(const test::SlamWorld& world) {
@@ -169,4 +169,4 @@ TEST(Smoother, ReadingsThatAreNoNumbersChangeNothing) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -4,7 +4,7 @@
 
 #include "trundle/statistics/random.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 constexpr double kStep = 1e-6;
@@ -97,4 +97,4 @@ TEST(RobustCost, IsSmoothAtTheGateAndHasItsWeightForDerivative) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -8,7 +8,7 @@
 #include "trundle/odometry/integrate.hpp"
 #include "trundle/simulation/scenario.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 Robot robot_with_sensor() {
@@ -190,4 +190,4 @@ TEST(Steps, WhatIsMissingIsNamed) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -5,7 +5,7 @@
 #include "trundle/slam/cholesky.hpp"
 #include "trundle/slam/fastslam/pose_target.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 TEST(Lattice, IsTheMostNearlySquare) {
@@ -110,4 +110,4 @@ TEST(Swarm, StopsWhenTheParticlesAgree) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 /// How often each particle's turn has come.
@@ -72,4 +72,4 @@ TEST(ThreadPool, NeedsNoCall) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -8,7 +8,7 @@
 
 #include "slam/world.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 class UnknownIds : public testing::TestWithParam<SlamMethod> {
@@ -291,4 +291,4 @@ INSTANTIATE_TEST_SUITE_P(OfEveryFilter, UnknownIds,
                          [](const auto& method) { return std::string(name_of(method.param)); });
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -7,6 +7,7 @@
 #include "trundle/statistics/random.hpp"
 
 namespace trundle::test {
+using namespace slam;
 
 /// A robot on a circle among landmarks, its noise known: steps for a filter and the truth behind them.
 struct SlamWorld {

@@ -13,7 +13,8 @@
 #include "scale.hpp"
 #include "slip/nees.hpp"
 
-namespace trundle {
+namespace trundle::slip {
+using namespace inspection;
 namespace {
 
 struct Tally {
@@ -207,4 +208,4 @@ TEST(Attribution, IsAmbiguousWithOneDegreeOfFreedomWhileTheCommandChanges) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slip

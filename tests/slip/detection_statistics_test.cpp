@@ -16,7 +16,7 @@
 #include "chassis/robots.hpp"
 #include "scale.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 namespace {
 
 constexpr double kQuarter_s = 0.25;
@@ -369,4 +369,4 @@ TEST(Cusum, RoundedCountsDoNotRaiseFalseAlarms) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -10,7 +10,7 @@
 
 #include "chassis/robots.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 namespace {
 
 constexpr double kStep_s = 0.25;
@@ -314,4 +314,4 @@ TEST(LostTravel, IsNoSumOfWhatNoiseMakesOfIt) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -11,7 +11,7 @@
 #include "scale.hpp"
 #include "slip/nees.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 namespace {
 
 constexpr double kRest_s = 10.0;
@@ -243,4 +243,4 @@ TEST(Experiment, ATimeOffsetThatIsKnownRaisesNoFalseAlarms) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slip

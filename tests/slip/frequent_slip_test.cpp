@@ -12,7 +12,7 @@
 #include "chassis/robots.hpp"
 #include "scale.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 namespace {
 
 constexpr double kTrack_m = 0.5;
@@ -265,4 +265,4 @@ TEST(FrequentSlip, ConfidenceIsTheShareThatIsRight) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -5,7 +5,7 @@
 #include "trundle/geometry/gaussian.hpp"
 #include "trundle/odometry/integrate.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 
 /// Of e = Log(T̂⁻¹ T) at the end of corrected readings; 3 on average where the covariance is honest.
 inline double nees_at_end(const AlignedReadings& corrected, const Robot& robot, const Trajectory& truth) {
@@ -15,4 +15,4 @@ inline double nees_at_end(const AlignedReadings& corrected, const Robot& robot, 
   return e.dot(body_covariance(end, trajectory.covariances.back()).llt().solve(e));
 }
 
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -12,7 +12,7 @@
 
 #include "scale.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 namespace {
 
 /// Table 1 of the source: δ in clean straight driving.
@@ -135,4 +135,4 @@ TEST(Band, RefusesTooFewOrConstantSamples) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -12,7 +12,7 @@
 #include "kobuki.hpp"
 #include "recording/folder.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 namespace {
 
 using test::kobuki;
@@ -137,4 +137,4 @@ TEST(RealSlip, TheRulesAssumptionDoesNotHoldForATapedWheel) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slip

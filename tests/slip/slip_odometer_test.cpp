@@ -12,7 +12,7 @@
 #include "allocations.hpp"
 #include "chassis/robots.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 namespace {
 
 using test::allocations;
@@ -136,4 +136,4 @@ TEST(SlipOdometer, CovarianceGrowsWhereAWheelSlips) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -9,7 +9,7 @@
 
 #include "chassis/robots.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 namespace {
 
 constexpr double kRow_s = 0.1;
@@ -59,4 +59,4 @@ TEST(UnevenWheel, BeforeAnyReadingAllAreAlike) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace trundle {
+namespace trundle::statistics {
 namespace {
 
 /// χ² = (x³ − 8)², with a linearisation that is singular at x = 0: there every step is refused until it is
@@ -72,4 +72,4 @@ TEST(Descent, DampsASingularSystem) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::statistics

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace trundle {
+namespace trundle::statistics {
 namespace {
 
 TEST(Distribution, ChiSquaredWithTwoDegreesIsExponential) {
@@ -49,4 +49,4 @@ TEST(Distribution, FisherTendsToChiSquared) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::statistics

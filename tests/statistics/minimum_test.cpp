@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace trundle {
+namespace trundle::statistics {
 namespace {
 
 TEST(Minimum, IsFoundToItsTolerance) {
@@ -29,4 +29,4 @@ TEST(Minimum, NeedsFewEvaluations) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::statistics

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace trundle {
+namespace trundle::statistics {
 namespace {
 
 // Expected: the published generator and seeding written down a second time, in Python.
@@ -83,4 +83,4 @@ TEST(NormalQuantile, InvertsTheErrorFunction) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::statistics

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace trundle {
+namespace trundle::statistics {
 namespace {
 
 TEST(RunningQuantile, SettlesAtItsShare) {
@@ -43,4 +43,4 @@ TEST(RunningQuantile, ForgetsAFirstValueThatWasNoneOfThem) {
 }
 
 }  // namespace
-}  // namespace trundle
+}  // namespace trundle::statistics

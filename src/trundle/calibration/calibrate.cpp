@@ -12,7 +12,7 @@
 #include "trundle/calibration/preparation.hpp"
 #include "trundle/calibration/sessions.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 /// Where no length was measured: by what all else is told, in words. Empty: nothing is.
@@ -95,4 +95,4 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   return result;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -7,7 +7,7 @@
 #include "trundle/calibration/result.hpp"
 #include "trundle/recording/recording.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 struct CalibrateOptions {
   std::vector<std::string> free =
@@ -26,4 +26,4 @@ struct CalibrateOptions {
 CalibrationResult calibrate(std::span<const Recording> training, std::span<const Recording> hold_out,
                             const Robot& given, const CalibrateOptions& options = {});
 
-}  // namespace trundle
+}  // namespace trundle::calibration

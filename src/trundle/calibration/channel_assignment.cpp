@@ -8,7 +8,7 @@
 #include "trundle/calibration/run.hpp"
 #include "trundle/chassis/rows.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 // Motions between epochs: some seconds of driving.
@@ -233,4 +233,4 @@ ChannelAssignment check_channels(const Recording& recording, const AlignedReadin
   return compare(motions, std::span(&recording, 1), robot);
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -6,7 +6,7 @@
 #include "trundle/chassis/robot.hpp"
 #include "trundle/recording/alignment/align.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// Whether the columns of a log belong to the wheels whose names they bear.
 struct ChannelAssignment {
@@ -25,4 +25,4 @@ ChannelAssignment check_channels(std::span<const Recording> recordings, const Ro
 ChannelAssignment check_channels(const Recording& recording, const AlignedReadings& readings,
                                  const Robot& robot);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -4,7 +4,7 @@
 
 #include <Eigen/LU>
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 /// Travel is added up over parts of a window so short that motion does not turn round in them, and so long
@@ -135,4 +135,4 @@ std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot,
   return result;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -6,7 +6,7 @@
 #include "trundle/calibration/run.hpp"
 #include "trundle/chassis/parameter.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 struct ChassisLikelihoodOptions {
   int blocks = 1;                ///< into which the run is cut, one Information for each
@@ -22,4 +22,4 @@ std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot,
                                             std::span<const Parameter> parameters,
                                             const ChassisLikelihoodOptions& options);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

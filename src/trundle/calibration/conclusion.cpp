@@ -10,7 +10,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/io/words.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 // Below it more than half of what a run says is left out: a person should know.
@@ -225,4 +225,4 @@ void conclude(const ConcludedRuns& runs, const Estimate& estimate, const Session
   result.summary = summary_of(result);
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

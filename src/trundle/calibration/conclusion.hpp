@@ -7,7 +7,7 @@
 #include "trundle/calibration/result.hpp"
 #include "trundle/calibration/sessions.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// Where a robot gives nothing that a calibration could change: that it does not, in words; else empty.
 std::string nothing_to_calibrate(const Chassis& chassis);
@@ -33,4 +33,4 @@ struct ConcludedRuns {
 void conclude(const ConcludedRuns& runs, const Estimate& estimate, const SessionSpread& spread,
               CalibrationResult& result);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -6,7 +6,7 @@
 
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 /// Whether a wheel's own rolling direction and lever are parameters, rather than the track of all of them.
@@ -72,4 +72,4 @@ std::vector<Parameter> choose_parameters(const Robot& robot, const FromOutside& 
   return parameters;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -7,7 +7,7 @@
 #include "trundle/calibration/run.hpp"
 #include "trundle/chassis/parameter.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// What was measured from outside the robot.
 struct FromOutside {
@@ -26,4 +26,4 @@ std::vector<Parameter> choose_parameters(const Robot& robot, const FromOutside& 
                                          const std::vector<std::string>& free,
                                          const std::vector<std::string>& fix);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -6,7 +6,7 @@
 
 #include "trundle/odometry/arc.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 /// Over so long a motion is one arc, and noise in it as if it came evenly.
@@ -98,4 +98,4 @@ void SensitivityErrors::correct(const Matrix3& keep, const Pose2& pose) {
   from_ = pose;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

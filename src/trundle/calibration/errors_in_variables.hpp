@@ -7,7 +7,7 @@
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/odometry/odometer.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// Errors in variables. How the pose depends on a parameter is computed from the readings that made the pose,
 /// so both err together: where the reference says that a wheel rolled too far, its share in the sensitivity
@@ -46,4 +46,4 @@ class SensitivityErrors {
   bool complete_ = true;                ///< the gyro was there throughout
 };
 
-}  // namespace trundle
+}  // namespace trundle::calibration

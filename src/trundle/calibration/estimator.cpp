@@ -7,7 +7,7 @@
 #include "trundle/calibration/solve.hpp"
 #include "trundle/calibration/weights.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 // Squared Mahalanobis distance beyond which a residual is left out: P(χ²₃ > 30) = 1.4e-6.
@@ -106,4 +106,4 @@ Estimate estimate_parameters(const CalibrationProblem& problem) {
   return estimate;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -8,7 +8,7 @@
 #include "trundle/calibration/scores.hpp"
 #include "trundle/statistics/descent.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// Maximum-likelihood parameters of a robot from runs, with the evidence.
 struct Estimate {
@@ -26,4 +26,4 @@ struct Estimate {
 /// outlying runs are found in between. docs/theory/calibration.md.
 [[nodiscard]] Estimate estimate_parameters(const CalibrationProblem& problem);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

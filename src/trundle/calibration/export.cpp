@@ -13,7 +13,7 @@
 #include "trundle/chassis/rows.hpp"
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 constexpr double kMetresPerInch = 0.0254;  // by definition
@@ -247,4 +247,4 @@ std::string export_robot(std::string_view format, const Robot& nominal, const Ro
   return format_named(format).write(nominal, calibrated);
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

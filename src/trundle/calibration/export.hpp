@@ -6,7 +6,7 @@
 
 #include "trundle/chassis/robot.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// "ros2_control", "road_runner", "ardupilot".
 std::span<const std::string_view> export_formats();
@@ -18,4 +18,4 @@ std::string_view export_suffix(std::string_view format);
 /// a chassis.
 std::string export_robot(std::string_view format, const Robot& nominal, const Robot& calibrated);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

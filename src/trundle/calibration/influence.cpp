@@ -4,7 +4,7 @@
 
 #include <Eigen/Cholesky>
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 Eigen::VectorXd values_of(const Robot& robot, std::span<const Parameter> parameters) {
@@ -74,4 +74,4 @@ Influence influence_of(const Estimate& estimate, const Robot& nominal,
   return influence;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

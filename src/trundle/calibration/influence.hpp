@@ -7,7 +7,7 @@
 
 #include "trundle/calibration/estimator.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// What an estimate would be with other runs than all of them, by one Gauss–Newton step from it
 /// (docs/theory/calibration-uncertainty.md, eq. 13 and 14). In the parameters' own units; one entry for each
@@ -21,4 +21,4 @@ struct Influence {
 /// What is not told by the runs that are left stays at its nominal value, known to its prior sigma.
 Influence influence_of(const Estimate& estimate, const Robot& nominal, std::span<const Parameter> parameters);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -4,7 +4,9 @@
 
 #include <Eigen/Core>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::calibration {
 
 /// Gaussian information about the parameters from one group of independent residuals: with residual ν,
 /// Jacobian J = −∂ν/∂p and weight W = cov(ν)⁻¹.
@@ -49,4 +51,4 @@ bool add_within(Information& information, const Jacobian& J, const Weight& W, co
   return true;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -8,7 +8,7 @@
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/recording/csv/units.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 struct Stretch {
@@ -138,4 +138,4 @@ void scale_wheels(double factor, Robot& robot) {
       set_value(parameter, factor * value_of(parameter, robot), robot);
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -5,7 +5,7 @@
 
 #include "trundle/calibration/run.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// How many times as far the reference moves as the wheels say: the median over all stretches between epochs,
 /// each counting as its length; where that is far off, of wheels so scaled once more, for chords of curves
@@ -31,4 +31,4 @@ std::optional<ScaleFault> scale_fault(std::span<const Run> runs, const Robot& ro
 /// All wheels' diameters, times the factor.
 void scale_wheels(double factor, Robot& robot);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

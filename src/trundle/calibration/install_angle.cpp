@@ -10,7 +10,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/statistics/distribution.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 constexpr double kFurthestScale = 2.0;           // X/S beyond this, or below its inverse, is another run
@@ -193,4 +193,4 @@ InstallAngle install_angle(std::span<const LRun> runs, const InstallAngleOptions
   return result;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

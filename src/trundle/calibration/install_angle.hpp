@@ -8,7 +8,7 @@
 #include "trundle/chassis/robot.hpp"
 #include "trundle/recording/recording.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// An L-shaped run of a robot with two passive wheels: straight ahead until pod 2, which rolls along body x,
 /// has seen `side_m` and pod 1 nothing; then sideways until pod 1 has seen as much and pod 2 nothing. The
@@ -65,4 +65,4 @@ InstallAngle install_angle(std::span<const LRun> runs, const InstallAngleOptions
 /// an end pose.
 LRun l_run_of(const Recording& recording, const Robot& robot);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -8,7 +8,7 @@
 #include "trundle/calibration/run_likelihood.hpp"
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 constexpr double kLargestTurn = radians(1.0);
@@ -140,4 +140,4 @@ LRun l_run_of(const Recording& recording, const Robot& robot) {
           .leg_ratio = std::abs(ways.across / ways.ahead)};
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -7,7 +7,7 @@
 #include "trundle/calibration/chassis_likelihood.hpp"
 #include "trundle/calibration/relative_likelihood.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 // A variance from so many blocks is known to √(2/12): their scatter, a sigma, to a fifth.
@@ -130,4 +130,4 @@ Information total_information(const Likelihood& likelihood, const Robot& robot) 
   return total;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -10,7 +10,7 @@
 #include "trundle/calibration/relative_table.hpp"
 #include "trundle/calibration/run_likelihood.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// The likelihood of a problem's runs: the sum of what reference streams (run_likelihood.hpp), measurements
 /// of whole runs, relative motions and redundant readings say. What weighs its residuals is fixed while
@@ -56,4 +56,4 @@ struct RunInformation {
 /// What all runs say, each with its weight.
 [[nodiscard]] Information total_information(const Likelihood& likelihood, const Robot& robot);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

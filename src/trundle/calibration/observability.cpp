@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 // Information below this (in units of prior sigmas) is rounding noise.
@@ -145,4 +145,4 @@ std::string words_for(const HeldCombination& held, std::span<const Parameter> pa
   return fmt::format("{}: {}; held at nominal", reason.names, reason.advice);
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

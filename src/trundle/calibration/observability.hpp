@@ -8,7 +8,7 @@
 
 #include "trundle/calibration/result.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// A combination of parameters that the runs cannot tell: it is held at its nominal value.
 struct HeldCombination {
@@ -46,4 +46,4 @@ HeldWords reason_for(const HeldCombination& held, std::span<const Parameter> par
 std::string words_for(const HeldCombination& held, std::span<const Parameter> parameters,
                       const Robot& nominal);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -13,7 +13,7 @@
 #include "trundle/recording/time_offset.hpp"
 #include "trundle/recording/turns.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 // Of the gyro's clock: at 1 rad/s, less than 0.3° of heading between its turns and the wheels'.
@@ -135,4 +135,4 @@ Preparation prepare(std::span<const Recording> recordings, const Robot& given) {
   return ready;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -8,7 +8,7 @@
 #include "trundle/calibration/channel_assignment.hpp"
 #include "trundle/calibration/run.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// Recordings made ready for calibration, and a robot near enough to them for a search to start from. What
 /// had to be done for it, in words; empty: nothing.
@@ -28,4 +28,4 @@ struct Preparation {
 /// All of them, by a robot.
 [[nodiscard]] std::vector<Run> prepare_runs(std::span<const Recording> recordings, const Robot& robot);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

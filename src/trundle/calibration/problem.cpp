@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace trundle {
+namespace trundle::calibration {
 
 Eigen::VectorXd prior_sigmas(std::span<const Parameter> parameters, const Robot& nominal) {
   Eigen::VectorXd sigmas(static_cast<Eigen::Index>(parameters.size()));
@@ -23,4 +23,4 @@ void move(std::span<const Parameter> parameters, const Eigen::VectorXd& step, Ro
   }
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -8,7 +8,7 @@
 #include "trundle/calibration/run.hpp"
 #include "trundle/chassis/parameter.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// What is estimated, and from what.
 struct CalibrationProblem {
@@ -27,4 +27,4 @@ struct CalibrationProblem {
 /// Adds a step to the parameters, in their own units. What does not move is not touched.
 void move(std::span<const Parameter> parameters, const Eigen::VectorXd& step, Robot& robot);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

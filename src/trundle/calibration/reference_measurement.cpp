@@ -5,7 +5,7 @@
 
 #include <Eigen/LU>
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 // 1σ of a start heading that only the course over the ground shows: anything, until the epochs show it.
@@ -234,4 +234,4 @@ ReferenceMeasurement measure_end(const PartialReference& partial, const Odometer
   return m;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -10,7 +10,7 @@
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/odometry/odometer.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// One linearised measurement z = h(pose, p) + noise of the present pose; at most eight numbers.
 struct ReferenceMeasurement {
@@ -46,4 +46,4 @@ struct ReferenceMeasurement {
 /// One that starts with the reference sensor at the origin.
 [[nodiscard]] Odometer odometer_at_origin(const Robot& robot, std::span<const Parameter> parameters);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

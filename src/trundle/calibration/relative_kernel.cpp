@@ -6,7 +6,7 @@
 #include "trundle/geometry/pose2.hpp"
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 /// The lanes added up in their order.
@@ -107,4 +107,4 @@ RelativeNormalEquations accumulate_relative(const RelativeColumns& columns, cons
           static_cast<std::size_t>(total(sums.outliers))};
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

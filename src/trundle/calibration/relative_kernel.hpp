@@ -8,7 +8,7 @@
 
 #include "trundle/odometry/motion_model.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// Measured displacements of a sensor in its own frame, and what the wheels read over the same intervals:
 /// columns of one length.
@@ -47,4 +47,4 @@ RelativeNormalEquations accumulate_relative(const RelativeColumns& columns, cons
                                             const Pose2& body_from_sensor,
                                             const RelativeWeights& weights = {});
 
-}  // namespace trundle
+}  // namespace trundle::calibration

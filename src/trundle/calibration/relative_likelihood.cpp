@@ -8,7 +8,7 @@
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/statistics/median.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 /// The part of an increment between two times, at constant twist.
@@ -106,4 +106,4 @@ Matrix3 robust_covariance(const std::vector<Vector3>& residuals) {
   return covariance;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

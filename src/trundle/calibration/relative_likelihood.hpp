@@ -7,7 +7,7 @@
 #include "trundle/calibration/run.hpp"
 #include "trundle/chassis/parameter.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// Residuals of the reference sensor's own displacements (scan matching): measured − predicted, where the
 /// prediction is sensor_from_body * (body's motion) * body_from_sensor. docs/theory/calibration.md, 'Relative
@@ -25,4 +25,4 @@ RelativeResiduals relative_residuals(const Run& run, const Robot& robot,
 /// median). There must be one at least.
 Matrix3 robust_covariance(const std::vector<Vector3>& residuals);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -13,7 +13,8 @@
 #include "trundle/simd/lanes.inl"
 
 HWY_BEFORE_NAMESPACE();
-namespace trundle::HWY_NAMESPACE {
+namespace trundle::calibration::HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
 
 struct Vector {
   Wide x, y;
@@ -205,11 +206,11 @@ void sum_rows(const RelativeColumns& columns, const RelativeConstants& constants
   }
 }
 
-}  // namespace trundle::HWY_NAMESPACE
+}  // namespace trundle::calibration::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace trundle {
+namespace trundle::calibration {
 
 HWY_EXPORT(sum_rows);
 
@@ -217,5 +218,5 @@ void sum_relative(const RelativeColumns& columns, const RelativeConstants& const
   HWY_DYNAMIC_DISPATCH(sum_rows)(columns, constants, sums);
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration
 #endif

@@ -4,7 +4,7 @@
 
 #include "trundle/calibration/relative_kernel.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 inline constexpr std::size_t kMaxInputPairs = kMaxInputs * (kMaxInputs + 1) / 2;
 
@@ -38,4 +38,4 @@ struct RelativeConstants {
 /// Adds all increments.
 void sum_relative(const RelativeColumns& columns, const RelativeConstants& constants, RelativeSums& sums);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

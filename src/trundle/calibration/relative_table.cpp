@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 /// Index of the increment that spans these times alone, or that there is none.
@@ -104,4 +104,4 @@ std::vector<Information> relative_information(const RelativeTable& table, const 
   return result;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

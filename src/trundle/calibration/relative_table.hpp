@@ -8,7 +8,7 @@
 #include "trundle/calibration/relative_kernel.hpp"
 #include "trundle/calibration/run.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// The relative motions of a run beside what was read over each, as columns for accumulate_relative.
 struct RelativeTable {
@@ -28,4 +28,4 @@ std::vector<Information> relative_information(const RelativeTable& table, const 
                                               std::span<const Parameter> parameters,
                                               const RelativeWeights& weights, std::size_t blocks);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

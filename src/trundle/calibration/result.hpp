@@ -9,7 +9,7 @@
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/geometry/trajectory.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// One parameter after calibration.
 struct ParameterEstimate {
@@ -94,4 +94,4 @@ struct CalibrationResult {
   std::string after_meaning;
 };
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -6,7 +6,7 @@
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/statistics/median.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 // The errors of a reference (body wobble, tracking) are alike for a second or so.
@@ -154,4 +154,4 @@ Run prepare_run(const Recording& recording, const Robot& robot, AlignedReadings 
   return run;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -7,7 +7,7 @@
 
 #include "trundle/recording/alignment/align.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// What the reference showed at one time; NaN where not measured.
 struct ReferenceSample {
@@ -55,4 +55,4 @@ Run prepare_run(const Recording& recording, const Robot& robot);
 /// The same of readings that align() gave.
 Run prepare_run(const Recording& recording, const Robot& robot, AlignedReadings readings);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -9,7 +9,7 @@
 #include "trundle/calibration/reference_measurement.hpp"
 #include "trundle/odometry/odometer.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 using Weight = ReferenceMeasurement::Weight;
@@ -117,4 +117,4 @@ RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<c
   return result;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

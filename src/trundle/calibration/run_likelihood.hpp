@@ -8,7 +8,7 @@
 #include "trundle/calibration/run.hpp"
 #include "trundle/chassis/parameter.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// One epoch where odometry and reference disagree by more than chance.
 struct OutlyingEpoch {
@@ -56,4 +56,4 @@ Pose2 body_at_start(const Run& run, const Robot& robot);
 RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
                                  std::optional<double> gyro_noise_rad_s_sqrt_hz = {});
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -9,7 +9,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/odometry/integrate.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 // More than a picture has pixels across.
@@ -177,4 +177,4 @@ std::optional<MaximumError> maximum_error_of(const std::vector<RunResult>& runs)
                       std::max(cw_after.distance(), ccw_after.distance())};
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

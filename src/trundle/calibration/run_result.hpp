@@ -3,7 +3,7 @@
 #include "trundle/calibration/estimator.hpp"
 #include "trundle/calibration/result.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// What became of a run: its errors before and after, and the NEES of its trajectory under the calibrated
 /// robot, with both parts of the covariance and with the white part alone. `calibrated` carries its
@@ -23,4 +23,4 @@ struct MaximumError {
 };
 std::optional<MaximumError> maximum_error_of(const std::vector<RunResult>& runs);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

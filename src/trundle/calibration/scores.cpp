@@ -7,7 +7,7 @@
 
 #include "trundle/statistics/median.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 // The median of four is not moved by one that is unlike the others; with fewer the runs' blocks are compared.
@@ -93,4 +93,4 @@ Dispersion dispersion_of(const Likelihood& likelihood, const Robot& robot, const
   return dispersion;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -5,7 +5,7 @@
 #include "trundle/calibration/likelihood.hpp"
 #include "trundle/calibration/observability.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// What one run contributed to an estimate.
 struct RunEvidence {
@@ -29,4 +29,4 @@ struct Dispersion {
 [[nodiscard]] Dispersion dispersion_of(const Likelihood& likelihood, const Robot& robot,
                                        const EstimableSpace& space);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

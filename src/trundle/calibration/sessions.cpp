@@ -6,7 +6,7 @@
 
 #include "trundle/statistics/distribution.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 // From which another is predicted: the spread of two has one degree of freedom, and Student's t is 12.7 then.
@@ -94,4 +94,4 @@ SessionSpread spread_of(std::span<const Estimate> sessions, std::span<const Para
   return spread;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -6,7 +6,7 @@
 
 #include "trundle/calibration/estimator.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// How a robot's parameters differ from session to session: tyre pressure, temperature, floor, load. Each
 /// session is calibrated on its own; the scatter of those results is more than one session's own noise
@@ -28,4 +28,4 @@ struct SessionSpread {
 SessionSpread spread_of(std::span<const Estimate> sessions, std::span<const Parameter> parameters,
                         const EstimableSpace& space);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

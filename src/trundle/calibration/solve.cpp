@@ -5,7 +5,7 @@
 
 #include <Eigen/Cholesky>
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 // A step moves no coordinate by more than its prior's 1σ: so many reach wherever a robot can be.
@@ -109,4 +109,4 @@ void approach(const Likelihood& likelihood, Robot& robot) {
   descend(search, {.most_iterations = kMostIterationsWithPrior, .converged = kConverged});
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -4,7 +4,7 @@
 #include "trundle/calibration/observability.hpp"
 #include "trundle/statistics/descent.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// Maximum likelihood by Gauss–Newton from where the robot is, in the space that the runs can tell; without
 /// prior. docs/theory/calibration.md, eq. 6.
@@ -14,4 +14,4 @@ Descent solve(const Likelihood& likelihood, const EstimableSpace& space, Robot& 
 /// first rough estimate from anywhere near nominal.
 void approach(const Likelihood& likelihood, Robot& robot);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

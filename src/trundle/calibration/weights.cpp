@@ -7,7 +7,7 @@
 #include "trundle/calibration/relative_likelihood.hpp"
 #include "trundle/statistics/median.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 constexpr double kWindow_s = ChassisLikelihoodOptions{}.window_s;  // over which the likelihood sums it
@@ -65,4 +65,4 @@ void find_noise(const Robot& robot, Likelihood& likelihood) {
   }
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

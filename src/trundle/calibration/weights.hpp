@@ -2,7 +2,7 @@
 
 #include "trundle/calibration/likelihood.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// Sets the noise levels, and with them the scale of what no motion explains.
 void set_noise(const Robot& robot, const NoiseEstimate& noise, Likelihood& likelihood);
@@ -11,4 +11,4 @@ void set_noise(const Robot& robot, const NoiseEstimate& noise, Likelihood& likel
 /// docs/theory/calibration-noise.md.
 void find_noise(const Robot& robot, Likelihood& likelihood);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -6,7 +6,7 @@
 
 #include "trundle/chassis/parameter.hpp"
 
-namespace trundle::robot_file {
+namespace trundle::chassis::robot_file {
 namespace {
 
 // Rounding in the covariance of well-scaled parameters stays far below this share of their variances.
@@ -154,4 +154,4 @@ CalibrationRecord read_calibration(const Section& section, const Robot& robot) {
   return record;
 }
 
-}  // namespace trundle::robot_file
+}  // namespace trundle::chassis::robot_file

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace trundle {
+namespace trundle::chassis {
 namespace {
 
 Wheel wheel_at(const WheelSize& size, WheelKind kind, double x_m, double y_m, double direction_rad = 0.0) {
@@ -108,4 +108,4 @@ Chassis dead_wheels(const WheelSize& size, std::span<const Pod> pods, const Gyro
   return chassis;
 }
 
-}  // namespace trundle
+}  // namespace trundle::chassis

@@ -7,7 +7,7 @@
 
 #include "trundle/geometry/pose2.hpp"
 
-namespace trundle {
+namespace trundle::chassis {
 
 inline constexpr int kMaxWheels = 8;
 
@@ -123,4 +123,4 @@ struct Pod {
 /// Two or three passive wheels, with a gyro.
 Chassis dead_wheels(const WheelSize& size, std::span<const Pod> pods, const Gyro& gyro);
 
-}  // namespace trundle
+}  // namespace trundle::chassis

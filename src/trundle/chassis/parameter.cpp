@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-namespace trundle {
+namespace trundle::chassis {
 namespace {
 
 constexpr std::pair<ParameterKind, std::string_view> kWheelParameters[] = {
@@ -323,4 +323,4 @@ RowVector reading_derivative(const Parameter& parameter, const Chassis& chassis,
   return derivative;
 }
 
-}  // namespace trundle
+}  // namespace trundle::chassis

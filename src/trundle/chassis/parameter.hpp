@@ -8,7 +8,7 @@
 #include "trundle/chassis/robot.hpp"
 #include "trundle/chassis/rows.hpp"
 
-namespace trundle {
+namespace trundle::chassis {
 
 enum class ParameterKind {
   diameter,           ///< "left.diameter" [m]
@@ -56,4 +56,4 @@ RowVector reading_derivative(const Parameter& parameter, const Chassis& chassis,
 /// ∂z/∂p as a share of z, for the parameters that scale readings.
 RowVector reading_growth(const Parameter& parameter, const Chassis& chassis, const Rows& rows);
 
-}  // namespace trundle
+}  // namespace trundle::chassis

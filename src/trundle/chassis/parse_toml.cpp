@@ -5,7 +5,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/io/words.hpp"
 
-namespace trundle {
+namespace trundle::chassis {
 namespace {
 
 // The parser bounds the depth of values, not of dotted keys, and walks tables by recursion. No line of ours
@@ -35,4 +35,4 @@ toml::table parse_toml(std::string_view text, std::string_view file_name) {
   }
 }
 
-}  // namespace trundle
+}  // namespace trundle::chassis

@@ -8,7 +8,7 @@
 #include "trundle/chassis/detail/toml_source.hpp"
 #include "trundle/io/file.hpp"
 
-namespace trundle {
+namespace trundle::chassis {
 namespace {
 
 using namespace robot_file;
@@ -152,4 +152,4 @@ Robot read_robot(const std::filesystem::path& path) {
   return parse_robot(read_file(path), path.string());
 }
 
-}  // namespace trundle
+}  // namespace trundle::chassis

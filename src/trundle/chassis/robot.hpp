@@ -9,7 +9,7 @@
 
 #include "trundle/chassis/chassis.hpp"
 
-namespace trundle {
+namespace trundle::chassis {
 
 /// A range-bearing sensor and where it stands on the body.
 struct LandmarkSensor {
@@ -73,4 +73,4 @@ Robot parse_robot(std::string_view toml, std::string_view file_name);
 /// The robot file as text: parse_robot(to_toml(r)) == r to the last bit.
 std::string to_toml(const Robot& robot);
 
-}  // namespace trundle
+}  // namespace trundle::chassis

@@ -8,7 +8,7 @@
 #include "trundle/chassis/detail/robot_keys.hpp"
 
 // Writes robot files. What may stand in one, and in which order: detail/robot_keys.hpp.
-namespace trundle {
+namespace trundle::chassis {
 namespace {
 
 using namespace robot_file;
@@ -173,4 +173,4 @@ std::string to_toml(const Robot& robot) {
   return out;
 }
 
-}  // namespace trundle
+}  // namespace trundle::chassis

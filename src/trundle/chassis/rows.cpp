@@ -4,7 +4,7 @@
 
 #include "trundle/geometry/squared.hpp"
 
-namespace trundle {
+namespace trundle::chassis {
 namespace {
 
 // Readings are never perfect, whatever the robot file says: 1 µm of travel, 1 nrad of turn.
@@ -236,4 +236,4 @@ Observability observability(const Rows& rows) {
   return result;
 }
 
-}  // namespace trundle
+}  // namespace trundle::chassis

@@ -7,7 +7,7 @@
 
 #include "trundle/chassis/chassis.hpp"
 
-namespace trundle {
+namespace trundle::chassis {
 
 /// Rolling rows, lateral rows and the gyro's.
 inline constexpr int kMaxRows = 2 * kMaxWheels + 2;
@@ -95,4 +95,4 @@ struct Observability {
 };
 Observability observability(const Rows& rows);
 
-}  // namespace trundle
+}  // namespace trundle::chassis

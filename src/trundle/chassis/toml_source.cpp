@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace trundle::robot_file {
+namespace trundle::chassis::robot_file {
 namespace {
 
 /// Bytes of the line, without its end.
@@ -123,4 +123,4 @@ std::vector<std::string> texts(const Section& section, std::string_view key) {
   return result;
 }
 
-}  // namespace trundle::robot_file
+}  // namespace trundle::chassis::robot_file

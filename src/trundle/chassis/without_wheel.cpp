@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace trundle {
+namespace trundle::chassis {
 
 Chassis without_wheel(const Chassis& chassis, std::size_t wheel) {
   Chassis rest = chassis;
@@ -20,4 +20,4 @@ Increment without_wheel(const Increment& increment, std::size_t wheel) {
   return rest;
 }
 
-}  // namespace trundle
+}  // namespace trundle::chassis

@@ -9,7 +9,7 @@
 #include "trundle/geometry/rigid_motion.hpp"
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::evaluation {
 namespace {
 
 /// The covariance at a time by linear interpolation between the neighbouring poses'.
@@ -156,4 +156,4 @@ std::size_t first_moved(const std::vector<PosePair>& pairs, const EvaluateOption
   return static_cast<std::size_t>(moved - pairs.begin());
 }
 
-}  // namespace trundle
+}  // namespace trundle::evaluation

@@ -2,7 +2,7 @@
 
 #include "trundle/evaluation/evaluate.hpp"
 
-namespace trundle {
+namespace trundle::evaluation {
 
 /// Throws CannotAnswer, in words, where fewer than two stamps are covered.
 void demand_overlap(const std::vector<PosePair>& pairs, const Trajectory& estimate,
@@ -26,4 +26,4 @@ std::size_t first_moved(const std::vector<PosePair>& pairs, const EvaluateOption
 /// Σ_δ = Σ_k − Ad(δ⁻¹) Σ_0 Ad(δ⁻¹)ᵀ in the body frame, δ the motion.
 void start_covariances_from_zero(std::vector<PosePair>& pairs);
 
-}  // namespace trundle
+}  // namespace trundle::evaluation

@@ -8,7 +8,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/statistics/distribution.hpp"
 
-namespace trundle {
+namespace trundle::evaluation {
 namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
@@ -52,4 +52,4 @@ ErrorsAlong errors_along(const Trajectory& estimate, const Trajectory& reference
   return errors;
 }
 
-}  // namespace trundle
+}  // namespace trundle::evaluation

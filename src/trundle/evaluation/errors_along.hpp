@@ -2,7 +2,7 @@
 
 #include "trundle/evaluation/evaluate.hpp"
 
-namespace trundle {
+namespace trundle::evaluation {
 
 /// The error of one pose, and how large its covariance says that it may be. NaN: not measured, or unknown.
 struct ErrorAt {
@@ -23,4 +23,4 @@ struct ErrorsAlong {
 ErrorsAlong errors_along(const Trajectory& estimate, const Trajectory& reference,
                          const EvaluateOptions& options = {});
 
-}  // namespace trundle
+}  // namespace trundle::evaluation

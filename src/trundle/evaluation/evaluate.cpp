@@ -12,7 +12,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/statistics/distribution.hpp"
 
-namespace trundle {
+namespace trundle::evaluation {
 namespace {
 
 double median_of(std::vector<double> values) {
@@ -142,4 +142,4 @@ Evaluation evaluate(const Trajectory& estimate, const Trajectory& reference, con
   return result;
 }
 
-}  // namespace trundle
+}  // namespace trundle::evaluation

@@ -9,7 +9,7 @@
 #include "trundle/recording/recording.hpp"
 #include "trundle/recording/reference_noise.hpp"
 
-namespace trundle {
+namespace trundle::evaluation {
 
 /// How the estimate is brought into the reference's frame before they are compared.
 enum class Alignment {
@@ -112,4 +112,4 @@ std::vector<PosePair> common_poses(const Trajectory& estimate, const Trajectory&
 /// the positions do not tell a rotation (all in one place).
 Pose2 align_se2(const std::vector<PosePair>& pairs);
 
-}  // namespace trundle
+}  // namespace trundle::evaluation

@@ -5,7 +5,7 @@
 
 #include <Eigen/Cholesky>
 
-namespace trundle {
+namespace trundle::evaluation {
 
 bool has_heading(const PosePair& pair) {
   return !std::isnan(pair.reference.heading);
@@ -45,4 +45,4 @@ std::optional<double> normalised_error(const PosePair& pair, int dof) {
   return cholesky.matrixL().solve(error.head(dof)).squaredNorm();
 }
 
-}  // namespace trundle
+}  // namespace trundle::evaluation

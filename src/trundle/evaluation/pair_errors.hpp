@@ -2,7 +2,7 @@
 
 #include "trundle/evaluation/evaluate.hpp"
 
-namespace trundle {
+namespace trundle::evaluation {
 
 /// How far the estimate of a pair is from its reference; its heading wrapped, NaN where none was measured.
 double position_error(const PosePair& pair);
@@ -18,4 +18,4 @@ std::vector<double> way_along(const std::vector<PosePair>& pairs, double shortes
 /// eᵀ Σ⁻¹ e of the first `dof` of (x, y, heading); nothing when Σ is not positive definite.
 std::optional<double> normalised_error(const PosePair& pair, int dof);
 
-}  // namespace trundle
+}  // namespace trundle::evaluation

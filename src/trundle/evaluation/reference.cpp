@@ -2,7 +2,7 @@
 
 #include "trundle/evaluation/evaluate.hpp"
 
-namespace trundle {
+namespace trundle::evaluation {
 
 Trajectory of_reference_sensor(const Trajectory& world_from_body, const Robot& robot) {
   Trajectory moved = world_from_body;
@@ -31,4 +31,4 @@ Trajectory positions_of(const ReferenceStream& reference) {
   return trajectory;
 }
 
-}  // namespace trundle
+}  // namespace trundle::evaluation

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-namespace trundle {
+namespace trundle::geometry {
 namespace {
 // Below this the series, cut after x⁸, is exact to the last bit or two; above it the closed forms lose few
 // digits.
@@ -57,4 +57,4 @@ double cosc_derivative(double x) {
   return 0.5 * half * half + 0.5 * x * half * sinc_derivative(0.5 * x);
 }
 
-}  // namespace trundle
+}  // namespace trundle::geometry

@@ -5,7 +5,9 @@
 #include <string>
 #include <string_view>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::geometry {
 
 inline constexpr double kPi = std::numbers::pi;
 /// Rounded once, where long double is longer than double: radians(90) is kPi / 2, degrees(kPi / 4) is 45.
@@ -42,4 +44,4 @@ double cosc(double x);
 double sinc_derivative(double x);
 double cosc_derivative(double x);
 
-}  // namespace trundle
+}  // namespace trundle::geometry

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace trundle {
+namespace trundle::geometry {
 
 Matrix3 world_from_body_axes(const Pose2& pose) {
   Matrix3 R = Matrix3::Identity();
@@ -38,4 +38,4 @@ double position_sigma(const Matrix3& covariance) {
   return position_sigma(Matrix2(covariance.topLeftCorner<2, 2>()));
 }
 
-}  // namespace trundle
+}  // namespace trundle::geometry

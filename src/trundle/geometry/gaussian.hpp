@@ -2,7 +2,7 @@
 
 #include "trundle/geometry/pose2.hpp"
 
-namespace trundle {
+namespace trundle::geometry {
 
 /// A pose and the covariance of its error e in its own frame: truth = mean * exp(e).
 struct GaussianPose {
@@ -27,4 +27,4 @@ Matrix3 body_covariance(const Pose2& pose, const Matrix3& covariance_in_world);
 [[nodiscard]] double position_sigma(const Matrix2& covariance);
 [[nodiscard]] double position_sigma(const Matrix3& covariance);
 
-}  // namespace trundle
+}  // namespace trundle::geometry

@@ -2,7 +2,7 @@
 
 #include <Eigen/LU>
 
-namespace trundle {
+namespace trundle::geometry {
 namespace {
 
 /// V(θ) of eq. 2: the translation of exp is V(θ) · (dx, dy).
@@ -77,4 +77,4 @@ Matrix3 right_jacobian_inverse(const Twist2& twist) {
   return right_jacobian(twist).inverse();
 }
 
-}  // namespace trundle
+}  // namespace trundle::geometry

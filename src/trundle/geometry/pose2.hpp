@@ -4,7 +4,7 @@
 
 #include "trundle/geometry/angle.hpp"
 
-namespace trundle {
+namespace trundle::geometry {
 
 using Vector2 = Eigen::Vector2d;
 using Vector3 = Eigen::Vector3d;
@@ -61,4 +61,4 @@ Matrix3 right_jacobian_inverse(const Twist2& twist);
 /// Rotation by an angle [rad] as a 2×2 matrix.
 Matrix2 rotation(double angle);
 
-}  // namespace trundle
+}  // namespace trundle::geometry

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace trundle {
+namespace trundle::geometry {
 
 std::optional<Pose2> rigid_motion(std::span<const PointPair> pairs) {
   Vector2 from = Vector2::Zero(), to = Vector2::Zero();
@@ -23,4 +23,4 @@ std::optional<Pose2> rigid_motion(std::span<const PointPair> pairs) {
   return Pose2{shift.x(), shift.y(), angle};
 }
 
-}  // namespace trundle
+}  // namespace trundle::geometry

@@ -5,7 +5,7 @@
 
 #include "trundle/geometry/pose2.hpp"
 
-namespace trundle {
+namespace trundle::geometry {
 
 /// A place, and where it is taken to.
 struct PointPair {
@@ -18,4 +18,4 @@ struct PointPair {
 /// one place, or there are none).
 std::optional<Pose2> rigid_motion(std::span<const PointPair> pairs);
 
-}  // namespace trundle
+}  // namespace trundle::geometry

@@ -1,9 +1,11 @@
 #pragma once
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::geometry {
 
 constexpr double squared(double x) {
   return x * x;
 }
 
-}  // namespace trundle
+}  // namespace trundle::geometry

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace trundle {
+namespace trundle::geometry {
 
 std::optional<Pose2> pose_at(const Trajectory& trajectory, double time_s, double longest_gap_s) {
   const auto& poses = trajectory.poses;
@@ -36,4 +36,4 @@ Trajectory thinned(const Trajectory& trajectory, std::size_t most) {
   return result;
 }
 
-}  // namespace trundle
+}  // namespace trundle::geometry

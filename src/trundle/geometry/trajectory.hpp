@@ -6,7 +6,7 @@
 
 #include "trundle/geometry/pose2.hpp"
 
-namespace trundle {
+namespace trundle::geometry {
 
 struct StampedPose {
   double time_s = 0.0;
@@ -41,4 +41,4 @@ std::vector<double> path_lengths(const Trajectory& trajectory);
 /// Every n-th pose, without covariances: at most so many, for a picture.
 Trajectory thinned(const Trajectory& trajectory, std::size_t most);
 
-}  // namespace trundle
+}  // namespace trundle::geometry

@@ -8,7 +8,7 @@
 #include "trundle/chassis/rows.hpp"
 #include "trundle/inspection/inspect.hpp"
 
-namespace trundle {
+namespace trundle::inspection {
 namespace {
 
 std::string name_of(const Row& row, const Robot& robot) {
@@ -143,4 +143,4 @@ std::vector<std::string> missing_in(const Recording& recording, const Robot* rob
   return missing;
 }
 
-}  // namespace trundle
+}  // namespace trundle::inspection

@@ -7,7 +7,7 @@
 
 #include "trundle/statistics/distribution.hpp"
 
-namespace trundle {
+namespace trundle::inspection {
 namespace {
 
 constexpr double kFewestDegrees = 3.0;
@@ -151,4 +151,4 @@ std::optional<NoiseFit> fit_noise(std::span<const AllanPoint> points) {
   return fit;
 }
 
-}  // namespace trundle
+}  // namespace trundle::inspection

@@ -5,7 +5,7 @@
 
 #include "trundle/chassis/rows.hpp"
 
-namespace trundle {
+namespace trundle::inspection {
 namespace {
 
 constexpr double kSmallOffset_s = 0.005;  // does no harm
@@ -51,4 +51,4 @@ ClockComparison compare_clocks(const Recording& recording, const AlignedReadings
   return clocks;
 }
 
-}  // namespace trundle
+}  // namespace trundle::inspection

@@ -6,7 +6,7 @@
 #include "trundle/inspection/inspect.hpp"
 #include "trundle/recording/time_offset.hpp"
 
-namespace trundle {
+namespace trundle::inspection {
 
 /// The gyro's clock against the wheels'.
 struct ClockComparison {
@@ -20,4 +20,4 @@ ClockComparison compare_clocks(const Recording& recording, const AlignedReadings
 /// The recording.toml that it was read by; empty where there is none.
 std::string recording_toml_of(const Recording& recording);
 
-}  // namespace trundle
+}  // namespace trundle::inspection

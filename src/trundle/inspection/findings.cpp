@@ -15,7 +15,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/recording/turns.hpp"
 
-namespace trundle {
+namespace trundle::inspection {
 namespace {
 
 bool is_misread(const Findings& findings) {
@@ -279,4 +279,4 @@ Findings find_in(const Recording& recording, const Robot* robot) {
   return findings;
 }
 
-}  // namespace trundle
+}  // namespace trundle::inspection

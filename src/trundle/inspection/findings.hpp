@@ -9,7 +9,7 @@
 #include "trundle/odometry/effective_track.hpp"
 #include "trundle/recording/time_offset.hpp"
 
-namespace trundle {
+namespace trundle::inspection {
 
 /// All that can be told of one recording before anything is done with it.
 struct Findings {
@@ -27,4 +27,4 @@ struct Findings {
 /// `missing` says why.
 Findings find_in(const Recording& recording, const Robot* robot = nullptr);
 
-}  // namespace trundle
+}  // namespace trundle::inspection

@@ -5,7 +5,7 @@
 
 #include "trundle/recording/turns.hpp"
 
-namespace trundle {
+namespace trundle::inspection {
 namespace {
 
 /// 57 times too far, as well as the track is known; where wheels scrub it acts wider.
@@ -78,4 +78,4 @@ void compare_gyro(const Recording& recording, const Robot& robot, const AlignedR
                         .payload = payload::Times{slope}});
 }
 
-}  // namespace trundle
+}  // namespace trundle::inspection

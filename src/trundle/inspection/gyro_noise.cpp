@@ -6,7 +6,7 @@
 
 #include "trundle/recording/csv/detail/table.hpp"
 
-namespace trundle {
+namespace trundle::inspection {
 namespace {
 
 /// A gyro's samples while the robot rests, without a gap.
@@ -116,4 +116,4 @@ std::optional<GyroNoise> gyro_noise(const Recording& recording) {
   return noise;
 }
 
-}  // namespace trundle
+}  // namespace trundle::inspection

@@ -6,7 +6,7 @@
 #include "trundle/inspection/allan.hpp"
 #include "trundle/recording/recording.hpp"
 
-namespace trundle {
+namespace trundle::inspection {
 
 /// The gyro at rest: where the wheels (the velocity stream) do not move for at least a second; all of it
 /// where neither was recorded.
@@ -23,4 +23,4 @@ struct GyroNoise {
 /// Nothing when the robot never rests while the gyro runs.
 std::optional<GyroNoise> gyro_noise(const Recording& recording);
 
-}  // namespace trundle
+}  // namespace trundle::inspection

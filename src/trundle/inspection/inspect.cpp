@@ -11,7 +11,7 @@
 #include "trundle/inspection/detail/gyro_checks.hpp"
 #include "trundle/recording/csv/detail/table.hpp"
 
-namespace trundle {
+namespace trundle::inspection {
 namespace {
 
 /// The robot that these columns are those of, as far as they tell: wheels that turn once in one unit.
@@ -272,4 +272,4 @@ std::vector<Finding> inspect(const Recording& recording, const Robot& robot,
   return problems;
 }
 
-}  // namespace trundle
+}  // namespace trundle::inspection

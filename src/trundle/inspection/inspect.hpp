@@ -8,7 +8,7 @@
 #include "trundle/recording/alignment/align.hpp"
 #include "trundle/recording/recording.hpp"
 
-namespace trundle {
+namespace trundle::inspection {
 
 /// What is wrong with a recording beyond its rows: counters that start again, encoders that are stuck.
 /// Where no robot says a counter's bits they are guessed from its range.
@@ -45,4 +45,4 @@ struct Abilities {
 };
 Abilities abilities_of(const Robot& robot, bool with_gyro);
 
-}  // namespace trundle
+}  // namespace trundle::inspection

@@ -6,7 +6,7 @@
 #include "trundle/geometry/angle.hpp"
 #include "trundle/statistics/paired_sums.hpp"
 
-namespace trundle {
+namespace trundle::inspection {
 namespace {
 
 constexpr double kPiece_m = 0.2;   // over which the path's direction is told
@@ -48,4 +48,4 @@ bool is_mirrored(const ReferenceStream& reference) {
   return bends.lesser() > kLeastMirrored_rad && bends.correlation() < kAgainst;
 }
 
-}  // namespace trundle
+}  // namespace trundle::inspection

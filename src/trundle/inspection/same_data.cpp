@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <set>
 
-namespace trundle {
+namespace trundle::inspection {
 namespace {
 
 std::set<std::string> contents_of(const Recording& recording) {
@@ -26,4 +26,4 @@ std::string folder_of(const Recording& recording) {
   return std::filesystem::path(recording.inputs.front().path).parent_path().generic_string();
 }
 
-}  // namespace trundle
+}  // namespace trundle::inspection

@@ -4,7 +4,7 @@
 #include "trundle/recording/csv/detail/streams.hpp"
 #include "trundle/recording/csv/detail/table.hpp"
 
-namespace trundle {
+namespace trundle::inspection {
 namespace {
 
 void add(std::vector<StreamSummary>& summaries, StreamKind kind, const std::vector<double>& time_s,
@@ -47,4 +47,4 @@ std::vector<StreamSummary> summaries_of(const Recording& recording) {
   return summaries;
 }
 
-}  // namespace trundle
+}  // namespace trundle::inspection

@@ -12,7 +12,9 @@
 #include <type_traits>
 #include <utility>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::io {
 
 // The state of a value as bytes, and back, to the last bit. A type tells its state once, for both directions:
 //
@@ -221,4 +223,4 @@ void resume_state(T& value, std::string_view state) {
   reader.finish();
 }
 
-}  // namespace trundle
+}  // namespace trundle::io

@@ -7,7 +7,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/io/file.hpp"
 
-namespace trundle {
+namespace trundle::io {
 namespace {
 
 /// Rises whenever a state's bytes mean something else than before.
@@ -42,4 +42,4 @@ std::string read_checkpoint(const std::filesystem::path& path, std::string_view 
   return content;
 }
 
-}  // namespace trundle
+}  // namespace trundle::io

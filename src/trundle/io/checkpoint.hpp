@@ -4,7 +4,9 @@
 #include <string>
 #include <string_view>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::io {
 
 /// Writes a state: a line "trundle checkpoint <format> <kind> <SHA-256 of the state>", then its bytes.
 /// Complete or not at all, as write_file.
@@ -14,4 +16,4 @@ void write_checkpoint(const std::filesystem::path& path, std::string_view kind, 
 /// format, or is not complete to the last byte.
 std::string read_checkpoint(const std::filesystem::path& path, std::string_view kind);
 
-}  // namespace trundle
+}  // namespace trundle::io

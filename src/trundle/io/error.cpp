@@ -10,7 +10,7 @@
 
 #include "trundle/io/words.hpp"
 
-namespace trundle {
+namespace trundle::io {
 namespace {
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -71,4 +71,4 @@ std::string nearest_name(std::string_view name, std::span<const std::string> can
   return best;
 }
 
-}  // namespace trundle
+}  // namespace trundle::io

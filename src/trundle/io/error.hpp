@@ -6,7 +6,9 @@
 #include <string>
 #include <string_view>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::io {
 
 /// Wrong input or configuration: one line that names the place, the fact and what was expected.
 class InputError : public std::runtime_error {
@@ -40,4 +42,4 @@ enum ExitCode : int {
 /// The candidate with the smallest edit distance to `name`; empty if none is near enough to be meant.
 std::string nearest_name(std::string_view name, std::span<const std::string> candidates);
 
-}  // namespace trundle
+}  // namespace trundle::io

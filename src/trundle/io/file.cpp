@@ -12,7 +12,7 @@
 
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::io {
 
 std::string read_file(const std::filesystem::path& path) {
   std::error_code error;
@@ -101,4 +101,4 @@ void require_apart(const std::vector<InputFile>& inputs, const std::vector<std::
         throw InputError(output.string(), "is an input, which would be lost", "another place for results");
 }
 
-}  // namespace trundle
+}  // namespace trundle::io

@@ -5,7 +5,9 @@
 #include <string_view>
 #include <vector>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::io {
 
 /// The whole file as text. Throws InputError when it cannot be read to its end, or is a folder, pipe or
 /// device.
@@ -31,4 +33,4 @@ InputFile input_file(const std::filesystem::path& path);
 /// whatever name.
 void require_apart(const std::vector<InputFile>& inputs, const std::vector<std::filesystem::path>& outputs);
 
-}  // namespace trundle
+}  // namespace trundle::io

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-namespace trundle {
+namespace trundle::io {
 namespace {
 
 /// That show two digits; nothing where there is no such number of them.
@@ -75,4 +75,4 @@ std::string expected_toml(std::string_view fault) {
   return "TOML";
 }
 
-}  // namespace trundle
+}  // namespace trundle::io

@@ -3,7 +3,9 @@
 #include <string>
 #include <string_view>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::io {
 
 /// "1 row", "2 rows".
 std::string counted(std::size_t number, std::string_view noun);
@@ -25,4 +27,4 @@ std::string printable(std::string_view text);
 /// What should stand where a TOML file has the fault that its parser names.
 std::string expected_toml(std::string_view fault);
 
-}  // namespace trundle
+}  // namespace trundle::io

@@ -6,7 +6,7 @@
 #include "trundle/odometry/motion_model.hpp"
 #include "trundle/simd/scalar.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 
 // One arc at any angle: the kernels' arithmetic where it holds, the library's elsewhere.
 
@@ -95,4 +95,4 @@ class ArcStep {
   Chord by_turn_;  ///< ∂chord/∂θ
 };
 
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -6,7 +6,7 @@
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/odometry/reckon_kernels.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 namespace {
 
 void require_length(std::size_t length, std::size_t expected, const std::string& column) {
@@ -67,4 +67,4 @@ void dead_reckon(const Robot& robot, const TravelColumns& travel, const Pose2& s
       poses);
 }
 
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -5,7 +5,7 @@
 
 #include "trundle/chassis/robot.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 
 /// What the sensors read over successive intervals, as columns of one length: see Increment.
 struct TravelColumns {
@@ -31,4 +31,4 @@ struct PoseColumns {
 void dead_reckon(const Robot& robot, const TravelColumns& travel, const Pose2& start,
                  const PoseColumns& poses);
 
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -7,7 +7,7 @@
 #include "trundle/geometry/squared.hpp"
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 
 static_assert(std::is_trivially_copyable_v<EffectiveTrackState>);
 
@@ -171,4 +171,4 @@ std::vector<TrackOnGround> effective_tracks(const AlignedReadings& readings, con
   return found;
 }
 
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -6,7 +6,7 @@
 
 #include "trundle/recording/alignment/align.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 
 struct EffectiveTrackOptions {
   double window_s = 0.5;  ///< readings are summed over this time
@@ -83,4 +83,4 @@ struct TrackOnGround {
 std::vector<TrackOnGround> effective_tracks(const AlignedReadings& readings, const Chassis& chassis,
                                             const EffectiveTrackOptions& options = {});
 
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -10,7 +10,7 @@
 #include "trundle/odometry/standing_gyro.hpp"
 #include "trundle/odometry/uncertain.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 namespace {
 
 bool lacks_gyro(const Increment& increment) {
@@ -215,4 +215,4 @@ IntegratedOdometry integrate(const Recording& recording, const Robot& robot,
   return integrate(align(recording, robot), robot, options);
 }
 
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -6,7 +6,7 @@
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/recording/alignment/align.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 
 struct IntegrateOptions {
   Pose2 start = {};                            ///< pose at the first stamp
@@ -56,4 +56,4 @@ IntegratedOdometry integrate(const Recording& recording, const Robot& robot,
 /// The parameters that a calibration gives a covariance of, in its order.
 std::vector<Parameter> calibrated_parameters(const Robot& robot);
 
-}  // namespace trundle
+}  // namespace trundle::odometry

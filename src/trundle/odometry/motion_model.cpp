@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace trundle {
+namespace trundle::odometry {
 namespace {
 
 /// The increment whose only reading is input k, of size one.
@@ -222,4 +222,4 @@ double MotionModel::residual(std::size_t row, const Increment& increment, const 
   return z - dot(h_[row], twist);
 }
 
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -10,7 +10,7 @@
 #include "trundle/odometry/symmetric3.hpp"
 #include "trundle/odometry/triple.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 
 /// The raw readings of an interval as one vector u: `turned` of each wheel (forward and turn without wheels);
 /// then, where the gyro is used, its integral and the duration. Readings z and twist are linear in it.
@@ -162,4 +162,4 @@ inline std::array<double, 3> MotionModel::twist_by(const Gain& gain, const Incre
   return {dx, dy, turn};
 }
 
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -9,7 +9,7 @@
 
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 
 static_assert(std::is_trivially_copyable_v<OdometerState>);
 static_assert(sizeof(OdometerState) % sizeof(double) == 0);
@@ -325,4 +325,4 @@ Matrix3 parameter_covariance(const PoseSensitivity& sensitivity, const Eigen::Ma
   return sensitivity * covariance * sensitivity.transpose();
 }
 
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -12,7 +12,7 @@
 #include "trundle/odometry/rest.hpp"
 #include "trundle/odometry/stuck.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 
 inline constexpr int kMaxParameters = 32;
 /// ∂(x, y, heading)/∂p in world axes, one column for each parameter.
@@ -159,4 +159,4 @@ void require_observable(const Robot& robot, bool with_gyro);
 /// The second part of the covariance: J Σ_p Jᵀ.
 Matrix3 parameter_covariance(const PoseSensitivity& sensitivity, const Eigen::MatrixXd& covariance);
 
-}  // namespace trundle
+}  // namespace trundle::odometry

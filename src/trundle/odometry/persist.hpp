@@ -5,7 +5,7 @@
 
 #include "trundle/odometry/odometer.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 
 // What io/archive.hpp needs to know of odometry.
 
@@ -30,4 +30,4 @@ void persist_odometer(Archive& archive, Odometer& odometer) {
   if constexpr (Archive::kReads) odometer.resume(state);
 }
 
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -13,7 +13,8 @@
 #include "trundle/simd/lanes.inl"
 
 HWY_BEFORE_NAMESPACE();
-namespace trundle::HWY_NAMESPACE {
+namespace trundle::odometry::HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
 
 constexpr std::size_t kBlock = 256;  // rows; a block's columns stay in the first-level cache
 using BlockColumn = std::array<double, kBlock>;
@@ -64,7 +65,7 @@ HWY_INLINE bool chords(std::size_t rows, Block& block) {
     const Wide middle = hn::Load(d, &block.middle[i]);
     inside = both(inside, both(abs(half) <= lanes<double>(kLargestHalfTurn),
                                abs(middle) <= lanes<double>(kLargestAngle)));
-    const Chord<Wide> chord =
+    const auto chord =
         chord_of(hn::Load(d, &block.dx[i]), hn::Load(d, &block.dy[i]), sin_cos(middle), sinc_of_small(half));
     hn::Store(chord.x, d, &block.chord_x[i]);
     hn::Store(chord.y, d, &block.chord_y[i]);
@@ -120,11 +121,11 @@ void reckon_all(const Reckoning& task, const PoseColumns& out) {
   for (std::size_t i = 0; i < task.rows - done; ++i) sums.positions(block, i, &out.x_m[done], &out.y_m[done]);
 }
 
-}  // namespace trundle::HWY_NAMESPACE
+}  // namespace trundle::odometry::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace trundle {
+namespace trundle::odometry {
 
 HWY_EXPORT(reckon_all);
 
@@ -132,5 +133,5 @@ void reckon(const Reckoning& task, const PoseColumns& poses) {
   HWY_DYNAMIC_DISPATCH(reckon_all)(task, poses);
 }
 
-}  // namespace trundle
+}  // namespace trundle::odometry
 #endif

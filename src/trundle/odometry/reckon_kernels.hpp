@@ -5,7 +5,7 @@
 #include "trundle/odometry/dead_reckon.hpp"
 #include "trundle/odometry/motion_model.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 
 /// What dead_reckon integrates: twists ξ = T u, one column of T and of u for each input.
 struct Reckoning {
@@ -19,4 +19,4 @@ struct Reckoning {
 /// The poses of Odometer::step, with the same bits on every machine.
 void reckon(const Reckoning& task, const PoseColumns& poses);
 
-}  // namespace trundle
+}  // namespace trundle::odometry

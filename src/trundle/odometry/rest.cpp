@@ -5,7 +5,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace trundle {
+namespace trundle::odometry {
 
 static_assert(std::is_trivially_copyable_v<RestState> && std::is_trivially_copyable_v<RestDetector>);
 static_assert(sizeof(RestState) % sizeof(double) == 0);
@@ -117,4 +117,4 @@ bool RestDetector::complete(const RestBlock& block) const {
   return block.duration_s >= options_.block_s && block.intervals >= options_.fewest_intervals;
 }
 
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -6,7 +6,7 @@
 
 #include "trundle/chassis/chassis.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 
 /// What is known of a gyro's bias: its reading at rest.
 struct GyroBias {
@@ -98,4 +98,4 @@ class RestDetector {
   double gyro_density_ = 0.0;  ///< variance of the gyro's integral per second
 };
 
-}  // namespace trundle
+}  // namespace trundle::odometry

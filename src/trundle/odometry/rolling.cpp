@@ -6,7 +6,7 @@
 
 #include "trundle/geometry/squared.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 namespace {
 
 static_assert(std::is_trivially_copyable_v<Rolling>);
@@ -59,4 +59,4 @@ std::size_t RollingGauge::octave_of(double speed_m_s) const {
   return static_cast<std::size_t>(std::min(octave, static_cast<double>(kOctaves - 1)));
 }
 
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -5,7 +5,7 @@
 
 #include "trundle/chassis/chassis.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 
 /// How far each wheel rolled and how fast the robot drives, as free of the noise of single readings as the
 /// weights and variances of odometry need it: plain numbers.
@@ -64,4 +64,4 @@ class RollingGauge {
   double slowest_m_s_ = 0.0;
 };
 
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -2,7 +2,7 @@
 
 #include <ranges>
 
-namespace trundle {
+namespace trundle::odometry {
 namespace {
 
 using Vector4 = Eigen::Vector4d;
@@ -77,4 +77,4 @@ void smooth(std::vector<FilteredStep>& steps) {
   }
 }
 
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -5,7 +5,7 @@
 
 #include "trundle/odometry/odometer.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 
 /// Pose and gyro bias after a step, with their covariance, and how the step made them.
 struct FilteredStep {
@@ -22,4 +22,4 @@ FilteredStep filtered_step(const Odometer& odometer);
 /// first step's trace is not used; the last one does not change. docs/theory/gyro.md, eq. 6 to 8.
 void smooth(std::vector<FilteredStep>& steps);
 
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -6,7 +6,7 @@
 
 #include "trundle/chassis/rows.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 namespace {
 
 /// Any mean passes; the scatter is judged all the same.
@@ -63,4 +63,4 @@ bool StandingGyro::beyond_bias() const {
   return std::abs(present_.gyro_rad - present_.bias.rad_s * T) > explained + unseen_turn_rad_;
 }
 
-}  // namespace trundle
+}  // namespace trundle::odometry

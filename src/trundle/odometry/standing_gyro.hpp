@@ -4,7 +4,7 @@
 
 #include "trundle/odometry/rest.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 
 /// A stretch over which no wheel turns while the gyro reads a steady rate that its bias does not explain.
 struct SteadyReading {
@@ -40,4 +40,4 @@ class StandingGyro {
   std::vector<SteadyReading> found_;
 };
 
-}  // namespace trundle
+}  // namespace trundle::odometry

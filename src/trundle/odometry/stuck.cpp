@@ -6,7 +6,7 @@
 
 #include "trundle/chassis/without_wheel.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 
 static_assert(std::is_trivially_copyable_v<StuckState>);
 
@@ -97,4 +97,4 @@ void StuckWheels::expect(StillWheel& still, std::size_t wheel, const Increment& 
   }
 }
 
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -9,7 +9,7 @@
 #include "trundle/odometry/motion_model.hpp"
 #include "trundle/odometry/rest.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 
 /// What the other sensors say of a wheel whose counter stands still.
 struct StillWheel {
@@ -55,4 +55,4 @@ class StuckWheels {
   bool has_gyro_ = false;
 };
 
-}  // namespace trundle
+}  // namespace trundle::odometry

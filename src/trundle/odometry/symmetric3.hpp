@@ -4,7 +4,7 @@
 
 #include "trundle/geometry/pose2.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 
 /// A symmetric 3×3 matrix: xx, xy, xh, yy, yh, hh.
 using Symmetric3 = std::array<double, 6>;
@@ -27,4 +27,4 @@ inline void add_outer(Symmetric3& sum, double factor, const std::array<double, 3
   sum[5] += factor * v[2] * v[2];
 }
 
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -2,7 +2,9 @@
 
 #include <array>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::odometry {
 
 /// (x, y, heading) of what is per step: a twist, a row of H, a column of a derivative. Arithmetic in the
 /// kernels' order, so that one step and many have the same bits.
@@ -12,4 +14,4 @@ constexpr double dot(const Triple& a, const Triple& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -7,7 +7,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/odometry/integrate.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 namespace {
 
 Eigen::MatrixXd covariance_of(const Robot& robot, std::size_t parameters) {
@@ -51,4 +51,4 @@ Matrix3 total_covariance(const Odometer& odometer, const Eigen::MatrixXd& covari
   return covariance.size() == 0 ? white : white + parameter_covariance(odometer.sensitivity(), covariance);
 }
 
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -6,7 +6,7 @@
 
 #include "trundle/odometry/odometer.hpp"
 
-namespace trundle {
+namespace trundle::odometry {
 
 /// The parameters whose uncertainty an odometer carries along, and their covariance.
 struct UncertainParameters {
@@ -20,4 +20,4 @@ UncertainParameters uncertain_parameters(const Robot& robot, bool learn_gyro_bia
 /// White part and parameter part together.
 Matrix3 total_covariance(const Odometer& odometer, const Eigen::MatrixXd& parameter_covariance);
 
-}  // namespace trundle
+}  // namespace trundle::odometry

@@ -13,7 +13,7 @@
 #include "trundle/report/json_text.hpp"
 #include "trundle/slam/smoothing/landmark_calibration.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 Provenance provenance_of(std::span<const Recording> training, std::span<const Recording> hold_out,
@@ -103,4 +103,4 @@ nlohmann::ordered_json document_of(const CalibrationAnswer& answer) {
   return calibration_json(answer.result, to_json(answer.provenance));
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

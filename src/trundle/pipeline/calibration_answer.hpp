@@ -11,7 +11,7 @@
 #include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/provenance.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 struct CalibrationAnswer {
   Provenance provenance;
@@ -38,4 +38,4 @@ std::vector<OutputFile> files_of(const CalibrationAnswer& answer, const std::fil
 /// What stands in calibration.json.
 nlohmann::ordered_json document_of(const CalibrationAnswer& answer);
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -10,7 +10,7 @@
 #include "trundle/pipeline/calibration_answer.hpp"
 #include "trundle/pipeline/stages.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 /// What cannot be learned from.
@@ -78,4 +78,4 @@ Found<CalibratedRobot> calibrate_robot(const RunInputs& inputs) {
           .remarks = remarks_of(calibration.result)};
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -11,7 +11,7 @@
 #include "trundle/recording/reference_noise.hpp"
 #include "trundle/recording/trajectory_file.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 nlohmann::ordered_json json_of(const RelativePoseError& error) {
@@ -56,7 +56,7 @@ nlohmann::ordered_json json_of(const Evaluation& e) {
   json["relative"] = nlohmann::ordered_json::array();
   for (const RelativePoseError& error : e.relative) json["relative"].push_back(json_of(error));
   if (e.nees) json["nees"] = json_of(*e.nees);
-  json["reference_noise"] = to_json(e.reference_noise);
+  json["reference_noise"] = report::to_json(e.reference_noise);
   return json;
 }
 
@@ -106,4 +106,4 @@ nlohmann::ordered_json document_of(const EvaluationAnswer& answer) {
   return document;
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -12,7 +12,7 @@
 #include "trundle/pipeline/provenance.hpp"
 #include "trundle/report/evaluation_result.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 /// A trajectory and the files that it came from.
 struct TrajectoryFile {
@@ -40,4 +40,4 @@ EvaluationAnswer answer_evaluation(const TrajectoryFile& estimate, const Traject
 /// What `trundle evaluate --json` prints.
 nlohmann::ordered_json document_of(const EvaluationAnswer& answer);
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

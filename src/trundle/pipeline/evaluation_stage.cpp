@@ -5,7 +5,7 @@
 
 #include "trundle/pipeline/stages.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -94,4 +94,4 @@ Found<EvaluationStage> evaluate_trajectories(const RunInputs& inputs, const Robo
                     {inputs.in_folder("evaluation.json"), printed(document)}}};
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

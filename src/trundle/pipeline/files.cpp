@@ -4,7 +4,7 @@
 
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 namespace fs = std::filesystem;
 
@@ -46,4 +46,4 @@ void write_files(const std::vector<OutputFile>& files, const std::vector<InputFi
   for (const OutputFile& file : files) write_file(file.path, file.content);
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

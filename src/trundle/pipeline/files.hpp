@@ -8,7 +8,7 @@
 #include "trundle/io/file.hpp"
 #include "trundle/recording/recording.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 /// A robot, and the file that said so.
 struct RobotFile {
@@ -36,4 +36,4 @@ struct OutputFile {
 /// from, or two have one place.
 void write_files(const std::vector<OutputFile>& files, const std::vector<InputFile>& inputs);
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -7,7 +7,7 @@
 #include "trundle/pipeline/info_answer.hpp"
 #include "trundle/pipeline/stages.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 bool gyro_rests(const Recording& recording) {
@@ -74,4 +74,4 @@ Found<HealthCheck> check_health(const RunInputs& inputs) {
   return found;
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -5,7 +5,7 @@
 
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -69,7 +69,7 @@ Json to_json(const RecordingInfo& info) {
   json["landmarks"] = recording.landmarks.size();
   json["references"] = Json::object();
   for (const auto& [name, text] : references_of(recording)) json["references"][name] = text;
-  json["problems"] = to_json(findings.problems);
+  json["problems"] = pipeline::to_json(findings.problems);
   json["missing"] = findings.missing;
   if (findings.abilities)
     json["robot"] = {{"can_tell", findings.abilities->can}, {"cannot_tell", findings.abilities->cannot}};
@@ -137,4 +137,4 @@ std::vector<std::pair<std::string, std::string>> references_of(const Recording& 
   return found;
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -11,7 +11,7 @@
 #include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/provenance.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 /// One recording and all that is told of it.
 struct RecordingInfo {
@@ -41,4 +41,4 @@ nlohmann::ordered_json document_of(const InfoAnswer& answer);
 /// What was measured of a run, in words: name and text.
 std::vector<std::pair<std::string, std::string>> references_of(const Recording& recording);
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -5,7 +5,7 @@
 #include "trundle/recording/landmark_file.hpp"
 #include "trundle/report/slam_result.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 std::string landmark_in(const Observation& observation, const ObservationReport& report,
                         const std::vector<std::string>& names) {
   const LandmarkId id = observation.landmark >= 0 ? observation.landmark : report.landmark;
@@ -18,11 +18,11 @@ void append_innovations(std::string& text, const SlamStep& step,
   for (std::size_t i = 0; i < step.observations.size(); ++i) {
     const ObservationReport& report = reports[i];
     text += fmt::format("{},{},{},", step.time_s, text_cell(landmark_in(step.observations[i], report, names)),
-                        name_of(report.decision));
+                        report::name_of(report.decision));
     text += report.nis > 0.0
                 ? fmt::format("{},{},{}\n", report.innovation.x(), report.innovation.y(), report.nis)
                 : std::string(",,\n");
   }
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

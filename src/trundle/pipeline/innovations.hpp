@@ -6,7 +6,7 @@
 #include "trundle/slam/report.hpp"
 #include "trundle/slam/steps.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 /// innovations.csv: a row for each sighting, what a filter made of it.
 inline constexpr const char* kInnovationColumns =
@@ -20,4 +20,4 @@ std::string landmark_in(const Observation& observation, const ObservationReport&
 void append_innovations(std::string& text, const SlamStep& step,
                         const std::vector<ObservationReport>& reports, const std::vector<std::string>& names);
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -9,7 +9,7 @@
 #include "trundle/pipeline/sentences.hpp"
 #include "trundle/pipeline/stages.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 void require_sightings(const RunInputs& inputs, const RobotFile& robot) {
@@ -153,4 +153,4 @@ Found<SlamStage> map_landmarks(const RunInputs& inputs, const RobotFile& robot, 
           .files = files};
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

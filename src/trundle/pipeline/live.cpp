@@ -10,7 +10,7 @@
 #include "trundle/io/checkpoint.hpp"
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 struct UnitEnding {
@@ -192,4 +192,4 @@ void read_live_checkpoint(const std::filesystem::path& path, const std::string& 
   }
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -11,7 +11,7 @@
 #include "trundle/pipeline/live_line.hpp"
 #include "trundle/recording/alignment/aligner.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 struct LiveOptions {
   Pose2 start = {};  ///< at the first reading of the wheels
@@ -73,4 +73,4 @@ void write_live_checkpoint(const std::filesystem::path& path, const std::string&
 void read_live_checkpoint(const std::filesystem::path& path, const std::string& settings,
                           LiveOdometer& odometer);
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

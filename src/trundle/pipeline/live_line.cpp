@@ -10,7 +10,7 @@
 #include "trundle/report/json_text.hpp"
 #include "trundle/slip/find_slip.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -121,4 +121,4 @@ std::string line_of(const LiveEstimate& estimate, const Robot& robot) {
   return text + "}";
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -8,7 +8,7 @@
 
 #include "trundle/slip/slip_odometer.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 /// One line of input of `trundle live`: docs/live.md.
 struct LiveLine {
@@ -46,4 +46,4 @@ struct LiveEstimate {
 /// One line of output, without its end. docs/live.md.
 std::string line_of(const LiveEstimate& estimate, const Robot& robot);
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -9,7 +9,7 @@
 #include "trundle/pipeline/innovations.hpp"
 #include "trundle/pipeline/sound.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 Provenance provenance_of(const Recording& recording, const RobotFile& robot, const MapFile& map,
@@ -154,4 +154,4 @@ nlohmann::ordered_json document_of(const LocalizeAnswer& answer) {
   return document;
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -12,7 +12,7 @@
 #include "trundle/recording/landmark_file.hpp"
 #include "trundle/slam/localization/localizer.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 /// A map of landmarks, and the file that said so; with the covariance of all where that lies beside it.
 struct MapFile {
@@ -58,4 +58,4 @@ std::string innovations_csv_of(const LocalizeAnswer& answer);
 /// What `trundle localize --json` prints.
 nlohmann::ordered_json document_of(const LocalizeAnswer& answer);
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

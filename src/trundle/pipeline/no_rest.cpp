@@ -4,7 +4,7 @@
 
 #include "trundle/odometry/odometer.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 void report_no_rest(const RunOfGyro& run, std::vector<Finding>& problems) {
   if (!run.robot.chassis.gyro || run.rest_s > 0.0) return;
@@ -16,4 +16,4 @@ void report_no_rest(const RunOfGyro& run, std::vector<Finding>& problems) {
                       .payload = payload::Amount{degrees(std::sqrt(run.heading_variance))}});
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -5,7 +5,7 @@
 #include "trundle/chassis/robot.hpp"
 #include "trundle/recording/recording.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 /// A run of a robot that may have a gyro.
 struct RunOfGyro {
@@ -19,4 +19,4 @@ struct RunOfGyro {
 /// have made less than half of the heading's variance.
 void report_no_rest(const RunOfGyro& run, std::vector<Finding>& problems);
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

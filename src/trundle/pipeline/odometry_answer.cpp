@@ -9,7 +9,7 @@
 #include "trundle/pipeline/no_rest.hpp"
 #include "trundle/pipeline/sound.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -124,4 +124,4 @@ Json document_of(const OdometryAnswer& answer) {
   return document;
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

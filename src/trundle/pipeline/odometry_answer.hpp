@@ -11,7 +11,7 @@
 #include "trundle/pipeline/provenance.hpp"
 #include "trundle/report/odometry_result.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 /// What `trundle odometry` is asked, besides recording and robot.
 struct OdometryQuestion {
@@ -37,4 +37,4 @@ OdometryResult odometry_result_of(const OdometryAnswer& answer);
 /// What `trundle odometry --json` prints.
 nlohmann::ordered_json document_of(const OdometryAnswer& answer);
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace trundle {
+namespace trundle::pipeline {
 
 const char* word_of(Severity severity) {
   return severity == Severity::warning ? "warning" : "note";
@@ -22,4 +22,4 @@ nlohmann::ordered_json to_json(const std::vector<Finding>& problems) {
   return document;
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -3,7 +3,7 @@
 #include "trundle/pipeline/evaluation_answer.hpp"
 #include "trundle/report/result_json.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 ComparedWith compared_with(const ReportQuestion& question, Provenance& provenance) {
@@ -44,4 +44,4 @@ ReportAnswer answer_report(const ReportQuestion& question) {
   return report_of(std::move(results), with, std::move(provenance));
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -9,7 +9,7 @@
 #include "trundle/report/provenance.hpp"
 #include "trundle/report/results.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 struct ReportQuestion {
   std::vector<std::string> inputs;  ///< folders of results, or their files
@@ -29,4 +29,4 @@ ReportAnswer report_of(std::vector<Results> results, const ComparedWith& with = 
 /// Reads them. Throws InputError.
 ReportAnswer answer_report(const ReportQuestion& question);
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

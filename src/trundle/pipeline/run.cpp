@@ -7,7 +7,7 @@
 #include "trundle/pipeline/run_results.hpp"
 #include "trundle/pipeline/stages.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 template <typename T>
@@ -142,4 +142,4 @@ RunAnswer run(const RunQuestion& question, const OnProgress& on_progress) {
   return {.record = record, .no_odometry = odometry.failure};
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -12,7 +12,7 @@
 #include "trundle/pipeline/slam_answer.hpp"
 #include "trundle/report/run_record.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 /// What `trundle run` is asked. Paths as they were given: the outputs name them so.
 struct RunQuestion {
@@ -56,4 +56,4 @@ struct RunAnswer {
 /// written. Throws InputError where recording or robot cannot be read, or a result cannot be written.
 RunAnswer run(const RunQuestion& question, const OnProgress& on_progress = {});
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

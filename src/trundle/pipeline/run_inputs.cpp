@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 /// What the stages write, some of it only of some recordings.
@@ -84,4 +84,4 @@ void forget_earlier(const RunInputs& inputs, const RunRecord& record) {
     if (!wrote(record, file)) std::filesystem::remove(inputs.in_folder(file));
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

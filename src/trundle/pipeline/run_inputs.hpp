@@ -7,7 +7,7 @@
 #include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/run.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 /// All that a run starts from.
 struct RunInputs {
@@ -32,4 +32,4 @@ RunRecord record_of(const RunInputs& inputs);
 /// Removes what an earlier run left of what this one has not written: a result is of one run.
 void forget_earlier(const RunInputs& inputs, const RunRecord& record);
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 /// By the names of their files.
@@ -54,4 +54,4 @@ Results results_of(const RunFindings& found, const RunRecord& record, const std:
   return results;
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

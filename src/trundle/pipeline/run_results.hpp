@@ -5,7 +5,7 @@
 
 #include "trundle/pipeline/stages.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 /// What the stages of a run gave; null: nothing.
 struct RunFindings {
@@ -26,4 +26,4 @@ std::vector<WrittenTrajectory> trajectories_of(const RunFindings& found);
 Results results_of(const RunFindings& found, const RunRecord& record, const std::string& label,
                    std::vector<ResultSource> sources);
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -8,7 +8,7 @@
 #include "trundle/io/words.hpp"
 #include "trundle/statistics/median.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 /// 1σ of position, root of both axes' variances together: the median over all.
@@ -59,4 +59,4 @@ std::string sentence_of(const SlamAnswer& slam) {
                      slam.doubts.empty() ? "" : "; INCONSISTENT: " + describe(slam.doubts.front()));
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

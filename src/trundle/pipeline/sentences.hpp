@@ -7,7 +7,7 @@
 #include "trundle/pipeline/slam_answer.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 // What a stage of `run` has found, in one line with its uncertainty.
 
@@ -16,4 +16,4 @@ std::string sentence_of(const SlipAnswer& answer);
 std::string sentence_of(const LocalizeAnswer& answer);
 std::string sentence_of(const SlamAnswer& slam);
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

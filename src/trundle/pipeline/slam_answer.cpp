@@ -18,7 +18,7 @@
 #include "trundle/slam/map_file.hpp"
 #include "trundle/slam/smoothing/many_starts.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -255,4 +255,4 @@ std::vector<OutputFile> files_of(const SlamAnswer& answer, const std::filesystem
   return files;
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

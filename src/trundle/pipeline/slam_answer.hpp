@@ -15,7 +15,7 @@
 #include "trundle/slam/slam.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 /// What `trundle slam` is asked, besides recording and robot.
 struct SlamQuestion {
@@ -73,4 +73,4 @@ SlamSummary slam_summary_of(const SlamAnswer& answer);
 /// innovations.csv and, where there is one, path.csv; online.csv where trajectory.csv is the smoothed one.
 std::vector<OutputFile> files_of(const SlamAnswer& answer, const std::filesystem::path& folder);
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -5,7 +5,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/io/file.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 constexpr std::string_view kSlamState = "slam";
@@ -85,4 +85,4 @@ SlamResult slam_with_checkpoints(const SlamInput& input, SlamRun run, const std:
   return run.result();
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -7,7 +7,7 @@
 
 #include "trundle/slam/slam.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 /// Where a run of `trundle slam` is stored, and from where it is taken up. Neither leaves a trace in the
 /// results.
@@ -26,4 +26,4 @@ using OnSteps = std::function<void(std::size_t done, std::size_t of)>;
 SlamResult slam_with_checkpoints(const SlamInput& input, SlamRun run, const std::string& settings,
                                  const SlamCheckpoints& checkpoints, const OnSteps& on_steps = {});
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -10,7 +10,7 @@
 #include "trundle/pipeline/sound.hpp"
 #include "trundle/recording/trajectory_file.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -213,4 +213,4 @@ std::string slip_csv_of(const SlipAnswer& answer, const Robot& robot) {
   return head_of(answer.provenance) + to_csv(answer.report.events, robot);
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

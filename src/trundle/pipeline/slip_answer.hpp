@@ -11,7 +11,7 @@
 #include "trundle/report/slip_result.hpp"
 #include "trundle/slip/find_slip.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 /// What `trundle slip` is asked, besides recording and robot.
 struct SlipQuestion {
@@ -64,4 +64,4 @@ std::string slip_csv_of(const SlipAnswer& answer, const Robot& robot);
 /// "general" or "published".
 std::string name_of(SlipMethod method);
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -7,7 +7,7 @@
 #include "trundle/calibration/initial_scale.hpp"
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 constexpr std::string_view kAdvice = "a reading, a noise or a start is out of all proportion";
@@ -56,4 +56,4 @@ void require_sound(const CalibrationResult& calibration) {
   }
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -5,7 +5,7 @@
 
 #include "trundle/report/result_files.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 bool forbids(Misread what, StageKind stage) {
   if (stage == StageKind::health_check || stage == StageKind::report) return false;
@@ -78,4 +78,4 @@ std::vector<ResultSource> StageRunner::sources() const {
   return sorted;
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

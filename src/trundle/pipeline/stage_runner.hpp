@@ -9,7 +9,7 @@
 #include "trundle/pipeline/run_inputs.hpp"
 #include "trundle/report/results.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 /// What a stage gives: a value for those after it, a sentence of it, and the files that say the same.
 template <typename T>
@@ -103,4 +103,4 @@ class StageRunner {
   std::vector<ResultSource> sources_;
 };
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -12,7 +12,7 @@
 #include "trundle/report/json_text.hpp"
 #include "trundle/report/page.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -112,4 +112,4 @@ std::string printed(const Json& document) {
   return dumped(document, 2) + "\n";
 }
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -11,7 +11,7 @@
 #include "trundle/pipeline/stage_runner.hpp"
 #include "trundle/report/results.hpp"
 
-namespace trundle {
+namespace trundle::pipeline {
 
 /// A trajectory that a stage gives, as who reads its file gets it.
 struct WrittenTrajectory {
@@ -86,4 +86,4 @@ WrittenTrajectory written(RunTrajectory entry, TrackRole role, const Trajectory&
 /// The bytes that a command with --json prints.
 std::string printed(const nlohmann::ordered_json& document);
 
-}  // namespace trundle
+}  // namespace trundle::pipeline

@@ -8,7 +8,7 @@
 #include "trundle/io/words.hpp"
 #include "trundle/recording/detail/sentences.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 constexpr bool has_sentence(std::size_t code) {
@@ -131,4 +131,4 @@ std::string describe(const Finding& finding) {
   return arguments.in(sentence->text);
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

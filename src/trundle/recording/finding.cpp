@@ -4,7 +4,7 @@
 #include <iterator>
 #include <utility>
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 constexpr std::pair<FindingCode, std::string_view> kNames[] = {
@@ -81,4 +81,4 @@ std::string_view name_of(FindingCode code) {
   return kNames[static_cast<std::size_t>(code)].second;
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -6,7 +6,9 @@
 #include <variant>
 #include <vector>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::recording {
 
 enum class Severity { note, warning };
 
@@ -196,4 +198,4 @@ struct Finding {
 /// The finding as one sentence that a person can act on: the only place where sentences are made of findings.
 [[nodiscard]] std::string describe(const Finding& finding);
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -10,7 +10,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/recording/csv/reader.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 constexpr double kFarthest_m = 1e9;
@@ -157,4 +157,4 @@ std::vector<MapLandmark> read_landmark_map(const std::filesystem::path& path) {
   return map;
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

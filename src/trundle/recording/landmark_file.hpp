@@ -6,7 +6,7 @@
 
 #include "trundle/geometry/pose2.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 
 /// A landmark of a map, and how well it is known.
 struct MapLandmark {
@@ -34,4 +34,4 @@ Eigen::MatrixXd read_landmark_covariance(const std::filesystem::path& path,
 /// doubled, or would be taken for a comment.
 std::string text_cell(const std::string& name);
 
-}  // namespace trundle
+}  // namespace trundle::recording

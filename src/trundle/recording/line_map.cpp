@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
-namespace trundle {
+namespace trundle::recording {
 
 std::size_t LineMap::line_of(std::size_t row) const {
   if (row >= rows_) return 0;
@@ -19,4 +19,4 @@ LineMap LineMap::only(std::span<const std::size_t> rows) const {
   return kept;
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

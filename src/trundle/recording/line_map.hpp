@@ -5,7 +5,9 @@
 #include <utility>
 #include <vector>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::recording {
 
 /// Rows to line numbers of the file. Rows follow each other except after comments, blank lines and dropped
 /// rows.
@@ -28,4 +30,4 @@ class LineMap {
   std::size_t next_ = 0;
 };
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -10,7 +10,7 @@
 #include "trundle/recording/csv/detail/streams.hpp"
 #include "trundle/recording/logs/detail/layouts.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 namespace fs = std::filesystem;
@@ -153,4 +153,4 @@ std::vector<fs::path> recordings_below(const fs::path& folder) {
   return found;
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -11,7 +11,7 @@
 #include "trundle/recording/finding.hpp"
 #include "trundle/recording/line_map.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 
 inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
@@ -154,4 +154,4 @@ std::vector<std::filesystem::path> recordings_below(const std::filesystem::path&
 /// Writes the native files of a recording into a folder.
 void write_recording(const Recording& recording, const std::filesystem::path& folder);
 
-}  // namespace trundle
+}  // namespace trundle::recording

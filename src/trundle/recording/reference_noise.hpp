@@ -3,7 +3,9 @@
 #include <filesystem>
 #include <string>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::recording {
 
 /// What a reference trajectory is known to, as its owner states it; zero: taken as exact.
 struct ReferenceSigmas {
@@ -20,4 +22,4 @@ ReferenceSigmas read_reference_noise(const std::filesystem::path& folder);
 /// As lines of [reference]; empty where nothing is stated.
 std::string to_toml(const ReferenceSigmas& noise);
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -12,7 +12,7 @@
 #include "trundle/statistics/median.hpp"
 #include "trundle/statistics/minimum.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 constexpr std::size_t kFewestWindows = 20;
@@ -216,4 +216,4 @@ std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Ali
   return TimeOffset{offset, sigma, correlation};
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -5,7 +5,7 @@
 #include "trundle/chassis/robot.hpp"
 #include "trundle/recording/alignment/align.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 
 /// How far the gyro's clock is from the wheels', found in a log.
 struct TimeOffset {
@@ -32,4 +32,4 @@ std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Rob
 std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const AlignedReadings& readings,
                                            const Robot& robot, const TimeOffsetOptions& options = {});
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -6,7 +6,7 @@
 #include "trundle/geometry/trajectory.hpp"
 #include "trundle/recording/recording.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 
 /// The reference as a trajectory of the reference sensor: samples where x, y and heading are all there.
 [[nodiscard]] Trajectory reference_trajectory(const Recording& recording);
@@ -20,4 +20,4 @@ namespace trundle {
 /// half is written, of equal stamps the first is kept, headings go on without jumps.
 [[nodiscard]] Trajectory as_written(const Trajectory& trajectory);
 
-}  // namespace trundle
+}  // namespace trundle::recording

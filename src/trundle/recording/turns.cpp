@@ -5,7 +5,7 @@
 
 #include "trundle/chassis/rows.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 
 PairedSums turn_pairs(const Robot& robot, const AlignedReadings& readings,
                       const std::function<double(const Increment&)>& other_turn) {
@@ -50,4 +50,4 @@ bool turns_contradict(const Recording& recording, const Robot& robot, const Alig
   return pairs && pairs->correlation() < -kTurnsAgree && pairs->lesser() > kClearTurning;
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -7,7 +7,7 @@
 #include "trundle/recording/alignment/align.hpp"
 #include "trundle/statistics/paired_sums.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 
 /// Root of the sum of squares [rad] with which turns can be compared.
 inline constexpr double kLeastTurning_rad = 0.1;
@@ -30,4 +30,4 @@ std::optional<PairedSums> comparable_turns(const Recording& recording, const Rob
 /// than a bias would sum up to.
 bool turns_contradict(const Recording& recording, const Robot& robot, const AlignedReadings& readings);
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -5,7 +5,7 @@
 #include "trundle/recording/landmark_file.hpp"
 #include "trundle/recording/recording.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 /// Shortest text that reads back as the same double; nothing where not measured.
@@ -94,4 +94,4 @@ void write_recording(const Recording& recording, const std::filesystem::path& fo
   write_map(recording, folder / "recording.toml");
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

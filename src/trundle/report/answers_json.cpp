@@ -9,7 +9,7 @@
 #include "trundle/statistics/magnitude.hpp"
 #include "trundle/statistics/median.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -327,4 +327,4 @@ Json attention_json(const Json& parts, const Results& results) {
   return attention;
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

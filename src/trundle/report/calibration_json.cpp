@@ -8,7 +8,7 @@
 #include "trundle/report/json_text.hpp"
 #include "trundle/report/or_null.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -80,4 +80,4 @@ CalibrationDocument calibration_from_json(std::string_view text, std::string_vie
   return calibration;
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

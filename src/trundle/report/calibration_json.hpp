@@ -6,7 +6,7 @@
 
 #include "trundle/calibration/result.hpp"
 
-namespace trundle {
+namespace trundle::report {
 
 /// What stands under "format" and "format_version" of a calibration.json.
 inline constexpr std::string_view kCalibrationFormat = "trundle-calibration";
@@ -32,4 +32,4 @@ CalibrationDocument calibration_from_json(std::string_view text, std::string_vie
 /// stands there and what was expected. `file_name` is for the messages only.
 nlohmann::ordered_json parse_calibration_json(std::string_view text, std::string_view file_name);
 
-}  // namespace trundle
+}  // namespace trundle::report

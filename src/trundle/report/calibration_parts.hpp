@@ -6,7 +6,7 @@
 
 #include "trundle/calibration/result.hpp"
 
-namespace trundle {
+namespace trundle::report {
 
 // The parts of a calibration.json (docs/calibration-json.md), each a value of its own.
 
@@ -25,4 +25,4 @@ nlohmann::ordered_json errors_json(std::span<const RunResult> runs);
 /// "end_points": the scatter of the closed runs by turn, before and after.
 nlohmann::ordered_json end_points_json(std::span<const RunResult> runs);
 
-}  // namespace trundle
+}  // namespace trundle::report

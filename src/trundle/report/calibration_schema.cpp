@@ -8,7 +8,7 @@
 #include "trundle/report/calibration_json.hpp"
 #include "trundle/report/json_rules.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -218,4 +218,4 @@ Json parse_calibration_json(std::string_view text, std::string_view file_name) {
   return document;
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <openssl/evp.h>
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 std::vector<std::uint8_t> bytes_of(std::span<const double> values, double offset) {
@@ -45,4 +45,4 @@ nlohmann::ordered_json column_json(std::span<const double> values, std::span<con
   return column_json(chosen);
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

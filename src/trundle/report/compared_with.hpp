@@ -6,7 +6,7 @@
 #include "trundle/geometry/trajectory.hpp"
 #include "trundle/recording/reference_noise.hpp"
 
-namespace trundle {
+namespace trundle::report {
 
 /// What trajectories are compared with.
 struct ComparedWith {
@@ -15,4 +15,4 @@ struct ComparedWith {
   std::optional<Robot> robot = std::nullopt;  ///< where the sensor is on the body; nothing: the body's origin
 };
 
-}  // namespace trundle
+}  // namespace trundle::report

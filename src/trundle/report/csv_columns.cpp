@@ -7,7 +7,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/recording/csv/reader.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 /// Where `name` stands; its place in `names` when it is missing there is names.size().
@@ -62,4 +62,4 @@ const std::vector<std::string>& CsvColumns::texts(std::string_view name) const {
   return index < texts_.size() ? texts_[index] : kNone;
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -5,7 +5,9 @@
 #include <string_view>
 #include <vector>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::report {
 
 /// Columns of a CSV file that the program wrote. Throws InputError where a required one is missing, and as
 /// CsvTable does.
@@ -29,4 +31,4 @@ class CsvColumns {
   std::size_t count_ = 0;
 };
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -6,7 +6,7 @@
 
 #include "trundle/report/json_rules.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -45,4 +45,4 @@ EvaluationSummary evaluation_from_json(std::string_view text, std::string_view f
   return summary;
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

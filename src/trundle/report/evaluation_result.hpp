@@ -7,7 +7,7 @@
 #include "trundle/evaluation/evaluate.hpp"
 #include "trundle/recording/reference_noise.hpp"
 
-namespace trundle {
+namespace trundle::report {
 
 /// How evaluation.json compares the trajectories with each other.
 struct EvaluationSummary {
@@ -22,4 +22,4 @@ nlohmann::ordered_json to_json(const EvaluationSummary& summary);
 /// Throws InputError with file, what stands there and what was expected.
 EvaluationSummary evaluation_from_json(std::string_view text, std::string_view file_name);
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -6,7 +6,7 @@
 #include "trundle/report/or_null.hpp"
 #include "trundle/report/result_parts.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -43,4 +43,4 @@ Json gyro_json(const Results& results) {
   return {{"bias", bias}, {"slam_bias", by_filter}, {"noise", noise}};
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

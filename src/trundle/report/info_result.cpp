@@ -5,7 +5,7 @@
 #include "trundle/recording/finding.hpp"
 #include "trundle/report/json_rules.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -49,4 +49,4 @@ InfoResult info_from_json(std::string_view text, std::string_view file_name) {
   return info;
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -6,7 +6,9 @@
 
 #include <nlohmann/json.hpp>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::report {
 
 /// What the health check found wrong.
 struct HealthProblem {
@@ -25,4 +27,4 @@ struct InfoResult {
 /// Throws InputError with file, what stands there and what was expected.
 InfoResult info_from_json(std::string_view text, std::string_view file_name);
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -4,7 +4,7 @@
 
 #include "trundle/statistics/distribution.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 std::optional<Interval> interval(double centre, double half) {
@@ -27,4 +27,4 @@ std::optional<Interval> interval95_between(const ParameterEstimate& estimate, in
   return interval(estimate.value, student_t_limit(0.05, sessions - 1) * sigma);
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

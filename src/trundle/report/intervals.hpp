@@ -5,7 +5,7 @@
 
 #include "trundle/calibration/result.hpp"
 
-namespace trundle {
+namespace trundle::report {
 
 /// Lower and upper end, in the unit of the parameter.
 using Interval = std::pair<double, double>;
@@ -17,4 +17,4 @@ std::optional<Interval> interval95_within(const ParameterEstimate& estimate);
 /// Nothing for a held parameter, and where the spread from session to session is unknown.
 std::optional<Interval> interval95_between(const ParameterEstimate& estimate, int sessions);
 
-}  // namespace trundle
+}  // namespace trundle::report

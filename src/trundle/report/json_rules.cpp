@@ -8,7 +8,7 @@
 
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -117,4 +117,4 @@ void expect_same_lengths(const Json& document, const char* name, std::span<const
   }
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

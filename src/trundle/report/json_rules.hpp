@@ -6,7 +6,9 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::report {
 
 enum JsonType : unsigned {
   kString = 1,
@@ -41,4 +43,4 @@ void check_rules(const nlohmann::ordered_json& document, std::span<const JsonRul
 void expect_same_lengths(const nlohmann::ordered_json& document, const char* name,
                          std::span<const char* const> columns, std::string_view file_name);
 
-}  // namespace trundle
+}  // namespace trundle::report

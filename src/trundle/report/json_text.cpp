@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -43,4 +43,4 @@ std::string dumped(const Json& document, int indent) {
   return document.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Parts = std::vector<std::string>;
@@ -47,4 +47,4 @@ std::vector<std::string> shortest_labels(const std::vector<std::string>& paths) 
   return labels;
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -3,9 +3,11 @@
 #include <string>
 #include <vector>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::report {
 
 /// The parts of paths that tell them apart: without the folders that all of them start and end with.
 std::vector<std::string> shortest_labels(const std::vector<std::string>& paths);
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -10,7 +10,7 @@
 #include "trundle/report/result_parts.hpp"
 #include "trundle/statistics/distribution.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -127,4 +127,4 @@ Json sightings_json(const SightingColumns& sightings) {
           {"nis_bounds95", {chi_squared_limit(0.975, kDof), chi_squared_limit(0.025, kDof)}}};
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -8,7 +8,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/report/json_rules.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -58,4 +58,4 @@ OdometryResult odometry_from_json(std::string_view text, std::string_view file_n
   return odometry;
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -7,7 +7,9 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::report {
 
 /// What was known of the gyro's bias, in columns.
 struct BiasOverTime {
@@ -32,4 +34,4 @@ std::optional<BiasOverTime> bias_from_json(const nlohmann::ordered_json& documen
 /// Throws InputError with file, what stands there and what was expected.
 OdometryResult odometry_from_json(std::string_view text, std::string_view file_name);
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -4,7 +4,9 @@
 
 #include <nlohmann/json.hpp>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::report {
 
 /// What is not known is null.
 template <class T>
@@ -18,4 +20,4 @@ template <class T, class Make>
   return value ? make(*value) : nlohmann::ordered_json(nullptr);
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

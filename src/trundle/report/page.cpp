@@ -8,7 +8,7 @@
 #include "trundle/report/json_text.hpp"
 #include "trundle/report/result_json.hpp"
 
-namespace trundle {
+namespace trundle::report {
 
 using Json = nlohmann::ordered_json;
 
@@ -36,4 +36,4 @@ std::string calibration_page(const Json& calibration) {
   return report_page(report_json(results, nullptr));
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -5,7 +5,9 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::report {
 
 /// One HTML file that shows results: style, drawing (web/, inlined when the library is built) and data in
 /// one; it fetches nothing and opens from disk. Whatever stands in the strings of report_json() is shown as
@@ -23,4 +25,4 @@ std::string json_for_script(const nlohmann::ordered_json& document);
 std::string_view page_template();
 inline constexpr std::string_view kDataMark = "{{data}}";
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -9,7 +9,7 @@
 #include "trundle/report/intervals.hpp"
 #include "trundle/report/or_null.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -173,4 +173,4 @@ Json directions_json(const CalibrationResult& result) {
   return directions;
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

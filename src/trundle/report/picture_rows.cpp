@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 /// Rows [begin, end) of a column: smallest, largest, one without a value.
@@ -49,4 +49,4 @@ std::vector<std::size_t> rows_for_picture(std::span<const std::span<const double
   return rows;
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

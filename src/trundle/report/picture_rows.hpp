@@ -3,7 +3,9 @@
 #include <span>
 #include <vector>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::report {
 
 /// A picture keeps at most about so many rows of a table: many more than a screen has columns of pixels.
 inline constexpr std::size_t kRowsInPicture = 40'000;
@@ -15,4 +17,4 @@ inline constexpr std::size_t kRowsInPicture = 40'000;
 std::vector<std::size_t> rows_for_picture(std::span<const std::span<const double>> columns,
                                           std::size_t most = kRowsInPicture);
 
-}  // namespace trundle
+}  // namespace trundle::report

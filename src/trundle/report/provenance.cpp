@@ -6,7 +6,7 @@
 #include "trundle/io/words.hpp"
 #include "trundle/report/json_text.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -68,4 +68,4 @@ void add_robot_number(int robot_number, Provenance& provenance) {
   if (robot_number != 0) provenance.options.emplace_back("robot-number", std::to_string(robot_number));
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

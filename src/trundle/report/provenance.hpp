@@ -9,7 +9,7 @@
 
 #include "trundle/io/file.hpp"
 
-namespace trundle {
+namespace trundle::report {
 
 /// The version of this program.
 std::string program_version();
@@ -35,4 +35,4 @@ void add_inputs(const std::vector<InputFile>& inputs, Provenance& provenance);
 /// The option --robot-number, where it was given.
 void add_robot_number(int robot_number, Provenance& provenance);
 
-}  // namespace trundle
+}  // namespace trundle::report

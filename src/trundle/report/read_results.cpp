@@ -4,7 +4,7 @@
 #include "trundle/report/result_files.hpp"
 #include "trundle/report/results.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 void read_document(const ResultFile& file, Results& results) {
@@ -101,4 +101,4 @@ ResultSource source_of(const std::string& name, const std::filesystem::path& pat
   return source;
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

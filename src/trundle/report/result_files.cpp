@@ -7,7 +7,7 @@
 
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 constexpr std::array<std::string_view, 7> kDocuments = {"run",  "info", "calibration", "odometry",
@@ -93,4 +93,4 @@ ResultKind kind_of(const std::filesystem::path& path, std::string_view header) {
   return ResultKind::other;
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

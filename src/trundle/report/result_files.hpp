@@ -5,7 +5,9 @@
 #include <string_view>
 #include <vector>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::report {
 
 /// What a file of results holds, told by its name (JSON) or its header (CSV).
 enum class ResultKind { trajectory, slips, landmarks, particles, filter_steps, innovations, json, other };
@@ -25,4 +27,4 @@ std::string_view header_of(std::string_view content);
 /// What a file of this name holds; of a CSV file by its header.
 ResultKind kind_of(const std::filesystem::path& path, std::string_view header);
 
-}  // namespace trundle
+}  // namespace trundle::report

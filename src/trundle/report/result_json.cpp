@@ -9,7 +9,7 @@
 #include "trundle/report/or_null.hpp"
 #include "trundle/report/result_parts.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -187,4 +187,4 @@ Json report_json(std::span<const Json> results, const Json& provenance) {
   return document;
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -9,7 +9,7 @@
 #include "trundle/report/compared_with.hpp"
 #include "trundle/report/results.hpp"
 
-namespace trundle {
+namespace trundle::report {
 
 /// What stands under "format" and "format_version" of the report's document.
 inline constexpr std::string_view kReportFormat = "trundle-report";
@@ -30,4 +30,4 @@ nlohmann::ordered_json result_of_calibration(const nlohmann::ordered_json& calib
 nlohmann::ordered_json report_json(std::span<const nlohmann::ordered_json> results,
                                    const nlohmann::ordered_json& provenance);
 
-}  // namespace trundle
+}  // namespace trundle::report

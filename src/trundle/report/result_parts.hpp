@@ -6,7 +6,7 @@
 
 #include "trundle/report/results.hpp"
 
-namespace trundle {
+namespace trundle::report {
 
 // The parts of a result in the report's document (docs/report-json.md), each a value of its own.
 
@@ -35,4 +35,4 @@ nlohmann::ordered_json attention_json(const nlohmann::ordered_json& parts, const
 /// {"x_m", ...} of an ellipse.
 nlohmann::ordered_json ellipse_json(const Matrix2& covariance);
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -9,7 +9,7 @@
 #include "trundle/recording/trajectory_file.hpp"
 #include "trundle/report/csv_columns.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 struct NamedRole {
@@ -100,4 +100,4 @@ const ResultTrack* main_track(const std::vector<ResultTrack>& tracks) {
   return nullptr;
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -9,7 +9,7 @@
 #include "trundle/evaluation/errors_along.hpp"
 #include "trundle/report/compared_with.hpp"
 
-namespace trundle {
+namespace trundle::report {
 
 /// What a trajectory of a result is.
 enum class TrackRole {
@@ -52,4 +52,4 @@ void compare(ResultTrack& track, const ComparedWith& with, Alignment alignment);
 const ResultTrack* main_track(const std::vector<ResultTrack>& tracks);
 const ResultTrack* track_of_role(const std::vector<ResultTrack>& tracks, TrackRole role);
 
-}  // namespace trundle
+}  // namespace trundle::report

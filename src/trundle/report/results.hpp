@@ -17,7 +17,7 @@
 #include "trundle/report/slam_result.hpp"
 #include "trundle/report/slip_result.hpp"
 
-namespace trundle {
+namespace trundle::report {
 
 /// A file of results that the page names.
 struct ResultSource {
@@ -56,4 +56,4 @@ std::optional<Robot> read_robot_used(const std::optional<RunRecord>& run,
 /// A file as the page names it.
 ResultSource source_of(const std::string& name, const std::filesystem::path& path, std::string_view content);
 
-}  // namespace trundle
+}  // namespace trundle::report

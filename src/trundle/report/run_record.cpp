@@ -10,7 +10,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/report/json_rules.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -139,4 +139,4 @@ RunRecord run_record_from_json(std::string_view text, std::string_view file_name
   return record;
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -9,7 +9,7 @@
 
 #include "trundle/report/provenance.hpp"
 
-namespace trundle {
+namespace trundle::report {
 
 /// The stages of `trundle run`, in their order.
 enum class StageKind {
@@ -70,4 +70,4 @@ nlohmann::ordered_json to_json(const RunRecord& record);
 /// Throws InputError with file, what stands there and what was expected.
 RunRecord run_record_from_json(std::string_view text, std::string_view file_name);
 
-}  // namespace trundle
+}  // namespace trundle::report

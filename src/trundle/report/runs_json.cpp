@@ -8,7 +8,7 @@
 #include "trundle/report/or_null.hpp"
 #include "trundle/report/scatter.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -222,4 +222,4 @@ Json end_points_json(std::span<const RunResult> runs) {
   return groups;
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

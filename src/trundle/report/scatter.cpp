@@ -7,7 +7,7 @@
 
 #include "trundle/statistics/distribution.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 Vector2 mean_of(std::span<const Vector2> points) {
@@ -58,4 +58,4 @@ Scatter scatter_of(std::span<const Vector2> points) {
   return scatter;
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -5,7 +5,7 @@
 
 #include "trundle/geometry/pose2.hpp"
 
-namespace trundle {
+namespace trundle::report {
 
 /// An ellipse in the plane.
 struct Ellipse {
@@ -34,4 +34,4 @@ struct Scatter {
 /// c² = 2 (n − 1)(n + 1) / (n (n − 2)) · F₀.₉₅(2, n − 2): Hotelling's, not χ², for n is small.
 Scatter scatter_of(std::span<const Vector2> points);
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -6,7 +6,7 @@
 #include "trundle/report/csv_columns.hpp"
 #include "trundle/report/json_rules.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -94,4 +94,4 @@ SightingColumns sightings_from_csv(const std::filesystem::path& csv) {
   return sightings;
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -11,7 +11,7 @@
 #include "trundle/report/odometry_result.hpp"
 #include "trundle/slam/report.hpp"
 
-namespace trundle {
+namespace trundle::report {
 
 /// slam.json.
 struct SlamSummary {
@@ -62,4 +62,4 @@ ParticleColumns particles_from_csv(const std::filesystem::path& csv);
 FilterColumns filter_from_csv(const std::filesystem::path& csv);
 SightingColumns sightings_from_csv(const std::filesystem::path& csv);
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -9,7 +9,7 @@
 #include "trundle/report/picture_rows.hpp"
 #include "trundle/report/result_parts.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -54,4 +54,4 @@ Json slip_json(const SlipResult& slip, const ResultTrack* track) {
           {"cannot_see", slip.cannot_see}};
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

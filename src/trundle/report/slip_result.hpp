@@ -8,7 +8,9 @@
 
 #include <nlohmann/json.hpp>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::report {
 
 /// A slip, its wheel and kind by their names.
 struct SlipRow {
@@ -48,4 +50,4 @@ nlohmann::ordered_json to_json(const SlipResult& slip);
 SlipResult slip_from_json(std::string_view text, std::string_view file_name);
 SlipResult slip_from_csv(const std::filesystem::path& csv);
 
-}  // namespace trundle
+}  // namespace trundle::report

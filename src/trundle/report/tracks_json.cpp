@@ -12,7 +12,7 @@
 #include "trundle/report/scatter.hpp"
 #include "trundle/statistics/distribution.hpp"
 
-namespace trundle {
+namespace trundle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -179,4 +179,4 @@ Json errors_json(const std::vector<ResultTrack>& tracks) {
   return all;
 }
 
-}  // namespace trundle
+}  // namespace trundle::report

@@ -3,9 +3,11 @@
 #include <array>
 #include <cstdint>
 
+#include "trundle/namespaces.hpp"
+
 #define TRUNDLE_INLINE [[gnu::always_inline]] inline
 
-namespace trundle {
+namespace trundle::simd {
 
 /// Largest angle of sin_cos [rad], and largest |u| of sinc_of_small and its slope [rad], in double.
 inline constexpr double kLargestAngle = 1e6;
@@ -85,4 +87,4 @@ struct Coefficients<double> {  // atan, log: FDLIBM [Sun 1993]; others: fitted a
   static constexpr int kBias = 1023;
 };
 
-}  // namespace trundle
+}  // namespace trundle::simd

@@ -15,7 +15,7 @@
 #include "trundle/simd/coefficients.hpp"
 
 HWY_BEFORE_NAMESPACE();
-namespace trundle::HWY_NAMESPACE {
+namespace trundle::simd::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -104,7 +104,7 @@ HWY_INLINE V flip(V x, IntegersOf<V> bits) {
 
 #include "trundle/simd/elementary.inl"
 
-}  // namespace trundle::HWY_NAMESPACE
+}  // namespace trundle::simd::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

@@ -10,7 +10,7 @@
 #include "trundle/simd/coefficients.hpp"
 
 /// The elementary functions of one double, with the bits that kernels give in every lane.
-namespace trundle::scalar {
+namespace trundle::simd::scalar {
 
 // What elementary.inl is written in; lanes.inl has the same for vectors.
 
@@ -82,4 +82,4 @@ TRUNDLE_INLINE double flip(double x, std::uint64_t bits) {
 
 #include "trundle/simd/elementary.inl"
 
-}  // namespace trundle::scalar
+}  // namespace trundle::simd::scalar

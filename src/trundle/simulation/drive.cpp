@@ -7,7 +7,7 @@
 #include "trundle/simulation/kinematics.hpp"
 #include "trundle/simulation/streams.hpp"
 
-namespace trundle {
+namespace trundle::simulation {
 namespace {
 
 // Times closer than this are one.
@@ -190,4 +190,4 @@ Drive drive(const Scenario& scenario) {
   return result;
 }
 
-}  // namespace trundle
+}  // namespace trundle::simulation

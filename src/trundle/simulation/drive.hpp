@@ -5,7 +5,7 @@
 
 #include "trundle/simulation/scenario.hpp"
 
-namespace trundle {
+namespace trundle::simulation {
 
 /// The robot at the end of an interval of constant twist.
 struct Moment {
@@ -25,4 +25,4 @@ struct Drive {
 /// Moves the true robot along the scenario's path. docs/theory/simulation.md, eq. 1 to 3.
 Drive drive(const Scenario& scenario);
 
-}  // namespace trundle
+}  // namespace trundle::simulation

@@ -6,7 +6,7 @@
 
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::simulation {
 namespace {
 
 using RowBlock = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxRows + 1, 3>;
@@ -104,4 +104,4 @@ Vector3 Kinematics::solve(const RowVector& travel, const RowVector& lateral, dou
   return twist_from_readings_ * z;
 }
 
-}  // namespace trundle
+}  // namespace trundle::simulation

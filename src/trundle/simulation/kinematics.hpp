@@ -5,7 +5,7 @@
 #include "trundle/chassis/rows.hpp"
 #include "trundle/simulation/scenario.hpp"
 
-namespace trundle {
+namespace trundle::simulation {
 
 /// Errors of one interval: of each measured row [m or rad], and of each 'does not skid sideways' row.
 struct RowErrors {
@@ -47,4 +47,4 @@ class Kinematics {
   double gyro_scale_ratio_ = 1.0;
 };
 
-}  // namespace trundle
+}  // namespace trundle::simulation

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace trundle {
+namespace trundle::simulation {
 namespace {
 
 // A turn below this is none.
@@ -165,4 +165,4 @@ Path in_whole_intervals(const Path& path, double rate_hz) {
   return stretched;
 }
 
-}  // namespace trundle
+}  // namespace trundle::simulation

@@ -7,7 +7,7 @@
 #include "trundle/geometry/pose2.hpp"
 #include "trundle/statistics/random.hpp"
 
-namespace trundle {
+namespace trundle::simulation {
 
 /// A piece of a path driven with constant body velocity.
 struct Segment {
@@ -67,4 +67,4 @@ double duration_of(const Path& path);
 /// motions.
 Path in_whole_intervals(const Path& path, double rate_hz);
 
-}  // namespace trundle
+}  // namespace trundle::simulation

@@ -1,6 +1,6 @@
 #include "trundle/simulation/detail/path_table.hpp"
 
-namespace trundle::scenario_file {
+namespace trundle::simulation::scenario_file {
 namespace {
 
 /// The numbers that steps of a path may have.
@@ -197,4 +197,4 @@ Path read_path(const Section& run, const Pace& pace, const Pose2& start, Random&
   return path;
 }
 
-}  // namespace trundle::scenario_file
+}  // namespace trundle::simulation::scenario_file

@@ -7,7 +7,7 @@
 #include "trundle/recording/recording.hpp"
 #include "trundle/simulation/path.hpp"
 
-namespace trundle {
+namespace trundle::simulation {
 
 /// Which of the two robots drives the path exactly.
 enum class Steering {
@@ -137,4 +137,4 @@ Simulation simulate(const Scenario& scenario);
 std::vector<Landmark> random_landmarks(int count, double box_x_m, double box_y_m, double spacing_m,
                                        Random& random);
 
-}  // namespace trundle
+}  // namespace trundle::simulation

@@ -8,7 +8,7 @@
 #include "trundle/simulation/detail/sensor_options.hpp"
 #include "trundle/simulation/detail/true_robot.hpp"
 
-namespace trundle {
+namespace trundle::simulation {
 namespace scenario_file {
 
 namespace {
@@ -168,4 +168,4 @@ Plan read_plan(const std::filesystem::path& path, std::optional<std::uint64_t> s
   return scenario_file::read({source, table, ""}, path, seed);
 }
 
-}  // namespace trundle
+}  // namespace trundle::simulation

@@ -8,7 +8,7 @@
 #include "trundle/simulation/scenario.hpp"
 #include "trundle/simulation/sheet.hpp"
 
-namespace trundle {
+namespace trundle::simulation {
 
 /// One run of a scenario file and where its recording goes.
 struct PlannedRun {
@@ -46,4 +46,4 @@ void write_plan(const Plan& plan, const std::filesystem::path& folder,
 /// The folder of a run below that of its plan.
 std::filesystem::path folder_of(const Plan& plan, const PlannedRun& run, const std::filesystem::path& folder);
 
-}  // namespace trundle
+}  // namespace trundle::simulation

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace trundle::scenario_file {
+namespace trundle::simulation::scenario_file {
 namespace {
 
 constexpr std::uint64_t kLandmarkStream = 1;
@@ -130,4 +130,4 @@ void read_sensors(const Section& outer, Scenario& scenario, Pace& pace) {
   read_partial(outer, scenario.partial);
 }
 
-}  // namespace trundle::scenario_file
+}  // namespace trundle::simulation::scenario_file

@@ -5,7 +5,7 @@
 
 #include "trundle/simulation/streams.hpp"
 
-namespace trundle {
+namespace trundle::simulation {
 namespace {
 
 /// Follows a drive forwards in time: the pose at any later moment, exact because the twist is constant in
@@ -261,4 +261,4 @@ std::vector<Sighting> read_sightings(const Scenario& scenario, const Drive& driv
   return sightings;
 }
 
-}  // namespace trundle
+}  // namespace trundle::simulation

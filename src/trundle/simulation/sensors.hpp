@@ -2,7 +2,7 @@
 
 #include "trundle/simulation/drive.hpp"
 
-namespace trundle {
+namespace trundle::simulation {
 
 // What each sensor reports of a drive. Stamps are true time + scenario.start_s − the sensor's true time
 // offset.
@@ -22,4 +22,4 @@ PartialReference read_partial_reference(const Scenario& scenario, const Drive& d
 /// Empty when the true robot has no landmark sensor.
 std::vector<Sighting> read_sightings(const Scenario& scenario, const Drive& drive);
 
-}  // namespace trundle
+}  // namespace trundle::simulation

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-namespace trundle {
+namespace trundle::simulation {
 namespace {
 
 SheetRow measured_row(const Scenario& scenario, const SheetPlan& plan, TurnSense turn) {
@@ -56,4 +56,4 @@ std::string to_csv(const std::vector<SheetRow>& rows, double side_m) {
   return text;
 }
 
-}  // namespace trundle
+}  // namespace trundle::simulation

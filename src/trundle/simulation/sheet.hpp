@@ -5,7 +5,7 @@
 
 #include "trundle/simulation/scenario.hpp"
 
-namespace trundle {
+namespace trundle::simulation {
 
 /// Square runs measured by hand (UMBmark).
 struct SheetPlan {
@@ -34,4 +34,4 @@ std::vector<SheetRow> simulate_sheet(const Scenario& scenario, const SheetPlan& 
 /// The sheet as interfaces and docs describe it: turn,x_m,y_m,heading_deg[,leg_m], the side in a comment.
 std::string to_csv(const std::vector<SheetRow>& rows, double side_m);
 
-}  // namespace trundle
+}  // namespace trundle::simulation

@@ -5,7 +5,7 @@
 #include "trundle/simulation/scenario.hpp"
 #include "trundle/simulation/sensors.hpp"
 
-namespace trundle {
+namespace trundle::simulation {
 namespace {
 
 Trajectory trajectory_of(const Drive& drive, double start_s) {
@@ -59,4 +59,4 @@ std::vector<Landmark> random_landmarks(int count, double box_x_m, double box_y_m
   return landmarks;
 }
 
-}  // namespace trundle
+}  // namespace trundle::simulation

@@ -4,7 +4,7 @@
 
 #include "trundle/statistics/random.hpp"
 
-namespace trundle {
+namespace trundle::simulation {
 
 /// Streams of random numbers of one simulated run: one for each cause, so that causes do not disturb each
 /// other.
@@ -23,4 +23,4 @@ inline Random random_for(std::uint64_t seed, RandomStream stream) {
   return Random(seed, static_cast<std::uint64_t>(stream));
 }
 
-}  // namespace trundle
+}  // namespace trundle::simulation

@@ -2,7 +2,7 @@
 
 #include "trundle/chassis/parameter.hpp"
 
-namespace trundle::scenario_file {
+namespace trundle::simulation::scenario_file {
 namespace {
 
 constexpr Parameter kTrack{ParameterKind::track, -1};
@@ -117,4 +117,4 @@ Robot SessionSpread::drawn(const Robot& truth, Random& random) const {
   return robot;
 }
 
-}  // namespace trundle::scenario_file
+}  // namespace trundle::simulation::scenario_file

@@ -7,7 +7,7 @@
 #include "trundle/recording/trajectory_file.hpp"
 #include "trundle/simulation/scenario_file.hpp"
 
-namespace trundle {
+namespace trundle::simulation {
 namespace {
 
 // Files hold what a careful logger would write: microseconds, micrometres, a tenth of a microradian.
@@ -92,7 +92,7 @@ void write_run(const PlannedRun& run, const std::filesystem::path& folder, const
   write_recording(rounded(std::move(simulation.recording)), folder);
   const auto description = folder / "recording.toml";
   write_file(description, head + with_noise(read_file(description), run.scenario.reference));
-  write_file(folder / "truth.csv", head + to_csv(rounded(simulation.truth.body)));
+  write_file(folder / "truth.csv", head + recording::to_csv(rounded(simulation.truth.body)));
   if (!simulation.truth.slips.empty())
     write_file(folder / "truth_slip.csv", head + slips_csv(run.scenario, simulation.truth));
 }
@@ -143,4 +143,4 @@ void write_plan(const Plan& plan, const std::filesystem::path& folder,
   if (plan.runs.empty()) write_file(folder / "truth.toml", head + to_toml(common.truth));
 }
 
-}  // namespace trundle
+}  // namespace trundle::simulation

@@ -4,7 +4,7 @@
 
 #include "trundle/geometry/pose2.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// Lower L with L Lᵀ = covariance, which may be singular: a direction without variance gets no column.
 [[nodiscard]] inline Matrix3 semidefinite_root(const Matrix3& covariance) {
@@ -18,4 +18,4 @@ namespace trundle {
   return L;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 // So many more rejected sightings than matched ones in a stretch. With a share p of outliers a stretch
@@ -83,4 +83,4 @@ std::vector<Finding> doubts_about(const SlamInput& input, const SlamResult& filt
   return doubts;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

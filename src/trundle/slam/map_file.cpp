@@ -7,7 +7,7 @@
 
 #include "trundle/recording/landmark_file.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 std::vector<std::string> landmark_names(std::vector<std::string> given, LandmarkId last) {
   const std::set<std::string> taken(given.begin(), given.end());
@@ -28,4 +28,4 @@ std::string to_csv(const std::vector<MappedLandmark>& map, const std::vector<std
   return text;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

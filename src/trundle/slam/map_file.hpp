@@ -5,7 +5,7 @@
 
 #include "trundle/slam/report.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// A name for each landmark up to `last`: the given ones, then 1, 2, ... but for what is a name already.
 [[nodiscard]] std::vector<std::string> landmark_names(std::vector<std::string> given, LandmarkId last);
@@ -15,4 +15,4 @@ namespace trundle {
 [[nodiscard]] std::string to_csv(const std::vector<MappedLandmark>& map,
                                  const std::vector<std::string>& names);
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace trundle {
+namespace trundle::slam {
 
 BySystematic Motion::by_first(Eigen::Index count) const {
   const Eigen::Index known = std::min(count, by_systematic.cols());
@@ -47,4 +47,4 @@ Motion about(const Systematic& reference, const Motion& motion) {
   return same;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

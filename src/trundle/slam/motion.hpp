@@ -4,7 +4,7 @@
 
 #include "trundle/geometry/gaussian.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// No robot has more systematic errors: so many that nothing here needs the heap.
 inline constexpr int kMostSystematic = 12;
@@ -46,4 +46,4 @@ Motion operator*(const Motion& first, const Motion& second);
 /// The same motion of errors s counted from `reference`: its mean is that of these.
 [[nodiscard]] Motion about(const Systematic& reference, const Motion& motion);
 
-}  // namespace trundle
+}  // namespace trundle::slam

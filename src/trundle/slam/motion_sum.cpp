@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 /// Twice the same reading of a bias that hardly moves in between.
@@ -121,4 +121,4 @@ void MotionSum::add_reading(const GyroBias& before) {
   if (variance > 0.0) reading_ = both(reading_, {before.rad_s + trace.innovation, variance});
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -5,7 +5,7 @@
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/slam/steps.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// Composes increments to the motion of one step, all of them about the robot file's bias: what the odometer
 /// has learned at rest only shows it where the robot rests, and where an arc bends.
@@ -36,4 +36,4 @@ class MotionSum {
   double rest_s_ = 0.0;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 // A landmark on top of the sensor has no bearing: it is taken to be this far away.
@@ -64,4 +64,4 @@ Matrix2 reading_covariance(const LandmarkSensor& sensor) {
       .asDiagonal();
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -7,7 +7,7 @@
 #include "trundle/chassis/robot.hpp"
 #include "trundle/geometry/pose2.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// Which landmark: 0, 1, 2, ...
 using LandmarkId = std::int32_t;
@@ -70,4 +70,4 @@ inline constexpr double kLeastParallax_rad = 0.1;
 /// Covariance R of a reading, (range, bearing) [m², rad²].
 [[nodiscard]] Matrix2 reading_covariance(const LandmarkSensor& sensor);
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -2,7 +2,7 @@
 
 #include <Eigen/Cholesky>
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 void make_symmetric(SystematicCovariance& covariance) {
@@ -93,4 +93,4 @@ void PendingMotion::drawn(const Systematic& mean) {
   reference_ = now_ = mean;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -2,7 +2,7 @@
 
 #include "trundle/slam/report.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// Where a pose is after a motion, by the systematic errors s that a particle has:
 /// pose · mean · exp(by_systematic · s + offset).
@@ -67,4 +67,4 @@ class PendingMotion {
   SystematicCovariance systematic_by_;   ///< of the mean of s, by ŝ
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

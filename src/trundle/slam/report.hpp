@@ -6,7 +6,7 @@
 #include "trundle/slam/motion.hpp"
 #include "trundle/slam/observation.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// What a filter made of one observation.
 enum class Decision {
@@ -99,4 +99,4 @@ struct MappedLandmark {
 /// χ² with two degrees of freedom is above it in one consistent sighting out of a thousand.
 inline constexpr double kDefaultGate = 13.815510557964274;
 
-}  // namespace trundle
+}  // namespace trundle::slam

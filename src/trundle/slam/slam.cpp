@@ -6,7 +6,7 @@
 
 #include "trundle/statistics/median.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 struct Method {
@@ -239,4 +239,4 @@ SlamResult slam(const SlamInput& input, const LandmarkSensor& sensor, const Slam
   return run.result();
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

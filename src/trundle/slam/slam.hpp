@@ -10,7 +10,7 @@
 #include "trundle/slam/fastslam/particle_slam.hpp"
 #include "trundle/slam/steps.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// Which filter: FastSLAM 1.0 and 2.0 [Montemerlo et al. 2002, 2003], with particles moved by a swarm as
 /// published or as a weighted proposal (docs/theory/swarm.md), or one extended Kalman filter.
@@ -153,4 +153,4 @@ class SlamRun {
 [[nodiscard]] SlamResult slam(const SlamInput& input, const LandmarkSensor& sensor,
                               const SlamOptions& options = {});
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -9,7 +9,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/slam/motion_sum.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 /// Sightings on the odometry's clock, in time order, those of one instant as they were recorded.
@@ -229,4 +229,4 @@ SlamInput slam_input(const Recording& recording, const AlignedReadings& readings
   return input;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -9,7 +9,7 @@
 #include "trundle/slam/observation.hpp"
 #include "trundle/slam/systematic_errors.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// What a filter is given at once: how the body moved since the step before, and what it sees at the end.
 struct SlamStep {
@@ -69,4 +69,4 @@ struct SlamInputOptions {
 [[nodiscard]] SlamInput slam_input(const Recording& recording, const AlignedReadings& readings,
                                    const Robot& robot, const SlamInputOptions& options = {});
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -8,7 +8,7 @@
 
 #include "trundle/odometry/uncertain.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 using Index = Eigen::Index;
@@ -94,4 +94,4 @@ std::vector<NamedError> named_errors(const SystematicErrors& errors, const PoseE
   return named;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -8,7 +8,7 @@
 #include "trundle/slam/motion.hpp"
 #include "trundle/slam/report.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// Which systematic errors s the motions of a recording have, and what is known of them beforehand: first the
 /// gyro's bias, true less the robot file's; then what a calibration left open, or else the three shares of
@@ -45,4 +45,4 @@ struct NamedError {
 [[nodiscard]] std::vector<NamedError> named_errors(const SystematicErrors& errors,
                                                    const PoseEstimate& estimate);
 
-}  // namespace trundle
+}  // namespace trundle::slam

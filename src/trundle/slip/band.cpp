@@ -9,7 +9,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/statistics/distribution.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 namespace {
 
 // How far interval and speed may be from those that the band was learned at.
@@ -72,4 +72,4 @@ double upper_quantile(std::span<const double> sorted, double p, bool& beyond_sam
   return sorted.back();
 }
 
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -4,7 +4,7 @@
 
 #include "trundle/slip/normality.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 
 /// Where δ = (dR − dL)/B − g lies when nothing slips, and under which conditions that was learned.
 /// docs/theory/slip-published.md, eq. 4.
@@ -35,4 +35,4 @@ Band learn_band(std::span<const double> sample, double probability, double signi
 /// The share 1 − p of a sample is at most this; `beyond_sample`: p is less than one value's share.
 double upper_quantile(std::span<const double> sorted, double p, bool& beyond_sample);
 
-}  // namespace trundle
+}  // namespace trundle::slip

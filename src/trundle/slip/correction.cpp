@@ -5,7 +5,7 @@
 
 #include "trundle/geometry/squared.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 namespace {
 
 // A slipping wheel's reading has at least this many times its sigma: it pulls the estimate by a percent.
@@ -67,4 +67,4 @@ SlipCorrection rebuilt(int wheel, const Contradiction& c, const Rows& rows, cons
   return correction;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -3,7 +3,7 @@
 #include "trundle/slip/evidence.hpp"
 #include "trundle/slip/parity.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 
 /// How the readings of an interval are to be corrected. docs/theory/slip-correction.md, eq. 11;
 /// docs/theory/slip-published.md, eq. 5.
@@ -34,4 +34,4 @@ SlipCorrection mixture_of(const SlipEvidence& slip, const Contradiction& c, bool
 /// Source 2's: the travel of `wheel` from the other wheel and the gyro. docs/theory/slip-published.md, eq. 5.
 SlipCorrection rebuilt(int wheel, const Contradiction& c, const Rows& rows, const GyroBias& bias);
 
-}  // namespace trundle
+}  // namespace trundle::slip

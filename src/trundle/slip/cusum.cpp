@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace trundle {
+namespace trundle::slip {
 namespace {
 
 // Mean overshoot of a normal random walk over a barrier, twice.
@@ -26,4 +26,4 @@ double cusum_limit(double intervals, double allowance) {
   return high;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slip

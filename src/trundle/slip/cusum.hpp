@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::slip {
 
 /// Adds up evidence of one sign over intervals [Page 1954]: finds small slip that no single interval shows.
 /// docs/theory/slip-detection.md, eq. 10.
@@ -24,4 +26,4 @@ inline constexpr double kCusumAllowance = 0.5;
 /// The limit h at which a sum alarms once in `intervals` on average when nothing slips [Siegmund 1985].
 double cusum_limit(double intervals, double allowance = kCusumAllowance);
 
-}  // namespace trundle
+}  // namespace trundle::slip

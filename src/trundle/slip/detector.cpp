@@ -10,7 +10,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/statistics/distribution.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 namespace {
 
 // Hysteresis: a slip goes on while its wheel's score stays beyond this with the same sign, and ends after so
@@ -258,4 +258,4 @@ void SlipDetector::end_event(SlipVerdict& verdict) {
   event_.end();
 }
 
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -12,7 +12,7 @@
 #include "trundle/slip/recent_travel.hpp"
 #include "trundle/slip/uneven_wheel.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 
 enum class SlipMethod {
   general,    ///< any chassis: χ² on what the rows cannot explain, attribution by rows, cumulative sums
@@ -140,4 +140,4 @@ class SlipDetector {
   Excesses before_{};  ///< in the interval just before, where nothing slipped
 };
 
-}  // namespace trundle
+}  // namespace trundle::slip

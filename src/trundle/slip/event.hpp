@@ -1,6 +1,8 @@
 #pragma once
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::slip {
 
 enum class SlipKind {
   spin,     ///< the wheel runs ahead of the ground
@@ -23,4 +25,4 @@ struct SlipEvent {
   double confidence = 0.0;      ///< posterior probability of that wheel
 };
 
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -7,7 +7,7 @@
 #include "trundle/geometry/squared.hpp"
 #include "trundle/slip/uneven_wheel.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 namespace {
 
 // A wheel is named when its posterior probability reaches this and what remains is within its limit.
@@ -155,4 +155,4 @@ std::size_t SlipEvidence::tell(std::span<SlipEvent> events) const {
   return count;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -7,7 +7,7 @@
 #include "trundle/slip/event.hpp"
 #include "trundle/slip/parity.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 
 /// Wheel travel that was no motion of the ground, added up over intervals.
 struct ExcessSum {
@@ -111,4 +111,4 @@ class SlipEvidence {
   SlipPrior prior_;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slip

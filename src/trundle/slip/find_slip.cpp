@@ -8,7 +8,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/statistics/magnitude.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 namespace {
 
 // Commands that differ less are the same.
@@ -195,4 +195,4 @@ std::string to_csv(const std::vector<SlipEvent>& events, const Robot& robot) {
   return text;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slip

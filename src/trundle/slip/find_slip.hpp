@@ -8,7 +8,7 @@
 #include "trundle/slip/learn.hpp"
 #include "trundle/slip/slip_odometer.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 
 /// How many intervals met which fate.
 struct SlipCounts {
@@ -69,4 +69,4 @@ std::string name_of(SlipStatus status);
 /// Of the wheel of an event; "ambiguous".
 std::string wheel_of(const SlipEvent& event, const Robot& robot);
 
-}  // namespace trundle
+}  // namespace trundle::slip

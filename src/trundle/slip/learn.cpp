@@ -10,7 +10,7 @@
 #include "trundle/statistics/distribution.hpp"
 #include "trundle/statistics/median.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 namespace {
 
 // How wrong a robot file's geometry is taken to be, so that a motion that clean driving lacks is not learned
@@ -208,4 +208,4 @@ LearnedBand learn_band(std::span<const JudgedInterval> clean, const Robot& robot
   return learned;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -5,7 +5,7 @@
 
 #include "trundle/slip/detector.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 
 /// How to learn.
 struct LearnOptions {
@@ -35,4 +35,4 @@ struct LearnedBand {
 LearnedBand learn_band(std::span<const JudgedInterval> clean, const Robot& robot,
                        const LearnOptions& options);
 
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -5,7 +5,7 @@
 #include "trundle/chassis/chassis.hpp"
 #include "trundle/odometry/persist.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 
 /// Adds increments up until they last long enough to be judged: the rounding errors of counts cancel within.
 class IncrementMerger {
@@ -57,4 +57,4 @@ class IncrementMerger {
   Increment merged_;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -7,7 +7,7 @@
 #include "trundle/statistics/distribution.hpp"
 #include "trundle/statistics/random.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 namespace {
 
 constexpr std::size_t kLeastSample = 8;
@@ -88,4 +88,4 @@ std::vector<QuantilePair> quantile_pairs(std::span<const double> sample, std::si
   return pairs;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slip

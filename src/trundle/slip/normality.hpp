@@ -4,7 +4,9 @@
 #include <span>
 #include <vector>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::slip {
 
 /// Central moments of a sample: docs/theory/slip-published.md, eq. 2.
 struct Moments {
@@ -49,4 +51,4 @@ struct QuantilePair {
 /// At most `most` of them, evenly over the ranks.
 std::vector<QuantilePair> quantile_pairs(std::span<const double> sample, std::size_t most = 200);
 
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -5,7 +5,7 @@
 
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 namespace {
 
 // An error of a wheel that moves the residual by less than this share of itself is not checked by any other.
@@ -133,4 +133,4 @@ bool Parity::is_stuck(const Contradiction& c) const {
   return rank(still) == rank(rows.H.topRows(rows.measured));
 }
 
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -4,7 +4,7 @@
 #include "trundle/chassis/rows.hpp"
 #include "trundle/odometry/rest.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 
 /// Most directions in which readings can contradict each other: every wheel and the gyro, less one.
 inline constexpr int kMaxParity = kMaxWheels;
@@ -87,4 +87,4 @@ class Parity {
   double gyro_scale_ = 1.0;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace trundle {
+namespace trundle::slip {
 namespace {
 
 constexpr double kStraight = 0.2;
@@ -30,4 +30,4 @@ int spinning_wheel(bool above, const Contradiction& c, const Rows& rows) {
   return above == forward ? right : 1 - right;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slip

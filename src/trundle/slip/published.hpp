@@ -2,7 +2,7 @@
 
 #include "trundle/slip/parity.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 
 // Source 2's rule for two wheels and a gyro: docs/theory/slip-published.md, eq. 1 and 5.
 
@@ -16,4 +16,4 @@ bool is_nearly_straight(double left_m, double right_m);
 /// backwards the other way round.
 int spinning_wheel(bool above, const Contradiction& c, const Rows& rows);
 
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -5,7 +5,7 @@
 
 #include "trundle/geometry/squared.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 namespace {
 
 // Rolling resistance, 2 % of the weight, slows a robot that coasts [m/s²]; to slow down faster takes brakes.
@@ -95,4 +95,4 @@ double RecentTravel::misfit(std::size_t slips, const Contradiction& interval, do
   return sum;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -2,7 +2,7 @@
 
 #include "trundle/slip/parity.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 
 /// How each wheel has rolled lately: where the motion is steady, the change of a wheel against its own recent
 /// travel says which of two wheels slips although the residual cannot. docs/theory/slip-wheel.md, eq. 9.
@@ -67,4 +67,4 @@ class RecentTravel {
   bool slows_ = false;   ///< the motion changed to a slower one, and is not known yet
 };
 
-}  // namespace trundle
+}  // namespace trundle::slip

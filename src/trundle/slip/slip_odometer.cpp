@@ -1,6 +1,6 @@
 #include "trundle/slip/slip_odometer.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 
 SlipOdometer::SlipOdometer(const Robot& robot, const Options& options)
     : odometer_(robot, options.odometry),
@@ -41,4 +41,4 @@ SlipVerdict SlipOdometer::step_across_gap(const Increment& increment) {
   return detector_.interrupt();
 }
 
-}  // namespace trundle
+}  // namespace trundle::slip

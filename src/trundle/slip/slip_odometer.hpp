@@ -6,7 +6,7 @@
 #include "trundle/slip/detector.hpp"
 #include "trundle/slip/merge.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 
 /// Odometry that knows when not to trust a wheel: judges the readings interval by interval, and integrates
 /// them corrected. Readings are integrated as they come; when the interval they belong to turns out to slip,
@@ -57,4 +57,4 @@ class SlipOdometer {
   std::size_t part_count_ = 0;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -5,7 +5,7 @@
 
 #include <Eigen/Dense>
 
-namespace trundle {
+namespace trundle::slip {
 namespace {
 
 // The residuals' own variance is found by so many steps of iteration from their mean square.
@@ -81,4 +81,4 @@ PerWheel UnevenWheel::probability(std::size_t wheels) const {
   return probability;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -2,7 +2,7 @@
 
 #include "trundle/slip/parity.hpp"
 
-namespace trundle {
+namespace trundle::slip {
 
 /// Relative sigma of a wheel's rolling radius: of a robot file's diameter, and of what load, dirt or tape
 /// make of it.
@@ -51,4 +51,4 @@ class UnevenWheel {
   PerWheel angle_{};  ///< of each wheel [rad]
 };
 
-}  // namespace trundle
+}  // namespace trundle::slip

@@ -2,7 +2,9 @@
 
 #include <optional>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::statistics {
 
 /// How a search for a minimum ended.
 struct Descent {
@@ -46,4 +48,4 @@ Descent descend(Problem& problem, const DescentOptions& options) {
   return descent;
 }
 
-}  // namespace trundle
+}  // namespace trundle::statistics

@@ -8,7 +8,7 @@
 #include <boost/math/special_functions/erf.hpp>
 #include <boost/math/special_functions/gamma.hpp>
 
-namespace trundle {
+namespace trundle::statistics {
 namespace {
 
 using boost::math::complement;
@@ -50,4 +50,4 @@ double student_t_limit(double tail, double degrees_of_freedom) {
   return quantile(complement(StudentT(degrees_of_freedom), 0.5 * tail));
 }
 
-}  // namespace trundle
+}  // namespace trundle::statistics

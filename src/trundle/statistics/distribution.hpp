@@ -1,6 +1,8 @@
 #pragma once
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::statistics {
 
 // Tails and quantiles of the distributions that intervals and tests need; relative error below 1e-10.
 // Quantiles are given by the probability of what lies *beyond* them, so that small ones keep their digits.
@@ -24,4 +26,4 @@ double normal_limit(double tail);
 /// The t with P(|T| > t) = tail of Student's distribution.
 double student_t_limit(double tail, double degrees_of_freedom);
 
-}  // namespace trundle
+}  // namespace trundle::statistics

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace trundle {
+namespace trundle::statistics {
 
 double median(std::vector<double> values) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
@@ -12,4 +12,4 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-}  // namespace trundle
+}  // namespace trundle::statistics

@@ -2,7 +2,9 @@
 
 #include <vector>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::statistics {
 
 /// Of an even number of values the upper of the two in the middle; NaN of none.
 double median(std::vector<double> values);
@@ -10,4 +12,4 @@ double median(std::vector<double> values);
 /// From the median of |x| to the σ of a Gaussian: 1 / Φ⁻¹(3/4).
 inline constexpr double kSigmaOfMedian = 1.4826;
 
-}  // namespace trundle
+}  // namespace trundle::statistics

@@ -6,7 +6,7 @@
 
 #include <boost/math/tools/minima.hpp>
 
-namespace trundle {
+namespace trundle::statistics {
 
 double minimum_within(const Bracket& bracket, const std::function<double(double)>& function) {
   const double size = std::max({std::abs(bracket.low), std::abs(bracket.high), bracket.tolerance});
@@ -17,4 +17,4 @@ double minimum_within(const Bracket& bracket, const std::function<double(double)
       .first;
 }
 
-}  // namespace trundle
+}  // namespace trundle::statistics

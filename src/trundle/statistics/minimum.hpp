@@ -2,7 +2,9 @@
 
 #include <functional>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::statistics {
 
 struct Bracket {
   double low = 0.0;
@@ -13,4 +15,4 @@ struct Bracket {
 /// Where a function of one minimum between two places has it [Brent 1973].
 double minimum_within(const Bracket& bracket, const std::function<double(double)>& function);
 
-}  // namespace trundle
+}  // namespace trundle::statistics

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::statistics {
 
 /// Sums of squares and products of pairs (x, y) whose means are zero.
 struct PairedSums {
@@ -21,4 +23,4 @@ struct PairedSums {
   double lesser() const { return std::sqrt(std::min(xx, yy)); }
 };
 
-}  // namespace trundle
+}  // namespace trundle::statistics

@@ -3,7 +3,7 @@
 #include <bit>
 #include <cmath>
 
-namespace trundle {
+namespace trundle::statistics {
 namespace {
 
 std::uint64_t splitmix64(std::uint64_t& state) {
@@ -111,4 +111,4 @@ double normal_quantile(double p) {
   return q < 0.0 ? -tail_quantile(p) : tail_quantile(1.0 - p);
 }
 
-}  // namespace trundle
+}  // namespace trundle::statistics

@@ -3,7 +3,9 @@
 #include <array>
 #include <cstdint>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::statistics {
 
 /// Random numbers that are the same everywhere: xoshiro256++ [Blackman & Vigna 2021] seeded by splitmix64,
 /// and a normal transform of our own, so nothing depends on the standard library's distributions. A copy
@@ -35,4 +37,4 @@ class Random {
 /// The z with P(N(0, 1) < z) = p, 0 < p < 1, to 1e-15 relative [Wichura 1988, AS 241].
 double normal_quantile(double p);
 
-}  // namespace trundle
+}  // namespace trundle::statistics

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cstdint>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::statistics {
 
 /// The level that a given share of positive values exceeds, followed value by value in one number: each value
 /// above it raises it, each value below it lowers it, in the ratio that balances at that share [Robbins &
@@ -39,4 +41,4 @@ class RunningQuantile {
   double level_ = 0.0;
 };
 
-}  // namespace trundle
+}  // namespace trundle::statistics

@@ -12,7 +12,7 @@
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/statistics/distribution.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 /// What no motion explains in a chassis with or without its gyro, from the geometry alone.
@@ -161,4 +161,4 @@ double share_inside(std::span<const Displacement> displacements, const Robot& ro
   return static_cast<double>(inside) / static_cast<double>(displacements.size());
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -7,7 +7,7 @@
 #include "trundle/calibration/run.hpp"
 #include "trundle/odometry/rolling.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// A stretch of a run between two poses of the reference.
 struct Displacement {
@@ -39,4 +39,4 @@ struct Displacement {
 [[nodiscard]] double share_inside(std::span<const Displacement> displacements, const Robot& robot,
                                   const NoiseLevels& levels);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -7,7 +7,7 @@
 #include "trundle/calibration/noise/learn_noise.hpp"
 #include "trundle/calibration/run_likelihood.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 // Less is below the resolution of any encoder or reference: it would only make matrices singular.
@@ -134,4 +134,4 @@ NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot) {
   return noise;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -5,7 +5,7 @@
 #include "trundle/calibration/noise/noise_levels.hpp"
 #include "trundle/calibration/run.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// How noisy the runs themselves show odometry and reference to be.
 struct NoiseEstimate {
@@ -21,4 +21,4 @@ struct NoiseEstimate {
 /// docs/theory/calibration-noise.md. `robot` should already be calibrated roughly.
 [[nodiscard]] NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

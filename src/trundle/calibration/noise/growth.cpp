@@ -10,7 +10,7 @@
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/statistics/median.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 // A variance from n differences is known to √(2/n): to a third.
@@ -189,4 +189,4 @@ bool have_lags(std::span<const Run> runs) {
   return std::ranges::any_of(runs, [](const Run& run) { return run.epochs.size() >= kFewestEpochsForLags; });
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

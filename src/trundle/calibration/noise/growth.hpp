@@ -5,7 +5,7 @@
 
 #include "trundle/calibration/run.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// How the differences of reference and free-running odometry grow along runs: the variance over a lag s is
 /// 2 σ² + q s. What is alike at all lags (body wobble, tracking) is the reference's; what grows is the
@@ -22,4 +22,4 @@ struct Growth {
 /// Whether runs have so many reference epochs that lags differ.
 [[nodiscard]] bool have_lags(std::span<const Run> runs);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -13,7 +13,7 @@
 #include "trundle/statistics/distribution.hpp"
 #include "trundle/statistics/minimum.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 using Displacements = std::span<const Displacement>;
@@ -239,4 +239,4 @@ LearnedNoise learn_noise(std::span<const Run> runs, const Robot& robot, const Le
   return learned_from(all, robot, options);
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -8,7 +8,7 @@
 #include "trundle/calibration/noise/noise_levels.hpp"
 #include "trundle/calibration/run.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 struct LearnNoiseOptions {
   double stretch_s = 2.0;  ///< over which errors are made consistent: runs are cut into stretches of it
@@ -43,4 +43,4 @@ struct LearnedNoise {
                                                                   const Robot& robot,
                                                                   const LearnNoiseOptions& options = {});
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -5,7 +5,7 @@
 
 #include "trundle/chassis/rows.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 bool has_sideways(const Robot& robot) {
   const Rows rows = rows_of(robot.chassis, false);
@@ -56,4 +56,4 @@ Robot with_noise_of_readings(const Robot& robot, const Chassis& nominal) {
   return result;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -4,7 +4,7 @@
 
 #include "trundle/chassis/robot.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// Standard deviations of a reference stream's errors, and by how much they count for more at the reference
 /// epochs because errors of neighbouring epochs are alike.
@@ -52,4 +52,4 @@ struct NoiseLevels {
 /// reading and its error larger alike, so that no wheel is made small to make its errors small.
 [[nodiscard]] Robot with_noise_of_readings(const Robot& robot, const Chassis& nominal);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -10,7 +10,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/io/file.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 enum Column { kTurn, kX, kY, kHeading, kLeg, kLeftRevolutions, kRightRevolutions, kColumnCount };
@@ -238,4 +238,4 @@ SquareSheet read_sheet(const std::filesystem::path& path, std::optional<double> 
   return parse_sheet(read_file(path), path.string(), side_m);
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -9,7 +9,7 @@
 
 #include "trundle/geometry/pose2.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// Sense in which a square was driven.
 enum class Turn { cw, ccw };
@@ -43,4 +43,4 @@ SquareSheet read_sheet(const std::filesystem::path& path, std::optional<double> 
 SquareSheet parse_sheet(std::string_view text, std::string_view file_name,
                         std::optional<double> side_m = std::nullopt);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -8,7 +8,7 @@
 
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 constexpr double kQuarterTurn = 0.5 * kPi;  // [rad]
@@ -210,4 +210,4 @@ SidedDrive solve_orientation(const SquareMeans& means, double side_m, const Side
   return scaled(nominal, split(scale, 0.5 * track * bend.beta / arc), track);
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -7,7 +7,7 @@
 #include "trundle/calibration/squares/sheet.hpp"
 #include "trundle/chassis/robot.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// What a square run sees of a robot that turns by its left and right wheels.
 struct SidedDrive {
@@ -52,4 +52,4 @@ SidedDrive solve_classic(const SquareMeans& means, double side_m, const SidedDri
 /// Throws CannotAnswer when the errors are no robot's. docs/theory/umbmark.md, eq. 8 to 11.
 SidedDrive solve_orientation(const SquareMeans& means, double side_m, const SidedDrive& nominal);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

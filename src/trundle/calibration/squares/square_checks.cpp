@@ -7,7 +7,7 @@
 
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 /// Headings beyond this may have been wrapped by whoever wrote them down.
@@ -118,4 +118,4 @@ std::vector<std::string> warnings_of(const SquareSheet& sheet, const SquareStati
   return warnings;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -5,7 +5,7 @@
 
 #include "trundle/calibration/squares/square_fit.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// Half a turn between the headings of runs of one sense: some have been wrapped, and nobody can say which.
 /// Then throws CannotAnswer.
@@ -19,4 +19,4 @@ void refuse_scatter(const SquareSheet& sheet, const SquareFit& fit, const SidedD
 std::vector<std::string> warnings_of(const SquareSheet& sheet, const SquareStatistics& statistics,
                                      SquareMethod method);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

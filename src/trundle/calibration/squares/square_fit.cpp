@@ -8,7 +8,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/statistics/distribution.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
@@ -276,4 +276,4 @@ SquareFit fit_square(const SquareStatistics& statistics, double side_m, const Si
   return fit;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

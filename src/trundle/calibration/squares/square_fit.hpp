@@ -4,7 +4,7 @@
 
 #include "trundle/calibration/squares/square.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 enum class SquareMethod {
   classic,      ///< from positions: Borenstein & Feng's UMBmark
@@ -56,4 +56,4 @@ struct SquareFit {
 SquareFit fit_square(const SquareStatistics& statistics, double side_m, const SidedDrive& nominal,
                      SquareMethod method);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

@@ -10,7 +10,7 @@
 #include "trundle/odometry/integrate.hpp"
 #include "trundle/recording/trajectory_file.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 constexpr double kLongestReferenceGap_s = 0.5;
@@ -218,4 +218,4 @@ CalibrationResult umbmark(std::span<const Recording> recordings, const Robot& no
   return result;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

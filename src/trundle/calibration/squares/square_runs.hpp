@@ -5,7 +5,7 @@
 #include "trundle/calibration/squares/umbmark.hpp"
 #include "trundle/recording/recording.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// The sheet that a person would have written for these recordings, each of one run around a square of
 /// `side_m`: reference minus odometry of `robot`, both from the pose at the first common stamp to the last
@@ -20,4 +20,4 @@ SquareSheet end_errors_of_square_runs(std::span<const Recording> recordings, con
 CalibrationResult umbmark(std::span<const Recording> recordings, const Robot& nominal, double side_m,
                           SquareMethod method = SquareMethod::orientation);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

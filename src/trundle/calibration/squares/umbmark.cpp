@@ -9,7 +9,7 @@
 
 #include "trundle/calibration/squares/square_checks.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 namespace {
 
 constexpr std::array<std::string_view, 3> kMethodNames = {"classic", "orientation", "ml"};
@@ -224,4 +224,4 @@ CalibrationResult umbmark(const SquareSheet& sheet, const Robot& nominal, Square
   return result;
 }
 
-}  // namespace trundle
+}  // namespace trundle::calibration

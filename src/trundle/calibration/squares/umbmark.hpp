@@ -6,7 +6,7 @@
 #include "trundle/calibration/result.hpp"
 #include "trundle/calibration/squares/square_fit.hpp"
 
-namespace trundle {
+namespace trundle::calibration {
 
 /// "classic", "orientation" or "ml".
 std::string_view name_of(SquareMethod method);
@@ -31,4 +31,4 @@ double e_max(const SquareMeans& means);
 /// predicted for the drive that explains the sheet best, plus what even that leaves unexplained.
 SquareSheet predict_sheet(const SquareSheet& sheet, const SidedDrive& nominal, const SidedDrive& changed);
 
-}  // namespace trundle
+}  // namespace trundle::calibration

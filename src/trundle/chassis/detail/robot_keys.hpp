@@ -13,7 +13,7 @@
 // The numbers of a robot file: one table for each of its sections, in the order in which they are written.
 // Reader and writer both go by them. Keys that end in _deg are degrees in the file and radians here.
 // docs/robot.md explains them.
-namespace trundle::robot_file {
+namespace trundle::chassis::robot_file {
 
 /// Which finite numbers a key takes, and how a message says so.
 struct Range {
@@ -166,4 +166,4 @@ inline bool is_degrees(std::string_view key) {
   return key.ends_with("_deg");
 }
 
-}  // namespace trundle::robot_file
+}  // namespace trundle::chassis::robot_file

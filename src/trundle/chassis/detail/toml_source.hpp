@@ -13,7 +13,7 @@
 #include "trundle/io/error.hpp"
 
 // Values of a robot file with the places where they stand.
-namespace trundle::robot_file {
+namespace trundle::chassis::robot_file {
 
 /// The file as it was read: messages need its name, angles all their digits.
 struct Source {
@@ -61,4 +61,4 @@ void read_numbers(const Section& section, const std::array<NumberKey<T>, n>& key
   }
 }
 
-}  // namespace trundle::robot_file
+}  // namespace trundle::chassis::robot_file

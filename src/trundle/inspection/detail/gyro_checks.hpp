@@ -6,7 +6,7 @@
 #include "trundle/chassis/robot.hpp"
 #include "trundle/recording/alignment/align.hpp"
 
-namespace trundle {
+namespace trundle::inspection {
 
 /// Rates in degrees that were taken for radians, or the other way round.
 std::optional<Finding> wrong_gyro_unit(const Recording& recording, const Robot& robot,
@@ -17,4 +17,4 @@ std::optional<Finding> wrong_gyro_unit(const Recording& recording, const Robot& 
 void compare_gyro(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
                   std::vector<Finding>& problems);
 
-}  // namespace trundle
+}  // namespace trundle::inspection

@@ -13,7 +13,7 @@
 #include "trundle/io/words.hpp"
 #include "trundle/recording/alignment/aligner.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 const WheelSeries& series_of(const Recording& recording, const std::string& wheel) {
@@ -234,4 +234,4 @@ void centre_gyro_changes(AlignedReadings& aligned) {
   }
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

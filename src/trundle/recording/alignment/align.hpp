@@ -5,7 +5,7 @@
 #include "trundle/chassis/robot.hpp"
 #include "trundle/recording/recording.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 
 /// The readings of a recording on the wheels' time base, ready for odometry.
 struct AlignedReadings {
@@ -29,4 +29,4 @@ void add_gyro(const GyroStream& gyro, const Robot& robot, AlignedReadings& align
 /// nothing is said.
 void centre_gyro_changes(AlignedReadings& aligned);
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 constexpr double kMemory_s = 5.0;  // for wheels whose readings arrive later than those of the other sensors
@@ -120,4 +120,4 @@ double Aligner::shaking_until(double start_s, double end_s) {
   return count >= 2.0 ? std::sqrt(squares / (count - 1.0)) : kNotMeasured;
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -9,7 +9,7 @@
 #include "trundle/recording/alignment/wheel_sums.hpp"
 #include "trundle/recording/recording.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 
 struct GyroReading {
   double time_s = 0.0;
@@ -97,4 +97,4 @@ class Aligner {
   bool finished_ = false;
 };
 
-}  // namespace trundle
+}  // namespace trundle::recording

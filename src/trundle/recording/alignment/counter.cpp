@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 constexpr double kFaster = 0.02;       // share of the steps that are faster than what counts as the top speed
@@ -96,4 +96,4 @@ CounterStep Counter::learned(const CounterStep& step) {
   return step;
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

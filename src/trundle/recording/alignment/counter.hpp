@@ -6,7 +6,7 @@
 
 #include "trundle/statistics/running_quantile.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 
 /// What a counter did over a step besides counting.
 enum class CounterEvent {
@@ -95,4 +95,4 @@ class Counter {
   double resolution_ = 0.0;    ///< the smallest difference that was read: 1 for counts; 0: none yet
 };
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 constexpr std::size_t kForgetAtOnce = 64;  // samples: to look for them each time costs more than they do
@@ -82,4 +82,4 @@ std::vector<GyroIntegral::Sample>::const_iterator GyroIntegral::first_at_or_afte
   return std::ranges::lower_bound(samples_, time_s, {}, &Sample::time_s);
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

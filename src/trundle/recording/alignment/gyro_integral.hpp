@@ -7,7 +7,7 @@
 #include "trundle/chassis/chassis.hpp"
 #include "trundle/recording/alignment/usual_step.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 
 /// The integral of a gyro's raw readings on the robot's clock, sample by sample, read off between the samples
 /// by linear interpolation of the angle, never of a rate across a gap.
@@ -83,4 +83,4 @@ class GyroIntegral {
   std::vector<Sample> samples_;
 };
 
-}  // namespace trundle
+}  // namespace trundle::recording

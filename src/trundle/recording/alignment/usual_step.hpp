@@ -4,7 +4,7 @@
 
 #include "trundle/statistics/running_quantile.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 
 /// What a stream's steps usually last, and from what length on one is a gap: longer than five usual steps,
 /// the median of those so far, and than a least length.
@@ -25,4 +25,4 @@ class UsualStep {
   RunningQuantile median_s_{0.5};
 };
 
-}  // namespace trundle
+}  // namespace trundle::recording

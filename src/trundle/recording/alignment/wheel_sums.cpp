@@ -7,7 +7,7 @@
 
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 double units_per_turn_of(const Wheel& wheel, WheelUnit unit, const std::string& name,
@@ -147,4 +147,4 @@ void WheelSums::Row::take_over(const Row& left_out) {
     if (left_out.found[i].event != CounterEvent::none) found[i] = left_out.found[i];
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

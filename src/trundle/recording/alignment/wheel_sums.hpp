@@ -10,7 +10,7 @@
 #include "trundle/recording/alignment/usual_step.hpp"
 #include "trundle/recording/recording.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 
 /// The readings of all wheels at one time, in the order of the robot's wheels; NaN: not read. Of a robot
 /// without wheels, its velocity: forwards [m/s] and yaw rate [rad/s].
@@ -131,4 +131,4 @@ class WheelSums {
   bool finished_ = false;
 };
 
-}  // namespace trundle
+}  // namespace trundle::recording

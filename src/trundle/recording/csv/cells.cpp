@@ -10,7 +10,7 @@
 
 #include "trundle/recording/csv/number.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 constexpr double kEmpty = std::numeric_limits<double>::quiet_NaN();
@@ -130,4 +130,4 @@ std::optional<double> stamp_in(std::string_view cell, const TimeScale& scale) {
   return *value / unit - static_cast<double>(scale.origin_s);
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

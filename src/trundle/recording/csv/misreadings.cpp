@@ -10,7 +10,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/recording/csv/detail/streams.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 constexpr std::size_t kFewestRows = 20;  // that a verdict may rest on
@@ -196,4 +196,4 @@ void check_bearings(const std::vector<Sighting>& sightings, const StreamSource& 
        .payload = payload::Excess{.farthest = farthest, .limit = kWhole, .all = sightings.size()}});
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <string>
 
-namespace trundle {
+namespace trundle::recording {
 
 const char* read_any_number(const char* first, const char* last, double& value) {
   const char* const digits = first != last && *first == '+' ? first + 1 : first;
@@ -17,4 +17,4 @@ const char* read_any_number(const char* first, const char* last, double& value) 
   return result.ptr;
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -3,7 +3,9 @@
 #include <array>
 #include <cstdint>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::recording {
 
 /// A decimal number as it is written: ±mantissa · 10^−fraction, exactly.
 struct Decimal {
@@ -61,4 +63,4 @@ inline double value_of(const Decimal& decimal) {
 /// denormals, inf and nan. Returns where it stopped, `first` when there is no number.
 const char* read_any_number(const char* first, const char* last, double& value);
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 std::optional<Measured> measured_in(TomlReader& table, const std::string& key, double default_sigma,
@@ -89,4 +89,4 @@ std::string to_toml(const PartialReference& partial) {
   return text;
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -15,7 +15,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/recording/csv/detail/cells.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 std::string_view without_byte_order_mark(std::string_view text, const std::string& file) {
@@ -131,4 +131,4 @@ std::optional<std::size_t> CsvTable::column_named(std::string_view name) const {
   return static_cast<std::size_t>(found - names_.begin());
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -10,7 +10,7 @@
 
 #include "trundle/recording/line_map.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 
 /// A file's bytes, mapped into memory read-only. Throws InputError when it cannot be read.
 class MappedFile {
@@ -103,4 +103,4 @@ class CsvTable {
   std::size_t body_line_ = 1;  // its line
 };
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -7,7 +7,7 @@
 #include "trundle/recording/csv/detail/cells.hpp"
 #include "trundle/recording/csv/number.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 enum class Use { skip, number, time, text };
@@ -228,4 +228,4 @@ CsvRows CsvTable::read(std::span<const CsvColumn> wanted) const {
   return std::move(reader.rows());
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -13,7 +13,7 @@
 #include "trundle/recording/csv/detail/toml_reader.hpp"
 #include "trundle/recording/csv/units.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 namespace fs = std::filesystem;
@@ -250,4 +250,4 @@ ReferenceSigmas read_reference_noise(const fs::path& folder) {
   return reference ? read_reference_noise(*reference) : ReferenceSigmas{};
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

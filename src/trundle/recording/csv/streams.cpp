@@ -10,7 +10,7 @@
 #include "trundle/recording/csv/detail/misreadings.hpp"
 #include "trundle/recording/csv/detail/quaternion.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 /// Of what does not come at a rate of its own, like commands and surveyed points.
@@ -264,4 +264,4 @@ void read_stream(StreamKind kind, const StreamSource& source, Recording& recordi
   }
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

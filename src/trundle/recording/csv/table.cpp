@@ -10,7 +10,7 @@
 #include "trundle/io/words.hpp"
 #include "trundle/recording/csv/detail/misreadings.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 /// Why a column is not in the file, and what to write instead.
@@ -177,4 +177,4 @@ std::optional<double> first_stamp(const StreamSource& source) {
   return *found;
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

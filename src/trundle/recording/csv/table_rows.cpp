@@ -8,7 +8,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/recording/csv/detail/table.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 void keep(Table& table, std::span<const std::size_t> rows) {
@@ -185,4 +185,4 @@ void clean(Table& table, const StreamSource& source, const RowRules& rules, std:
   if (rules.gaps) report_gaps(table, problems);
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -6,7 +6,7 @@
 
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 
 TomlReader::TomlReader(const toml::table& table, std::string file, std::string title)
     : table_(&table), file_(std::move(file)), title_(std::move(title)) {}
@@ -85,4 +85,4 @@ void TomlReader::check_keys() const {
   }
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

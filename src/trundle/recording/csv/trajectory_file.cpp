@@ -10,7 +10,7 @@
 #include "trundle/recording/csv/detail/streams.hpp"
 #include "trundle/recording/csv/reader.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 constexpr std::array<const char*, 6> kCovarianceColumns = {"var_xx", "var_xy", "var_xh",
@@ -149,4 +149,4 @@ std::string to_tum(const Trajectory& trajectory) {
   return text;
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

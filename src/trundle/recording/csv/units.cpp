@@ -4,7 +4,7 @@
 
 #include "trundle/geometry/angle.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 struct Unit {
@@ -61,4 +61,4 @@ std::string units_for(std::string_view column) {
   return names.empty() ? "no unit" : "one of " + names;
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

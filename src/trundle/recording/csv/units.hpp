@@ -4,7 +4,9 @@
 #include <string>
 #include <string_view>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::recording {
 
 /// The factor that turns numbers in `unit` into those of the stream's column, whose name carries its unit
 /// ("x_m", "yaw_rate_rad_s"). Nothing when the unit is unknown or measures something else.
@@ -13,4 +15,4 @@ std::optional<double> factor_of(std::string_view unit, std::string_view column);
 /// The units that a column may be given in, for messages.
 std::string units_for(std::string_view column);
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -3,7 +3,7 @@
 #include "trundle/recording/finding.hpp"
 
 /// What describe() says: one row for a code and the kind of payload that it comes with.
-namespace trundle::sentences {
+namespace trundle::recording::sentences {
 
 /// The position of a type among those of Payload.
 template <class Type>
@@ -203,4 +203,4 @@ inline constexpr Sentence kSentences[] = {
      "probable ones"},
 };
 
-}  // namespace trundle::sentences
+}  // namespace trundle::recording::sentences

@@ -7,7 +7,7 @@
 #include "trundle/recording/csv/detail/streams.hpp"
 #include "trundle/recording/logs/detail/layouts.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 namespace fs = std::filesystem;
@@ -133,4 +133,4 @@ void read_mrclam(const fs::path& folder, int robot_number, Recording& recording)
   read_landmarks(folder, recording);
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -6,7 +6,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/recording/logs/detail/layouts.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 namespace {
 
 using Json = nlohmann::json;
@@ -69,4 +69,4 @@ void read_tuples(const std::filesystem::path& file, Recording& recording) {
   if (recording.relative_motions.empty()) throw InputError(file.string(), "is empty", kExpected);
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

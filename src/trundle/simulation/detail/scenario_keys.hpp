@@ -5,7 +5,7 @@
 #include "trundle/simulation/sheet.hpp"
 
 // The numbers of a scenario file, one table for each of its sections; docs/simulation.md explains them.
-namespace trundle::scenario_file {
+namespace trundle::simulation::scenario_file {
 
 using namespace robot_file;
 
@@ -124,4 +124,4 @@ void read_whole(const Section& section, std::string_view key, int lowest, int hi
 /// The index of the word among `words`.
 std::size_t read_word(const Section& section, std::string_view key, std::span<const std::string> words);
 
-}  // namespace trundle::scenario_file
+}  // namespace trundle::simulation::scenario_file

@@ -2,7 +2,7 @@
 
 #include "trundle/simulation/detail/scenario_keys.hpp"
 
-namespace trundle::scenario_file {
+namespace trundle::simulation::scenario_file {
 
 /// Reads [key], whose other keys `others` reads.
 template <class T, std::size_t n, class Others>
@@ -23,4 +23,4 @@ void read_sensors(const Section& outer, Scenario& scenario, Pace& pace);
 /// [landmarks] at random and [[landmark]] by name.
 std::vector<Landmark> read_landmarks(const Section& file, std::uint64_t seed);
 
-}  // namespace trundle::scenario_file
+}  // namespace trundle::simulation::scenario_file

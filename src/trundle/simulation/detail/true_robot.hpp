@@ -2,7 +2,7 @@
 
 #include "trundle/simulation/detail/scenario_keys.hpp"
 
-namespace trundle::scenario_file {
+namespace trundle::simulation::scenario_file {
 
 /// The nominal robot with what [truth] says of it.
 Robot read_truth(const Section& file, const Robot& nominal);
@@ -19,4 +19,4 @@ class SessionSpread {
   double track_sigma_m_ = 0.0;
 };
 
-}  // namespace trundle::scenario_file
+}  // namespace trundle::simulation::scenario_file

@@ -3,7 +3,7 @@
 #include <cassert>
 #include <limits>
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 constexpr Eigen::Index kNone = -1;  // no row, or no column
@@ -124,4 +124,4 @@ void CheapestAssignment::exchange(Index first, Index column) {
   row_of_[at(column)] = first;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -4,7 +4,9 @@
 
 #include <Eigen/Core>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::slam {
 
 /// Which column each row gets, no column twice, so that the sum of the costs is least. For many problems, one
 /// after the other: those of one size need no new memory.
@@ -39,4 +41,4 @@ class CheapestAssignment {
   std::vector<bool> done_;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

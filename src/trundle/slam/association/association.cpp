@@ -7,7 +7,7 @@
 
 #include "trundle/slam/association/assignment.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 using Index = Eigen::Index;
@@ -70,4 +70,4 @@ std::vector<Associated> associate(const std::vector<std::vector<Fit>>& fits,
   return result;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -5,7 +5,7 @@
 
 #include "trundle/slam/association/existence.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// How well one observation matches one landmark of a map.
 struct Fit {
@@ -55,4 +55,4 @@ struct Associated {
 [[nodiscard]] std::vector<Associated> associate(const std::vector<std::vector<Fit>>& fits,
                                                 const AssociationOptions& options);
 
-}  // namespace trundle
+}  // namespace trundle::slam

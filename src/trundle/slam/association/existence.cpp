@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace trundle {
+namespace trundle::slam {
 
 int Visibility::sector_of(double bearing_rad) {
   const double share = (wrap_angle(bearing_rad) + kPi) / (2.0 * kPi);
@@ -83,4 +83,4 @@ bool Existence::look(const Look& look, Visibility& visibility) {
   return !is_removed;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

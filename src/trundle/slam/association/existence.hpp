@@ -5,7 +5,7 @@
 
 #include "trundle/slam/observation.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// What is taken for existing, in log-odds, and how much one look says of it. docs/theory/existence.md.
 struct ExistenceOptions {
@@ -86,7 +86,7 @@ struct Existence {
   bool was_confirmed = false;             ///< likewise
 
   [[nodiscard]] bool is_another_look(const Vector2& from, double range_m) const {
-    return trundle::is_another_look((from - looked_from).norm(), range_m);
+    return trundle::slam::is_another_look((from - looked_from).norm(), range_m);
   }
   /// A look at where it ought to be.
   struct Look {
@@ -110,4 +110,4 @@ struct Existence {
   }
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace trundle {
+namespace trundle::slam {
 
 std::size_t LandmarkGrid::Hash::operator()(const Cell& cell) const {
   const auto x = static_cast<std::uint64_t>(static_cast<std::uint32_t>(cell.x));
@@ -66,4 +66,4 @@ void LandmarkGrid::near(const Vector2& place, double radius_m, std::size_t most,
   if (found.size() > most) found.resize(most);
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -8,7 +8,7 @@
 
 #include "trundle/geometry/pose2.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// Landmarks that one sighting may show, the nearest of all: bounds the branches of a joint association.
 /// Within a gate of 3 σ lie so many only where landmarks are closer than σ, and then they are one to the
@@ -76,4 +76,4 @@ class LandmarkGrid {
   std::unordered_map<Cell, std::vector<std::size_t>, Hash> cells_;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -8,7 +8,7 @@
 #include "trundle/geometry/rigid_motion.hpp"
 #include "trundle/statistics/distribution.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 // Rounds of Gauss–Newton: the alignment is off by the readings' errors, and a round leaves of that the
@@ -59,4 +59,4 @@ bool is_jointly_compatible(const PoseFit& fit, double tail) {
   return fit.degrees_of_freedom > 1.0 && fit.misfit < chi_squared_limit(tail, fit.degrees_of_freedom);
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -5,7 +5,7 @@
 
 #include "trundle/slam/observation.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// A landmark where the robot sees it, and where a map has it. Their errors are independent.
 struct PointMatch {
@@ -43,4 +43,4 @@ struct PoseFit {
 /// docs/theory/ekf.md, eq. 6a.
 [[nodiscard]] bool is_jointly_compatible(const PoseFit& fit, double tail);
 
-}  // namespace trundle
+}  // namespace trundle::slam

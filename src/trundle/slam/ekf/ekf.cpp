@@ -6,7 +6,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 // Sightings whose joint gate is computed beforehand; more of them have that of so many, which is too strict.
@@ -148,7 +148,7 @@ void EkfSlam::update() {
 void EkfSlam::augment() {
   std::erase_if(open_, [&](std::size_t i) {
     if (landmark_of(i) != EkfBelief::kNone) return false;
-    const std::size_t landmark = trundle::augment(observations_[i], sensor_, belief_);
+    const std::size_t landmark = trundle::slam::augment(observations_[i], sensor_, belief_);
     if (observations_[i].landmark < 0) matched_to_[i] = static_cast<std::int64_t>(landmark);
     report_.observations[i].decision = Decision::created;
     report_.observations[i].landmark = belief_.landmarks[landmark].id;
@@ -157,7 +157,7 @@ void EkfSlam::augment() {
 }
 
 void EkfSlam::read_bias(const BiasReading& reading) {
-  trundle::read_bias(reading, belief_);
+  trundle::slam::read_bias(reading, belief_);
 }
 
 std::int64_t EkfSlam::landmark_of(std::size_t observation) const {
@@ -180,4 +180,4 @@ MappedLandmark EkfSlam::landmark(std::size_t index) const {
           landmark.sightings};
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -9,7 +9,7 @@
 #include "trundle/slam/ekf/ekf_belief.hpp"
 #include "trundle/slam/ekf/joint_compatibility.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// Of the EKF.
 struct EkfSlamOptions {
@@ -116,4 +116,4 @@ class EkfSlam {
   UnidentifiedSightings unidentified_;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

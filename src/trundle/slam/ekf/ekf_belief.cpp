@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 /// An unidentified landmark that has this id gets another.
@@ -90,4 +90,4 @@ void refresh_grid(EkfBelief& belief) {
   belief.off_grid_m = 0.0;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

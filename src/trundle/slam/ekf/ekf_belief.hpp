@@ -6,7 +6,7 @@
 #include "trundle/slam/association/landmark_grid.hpp"
 #include "trundle/slam/ekf/joint_gaussian.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// What an EKF knows: the joint Gaussian of body and map, and which landmark each of its blocks is.
 struct EkfBelief {
@@ -69,4 +69,4 @@ void note_moved(std::size_t landmark, EkfBelief& belief);
 /// Puts all unidentified landmarks into the grid where they are today.
 void refresh_grid(EkfBelief& belief);
 
-}  // namespace trundle
+}  // namespace trundle::slam

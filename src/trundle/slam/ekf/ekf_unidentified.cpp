@@ -6,7 +6,7 @@
 
 #include "trundle/slam/ekf/ekf.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 // Of the sensor's range: landmarks that have moved further in the map are put into the grid again. What is
@@ -161,4 +161,4 @@ void EkfSlam::update_existence() {
   for (const std::size_t landmark : gone) remove_landmark(landmark, belief_);
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

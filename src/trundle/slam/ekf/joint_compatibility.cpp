@@ -9,7 +9,7 @@
 #include "trundle/slam/association/association.hpp"
 #include "trundle/statistics/distribution.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 using Index = Eigen::Index;
@@ -153,4 +153,4 @@ std::vector<JointExplanation> most_probable_explanations(const JointReadings& re
   return BranchAndBound(readings, options).run();
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

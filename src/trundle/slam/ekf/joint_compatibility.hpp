@@ -6,7 +6,9 @@
 
 #include <Eigen/Core>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::slam {
 
 /// An observation that may show a landmark: rows 2p and 2p + 1 of the innovations, p its place in the list.
 struct Pairing {
@@ -50,4 +52,4 @@ struct JointExplanation {
 [[nodiscard]] std::vector<JointExplanation> most_probable_explanations(
     const JointReadings& readings, const JointCompatibilityOptions& options);
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -6,7 +6,7 @@
 
 #include <Eigen/Cholesky>
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 using Index = Eigen::Index;
@@ -314,4 +314,4 @@ void JointGaussian::settle_passive() {
   }
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

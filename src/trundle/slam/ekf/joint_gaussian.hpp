@@ -6,7 +6,7 @@
 #include "trundle/slam/ekf/packed_panels.hpp"
 #include "trundle/slam/report.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// The body (pose and systematic errors) and all landmarks of a map as one Gaussian.
 ///
@@ -114,4 +114,4 @@ class JointGaussian {
   PackedPanels W_;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -5,7 +5,7 @@
 
 #include "trundle/slam/ekf/panel_kernels.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 using Index = Eigen::Index;
 }
@@ -53,4 +53,4 @@ void subtract_product(const PackedPanels& A, const PackedPanels& B, Part part, E
                   C.data(), C.rows());
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

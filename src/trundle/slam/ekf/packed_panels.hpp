@@ -6,7 +6,9 @@
 
 #include <Eigen/Core>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::slam {
 
 /// Rows of a matrix in panels of eight, each panel's columns one after the other: what a product reads from
 /// one end to the other. Rows beyond the last are zero.
@@ -52,4 +54,4 @@ enum class Part { all, lower };  ///< lower: at least what is on and below the d
 /// C ← C − A Bᵀ, with the same bits on every machine. C has at least whole_panels() of both rows and columns.
 void subtract_product(const PackedPanels& A, const PackedPanels& B, Part part, Eigen::MatrixXd& C);
 
-}  // namespace trundle
+}  // namespace trundle::slam

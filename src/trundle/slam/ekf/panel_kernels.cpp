@@ -10,7 +10,8 @@
 #include "trundle/simd/lanes.inl"
 
 HWY_BEFORE_NAMESPACE();
-namespace trundle::HWY_NAMESPACE {
+namespace trundle::slam::HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
 
 using Index = Eigen::Index;
 using PanelTag = hn::CappedTag<double, PackedPanels::kRows>;
@@ -107,11 +108,11 @@ void add_all(const double* x, Index panels, Index columns, const double* v, doub
   }
 }
 
-}  // namespace trundle::HWY_NAMESPACE
+}  // namespace trundle::slam::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace trundle {
+namespace trundle::slam {
 
 HWY_EXPORT(subtract_all);
 HWY_EXPORT(sum_columns);
@@ -136,5 +137,5 @@ void add_panels(const double* x, Eigen::Index panels, Eigen::Index columns, cons
   HWY_DYNAMIC_DISPATCH(add_all)(x, panels, columns, v, y);
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam
 #endif

@@ -4,7 +4,7 @@
 
 #include "trundle/slam/ekf/packed_panels.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 // The arithmetic of PackedPanels, with the same bits on every machine.
 
@@ -25,4 +25,4 @@ void divide_panels(const double* L, Eigen::Index stride, Eigen::Index panels, Ei
                    double* x);
 void add_panels(const double* x, Eigen::Index panels, Eigen::Index columns, const double* v, double* y);
 
-}  // namespace trundle
+}  // namespace trundle::slam

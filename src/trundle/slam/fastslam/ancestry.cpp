@@ -4,7 +4,7 @@
 #include <cassert>
 #include <numeric>
 
-namespace trundle {
+namespace trundle::slam {
 
 Ancestry::Ancestry(std::size_t particles) : particles_(particles), first_child_(particles + 1) {}
 
@@ -98,4 +98,4 @@ void Ancestry::write_ancestors(Epoch epoch, std::span<Index> ancestors) const {
   for (Index& ancestor : everyone) ancestor = greatest = std::max(greatest, ancestor);
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

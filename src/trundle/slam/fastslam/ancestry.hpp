@@ -5,7 +5,9 @@
 #include <span>
 #include <vector>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::slam {
 
 /// Who descends from whom, so that resampling copies nothing: columns of numbers by particle stay as they
 /// were at some epoch, and are gathered when they are next needed. An epoch lasts from one resampling to the
@@ -79,4 +81,4 @@ class Ancestry {
   std::vector<Index> first_child_;           ///< of each particle of the epoch before, as above
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -10,7 +10,8 @@
 #include "trundle/slam/fastslam/lane_sight.inl"
 
 HWY_BEFORE_NAMESPACE();
-namespace trundle::HWY_NAMESPACE {
+namespace trundle::slam::HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
 
 HWY_INLINE void store_choices(Vec<float> x, std::int32_t* to) {
   const hn::RebindToSigned<Tag<float>> d;
@@ -180,11 +181,11 @@ double share_having(const LandmarkColumns& landmark, const Column<double>& weigh
   });
 }
 
-}  // namespace trundle::HWY_NAMESPACE
+}  // namespace trundle::slam::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace trundle {
+namespace trundle::slam {
 
 HWY_EXPORT(take);
 HWY_EXPORT(choices_of);
@@ -213,5 +214,5 @@ double share_that_has(const LandmarkColumns& landmark, const Column<double>& wei
   return HWY_DYNAMIC_DISPATCH(share_having)(landmark, weights);
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam
 #endif

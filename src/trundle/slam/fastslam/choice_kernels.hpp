@@ -6,7 +6,7 @@
 #include "trundle/slam/fastslam/landmark_columns.hpp"
 #include "trundle/slam/fastslam/particle_landmark.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 // Which landmark each particle associates an unidentified sighting with, for many particles at once, in the
 // precision of the map; the same bytes on every machine. docs/theory/association.md.
@@ -72,4 +72,4 @@ void take_chosen(const std::int32_t* choices, const Candidate& from, ParticleRan
 /// Weight of the particles that have a landmark.
 [[nodiscard]] double share_that_has(const LandmarkColumns& landmark, const Column<double>& weights);
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace trundle {
+namespace trundle::slam {
 
 namespace {
 
@@ -19,11 +19,11 @@ void permute(std::span<Column<double>> columns, std::span<const std::uint32_t> p
 }  // namespace
 
 void TripleColumns::permute(std::span<const std::uint32_t> parents, Column<double>& spare) {
-  trundle::permute(columns_, parents, spare);
+  trundle::slam::permute(columns_, parents, spare);
 }
 
 void SystematicColumns::permute(std::span<const std::uint32_t> parents, Column<double>& spare) {
-  trundle::permute(columns_, parents, spare);
+  trundle::slam::permute(columns_, parents, spare);
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

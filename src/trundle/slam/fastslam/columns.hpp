@@ -10,7 +10,7 @@
 #include "trundle/slam/fastslam/particle_landmark.hpp"
 #include "trundle/slam/motion.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// Columns by particle are padded to whole groups of so many, so that kernels have no remainders. The padding
 /// holds particles that nobody asks for: finite numbers, no weight.
@@ -143,4 +143,4 @@ struct ParticleRange {
   std::size_t last;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

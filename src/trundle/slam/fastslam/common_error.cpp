@@ -7,7 +7,7 @@
 
 #include "trundle/slam/cholesky.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 /// Of a body's place.
@@ -199,4 +199,4 @@ void bend(const CommonError::Closed& closed, const Draw& draw, ParticleBelief& b
   if (belief.keeps_paths) belief.paths.bend(bend, of_particles, particles.ancestry);
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -10,7 +10,7 @@
 #include "trundle/slam/fastslam/particle_kernels.hpp"
 #include "trundle/slam/observation.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// A sighting of a landmark that is in the map, and no outlier.
 struct MatchedSighting {
@@ -85,4 +85,4 @@ class CommonError {
 /// Eq. 65 and 66.
 void bend(const CommonError::Closed& closed, const Draw& draw, ParticleBelief& belief);
 
-}  // namespace trundle
+}  // namespace trundle::slam

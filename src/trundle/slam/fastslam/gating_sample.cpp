@@ -5,7 +5,7 @@
 
 #include "trundle/slam/fastslam/particle_kernels.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 GatingSample::GatingSample(std::size_t particles, Precision precision, Eigen::Index systematic)
     : particles_(particles),
@@ -102,4 +102,4 @@ double GatingSample::least_nis(const ReadingTerms& reading, const ParticleMap::I
   return least;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -4,7 +4,7 @@
 #include "trundle/slam/fastslam/particle_map.hpp"
 #include "trundle/slam/pending_motion.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// A subset of the particles, spread over all: what they expect before poses are drawn decides whether a
 /// sighting is an outlier. docs/theory/fastslam.md, eq. 14. The first member is the most probable particle,
@@ -72,4 +72,4 @@ class GatingSample {
   Matrix3 sensor_covariance_ = Matrix3::Zero();
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -6,7 +6,7 @@
 #include "trundle/slam/fastslam/columns.hpp"
 #include "trundle/slam/fastslam/particle_landmark.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// Of the numbers of a map. Landmarks are kept relative to a place of their own, so single precision holds
 /// micrometres wherever the robot is.
@@ -103,4 +103,4 @@ class LandmarkColumns {
   Column<double> double_;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -10,7 +10,8 @@
 #include "trundle/slam/fastslam/lane_sight.inl"
 
 HWY_BEFORE_NAMESPACE();
-namespace trundle::HWY_NAMESPACE {
+namespace trundle::slam::HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
 
 // Eq. 13.
 template <class Real>
@@ -149,11 +150,11 @@ void innovations_of(const KnownReading& known, const SensorColumns& sensors, con
     innovations_as<double>(known, sensors, covariance, range, innovations);
 }
 
-}  // namespace trundle::HWY_NAMESPACE
+}  // namespace trundle::slam::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace trundle {
+namespace trundle::slam {
 
 HWY_EXPORT(gather);
 HWY_EXPORT(weigh);
@@ -191,5 +192,5 @@ void set_innovations(const KnownReading& known, const SensorColumns& sensors,
   HWY_DYNAMIC_DISPATCH(innovations_of)(known, sensors, sensor_covariance, range, innovations);
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam
 #endif

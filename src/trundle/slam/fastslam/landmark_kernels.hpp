@@ -6,7 +6,7 @@
 #include "trundle/slam/fastslam/landmark_columns.hpp"
 #include "trundle/slam/fastslam/particle_landmark.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 // What each particle makes of its sightings: eq. 11 to 14 of docs/theory/fastslam.md for many particles at
 // once, in the precision of the map; the same bytes on every machine. particle_landmark.hpp has the same
@@ -87,4 +87,4 @@ void set_first_estimates(const ReadingTerms& reading, const SensorColumns& senso
 void set_innovations(const KnownReading& known, const SensorColumns& sensors,
                      const Matrix3& sensor_covariance, ParticleRange range, TripleColumns& innovations);
 
-}  // namespace trundle
+}  // namespace trundle::slam

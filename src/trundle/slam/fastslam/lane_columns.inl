@@ -10,7 +10,8 @@
 #include "trundle/simd/lanes.inl"
 
 HWY_BEFORE_NAMESPACE();
-namespace trundle::HWY_NAMESPACE {
+namespace trundle::slam::HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
 
 #if HWY_TARGET != HWY_SCALAR
 /// The doubles of one vector of floats.
@@ -109,7 +110,7 @@ class ColumnSums {
   std::array<Wide, kParticleLanes> sums_;  // as many as one lane each would need
 };
 
-}  // namespace trundle::HWY_NAMESPACE
+}  // namespace trundle::slam::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

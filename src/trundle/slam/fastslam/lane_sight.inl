@@ -11,7 +11,8 @@
 #include "trundle/slam/fastslam/lane_columns.inl"
 
 HWY_BEFORE_NAMESPACE();
-namespace trundle::HWY_NAMESPACE {
+namespace trundle::slam::HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
 
 /// A group of particles' sensors.
 template <class Real>
@@ -298,7 +299,7 @@ HWY_INLINE Vec<Real> nis_of(const LaneSight<Real>& s, const LaneTotal<Real>& S) 
          S.determinant;
 }
 
-}  // namespace trundle::HWY_NAMESPACE
+}  // namespace trundle::slam::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

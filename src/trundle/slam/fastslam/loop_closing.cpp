@@ -9,7 +9,7 @@
 
 #include "trundle/statistics/distribution.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 using Matrix23 = Eigen::Matrix<double, 2, 3>;
@@ -151,7 +151,7 @@ bool LoopClosing::is_another_look(const Revisit& again) const {
   const double range_m = (again.seen - again.seen_from).norm();
   return std::ranges::none_of(window_, [&](const Sighting& s) {
     return s.again.landmark == again.landmark &&
-           !trundle::is_another_look((again.seen_from - s.again.seen_from).norm(), range_m);
+           !trundle::slam::is_another_look((again.seen_from - s.again.seen_from).norm(), range_m);
   });
 }
 
@@ -212,4 +212,4 @@ std::optional<LoopCorrection> LoopClosing::close(const Submap& now) {
   return bend;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -8,7 +8,7 @@
 #include "trundle/slam/fastslam/loop_correction.hpp"
 #include "trundle/slam/report.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// A landmark that was last seen long ago, and where it is seen now.
 struct Revisit {
@@ -83,4 +83,4 @@ class LoopClosing {
   bool is_news_ = false;  ///< something speaks for a drift in this step
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -2,7 +2,7 @@
 
 #include <Eigen/Cholesky>
 
-namespace trundle {
+namespace trundle::slam {
 
 std::optional<LoopCorrection> LoopCorrection::between(const Submap& old, const Submap& now,
                                                       const Move& move) {
@@ -62,4 +62,4 @@ Vector3 Twists::mean(std::size_t first, std::size_t last) const {
   return (sums_[last] - sums_[first]) / static_cast<double>(last - first);
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -9,7 +9,7 @@
 
 #include "trundle/slam/fastslam/lost_covariance.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// When a piece of the map was in view, told by what was known then.
 struct Submap {
@@ -90,4 +90,4 @@ class Twists {
   std::vector<Vector3> sums_;  ///< over those before
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -9,7 +9,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
-namespace trundle {
+namespace trundle::slam {
 
 FrameCovariance FrameCovariance::about(const Vector2& other) const {
   Matrix3 A = Matrix3::Identity();
@@ -158,4 +158,4 @@ Matrix2 beyond_scatter(const Matrix2& whole, const Matrix2& scatter) {
   return 2.0 * V * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * V.transpose();
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

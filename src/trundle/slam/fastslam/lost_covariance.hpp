@@ -7,7 +7,7 @@
 #include "trundle/slam/fastslam/ancestry.hpp"
 #include "trundle/slam/fastslam/landmark_columns.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// Of where a piece of the map lies.
 struct FrameCovariance {
@@ -101,4 +101,4 @@ class LostCovariance {
 /// The same of a landmark that has not been in view since its place was in `whole` doubt.
 [[nodiscard]] Matrix2 beyond_scatter(const Matrix2& whole, const Matrix2& scatter);
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 bool share_a_candidate(const Hypotheses& a, const Hypotheses& b) {
@@ -87,4 +87,4 @@ void MutualExclusion::decide_together(std::size_t particle) {
   }
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -6,7 +6,7 @@
 #include "trundle/slam/association/assignment.hpp"
 #include "trundle/slam/fastslam/choice_kernels.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// No landmark is seen twice at one instant: where a particle has taken two sightings for the same one, all
 /// sightings that may show the same landmarks are decided again together. docs/theory/association.md.
@@ -40,4 +40,4 @@ class MutualExclusion {
   CheapestAssignment assignment_;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -7,7 +7,7 @@
 
 #include "trundle/slam/fastslam/pose_target.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 // How much further all particles spread than the gating subset does: the furthest of N normal draws lies
@@ -293,4 +293,4 @@ double ParticleAssociation::share_that_saw(LandmarkId landmark, const Column<dou
   return share;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -14,7 +14,7 @@
 #include "trundle/slam/fastslam/particle_kernels.hpp"
 #include "trundle/slam/fastslam/particle_map.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// Sightings without names, for particles: each finds out for itself which landmark of its own map is which.
 ///
@@ -97,7 +97,7 @@ class ParticleAssociation {
     }
     [[nodiscard]] double share_that_chose(std::int32_t choice, const Column<double>& weights) const {
       if (is_unanimous) return may_show.choices.front() == choice ? 1.0 : 0.0;
-      return trundle::share_that_chose(choice, may_show.choices, weights);
+      return trundle::slam::share_that_chose(choice, may_show.choices, weights);
     }
   };
   /// Landmarks lie in the grid where the gating subset had them when they were last seen, and for all
@@ -140,4 +140,4 @@ class ParticleAssociation {
   std::vector<LandmarkColumns> taken_for_;  ///< for each sighting, what each particle takes it for
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

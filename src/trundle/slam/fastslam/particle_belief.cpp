@@ -2,7 +2,7 @@
 
 #include "trundle/slam/cholesky.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 void predict(const Motion& motion, ParticleBelief& belief) {
   belief.pending.add(motion);
@@ -39,4 +39,4 @@ void read_bias(const BiasReading& reading, ParticleBelief& belief) {
   belief.pending.read(reading);
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

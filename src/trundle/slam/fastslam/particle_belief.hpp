@@ -6,7 +6,7 @@
 #include "trundle/slam/fastslam/particle_paths.hpp"
 #include "trundle/slam/fastslam/particle_set.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// The belief of a particle filter: each particle is a path, with a Kalman filter for each landmark given
 /// that path. While nothing is seen the motion, which is the same for all, is only summed up.
@@ -47,4 +47,4 @@ void learn_systematic(ParticleBelief& belief);
 /// Particles that have come where they are with another bias are less likely. Eq. 10b.
 void read_bias(const BiasReading& reading, ParticleBelief& belief);
 
-}  // namespace trundle
+}  // namespace trundle::slam

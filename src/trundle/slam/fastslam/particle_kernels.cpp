@@ -12,7 +12,8 @@
 #include "trundle/slam/fastslam/lane_columns.inl"
 
 HWY_BEFORE_NAMESPACE();
-namespace trundle::HWY_NAMESPACE {
+namespace trundle::slam::HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
 
 using Words = Vec<std::uint32_t>;
 
@@ -283,11 +284,11 @@ double normalise_all(ParticleRange range, double* log_weights, double* weights) 
   return 1.0 / squares.sum();
 }
 
-}  // namespace trundle::HWY_NAMESPACE
+}  // namespace trundle::slam::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace trundle {
+namespace trundle::slam {
 
 HWY_EXPORT(normals);
 HWY_EXPORT(uniforms);
@@ -335,5 +336,5 @@ double normalise(ParticleRange range, double* log_weights, double* weights) {
   return HWY_DYNAMIC_DISPATCH(normalise_all)(range, log_weights, weights);
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam
 #endif

@@ -6,7 +6,7 @@
 #include "trundle/slam/fastslam/columns.hpp"
 #include "trundle/slam/pending_motion.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 // What is done to every particle in one step, whatever it sees: many at once, with the best instruction set
 // of the machine, and with the same bits on all.
@@ -47,4 +47,4 @@ double normalise(ParticleRange range, double* log_weights, double* weights);
 /// w = exp(log w) of logarithms up to 709; 0 where they are below −708.
 void exponentials(const double* log_weights, ParticleRange range, double* weights);
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -2,7 +2,7 @@
 
 #include "trundle/simd/scalar.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 // One landmark of one particle: a Gaussian in the plane, given the particle's path. Everything is written in
 // the frame of the line of sight, u along it and t across, where the bearing times the range is a length:
@@ -108,4 +108,4 @@ inline void improve(LandmarkEstimate& m, const Sight& s) {
           (aa - cc) * ux * uy, aa * uy * uy + cc * ux * ux};
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

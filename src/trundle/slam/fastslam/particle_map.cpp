@@ -5,7 +5,7 @@
 
 #include "trundle/slam/fastslam/landmark_kernels.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 ParticleMap::ParticleMap(std::size_t particles, Precision precision, LandmarkId first_nameless)
     : particles_(particles), precision_(precision), next_nameless_(first_nameless) {}
@@ -195,4 +195,4 @@ MappedLandmark ParticleMap::mixture(LandmarkId landmark, std::span<const double>
   return result;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -12,7 +12,7 @@
 #include "trundle/slam/fastslam/lost_covariance.hpp"
 #include "trundle/slam/report.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// The maps of all particles, landmark by landmark. Resampling leaves them alone: a landmark's columns are
 /// brought up to now when it is seen again.
@@ -132,4 +132,4 @@ class ParticleMap {
   std::vector<LandmarkId> removed_;  ///< free numbers, with the room of those who had them
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -5,7 +5,7 @@
 
 #include <Eigen/Cholesky>
 
-namespace trundle {
+namespace trundle::slam {
 
 std::size_t ParticlePaths::Segment::index(std::size_t keyframe, Ancestry::Index particle) const {
   const auto column = std::ranges::lower_bound(particles, particle) - particles.begin();
@@ -119,4 +119,4 @@ std::size_t ParticlePaths::stored() const {
                          [](std::size_t sum, const Segment& s) { return sum + s.poses.size(); });
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -7,7 +7,7 @@
 #include "trundle/slam/fastslam/loop_correction.hpp"
 #include "trundle/slam/motion.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// The whole path of every particle that is alive. What all of them share, everything up to their last common
 /// ancestor, is stored once; above it only what somebody descends from. Poses are drawn at keyframes, where
@@ -83,4 +83,4 @@ class ParticlePaths {
   std::vector<FrameCovariance> drifts_;  ///< up to each keyframe
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

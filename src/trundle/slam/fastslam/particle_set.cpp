@@ -7,7 +7,7 @@
 #include "trundle/geometry/gaussian.hpp"
 #include "trundle/slam/fastslam/particle_kernels.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 /// Mean and covariance of the mixture, as of the poses.
@@ -131,4 +131,4 @@ void SystematicResampling::resample(ParticleSet& particles) {
   particles.leading = first_child_[particles.leading];
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

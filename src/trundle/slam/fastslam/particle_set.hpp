@@ -5,7 +5,7 @@
 #include "trundle/slam/pending_motion.hpp"
 #include "trundle/statistics/random.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// The particles of a filter, but for their maps (ParticleMap): where each is, what it weighs, and from whom
 /// it descends.
@@ -76,4 +76,4 @@ class SystematicResampling {
   Column<double> spare_;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

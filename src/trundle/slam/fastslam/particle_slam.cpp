@@ -8,7 +8,7 @@
 #include "trundle/slam/cholesky.hpp"
 #include "trundle/slam/fastslam/pose_target.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 ParticleBelief belief_at(const SlamPrior& prior, const ParticleSlamOptions& options) {
@@ -225,7 +225,7 @@ void ParticleSlam::resample_if_poor() {
 
 void ParticleSlam::read_bias(const BiasReading& reading) {
   if (belief_.pending.systematic() == 0) return;
-  trundle::read_bias(reading, belief_);
+  trundle::slam::read_bias(reading, belief_);
   weigh();
 }
 
@@ -266,4 +266,4 @@ std::vector<Pose2> ParticleSlam::best_path() const {
       belief_.particles.ancestry);
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -11,7 +11,7 @@
 #include "trundle/slam/fastslam/proposal.hpp"
 #include "trundle/slam/fastslam/thread_pool.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// What a filter gives for its pose.
 enum class PointEstimate {
@@ -113,4 +113,4 @@ class ParticleSlam {
   std::vector<std::size_t> unmapped_;   ///< valid observations of names that the map has not
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -6,7 +6,7 @@
 #include "trundle/odometry/arc.hpp"
 #include "trundle/slam/cholesky.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 Matrix2 innovation_covariance(const Sight& s) {
@@ -108,4 +108,4 @@ PoseTarget::Innovation PoseTarget::innovation(std::size_t particle, const KnownR
   return {{sight.along, sight.across / sight.range}, innovation.dot(S.inverse() * innovation)};
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -7,7 +7,7 @@
 #include "trundle/slam/fastslam/landmark_kernels.hpp"
 #include "trundle/slam/observation.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 [[nodiscard]] ReadingTerms reading_terms(const Observation& observation, const LandmarkSensor& sensor);
 [[nodiscard]] SensorAt sensor_at(const Pose2& world_from_body, const Pose2& body_from_sensor);
@@ -61,4 +61,4 @@ class PoseTarget {
   Matrix3 L_;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

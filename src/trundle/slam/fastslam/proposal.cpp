@@ -1,6 +1,6 @@
 #include "trundle/slam/fastslam/proposal.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 PoseProposal::PoseProposal(Proposal kind, const SwarmOptions& swarm, std::size_t particles)
     : kind_(kind), options_(swarm), swarm_(needs_all() ? particles : 0), second_(particles) {}
@@ -27,4 +27,4 @@ void PoseProposal::draw(const Step& step, ParticleRange range, ParticleSet& part
   draw_from_gaussians(step.readings, gaussians, range, noise, particles.log_weights.data());
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -4,7 +4,7 @@
 #include "trundle/slam/fastslam/proposal_kernels.hpp"
 #include "trundle/slam/fastslam/swarm.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// How particles get their new poses.
 enum class Proposal {
@@ -45,4 +45,4 @@ class PoseProposal {
   TripleColumns second_;  ///< draw, where the first is what the swarm has found
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

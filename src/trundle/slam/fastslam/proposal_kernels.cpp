@@ -10,7 +10,8 @@
 #include "trundle/slam/fastslam/lane_sight.inl"
 
 HWY_BEFORE_NAMESPACE();
-namespace trundle::HWY_NAMESPACE {
+namespace trundle::slam::HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
 
 /// Lower C with C Cᵀ = A, A − 1 positive semidefinite: so no pivot is less than 1, whatever rounding says.
 template <class Real>
@@ -183,11 +184,11 @@ void gaussians(const NearReadings& readings, const GaussianProposal& proposal, P
     gaussians_as(readings.in<double>(), proposal, range, n, log_weights);
 }
 
-}  // namespace trundle::HWY_NAMESPACE
+}  // namespace trundle::slam::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace trundle {
+namespace trundle::slam {
 
 HWY_EXPORT(gaussians);
 
@@ -196,5 +197,5 @@ void draw_from_gaussians(const NearReadings& readings, const GaussianProposal& p
   HWY_DYNAMIC_DISPATCH(gaussians)(readings, proposal, range, n, log_weights);
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam
 #endif

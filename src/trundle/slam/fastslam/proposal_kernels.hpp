@@ -2,7 +2,7 @@
 
 #include "trundle/slam/fastslam/landmark_kernels.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// The Gaussian of each particle's pose after its sightings, in n of eq. 15, of which each draws one: eq. 16.
 struct GaussianProposal {
@@ -15,4 +15,4 @@ struct GaussianProposal {
 void draw_from_gaussians(const NearReadings& readings, const GaussianProposal& proposal, ParticleRange range,
                          TripleColumns& n, double* log_weights);
 
-}  // namespace trundle
+}  // namespace trundle::slam

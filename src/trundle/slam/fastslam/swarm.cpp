@@ -5,7 +5,7 @@
 
 #include "trundle/slam/fastslam/pose_target.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 // How far agents start and may go from the prediction: 99.7 % of the motion's noise, along each axis.
@@ -138,4 +138,4 @@ void Swarm::search(const SwarmTask& task, double radius) {
   }
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

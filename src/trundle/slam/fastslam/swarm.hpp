@@ -7,7 +7,7 @@
 #include "trundle/slam/fastslam/swarm_kernels.hpp"
 #include "trundle/slam/fastslam/thread_pool.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// Of the swarm: letters as in docs/theory/swarm.md.
 struct SwarmOptions {
@@ -71,4 +71,4 @@ class Swarm {
   SearchedPlaces found_;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -10,7 +10,8 @@
 #include "trundle/slam/fastslam/lane_sight.inl"
 
 HWY_BEFORE_NAMESPACE();
-namespace trundle::HWY_NAMESPACE {
+namespace trundle::slam::HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
 
 template <class Real>
 using LaneBody = LaneSensor<Real>;
@@ -275,11 +276,11 @@ void search_all(const SwarmTask& task, const Search& by, ParticleRange range, Se
   is_single(task) ? search_as<float>(task, by, range, found) : search_as<double>(task, by, range, found);
 }
 
-}  // namespace trundle::HWY_NAMESPACE
+}  // namespace trundle::slam::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace trundle {
+namespace trundle::slam {
 
 HWY_EXPORT(start_all);
 HWY_EXPORT(compete_all);
@@ -302,5 +303,5 @@ void search_around(const SwarmTask& task, const Search& by, ParticleRange range,
   HWY_DYNAMIC_DISPATCH(search_all)(task, by, range, found);
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam
 #endif

@@ -4,7 +4,7 @@
 
 #include "trundle/slam/fastslam/landmark_kernels.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 // The swarm's moves, eq. 19 and 20 of docs/theory/swarm.md and eq. 15 of docs/theory/fastslam.md, of many
 // particles at once, in the precision of the map; the same bytes on every machine.
@@ -83,4 +83,4 @@ struct SearchedPlaces {
 };
 void search_around(const SwarmTask& task, const Search& by, ParticleRange range, SearchedPlaces& found);
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -9,7 +9,7 @@
 
 #include <hwy/cache_control.h>
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 // Particles of a block: 128 × 5 numbers × 4 bytes of each of ten landmarks in view are 26 kB, which stay in
@@ -122,4 +122,4 @@ void ThreadPool::run(Step step, void* context) {
   hands_->run(step, context);
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

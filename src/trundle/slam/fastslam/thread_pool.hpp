@@ -5,7 +5,7 @@
 
 #include "trundle/slam/fastslam/columns.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// Threads that share the particles of one filter. What they do in a step takes less time than waking one of
 /// them, so they stay awake for a moment after each call; and a block whose thread is late, because the
@@ -38,4 +38,4 @@ class ThreadPool {
   std::unique_ptr<Hands> hands_;  ///< none before the first call, nor where nobody is to help
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -10,7 +10,7 @@
 
 #include "trundle/slam/association/relocalization.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 // A baseline of fewer sigmas says too little of where two points lie to each other: the heading that follows
@@ -240,4 +240,4 @@ bool is_same_place(const Pose2& a, const Pose2& b, const SamePlace& same) {
   return apart.translation().norm() < same.place_m && std::abs(wrap_angle(apart.heading)) < same.heading_rad;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -5,7 +5,7 @@
 #include "trundle/slam/localization/local_map.hpp"
 #include "trundle/slam/localization/map_sight.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// Hypotheses that are found or followed at one time: bounds the work of a step and decides nothing, for the
 /// improbable ones go first.
@@ -35,4 +35,4 @@ struct PoseHypothesis {
 /// Too near to each other to be two hypotheses.
 [[nodiscard]] bool is_same_place(const Pose2& a, const Pose2& b, const SamePlace& same);
 
-}  // namespace trundle
+}  // namespace trundle::slam

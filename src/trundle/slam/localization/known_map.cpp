@@ -7,7 +7,7 @@
 
 #include "trundle/io/error.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 KnownMap::KnownMap(std::vector<KnownLandmark> landmarks, double reach_m, Eigen::MatrixXd covariance)
     : landmarks_(std::move(landmarks)), covariance_(std::move(covariance)) {
@@ -78,4 +78,4 @@ std::span<const KnownMap::Pair> KnownMap::pairs(double low_m, double high_m) con
   return first < last ? std::span<const Pair>(first, last) : std::span<const Pair>();
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

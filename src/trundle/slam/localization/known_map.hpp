@@ -7,7 +7,7 @@
 
 #include "trundle/slam/observation.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// One landmark of it.
 struct KnownLandmark {
@@ -61,4 +61,4 @@ class KnownMap {
   double largest_variance_ = 0.0;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -8,7 +8,7 @@
 
 #include "trundle/slam/report.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 double squared_distance(const SightedPoint& a, const SightedPoint& b) {
@@ -125,4 +125,4 @@ std::size_t LocalMap::fresh() const {
       std::ranges::count_if(points_, [&](const SightedPoint& p) { return p.step == now_; }));
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -7,7 +7,7 @@
 #include "trundle/slam/motion.hpp"
 #include "trundle/slam/observation.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// A landmark as it was last seen, carried along with the robot's motion since.
 struct SightedPoint {
@@ -74,4 +74,4 @@ class LocalMap {
   std::vector<double> news_;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

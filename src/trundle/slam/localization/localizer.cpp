@@ -8,7 +8,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/statistics/median.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -150,7 +150,7 @@ const LocalizerReport& Localizer::step(const Motion& motion, std::span<const Obs
 }
 
 void Localizer::read_bias(const BiasReading& reading) {
-  trundle::read_bias(reading, odometry_);
+  trundle::slam::read_bias(reading, odometry_);
   hypotheses_.read_bias(reading);
   if (auto* ekf = std::get_if<PoseEkf>(&filter_)) ekf->read_bias(reading);
   if (auto* particles = std::get_if<PoseParticles>(&filter_)) particles->read_bias(reading);
@@ -259,4 +259,4 @@ Localization localize(const SlamInput& input, const KnownMap& map, const Landmar
   return collector.result();
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -9,7 +9,7 @@
 #include "trundle/slam/localization/pose_particles.hpp"
 #include "trundle/slam/steps.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// How a known pose is followed: by PoseEkf or PoseParticles.
 enum class LocalizerFilter { ekf, particles };
@@ -149,4 +149,4 @@ struct Localization {
 [[nodiscard]] Localization localize(const SlamInput& input, const KnownMap& map, const LandmarkSensor& sensor,
                                     const LocalizerOptions& options);
 
-}  // namespace trundle
+}  // namespace trundle::slam

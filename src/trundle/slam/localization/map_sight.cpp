@@ -9,7 +9,7 @@
 #include "trundle/geometry/gaussian.hpp"
 #include "trundle/slam/association/association.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 /// Landmarks that a reading might show: those about where it points.
@@ -131,4 +131,4 @@ void set_body_covariance(const BodyCovariance& P, PoseEstimate& belief) {
   belief.systematic_covariance = 0.5 * (of_systematic + of_systematic.transpose());
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

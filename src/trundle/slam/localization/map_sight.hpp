@@ -8,7 +8,7 @@
 #include "trundle/slam/motion.hpp"
 #include "trundle/slam/report.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// Poses closer to each other than this are one hypothesis. Below half the distance between neighbouring
 /// landmarks, above what a filter's 3 σ are: two filters would take the same sightings for the same
@@ -71,4 +71,4 @@ using BodyCovariance =
 [[nodiscard]] BodyCovariance body_covariance_of(const PoseEstimate& belief);
 void set_body_covariance(const BodyCovariance& covariance, PoseEstimate& belief);
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -5,7 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 using Index = Eigen::Index;
@@ -50,7 +50,7 @@ void PoseEkf::read_bias(const BiasReading& reading) {
   const BodyCovariance P = body_covariance_of(belief_);
   if (const double S = P(3, 3) + reading.variance; with_map_.size() > 0 && S > 0.0)
     with_map_ -= P.col(3) / S * Eigen::RowVectorXd(with_map_.row(3));
-  trundle::read_bias(reading, belief_);
+  trundle::slam::read_bias(reading, belief_);
 }
 
 /// With the correlation of pose and landmark.
@@ -139,4 +139,4 @@ void PoseEkf::update(const std::vector<Match>& matches) {
   if (!exact) with_map_ -= K * HC;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

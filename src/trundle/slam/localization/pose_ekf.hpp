@@ -5,7 +5,7 @@
 
 #include "trundle/slam/localization/map_sight.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// What a step on a known map has found.
 struct MapStepReport {
@@ -64,4 +64,4 @@ class PoseEkf {
   MapStepReport report_;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace trundle {
+namespace trundle::slam {
 
 PoseHypotheses::PoseHypotheses(const KnownMap& map, const LandmarkSensor& sensor,
                                const MapSightOptions& options)
@@ -67,4 +67,4 @@ void PoseHypotheses::sort() {
   hypotheses_ = std::move(kept);
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -7,7 +7,7 @@
 #include "trundle/slam/localization/global_search.hpp"
 #include "trundle/slam/localization/pose_ekf.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// A pose where the robot might be, followed as if it were there.
 struct TrackedHypothesis {
@@ -62,4 +62,4 @@ class PoseHypotheses {
   std::vector<TrackedHypothesis> hypotheses_;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -12,7 +12,7 @@
 #include "trundle/geometry/gaussian.hpp"
 #include "trundle/slam/cholesky.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 /// Counts the bins that poses fall into.
@@ -107,7 +107,7 @@ void PoseParticles::read_bias(const BiasReading& reading) {
     log_weights_[i] += pending_.log_likelihood(reading, systematic_[i]);
   pending_.read(reading);
   normalise();
-  trundle::read_bias(reading, estimate_);
+  trundle::slam::read_bias(reading, estimate_);
 }
 
 /// Eq. 51a: what is known of the systematic errors of a robot that is at a particle's pose. Were it what the
@@ -307,4 +307,4 @@ void PoseParticles::mix(std::span<const PoseEstimate> beliefs) {
   }
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -8,7 +8,7 @@
 #include "trundle/slam/pending_motion.hpp"
 #include "trundle/statistics/random.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// How many particles a cloud gets: so many that its distance (Kullback–Leibler) from what it stands for,
 /// counted in bins, stays below `error` with probability 1 − tail [Fox 2003]. docs/theory/localization.md,
@@ -87,4 +87,4 @@ class PoseParticles {
   MapStepReport report_;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

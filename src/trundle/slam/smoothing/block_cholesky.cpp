@@ -5,7 +5,7 @@
 
 #include <Eigen/Cholesky>
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 using Eigen::Index;
@@ -185,4 +185,4 @@ MatrixXd BlockCholesky::inverse(int i, int j) const {
                                       column.rows);
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

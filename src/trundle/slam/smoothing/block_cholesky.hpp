@@ -4,7 +4,7 @@
 
 #include "trundle/slam/smoothing/elimination.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// A symmetric, positive definite matrix of small blocks, most of them zero, and its Cholesky factor. The
 /// factor is a tree of dense fronts (multifrontal), so that all arithmetic is dense; of the inverse those
@@ -54,4 +54,4 @@ class BlockCholesky {
   std::vector<Eigen::MatrixXd> inverse_;  ///< by front: its columns of the inverse
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -5,7 +5,7 @@
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 // What a front costs however small it is, in multiplications: two to three allocations and the scattering of
@@ -174,4 +174,4 @@ std::vector<Front> elimination_fronts(const BlockPattern& pattern) {
   return Joiner(pattern, eliminate(pattern)).fronts();
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

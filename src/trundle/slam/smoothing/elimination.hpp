@@ -4,7 +4,9 @@
 #include <utility>
 #include <vector>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::slam {
 
 /// Some blocks of a symmetric matrix that are eliminated together, as one dense matrix: their columns, and
 /// the rows of later blocks that are coupled with them, if only through what was eliminated before.
@@ -32,4 +34,4 @@ struct BlockPattern {
 /// children before parents. docs/theory/smoother.md, section 'Elimination'.
 [[nodiscard]] std::vector<Front> elimination_fronts(const BlockPattern& pattern);
 
-}  // namespace trundle
+}  // namespace trundle::slam

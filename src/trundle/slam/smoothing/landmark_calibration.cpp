@@ -11,7 +11,7 @@
 #include "trundle/slam/smoothing/landmark_fit.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 // How often landmarks without names are associated, and how many sigmas no parameter moves by once that
@@ -138,4 +138,4 @@ CalibrationResult calibrate_from_landmarks(std::span<const Recording> training,
   return result;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -4,7 +4,7 @@
 
 #include "trundle/calibration/calibrate.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// The parameters of any chassis from what the robot saw, without any reference: the smoother (smoother.hpp)
 /// with the parameters among its unknowns. Every recording has a map of its own; landmarks without names are
@@ -16,4 +16,4 @@ CalibrationResult calibrate_from_landmarks(std::span<const Recording> training,
                                            std::span<const Recording> hold_out, const Robot& nominal,
                                            const CalibrateOptions& options = {});
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -10,7 +10,7 @@
 #include "trundle/slam/smoothing/smoother_start.hpp"
 #include "trundle/slam/smoothing/track.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 // Rounds, after each of which all motions are computed anew.
@@ -227,4 +227,4 @@ LandmarkFit fit_landmarks(std::span<const AssociatedRecording> all, const Robot&
   return search.fit;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

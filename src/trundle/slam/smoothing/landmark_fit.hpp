@@ -6,7 +6,7 @@
 #include "trundle/recording/recording.hpp"
 #include "trundle/slam/smoothing/shown.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// A recording whose sightings are associated with landmarks.
 struct AssociatedRecording {
@@ -32,4 +32,4 @@ struct LandmarkFit {
 [[nodiscard]] LandmarkFit fit_landmarks(std::span<const AssociatedRecording> all, const Robot& nominal,
                                         std::span<const Parameter> parameters);
 
-}  // namespace trundle
+}  // namespace trundle::slam

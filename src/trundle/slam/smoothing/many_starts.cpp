@@ -9,7 +9,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/slam/smoothing/re_association.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 /// Which landmark of another run is which of `filtered`, if it is any: the one that most of its sightings
@@ -86,4 +86,4 @@ SmoothedSlam smooth_from_many(const SlamInput& input, const LandmarkSensor& sens
   return best;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -2,7 +2,7 @@
 
 #include "trundle/slam/smoothing/smoother.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// What landmarks without names are taken for has many minima, and a filter finds one of them. So the
 /// smoother also starts from other runs of `fastslam2`, as `filter` but for the seed, and keeps the most
@@ -13,4 +13,4 @@ namespace trundle {
                                             const SlamResult& filtered, const SlamOptions& filter,
                                             std::size_t runs, const SmootherOptions& options = {});
 
-}  // namespace trundle
+}  // namespace trundle::slam

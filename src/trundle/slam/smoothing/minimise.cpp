@@ -6,7 +6,7 @@
 
 #include "trundle/statistics/descent.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 // Added to the information of every coordinate [1/m², 1/rad², 1]. Not a share of the diagonal: that of two
@@ -220,4 +220,4 @@ Eigen::MatrixXd Minimiser::parameter_covariance() const {
   return free_ > 0 ? normal_.inverse(parameters_, parameters_) : Eigen::MatrixXd(0, 0);
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

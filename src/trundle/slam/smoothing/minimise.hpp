@@ -5,7 +5,7 @@
 #include "trundle/slam/smoothing/block_cholesky.hpp"
 #include "trundle/slam/smoothing/smoothing_problem.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 struct MinimiseOptions {
   int most_iterations = 100;
@@ -63,4 +63,4 @@ class Minimiser {
   Eigen::VectorXd gradient_;  ///< Jᵀ W e
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

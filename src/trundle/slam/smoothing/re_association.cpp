@@ -9,7 +9,7 @@
 #include "trundle/slam/association/association.hpp"
 #include "trundle/slam/association/landmark_grid.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 // Further away no landmark is a candidate: at NIS 25 a match costs more than none (eq. 16) for every sensor
@@ -169,4 +169,4 @@ bool are_same_associations(const ShownObservations& a, const ShownObservations& 
   });
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -7,7 +7,7 @@
 
 #include "trundle/slam/smoothing/smoother.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 // Which landmarks unidentified sightings show, given the whole smoothed path and map: batch re-association.
 // docs/theory/re-association.md.
@@ -37,4 +37,4 @@ using LandmarkPair = std::pair<LandmarkId, LandmarkId>;
 /// Whether all sightings show the same in both.
 [[nodiscard]] bool are_same_associations(const ShownObservations& a, const ShownObservations& b);
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -2,7 +2,7 @@
 
 #include <set>
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 std::set<LandmarkId> mapped_by(const SlamResult& filtered) {
@@ -27,4 +27,4 @@ ShownObservations shown_observations(const SlamInput& input, const SlamResult& f
   return shown;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

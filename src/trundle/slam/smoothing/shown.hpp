@@ -2,7 +2,7 @@
 
 #include "trundle/slam/slam.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// The observations of each step, each with the landmark that it shows.
 using ShownObservations = std::vector<std::vector<Observation>>;
@@ -11,4 +11,4 @@ using ShownObservations = std::vector<std::vector<Observation>>;
 /// is neither.
 [[nodiscard]] ShownObservations shown_observations(const SlamInput& input, const SlamResult& filtered);
 
-}  // namespace trundle
+}  // namespace trundle::slam

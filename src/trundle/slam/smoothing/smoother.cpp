@@ -9,7 +9,7 @@
 #include "trundle/slam/smoothing/smoother_start.hpp"
 #include "trundle/slam/smoothing/track.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 /// Of the systematic errors, all but the bias, those that are estimated.
@@ -278,4 +278,4 @@ SmoothedSlam smooth(const SlamInput& input, const LandmarkSensor& sensor, const 
   return ReAssociation(input, sensor, options, filtered.last.systematic, std::move(first)).improved();
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

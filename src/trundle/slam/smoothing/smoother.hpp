@@ -4,7 +4,7 @@
 #include "trundle/slam/smoothing/shown.hpp"
 #include "trundle/slam/smoothing/smoothing_problem.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// The odometry's systematic errors are unknown by so much where nothing else is said: travel and turning by
 /// 5 % and 10 % of themselves, 0.05 rad/m.
@@ -49,4 +49,4 @@ struct SmoothedSlam {
 [[nodiscard]] SmoothedSlam smooth(const SlamInput& input, const LandmarkSensor& sensor,
                                   const SlamResult& filtered, const SmootherOptions& options = {});
 
-}  // namespace trundle
+}  // namespace trundle::slam

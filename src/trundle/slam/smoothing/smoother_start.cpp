@@ -8,7 +8,7 @@
 #include "trundle/statistics/distribution.hpp"
 #include "trundle/statistics/median.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 // Times the gate. While it grows the run ends far from where it should, and a sighting there is no outlier
@@ -145,4 +145,4 @@ Found minimum_from(const SmoothingProblem& problem, const Trajectory& at_station
   return found;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -3,7 +3,7 @@
 #include "trundle/geometry/trajectory.hpp"
 #include "trundle/slam/smoothing/minimise.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// Two for each sighting, less two for each landmark, one for each reading of the bias: what the cost is near
 /// when the noise is as it is said to be.
@@ -31,4 +31,4 @@ struct Found {
 Found minimum_from(const SmoothingProblem& problem, const Trajectory& at_stations, Minimiser& minimiser,
                    const MinimiseOptions& options);
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -2,7 +2,7 @@
 
 #include <Eigen/LU>
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 // Noise that is exactly none would make information infinite: no step is known better than to a micrometre or
@@ -123,4 +123,4 @@ double cost_of(const SmoothingProblem& problem, const SmoothingState& state) {
   return cost;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -9,7 +9,7 @@
 #include "trundle/slam/motion.hpp"
 #include "trundle/slam/observation.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// A motion that also tells how it depends on parameters that are estimated with it, and on a bias b that
 /// walks: truth = mean · exp(by_bias · b + by_parameters · p + e), e ~ N(0, covariance), b that at the start.
@@ -120,4 +120,4 @@ struct SightingResidual {
 /// Eq. 4.
 [[nodiscard]] double cost_of(const SmoothingProblem& problem, const SmoothingState& state);
 
-}  // namespace trundle
+}  // namespace trundle::slam

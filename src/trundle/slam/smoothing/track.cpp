@@ -7,7 +7,7 @@
 
 #include "trundle/geometry/gaussian.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 namespace {
 
 bool shows_something(const std::vector<Observation>& observations) {
@@ -148,4 +148,4 @@ GaussianPose Track::at(std::size_t step, const SmoothingState& state, const Mini
   return pose;
 }
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -8,7 +8,7 @@
 #include "trundle/slam/smoothing/minimise.hpp"
 #include "trundle/slam/steps.hpp"
 
-namespace trundle {
+namespace trundle::slam {
 
 /// The motion of each step of a recording, and which landmark each of its observations shows
 /// (kUnknownLandmark: leave it out).
@@ -63,4 +63,4 @@ class Track {
   int first_landmark_;
 };
 
-}  // namespace trundle
+}  // namespace trundle::slam

@@ -1,1 +1,2 @@
 #include "trundle/low/wrong.hpp"
+namespace trundle::low {}

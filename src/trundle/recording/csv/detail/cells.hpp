@@ -6,7 +6,7 @@
 
 #include "trundle/recording/csv/reader.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 
 /// The line that starts at `offset`, without its end '\n'.
 inline std::string_view line_at(std::string_view text, std::size_t offset) {
@@ -39,4 +39,4 @@ std::optional<double> number_in(std::string_view cell);
 /// The same for a stamp.
 std::optional<double> stamp_in(std::string_view cell, const TimeScale& scale);
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -4,7 +4,7 @@
 
 #include "trundle/recording/csv/detail/table.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 
 /// Stamps that cannot be seconds. Throws InputError, with the time_unit to write, where recording.toml maps
 /// the stream; else it is a problem.
@@ -18,4 +18,4 @@ void check_increments(const WheelStream& wheels, const StreamSource& source, std
 void check_bearings(const std::vector<Sighting>& sightings, const StreamSource& source,
                     std::vector<Finding>& problems);
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -6,7 +6,7 @@
 #include "trundle/recording/recording.hpp"
 #include "trundle/recording/reference_noise.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 
 /// The partial references among the keys of a [reference] table. Throws InputError.
 PartialReference read_partial_reference(TomlReader& table);
@@ -17,4 +17,4 @@ ReferenceSigmas read_reference_noise(TomlReader& table);
 /// The same keys as text, to be read back with the same bits.
 std::string to_toml(const PartialReference& partial);
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -2,7 +2,9 @@
 
 #include <cmath>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::recording {
 
 /// A rotation, of any length but zero.
 struct Quaternion {
@@ -16,4 +18,4 @@ inline double yaw_of(const Quaternion& q) {
   return std::atan2(2.0 * (q.w * q.z + q.x * q.y), q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z);
 }
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -7,7 +7,7 @@
 
 #include "trundle/recording/csv/detail/streams.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 
 /// What recording.toml says: docs/recording.md explains its keys.
 struct RecordingMap {
@@ -20,4 +20,4 @@ struct RecordingMap {
 /// Throws InputError with file, line, fact and expectation.
 RecordingMap read_recording_map(const std::filesystem::path& file);
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -7,7 +7,7 @@
 
 #include "trundle/recording/csv/detail/table.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 
 enum class StreamKind {
   wheels,
@@ -52,4 +52,4 @@ StreamSource native_source(StreamKind kind, const std::filesystem::path& file);
 /// Reads one stream into its place in the recording.
 void read_stream(StreamKind kind, const StreamSource& source, Recording& recording);
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -9,7 +9,7 @@
 #include "trundle/recording/csv/reader.hpp"
 #include "trundle/recording/recording.hpp"
 
-namespace trundle {
+namespace trundle::recording {
 
 /// Where one column of a stream comes from.
 struct ColumnSource {
@@ -68,4 +68,4 @@ double median_step(std::span<const double> time_s);
 /// The longest step between stamps that is no gap: max(0.5 s, 5 medians).
 double longest_step(std::span<const double> time_s);
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -10,7 +10,9 @@
 
 #include <toml++/toml.h>
 
-namespace trundle {
+#include "trundle/namespaces.hpp"
+
+namespace trundle::recording {
 
 /// One table of a TOML file, read key by key. Errors name the file, the line and the table.
 class TomlReader {
@@ -46,4 +48,4 @@ class TomlReader {
   std::set<std::string> asked_;
 };
 
-}  // namespace trundle
+}  // namespace trundle::recording

@@ -5,7 +5,7 @@
 #include "trundle/recording/recording.hpp"
 
 // Layouts of other projects that are recognised as they are.
-namespace trundle {
+namespace trundle::recording {
 
 /// Censi's .tuple files [Censi et al., T-RO 2013]: JSON objects one after another, each with the duration T
 /// [s] of an interval, the mean wheel rates phi_l and phi_r [rad/s] and the motion sm = [x, y, heading] of
@@ -18,4 +18,4 @@ bool is_mrclam(const std::filesystem::path& folder);
 /// landmarks are named by their subject number.
 void read_mrclam(const std::filesystem::path& folder, int robot_number, Recording& recording);
 
-}  // namespace trundle
+}  // namespace trundle::recording

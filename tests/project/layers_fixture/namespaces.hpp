@@ -1,0 +1,2 @@
+namespace low {}
+namespace high {}
