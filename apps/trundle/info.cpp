@@ -53,6 +53,14 @@ std::string text_of(const GyroNoise& noise) {
   return text;
 }
 
+std::string line_of_clock(std::string_view sensor, const std::optional<TimeOffset>& offset) {
+  return offset
+             ? fmt::format("{} against wheels: time_offset_s = {} s\n", sensor,
+                           with_sigma(offset->offset_s, offset->sigma_s))
+             : fmt::format("{} against wheels: the time offset cannot be told; change the turn rate often\n",
+                           sensor);
+}
+
 std::string text_of(const RecordingInfo& info) {
   const Recording& recording = info.recording;
   const Findings& findings = info.findings;
@@ -76,13 +84,10 @@ std::string text_of(const RecordingInfo& info) {
   for (const TrackOnGround& track : findings.tracks)
     text += fmt::format("effective track by the gyro, {:.1f} to {:.1f} s: {:.4f} ± {:.4f} m\n", track.start_s,
                         track.end_s, track.track_m, track.sigma_m);
-  if (findings.compares_clocks)
-    text +=
-        findings.gyro_time_offset
-            ? fmt::format("gyro against wheels: time_offset_s = {} s\n",
-                          with_sigma(findings.gyro_time_offset->offset_s, findings.gyro_time_offset->sigma_s))
-            : std::string(
-                  "gyro against wheels: the time offset cannot be told; change the turn rate often\n");
+  if (findings.compares_clocks) text += line_of_clock("gyro", findings.gyro_time_offset);
+  if (findings.compares_reference_clock) text += line_of_clock("reference", findings.reference_time_offset);
+  if (findings.compares_sighting_clock)
+    text += line_of_clock("landmark sensor", findings.sighting_time_offset);
   if (info.noise) text += text_of(*info.noise);
   return text;
 }

@@ -157,6 +157,25 @@ TEST(Calibrate, FindsATimeOffsetOfTheReferenceWhenAsked) {
   EXPECT_NEAR(parameter(result, "reference.time_offset").value, 0.15, 0.02);
 }
 
+TEST(Calibrate, SetsTheClockOfEachReferenceByItsRun) {
+  auto runs = recorded(nominal_differential(), true_differential(), test::differential_paths(), 10);
+  const CalibrationResult before = calibrate(runs, {}, nominal_differential());
+  const double late_s[] = {0.4, -0.3, 0.2, 0.0};
+  for (std::size_t i = 0; i < 2; ++i)
+    for (double& t : runs[i].reference.time_s) t -= late_s[i];
+  const CalibrationResult result = calibrate(runs, {}, nominal_differential());
+  for (std::size_t i = 0; i < 2; ++i) {
+    ASSERT_TRUE(result.runs[i].reference_clock) << i;
+    EXPECT_NEAR(result.runs[i].reference_clock->offset_s, late_s[i],
+                4.0 * result.runs[i].reference_clock->sigma_s);
+  }
+  EXPECT_FALSE(before.runs[0].reference_clock);
+  ASSERT_TRUE(result.reference_clocks);
+  EXPECT_THAT(result.notes, Contains(HasSubstr("2 runs of 4")));
+  for (const ParameterEstimate& e : result.parameters)
+    EXPECT_NEAR(e.value, parameter(before, e.name).value, 3.0 * e.sigma_total) << e.name;
+}
+
 TEST(Calibrate, SetsTheClockOfTheGyroByTheLogs) {
   Robot nominal = nominal_differential();
   nominal.chassis.gyro = Gyro{};

@@ -6,11 +6,13 @@
 #include <fmt/ranges.h>
 
 #include "trundle/calibration/conclusion.hpp"
+#include "trundle/calibration/cross_validation.hpp"
 #include "trundle/calibration/defaults.hpp"
 #include "trundle/calibration/influence.hpp"
 #include "trundle/calibration/noise/learn_noise.hpp"
 #include "trundle/calibration/preparation.hpp"
 #include "trundle/calibration/sessions.hpp"
+#include "trundle/io/error.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -45,6 +47,31 @@ void add_words(const Preparation& ready, const std::string& given_scale, Calibra
       result.unobservable.push_back(words);
 }
 
+std::string names_of(std::span<const Parameter> parameters, const Robot& robot) {
+  std::vector<std::string> names;
+  for (const Parameter& parameter : parameters) names.push_back(name_of(parameter, robot));
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// Throws CannotAnswer where what some runs say makes the others worse, whatever is estimated.
+void require_something_holds(const ValidatedEstimate& validated, const Robot& nominal) {
+  if (!validated.parameters.empty()) return;
+  throw CannotAnswer(fmt::format(
+      "what these runs say does not hold beyond them ({}): {} cannot be told from them. Are the references "
+      "coarse, are clocks off, or did wheels slip? Drive longer, or more runs",
+      validated.before->words(), names_of(validated.refused, nominal)));
+}
+
+/// What of the parameters holds beyond the runs that they were learned from.
+void add_validation(const ValidatedEstimate& validated, const Robot& nominal, CalibrationResult& result) {
+  if (!validated.refused.empty())
+    result.warnings.push_back(fmt::format("{} stays as given: with it, {}",
+                                          names_of(validated.refused, nominal), validated.before->words()));
+  if (!validated.validation) return;
+  result.cross_validation = validated.validation;
+  result.notes.push_back("judged " + validated.validation->words());
+}
+
 /// Notes something, here and in the robot file.
 void note(const std::string& words, CalibrationResult& result) {
   result.notes.push_back(words);
@@ -71,25 +98,33 @@ void add_influence(const Estimate& estimate, const CalibrationProblem& problem, 
 
 CalibrationResult calibrate(std::span<const Recording> training, std::span<const Recording> hold_out,
                             const Robot& given, const CalibrateOptions& options) {
-  Preparation ready = prepare(training, given);
+  const bool frees_reference_clock =
+      std::ranges::find(options.free, "reference.time_offset") != options.free.end();
+  Preparation ready = prepare(training, given, frees_reference_clock);
   const Robot& nominal = ready.channels.robot;
   const FromOutside measured = from_outside(ready.runs);
-  const CalibrationProblem problem{ready.runs, ready.start,
-                                   choose_parameters(nominal, measured, options.free, options.fix)};
+  CalibrationProblem problem{ready.runs, ready.start,
+                             choose_parameters(nominal, measured, options.free, options.fix)};
   require_something_free(problem.parameters, training, nominal);
-  const Estimate estimate = estimate_parameters(problem);
+  const ValidatedEstimate validated = estimate_what_holds(problem);
+  require_something_holds(validated, nominal);
+  problem.parameters = validated.parameters;
+  const Estimate& estimate = validated.estimate;
   require_something_estimated(estimate, problem.parameters, nominal);
   const SessionSpread spread = session_spread(problem, estimate.space);
 
   CalibrationResult result = result_of(estimate, spread, problem.parameters, nominal);
   result.method = "ml";
   add_words(ready, scale_taken_as_given(nominal, problem.parameters, measured), result);
+  add_validation(validated, nominal, result);
   if (const auto& gyro = estimate.robot.chassis.gyro)
     ready.start.chassis.gyro->time_offset_s = gyro->time_offset_s;
   for (Run& run : ready.runs) set_gyro_clock(ready.start, run);
   if (options.learn_noise) add_learned_noise(ready.runs, result);
-  result.gyro_clock = ready.clock;
-  if (ready.clock) note(*ready.clock, result);
+  result.gyro_clock = ready.gyro_clock;
+  result.reference_clocks = ready.reference_clocks;
+  for (const auto& clock : {ready.gyro_clock, ready.reference_clocks})
+    if (clock) note(*clock, result);
   conclude({ready.runs, prepare_runs(hold_out, ready.start)}, estimate, spread, result);
   add_influence(estimate, problem, nominal, result);
   return result;

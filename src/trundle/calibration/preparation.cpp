@@ -16,46 +16,62 @@
 namespace trundle::calibration {
 namespace {
 
-// Of the gyro's clock: at 1 rad/s, less than 0.3° of heading between its turns and the wheels'.
-constexpr double kSmallOffset_s = 0.005;
-
-/// What the logs say of the gyro's clock.
-struct ClockOffset {
-  double offset_s = 0.0;
-  double sigma_s = 0.0;
-  int recordings = 0;
+/// The mean offset of a clock in several logs, each with its weight.
+struct MeanOffset {
+  TimeOffset offset;
+  std::size_t recordings = 0;
 };
 
-std::optional<ClockOffset> clock_offset(std::span<const Recording> recordings, const Robot& robot) {
+std::optional<MeanOffset> mean_of(const std::vector<TimeOffset>& offsets) {
+  if (offsets.empty()) return std::nullopt;
   double weights = 0.0;
   double sum = 0.0;
-  ClockOffset clock;
-  for (const Recording& recording : recordings) {
-    const auto offset = gyro_time_offset(recording, robot);
-    if (!offset) continue;
-    const double weight = 1.0 / (offset->sigma_s * offset->sigma_s);
+  for (const TimeOffset& offset : offsets) {
+    const double weight = 1.0 / (offset.sigma_s * offset.sigma_s);
     weights += weight;
-    sum += weight * offset->offset_s;
-    ++clock.recordings;
+    sum += weight * offset.offset_s;
   }
-  if (clock.recordings == 0) return std::nullopt;
-  clock.offset_s = sum / weights;
-  clock.sigma_s = 1.0 / std::sqrt(weights);
-  return clock;
+  return MeanOffset{{.offset_s = sum / weights, .sigma_s = 1.0 / std::sqrt(weights)}, offsets.size()};
 }
 
 /// Sets the gyro's clock by the logs, where they show it wrong. Returns what was done, in words.
-std::optional<std::string> set_clock(std::span<const Recording> recordings, Robot& robot) {
-  const auto clock = clock_offset(recordings, robot);
-  if (!clock) return std::nullopt;
+std::optional<std::string> set_gyro_clock(std::span<const Recording> recordings, Robot& robot) {
+  std::vector<TimeOffset> offsets;
+  for (const Recording& recording : recordings)
+    if (const auto offset = gyro_time_offset(recording, robot)) offsets.push_back(*offset);
+  const auto mean = mean_of(offsets);
+  if (!mean) return std::nullopt;
   double& time_offset_s = robot.chassis.gyro->time_offset_s;
   const double given_s = time_offset_s;
-  if (std::abs(clock->offset_s - given_s) < std::max(kSmallOffset_s, 3.0 * clock->sigma_s))
-    return std::nullopt;
-  time_offset_s = clock->offset_s;
+  if (!is_off(mean->offset, given_s)) return std::nullopt;
+  time_offset_s = mean->offset.offset_s;
   return fmt::format("gyro.time_offset_s {} s (was {}), from the turns of gyro and wheels in {}",
-                     with_sigma(clock->offset_s, clock->sigma_s), fixed(given_s, 4),
-                     counted(static_cast<std::size_t>(clock->recordings), "recording"));
+                     with_sigma(time_offset_s, mean->offset.sigma_s), fixed(given_s, 4),
+                     counted(mean->recordings, "recording"));
+}
+
+/// Where one offset of the reference's clock is sought for all runs: from what they say in the mean, for the
+/// search would find a minimum beside the right one.
+void start_reference_clock(std::span<const Recording> recordings, Robot& robot) {
+  std::vector<TimeOffset> offsets;
+  for (const Recording& recording : recordings)
+    if (const auto offset = reference_time_offset(recording.reference, align(recording, robot), robot))
+      offsets.push_back(*offset);
+  if (const auto mean = mean_of(offsets)) robot.reference_time_offset_s = mean->offset.offset_s;
+}
+
+/// By how much the references' clocks were off; nothing where they were not.
+std::optional<std::string> words_of_reference_clocks(std::span<const Run> runs) {
+  std::vector<double> offsets_s;
+  for (const Run& run : runs)
+    if (run.reference_clock) offsets_s.push_back(run.reference_clock->offset_s);
+  if (offsets_s.empty()) return std::nullopt;
+  const auto [least, most] = std::ranges::minmax(offsets_s);
+  return fmt::format(
+      "reference.time_offset_s {} s, from the ways and turns that reference and robot show in {}{}",
+      offsets_s.size() == 1 ? fixed(least, 3) : fmt::format("{} to {}", fixed(least, 3), fixed(most, 3)),
+      counted(offsets_s.size(), "run"),
+      runs.size() == offsets_s.size() ? "" : fmt::format(" of {}", runs.size()));
 }
 
 /// A fit would take one of two explanations, and a robot mirrored in its own middle is one of them: what only
@@ -116,22 +132,26 @@ std::vector<Run> prepare_runs(std::span<const Recording> recordings, const Robot
   return runs;
 }
 
-Preparation prepare(std::span<const Recording> recordings, const Robot& given) {
+Preparation prepare(std::span<const Recording> recordings, const Robot& given, bool frees_reference_clock) {
   Preparation ready{.channels = check_channels(recordings, given),
                     .start = {},
                     .runs = {},
-                    .clock = {},
+                    .gyro_clock = {},
+                    .reference_clocks = {},
                     .scale = {},
                     .silent = {}};
   ready.start = ready.channels.robot;
-  ready.clock = set_clock(recordings, ready.start);
+  ready.gyro_clock = set_gyro_clock(recordings, ready.start);
+  if (frees_reference_clock) start_reference_clock(recordings, ready.start);
   ready.runs = prepare_runs(recordings, ready.start);
   require_one_sense_of_turning(recordings, ready.runs, ready.start);
   ready.silent = leave_out_silent(ready.start, ready.runs);
   ready.scale = set_scale(ready.runs, ready.start);
-  if (ready.scale.empty()) return ready;
-  ready.runs = prepare_runs(recordings, ready.start);
-  leave_out_silent(ready.start, ready.runs);
+  if (!ready.scale.empty()) {
+    ready.runs = prepare_runs(recordings, ready.start);
+    leave_out_silent(ready.start, ready.runs);
+  }
+  ready.reference_clocks = words_of_reference_clocks(ready.runs);
   return ready;
 }
 

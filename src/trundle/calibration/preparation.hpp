@@ -16,14 +16,17 @@ struct Preparation {
   ChannelAssignment channels;  ///< with the robot as given, its channels put right
   Robot start;                 ///< that robot, with the gyro's clock and the wheels' scale as the runs show
   std::vector<Run> runs;       ///< those that tell something
-  std::optional<std::string> clock;  ///< how the gyro's clock was set, if it was
-  std::string scale;                 ///< what is wrong with the wheels' sizes
-  std::vector<std::string> silent;   ///< runs that were left out, and why
+  std::optional<std::string> gyro_clock;        ///< how it was set, if it was
+  std::optional<std::string> reference_clocks;  ///< the same
+  std::string scale;                            ///< what is wrong with the wheels' sizes
+  std::vector<std::string> silent;              ///< runs that were left out, and why
 };
 
-/// Throws CannotAnswer where gyro and wheels turn opposite ways and no reference tells which is right, or
-/// where a unit is wrong.
-[[nodiscard]] Preparation prepare(std::span<const Recording> recordings, const Robot& given);
+/// `frees_reference_clock`: one offset of the reference's clock is to be estimated for all runs, and starts
+/// where they have it in the mean. Throws CannotAnswer where gyro and wheels turn opposite ways and no
+/// reference tells which is right, or where a unit is wrong.
+[[nodiscard]] Preparation prepare(std::span<const Recording> recordings, const Robot& given,
+                                  bool frees_reference_clock = false);
 
 /// All of them, by a robot.
 [[nodiscard]] std::vector<Run> prepare_runs(std::span<const Recording> recordings, const Robot& robot);

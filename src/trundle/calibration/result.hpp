@@ -8,6 +8,7 @@
 
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/geometry/trajectory.hpp"
+#include "trundle/recording/time_offset.hpp"
 
 namespace trundle::calibration {
 
@@ -49,10 +50,11 @@ struct RunResult {
   std::string name;
   std::string session;
   bool hold_out = false;
-  std::string turn;           ///< "cw", "ccw" or "": net turning of a closed run
-  double weight = 1.0;        ///< 1: fully trusted; smaller: down-weighted as an outlier
-  double chi2_per_dof = 0.0;  ///< of its residuals after calibration
-  std::string remark;         ///< why it was down-weighted, where the reference jumps
+  std::string turn;                                ///< "cw", "ccw" or "": net turning of a closed run
+  double weight = 1.0;                             ///< 1: fully trusted; smaller: down-weighted as an outlier
+  double chi2_per_dof = 0.0;                       ///< of its residuals after calibration
+  std::optional<TimeOffset> reference_clock = {};  ///< by which the reference's stamps were moved
+  std::string remark;                              ///< why it was down-weighted, where the reference jumps
   std::optional<TrajectoryError>
       before;                            ///< with the nominal robot; nothing without a trajectory or end pose
   std::optional<TrajectoryError> after;  ///< reprocessed: the same counts with the calibrated robot
@@ -61,6 +63,19 @@ struct RunResult {
   Trajectory nominal;                     ///< for pictures; thinned; empty when there is no reference
   Trajectory calibrated;
   Trajectory reference;
+};
+
+/// What was learned from some runs, judged by others: each run by what all others say of the parameters; of
+/// one run, each half by the other. docs/theory/calibration-uncertainty.md.
+struct CrossValidation {
+  std::size_t parts = 0;      ///< runs, or halves, that were left out in turn
+  bool of_halves = false;     ///< of one run
+  double given_m = 0.0;       ///< position error with the robot as given, rms over the parts, se2-aligned
+  double calibrated_m = 0.0;  ///< with what the other parts say
+
+  /// By more than chance: the parameters do not hold beyond the runs that they were learned from.
+  [[nodiscard]] bool is_worse() const;
+  [[nodiscard]] std::string words() const;
 };
 
 enum class CalibrationStatus { nothing_estimated, some_held, all_estimated };
@@ -76,11 +91,13 @@ struct CalibrationResult {
   Eigen::MatrixXd covariance_within;  ///< of the observable parameters, in their order
   Eigen::MatrixXd covariance_total;   ///< with the between-session spread where it is known
   std::vector<ObservableDirection> directions;
-  std::vector<std::string> unobservable;  ///< in words, with what to drive
+  std::vector<std::string> unobservable;            ///< in words, with what to drive
+  std::optional<CrossValidation> cross_validation;  ///< nothing: fewer than two parts have positions
   std::vector<std::string> warnings;
   std::vector<std::string> notes;  ///< good to know, nothing to act on
-  /// The one of the notes that says how the gyro's clock was set by the logs; nothing: it stays as given.
+  /// Those of the notes that say how clocks were set by the logs; nothing: they stay as given.
   std::optional<std::string> gyro_clock;
+  std::optional<std::string> reference_clocks;
   int sessions = 0;
   std::vector<RunResult> runs;
   /// What the estimate would be with other runs, an entry for each training run: values of `parameters`.

@@ -143,11 +143,13 @@ Run prepare_run(const Recording& recording, const Robot& robot, AlignedReadings 
           .readings = std::move(readings),
           .gyro = recording.gyro,
           .reference = recording.reference,
+          .reference_clock = {},
           .partial = recording.partial,
           .relative_motions = recording.relative_motions,
           .epochs = {},
           .jumps = {}};
   centre_gyro_changes(run.readings);
+  run.reference_clock = set_reference_clock(run.readings, robot, run.reference);
   run.epochs = choose_epochs(run, robot.reference_time_offset_s);
   if (run.epochs.size() < 2) run.epochs.clear();
   run.jumps = find_jumps(run, robot);

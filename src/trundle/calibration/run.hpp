@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "trundle/recording/alignment/align.hpp"
+#include "trundle/recording/time_offset.hpp"
 
 namespace trundle::calibration {
 
@@ -28,8 +29,9 @@ struct Run {
   std::string name;
   std::string session;
   AlignedReadings readings;
-  GyroStream gyro;  ///< for other time offsets than that of `readings`
-  ReferenceStream reference;
+  GyroStream gyro;                            ///< for other time offsets than that of `readings`
+  ReferenceStream reference;                  ///< on the clock of `readings`, as far as the motion tells
+  std::optional<TimeOffset> reference_clock;  ///< by which it was off
   PartialReference partial;
   std::vector<RelativeMotion> relative_motions;
   /// Number of increments before each epoch; the first epoch is the start. Empty: no reference stream.

@@ -8,14 +8,18 @@
 
 namespace trundle::inspection {
 
-/// The gyro's clock against the wheels'.
+/// The clock of the gyro, of the reference or of the landmark sensor, against the wheels'.
 struct ClockComparison {
-  bool is_possible = false;          ///< wheels that see turns and a gyro are there
+  bool is_possible = false;          ///< both are there, and may show the same motion
   std::optional<TimeOffset> offset;  ///< none: it cannot be told
   std::optional<Finding> problem;    ///< it is not what the files say, and does harm
 };
 ClockComparison compare_clocks(const Recording& recording, const AlignedReadings& readings,
                                const Robot& robot);
+ClockComparison compare_reference_clock(const Recording& recording, const AlignedReadings& readings,
+                                        const Robot& robot);
+ClockComparison compare_sighting_clock(const Recording& recording, const AlignedReadings& readings,
+                                       const Robot& robot);
 
 /// The recording.toml that it was read by; empty where there is none.
 std::string recording_toml_of(const Recording& recording);

@@ -258,7 +258,14 @@ void compare(const Recording& recording, const Robot& robot, Findings& findings)
   const ClockComparison clocks = compare_clocks(recording, *readings, robot);
   findings.compares_clocks = clocks.is_possible;
   findings.gyro_time_offset = clocks.offset;
-  if (clocks.problem) findings.problems.push_back(*clocks.problem);
+  const ClockComparison reference = compare_reference_clock(recording, *readings, robot);
+  findings.compares_reference_clock = reference.is_possible;
+  findings.reference_time_offset = reference.offset;
+  const ClockComparison sightings = compare_sighting_clock(recording, *readings, robot);
+  findings.compares_sighting_clock = sightings.is_possible;
+  findings.sighting_time_offset = sightings.offset;
+  for (const auto& problem : {clocks.problem, reference.problem, sightings.problem})
+    if (problem) findings.problems.push_back(*problem);
   find_tracks(recording, *readings, robot, findings);
 }
 

@@ -20,6 +20,10 @@ struct Findings {
   std::optional<Abilities> abilities;
   bool compares_clocks = false;  ///< wheels that see turns and a gyro are there
   std::optional<TimeOffset> gyro_time_offset;
+  bool compares_reference_clock = false;  ///< motion on board and a reference of positions are there
+  std::optional<TimeOffset> reference_time_offset;
+  bool compares_sighting_clock = false;  ///< motion on board and sightings are there
+  std::optional<TimeOffset> sighting_time_offset;
   std::vector<TrackOnGround> tracks;  ///< where wheels must scrub in turns
 };
 

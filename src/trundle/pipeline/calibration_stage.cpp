@@ -47,7 +47,8 @@ std::vector<std::string> remarks_of(const CalibrationResult& result) {
   std::vector<std::string> remarks;
   for (const std::string& words : result.warnings) remarks.push_back("warning: " + words);
   for (const std::string& words : result.unobservable) remarks.push_back("note: " + words);
-  if (result.gyro_clock) remarks.push_back("note: corrected: " + *result.gyro_clock);
+  for (const auto& clock : {result.gyro_clock, result.reference_clocks})
+    if (clock) remarks.push_back("note: corrected: " + *clock);
   return remarks;
 }
 

@@ -1,9 +1,12 @@
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "trundle/io/words.hpp"
 #include "trundle/pipeline/stages.hpp"
+#include "trundle/recording/time_offset.hpp"
 
 namespace trundle::pipeline {
 namespace {
@@ -22,9 +25,8 @@ struct Evaluated {
   }
 };
 
-/// The reference as it was read, for those who draw.
-std::string reference_csv_of(const RunInputs& inputs) {
-  const ReferenceStream& reference = inputs.recording().reference;
+/// The reference that the trajectories are compared with, for those who draw.
+std::string reference_csv_of(const RunInputs& inputs, const ReferenceStream& reference) {
   const auto cell = [](double value) { return std::isnan(value) ? std::string() : fmt::format("{}", value); };
   std::string text = head_of(inputs.provenance) + "time_s,x_m,y_m,heading_rad\n";
   for (std::size_t i = 0; i < reference.time_s.size(); ++i)
@@ -64,6 +66,13 @@ std::string sentence_of(const std::vector<Evaluated>& all, Alignment alignment) 
   return text;
 }
 
+/// Sightings fix these: where their clock is another than that of the wheels the path goes with theirs.
+bool is_on_clock_of_sightings(const WrittenTrajectory& trajectory) {
+  using enum TrackRole;
+  return trajectory.role == online || trajectory.role == path || trajectory.role == smoothed ||
+         trajectory.role == localized;
+}
+
 /// In which the trajectories are compared with each other: se2 where the reference has no heading.
 Alignment common_alignment(const std::vector<Evaluated>& all) {
   for (const Alignment alignment : {Alignment::start, Alignment::se2})
@@ -76,10 +85,15 @@ Alignment common_alignment(const std::vector<Evaluated>& all) {
 
 Found<EvaluationStage> evaluate_trajectories(const RunInputs& inputs, const RobotFile& robot,
                                              std::span<const WrittenTrajectory> trajectories) {
-  const Trajectory drawn = positions_of(inputs.recording().reference);
-  if (drawn.poses.empty()) throw NotApplicable{"the recording has no reference with x and y"};
+  Recording recording = inputs.recording();
+  if (positions_of(recording.reference).poses.empty())
+    throw NotApplicable{"the recording has no reference with x and y"};
   if (trajectories.empty()) throw NotApplicable{"there is no trajectory to compare"};
-  const TrajectoryFile reference = reference_of(inputs.recording(), inputs.question.recording);
+  const auto clock =
+      std::ranges::none_of(trajectories, is_on_clock_of_sightings)
+          ? set_reference_clock(align(recording, robot.robot), robot.robot, recording.reference)
+          : std::nullopt;
+  const TrajectoryFile reference = reference_of(recording, inputs.question.recording);
   std::vector<Evaluated> all;
   for (const WrittenTrajectory& trajectory : trajectories)
     all.push_back(evaluated(trajectory, reference, robot));
@@ -88,10 +102,17 @@ Found<EvaluationStage> evaluate_trajectories(const RunInputs& inputs, const Robo
   document.update(to_json(summary));
   document["trajectories"] = Json::array();
   for (const Evaluated& one : all) document["trajectories"].push_back(json_of(one));
-  return {.value = {.summary = summary, .reference = drawn},
-          .message = sentence_of(all, summary.alignment),
-          .files = {{inputs.in_folder("reference.csv"), reference_csv_of(inputs)},
-                    {inputs.in_folder("evaluation.json"), printed(document)}}};
+  Found<EvaluationStage> found{
+      .value = {.summary = summary, .reference = positions_of(recording.reference)},
+      .message = sentence_of(all, summary.alignment),
+      .files = {{inputs.in_folder("reference.csv"), reference_csv_of(inputs, recording.reference)},
+                {inputs.in_folder("evaluation.json"), printed(document)}}};
+  if (clock)
+    found.remarks.push_back(
+        fmt::format("note: corrected: reference.time_offset_s {} s, from the ways and turns "
+                    "that reference and robot show",
+                    with_sigma(clock->offset_s, clock->sigma_s)));
+  return found;
 }
 
 }  // namespace trundle::pipeline

@@ -75,6 +75,12 @@ Json to_json(const RecordingInfo& info) {
     json["robot"] = {{"can_tell", findings.abilities->can}, {"cannot_tell", findings.abilities->cannot}};
   if (findings.compares_clocks)
     json["gyro_time_offset"] = findings.gyro_time_offset ? to_json(*findings.gyro_time_offset) : Json();
+  if (findings.compares_reference_clock)
+    json["reference_time_offset"] =
+        findings.reference_time_offset ? to_json(*findings.reference_time_offset) : Json();
+  if (findings.compares_sighting_clock)
+    json["landmark_sensor_time_offset"] =
+        findings.sighting_time_offset ? to_json(*findings.sighting_time_offset) : Json();
   for (const TrackOnGround& track : findings.tracks) json["effective_track"].push_back(to_json(track));
   if (info.noise) json["gyro_noise"] = to_json(*info.noise);
   return json;

@@ -97,11 +97,11 @@ struct AddTo {
     const std::string total = fixed(clock.by_map_s + clock.by_robot_s + clock.off_s, 4);
     to.add("remedy",
            clock.map.empty()
-               ? fmt::format("write time_offset_s = {} under [gyro] in {}", total, clock.file)
-               : fmt::format(
-                     "time_offset_s stands under [gyro] in both {0} ({1}) and {2} ({3}), and they add "
-                     "up: remove it from {0}, and write time_offset_s = {4} in {2}",
-                     clock.map, fixed(clock.by_map_s, 4), clock.file, fixed(clock.by_robot_s, 4), total));
+               ? fmt::format("write time_offset_s = {} under [{}] in {}", total, clock.table, clock.file)
+               : fmt::format("time_offset_s stands under [{5}] in both {0} ({1}) and {2} ({3}), and they add "
+                             "up: remove it from {0}, and write time_offset_s = {4} in {2}",
+                             clock.map, fixed(clock.by_map_s, 4), clock.file, fixed(clock.by_robot_s, 4),
+                             total, clock.table));
   }
   void operator()(const payload::LengthRatio& ratio) const {
     to.add("factor", ratio.factor);

@@ -26,6 +26,8 @@ constexpr std::pair<FindingCode, std::string_view> kNames[] = {
     {FindingCode::fractions, "fractions"},
     {FindingCode::clocks, "clocks"},
     {FindingCode::time_offset, "time offset"},
+    {FindingCode::reference_time_offset, "reference time offset"},
+    {FindingCode::sighting_time_offset, "landmark sensor's time offset"},
     {FindingCode::wrap, "wrap"},
     {FindingCode::counter_reset, "counter reset"},
     {FindingCode::counter_jump, "counter jump"},

@@ -33,8 +33,10 @@ enum class FindingCode {
   not_increments,  ///< counts that add up already, though recording.toml calls them increments
   fractions,       ///< counts that are none
   // of clocks
-  clocks,  ///< two streams are never at the same time
-  time_offset,
+  clocks,                 ///< two streams are never at the same time
+  time_offset,            ///< of the gyro
+  reference_time_offset,  ///< set right by those who compare
+  sighting_time_offset,   ///< of the landmark sensor
   // of counters
   wrap,
   counter_reset,
@@ -157,9 +159,11 @@ struct SteadyRate {
   double bias_rad_s = 0.0, sigma_rad_s = 0.0;
 };
 
-/// Of the gyro's clock. Offsets may stand in the robot file and in recording.toml, and they add up.
+/// Of the gyro's or the reference's clock. Offsets may stand in the robot file and in recording.toml, and
+/// they add up.
 struct ClockOffset {
-  double off_s = 0.0;  ///< to be added to those that are there
+  std::string_view table = "gyro";  ///< of both files, where it stands
+  double off_s = 0.0;               ///< to be added to those that are there
   double by_robot_s = 0.0, by_map_s = 0.0;
   std::string file;      ///< to be corrected
   std::string map = {};  ///< recording.toml where it has an offset and the robot file another

@@ -5,21 +5,14 @@
 #include <cmath>
 #include <vector>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include "trundle/chassis/rows.hpp"
 #include "trundle/recording/csv/detail/table.hpp"
-#include "trundle/statistics/median.hpp"
-#include "trundle/statistics/minimum.hpp"
+#include "trundle/recording/detail/offset_search.hpp"
 
 namespace trundle::recording {
 namespace {
-
-constexpr std::size_t kFewestWindows = 20;
-constexpr double kSameTurns = 0.5;  // correlation below which the sensors do not speak of the same motion
-constexpr double kLargestResidual = 4.0;  // robust sigmas: beyond, a wheel slips
-constexpr Eigen::Index kLags = 10;        // windows over which residuals may hang together
-constexpr double kFinest_s = 2e-5;
 
 using Vector = Eigen::VectorXd;
 
@@ -67,7 +60,8 @@ Windows windows_of(const Recording& recording, const AlignedReadings& readings, 
 
 /// What the gyro turned in each window with its stamps moved by `offset_s`. Windows that it misses are not
 /// used any more.
-Vector turns_by_gyro(const Recording& recording, const Robot& robot, double offset_s, Windows& windows) {
+Vector turns_by_gyro(const Recording& recording, const Robot& robot, double offset_s, Windows& windows,
+                     std::vector<bool>& used) {
   Robot moved = robot;
   moved.chassis.gyro->time_offset_s = offset_s;
   add_gyro(recording.gyro, moved, windows.readings);
@@ -75,114 +69,11 @@ Vector turns_by_gyro(const Recording& recording, const Robot& robot, double offs
   for (std::size_t w = 0; w < windows.count(); ++w)
     for (std::size_t i = windows.first[w]; i < windows.first[w + 1]; ++i) {
       const Increment& increment = windows.readings.increments[i];
-      if (!increment.has_gyro) windows.used[w] = false;
+      if (!increment.has_gyro) used[w] = false;
       turns[static_cast<Eigen::Index>(w)] += increment.gyro_rad;
     }
   windows.readings.problems.clear();
   return turns;
-}
-
-/// The entries of the windows that are used.
-Vector used_of(const Vector& values, const std::vector<bool>& used) {
-  Vector result(std::ranges::count(used, true));
-  Eigen::Index n = 0;
-  for (std::size_t w = 0; w < used.size(); ++w)
-    if (used[w]) result[n++] = values[static_cast<Eigen::Index>(w)];
-  return result;
-}
-
-/// wheels = slope · gyro + drift · duration + residual, by least squares; nothing of less than two windows.
-struct Regression {
-  double slope = 0.0;
-  double correlation = 0.0;
-  Vector residual;
-  Eigen::MatrixXd design;  ///< gyro and duration
-};
-
-Regression regress(const Vector& by_wheels, const Vector& by_gyro, const Vector& duration_s) {
-  Regression result;
-  if (by_gyro.size() < 2) return result;
-  result.design.resize(by_gyro.size(), 2);
-  result.design << by_gyro, duration_s;
-  const Vector coefficients = result.design.colPivHouseholderQr().solve(by_wheels);
-  result.slope = coefficients[0];
-  result.residual = by_wheels - result.design * coefficients;
-  const Vector w = by_wheels - duration_s * (by_wheels.dot(duration_s) / duration_s.squaredNorm());
-  const Vector g = by_gyro - duration_s * (by_gyro.dot(duration_s) / duration_s.squaredNorm());
-  const double norms = w.norm() * g.norm();
-  result.correlation = norms > 0.0 ? w.dot(g) / norms : 0.0;
-  return result;
-}
-
-/// All that the search compares.
-class Search {
- public:
-  Search(const Recording& recording, const Robot& robot, Windows windows)
-      : recording_(recording), robot_(robot), windows_(std::move(windows)) {}
-
-  Regression at(double offset_s) {
-    const Vector by_gyro = turns_by_gyro(recording_, robot_, offset_s, windows_);
-    return regress(used_of(windows_.by_wheels, windows_.used), used_of(by_gyro, windows_.used),
-                   used_of(windows_.duration_s, windows_.used));
-  }
-  /// Mean square of the residuals: windows that the gyro misses on the way do not count as an improvement.
-  double misfit(double offset_s) {
-    const Regression regression = at(offset_s);
-    return regression.residual.squaredNorm() /
-           static_cast<double>(std::max<Eigen::Index>(regression.residual.size(), 1));
-  }
-  std::size_t used() const { return static_cast<std::size_t>(std::ranges::count(windows_.used, true)); }
-
-  /// Leaves out windows whose residual no noise explains.
-  void leave_out_slip(double offset_s) {
-    const Regression regression = at(offset_s);
-    std::vector<double> sizes(regression.residual.size());
-    for (std::size_t i = 0; i < sizes.size(); ++i)
-      sizes[i] = std::abs(regression.residual[static_cast<Eigen::Index>(i)]);
-    const double limit = kLargestResidual * kSigmaOfMedian * median(sizes);
-    if (!(limit > 0.0)) return;
-    std::size_t n = 0;
-    for (std::size_t w = 0; w < windows_.count(); ++w)
-      if (windows_.used[w] && sizes[n++] > limit) windows_.used[w] = false;
-  }
-
- private:
-  const Recording& recording_;
-  const Robot& robot_;
-  Windows windows_;
-};
-
-double search_from(Search& search, double centre_s, double largest_s, double step_s) {
-  double best = centre_s;
-  double smallest = search.misfit(centre_s);
-  for (double offset = centre_s - largest_s; offset <= centre_s + largest_s; offset += step_s) {
-    const double misfit = search.misfit(offset);
-    if (misfit < smallest) {
-      smallest = misfit;
-      best = offset;
-    }
-  }
-  return minimum_within({best - step_s, best + step_s, kFinest_s},
-                        [&](double offset) { return search.misfit(offset); });
-}
-
-/// σ of the offset from the residuals' scatter, which may hang together over some windows [Newey & West
-/// 1987].
-double sigma_at(Search& search, double offset_s, double step_s) {
-  const Regression here = search.at(offset_s);
-  const Regression before = search.at(offset_s - step_s);
-  const Regression after = search.at(offset_s + step_s);
-  if (before.residual.size() != here.residual.size() || after.residual.size() != here.residual.size())
-    return INFINITY;
-  Vector d = here.slope * (after.design.col(0) - before.design.col(0)) / (2.0 * step_s);
-  d -= here.design * here.design.colPivHouseholderQr().solve(d);
-  const Vector g = here.residual.cwiseProduct(d);
-  const double own = g.squaredNorm();
-  double variance = own;
-  for (Eigen::Index lag = 1; lag <= std::min(kLags, g.size() - 1); ++lag)
-    variance += 2.0 * (1.0 - static_cast<double>(lag) / (kLags + 1.0)) *
-                g.head(g.size() - lag).dot(g.tail(g.size() - lag));
-  return std::sqrt(std::max(variance, 0.25 * own)) / d.squaredNorm();
 }
 
 }  // namespace
@@ -198,22 +89,19 @@ std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Ali
   if (!robot.chassis.gyro || recording.gyro.time_s.size() < 2) return std::nullopt;
   if (observability(rows_of(robot.chassis, false)).rank < 3) return std::nullopt;
   const double gyro_step_s = median_step(recording.gyro.time_s);
-  Search search(recording, robot, windows_of(recording, readings, robot, options));
-  if (search.used() < kFewestWindows) return std::nullopt;
-  const double given_s = robot.chassis.gyro->time_offset_s;
-  const double step_s = std::max(0.25 * options.window_s, 0.5 * gyro_step_s);
-  double offset = search_from(search, given_s, options.largest_s, step_s);
-  if (search.used() < kFewestWindows) return std::nullopt;  // the gyro misses the others
-  search.leave_out_slip(offset);
-  if (search.used() < kFewestWindows) return std::nullopt;
-  offset = search_from(search, offset, 4.0 * step_s, step_s);
-  const double correlation = search.at(offset).correlation;
-  // Between its samples the gyro's rate is taken as constant: the instant of a change is known that well.
-  const double sigma = std::hypot(sigma_at(search, offset, gyro_step_s), gyro_step_s / 50.0);
-  const bool told = std::abs(correlation) >= kSameTurns && sigma <= options.largest_sigma_s &&
-                    std::abs(offset - given_s) <= options.largest_s;
-  if (!told) return std::nullopt;
-  return TimeOffset{offset, sigma, correlation};
+  Windows windows = windows_of(recording, readings, robot, options);
+  TwoClocks clocks{.by_wheels = {windows.by_wheels},
+                   .duration_s = windows.duration_s,
+                   .used = windows.used,
+                   .by_other = [&](double offset_s, std::vector<bool>& used) {
+                     return std::vector{turns_by_gyro(recording, robot, offset_s, windows, used)};
+                   }};
+  return find_offset(std::move(clocks), {.given_s = robot.chassis.gyro->time_offset_s,
+                                         .largest_s = options.largest_s,
+                                         .step_s = std::max(0.25 * options.window_s, 0.5 * gyro_step_s),
+                                         .sample_s = gyro_step_s,
+                                         .largest_sigma_s = options.largest_sigma_s,
+                                         .least_correlation = options.least_correlation});
 }
 
 }  // namespace trundle::recording

@@ -17,9 +17,10 @@ struct TimeOffset {
 };
 
 struct TimeOffsetOptions {
-  double largest_s = 0.5;         ///< searched on both sides of what the robot file says
-  double window_s = 0.1;          ///< over which turns are compared
-  double largest_sigma_s = 0.05;  ///< an offset known less well counts as untold
+  double largest_s = 0.5;          ///< searched on both sides of what the robot file says
+  double window_s = 0.1;           ///< over which turns are compared
+  double largest_sigma_s = 0.05;   ///< an offset known less well counts as untold
+  double least_correlation = 0.5;  ///< with less the sensors do not speak of the same motion
 };
 
 /// The offset at which the turns of the gyro explain those of the wheels best, their scale and the gyro's
@@ -31,5 +32,34 @@ std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Rob
 /// The same of readings that align() gave.
 std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const AlignedReadings& readings,
                                            const Robot& robot, const TimeOffsetOptions& options = {});
+
+/// How far the reference's clock is from that of the sensors on board, found in one log.
+inline constexpr TimeOffsetOptions kReferenceClock = {
+    .largest_s = 10.0, .window_s = 0.2, .least_correlation = 0.8};
+
+/// The offset at which the ways and turns that the reference shows explain those of the robot best, each with
+/// a scale and a drift of its own, to be reference.time_offset_s. Searched on at most a sixth of the log.
+/// docs/theory/alignment.md. Nothing where it cannot be told: too little of the reference, or of its motion.
+std::optional<TimeOffset> reference_time_offset(const ReferenceStream& reference,
+                                                const AlignedReadings& readings, const Robot& robot,
+                                                const TimeOffsetOptions& options = kReferenceClock);
+
+inline constexpr TimeOffsetOptions kSightingClock = {
+    .largest_s = 1.0, .window_s = 0.2, .least_correlation = 0.8};
+
+/// The offset at which the robot's motion explains best how the bearings of landmarks change from one
+/// sighting to the next, to be the landmark sensor's time_offset_s. Only landmarks with a name tell. Nothing
+/// where it cannot be told.
+std::optional<TimeOffset> sighting_time_offset(const std::vector<Sighting>& sightings,
+                                               const AlignedReadings& readings, const Robot& robot,
+                                               const TimeOffsetOptions& options = kSightingClock);
+
+/// Whether an offset is so far from what is written that it does harm, and is no chance.
+[[nodiscard]] bool is_off(const TimeOffset& found, double given_s);
+
+/// Moves the reference's stamps so that robot.reference_time_offset_s holds for them, if they are off.
+/// Returns by what offset they were; nothing: they were not moved.
+std::optional<TimeOffset> set_reference_clock(const AlignedReadings& readings, const Robot& robot,
+                                              ReferenceStream& reference);
 
 }  // namespace trundle::recording

@@ -61,6 +61,11 @@ Json calibration_json(const CalibrationResult& result, const Json& provenance) {
                    {"cannot_tell", result.unobservable}};
   document["e_max"] = e_max_json(result);
   document["errors"] = errors_json(result.runs);
+  if (const auto& judged = result.cross_validation)
+    document["cross_validation"] = {{"parts", judged->parts},
+                                    {"of_halves", judged->of_halves},
+                                    {"given_m", judged->given_m},
+                                    {"calibrated_m", judged->calibrated_m}};
   document["parameters"] = parameters_json(result);
   document["correlation"] = correlation_json(result);
   document["influence"] = influence_json(result);

@@ -85,6 +85,11 @@ Json deviation_json(const RunResult& run) {
           {"calibrated_m", distances_json(run.calibrated, reference)}};
 }
 
+Json json_of(const std::optional<TimeOffset>& offset) {
+  if (!offset) return nullptr;
+  return {{"time_offset_s", offset->offset_s}, {"sigma_s", offset->sigma_s}};
+}
+
 Json run_json(const RunResult& run) {
   return {{"name", run.name},
           {"session", run.session},
@@ -93,6 +98,7 @@ Json run_json(const RunResult& run) {
           {"weight", run.weight},
           {"outlier", run.weight < kOutlierWeight},
           {"chi2_per_dof", run.hold_out ? Json(nullptr) : Json(run.chi2_per_dof)},
+          {"reference_clock", json_of(run.reference_clock)},
           {"remark", run.remark},
           {"before", json_of(run.before)},
           {"after", json_of(run.after)},

@@ -80,6 +80,12 @@ inline constexpr Sentence kSentences[] = {
     {time_offset, with<ClockOffset>,
      "the gyro's stamps are {size:.1f} ms too {side} against the wheels', which looks like slip at every "
      "start of a turn: {remedy}"},
+    {reference_time_offset, with<ClockOffset>,
+     "the reference's stamps are {size:.0f} ms too {side} against the sensors' on board; run and calibrate "
+     "correct it, other programs do not: {remedy}"},
+
+    {sighting_time_offset, with<ClockOffset>,
+     "the landmark sensor's stamps are {size:.0f} ms too {side} against the sensors' of motion: {remedy}"},
 
     // of counters
     {wrap, alone, "the counter of '{subject}' wraps {count} time{s}"},

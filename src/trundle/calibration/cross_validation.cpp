@@ -1,0 +1,148 @@
+#include "trundle/calibration/cross_validation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "trundle/calibration/influence.hpp"
+#include "trundle/evaluation/evaluate.hpp"
+#include "trundle/io/error.hpp"
+#include "trundle/odometry/integrate.hpp"
+
+namespace trundle::calibration {
+namespace {
+
+// Of an error: an rms of 50 epochs is known to 10 %.
+constexpr double kWorse = 1.1;
+// Of a half of a run, to learn from it.
+constexpr std::size_t kFewestEpochs = 10;
+
+/// The run from one of its epochs to another.
+Run part_of(const Run& run, std::size_t first_epoch, std::size_t last_epoch) {
+  const std::size_t from = run.epochs[first_epoch];
+  const std::size_t to = run.epochs[last_epoch];
+  const auto cut = [](auto& values, std::size_t first, std::size_t last) {
+    values.erase(values.begin() + static_cast<std::ptrdiff_t>(last), values.end());
+    values.erase(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(first));
+  };
+  Run part = run;
+  part.partial = {};  // of the whole run
+  part.relative_motions.clear();
+  part.readings.start_s = run.epoch_time(first_epoch);
+  cut(part.readings.increments, from, to);
+  cut(part.readings.bridged, from, to);
+  cut(part.epochs, first_epoch, last_epoch + 1);
+  for (std::size_t& epoch : part.epochs) epoch -= from;
+  std::erase_if(part.jumps, [&](std::size_t jump) { return jump <= first_epoch || jump > last_epoch; });
+  for (std::size_t& jump : part.jumps) jump -= first_epoch;
+  return part;
+}
+
+/// What is left out in turn: the runs, or the halves of the only one that the reference follows.
+std::vector<Run> parts_of(std::span<const Run> runs) {
+  std::vector<Run> parts{runs.begin(), runs.end()};
+  if (parts.size() > 1) return parts;
+  const std::size_t middle = parts.front().epochs.size() / 2;
+  if (middle < kFewestEpochs) return {};
+  return {part_of(runs.front(), 0, middle), part_of(runs.front(), middle, runs.front().epochs.size() - 1)};
+}
+
+/// Position error of odometry with this robot [m], rms, laid on the reference as well as can be; nothing
+/// without positions to compare.
+std::optional<double> position_error(const Run& run, const Robot& robot) {
+  if (run.epochs.empty()) return std::nullopt;
+  Robot plain = robot;
+  plain.calibration.reset();
+  AlignedReadings readings = run.readings;
+  readings.problems.clear();
+  try {
+    const Trajectory odometry = integrate(readings, plain, {.learn_gyro_bias = false}).trajectory;
+    return evaluate(of_reference_sensor(odometry, plain), positions_of(run.reference),
+                    {.alignment = Alignment::se2, .distances_m = {}})
+        .position_m.rms;
+  } catch (const CannotAnswer&) {
+    return std::nullopt;
+  }
+}
+
+Robot robot_with(const Robot& robot, std::span<const Parameter> parameters, const Eigen::VectorXd& values) {
+  Robot changed = robot;
+  for (std::size_t j = 0; j < parameters.size(); ++j)
+    set_value(parameters[j], values[static_cast<Eigen::Index>(j)], changed);
+  return changed;
+}
+
+}  // namespace
+
+bool CrossValidation::is_worse() const {
+  return calibrated_m > kWorse * given_m;
+}
+
+std::string CrossValidation::words() const {
+  return fmt::format("{} by the other{}: position error {:.4f} m, {:.4f} m with the robot as given",
+                     of_halves ? "each half of the run" : "each run", of_halves ? "" : "s", calibrated_m,
+                     given_m);
+}
+
+std::optional<CrossValidation> cross_validate(const CalibrationProblem& problem, const Estimate& estimate) {
+  const std::vector<Run> parts = parts_of(problem.runs);
+  if (parts.size() < 2) return std::nullopt;
+  CrossValidation validation{.of_halves = problem.runs.size() == 1};
+  const CalibrationProblem of_parts{parts, problem.nominal, problem.parameters};
+  const Influence influence = influence_of(validation.of_halves ? estimate_parameters(of_parts) : estimate,
+                                           problem.nominal, problem.parameters);
+  double given = 0.0;
+  double calibrated = 0.0;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const auto before = position_error(parts[i], problem.nominal);
+    const auto after =
+        position_error(parts[i], robot_with(problem.nominal, problem.parameters, influence.without[i]));
+    if (!before || !after) continue;
+    given += *before * *before;
+    calibrated += *after * *after;
+    ++validation.parts;
+  }
+  if (validation.parts < 2) return std::nullopt;
+  const auto n = static_cast<double>(validation.parts);
+  validation.given_m = std::sqrt(given / n);
+  validation.calibrated_m = std::sqrt(calibrated / n);
+  return validation;
+}
+
+ValidatedEstimate estimate_what_holds(const CalibrationProblem& problem) {
+  ValidatedEstimate best{.estimate = estimate_parameters(problem),
+                         .parameters = problem.parameters,
+                         .refused = {},
+                         .validation = {},
+                         .before = {}};
+  if (best.estimate.space.basis.cols() == 0) return best;
+  best.validation = cross_validate(problem, best.estimate);
+  best.before = best.validation;
+  while (best.validation && best.validation->is_worse() && !best.parameters.empty()) {
+    ValidatedEstimate next;
+    for (const Parameter& left_out : best.parameters) {
+      CalibrationProblem fewer = problem;
+      fewer.parameters = best.parameters;
+      std::erase(fewer.parameters, left_out);
+      ValidatedEstimate tried{.estimate = {},
+                              .parameters = fewer.parameters,
+                              .refused = best.refused,
+                              .validation = CrossValidation{},
+                              .before = best.before};
+      tried.refused.push_back(left_out);
+      if (!fewer.parameters.empty()) {
+        tried.estimate = estimate_parameters(fewer);
+        tried.validation = cross_validate(fewer, tried.estimate);
+      }
+      const bool is_better = !next.validation || (tried.validation && tried.validation->calibrated_m <
+                                                                          next.validation->calibrated_m);
+      if (is_better) next = std::move(tried);
+    }
+    best = std::move(next);
+  }
+  if (best.refused.empty()) best.before.reset();
+  return best;
+}
+
+}  // namespace trundle::calibration

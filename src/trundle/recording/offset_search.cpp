@@ -1,0 +1,184 @@
+#include "trundle/recording/detail/offset_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Dense>
+
+#include "trundle/statistics/median.hpp"
+#include "trundle/statistics/minimum.hpp"
+
+namespace trundle::recording {
+namespace {
+
+constexpr std::size_t kFewestWindows = 20;  // three numbers of each channel are fitted
+constexpr double kLargestResidual = 4.0;    // robust sigmas: beyond, a wheel slips
+constexpr Eigen::Index kLags = 10;          // windows over which residuals may hang together
+constexpr double kFinest_s = 2e-5;          // of the search: far below the sigma of any log
+
+// Of clocks: at 1 rad/s, less than 0.3° between two headings, or at 1 m/s 5 mm.
+constexpr double kSmallOffset_s = 0.005;
+constexpr double kSignificant = 3.0;  // sigmas
+
+using Vector = Eigen::VectorXd;
+
+/// The entries of the windows that are used.
+Vector used_of(const Vector& values, const std::vector<bool>& used) {
+  Vector result(std::ranges::count(used, true));
+  Eigen::Index n = 0;
+  for (std::size_t w = 0; w < used.size(); ++w)
+    if (used[w]) result[n++] = values[static_cast<Eigen::Index>(w)];
+  return result;
+}
+
+/// wheels = slope · other + drift · duration + residual, by least squares; nothing of less than two windows.
+struct Regression {
+  double slope = 0.0;
+  double correlation = 0.0;
+  Vector residual;
+  Eigen::MatrixXd design;  ///< other and duration
+
+  /// Of the residuals.
+  double mean_square() const {
+    return residual.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(residual.size(), 1));
+  }
+};
+
+Regression regress(const Vector& by_wheels, const Vector& by_other, const Vector& duration_s) {
+  Regression result;
+  if (by_other.size() < 2) return result;
+  result.design.resize(by_other.size(), 2);
+  result.design << by_other, duration_s;
+  const Vector coefficients = result.design.colPivHouseholderQr().solve(by_wheels);
+  result.slope = coefficients[0];
+  result.residual = by_wheels - result.design * coefficients;
+  const Vector w = by_wheels - duration_s * (by_wheels.dot(duration_s) / duration_s.squaredNorm());
+  const Vector o = by_other - duration_s * (by_other.dot(duration_s) / duration_s.squaredNorm());
+  const double norms = w.norm() * o.norm();
+  result.correlation = norms > 0.0 ? w.dot(o) / norms : 0.0;
+  return result;
+}
+
+/// The channels at one offset.
+struct Comparison {
+  std::vector<Regression> channels;
+
+  /// Least where the likelihood is largest: with Gaussian residuals of unknown variance its logarithm is
+  /// −n/2 times that of this product. Of means: windows that are missed on the way are no improvement.
+  double misfit() const {
+    double product = 1.0;
+    for (const Regression& channel : channels) product *= channel.mean_square();
+    return product;
+  }
+  /// Of the channel in which the sensors agree best.
+  double correlation() const {
+    double best = 0.0;
+    for (const Regression& channel : channels)
+      if (std::abs(channel.correlation) > std::abs(best)) best = channel.correlation;
+    return best;
+  }
+};
+
+class Comparer {
+ public:
+  explicit Comparer(TwoClocks clocks) : clocks_(std::move(clocks)) {}
+
+  Comparison at(double offset_s) {
+    const std::vector<Vector> others = clocks_.by_other(offset_s, clocks_.used);
+    const Vector duration_s = used_of(clocks_.duration_s, clocks_.used);
+    Comparison comparison;
+    for (std::size_t c = 0; c < others.size(); ++c)
+      comparison.channels.push_back(
+          regress(used_of(clocks_.by_wheels[c], clocks_.used), used_of(others[c], clocks_.used), duration_s));
+    return comparison;
+  }
+  bool has_enough() const {
+    return std::ranges::count(clocks_.used, true) >= static_cast<std::ptrdiff_t>(kFewestWindows);
+  }
+
+  /// Leaves out windows with a residual that no noise explains.
+  void leave_out_slip(double offset_s) {
+    const std::vector<bool> before = clocks_.used;
+    for (const Regression& channel : at(offset_s).channels) {
+      std::vector<double> sizes(channel.residual.size());
+      for (std::size_t i = 0; i < sizes.size(); ++i)
+        sizes[i] = std::abs(channel.residual[static_cast<Eigen::Index>(i)]);
+      const double limit = kLargestResidual * kSigmaOfMedian * median(sizes);
+      if (!(limit > 0.0)) continue;
+      std::size_t n = 0;
+      for (std::size_t w = 0; w < before.size(); ++w)
+        if (before[w] && sizes[n++] > limit) clocks_.used[w] = false;
+    }
+  }
+
+ private:
+  TwoClocks clocks_;
+};
+
+double search_from(Comparer& compare, double centre_s, double largest_s, double step_s) {
+  const auto misfit = [&](double offset_s) { return compare.at(offset_s).misfit(); };
+  double best = centre_s;
+  double smallest = misfit(centre_s);
+  for (double offset = centre_s - largest_s; offset <= centre_s + largest_s; offset += step_s) {
+    const double here = misfit(offset);
+    if (here < smallest) {
+      smallest = here;
+      best = offset;
+    }
+  }
+  return minimum_within({best - step_s, best + step_s, kFinest_s}, misfit);
+}
+
+/// σ of the offset from the residuals' scatter: of Gauss and Newton's step, with a sandwich of the scores'
+/// autocovariances.
+double sigma_at(Comparer& compare, double offset_s, double step_s) {
+  const Comparison here = compare.at(offset_s);
+  const Comparison before = compare.at(offset_s - step_s);
+  const Comparison after = compare.at(offset_s + step_s);
+  Vector score;
+  double information = 0.0;
+  for (std::size_t c = 0; c < here.channels.size(); ++c) {
+    const Regression& r = here.channels[c];
+    if (before.channels[c].residual.size() != r.residual.size() ||
+        after.channels[c].residual.size() != r.residual.size())
+      return INFINITY;
+    Vector d =
+        r.slope * (after.channels[c].design.col(0) - before.channels[c].design.col(0)) / (2.0 * step_s);
+    d -= r.design * r.design.colPivHouseholderQr().solve(d);
+    const double weight = here.channels.front().mean_square() / r.mean_square();
+    if (c == 0) score = Vector::Zero(r.residual.size());
+    score += weight * r.residual.cwiseProduct(d);
+    information += weight * d.squaredNorm();
+  }
+  const double own = score.squaredNorm();
+  double variance = own;
+  for (Eigen::Index lag = 1; lag <= std::min(kLags, score.size() - 1); ++lag)
+    variance += 2.0 * (1.0 - static_cast<double>(lag) / (kLags + 1.0)) *
+                score.head(score.size() - lag).dot(score.tail(score.size() - lag));
+  return std::sqrt(std::max(variance, 0.25 * own)) / information;
+}
+
+}  // namespace
+
+bool is_off(const TimeOffset& found, double given_s) {
+  return std::abs(found.offset_s - given_s) > std::max(kSmallOffset_s, kSignificant * found.sigma_s);
+}
+
+std::optional<TimeOffset> find_offset(TwoClocks clocks, const OffsetSearch& search) {
+  Comparer compare(std::move(clocks));
+  if (!compare.has_enough()) return std::nullopt;
+  double offset = search_from(compare, search.given_s, search.largest_s, search.step_s);
+  if (!compare.has_enough()) return std::nullopt;  // the other sensor misses the rest
+  compare.leave_out_slip(offset);
+  if (!compare.has_enough()) return std::nullopt;
+  offset = search_from(compare, offset, 4.0 * search.step_s, search.step_s);
+  const double correlation = compare.at(offset).correlation();
+  // Between its samples the other's rate is taken as constant: the instant of a change is known that well.
+  const double sigma = std::hypot(sigma_at(compare, offset, search.sample_s), search.sample_s / 50.0);
+  const bool told = std::abs(correlation) >= search.least_correlation && sigma <= search.largest_sigma_s &&
+                    std::abs(offset - search.given_s) <= search.largest_s;
+  if (!told) return std::nullopt;
+  return TimeOffset{offset, sigma, correlation};
+}
+
+}  // namespace trundle::recording

@@ -1,0 +1,85 @@
+#include "trundle/calibration/cross_validation.hpp"
+
+#include <gmock/gmock.h>
+
+#include "trundle/calibration/calibrate.hpp"
+#include "trundle/calibration/defaults.hpp"
+#include "trundle/io/error.hpp"
+
+#include "calibration/simulated_runs.hpp"
+
+namespace trundle::calibration {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using namespace test;
+
+using Runs = std::vector<Run>;
+
+CalibrationProblem problem_of(const Runs& runs, const Robot& nominal) {
+  return {runs, nominal, default_parameters(nominal, from_outside(runs))};
+}
+
+TEST(CrossValidation, WhatIsRightHoldsBeyondTheRuns) {
+  const Runs runs = prepared(nominal_differential(), true_differential(), differential_paths(), 1);
+  const ValidatedEstimate validated = estimate_what_holds(problem_of(runs, nominal_differential()));
+  ASSERT_TRUE(validated.validation);
+  EXPECT_EQ(validated.validation->parts, runs.size());
+  EXPECT_FALSE(validated.validation->of_halves);
+  EXPECT_LT(validated.validation->calibrated_m, 0.2 * validated.validation->given_m);
+  EXPECT_TRUE(validated.refused.empty());
+}
+
+TEST(CrossValidation, OfOneRunEachHalfIsJudgedByTheOther) {
+  const Path tour = trundle::simulation::joined(
+      {square(1.5, TurnSense::ccw), square(1.5, TurnSense::cw), square(1.5, TurnSense::ccw)});
+  const Runs runs = prepared(nominal_differential(), true_differential(), {tour}, 2);
+  const ValidatedEstimate validated = estimate_what_holds(problem_of(runs, nominal_differential()));
+  ASSERT_TRUE(validated.validation);
+  EXPECT_EQ(validated.validation->parts, 2U);
+  EXPECT_TRUE(validated.validation->of_halves);
+  EXPECT_LT(validated.validation->calibrated_m, 0.3 * validated.validation->given_m);
+}
+
+/// A reference that turns away in the first half of each run and comes back in the second, as one that
+/// drifts: what it makes of the track in one run is wrong in the next.
+std::vector<Recording> drifting(std::vector<Recording> recordings) {
+  double sign = 1.0;
+  for (Recording& recording : recordings) {
+    ReferenceStream& reference = recording.reference;
+    const double start_s = reference.time_s.front();
+    for (std::size_t i = 0; i < reference.time_s.size(); ++i) {
+      const double angle = sign * 0.02 * (reference.time_s[i] - start_s);
+      const Vector2 turned = rotation(angle) * Vector2(reference.x_m[i], reference.y_m[i]);
+      reference.x_m[i] = turned.x();
+      reference.y_m[i] = turned.y();
+      reference.heading_rad[i] += angle;
+    }
+    sign = -sign;
+  }
+  return recordings;
+}
+
+TEST(CrossValidation, WhatOnlyOneRunSaysIsRefusedAndNamed) {
+  const Robot truth = nominal_differential();
+  const std::vector<Path> paths = {square(1.5, TurnSense::ccw), square(1.5, TurnSense::ccw)};
+  const std::vector<Recording> recordings = drifting(recorded(nominal_differential(), truth, paths, 3));
+  Runs runs;
+  for (const Recording& recording : recordings)
+    runs.push_back(prepare_run(recording, nominal_differential()));
+  const ValidatedEstimate validated = estimate_what_holds(problem_of(runs, nominal_differential()));
+  EXPECT_FALSE(validated.refused.empty());
+  ASSERT_TRUE(validated.before);
+  EXPECT_TRUE(validated.before->is_worse());
+  EXPECT_TRUE(!validated.validation || !validated.validation->is_worse());
+  try {
+    const CalibrationResult result = calibrate(recordings, {}, nominal_differential());
+    EXPECT_THAT(result.warnings, Contains(HasSubstr("stays as given")));
+  } catch (const CannotAnswer& reason) {
+    EXPECT_THAT(reason.what(), HasSubstr("does not hold beyond them"));
+  }
+}
+
+}  // namespace
+}  // namespace trundle::calibration

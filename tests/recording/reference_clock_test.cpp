@@ -1,0 +1,162 @@
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "trundle/recording/time_offset.hpp"
+#include "trundle/simulation/scenario.hpp"
+
+#include "recording/robots.hpp"
+#include "scale.hpp"
+
+namespace trundle::recording {
+using namespace simulation;
+namespace {
+
+struct Sampling {
+  double encoders_hz;
+  double reference_hz;
+};
+
+/// Fine counts; sensors away from the middle, which is not what the robot file says.
+Robot robot_on_clocks(double reference_s, double sightings_s) {
+  Robot robot = test::two_wheels();
+  robot.chassis.noise.wheel_per_sqrt_m = 0.003;
+  for (Wheel& wheel : robot.chassis.wheels()) wheel.ticks_per_revolution = 5000.0;
+  robot.reference_time_offset_s = reference_s;
+  robot.landmark_sensor = LandmarkSensor{.body_from_sensor = {0.1, 0.0, 0.0},
+                                         .range_sigma_m = 0.02,
+                                         .bearing_sigma_rad = 0.01,
+                                         .max_range_m = 8.0,
+                                         .time_offset_s = sightings_s};
+  return robot;
+}
+
+Scenario scenario_along(const Path& path, double reference_s, const Sampling& sampling, std::uint64_t seed) {
+  Scenario scenario;
+  scenario.nominal = robot_on_clocks(0.0, 0.0);
+  scenario.truth = robot_on_clocks(reference_s, 0.0);
+  scenario.path = path;
+  scenario.steering = Steering::truth;
+  scenario.whole_intervals = false;
+  scenario.encoders.rate_hz = sampling.encoders_hz;
+  scenario.reference = {
+      .rate_hz = sampling.reference_hz, .position_sigma_m = 0.002, .heading_sigma_rad = 0.005};
+  scenario.seed = seed;
+  return scenario;
+}
+
+Path tour(double length_m, std::uint64_t seed) {
+  Random random(seed, 99);
+  return random_tour({.length_m = length_m}, {}, random);
+}
+
+std::vector<Landmark> landmarks_around() {
+  std::vector<Landmark> landmarks;
+  for (int i = 0; i < 12; ++i)
+    landmarks.push_back({std::to_string(i), 4.0 * Vector2(std::cos(0.5 * i), std::sin(0.5 * i))});
+  return landmarks;
+}
+
+std::optional<TimeOffset> found_in(const Recording& recording) {
+  const Robot robot = robot_on_clocks(0.0, 0.0);
+  return reference_time_offset(recording.reference, align(recording, robot), robot);
+}
+
+TEST(ReferenceClock, IsFoundWithinItsSigmaAtSeveralRates) {
+  double squares = 0.0;
+  int trials = 0;
+  std::uint64_t seed = 1;
+  for (const Sampling& sampling :
+       {Sampling{20.0, 100.0}, Sampling{50.0, 20.0}, Sampling{10.0, 50.0}, Sampling{100.0, 10.0}})
+    for (const double offset_s : {-3.0, -0.4, -0.05, 0.0, 0.012, 0.1, 0.3, 2.0}) {
+      const auto found =
+          found_in(simulate(scenario_along(tour(20.0, seed), offset_s, sampling, seed)).recording);
+      ++seed;
+      ASSERT_TRUE(found) << sampling.reference_hz << " Hz, " << offset_s << " s";
+      const double error = found->offset_s - offset_s;
+      EXPECT_LT(std::abs(error), 4.0 * found->sigma_s) << sampling.reference_hz << " Hz, " << offset_s;
+      EXPECT_LT(found->sigma_s, 0.02);
+      squares += std::pow(error / found->sigma_s, 2);
+      ++trials;
+    }
+  EXPECT_LT(squares / trials, 1.6);
+}
+
+TEST(ReferenceClock, AReferenceWithoutHeadingsTellsByItsWays) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Recording recording = simulate(scenario_along(tour(20.0, seed), 0.2, {20.0, 20.0}, seed)).recording;
+    for (double& heading : recording.reference.heading_rad) heading = kNotMeasured;
+    const auto found = found_in(recording);
+    ASSERT_TRUE(found);
+    EXPECT_NEAR(found->offset_s, 0.2, 4.0 * found->sigma_s);
+  }
+}
+
+TEST(ReferenceClock, MotionThatNeverChangesTellsNothing) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed)
+    for (const Path& path : {straight(8.0), circle(1.0, 3.0, TurnSense::ccw)}) {
+      const auto found = found_in(simulate(scenario_along(path, 0.1, {20.0, 50.0}, seed)).recording);
+      if (found) {
+        EXPECT_NEAR(found->offset_s, 0.1, 4.0 * found->sigma_s) << seed;
+      }
+    }
+}
+
+TEST(ReferenceClock, AJumpOfTheReferenceDoesNoHarm) {
+  Recording recording = simulate(scenario_along(tour(20.0, 7), 0.25, {20.0, 50.0}, 7)).recording;
+  ReferenceStream& reference = recording.reference;
+  for (std::size_t i = reference.time_s.size() / 2; i < reference.time_s.size(); ++i) reference.x_m[i] += 2.0;
+  const auto found = found_in(recording);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->offset_s, 0.25, 4.0 * found->sigma_s);
+}
+
+TEST(ReferenceClock, IsSetOnlyWhereItIsOff) {
+  const Robot robot = robot_on_clocks(0.0, 0.0);
+  for (const double offset_s : {0.0, 0.2}) {
+    Recording recording = simulate(scenario_along(tour(20.0, 3), offset_s, {20.0, 50.0}, 3)).recording;
+    const ReferenceStream before = recording.reference;
+    const auto moved = set_reference_clock(align(recording, robot), robot, recording.reference);
+    EXPECT_EQ(moved.has_value(), offset_s != 0.0);
+    const double by = recording.reference.time_s.front() - before.time_s.front();
+    EXPECT_NEAR(by, offset_s, 0.03);
+    if (!moved) {
+      EXPECT_EQ(recording.reference.time_s, before.time_s);
+    }
+  }
+}
+
+TEST(SightingClock, IsFoundWithinItsSigma) {
+  double squares = 0.0;
+  int trials = 0;
+  for (const double offset_s : {-0.4, -0.1, 0.0, 0.05, 0.3}) {
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+      Scenario scenario = scenario_along(tour(25.0, seed), 0.0, {20.0, 20.0}, seed);
+      scenario.truth = robot_on_clocks(0.0, offset_s);
+      scenario.landmarks = landmarks_around();
+      scenario.sightings.rate_hz = 10.0;
+      const Recording recording = simulate(scenario).recording;
+      const Robot robot = robot_on_clocks(0.0, 0.0);
+      const auto found = sighting_time_offset(recording.sightings, align(recording, robot), robot);
+      ASSERT_TRUE(found) << offset_s << " s";
+      const double error = found->offset_s - offset_s;
+      EXPECT_LT(std::abs(error), 4.5 * found->sigma_s) << offset_s << " s";
+      squares += std::pow(error / found->sigma_s, 2);
+      ++trials;
+    }
+  }
+  EXPECT_LT(squares / trials, 2.0);
+}
+
+TEST(SightingClock, LandmarksWithoutNamesTellNothing) {
+  Scenario scenario = scenario_along(tour(25.0, 1), 0.0, {20.0, 20.0}, 1);
+  scenario.landmarks = landmarks_around();
+  scenario.sightings.rate_hz = 10.0;
+  Recording recording = simulate(scenario).recording;
+  for (Sighting& sighting : recording.sightings) sighting.landmark.clear();
+  const Robot robot = robot_on_clocks(0.0, 0.0);
+  EXPECT_FALSE(sighting_time_offset(recording.sightings, align(recording, robot), robot));
+}
+
+}  // namespace
+}  // namespace trundle::recording
