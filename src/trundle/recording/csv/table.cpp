@@ -85,11 +85,9 @@ class Selection {
   std::vector<CsvColumn> wanted_;
 };
 
-/// Beyond it nothing was measured, and sums of squares leave a double. Counters run on for ever, and
-/// variances are squares.
+/// Counters run on for ever, and variances are squares: neither has a limit.
 void require_plausible(const std::vector<double>& values, const ColumnSource& column,
                        const StreamOrigin& origin) {
-  constexpr double kLargestReading = 1e9;
   if (column.kind != CellKind::number || column.column.ends_with("_ticks") ||
       column.column.starts_with("var_"))
     return;
@@ -165,6 +163,7 @@ Table read_table(const StreamSource& source, const RowRules& rules, std::vector<
 
 std::optional<double> first_stamp(const StreamSource& source) {
   if (!source.time) return std::nullopt;
+  // Bytes: hundreds of rows, also after a preamble; a log of gigabytes stays on the disk.
   constexpr std::size_t kHead = 65536;
   const MappedFile file(source.file);
   const std::string_view head = file.text().substr(0, kHead);
