@@ -104,7 +104,7 @@ Json bias_of(const SlamAnswer& answer) {
 
 /// Every second; fewer rows where there would be more than kMostRows. The last one is kept.
 BiasOverTime bias_over_time(const SlamAnswer& answer) {
-  constexpr std::size_t kMostRows = 4000;
+  constexpr std::size_t kMostRows = 4000;  // more than a picture has pixels across
   BiasOverTime columns;
   const auto& steps = answer.input.steps;
   const double every_s =

@@ -32,7 +32,8 @@ double mean_step(const Table& table) {
 std::string likely_unit(double step, double stamp) {
   constexpr std::array<std::pair<const char*, double>, 4> kUnits = {
       {{"s", 1.0}, {"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}}};
-  constexpr double kUsualStep_s = 0.05, kCenturyStart_s = 1e9, kCenturyEnd_s = 4e9;
+  constexpr double kUsualStep_s = 0.05;  // 20 Hz: in the middle, by ratio, of 1 and 400 Hz
+  constexpr double kCenturyStart_s = 1e9, kCenturyEnd_s = 4e9;  // 2001 to 2096
   for (const auto& [name, unit] : kUnits)
     if (stamp * unit > kCenturyStart_s && stamp * unit < kCenturyEnd_s) return name;
   const auto strangeness = [&](const auto& unit) {
@@ -89,6 +90,7 @@ Gait gait_of(std::vector<double> value) {
   gait.high = high;
   const double jump = 0.5 * (high - low);
   double way = 0.0, net = 0.0, before = 0.0, stretch = 0.0, coarse_way = 0.0, reversals = 0.0;
+  // Rows: what trembles to and fro cancels over them, what counts on does not.
   constexpr std::size_t kCoarse = 8;
   for (std::size_t row = 1; row < value.size(); ++row) {
     const double step = value[row] - value[row - 1];
@@ -114,6 +116,7 @@ Gait gait_of(std::vector<double> value) {
   return gait;
 }
 
+// The share of reversals is then known within 0.07 (1σ), a fifth of what is between the two kinds below.
 constexpr std::size_t kFewestSteps = 50;
 
 // Over 55 recorded columns of three robots, taken both ways: counters reverse in at most 9 % of their steps,

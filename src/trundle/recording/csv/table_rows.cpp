@@ -172,7 +172,7 @@ double median_step(std::span<const double> time_s) {
 }
 
 double longest_step(std::span<const double> time_s) {
-  constexpr double kShortestGap = 0.5;
+  constexpr double kShortestGap = 0.5;  // [s]: less is what a busy computer delays a row by
   return std::max(kShortestGap, 5.0 * median_step(time_s));
 }
 
