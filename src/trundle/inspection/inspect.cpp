@@ -105,7 +105,7 @@ std::string place_at(const Recording& recording, double time_s) {
 /// Without knowing the robot: it stands still while every other wheel goes at least a twentieth of its whole
 /// way.
 void find_stuck(const Recording& recording, const WheelCourses& courses, std::vector<Finding>& problems) {
-  constexpr double kShare = 0.05;
+  constexpr double kShare = 0.05;  // less may be a robot that hardly moves, all wheels alike
   const std::size_t rows = courses.time_s.size();
   for (std::size_t w = 0; w < courses.wheel.size() && courses.wheel.size() > 1; ++w)
     for (const Standstill& still : standstills_of(courses.value[w], courses.time_s, kShortestStandstill)) {

@@ -15,7 +15,7 @@
 namespace trundle::recording {
 namespace {
 
-constexpr std::size_t kFewestWindows = 20;
+constexpr std::size_t kFewestWindows = 20;  // so many unrelated ones reach kSameTurns in 1 of 40 cases
 constexpr double kSameTurns = 0.5;  // correlation below which the sensors do not speak of the same motion
 constexpr double kLargestResidual = 4.0;  // robust sigmas: beyond, a wheel slips
 constexpr Eigen::Index kLags = 10;        // windows over which residuals may hang together
