@@ -58,7 +58,7 @@ std::string text_of(const SlamArguments& options, const SlamAnswer& answer) {
                       options.output,
                       answer.smoothed ? "smoothed), online.csv (online estimate" : "online estimate",
                       answer.result.path ? "path.csv (best particle's whole path), " : "");
-  for (const Finding& problem : answer.input.problems) text += app::line_of(problem);
+  for (const Finding& problem : answer.input.findings) text += app::line_of(problem);
   for (const Finding& doubt : answer.doubts) text += app::line_of(doubt);
   return text;
 }

@@ -267,7 +267,7 @@ void compare(const Recording& recording, const Robot& robot, Findings& findings)
 Findings find_in(const Recording& recording, const Robot* robot) {
   Findings findings;
   findings.streams = summaries_of(recording);
-  findings.problems = recording.problems;
+  findings.problems = recording.findings;
   findings.missing = missing_in(recording, robot);
   compare_times(findings, recording, findings.problems);
   if (robot != nullptr) {

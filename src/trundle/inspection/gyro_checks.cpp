@@ -44,7 +44,7 @@ std::optional<Finding> wrong_gyro_unit(const Recording& recording, const Robot& 
   if (unlimited.chassis.gyro)
     unlimited.chassis.gyro->max_rate_rad_s = std::numeric_limits<double>::infinity();
   AlignedReadings all = readings;
-  all.problems.clear();
+  all.findings.clear();
   add_gyro(recording.gyro, unlimited, all);
   const auto pairs = comparable_turns(recording, unlimited, all);
   constexpr double kAgreeWell = 0.8;  // correlation, which no unit changes

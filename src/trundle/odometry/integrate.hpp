@@ -41,7 +41,7 @@ struct IntegratedOdometry {
   GyroBias end_gyro_bias;      ///< the same
   /// Every second, and where rests begin and end; the same.
   std::vector<GyroBiasAt> gyro_bias;
-  std::vector<Finding> problems;
+  std::vector<Finding> findings;
 };
 
 /// The odometry of a recording: a loop over Odometer::step, from `start` at the first stamp.

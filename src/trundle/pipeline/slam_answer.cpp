@@ -155,8 +155,8 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
       recording, corrected_readings(recording, robot, question.slip, slip_found, answer.provenance),
       robot.robot, {.hide_ids = question.unknown_ids, .shares = question.systematic_sigma.has_value()});
   require_apart(answer.provenance.inputs, {question.checkpoints.write});
-  auto& problems = answer.input.problems;
-  problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
+  auto& findings = answer.input.findings;
+  findings.insert(findings.begin(), recording.findings.begin(), recording.findings.end());
   if (answer.input.observations() == 0)
     throw CannotAnswer(fmt::format("{}: no sightings while the robot's odometry runs", recording.name));
   const LandmarkSensor& sensor = *robot.robot.landmark_sensor;
@@ -178,7 +178,7 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
                             question.checkpoints, question.on_steps);
   if (!shares) prior.systematic_sigma = systematic.sigma(kUsualShareSigma);
   if (question.smooth && answer.result.map.empty())
-    problems.push_back({.severity = Severity::warning,
+    findings.push_back({.severity = Severity::warning,
                         .code = FindingCode::nothing_to_smooth,
                         .place = recording.name,
                         .count = 1});
@@ -188,7 +188,7 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
   name_the_nameless(answer);
   report_no_rest({robot.robot, answer.input.rest_s, answer.input.steps.back().time_s - answer.input.start_s,
                   answer.last().covariance(2, 2)},
-                 problems);
+                 findings);
   answer.doubts = doubts_about(answer.input, answer.result, answer.smoothed ? &*answer.smoothed : nullptr);
   require_sound(answer.result.online, recording.name);
   if (answer.smoothed) require_sound(answer.smoothed->trajectory, recording.name);
@@ -227,7 +227,7 @@ Json document_of(const SlamAnswer& answer) {
     document["gyro_bias_over_time"] = to_json(bias_over_time(answer));
     document["rest_s"] = answer.input.rest_s;
   }
-  document["problems"] = to_json(answer.input.problems);
+  document["problems"] = to_json(answer.input.findings);
   return document;
 }
 

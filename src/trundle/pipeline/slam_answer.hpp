@@ -41,7 +41,7 @@ struct SlamQuestion {
 
 struct SlamAnswer {
   Provenance provenance;
-  SlamInput input;  ///< with the problems of reading the recording, and names for all landmarks
+  SlamInput input;  ///< with the findings of reading the recording, and names for all landmarks
   SlamResult result;
   std::optional<SmoothedSlam> smoothed;
   double gyro_bias_rad_s = 0.0;      ///< the robot file's, where it has a gyro

@@ -133,7 +133,7 @@ struct Recording {
   std::vector<RelativeMotion> relative_motions;
   PartialReference partial;
   std::vector<Landmark> landmarks;
-  std::vector<Finding> problems;
+  std::vector<Finding> findings;
   std::vector<InputFile> inputs;
 
   bool has_reference() const;

@@ -30,7 +30,7 @@ struct SlamInput {
   double start_s = 0.0;
   std::vector<SlamStep> steps;
   std::vector<std::string> landmarks;  ///< name of each LandmarkId: those given, then in order of first sight
-  std::vector<Finding> problems;
+  std::vector<Finding> findings;
   SystematicErrors systematic = {};  ///< what the motions' s are
   double rest_s = 0.0;               ///< how long the robot stood still, where it has a gyro
   /// Of each step's motion, by SlamInputOptions::parameters: truth = mean · exp(by_parameters · (true value −

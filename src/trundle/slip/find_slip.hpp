@@ -43,7 +43,7 @@ struct SlipReport {
   double chi2_limit = 0.0;    ///< else χ² does beyond this
   AlignedReadings corrected;  ///< ready for integrate()
   Pose2 end;                  ///< the pose reached, from the origin
-  std::vector<Finding> problems;
+  std::vector<Finding> findings;
 };
 
 /// A loop over SlipOdometer::step, which learns the gyro's bias where the robot rests. `commands` may be

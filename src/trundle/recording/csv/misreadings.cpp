@@ -45,7 +45,7 @@ std::string likely_unit(double step, double stamp) {
 }  // namespace
 
 void check_stamps(const Table& table, const StreamSource& source, const RowRules& rules,
-                  std::vector<Finding>& problems) {
+                  std::vector<Finding>& findings) {
   if (!source.time || table.time_s.size() < kFewestRows) return;
   const double mean_s = mean_step(table);  // of rows that come in bursts more than their median
   const double step_s = rules.repeated_stamps ? mean_s : median_step(table.time_s);
@@ -60,7 +60,7 @@ void check_stamps(const Table& table, const StreamSource& source, const RowRules
         source.place,
         fmt::format("the stamps of {} step by {:.3g} s from row to row", source.file.string(), step_s),
         fmt::format("time_unit = \"{}\"", unit));
-  problems.push_back({.code = FindingCode::time_unit,
+  findings.push_back({.code = FindingCode::time_unit,
                       .place = place_of(source),
                       .payload = payload::StampStep{step_s, unit}});
 }
@@ -162,7 +162,7 @@ struct Suspects {
 
 }  // namespace
 
-void check_increments(const WheelStream& wheels, const StreamSource& source, std::vector<Finding>& problems) {
+void check_increments(const WheelStream& wheels, const StreamSource& source, std::vector<Finding>& findings) {
   Suspects suspects;
   for (const WheelSeries& series : wheels.series) {
     if (series.unit == WheelUnit::rate) continue;
@@ -171,7 +171,7 @@ void check_increments(const WheelStream& wheels, const StreamSource& source, std
                  source.increments ? looks_like_counter(gait) : looks_like_increments(gait));
   }
   if (!suspects.any()) return;
-  problems.push_back({.code = source.increments ? FindingCode::not_increments : FindingCode::increments,
+  findings.push_back({.code = source.increments ? FindingCode::not_increments : FindingCode::increments,
                       .place = place_of(source),
                       .subjects = suspects.names,
                       .payload = payload::Range{suspects.low, suspects.high}});
@@ -180,7 +180,7 @@ void check_increments(const WheelStream& wheels, const StreamSource& source, std
 // ---- Bearings ----
 
 void check_bearings(const std::vector<Sighting>& sightings, const StreamSource& source,
-                    std::vector<Finding>& problems) {
+                    std::vector<Finding>& findings) {
   constexpr double kWhole = 6.3;  // [rad] a turn, and what rounding may add
   constexpr double kShare = 0.1;
   if (sightings.size() < kFewestRows) return;
@@ -192,7 +192,7 @@ void check_bearings(const std::vector<Sighting>& sightings, const StreamSource& 
     farthest = std::max(farthest, size);
   }
   if (static_cast<double>(beyond) <= kShare * static_cast<double>(sightings.size())) return;
-  problems.push_back(
+  findings.push_back(
       {.code = FindingCode::bearing_unit,
        .place = place_of(source),
        .count = beyond,
