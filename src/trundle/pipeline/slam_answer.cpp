@@ -14,7 +14,7 @@
 #include "trundle/recording/landmark_file.hpp"
 #include "trundle/recording/trajectory_file.hpp"
 #include "trundle/report/json_text.hpp"
-#include "trundle/slam/doubts.hpp"
+#include "trundle/slam/consistency_checks.hpp"
 #include "trundle/slam/map_file.hpp"
 #include "trundle/slam/smoothing/many_starts.hpp"
 
@@ -189,7 +189,8 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
   report_no_rest({robot.robot, answer.input.rest_s, answer.input.steps.back().time_s - answer.input.start_s,
                   answer.last().covariance(2, 2)},
                  findings);
-  answer.doubts = doubts_about(answer.input, answer.result, answer.smoothed ? &*answer.smoothed : nullptr);
+  answer.inconsistencies =
+      consistency_checks(answer.input, answer.result, answer.smoothed ? &*answer.smoothed : nullptr);
   require_sound(answer.result.online, recording.name);
   if (answer.smoothed) require_sound(answer.smoothed->trajectory, recording.name);
   require_sound(answer.map(), recording.name);
@@ -200,8 +201,8 @@ Json document_of(const SlamAnswer& answer) {
   const SlamCounts& counts = answer.result.counts;
   const StampedPose& end = answer.trajectory().poses.back();
   Json document = to_json(answer.provenance);
-  document["status"] = answer.doubts.empty() ? "ok" : name_of(answer.doubts.front().code);
-  document["doubts"] = to_json(answer.doubts);
+  document["status"] = answer.inconsistencies.empty() ? "ok" : name_of(answer.inconsistencies.front().code);
+  document["doubts"] = to_json(answer.inconsistencies);
   document["steps"] = answer.input.steps.size();
   document["landmarks"] = answer.map().size();
   document["tentative_landmarks"] = answer.result.tentative.size();
