@@ -14,7 +14,7 @@ struct Case {
 };
 
 std::string name_of_case(const testing::TestParamInfo<Case>& info) {
-  return std::string(name_of(info.param.filter)) + (info.param.named ? "_named" : "_nameless");
+  return std::string(name_of(info.param.filter)) + (info.param.named ? "_named" : "_unidentified");
 }
 
 class FromNowhere : public testing::TestWithParam<Case> {

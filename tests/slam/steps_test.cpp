@@ -180,7 +180,7 @@ TEST(Steps, WhatIsMissingIsNamed) {
   recording.sightings[3].landmark.clear();
   const SlamInput mixed = slam_input(recording, robot);
   EXPECT_EQ(mixed.observations(), recording.sightings.size());
-  EXPECT_TRUE(mixed.has_nameless());
+  EXPECT_TRUE(mixed.has_unidentified());
   ASSERT_EQ(mixed.findings.size(), 1U);
   EXPECT_EQ(mixed.findings[0].code, FindingCode::sighting_without_name);
   EXPECT_EQ(mixed.findings[0].count, 1U);

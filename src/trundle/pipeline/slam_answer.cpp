@@ -47,7 +47,7 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
 }
 
 /// Landmarks that have no name are called 1, 2, ... in order of first sight, those removed since among them.
-void name_the_nameless(SlamAnswer& answer) {
+void name_unidentified(SlamAnswer& answer) {
   LandmarkId last = answer.result.last_landmark();
   for (const MappedLandmark& landmark : answer.map()) last = std::max(last, landmark.id);
   answer.input.landmarks = landmark_names(std::move(answer.input.landmarks), last);
@@ -141,7 +141,7 @@ std::string settings_of(const RobotFile& robot, SlamQuestion question, const Sla
   std::string text = robot.file.sha256;
   for (const auto& [name, value] : provenance_of({}, robot, question).options)
     text += fmt::format("\n{}={}", name, value);
-  if (input.has_nameless()) text += fmt::format("\nnames={}", input.landmarks.size());
+  if (input.has_unidentified()) text += fmt::format("\nnames={}", input.landmarks.size());
   return text + fmt::format("\nseed={}", question.seed);
 }
 
@@ -172,7 +172,7 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
                            .threads = question.threads,
                            .swarm = question.swarm,
                            .estimate = question.estimate,
-                           .first_nameless = answer.input.first_nameless()};
+                           .first_unidentified = answer.input.first_unidentified()};
   answer.result =
       slam_with_checkpoints(answer.input, SlamRun(sensor, filter), settings_of(robot, question, answer.input),
                             question.checkpoints, question.on_steps);
@@ -185,7 +185,7 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
   else if (question.smooth)
     answer.smoothed = smooth_from_many(answer.input, sensor, answer.result, filter, question.smoother_runs,
                                        {.prior = prior});
-  name_the_nameless(answer);
+  name_unidentified(answer);
   report_no_rest({robot.robot, answer.input.rest_s, answer.input.steps.back().time_s - answer.input.start_s,
                   answer.last().covariance(2, 2)},
                  findings);

@@ -67,7 +67,7 @@ class Cutter {
     }
     if (now_s_ > last_step_s_) finish_step();
     report_left_out();
-    report_nameless();
+    report_unidentified();
     input_.landmarks = names_.list();
     input_.rest_s = motion_.rest_s();
     input_.systematic = systematic_;
@@ -153,13 +153,13 @@ class Cutter {
     note(crowded_, FindingCode::crowded_instant, payload::Amount{static_cast<double>(kMostSightingsAtOnce)});
   }
 
-  void report_nameless() {
-    std::size_t nameless = 0;
+  void report_unidentified() {
+    std::size_t unidentified = 0;
     for (const SlamStep& step : input_.steps)
-      nameless += static_cast<std::size_t>(
+      unidentified += static_cast<std::size_t>(
           std::ranges::count(step.observations, kUnknownLandmark, &Observation::landmark));
-    if (nameless == input_.observations()) return;
-    note(nameless, FindingCode::sighting_without_name);
+    if (unidentified == input_.observations()) return;
+    note(unidentified, FindingCode::sighting_without_name);
   }
 
   void note(std::size_t count, FindingCode code, const Payload& payload = {}) {
@@ -208,7 +208,7 @@ std::size_t SlamInput::observations() const {
   return count;
 }
 
-bool SlamInput::has_nameless() const {
+bool SlamInput::has_unidentified() const {
   return std::ranges::any_of(steps, [](const SlamStep& step) {
     return std::ranges::any_of(step.observations, [](const Observation& o) { return o.landmark < 0; });
   });

@@ -40,9 +40,9 @@ struct SlamInput {
   /// Of all steps.
   [[nodiscard]] std::size_t observations() const;
   /// Whether some sighting has no id.
-  [[nodiscard]] bool has_nameless() const;
+  [[nodiscard]] bool has_unidentified() const;
   /// Number of the first unidentified landmark: above all given ids.
-  [[nodiscard]] LandmarkId first_nameless() const { return static_cast<LandmarkId>(landmarks.size()); }
+  [[nodiscard]] LandmarkId first_unidentified() const { return static_cast<LandmarkId>(landmarks.size()); }
 };
 
 /// Of one instant: more are thinned out evenly, so that no step takes without bound.

@@ -151,7 +151,8 @@ std::optional<CommonError::Closed> CommonError::close_loop(std::span<const Obser
     }
   }
   recall(observations, belief);
-  if (!loop_.has_news() || map.has_nameless()) return std::nullopt;  // those would have to be looked for then
+  if (!loop_.has_news() || map.has_unidentified())
+    return std::nullopt;  // those would have to be looked for then
   const std::optional<LoopCorrection> found = loop_.close(present_submap(here->pose, belief));
   if (!found) return std::nullopt;
   lost_.remember(found->old_doubt(), found->doubt_after(drift_));

@@ -236,7 +236,7 @@ void ParticleAssociation::put_back(std::size_t k, const Drawn& drawn) {
 LandmarkId ParticleAssociation::create(const Sighting& sighting, const Drawn& drawn, ParticleMap& map,
                                        Ancestry& ancestry) {
   const LandmarkEstimate near = first_estimate(sensor_of(drawn.sensors, reporter_), sighting.reading);
-  const LandmarkId landmark = map.add_nameless({near.x, near.y}, ancestry);
+  const LandmarkId landmark = map.add_unidentified({near.x, near.y}, ancestry);
   LandmarkColumns& columns = map.current(landmark, ancestry);
   set_first_estimates(sighting.reading, drawn.sensors, {0, padded(particles_.count)}, columns);
   for (std::size_t i = 0; i < particles_.count; ++i)

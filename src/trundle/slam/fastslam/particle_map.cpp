@@ -7,8 +7,8 @@
 
 namespace trundle::slam {
 
-ParticleMap::ParticleMap(std::size_t particles, Precision precision, LandmarkId first_nameless)
-    : particles_(particles), precision_(precision), next_nameless_(first_nameless) {}
+ParticleMap::ParticleMap(std::size_t particles, Precision precision, LandmarkId first_unidentified)
+    : particles_(particles), precision_(precision), next_unidentified_(first_unidentified) {}
 
 LandmarkId ParticleMap::find(LandmarkId name) const {
   const auto i = static_cast<std::size_t>(name);
@@ -16,14 +16,14 @@ LandmarkId ParticleMap::find(LandmarkId name) const {
 }
 
 LandmarkId ParticleMap::number_of(LandmarkId id) const {
-  const auto nameless = nameless_.find(id);
-  return nameless != nameless_.end() ? nameless->second : find(id);
+  const auto unidentified = unidentified_.find(id);
+  return unidentified != unidentified_.end() ? unidentified->second : find(id);
 }
 
 /// One without a name that has this number gets another.
 LandmarkId ParticleMap::add(LandmarkId name, const Vector2& origin, Ancestry& ancestry) {
-  next_nameless_ = std::max(next_nameless_, name + 1);
-  if (const auto nameless = nameless_.extract(name)) call_nameless(nameless.mapped());
+  next_unidentified_ = std::max(next_unidentified_, name + 1);
+  if (const auto unidentified = unidentified_.extract(name)) number_unidentified(unidentified.mapped());
   const LandmarkId landmark = occupy(origin, ancestry);
   Entry& entry = entries_[static_cast<std::size_t>(landmark)];
   entry.id = name;
@@ -34,15 +34,15 @@ LandmarkId ParticleMap::add(LandmarkId name, const Vector2& origin, Ancestry& an
   return landmark;
 }
 
-LandmarkId ParticleMap::add_nameless(const Vector2& origin, Ancestry& ancestry) {
+LandmarkId ParticleMap::add_unidentified(const Vector2& origin, Ancestry& ancestry) {
   const LandmarkId landmark = occupy(origin, ancestry);
-  call_nameless(landmark);
+  number_unidentified(landmark);
   return landmark;
 }
 
-void ParticleMap::call_nameless(LandmarkId landmark) {
-  entries_[static_cast<std::size_t>(landmark)].id = next_nameless_;
-  nameless_[next_nameless_++] = landmark;
+void ParticleMap::number_unidentified(LandmarkId landmark) {
+  entries_[static_cast<std::size_t>(landmark)].id = next_unidentified_;
+  unidentified_[next_unidentified_++] = landmark;
 }
 
 LandmarkId ParticleMap::occupy(const Vector2& origin, Ancestry& ancestry) {
@@ -116,7 +116,7 @@ LandmarkColumns& ParticleMap::current(LandmarkId landmark, Ancestry& ancestry) {
 void ParticleMap::remove(LandmarkId landmark, Ancestry& ancestry) {
   Entry& entry = entries_[static_cast<std::size_t>(landmark)];
   ancestry.release(entry.epoch);
-  nameless_.erase(entry.id);
+  unidentified_.erase(entry.id);
   entry.is_there = false;
   entry.sightings = 0;
   removed_.push_back(landmark);

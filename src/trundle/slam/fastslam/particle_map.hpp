@@ -18,8 +18,8 @@ namespace trundle::slam {
 /// brought up to now when it is seen again.
 class ParticleMap {
  public:
-  /// Landmarks without names are numbered from `first_nameless` on: above all names.
-  ParticleMap(std::size_t particles, Precision precision, LandmarkId first_nameless = 0);
+  /// Landmarks without names are numbered from `first_unidentified` on: above all names.
+  ParticleMap(std::size_t particles, Precision precision, LandmarkId first_unidentified = 0);
 
   [[nodiscard]] std::size_t landmarks() const { return entries_.size(); }
   /// Number of a landmark in this map; kUnknownLandmark: none.
@@ -27,7 +27,7 @@ class ParticleMap {
   /// The same, of one that callers have named.
   [[nodiscard]] LandmarkId find(LandmarkId name) const;
   /// Whether there are others.
-  [[nodiscard]] bool has_nameless() const { return !nameless_.empty(); }
+  [[nodiscard]] bool has_unidentified() const { return !unidentified_.empty(); }
   /// Its columns are counted from `origin`, which should be near it.
   LandmarkId add(LandmarkId name, const Vector2& origin, Ancestry& ancestry);
   /// A landmark as it was last written, and whose of its numbers each of today's particles has.
@@ -44,7 +44,7 @@ class ParticleMap {
   /// The same at once, for all particles.
   LandmarkColumns& current(LandmarkId landmark, Ancestry& ancestry);
   /// One that no caller has named; it has an id of its own all the same, but is not found by it.
-  LandmarkId add_nameless(const Vector2& origin, Ancestry& ancestry);
+  LandmarkId add_unidentified(const Vector2& origin, Ancestry& ancestry);
   /// One without a name. Another may get its number, but none its id.
   void remove(LandmarkId landmark, Ancestry& ancestry);
   [[nodiscard]] LandmarkId id_of(LandmarkId landmark) const {
@@ -82,7 +82,7 @@ class ParticleMap {
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.entries_, self.named_, self.nameless_, self.next_nameless_, self.removed_);
+    archive(self.entries_, self.named_, self.unidentified_, self.next_unidentified_, self.removed_);
     if constexpr (!std::is_const_v<Self>) self.ways_known_ = 0;  // another ancestry's
   }
 
@@ -104,7 +104,7 @@ class ParticleMap {
     }
   };
   LandmarkId occupy(const Vector2& origin, Ancestry& ancestry);
-  void call_nameless(LandmarkId landmark);
+  void number_unidentified(LandmarkId landmark);
   std::size_t way_from(Ancestry::Epoch epoch, const Ancestry& ancestry);
 
   std::size_t particles_;
@@ -126,9 +126,9 @@ class ParticleMap {
   std::vector<LandmarkColumns> before_;            ///< what the heirs had
   static constexpr std::size_t kMostAtATime = 64;  ///< heirs, and ways: more would only take more memory
   std::vector<Entry> entries_;
-  std::vector<LandmarkId> named_;              ///< by name
-  std::map<LandmarkId, LandmarkId> nameless_;  ///< by id
-  LandmarkId next_nameless_;
+  std::vector<LandmarkId> named_;                  ///< by name
+  std::map<LandmarkId, LandmarkId> unidentified_;  ///< by id
+  LandmarkId next_unidentified_;
   std::vector<LandmarkId> removed_;  ///< free numbers, with the room of those who had them
 };
 

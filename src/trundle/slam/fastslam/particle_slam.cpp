@@ -14,7 +14,7 @@ namespace {
 ParticleBelief belief_at(const SlamPrior& prior, const ParticleSlamOptions& options) {
   const Systematic& sigma = prior.systematic_sigma;
   return {.particles = {options.particles, sigma.size()},
-          .map = {options.particles, options.map_precision, options.first_nameless},
+          .map = {options.particles, options.map_precision, options.first_unidentified},
           .paths = {},
           .pending = PendingMotion(sigma),
           .keeps_paths = options.keep_paths};

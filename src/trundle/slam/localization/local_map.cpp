@@ -16,10 +16,10 @@ double squared_distance(const SightedPoint& a, const SightedPoint& b) {
   return apart.dot((a.covariance + b.covariance).llt().solve(apart));
 }
 
-/// Nameless readings of one instant show different landmarks.
+/// Unidentified readings of one instant show different landmarks.
 bool may_be_same(const SightedPoint& a, const SightedPoint& b) {
-  const bool nameless = a.landmark == kUnknownLandmark && b.landmark == kUnknownLandmark;
-  return nameless ? a.step != b.step : a.landmark == b.landmark;
+  const bool unidentified = a.landmark == kUnknownLandmark && b.landmark == kUnknownLandmark;
+  return unidentified ? a.step != b.step : a.landmark == b.landmark;
 }
 
 bool is_new_look(const SightedPoint& before) {

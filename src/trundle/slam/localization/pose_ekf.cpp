@@ -74,8 +74,8 @@ std::vector<PoseEkf::Match> PoseEkf::matches_of(std::span<const Observation> obs
   for (std::size_t i = 0; i < observations.size(); ++i) {
     const Observation& observation = observations[i];
     if (!is_valid(observation)) continue;
-    const bool nameless = observation.landmark == kUnknownLandmark;
-    if (!nameless && !map_->has(observation.landmark)) continue;
+    const bool unidentified = observation.landmark == kUnknownLandmark;
+    if (!unidentified && !map_->has(observation.landmark)) continue;
     ObservationReport& report = report_.observations[i];
     report.decision = Decision::rejected;
     double fitting = kNothingFits;
@@ -86,7 +86,7 @@ std::vector<PoseEkf::Match> PoseEkf::matches_of(std::span<const Observation> obs
       if (sight.nis <= options_.gate) {
         report.decision = Decision::matched;
         report.landmark = landmarks[i];
-        fitting = sight.log_density - (nameless ? std::log(in_view) : 0.0);
+        fitting = sight.log_density - (unidentified ? std::log(in_view) : 0.0);
         matches.push_back({i, landmarks[i], sight});
       }
     }

@@ -165,8 +165,8 @@ PoseParticles::Fitting PoseParticles::improve(PoseEstimate& belief, std::span<co
   Fitting here;
   for (std::size_t k = 0; k < observations.size(); ++k) {
     const Observation& observation = observations[k];
-    const bool nameless = observation.landmark == kUnknownLandmark;
-    if (!is_valid(observation) || (!nameless && !map_->has(observation.landmark))) continue;
+    const bool unidentified = observation.landmark == kUnknownLandmark;
+    if (!is_valid(observation) || (!unidentified && !map_->has(observation.landmark))) continue;
     ObservationReport report{.decision = Decision::rejected};
     double fitting = kNothingFits;
     if (landmarks[k] != kUnknownLandmark) {
@@ -176,7 +176,7 @@ PoseParticles::Fitting PoseParticles::improve(PoseEstimate& belief, std::span<co
       if (sight.nis <= options_.sight.gate) {
         report.decision = Decision::matched;
         report.landmark = landmarks[k];
-        fitting = sight.log_density - (nameless ? std::log(in_view) : 0.0);
+        fitting = sight.log_density - (unidentified ? std::log(in_view) : 0.0);
         const Eigen::Matrix<double, 3, 2> K =
             belief.covariance * sight.expected.by_pose.transpose() * sight.S.inverse();
         const Vector3 change = K * sight.innovation;

@@ -24,7 +24,8 @@ using LandmarkPair = std::pair<LandmarkId, LandmarkId>;
 /// landmark in two of them, none that were seen in the same instant; the second of each has no name. Eq. 15.
 [[nodiscard]] std::vector<LandmarkPair> duplicates_in(const ShownObservations& shown,
                                                       std::span<const MappedLandmark> map,
-                                                      const LandmarkSensor& sensor, LandmarkId first_nameless,
+                                                      const LandmarkSensor& sensor,
+                                                      LandmarkId first_unidentified,
                                                       const DifferenceCovariance& covariance);
 /// The second of each pair becomes the first.
 [[nodiscard]] ShownObservations with_merged(ShownObservations shown, std::span<const LandmarkPair> pairs);

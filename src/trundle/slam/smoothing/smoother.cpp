@@ -235,7 +235,7 @@ class ReAssociation {
 
   bool merge_duplicates() {
     const std::vector<LandmarkPair> duplicates = duplicates_in(
-        best_.shown, best_.smoothed.map, sensor_, input_.first_nameless(),
+        best_.shown, best_.smoothed.map, sensor_, input_.first_unidentified(),
         [&](LandmarkId a, LandmarkId b) { return best_.smoothing.difference_covariance(a, b); });
     if (duplicates.empty()) return false;
     return is_better(with_merged(best_.shown, duplicates)) ||
@@ -268,7 +268,7 @@ SmoothedSlam smooth(const SlamInput& input, const LandmarkSensor& sensor, const 
   ShownObservations shown = shown_observations(input, filtered);
   Smoothing smoothing(input, shown, sensor, options, filtered.last.systematic);
   SmoothedSlam smoothed = smoothing.from_filtered(filtered.path ? *filtered.path : filtered.online);
-  if (!input.has_nameless()) {
+  if (!input.has_unidentified()) {
     smoothed.map_covariance = smoothing.map_covariance();
     smoothed.shown = std::move(shown);
     return smoothed;
