@@ -161,18 +161,18 @@ struct Again {
             old,
             from};
   }
-  /// All of them at each of five stations, so far apart; some of the sightings are of something else.
+  /// All of them at each of five keyframes, so far apart; some of the sightings are of something else.
   /// Nothing: no closing.
   std::optional<LoopCorrection> look(const Pose2& drift, double share_wrong, double step_m = 2.0) {
     LoopClosing closing;
-    for (int station = 0; station < 40; ++station) closing.next_station();
-    for (int station = 0; station < 5; ++station) {
-      closing.next_station();
+    for (int keyframe = 0; keyframe < 40; ++keyframe) closing.next_keyframe();
+    for (int keyframe = 0; keyframe < 5; ++keyframe) {
+      closing.next_keyframe();
       for (LandmarkId i = 0; i < 6; ++i) {
         const Vector2 place = random.uniform() < share_wrong
                                   ? Vector2(random.uniform(-8.0, 8.0), random.uniform(-8.0, 8.0))
                                   : Vector2(drift.inverse() * landmarks[static_cast<std::size_t>(i)]);
-        closing.rejected(seen(i, place, {step_m * station, 0.0}), now);
+        closing.rejected(seen(i, place, {step_m * keyframe, 0.0}), now);
       }
       if (auto bend = closing.close(now)) return bend;
     }
@@ -220,14 +220,14 @@ TEST(LoopClosing, IsNotMadeOfMovedLandmarks) {
     Again again(static_cast<std::uint64_t>(trial));
     const Vector2 by(again.random.uniform(0.6, 1.5), again.random.uniform(0.6, 1.5));
     LoopClosing closing;
-    for (int station = 0; station < 40; ++station) closing.next_station();
-    for (int station = 0; station < 100; ++station) {
-      closing.next_station();
-      const Vector2 from(2.0 * (station % 10), 0.0);
+    for (int keyframe = 0; keyframe < 40; ++keyframe) closing.next_keyframe();
+    for (int keyframe = 0; keyframe < 100; ++keyframe) {
+      closing.next_keyframe();
+      const Vector2 from(2.0 * (keyframe % 10), 0.0);
       closing.rejected(again.seen(0, again.landmarks[0] + by, from), again.now);
       closing.rejected(again.seen(1, again.landmarks[1] + by, from), again.now);
       for (LandmarkId i = 2; i < 6; ++i)
-        if (station == 0)
+        if (keyframe == 0)
           closing.matched(again.seen(i, again.landmarks[static_cast<std::size_t>(i)], from), again.now);
         else
           closing.still_matched(i);
@@ -241,7 +241,7 @@ TEST(LoopClosing, IsClosedWhereMostFit) {
   Again again(1);
   const Vector2 from(2.0, 1.0);
   LoopClosing closing;
-  for (int station = 0; station < 40; ++station) closing.next_station();
+  for (int keyframe = 0; keyframe < 40; ++keyframe) closing.next_keyframe();
   const auto fits = [&](LandmarkId i) {
     closing.matched(again.seen(i, again.landmarks[static_cast<std::size_t>(i)], from), again.now);
   };

@@ -53,7 +53,7 @@ void CommonError::predict(const Motion& motion, const ParticleBelief& belief) {
 
 void CommonError::note_sightings(std::span<const MatchedSighting> matched, const StepReport& report,
                                  ParticleBelief& belief) {
-  if (!report.observations.empty()) loop_.next_station();
+  if (!report.observations.empty()) loop_.next_keyframe();
   note_revisits(matched, belief);
   inflate_if_few(matched.size(), report, belief);
 }
@@ -139,7 +139,7 @@ std::optional<CommonError::Closed> CommonError::close_loop(std::span<const Obser
     if (landmark < 0) continue;
     if (decision == Decision::matched) loop_.still_matched(landmark);
     if (decision != Decision::rejected) {
-      map.set_seen_in(landmark, {lost_.whole(), drift_, loop_.station()});
+      map.set_seen_in(landmark, {lost_.whole(), drift_, loop_.keyframe()});
     } else if (loop_.is_old(map.seen_in(landmark))) {
       if (!here) here = estimate(belief);
       Revisit again = revisit_of(landmark, observations[i], here->pose, map);

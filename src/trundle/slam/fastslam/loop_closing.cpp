@@ -14,7 +14,7 @@ namespace {
 
 using Matrix23 = Eigen::Matrix<double, 2, 3>;
 
-constexpr std::uint64_t kStations = 30;     ///< so long a sighting is remembered, and a landmark is not old
+constexpr std::uint64_t kWindow = 30;    ///< keyframes: so long a sighting is kept, and a landmark is not old
 constexpr std::size_t kMostSightings = 64;  ///< are remembered
 constexpr std::size_t kLeastSightings = 6;  ///< have to agree
 constexpr std::size_t kLeastWitnesses = 2;  ///< landmarks that do
@@ -130,19 +130,19 @@ LoopCorrection::Move rigid_fit(std::span<const Revisit> again, const Vector2& ce
   return move;
 }
 
-void LoopClosing::next_station() {
+void LoopClosing::next_keyframe() {
   is_news_ = false;
-  ++station_;
-  while (!window_.empty() && window_.front().station + kStations < station_) window_.pop_front();
-  std::erase_if(returned_, [&](const auto& landmark) { return landmark.second + kStations < station_; });
+  ++keyframe_;
+  while (!window_.empty() && window_.front().keyframe + kWindow < keyframe_) window_.pop_front();
+  std::erase_if(returned_, [&](const auto& landmark) { return landmark.second + kWindow < keyframe_; });
 }
 
 bool LoopClosing::is_old(const Submap& piece) const {
-  return piece.station + kStations < station_;
+  return piece.keyframe + kWindow < keyframe_;
 }
 
 void LoopClosing::remember(const Revisit& again, bool speaks_for_drift) {
-  window_.push_back({again, station_, speaks_for_drift});
+  window_.push_back({again, keyframe_, speaks_for_drift});
   is_news_ = is_news_ || speaks_for_drift;
   if (window_.size() > kMostSightings) window_.pop_front();
 }
@@ -170,11 +170,11 @@ void LoopClosing::matched(const Revisit& again, const Submap& now) {
   const Matrix2 drift = drift_since(again.seen_in.doubt, now.doubt, again.seen).topLeftCorner<2, 2>();
   if (drift.trace() < again.seen_covariance.trace()) return;
   remember(again, false);
-  returned_[again.landmark] = station_;
+  returned_[again.landmark] = keyframe_;
 }
 
 void LoopClosing::still_matched(LandmarkId landmark) {
-  if (const auto at = returned_.find(landmark); at != returned_.end()) at->second = station_;
+  if (const auto at = returned_.find(landmark); at != returned_.end()) at->second = keyframe_;
 }
 
 bool LoopClosing::is_closed() const {
@@ -195,7 +195,7 @@ std::optional<LoopCorrection> LoopClosing::close(const Submap& now) {
   for (const Revisit& s : again) centre += s.seen / static_cast<double>(again.size());
   // The youngest: whatever is older stays where it is.
   const Submap old =
-      std::ranges::max_element(again, {}, [](const Revisit& s) { return s.seen_in.station; })->seen_in;
+      std::ranges::max_element(again, {}, [](const Revisit& s) { return s.seen_in.keyframe; })->seen_in;
   const Matrix3 prior = drift_since(old.doubt, now.doubt, centre);
   if (Eigen::LLT<Matrix3>(prior).info() != Eigen::Success) return std::nullopt;
   const Agreement found = agreement_of(again, centre, prior);

@@ -37,9 +37,9 @@ struct Revisit {
 class LoopClosing {
  public:
   /// A step with sightings has come.
-  void next_station();
+  void next_keyframe();
   /// Its number.
-  [[nodiscard]] std::uint64_t station() const { return station_; }
+  [[nodiscard]] std::uint64_t keyframe() const { return keyframe_; }
   /// Whether it was not in view lately.
   [[nodiscard]] bool is_old(const Submap& piece) const;
   /// A rejected sighting of a landmark of old.
@@ -59,18 +59,18 @@ class LoopClosing {
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.window_, self.returned_, self.station_);
+    archive(self.window_, self.returned_, self.keyframe_);
   }
 
  private:
   struct Sighting {
     Revisit again;
-    std::uint64_t station = 0;
+    std::uint64_t keyframe = 0;
     bool speaks_for_drift = false;  ///< its doubt explains why it was rejected
 
     template <class Archive, class Self>
     static void persist(Archive& archive, Self& self) {
-      archive(self.again, self.station, self.speaks_for_drift);
+      archive(self.again, self.keyframe, self.speaks_for_drift);
     }
   };
   [[nodiscard]] bool is_another_look(const Revisit& again) const;
@@ -79,7 +79,7 @@ class LoopClosing {
   /// Landmarks of old that fit, and when they did last.
   std::map<LandmarkId, std::uint64_t> returned_;
   std::deque<Sighting> window_;
-  std::uint64_t station_ = 0;
+  std::uint64_t keyframe_ = 0;
   bool is_news_ = false;  ///< something speaks for a drift in this step
 };
 

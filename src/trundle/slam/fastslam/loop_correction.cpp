@@ -8,7 +8,7 @@ std::optional<LoopCorrection> LoopCorrection::between(const Submap& old, const S
                                                       const Move& move) {
   LoopCorrection bend;
   bend.move_ = move;
-  bend.old_ = {old.doubt.about(move.centre), old.drift.about(move.centre), old.station};
+  bend.old_ = {old.doubt.about(move.centre), old.drift.about(move.centre), old.keyframe};
   const Eigen::LLT<Matrix3> since(now.drift.about(move.centre).covariance - bend.old_.drift.covariance);
   if (since.info() != Eigen::Success) return std::nullopt;
   bend.root_ = since.matrixL();

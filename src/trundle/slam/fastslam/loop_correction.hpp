@@ -13,13 +13,13 @@ namespace trundle::slam {
 
 /// When a piece of the map was in view, told by what was known then.
 struct Submap {
-  FrameCovariance doubt;      ///< V of eq. 61
-  FrameCovariance drift;      ///< what the odometry may have erred by since the start
-  std::uint64_t station = 0;  ///< number of the step with sightings
+  FrameCovariance doubt;       ///< V of eq. 61
+  FrameCovariance drift;       ///< what the odometry may have erred by since the start
+  std::uint64_t keyframe = 0;  ///< number of the step with sightings
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.doubt, self.drift, self.station);
+    archive(self.doubt, self.drift, self.keyframe);
   }
 };
 

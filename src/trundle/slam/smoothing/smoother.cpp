@@ -134,12 +134,12 @@ class Smoothing {
 
   /// From the trajectory of a filter, which may have been lost.
   SmoothedSlam from_filtered(const Trajectory& start) {
-    return result(minimum_from(problem_, track_.at_stations(start), *minimiser_, minimise_options()));
+    return result(minimum_from(problem_, track_.at_keyframes(start), *minimiser_, minimise_options()));
   }
   /// From one that is nearly right.
   SmoothedSlam from_smoothed(const Trajectory& start, std::size_t starts) {
     return result(
-        {minimum_near(problem_, track_.at_stations(start), *minimiser_, minimise_options()), starts});
+        {minimum_near(problem_, track_.at_keyframes(start), *minimiser_, minimise_options()), starts});
   }
 
   /// After either.
@@ -188,7 +188,7 @@ SmoothedSlam Smoothing::result(const Found& found) {
   add_systematic(state, *minimiser_, systematic_, result.last);
   result.bias = track_.biases(state, *minimiser_);
   for (BiasEstimate& bias : result.bias) bias.rad_s += systematic_.bias();
-  result.counts = {.poses = track_.stations(),
+  result.counts = {.poses = track_.keyframes(),
                    .sightings = problem_.sightings.size(),
                    .outliers = outliers_at(problem_, state),
                    .cost = found.minimum.cost,
