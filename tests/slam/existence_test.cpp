@@ -95,8 +95,8 @@ TEST(Existence, WhereMostNewOnesTurnOutToBeNoneOneIsToldLater) {
 
 TEST(Existence, StandingStillIsOneLook) {
   const Existence landmark{.log_odds = 3.0, .looked_from = {1.0, 1.0}};
-  EXPECT_FALSE(landmark.is_another_look({1.0, 1.1}, 5.0));
-  EXPECT_TRUE(landmark.is_another_look({1.0, 2.0}, 5.0));
+  EXPECT_FALSE(landmark.has_parallax({1.0, 1.1}, 5.0));
+  EXPECT_TRUE(landmark.has_parallax({1.0, 2.0}, 5.0));
 }
 
 TEST(Existence, ASensorThatMissesMostSaysLittleByIt) {

@@ -65,7 +65,7 @@ double Visibility::prior() const {
 }
 
 bool Existence::look(const Look& look, Visibility& visibility) {
-  if (!is_another_look(look.from, look.range_m)) return true;
+  if (!has_parallax(look.from, look.range_m)) return true;
   const ExistenceOptions& options = visibility.options();
   const bool is_covered = visibility.covers(look.range_m, look.bearing_rad);
   if (!is_covered && !look.seen) return true;

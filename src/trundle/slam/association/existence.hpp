@@ -85,8 +85,8 @@ struct Existence {
   bool was_likely = false;                ///< at some time
   bool was_confirmed = false;             ///< likewise
 
-  [[nodiscard]] bool is_another_look(const Vector2& from, double range_m) const {
-    return trundle::slam::is_another_look((from - looked_from).norm(), range_m);
+  [[nodiscard]] bool has_parallax(const Vector2& from, double range_m) const {
+    return trundle::slam::has_parallax((from - looked_from).norm(), range_m);
   }
   /// A look at where it ought to be.
   struct Look {

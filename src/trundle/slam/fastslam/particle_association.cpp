@@ -261,7 +261,7 @@ void ParticleAssociation::look_around(const Drawn& drawn, ParticleMap& map, Ance
   for (const std::size_t index : around) {
     const ExpectedReading expected = expected_reading(drawn.sensor_of_reporter, {}, grid_.place(index));
     Existence& existence = entries_[index].existence;
-    if (!existence.is_another_look(from, expected.range_m)) continue;
+    if (!existence.has_parallax(from, expected.range_m)) continue;
     const auto landmark = static_cast<LandmarkId>(index);
     const double having = share_that_has(map.current(landmark, ancestry), drawn.weights);
     const bool is_seen = share_that_saw(landmark, drawn.weights) > 0.5 * having;

@@ -128,28 +128,28 @@ bool ParticleMap::has(LandmarkId landmark, std::size_t particle, const Ancestry&
          is_there(entry.columns.at(ancestry.ancestor(entry.epoch, static_cast<Ancestry::Index>(particle))));
 }
 
-void ParticleMap::set_doubt(LandmarkId landmark, const FrameCovariance& doubt) {
+void ParticleMap::set_frame(LandmarkId landmark, const FrameCovariance& frame) {
   Entry& entry = entries_[static_cast<std::size_t>(landmark)];
   const LandmarkEstimate one = entry.columns.at(0);  // others have it nearby
-  entry.doubt = doubt.about({one.x, one.y}).covariance.topLeftCorner<2, 2>();
+  entry.place_covariance = frame.about({one.x, one.y}).covariance.topLeftCorner<2, 2>();
 }
 
-void ParticleMap::bend(const LoopCorrection& bend, const Twists& twists, const Ancestry& ancestry) {
+void ParticleMap::correct(const LoopCorrection& correction, const Twists& twists, const Ancestry& ancestry) {
   for (Entry& entry : entries_) {
     if (!entry.is_there) continue;
-    const Matrix3 share = bend.share(entry.seen_in.drift);
+    const Matrix3 share = correction.share(entry.seen_in.drift);
     if (share.isZero(0.0)) continue;
     Vector2 place = Vector2::Zero();
-    twists.for_families(ancestry, entry.epoch, [&](std::size_t ancestor, const Vector3& twist) {
-      const Pose2 motion = bend.motion(share * twist);
+    twists.for_ancestors(ancestry, entry.epoch, [&](std::size_t ancestor, const Vector3& twist) {
+      const Pose2 motion = correction.motion(share * twist);
       const LandmarkEstimate m = entry.columns.at(ancestor);
       const Matrix2 R = rotation(motion.heading);
       const Matrix2 P = R * (Matrix2() << m.xx, m.xy, m.xy, m.yy).finished() * R.transpose();
       place = motion * Vector2(m.x, m.y);
       entry.columns.set(ancestor, {place.x(), place.y(), P(0, 0), P(0, 1), P(1, 1)});
     });
-    entry.seen_in.doubt = bend.doubt_after(entry.seen_in.drift);
-    entry.doubt = entry.seen_in.doubt.about(place).covariance.topLeftCorner<2, 2>();
+    entry.seen_in.frame = correction.frame_after(entry.seen_in.drift);
+    entry.place_covariance = entry.seen_in.frame.about(place).covariance.topLeftCorner<2, 2>();
   }
 }
 
@@ -183,15 +183,16 @@ ParticleMap::Mean ParticleMap::mean(LandmarkId landmark, std::span<const double>
 }
 
 MappedLandmark ParticleMap::mixture(LandmarkId landmark, std::span<const double> weights,
-                                    const Ancestry& ancestry, const LostCovariance& forgotten) const {
+                                    const Ancestry& ancestry, const LostCovariance& lost) const {
   const Entry& entry = entries_[static_cast<std::size_t>(landmark)];
   MappedLandmark result{entry.id, Vector2::Zero(), Matrix2::Zero(), entry.sightings};
   if (!entry.is_there) return result;
   const Mean of = mean(landmark, weights, ancestry);
   result.position = of.position;
   result.covariance = of.within + of.scatter;
-  result.covariance += entry.doubt ? beyond_scatter(*entry.doubt, of.scatter)
-                                   : Matrix2(forgotten.beyond_scatter(result.position).topLeftCorner<2, 2>());
+  result.covariance += entry.place_covariance
+                           ? beyond_scatter(*entry.place_covariance, of.scatter)
+                           : Matrix2(lost.beyond_scatter(result.position).topLeftCorner<2, 2>());
   return result;
 }
 

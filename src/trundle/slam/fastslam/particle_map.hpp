@@ -52,17 +52,17 @@ class ParticleMap {
   }
   /// Whether a particle has it.
   [[nodiscard]] bool has(LandmarkId landmark, std::size_t particle, const Ancestry& ancestry) const;
-  /// What particles differ in and have forgotten of where it lies, now that it is in view.
-  void set_doubt(LandmarkId landmark, const FrameCovariance& doubt);
-  /// The piece of the map in which it was last seen.
+  /// The total covariance of the map frame, now that the landmark is in view.
+  void set_frame(LandmarkId landmark, const FrameCovariance& frame);
+  /// The submap in which it was last seen.
   [[nodiscard]] const Submap& seen_in(LandmarkId landmark) const {
     return entries_[static_cast<std::size_t>(landmark)].seen_in;
   }
-  void set_seen_in(LandmarkId landmark, const Submap& piece) {
-    entries_[static_cast<std::size_t>(landmark)].seen_in = piece;
+  void set_seen_in(LandmarkId landmark, const Submap& submap) {
+    entries_[static_cast<std::size_t>(landmark)].seen_in = submap;
   }
   /// Every landmark follows by its share, in whatever epoch it was written.
-  void bend(const LoopCorrection& bend, const Twists& twists, const Ancestry& ancestry);
+  void correct(const LoopCorrection& correction, const Twists& twists, const Ancestry& ancestry);
   void count_sighting(LandmarkId landmark) { ++entries_[static_cast<std::size_t>(landmark)].sightings; }
 
   /// Over all particles that have it, with these weights.
@@ -75,9 +75,9 @@ class ParticleMap {
   [[nodiscard]] Mean mean(LandmarkId landmark, std::span<const double> weights,
                           const Ancestry& ancestry) const;
   /// Mean and covariance over all particles that have it, with these weights: eq. 17, and with what they have
-  /// forgotten of its place, eq. 62. Of one that was removed: no sightings.
+  /// lost of its place by resampling, eq. 62. Of one that was removed: no sightings.
   [[nodiscard]] MappedLandmark mixture(LandmarkId landmark, std::span<const double> weights,
-                                       const Ancestry& ancestry, const LostCovariance& forgotten) const;
+                                       const Ancestry& ancestry, const LostCovariance& lost) const;
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
@@ -92,15 +92,15 @@ class ParticleMap {
     Ancestry::Epoch epoch;
     LandmarkColumns columns;
     std::size_t sightings;
-    std::optional<Matrix2> doubt = {};  ///< of its place, when it was last in view
+    std::optional<Matrix2> place_covariance = {};  ///< V there, when it was last in view
     bool has_name = false;
     bool is_there = true;
     Submap seen_in = {};
 
     template <class Archive, class Self>
     static void persist(Archive& archive, Self& self) {
-      archive(self.id, self.epoch, self.columns, self.sightings, self.doubt, self.has_name, self.is_there,
-              self.seen_in);
+      archive(self.id, self.epoch, self.columns, self.sightings, self.place_covariance, self.has_name,
+              self.is_there, self.seen_in);
     }
   };
   LandmarkId occupy(const Vector2& origin, Ancestry& ancestry);

@@ -56,16 +56,17 @@ void ParticlePaths::resampled(Ancestry& ancestry) {
   }
 }
 
-void ParticlePaths::bend(const LoopCorrection& bend, const Twists& twists, const Ancestry& ancestry) {
+void ParticlePaths::correct(const LoopCorrection& correction, const Twists& twists,
+                            const Ancestry& ancestry) {
   auto drift = drifts_.begin();
   const Vector3 of_all = twists.mean(0, ancestry.particles());
-  for (Pose2& pose : common_) pose = bend.motion(bend.share(*drift++) * of_all) * pose;
+  for (Pose2& pose : common_) pose = correction.motion(correction.share(*drift++) * of_all) * pose;
   for (Segment& segment : segments_)
     for (std::size_t keyframe = 0; keyframe < segment.keyframes(); ++keyframe) {
-      const Matrix3 share = bend.share(*drift++);
-      twists.for_families(ancestry, segment.epoch, [&](std::size_t ancestor, const Vector3& twist) {
+      const Matrix3 share = correction.share(*drift++);
+      twists.for_ancestors(ancestry, segment.epoch, [&](std::size_t ancestor, const Vector3& twist) {
         Pose2& pose = segment.poses[segment.index(keyframe, static_cast<Ancestry::Index>(ancestor))];
-        pose = bend.motion(share * twist) * pose;
+        pose = correction.motion(share * twist) * pose;
       });
     }
 }

@@ -23,7 +23,7 @@ bool may_be_same(const SightedPoint& a, const SightedPoint& b) {
 }
 
 bool is_new_look(const SightedPoint& before) {
-  return is_another_look(before.seen_from.norm(), (before.in_body - before.seen_from).norm());
+  return has_parallax(before.seen_from.norm(), (before.in_body - before.seen_from).norm());
 }
 
 /// What two sightings of one landmark from one place say together, whose errors may be the same: the
