@@ -163,7 +163,7 @@ struct ReturningRobot {
   }
   /// All of them at each of five keyframes, so far apart; some of the sightings are of something else.
   /// Nothing: no closing.
-  std::optional<LoopCorrection> look(const Pose2& drift, double share_wrong, double step_m = 2.0) {
+  std::optional<LoopCorrection> drive(const Pose2& drift, double share_wrong, double step_m = 2.0) {
     LoopClosing closing;
     for (int keyframe = 0; keyframe < 40; ++keyframe) closing.next_keyframe();
     for (int keyframe = 0; keyframe < 5; ++keyframe) {
@@ -187,7 +187,7 @@ TEST(LoopClosing, FindsTheDriftAmongWrongNames) {
   for (int trial = 0; trial < trials; ++trial) {
     ReturningRobot robot(static_cast<std::uint64_t>(trial));
     const Pose2 drift{robot.random.normal(1.4), robot.random.normal(1.4), robot.random.normal(0.14)};
-    const auto correction = robot.look(drift, 0.05);
+    const auto correction = robot.drive(drift, 0.05);
     if (!correction) continue;
     ++closed;
     const Vector3 error = correction->twist(drift) - correction->move().twist;
@@ -202,15 +202,15 @@ TEST(LoopClosing, FindsTheDriftAmongWrongNames) {
 TEST(LoopClosing, IsNotMadeOfReadingsFromOnePlace) {
   const Pose2 drift{1.0, -1.0, 0.1};
   for (std::uint64_t trial = 0; trial < 10; ++trial) {
-    EXPECT_FALSE(ReturningRobot(trial).look(drift, 0.0, 0.01)) << trial;
-    EXPECT_TRUE(ReturningRobot(trial).look(drift, 0.0)) << trial;
+    EXPECT_FALSE(ReturningRobot(trial).drive(drift, 0.0, 0.01)) << trial;
+    EXPECT_TRUE(ReturningRobot(trial).drive(drift, 0.0)) << trial;
   }
 }
 
 /// Where nothing but wrong names is seen there is no drift to find.
 TEST(LoopClosing, IsNotMadeOfWrongNames) {
   for (int trial = 0; trial < test::trials(500, 50); ++trial)
-    EXPECT_FALSE(ReturningRobot(static_cast<std::uint64_t>(trial)).look({}, 1.0)) << trial;
+    EXPECT_FALSE(ReturningRobot(static_cast<std::uint64_t>(trial)).drive({}, 1.0)) << trial;
 }
 
 /// Two landmarks were carried away together, and the others, which fit when the robot comes back, stay in

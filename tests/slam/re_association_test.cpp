@@ -56,7 +56,7 @@ TEST(ReAssociation, ANameIsKeptAndNoOtherSightingOfTheInstantShowsItsLandmark) {
   LandmarkSensor precise;
   precise.range_sigma_m = 0.05;
   precise.bearing_sigma_rad = 0.02;
-  const ShownObservations again = explained_again({input.steps[0].observations}, input, smoothed, precise);
+  const ShownObservations again = reassociated({input.steps[0].observations}, input, smoothed, precise);
   EXPECT_EQ(again[0][0].landmark, 0);
   EXPECT_EQ(again[0][1].landmark, kUnknownLandmark);
   EXPECT_EQ(again[0][2].landmark, 1);
@@ -103,7 +103,7 @@ TEST(ReAssociation, SightingsTakenForOthersAreTakenForWhatTheyShow) {
   SlamInput unidentified;
   unidentified.steps = world.steps;
   for (SlamStep& step : unidentified.steps) step.observations = hidden(step.observations);
-  const ShownObservations again = explained_again(wrong, unidentified, smoothed, kRangeFinder);
+  const ShownObservations again = reassociated(wrong, unidentified, smoothed, kRangeFinder);
   for (std::size_t k = 0; k < again.size(); ++k)
     for (std::size_t i = 0; i < again[k].size(); ++i) {
       ++sightings;

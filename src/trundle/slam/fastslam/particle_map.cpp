@@ -92,7 +92,7 @@ LandmarkColumns& ParticleMap::expect(LandmarkId landmark, Ancestry& ancestry) {
     all_have_inherited();
   }
   if (before_.size() == heirs_.size()) before_.emplace_back(particles_, precision_);
-  entry.columns.hand_to(before_[heirs_.size()]);
+  entry.columns.move_to(before_[heirs_.size()]);
   heirs_.push_back({landmark, way_from(entry.epoch, ancestry)});
   ancestry.hold(ancestry.now());
   ancestry.release(entry.epoch);

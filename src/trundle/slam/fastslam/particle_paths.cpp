@@ -31,11 +31,11 @@ void ParticlePaths::add_keyframe(const Motion& since_keyframe, std::span<const P
   steps_.push_back({since_keyframe, true});
   drifts_.push_back(drift);
   if (segments_.empty() || segments_.back().epoch != ancestry.now()) {
-    Segment& fresh = segments_.emplace_back();
-    fresh.epoch = ancestry.now();
-    fresh.particles.resize(poses.size());
-    std::iota(fresh.particles.begin(), fresh.particles.end(), Ancestry::Index{0});
-    ancestry.hold(fresh.epoch);
+    Segment& segment = segments_.emplace_back();
+    segment.epoch = ancestry.now();
+    segment.particles.resize(poses.size());
+    std::iota(segment.particles.begin(), segment.particles.end(), Ancestry::Index{0});
+    ancestry.hold(segment.epoch);
   }
   auto& stored = segments_.back().poses;
   stored.insert(stored.end(), poses.begin(), poses.end());

@@ -182,7 +182,7 @@ void ParticleSlam::create_landmarks(std::span<const Observation> observations) {
   const Pose2 sensor = particles.poses.at(best) * sensor_.body_from_sensor;
   const ParticleAssociation::Drawn drawn{particles.sensors, sensor, particles.log_weights.data(),
                                          particles.weights, gating_sample_};
-  association_.settle(drawn, belief_.map, particles.ancestry, report_);
+  association_.update_map(drawn, belief_.map, particles.ancestry, report_);
   add_named();
   association_.create(drawn, belief_.map, particles.ancestry, report_);
 }

@@ -140,8 +140,8 @@ ShownObservations with_merged(ShownObservations shown, std::span<const LandmarkP
 }
 
 // Eq. 16.
-ShownObservations explained_again(ShownObservations shown, const SlamInput& input,
-                                  const SmoothedSlam& smoothed, const LandmarkSensor& sensor) {
+ShownObservations reassociated(ShownObservations shown, const SlamInput& input, const SmoothedSlam& smoothed,
+                               const LandmarkSensor& sensor) {
   Looker looker(smoothed, sensor);
   const AssociationOptions options{.gate = cost_of_none(sensor) - cost_at_peak(reading_covariance(sensor)),
                                    .max_range_m = sensor.max_range_m};

@@ -32,8 +32,8 @@ using LandmarkPair = std::pair<LandmarkId, LandmarkId>;
 
 /// The most probable explanation of each instant from the smoothed pose, by the landmarks of the map. What
 /// has a name keeps it. Eq. 16.
-[[nodiscard]] ShownObservations explained_again(ShownObservations shown, const SlamInput& input,
-                                                const SmoothedSlam& smoothed, const LandmarkSensor& sensor);
+[[nodiscard]] ShownObservations reassociated(ShownObservations shown, const SlamInput& input,
+                                             const SmoothedSlam& smoothed, const LandmarkSensor& sensor);
 
 /// Whether all sightings show the same in both.
 [[nodiscard]] bool are_same_associations(const ShownObservations& a, const ShownObservations& b);

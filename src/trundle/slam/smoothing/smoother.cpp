@@ -222,7 +222,7 @@ class ReAssociation {
   SmoothedSlam improved() {
     for (int round = 0; round < kMostRounds; ++round) {
       const bool merged = merge_duplicates();
-      if (!explain_again() && !merged) break;
+      if (!reassociate() && !merged) break;
     }
     best_.smoothed.map_covariance = best_.smoothing.map_covariance();
     best_.smoothed.shown = std::move(best_.shown);
@@ -241,7 +241,7 @@ class ReAssociation {
     return is_better(with_merged(best_.shown, duplicates)) ||
            (duplicates.size() > 1 && is_better(with_merged(best_.shown, std::span(duplicates).first(1))));
   }
-  bool explain_again() { return is_better(explained_again(best_.shown, input_, best_.smoothed, sensor_)); }
+  bool reassociate() { return is_better(reassociated(best_.shown, input_, best_.smoothed, sensor_)); }
 
   /// Then it is the best from now on.
   bool is_better(ShownObservations shown) {
