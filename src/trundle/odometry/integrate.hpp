@@ -54,6 +54,6 @@ IntegratedOdometry integrate(const Recording& recording, const Robot& robot,
                              const IntegrateOptions& options = {});
 
 /// The parameters that a calibration gives a covariance of, in its order.
-std::vector<Parameter> calibrated_parameters(const Robot& robot);
+[[nodiscard]] std::vector<Parameter> calibrated_parameters(const Robot& robot);
 
 }  // namespace trundle::odometry

@@ -8,7 +8,7 @@ namespace trundle::slam {
 
 /// What a run shows to be inconsistent: a filter that diverged, sigmas that are too small, a smoother that
 /// stopped early. Empty where it is consistent. `smoothed` may be null.
-std::vector<Finding> consistency_checks(const SlamInput& input, const SlamResult& filtered,
-                                        const SmoothedSlam* smoothed);
+[[nodiscard]] std::vector<Finding> consistency_checks(const SlamInput& input, const SlamResult& filtered,
+                                                      const SmoothedSlam* smoothed);
 
 }  // namespace trundle::slam
