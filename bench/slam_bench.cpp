@@ -129,7 +129,7 @@ std::vector<Observation> hidden(std::vector<Observation> observations) {
 }
 
 /// The same without names. Its map is filled by a lap without any error of the odometry, back to the start.
-Contender nameless(const bench::W1& work, SlamMethod method, const SlamOptions& base) {
+Contender unidentified(const bench::W1& work, SlamMethod method, const SlamOptions& base) {
   SlamOptions options = base;
   options.method = method;
   options.keep_paths = false;
@@ -196,7 +196,7 @@ void races() {
               ours(wide, SlamMethod::fastslam2, by_two, " two threads")});
   heading("Without names");
   for (const SlamMethod method : {SlamMethod::fastslam1, SlamMethod::fastslam2})
-    race(wide, {ours(wide, method, thousand, ""), nameless(wide, method, thousand)});
+    race(wide, {ours(wide, method, thousand, ""), unidentified(wide, method, thousand)});
   heading("The swarm");
   race(work, {ours(work, SlamMethod::fastslam1, {.particles = 300}, ""),
               ours(work, SlamMethod::mapso, {.particles = 30}, ""),

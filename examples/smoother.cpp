@@ -10,7 +10,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/io/file.hpp"
 #include "trundle/recording/trajectory_file.hpp"
-#include "trundle/slam/doubts.hpp"
+#include "trundle/slam/consistency_checks.hpp"
 #include "trundle/slam/map_file.hpp"
 
 using namespace trundle::slam;
@@ -32,8 +32,8 @@ int main(int argc, char** argv) try {
   std::printf("%zu landmarks, %zu of %zu sightings are outliers\n", best.map.size(), best.counts.outliers,
               best.counts.sightings);
   // Evidence against the result: a lost filter, wrong sigmas, a minimum that was not reached.
-  for (const Finding& doubt : doubts_about(input, filtered, &best))
-    std::printf("inconsistent: %s\n", describe(doubt).c_str());
+  for (const Finding& finding : consistency_checks(input, filtered, &best))
+    std::printf("inconsistent: %s\n", describe(finding).c_str());
   write_file(argv[3], to_csv(best.trajectory));
   write_file(argv[4], to_csv(best.map, input.landmarks));
 } catch (const std::exception& error) {

@@ -48,7 +48,7 @@ std::string text_of(const LocalizeArguments& options, const LocalizeAnswer& answ
   if (counts.most_particles > 0) text += fmt::format("  at most {} particles\n", counts.most_particles);
   text += fmt::format("end pose: x {:.4f} m, y {:.4f} m, heading {:.3f}°\n", end.pose.x, end.pose.y,
                       degrees(end.pose.heading));
-  for (const Finding& problem : answer.input.problems) text += app::line_of(problem);
+  for (const Finding& problem : answer.input.findings) text += app::line_of(problem);
   return text;
 }
 

@@ -71,7 +71,7 @@ std::string text_of(const OdometryAnswer& answer, const Robot& robot) {
     text += fmt::format("gyro bias {:.6f} ± {:.6f} rad/s, {}\n", bias.rad_s, std::sqrt(bias.variance),
                         odometry.rest_s > 0.0 ? fmt::format("learned in {:.1f} s at rest", odometry.rest_s)
                                               : "as the robot file says: it never rests");
-  for (const Finding& problem : odometry.problems) text += app::line_of(problem);
+  for (const Finding& problem : odometry.findings) text += app::line_of(problem);
   for (const TrackOnGround& track : answer.tracks)
     text += fmt::format("effective track by the gyro, {:.1f} to {:.1f} s: {:.4f} ± {:.4f} m\n", track.start_s,
                         track.end_s, track.track_m, track.sigma_m);

@@ -12,7 +12,7 @@ namespace trundle::app {
 namespace {
 
 constexpr std::chrono::milliseconds kBetweenDrawings{100};
-constexpr std::size_t kWidth = 24;
+constexpr std::size_t kWidth = 24;  // characters: the numbers beside it take 43 more of a terminal's 80
 
 void draw(const std::string& text) {
   fmt::print(stderr, "\r\x1b[K{}", one_line(text));

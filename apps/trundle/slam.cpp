@@ -58,8 +58,8 @@ std::string text_of(const SlamArguments& options, const SlamAnswer& answer) {
                       options.output,
                       answer.smoothed ? "smoothed), online.csv (online estimate" : "online estimate",
                       answer.result.path ? "path.csv (best particle's whole path), " : "");
-  for (const Finding& problem : answer.input.problems) text += app::line_of(problem);
-  for (const Finding& doubt : answer.doubts) text += app::line_of(doubt);
+  for (const Finding& problem : answer.input.findings) text += app::line_of(problem);
+  for (const Finding& finding : answer.inconsistencies) text += app::line_of(finding);
   return text;
 }
 

@@ -39,7 +39,7 @@ std::string text_of(const SlipAnswer& answer, const Robot& robot) {
         "learned from {} intervals: {} (U1 {:.2f}, U2 {:.2f}, limit {:.2f})\n",
         answer.learned->normality.moments.count, answer.learned->normality.rejected ? "not normal" : "normal",
         answer.learned->normality.u1, answer.learned->normality.u2, answer.learned->normality.limit);
-  for (const Finding& problem : answer.report.problems) text += app::line_of(problem);
+  for (const Finding& problem : answer.report.findings) text += app::line_of(problem);
   return text;
 }
 

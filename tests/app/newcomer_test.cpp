@@ -425,7 +425,7 @@ TEST(StrayKeys, AreNamedInEveryTableOfEveryFile) {
 }
 
 /// What `run` tells on the way: what is wrong in full, and every number with its ±.
-TEST(NewcomersRun, TellsWarningsAndDoubts) {
+TEST(NewcomersRun, PrintsWarningsAndInconsistencies) {
   const Files files = drive();
   const Sample sample;
   write_file(sample.folder() / "mine/log.csv", files.log);

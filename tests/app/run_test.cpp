@@ -136,7 +136,7 @@ TEST_F(RunCommand, TellsTheFiltersEstimateAndTheSmoothedOne) {
 }
 
 /// The sightings of a recording without the names.
-std::string nameless(const std::string& sightings) {
+std::string unidentified(const std::string& sightings) {
   std::istringstream lines(sightings);
   std::string line, text;
   for (bool head = true; std::getline(lines, line); head = false) {
@@ -149,16 +149,16 @@ std::string nameless(const std::string& sightings) {
 TEST_F(RunCommand, FindsOutWhichLandmarkIsWhichWhereNamesAreMissing) {
   const std::filesystem::path tour = kDemo / "session_01/tour";
   for (const char* file : {"wheels.csv", "gyro.csv"})
-    keep(std::string("nameless/") + file, read_file(tour / file));
-  keep("nameless/sightings.csv", nameless(read_file(tour / "sightings.csv")));
-  ASSERT_EQ(run({"run", "nameless", "--robot", kDemoRobot, "-o", "d"}).exit_code, 0);
+    keep(std::string("unidentified/") + file, read_file(tour / file));
+  keep("unidentified/sightings.csv", unidentified(read_file(tour / "sightings.csv")));
+  ASSERT_EQ(run({"run", "unidentified", "--robot", kDemoRobot, "-o", "d"}).exit_code, 0);
   ASSERT_EQ(stage("d", "slam").at("status"), "done") << stage("d", "slam").at("message");
   EXPECT_THAT(stage("d", "slam").at("message").get<std::string>(), HasSubstr("smoothed"));
   const std::string in_one_go = read("d/slam/trajectory.csv");
-  ASSERT_EQ(
-      run({"slam", "nameless", "--robot", "d/calibrated.toml", "--correct-slip", "--smooth", "-o", "d/slam"})
-          .exit_code,
-      0);
+  ASSERT_EQ(run({"slam", "unidentified", "--robot", "d/calibrated.toml", "--correct-slip", "--smooth", "-o",
+                 "d/slam"})
+                .exit_code,
+            0);
   EXPECT_EQ(read("d/slam/trajectory.csv"), in_one_go);
 }
 

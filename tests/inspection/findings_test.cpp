@@ -176,15 +176,15 @@ Finding gap_at(const std::string& place) {
 TEST(Findings, of_a_kind_the_first_twenty_are_listed_and_the_rest_counted) {
   Recording recording = tour(robot_with_gyro(0.0));
   const Finding one = gap_at("a.csv:3");
-  recording.problems = {one, one};
+  recording.findings = {one, one};
   EXPECT_THAT(find_in(recording).problems, ElementsAre(finding(FindingCode::gap, "2 gaps longer than")));
-  for (int i = 0; i < 26; ++i) recording.problems.push_back(gap_at("a.csv:" + std::to_string(10 + i)));
+  for (int i = 0; i < 26; ++i) recording.findings.push_back(gap_at("a.csv:" + std::to_string(10 + i)));
   const std::vector<Finding> folded = find_in(recording).problems;
   ASSERT_THAT(folded, SizeIs(21));
   EXPECT_EQ(folded.front().place, "a.csv:3");
   EXPECT_THAT(folded.back(), finding(FindingCode::gap, "and 7 more places of this kind"));
   EXPECT_EQ(folded.back().place, "a.csv:29");
-  recording.problems = {one, gap_at("b.csv:3"), gap_at("c.csv")};
+  recording.findings = {one, gap_at("b.csv:3"), gap_at("c.csv")};
   EXPECT_THAT(find_in(recording).problems, SizeIs(3)) << "of several files";
 }
 

@@ -64,7 +64,7 @@ double nees_at_end(const IntegratedOdometry& result, const Pose2& truth) {
 
 std::vector<Finding> problems_of(const IntegratedOdometry& result, FindingCode code) {
   std::vector<Finding> found;
-  for (const Finding& problem : result.problems)
+  for (const Finding& problem : result.findings)
     if (problem.code == code) found.push_back(problem);
   return found;
 }

@@ -43,10 +43,10 @@ TEST(Integrate, ReportsGapsAndMissingGyro) {
   readings.increments[7].has_gyro = false;
   const IntegratedOdometry result = integrate(readings, robot);
   EXPECT_EQ(result.bridged, 1U);
-  ASSERT_EQ(result.problems.size(), 2U);
-  EXPECT_EQ(result.problems[0].code, FindingCode::bridged_gap);
-  EXPECT_EQ(result.problems[1].code, FindingCode::no_gyro);
-  EXPECT_EQ(result.problems[1].severity, Severity::note);
+  ASSERT_EQ(result.findings.size(), 2U);
+  EXPECT_EQ(result.findings[0].code, FindingCode::bridged_gap);
+  EXPECT_EQ(result.findings[1].code, FindingCode::no_gyro);
+  EXPECT_EQ(result.findings[1].severity, Severity::note);
   EXPECT_EQ(result.degrees_of_freedom, 1);
 }
 
@@ -98,11 +98,11 @@ TEST(Integrate, ReportsDeadEncodersAndADisturbedGyro) {
   for (std::size_t i = 10; i < 40; ++i) increments[i].turned[0] = 0.0;
   increments[5].gyro_rad = 1.0;  // 20 rad/s
   const IntegratedOdometry result = integrate(test::aligned(increments), robot);
-  ASSERT_EQ(result.problems.size(), 2U);
-  EXPECT_EQ(result.problems[0].code, FindingCode::stuck_encoder);
-  EXPECT_THAT(describe(result.problems[0]), testing::HasSubstr("'w0'"));
-  EXPECT_EQ(result.problems[1].code, FindingCode::gyro_disturbed);
-  EXPECT_EQ(result.problems[1].count, 1U);
+  ASSERT_EQ(result.findings.size(), 2U);
+  EXPECT_EQ(result.findings[0].code, FindingCode::stuck_encoder);
+  EXPECT_THAT(describe(result.findings[0]), testing::HasSubstr("'w0'"));
+  EXPECT_EQ(result.findings[1].code, FindingCode::gyro_disturbed);
+  EXPECT_EQ(result.findings[1].count, 1U);
 }
 
 /// A pivot that starts at 1 s: wheels and gyro log it, each with its own clock.

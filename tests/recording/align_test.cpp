@@ -84,8 +84,8 @@ TEST_P(Wrap, is_undone) {
   EXPECT_THAT(readings.bridged, Each(false));
   const bool wraps = std::adjacent_find(count.begin(), count.end(),
                                         [&](double a, double b) { return b - a != step; }) != count.end();
-  EXPECT_EQ(count_of(readings.problems, FindingCode::wrap) > 0, wraps);
-  EXPECT_THAT(readings.problems, Each(Field(&Finding::severity, Severity::note)));
+  EXPECT_EQ(count_of(readings.findings, FindingCode::wrap) > 0, wraps);
+  EXPECT_THAT(readings.findings, Each(Field(&Finding::severity, Severity::note)));
 }
 
 INSTANTIATE_TEST_SUITE_P(Bits, Wrap,
@@ -146,7 +146,7 @@ TEST(Align, a_counter_reset_is_never_travel) {
   for (const int bits : {0, 16, 32}) {
     const AlignedReadings readings =
         align(wheels(stamps(100, 0.02), counts_with(60, -5120), counts_with(100, 0)), two_wheels(bits));
-    EXPECT_EQ(count_of(readings.problems, FindingCode::counter_reset), 1);
+    EXPECT_EQ(count_of(readings.findings, FindingCode::counter_reset), 1);
     EXPECT_TRUE(readings.bridged[59]);
     EXPECT_EQ(std::count(readings.bridged.begin(), readings.bridged.end(), true), 1);
     EXPECT_NEAR(sum(readings, 0), 99 * 0.02, 1e-12);
@@ -158,7 +158,7 @@ TEST(Align, a_counter_that_jumps_and_returns_is_no_travel) {
   std::vector<double> count = counts_with(100, 0);
   count[40] = 900000.0;
   const AlignedReadings readings = align(wheels(stamps(100, 0.02), count, counts_with(100, 0)), two_wheels());
-  EXPECT_EQ(count_of(readings.problems, FindingCode::counter_jump), 2);
+  EXPECT_EQ(count_of(readings.findings, FindingCode::counter_jump), 2);
   EXPECT_NEAR(sum(readings, 0), 99 * 0.02, 1e-12);
 }
 
@@ -166,7 +166,7 @@ TEST(Align, fast_driving_after_slow_is_no_jump) {
   std::vector<double> count = {0};
   for (int i = 1; i < 300; ++i) count.push_back(count.back() + (i < 200 ? i % 2 : 60));
   const AlignedReadings readings = align(wheels(stamps(300, 0.02), count, count), two_wheels());
-  EXPECT_THAT(readings.problems, IsEmpty());
+  EXPECT_THAT(readings.findings, IsEmpty());
   EXPECT_NEAR(sum(readings, 0), count.back() / 100.0, 1e-12);
 }
 
@@ -175,7 +175,7 @@ TEST(Align, a_short_burst_of_speed_after_creeping_is_travel) {
   for (int i = 1; i < 1000; ++i) metres.push_back(metres.back() + (i >= 500 && i < 505 ? 0.01 : 0.0001));
   const AlignedReadings readings =
       align(wheels(stamps(1000, 0.02), metres, metres, WheelUnit::metres), two_wheels());
-  EXPECT_THAT(readings.problems, IsEmpty());
+  EXPECT_THAT(readings.findings, IsEmpty());
   EXPECT_NEAR(sum(readings, 0), metres.back(), 1e-12);
 }
 
@@ -254,13 +254,13 @@ TEST(Align, has_no_gyro_where_the_gyro_has_a_gap_is_empty_saturated_or_absent) {
   EXPECT_TRUE(gap.increments[24].has_gyro);
   EXPECT_FALSE(gap.increments[25].has_gyro);
   EXPECT_FALSE(gap.increments[49].has_gyro);
-  EXPECT_EQ(count_of(gap.problems, FindingCode::gyro_missing), 25);
+  EXPECT_EQ(count_of(gap.findings, FindingCode::gyro_missing), 25);
   // Row 55 is stamped 0.5: the step from 0.49 is lost, that is the wheels' interval from 0.48 to 0.50.
   const AlignedReadings empty = with([](GyroStream& gyro) { gyro.yaw_rate_rad_s[55] = kNotMeasured; });
   const AlignedReadings saturated = with([](GyroStream& gyro) { gyro.yaw_rate_rad_s[55] = -8.7; });
   for (const AlignedReadings& readings : {empty, saturated})
     for (std::size_t i = 0; i < 50; ++i) EXPECT_EQ(readings.increments[i].has_gyro, i != 24) << i;
-  EXPECT_EQ(count_of(saturated.problems, FindingCode::gyro_saturated), 1);
+  EXPECT_EQ(count_of(saturated.findings, FindingCode::gyro_saturated), 1);
   const AlignedReadings late = with([](GyroStream& gyro) {
     for (double& time : gyro.time_s) time += 0.2;
   });

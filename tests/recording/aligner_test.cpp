@@ -111,8 +111,8 @@ TEST(Aligner, GivesWhatTheWholeRecordingGives) {
   const Recording recording = troubled();
   const Robot robot = robot_with_gyro();
   const AlignedReadings whole = align(recording, robot);
-  EXPECT_THAT(whole.problems, testing::Contains(testing::Field(&Finding::code, FindingCode::counter_reset)));
-  EXPECT_THAT(whole.problems, testing::Contains(testing::Field(&Finding::code, FindingCode::counter_jump)));
+  EXPECT_THAT(whole.findings, testing::Contains(testing::Field(&Finding::code, FindingCode::counter_reset)));
+  EXPECT_THAT(whole.findings, testing::Contains(testing::Field(&Finding::code, FindingCode::counter_jump)));
   for (const double wheels_late_s : {0.0, 0.015, 0.1}) {
     SCOPED_TRACE(wheels_late_s);
     const auto intervals = intervals_of(arrivals(recording, wheels_late_s), aligner_of_counts(robot));
@@ -163,8 +163,8 @@ TEST(Aligner, ACounterThatStartsAgainIsFoundAtAnyTime) {
     Robot robot = two_wheels();
     for (Wheel& wheel : robot.chassis.wheels()) wheel.diameter_m = 0.1 / kPi;
     const AlignedReadings readings = align(wheels(stamps(count.size(), 0.02), count, count), robot);
-    ASSERT_EQ(readings.problems.size(), 2U) << row;
-    EXPECT_EQ(readings.problems.front().code, FindingCode::counter_reset);
+    ASSERT_EQ(readings.findings.size(), 2U) << row;
+    EXPECT_EQ(readings.findings.front().code, FindingCode::counter_reset);
     EXPECT_TRUE(readings.bridged[static_cast<std::size_t>(row - 1)]);
     EXPECT_NEAR(readings.increments[static_cast<std::size_t>(row - 1)].turned[0], 0.06, 1e-12);
   }

@@ -46,7 +46,7 @@ TEST(Mrclam, is_recognised_and_its_barcodes_become_subjects) {
   EXPECT_NEAR(recording.reference.heading_rad[1], 2.0 * kPi - 3.1, 1e-12);
   EXPECT_THAT(recording.inputs, SizeIs(5));
   const auto count = [&](FindingCode code) {
-    for (const Finding& problem : recording.problems)
+    for (const Finding& problem : recording.findings)
       if (problem.code == code) return problem.count;
     return std::size_t{0};
   };

@@ -63,27 +63,27 @@ constexpr Clock kUnixNanos{"ns", 1e9, 1.7e9};
 
 TEST(Increments, counts_since_the_row_before_that_are_taken_for_a_counter_are_named) {
   const Recording recording = read(log_of(kMillis, true), "time_unit = \"ms\"\n");
-  EXPECT_THAT(recording.problems,
+  EXPECT_THAT(recording.findings,
               ElementsAre(test::finding(FindingCode::increments, "left_ticks and right_ticks stay between")));
-  EXPECT_THAT(recording.problems,
+  EXPECT_THAT(recording.findings,
               ElementsAre(test::finding(FindingCode::increments, "write increments = true")));
 }
 
 TEST(Increments, a_counter_that_is_taken_for_counts_since_the_row_before_is_named) {
   const Recording recording = read(log_of(kMillis, false), "time_unit = \"ms\"\nincrements = true\n");
-  EXPECT_THAT(recording.problems,
+  EXPECT_THAT(recording.findings,
               ElementsAre(test::finding(FindingCode::not_increments, "leave out increments = true")));
 }
 
 TEST(Increments, what_is_read_rightly_is_no_problem) {
-  EXPECT_THAT(read(log_of(kMillis, false), "time_unit = \"ms\"\n").problems, IsEmpty());
-  EXPECT_THAT(read(log_of(kMillis, true), "time_unit = \"ms\"\nincrements = true\n").problems, IsEmpty());
+  EXPECT_THAT(read(log_of(kMillis, false), "time_unit = \"ms\"\n").findings, IsEmpty());
+  EXPECT_THAT(read(log_of(kMillis, true), "time_unit = \"ms\"\nincrements = true\n").findings, IsEmpty());
 }
 
 TEST(Increments, a_counter_at_rest_between_two_counts_is_no_problem) {
   std::string rows = "stamp,left,right\n";
   for (int row = 0; row < 400; ++row) rows += fmt::format("{},{},{}\n", 50 * row, row % 2, (row / 2) % 3);
-  EXPECT_THAT(read(rows, "time_unit = \"ms\"\n").problems, IsEmpty());
+  EXPECT_THAT(read(rows, "time_unit = \"ms\"\n").findings, IsEmpty());
 }
 
 TEST(Increments, a_robot_that_rocks_to_and_fro_is_no_problem) {
@@ -91,7 +91,7 @@ TEST(Increments, a_robot_that_rocks_to_and_fro_is_no_problem) {
   for (int row = 0; row < 2000; ++row)
     rows += fmt::format("{},{:.0f},{:.0f}\n", 50 * row, 400.0 * std::sin(0.05 * row),
                         380.0 * std::sin(0.05 * row));
-  EXPECT_THAT(read(rows, "time_unit = \"ms\"\n").problems, IsEmpty());
+  EXPECT_THAT(read(rows, "time_unit = \"ms\"\n").findings, IsEmpty());
 }
 
 struct WrongUnit {
@@ -117,7 +117,7 @@ TEST(TimeUnit, stamps_that_cannot_be_seconds_are_refused_with_the_unit_to_write)
 
 TEST(TimeUnit, is_no_problem_where_it_is_right) {
   for (const Clock& clock : {kMillis, kMicros, kUnixMillis, kUnixNanos})
-    EXPECT_THAT(read(log_of(clock, false), fmt::format("time_unit = \"{}\"\n", clock.unit)).problems,
+    EXPECT_THAT(read(log_of(clock, false), fmt::format("time_unit = \"{}\"\n", clock.unit)).findings,
                 IsEmpty())
         << clock.unit;
 }
@@ -127,7 +127,7 @@ TEST(TimeUnit, of_a_native_file_is_told_as_a_problem) {
   std::string rows = "time_s,left_ticks\n";
   for (int row = 0; row < 40; ++row) rows += fmt::format("{},{}\n", 20'000'000LL * row, 7 * row);
   folder.write("wheels.csv", rows);
-  EXPECT_THAT(read_recording(folder.path()).problems,
+  EXPECT_THAT(read_recording(folder.path()).findings,
               Contains(test::finding(FindingCode::time_unit, "time_unit = \"ns\"")));
 }
 
@@ -136,7 +136,7 @@ TEST(TimeUnit, points_surveyed_every_two_minutes_are_no_problem) {
   std::string rows = "time_s,x_m,y_m\n";
   for (int row = 0; row < 40; ++row) rows += fmt::format("{},{},0\n", 120 * row, row);
   folder.write("reference.csv", rows);
-  EXPECT_THAT(read_recording(folder.path()).problems, IsEmpty());
+  EXPECT_THAT(read_recording(folder.path()).findings, IsEmpty());
 }
 
 /// What is said of a file and a recording.toml in which all columns go by number.
@@ -147,7 +147,7 @@ std::string refusal(const std::string& file, const std::string& keys) {
                "[wheels]\nfile = \"log.csv\"\n" + keys + "columns = { time_s = 1, left_ticks = 2 }\n");
   try {
     const Recording recording = read_recording(folder.path());
-    return recording.problems.empty() ? "" : describe(recording.problems.front());
+    return recording.findings.empty() ? "" : describe(recording.findings.front());
   } catch (const InputError& error) {
     return error.what();
   }
@@ -184,7 +184,7 @@ TEST(Bearings, in_degrees_are_named) {
     const test::Folder folder;
     folder.write("sightings.csv", rows);
     std::vector<FindingCode> found;
-    for (const Finding& problem : read_recording(folder.path()).problems) found.push_back(problem.code);
+    for (const Finding& problem : read_recording(folder.path()).findings) found.push_back(problem.code);
     return found;
   };
   EXPECT_THAT(kinds(360.0), ElementsAre(FindingCode::bearing_unit));

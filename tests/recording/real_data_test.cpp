@@ -59,7 +59,7 @@ columns = {{ time_s = 1, x_m = 2, y_m = 3, heading_rad = 4 }}
 )",
                                              run));
   const Recording recording = read_recording(folder.path());
-  EXPECT_THAT(recording.problems, IsEmpty());
+  EXPECT_THAT(recording.findings, IsEmpty());
   EXPECT_THAT(recording.wheels.time_s, SizeIs(1814));
   const Trajectory reference = reference_trajectory(recording);
   // Four legs of 0.75 m and a full turn clockwise, and the wheels say the same to 2 %.

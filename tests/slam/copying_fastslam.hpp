@@ -61,18 +61,18 @@ struct CopyingFastSlam {
  private:
   void look(Particle& p, const SensorColumns& at, const std::vector<Observation>& observations) {
     std::vector<KnownReading> known;
-    std::vector<const Observation*> fresh;
+    std::vector<const Observation*> unmapped;
     for (const Observation& observation : observations) {
       const auto mapped = p.map.find(observation.landmark);
       if (mapped == p.map.end())
-        fresh.push_back(&observation);
+        unmapped.push_back(&observation);
       else
         known.push_back({reading_terms(observation, sensor), &mapped->second});
     }
     Column<double> sum(kParticleLanes, p.log_weight);
     weigh_and_improve({known, at.origin}, at, kOne, sum.data());
     p.log_weight = sum[0];
-    for (const Observation* observation : fresh) {
+    for (const Observation* observation : unmapped) {
       const ReadingTerms reading = reading_terms(*observation, sensor);
       const LandmarkEstimate of_first =
           first_estimate(sensor_at(particles[0].pose.at(0), sensor.body_from_sensor), reading);

@@ -68,11 +68,11 @@ struct DenseEkf {
 
   void step(const SlamStep& step) {
     predict(step.motion);
-    std::vector<Observation> known, fresh;
+    std::vector<Observation> known, unmapped;
     for (const Observation& observation : step.observations)
-      (at.contains(observation.landmark) ? known : fresh).push_back(observation);
+      (at.contains(observation.landmark) ? known : unmapped).push_back(observation);
     if (!known.empty()) update(known);
-    for (const Observation& observation : fresh) add(observation);
+    for (const Observation& observation : unmapped) add(observation);
   }
 };
 

@@ -117,18 +117,18 @@ TEST(Ekf, LearnsTheOdometrysSystematicErrors) {
 TEST(Ekf, WithoutNamesFindsTheSameMap) {
   const test::SlamWorld world = test::slam_world({.steps = 200});
   EkfSlam named(world.sensor, {});
-  EkfSlam nameless(world.sensor, {});
+  EkfSlam unidentified(world.sensor, {});
   double worst = 0.0;
   for (std::size_t k = 0; k < world.steps.size(); ++k) {
     std::vector<Observation> hidden = world.steps[k].observations;
     std::ranges::reverse(hidden);
     for (Observation& observation : hidden) observation.landmark = kUnknownLandmark;
     named.step(world.steps[k].motion, world.steps[k].observations);
-    nameless.step(world.steps[k].motion, hidden);
-    const Vector2 apart = nameless.estimate().pose.translation() - named.estimate().pose.translation();
+    unidentified.step(world.steps[k].motion, hidden);
+    const Vector2 apart = unidentified.estimate().pose.translation() - named.estimate().pose.translation();
     worst = std::max(worst, apart.norm());
   }
-  EXPECT_EQ(nameless.landmarks(), named.landmarks());
+  EXPECT_EQ(unidentified.landmarks(), named.landmarks());
   EXPECT_LT(worst, 0.1);
 }
 

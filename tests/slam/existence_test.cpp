@@ -11,12 +11,12 @@ namespace {
 Visibility camera() {
   Visibility view(10.0);
   for (int k = 0; k < 40; ++k)
-    for (int degree = -30; degree <= 30; degree += 5) view.saw(2.0 + 0.15 * k, radians(degree));
+    for (int degree = -30; degree <= 30; degree += 5) view.add_seen(2.0 + 0.15 * k, radians(degree));
   return view;
 }
 
 /// At a landmark 4 m ahead.
-Existence::Look look_from(double x, bool seen) {
+Existence::ExpectedSighting sighting_from(double x, bool seen) {
   return {.from = {x, 0.0}, .range_m = 4.0, .bearing_rad = 0.0, .seen = seen};
 }
 
@@ -34,7 +34,7 @@ TEST(Visibility, IsWhatHasBeenSeen) {
 TEST(Visibility, SeesAllAroundAcrossTheWrap) {
   Visibility view(10.0);
   for (int k = 0; k < 20; ++k)
-    for (int degree = -175; degree <= 175; degree += 5) view.saw(9.0, radians(degree));
+    for (int degree = -175; degree <= 175; degree += 5) view.add_seen(9.0, radians(degree));
   EXPECT_TRUE(view.covers(5.0, kPi));
   EXPECT_TRUE(view.covers(5.0, -kPi));
   EXPECT_TRUE(view.covers(5.0, radians(179.0)));
@@ -44,59 +44,59 @@ TEST(Existence, AVanishedLandmarkIsRemovedAndAnOccludedOneIsNot) {
   Visibility view = camera();
   Existence landmark;
   double x = 0.0;
-  const auto look = [&](bool seen) {
+  const auto update = [&](bool seen) {
     x += 0.5;
-    return landmark.look(look_from(x, seen), view);
+    return landmark.update(sighting_from(x, seen), view);
   };
-  for (int k = 0; k < 20; ++k) ASSERT_TRUE(look(true));
-  EXPECT_TRUE(look(false));
-  EXPECT_TRUE(look(false));  // occluded for a moment
-  for (int k = 0; k < 4; ++k) ASSERT_TRUE(look(true));
-  int looks = 0;
-  while (look(false)) ASSERT_LT(++looks, 12);
-  EXPECT_GE(looks, 3);
+  for (int k = 0; k < 20; ++k) ASSERT_TRUE(update(true));
+  EXPECT_TRUE(update(false));
+  EXPECT_TRUE(update(false));  // occluded for a moment
+  for (int k = 0; k < 4; ++k) ASSERT_TRUE(update(true));
+  int updates = 0;
+  while (update(false)) ASSERT_LT(++updates, 12);
+  EXPECT_GE(updates, 3);
 }
 
 TEST(Existence, ASpuriousOneGoesSoonerThanAnOldOne) {
   Visibility view = camera();
   Existence old, spurious;
-  for (int k = 1; k <= 20; ++k) old.look(look_from(0.5 * k, true), view);
-  const auto looks_until_gone = [&](Existence& landmark) {
-    for (int looks = 1;; ++looks)
-      if (!landmark.look(look_from(20.0 + looks, false), view)) return looks;
+  for (int k = 1; k <= 20; ++k) old.update(sighting_from(0.5 * k, true), view);
+  const auto updates_until_gone = [&](Existence& landmark) {
+    for (int updates = 1;; ++updates)
+      if (!landmark.update(sighting_from(20.0 + updates, false), view)) return updates;
   };
-  const int of_spurious = looks_until_gone(spurious);
+  const int of_spurious = updates_until_gone(spurious);
   EXPECT_LE(of_spurious, 3);
-  EXPECT_LT(of_spurious, looks_until_gone(old));
+  EXPECT_LT(of_spurious, updates_until_gone(old));
 }
 
 TEST(Existence, OneIsToldOnceItIsSurelyThere) {
   Visibility view = camera();
   Existence landmark;
   EXPECT_FALSE(landmark.is_confirmed(view));
-  for (int k = 0; k < 10; ++k) landmark.look(look_from(0.0, true), view);  // standing still
+  for (int k = 0; k < 10; ++k) landmark.update(sighting_from(0.0, true), view);  // standing still
   EXPECT_FALSE(landmark.is_confirmed(view));
-  int looks = 0;
-  while (!landmark.is_confirmed(view)) landmark.look(look_from(++looks, true), view);
-  EXPECT_GE(looks, 2);
-  EXPECT_LE(looks, 3);
+  int updates = 0;
+  while (!landmark.is_confirmed(view)) landmark.update(sighting_from(++updates, true), view);
+  EXPECT_GE(updates, 2);
+  EXPECT_LE(updates, 3);
 }
 
 TEST(Existence, WhereMostNewOnesTurnOutToBeNoneOneIsToldLater) {
   Visibility view = camera();
   Existence landmark;
-  for (int k = 1; k <= 2; ++k) landmark.look(look_from(k, true), view);
+  for (int k = 1; k <= 2; ++k) landmark.update(sighting_from(k, true), view);
   ASSERT_TRUE(landmark.is_confirmed(view));
   for (int k = 0; k < 40; ++k) view.resolve(false);
   EXPECT_FALSE(landmark.is_confirmed(view));
-  for (int k = 0; k < 5; ++k) landmark.look(look_from(3.0 + k, true), view);
+  for (int k = 0; k < 5; ++k) landmark.update(sighting_from(3.0 + k, true), view);
   EXPECT_TRUE(landmark.is_confirmed(view));
 }
 
 TEST(Existence, StandingStillIsOneLook) {
-  const Existence landmark{.log_odds = 3.0, .looked_from = {1.0, 1.0}};
-  EXPECT_FALSE(landmark.is_another_look({1.0, 1.1}, 5.0));
-  EXPECT_TRUE(landmark.is_another_look({1.0, 2.0}, 5.0));
+  const Existence landmark{.log_odds = 3.0, .last_viewpoint = {1.0, 1.0}};
+  EXPECT_FALSE(landmark.has_parallax({1.0, 1.1}, 5.0));
+  EXPECT_TRUE(landmark.has_parallax({1.0, 2.0}, 5.0));
 }
 
 TEST(Existence, ASensorThatMissesMostSaysLittleByIt) {
@@ -125,7 +125,7 @@ TEST(Visibility, TheEdgeIsWhereItIsInThatDirection) {
   Visibility view(10.0);  // twice as far ahead as behind
   for (int k = 0; k < 20; ++k)
     for (int degree = -175; degree <= 175; degree += 5)
-      view.saw(std::abs(degree) < 90 ? 8.0 : 4.0, radians(degree));
+      view.add_seen(std::abs(degree) < 90 ? 8.0 : 4.0, radians(degree));
   for (int k = 0; k < 100; ++k) view.count(7.8, 0.0, false);
   EXPECT_GT(view.for_missed(3.9, kPi), -0.1);
   EXPECT_LT(view.for_missed(3.9, 0.0), -0.5);
@@ -147,16 +147,16 @@ TEST(Existence, WhatWasNeverConfirmedTeachesNothing) {
   Visibility view = camera();
   for (int k = 0; k < 40; ++k) view.resolve(false);
   Existence phantom;
-  phantom.look(look_from(1.0, true), view);
+  phantom.update(sighting_from(1.0, true), view);
   ASSERT_GT(phantom.log_odds, ExistenceOptions{}.likely);
   ASSERT_FALSE(phantom.is_confirmed(view));
   const double before = view.for_missed(4.0, 0.0);
-  phantom.look(look_from(2.0, false), view);
+  phantom.update(sighting_from(2.0, false), view);
   EXPECT_EQ(view.for_missed(4.0, 0.0), before);
   Existence landmark;
-  for (int k = 1; k < 6; ++k) landmark.look(look_from(k, true), view);
+  for (int k = 1; k < 6; ++k) landmark.update(sighting_from(k, true), view);
   ASSERT_TRUE(landmark.is_confirmed(view));
-  landmark.look(look_from(7.0, false), view);
+  landmark.update(sighting_from(7.0, false), view);
   EXPECT_NE(view.for_missed(4.0, 0.0), before);
 }
 

@@ -14,7 +14,7 @@ struct Case {
 };
 
 std::string name_of_case(const testing::TestParamInfo<Case>& info) {
-  return std::string(name_of(info.param.filter)) + (info.param.named ? "_named" : "_nameless");
+  return std::string(name_of(info.param.filter)) + (info.param.named ? "_named" : "_unidentified");
 }
 
 class FromNowhere : public testing::TestWithParam<Case> {
@@ -162,16 +162,16 @@ TEST(LocalMap, ALookFromTheSamePlaceIsNoNewsAndMakesNoPointSurer) {
   LocalMap seen(sensor);
   const std::vector<Observation> one = {sighting_of(sensor, {5.0, 1.0})};
   seen.step({}, one);
-  EXPECT_EQ(seen.news()[0], 1.0);
+  EXPECT_EQ(seen.novelty()[0], 1.0);
   const Matrix2 of_one_look = seen.points()[0].covariance;
   for (int k = 0; k < 1000; ++k) seen.step({}, one);
-  EXPECT_EQ(seen.news()[0], 0.0);
+  EXPECT_EQ(seen.novelty()[0], 0.0);
   ASSERT_EQ(seen.points().size(), 1U);
   EXPECT_NEAR((seen.points()[0].covariance - of_one_look).norm(), 0.0, 1e-9);
   // A tenth of the distance further two independent errors are averaged.
   const Twist2 aside{0.0, 0.6, 0.0};
   seen.step(motion_of(aside, Matrix3::Zero()), std::vector<Observation>{sighting_of(sensor, {5.0, 0.4})});
-  EXPECT_EQ(seen.news()[0], 1.0);
+  EXPECT_EQ(seen.novelty()[0], 1.0);
   EXPECT_LT(seen.points()[0].covariance.trace(), 0.6 * of_one_look.trace());
 }
 
@@ -181,9 +181,9 @@ TEST(LocalMap, NeighboursAreOneSupportingLandmark) {
   LocalMap seen(sensor);
   seen.step({}, std::vector<Observation>{sighting_of(sensor, {5.0, 1.0}), sighting_of(sensor, {5.2, 1.1}),
                                          sighting_of(sensor, {1.0, 4.0})});
-  EXPECT_EQ(seen.news()[0], 1.0);
-  EXPECT_EQ(seen.news()[1], 0.0);
-  EXPECT_EQ(seen.news()[2], 1.0);
+  EXPECT_EQ(seen.novelty()[0], 1.0);
+  EXPECT_EQ(seen.novelty()[1], 0.0);
+  EXPECT_EQ(seen.novelty()[2], 1.0);
 }
 
 // Ten hours: bench/localization_bench.cpp.

@@ -82,17 +82,17 @@ TEST(SomePlaces, AreThoseOfTheAncestorsAndNoneWhereOneHasNone) {
 
 /// A turn about a centre moves what is elsewhere.
 TEST(FrameCovariance, AboutAnotherPlaceTheTurnShifts) {
-  FrameCovariance doubt;
-  doubt.centre = {1.0, 2.0};
-  doubt.covariance(2, 2) = 0.04;
-  const FrameCovariance there = doubt.about({4.0, 2.0});  // 3 m along x: the turn moves it along y
+  FrameCovariance frame;
+  frame.centre = {1.0, 2.0};
+  frame.covariance(2, 2) = 0.04;
+  const FrameCovariance there = frame.about({4.0, 2.0});  // 3 m along x: the turn moves it along y
   EXPECT_NEAR(there.covariance(0, 0), 0.0, 1e-15);
   EXPECT_NEAR(there.covariance(1, 1), 9.0 * 0.04, 1e-15);
   EXPECT_NEAR(there.covariance(1, 2), 3.0 * 0.04, 1e-15);
-  EXPECT_TRUE(there.about(doubt.centre).covariance.isApprox(doubt.covariance, 1e-14));
+  EXPECT_TRUE(there.about(frame.centre).covariance.isApprox(frame.covariance, 1e-14));
 }
 
-/// Particles that come to differ a little more with each step, of which sightings do not tell who is right.
+/// Particles that come to differ a little more with each step, of which sightings do not show who is right.
 struct Drift {
   static constexpr std::size_t kParticles = 50;
   static constexpr int kResamplings = 100;
@@ -108,22 +108,22 @@ struct Drift {
       std::vector<Vector3> moves(kParticles, Vector3::Zero());
       std::vector<double> fitness(kParticles, 0.0);
       Ancestry ancestry(kParticles);
-      Coalescence kinship(kParticles);
-      LostCovariance forgotten;
+      Coalescence coalescence(kParticles);
+      LostCovariance lost;
       for (int k = 0; k < kResamplings; ++k) {
         for (Vector3& move : moves)
           move += sigma.cwiseProduct(Vector3(random.normal(1.0), random.normal(1.0), random.normal(1.0)));
         for (double& f : fitness) f = inherited * f + random.normal(0.5);
         const std::vector<Ancestry::Index> parents = parents_of(fitness, random);
-        kinship.hold(ancestry);
+        coalescence.hold(ancestry);
         ancestry.resample(parents);
         moves = of_parents(moves, parents);
         fitness = of_parents(fitness, parents);
-        forgotten.forget({Vector2::Zero(), covariance_of(moves)}, kinship.share_lost(ancestry));
+        lost.after_resampling({Vector2::Zero(), covariance_of(moves)}, coalescence.share_lost(ancestry));
       }
-      const Vector3 forgets = 0.5 * forgotten.beyond_scatter(Vector2::Zero()).diagonal();
-      whole += (covariance_of(moves).diagonal() + forgets) / trials;
-      kept += forgets / trials;
+      const Vector3 taken = 0.5 * lost.beyond_scatter(Vector2::Zero()).diagonal();
+      whole += (covariance_of(moves).diagonal() + taken) / trials;
+      kept += taken / trials;
       const Vector3 mean = std::accumulate(moves.begin(), moves.end(), Vector3(Vector3::Zero())) / kParticles;
       wandered += mean.cwiseAbs2() / trials;
     }
@@ -178,12 +178,12 @@ TEST(LostCovariance, KeepsWhatFamiliesTakeThatDoWell) {
   }
 }
 
-Matrix3 twice_forgotten(const LostCovariance& doubt) {
-  return doubt.beyond_scatter(Vector2::Zero());
+Matrix3 twice_lost(const LostCovariance& covariance) {
+  return covariance.beyond_scatter(Vector2::Zero());
 }
 
 /// Of a place at the world's origin, which all of these tests are about.
-FrameCovariance doubt_of(const Matrix3& covariance) {
+FrameCovariance frame_of(const Matrix3& covariance) {
   return {Vector2::Zero(), covariance};
 }
 
@@ -192,37 +192,37 @@ const Matrix3 kSince = (Matrix3() << 2.0, 0.7, -0.1, 0.7, 1.0, 0.2, -0.1, 0.2, 0
 
 /// What has come about since the landmark was last seen is measured by where it is seen, in the textbook's
 /// form; the mean stays, so the square of what it ought to move by is added.
-TEST(LostCovariance, RecallsByAKalmanFilterOfWhatCameSince) {
+TEST(LostCovariance, IsUpdatedByAKalmanFilterOfWhatCameSince) {
   const Vector2 apart(0.2, -0.3);
   const Matrix2 errors = (Matrix2() << 0.3, 0.1, 0.1, 0.05).finished();
-  LostCovariance doubt;
-  doubt.remember(doubt_of(kOld + kSince), doubt_of(kOld + kSince));
-  doubt.recall(doubt_of(kOld), {Vector2::Zero(), apart, errors});
+  LostCovariance covariance;
+  covariance.reset(frame_of(kOld + kSince), frame_of(kOld + kSince));
+  covariance.update(frame_of(kOld), {Vector2::Zero(), apart, errors});
   const Matrix3 R = 2.0 * kSince;
   const Eigen::Matrix<double, 3, 2> K = R.leftCols<2>() * (R.topLeftCorner<2, 2>() + errors).inverse();
   const Vector3 off = K * apart;
   const Matrix3 expected = 2.0 * kOld + R - K * R.topRows<2>() + off * off.transpose();
-  EXPECT_LT((twice_forgotten(doubt) - expected).cwiseAbs().maxCoeff(), 1e-12);
-  EXPECT_TRUE(doubt.whole().covariance.isApprox(0.5 * expected, 1e-12));
+  EXPECT_LT((twice_lost(covariance) - expected).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_TRUE(covariance.total().covariance.isApprox(0.5 * expected, 1e-12));
 }
 
-TEST(LostCovariance, RecallsNothingFromWhatIsInMoreDoubt) {
-  LostCovariance doubt;
-  doubt.remember(doubt_of(kOld), doubt_of(kOld));
-  doubt.recall(doubt_of(kOld + kSince), {Vector2::Zero(), {0.1, 0.1}, 0.01 * Matrix2::Identity()});
-  EXPECT_LT((twice_forgotten(doubt) - 2.0 * kOld).cwiseAbs().maxCoeff(), 1e-12);
+TEST(LostCovariance, IsNotUpdatedByALessCertainSubmap) {
+  LostCovariance covariance;
+  covariance.reset(frame_of(kOld), frame_of(kOld));
+  covariance.update(frame_of(kOld + kSince), {Vector2::Zero(), {0.1, 0.1}, 0.01 * Matrix2::Identity()});
+  EXPECT_LT((twice_lost(covariance) - 2.0 * kOld).cwiseAbs().maxCoeff(), 1e-12);
 }
 
 /// No less along any direction, and no more than that takes.
-TEST(LostCovariance, IsNoSurerThanWhatItFollows) {
-  const Matrix3 forgotten = 0.5 * kOld;
-  LostCovariance doubt;
-  doubt.remember(doubt_of(forgotten), doubt_of(kOld));
-  doubt.be_no_surer_than(doubt_of(0.9 * kOld), Vector2::Zero());
-  EXPECT_TRUE(doubt.whole().covariance.isApprox(kOld, 1e-12));
-  doubt.be_no_surer_than(doubt_of(kOld + kSince), Vector2::Zero());
-  EXPECT_TRUE(doubt.whole().covariance.isApprox(kOld + kSince, 1e-12));
-  EXPECT_TRUE(twice_forgotten(doubt).isApprox(2.0 * (forgotten + kSince), 1e-12));
+TEST(LostCovariance, IsNoLessThanThatOfTheSubmapThatIsFollowed) {
+  const Matrix3 lost = 0.5 * kOld;
+  LostCovariance covariance;
+  covariance.reset(frame_of(lost), frame_of(kOld));
+  covariance.inflate_to(frame_of(0.9 * kOld), Vector2::Zero());
+  EXPECT_TRUE(covariance.total().covariance.isApprox(kOld, 1e-12));
+  covariance.inflate_to(frame_of(kOld + kSince), Vector2::Zero());
+  EXPECT_TRUE(covariance.total().covariance.isApprox(kOld + kSince, 1e-12));
+  EXPECT_TRUE(twice_lost(covariance).isApprox(2.0 * (lost + kSince), 1e-12));
 }
 
 /// One landmark of four fits after a blind way that nobody can tell, the others do not: it may be chance.
@@ -245,10 +245,11 @@ TEST(LostCovariance, IsNotLearnedFromOneThatFitsAmongManyThatDoNot) {
   EXPECT_LT(variance_after(0.0), 0.1 * unknown);
 }
 
-/// e = Log(T̂⁻¹ T) over the first loop of a room, 3 where the covariance is honest, and the map at its end.
-class HonestParticles : public testing::TestWithParam<Proposal> {};
+/// e = Log(T̂⁻¹ T) over the first loop of a room, 3 where the covariance is consistent, and the map at its
+/// end.
+class ConsistentParticles : public testing::TestWithParam<Proposal> {};
 
-TEST_P(HonestParticles, OfPosesAndMap) {
+TEST_P(ConsistentParticles, OfPosesAndMap) {
   constexpr int kSeeds = 40;  // of each the map is one draw: with fewer the share says nothing
   double nees = 0.0;
   double inside = 0.0;
@@ -282,8 +283,8 @@ TEST_P(HonestParticles, OfPosesAndMap) {
   EXPECT_GT(nees / poses, 1.5);
   EXPECT_GT(inside / landmarks, 0.85);
 }
-INSTANTIATE_TEST_SUITE_P(, HonestParticles, testing::Values(Proposal::linearised, Proposal::swarm_gaussian),
-                         [](const auto& of) {
+INSTANTIATE_TEST_SUITE_P(, ConsistentParticles,
+                         testing::Values(Proposal::linearised, Proposal::swarm_gaussian), [](const auto& of) {
                            return of.param == Proposal::linearised ? "fastslam2" : "mapso_proposal";
                          });
 

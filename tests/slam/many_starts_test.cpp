@@ -64,10 +64,10 @@ TEST(ManyStarts, AreNoUseWhereAllHaveNamesOrThereIsOne) {
   const SlamResult filtered = slam(named, world.sensor, filter);
   EXPECT_TRUE(are_same(smooth_from_many(named, world.sensor, filtered, filter, 5),
                        smooth(named, world.sensor, filtered)));
-  const SlamInput nameless = hidden(world);
-  const SlamResult without = slam(nameless, world.sensor, filter);
-  EXPECT_TRUE(are_same(smooth_from_many(nameless, world.sensor, without, filter, 1),
-                       smooth(nameless, world.sensor, without)));
+  const SlamInput unidentified = hidden(world);
+  const SlamResult without = slam(unidentified, world.sensor, filter);
+  EXPECT_TRUE(are_same(smooth_from_many(unidentified, world.sensor, without, filter, 1),
+                       smooth(unidentified, world.sensor, without)));
 }
 
 TEST(ManyStarts, TheMostProbableExplanationIsKept) {

@@ -47,10 +47,10 @@ TEST_P(EveryPrecision, IsTheCopyingFilterToTheLastBit) {
     if (copying.particles[i].log_weight > copying.particles[best].log_weight) best = i;
   const std::vector<Pose2> path = lazy.best_path();
   ASSERT_EQ(path.size(), world.steps.size());
-  std::size_t station = 0;
+  std::size_t keyframe = 0;
   for (std::size_t k = 0; k < path.size(); ++k)
     if (!world.steps[k].observations.empty()) {
-      ASSERT_EQ(path[k].x, copying.particles[best].path[station++].x);
+      ASSERT_EQ(path[k].x, copying.particles[best].path[keyframe++].x);
     }
   const std::vector<double> weights = lazy.weights();
   for (std::size_t l = 0; l < lazy.landmarks(); ++l) {

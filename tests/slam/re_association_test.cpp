@@ -56,7 +56,7 @@ TEST(ReAssociation, ANameIsKeptAndNoOtherSightingOfTheInstantShowsItsLandmark) {
   LandmarkSensor precise;
   precise.range_sigma_m = 0.05;
   precise.bearing_sigma_rad = 0.02;
-  const ShownObservations again = explained_again({input.steps[0].observations}, input, smoothed, precise);
+  const ShownObservations again = reassociated({input.steps[0].observations}, input, smoothed, precise);
   EXPECT_EQ(again[0][0].landmark, 0);
   EXPECT_EQ(again[0][1].landmark, kUnknownLandmark);
   EXPECT_EQ(again[0][2].landmark, 1);
@@ -100,10 +100,10 @@ TEST(ReAssociation, SightingsTakenForOthersAreTakenForWhatTheyShow) {
     for (Observation& observation : wrong.back())
       if (random.uniform() < 0.2) observation.landmark = random.uniform() < 0.5 ? kUnknownLandmark : 0;
   }
-  SlamInput nameless;
-  nameless.steps = world.steps;
-  for (SlamStep& step : nameless.steps) step.observations = hidden(step.observations);
-  const ShownObservations again = explained_again(wrong, nameless, smoothed, kRangeFinder);
+  SlamInput unidentified;
+  unidentified.steps = world.steps;
+  for (SlamStep& step : unidentified.steps) step.observations = hidden(step.observations);
+  const ShownObservations again = reassociated(wrong, unidentified, smoothed, kRangeFinder);
   for (std::size_t k = 0; k < again.size(); ++k)
     for (std::size_t i = 0; i < again[k].size(); ++i) {
       ++sightings;
@@ -131,12 +131,12 @@ SlamResult confused(SlamResult filtered, LandmarkId landmarks) {
 
 TEST(ReAssociation, WhatWasMappedTwiceIsMerged) {
   test::SlamWorld world = test::slam_world({.steps = 200, .landmarks = 12, .seed = 4});
-  SlamInput input, nameless;
-  input.steps = nameless.steps = world.steps;
-  for (SlamStep& step : nameless.steps) step.observations = hidden(step.observations);
+  SlamInput input, unidentified;
+  input.steps = unidentified.steps = world.steps;
+  for (SlamStep& step : unidentified.steps) step.observations = hidden(step.observations);
   const SlamResult filtered = slam(input, world.sensor, {.particles = 30});
   const SmoothedSlam with_names = smooth(input, world.sensor, filtered);
-  const SmoothedSlam without = smooth(nameless, world.sensor, confused(filtered, 12));
+  const SmoothedSlam without = smooth(unidentified, world.sensor, confused(filtered, 12));
   EXPECT_EQ(without.map.size(), 12U);
   EXPECT_GT(without.counts.sightings, with_names.counts.sightings * 99 / 100);
   for (std::size_t k = 0; k < world.steps.size(); ++k) {
@@ -159,12 +159,13 @@ TEST(ReAssociation, WithoutNamesTheSmootherFindsWhatItFindsWithThem) {
     input.steps = world.steps;
     for (std::size_t k = 0; k < input.steps.size(); ++k)
       if (k % 63 > 42) input.steps[k].observations.clear();
-    SlamInput nameless = input;
-    for (SlamStep& step : nameless.steps) step.observations = hidden(step.observations);
+    SlamInput unidentified = input;
+    for (SlamStep& step : unidentified.steps) step.observations = hidden(step.observations);
     const SlamOptions options{.particles = 50, .seed = 2};
     with_names += test::position_rms(
         smooth(input, world.sensor, slam(input, world.sensor, options)).trajectory, world.truth);
-    const SmoothedSlam smoothed = smooth(nameless, world.sensor, slam(nameless, world.sensor, options));
+    const SmoothedSlam smoothed =
+        smooth(unidentified, world.sensor, slam(unidentified, world.sensor, options));
     without += test::position_rms(smoothed.trajectory, world.truth);
     landmarks += static_cast<double>(smoothed.map.size()) / worlds;
   }

@@ -53,7 +53,7 @@ test::SlamWorld world_with_errors(int trial, const Vector3& sigma) {
   return world;
 }
 
-// Poses at stations, between two of them and after the last, and every landmark.
+// Poses at keyframes, between two of them and after the last, and every landmark.
 TEST(Smoother, ErrorsAreAsLargeAsItsCovariancesSay) {
   const int trials = test::trials(50, 10);
   const Vector3 sigma(0.01, 0.02, 0.01);

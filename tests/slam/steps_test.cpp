@@ -114,8 +114,8 @@ TEST(Steps, SightingsOutsideAreReported) {
   recording.sightings.push_back({1e6, "a", 1.0, 0.0});
   const SlamInput input = slam_input(recording, robot);
   EXPECT_EQ(input.observations(), inside);
-  ASSERT_EQ(input.problems.size(), 1U);
-  EXPECT_EQ(input.problems[0].count, 2U);
+  ASSERT_EQ(input.findings.size(), 1U);
+  EXPECT_EQ(input.findings[0].count, 2U);
 }
 
 using Reading = std::tuple<LandmarkId, double, double>;
@@ -143,9 +143,9 @@ TEST(Steps, SightingsMayBeInAnyOrderAndToldTwice) {
     EXPECT_EQ(again.steps[k].time_s, input.steps[k].time_s);
     EXPECT_EQ(readings_of(again.steps[k]), readings_of(input.steps[k]));
   }
-  ASSERT_EQ(again.problems.size(), 1U);
-  EXPECT_EQ(again.problems[0].code, FindingCode::repeated_sighting);
-  EXPECT_EQ(again.problems[0].count, in_order.size());
+  ASSERT_EQ(again.findings.size(), 1U);
+  EXPECT_EQ(again.findings[0].code, FindingCode::repeated_sighting);
+  EXPECT_EQ(again.findings[0].count, in_order.size());
 }
 
 TEST(Steps, InstantsWithTooManySightingsAreThinnedOutEvenly) {
@@ -159,19 +159,19 @@ TEST(Steps, InstantsWithTooManySightingsAreThinnedOutEvenly) {
   for (const SlamStep& step : input.steps)
     for (std::size_t i = 0; i < step.observations.size(); ++i)
       EXPECT_EQ(step.observations[i].range_m, 1.0 + 5.0 * static_cast<double>(i));
-  const auto crowded = std::ranges::find(input.problems, FindingCode::crowded_instant, &Finding::code);
-  ASSERT_NE(crowded, input.problems.end());
+  const auto crowded = std::ranges::find(input.findings, FindingCode::crowded_instant, &Finding::code);
+  ASSERT_NE(crowded, input.findings.end());
   EXPECT_EQ(crowded->count, 800U);
 }
 
 TEST(Steps, RangesInAnotherUnitAreNamed) {
   const Robot robot = robot_with_sensor();
   Recording recording = drive(robot);
-  EXPECT_TRUE(slam_input(recording, robot).problems.empty());
+  EXPECT_TRUE(slam_input(recording, robot).findings.empty());
   for (Sighting& sighting : recording.sightings) sighting.range_m *= 1000.0;
   const SlamInput input = slam_input(recording, robot);
-  ASSERT_EQ(input.problems.size(), 1U);
-  EXPECT_EQ(input.problems[0].code, FindingCode::range_unit);
+  ASSERT_EQ(input.findings.size(), 1U);
+  EXPECT_EQ(input.findings[0].code, FindingCode::range_unit);
 }
 
 TEST(Steps, WhatIsMissingIsNamed) {
@@ -180,11 +180,11 @@ TEST(Steps, WhatIsMissingIsNamed) {
   recording.sightings[3].landmark.clear();
   const SlamInput mixed = slam_input(recording, robot);
   EXPECT_EQ(mixed.observations(), recording.sightings.size());
-  EXPECT_TRUE(mixed.has_nameless());
-  ASSERT_EQ(mixed.problems.size(), 1U);
-  EXPECT_EQ(mixed.problems[0].code, FindingCode::sighting_without_name);
-  EXPECT_EQ(mixed.problems[0].count, 1U);
-  EXPECT_TRUE(slam_input(recording, robot, {.hide_ids = true}).problems.empty());
+  EXPECT_TRUE(mixed.has_unidentified());
+  ASSERT_EQ(mixed.findings.size(), 1U);
+  EXPECT_EQ(mixed.findings[0].code, FindingCode::sighting_without_name);
+  EXPECT_EQ(mixed.findings[0].count, 1U);
+  EXPECT_TRUE(slam_input(recording, robot, {.hide_ids = true}).findings.empty());
   robot.landmark_sensor.reset();
   EXPECT_THROW(slam_input(recording, robot), InputError);
 }

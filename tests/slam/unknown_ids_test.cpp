@@ -58,50 +58,50 @@ TEST_P(UnknownIds, TheMapAndThePathAreFound) {
   // One seed with 64 particles differs from another by a factor of two: its logarithm has a sigma of 0.6.
   constexpr int kWorlds = 16;
   double named_error = 0.0;
-  double nameless_error = 0.0;
+  double unidentified_error = 0.0;
   double landmarks = 0.0;
   double right = 0.0;
   for (int i = 0; i < kWorlds; ++i) {
     const test::SlamWorld world = clear_world(200, 100 * static_cast<std::uint64_t>(i) + 1);
     SlamFilter named = filter(world);
-    SlamFilter nameless = filter(world);
+    SlamFilter unidentified = filter(world);
     for (std::size_t k = 0; k < world.steps.size(); ++k) {
       named.step(world.steps[k].motion, world.steps[k].observations);
-      nameless.step(world.steps[k].motion, hidden(world.steps[k].observations));
+      unidentified.step(world.steps[k].motion, hidden(world.steps[k].observations));
       named_error += distance(named, world.truth[k]);
-      nameless_error += distance(nameless, world.truth[k]);
+      unidentified_error += distance(unidentified, world.truth[k]);
     }
-    landmarks += static_cast<double>(nameless.map().size()) / kWorlds;
-    right += static_cast<double>(right_ones(nameless, world)) / kWorlds;
+    landmarks += static_cast<double>(unidentified.map().size()) / kWorlds;
+    right += static_cast<double>(right_ones(unidentified, world)) / kWorlds;
   }
-  EXPECT_LT(nameless_error, 1.45 * named_error);  // 1.2 and 0.6/√16 · 1.65
+  EXPECT_LT(unidentified_error, 1.45 * named_error);  // 1.2 and 0.6/√16 · 1.65
   EXPECT_NEAR(landmarks, 20.0, 0.5);
   EXPECT_GT(right, 19.5);
 }
 
 TEST_P(UnknownIds, SpuriousSightingsDoNotBreakIt) {
   const test::SlamWorld world = clear_world();
-  SlamFilter nameless = filter(world);
+  SlamFilter unidentified = filter(world);
   Random random(5);
   double worst = 0.0;
   for (std::size_t k = 0; k < world.steps.size(); ++k) {
     std::vector<Observation> seen = hidden(world.steps[k].observations);
     if (k % 2 == 0) seen.push_back({kUnknownLandmark, random.uniform(0.5, 8.0), random.uniform(-kPi, kPi)});
-    nameless.step(world.steps[k].motion, seen);
-    worst = std::max(worst, distance(nameless, world.truth[k]));
+    unidentified.step(world.steps[k].motion, seen);
+    worst = std::max(worst, distance(unidentified, world.truth[k]));
   }
   EXPECT_LT(worst, 0.6);
-  EXPECT_GE(right_ones(nameless, world), world.landmarks.size() - 2);
+  EXPECT_GE(right_ones(unidentified, world), world.landmarks.size() - 2);
   // Of 100 spurious ones those that the robot comes near again are removed, the others stay tentative.
-  EXPECT_LE(nameless.map().size(), world.landmarks.size() + 2);
-  EXPECT_GT(nameless.tentative().size(), 5U);
+  EXPECT_LE(unidentified.map().size(), world.landmarks.size() + 2);
+  EXPECT_GT(unidentified.tentative().size(), 5U);
 }
 
 TEST_P(UnknownIds, ALandmarkBehindTheRobotIsNoSpecialCase) {
   // Straight behind, the bearing jumps between +180° and −180° with the noise.
   test::SlamWorld world;
   world.sensor.body_from_sensor = {};
-  SlamFilter nameless = filter(world);
+  SlamFilter unidentified = filter(world);
   Random random(6);
   const Motion motion = motion_of({0.1, 0.0, 0.0}, Vector3(1e-4, 1e-6, 1e-5).asDiagonal());
   std::size_t matched = 0;
@@ -109,11 +109,11 @@ TEST_P(UnknownIds, ALandmarkBehindTheRobotIsNoSpecialCase) {
     const double x = 0.1 * (k + 1);
     const std::vector<Observation> seen = {
         {kUnknownLandmark, 2.0 + x + random.normal(0.05), wrap_angle(kPi + random.normal(0.02))}};
-    matched += count(nameless.step(motion, seen), Decision::matched);
+    matched += count(unidentified.step(motion, seen), Decision::matched);
   }
-  EXPECT_EQ(nameless.map().size(), 1U);
+  EXPECT_EQ(unidentified.map().size(), 1U);
   EXPECT_EQ(matched, 39U);
-  EXPECT_NEAR(nameless.map().front().position.x(), -2.0, 0.3);
+  EXPECT_NEAR(unidentified.map().front().position.x(), -2.0, 0.3);
 }
 
 TEST_P(UnknownIds, InvalidReadingsAreCountedAndChangeNothing) {
@@ -138,27 +138,27 @@ TEST_P(UnknownIds, DuplicatesAreOneLandmarkSeenTwice) {
   // Every sighting twice: a second landmark beside each would be the other explanation, and is as good; but
   // nothing may break, and the path stays right.
   const test::SlamWorld world = clear_world(120);
-  SlamFilter nameless = filter(world);
+  SlamFilter unidentified = filter(world);
   for (std::size_t k = 0; k < world.steps.size(); ++k) {
     std::vector<Observation> seen = hidden(world.steps[k].observations);
     const std::vector<Observation> once = seen;
     seen.insert(seen.end(), once.begin(), once.end());
-    nameless.step(world.steps[k].motion, seen);
-    ASSERT_LT(distance(nameless, world.truth[k]), 0.8);
+    unidentified.step(world.steps[k].motion, seen);
+    ASSERT_LT(distance(unidentified, world.truth[k]), 0.8);
   }
-  EXPECT_LE(nameless.map().size(), 2 * world.landmarks.size() + 4);
+  EXPECT_LE(unidentified.map().size(), 2 * world.landmarks.size() + 4);
 }
 
 TEST_P(UnknownIds, AllSightingsWrong) {
   const test::SlamWorld world = clear_world(150);
-  SlamFilter nameless = filter(world);
+  SlamFilter unidentified = filter(world);
   Random random(7);
   for (std::size_t k = 0; k < world.steps.size(); ++k) {
     std::vector<Observation> wrong;
     for (std::size_t i = 0; i < world.steps[k].observations.size(); ++i)
       wrong.push_back({kUnknownLandmark, random.uniform(0.5, 8.0), random.uniform(-kPi, kPi)});
-    nameless.step(world.steps[k].motion, wrong);
-    const PoseEstimate estimate = nameless.estimate();
+    unidentified.step(world.steps[k].motion, wrong);
+    const PoseEstimate estimate = unidentified.estimate();
     ASSERT_TRUE(std::isfinite(estimate.pose.x + estimate.pose.y + estimate.pose.heading));
     ASSERT_TRUE(estimate.covariance.allFinite());
   }
@@ -166,20 +166,21 @@ TEST_P(UnknownIds, AllSightingsWrong) {
 
 TEST_P(UnknownIds, NothingSeenForLong) {
   const test::SlamWorld world = clear_world(200);
-  SlamFilter nameless = filter(world);
+  SlamFilter unidentified = filter(world);
   for (std::size_t k = 0; k < world.steps.size(); ++k) {
     const bool blind = k > 60 && k < 100;
-    nameless.step(world.steps[k].motion,
-                  blind ? std::vector<Observation>{} : hidden(world.steps[k].observations));
+    unidentified.step(world.steps[k].motion,
+                      blind ? std::vector<Observation>{} : hidden(world.steps[k].observations));
   }
-  EXPECT_LT(distance(nameless, world.truth.back()), 0.6);
-  EXPECT_LE(nameless.map().size(), world.landmarks.size() + 3);
+  EXPECT_LT(distance(unidentified, world.truth.back()), 0.6);
+  EXPECT_LE(unidentified.map().size(), world.landmarks.size() + 3);
 }
 
 TEST_P(UnknownIds, SomeMayHaveNames) {
   const test::SlamWorld world = clear_world();
   const auto named = static_cast<LandmarkId>(world.landmarks.size() / 2);
-  SlamFilter mixed(world.sensor, {.method = GetParam(), .particles = 64, .seed = 3, .first_nameless = named});
+  SlamFilter mixed(world.sensor,
+                   {.method = GetParam(), .particles = 64, .seed = 3, .first_unidentified = named});
   for (std::size_t k = 0; k < world.steps.size(); ++k) {
     std::vector<Observation> seen = world.steps[k].observations;
     for (Observation& observation : seen)
@@ -226,8 +227,8 @@ TEST_P(UnknownIds, AWholeRecordingNumbersThemAboveAllNames) {
 TEST_P(UnknownIds, ANumberThatBecomesANameIsThatOfTheNamedOne) {
   SlamFilter filter(LandmarkSensor{}, {.method = GetParam(), .particles = 8});
   const Motion still = motion_of({}, 1e-8 * Matrix3::Identity());
-  const std::vector<Observation> nameless = {{kUnknownLandmark, 2.0, 0.0}, {kUnknownLandmark, 2.0, 1.0}};
-  filter.step(still, nameless);
+  const std::vector<Observation> unidentified = {{kUnknownLandmark, 2.0, 0.0}, {kUnknownLandmark, 2.0, 1.0}};
+  filter.step(still, unidentified);
   filter.step(still, std::vector<Observation>{{1, 3.0, -1.0}});
   std::set<LandmarkId> ids;
   std::vector<MappedLandmark> all = filter.map();
@@ -239,25 +240,25 @@ TEST_P(UnknownIds, ANumberThatBecomesANameIsThatOfTheNamedOne) {
     }
   }
   EXPECT_EQ(ids, (std::set<LandmarkId>{0, 1, 2}));
-  const StepReport& again = filter.step(still, nameless);
+  const StepReport& again = filter.step(still, unidentified);
   EXPECT_EQ(count(again, Decision::matched), 2U);
 }
 
 TEST_P(UnknownIds, OneParticle) {
   const test::SlamWorld world = clear_world(60);
-  SlamFilter nameless = filter(world, 1);
-  for (const SlamStep& step : world.steps) nameless.step(step.motion, hidden(step.observations));
-  EXPECT_GE(right_ones(nameless, world), 10U);
+  SlamFilter unidentified = filter(world, 1);
+  for (const SlamStep& step : world.steps) unidentified.step(step.motion, hidden(step.observations));
+  EXPECT_GE(right_ones(unidentified, world), 10U);
 }
 
 TEST_P(UnknownIds, ALandmarkThatIsTakenAwayLeavesTheMap) {
   const test::SlamWorld world = clear_world(320);
-  SlamFilter nameless = filter(world);
+  SlamFilter unidentified = filter(world);
   const auto off_path = [](const Vector2& l) { return std::abs((l - Vector2(0.0, 5.0)).norm() - 5.0); };
   const auto gone = std::ranges::min_element(world.landmarks, {}, off_path);
   const auto number = static_cast<LandmarkId>(gone - world.landmarks.begin());
   const auto is_mapped = [&] {
-    return std::ranges::any_of(nameless.map(),
+    return std::ranges::any_of(unidentified.map(),
                                [&](const MappedLandmark& m) { return (m.position - *gone).norm() < 0.5; });
   };
   for (std::size_t k = 0; k < world.steps.size(); ++k) {
@@ -265,13 +266,13 @@ TEST_P(UnknownIds, ALandmarkThatIsTakenAwayLeavesTheMap) {
     // Occluded for a moment, and after two thirds of the way gone for good.
     const bool is_hidden = (k >= 130 && k < 132) || k >= 200;
     if (is_hidden) std::erase_if(seen, [&](const Observation& o) { return o.landmark == number; });
-    nameless.step(world.steps[k].motion, hidden(seen));
+    unidentified.step(world.steps[k].motion, hidden(seen));
     if (k == 140) {
       EXPECT_TRUE(is_mapped());
     }
   }
   EXPECT_FALSE(is_mapped());
-  EXPECT_GE(nameless.map().size(), world.landmarks.size() - 3);
+  EXPECT_GE(unidentified.map().size(), world.landmarks.size() - 3);
 }
 
 TEST_P(UnknownIds, SameSeedSameResult) {

@@ -55,7 +55,7 @@ std::optional<double> position_error(const Run& run, const Robot& robot) {
   Robot plain = robot;
   plain.calibration.reset();
   AlignedReadings readings = run.readings;
-  readings.problems.clear();
+  readings.findings.clear();
   try {
     const Trajectory odometry = integrate(readings, plain, {.learn_gyro_bias = false}).trajectory;
     return evaluate(of_reference_sensor(odometry, plain), positions_of(run.reference),

@@ -11,6 +11,7 @@ namespace {
 
 // Rounding in the covariance of well-scaled parameters stays far below this share of their variances.
 constexpr double kCovarianceTolerance = 1e-9;
+// In place of 1/σ where σ is 0: its square is still a double, and any covariance beside it becomes a fault.
 constexpr double kNoVariance = 1e100;
 
 bool truth_value(const Section& section, std::string_view key) {

@@ -61,8 +61,10 @@ struct Chassis {
   double icr_x_m = 0.0;  ///< `skid` wheels: x of the point that does not move sideways in a turn
   double wheels_time_offset_s = 0.0;
 
-  std::span<Wheel> wheels() { return {wheel_storage.data(), static_cast<std::size_t>(wheel_count)}; }
-  std::span<const Wheel> wheels() const {
+  [[nodiscard]] std::span<Wheel> wheels() {
+    return {wheel_storage.data(), static_cast<std::size_t>(wheel_count)};
+  }
+  [[nodiscard]] std::span<const Wheel> wheels() const {
     return {wheel_storage.data(), static_cast<std::size_t>(wheel_count)};
   }
   /// Throws std::length_error beyond kMaxWheels.
@@ -70,15 +72,15 @@ struct Chassis {
 };
 
 /// Ground that a count stands for [m]; 0 for a wheel without ticks.
-double metres_per_tick(const Wheel& wheel);
+[[nodiscard]] double metres_per_tick(const Wheel& wheel);
 
 /// Wheels that must scrub in turns.
-bool has_skid_wheels(const Chassis& chassis);
+[[nodiscard]] bool has_skid_wheels(const Chassis& chassis);
 
 /// 1σ of a wheel's travel [m/√m]: its own, or that of all wheels.
-double wheel_noise(const Chassis& chassis, std::size_t wheel);
+[[nodiscard]] double wheel_noise(const Chassis& chassis, std::size_t wheel);
 /// Root mean square of that over the wheels; without wheels, the noise of the forward travel.
-double typical_wheel_noise(const Chassis& chassis);
+[[nodiscard]] double typical_wheel_noise(const Chassis& chassis);
 /// Makes that the typical noise; wheels keep their proportions.
 void set_typical_wheel_noise(double per_sqrt_m, Chassis& chassis);
 
@@ -99,7 +101,7 @@ struct Increment {
 };
 
 /// Whether a wheel turned (without wheels: whether the robot moved).
-bool any_turns(const Increment& increment);
+[[nodiscard]] bool any_turns(const Increment& increment);
 
 // Common robots. Widths and lengths are between ground contacts [m]; wheel order left to right, front to
 // rear.
@@ -108,19 +110,19 @@ struct WheelSize {
   double ticks_per_revolution = 1000.0;
   int tick_bits = 0;
 };
-Chassis differential_drive(const WheelSize& size, double track_m);
+[[nodiscard]] Chassis differential_drive(const WheelSize& size, double track_m);
 /// `effective_track_m` is larger than the geometric one because the wheels scrub.
-Chassis skid_steer(const WheelSize& size, double effective_track_m, double wheelbase_m);
+[[nodiscard]] Chassis skid_steer(const WheelSize& size, double effective_track_m, double wheelbase_m);
 /// Three wheels at `radius_m`, at azimuths 60°, 180° and −60°, rolling counter-clockwise around the centre.
-Chassis omni3(const WheelSize& size, double radius_m);
+[[nodiscard]] Chassis omni3(const WheelSize& size, double radius_m);
 /// The usual X layout. Order: front left, front right, rear left, rear right.
-Chassis mecanum(const WheelSize& size, double track_m, double wheelbase_m);
+[[nodiscard]] Chassis mecanum(const WheelSize& size, double track_m, double wheelbase_m);
 struct Pod {
   double x_m = 0.0;
   double y_m = 0.0;
   double direction_rad = 0.0;
 };
 /// Two or three passive wheels, with a gyro.
-Chassis dead_wheels(const WheelSize& size, std::span<const Pod> pods, const Gyro& gyro);
+[[nodiscard]] Chassis dead_wheels(const WheelSize& size, std::span<const Pod> pods, const Gyro& gyro);
 
 }  // namespace trundle::chassis

@@ -34,26 +34,26 @@ struct Parameter {
 };
 inline constexpr Parameter kGyroBias{ParameterKind::gyro_bias, -1};
 
-std::string name_of(const Parameter& parameter, const Robot& robot);
+[[nodiscard]] std::string name_of(const Parameter& parameter, const Robot& robot);
 /// "m", "rad", "rad/s", "s" or "1".
-std::string_view unit_of(const Parameter& parameter);
-std::optional<Parameter> parameter_named(std::string_view name, const Robot& robot);
+[[nodiscard]] std::string_view unit_of(const Parameter& parameter);
+[[nodiscard]] std::optional<Parameter> parameter_named(std::string_view name, const Robot& robot);
 /// Every parameter this robot has.
-std::vector<Parameter> parameters_of(const Robot& robot);
+[[nodiscard]] std::vector<Parameter> parameters_of(const Robot& robot);
 
-double value_of(const Parameter& parameter, const Robot& robot);
+[[nodiscard]] double value_of(const Parameter& parameter, const Robot& robot);
 /// Changes that one scalar. `track` moves wheels; `lever` moves the wheel along its axle and a following
 /// change of `direction` keeps the lever.
 void set_value(const Parameter& parameter, double value, Robot& robot);
 
 /// How far the value may plausibly be from nominal: 5 % of a diameter, 20 % of a track, 10° of a direction...
-double prior_sigma(const Parameter& parameter, const Robot& robot);
+[[nodiscard]] double prior_sigma(const Parameter& parameter, const Robot& robot);
 
 /// ∂H/∂p, and ∂z/∂p for one interval. Zero for parameters that are not in H.
-RowMatrix row_derivative(const Parameter& parameter, const Chassis& chassis, const Rows& rows);
-RowVector reading_derivative(const Parameter& parameter, const Chassis& chassis, const Rows& rows,
-                             const Increment& increment);
+[[nodiscard]] RowMatrix row_derivative(const Parameter& parameter, const Chassis& chassis, const Rows& rows);
+[[nodiscard]] RowVector reading_derivative(const Parameter& parameter, const Chassis& chassis,
+                                           const Rows& rows, const Increment& increment);
 /// ∂z/∂p as a share of z, for the parameters that scale readings.
-RowVector reading_growth(const Parameter& parameter, const Chassis& chassis, const Rows& rows);
+[[nodiscard]] RowVector reading_growth(const Parameter& parameter, const Chassis& chassis, const Rows& rows);
 
 }  // namespace trundle::chassis

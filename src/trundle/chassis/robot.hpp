@@ -62,8 +62,8 @@ struct Robot {
   std::vector<std::string> wheel_places = {};  ///< "file:line" of each [[wheel]]
 };
 /// Where to say that something is wrong with the robot, or with that wheel.
-std::string place_of(const Robot& robot);
-std::string place_of_wheel(const Robot& robot, std::size_t wheel);
+[[nodiscard]] std::string place_of(const Robot& robot);
+[[nodiscard]] std::string place_of_wheel(const Robot& robot, std::size_t wheel);
 
 /// Reads robot.toml. Throws InputError with file, line, fact and expectation; unknown keys are errors that
 /// name the nearest known one.
@@ -71,6 +71,6 @@ Robot read_robot(const std::filesystem::path& path);
 Robot parse_robot(std::string_view toml, std::string_view file_name);
 
 /// The robot file as text: parse_robot(to_toml(r)) == r to the last bit.
-std::string to_toml(const Robot& robot);
+[[nodiscard]] std::string to_toml(const Robot& robot);
 
 }  // namespace trundle::chassis

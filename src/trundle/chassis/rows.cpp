@@ -7,12 +7,13 @@
 namespace trundle::chassis {
 namespace {
 
-// Readings are never perfect, whatever the robot file says: 1 µm of travel, 1 nrad of turn.
+// 1σ of the least noise: readings are never perfect, whatever the robot file says.
 constexpr double kTravelFloor_m = 1e-6;
-constexpr double kTurnFloor_rad = 1e-9;
-// Rows and columns are compared after scaling levers by this length, so that metres and radians are alike.
+constexpr double kTurnFloor_rad = 1e-9;  // moves what is a kilometre away by that micrometre
+// Entries of rows are of order one, their rounding errors below 1e-15; levers that differ on purpose do so
+// by far more than a nanometre.
 constexpr double kSameRow = 1e-9;
-constexpr double kRankLimit = 1e-9;
+constexpr double kRankLimit = 1e-9;  // the same for combinations of rows, scaled by the size of the robot
 
 void append(Rows& rows, const Row& row, const Vector3& h) {
   const int i = rows.count();

@@ -22,7 +22,7 @@ struct Row {
   RowKind kind = RowKind::wheel;
   int wheel = -1;  ///< index of the wheel; for a merged lateral row, of the first one
 
-  bool measured() const { return kind != RowKind::lateral && kind != RowKind::skid_lateral; }
+  [[nodiscard]] bool measured() const { return kind != RowKind::lateral && kind != RowKind::skid_lateral; }
 };
 
 /// H of z = H ξ (docs/theory/chassis.md, eq. 1), measured rows first.
@@ -31,16 +31,16 @@ struct Rows {
   RowMatrix H;
   int measured = 0;
 
-  int count() const { return static_cast<int>(H.rows()); }
+  [[nodiscard]] int count() const { return static_cast<int>(H.rows()); }
 };
 
 /// The rows of a chassis. Identical lateral rows (one axle) are merged: they add no information.
-Rows rows_of(const Chassis& chassis, bool with_gyro);
+[[nodiscard]] Rows rows_of(const Chassis& chassis, bool with_gyro);
 
 /// The row of a rolling wheel for unit travel, and that of 'does not skid sideways'. docs/theory/chassis.md,
 /// eq. 2 to 4.
-Vector3 rolling_row(const Wheel& wheel);
-Vector3 lateral_row(const Wheel& wheel);
+[[nodiscard]] Vector3 rolling_row(const Wheel& wheel);
+[[nodiscard]] Vector3 lateral_row(const Wheel& wheel);
 
 /// z [m, rad] and the variances of its noise, over one interval by itself: with the rounding of both its
 /// ends. docs/theory/chassis.md, eq. 5.
@@ -48,18 +48,19 @@ struct Readings {
   RowVector z;
   RowVector variance;
 };
-Readings readings_of(const Chassis& chassis, const Rows& rows, const Increment& increment);
+[[nodiscard]] Readings readings_of(const Chassis& chassis, const Rows& rows, const Increment& increment);
 
 /// Mean |travel| of the wheels [m]; without wheels that of the robot.
-double mean_travel(const Chassis& chassis, const Increment& increment);
+[[nodiscard]] double mean_travel(const Chassis& chassis, const Increment& increment);
 
 /// Variances that weigh the rows against each other while every wheel rolls `travel_m` in `duration_s`: of
 /// the motion, not of a reading, for a reading that weighs itself biases the mean. docs/theory/chassis.md,
 /// eq. 6.
-RowVector weighing_variances(const Chassis& chassis, const Rows& rows, double travel_m, double duration_s);
+[[nodiscard]] RowVector weighing_variances(const Chassis& chassis, const Rows& rows, double travel_m,
+                                           double duration_s);
 
 /// Variance of one rounded count [m²]: q²/12. Successive readings share the count between them.
-double rounding_variance(const Wheel& wheel);
+[[nodiscard]] double rounding_variance(const Wheel& wheel);
 
 /// Weighted least squares over one interval: ξ̂ = (Hᵀ W H)⁻¹ Hᵀ W z.
 struct TwistEstimate {
@@ -67,20 +68,20 @@ struct TwistEstimate {
   Matrix3 covariance = Matrix3::Zero();  ///< (Hᵀ W H)⁻¹
 };
 /// The rows must have rank 3 (see observability()). Unbiased where the variances do not depend on z.
-TwistEstimate estimate_twist(const Rows& rows, const Readings& readings);
+[[nodiscard]] TwistEstimate estimate_twist(const Rows& rows, const Readings& readings);
 /// The same with the rows weighed as at 1 m/s, whatever the readings.
-Twist2 twist_of(const Chassis& chassis, const Rows& rows, const Increment& increment);
+[[nodiscard]] Twist2 twist_of(const Chassis& chassis, const Rows& rows, const Increment& increment);
 
 using Combinations = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows>;
 /// P with Pᵀ H = 0 for the measured rows, orthonormal: its columns span what no motion can make them read.
-Combinations left_null_space(const Rows& rows);
+[[nodiscard]] Combinations left_null_space(const Rows& rows);
 
 /// What no motion can explain: rᵀ W r of the measured rows alone, χ² distributed when nothing slips.
 struct ResidualTest {
   double chi2 = 0.0;
   int degrees_of_freedom = 0;  ///< measured rows − rank of their H
 };
-ResidualTest residual_test(const Rows& rows, const Readings& readings);
+[[nodiscard]] ResidualTest residual_test(const Rows& rows, const Readings& readings);
 
 /// What the sensors of a chassis can and cannot tell, in words and as numbers.
 struct Observability {
@@ -93,6 +94,6 @@ struct Observability {
   /// Measured rows that no other one checks: an error of theirs leaves no residual.
   std::vector<int> undetectable;
 };
-Observability observability(const Rows& rows);
+[[nodiscard]] Observability observability(const Rows& rows);
 
 }  // namespace trundle::chassis

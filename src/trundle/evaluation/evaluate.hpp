@@ -18,7 +18,7 @@ enum class Alignment {
   se2,    ///< the rigid motion with the least sum of squared position errors
 };
 
-std::string_view name_of(Alignment alignment);
+[[nodiscard]] std::string_view name_of(Alignment alignment);
 
 struct EvaluateOptions {
   Alignment alignment = Alignment::start;
@@ -80,7 +80,7 @@ struct Evaluation {
   std::optional<Nees> nees;         ///< when the estimate has covariances
   ReferenceSigmas reference_noise;  ///< that the NEES counts; not stated: the reference is taken as exact
 
-  double overlap_s() const { return last_s - first_s; }
+  [[nodiscard]] double overlap_s() const { return last_s - first_s; }
 };
 
 /// Compares the estimate, interpolated along its twist, at every stamp of the reference that it covers.
@@ -92,10 +92,10 @@ Evaluation evaluate(const Trajectory& estimate, const Trajectory& reference,
                     const EvaluateOptions& options = {});
 
 /// The trajectory of the robot's reference sensor, on the reference's clock, from that of its body.
-Trajectory of_reference_sensor(const Trajectory& world_from_body, const Robot& robot);
+[[nodiscard]] Trajectory of_reference_sensor(const Trajectory& world_from_body, const Robot& robot);
 
 /// The reference where at least x and y were measured; headings that were not are NaN.
-Trajectory positions_of(const ReferenceStream& reference);
+[[nodiscard]] Trajectory positions_of(const ReferenceStream& reference);
 
 /// One stamp with both poses, in their own frames.
 struct PosePair {
@@ -105,11 +105,11 @@ struct PosePair {
   std::optional<Matrix3> covariance;  ///< of the estimate's (x, y, heading) in its world axes
 };
 
-std::vector<PosePair> common_poses(const Trajectory& estimate, const Trajectory& reference,
-                                   double longest_gap_s);
+[[nodiscard]] std::vector<PosePair> common_poses(const Trajectory& estimate, const Trajectory& reference,
+                                                 double longest_gap_s);
 
 /// The rigid motion T that minimises Σ |p_reference − T p_estimate|²: rigid_motion. Throws CannotAnswer when
 /// the positions do not tell a rotation (all in one place).
-Pose2 align_se2(const std::vector<PosePair>& pairs);
+[[nodiscard]] Pose2 align_se2(const std::vector<PosePair>& pairs);
 
 }  // namespace trundle::evaluation

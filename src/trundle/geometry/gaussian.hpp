@@ -11,16 +11,16 @@ struct GaussianPose {
 };
 
 /// a * b with independent errors, to first order: Ad(b⁻¹) Σa Ad(b⁻¹)ᵀ + Σb. docs/theory/geometry.md, eq. 11.
-GaussianPose operator*(const GaussianPose& a, const GaussianPose& b);
+[[nodiscard]] GaussianPose operator*(const GaussianPose& a, const GaussianPose& b);
 /// Of the pose the other way round: Ad(a) Σ Ad(a)ᵀ. Eq. 12.
-GaussianPose inverse(const GaussianPose& a);
+[[nodiscard]] GaussianPose inverse(const GaussianPose& a);
 
 /// Turns (forward, left, turn) of a body into (x, y, heading).
-Matrix3 world_from_body_axes(const Pose2& pose);
+[[nodiscard]] Matrix3 world_from_body_axes(const Pose2& pose);
 
 /// The same covariance as that of the errors of (x, y, heading) in world axes, and back. Eq. 13.
-Matrix3 world_covariance(const GaussianPose& pose);
-Matrix3 body_covariance(const Pose2& pose, const Matrix3& covariance_in_world);
+[[nodiscard]] Matrix3 world_covariance(const GaussianPose& pose);
+[[nodiscard]] Matrix3 body_covariance(const Pose2& pose, const Matrix3& covariance_in_world);
 
 /// 1σ of a position: √(σx² + σy²), the root of the mean square distance from the truth [m]. Of a covariance
 /// of (x, y) or of (x, y, heading).

@@ -18,8 +18,8 @@ struct Twist2 {
   double dy = 0.0;
   double dtheta = 0.0;
 
-  Vector3 vector() const { return {dx, dy, dtheta}; }
-  static Twist2 from(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
+  [[nodiscard]] Vector3 vector() const { return {dx, dy, dtheta}; }
+  [[nodiscard]] static Twist2 from(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 };
 
 /// A rigid motion of the plane, or where a frame stands in another: names read as products,
@@ -30,8 +30,8 @@ struct Pose2 {
   double y = 0.0;        ///< [m]
   double heading = 0.0;  ///< [rad], counter-clockwise, not wrapped
 
-  Vector2 translation() const { return {x, y}; }
-  Pose2 inverse() const;
+  [[nodiscard]] Vector2 translation() const { return {x, y}; }
+  [[nodiscard]] Pose2 inverse() const;
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
@@ -39,26 +39,26 @@ struct Pose2 {
   }
 };
 
-Pose2 operator*(const Pose2& a, const Pose2& b);
-Vector2 operator*(const Pose2& frame_from_other, const Vector2& point_in_other);
+[[nodiscard]] Pose2 operator*(const Pose2& a, const Pose2& b);
+[[nodiscard]] Vector2 operator*(const Pose2& frame_from_other, const Vector2& point_in_other);
 
 /// The pose reached by a constant twist: the exact arc, for any turn. docs/theory/geometry.md, eq. 1.
-Pose2 exp(const Twist2& twist);
+[[nodiscard]] Pose2 exp(const Twist2& twist);
 /// The constant twist that reaches the pose by the shortest turn, dtheta in (−π, π]: the inverse of exp
 /// there, and blind to whole turns of the heading. It jumps where the heading crosses ±π.
 /// docs/theory/geometry.md, eq. 3.
-Twist2 log(const Pose2& pose);
+[[nodiscard]] Twist2 log(const Pose2& pose);
 
 /// Ad(T): T · exp(ξ) · T⁻¹ = exp(Ad(T) ξ). docs/theory/geometry.md, eq. 5.
-Matrix3 adjoint(const Pose2& pose);
+[[nodiscard]] Matrix3 adjoint(const Pose2& pose);
 /// Jr(ξ): exp(ξ + δ) ≈ exp(ξ) · exp(Jr δ); Jl(ξ): exp(ξ + δ) ≈ exp(Jl δ) · exp(ξ). docs/theory/geometry.md,
 /// eq. 8, 9.
-Matrix3 right_jacobian(const Twist2& twist);
-Matrix3 left_jacobian(const Twist2& twist);
+[[nodiscard]] Matrix3 right_jacobian(const Twist2& twist);
+[[nodiscard]] Matrix3 left_jacobian(const Twist2& twist);
 /// Jr⁻¹(ξ): log(exp(ξ) · exp(δ)) ≈ ξ + Jr⁻¹ δ. Singular at whole turns, dtheta = ±2π, ...; not at 0.
-Matrix3 right_jacobian_inverse(const Twist2& twist);
+[[nodiscard]] Matrix3 right_jacobian_inverse(const Twist2& twist);
 
 /// Rotation by an angle [rad] as a 2×2 matrix.
-Matrix2 rotation(double angle);
+[[nodiscard]] Matrix2 rotation(double angle);
 
 }  // namespace trundle::geometry

@@ -23,7 +23,7 @@ struct Trajectory {
   std::vector<StampedPose> poses;
   std::vector<Matrix3> covariances;  ///< one for each pose, or none at all
 
-  bool has_covariance() const { return !covariances.empty(); }
+  [[nodiscard]] bool has_covariance() const { return !covariances.empty(); }
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
@@ -33,12 +33,12 @@ struct Trajectory {
 
 /// The pose at a time by interpolation along the twist between its neighbours; nothing where the time lies
 /// outside or the neighbours are more than `longest_gap_s` apart. docs/theory/geometry.md, eq. 14.
-std::optional<Pose2> pose_at(const Trajectory& trajectory, double time_s, double longest_gap_s);
+[[nodiscard]] std::optional<Pose2> pose_at(const Trajectory& trajectory, double time_s, double longest_gap_s);
 
 /// Metres along the poses, from the first (0) to each.
-std::vector<double> path_lengths(const Trajectory& trajectory);
+[[nodiscard]] std::vector<double> path_lengths(const Trajectory& trajectory);
 
 /// Every n-th pose, without covariances: at most so many, for a picture.
-Trajectory thinned(const Trajectory& trajectory, std::size_t most);
+[[nodiscard]] Trajectory thinned(const Trajectory& trajectory, std::size_t most);
 
 }  // namespace trundle::geometry

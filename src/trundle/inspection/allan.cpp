@@ -10,7 +10,7 @@
 namespace trundle::inspection {
 namespace {
 
-constexpr double kFewestDegrees = 3.0;
+constexpr double kFewestDegrees = 3.0;  // a deviation is then known within 1/√6 = 41 %, 1σ
 
 /// Of the overlapping variance over m of n integrals: the smaller of those for white noise and for a random
 /// walk [Riley 2008, table 5.4.1]. Where both are in the samples the truth lies between them.

@@ -193,7 +193,7 @@ std::string file_of(const std::string& place) {
 /// Nobody reads the same fault twice, or hundreds of a kind in a file: of more than kMostOfAKind those beyond
 /// are counted by one more.
 std::vector<Finding> folded(const std::vector<Finding>& problems) {
-  constexpr std::ptrdiff_t kMostOfAKind = 20;
+  constexpr std::ptrdiff_t kMostOfAKind = 20;  // lines: a terminal has 24
   // What was measured may differ in its last digit: it follows from what is compared.
   const auto same = [](const Finding& a) {
     return [&a](const Finding& b) {
@@ -274,7 +274,7 @@ void compare(const Recording& recording, const Robot& robot, Findings& findings)
 Findings find_in(const Recording& recording, const Robot* robot) {
   Findings findings;
   findings.streams = summaries_of(recording);
-  findings.problems = recording.problems;
+  findings.problems = recording.findings;
   findings.missing = missing_in(recording, robot);
   compare_times(findings, recording, findings.problems);
   if (robot != nullptr) {

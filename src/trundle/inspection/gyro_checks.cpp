@@ -10,7 +10,8 @@ namespace {
 
 /// 57 times too far, as well as the track is known; where wheels scrub it acts wider.
 bool looks_like_degrees(double ratio, const Robot& robot) {
-  constexpr double kTrackIsKnown = 1.3, kScrub = 2.5;
+  constexpr double kTrackIsKnown = 1.3;  // the tape's against the one that acts: usually 1 to 1.05
+  constexpr double kScrub = 2.5;         // the widest that acts where wheels scrub: docs/numbers.md
   const double degrees = 180.0 / kPi;
   return ratio < degrees * kTrackIsKnown &&
          ratio > degrees / (has_skid_wheels(robot.chassis) ? kScrub : kTrackIsKnown);
@@ -24,7 +25,7 @@ PairedSums with_reversed(std::size_t wheel, const Robot& robot, AlignedReadings 
 
 /// Turns that do not agree at all: of one wheel that counts the other way, or nobody knows why.
 Finding disagreement(const Recording& recording, const Robot& robot, const AlignedReadings& readings) {
-  constexpr double kMuchBetter = 0.9;
+  constexpr double kMuchBetter = 0.9;  // correlation: 81 % of the variance, not the 25 % of kTurnsAgree
   Finding finding{.code = FindingCode::gyro_against_wheels, .place = recording.wheels.origin.file};
   for (std::size_t w = 0; w < robot.wheel_names.size(); ++w) {
     if (with_reversed(w, robot, readings).correlation() <= kMuchBetter) continue;
@@ -43,10 +44,10 @@ std::optional<Finding> wrong_gyro_unit(const Recording& recording, const Robot& 
   if (unlimited.chassis.gyro)
     unlimited.chassis.gyro->max_rate_rad_s = std::numeric_limits<double>::infinity();
   AlignedReadings all = readings;
-  all.problems.clear();
+  all.findings.clear();
   add_gyro(recording.gyro, unlimited, all);
   const auto pairs = comparable_turns(recording, unlimited, all);
-  constexpr double kAgreeWell = 0.8;
+  constexpr double kAgreeWell = 0.8;  // correlation, which no unit changes
   if (!pairs || std::abs(pairs->correlation()) < kAgreeWell) return std::nullopt;
   const double slope = std::abs(pairs->slope());
   Finding finding{.code = FindingCode::gyro_unit, .place = recording.gyro.origin.file};

@@ -22,6 +22,7 @@ struct Rest {
 
 /// The samples in (start, end], split where one is missing.
 void append_rests(const GyroStream& gyro, double start_s, double end_s, std::vector<Rest>& rests) {
+  // A rest of more has at least two points of the Allan deviation, which fit_noise() needs.
   constexpr std::size_t kFewestSamples = 10;
   const double longest_s = longest_step(gyro.time_s);
   const auto first = std::upper_bound(gyro.time_s.begin(), gyro.time_s.end(), start_s) - gyro.time_s.begin();
@@ -75,7 +76,7 @@ std::vector<Rest> rests_of(const Recording& recording) {
 
 /// From one rest to the next the bias walks by K² Δt, on top of what white noise leaves in the means.
 std::optional<double> walk_between(const std::vector<Rest>& rests, double variance) {
-  constexpr std::size_t kFewestRests = 4;
+  constexpr std::size_t kFewestRests = 4;  // three steps, which tell their size within 1/√6 = 41 %, 1σ
   if (rests.size() < kFewestRests) return std::nullopt;
   double walk = 0.0, time_s = 0.0;
   for (std::size_t i = 1; i < rests.size(); ++i) {

@@ -38,7 +38,7 @@ int guessed_bits(const Recording& recording, const WheelSeries& series) {
   Robot robot = robot_of_columns({&series, 1});
   const auto breaks_with = [&](int bits) {
     robot.chassis.wheels().front().tick_bits = bits;
-    return breaks_among(align(recording, robot).problems);
+    return breaks_among(align(recording, robot).findings);
   };
   const std::size_t breaks = breaks_with(0);
   if (breaks == 0) return 0;
@@ -105,7 +105,7 @@ std::string place_at(const Recording& recording, double time_s) {
 /// Without knowing the robot: it stands still while every other wheel goes at least a twentieth of its whole
 /// way.
 void find_stuck(const Recording& recording, const WheelCourses& courses, std::vector<Finding>& problems) {
-  constexpr double kShare = 0.05;
+  constexpr double kShare = 0.05;  // less may be a robot that hardly moves, all wheels alike
   const std::size_t rows = courses.time_s.size();
   for (std::size_t w = 0; w < courses.wheel.size() && courses.wheel.size() > 1; ++w)
     for (const Standstill& still : standstills_of(courses.value[w], courses.time_s, kShortestStandstill)) {
@@ -244,7 +244,7 @@ std::vector<Finding> inspect(const Recording& recording, const Robot* robot) {
     columns.chassis.wheels()[i].tick_bits = std::max(told, guessed[i]);
   }
   const AlignedReadings readings = align(recording, columns);
-  std::vector<Finding> problems = readings.problems;
+  std::vector<Finding> problems = readings.findings;
   for (Finding& problem : problems) {
     if (problem.code != FindingCode::wrap) continue;
     const auto wheel = std::ranges::find(columns.wheel_names, problem.subjects.front());
@@ -257,7 +257,7 @@ std::vector<Finding> inspect(const Recording& recording, const Robot* robot) {
 
 std::vector<Finding> inspect(const Recording& recording, const Robot& robot,
                              const AlignedReadings& readings) {
-  std::vector<Finding> problems = readings.problems;
+  std::vector<Finding> problems = readings.findings;
   if (const auto unit = wrong_gyro_unit(recording, robot, readings)) {
     std::erase_if(problems, [](const Finding& p) { return is_of_gyro(p.code); });
     problems.push_back(*unit);

@@ -209,7 +209,7 @@ class StateReader {
 };
 
 template <class T>
-std::string state_of(const T& value) {
+[[nodiscard]] std::string state_of(const T& value) {
   StateWriter writer;
   writer(value);
   return writer.take();

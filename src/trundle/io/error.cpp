@@ -57,6 +57,7 @@ ExitCode exit_code_of(const std::exception& error) {
 }
 
 std::string nearest_name(std::string_view name, std::span<const std::string> candidates) {
+  // Letters: no name of ours is longer, and the time of a comparison grows with the square.
   constexpr std::size_t kLongestCompared = 64;
   if (name.size() > kLongestCompared) return {};
   std::string best;

@@ -19,7 +19,7 @@ class InputError : public std::runtime_error {
 };
 
 /// "file:line", the form every message uses.
-std::string place(std::string_view file, std::size_t line);
+[[nodiscard]] std::string place(std::string_view file, std::size_t line);
 
 /// The data are well-formed but cannot answer the question that was asked.
 class CannotAnswer : public std::runtime_error {
@@ -40,6 +40,6 @@ enum ExitCode : int {
 [[nodiscard]] ExitCode exit_code_of(const std::exception& error);
 
 /// The candidate with the smallest edit distance to `name`; empty if none is near enough to be meant.
-std::string nearest_name(std::string_view name, std::span<const std::string> candidates);
+[[nodiscard]] std::string nearest_name(std::string_view name, std::span<const std::string> candidates);
 
 }  // namespace trundle::io

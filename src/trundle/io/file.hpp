@@ -19,7 +19,7 @@ std::string read_file(const std::filesystem::path& path);
 void write_file(const std::filesystem::path& path, std::string_view content);
 
 /// Lower-case hexadecimal SHA-256 of the content.
-std::string sha256_of(std::string_view content);
+[[nodiscard]] std::string sha256_of(std::string_view content);
 
 /// An input as the outputs name it.
 struct InputFile {
@@ -27,7 +27,7 @@ struct InputFile {
   std::string sha256;
 };
 
-InputFile input_file(const std::filesystem::path& path);
+[[nodiscard]] InputFile input_file(const std::filesystem::path& path);
 
 /// Nothing that was read is written over: throws InputError where one of the outputs is one of the inputs, by
 /// whatever name.

@@ -11,7 +11,7 @@ namespace {
 
 /// That show two digits; nothing where there is no such number of them.
 std::optional<int> decimals_of(double sigma) {
-  constexpr double kMost = 12.0;
+  constexpr double kMost = 12.0;  // of a value of order 1e3 a double knows no more
   if (!(sigma > 0.0) || !std::isfinite(sigma)) return std::nullopt;
   return static_cast<int>(std::clamp(1.0 - std::floor(std::log10(sigma)), 0.0, kMost));
 }

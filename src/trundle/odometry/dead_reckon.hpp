@@ -14,7 +14,7 @@ struct TravelColumns {
   std::span<const double> gyro_rad = {};    ///< integral of the raw reading; empty: the gyro is not used
   std::span<const double> duration_s = {};  ///< needed with the gyro
 
-  std::size_t rows() const { return turned[0].size(); }
+  [[nodiscard]] std::size_t rows() const { return turned[0].size(); }
 };
 
 /// The pose after each interval, as columns of the same length, in the caller's memory.

@@ -13,11 +13,12 @@ static_assert(std::is_trivially_copyable_v<EffectiveTrackState>);
 
 namespace {
 
-constexpr double kPriorTrack = 0.5;  // 1σ of the track before anything is known, as a share of nominal
-constexpr double kPriorBias_rad_s = 0.02;
-constexpr double kPriorWindows = 5.0;   // that the assumed scatter counts for
-constexpr double kLeastTurn_rad = 0.5;  // before a track is told
-constexpr double kLeastWindowTurn_rad = 0.02;
+constexpr double kPriorTrack = 0.5;        // 1σ of the track before anything is known, as a share of nominal
+constexpr double kPriorBias_rad_s = 0.02;  // 1σ of what is left of the gyro's bias
+constexpr double kPriorWindows = 5.0;      // that the assumed scatter counts for
+constexpr double kLeastTurn_rad = 0.5;     // before a track is told
+constexpr double kLeastWindowTurn_rad = 0.02;  // of a lesser turn noise decides the sense
+// [σ] A window counts no more than this: with the usual alarm and slack at least four must agree.
 constexpr double kLargestInnovation = 4.0;
 
 bool rolls_ahead(const Wheel& wheel) {

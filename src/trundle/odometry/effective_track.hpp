@@ -34,7 +34,7 @@ struct EffectiveTrackState {
 class EffectiveTrack {
  public:
   /// Whether a chassis has wheels on two sides that roll ahead, and a gyro.
-  static bool applies_to(const Chassis& chassis);
+  [[nodiscard]] static bool applies_to(const Chassis& chassis);
 
   /// Throws CannotAnswer where it does not apply.
   explicit EffectiveTrack(const Chassis& chassis, const EffectiveTrackOptions& options = {});
@@ -44,11 +44,11 @@ class EffectiveTrack {
   bool step(const Increment& increment);
 
   /// [m]; nothing before the robot has turned enough.
-  std::optional<double> track_m() const;
+  [[nodiscard]] std::optional<double> track_m() const;
   /// 1σ of it [m], from the scatter of the windows.
-  double sigma_m() const;
+  [[nodiscard]] double sigma_m() const;
 
-  const EffectiveTrackState& state() const { return state_; }
+  [[nodiscard]] const EffectiveTrackState& state() const { return state_; }
   void resume(const EffectiveTrackState& state) { state_ = state; }
 
  private:
@@ -80,7 +80,8 @@ struct TrackOnGround {
 };
 
 /// The effective track along a recording, one entry for each stretch on which the robot turned enough.
-std::vector<TrackOnGround> effective_tracks(const AlignedReadings& readings, const Chassis& chassis,
-                                            const EffectiveTrackOptions& options = {});
+[[nodiscard]] std::vector<TrackOnGround> effective_tracks(const AlignedReadings& readings,
+                                                          const Chassis& chassis,
+                                                          const EffectiveTrackOptions& options = {});
 
 }  // namespace trundle::odometry

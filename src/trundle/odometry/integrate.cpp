@@ -27,12 +27,12 @@ void require_gyro_where_needed(const AlignedReadings& readings, const Robot& rob
 }
 
 void report_missing_gyro(const AlignedReadings& readings, const Robot& robot,
-                         std::vector<Finding>& problems) {
+                         std::vector<Finding>& findings) {
   const std::size_t missing = count_without_gyro(readings);
   if (!robot.chassis.gyro || missing == 0) return;
   const bool wheels_suffice = observability(rows_of(robot.chassis, false)).rank == 3;
   const double first = std::ranges::find_if(readings.increments, lacks_gyro)->time_s;
-  problems.push_back({.severity = wheels_suffice ? Severity::note : Severity::warning,
+  findings.push_back({.severity = wheels_suffice ? Severity::note : Severity::warning,
                       .code = FindingCode::no_gyro,
                       .place = fmt::format("{:.3f} s", first),
                       .count = missing,
@@ -44,7 +44,7 @@ void report_gaps(const AlignedReadings& readings, IntegratedOdometry& result) {
   if (result.bridged == 0) return;
   const auto first = std::ranges::find(readings.bridged, true) - readings.bridged.begin();
   const Increment& gap = readings.increments[static_cast<std::size_t>(first)];
-  result.problems.push_back({.severity = Severity::warning,
+  result.findings.push_back({.severity = Severity::warning,
                              .code = FindingCode::bridged_gap,
                              .place = fmt::format("{:.3f} s", gap.time_s - gap.duration_s),
                              .count = result.bridged});
@@ -59,7 +59,7 @@ void append(IntegratedOdometry& result, double time_s, const Odometer& odometer,
 }
 
 /// Intervals of which a step said something, and where the first of them is.
-struct Findings {
+struct FaultCounts {
   std::array<std::size_t, kMaxWheels> stuck{};
   std::array<double, kMaxWheels> stuck_s{};
   std::size_t disturbed = 0;
@@ -72,21 +72,21 @@ struct Findings {
   }
 };
 
-void report(const Findings& findings, const Robot& robot, std::vector<Finding>& problems) {
+void report(const FaultCounts& faults, const Robot& robot, std::vector<Finding>& findings) {
   const auto warn = [&](FindingCode code, double time_s, std::size_t count,
                         const std::vector<std::string>& wheels) {
     if (count > 0)
-      problems.push_back({Severity::warning, code, fmt::format("{:.3f} s", time_s), count, wheels});
+      findings.push_back({Severity::warning, code, fmt::format("{:.3f} s", time_s), count, wheels});
   };
   for (std::size_t i = 0; i < robot.wheel_names.size(); ++i)
-    warn(FindingCode::stuck_encoder, findings.stuck_s[i], findings.stuck[i], {robot.wheel_names[i]});
-  warn(FindingCode::gyro_disturbed, findings.disturbed_s, findings.disturbed, {});
+    warn(FindingCode::stuck_encoder, faults.stuck_s[i], faults.stuck[i], {robot.wheel_names[i]});
+  warn(FindingCode::gyro_disturbed, faults.disturbed_s, faults.disturbed, {});
 }
 
 /// Whether it was a bias beyond its prior or a turn on wheels that did not roll is for a person to say.
-void report(const std::vector<SteadyReading>& refused, std::vector<Finding>& problems) {
+void report(const std::vector<SteadyReading>& refused, std::vector<Finding>& findings) {
   for (const SteadyReading& reading : refused)
-    problems.push_back({.code = FindingCode::gyro_beyond_its_bias,
+    findings.push_back({.code = FindingCode::gyro_beyond_its_bias,
                         .place = fmt::format("{:.3f} s", reading.start_s),
                         .payload = payload::SteadyRate{.duration_s = reading.duration_s,
                                                        .rate_rad_s = reading.rate_rad_s(),
@@ -121,9 +121,9 @@ class Integration {
 
   IntegratedOdometry over(const AlignedReadings& readings, const Robot& robot) {
     IntegratedOdometry result;
-    result.problems = readings.problems;
+    result.findings = readings.findings;
     keep(readings.start_s, result);
-    Findings findings;
+    FaultCounts faults;
     for (std::size_t i = 0; i < readings.increments.size(); ++i) {
       const Increment& increment = readings.increments[i];
       if (i < readings.bridged.size() && readings.bridged[i]) {
@@ -131,15 +131,15 @@ class Integration {
       } else {
         const GyroBias bias = odometer_.gyro_bias();
         const Verdict verdict = odometer_.step(increment);
-        findings.add(verdict, increment);
+        faults.add(verdict, increment);
         if (standing_gyro_) standing_gyro_->watch(increment, verdict.at_rest(), bias);
         result.rest_s += verdict.at_rest() ? increment.duration_s : 0.0;
         if (learns_bias_) keep_bias(odometer_, increment.time_s, verdict.at_rest(), result.gyro_bias);
       }
       keep(increment.time_s, result);
     }
-    report(findings, robot, result.problems);
-    if (standing_gyro_) report(standing_gyro_->found(), result.problems);
+    report(faults, robot, result.findings);
+    if (standing_gyro_) report(standing_gyro_->found(), result.findings);
     if (smooths_) smooth_in(result);
     result.end_gyro_bias = odometer_.gyro_bias();
     result.end_sensitivity = odometer_.sensitivity();
@@ -200,7 +200,7 @@ IntegratedOdometry integrate(const AlignedReadings& readings, const Robot& robot
   if (options.with_covariance) uncertain = uncertain_parameters(robot, options.learn_gyro_bias);
   IntegratedOdometry result = Integration(robot, uncertain, options).over(readings, robot);
   report_gaps(readings, result);
-  report_missing_gyro(readings, robot, result.problems);
+  report_missing_gyro(readings, robot, result.findings);
   for (const Parameter& parameter : uncertain.parameters)
     result.parameters.push_back(name_of(parameter, robot));
   if (!uncertain.parameters.empty())

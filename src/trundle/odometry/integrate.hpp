@@ -41,7 +41,7 @@ struct IntegratedOdometry {
   GyroBias end_gyro_bias;      ///< the same
   /// Every second, and where rests begin and end; the same.
   std::vector<GyroBiasAt> gyro_bias;
-  std::vector<Finding> problems;
+  std::vector<Finding> findings;
 };
 
 /// The odometry of a recording: a loop over Odometer::step, from `start` at the first stamp.
@@ -54,6 +54,6 @@ IntegratedOdometry integrate(const Recording& recording, const Robot& robot,
                              const IntegrateOptions& options = {});
 
 /// The parameters that a calibration gives a covariance of, in its order.
-std::vector<Parameter> calibrated_parameters(const Robot& robot);
+[[nodiscard]] std::vector<Parameter> calibrated_parameters(const Robot& robot);
 
 }  // namespace trundle::odometry

@@ -16,7 +16,7 @@ static_assert(sizeof(OdometerState) % sizeof(double) == 0);
 
 namespace {
 
-constexpr std::size_t kPair = 2;
+constexpr std::size_t kPair = 2;  // doubles in 16 bytes: the SIMD registers that every target has
 using Pair = Eigen::Array<double, kPair, 1>;
 static_assert(kMaxWheels % kPair == 0);
 
@@ -56,6 +56,7 @@ void require_observable(const Robot& robot, bool with_gyro) {
 }
 
 double initial_bias_sigma(const Robot& robot) {
+  // A few sessions say little of how far a bias drifts from day to day: docs/theory/gyro.md, below eq. 5.
   constexpr double kSessionsShowLittle = 10.0;
   double sigma = robot.chassis.gyro->bias_sigma_rad_s;
   if (!robot.calibration) return sigma;

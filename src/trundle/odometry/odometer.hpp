@@ -49,8 +49,8 @@ struct Verdict {
   bool gyro_disturbed = false;  ///< it turned faster than it can measure: it was not used
   std::uint64_t stuck = 0;  ///< one bit for each wheel that reads zero while the other sensors say it rolls
 
-  bool at_rest() const { return phase == RestPhase::resting; }
-  bool is_stuck(std::size_t wheel) const { return (stuck >> wheel & 1U) != 0; }
+  [[nodiscard]] bool at_rest() const { return phase == RestPhase::resting; }
+  [[nodiscard]] bool is_stuck(std::size_t wheel) const { return (stuck >> wheel & 1U) != 0; }
 };
 
 /// Online odometry: pose, white-noise covariance, and how the pose depends on the chassis parameters.
@@ -88,15 +88,17 @@ class Odometer {
   void step_across_gap(const Increment& increment);
 
   /// The bias that the gyro is believed to have now; without learn_gyro_bias the robot file's, and its walk.
-  GyroBias gyro_bias() const { return {gyro_.bias_rad_s + state_.bias_rad_s, state_.bias_variance}; }
+  [[nodiscard]] GyroBias gyro_bias() const {
+    return {gyro_.bias_rad_s + state_.bias_rad_s, state_.bias_variance};
+  }
 
-  const Pose2& pose() const { return state_.pose; }
+  [[nodiscard]] const Pose2& pose() const { return state_.pose; }
   /// White part in world axes: grows like √distance. Includes the walk of the gyro's bias and the rounding of
   /// the counts.
-  Matrix3 white_covariance() const { return full_matrix(white()); }
-  Symmetric3 white() const;
+  [[nodiscard]] Matrix3 white_covariance() const { return full_matrix(white()); }
+  [[nodiscard]] Symmetric3 white() const;
   /// The part of it that the rounding of the last counts makes, and that the next counts take back.
-  Symmetric3 rounding() const;
+  [[nodiscard]] Symmetric3 rounding() const;
   /// A measurement of the pose: pose += step, its error e becomes keep · e + noise. With gain K, H =
   /// ∂z/∂pose: keep = I − K H, noise = K R Kᵀ. Sensitivities, which the measurement may have too, are given.
   void correct(const Vector3& step, const Matrix3& keep, const Matrix3& noise,
@@ -105,12 +107,12 @@ class Odometer {
   /// of the speed and of the counts stays.
   void restart();
   /// ∂pose/∂p, columns as Options::parameters.
-  PoseSensitivity sensitivity() const;
+  [[nodiscard]] PoseSensitivity sensitivity() const;
 
   /// Of the last step; only with learn_gyro_bias.
-  const StepTrace& trace() const { return trace_; }
+  [[nodiscard]] const StepTrace& trace() const { return trace_; }
 
-  const OdometerState& state() const { return state_; }
+  [[nodiscard]] const OdometerState& state() const { return state_; }
   /// `state` must come from an odometer of the same robot and parameters.
   void resume(const OdometerState& state) { state_ = state; }
 
@@ -151,12 +153,13 @@ inline constexpr double kUnmeasuredTurn = 0.5;
 
 /// 1σ of the gyro's bias before the first rest [rad/s]: bias_sigma_rad_s, or ten times its spread between the
 /// sessions of the calibration where that is more: a few sessions show too little of how far it drifts.
-double initial_bias_sigma(const Robot& robot);
+[[nodiscard]] double initial_bias_sigma(const Robot& robot);
 
 /// Throws CannotAnswer, in words, when the rows of the chassis do not see all three directions of motion.
 void require_observable(const Robot& robot, bool with_gyro);
 
 /// The second part of the covariance: J Σ_p Jᵀ.
-Matrix3 parameter_covariance(const PoseSensitivity& sensitivity, const Eigen::MatrixXd& covariance);
+[[nodiscard]] Matrix3 parameter_covariance(const PoseSensitivity& sensitivity,
+                                           const Eigen::MatrixXd& covariance);
 
 }  // namespace trundle::odometry

@@ -16,7 +16,7 @@ struct FilteredStep {
   StepTrace trace;
 };
 
-FilteredStep filtered_step(const Odometer& odometer);
+[[nodiscard]] FilteredStep filtered_step(const Odometer& odometer);
 
 /// Fixed-interval smoothing: every pose and bias by all that was learned before and after it, in place. The
 /// first step's trace is not used; the last one does not change. docs/theory/gyro.md, eq. 6 to 8.

@@ -32,7 +32,7 @@ Provenance provenance_of(std::span<const Recording> training, std::span<const Re
 void warn_of_misreadings(std::span<const Recording> training, CalibrationResult& result) {
   std::vector<std::string> words;
   for (const Recording& recording : training)
-    for (const Finding& problem : recording.problems)
+    for (const Finding& problem : recording.findings)
       if (is_misreading(problem)) words.push_back(problem.place + ": " + describe(problem));
   result.warnings.insert(result.warnings.begin(), words.begin(), words.end());
 }

@@ -16,11 +16,11 @@ struct RobotFile {
   InputFile file;
 };
 /// Throws as read_robot.
-RobotFile read_robot_file(const std::filesystem::path& path);
+[[nodiscard]] RobotFile read_robot_file(const std::filesystem::path& path);
 
 /// The recordings in and below each of these folders, in order. Throws as read_recording.
-std::vector<Recording> read_recordings(const std::vector<std::string>& folders,
-                                       const ReadOptions& options = {});
+[[nodiscard]] std::vector<Recording> read_recordings(const std::vector<std::string>& folders,
+                                                     const ReadOptions& options = {});
 
 /// Nothing that was recorded is written over, before anything is computed: throws InputError where one of the
 /// outputs, files or folders of them, is a file that was read, or the folder of a recording itself.

@@ -32,7 +32,7 @@ class LiveOdometer {
   /// first that is more than a day later; it is then left out.
   void take(const LiveLine& line, std::string_view place, std::vector<LiveEstimate>& estimates);
   /// Not later than what has been taken of the same sensors.
-  bool is_known(const LiveLine& line) const;
+  [[nodiscard]] bool is_known(const LiveLine& line) const;
   /// What waited for further readings.
   void finish(std::vector<LiveEstimate>& estimates);
 

@@ -94,8 +94,8 @@ LocalizeAnswer answer_localize(const Recording& recording, const RobotFile& robo
   answer.input = slam_input(
       recording, corrected_readings(recording, robot, question.slip, slip_found, answer.provenance),
       robot.robot, input_options);
-  auto& problems = answer.input.problems;
-  problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
+  auto& findings = answer.input.findings;
+  findings.insert(findings.begin(), recording.findings.begin(), recording.findings.end());
   answer.landmarks = map.landmarks.size();
   answer.has_map_covariance = map.covariance_file.has_value();
   const LandmarkSensor& sensor = *robot.robot.landmark_sensor;
@@ -150,7 +150,7 @@ nlohmann::ordered_json document_of(const LocalizeAnswer& answer) {
   document["end"] = {
       {"time_s", end.time_s}, {"x_m", end.pose.x}, {"y_m", end.pose.y}, {"heading_rad", end.pose.heading}};
   document["trajectory"] = "online estimate, where the pose is known";
-  document["problems"] = to_json(answer.input.problems);
+  document["problems"] = to_json(answer.input.findings);
   return document;
 }
 

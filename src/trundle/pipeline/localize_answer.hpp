@@ -40,7 +40,7 @@ struct LocalizeQuestion {
 
 struct LocalizeAnswer {
   Provenance provenance;
-  SlamInput input;  ///< with the problems of reading the recording
+  SlamInput input;  ///< with the findings of reading the recording
   std::size_t landmarks = 0;
   bool has_map_covariance = false;  ///< of all landmarks together
   Localization result;

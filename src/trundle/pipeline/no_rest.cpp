@@ -6,11 +6,11 @@
 
 namespace trundle::pipeline {
 
-void report_no_rest(const RunOfGyro& run, std::vector<Finding>& problems) {
+void report_no_rest(const RunOfGyro& run, std::vector<Finding>& findings) {
   if (!run.robot.chassis.gyro || run.rest_s > 0.0) return;
   const double by_bias = initial_bias_sigma(run.robot) * run.duration_s;
   if (by_bias * by_bias < 0.5 * run.heading_variance) return;
-  problems.push_back({.severity = Severity::note,
+  findings.push_back({.severity = Severity::note,
                       .code = FindingCode::no_rest,
                       .place = "gyro",
                       .payload = payload::Amount{degrees(std::sqrt(run.heading_variance))}});

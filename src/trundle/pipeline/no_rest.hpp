@@ -17,6 +17,6 @@ struct RunOfGyro {
 
 /// Notes what a robot pays that never stands still: its gyro's bias is not known. Nothing where that would
 /// have made less than half of the heading's variance.
-void report_no_rest(const RunOfGyro& run, std::vector<Finding>& problems);
+void report_no_rest(const RunOfGyro& run, std::vector<Finding>& findings);
 
 }  // namespace trundle::pipeline

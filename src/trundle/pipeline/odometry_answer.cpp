@@ -75,11 +75,11 @@ OdometryAnswer answer_odometry(const Recording& recording, const RobotFile& robo
       .odometry = integrate(readings, robot.robot, {.start = question.start, .smooth = question.smooth}),
       .tracks = tracks_of(readings, robot.robot.chassis)};
   require_sound(answer.odometry.trajectory, recording.name);
-  auto& problems = answer.odometry.problems;
+  auto& findings = answer.odometry.findings;
   report_no_rest({robot.robot, answer.odometry.rest_s, readings.increments.back().time_s - readings.start_s,
                   answer.odometry.trajectory.covariances.back()(2, 2)},
-                 problems);
-  problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
+                 findings);
+  findings.insert(findings.begin(), recording.findings.begin(), recording.findings.end());
   return answer;
 }
 
@@ -115,7 +115,7 @@ Json document_of(const OdometryAnswer& answer) {
     document["rests"] = result.rests;
   }
   document["bridged_gaps"] = odometry.bridged;
-  document["problems"] = to_json(odometry.problems);
+  document["problems"] = to_json(odometry.findings);
   for (const TrackOnGround& track : answer.tracks)
     document["effective_track"].push_back({{"start_s", track.start_s},
                                            {"end_s", track.end_s},

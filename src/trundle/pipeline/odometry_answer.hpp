@@ -23,7 +23,7 @@ struct OdometryQuestion {
 
 struct OdometryAnswer {
   Provenance provenance;
-  IntegratedOdometry odometry;        ///< with the problems of reading the recording
+  IntegratedOdometry odometry;        ///< with the findings of reading the recording
   std::vector<TrackOnGround> tracks;  ///< where wheels must scrub in turns
 };
 

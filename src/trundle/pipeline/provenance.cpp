@@ -16,9 +16,9 @@ nlohmann::ordered_json to_json(const Finding& problem) {
           {"message", describe(problem)}};
 }
 
-nlohmann::ordered_json to_json(const std::vector<Finding>& problems) {
+nlohmann::ordered_json to_json(const std::vector<Finding>& findings) {
   nlohmann::ordered_json document = nlohmann::ordered_json::array();
-  for (const Finding& problem : problems) document.push_back(to_json(problem));
+  for (const Finding& problem : findings) document.push_back(to_json(problem));
   return document;
 }
 

@@ -12,6 +12,6 @@ namespace trundle::pipeline {
 /// "warning" or "note".
 const char* word_of(Severity severity);
 nlohmann::ordered_json to_json(const Finding& problem);
-nlohmann::ordered_json to_json(const std::vector<Finding>& problems);
+nlohmann::ordered_json to_json(const std::vector<Finding>& findings);
 
 }  // namespace trundle::pipeline

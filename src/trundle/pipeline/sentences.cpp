@@ -53,10 +53,11 @@ std::string sentence_of(const LocalizeAnswer& answer) {
 std::string sentence_of(const SlamAnswer& slam) {
   std::vector<double> sigmas_m;
   for (const auto& landmark : slam.map()) sigmas_m.push_back(position_sigma(landmark.covariance));
-  return fmt::format("{} mapped from {}{}, {}{}", counted(slam.map().size(), "landmark"),
-                     counted(slam.input.observations(), "sighting"), median_sigma_of(std::move(sigmas_m)),
-                     slam.smoothed ? "smoothed" : "which leave too much open to be smoothed",
-                     slam.doubts.empty() ? "" : "; INCONSISTENT: " + describe(slam.doubts.front()));
+  return fmt::format(
+      "{} mapped from {}{}, {}{}", counted(slam.map().size(), "landmark"),
+      counted(slam.input.observations(), "sighting"), median_sigma_of(std::move(sigmas_m)),
+      slam.smoothed ? "smoothed" : "which leave too much open to be smoothed",
+      slam.inconsistencies.empty() ? "" : "; INCONSISTENT: " + describe(slam.inconsistencies.front()));
 }
 
 }  // namespace trundle::pipeline

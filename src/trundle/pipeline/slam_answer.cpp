@@ -14,7 +14,7 @@
 #include "trundle/recording/landmark_file.hpp"
 #include "trundle/recording/trajectory_file.hpp"
 #include "trundle/report/json_text.hpp"
-#include "trundle/slam/doubts.hpp"
+#include "trundle/slam/consistency_checks.hpp"
 #include "trundle/slam/map_file.hpp"
 #include "trundle/slam/smoothing/many_starts.hpp"
 
@@ -47,7 +47,7 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
 }
 
 /// Landmarks that have no name are called 1, 2, ... in order of first sight, those removed since among them.
-void name_the_nameless(SlamAnswer& answer) {
+void name_unidentified(SlamAnswer& answer) {
   LandmarkId last = answer.result.last_landmark();
   for (const MappedLandmark& landmark : answer.map()) last = std::max(last, landmark.id);
   answer.input.landmarks = landmark_names(std::move(answer.input.landmarks), last);
@@ -104,7 +104,7 @@ Json bias_of(const SlamAnswer& answer) {
 
 /// Every second; fewer rows where there would be more than kMostRows. The last one is kept.
 BiasOverTime bias_over_time(const SlamAnswer& answer) {
-  constexpr std::size_t kMostRows = 4000;
+  constexpr std::size_t kMostRows = 4000;  // more than a picture has pixels across
   BiasOverTime columns;
   const auto& steps = answer.input.steps;
   const double every_s =
@@ -141,7 +141,7 @@ std::string settings_of(const RobotFile& robot, SlamQuestion question, const Sla
   std::string text = robot.file.sha256;
   for (const auto& [name, value] : provenance_of({}, robot, question).options)
     text += fmt::format("\n{}={}", name, value);
-  if (input.has_nameless()) text += fmt::format("\nnames={}", input.landmarks.size());
+  if (input.has_unidentified()) text += fmt::format("\nnames={}", input.landmarks.size());
   return text + fmt::format("\nseed={}", question.seed);
 }
 
@@ -155,8 +155,8 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
       recording, corrected_readings(recording, robot, question.slip, slip_found, answer.provenance),
       robot.robot, {.hide_ids = question.unknown_ids, .shares = question.systematic_sigma.has_value()});
   require_apart(answer.provenance.inputs, {question.checkpoints.write});
-  auto& problems = answer.input.problems;
-  problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
+  auto& findings = answer.input.findings;
+  findings.insert(findings.begin(), recording.findings.begin(), recording.findings.end());
   if (answer.input.observations() == 0)
     throw CannotAnswer(fmt::format("{}: no sightings while the robot's odometry runs", recording.name));
   const LandmarkSensor& sensor = *robot.robot.landmark_sensor;
@@ -172,24 +172,25 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
                            .threads = question.threads,
                            .swarm = question.swarm,
                            .estimate = question.estimate,
-                           .first_nameless = answer.input.first_nameless()};
+                           .first_unidentified = answer.input.first_unidentified()};
   answer.result =
       slam_with_checkpoints(answer.input, SlamRun(sensor, filter), settings_of(robot, question, answer.input),
                             question.checkpoints, question.on_steps);
   if (!shares) prior.systematic_sigma = systematic.sigma(kUsualShareSigma);
   if (question.smooth && answer.result.map.empty())
-    problems.push_back({.severity = Severity::warning,
+    findings.push_back({.severity = Severity::warning,
                         .code = FindingCode::nothing_to_smooth,
                         .place = recording.name,
                         .count = 1});
   else if (question.smooth)
     answer.smoothed = smooth_from_many(answer.input, sensor, answer.result, filter, question.smoother_runs,
                                        {.prior = prior});
-  name_the_nameless(answer);
+  name_unidentified(answer);
   report_no_rest({robot.robot, answer.input.rest_s, answer.input.steps.back().time_s - answer.input.start_s,
                   answer.last().covariance(2, 2)},
-                 problems);
-  answer.doubts = doubts_about(answer.input, answer.result, answer.smoothed ? &*answer.smoothed : nullptr);
+                 findings);
+  answer.inconsistencies =
+      consistency_checks(answer.input, answer.result, answer.smoothed ? &*answer.smoothed : nullptr);
   require_sound(answer.result.online, recording.name);
   if (answer.smoothed) require_sound(answer.smoothed->trajectory, recording.name);
   require_sound(answer.map(), recording.name);
@@ -200,8 +201,8 @@ Json document_of(const SlamAnswer& answer) {
   const SlamCounts& counts = answer.result.counts;
   const StampedPose& end = answer.trajectory().poses.back();
   Json document = to_json(answer.provenance);
-  document["status"] = answer.doubts.empty() ? "ok" : name_of(answer.doubts.front().code);
-  document["doubts"] = to_json(answer.doubts);
+  document["status"] = answer.inconsistencies.empty() ? "ok" : name_of(answer.inconsistencies.front().code);
+  document["doubts"] = to_json(answer.inconsistencies);
   document["steps"] = answer.input.steps.size();
   document["landmarks"] = answer.map().size();
   document["tentative_landmarks"] = answer.result.tentative.size();
@@ -227,7 +228,7 @@ Json document_of(const SlamAnswer& answer) {
     document["gyro_bias_over_time"] = to_json(bias_over_time(answer));
     document["rest_s"] = answer.input.rest_s;
   }
-  document["problems"] = to_json(answer.input.problems);
+  document["problems"] = to_json(answer.input.findings);
   return document;
 }
 

@@ -41,11 +41,11 @@ struct SlamQuestion {
 
 struct SlamAnswer {
   Provenance provenance;
-  SlamInput input;  ///< with the problems of reading the recording, and names for all landmarks
+  SlamInput input;  ///< with the findings of reading the recording, and names for all landmarks
   SlamResult result;
   std::optional<SmoothedSlam> smoothed;
-  double gyro_bias_rad_s = 0.0;      ///< the robot file's, where it has a gyro
-  std::vector<Finding> doubts = {};  ///< why it should not be believed
+  double gyro_bias_rad_s = 0.0;               ///< the robot file's, where it has a gyro
+  std::vector<Finding> inconsistencies = {};  ///< of the run, with its own sigmas
 
   /// The smoothed ones where there are such.
   const Trajectory& trajectory() const { return smoothed ? smoothed->trajectory : result.online; }

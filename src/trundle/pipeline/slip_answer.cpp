@@ -63,7 +63,7 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
 
 void warn_of_learning(const SlipQuestion& question, SlipAnswer& answer) {
   if (!answer.learned || !answer.learned->empirical) return;
-  answer.report.problems.push_back({.severity = Severity::warning,
+  answer.report.findings.push_back({.severity = Severity::warning,
                                     .code = FindingCode::not_normal,
                                     .place = question.learn.front(),
                                     .count = answer.learned->normality.moments.count,
@@ -166,10 +166,10 @@ SlipAnswer answer_slip(const Recording& recording, const RobotFile& robot, const
   if (!question.learn.empty()) answer.learned = learn(clean, robot.robot, answer.options);
   const AlignedReadings readings = align(recording, robot.robot);
   answer.report = find_slip(readings, recording.commands, robot.robot, answer.options);
-  auto& problems = answer.report.problems;
+  auto& findings = answer.report.findings;
   if (const auto clocks = compare_clocks(recording, readings, robot.robot); clocks.problem)
-    problems.push_back(*clocks.problem);
-  problems.insert(problems.begin(), recording.problems.begin(), recording.problems.end());
+    findings.push_back(*clocks.problem);
+  findings.insert(findings.begin(), recording.findings.begin(), recording.findings.end());
   warn_of_learning(question, answer);
   answer.provenance = provenance_of(recording, robot, clean, question);
   answer.corrected = integrate(answer.report.corrected, robot.robot).trajectory;
@@ -205,7 +205,7 @@ SlipResult slip_result_of(const SlipAnswer& answer, const Robot& robot) {
 nlohmann::ordered_json document_of(const SlipAnswer& answer, const Robot& robot) {
   Json document = to_json(answer.provenance);
   document.update(to_json(slip_result_of(answer, robot)));
-  document["problems"] = to_json(answer.report.problems);
+  document["problems"] = to_json(answer.report.findings);
   return document;
 }
 

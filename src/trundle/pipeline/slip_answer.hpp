@@ -36,7 +36,7 @@ struct SlipAnswer {
   Provenance provenance;
   SlipOptions options;  ///< with the model or the band that was learned
   std::optional<LearnedSlip> learned;
-  SlipReport report;  ///< with the problems of reading the recording
+  SlipReport report;  ///< with the findings of reading the recording
   Trajectory corrected;
 };
 

@@ -31,8 +31,8 @@ Found<Odometry> integrate_with(const RunInputs& inputs, const RobotFile& robot, 
                 .result = odometry_result_of(answer)},
       .message = sentence_of(answer.odometry),
       .files = {csv, {inputs.in_folder(name + ".json"), printed(document_of(answer))}}};
-  const auto& problems = answer.odometry.problems;
-  if (const auto at = std::ranges::find(problems, FindingCode::no_rest, &Finding::code); at != problems.end())
+  const auto& findings = answer.odometry.findings;
+  if (const auto at = std::ranges::find(findings, FindingCode::no_rest, &Finding::code); at != findings.end())
     found.remarks.push_back("note: " + describe(*at));
   return found;
 }

@@ -13,7 +13,6 @@
 namespace trundle::recording {
 namespace {
 
-constexpr double kFarthest_m = 1e9;
 constexpr std::array kPositionColumns = {"landmark", "x_m", "y_m"};
 constexpr std::array kPositionCovarianceColumns = {"var_xx", "var_xy", "var_yy"};
 
@@ -34,14 +33,14 @@ std::vector<CsvColumn> columns_in(const CsvTable& table) {
 }
 
 bool is_covariance(const Matrix2& m) {
-  return m.lpNorm<Eigen::Infinity>() <= kFarthest_m * kFarthest_m && m(0, 0) >= 0.0 && m(1, 1) >= 0.0 &&
-         m(0, 1) * m(0, 1) <= m(0, 0) * m(1, 1) * (1.0 + 1e-9);
+  return m.lpNorm<Eigen::Infinity>() <= kLargestReading * kLargestReading && m(0, 0) >= 0.0 &&
+         m(1, 1) >= 0.0 && m(0, 1) * m(0, 1) <= m(0, 0) * m(1, 1) * (1.0 + 1e-9);
 }
 
 void require_sound(const MapLandmark& landmark, const std::string& where) {
   if (landmark.name.empty())
     throw InputError(where, "names no landmark", "a name for every landmark of a map");
-  if (!(landmark.position.lpNorm<Eigen::Infinity>() <= kFarthest_m))
+  if (!(landmark.position.lpNorm<Eigen::Infinity>() <= kLargestReading))
     throw InputError(where, fmt::format("landmark '{}' has no position", landmark.name),
                      "numbers between -1e9 and 1e9 [m]");
   if (!is_covariance(landmark.covariance))

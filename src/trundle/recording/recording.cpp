@@ -70,7 +70,7 @@ std::vector<std::string> tables_below(const fs::path& folder) {
 }
 
 InputError no_recording_in(const fs::path& path) {
-  constexpr std::size_t kMostNames = 5;
+  constexpr std::size_t kMostNames = 5;  // more would make a list of the message
   std::vector<std::string> names;
   if (fs::is_directory(path)) names = tables_below(path);
   if (names.empty())

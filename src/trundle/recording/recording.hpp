@@ -30,7 +30,7 @@ struct StreamOrigin {
   double time_offset_s = 0.0;  ///< that recording.toml had added to the stamps
 
   /// "file:line" of a row, the file alone or "row n" where that is all that is known.
-  std::string place_of(std::size_t row) const;
+  [[nodiscard]] std::string place_of(std::size_t row) const;
 };
 
 /// One wheel's column in wheels.csv; NaN where the cell was empty.
@@ -112,7 +112,7 @@ struct PartialReference {
   std::optional<Measured> end_y_m;
   std::optional<Measured> end_heading_rad;  ///< of the end in the frame of the start, full turns aside
 
-  bool empty() const;
+  [[nodiscard]] bool empty() const;
 };
 
 /// Sigmas that a [reference] table takes where it names none.
@@ -133,10 +133,10 @@ struct Recording {
   std::vector<RelativeMotion> relative_motions;
   PartialReference partial;
   std::vector<Landmark> landmarks;
-  std::vector<Finding> problems;
+  std::vector<Finding> findings;
   std::vector<InputFile> inputs;
 
-  bool has_reference() const;
+  [[nodiscard]] bool has_reference() const;
 };
 
 struct ReadOptions {
@@ -149,7 +149,7 @@ Recording read_recording(const std::filesystem::path& folder, const ReadOptions&
 
 /// The recordings below a folder: the folder itself if it is one, else those of its sub-folders in name
 /// order. Throws InputError where there is none, and says what is there instead.
-std::vector<std::filesystem::path> recordings_below(const std::filesystem::path& folder);
+[[nodiscard]] std::vector<std::filesystem::path> recordings_below(const std::filesystem::path& folder);
 
 /// Writes the native files of a recording into a folder.
 void write_recording(const Recording& recording, const std::filesystem::path& folder);

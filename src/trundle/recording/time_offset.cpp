@@ -72,7 +72,7 @@ Vector turns_by_gyro(const Recording& recording, const Robot& robot, double offs
       if (!increment.has_gyro) used[w] = false;
       turns[static_cast<Eigen::Index>(w)] += increment.gyro_rad;
     }
-  windows.readings.problems.clear();
+  windows.readings.findings.clear();
   return turns;
 }
 

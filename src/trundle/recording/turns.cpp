@@ -9,6 +9,7 @@ namespace trundle::recording {
 
 PairedSums turn_pairs(const Robot& robot, const AlignedReadings& readings,
                       const std::function<double(const Increment&)>& other_turn) {
+  // A turn then is many counts, clocks that differ by some 10 ms hardly matter, and few turn back within it.
   constexpr double kPiece_s = 0.5;
   const Rows rows = rows_of(robot.chassis, false);
   PairedSums pairs;

@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kMostAnswers = 5;
+constexpr std::size_t kMostAnswers = 5;  // tiles: a row of the page's first screen
 /// A parameter so many standard deviations away from nominal, or a mean so far from what is expected, is
 /// worth a sentence.
 constexpr double kFarSigmas = 3.0;

@@ -70,6 +70,7 @@ Json map_json(const std::vector<LandmarkRow>& map, const Pose2& laid_by) {
 }
 
 Json particles_json(const ParticleColumns& particles, const Pose2& laid_by) {
+  // Dots: more would cover one another, and each makes the page's file larger.
   constexpr std::size_t kMostDrawn = 2000;
   std::vector<double> x, y, weight;
   const std::size_t count = particles.weight.size();

@@ -89,7 +89,8 @@ std::vector<Component> leading_components(const ObservableDirection& direction,
       components, [](const auto& a, const auto& b) { return std::abs(a.second) > std::abs(b.second); });
   if (components.empty()) return components;
   const double largest = components.front().second;
-  constexpr double kMatters = 0.25;
+  constexpr double kMatters =
+      0.25;  // of the largest: others have less than a sixteenth of its share in the direction
   std::erase_if(components,
                 [&](const Component& c) { return !(std::abs(c.second) >= kMatters * std::abs(largest)); });
   if (largest < 0.0)

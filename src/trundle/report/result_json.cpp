@@ -141,7 +141,7 @@ bool overlap(const Json& a, const Json& b) {
 /// What the page calls 0: that of the stamps, as in all files, unless these have too many digits to be read,
 /// like seconds since 1970; then the whole second before the first of those spans that overlap with this one.
 double origin_of(const Json& span, std::span<const Json> results) {
-  constexpr double kManyDigits = 1e5;
+  constexpr double kManyDigits = 1e5;  // [s]: stamps since a start stay below for a day
   double first = span[0];
   for (const Json& other : results)
     if (other.at("span_s").is_array() && overlap(span, other.at("span_s")))

@@ -15,9 +15,8 @@ using Json = nlohmann::ordered_json;
 
 /// Below this weight a run counts as an outlier by name.
 constexpr double kOutlierWeight = 0.5;
-// Pictures need no more: positions rounded to 1/kPictureGrain metres, at most so many of them.
-constexpr double kPictureGrain = 1e5;
-constexpr std::size_t kPosesInPicture = 500;
+constexpr double kPictureGrain = 1e5;         // per metre: 10 µm are below a pixel of any picture
+constexpr std::size_t kPosesInPicture = 500;  // of a run in a small picture: about one for each pixel across
 
 Json json_of(const std::optional<TrajectoryError>& error) {
   if (!error) return nullptr;

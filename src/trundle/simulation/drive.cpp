@@ -62,7 +62,7 @@ bool overlaps(const TimeSpan& a, const TimeSpan& b) {
 }
 
 std::vector<SlipBurst> all_slips(const Scenario& scenario, double end_s) {
-  constexpr int kTries = 1000;
+  constexpr int kTries = 1000;  // where there is no room for as many slips as wanted there are fewer
   std::vector<SlipBurst> slips = scenario.slips;
   const RandomSlips& wanted = scenario.random_slips;
   Random random = random_for(scenario.seed, RandomStream::slips);

@@ -40,7 +40,7 @@ struct TimeSpan {
   double start_s = 0.0;
   double duration_s = 0.0;
 
-  double end_s() const { return start_s + duration_s; }
+  [[nodiscard]] double end_s() const { return start_s + duration_s; }
 };
 
 /// The reference stream: poses of the reference sensor in the world.
@@ -111,7 +111,7 @@ struct SlipTruth {
   double excess_m = 0.0;  ///< wheel travel − ground travel
   double ground_m = 0.0;  ///< what the ground passed below the wheel
 
-  bool spins() const { return excess_m * ground_m >= 0.0; }  ///< else it skids
+  [[nodiscard]] bool spins() const { return excess_m * ground_m >= 0.0; }  ///< else it skids
 };
 
 /// What really happened.
@@ -130,11 +130,11 @@ struct Simulation {
 /// Drives the path and reads the sensors. Each sensor has its own stream of random numbers: adding one does
 /// not change the readings of another. Throws CannotAnswer when the robot steers by odometry that cannot see
 /// its motion. Equations: docs/theory/simulation.md.
-Simulation simulate(const Scenario& scenario);
+[[nodiscard]] Simulation simulate(const Scenario& scenario);
 
 /// `count` landmarks uniform in a box around the origin, at least `spacing_m` apart where that can be met,
 /// named 1, 2, ...
-std::vector<Landmark> random_landmarks(int count, double box_x_m, double box_y_m, double spacing_m,
-                                       Random& random);
+[[nodiscard]] std::vector<Landmark> random_landmarks(int count, double box_x_m, double box_y_m,
+                                                     double spacing_m, Random& random);
 
 }  // namespace trundle::simulation

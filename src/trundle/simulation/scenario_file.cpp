@@ -13,10 +13,10 @@ namespace scenario_file {
 
 namespace {
 
-// Streams of a plan's seed; runs take those from kFirstRun on, sessions from kFirstSession on.
+// Streams of a plan's seed: runs take those from kFirstRun on, sessions from kFirstSession on.
 constexpr std::uint64_t kFirstSession = 1000;
-constexpr std::uint64_t kFirstRun = 1000000;
-constexpr std::uint64_t kPathStream = 200;
+constexpr std::uint64_t kFirstRun = 1000000;  // beyond the last of at most 9999 sessions
+constexpr std::uint64_t kPathStream = 200;    // of a run's seed: beyond those of RandomStream
 
 SlipBurst read_slip(const Section& section, const Scenario& scenario) {
   check_keys(section, names_with({"wheel"}, kSpan, kSlip));

@@ -44,6 +44,7 @@ void write_plan(const Plan& plan, const std::filesystem::path& folder,
                 const std::vector<std::string>& provenance);
 
 /// The folder of a run below that of its plan.
-std::filesystem::path folder_of(const Plan& plan, const PlannedRun& run, const std::filesystem::path& folder);
+[[nodiscard]] std::filesystem::path folder_of(const Plan& plan, const PlannedRun& run,
+                                              const std::filesystem::path& folder);
 
 }  // namespace trundle::simulation

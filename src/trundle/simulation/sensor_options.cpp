@@ -5,7 +5,7 @@
 namespace trundle::simulation::scenario_file {
 namespace {
 
-constexpr std::uint64_t kLandmarkStream = 1;
+constexpr std::uint64_t kLandmarkStream = 1;  // of the plan's seed: below those of sessions and runs
 constexpr Range kBox{[](double v) { return v > 0.0 && v <= 1e5; }, "metres above 0, at most 100000"};
 
 struct Field {

@@ -46,7 +46,7 @@ Simulation simulate(const Scenario& scenario) {
 
 std::vector<Landmark> random_landmarks(int count, double box_x_m, double box_y_m, double spacing_m,
                                        Random& random) {
-  constexpr int kTries = 100;
+  constexpr int kTries = 100;  // then the box is taken to be full, and the landmark stands too close
   std::vector<Landmark> landmarks;
   for (int i = 0; i < count; ++i) {
     Vector2 position;

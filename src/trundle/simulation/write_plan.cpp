@@ -10,10 +10,10 @@
 namespace trundle::simulation {
 namespace {
 
-// Files hold what a careful logger would write: microseconds, micrometres, a tenth of a microradian.
-constexpr double kTimeDecimals = 1e6;
-constexpr double kLengthDecimals = 1e6;
-constexpr double kAngleDecimals = 1e7;
+// Files hold what a careful logger would write, in steps of
+constexpr double kTimeDecimals = 1e6;    // 1 µs
+constexpr double kLengthDecimals = 1e6;  // 1 µm
+constexpr double kAngleDecimals = 1e7;   // 0.1 µrad; of rates and of what wheels count, too
 
 void round_to(double& value, double decimals) {
   value = std::round(value * decimals) / decimals;

@@ -9,7 +9,7 @@ namespace {
 constexpr double kLeastRange_m = 1e-6;
 // Beyond these no reading means anything, and squares of it would overflow.
 constexpr double kMostRange_m = 1e6;
-constexpr double kMostBearing_rad = 1e3;
+constexpr double kMostBearing_rad = 1e3;  // 160 turns
 
 /// ∂(R b)/∂heading: a lever turned by a quarter.
 Vector2 turned(const Vector2& lever) {

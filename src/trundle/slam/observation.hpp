@@ -61,9 +61,9 @@ struct SightedLandmark {
 /// one does so along others within some degrees; a larger angle would only take longer to reach.
 inline constexpr double kLeastParallax_rad = 0.1;
 
-/// Whether a look at something is another one: readings from one place err alike, and what stands in front of
-/// it hides it only once. The robot has to move by a tenth of the distance.
-[[nodiscard]] inline bool is_another_look(double moved_m, double range_m) {
+/// Whether a reading is independent of one from elsewhere: readings from one place err alike, and what stands
+/// in front of a landmark hides it only once. The robot has to move by a tenth of the distance.
+[[nodiscard]] inline bool has_parallax(double moved_m, double range_m) {
   return moved_m >= kLeastParallax_rad * range_m;
 }
 

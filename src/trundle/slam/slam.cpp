@@ -28,8 +28,9 @@ const Method& entry_of(SlamMethod method) {
 
 std::variant<EkfSlam, ParticleSlam> made(const LandmarkSensor& sensor, const SlamOptions& options) {
   if (options.method == SlamMethod::ekf)
-    return EkfSlam(sensor,
-                   {.prior = options.prior, .gate = options.gate, .first_nameless = options.first_nameless});
+    return EkfSlam(
+        sensor,
+        {.prior = options.prior, .gate = options.gate, .first_unidentified = options.first_unidentified});
   return ParticleSlam(sensor, {.proposal = entry_of(options.method).proposal,
                                .particles = options.particles,
                                .seed = options.seed,
@@ -41,7 +42,7 @@ std::variant<EkfSlam, ParticleSlam> made(const LandmarkSensor& sensor, const Sla
                                .threads = options.threads,
                                .swarm = options.swarm,
                                .estimate = options.estimate.value_or(usual_estimate(options.method)),
-                               .first_nameless = options.first_nameless});
+                               .first_unidentified = options.first_unidentified});
 }
 
 /// Gathers SlamCounts.
@@ -133,7 +134,7 @@ PointEstimate usual_estimate(SlamMethod method) {
 
 SlamOptions slam_options_for(const SlamInput& input, SlamOptions options) {
   if (options.prior.systematic_sigma.size() == 0) options.prior.systematic_sigma = input.systematic.sigma();
-  options.first_nameless = std::max(options.first_nameless, input.first_nameless());
+  options.first_unidentified = std::max(options.first_unidentified, input.first_unidentified());
   return options;
 }
 

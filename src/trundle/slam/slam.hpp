@@ -37,7 +37,7 @@ struct SlamOptions {
   std::size_t threads = 1;                       ///< results do not depend on it
   SwarmOptions swarm = {};                       ///< of `mapso` and `mapso_proposal`
   std::optional<PointEstimate> estimate = {};    ///< nothing: best of `mapso`, as published, mean of others
-  LandmarkId first_nameless = 0;  ///< unidentified landmarks are numbered from here on: above all given ids
+  LandmarkId first_unidentified = 0;             ///< ids of unidentified landmarks: above all given ones
 };
 
 /// The options completed by what the steps of a recording have: 1σ of the odometry's systematic errors, where

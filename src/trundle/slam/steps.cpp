@@ -67,7 +67,7 @@ class Cutter {
     }
     if (now_s_ > last_step_s_) finish_step();
     report_left_out();
-    report_nameless();
+    report_unidentified();
     input_.landmarks = names_.list();
     input_.rest_s = motion_.rest_s();
     input_.systematic = systematic_;
@@ -153,17 +153,17 @@ class Cutter {
     note(crowded_, FindingCode::crowded_instant, payload::Amount{static_cast<double>(kMostSightingsAtOnce)});
   }
 
-  void report_nameless() {
-    std::size_t nameless = 0;
+  void report_unidentified() {
+    std::size_t unidentified = 0;
     for (const SlamStep& step : input_.steps)
-      nameless += static_cast<std::size_t>(
+      unidentified += static_cast<std::size_t>(
           std::ranges::count(step.observations, kUnknownLandmark, &Observation::landmark));
-    if (nameless == input_.observations()) return;
-    note(nameless, FindingCode::sighting_without_name);
+    if (unidentified == input_.observations()) return;
+    note(unidentified, FindingCode::sighting_without_name);
   }
 
   void note(std::size_t count, FindingCode code, const Payload& payload = {}) {
-    if (count > 0) input_.problems.push_back({Severity::note, code, "sightings", count, {}, payload});
+    if (count > 0) input_.findings.push_back({Severity::note, code, "sightings", count, {}, payload});
   }
 
   /// Stamps closer than their own resolution (nanoseconds in every log) are one instant.
@@ -184,7 +184,7 @@ class Cutter {
 
 /// Ranges that this sensor cannot have measured: a wrong unit, or the wrong sensor.
 void report_ranges_beyond(const LandmarkSensor& sensor, const std::vector<Sighting>& sightings,
-                          std::vector<Finding>& problems) {
+                          std::vector<Finding>& findings) {
   std::size_t beyond = 0;
   double farthest_m = 0.0;
   for (const Sighting& sighting : sightings) {
@@ -192,7 +192,7 @@ void report_ranges_beyond(const LandmarkSensor& sensor, const std::vector<Sighti
     farthest_m = std::max(farthest_m, sighting.range_m);
   }
   if (2 * beyond <= sightings.size()) return;
-  problems.push_back({.severity = Severity::warning,
+  findings.push_back({.severity = Severity::warning,
                       .code = FindingCode::range_unit,
                       .place = "sightings",
                       .count = beyond,
@@ -208,7 +208,7 @@ std::size_t SlamInput::observations() const {
   return count;
 }
 
-bool SlamInput::has_nameless() const {
+bool SlamInput::has_unidentified() const {
   return std::ranges::any_of(steps, [](const SlamStep& step) {
     return std::ranges::any_of(step.observations, [](const Observation& o) { return o.landmark < 0; });
   });
@@ -224,8 +224,8 @@ SlamInput slam_input(const Recording& recording, const AlignedReadings& readings
     throw InputError(place_of(robot), "has no landmark sensor", "[landmark_sensor]");
   Cutter cutter(robot, options, timely_sightings(recording, *robot.landmark_sensor));
   SlamInput input = cutter.cut(readings);
-  report_ranges_beyond(*robot.landmark_sensor, recording.sightings, input.problems);
-  input.problems.insert(input.problems.begin(), readings.problems.begin(), readings.problems.end());
+  report_ranges_beyond(*robot.landmark_sensor, recording.sightings, input.findings);
+  input.findings.insert(input.findings.begin(), readings.findings.begin(), readings.findings.end());
   return input;
 }
 

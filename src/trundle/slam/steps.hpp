@@ -30,7 +30,7 @@ struct SlamInput {
   double start_s = 0.0;
   std::vector<SlamStep> steps;
   std::vector<std::string> landmarks;  ///< name of each LandmarkId: those given, then in order of first sight
-  std::vector<Finding> problems;
+  std::vector<Finding> findings;
   SystematicErrors systematic = {};  ///< what the motions' s are
   double rest_s = 0.0;               ///< how long the robot stood still, where it has a gyro
   /// Of each step's motion, by SlamInputOptions::parameters: truth = mean · exp(by_parameters · (true value −
@@ -40,9 +40,9 @@ struct SlamInput {
   /// Of all steps.
   [[nodiscard]] std::size_t observations() const;
   /// Whether some sighting has no id.
-  [[nodiscard]] bool has_nameless() const;
+  [[nodiscard]] bool has_unidentified() const;
   /// Number of the first unidentified landmark: above all given ids.
-  [[nodiscard]] LandmarkId first_nameless() const { return static_cast<LandmarkId>(landmarks.size()); }
+  [[nodiscard]] LandmarkId first_unidentified() const { return static_cast<LandmarkId>(landmarks.size()); }
 };
 
 /// Of one instant: more are thinned out evenly, so that no step takes without bound.

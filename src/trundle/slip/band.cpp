@@ -12,10 +12,10 @@
 namespace trundle::slip {
 namespace {
 
-// How far interval and speed may be from those that the band was learned at.
+// How far interval and speed may be from those that the band was learned at, as shares of these:
+// docs/theory/slip-published.md, below eq. 4.
 constexpr double kSameInterval = 0.1;
-constexpr double kSameSpeed = 0.25;
-constexpr std::size_t kLeastBandSample = 8;
+constexpr double kSameSpeed = 0.25;  // noise that grows with the way is then off by an eighth
 
 void use_quantiles(std::span<const double> sample, double probability, Band& band) {
   std::vector<double> sorted(sample.begin(), sample.end());
@@ -46,11 +46,11 @@ Band known_band(const Moments& moments, double z) {
 
 Band learn_band(std::span<const double> sample, double probability, double significance) {
   const Moments moments = moments_of(sample);
-  if (moments.count < kLeastBandSample || moments.variance <= 0.0)
+  if (moments.count < kLeastNormalitySample || moments.variance <= 0.0)
     throw CannotAnswer(fmt::format(
         "only {} intervals of clean straight driving to learn from, at least {} with some spread are "
         "needed",
-        moments.count, kLeastBandSample));
+        moments.count, kLeastNormalitySample));
   const auto n = static_cast<double>(moments.count);
   const double half =
       student_t_limit(probability, n - 1.0) * std::sqrt(moments.variance * n / (n - 1.0) * (1.0 + 1.0 / n));

@@ -16,7 +16,7 @@ namespace {
 // Hysteresis: a slip goes on while its wheel's score stays beyond this with the same sign, and ends after so
 // many intervals without.
 constexpr double kHold = 1.5;
-constexpr int kQuiet = 2;
+constexpr int kQuiet = 2;              // noise may hide a slip in one of them
 constexpr double kAlternative = 0.01;  // least posterior probability of a wheel that counts as one
 // Cumulative sums saturate this far beyond their limit, so that they come back soon after a slip.
 constexpr double kSaturation = 2.0;

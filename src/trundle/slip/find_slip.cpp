@@ -78,10 +78,10 @@ bool spans_gap(const AlignedReadings& readings, std::size_t i) {
 }
 
 void report_unjudged(const SlipReport& report, const AlignedReadings& readings,
-                     std::vector<Finding>& problems) {
+                     std::vector<Finding>& findings) {
   const auto note = [&](std::size_t number, FindingCode code) {
     if (number > 0)
-      problems.push_back({Severity::note, code, fmt::format("{:.3f} s", readings.start_s), number});
+      findings.push_back({Severity::note, code, fmt::format("{:.3f} s", readings.start_s), number});
   };
   const SlipCounts& counts = report.counts;
   note(counts.no_gyro, FindingCode::slip_without_gyro);
@@ -133,7 +133,7 @@ SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& comm
   if (odometer.detector().by_band()) report.band = options.band;
   report.end = odometer.odometer().pose();
   require_judged(report);
-  report_unjudged(report, readings, report.problems);
+  report_unjudged(report, readings, report.findings);
   return report;
 }
 

@@ -21,7 +21,7 @@ struct SlipCounts {
   std::size_t alarms = 0;    ///< contradict themselves
   std::size_t slipping = 0;  ///< within a slip
 
-  double flagged_share() const {
+  [[nodiscard]] double flagged_share() const {
     return judged == 0 ? 0.0 : static_cast<double>(slipping) / static_cast<double>(judged);
   }
 };
@@ -43,30 +43,30 @@ struct SlipReport {
   double chi2_limit = 0.0;    ///< else χ² does beyond this
   AlignedReadings corrected;  ///< ready for integrate()
   Pose2 end;                  ///< the pose reached, from the origin
-  std::vector<Finding> problems;
+  std::vector<Finding> findings;
 };
 
 /// A loop over SlipOdometer::step, which learns the gyro's bias where the robot rests. `commands` may be
 /// empty. Throws as the SlipOdometer does, and CannotAnswer where the robot moves but no interval can be
 /// judged.
-SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& commands, const Robot& robot,
-                     const SlipOptions& options = {});
+[[nodiscard]] SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& commands,
+                                   const Robot& robot, const SlipOptions& options = {});
 
 /// What the readings are judged by, interval by interval: for learning from a recording without slip.
-std::vector<JudgedInterval> clean_intervals(const AlignedReadings& readings, const Robot& robot,
-                                            double interval_s);
+[[nodiscard]] std::vector<JudgedInterval> clean_intervals(const AlignedReadings& readings, const Robot& robot,
+                                                          double interval_s);
 
 /// `start_s,end_s,wheel,kind,excess_m,confidence,excess_sigma_m`
-std::string to_csv(const std::vector<SlipEvent>& events, const Robot& robot);
+[[nodiscard]] std::string to_csv(const std::vector<SlipEvent>& events, const Robot& robot);
 /// Travel of all slips that was no motion, whichever way, beyond what noise makes of it, and its 1σ [m].
 struct LostTravel {
   double m = 0.0;
   double sigma_m = 0.0;
 };
-LostTravel lost_travel(std::span<const SlipEvent> events);
-std::string name_of(SlipKind kind);
-std::string name_of(SlipStatus status);
+[[nodiscard]] LostTravel lost_travel(std::span<const SlipEvent> events);
+[[nodiscard]] std::string name_of(SlipKind kind);
+[[nodiscard]] std::string name_of(SlipStatus status);
 /// Of the wheel of an event; "ambiguous".
-std::string wheel_of(const SlipEvent& event, const Robot& robot);
+[[nodiscard]] std::string wheel_of(const SlipEvent& event, const Robot& robot);
 
 }  // namespace trundle::slip

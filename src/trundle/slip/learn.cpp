@@ -16,13 +16,14 @@ namespace {
 // How wrong a robot file's geometry is taken to be, so that a motion that clean driving lacks is not learned
 // from noise.
 constexpr double kGeometryPrior = 0.05;
-constexpr int kMotions = 3;
+constexpr int kMotions = 3;  // dx, dy, dθ: coefficients that are fitted for each residual
+// Intervals beyond those: they show a scale within 1/√16 = 25 %, 1σ.
 constexpr std::size_t kLeastSpare = 8;
-// Timing noise that is looked for, and what −2 log likelihood must gain by it: 1e-3 by chance.
+// Timing noise that is looked for.
 constexpr double kLeastTiming_s = 0.001;
-constexpr double kGreatestTiming_s = 0.1;
-constexpr double kTimingStep = 1.25;
-constexpr double kClearlyLikelier = 10.8;
+constexpr double kGreatestTiming_s = 0.1;  // a whole step of a log at 10 Hz
+constexpr double kTimingStep = 1.25;       // from one to the next: as well as kLeastSpare intervals show it
+constexpr double kClearlyLikelier = 10.8;  // gain in −2 log likelihood: χ² of one parameter, 1e-3 by chance
 
 bool is_moving(const JudgedInterval& interval, const Parity& parity) {
   if (parity.uses_gyro() && !interval.readings.has_gyro) return false;

@@ -10,8 +10,6 @@
 namespace trundle::slip {
 namespace {
 
-constexpr std::size_t kLeastSample = 8;
-
 /// The moments of values with counts, in two passes: the mean first.
 template <typename Values, typename ValueOf, typename CountOf>
 Moments moments_of(const Values& values, ValueOf value_of, CountOf count_of) {
@@ -51,7 +49,7 @@ Moments moments_of(std::span<const Bin> bins) {
 
 NormalityTest test_normality(const Moments& moments, double significance) {
   NormalityTest test{.moments = moments, .limit = normal_limit(0.5 * significance)};
-  if (moments.count < kLeastSample || moments.variance <= 0.0) return test;
+  if (moments.count < kLeastNormalitySample || moments.variance <= 0.0) return test;
   const auto n = static_cast<double>(moments.count);
   test.sigma_skewness = std::sqrt(6.0 * (n - 2.0) / ((n + 1.0) * (n + 3.0)));
   test.sigma_kurtosis =

@@ -37,7 +37,9 @@ struct NormalityTest {
   double limit = 0.0;              ///< z beyond which |u1| or |u2| rejects
   bool rejected = true;
 };
-/// A sample of fewer than 8 values, or without spread, is never taken for normal.
+/// With fewer values skewness and kurtosis are far from normal themselves, whatever they are of.
+inline constexpr std::size_t kLeastNormalitySample = 8;
+/// A sample of fewer values, or without spread, is never taken for normal.
 NormalityTest test_normality(const Moments& moments, double significance = 0.1);
 
 /// `bins` columns of equal width from the smallest value to the largest.

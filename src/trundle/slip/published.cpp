@@ -5,7 +5,7 @@
 namespace trundle::slip {
 namespace {
 
-constexpr double kStraight = 0.2;
+constexpr double kStraight = 0.2;  // |dL − dR| / |dL + dR|: arcs of more than 2.5 tracks of radius
 
 }  // namespace
 

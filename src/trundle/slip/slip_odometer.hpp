@@ -30,10 +30,10 @@ class SlipOdometer {
   /// Ends the slip that lasts, if any.
   SlipVerdict finish() { return detector_.finish(); }
 
-  const Odometer& odometer() const { return odometer_; }
-  const SlipDetector& detector() const { return detector_; }
+  [[nodiscard]] const Odometer& odometer() const { return odometer_; }
+  [[nodiscard]] const SlipDetector& detector() const { return detector_; }
   /// How the increments of the interval that is not complete yet are corrected for now.
-  const SlipCorrection& applied() const { return applied_; }
+  [[nodiscard]] const SlipCorrection& applied() const { return applied_; }
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {

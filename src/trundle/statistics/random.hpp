@@ -35,6 +35,6 @@ class Random {
 };
 
 /// The z with P(N(0, 1) < z) = p, 0 < p < 1, to 1e-15 relative [Wichura 1988, AS 241].
-double normal_quantile(double p);
+[[nodiscard]] double normal_quantile(double p);
 
 }  // namespace trundle::statistics

@@ -13,6 +13,7 @@
 namespace trundle::calibration {
 namespace {
 
+/// The reference is not interpolated across longer ones, as in EvaluateOptions.
 constexpr double kLongestReferenceGap_s = 0.5;
 constexpr std::size_t kPosesInPicture = 500;  // of one run
 /// A leg is where odometry heads along a side of the square within this.

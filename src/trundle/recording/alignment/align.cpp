@@ -74,10 +74,10 @@ struct CounterRows {
 };
 
 void report(const CounterRows& found, const std::string& wheel, const StreamOrigin& origin,
-            std::vector<Finding>& problems) {
+            std::vector<Finding>& findings) {
   const auto add = [&](Severity severity, FindingCode code, const std::vector<std::size_t>& rows) {
     if (!rows.empty())
-      problems.push_back({severity, code, origin.place_of(rows.front()), rows.size(), {wheel}});
+      findings.push_back({severity, code, origin.place_of(rows.front()), rows.size(), {wheel}});
   };
   add(Severity::note, FindingCode::wrap, found.wraps);
   add(Severity::warning, FindingCode::counter_reset, found.resets);
@@ -97,7 +97,7 @@ void report_gyro(const GyroStream& gyro, const Gyro& sensor, std::size_t saturat
   }
   const auto tell = [&](Severity severity, FindingCode code, std::size_t count, const Payload& payload) {
     if (count > 0)
-      aligned.problems.push_back(
+      aligned.findings.push_back(
           {severity, code, gyro.origin.place_of(gyro.time_s.size()), count, {}, payload});
   };
   tell(Severity::warning, FindingCode::gyro_saturated, saturated, {});
@@ -192,7 +192,7 @@ AlignedReadings align(const Recording& recording, const Robot& robot) {
   Replay replay(recording, robot);
   AlignedReadings aligned = replay.aligned();
   for (std::size_t i = 0; i < robot.wheel_names.size(); ++i)
-    report(replay.counters()[i], robot.wheel_names[i], recording.wheels.origin, aligned.problems);
+    report(replay.counters()[i], robot.wheel_names[i], recording.wheels.origin, aligned.findings);
   if (robot.chassis.gyro && !recording.gyro.time_s.empty() && !aligned.increments.empty())
     report_gyro(recording.gyro, *robot.chassis.gyro, replay.saturated_gyro_samples(), aligned);
   return aligned;

@@ -12,7 +12,7 @@ struct AlignedReadings {
   double start_s = 0.0;
   std::vector<Increment> increments;  ///< contiguous: each starts where the one before it ends
   std::vector<bool> bridged;          ///< true: spans a gap; travel is known, its course is not
-  std::vector<Finding> problems;      ///< found while aligning (wraps, resets, missing gyro)
+  std::vector<Finding> findings;      ///< found while aligning (wraps, resets, missing gyro)
 };
 
 /// A recording through an Aligner, reading by reading as the stamps order them: the same as while it was

@@ -86,7 +86,7 @@ std::string_view CsvTable::second_line() const {
 }
 
 std::size_t CsvTable::lines_before_columns() const {
-  constexpr std::size_t kMostLines = 50;
+  constexpr std::size_t kMostLines = 50;  // of a preamble: an error message is no reason to read all of a log
   const CellScanner scanner(format_);
   std::size_t at = body_;
   for (std::size_t line = body_line_; line < header_line_ + kMostLines && at < text_.size(); ++line) {

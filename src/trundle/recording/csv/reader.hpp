@@ -26,6 +26,9 @@ class MappedFile {
   std::string_view text_;
 };
 
+/// In the unit of its column: beyond it nothing was measured, and sums of squares leave a double.
+inline constexpr double kLargestReading = 1e9;
+
 struct CsvFormat {
   char delimiter = ',';        ///< ' ': any run of spaces and tabs
   char comment = '#';          ///< lines that start with it are skipped; '\0': none are

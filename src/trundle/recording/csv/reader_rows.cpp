@@ -168,7 +168,7 @@ void RowReader::read_any_line(std::string_view line) {
 
 /// A cell for a message: short and printable.
 std::string shown(std::string_view cell) {
-  constexpr std::size_t kLongest = 40;
+  constexpr std::size_t kLongest = 40;  // half a line of a terminal: the other half is for place and column
   std::string text(cell.substr(0, kLongest));
   for (char& c : text)
     if (static_cast<unsigned char>(c) < ' ' || static_cast<unsigned char>(c) > '~') c = '?';

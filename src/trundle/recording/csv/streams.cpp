@@ -52,7 +52,7 @@ void make_continuous(std::vector<double>& heading) {
 }
 
 void read_wheels(const StreamSource& source, Recording& recording) {
-  Table table = read_table(source, {}, recording.problems);
+  Table table = read_table(source, {}, recording.findings);
   WheelStream& wheels = recording.wheels;
   wheels.time_s = std::move(table.time_s);
   for (std::size_t i = 0; i < source.columns.size(); ++i) {
@@ -60,7 +60,7 @@ void read_wheels(const StreamSource& source, Recording& recording) {
     wheels.series.push_back({column.wheel, column.unit, std::move(table.numbers[i])});
   }
   wheels.origin = std::move(table.origin);
-  check_increments(wheels, source, recording.problems);
+  check_increments(wheels, source, recording.findings);
 }
 
 void read_sightings(const StreamSource& source, Recording& recording) {
@@ -68,7 +68,7 @@ void read_sightings(const StreamSource& source, Recording& recording) {
   rules.repeated_stamps = true;
   rules.gaps = false;
   rules.slowest_s = kSlowestEvents_s;
-  Table table = read_table(source, rules, recording.problems);
+  Table table = read_table(source, rules, recording.findings);
   Finding unusable{.code = FindingCode::sighting_without_number, .place = {}, .count = 0};
   for (std::size_t row = 0; row < table.time_s.size(); ++row) {
     const Sighting sighting{table.time_s[row], table.texts[0][row], table.numbers[1][row],
@@ -79,8 +79,8 @@ void read_sightings(const StreamSource& source, Recording& recording) {
       unusable.place = table.origin.place_of(row);
     }
   }
-  if (unusable.count > 0) recording.problems.push_back(unusable);
-  check_bearings(recording.sightings, source, recording.problems);
+  if (unusable.count > 0) recording.findings.push_back(unusable);
+  check_bearings(recording.sightings, source, recording.findings);
 }
 
 VelocityStream velocity_of(Table table) {
@@ -107,7 +107,7 @@ void read_reference(const StreamSource& source, Recording& recording) {
   RowRules rules;
   rules.empty_cells = true;
   rules.slowest_s = kSlowestEvents_s;
-  Table table = read_table(source, rules, recording.problems);
+  Table table = read_table(source, rules, recording.findings);
   take_quaternions(table);
   make_continuous(table.numbers[2]);
   recording.reference = {std::move(table.time_s), std::move(table.numbers[0]), std::move(table.numbers[1]),
@@ -119,7 +119,7 @@ void read_relative_motions(const StreamSource& source, Recording& recording) {
   rules.repeated_stamps = true;
   rules.gaps = false;
   rules.slowest_s = kSlowestEvents_s;
-  const Table table = read_table(source, rules, recording.problems);
+  const Table table = read_table(source, rules, recording.findings);
   for (std::size_t row = 0; row < table.time_s.size(); ++row)
     recording.relative_motions.push_back(
         {table.time_s[row],
@@ -232,7 +232,7 @@ StreamSource native_source(StreamKind kind, const std::filesystem::path& file) {
 }
 
 void read_stream(StreamKind kind, const StreamSource& source, Recording& recording) {
-  const auto table = [&] { return read_table(source, {}, recording.problems); };
+  const auto table = [&] { return read_table(source, {}, recording.findings); };
   switch (kind) {
     case StreamKind::wheels:
       return read_wheels(source, recording);
@@ -243,7 +243,7 @@ void read_stream(StreamKind kind, const StreamSource& source, Recording& recordi
     }
     case StreamKind::commands:
       recording.commands =
-          velocity_of(read_table(source, {.slowest_s = kSlowestEvents_s}, recording.problems));
+          velocity_of(read_table(source, {.slowest_s = kSlowestEvents_s}, recording.findings));
       return;
     case StreamKind::velocity:
       recording.velocity = velocity_of(table());

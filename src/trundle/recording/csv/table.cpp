@@ -85,11 +85,9 @@ class Selection {
   std::vector<CsvColumn> wanted_;
 };
 
-/// Beyond it nothing was measured, and sums of squares leave a double. Counters run on for ever, and
-/// variances are squares.
+/// Counters run on for ever, and variances are squares: neither has a limit.
 void require_plausible(const std::vector<double>& values, const ColumnSource& column,
                        const StreamOrigin& origin) {
-  constexpr double kLargestReading = 1e9;
   if (column.kind != CellKind::number || column.column.ends_with("_ticks") ||
       column.column.starts_with("var_"))
     return;
@@ -107,16 +105,16 @@ std::vector<double> stamps_of(const StreamSource& source, std::size_t rows) {
 }
 
 /// A first row of numbers that was taken for a header: nothing else shows where columns go by number.
-void report_header(const StreamSource& source, const CsvTable& csv, std::vector<Finding>& problems) {
+void report_header(const StreamSource& source, const CsvTable& csv, std::vector<Finding>& findings) {
   const auto by_name = [](const ColumnSource& column) { return !column.name.empty(); };
   if (!csv.has_numbers_for_names() || std::any_of(source.columns.begin(), source.columns.end(), by_name) ||
       (source.time && by_name(*source.time)))
     return;
-  problems.push_back({.code = FindingCode::header, .place = place(csv.file(), csv.header_line())});
+  findings.push_back({.code = FindingCode::header, .place = place(csv.file(), csv.header_line())});
 }
 
 /// All rows as they are, in the stream's columns and units.
-Table read_rows(const StreamSource& source, std::vector<Finding>& problems) {
+Table read_rows(const StreamSource& source, std::vector<Finding>& findings) {
   const MappedFile file(source.file);
   const CsvTable csv(file.text(), source.file.string(), source.format);
   Selection selection(source.place.empty() ? csv.file() : source.place);
@@ -132,10 +130,10 @@ Table read_rows(const StreamSource& source, std::vector<Finding>& problems) {
   if (source.time) time = selection.add({index_of(*source.time, csv), CellKind::time, source.time_scale});
   if (!source.columns.empty() && selection.wanted().size() == (time ? 1 : 0)) throw no_column(source, csv);
 
-  report_header(source, csv, problems);
+  report_header(source, csv, findings);
   CsvRows rows = csv.read(selection.wanted());
   if (rows.truncated_line)
-    problems.push_back({.code = FindingCode::cut_off, .place = place(csv.file(), *rows.truncated_line)});
+    findings.push_back({.code = FindingCode::cut_off, .place = place(csv.file(), *rows.truncated_line)});
   Table table;
   const std::size_t count = rows.count();
   table.origin = {csv.file(), std::move(rows.lines), source.time_offset_s};
@@ -156,15 +154,16 @@ Table read_rows(const StreamSource& source, std::vector<Finding>& problems) {
 
 }  // namespace
 
-Table read_table(const StreamSource& source, const RowRules& rules, std::vector<Finding>& problems) {
-  Table table = read_rows(source, problems);
-  clean(table, source, rules, problems);
-  check_stamps(table, source, rules, problems);
+Table read_table(const StreamSource& source, const RowRules& rules, std::vector<Finding>& findings) {
+  Table table = read_rows(source, findings);
+  clean(table, source, rules, findings);
+  check_stamps(table, source, rules, findings);
   return table;
 }
 
 std::optional<double> first_stamp(const StreamSource& source) {
   if (!source.time) return std::nullopt;
+  // Bytes: hundreds of rows, also after a preamble; a log of gigabytes stays on the disk.
   constexpr std::size_t kHead = 65536;
   const MappedFile file(source.file);
   const std::string_view head = file.text().substr(0, kHead);

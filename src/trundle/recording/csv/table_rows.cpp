@@ -39,8 +39,8 @@ class Tally {
   void add(std::size_t row) {
     if (count_++ == 0) place_ = table_.origin.place_of(row);
   }
-  void report(std::vector<Finding>& problems, FindingCode code, const Payload& payload = {}) const {
-    if (count_ > 0) problems.push_back({Severity::warning, code, place_, count_, {}, payload});
+  void report(std::vector<Finding>& findings, FindingCode code, const Payload& payload = {}) const {
+    if (count_ > 0) findings.push_back({Severity::warning, code, place_, count_, {}, payload});
   }
   std::size_t count() const { return count_; }
 
@@ -50,11 +50,11 @@ class Tally {
   std::string place_;
 };
 
-void drop_rows_without_stamp(Table& table, std::vector<Finding>& problems) {
+void drop_rows_without_stamp(Table& table, std::vector<Finding>& findings) {
   Tally found(table);
   for (std::size_t row = 0; row < table.time_s.size(); ++row)
     if (!std::isfinite(table.time_s[row])) found.add(row);
-  found.report(problems, FindingCode::row_without_stamp);
+  found.report(findings, FindingCode::row_without_stamp);
   if (found.count() > 0) keep_where(table, [&](std::size_t row) { return std::isfinite(table.time_s[row]); });
 }
 
@@ -80,23 +80,23 @@ std::vector<std::size_t> longest_increasing(std::span<const double> time_s) {
   return rows;
 }
 
-void count_disorder(const Table& table, std::vector<Finding>& problems, const RowRules& rules) {
+void count_disorder(const Table& table, std::vector<Finding>& findings, const RowRules& rules) {
   Tally repeated(table);
   Tally back(table);
   for (std::size_t row = 1; row < table.time_s.size(); ++row) {
     if (table.time_s[row] == table.time_s[row - 1] && !rules.repeated_stamps) repeated.add(row);
     if (table.time_s[row] < table.time_s[row - 1]) back.add(row);
   }
-  repeated.report(problems, FindingCode::duplicate);
+  repeated.report(findings, FindingCode::duplicate);
   const bool is_no_clock = 10 * back.count() > table.time_s.size();
-  back.report(problems, FindingCode::back_step,
+  back.report(findings, FindingCode::back_step,
               payload::Disorder{.is_sorted = rules.repeated_stamps, .is_no_clock = is_no_clock});
 }
 
-void bring_into_order(Table& table, const RowRules& rules, std::vector<Finding>& problems) {
+void bring_into_order(Table& table, const RowRules& rules, std::vector<Finding>& findings) {
   const auto disordered = [&](double a, double b) { return rules.repeated_stamps ? b < a : b <= a; };
   if (std::adjacent_find(table.time_s.begin(), table.time_s.end(), disordered) == table.time_s.end()) return;
-  count_disorder(table, problems, rules);
+  count_disorder(table, findings, rules);
   if (!rules.repeated_stamps) return keep(table, longest_increasing(table.time_s));
   std::vector<std::size_t> rows(table.time_s.size());
   std::iota(rows.begin(), rows.end(), 0);
@@ -114,15 +114,15 @@ void bring_into_order(Table& table, const RowRules& rules, std::vector<Finding>&
   table = std::move(sorted);
 }
 
-void report_empty_cells(const Table& table, std::vector<Finding>& problems) {
+void report_empty_cells(const Table& table, std::vector<Finding>& findings) {
   Tally found(table);
   for (std::size_t row = 0; row < table.time_s.size(); ++row)
     for (const auto& column : table.numbers)
       if (!column.empty() && std::isnan(column[row])) found.add(row);
-  found.report(problems, FindingCode::cell_without_number);
+  found.report(findings, FindingCode::cell_without_number);
 }
 
-void report_gaps(const Table& table, std::vector<Finding>& problems) {
+void report_gaps(const Table& table, std::vector<Finding>& findings) {
   const double longest = longest_step(table.time_s);
   Tally found(table);
   double greatest = 0.0;
@@ -131,7 +131,7 @@ void report_gaps(const Table& table, std::vector<Finding>& problems) {
     greatest = std::max(greatest, step);
     if (step > longest) found.add(row);
   }
-  found.report(problems, FindingCode::gap, payload::Excess{.farthest = greatest, .limit = longest});
+  found.report(findings, FindingCode::gap, payload::Excess{.farthest = greatest, .limit = longest});
 }
 
 void cut(Table& table, const StreamSource& source) {
@@ -172,17 +172,17 @@ double median_step(std::span<const double> time_s) {
 }
 
 double longest_step(std::span<const double> time_s) {
-  constexpr double kShortestGap = 0.5;
+  constexpr double kShortestGap = 0.5;  // [s]: less is what a busy computer delays a row by
   return std::max(kShortestGap, 5.0 * median_step(time_s));
 }
 
-void clean(Table& table, const StreamSource& source, const RowRules& rules, std::vector<Finding>& problems) {
-  if (!rules.empty_cells) report_empty_cells(table, problems);
+void clean(Table& table, const StreamSource& source, const RowRules& rules, std::vector<Finding>& findings) {
+  if (!rules.empty_cells) report_empty_cells(table, findings);
   if (source.increments) accumulate(table);
-  drop_rows_without_stamp(table, problems);
+  drop_rows_without_stamp(table, findings);
   cut(table, source);
-  bring_into_order(table, rules, problems);
-  if (rules.gaps) report_gaps(table, problems);
+  bring_into_order(table, rules, findings);
+  if (rules.gaps) report_gaps(table, findings);
 }
 
 }  // namespace trundle::recording

@@ -43,8 +43,8 @@ Trajectory with_continuous_heading(Trajectory trajectory) {
 }
 
 Trajectory read_tum(const std::filesystem::path& path) {
-  std::vector<Finding> problems;
-  const Table table = read_table(tum_source(path), {}, problems);
+  std::vector<Finding> findings;
+  const Table table = read_table(tum_source(path), {}, findings);
   Trajectory trajectory;
   for (std::size_t row = 0; row < table.time_s.size(); ++row) {
     const auto number = [&](std::size_t column) { return table.numbers[column][row]; };
@@ -67,10 +67,10 @@ Trajectory read_csv(const std::filesystem::path& path) {
   source.columns.resize(kPoseColumns);
   if (has_covariance(path))
     for (const char* name : kCovarianceColumns) source.columns.push_back({name, name});
-  std::vector<Finding> problems;
+  std::vector<Finding> findings;
   RowRules rules;
   rules.empty_cells = true;
-  const Table table = read_table(source, rules, problems);
+  const Table table = read_table(source, rules, findings);
   Trajectory trajectory;
   for (std::size_t row = 0; row < table.time_s.size(); ++row) {
     const auto number = [&](std::size_t column) { return table.numbers[column][row]; };

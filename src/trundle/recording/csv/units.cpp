@@ -14,9 +14,9 @@ struct Unit {
 };
 
 constexpr double kDegree = radians(1.0);
-constexpr double kInch = 0.0254;
-constexpr double kFoot = 0.3048;
-constexpr double kStandardGravity = 9.80665;
+constexpr double kInch = 0.0254;              // [m], by definition, as the next two
+constexpr double kFoot = 0.3048;              // [m], 12 inches
+constexpr double kStandardGravity = 9.80665;  // [m/s²]
 
 constexpr std::array kUnits = {
     Unit{"m", "_m", 1.0},

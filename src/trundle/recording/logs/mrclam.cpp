@@ -97,7 +97,7 @@ void read_measurements(const fs::path& folder, const fs::path& file, Recording& 
   }
   recording.sightings = std::move(kept);
   const auto note = [&](FindingCode code, std::size_t count) {
-    if (count > 0) recording.problems.push_back({Severity::note, code, file.string(), count});
+    if (count > 0) recording.findings.push_back({Severity::note, code, file.string(), count});
   };
   note(FindingCode::sighting_of_a_robot, of_robots);
   note(FindingCode::unknown_barcode, unknown);

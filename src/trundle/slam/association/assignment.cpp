@@ -17,59 +17,59 @@ std::size_t at(Eigen::Index i) {
 
 const std::vector<Eigen::Index>& CheapestAssignment::solve(const Eigen::MatrixXd& cost) {
   assert(cost.cols() >= cost.rows() && cost.allFinite());
-  if (!give_way(cost)) exchange_all(cost);
+  if (!assign_by_regret(cost)) assign_by_augmentation(cost);
   return column_of_;
 }
 
-CheapestAssignment::Wish CheapestAssignment::wish_of(Index row, const Eigen::MatrixXd& cost) {
-  Wish wish{kNone, kNone, 0.0};
+CheapestAssignment::Preference CheapestAssignment::preference_of(Index row, const Eigen::MatrixXd& cost) {
+  Preference preference{kNone, kNone, 0.0};
   double least = kInfinity;
   double next = kInfinity;
   for (Index column = 0; column < cost.cols(); ++column) {
     const double x = cost(row, column);
     if (x < least) {
-      wish.second = wish.best;
-      wish.best = column;
+      preference.second = preference.best;
+      preference.best = column;
       next = least;
       least = x;
     } else if (x < next) {
-      wish.second = column;
+      preference.second = column;
       next = x;
     }
   }
-  wish.loss = next - least;
-  return wish;
+  preference.regret = next - least;
+  return preference;
 }
 
 /// Each row takes its cheapest column. Where several want the same one, it goes to the row that would lose
 /// most without it, and the others take their second. As all but one have to do without it, no assignment
-/// costs less. False where a second is taken as well: then it needs more exchanges.
-bool CheapestAssignment::give_way(const Eigen::MatrixXd& cost) {
-  wishes_.clear();
+/// costs less. False where a second is taken as well: then augmenting paths are needed.
+bool CheapestAssignment::assign_by_regret(const Eigen::MatrixXd& cost) {
+  preferences_.clear();
   row_of_.assign(at(cost.cols()), kNone);
   for (Index row = 0; row < cost.rows(); ++row) {
-    const Wish wish = wish_of(row, cost);
-    wishes_.push_back(wish);
-    Index& owner = row_of_[at(wish.best)];
-    if (owner == kNone || wishes_[at(owner)].loss < wish.loss) owner = row;
+    const Preference preference = preference_of(row, cost);
+    preferences_.push_back(preference);
+    Index& owner = row_of_[at(preference.best)];
+    if (owner == kNone || preferences_[at(owner)].regret < preference.regret) owner = row;
   }
   column_of_.clear();
   for (Index row = 0; row < cost.rows(); ++row) {
-    const Wish& wish = wishes_[at(row)];
-    if (row_of_[at(wish.best)] == row) {
-      column_of_.push_back(wish.best);
+    const Preference& preference = preferences_[at(row)];
+    if (row_of_[at(preference.best)] == row) {
+      column_of_.push_back(preference.best);
       continue;
     }
-    if (row_of_[at(wish.second)] != kNone) return false;
-    row_of_[at(wish.second)] = row;
-    column_of_.push_back(wish.second);
+    if (row_of_[at(preference.second)] != kNone) return false;
+    row_of_[at(preference.second)] = row;
+    column_of_.push_back(preference.second);
   }
   return true;
 }
 
 /// Hungarian method [Kuhn 1955], O(rows² · columns): rows are assigned one after the other, each along the
-/// shortest path of exchanges in reduced costs.
-void CheapestAssignment::exchange_all(const Eigen::MatrixXd& cost) {
+/// shortest path of reduced costs.
+void CheapestAssignment::assign_by_augmentation(const Eigen::MatrixXd& cost) {
   row_price_.assign(at(cost.rows()), 0.0);
   column_price_.assign(at(cost.cols()), 0.0);
   row_of_.assign(at(cost.cols()), kNone);
@@ -104,7 +104,7 @@ void CheapestAssignment::assign(Index first, const Eigen::MatrixXd& cost) {
     row = row_of_[at(column)];
   } while (row != kNone);
   raise_prices(first, reached);
-  exchange(first, column);
+  augment(first, column);
 }
 
 void CheapestAssignment::raise_prices(Index first, double reached) {
@@ -116,7 +116,7 @@ void CheapestAssignment::raise_prices(Index first, double reached) {
   }
 }
 
-void CheapestAssignment::exchange(Index first, Index column) {
+void CheapestAssignment::augment(Index first, Index column) {
   while (before_[at(column)] != kNone) {
     row_of_[at(column)] = row_of_[at(before_[at(column)])];
     column = before_[at(column)];

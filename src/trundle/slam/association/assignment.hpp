@@ -17,22 +17,22 @@ class CheapestAssignment {
 
  private:
   using Index = Eigen::Index;
-  /// What a row would take.
-  struct Wish {
+  /// The columns that cost a row least.
+  struct Preference {
     Index best, second;  ///< columns
-    double loss;         ///< by taking the second
+    double regret;       ///< of taking the second instead
   };
-  static Wish wish_of(Index row, const Eigen::MatrixXd& cost);
-  bool give_way(const Eigen::MatrixXd& cost);
-  void exchange_all(const Eigen::MatrixXd& cost);
+  static Preference preference_of(Index row, const Eigen::MatrixXd& cost);
+  bool assign_by_regret(const Eigen::MatrixXd& cost);
+  void assign_by_augmentation(const Eigen::MatrixXd& cost);
   void assign(Index first, const Eigen::MatrixXd& cost);
   void raise_prices(Index first, double reached);
-  void exchange(Index first, Index column);
+  void augment(Index first, Index column);
 
-  std::vector<Index> column_of_;  ///< by row
-  std::vector<Index> row_of_;     ///< by column
-  std::vector<Wish> wishes_;      ///< by row
-  // Of the exchanges.
+  std::vector<Index> column_of_;         ///< by row
+  std::vector<Index> row_of_;            ///< by column
+  std::vector<Preference> preferences_;  ///< by row
+  // Dual variables.
   std::vector<double> row_price_;
   std::vector<double> column_price_;
   // Of the row that is being assigned, by column.

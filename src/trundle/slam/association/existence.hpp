@@ -7,10 +7,11 @@
 
 namespace trundle::slam {
 
-/// What is taken for existing, in log-odds, and how much one look says of it. docs/theory/existence.md.
+/// What is taken for existing, in log-odds, and how much one expected sighting says of it.
+/// docs/theory/existence.md.
 struct ExistenceOptions {
   double confirmed = 3.0;        ///< from it on, with the prior, a landmark is in the map: 95 %
-  double likely = 2.0;           ///< above it the next look most probably shows it again: 88 %
+  double likely = 2.0;           ///< above it the next expected sighting most probably is one: 88 %
   double false_sighting = 0.05;  ///< probability of a sighting where there is no landmark
   double most_detection = 0.8;   ///< taken at most: misses follow each other, none may say too much
   int least_sightings = 10;      ///< in a sector, before it belongs to the field of view
@@ -29,11 +30,11 @@ class Visibility {
   explicit Visibility(double max_range_m, const ExistenceOptions& options = {})
       : max_range_m_(max_range_m), options_(options) {
     seen_.fill(1.0);
-    looks_.fill(2.0);
+    expected_.fill(2.0);
   }
 
   /// A landmark of the map was seen there.
-  void saw(double range_m, double bearing_rad);
+  void add_seen(double range_m, double bearing_rad);
   /// Inside what has been seen.
   [[nodiscard]] bool covers(double range_m, double bearing_rad) const {
     return range_m <= reach_m(bearing_rad);
@@ -45,7 +46,7 @@ class Visibility {
   void count(double range_m, double bearing_rad, bool seen);
   /// What seeing and missing it there says for a landmark's existence, as log-odds.
   [[nodiscard]] double for_seen(double range_m, double bearing_rad) const;
-  [[nodiscard]] double for_missed(double range_m, double bearing_rad, bool saw_a_neighbour = false) const;
+  [[nodiscard]] double for_missed(double range_m, double bearing_rad, bool neighbour_seen = false) const;
 
   /// What was taken for a new landmark has turned out to be one, or to be none.
   void resolve(bool was_one) { (was_one ? real_ : spurious_) += 1.0; }
@@ -56,7 +57,7 @@ class Visibility {
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.furthest_m_, self.sightings_, self.seen_, self.looks_, self.real_, self.spurious_);
+    archive(self.furthest_m_, self.sightings_, self.seen_, self.expected_, self.real_, self.spurious_);
   }
 
  private:
@@ -73,31 +74,32 @@ class Visibility {
   std::array<double, kSectors> furthest_m_{};
   std::array<int, kSectors> sightings_{};
   std::array<double, kRings> seen_;
-  std::array<double, kRings> looks_;
+  std::array<double, kRings> expected_;
   double real_ = 1.0;
   double spurious_ = 1.0;
 };
 
 /// Whether a landmark exists.
 struct Existence {
-  double log_odds = 0.0;                  ///< by what was seen of it, without the prior
-  Vector2 looked_from = Vector2::Zero();  ///< where the robot was when it last counted
-  bool was_likely = false;                ///< at some time
-  bool was_confirmed = false;             ///< likewise
+  double log_odds = 0.0;                     ///< by what was seen of it, without the prior
+  Vector2 last_viewpoint = Vector2::Zero();  ///< where the robot was when it last counted
+  bool was_likely = false;                   ///< at some time
+  bool was_confirmed = false;                ///< likewise
 
-  [[nodiscard]] bool is_another_look(const Vector2& from, double range_m) const {
-    return trundle::slam::is_another_look((from - looked_from).norm(), range_m);
+  [[nodiscard]] bool has_parallax(const Vector2& from, double range_m) const {
+    return trundle::slam::has_parallax((from - last_viewpoint).norm(), range_m);
   }
-  /// A look at where it ought to be.
-  struct Look {
+  /// That it ought to be seen from somewhere, and whether it was.
+  struct ExpectedSighting {
     Vector2 from;
     double range_m;
     double bearing_rad;
     bool seen;
-    bool saw_a_neighbour = false;  ///< what might have shown it was taken for another landmark
+    bool neighbour_seen = false;  ///< what might have shown it was taken for another landmark
   };
-  /// Counts a look that is another one, and in the view if it saw nothing. False: to be removed.
-  bool look(const Look& look, Visibility& visibility);
+  /// Counts one from a new viewpoint; where nothing was seen, only inside of the view. False: to be
+  /// removed.
+  bool update(const ExpectedSighting& expected, Visibility& visibility);
   /// As surely there as one that is removed is not: a landmark of the map. Any other is tentative.
   [[nodiscard]] bool is_confirmed(const Visibility& visibility) const {
     const ExistenceOptions& options = visibility.options();
@@ -106,7 +108,7 @@ struct Existence {
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.log_odds, self.looked_from, self.was_likely, self.was_confirmed);
+    archive(self.log_odds, self.last_viewpoint, self.was_likely, self.was_confirmed);
   }
 };
 

@@ -21,7 +21,7 @@ EkfSlam::EkfSlam(const LandmarkSensor& sensor, const EkfSlamOptions& options)
       R_(reading_covariance(sensor)),
       options_(options),
       joint_limits_(joint_limits(options.gate, kMostTogether)),
-      belief_(options.prior, options.first_nameless, sensor.max_range_m, options.unknown.existence) {}
+      belief_(options.prior, options.first_unidentified, sensor.max_range_m, options.unknown.existence) {}
 
 const StepReport& EkfSlam::step(const Motion& motion, std::span<const Observation> observations) {
   report_.observations.assign(observations.size(), {});

@@ -16,7 +16,8 @@ struct EkfSlamOptions {
   SlamPrior prior = {};
   double gate = kDefaultGate;  ///< a sighting whose NIS is above is rejected
   UnknownIdOptions unknown = {};
-  LandmarkId first_nameless = 0;  ///< unidentified landmarks are numbered from here on: above all given ids
+  LandmarkId first_unidentified =
+      0;  ///< unidentified landmarks are numbered from here on: above all given ids
 };
 
 /// Observations of landmarks of the map, stacked: one update of the joint Gaussian.

@@ -141,7 +141,7 @@ void EkfSlam::update_existence() {
   for (const std::size_t i : unidentified_.observations) {
     if (report_.observations[i].decision == Decision::rejected) continue;
     is_seen[static_cast<std::size_t>(matched_to_[i])] = true;
-    belief_.visibility.saw(observations_[i].range_m, observations_[i].bearing_rad);
+    belief_.visibility.add_seen(observations_[i].range_m, observations_[i].bearing_rad);
   }
   if (!has_matched) return;
   std::vector<std::size_t> around;
@@ -153,9 +153,10 @@ void EkfSlam::update_existence() {
         expected_reading(pose, sensor_.body_from_sensor, belief_.grid.place(landmark));
     const bool may_have_been_seen =
         std::ranges::find(pairings, landmark, &Pairing::landmark) != pairings.end();
-    const Existence::Look look{pose.translation(), expected.range_m, expected.bearing_rad, is_seen[landmark],
-                               may_have_been_seen};
-    if (!belief_.landmarks[landmark].existence.look(look, belief_.visibility)) gone.push_back(landmark);
+    const Existence::ExpectedSighting expected_sighting{
+        pose.translation(), expected.range_m, expected.bearing_rad, is_seen[landmark], may_have_been_seen};
+    if (!belief_.landmarks[landmark].existence.update(expected_sighting, belief_.visibility))
+      gone.push_back(landmark);
   }
   std::ranges::sort(gone, std::greater<>());
   for (const std::size_t landmark : gone) remove_landmark(landmark, belief_);

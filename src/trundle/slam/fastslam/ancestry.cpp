@@ -72,7 +72,7 @@ std::size_t Ancestry::survivors(Epoch epoch) const {
   return epoch == now_ ? particles_ : runs(epoch).size();
 }
 
-double Ancestry::kinship(Epoch epoch) const {
+double Ancestry::coalescence_probability(Epoch epoch) const {
   if (epoch == now_ || particles_ < 2) return 0.0;
   const auto families = runs(epoch);
   double pairs = 0.0;

@@ -12,15 +12,15 @@ namespace {
 
 /// Of a body's place.
 bool is_less(const FrameCovariance& one, const FrameCovariance& other, const Pose2& pose) {
-  const auto variance = [&](const FrameCovariance& doubt) {
-    return doubt.about(pose.translation()).covariance.topLeftCorner<2, 2>().trace();
+  const auto variance = [&](const FrameCovariance& frame) {
+    return frame.about(pose.translation()).covariance.topLeftCorner<2, 2>().trace();
   };
   return variance(one) < variance(other);
 }
 
 /// Eq. 61a: what particles differed in of their systematic errors is lost with their ancestors too, and their
 /// mean has wandered off by as much. It becomes what each of them does not know.
-void keep_systematic(double share_lost, ParticleBelief& belief) {
+void inflate_systematic(double share_lost, ParticleBelief& belief) {
   if (belief.pending.systematic() == 0 || share_lost <= 0.0 || share_lost >= 1.0) return;
   const ParticleSet& particles = belief.particles;
   const auto count = static_cast<double>(particles.count);
@@ -51,20 +51,20 @@ void CommonError::predict(const Motion& motion, const ParticleBelief& belief) {
   drift_.covariance += world_covariance({here, motion.covariance});
 }
 
-void CommonError::note_sightings(std::span<const MatchedSighting> matched, const StepReport& report,
-                                 ParticleBelief& belief) {
-  if (!report.observations.empty()) loop_.next_station();
-  note_revisits(matched, belief);
+void CommonError::add_sightings(std::span<const MatchedSighting> matched, const StepReport& report,
+                                ParticleBelief& belief) {
+  if (!report.observations.empty()) loop_.next_keyframe();
+  find_revisits(matched, belief);
   inflate_if_few(matched.size(), report, belief);
 }
 
-void CommonError::note_revisits(std::span<const MatchedSighting> matched, ParticleBelief& belief) {
-  returned_.clear();
+void CommonError::find_revisits(std::span<const MatchedSighting> matched, ParticleBelief& belief) {
+  revisited_.clear();
   for (const MatchedSighting& s : matched) {
     const Submap& seen_in = belief.map.seen_in(s.landmark);
     if (!loop_.is_old(seen_in)) continue;
     const ParticleMap::Inherited all = belief.map.inherited(s.landmark, belief.particles.ancestry);
-    returned_.push_back(
+    revisited_.push_back(
         {s.observation, s.landmark, seen_in, all.columns.at(all.from[belief.particles.best()])});
   }
 }
@@ -79,7 +79,7 @@ void CommonError::inflate_if_few(std::size_t matched, const StepReport& report,
       std::ranges::count(report.observations, Decision::rejected, &ObservationReport::decision));
   if (matched == 0 || rejected <= kRejectedForEach * matched) return;
   const Pose2 here = belief.here();
-  lost_.keep({here.translation(), 0.5 * world_covariance({here, belief.predicted_covariance()})});
+  lost_.inflate({here.translation(), 0.5 * world_covariance({here, belief.predicted_covariance()})});
 }
 
 void CommonError::before_resampling(ParticleBelief& belief) {
@@ -89,7 +89,7 @@ void CommonError::before_resampling(ParticleBelief& belief) {
 void CommonError::after_resampling(const StepReport& report, ParticleBelief& belief) {
   Ancestry& ancestry = belief.particles.ancestry;
   const double share = coalescence_.share_lost(ancestry);
-  keep_systematic(share, belief);
+  inflate_systematic(share, belief);
   std::vector<LandmarkId> in_view;
   std::vector<std::vector<Vector2>> places;
   for (const ObservationReport& seen : report.observations) {
@@ -105,15 +105,15 @@ void CommonError::after_resampling(const StepReport& report, ParticleBelief& bel
   }
   const std::optional<FrameCovariance> left = map_scatter(places);
   if (!left) return;
-  const FrameCovariance whole = lost_.forget(*left, share);
-  for (const LandmarkId landmark : in_view) belief.map.set_doubt(landmark, whole);
+  const FrameCovariance total = lost_.after_resampling(*left, share);
+  for (const LandmarkId landmark : in_view) belief.map.set_frame(landmark, total);
 }
 
 /// The map where the robot is, with what the motion since it was last looked at may have erred by.
 Submap CommonError::present_submap(const Pose2& here, const ParticleBelief& belief) const {
-  Submap piece{lost_.whole().about(here.translation()), drift_};
-  piece.doubt.covariance += 0.5 * world_covariance({here, belief.predicted_covariance()});
-  return piece;
+  Submap submap{lost_.total().about(here.translation()), drift_};
+  submap.frame.covariance += 0.5 * world_covariance({here, belief.predicted_covariance()});
+  return submap;
 }
 
 /// By a robot at `from`, if the map has it there.
@@ -127,8 +127,9 @@ Revisit CommonError::revisit_of(LandmarkId landmark, const Observation& observat
           .seen_from = from.translation()};
 }
 
-std::optional<CommonError::Closed> CommonError::close_loop(std::span<const Observation> observations,
-                                                           const StepReport& report, ParticleBelief& belief) {
+std::optional<CommonError::ClosedLoop> CommonError::close_loop(std::span<const Observation> observations,
+                                                               const StepReport& report,
+                                                               ParticleBelief& belief) {
   if (observations.empty()) return std::nullopt;
   ParticleMap& map = belief.map;
   std::optional<PoseEstimate> here;  // takes a look at all particles: where something is rejected
@@ -139,64 +140,66 @@ std::optional<CommonError::Closed> CommonError::close_loop(std::span<const Obser
     if (landmark < 0) continue;
     if (decision == Decision::matched) loop_.still_matched(landmark);
     if (decision != Decision::rejected) {
-      map.set_seen_in(landmark, {lost_.whole(), drift_, loop_.station()});
+      map.set_seen_in(landmark, {lost_.total(), drift_, loop_.keyframe()});
     } else if (loop_.is_old(map.seen_in(landmark))) {
       if (!here) here = estimate(belief);
-      Revisit again = revisit_of(landmark, observations[i], here->pose, map);
+      Revisit revisit = revisit_of(landmark, observations[i], here->pose, map);
       const ParticleMap::Mean mapped =
           map.mean(landmark, belief.particles.weights, belief.particles.ancestry);
-      again.mapped = mapped.position;
-      again.mapped_covariance = mapped.within + mapped.scatter;
-      loop_.rejected(again, present_submap(here->pose, belief));
+      revisit.mapped = mapped.position;
+      revisit.mapped_covariance = mapped.within + mapped.scatter;
+      loop_.add_rejected(revisit, present_submap(here->pose, belief));
     }
   }
-  recall(observations, belief);
-  if (!loop_.has_news() || map.has_nameless()) return std::nullopt;  // those would have to be looked for then
+  update_from_revisits(observations, belief);
+  if (!loop_.has_evidence() || map.has_unidentified())
+    return std::nullopt;  // those would have to be looked for then
   const std::optional<LoopCorrection> found = loop_.close(present_submap(here->pose, belief));
   if (!found) return std::nullopt;
-  lost_.remember(found->old_doubt(), found->doubt_after(drift_));
-  return Closed{*found, here->pose};
+  lost_.reset(found->old_frame(), found->frame_after(drift_));
+  return ClosedLoop{*found, here->pose};
 }
 
-/// Landmarks of old that fit tell where the present piece lies, and how well that is known: as well as the
-/// surest of theirs. The most probable particle will do for the robot.
-void CommonError::recall(std::span<const Observation> observations, const ParticleBelief& belief) {
-  if (returned_.empty()) return;
+/// Old landmarks that fit show where the present submap lies, and how well that is known: as well as the most
+/// certain of their submaps. The most probable particle will do for the robot.
+void CommonError::update_from_revisits(std::span<const Observation> observations,
+                                       const ParticleBelief& belief) {
+  if (revisited_.empty()) return;
   const Pose2 here = belief.here();
   const Submap now = present_submap(here, belief);
-  std::vector<Revisit> back;
-  for (const Returned& r : returned_) {
-    back.push_back(revisit_of(r.landmark, observations[r.observation], here, belief.map));
-    back.back().seen_in = r.seen_in;
-    back.back().mapped = {r.mapped.x, r.mapped.y};
-    back.back().mapped_covariance << r.mapped.xx, r.mapped.xy, r.mapped.xy, r.mapped.yy;
-    loop_.matched(back.back(), now);
+  std::vector<Revisit> revisits;
+  for (const MatchedRevisit& r : revisited_) {
+    revisits.push_back(revisit_of(r.landmark, observations[r.observation], here, belief.map));
+    revisits.back().seen_in = r.seen_in;
+    revisits.back().mapped = {r.mapped.x, r.mapped.y};
+    revisits.back().mapped_covariance << r.mapped.xx, r.mapped.xy, r.mapped.xy, r.mapped.yy;
+    loop_.add_matched(revisits.back(), now);
   }
   if (loop_.is_closed())
-    for (const Revisit& s : back)
-      lost_.recall(s.seen_in.doubt, {s.seen, s.mapped - s.seen, s.mapped_covariance + s.seen_covariance});
-  const auto surest = std::ranges::min_element(back, [&](const Revisit& one, const Revisit& other) {
-    return is_less(one.seen_in.doubt, other.seen_in.doubt, here);
+    for (const Revisit& s : revisits)
+      lost_.update(s.seen_in.frame, {s.seen, s.mapped - s.seen, s.mapped_covariance + s.seen_covariance});
+  const auto most_certain = std::ranges::min_element(revisits, [&](const Revisit& one, const Revisit& other) {
+    return is_less(one.seen_in.frame, other.seen_in.frame, here);
   });
-  lost_.be_no_surer_than(surest->seen_in.doubt, here.translation());
+  lost_.inflate_to(most_certain->seen_in.frame, here.translation());
 }
 
-void bend(const CommonError::Closed& closed, const Draw& draw, ParticleBelief& belief) {
-  const auto& [bend, here] = closed;
+void correct_loop(const CommonError::ClosedLoop& closed, const Draw& draw, ParticleBelief& belief) {
+  const auto& [correction, here] = closed;
   ParticleSet& particles = belief.particles;
   predict(particles.poses, particles.systematic, belief.pending.prediction(), particles.all(),
           particles.predicted);
   draw_normals(draw, particles.all(), particles.noise);
-  const Matrix3 L = semidefinite_root(bend.move().covariance);
+  const Matrix3 L = semidefinite_root(correction.move().covariance);
   std::vector<Vector3> twists;
   for (std::size_t i = 0; i < particles.all().last; ++i) {
-    const Pose2 there = bend.motion(bend.move().twist + L * particles.noise.at(i)) * here;
-    twists.push_back(bend.twist(there * particles.predicted.at(i).inverse()));
-    particles.poses.set(i, bend.motion(twists.back()) * particles.poses.at(i));
+    const Pose2 there = correction.motion(correction.move().twist + L * particles.noise.at(i)) * here;
+    twists.push_back(correction.twist(there * particles.predicted.at(i).inverse()));
+    particles.poses.set(i, correction.motion(twists.back()) * particles.poses.at(i));
   }
   const Twists of_particles({twists.data(), particles.count});
-  belief.map.bend(bend, of_particles, particles.ancestry);
-  if (belief.keeps_paths) belief.paths.bend(bend, of_particles, particles.ancestry);
+  belief.map.correct(correction, of_particles, particles.ancestry);
+  if (belief.keeps_paths) belief.paths.correct(correction, of_particles, particles.ancestry);
 }
 
 }  // namespace trundle::slam

@@ -65,33 +65,33 @@ GatingSample::Gated GatingSample::gate(const ReadingTerms& reading, const Partic
   return {against > 0.5 * all, {innovations_[0][0], innovations_[1][0]}, innovations_[2][0]};
 }
 
-void GatingSample::add_to(Whereabouts& where, const LandmarkEstimate& m) const {
+void GatingSample::add_to(Spread& spread, const LandmarkEstimate& m) const {
   const Vector2 place(m.x, m.y);
-  if (!where.is_somewhere) where.place = place;
-  where.is_somewhere = true;
-  where.reach_m = std::max(where.reach_m, (place - where.place).norm());
-  where.sigma_m = std::max(where.sigma_m, std::sqrt(m.xx + m.yy));
+  if (!spread.is_any) spread.place = place;
+  spread.is_any = true;
+  spread.reach_m = std::max(spread.reach_m, (place - spread.place).norm());
+  spread.sigma_m = std::max(spread.sigma_m, std::sqrt(m.xx + m.yy));
 }
 
-GatingSample::Whereabouts GatingSample::where_is(const ParticleMap::Inherited& landmark) {
+GatingSample::Spread GatingSample::spread_of(const ParticleMap::Inherited& landmark) {
   fetch(landmark);
-  Whereabouts where;
+  Spread spread;
   for (std::size_t member = 0; member < members_.size(); ++member)
-    if (const LandmarkEstimate m = landmark_.at(member); is_there(m)) add_to(where, m);
-  return where;
+    if (const LandmarkEstimate m = landmark_.at(member); is_there(m)) add_to(spread, m);
+  return spread;
 }
 
-GatingSample::Whereabouts GatingSample::where_points(const ReadingTerms& reading) const {
-  Whereabouts where;
+GatingSample::Spread GatingSample::spread_of(const ReadingTerms& reading) const {
+  Spread spread;
   for (std::size_t member = 0; member < members_.size(); ++member) {
     const SensorAt sensor{sensors_.origin.x() + sensors_.x[member], sensors_.origin.y() + sensors_.y[member],
                           sensors_.cos[member], sensors_.sin[member]};
-    add_to(where, first_estimate(sensor, reading));
+    add_to(spread, first_estimate(sensor, reading));
   }
   const Matrix3& C = sensor_covariance_;
   const double by_sensor = C(0, 0) + C(1, 1) + reading.range * reading.range * C(2, 2);
-  where.sigma_m = std::sqrt(where.sigma_m * where.sigma_m + by_sensor);
-  return where;
+  spread.sigma_m = std::sqrt(spread.sigma_m * spread.sigma_m + by_sensor);
+  return spread;
 }
 
 double GatingSample::least_nis(const ReadingTerms& reading, const ParticleMap::Inherited& landmark) {

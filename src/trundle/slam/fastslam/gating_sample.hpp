@@ -35,14 +35,14 @@ class GatingSample {
     double nis = 0.0;
   };
   /// Where members have a landmark, or a reading points from them: in the world [m].
-  struct Whereabouts {
-    bool is_somewhere = false;
+  struct Spread {
+    bool is_any = false;
     Vector2 place = Vector2::Zero();  ///< the most probable particle's, or where it has none another's
     double reach_m = 0.0;             ///< greatest distance of another member's from it
     double sigma_m = 0.0;             ///< greatest of a member's own
   };
-  [[nodiscard]] Whereabouts where_is(const ParticleMap::Inherited& landmark);
-  [[nodiscard]] Whereabouts where_points(const ReadingTerms& reading) const;
+  [[nodiscard]] Spread spread_of(const ParticleMap::Inherited& landmark);
+  [[nodiscard]] Spread spread_of(const ReadingTerms& reading) const;
   /// Least NIS among the members that have the landmark; infinity where none has.
   [[nodiscard]] double least_nis(const ReadingTerms& reading, const ParticleMap::Inherited& landmark);
 
@@ -50,7 +50,7 @@ class GatingSample {
   [[nodiscard]] Gated gate(const ReadingTerms& reading, const ParticleMap::Inherited& landmark, double gate);
 
  private:
-  void add_to(Whereabouts& where, const LandmarkEstimate& m) const;
+  void add_to(Spread& spread, const LandmarkEstimate& m) const;
   void fetch(const ParticleMap::Inherited& landmark);
   void set_innovations_of(const ReadingTerms& reading, const ParticleMap::Inherited& landmark);
 

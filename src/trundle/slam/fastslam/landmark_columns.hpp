@@ -51,7 +51,7 @@ class LandmarkColumns {
     return const_cast<LandmarkColumns*>(this)->numbers<Real>();
   }
   /// Hands its numbers to another and takes the room of those that the other had; the origin of both is its.
-  void hand_to(LandmarkColumns& other) {
+  void move_to(LandmarkColumns& other) {
     single_.swap(other.single_);
     double_.swap(other.double_);
     other.origin_ = origin_;

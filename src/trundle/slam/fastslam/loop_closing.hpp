@@ -29,58 +29,57 @@ struct Revisit {
 
 /// The move that takes what is seen to where it is mapped, most probably: `prior` is the covariance of its
 /// twist about the centre, before anything is seen. docs/theory/loop-closing.md, eq. 64.
-[[nodiscard]] LoopCorrection::Move rigid_fit(std::span<const Revisit> again, const Vector2& centre,
+[[nodiscard]] LoopCorrection::Move rigid_fit(std::span<const Revisit> revisits, const Vector2& centre,
                                              const Matrix3& prior);
 
-/// Landmarks that are rejected although the map's doubt explains where they are seen, until they are enough
-/// to tell by what move it does. docs/theory/loop-closing.md.
+/// Keeps sightings of landmarks that are rejected although the covariance of the map frame explains where
+/// they are seen, until there are enough to fit the drift. docs/theory/loop-closing.md.
 class LoopClosing {
  public:
   /// A step with sightings has come.
-  void next_station();
+  void next_keyframe();
   /// Its number.
-  [[nodiscard]] std::uint64_t station() const { return station_; }
+  [[nodiscard]] std::uint64_t keyframe() const { return keyframe_; }
   /// Whether it was not in view lately.
-  [[nodiscard]] bool is_old(const Submap& piece) const;
-  /// A rejected sighting of a landmark of old.
-  void rejected(const Revisit& again, const Submap& now);
+  [[nodiscard]] bool is_old(const Submap& submap) const;
+  /// A rejected sighting of an old landmark.
+  void add_rejected(const Revisit& revisit, const Submap& now);
   /// One that fits: the loop is closed already, or what is rejected is wrong.
-  void matched(const Revisit& again, const Submap& now);
-  /// A landmark fits that was in view lately: if it had come back, it is still there.
+  void add_matched(const Revisit& revisit, const Submap& now);
+  /// A landmark fits that was in view lately: if it was revisited, it still counts as such.
   void still_matched(LandmarkId landmark);
-  /// Whether landmarks of old that have come back are where they are mapped, but for a few.
+  /// Whether old landmarks that were revisited are where they are mapped, but for a few.
   [[nodiscard]] bool is_closed() const;
   /// Whether this step has rejected one that drift explains.
-  [[nodiscard]] bool has_news() const { return is_news_; }
-  /// Where what has been rejected lately agrees on one move, the map is to be bent by it; all is forgotten
-  /// then.
+  [[nodiscard]] bool has_evidence() const { return has_evidence_; }
+  /// The correction of the map, where what has been rejected lately agrees on one move. Nothing is kept then.
   std::optional<LoopCorrection> close(const Submap& now);
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.window_, self.returned_, self.station_);
+    archive(self.window_, self.revisited_, self.keyframe_);
   }
 
  private:
   struct Sighting {
-    Revisit again;
-    std::uint64_t station = 0;
-    bool speaks_for_drift = false;  ///< its doubt explains why it was rejected
+    Revisit revisit;
+    std::uint64_t keyframe = 0;
+    bool explained_by_drift = false;  ///< and not without it
 
     template <class Archive, class Self>
     static void persist(Archive& archive, Self& self) {
-      archive(self.again, self.station, self.speaks_for_drift);
+      archive(self.revisit, self.keyframe, self.explained_by_drift);
     }
   };
-  [[nodiscard]] bool is_another_look(const Revisit& again) const;
-  void remember(const Revisit& again, bool speaks_for_drift);
+  [[nodiscard]] bool has_parallax(const Revisit& revisit) const;
+  void store(const Revisit& revisit, bool explained_by_drift);
 
-  /// Landmarks of old that fit, and when they did last.
-  std::map<LandmarkId, std::uint64_t> returned_;
+  /// Old landmarks that fit, and at which keyframe they did last.
+  std::map<LandmarkId, std::uint64_t> revisited_;
   std::deque<Sighting> window_;
-  std::uint64_t station_ = 0;
-  bool is_news_ = false;  ///< something speaks for a drift in this step
+  std::uint64_t keyframe_ = 0;
+  bool has_evidence_ = false;  ///< of drift, in this step
 };
 
 }  // namespace trundle::slam

@@ -6,16 +6,16 @@ namespace trundle::slam {
 
 std::optional<LoopCorrection> LoopCorrection::between(const Submap& old, const Submap& now,
                                                       const Move& move) {
-  LoopCorrection bend;
-  bend.move_ = move;
-  bend.old_ = {old.doubt.about(move.centre), old.drift.about(move.centre), old.station};
-  const Eigen::LLT<Matrix3> since(now.drift.about(move.centre).covariance - bend.old_.drift.covariance);
+  LoopCorrection correction;
+  correction.move_ = move;
+  correction.old_ = {old.frame.about(move.centre), old.drift.about(move.centre), old.keyframe};
+  const Eigen::LLT<Matrix3> since(now.drift.about(move.centre).covariance - correction.old_.drift.covariance);
   if (since.info() != Eigen::Success) return std::nullopt;
-  bend.root_ = since.matrixL();
-  bend.whitener_ = since.matrixL().solve(Matrix3::Identity());
-  const Matrix3 doubt = now.doubt.about(move.centre).covariance - bend.old_.doubt.covariance;
-  bend.doubt_ = bend.whitener_ * doubt * bend.whitener_.transpose();
-  return bend;
+  correction.root_ = since.matrixL();
+  correction.whitener_ = since.matrixL().solve(Matrix3::Identity());
+  const Matrix3 growth = now.frame.about(move.centre).covariance - correction.old_.frame.covariance;
+  correction.growth_ = correction.whitener_ * growth * correction.whitener_.transpose();
+  return correction;
 }
 
 LoopCorrection::Shares LoopCorrection::shares(const FrameCovariance& drift) const {
@@ -44,13 +44,13 @@ Vector3 LoopCorrection::twist(const Pose2& motion) const {
   return log(world_from_centre.inverse() * motion * world_from_centre).vector();
 }
 
-/// Eq. 67: what both ends leave open of the doubt in between, and what is wrong with the move.
-FrameCovariance LoopCorrection::doubt_after(const FrameCovariance& drift) const {
+/// Eq. 67: what both ends leave open of the growth in between, and what is wrong with the move.
+FrameCovariance LoopCorrection::frame_after(const FrameCovariance& drift) const {
   const auto [axes, share] = shares(drift);
   const Matrix3 open = root_along(axes, share.cwiseProduct(Vector3::Ones() - share).cwiseSqrt());
   const Matrix3 s = root_along(axes, share) * whitener_;
   return {move_.centre,
-          old_.doubt.covariance + open * doubt_ * open.transpose() + s * move_.covariance * s.transpose()};
+          old_.frame.covariance + open * growth_ * open.transpose() + s * move_.covariance * s.transpose()};
 }
 
 Twists::Twists(std::span<const Vector3> of_particles) : sums_(1, Vector3::Zero()) {

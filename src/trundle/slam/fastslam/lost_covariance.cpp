@@ -37,17 +37,17 @@ std::optional<CommonAxes> common_axes(const Matrix3& one, const Matrix3& other) 
 }
 
 /// Eq. 68: a Kalman filter of what has come about since, whose mean is not moved.
-FrameCovariance recalled(const FrameCovariance& doubt, const FrameCovariance& old,
-                         const LostCovariance::Fit& fit) {
-  const FrameCovariance now = doubt.about(fit.seen);
+FrameCovariance updated(const FrameCovariance& prior, const FrameCovariance& old,
+                        const LostCovariance::Fit& fit) {
+  const FrameCovariance now = prior.about(fit.seen);
   const auto common = common_axes(now.covariance, old.about(fit.seen).covariance);
-  if (!common) return doubt;
+  if (!common) return prior;
   const Vector3 before = common->variances.cwiseMin(1.0);
   const Matrix3 since = common->axes * (Vector3::Ones() - before).cwiseSqrt().asDiagonal();
   const Eigen::Matrix<double, 2, 3> shift = since.topRows<2>();
-  const Eigen::Matrix<double, 3, 2> by_apart = 2.0 * shift.transpose() * fit.errors.inverse();
-  const Matrix3 left = (Matrix3::Identity() + by_apart * shift).inverse();
-  const Vector3 off = since * left * by_apart * fit.apart;
+  const Eigen::Matrix<double, 3, 2> by_residual = 2.0 * shift.transpose() * fit.covariance.inverse();
+  const Matrix3 left = (Matrix3::Identity() + by_residual * shift).inverse();
+  const Vector3 off = since * left * by_residual * fit.residual;
   return {fit.seen, common->along(before) + since * left * since.transpose() + 0.5 * off * off.transpose()};
 }
 
@@ -107,8 +107,8 @@ double Coalescence::share_lost(Ancestry& ancestry) {
   // Where all descend from one the count says nothing: no resampling takes more than half of a variance, that
   // is what it takes where every particle has two descendants or none.
   constexpr double kMost = 0.5;
-  const double kinship = ancestry.kinship(epochs_.front());
-  const double lost = 1.0 - std::pow(1.0 - kinship, 1.0 / static_cast<double>(epochs_.size()));
+  const double coalesced = ancestry.coalescence_probability(epochs_.front());
+  const double lost = 1.0 - std::pow(1.0 - coalesced, 1.0 / static_cast<double>(epochs_.size()));
   if (epochs_.size() == lag_) {
     ancestry.release(epochs_.front());
     epochs_.erase(epochs_.begin());
@@ -117,32 +117,32 @@ double Coalescence::share_lost(Ancestry& ancestry) {
 }
 
 /// Eq. 61.
-FrameCovariance LostCovariance::forget(const FrameCovariance& left, double share) {
-  lost_ = lost_.about(left.centre);
-  lost_.covariance += share / (1.0 - share) * left.covariance;
-  return whole_ = {left.centre, lost_.covariance + left.covariance};
+FrameCovariance LostCovariance::after_resampling(const FrameCovariance& scatter, double share) {
+  lost_ = lost_.about(scatter.centre);
+  lost_.covariance += share / (1.0 - share) * scatter.covariance;
+  return total_ = {scatter.centre, lost_.covariance + scatter.covariance};
 }
 
-void LostCovariance::keep(const FrameCovariance& more) {
+void LostCovariance::inflate(const FrameCovariance& more) {
   lost_ = lost_.about(more.centre);
-  whole_ = whole_.about(more.centre);
+  total_ = total_.about(more.centre);
   lost_.covariance += more.covariance;
-  whole_.covariance += more.covariance;
+  total_.covariance += more.covariance;
 }
 
-void LostCovariance::recall(const FrameCovariance& old, const Fit& fit) {
-  lost_ = recalled(lost_, old, fit);
-  whole_ = recalled(whole_, old, fit);
+void LostCovariance::update(const FrameCovariance& old, const Fit& fit) {
+  lost_ = updated(lost_, old, fit);
+  total_ = updated(total_, old, fit);
 }
 
-void LostCovariance::be_no_surer_than(const FrameCovariance& old, const Vector2& centre) {
-  const auto common = common_axes(whole_.about(centre).covariance, old.about(centre).covariance);
-  if (common) keep({centre, common->along((common->variances - Vector3::Ones()).cwiseMax(0.0))});
+void LostCovariance::inflate_to(const FrameCovariance& old, const Vector2& centre) {
+  const auto common = common_axes(total_.about(centre).covariance, old.about(centre).covariance);
+  if (common) inflate({centre, common->along((common->variances - Vector3::Ones()).cwiseMax(0.0))});
 }
 
-void LostCovariance::remember(const FrameCovariance& forgotten, const FrameCovariance& whole) {
-  lost_ = forgotten;
-  whole_ = whole;
+void LostCovariance::reset(const FrameCovariance& lost, const FrameCovariance& total) {
+  lost_ = lost;
+  total_ = total;
 }
 
 /// Eq. 62: twice, for the particles have lost it, and their mean has moved by as much.
@@ -151,9 +151,9 @@ Matrix3 LostCovariance::beyond_scatter(const Vector2& position) const {
 }
 
 /// What the particles still differ in may be more than it was then, along some direction: nothing is
-/// forgotten there.
-Matrix2 beyond_scatter(const Matrix2& whole, const Matrix2& scatter) {
-  const Eigen::SelfAdjointEigenSolver<Matrix2> eigen(whole - scatter);
+/// lost there.
+Matrix2 beyond_scatter(const Matrix2& total, const Matrix2& scatter) {
+  const Eigen::SelfAdjointEigenSolver<Matrix2> eigen(total - scatter);
   const auto& V = eigen.eigenvectors();
   return 2.0 * V * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * V.transpose();
 }

@@ -110,7 +110,7 @@ void ParticleAssociation::decide(const View& view) {
 void ParticleAssociation::look_up(Sighting& sighting, const View& view, ParticleMap& map,
                                   Ancestry& ancestry) {
   const double sigmas = std::sqrt(options_.near * options_.gate);
-  const GatingSample::Whereabouts points = view.gating_sample.where_points(sighting.reading);
+  const GatingSample::Spread points = view.gating_sample.spread_of(sighting.reading);
   const double radius = kBeyondSample * points.reach_m + sigmas * points.sigma_m;
   sighting.place = points.place;
   std::vector<std::size_t> near;
@@ -133,11 +133,11 @@ void ParticleAssociation::look_up(Sighting& sighting, const View& view, Particle
 void ParticleAssociation::locate(LandmarkId landmark, ParticleMap& map, const Ancestry& ancestry,
                                  GatingSample& gating_sample) {
   const auto index = static_cast<std::size_t>(landmark);
-  const GatingSample::Whereabouts where = gating_sample.where_is(map.inherited(landmark, ancestry));
-  if (!where.is_somewhere) return;
-  grid_.put(index, where.place);
+  const GatingSample::Spread spread = gating_sample.spread_of(map.inherited(landmark, ancestry));
+  if (!spread.is_any) return;
+  grid_.put(index, spread.place);
   entries_[index].slack_m =
-      kBeyondSample * where.reach_m + std::sqrt(options_.near * options_.gate) * where.sigma_m;
+      kBeyondSample * spread.reach_m + std::sqrt(options_.near * options_.gate) * spread.sigma_m;
   widest_m_ = std::max(widest_m_, entries_[index].slack_m);
   if (++located_ < entries_.size()) return;
   located_ = 0;
@@ -190,8 +190,8 @@ void ParticleAssociation::add_readings(std::vector<KnownReading>& readings) {
   }
 }
 
-void ParticleAssociation::settle(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry,
-                                 StepReport& report) {
+void ParticleAssociation::update_map(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry,
+                                     StepReport& report) {
   for (std::size_t k = 0; k < sightings_; ++k) {
     const Sighting& sighting = pool_[k];
     const std::int32_t choice = sighting.may_show.choices[reporter_];
@@ -201,10 +201,10 @@ void ParticleAssociation::settle(const Drawn& drawn, ParticleMap& map, Ancestry&
     if (sighting.is_known && !sighting.is_unanimous) put_back(k, drawn);
     for (const Candidate& candidate : sighting.may_show.candidates)
       locate(candidate.landmark, map, ancestry, drawn.gating_sample);
-    if (choice != kAmbiguousLandmark) visibility_.saw(sighting.seen.range_m, sighting.seen.bearing_rad);
+    if (choice != kAmbiguousLandmark) visibility_.add_seen(sighting.seen.range_m, sighting.seen.bearing_rad);
     if (choice >= 0) map.count_sighting(choice);
   }
-  look_around(drawn, map, ancestry);
+  update_existence(drawn, map, ancestry);
 }
 
 void ParticleAssociation::create(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry,
@@ -236,7 +236,7 @@ void ParticleAssociation::put_back(std::size_t k, const Drawn& drawn) {
 LandmarkId ParticleAssociation::create(const Sighting& sighting, const Drawn& drawn, ParticleMap& map,
                                        Ancestry& ancestry) {
   const LandmarkEstimate near = first_estimate(sensor_of(drawn.sensors, reporter_), sighting.reading);
-  const LandmarkId landmark = map.add_nameless({near.x, near.y}, ancestry);
+  const LandmarkId landmark = map.add_unidentified({near.x, near.y}, ancestry);
   LandmarkColumns& columns = map.current(landmark, ancestry);
   set_first_estimates(sighting.reading, drawn.sensors, {0, padded(particles_.count)}, columns);
   for (std::size_t i = 0; i < particles_.count; ++i)
@@ -251,7 +251,7 @@ LandmarkId ParticleAssociation::create(const Sighting& sighting, const Drawn& dr
 
 /// Landmarks that ought to be seen become less likely where most particles that have them do not see them;
 /// those that no particle has any more go as well. Eq. 23.
-void ParticleAssociation::look_around(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry) {
+void ParticleAssociation::update_existence(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry) {
   const bool has_matched =
       std::ranges::any_of(sightings(), [&](const Sighting& s) { return s.may_show.choices[reporter_] >= 0; });
   if (!has_matched) return;
@@ -261,13 +261,13 @@ void ParticleAssociation::look_around(const Drawn& drawn, ParticleMap& map, Ance
   for (const std::size_t index : around) {
     const ExpectedReading expected = expected_reading(drawn.sensor_of_reporter, {}, grid_.place(index));
     Existence& existence = entries_[index].existence;
-    if (!existence.is_another_look(from, expected.range_m)) continue;
+    if (!existence.has_parallax(from, expected.range_m)) continue;
     const auto landmark = static_cast<LandmarkId>(index);
     const double having = share_that_has(map.current(landmark, ancestry), drawn.weights);
     const bool is_seen = share_that_saw(landmark, drawn.weights) > 0.5 * having;
-    const Existence::Look look{from, expected.range_m, expected.bearing_rad, is_seen,
-                               !is_seen && fits_one(landmark, drawn)};
-    if (having > kLeastWeightShare && existence.look(look, visibility_)) continue;
+    const Existence::ExpectedSighting expected_sighting{from, expected.range_m, expected.bearing_rad, is_seen,
+                                                        !is_seen && fits_one(landmark, drawn)};
+    if (having > kLeastWeightShare && existence.update(expected_sighting, visibility_)) continue;
     map.remove(landmark, ancestry);
     grid_.remove(index);
     entries_[index] = {};

@@ -60,7 +60,7 @@ class ParticleAssociation {
     GatingSample& gating_sample;
   };
   /// Puts the improved landmarks back, and removes those that ought to be seen and are not.
-  void settle(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry, StepReport& report);
+  void update_map(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry, StepReport& report);
   /// Adds new ones; after that there is nothing more to do in this step.
   void create(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry, StepReport& report);
 
@@ -119,7 +119,7 @@ class ParticleAssociation {
   void prepare(std::size_t k, const View& view);
   void put_back(std::size_t k, const Drawn& drawn);
   LandmarkId create(const Sighting& sighting, const Drawn& drawn, ParticleMap& map, Ancestry& ancestry);
-  void look_around(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry);
+  void update_existence(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry);
   [[nodiscard]] bool fits_one(LandmarkId landmark, const Drawn& drawn) const;
   [[nodiscard]] double share_that_saw(LandmarkId landmark, const Column<double>& weights) const;
 

@@ -7,8 +7,8 @@
 
 namespace trundle::slam {
 
-ParticleMap::ParticleMap(std::size_t particles, Precision precision, LandmarkId first_nameless)
-    : particles_(particles), precision_(precision), next_nameless_(first_nameless) {}
+ParticleMap::ParticleMap(std::size_t particles, Precision precision, LandmarkId first_unidentified)
+    : particles_(particles), precision_(precision), next_unidentified_(first_unidentified) {}
 
 LandmarkId ParticleMap::find(LandmarkId name) const {
   const auto i = static_cast<std::size_t>(name);
@@ -16,14 +16,14 @@ LandmarkId ParticleMap::find(LandmarkId name) const {
 }
 
 LandmarkId ParticleMap::number_of(LandmarkId id) const {
-  const auto nameless = nameless_.find(id);
-  return nameless != nameless_.end() ? nameless->second : find(id);
+  const auto unidentified = unidentified_.find(id);
+  return unidentified != unidentified_.end() ? unidentified->second : find(id);
 }
 
 /// One without a name that has this number gets another.
 LandmarkId ParticleMap::add(LandmarkId name, const Vector2& origin, Ancestry& ancestry) {
-  next_nameless_ = std::max(next_nameless_, name + 1);
-  if (const auto nameless = nameless_.extract(name)) call_nameless(nameless.mapped());
+  next_unidentified_ = std::max(next_unidentified_, name + 1);
+  if (const auto unidentified = unidentified_.extract(name)) number_unidentified(unidentified.mapped());
   const LandmarkId landmark = occupy(origin, ancestry);
   Entry& entry = entries_[static_cast<std::size_t>(landmark)];
   entry.id = name;
@@ -34,15 +34,15 @@ LandmarkId ParticleMap::add(LandmarkId name, const Vector2& origin, Ancestry& an
   return landmark;
 }
 
-LandmarkId ParticleMap::add_nameless(const Vector2& origin, Ancestry& ancestry) {
+LandmarkId ParticleMap::add_unidentified(const Vector2& origin, Ancestry& ancestry) {
   const LandmarkId landmark = occupy(origin, ancestry);
-  call_nameless(landmark);
+  number_unidentified(landmark);
   return landmark;
 }
 
-void ParticleMap::call_nameless(LandmarkId landmark) {
-  entries_[static_cast<std::size_t>(landmark)].id = next_nameless_;
-  nameless_[next_nameless_++] = landmark;
+void ParticleMap::number_unidentified(LandmarkId landmark) {
+  entries_[static_cast<std::size_t>(landmark)].id = next_unidentified_;
+  unidentified_[next_unidentified_++] = landmark;
 }
 
 LandmarkId ParticleMap::occupy(const Vector2& origin, Ancestry& ancestry) {
@@ -92,7 +92,7 @@ LandmarkColumns& ParticleMap::expect(LandmarkId landmark, Ancestry& ancestry) {
     all_have_inherited();
   }
   if (before_.size() == heirs_.size()) before_.emplace_back(particles_, precision_);
-  entry.columns.hand_to(before_[heirs_.size()]);
+  entry.columns.move_to(before_[heirs_.size()]);
   heirs_.push_back({landmark, way_from(entry.epoch, ancestry)});
   ancestry.hold(ancestry.now());
   ancestry.release(entry.epoch);
@@ -116,7 +116,7 @@ LandmarkColumns& ParticleMap::current(LandmarkId landmark, Ancestry& ancestry) {
 void ParticleMap::remove(LandmarkId landmark, Ancestry& ancestry) {
   Entry& entry = entries_[static_cast<std::size_t>(landmark)];
   ancestry.release(entry.epoch);
-  nameless_.erase(entry.id);
+  unidentified_.erase(entry.id);
   entry.is_there = false;
   entry.sightings = 0;
   removed_.push_back(landmark);
@@ -128,28 +128,28 @@ bool ParticleMap::has(LandmarkId landmark, std::size_t particle, const Ancestry&
          is_there(entry.columns.at(ancestry.ancestor(entry.epoch, static_cast<Ancestry::Index>(particle))));
 }
 
-void ParticleMap::set_doubt(LandmarkId landmark, const FrameCovariance& doubt) {
+void ParticleMap::set_frame(LandmarkId landmark, const FrameCovariance& frame) {
   Entry& entry = entries_[static_cast<std::size_t>(landmark)];
   const LandmarkEstimate one = entry.columns.at(0);  // others have it nearby
-  entry.doubt = doubt.about({one.x, one.y}).covariance.topLeftCorner<2, 2>();
+  entry.place_covariance = frame.about({one.x, one.y}).covariance.topLeftCorner<2, 2>();
 }
 
-void ParticleMap::bend(const LoopCorrection& bend, const Twists& twists, const Ancestry& ancestry) {
+void ParticleMap::correct(const LoopCorrection& correction, const Twists& twists, const Ancestry& ancestry) {
   for (Entry& entry : entries_) {
     if (!entry.is_there) continue;
-    const Matrix3 share = bend.share(entry.seen_in.drift);
+    const Matrix3 share = correction.share(entry.seen_in.drift);
     if (share.isZero(0.0)) continue;
     Vector2 place = Vector2::Zero();
-    twists.for_families(ancestry, entry.epoch, [&](std::size_t ancestor, const Vector3& twist) {
-      const Pose2 motion = bend.motion(share * twist);
+    twists.for_ancestors(ancestry, entry.epoch, [&](std::size_t ancestor, const Vector3& twist) {
+      const Pose2 motion = correction.motion(share * twist);
       const LandmarkEstimate m = entry.columns.at(ancestor);
       const Matrix2 R = rotation(motion.heading);
       const Matrix2 P = R * (Matrix2() << m.xx, m.xy, m.xy, m.yy).finished() * R.transpose();
       place = motion * Vector2(m.x, m.y);
       entry.columns.set(ancestor, {place.x(), place.y(), P(0, 0), P(0, 1), P(1, 1)});
     });
-    entry.seen_in.doubt = bend.doubt_after(entry.seen_in.drift);
-    entry.doubt = entry.seen_in.doubt.about(place).covariance.topLeftCorner<2, 2>();
+    entry.seen_in.frame = correction.frame_after(entry.seen_in.drift);
+    entry.place_covariance = entry.seen_in.frame.about(place).covariance.topLeftCorner<2, 2>();
   }
 }
 
@@ -183,15 +183,16 @@ ParticleMap::Mean ParticleMap::mean(LandmarkId landmark, std::span<const double>
 }
 
 MappedLandmark ParticleMap::mixture(LandmarkId landmark, std::span<const double> weights,
-                                    const Ancestry& ancestry, const LostCovariance& forgotten) const {
+                                    const Ancestry& ancestry, const LostCovariance& lost) const {
   const Entry& entry = entries_[static_cast<std::size_t>(landmark)];
   MappedLandmark result{entry.id, Vector2::Zero(), Matrix2::Zero(), entry.sightings};
   if (!entry.is_there) return result;
   const Mean of = mean(landmark, weights, ancestry);
   result.position = of.position;
   result.covariance = of.within + of.scatter;
-  result.covariance += entry.doubt ? beyond_scatter(*entry.doubt, of.scatter)
-                                   : Matrix2(forgotten.beyond_scatter(result.position).topLeftCorner<2, 2>());
+  result.covariance += entry.place_covariance
+                           ? beyond_scatter(*entry.place_covariance, of.scatter)
+                           : Matrix2(lost.beyond_scatter(result.position).topLeftCorner<2, 2>());
   return result;
 }
 

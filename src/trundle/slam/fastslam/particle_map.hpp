@@ -18,8 +18,8 @@ namespace trundle::slam {
 /// brought up to now when it is seen again.
 class ParticleMap {
  public:
-  /// Landmarks without names are numbered from `first_nameless` on: above all names.
-  ParticleMap(std::size_t particles, Precision precision, LandmarkId first_nameless = 0);
+  /// Landmarks without names are numbered from `first_unidentified` on: above all names.
+  ParticleMap(std::size_t particles, Precision precision, LandmarkId first_unidentified = 0);
 
   [[nodiscard]] std::size_t landmarks() const { return entries_.size(); }
   /// Number of a landmark in this map; kUnknownLandmark: none.
@@ -27,7 +27,7 @@ class ParticleMap {
   /// The same, of one that callers have named.
   [[nodiscard]] LandmarkId find(LandmarkId name) const;
   /// Whether there are others.
-  [[nodiscard]] bool has_nameless() const { return !nameless_.empty(); }
+  [[nodiscard]] bool has_unidentified() const { return !unidentified_.empty(); }
   /// Its columns are counted from `origin`, which should be near it.
   LandmarkId add(LandmarkId name, const Vector2& origin, Ancestry& ancestry);
   /// A landmark as it was last written, and whose of its numbers each of today's particles has.
@@ -44,7 +44,7 @@ class ParticleMap {
   /// The same at once, for all particles.
   LandmarkColumns& current(LandmarkId landmark, Ancestry& ancestry);
   /// One that no caller has named; it has an id of its own all the same, but is not found by it.
-  LandmarkId add_nameless(const Vector2& origin, Ancestry& ancestry);
+  LandmarkId add_unidentified(const Vector2& origin, Ancestry& ancestry);
   /// One without a name. Another may get its number, but none its id.
   void remove(LandmarkId landmark, Ancestry& ancestry);
   [[nodiscard]] LandmarkId id_of(LandmarkId landmark) const {
@@ -52,17 +52,17 @@ class ParticleMap {
   }
   /// Whether a particle has it.
   [[nodiscard]] bool has(LandmarkId landmark, std::size_t particle, const Ancestry& ancestry) const;
-  /// What particles differ in and have forgotten of where it lies, now that it is in view.
-  void set_doubt(LandmarkId landmark, const FrameCovariance& doubt);
-  /// The piece of the map in which it was last seen.
+  /// The total covariance of the map frame, now that the landmark is in view.
+  void set_frame(LandmarkId landmark, const FrameCovariance& frame);
+  /// The submap in which it was last seen.
   [[nodiscard]] const Submap& seen_in(LandmarkId landmark) const {
     return entries_[static_cast<std::size_t>(landmark)].seen_in;
   }
-  void set_seen_in(LandmarkId landmark, const Submap& piece) {
-    entries_[static_cast<std::size_t>(landmark)].seen_in = piece;
+  void set_seen_in(LandmarkId landmark, const Submap& submap) {
+    entries_[static_cast<std::size_t>(landmark)].seen_in = submap;
   }
   /// Every landmark follows by its share, in whatever epoch it was written.
-  void bend(const LoopCorrection& bend, const Twists& twists, const Ancestry& ancestry);
+  void correct(const LoopCorrection& correction, const Twists& twists, const Ancestry& ancestry);
   void count_sighting(LandmarkId landmark) { ++entries_[static_cast<std::size_t>(landmark)].sightings; }
 
   /// Over all particles that have it, with these weights.
@@ -75,14 +75,14 @@ class ParticleMap {
   [[nodiscard]] Mean mean(LandmarkId landmark, std::span<const double> weights,
                           const Ancestry& ancestry) const;
   /// Mean and covariance over all particles that have it, with these weights: eq. 17, and with what they have
-  /// forgotten of its place, eq. 62. Of one that was removed: no sightings.
+  /// lost of its place by resampling, eq. 62. Of one that was removed: no sightings.
   [[nodiscard]] MappedLandmark mixture(LandmarkId landmark, std::span<const double> weights,
-                                       const Ancestry& ancestry, const LostCovariance& forgotten) const;
+                                       const Ancestry& ancestry, const LostCovariance& lost) const;
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.entries_, self.named_, self.nameless_, self.next_nameless_, self.removed_);
+    archive(self.entries_, self.named_, self.unidentified_, self.next_unidentified_, self.removed_);
     if constexpr (!std::is_const_v<Self>) self.ways_known_ = 0;  // another ancestry's
   }
 
@@ -92,19 +92,19 @@ class ParticleMap {
     Ancestry::Epoch epoch;
     LandmarkColumns columns;
     std::size_t sightings;
-    std::optional<Matrix2> doubt = {};  ///< of its place, when it was last in view
+    std::optional<Matrix2> place_covariance = {};  ///< V there, when it was last in view
     bool has_name = false;
     bool is_there = true;
     Submap seen_in = {};
 
     template <class Archive, class Self>
     static void persist(Archive& archive, Self& self) {
-      archive(self.id, self.epoch, self.columns, self.sightings, self.doubt, self.has_name, self.is_there,
-              self.seen_in);
+      archive(self.id, self.epoch, self.columns, self.sightings, self.place_covariance, self.has_name,
+              self.is_there, self.seen_in);
     }
   };
   LandmarkId occupy(const Vector2& origin, Ancestry& ancestry);
-  void call_nameless(LandmarkId landmark);
+  void number_unidentified(LandmarkId landmark);
   std::size_t way_from(Ancestry::Epoch epoch, const Ancestry& ancestry);
 
   std::size_t particles_;
@@ -126,9 +126,9 @@ class ParticleMap {
   std::vector<LandmarkColumns> before_;            ///< what the heirs had
   static constexpr std::size_t kMostAtATime = 64;  ///< heirs, and ways: more would only take more memory
   std::vector<Entry> entries_;
-  std::vector<LandmarkId> named_;              ///< by name
-  std::map<LandmarkId, LandmarkId> nameless_;  ///< by id
-  LandmarkId next_nameless_;
+  std::vector<LandmarkId> named_;                  ///< by name
+  std::map<LandmarkId, LandmarkId> unidentified_;  ///< by id
+  LandmarkId next_unidentified_;
   std::vector<LandmarkId> removed_;  ///< free numbers, with the room of those who had them
 };
 

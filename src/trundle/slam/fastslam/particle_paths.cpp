@@ -31,11 +31,11 @@ void ParticlePaths::add_keyframe(const Motion& since_keyframe, std::span<const P
   steps_.push_back({since_keyframe, true});
   drifts_.push_back(drift);
   if (segments_.empty() || segments_.back().epoch != ancestry.now()) {
-    Segment& fresh = segments_.emplace_back();
-    fresh.epoch = ancestry.now();
-    fresh.particles.resize(poses.size());
-    std::iota(fresh.particles.begin(), fresh.particles.end(), Ancestry::Index{0});
-    ancestry.hold(fresh.epoch);
+    Segment& segment = segments_.emplace_back();
+    segment.epoch = ancestry.now();
+    segment.particles.resize(poses.size());
+    std::iota(segment.particles.begin(), segment.particles.end(), Ancestry::Index{0});
+    ancestry.hold(segment.epoch);
   }
   auto& stored = segments_.back().poses;
   stored.insert(stored.end(), poses.begin(), poses.end());
@@ -56,16 +56,17 @@ void ParticlePaths::resampled(Ancestry& ancestry) {
   }
 }
 
-void ParticlePaths::bend(const LoopCorrection& bend, const Twists& twists, const Ancestry& ancestry) {
+void ParticlePaths::correct(const LoopCorrection& correction, const Twists& twists,
+                            const Ancestry& ancestry) {
   auto drift = drifts_.begin();
   const Vector3 of_all = twists.mean(0, ancestry.particles());
-  for (Pose2& pose : common_) pose = bend.motion(bend.share(*drift++) * of_all) * pose;
+  for (Pose2& pose : common_) pose = correction.motion(correction.share(*drift++) * of_all) * pose;
   for (Segment& segment : segments_)
     for (std::size_t keyframe = 0; keyframe < segment.keyframes(); ++keyframe) {
-      const Matrix3 share = bend.share(*drift++);
-      twists.for_families(ancestry, segment.epoch, [&](std::size_t ancestor, const Vector3& twist) {
+      const Matrix3 share = correction.share(*drift++);
+      twists.for_ancestors(ancestry, segment.epoch, [&](std::size_t ancestor, const Vector3& twist) {
         Pose2& pose = segment.poses[segment.index(keyframe, static_cast<Ancestry::Index>(ancestor))];
-        pose = bend.motion(share * twist) * pose;
+        pose = correction.motion(share * twist) * pose;
       });
     }
 }

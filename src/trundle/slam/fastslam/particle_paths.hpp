@@ -22,7 +22,7 @@ class ParticlePaths {
   void add_keyframe(const Motion& since_keyframe, std::span<const Pose2> poses, Ancestry& ancestry,
                     const FrameCovariance& drift);
   /// Every keyframe by its share.
-  void bend(const LoopCorrection& bend, const Twists& twists, const Ancestry& ancestry);
+  void correct(const LoopCorrection& correction, const Twists& twists, const Ancestry& ancestry);
   /// After ancestry.resample().
   void resampled(Ancestry& ancestry);
 

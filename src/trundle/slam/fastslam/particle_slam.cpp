@@ -14,7 +14,7 @@ namespace {
 ParticleBelief belief_at(const SlamPrior& prior, const ParticleSlamOptions& options) {
   const Systematic& sigma = prior.systematic_sigma;
   return {.particles = {options.particles, sigma.size()},
-          .map = {options.particles, options.map_precision, options.first_nameless},
+          .map = {options.particles, options.map_precision, options.first_unidentified},
           .paths = {},
           .pending = PendingMotion(sigma),
           .keeps_paths = options.keep_paths};
@@ -49,7 +49,7 @@ const StepReport& ParticleSlam::step(const Motion& motion, std::span<const Obser
   predict(motion, belief_);
   common_error_.predict(motion, belief_);
   gate(observations);
-  common_error_.note_sightings(matched_, report_, belief_);
+  common_error_.add_sightings(matched_, report_, belief_);
   if (sees_something()) {
     propose_and_weigh();  // associate, propose, weigh, update
     learn_systematic(belief_);
@@ -61,7 +61,7 @@ const StepReport& ParticleSlam::step(const Motion& motion, std::span<const Obser
     propagate(belief_);
   }
   if (const auto closed = common_error_.close_loop(observations, report_, belief_)) {
-    bend(*closed, next_draw(), belief_);
+    correct_loop(*closed, next_draw(), belief_);
     report_.closed_loop = true;
   }
   return report_;
@@ -182,7 +182,7 @@ void ParticleSlam::create_landmarks(std::span<const Observation> observations) {
   const Pose2 sensor = particles.poses.at(best) * sensor_.body_from_sensor;
   const ParticleAssociation::Drawn drawn{particles.sensors, sensor, particles.log_weights.data(),
                                          particles.weights, gating_sample_};
-  association_.settle(drawn, belief_.map, particles.ancestry, report_);
+  association_.update_map(drawn, belief_.map, particles.ancestry, report_);
   add_named();
   association_.create(drawn, belief_.map, particles.ancestry, report_);
 }
@@ -242,7 +242,7 @@ PoseEstimate ParticleSlam::estimate() const {
 
 MappedLandmark ParticleSlam::landmark(std::size_t index) const {
   return belief_.map.mixture(static_cast<LandmarkId>(index), belief_.particles.weights,
-                             belief_.particles.ancestry, common_error_.forgotten());
+                             belief_.particles.ancestry, common_error_.lost());
 }
 
 bool ParticleSlam::has_landmark(std::size_t index) const {

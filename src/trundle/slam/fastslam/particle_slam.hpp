@@ -32,7 +32,8 @@ struct ParticleSlamOptions {
   std::size_t threads = 1;  ///< results do not depend on it
   SwarmOptions swarm = {};
   PointEstimate estimate = PointEstimate::mean;
-  LandmarkId first_nameless = 0;  ///< unidentified landmarks are numbered from here on: above all given ids
+  LandmarkId first_unidentified =
+      0;  ///< unidentified landmarks are numbered from here on: above all given ids
 };
 
 /// FastSLAM: a Rao–Blackwellised particle filter. Poses are drawn when there is something to draw them with.

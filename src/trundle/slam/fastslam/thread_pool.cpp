@@ -38,16 +38,16 @@ std::uint32_t changed(const Counter& counter, std::uint32_t from) {
 
 /// Those that help the caller. Calls are counted; a block is taken, and done, for a call: who comes too late
 /// for one finds all its blocks taken, and has not looked at what was to be done.
-class ThreadPool::Hands {
+class ThreadPool::Workers {
  public:
-  Hands(std::size_t threads, std::size_t particles)
+  Workers(std::size_t threads, std::size_t particles)
       : particles_(padded(particles)), blocks_((particles_ + kBlock - 1) / kBlock) {
     for (std::size_t k = 1; k < threads; ++k)
       threads_.emplace_back([this, begin = k * blocks_.size() / threads] { attend(begin); });
   }
-  Hands(const Hands&) = delete;
-  Hands& operator=(const Hands&) = delete;
-  ~Hands() {
+  Workers(const Workers&) = delete;
+  Workers& operator=(const Workers&) = delete;
+  ~Workers() {
     is_over_.store(true, std::memory_order_relaxed);
     calls_.fetch_add(1, std::memory_order_release);
     calls_.notify_all();
@@ -107,7 +107,7 @@ ThreadPool::ThreadPool(ThreadPool&& other) noexcept = default;
 ThreadPool& ThreadPool::operator=(ThreadPool other) noexcept {
   threads_ = other.threads_;
   particles_ = other.particles_;
-  hands_ = std::move(other.hands_);
+  workers_ = std::move(other.workers_);
   return *this;
 }
 ThreadPool::~ThreadPool() = default;
@@ -118,8 +118,8 @@ void ThreadPool::run(Step step, void* context) {
       step(context, {first, std::min(first + kBlock, padded(particles_))});
     return;
   }
-  if (!hands_) hands_ = std::make_unique<Hands>(threads_, particles_);
-  hands_->run(step, context);
+  if (!workers_) workers_ = std::make_unique<Workers>(threads_, particles_);
+  workers_->run(step, context);
 }
 
 }  // namespace trundle::slam

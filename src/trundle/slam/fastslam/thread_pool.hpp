@@ -29,13 +29,13 @@ class ThreadPool {
 
  private:
   using Step = void (*)(void* context, ParticleRange block);
-  class Hands;
+  class Workers;
 
   void run(Step step, void* context);
 
   std::size_t threads_;
   std::size_t particles_;
-  std::unique_ptr<Hands> hands_;  ///< none before the first call, nor where nobody is to help
+  std::unique_ptr<Workers> workers_;  ///< none before the first call, nor where nobody is to help
 };
 
 }  // namespace trundle::slam

@@ -16,14 +16,14 @@ double squared_distance(const SightedPoint& a, const SightedPoint& b) {
   return apart.dot((a.covariance + b.covariance).llt().solve(apart));
 }
 
-/// Nameless readings of one instant show different landmarks.
+/// Unidentified readings of one instant show different landmarks.
 bool may_be_same(const SightedPoint& a, const SightedPoint& b) {
-  const bool nameless = a.landmark == kUnknownLandmark && b.landmark == kUnknownLandmark;
-  return nameless ? a.step != b.step : a.landmark == b.landmark;
+  const bool unidentified = a.landmark == kUnknownLandmark && b.landmark == kUnknownLandmark;
+  return unidentified ? a.step != b.step : a.landmark == b.landmark;
 }
 
 bool is_new_look(const SightedPoint& before) {
-  return is_another_look(before.seen_from.norm(), (before.in_body - before.seen_from).norm());
+  return has_parallax(before.seen_from.norm(), (before.in_body - before.seen_from).norm());
 }
 
 /// What two sightings of one landmark from one place say together, whose errors may be the same: the
@@ -77,14 +77,15 @@ void LocalMap::step(const Motion& motion, std::span<const Observation> observati
   }
   const double largest_variance = options_.largest_sigma_m * options_.largest_sigma_m;
   std::erase_if(points_, [&](const SightedPoint& p) { return p.covariance.trace() > largest_variance; });
-  news_.clear();
+  novelty_.clear();
   for (const Observation& observation : observations)
-    news_.push_back(is_valid(observation) ? add(observation) : 0.0);
+    novelty_.push_back(is_valid(observation) ? add(observation) : 0.0);
   if (points_.size() > options_.most_points)
     points_.erase(points_.begin(), points_.end() - static_cast<std::ptrdiff_t>(options_.most_points));
 }
 
-/// Together with what it was seen as before; in place of that, where both cannot be right. Returns its news.
+/// Together with what it was seen as before; in place of that, where both cannot be right. Returns its
+/// novelty.
 double LocalMap::add(const Observation& observation) {
   const SightedLandmark sighted = sighted_landmark({}, sensor_.body_from_sensor, observation);
   SightedPoint point{sighted.in_world, sighted.spread(reading_covariance(sensor_)), observation.landmark,
@@ -118,11 +119,6 @@ std::vector<SightedPoint>::iterator LocalMap::same_as(const SightedPoint& point)
 
 void LocalMap::forget_before(std::uint64_t step) {
   std::erase_if(points_, [&](const SightedPoint& point) { return point.step < step; });
-}
-
-std::size_t LocalMap::fresh() const {
-  return static_cast<std::size_t>(
-      std::ranges::count_if(points_, [&](const SightedPoint& p) { return p.step == now_; }));
 }
 
 }  // namespace trundle::slam

@@ -45,8 +45,8 @@ class LocalMap {
   /// `systematic`: what is known of the odometry's systematic errors, which the motion's mean allows for.
   void step(const Motion& motion, std::span<const Observation> observations,
             const SystematicCovariance& systematic = {});
-  /// Of each observation of the last step: 1 where it is news, 0 where it repeats what was seen from here.
-  [[nodiscard]] std::span<const double> news() const { return news_; }
+  /// Of each observation of the last step: 1 where it is new, 0 where it repeats what was seen from here.
+  [[nodiscard]] std::span<const double> novelty() const { return novelty_; }
   /// What was seen before that step belongs to another place.
   void forget_before(std::uint64_t step);
 
@@ -54,13 +54,11 @@ class LocalMap {
     return points_;
   }  ///< those seen last come last
   [[nodiscard]] std::uint64_t now() const { return now_; }
-  /// Points seen in the last step.
-  [[nodiscard]] std::size_t fresh() const;
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.now_, self.points_, self.news_);
+    archive(self.now_, self.points_, self.novelty_);
   }
 
  private:
@@ -71,7 +69,7 @@ class LocalMap {
   LocalMapOptions options_;
   std::uint64_t now_ = 0;
   std::vector<SightedPoint> points_;
-  std::vector<double> news_;
+  std::vector<double> novelty_;
 };
 
 }  // namespace trundle::slam

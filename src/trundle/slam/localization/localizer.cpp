@@ -137,10 +137,10 @@ const LocalizerReport& Localizer::step(const Motion& motion, std::span<const Obs
   const std::vector<Observation> once = without_repeats(observations);
   seen_.step(about(odometry_.systematic, motion), once, odometry_.systematic_covariance);
   if (odometry_.systematic.size() > 0) odometry_.systematic_covariance(0, 0) += motion.walk;
-  hypotheses_.step(motion, once, seen_.news());
+  hypotheses_.step(motion, once, seen_.novelty());
   if (is_known()) track(motion, once);
-  look_for_alternatives();
-  is_known() ? check() : claim();
+  search_alternatives();
+  is_known() ? check() : accept();
   report_.hypotheses = hypotheses_.all().size();
   if (const auto* particles = std::get_if<PoseParticles>(&filter_)) {
     report_.particles = particles->poses().size();
@@ -167,7 +167,7 @@ void Localizer::start_from(const TrackedHypothesis& hypothesis) {
             .sight = options_.sight, .number = options_.particles, .seed = options_.seed + seen_.now()});
   log_odds_ = hypothesis.log_odds;
   alarm_ = hypothesis.alarm;
-  sure_step_ = seen_.now();
+  confirmed_step_ = seen_.now();
 }
 
 /// Eq. 53: a sum of log likelihood ratios that never falls below 0.
@@ -176,27 +176,28 @@ void Localizer::track(const Motion& motion, std::span<const Observation> observa
     if constexpr (std::is_same_v<std::decay_t<decltype(filter)>, std::monostate>)
       return nullptr;
     else
-      return &filter.step(motion, observations, seen_.news());
+      return &filter.step(motion, observations, seen_.novelty());
   };
   const MapStepReport& found = *std::visit(step, filter_);
   report_.observations = found.observations;
-  log_odds_ -= found.news_against;
+  log_odds_ -= found.new_evidence_against;
   alarm_ = std::max(0.0, alarm_ + found.against);
-  hypotheses_.give_up(estimate()->pose);
+  hypotheses_.remove(estimate()->pose);
 }
 
 /// Eq. 56: whoever is in question already has been right before as well, and was thought more probable then.
-void Localizer::look_for_alternatives() {
-  if (std::ranges::all_of(seen_.news(), [](double share) { return share == 0.0; })) return;
+void Localizer::search_alternatives() {
+  if (std::ranges::all_of(seen_.novelty(), [](double share) { return share == 0.0; })) return;
   if (is_known() && alarm_ == 0.0) return;
   double log_prior = 0.0;
   if (const auto first = most_probable()) {
     const double before = first->log_odds - log_odds_at(first->pose, seen_, *map_, sensor_, options_.sight);
-    log_prior = before - std::clamp(before, 0.0, is_known() ? limit() : -std::log(options_.doubt));
+    log_prior =
+        before - std::clamp(before, 0.0, is_known() ? limit() : -std::log(options_.error_probability));
   }
   hypotheses_.admit(find_poses(seen_, *map_, sensor_, options_.sight), log_prior, odometry_);
-  if (is_known()) hypotheses_.give_up(estimate()->pose);
-  if (const auto first = most_probable()) hypotheses_.give_up(first->log_odds - limit(), limit());
+  if (is_known()) hypotheses_.remove(estimate()->pose);
+  if (const auto first = most_probable()) hypotheses_.remove(first->log_odds - limit(), limit());
 }
 
 /// The pose that is known, or else the first hypothesis.
@@ -208,7 +209,7 @@ std::optional<Localizer::Candidate> Localizer::most_probable() const {
 }
 
 /// Eq. 57: probability of the most probable pose.
-double Localizer::certainty() const {
+double Localizer::probability() const {
   const auto first = most_probable();
   if (!first) return 0.0;
   double all = 1.0 + std::exp(-std::min(first->log_odds, limit() - first->alarm));
@@ -217,9 +218,9 @@ double Localizer::certainty() const {
   return 1.0 / all;
 }
 
-void Localizer::claim() {
+void Localizer::accept() {
   report_.phase = LocalizerPhase::searching;
-  if (certainty() < 1.0 - options_.doubt) return;
+  if (probability() < 1.0 - options_.error_probability) return;
   start_from(hypotheses_.take_first());
   report_.phase = LocalizerPhase::found;
 }
@@ -228,14 +229,14 @@ void Localizer::claim() {
 void Localizer::check() {
   report_.phase = LocalizerPhase::tracking;
   report_.alarm = alarm_ / limit();
-  const double sure = certainty();
-  if (alarm_ == 0.0 && sure >= 1.0 - options_.doubt) sure_step_ = seen_.now();
-  if (alarm_ < limit() && sure >= 0.5) return;
+  const double p = probability();
+  if (alarm_ == 0.0 && p >= 1.0 - options_.error_probability) confirmed_step_ = seen_.now();
+  if (alarm_ < limit() && p >= 0.5) return;
   report_.phase = LocalizerPhase::lost;
   if (alarm_ < limit())
     hypotheses_.add({PoseEkf(*map_, sensor_, *estimate(), options_.sight), log_odds_, alarm_});
   else
-    seen_.forget_before(sure_step_ + 1);
+    seen_.forget_before(confirmed_step_ + 1);
   forget();
 }
 

@@ -23,7 +23,7 @@ struct LocalizerOptions {
   MapSightOptions sight = {};
   ParticleNumber particles = {};
   std::uint64_t seed = 1;
-  double doubt = 0.01;                ///< a pose is known when the probability that it is wrong is below
+  double error_probability = 0.01;    ///< a pose is known when the probability that it is wrong is below
   double false_alarm_interval = 1e7;  ///< sightings between alarms, at least, of a robot that is not lost
 };
 
@@ -70,7 +70,7 @@ class Localizer {
   /// Nothing while the pose is not known.
   [[nodiscard]] std::optional<PoseEstimate> estimate() const;
   /// After `lost`: so many steps ago the pose was still right.
-  [[nodiscard]] std::uint64_t unconfirmed_steps() const { return seen_.now() - sure_step_; }
+  [[nodiscard]] std::uint64_t unconfirmed_steps() const { return seen_.now() - confirmed_step_; }
 
   /// Its state, for io/archive.hpp: a localizer of the same map, sensor and options continues with it to the
   /// last bit.
@@ -81,7 +81,7 @@ class Localizer {
     if constexpr (Archive::kReads)
       is_known ? self.start_from({PoseEkf(*self.map_, self.sensor_, {}, self.options_.sight)})
                : self.forget();
-    archive(self.seen_, self.odometry_, self.hypotheses_, self.log_odds_, self.alarm_, self.sure_step_,
+    archive(self.seen_, self.odometry_, self.hypotheses_, self.log_odds_, self.alarm_, self.confirmed_step_,
             self.report_);
     if (auto* ekf = std::get_if<PoseEkf>(&self.filter_)) archive(*ekf);
     if (auto* particles = std::get_if<PoseParticles>(&self.filter_)) archive(*particles);
@@ -92,15 +92,15 @@ class Localizer {
   void forget() { filter_ = std::monostate{}; }
   [[nodiscard]] double limit() const;
   void track(const Motion& motion, std::span<const Observation> observations);
-  void look_for_alternatives();
+  void search_alternatives();
   struct Candidate {
     PoseEstimate pose;
     double log_odds;
     double alarm;
   };
   [[nodiscard]] std::optional<Candidate> most_probable() const;
-  [[nodiscard]] double certainty() const;
-  void claim();
+  [[nodiscard]] double probability() const;
+  void accept();
   void check();
   void start_from(const TrackedHypothesis& hypothesis);
 
@@ -113,7 +113,7 @@ class Localizer {
   PoseHypotheses hypotheses_;  ///< all poses in question but the one that is known
   double log_odds_ = 0.0;      ///< of the one that is known
   double alarm_ = 0.0;
-  std::uint64_t sure_step_ = 0;  ///< the last at which nothing spoke against the pose
+  std::uint64_t confirmed_step_ = 0;  ///< the last at which nothing spoke against the pose
   LocalizerReport report_;
 };
 

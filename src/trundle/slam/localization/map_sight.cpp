@@ -46,7 +46,7 @@ std::vector<LandmarkId> identify(const PoseEstimate& belief, const KnownMap& map
                                  const LandmarkSensor& sensor, std::span<const Observation> observations,
                                  double gate) {
   std::vector<LandmarkId> landmarks(observations.size(), kUnknownLandmark);
-  std::vector<std::size_t> nameless;
+  std::vector<std::size_t> unidentified;
   std::vector<std::vector<Fit>> fits;
   for (std::size_t i = 0; i < observations.size(); ++i) {
     if (!is_valid(observations[i])) continue;
@@ -54,12 +54,12 @@ std::vector<LandmarkId> identify(const PoseEstimate& belief, const KnownMap& map
       if (map.has(observations[i].landmark)) landmarks[i] = observations[i].landmark;
       continue;
     }
-    nameless.push_back(i);
+    unidentified.push_back(i);
     fits.push_back(fits_of(belief, map, sensor, observations[i], gate));
   }
   const auto found = associate(fits, {.gate = gate, .max_range_m = sensor.max_range_m});
-  for (std::size_t k = 0; k < nameless.size(); ++k)
-    if (found[k].kind == Association::matched) landmarks[nameless[k]] = found[k].landmark;
+  for (std::size_t k = 0; k < unidentified.size(); ++k)
+    if (found[k].kind == Association::matched) landmarks[unidentified[k]] = found[k].landmark;
   return landmarks;
 }
 

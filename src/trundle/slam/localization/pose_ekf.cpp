@@ -23,11 +23,11 @@ PoseEkf::PoseEkf(const KnownMap& map, const LandmarkSensor& sensor, const PoseEs
 }
 
 const MapStepReport& PoseEkf::step(const Motion& motion, std::span<const Observation> observations,
-                                   std::span<const double> news) {
+                                   std::span<const double> novelty) {
   report_.observations.assign(observations.size(), {});
-  report_.against = report_.news_against = 0.0;
+  report_.against = report_.new_evidence_against = 0.0;
   predict(motion);
-  update(matches_of(observations, news));
+  update(matches_of(observations, novelty));
   return report_;
 }
 
@@ -67,15 +67,15 @@ MapSight PoseEkf::sight_of(LandmarkId landmark, const Observation& observation) 
 
 /// Those that pass the gate; reports all.
 std::vector<PoseEkf::Match> PoseEkf::matches_of(std::span<const Observation> observations,
-                                                std::span<const double> news) {
+                                                std::span<const double> novelty) {
   const auto landmarks = identify(belief_, *map_, sensor_, observations, options_.gate);
   const double in_view = std::max(1.0, static_cast<double>(landmarks_in_view(belief_, *map_, sensor_)));
   std::vector<Match> matches;
   for (std::size_t i = 0; i < observations.size(); ++i) {
     const Observation& observation = observations[i];
     if (!is_valid(observation)) continue;
-    const bool nameless = observation.landmark == kUnknownLandmark;
-    if (!nameless && !map_->has(observation.landmark)) continue;
+    const bool unidentified = observation.landmark == kUnknownLandmark;
+    if (!unidentified && !map_->has(observation.landmark)) continue;
     ObservationReport& report = report_.observations[i];
     report.decision = Decision::rejected;
     double fitting = kNothingFits;
@@ -86,13 +86,13 @@ std::vector<PoseEkf::Match> PoseEkf::matches_of(std::span<const Observation> obs
       if (sight.nis <= options_.gate) {
         report.decision = Decision::matched;
         report.landmark = landmarks[i];
-        fitting = sight.log_density - (nameless ? std::log(in_view) : 0.0);
+        fitting = sight.log_density - (unidentified ? std::log(in_view) : 0.0);
         matches.push_back({i, landmarks[i], sight});
       }
     }
     const double against = log_against(fitting, sensor_.max_range_m, options_.outlier_share);
     report_.against += against;
-    report_.news_against += news[i] * against;
+    report_.new_evidence_against += novelty[i] * against;
   }
   return matches;
 }

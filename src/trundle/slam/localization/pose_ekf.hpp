@@ -12,11 +12,11 @@ struct MapStepReport {
   std::vector<ObservationReport> observations;  ///< as they were given
   /// Log of how much better the readings fit somewhere else: docs/theory/localization.md, eq. 43.
   double against = 0.0;
-  double news_against = 0.0;  ///< the same of what is news among them
+  double new_evidence_against = 0.0;  ///< the same of what is new among them
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.observations, self.against, self.news_against);
+    archive(self.observations, self.against, self.new_evidence_against);
   }
 };
 
@@ -29,9 +29,9 @@ class PoseEkf {
   PoseEkf(const KnownMap& map, const LandmarkSensor& sensor, const PoseEstimate& start,
           const MapSightOptions& options);
 
-  /// `news`: how much of each observation is evidence for or against the pose, 0 to 1.
+  /// `novelty`: how much of each observation is evidence for or against the pose, 0 to 1.
   const MapStepReport& step(const Motion& motion, std::span<const Observation> observations,
-                            std::span<const double> news);
+                            std::span<const double> novelty);
 
   /// What the gyro reads at rest, after a step.
   void read_bias(const BiasReading& reading);
@@ -53,7 +53,7 @@ class PoseEkf {
 
   void predict(const Motion& motion);
   [[nodiscard]] MapSight sight_of(LandmarkId landmark, const Observation& observation) const;
-  std::vector<Match> matches_of(std::span<const Observation> observations, std::span<const double> news);
+  std::vector<Match> matches_of(std::span<const Observation> observations, std::span<const double> novelty);
   void update(const std::vector<Match>& matches);
 
   const KnownMap* map_;

@@ -9,9 +9,9 @@ PoseHypotheses::PoseHypotheses(const KnownMap& map, const LandmarkSensor& sensor
     : map_(&map), sensor_(sensor), options_(options) {}
 
 void PoseHypotheses::step(const Motion& motion, std::span<const Observation> observations,
-                          std::span<const double> news) {
+                          std::span<const double> novelty) {
   for (TrackedHypothesis& hypothesis : hypotheses_) {
-    const double against = hypothesis.filter.step(motion, observations, news).news_against;
+    const double against = hypothesis.filter.step(motion, observations, novelty).new_evidence_against;
     hypothesis.log_odds -= against;
     hypothesis.alarm = std::max(0.0, hypothesis.alarm + against);
   }
@@ -41,12 +41,12 @@ TrackedHypothesis PoseHypotheses::take_first() {
   return first;
 }
 
-void PoseHypotheses::give_up(double least_log_odds, double alarm) {
+void PoseHypotheses::remove(double least_log_odds, double alarm) {
   std::erase_if(hypotheses_,
                 [&](const TrackedHypothesis& r) { return r.log_odds < least_log_odds || r.alarm >= alarm; });
 }
 
-void PoseHypotheses::give_up(const Pose2& place) {
+void PoseHypotheses::remove(const Pose2& place) {
   std::erase_if(hypotheses_, [&](const TrackedHypothesis& r) {
     return is_same_place(r.filter.estimate().pose, place, options_.same);
   });

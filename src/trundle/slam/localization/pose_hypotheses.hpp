@@ -24,7 +24,7 @@ class PoseHypotheses {
   /// The map must outlive them.
   PoseHypotheses(const KnownMap& map, const LandmarkSensor& sensor, const MapSightOptions& options);
 
-  void step(const Motion& motion, std::span<const Observation> observations, std::span<const double> news);
+  void step(const Motion& motion, std::span<const Observation> observations, std::span<const double> novelty);
   void read_bias(const BiasReading& reading);
   /// What explains the last sightings, and nobody is there yet; `odometry` tells of its systematic errors.
   void admit(std::span<const PoseHypothesis> hypotheses, double log_prior, const PoseEstimate& odometry);
@@ -32,9 +32,9 @@ class PoseHypotheses {
   /// Takes the most probable one out of them.
   TrackedHypothesis take_first();
   /// Those that have less in their favour, or as much against them.
-  void give_up(double least_log_odds, double alarm);
+  void remove(double least_log_odds, double alarm);
   /// Who is in that place.
-  void give_up(const Pose2& place);
+  void remove(const Pose2& place);
 
   [[nodiscard]] std::span<const TrackedHypothesis> all() const {
     return hypotheses_;

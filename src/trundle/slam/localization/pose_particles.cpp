@@ -123,9 +123,9 @@ void PoseParticles::begin_pending() {
 }
 
 const MapStepReport& PoseParticles::step(const Motion& motion, std::span<const Observation> observations,
-                                         std::span<const double> news) {
+                                         std::span<const double> novelty) {
   report_.observations.assign(observations.size(), {});
-  report_.against = report_.news_against = 0.0;
+  report_.against = report_.new_evidence_against = 0.0;
   pending_.add(motion);
   const bool any = std::ranges::any_of(observations, [&](const Observation& o) {
     return is_valid(o) && (o.landmark == kUnknownLandmark || map_->has(o.landmark));
@@ -137,17 +137,17 @@ const MapStepReport& PoseParticles::step(const Motion& motion, std::span<const O
   std::vector<PoseEstimate> beliefs;
   std::vector<Pose2> drawn;
   double all = 0.0;
-  double news_of_all = 0.0;
+  double new_evidence = 0.0;
   for (std::size_t i = 0; i < poses_.size(); ++i) {
     beliefs.push_back(predicted(i));
-    const Fitting here = improve(beliefs[i], observations, news, i == 0);
+    const Fitting here = improve(beliefs[i], observations, novelty, i == 0);
     drawn.push_back(draw_from(beliefs[i]));
     all += weights_[i] * std::exp(std::min(here.log_all, 700.0));
-    news_of_all += weights_[i] * std::exp(std::min(here.log_news, 700.0));
+    new_evidence += weights_[i] * std::exp(std::min(here.log_new_evidence, 700.0));
     log_weights_[i] += here.log_all;
   }
   report_.against = -std::log(std::max(all, std::numeric_limits<double>::min()));
-  report_.news_against = -std::log(std::max(news_of_all, std::numeric_limits<double>::min()));
+  report_.new_evidence_against = -std::log(std::max(new_evidence, std::numeric_limits<double>::min()));
   poses_ = std::move(drawn);
   normalise();
   mix(beliefs);
@@ -159,14 +159,14 @@ const MapStepReport& PoseParticles::step(const Motion& motion, std::span<const O
 
 /// Eq. 51: a Gaussian of the motion, improved by the sightings one by one.
 PoseParticles::Fitting PoseParticles::improve(PoseEstimate& belief, std::span<const Observation> observations,
-                                              std::span<const double> news, bool reports) {
+                                              std::span<const double> novelty, bool reports) {
   const auto landmarks = identify(belief, *map_, sensor_, observations, options_.sight.gate);
   const double in_view = std::max(1.0, static_cast<double>(landmarks_in_view(belief, *map_, sensor_)));
   Fitting here;
   for (std::size_t k = 0; k < observations.size(); ++k) {
     const Observation& observation = observations[k];
-    const bool nameless = observation.landmark == kUnknownLandmark;
-    if (!is_valid(observation) || (!nameless && !map_->has(observation.landmark))) continue;
+    const bool unidentified = observation.landmark == kUnknownLandmark;
+    if (!is_valid(observation) || (!unidentified && !map_->has(observation.landmark))) continue;
     ObservationReport report{.decision = Decision::rejected};
     double fitting = kNothingFits;
     if (landmarks[k] != kUnknownLandmark) {
@@ -176,7 +176,7 @@ PoseParticles::Fitting PoseParticles::improve(PoseEstimate& belief, std::span<co
       if (sight.nis <= options_.sight.gate) {
         report.decision = Decision::matched;
         report.landmark = landmarks[k];
-        fitting = sight.log_density - (nameless ? std::log(in_view) : 0.0);
+        fitting = sight.log_density - (unidentified ? std::log(in_view) : 0.0);
         const Eigen::Matrix<double, 3, 2> K =
             belief.covariance * sight.expected.by_pose.transpose() * sight.S.inverse();
         const Vector3 change = K * sight.innovation;
@@ -200,7 +200,7 @@ PoseParticles::Fitting PoseParticles::improve(PoseEstimate& belief, std::span<co
     if (reports) report_.observations[k] = report;
     const double against = log_against(fitting, sensor_.max_range_m, options_.sight.outlier_share);
     here.log_all -= against;
-    here.log_news -= news[k] * against;
+    here.log_new_evidence -= novelty[k] * against;
   }
   return here;
 }

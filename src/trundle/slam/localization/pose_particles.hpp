@@ -38,9 +38,9 @@ class PoseParticles {
   PoseParticles(const KnownMap& map, const LandmarkSensor& sensor, const PoseEstimate& start,
                 const PoseParticlesOptions& options);
 
-  /// `news`: how much of each observation is evidence for or against the pose, 0 to 1.
+  /// `novelty`: how much of each observation is evidence for or against the pose, 0 to 1.
   const MapStepReport& step(const Motion& motion, std::span<const Observation> observations,
-                            std::span<const double> news);
+                            std::span<const double> novelty);
 
   /// What the gyro reads at rest, after a step.
   void read_bias(const BiasReading& reading);
@@ -61,11 +61,11 @@ class PoseParticles {
   [[nodiscard]] PoseEstimate predicted(std::size_t particle) const;
   /// How well an observed step fits, against 'somewhere else'.
   struct Fitting {
-    double log_all = 0.0;   ///< of all readings
-    double log_news = 0.0;  ///< of what is news among them
+    double log_all = 0.0;           ///< of all readings
+    double log_new_evidence = 0.0;  ///< of what is new among them
   };
   Fitting improve(PoseEstimate& belief, std::span<const Observation> observations,
-                  std::span<const double> news, bool reports);
+                  std::span<const double> novelty, bool reports);
   void begin_pending();
   void mix(std::span<const PoseEstimate> beliefs);
   void normalise();

@@ -27,11 +27,11 @@ AssociatedRecording associated(const Recording& recording, const Robot& robot) {
   AlignedReadings readings = align(recording, robot);
   const SlamInput input = slam_input(recording, readings, robot, {.shares = true});
   Run run = prepare_run(recording, robot, std::move(readings));
-  const bool has_unidentified = input.has_nameless();
+  const bool has_unidentified = input.has_unidentified();
   const SlamResult filtered = slam(input, *robot.landmark_sensor,
                                    {.method = SlamMethod::ekf,
                                     .prior = {.systematic_sigma = input.systematic.sigma(kUsualShareSigma)},
-                                    .first_nameless = input.first_nameless()});
+                                    .first_unidentified = input.first_unidentified()});
   if (!has_unidentified || filtered.map.empty())
     return {recording, std::move(run), has_unidentified, shown_observations(input, filtered),
             filtered.online};

@@ -77,13 +77,13 @@ JointProblem joint_problem(std::span<const AssociatedRecording> all, const Robot
   return joint;
 }
 
-Trajectory poses_at_stations(const JointProblem& joint, std::span<const AssociatedRecording> all) {
-  Trajectory stations;
+Trajectory poses_at_keyframes(const JointProblem& joint, std::span<const AssociatedRecording> all) {
+  Trajectory keyframes;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    const Trajectory own = joint.tracks[i].at_stations(all[i].path);
-    stations.poses.insert(stations.poses.end(), own.poses.begin(), own.poses.end());
+    const Trajectory own = joint.tracks[i].at_keyframes(all[i].path);
+    keyframes.poses.insert(keyframes.poses.end(), own.poses.begin(), own.poses.end());
   }
-  return stations;
+  return keyframes;
 }
 
 /// What the data alone say of parameters whose prior is known about unit sigmas.
@@ -114,7 +114,7 @@ RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nomina
   if (start.problem.sightings.empty())
     throw CannotAnswer("no sighting shows a known landmark: nothing to calibrate with");
   Minimiser minimiser(start.problem);
-  const Found found = minimum_from(start.problem, poses_at_stations(start, all), minimiser, {});
+  const Found found = minimum_from(start.problem, poses_at_keyframes(start, all), minimiser, {});
   require_determined(minimiser.linearise(start.problem, found.minimum.state));
   const Eigen::MatrixXd information = information_without_prior(minimiser.parameter_covariance());
   const Eigen::VectorXd inverse_scale = scale.cwiseInverse();
@@ -126,7 +126,7 @@ RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nomina
 RunEvidence evidence_of(const JointProblem& joint, std::size_t index, const SmoothingState& state) {
   const Track& track = joint.tracks[index];
   const auto is_own = [&](int pose) {
-    return pose >= track.first_pose() && pose < track.first_pose() + static_cast<int>(track.stations());
+    return pose >= track.first_pose() && pose < track.first_pose() + static_cast<int>(track.keyframes());
   };
   SmoothingProblem own = joint.problem;
   own.parameter_evidence = Information::zero(0);

@@ -15,13 +15,14 @@ namespace {
 /// Which landmark of another run is which of `filtered`, if it is any: the one that most of its sightings
 /// were taken for there.
 std::map<LandmarkId, LandmarkId> numbers_of(const ShownObservations& shown, const SlamResult& filtered,
-                                            LandmarkId first_nameless) {
+                                            LandmarkId first_unidentified) {
   std::map<std::pair<LandmarkId, LandmarkId>, std::size_t> sightings;  // (number, as filtered)
   for (std::size_t k = 0; k < shown.size(); ++k)
     for (std::size_t i = 0; i < shown[k].size(); ++i) {
       const LandmarkId number = shown[k][i].landmark;
       const LandmarkId filtered_as = filtered.reports[k].observations[i].landmark;
-      if (number >= first_nameless && filtered_as >= first_nameless) ++sightings[{number, filtered_as}];
+      if (number >= first_unidentified && filtered_as >= first_unidentified)
+        ++sightings[{number, filtered_as}];
     }
   std::vector<std::tuple<std::size_t, LandmarkId, LandmarkId>> most_first;
   for (const auto& [pair, count] : sightings) most_first.emplace_back(count, pair.first, pair.second);
@@ -33,11 +34,11 @@ std::map<LandmarkId, LandmarkId> numbers_of(const ShownObservations& shown, cons
   return numbers;
 }
 
-void number_as(const SlamResult& filtered, LandmarkId first_nameless, SmoothedSlam& smoothed) {
-  std::map<LandmarkId, LandmarkId> numbers = numbers_of(smoothed.shown, filtered, first_nameless);
-  LandmarkId next = std::max(filtered.last_landmark() + 1, first_nameless);
+void number_as(const SlamResult& filtered, LandmarkId first_unidentified, SmoothedSlam& smoothed) {
+  std::map<LandmarkId, LandmarkId> numbers = numbers_of(smoothed.shown, filtered, first_unidentified);
+  LandmarkId next = std::max(filtered.last_landmark() + 1, first_unidentified);
   const auto renumber = [&](LandmarkId& landmark) {
-    if (landmark < first_nameless) return;
+    if (landmark < first_unidentified) return;
     const auto [number, is_new] = numbers.try_emplace(landmark, next);
     next += is_new ? 1 : 0;
     landmark = number->second;
@@ -68,7 +69,7 @@ SmoothedSlam smooth_from_many(const SlamInput& input, const LandmarkSensor& sens
     return smoothed.counts.cost + cost_of_explaining(smoothed.shown, sensor);
   };
   SmoothedSlam best = smooth(input, sensor, filtered, options);
-  if (!input.has_nameless()) return best;
+  if (!input.has_unidentified()) return best;
   SlamOptions other = filter;
   other.method = SlamMethod::fastslam2;
   other.keep_paths = true;
@@ -80,7 +81,7 @@ SmoothedSlam smooth_from_many(const SlamInput& input, const LandmarkSensor& sens
     starts += found->counts.starts;
     if (cost_of(*found) >= cost_of(best)) continue;
     best = std::move(*found);
-    number_as(filtered, filter.first_nameless, best);
+    number_as(filtered, filter.first_unidentified, best);
   }
   best.counts.starts = starts;
   return best;

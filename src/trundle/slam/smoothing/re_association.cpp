@@ -94,7 +94,7 @@ double cost_of_explaining(const ShownObservations& shown, const LandmarkSensor& 
 
 // Eq. 15.
 std::vector<LandmarkPair> duplicates_in(const ShownObservations& shown, std::span<const MappedLandmark> map,
-                                        const LandmarkSensor& sensor, LandmarkId first_nameless,
+                                        const LandmarkSensor& sensor, LandmarkId first_unidentified,
                                         const DifferenceCovariance& covariance) {
   const std::set<LandmarkPair> different = seen_together(shown);
   const double gate = UnknownIdOptions{}.gate;
@@ -109,7 +109,7 @@ std::vector<LandmarkPair> duplicates_in(const ShownObservations& shown, std::spa
       const MappedLandmark& b = map[j];
       const bool is_surer = std::pair(sigma_of(b), b.id) < std::pair(sigma_m, a.id);
       const LandmarkPair pair = std::minmax(a.id, b.id);
-      if (!is_surer || pair.second < first_nameless || different.contains(pair)) continue;
+      if (!is_surer || pair.second < first_unidentified || different.contains(pair)) continue;
       const Vector2 apart = b.position - a.position;
       const Matrix2 most = 2.0 * (a.covariance + b.covariance);  // C is no larger, however they correlate
       if (apart.dot(most.inverse() * apart) > gate) continue;
@@ -140,25 +140,25 @@ ShownObservations with_merged(ShownObservations shown, std::span<const LandmarkP
 }
 
 // Eq. 16.
-ShownObservations explained_again(ShownObservations shown, const SlamInput& input,
-                                  const SmoothedSlam& smoothed, const LandmarkSensor& sensor) {
+ShownObservations reassociated(ShownObservations shown, const SlamInput& input, const SmoothedSlam& smoothed,
+                               const LandmarkSensor& sensor) {
   Looker looker(smoothed, sensor);
   const AssociationOptions options{.gate = cost_of_none(sensor) - cost_at_peak(reading_covariance(sensor)),
                                    .max_range_m = sensor.max_range_m};
   for (std::size_t k = 0; k < shown.size(); ++k) {
     const std::vector<Observation>& seen = input.steps[k].observations;
-    std::vector<Observation*> nameless;
+    std::vector<Observation*> unidentified;
     std::vector<std::vector<Fit>> fits;
     for (std::size_t i = 0; i < seen.size(); ++i) {
       if (!is_valid(seen[i]) || seen[i].landmark >= 0) continue;
-      nameless.push_back(&shown[k][i]);
+      unidentified.push_back(&shown[k][i]);
       fits.push_back(looker.fits(k, seen[i]));
       std::erase_if(fits.back(), [&](const Fit& fit) {
         return std::ranges::find(seen, fit.landmark, &Observation::landmark) != seen.end();
       });
     }
     const std::vector<Associated> found = associate(fits, options);
-    for (std::size_t i = 0; i < nameless.size(); ++i) nameless[i]->landmark = found[i].landmark;
+    for (std::size_t i = 0; i < unidentified.size(); ++i) unidentified[i]->landmark = found[i].landmark;
   }
   return shown;
 }

@@ -24,15 +24,16 @@ using LandmarkPair = std::pair<LandmarkId, LandmarkId>;
 /// landmark in two of them, none that were seen in the same instant; the second of each has no name. Eq. 15.
 [[nodiscard]] std::vector<LandmarkPair> duplicates_in(const ShownObservations& shown,
                                                       std::span<const MappedLandmark> map,
-                                                      const LandmarkSensor& sensor, LandmarkId first_nameless,
+                                                      const LandmarkSensor& sensor,
+                                                      LandmarkId first_unidentified,
                                                       const DifferenceCovariance& covariance);
 /// The second of each pair becomes the first.
 [[nodiscard]] ShownObservations with_merged(ShownObservations shown, std::span<const LandmarkPair> pairs);
 
 /// The most probable explanation of each instant from the smoothed pose, by the landmarks of the map. What
 /// has a name keeps it. Eq. 16.
-[[nodiscard]] ShownObservations explained_again(ShownObservations shown, const SlamInput& input,
-                                                const SmoothedSlam& smoothed, const LandmarkSensor& sensor);
+[[nodiscard]] ShownObservations reassociated(ShownObservations shown, const SlamInput& input,
+                                             const SmoothedSlam& smoothed, const LandmarkSensor& sensor);
 
 /// Whether all sightings show the same in both.
 [[nodiscard]] bool are_same_associations(const ShownObservations& a, const ShownObservations& b);

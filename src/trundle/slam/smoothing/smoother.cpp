@@ -134,12 +134,12 @@ class Smoothing {
 
   /// From the trajectory of a filter, which may have been lost.
   SmoothedSlam from_filtered(const Trajectory& start) {
-    return result(minimum_from(problem_, track_.at_stations(start), *minimiser_, minimise_options()));
+    return result(minimum_from(problem_, track_.at_keyframes(start), *minimiser_, minimise_options()));
   }
   /// From one that is nearly right.
   SmoothedSlam from_smoothed(const Trajectory& start, std::size_t starts) {
     return result(
-        {minimum_near(problem_, track_.at_stations(start), *minimiser_, minimise_options()), starts});
+        {minimum_near(problem_, track_.at_keyframes(start), *minimiser_, minimise_options()), starts});
   }
 
   /// After either.
@@ -188,7 +188,7 @@ SmoothedSlam Smoothing::result(const Found& found) {
   add_systematic(state, *minimiser_, systematic_, result.last);
   result.bias = track_.biases(state, *minimiser_);
   for (BiasEstimate& bias : result.bias) bias.rad_s += systematic_.bias();
-  result.counts = {.poses = track_.stations(),
+  result.counts = {.poses = track_.keyframes(),
                    .sightings = problem_.sightings.size(),
                    .outliers = outliers_at(problem_, state),
                    .cost = found.minimum.cost,
@@ -222,7 +222,7 @@ class ReAssociation {
   SmoothedSlam improved() {
     for (int round = 0; round < kMostRounds; ++round) {
       const bool merged = merge_duplicates();
-      if (!explain_again() && !merged) break;
+      if (!reassociate() && !merged) break;
     }
     best_.smoothed.map_covariance = best_.smoothing.map_covariance();
     best_.smoothed.shown = std::move(best_.shown);
@@ -235,13 +235,13 @@ class ReAssociation {
 
   bool merge_duplicates() {
     const std::vector<LandmarkPair> duplicates = duplicates_in(
-        best_.shown, best_.smoothed.map, sensor_, input_.first_nameless(),
+        best_.shown, best_.smoothed.map, sensor_, input_.first_unidentified(),
         [&](LandmarkId a, LandmarkId b) { return best_.smoothing.difference_covariance(a, b); });
     if (duplicates.empty()) return false;
     return is_better(with_merged(best_.shown, duplicates)) ||
            (duplicates.size() > 1 && is_better(with_merged(best_.shown, std::span(duplicates).first(1))));
   }
-  bool explain_again() { return is_better(explained_again(best_.shown, input_, best_.smoothed, sensor_)); }
+  bool reassociate() { return is_better(reassociated(best_.shown, input_, best_.smoothed, sensor_)); }
 
   /// Then it is the best from now on.
   bool is_better(ShownObservations shown) {
@@ -268,7 +268,7 @@ SmoothedSlam smooth(const SlamInput& input, const LandmarkSensor& sensor, const 
   ShownObservations shown = shown_observations(input, filtered);
   Smoothing smoothing(input, shown, sensor, options, filtered.last.systematic);
   SmoothedSlam smoothed = smoothing.from_filtered(filtered.path ? *filtered.path : filtered.online);
-  if (!input.has_nameless()) {
+  if (!input.has_unidentified()) {
     smoothed.map_covariance = smoothing.map_covariance();
     smoothed.shown = std::move(shown);
     return smoothed;

@@ -22,9 +22,9 @@ constexpr int kGrowth = 5;
 // Probability with which the cost of consistent noise is above the limit.
 constexpr double kNoiseTail = 1e-3;
 
-SmoothingState state_at(const SmoothingProblem& problem, const Trajectory& at_stations) {
+SmoothingState state_at(const SmoothingProblem& problem, const Trajectory& at_keyframes) {
   SmoothingState state;
-  for (const StampedPose& stamped : at_stations.poses) state.poses.push_back(stamped.pose);
+  for (const StampedPose& stamped : at_keyframes.poses) state.poses.push_back(stamped.pose);
   state.landmarks = landmarks_seen_from(problem, state.poses);
   state.parameters = Eigen::VectorXd::Zero(problem.parameter_information.size());
   return state;
@@ -130,14 +130,14 @@ std::vector<Vector2> landmarks_seen_from(const SmoothingProblem& problem, const 
   return landmarks;
 }
 
-Minimum minimum_near(const SmoothingProblem& problem, const Trajectory& at_stations, Minimiser& minimiser,
+Minimum minimum_near(const SmoothingProblem& problem, const Trajectory& at_keyframes, Minimiser& minimiser,
                      const MinimiseOptions& options) {
-  return minimum_near(problem, state_at(problem, at_stations), minimiser, options);
+  return minimum_near(problem, state_at(problem, at_keyframes), minimiser, options);
 }
 
-Found minimum_from(const SmoothingProblem& problem, const Trajectory& at_stations, Minimiser& minimiser,
+Found minimum_from(const SmoothingProblem& problem, const Trajectory& at_keyframes, Minimiser& minimiser,
                    const MinimiseOptions& options) {
-  Found found{minimum_near(problem, at_stations, minimiser, options), 1};
+  Found found{minimum_near(problem, at_keyframes, minimiser, options), 1};
   if (is_explained_by_noise(problem, found.minimum)) return found;
   ++found.starts;
   Minimum other = minimum_near(problem, grown_from_odometry(eased(problem)), minimiser, options);

@@ -14,7 +14,7 @@ namespace trundle::slam {
                                                        const std::vector<Pose2>& poses);
 
 /// The minimum near a trajectory of the problem's poses.
-Minimum minimum_near(const SmoothingProblem& problem, const Trajectory& at_stations, Minimiser& minimiser,
+Minimum minimum_near(const SmoothingProblem& problem, const Trajectory& at_keyframes, Minimiser& minimiser,
                      const MinimiseOptions& options);
 
 struct Found {
@@ -28,7 +28,7 @@ struct Found {
 
 /// The lowest minimum found from a trajectory of the problem's poses; and from the odometry, where the first
 /// leaves more than noise explains. docs/theory/smoother.md, section 'Where to start'.
-Found minimum_from(const SmoothingProblem& problem, const Trajectory& at_stations, Minimiser& minimiser,
+Found minimum_from(const SmoothingProblem& problem, const Trajectory& at_keyframes, Minimiser& minimiser,
                    const MinimiseOptions& options);
 
 }  // namespace trundle::slam

@@ -33,12 +33,12 @@ Track::Track(const TrackInput& input, SmoothingProblem& problem)
   for (std::size_t step = 0; step < input.motions.size(); ++step) {
     since = since * input.motions[step];
     since_.push_back(since);
-    next_station_.push_back(stations());
+    next_keyframe_.push_back(keyframes());
     const bool reads = step < input.bias_readings.size() && input.bias_readings[step].has_value();
     if (!reads && !shows_something(input.observations[step])) continue;
     const int pose = problem.poses++;
-    problem.motions.push_back(station_steps_.empty() ? link_from(start_, pose, since)
-                                                     : link_of(pose - 1, pose, since));
+    problem.motions.push_back(keyframe_steps_.empty() ? link_from(start_, pose, since)
+                                                      : link_of(pose - 1, pose, since));
     if (reads)
       problem.bias_readings.push_back(
           {pose, input.bias_readings[step]->rad_s, input.bias_readings[step]->variance});
@@ -51,15 +51,15 @@ Track::Track(const TrackInput& input, SmoothingProblem& problem)
       }
       problem.sightings.push_back({pose, at->second, observation});
     }
-    station_steps_.push_back(step);
+    keyframe_steps_.push_back(step);
     since = no_motion(Matrix3::Zero(), parameters);
   }
 }
 
-Trajectory Track::at_stations(const Trajectory& trajectory) const {
-  Trajectory stations;
-  for (const std::size_t step : station_steps_) stations.poses.push_back(trajectory.poses[step]);
-  return stations;
+Trajectory Track::at_keyframes(const Trajectory& trajectory) const {
+  Trajectory keyframes;
+  for (const std::size_t step : keyframe_steps_) keyframes.poses.push_back(trajectory.poses[step]);
+  return keyframes;
 }
 
 Trajectory Track::trajectory(const SmoothingState& state, const Minimiser& linearised) const {
@@ -75,21 +75,21 @@ Trajectory Track::trajectory(const SmoothingState& state, const Minimiser& linea
 std::vector<BiasEstimate> Track::biases(const SmoothingState& state, const Minimiser& linearised) const {
   std::vector<BiasEstimate> biases;
   for (std::size_t step = 0; step < since_.size() && !state.biases.empty(); ++step) {
-    const int pose = first_pose_ + static_cast<int>(std::min(next_station_[step], stations() - 1));
+    const int pose = first_pose_ + static_cast<int>(std::min(next_keyframe_[step], keyframes() - 1));
     biases.push_back({state.bias_at(pose), linearised.pose_covariance(pose)(3, 3)});
   }
   return biases;
 }
 
-// With A, S, g, Q those of the motion from the station before, a, up to the step, and A', S', g' up to the
-// station after, b; B = Ad of the motion between. The step's pose moves by δ = A δa + g δβ_a + S δp + K δr, r
-// the residual of the whole link, K = cov(e, r) of the two motions' noise times r's information, and what
+// With A, S, g, Q those of the motion from the keyframe before, a, up to the step, and A', S', g' up to the
+// keyframe after, b; B = Ad of the motion between. The step's pose moves by δ = A δa + g δβ_a + S δp + K δr,
+// r the residual of the whole link, K = cov(e, r) of the two motions' noise times r's information, and what
 // remains is Q − K cov(r, e). Eq. 12.
 GaussianPose Track::at(std::size_t step, const SmoothingState& state, const Minimiser& linearised) const {
-  const std::size_t next = next_station_[step];
+  const std::size_t next = next_keyframe_[step];
   const int b = first_pose_ + static_cast<int>(next);
-  const bool last = next == stations();
-  if (!last && station_steps_[next] == step)
+  const bool last = next == keyframes();
+  if (!last && keyframe_steps_[next] == step)
     return {state.poses[static_cast<std::size_t>(b)], linearised.pose_covariance(b).topLeftCorner<3, 3>()};
 
   const bool first = next == 0;

@@ -21,21 +21,21 @@ struct TrackInput {
   std::vector<std::optional<BiasReading>> bias_readings = {};  ///< by step; none: there are none
 };
 
-/// A recording as part of a smoothing problem: its stations, the steps at which something was seen, or the
+/// A recording as part of a smoothing problem: its keyframes, the steps at which something was seen, or the
 /// bias read, are poses of the problem; all other steps lie between two of them, and follow from them.
 class Track {
  public:
-  /// Appends stations, landmarks and links to the problem.
+  /// Appends keyframes, landmarks and links to the problem.
   Track(const TrackInput& input, SmoothingProblem& problem);
 
-  [[nodiscard]] std::size_t stations() const { return station_steps_.size(); }
+  [[nodiscard]] std::size_t keyframes() const { return keyframe_steps_.size(); }
   /// Steps at which they are.
-  [[nodiscard]] std::span<const std::size_t> station_steps() const { return station_steps_; }
+  [[nodiscard]] std::span<const std::size_t> keyframe_steps() const { return keyframe_steps_; }
   /// Its poses of a trajectory that has one for each step.
-  [[nodiscard]] Trajectory at_stations(const Trajectory& trajectory) const;
-  /// The motion up to a station from the one before it.
-  [[nodiscard]] const FreeMotion& motion_to(std::size_t station) const {
-    return since_[station_steps_[station]];
+  [[nodiscard]] Trajectory at_keyframes(const Trajectory& trajectory) const;
+  /// The motion up to a keyframe from the one before it.
+  [[nodiscard]] const FreeMotion& motion_to(std::size_t keyframe) const {
+    return since_[keyframe_steps_[keyframe]];
   }
   /// The caller's numbers of the landmarks, as the problem's from first_landmark() on.
   [[nodiscard]] std::span<const LandmarkId> landmarks() const { return landmarks_; }
@@ -45,7 +45,7 @@ class Track {
   /// All steps at a state at which the problem was linearised, with covariances. docs/theory/smoother.md,
   /// eq. 12.
   [[nodiscard]] Trajectory trajectory(const SmoothingState& state, const Minimiser& linearised) const;
-  /// The bias at the station that ends each step, or at the last one; none where there is none.
+  /// The bias at the keyframe that ends each step, or at the last one; none where there is none.
   [[nodiscard]] std::vector<BiasEstimate> biases(const SmoothingState& state,
                                                  const Minimiser& linearised) const;
 
@@ -55,9 +55,9 @@ class Track {
 
   std::vector<double> time_s_;
   KnownStart start_;
-  std::vector<FreeMotion> since_;          ///< by step: since the station before it
-  std::vector<std::size_t> next_station_;  ///< by step: the station at or after it
-  std::vector<std::size_t> station_steps_;
+  std::vector<FreeMotion> since_;           ///< by step: since the keyframe before it
+  std::vector<std::size_t> next_keyframe_;  ///< by step: the keyframe at or after it
+  std::vector<std::size_t> keyframe_steps_;
   std::vector<LandmarkId> landmarks_;
   int first_pose_;
   int first_landmark_;

@@ -1,4 +1,4 @@
-#include "trundle/slam/doubts.hpp"
+#include "trundle/slam/consistency_checks.hpp"
 
 #include <gmock/gmock.h>
 
@@ -14,43 +14,43 @@ SlamInput input_of(const test::SlamWorld& world) {
   return input;
 }
 
-std::vector<Finding> doubts_of(const test::SlamWorld& world) {
+std::vector<Finding> findings_of(const test::SlamWorld& world) {
   const SlamInput input = input_of(world);
   const SlamResult filtered = slam(input, world.sensor, {.method = SlamMethod::ekf});
   const SmoothedSlam smoothed = smooth(input, world.sensor, filtered);
-  return doubts_about(input, filtered, &smoothed);
+  return consistency_checks(input, filtered, &smoothed);
 }
 
-TEST(Doubts, ThereAreNoneAboutAnHonestRun) {
-  EXPECT_TRUE(doubts_of(test::slam_world({.steps = 200})).empty());
+TEST(ConsistencyChecks, FindNothingInAConsistentRun) {
+  EXPECT_TRUE(findings_of(test::slam_world({.steps = 200})).empty());
 }
 
-TEST(Doubts, OutliersAloneAreNone) {
+TEST(ConsistencyChecks, AcceptOutliersAlone) {
   test::SlamWorld world = test::slam_world({.steps = 400});
   Random random(5);
   for (SlamStep& step : world.steps)
     for (Observation& observation : step.observations)
       if (random.uniform() < 0.1) observation.bearing_rad = random.uniform(-kPi, kPi);
-  EXPECT_TRUE(doubts_of(world).empty());
+  EXPECT_TRUE(findings_of(world).empty());
 }
 
-TEST(Doubts, SaysWhenTheFilterWasLost) {
+TEST(ConsistencyChecks, ReportAFilterThatDiverged) {
   test::SlamWorld world = test::slam_world({.steps = 200});
   for (std::size_t k = 120; k < 200; ++k)  // someone has turned the sensor
     for (Observation& observation : world.steps[k].observations) observation.bearing_rad += 1.0;
-  const std::vector<Finding> doubts = doubts_of(world);
-  ASSERT_FALSE(doubts.empty());
-  EXPECT_EQ(doubts.front().code, FindingCode::lost);
-  EXPECT_THAT(describe(doubts.front()), testing::StartsWith("from 120.0 s to "));
+  const std::vector<Finding> findings = findings_of(world);
+  ASSERT_FALSE(findings.empty());
+  EXPECT_EQ(findings.front().code, FindingCode::lost);
+  EXPECT_THAT(describe(findings.front()), testing::StartsWith("from 120.0 s to "));
 }
 
-TEST(Doubts, SaysWhenSigmasAreTooSmall) {
+TEST(ConsistencyChecks, ReportSigmasThatAreTooSmall) {
   test::SlamWorld world = test::slam_world({.steps = 200});
   world.sensor.range_sigma_m /= 2.5;
   world.sensor.bearing_sigma_rad /= 2.5;
-  const std::vector<Finding> doubts = doubts_of(world);
-  ASSERT_FALSE(doubts.empty());
-  EXPECT_EQ(doubts.back().code, FindingCode::noise);
+  const std::vector<Finding> findings = findings_of(world);
+  ASSERT_FALSE(findings.empty());
+  EXPECT_EQ(findings.back().code, FindingCode::noise);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "trundle/slam/doubts.hpp"
+#include "trundle/slam/consistency_checks.hpp"
 
 #include <cmath>
 
@@ -20,7 +20,7 @@ constexpr double kSigmasOfChance = 6.0;
 // to.
 constexpr double kGreatestCostRatio = 1.5;
 
-Finding doubt(FindingCode code, std::size_t count, const Payload& payload) {
+Finding warning(FindingCode code, std::size_t count, const Payload& payload) {
   return {Severity::warning, code, "sightings", count, {}, payload};
 }
 
@@ -48,39 +48,40 @@ Stretch worst_stretch(const std::vector<StepReport>& reports) {
   return worst;
 }
 
-void doubt_filter(const SlamInput& input, const SlamResult& filtered, std::vector<Finding>& doubts) {
+void check_filter(const SlamInput& input, const SlamResult& filtered, std::vector<Finding>& findings) {
   const Stretch worst = worst_stretch(filtered.reports);
   if (worst.excess >= kLost)
-    return doubts.push_back(doubt(FindingCode::lost, worst.unfit,
-                                  payload::Stretch{.start_s = input.steps[worst.first].time_s - input.start_s,
-                                                   .end_s = input.steps[worst.last].time_s - input.start_s,
-                                                   .all = worst.seen}));
+    return findings.push_back(
+        warning(FindingCode::lost, worst.unfit,
+                payload::Stretch{.start_s = input.steps[worst.first].time_s - input.start_s,
+                                 .end_s = input.steps[worst.last].time_s - input.start_s,
+                                 .all = worst.seen}));
   const SlamCounts& counts = filtered.counts;
   const std::size_t seen = counts.matched + counts.rejected;
   if (seen >= kFewestSightings && counts.median_nis > kGreatestMedian)
-    doubts.push_back(doubt(FindingCode::noise, seen, payload::Amount{counts.median_nis}));
+    findings.push_back(warning(FindingCode::noise, seen, payload::Amount{counts.median_nis}));
 }
 
-void doubt_smoother(const SmootherCounts& counts, std::vector<Finding>& doubts) {
+void check_smoother(const SmootherCounts& counts, std::vector<Finding>& findings) {
   if (!counts.converged)
-    doubts.push_back(doubt(FindingCode::not_converged, counts.sightings,
-                           payload::Amount{static_cast<double>(counts.iterations)}));
+    findings.push_back(warning(FindingCode::not_converged, counts.sightings,
+                               payload::Amount{static_cast<double>(counts.iterations)}));
   const double freedom = counts.degrees_of_freedom;
   const double outliers = static_cast<double>(counts.outliers) / static_cast<double>(counts.sightings);
   if (freedom <= 0.0 || outliers > kMostOutliers) return;  // they cost, and do not make the rest worse
   const double ratio = counts.cost / freedom;
   if (ratio > kGreatestCostRatio && ratio > 1.0 + kSigmasOfChance * std::sqrt(2.0 / freedom))
-    doubts.push_back(doubt(FindingCode::noise, counts.sightings, payload::Times{ratio}));
+    findings.push_back(warning(FindingCode::noise, counts.sightings, payload::Times{ratio}));
 }
 
 }  // namespace
 
-std::vector<Finding> doubts_about(const SlamInput& input, const SlamResult& filtered,
-                                  const SmoothedSlam* smoothed) {
-  std::vector<Finding> doubts;
-  doubt_filter(input, filtered, doubts);
-  if (smoothed != nullptr) doubt_smoother(smoothed->counts, doubts);
-  return doubts;
+std::vector<Finding> consistency_checks(const SlamInput& input, const SlamResult& filtered,
+                                        const SmoothedSlam* smoothed) {
+  std::vector<Finding> findings;
+  check_filter(input, filtered, findings);
+  if (smoothed != nullptr) check_smoother(smoothed->counts, findings);
+  return findings;
 }
 
 }  // namespace trundle::slam

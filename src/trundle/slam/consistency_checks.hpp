@@ -1,0 +1,14 @@
+#pragma once
+
+#include <vector>
+
+#include "trundle/slam/smoothing/smoother.hpp"
+
+namespace trundle::slam {
+
+/// What a run shows to be inconsistent: a filter that diverged, sigmas that are too small, a smoother that
+/// stopped early. Empty where it is consistent. `smoothed` may be null.
+[[nodiscard]] std::vector<Finding> consistency_checks(const SlamInput& input, const SlamResult& filtered,
+                                                      const SmoothedSlam* smoothed);
+
+}  // namespace trundle::slam
