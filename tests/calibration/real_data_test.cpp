@@ -193,6 +193,24 @@ TEST(RealData, WheelsAndLaserPoseFromScanMatches) {
   EXPECT_NEAR(found[5], kPublished[5], 0.05 * kPi / 180.0);
 }
 
+TEST(RealData, ALaserThatLooksAsideIsFoundBeforeTheWheelsAre) {
+  TRUNDLE_NEEDS_REAL_DATA("censi_calibration");
+  for (const double aside : {-kPi / 2.0, kPi / 2.0, kPi}) {
+    Recording recording = scan_matches();
+    const Pose2 turned{0.0, 0.0, aside};
+    for (RelativeMotion& motion : recording.relative_motions)
+      motion.motion = turned.inverse() * motion.motion * turned;
+    const std::vector<Recording> runs = {recording};
+    const CalibrationResult result = calibrate(runs, {}, khepera());
+    for (std::size_t j = 0; j < 3; ++j) {
+      const double published = kPublished[static_cast<int>(j)];
+      EXPECT_NEAR(value_of(kWheelsAndLaser[j], result.calibrated), published, 0.02 * published) << aside;
+    }
+    EXPECT_NEAR(wrap_angle(result.calibrated.body_from_reference.heading - aside), 0.0, 0.05);
+    EXPECT_THAT(result.warnings, testing::Contains(testing::HasSubstr("the reference sensor looks along")));
+  }
+}
+
 /// The sigmas that least squares claims when the residuals' variance is that of all but the `left_out` worst.
 Six sigmas_without_worst(const RelativeResiduals& residuals, double left_out) {
   const Matrix3 W = robust_covariance(residuals.residual).inverse();

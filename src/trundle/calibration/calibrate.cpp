@@ -37,7 +37,8 @@ std::string scale_taken_as_given(const Robot& robot, std::span<const Parameter> 
 
 void add_words(const Preparation& ready, const std::string& given_scale, CalibrationResult& result) {
   result.warnings.insert(result.warnings.end(), ready.silent.begin(), ready.silent.end());
-  if (!ready.scale.empty()) result.warnings.push_back(ready.scale);
+  for (const std::string& words : {ready.sensor_heading, ready.scale})
+    if (!words.empty()) result.warnings.push_back(words);
   for (const Finding& fault : ready.channels.faults)
     result.warnings.push_back(describe(fault) + "; already compensated in the calibrated robot");
   if (!given_scale.empty()) result.unobservable.push_back(given_scale);

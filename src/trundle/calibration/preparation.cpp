@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "trundle/calibration/initial_scale.hpp"
+#include "trundle/calibration/sensor_heading.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/io/words.hpp"
@@ -15,6 +16,9 @@
 
 namespace trundle::calibration {
 namespace {
+
+// Farther than anybody mounts a sensor askew without knowing.
+constexpr double kElsewhere_rad = radians(20.0);
 
 /// The mean offset of a clock in several logs, each with its weight.
 struct MeanOffset {
@@ -113,6 +117,21 @@ std::vector<std::string> leave_out_silent(const Robot& robot, std::vector<Run>& 
   return words;
 }
 
+/// A sensor that looks elsewhere than the robot file says would be explained by wheels that are none. Returns
+/// what is wrong, in words.
+std::string set_sensor_heading(std::span<const Run> runs, Robot& robot) {
+  const auto heading = sensor_heading(runs, robot);
+  double& given = robot.body_from_reference.heading;
+  if (!heading || std::abs(wrap_angle(*heading - given)) < kElsewhere_rad) return {};
+  std::string words = fmt::format(
+      "the reference sensor looks along {:.0f}° and not {:.0f}° from the robot's front: so it moves while "
+      "the "
+      "wheels roll straight; taken as such (write heading_deg under [reference] of the robot file)",
+      degrees(*heading), degrees(given));
+  given = *heading;
+  return words;
+}
+
 /// The fit finds the minimum next to where it starts: wheels that are far off by the references start right.
 /// Returns what is wrong, in words. Throws CannotAnswer where a unit is.
 std::string set_scale(std::span<const Run> runs, Robot& robot) {
@@ -138,6 +157,7 @@ Preparation prepare(std::span<const Recording> recordings, const Robot& given, b
                     .runs = {},
                     .gyro_clock = {},
                     .reference_clocks = {},
+                    .sensor_heading = {},
                     .scale = {},
                     .silent = {}};
   ready.start = ready.channels.robot;
@@ -146,6 +166,7 @@ Preparation prepare(std::span<const Recording> recordings, const Robot& given, b
   ready.runs = prepare_runs(recordings, ready.start);
   require_one_sense_of_turning(recordings, ready.runs, ready.start);
   ready.silent = leave_out_silent(ready.start, ready.runs);
+  ready.sensor_heading = set_sensor_heading(ready.runs, ready.start);
   ready.scale = set_scale(ready.runs, ready.start);
   if (!ready.scale.empty()) {
     ready.runs = prepare_runs(recordings, ready.start);

@@ -18,6 +18,7 @@ struct Preparation {
   std::vector<Run> runs;       ///< those that tell something
   std::optional<std::string> gyro_clock;        ///< how it was set, if it was
   std::optional<std::string> reference_clocks;  ///< the same
+  std::string sensor_heading;                   ///< what is wrong with where the reference sensor looks
   std::string scale;                            ///< what is wrong with the wheels' sizes
   std::vector<std::string> silent;              ///< runs that were left out, and why
 };
