@@ -48,6 +48,14 @@ void add_words(const Preparation& ready, const std::string& given_scale, Calibra
       result.unobservable.push_back(words);
 }
 
+/// The parameters that are asked for; of a sensor that looks elsewhere than said, where it sits.
+std::vector<std::string> free_besides(const CalibrateOptions& options, const Preparation& ready) {
+  std::vector<std::string> names = options.free;
+  if (!ready.sensor_heading.empty())
+    names.insert(names.end(), {"reference.x", "reference.y", "reference.heading"});
+  return names;
+}
+
 std::string names_of(std::span<const Parameter> parameters, const Robot& robot) {
   std::vector<std::string> names;
   for (const Parameter& parameter : parameters) names.push_back(name_of(parameter, robot));
@@ -105,7 +113,7 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   const Robot& nominal = ready.channels.robot;
   const FromOutside measured = from_outside(ready.runs);
   CalibrationProblem problem{ready.runs, ready.start,
-                             choose_parameters(nominal, measured, options.free, options.fix)};
+                             choose_parameters(nominal, measured, free_besides(options, ready), options.fix)};
   require_something_free(problem.parameters, training, nominal);
   const ValidatedEstimate validated = estimate_what_holds(problem);
   require_something_holds(validated, nominal);

@@ -15,7 +15,8 @@ namespace {
 
 /// What cannot be learned from.
 void require_something_to_learn_from(const RunInputs& inputs) {
-  if (!inputs.question.before.empty()) throw NotApplicable{"the robot was calibrated with the whole session"};
+  if (!inputs.question.before.empty())
+    throw NotApplicable{fmt::format("the robot was calibrated on {}", inputs.question.calibrated_on)};
   if (inputs.question.calibrate_on.empty() && inputs.robot.robot.calibration)
     throw NotApplicable{"the robot file has a [calibration] already: it is used as it is"};
   if (std::string words = nothing_to_calibrate(inputs.given.robot.chassis); !words.empty())

@@ -17,12 +17,25 @@ void require_sightings(const RunInputs& inputs, const RobotFile& robot) {
   if (!robot.robot.landmark_sensor) throw NotApplicable{"the robot file has no [landmark_sensor]"};
 }
 
+/// What a layout that knows its landmarks says of them.
+MapFile map_of(const Recording& recording) {
+  const auto is_of_landmarks = [](const InputFile& input) {
+    return std::filesystem::path(input.path).filename().string().starts_with("Landmark");
+  };
+  const auto file = std::ranges::find_if(recording.inputs, is_of_landmarks);
+  MapFile map{.landmarks = {}, .file = file == recording.inputs.end() ? recording.inputs.front() : *file};
+  for (const Landmark& landmark : recording.landmarks)
+    map.landmarks.push_back({.name = landmark.name, .position = landmark.position});
+  return map;
+}
+
 /// Where the landmarks are.
-MapFile known_map_of(const RunQuestion& question) {
-  if (!question.map.empty()) return read_map_file(question.map);
-  const std::filesystem::path path = std::filesystem::path(question.recording) / "landmarks.csv";
-  if (!std::filesystem::exists(path)) throw NotApplicable{"no map given (--map or landmarks.csv)"};
-  return read_map_file(path);
+MapFile known_map_of(const RunInputs& inputs) {
+  if (!inputs.question.map.empty()) return read_map_file(inputs.question.map);
+  const std::filesystem::path path = std::filesystem::path(inputs.question.recording) / "landmarks.csv";
+  if (std::filesystem::exists(path)) return read_map_file(path);
+  if (inputs.recording().landmarks.empty()) throw NotApplicable{"no map given (--map or landmarks.csv)"};
+  return map_of(inputs.recording());
 }
 
 /// Smoothed; where the sightings do not determine that, what the filter alone can say.
@@ -120,7 +133,7 @@ SightingColumns sightings_of(const SlamAnswer& slam) {
 
 Found<WrittenTrajectory> localize_on_map(const RunInputs& inputs, const RobotFile& robot, const Slip* slip) {
   require_sightings(inputs, robot);
-  const MapFile map = known_map_of(inputs.question);
+  const MapFile map = known_map_of(inputs);
   LocalizeQuestion question{.seed = inputs.question.slam.seed, .robot_number = inputs.question.robot_number};
   if (slip != nullptr) question.slip = slip_question(inputs);
   const LocalizeAnswer answer =

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "trundle/pipeline/run_results.hpp"
@@ -32,6 +34,8 @@ RunQuestion question_of_one(const RunInputs& inputs, const CalibratedRobot* cali
   question.output = inputs.in_folder(name);
   question.calibrate_on.clear();
   if (calibrated == nullptr) return question;
+  const std::vector<std::string>& others = inputs.question.calibrate_on;
+  question.calibrated_on = others.empty() ? "the whole session" : fmt::format("{}", fmt::join(others, ", "));
   question.before = inputs.question.robot;
   question.robot = calibrated->robot.file.path;
   return question;

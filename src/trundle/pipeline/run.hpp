@@ -28,6 +28,7 @@ struct RunQuestion {
   int robot_number = 0;  ///< of a folder with several robots; 0: not given
   /// The robot before it was calibrated elsewhere, to compare with; empty: `robot`.
   std::string before = {};
+  std::string calibrated_on = {};  ///< and on what it was, in words
 };
 
 /// What is told while it runs: before a stage, within a long one (done of so many steps), and after it.

@@ -16,8 +16,6 @@ constexpr double kLargestResidual = 4.0;    // robust sigmas: beyond, a wheel sl
 constexpr Eigen::Index kLags = 10;          // windows over which residuals may hang together
 constexpr double kFinest_s = 2e-5;          // of the search: far below the sigma of any log
 
-// Of clocks: at 1 rad/s, less than 0.3° between two headings, or at 1 m/s 5 mm.
-constexpr double kSmallOffset_s = 0.005;
 constexpr double kSignificant = 3.0;  // sigmas
 
 using Vector = Eigen::VectorXd;
@@ -44,16 +42,16 @@ struct Regression {
   }
 };
 
-Regression regress(const Vector& by_wheels, const Vector& by_other, const Vector& duration_s) {
+Regression regress(const Vector& fixed, const Vector& moved, const Vector& duration_s) {
   Regression result;
-  if (by_other.size() < 2) return result;
-  result.design.resize(by_other.size(), 2);
-  result.design << by_other, duration_s;
-  const Vector coefficients = result.design.colPivHouseholderQr().solve(by_wheels);
+  if (moved.size() < 2) return result;
+  result.design.resize(moved.size(), 2);
+  result.design << moved, duration_s;
+  const Vector coefficients = result.design.colPivHouseholderQr().solve(fixed);
   result.slope = coefficients[0];
-  result.residual = by_wheels - result.design * coefficients;
-  const Vector w = by_wheels - duration_s * (by_wheels.dot(duration_s) / duration_s.squaredNorm());
-  const Vector o = by_other - duration_s * (by_other.dot(duration_s) / duration_s.squaredNorm());
+  result.residual = fixed - result.design * coefficients;
+  const Vector w = fixed - duration_s * (fixed.dot(duration_s) / duration_s.squaredNorm());
+  const Vector o = moved - duration_s * (moved.dot(duration_s) / duration_s.squaredNorm());
   const double norms = w.norm() * o.norm();
   result.correlation = norms > 0.0 ? w.dot(o) / norms : 0.0;
   return result;
@@ -84,12 +82,12 @@ class Comparer {
   explicit Comparer(TwoClocks clocks) : clocks_(std::move(clocks)) {}
 
   Comparison at(double offset_s) {
-    const std::vector<Vector> others = clocks_.by_other(offset_s, clocks_.used);
+    const std::vector<Vector> others = clocks_.moved(offset_s, clocks_.used);
     const Vector duration_s = used_of(clocks_.duration_s, clocks_.used);
     Comparison comparison;
     for (std::size_t c = 0; c < others.size(); ++c)
       comparison.channels.push_back(
-          regress(used_of(clocks_.by_wheels[c], clocks_.used), used_of(others[c], clocks_.used), duration_s));
+          regress(used_of(clocks_.fixed[c], clocks_.used), used_of(others[c], clocks_.used), duration_s));
     return comparison;
   }
   bool has_enough() const {
@@ -161,7 +159,7 @@ double sigma_at(Comparer& compare, double offset_s, double step_s) {
 }  // namespace
 
 bool is_off(const TimeOffset& found, double given_s) {
-  return std::abs(found.offset_s - given_s) > std::max(kSmallOffset_s, kSignificant * found.sigma_s);
+  return std::abs(found.offset_s - given_s) > std::max(found.least_s, kSignificant * found.sigma_s);
 }
 
 std::optional<TimeOffset> find_offset(TwoClocks clocks, const OffsetSearch& search) {
@@ -173,8 +171,7 @@ std::optional<TimeOffset> find_offset(TwoClocks clocks, const OffsetSearch& sear
   if (!compare.has_enough()) return std::nullopt;
   offset = search_from(compare, offset, 4.0 * search.step_s, search.step_s);
   const double correlation = compare.at(offset).correlation();
-  // Between its samples the other's rate is taken as constant: the instant of a change is known that well.
-  const double sigma = std::hypot(sigma_at(compare, offset, search.sample_s), search.sample_s / 50.0);
+  const double sigma = std::hypot(sigma_at(compare, offset, search.sample_s), search.least_sigma_s);
   const bool told = std::abs(correlation) >= search.least_correlation && sigma <= search.largest_sigma_s &&
                     std::abs(offset - search.given_s) <= search.largest_s;
   if (!told) return std::nullopt;

@@ -90,16 +90,17 @@ std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Ali
   if (observability(rows_of(robot.chassis, false)).rank < 3) return std::nullopt;
   const double gyro_step_s = median_step(recording.gyro.time_s);
   Windows windows = windows_of(recording, readings, robot, options);
-  TwoClocks clocks{.by_wheels = {windows.by_wheels},
+  TwoClocks clocks{.fixed = {windows.by_wheels},
                    .duration_s = windows.duration_s,
                    .used = windows.used,
-                   .by_other = [&](double offset_s, std::vector<bool>& used) {
+                   .moved = [&](double offset_s, std::vector<bool>& used) {
                      return std::vector{turns_by_gyro(recording, robot, offset_s, windows, used)};
                    }};
   return find_offset(std::move(clocks), {.given_s = robot.chassis.gyro->time_offset_s,
                                          .largest_s = options.largest_s,
                                          .step_s = std::max(0.25 * options.window_s, 0.5 * gyro_step_s),
                                          .sample_s = gyro_step_s,
+                                         .least_sigma_s = gyro_step_s / 50.0,
                                          .largest_sigma_s = options.largest_sigma_s,
                                          .least_correlation = options.least_correlation});
 }

@@ -7,13 +7,14 @@
 
 namespace trundle::recording {
 
-/// How far the gyro's clock is from the wheels', found in a log.
+/// How far a sensor's clock is from the wheels', found in a log.
 struct TimeOffset {
   double offset_s =
       0.0;  ///< to be the gyro's time_offset_s in the robot file, that of the wheels being what it is
   double sigma_s = 0.0;  ///< with the scatter of this log, whatever causes it
   double correlation =
       0.0;  ///< of the two sensors' turns at that offset; negative: one of them has the wrong sign
+  double least_s = 0.005;  ///< what is less does no harm (at 1 rad/s 0.3°), or is within what stamps say
 };
 
 struct TimeOffsetOptions {

@@ -11,28 +11,29 @@
 namespace trundle::recording {
 
 /// Two sensors of one motion, window by window, each in as many quantities ('channels': its turn, its way).
-/// The clock of the other one is to be found.
+/// The windows are those of one of them, which is not interpolated.
 struct TwoClocks {
-  /// What the other sensor says with its stamps moved by an offset: an entry for each channel and window.
-  /// Windows that it misses are not used any more.
+  /// What the other one says of the windows when the clocks are so far apart: an entry for each channel and
+  /// window. Windows that it misses are not used any more.
   using Other = std::function<std::vector<Eigen::VectorXd>(double offset_s, std::vector<bool>& used)>;
 
-  std::vector<Eigen::VectorXd> by_wheels;  ///< an entry for each channel
-  Eigen::VectorXd duration_s;              ///< of each window
+  std::vector<Eigen::VectorXd> fixed;  ///< an entry for each channel
+  Eigen::VectorXd duration_s;          ///< of each window
   std::vector<bool> used;
-  Other by_other;
+  Other moved;
 };
 
 struct OffsetSearch {
-  double given_s = 0.0;    ///< where it starts
-  double largest_s = 0.0;  ///< searched on both sides of it
-  double step_s = 0.0;     ///< fine enough to see the minimum
-  double sample_s = 0.0;   ///< the other sensor's usual step
+  double given_s = 0.0;        ///< where it starts
+  double largest_s = 0.0;      ///< searched on both sides of it
+  double step_s = 0.0;         ///< fine enough to see the minimum
+  double sample_s = 0.0;       ///< usual step of the one that is interpolated
+  double least_sigma_s = 0.0;  ///< between samples rates are taken as constant: a change is known that well
   double largest_sigma_s = 0.0;
   double least_correlation = 0.0;  ///< in the channel in which the sensors agree best
 };
 
-/// The offset at which wheels = a · other + b · duration + residual leaves least, in all channels together,
+/// The offset at which fixed = a · moved + b · duration + residual leaves least, in all channels together,
 /// each with its own a, b and noise; windows with a residual that no noise explains (slip) are left out. σ
 /// has the scatter of the residuals, which may hang together over some windows [Newey & West 1987]. Nothing
 /// where hardly a window is left, the sensors do not speak of the same motion, or σ is too large.

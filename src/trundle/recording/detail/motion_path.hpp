@@ -1,0 +1,27 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "trundle/recording/alignment/align.hpp"
+
+namespace trundle::recording {
+
+/// Where the body is at any time, by the sensors on board: from its first pose, at constant twist within each
+/// interval.
+struct MotionPath {
+  std::vector<double> time_s;
+  std::vector<Pose2> poses;
+  std::vector<Twist2> twists;  ///< from each pose to the next
+  std::vector<bool> bridged;   ///< the same: across a gap
+
+  /// Whether motion is known from one time to a later one.
+  [[nodiscard]] bool covers(double start_s, double end_s) const;
+  /// At a time from the first to before the last.
+  [[nodiscard]] Pose2 at(double time) const;
+};
+
+/// By wheels alone where they tell the motion, else with the gyro; nothing where that is not enough.
+[[nodiscard]] std::optional<MotionPath> motion_path(const AlignedReadings& readings, const Robot& robot);
+
+}  // namespace trundle::recording

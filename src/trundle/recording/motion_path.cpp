@@ -1,0 +1,45 @@
+#include "trundle/recording/detail/motion_path.hpp"
+
+#include <algorithm>
+
+#include "trundle/chassis/rows.hpp"
+
+namespace trundle::recording {
+namespace {
+
+/// The interval in which a time lies.
+std::size_t interval_at(const std::vector<double>& bounds, double time) {
+  return static_cast<std::size_t>(std::ranges::upper_bound(bounds, time) - bounds.begin()) - 1;
+}
+
+}  // namespace
+
+bool MotionPath::covers(double start_s, double end_s) const {
+  if (start_s < time_s.front() || end_s >= time_s.back()) return false;
+  for (std::size_t i = interval_at(time_s, start_s); i < bridged.size() && time_s[i] < end_s; ++i)
+    if (bridged[i]) return false;
+  return true;
+}
+
+Pose2 MotionPath::at(double time) const {
+  const std::size_t i = interval_at(time_s, time);
+  const double u = (time - time_s[i]) / (time_s[i + 1] - time_s[i]);
+  return poses[i] * exp({u * twists[i].dx, u * twists[i].dy, u * twists[i].dtheta});
+}
+
+std::optional<MotionPath> motion_path(const AlignedReadings& readings, const Robot& robot) {
+  const bool with_gyro = observability(rows_of(robot.chassis, false)).rank < 3;
+  const Rows rows = rows_of(robot.chassis, with_gyro);
+  if (readings.increments.empty() || observability(rows).rank < 3) return std::nullopt;
+  MotionPath path{.time_s = {readings.start_s}, .poses = {Pose2{}}, .twists = {}, .bridged = {}};
+  for (std::size_t i = 0; i < readings.increments.size(); ++i) {
+    const Increment& increment = readings.increments[i];
+    path.twists.push_back(twist_of(robot.chassis, rows, increment));
+    path.poses.push_back(path.poses.back() * exp(path.twists.back()));
+    path.time_s.push_back(increment.time_s);
+    path.bridged.push_back(readings.bridged[i] || (with_gyro && !increment.has_gyro));
+  }
+  return path;
+}
+
+}  // namespace trundle::recording
