@@ -5,9 +5,10 @@
 #include <cmath>
 #include <vector>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include "trundle/chassis/rows.hpp"
+#include "trundle/geometry/decompositions.hpp"
 #include "trundle/recording/csv/detail/table.hpp"
 #include "trundle/statistics/median.hpp"
 #include "trundle/statistics/minimum.hpp"
@@ -104,7 +105,7 @@ Regression regress(const Vector& by_wheels, const Vector& by_gyro, const Vector&
   if (by_gyro.size() < 2) return result;
   result.design.resize(by_gyro.size(), 2);
   result.design << by_gyro, duration_s;
-  const Vector coefficients = result.design.colPivHouseholderQr().solve(by_wheels);
+  const Vector coefficients = least_squares(result.design, by_wheels);
   result.slope = coefficients[0];
   result.residual = by_wheels - result.design * coefficients;
   const Vector w = by_wheels - duration_s * (by_wheels.dot(duration_s) / duration_s.squaredNorm());
@@ -175,7 +176,7 @@ double sigma_at(Search& search, double offset_s, double step_s) {
   if (before.residual.size() != here.residual.size() || after.residual.size() != here.residual.size())
     return INFINITY;
   Vector d = here.slope * (after.design.col(0) - before.design.col(0)) / (2.0 * step_s);
-  d -= here.design * here.design.colPivHouseholderQr().solve(d);
+  d -= here.design * least_squares(here.design, d);
   const Vector g = here.residual.cwiseProduct(d);
   const double own = g.squaredNorm();
   double variance = own;
