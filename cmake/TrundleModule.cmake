@@ -4,6 +4,11 @@ add_library(trundle_compile_options INTERFACE)
 target_compile_features(trundle_compile_options INTERFACE cxx_std_20)
 target_compile_options(trundle_compile_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
                                                          -Wno-sign-conversion -ffp-contract=off)
+# To collect garbage in less than 2 GB (twice this, in kB) takes GCC an eighth of its time. Clang-tidy, which is given
+# the same options, does not know this one.
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT CMAKE_CXX_CLANG_TIDY)
+  target_compile_options(trundle_compile_options INTERFACE --param=ggc-min-heapsize=1048576)
+endif()
 if(TRUNDLE_WERROR)
   target_compile_options(trundle_compile_options INTERFACE -Werror)
 endif()

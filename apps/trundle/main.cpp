@@ -1,54 +1,6 @@
-#include <algorithm>
-#include <string>
-#include <vector>
+#include "program.hpp"
 
-#include <fmt/core.h>
-
-#include "trundle/io/words.hpp"
-
-#include "command.hpp"
-#include "commands.hpp"
-
-namespace {
-
-int fail(trundle::io::ExitCode code, const char* what) {
-  fmt::print(stderr, "trundle: {}\n", trundle::io::one_line(what));
-  return code;
-}
-
-/// A misspelt command is named as what is wrong, with the one that may be meant.
-void require_command(const CLI::App& app, int argc, char** argv) {
-  const std::string first = argc > 1 ? argv[1] : "";
-  std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
-    names.push_back(command->get_name());
-  if (first.empty() || first.front() == '-' || std::ranges::find(names, first) != names.end()) return;
-  const std::string nearest = trundle::io::nearest_name(first, names);
-  throw CLI::ValidationError(nearest.empty()
-                                 ? fmt::format("unknown command '{}'; --help names all", first)
-                                 : fmt::format("unknown command '{}'; expected '{}'", first, nearest));
-}
-
-}  // namespace
-
+// Alone in its file: whatever includes CLI11 costs the compiler seconds, and the commands do already.
 int main(int argc, char** argv) {
-  using namespace trundle;
-  using namespace trundle::app;
-  CLI::App app;
-  add_commands(app);
-  try {
-    require_command(app, argc, argv);
-    app.parse(argc, argv);
-    if (app.get_subcommands().empty()) throw CLI::RequiredError("A command");
-    require_printed();
-    return kDone;
-  } catch (const CLI::Success& success) {
-    return app.exit(success);
-  } catch (const CLI::ParseError& error) {
-    return fail(kUsage, error.what());
-  } catch (const Exit& exit) {
-    return exit.message.empty() ? exit.code : fail(exit.code, exit.message.c_str());
-  } catch (const std::exception& error) {
-    return fail(exit_code_of(error), error.what());
-  }
+  return trundle::app::run_program(argc, argv);
 }

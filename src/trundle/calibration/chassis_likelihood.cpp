@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include <Eigen/LU>
+#include "trundle/geometry/decompositions.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -98,7 +98,7 @@ void add_window(const Window& window, const Context& context, Information& infor
     J.col(static_cast<Eigen::Index>(j)) =
         P.transpose() * (context.row_derivatives[j].topRows(n) * twist - dz.head(n));
   }
-  add_within(information, J, S.inverse(), P.transpose() * z.head(n), context.gate);
+  add_within(information, J, inverse_of(S), P.transpose() * z.head(n), context.gate);
 }
 
 }  // namespace

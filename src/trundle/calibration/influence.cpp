@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include <Eigen/Cholesky>
+#include "trundle/geometry/decompositions.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -34,18 +34,18 @@ class Steps {
 
   /// eq. 13: u = (A + I)⁻¹ (b − û).
   Eigen::VectorXd step(const Information& of_some) const {
-    return estimate_ + basis_ * precision(of_some).solve(of_some.gradient - moved_);
+    return estimate_ + basis_ * solve_ldlt(precision(of_some), of_some.gradient - moved_);
   }
 
   /// eq. 14: the square roots of the diagonal of B (A + I)⁻¹ Bᵀ.
   Eigen::VectorXd sigma(const Information& of_some) const {
-    const Eigen::MatrixXd covariance = basis_ * precision(of_some).solve(basis_.transpose());
+    const Eigen::MatrixXd covariance = basis_ * divide_ldlt(basis_, precision(of_some)).transpose();
     return covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   }
 
  private:
-  static Eigen::LDLT<Eigen::MatrixXd> precision(const Information& of_some) {
-    return (of_some.matrix + Eigen::MatrixXd::Identity(of_some.matrix.rows(), of_some.matrix.cols())).ldlt();
+  static Eigen::MatrixXd precision(const Information& of_some) {
+    return of_some.matrix + Eigen::MatrixXd::Identity(of_some.matrix.rows(), of_some.matrix.cols());
   }
 
   Eigen::VectorXd estimate_;

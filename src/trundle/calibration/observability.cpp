@@ -2,10 +2,10 @@
 
 #include <limits>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include "trundle/geometry/decompositions.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -21,9 +21,7 @@ Eigen::MatrixXd complement(const std::vector<HeldCombination>& held, Eigen::Inde
   Eigen::MatrixXd constraints(n, static_cast<Eigen::Index>(held.size()));
   for (std::size_t i = 0; i < held.size(); ++i)
     constraints.col(static_cast<Eigen::Index>(i)) = held[i].combination;
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(constraints);
-  const Eigen::MatrixXd Q = qr.householderQ();
-  return Q.rightCols(n - constraints.cols());
+  return orthogonal_complement(constraints);
 }
 
 /// The part of a badly seen direction that belongs to the kind of parameter it is mostly made of.
@@ -99,12 +97,11 @@ EstimableSpace estimable_space(const Eigen::MatrixXd& information, std::span<con
   for (bool first = true;; first = false) {
     space.basis = complement(space.held, n);
     if (space.basis.cols() == 0) break;
-    const Eigen::MatrixXd reduced = space.basis.transpose() * scaled * space.basis;
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(reduced);
-    const Eigen::MatrixXd vectors = space.basis * eigen.eigenvectors();
+    const SymmetricEigen eigen = symmetric_eigen(space.basis.transpose() * scaled * space.basis);
+    const Eigen::MatrixXd vectors = space.basis * eigen.vectors;
     Eigen::VectorXd variance = Eigen::VectorXd::Zero(n);
-    for (Eigen::Index k = 0; k < eigen.eigenvalues().size(); ++k) {
-      const double seen = eigen.eigenvalues()[k];
+    for (Eigen::Index k = 0; k < eigen.values.size(); ++k) {
+      const double seen = eigen.values[k];
       const double inverse = seen > kNoInformation ? 1.0 / seen : std::numeric_limits<double>::infinity();
       for (Eigen::Index i = 0; i < n; ++i)
         if (std::abs(vectors(i, k)) > 1e-6) variance[i] += inverse * vectors(i, k) * vectors(i, k);
@@ -113,7 +110,7 @@ EstimableSpace estimable_space(const Eigen::MatrixXd& information, std::span<con
       space.sigma_data = space.scale.cwiseProduct(variance.cwiseSqrt());
       for (Eigen::Index k = n - 1; k >= 0; --k) {
         const Eigen::VectorXd v = vectors.col(k);
-        space.directions.push_back({std::sqrt(std::max(eigen.eigenvalues()[k], 0.0)), {v.begin(), v.end()}});
+        space.directions.push_back({std::sqrt(std::max(eigen.values[k], 0.0)), {v.begin(), v.end()}});
       }
     }
     if (variance.maxCoeff() <= 1.0) break;
@@ -125,7 +122,7 @@ EstimableSpace estimable_space(const Eigen::MatrixXd& information, std::span<con
 Eigen::MatrixXd constrained_inverse(const Eigen::MatrixXd& information, const EstimableSpace& space) {
   const Eigen::MatrixXd B = space.scale.asDiagonal() * space.basis;
   if (B.cols() == 0) return Eigen::MatrixXd::Zero(information.rows(), information.cols());
-  return B * (B.transpose() * information * B).ldlt().solve(B.transpose());
+  return B * divide_ldlt(B, B.transpose() * information * B).transpose();
 }
 
 HeldWords reason_for(const HeldCombination& held, std::span<const Parameter> parameters,

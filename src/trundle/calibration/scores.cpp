@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
-
+#include "trundle/geometry/decompositions.hpp"
 #include "trundle/statistics/median.hpp"
 
 namespace trundle::calibration {
@@ -27,13 +26,12 @@ struct ScoreStatistic {
 };
 
 ScoreStatistic score_statistic(const Information& information, const Eigen::MatrixXd& whitening) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(whitening.transpose() * information.matrix *
-                                                             whitening);
-  const Eigen::VectorXd g = eigen.eigenvectors().transpose() * (whitening.transpose() * information.gradient);
+  const SymmetricEigen eigen = symmetric_eigen(whitening.transpose() * information.matrix * whitening);
+  const Eigen::VectorXd g = eigen.vectors.transpose() * (whitening.transpose() * information.gradient);
   ScoreStatistic score;
   for (Eigen::Index k = 0; k < g.size(); ++k) {
-    if (eigen.eigenvalues()[k] < kShareThatCounts) continue;
-    score.chi2 += g[k] * g[k] / eigen.eigenvalues()[k];
+    if (eigen.values[k] < kShareThatCounts) continue;
+    score.chi2 += g[k] * g[k] / eigen.values[k];
     ++score.rank;
   }
   return score;
@@ -42,8 +40,7 @@ ScoreStatistic score_statistic(const Information& information, const Eigen::Matr
 /// Columns that make the information of all runs the unit matrix, within the estimable space.
 Eigen::MatrixXd whitening_of(const Likelihood& likelihood, const Robot& robot, const EstimableSpace& space) {
   const Eigen::MatrixXd B = space.scale.asDiagonal() * space.basis;
-  const Eigen::MatrixXd all = B.transpose() * total_information(likelihood, robot).matrix * B;
-  return B * Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(all).operatorInverseSqrt();
+  return B * inverse_square_root(B.transpose() * total_information(likelihood, robot).matrix * B);
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Cholesky>
+#include "trundle/geometry/decompositions.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -41,8 +41,8 @@ class GaussNewton {
   std::optional<NewtonStep> solve() {
     Eigen::MatrixXd N = columns_.transpose() * here_.information.matrix * columns_;
     N.diagonal().array() += prior_weight_;
-    step_ = N.ldlt().solve(columns_.transpose() * here_.information.gradient -
-                           prior_weight_ * (basis_.transpose() * moved_));
+    step_ = solve_ldlt(
+        N, columns_.transpose() * here_.information.gradient - prior_weight_ * (basis_.transpose() * moved_));
     if (const double size = step_.cwiseAbs().maxCoeff(); size > 1.0) step_ /= size;
     NewtonStep step{.sigmas = std::sqrt(step_.dot(N * step_))};
     (basis_ * step_).cwiseAbs().maxCoeff(&step.parameter);

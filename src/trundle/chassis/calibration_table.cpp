@@ -2,9 +2,8 @@
 
 #include <algorithm>
 
-#include <Eigen/Eigenvalues>
-
 #include "trundle/chassis/parameter.hpp"
+#include "trundle/geometry/decompositions.hpp"
 
 namespace trundle::chassis::robot_file {
 namespace {
@@ -109,8 +108,8 @@ void check_covariance(const Section& section, const toml::node& node, const Eige
          fmt::format("covariance has {} at ({}, {}) and {} at ({}, {})", covariance(row, column), row + 1,
                      column + 1, covariance(column, row), column + 1, row + 1),
          "a symmetric matrix");
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(correlation, Eigen::EigenvaluesOnly);
-  if (eigen.eigenvalues().minCoeff() < -kCovarianceTolerance * static_cast<double>(covariance.rows()))
+  if (symmetric_eigenvalues(correlation).minCoeff() <
+      -kCovarianceTolerance * static_cast<double>(covariance.rows()))
     fail(section.source, node.source(), "covariance gives some combination of parameters a negative variance",
          "a positive semidefinite matrix");
 }

@@ -1,7 +1,10 @@
 #include "trundle/chassis/rows.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <Eigen/QR>
 
+#include "trundle/geometry/decompositions.hpp"
 #include "trundle/geometry/squared.hpp"
 
 namespace trundle::chassis {
@@ -217,13 +220,12 @@ ResidualTest residual_test(const Rows& rows, const Readings& readings) {
 
 Observability observability(const Rows& rows) {
   Observability result;
-  const Eigen::MatrixXd H = scaled(rows.H);
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(H, Eigen::ComputeFullV);
+  const auto [seen, directions] = right_singular_vectors(scaled(rows.H));
   for (int i = 0; i < 3; ++i) {
-    if (i < svd.singularValues().size() && svd.singularValues()[i] > kRankLimit) {
+    if (i < seen.size() && seen[i] > kRankLimit) {
       ++result.rank;
     } else {
-      result.unobservable.emplace_back(svd.matrixV().col(i));
+      result.unobservable.emplace_back(directions.col(i));
     }
   }
   const Combinations P = left_null_space(rows);

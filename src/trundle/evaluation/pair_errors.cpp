@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
+#include "trundle/geometry/decompositions.hpp"
 
 namespace trundle::evaluation {
 
@@ -40,9 +40,9 @@ std::optional<double> normalised_error(const PosePair& pair, int dof) {
   Vector3 error;
   error.head<2>() = pair.estimate.translation() - pair.reference.translation();
   error.z() = dof == 3 ? heading_error(pair) : 0.0;
-  const Eigen::LLT<Eigen::MatrixXd> cholesky(pair.covariance->topLeftCorner(dof, dof));
-  if (cholesky.info() != Eigen::Success) return std::nullopt;
-  return cholesky.matrixL().solve(error.head(dof)).squaredNorm();
+  const auto misfit = gaussian_misfit(error.head(dof), pair.covariance->topLeftCorner(dof, dof));
+  if (!misfit) return std::nullopt;
+  return misfit->squared_mahalanobis;
 }
 
 }  // namespace trundle::evaluation

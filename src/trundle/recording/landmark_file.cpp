@@ -4,9 +4,9 @@
 #include <cmath>
 #include <set>
 
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
+#include "trundle/geometry/decompositions.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/recording/csv/reader.hpp"
 
@@ -81,7 +81,7 @@ void require_of_map(const Eigen::MatrixXd& covariance, const std::vector<MapLand
   Eigen::MatrixXd correlation = scale.asDiagonal() * covariance * scale.asDiagonal();
   correlation.diagonal().array() += kSame;
   const bool symmetric = (correlation - correlation.transpose()).cwiseAbs().maxCoeff() <= kSame;
-  if (!symmetric || Eigen::LLT<Eigen::MatrixXd>(correlation).info() != Eigen::Success)
+  if (!symmetric || !is_positive_definite(correlation))
     throw InputError(file, "is no covariance", "a symmetric matrix without negative eigenvalues");
 }
 

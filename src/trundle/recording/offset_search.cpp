@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
+#include "trundle/geometry/decompositions.hpp"
 #include "trundle/statistics/median.hpp"
 #include "trundle/statistics/minimum.hpp"
 
@@ -47,7 +48,7 @@ Regression regress(const Vector& fixed, const Vector& moved, const Vector& durat
   if (moved.size() < 2) return result;
   result.design.resize(moved.size(), 2);
   result.design << moved, duration_s;
-  const Vector coefficients = result.design.colPivHouseholderQr().solve(fixed);
+  const Vector coefficients = least_squares(result.design, fixed);
   result.slope = coefficients[0];
   result.residual = fixed - result.design * coefficients;
   const Vector w = fixed - duration_s * (fixed.dot(duration_s) / duration_s.squaredNorm());
@@ -142,7 +143,7 @@ double sigma_at(Comparer& compare, double offset_s, double step_s) {
       return INFINITY;
     Vector d =
         r.slope * (after.channels[c].design.col(0) - before.channels[c].design.col(0)) / (2.0 * step_s);
-    d -= r.design * r.design.colPivHouseholderQr().solve(d);
+    d -= r.design * least_squares(r.design, d);
     const double weight = here.channels.front().mean_square() / r.mean_square();
     if (c == 0) score = Vector::Zero(r.residual.size());
     score += weight * r.residual.cwiseProduct(d);

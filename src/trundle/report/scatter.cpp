@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
-
+#include "trundle/geometry/decompositions.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 namespace trundle::report {
@@ -39,9 +38,10 @@ double axis_angle(const Vector2& axis) {
 
 /// All points at most c sigmas from the mean.
 Ellipse ellipse_of(const Vector2& mean, const Matrix2& covariance, double c) {
-  const Eigen::SelfAdjointEigenSolver<Matrix2> axes(covariance);
-  const Vector2 sigma = axes.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  return {mean, c * sigma(1), c * sigma(0), axis_angle(axes.eigenvectors().col(1))};
+  const SymmetricEigen axes = symmetric_eigen(covariance);
+  const Vector2 variances = axes.values;
+  const Vector2 sigma = variances.cwiseMax(0.0).cwiseSqrt();
+  return {mean, c * sigma(1), c * sigma(0), axis_angle(axes.vectors.col(1))};
 }
 
 }  // namespace

@@ -2,8 +2,9 @@
 
 #include <cassert>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 
+#include "trundle/geometry/decompositions.hpp"
 #include "trundle/io/error.hpp"
 
 namespace trundle::simulation {
@@ -42,10 +43,8 @@ RowVector ratios_of_diameters(const Scenario& scenario, const Rows& rows) {
   return ratio;
 }
 
-int rank_of(const RowBlock& H) {
-  Eigen::ColPivHouseholderQR<RowBlock> qr(H);
-  qr.setThreshold(1e-9);
-  return static_cast<int>(qr.rank());
+bool sees_all_directions(const RowBlock& H) {
+  return rank_of(H, 1e-9) == 3;
 }
 
 }  // namespace
@@ -62,13 +61,13 @@ Kinematics::Kinematics(const Scenario& scenario)
 void Kinematics::prepare_solver(const Scenario& scenario) {
   RowBlock H = true_rows_.H;
   const auto& gyro = scenario.truth.chassis.gyro;
-  if (rank_of(H) < 3 && gyro && scenario.nominal.chassis.gyro) {
+  if (!sees_all_directions(H) && gyro && scenario.nominal.chassis.gyro) {
     holds_heading_ = true;
     gyro_scale_ratio_ = gyro->scale / scenario.nominal.chassis.gyro->scale;
     H.conservativeResize(H.rows() + 1, 3);
     H.row(H.rows() - 1) << 0.0, 0.0, 1.0;
   }
-  if (rank_of(H) < 3)
+  if (!sees_all_directions(H))
     throw CannotAnswer(
         "the wheels do not see every direction of motion, so the robot cannot steer by them: "
         "choose the truth as the one that drives the path, or add a gyro or wheels");

@@ -4,8 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
-
+#include "trundle/geometry/decompositions.hpp"
 #include "trundle/odometry/uncertain.hpp"
 
 namespace trundle::slam {
@@ -32,11 +31,9 @@ bool moves_the_body(const Parameter& parameter) {
 Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance, Index most) {
   const Eigen::VectorXd sigma = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   const Eigen::VectorXd scale = (sigma.array() > 0.0).select(sigma.cwiseInverse(), 0.0);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * covariance *
-                                                             scale.asDiagonal());
-  const Eigen::VectorXd& variances = eigen.eigenvalues();  // ascending
+  const auto [variances, axes] = symmetric_eigen(scale.asDiagonal() * covariance * scale.asDiagonal());
   const Index open = std::min<Index>((variances.array() > kNoVariance).count(), most);
-  return sigma.asDiagonal() * eigen.eigenvectors().rowwise().reverse().leftCols(open) *
+  return sigma.asDiagonal() * axes.rowwise().reverse().leftCols(open) *
          variances.reverse().head(open).cwiseSqrt().asDiagonal();
 }
 

@@ -1,8 +1,9 @@
 #include "trundle/slip/parity.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
+#include "trundle/geometry/decompositions.hpp"
 #include "trundle/io/error.hpp"
 
 namespace trundle::slip {
@@ -21,7 +22,7 @@ Eigen::MatrixXd twist_solver(const Rows& rows, double size_m) {
     if (rows.row[static_cast<std::size_t>(i)].kind == RowKind::gyro) weight[i] = size_m;
   H = weight.asDiagonal() * H;
   H.col(2) /= size_m;
-  Eigen::MatrixXd solver = H.completeOrthogonalDecomposition().pseudoInverse() * weight.asDiagonal();
+  Eigen::MatrixXd solver = pseudo_inverse(H) * weight.asDiagonal();
   solver.row(2) /= size_m;
   return solver;
 }
@@ -129,8 +130,7 @@ bool Parity::is_stuck(const Contradiction& c) const {
   }
   if (uses_gyro() && std::abs(c.gyro_rad) < kStillGyro * c.gyro_sigma_rad) keep(rows.measured - 1);
   if (turning < 2 || still.rows() == 0) return false;
-  const auto rank = [](const RowMatrix& H) { return Eigen::ColPivHouseholderQR<RowMatrix>(H).rank(); };
-  return rank(still) == rank(rows.H.topRows(rows.measured));
+  return rank_of(still) == rank_of(rows.H.topRows(rows.measured));
 }
 
 }  // namespace trundle::slip

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "trundle/chassis/rows.hpp"
+#include "trundle/geometry/decompositions.hpp"
 #include "trundle/geometry/squared.hpp"
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/statistics/distribution.hpp"
@@ -137,10 +138,12 @@ double parity_deviance(std::span<const Displacement> displacements, const Robot&
     if (displacement.parity.size() == 0) continue;
     // Of the sum: its noise grows with the way, but of the rounding only that of both ends is left.
     const RowVector variance = readings_of(chassis, redundancy.rows, displacement.rolled).variance;
-    const Eigen::LLT<Eigen::MatrixXd> cholesky(
+    const auto misfit = gaussian_misfit(
+        displacement.parity,
         redundancy.P.transpose() * variance.head(redundancy.rows.measured).asDiagonal() * redundancy.P);
-    squares += cholesky.matrixL().solve(displacement.parity).squaredNorm();
-    log_determinants += 2.0 * cholesky.matrixLLT().diagonal().array().log().sum();
+    if (!misfit) return std::numeric_limits<double>::infinity();
+    squares += misfit->squared_mahalanobis;
+    log_determinants += misfit->log_determinant;
     count += static_cast<double>(displacement.parity.size());
   }
   if (count == 0.0) return 0.0;

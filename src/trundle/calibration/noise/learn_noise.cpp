@@ -5,10 +5,10 @@
 #include <cmath>
 #include <functional>
 
-#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include "trundle/calibration/noise/displacements.hpp"
+#include "trundle/geometry/decompositions.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/statistics/distribution.hpp"
 #include "trundle/statistics/minimum.hpp"
@@ -157,7 +157,7 @@ Eigen::VectorXd sigmas_of(Displacements displacements, const Robot& robot, const
     for (Eigen::Index j = i; j < n; ++j)
       curvature(i, j) = curvature(j, i) =
           (at(i, h, j, h) - at(i, h, j, -h) - at(i, -h, j, h) + at(i, -h, j, -h)) / (4.0 * h * h);
-  return (2.0 * curvature.inverse().diagonal()).cwiseMax(0.0).cwiseSqrt();
+  return (2.0 * inverse_of(curvature).diagonal()).cwiseMax(0.0).cwiseSqrt();
 }
 
 /// Levels and, where wheels are told apart, the sigmas of the logarithms of theirs.

@@ -3,8 +3,9 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 
+#include "trundle/geometry/decompositions.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/statistics/distribution.hpp"
 
@@ -158,7 +159,7 @@ SidedDrive most_likely(const SquareProblem& problem, const SquareVector& reading
   for (int i = 0; i < kMostSteps; ++i) {
     const Eigen::MatrixXd J = prediction_jacobian(problem, drive) * ways;
     const SquareVector residual = readings - problem.predict(drive);
-    const Eigen::VectorXd step = (J.transpose() * W * J).ldlt().solve(J.transpose() * W * residual);
+    const Eigen::VectorXd step = solve_ldlt(J.transpose() * W * J, J.transpose() * W * residual);
     const Vector3 change = ways * step;
     drive = SidedDrive::from(drive.vector() + change);
     if (!drive.vector().allFinite() || drive.vector().minCoeff() <= 0.0)
@@ -194,9 +195,9 @@ void describe_directions(const SquareProblem& problem, SquareMethod method, Squa
   const Eigen::Matrix<double, kSquareReadings, 3> scaled = whitening.asDiagonal() *
                                                            prediction_jacobian(problem, fit.drive) *
                                                            prior_sigmas(problem.nominal).asDiagonal();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeThinV);
-  fit.singular_values = svd.singularValues();
-  fit.directions = svd.matrixV();
+  const RightSingularVectors svd = right_singular_vectors(scaled);
+  fit.singular_values = svd.values;
+  fit.directions = svd.vectors;
 }
 
 /// What the sheet alone says of the mean diameter, all three unknowns free.
@@ -233,7 +234,7 @@ void fit_likelihood(const SquareProblem& problem, const SquareVector& readings, 
   const SquareMatrix& W = problem.statistics.weight;
   const Eigen::MatrixXd ways = freedom(problem.nominal, fit.mean_held);
   const Eigen::MatrixXd J = prediction_jacobian(problem, fit.drive) * ways;
-  const Eigen::MatrixXd K = ways * (J.transpose() * W * J).ldlt().solve(J.transpose() * W);
+  const Eigen::MatrixXd K = ways * solve_ldlt_columns(J.transpose() * W * J, J.transpose() * W);
   fit.covariance = K * problem.statistics.covariance * K.transpose();
 }
 

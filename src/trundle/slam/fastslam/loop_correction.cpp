@@ -1,6 +1,7 @@
 #include "trundle/slam/fastslam/loop_correction.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 namespace trundle::slam {
 

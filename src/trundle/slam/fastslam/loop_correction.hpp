@@ -5,8 +5,6 @@
 #include <span>
 #include <vector>
 
-#include <Eigen/Eigenvalues>
-
 #include "trundle/slam/fastslam/lost_covariance.hpp"
 
 namespace trundle::slam {

@@ -9,6 +9,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "trundle/geometry/decompositions.hpp"
+
 namespace trundle::slam {
 
 FrameCovariance FrameCovariance::about(const Vector2& other) const {
@@ -153,9 +155,10 @@ Matrix3 LostCovariance::beyond_scatter(const Vector2& position) const {
 /// What the particles still differ in may be more than it was then, along some direction: nothing is
 /// lost there.
 Matrix2 beyond_scatter(const Matrix2& total, const Matrix2& scatter) {
-  const Eigen::SelfAdjointEigenSolver<Matrix2> eigen(total - scatter);
-  const auto& V = eigen.eigenvectors();
-  return 2.0 * V * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * V.transpose();
+  const SymmetricEigen eigen = symmetric_eigen(total - scatter);
+  const Matrix2 V = eigen.vectors;
+  const Vector2 variances = eigen.values;
+  return 2.0 * V * variances.cwiseMax(0.0).asDiagonal() * V.transpose();
 }
 
 }  // namespace trundle::slam

@@ -5,6 +5,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "trundle/geometry/decompositions.hpp"
+
 namespace trundle::slam {
 namespace {
 
@@ -127,8 +129,7 @@ void PoseEkf::update(const std::vector<Match>& matches) {
   const BodyCovariance P = body_covariance_of(belief_);
   const Eigen::MatrixXd PHt = P * G.transpose() + X;
   const Eigen::MatrixXd S = G * PHt + X.transpose() * G.transpose() + W;
-  const Eigen::LLT<Eigen::MatrixXd> factor(S);
-  const Eigen::MatrixXd K = factor.solve(PHt.transpose()).transpose();
+  const Eigen::MatrixXd K = divide_cholesky(PHt, S);
   const Eigen::VectorXd change = K * innovation;
   belief_.pose = {belief_.pose.x + change[0], belief_.pose.y + change[1], belief_.pose.heading + change[2]};
   belief_.systematic += change.tail(body - 3);

@@ -2,9 +2,8 @@
 
 #include <algorithm>
 
-#include <Eigen/LU>
-
 #include "trundle/calibration/chassis_likelihood.hpp"
+#include "trundle/geometry/decompositions.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
 #include "trundle/slam/smoothing/smoother_start.hpp"
@@ -89,7 +88,7 @@ Trajectory poses_at_keyframes(const JointProblem& joint, std::span<const Associa
 /// What the data alone say of parameters whose prior is known about unit sigmas.
 Eigen::MatrixXd information_without_prior(const Eigen::MatrixXd& covariance) {
   const Eigen::Index n = covariance.rows();
-  Eigen::MatrixXd information = covariance.inverse();
+  Eigen::MatrixXd information = inverse_of(covariance);
   information = (0.5 * (information + information.transpose())).eval();
   const double rounding = kRounding * information.cwiseAbs().maxCoeff();
   information -= Eigen::MatrixXd::Identity(n, n);
@@ -140,7 +139,7 @@ RunEvidence evidence_of(const JointProblem& joint, std::size_t index, const Smoo
 
 /// How far a step goes, in sigmas of what is sought.
 double sigmas_of(const Eigen::VectorXd& q, const Eigen::MatrixXd& covariance) {
-  return std::sqrt(q.dot(covariance.inverse() * q));
+  return std::sqrt(q.dot(inverse_of(covariance) * q));
 }
 
 /// A fit on its way.

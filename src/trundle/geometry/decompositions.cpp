@@ -1,0 +1,86 @@
+#include "trundle/geometry/decompositions.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+namespace trundle::geometry {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+}  // namespace
+
+SymmetricEigen symmetric_eigen(const MatrixXd& A) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(A);
+  return {eigen.eigenvalues(), eigen.eigenvectors()};
+}
+
+VectorXd symmetric_eigenvalues(const MatrixXd& A) {
+  return Eigen::SelfAdjointEigenSolver<MatrixXd>(A, Eigen::EigenvaluesOnly).eigenvalues();
+}
+
+MatrixXd inverse_square_root(const MatrixXd& A) {
+  return Eigen::SelfAdjointEigenSolver<MatrixXd>(A).operatorInverseSqrt();
+}
+
+RightSingularVectors right_singular_vectors(const MatrixXd& A) {
+  const Eigen::JacobiSVD<MatrixXd> svd(A, Eigen::ComputeFullV);
+  return {svd.singularValues(), svd.matrixV()};
+}
+
+Index rank_of(const MatrixXd& A, std::optional<double> threshold) {
+  Eigen::ColPivHouseholderQR<MatrixXd> qr(A);
+  if (threshold) qr.setThreshold(*threshold);
+  return qr.rank();
+}
+
+MatrixXd orthogonal_complement(const MatrixXd& A) {
+  const MatrixXd Q = Eigen::HouseholderQR<MatrixXd>(A).householderQ();
+  return Q.rightCols(A.rows() - A.cols());
+}
+
+MatrixXd pseudo_inverse(const MatrixXd& A) {
+  return A.completeOrthogonalDecomposition().pseudoInverse();
+}
+
+VectorXd least_squares(const MatrixXd& A, const VectorXd& b) {
+  return A.colPivHouseholderQr().solve(b);
+}
+
+VectorXd solve_ldlt(const MatrixXd& A, const VectorXd& b) {
+  return A.ldlt().solve(b);
+}
+
+MatrixXd solve_ldlt_columns(const MatrixXd& A, const MatrixXd& B) {
+  return A.ldlt().solve(B);
+}
+
+MatrixXd divide_ldlt(const MatrixXd& B, const MatrixXd& A) {
+  return A.ldlt().solve(B.transpose()).transpose();
+}
+
+MatrixXd divide_cholesky(const MatrixXd& B, const MatrixXd& A) {
+  return A.llt().solve(B.transpose()).transpose();
+}
+
+bool is_positive_definite(const MatrixXd& A) {
+  return A.llt().info() == Eigen::Success;
+}
+
+std::optional<GaussianMisfit> gaussian_misfit(const VectorXd& b, const MatrixXd& A) {
+  const Eigen::LLT<MatrixXd> cholesky(A);
+  if (cholesky.info() != Eigen::Success) return std::nullopt;
+  return GaussianMisfit{cholesky.matrixL().solve(b).squaredNorm(),
+                        2.0 * cholesky.matrixLLT().diagonal().array().log().sum()};
+}
+
+MatrixXd inverse_of(const MatrixXd& A) {
+  return A.inverse();
+}
+
+}  // namespace trundle::geometry
