@@ -30,7 +30,7 @@ const section = (page, title) => page.locator('section', { has: page.getByRole('
 
 const sections = ['Health of the recording', 'Trajectories from above', 'Trajectories against the reference', 'Error along the way',
   'Is the stated uncertainty consistent? (NEES)', 'Slip over time', 'What clean driving looks like', 'Gyro bias', 'Effective particles',
-  'Do sightings agree with the filter? (NIS)', 'Calibration', 'Parameters', 'Convergence with the number of runs', 'End points of the closed runs', 'Runs of the calibration',
+  'Do sightings agree with the filter? (NIS)', 'Calibration', 'Notes', 'Parameters', 'Convergence with the number of runs', 'End points of the closed runs', 'Runs of the calibration',
   'Errors before and after', 'Residual of each training run', 'Observability', 'Correlation of the estimates', 'Where this comes from'];
 
 describe('the report page', { concurrency: 3 }, () => {

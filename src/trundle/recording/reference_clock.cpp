@@ -132,15 +132,15 @@ std::optional<TimeOffset> reference_time_offset(const ReferenceStream& reference
     if (with_heading) channels.push_back(channel(steps, &ReferenceStep::turn_rad));
     return channels;
   };
-  const double slower_s = std::max(sample_s, median_step(path->time_s));
+  const double row_s = median_step(path->time_s);
   auto found = find_offset(std::move(clocks), {.given_s = given_s,
                                                .largest_s = largest_s,
-                                               .step_s = 0.25 * window_s,
-                                               .sample_s = median_step(path->time_s),
-                                               .least_sigma_s = slower_s / 20.0,
+                                               .step_s = 0.5 * window_s,
+                                               .sample_s = row_s,
+                                               .least_sigma_s = std::max(sample_s, row_s) / 20.0,
                                                .largest_sigma_s = options.largest_sigma_s,
                                                .least_correlation = options.least_correlation});
-  if (found) found->least_s = slower_s;
+  if (found) found->least_s = sample_s + row_s;  // a stamp says when a row was written, not when measured
   return found;
 }
 
