@@ -13,7 +13,7 @@ namespace {
 constexpr double kStraight_rad = 0.1;
 // |Σ| over Σ| |: 1 where all directions agree, near 0 where they have nothing to do with each other.
 constexpr double kAgree = 0.8;
-constexpr double kFewestMotions = 10.0;
+constexpr double kFewestMotions = 10.0;  // so many unrelated directions agree by 0.8 in 1 of 2000 cases
 
 /// The sum of sensor × body and sensor · body over straight motions.
 struct Directions {
