@@ -53,7 +53,8 @@ ClockComparison compare_clocks(const Recording& recording, const AlignedReadings
 ClockComparison compare_reference_clock(const Recording& recording, const AlignedReadings& readings,
                                         const Robot& robot) {
   ClockComparison clocks{
-      .is_possible = !recording.reference.time_s.empty() && !recording.wheels.time_s.empty(),
+      .is_possible = !recording.reference.time_s.empty() &&
+                     (!recording.wheels.time_s.empty() || !recording.velocity.time_s.empty()),
       .offset = reference_time_offset(recording.reference, readings, robot),
       .problem = {}};
   if (!clocks.offset) return clocks;

@@ -85,7 +85,8 @@ inline constexpr Sentence kSentences[] = {
      "correct it, other programs do not: {remedy}"},
 
     {sighting_time_offset, with<ClockOffset>,
-     "the landmark sensor's stamps are {size:.0f} ms too {side} against the sensors' of motion: {remedy}"},
+     "the landmark sensor's stamps are {size:.0f} ms too {side} against the sensors' of motion, by its "
+     "bearings: {remedy}, and keep it if the innovations (NIS) become smaller"},
 
     // of counters
     {wrap, alone, "the counter of '{subject}' wraps {count} time{s}"},
