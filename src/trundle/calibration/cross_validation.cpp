@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -39,13 +40,11 @@ Run part_of(const Run& run, std::size_t first_epoch, std::size_t last_epoch) {
   return part;
 }
 
-/// What is left out in turn: the runs, or the halves of the only one that the reference follows.
-std::vector<Run> parts_of(std::span<const Run> runs) {
-  std::vector<Run> parts{runs.begin(), runs.end()};
-  if (parts.size() > 1) return parts;
-  const std::size_t middle = parts.front().epochs.size() / 2;
+/// The two halves of a run; nothing where the reference shows too little of it.
+std::vector<Run> halves_of(const Run& run) {
+  const std::size_t middle = run.epochs.size() / 2;
   if (middle < kFewestEpochs) return {};
-  return {part_of(runs.front(), 0, middle), part_of(runs.front(), middle, runs.front().epochs.size() - 1)};
+  return {part_of(run, 0, middle), part_of(run, middle, run.epochs.size() - 1)};
 }
 
 /// Position error of odometry with this robot [m], rms, laid on the reference as well as can be; nothing
@@ -54,10 +53,8 @@ std::optional<double> position_error(const Run& run, const Robot& robot) {
   if (run.epochs.empty()) return std::nullopt;
   Robot plain = robot;
   plain.calibration.reset();
-  AlignedReadings readings = run.readings;
-  readings.findings.clear();
   try {
-    const Trajectory odometry = integrate(readings, plain, {.learn_gyro_bias = false}).trajectory;
+    const Trajectory odometry = integrate(run.readings, plain, {.learn_gyro_bias = false}).trajectory;
     return evaluate(of_reference_sensor(odometry, plain), positions_of(run.reference),
                     {.alignment = Alignment::se2, .distances_m = {}})
         .position_m.rms;
@@ -86,9 +83,10 @@ std::string CrossValidation::words() const {
 }
 
 std::optional<CrossValidation> cross_validate(const CalibrationProblem& problem, const Estimate& estimate) {
-  const std::vector<Run> parts = parts_of(problem.runs);
-  if (parts.size() < 2) return std::nullopt;
   CrossValidation validation{.of_halves = problem.runs.size() == 1};
+  const std::vector<Run> halves = validation.of_halves ? halves_of(problem.runs.front()) : std::vector<Run>{};
+  const std::span<const Run> parts = validation.of_halves ? halves : problem.runs;
+  if (parts.size() < 2) return std::nullopt;
   const CalibrationProblem of_parts{parts, problem.nominal, problem.parameters};
   const Influence influence = influence_of(validation.of_halves ? estimate_parameters(of_parts) : estimate,
                                            problem.nominal, problem.parameters);

@@ -125,8 +125,7 @@ std::string set_sensor_heading(std::span<const Run> runs, Robot& robot) {
   if (!heading || std::abs(wrap_angle(*heading - given)) < kElsewhere_rad) return {};
   std::string words = fmt::format(
       "the reference sensor looks along {:.0f}° and not {:.0f}° from the robot's front: so it moves while "
-      "the "
-      "wheels roll straight; its pose is estimated (write it under [reference] of the robot file)",
+      "the wheels roll straight; its pose is estimated (write it under [reference] of the robot file)",
       degrees(*heading), degrees(given));
   given = *heading;
   return words;

@@ -1,26 +1,42 @@
 #include "trundle/inspection/clocks.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "trundle/chassis/rows.hpp"
 
 namespace trundle::inspection {
 namespace {
 
-/// Where `off_s` more sets the clock of a stream right, and what stands there.
-payload::ClockOffset clock_offset(const Recording& recording, const Robot& robot, std::string_view table,
-                                  const StreamOrigin& origin, double by_robot_s, double off_s) {
-  const double by_map_s = origin.time_offset_s;
+/// A clock of a sensor: the table of both files where its offset stands, and what stands there.
+struct GivenOffset {
+  std::string_view table;
+  double by_robot_s = 0.0;
+  double by_map_s = 0.0;
+};
+
+/// Where `off_s` more sets the clock right, and what stands there.
+payload::ClockOffset clock_offset(const Recording& recording, const Robot& robot, const GivenOffset& given,
+                                  double off_s) {
   const std::string map = recording_toml_of(recording);
   const std::string robot_file = robot.file.empty() ? "the robot file" : robot.file;
-  const bool in_map = by_map_s != 0.0 && !map.empty();
-  const bool in_both = in_map && by_robot_s != 0.0;
-  return {.table = table,
+  const bool in_map = given.by_map_s != 0.0 && !map.empty();
+  const bool in_both = in_map && given.by_robot_s != 0.0;
+  return {.table = given.table,
           .off_s = off_s,
-          .by_robot_s = by_robot_s,
-          .by_map_s = by_map_s,
+          .by_robot_s = given.by_robot_s,
+          .by_map_s = given.by_map_s,
           .file = in_map && !in_both ? map : robot_file,
           .map = in_both ? map : ""};
+}
+
+/// The comparison with its problem, `found` with the payload, where the offset is not the given one.
+ClockComparison judged(ClockComparison clocks, const GivenOffset& given, const Recording& recording,
+                       const Robot& robot, Finding found) {
+  if (!clocks.offset || !is_off(*clocks.offset, given.by_robot_s)) return clocks;
+  found.payload = clock_offset(recording, robot, given, clocks.offset->offset_s - given.by_robot_s);
+  clocks.problem = std::move(found);
+  return clocks;
 }
 
 bool has_two_clocks(const Recording& recording, const Robot& robot) {
@@ -38,51 +54,35 @@ std::string recording_toml_of(const Recording& recording) {
 
 ClockComparison compare_clocks(const Recording& recording, const AlignedReadings& readings,
                                const Robot& robot) {
-  ClockComparison clocks{.is_possible = has_two_clocks(recording, robot), .offset = {}, .problem = {}};
-  if (clocks.is_possible) clocks.offset = gyro_time_offset(recording, readings, robot);
-  if (!clocks.offset) return clocks;
-  const double given_s = robot.chassis.gyro->time_offset_s;
-  if (is_off(*clocks.offset, given_s))
-    clocks.problem = Finding{.code = FindingCode::time_offset,
-                             .place = recording.gyro.origin.file,
-                             .payload = clock_offset(recording, robot, "gyro", recording.gyro.origin, given_s,
-                                                     clocks.offset->offset_s - given_s)};
-  return clocks;
+  if (!has_two_clocks(recording, robot)) return {};
+  return judged({.is_possible = true, .offset = gyro_time_offset(recording, readings, robot), .problem = {}},
+                {"gyro", robot.chassis.gyro->time_offset_s, recording.gyro.origin.time_offset_s}, recording,
+                robot, {.code = FindingCode::time_offset, .place = recording.gyro.origin.file});
 }
 
 ClockComparison compare_reference_clock(const Recording& recording, const AlignedReadings& readings,
                                         const Robot& robot) {
-  ClockComparison clocks{
-      .is_possible = !recording.reference.time_s.empty() &&
-                     (!recording.wheels.time_s.empty() || !recording.velocity.time_s.empty()),
-      .offset = reference_time_offset(recording.reference, readings, robot),
-      .problem = {}};
-  if (!clocks.offset) return clocks;
-  const double given_s = robot.reference_time_offset_s;
-  if (is_off(*clocks.offset, given_s))
-    clocks.problem =
-        Finding{.severity = Severity::note,
-                .code = FindingCode::reference_time_offset,
-                .place = recording.reference.origin.file,
-                .payload = clock_offset(recording, robot, "reference", recording.reference.origin, given_s,
-                                        clocks.offset->offset_s - given_s)};
-  return clocks;
+  const ReferenceStream& reference = recording.reference;
+  const bool has_motion = !recording.wheels.time_s.empty() || !recording.velocity.time_s.empty();
+  return judged({.is_possible = has_motion && !reference.time_s.empty(),
+                 .offset = reference_time_offset(reference, readings, robot),
+                 .problem = {}},
+                {"reference", robot.reference_time_offset_s, reference.origin.time_offset_s}, recording,
+                robot,
+                {.severity = Severity::note,
+                 .code = FindingCode::reference_time_offset,
+                 .place = reference.origin.file});
 }
 
 ClockComparison compare_sighting_clock(const Recording& recording, const AlignedReadings& readings,
                                        const Robot& robot) {
-  ClockComparison clocks{.is_possible = robot.landmark_sensor && !recording.sightings.empty(),
-                         .offset = sighting_time_offset(recording.sightings, readings, robot),
-                         .problem = {}};
-  if (!clocks.offset) return clocks;
-  const double given_s = robot.landmark_sensor->time_offset_s;
-  if (is_off(*clocks.offset, given_s))
-    clocks.problem = Finding{.severity = Severity::note,
-                             .code = FindingCode::sighting_time_offset,
-                             .place = "sightings",
-                             .payload = clock_offset(recording, robot, "landmark_sensor", {}, given_s,
-                                                     clocks.offset->offset_s - given_s)};
-  return clocks;
+  if (!robot.landmark_sensor || recording.sightings.empty()) return {};
+  return judged(
+      {.is_possible = true,
+       .offset = sighting_time_offset(recording.sightings, readings, robot),
+       .problem = {}},
+      {"landmark_sensor", robot.landmark_sensor->time_offset_s}, recording, robot,
+      {.severity = Severity::note, .code = FindingCode::sighting_time_offset, .place = "sightings"});
 }
 
 }  // namespace trundle::inspection
