@@ -6,11 +6,11 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "names.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/pipeline/provenance.hpp"
 
 namespace trundle::app {
-using namespace pipeline;
 
 /// Thrown by a command that has done what can be done, and still failed.
 struct Exit {

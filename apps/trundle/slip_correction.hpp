@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "names.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
 
 namespace trundle::app {

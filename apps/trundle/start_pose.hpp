@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "names.hpp"
 #include "trundle/geometry/pose2.hpp"
 
 namespace trundle::app {
