@@ -2,11 +2,13 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <Eigen/LU>
 
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/statistics/descent.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 namespace trundle::calibration {
@@ -151,22 +153,41 @@ Eigen::MatrixXd freedom(const SidedDrive& nominal, bool mean_held) {
 }
 
 /// Gauss–Newton on the exact model. docs/theory/umbmark.md, eq. 13.
-SidedDrive most_likely(const SquareProblem& problem, const SquareVector& readings, SidedDrive drive,
-                       bool mean_held) {
-  const SquareMatrix& W = problem.statistics.weight;
-  const Eigen::MatrixXd ways = freedom(problem.nominal, mean_held);
-  constexpr int kMostSteps = 50;  // of Gauss–Newton: what has not converged by then does not
-  for (int i = 0; i < kMostSteps; ++i) {
-    const Eigen::MatrixXd J = prediction_jacobian(problem, drive) * ways;
-    const SquareVector residual = readings - problem.predict(drive);
-    const Eigen::VectorXd step = solve_ldlt(J.transpose() * W * J, J.transpose() * W * residual);
-    const Vector3 change = ways * step;
-    drive = SidedDrive::from(drive.vector() + change);
-    if (!drive.vector().allFinite() || drive.vector().minCoeff() <= 0.0)
-      throw CannotAnswer("no robot explains the sheet: the fit runs away; try --method orientation");
-    if ((change.array() / drive.vector().array()).abs().maxCoeff() < 1e-13) break;
+class SquareSearch {
+ public:
+  SquareSearch(const SquareProblem& problem, const SquareVector& readings, const SidedDrive& start,
+               bool mean_held)
+      : drive(start), problem_(problem), readings_(readings), ways_(freedom(problem.nominal, mean_held)) {}
+
+  std::optional<NewtonStep> solve() {
+    const SquareMatrix& W = problem_.statistics.weight;
+    const Eigen::MatrixXd J = prediction_jacobian(problem_, drive) * ways_;
+    const Eigen::MatrixXd N = J.transpose() * W * J;
+    const Eigen::VectorXd step = solve_ldlt(N, J.transpose() * W * (readings_ - problem_.predict(drive)));
+    change_ = ways_ * step;
+    return NewtonStep{.sigmas = std::sqrt(step.dot(N * step))};
   }
-  return drive;
+  bool advance() {
+    drive = SidedDrive::from(drive.vector() + change_);
+    return drive.vector().allFinite() && drive.vector().minCoeff() > 0.0;
+  }
+  bool damp() const { return false; }
+
+  SidedDrive drive;
+
+ private:
+  const SquareProblem& problem_;
+  const SquareVector& readings_;
+  Eigen::MatrixXd ways_;
+  Vector3 change_ = Vector3::Zero();
+};
+
+SidedDrive most_likely(const SquareProblem& problem, const SquareVector& readings, const SidedDrive& start,
+                       bool mean_held) {
+  SquareSearch search(problem, readings, start, mean_held);
+  if (!descend(search, {.most_iterations = 50, .converged = 1e-8}).converged)
+    throw CannotAnswer("no robot explains the sheet: the fit runs away; try --method orientation");
+  return search.drive;
 }
 
 SidedDrive with_nominal_mean(const SidedDrive& drive, const SidedDrive& nominal) {
