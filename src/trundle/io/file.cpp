@@ -5,6 +5,7 @@
 #include <csignal>
 #include <cstring>
 #include <fstream>
+#include <memory>
 
 #include <fmt/format.h>
 #include <openssl/evp.h>
@@ -14,7 +15,12 @@
 
 namespace trundle::io {
 
-std::string read_file(const std::filesystem::path& path) {
+namespace {
+
+/// Hands the bytes of a file on, piece by piece. Throws InputError when it cannot be read to its end, or is
+/// no file.
+template <typename Take>
+void read_pieces(const std::filesystem::path& path, const Take& take) {
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
   if (is_directory(status)) throw InputError(path.string(), "is a folder", "a file");
@@ -22,13 +28,38 @@ std::string read_file(const std::filesystem::path& path) {
     throw InputError(path.string(), "is no file", "a readable file");
   std::ifstream in(path, std::ios::binary);
   if (!in) throw InputError(path.string(), std::strerror(errno), "a readable file");
-  std::string text;
-  std::array<char, 1 << 16> chunk;
+  std::array<char, 1 << 16> piece;
   do {
-    in.read(chunk.data(), chunk.size());
-    text.append(chunk.data(), static_cast<std::size_t>(in.gcount()));
+    in.read(piece.data(), piece.size());
+    take(std::string_view(piece.data(), static_cast<std::size_t>(in.gcount())));
   } while (in);
   if (in.bad()) throw InputError(path.string(), std::strerror(errno), "a readable file");
+}
+
+/// SHA-256 of what is added.
+class Sha256 {
+ public:
+  Sha256() { EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr); }
+  void add(std::string_view bytes) { EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()); }
+  /// Lower-case hexadecimal, once.
+  std::string hex() {
+    std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+    unsigned int length = 0;
+    EVP_DigestFinal_ex(context_.get(), digest.data(), &length);
+    std::string text;
+    for (unsigned int i = 0; i < length; ++i) text += fmt::format("{:02x}", digest[i]);
+    return text;
+  }
+
+ private:
+  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_{EVP_MD_CTX_new(), &EVP_MD_CTX_free};
+};
+
+}  // namespace
+
+std::string read_file(const std::filesystem::path& path) {
+  std::string text;
+  read_pieces(path, [&](std::string_view piece) { text += piece; });
   return text;
 }
 
@@ -81,16 +112,16 @@ void write_file(const std::filesystem::path& path, std::string_view content) {
 }
 
 std::string sha256_of(std::string_view content) {
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned int length = 0;
-  EVP_Digest(content.data(), content.size(), digest.data(), &length, EVP_sha256(), nullptr);
-  std::string hex;
-  for (unsigned int i = 0; i < length; ++i) hex += fmt::format("{:02x}", digest[i]);
-  return hex;
+  Sha256 sha;
+  sha.add(content);
+  return sha.hex();
 }
 
+/// A log may be larger than what is kept of it: its bytes are never all in memory.
 InputFile input_file(const std::filesystem::path& path) {
-  return {path.string(), sha256_of(read_file(path))};
+  Sha256 sha;
+  read_pieces(path, [&](std::string_view piece) { sha.add(piece); });
+  return {path.string(), sha.hex()};
 }
 
 void require_apart(const std::vector<InputFile>& inputs, const std::vector<std::filesystem::path>& outputs) {
