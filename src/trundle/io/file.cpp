@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/pieces.hpp"
 
 namespace trundle::io {
 
@@ -85,6 +86,10 @@ class SignalsWait {
 }  // namespace
 
 void write_file(const std::filesystem::path& path, std::string_view content) {
+  write_file(path, [&](const TakeText& take) { take(content); });
+}
+
+void write_file(const std::filesystem::path& path, const std::function<void(const TakeText&)>& produce) {
   const SignalsWait signals_wait;
   std::error_code error;
   if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error))
@@ -95,7 +100,8 @@ void write_file(const std::filesystem::path& path, std::string_view content) {
   temporary += fmt::format(".{}.tmp", ::getpid());
   {
     std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
-    out.write(content.data(), static_cast<std::streamsize>(content.size()));
+    produce(
+        [&](std::string_view text) { out.write(text.data(), static_cast<std::streamsize>(text.size())); });
     out.flush();
     if (!out) {
       const std::string reason = std::strerror(errno);
