@@ -83,6 +83,21 @@ class SignalsWait {
   sigset_t before_{};
 };
 
+/// A name beside that of a file, and nothing under it in the end.
+struct Temporary {
+  explicit Temporary(const std::filesystem::path& file) : path(file) {
+    path += fmt::format(".{}.tmp", ::getpid());
+  }
+  ~Temporary() {
+    std::error_code is_renamed;
+    std::filesystem::remove(path, is_renamed);
+  }
+  Temporary(const Temporary&) = delete;
+  Temporary& operator=(const Temporary&) = delete;
+
+  std::filesystem::path path;
+};
+
 }  // namespace
 
 void write_file(const std::filesystem::path& path, std::string_view content) {
@@ -96,25 +111,19 @@ void write_file(const std::filesystem::path& path, const std::function<void(cons
     throw InputError(path.string(), std::filesystem::is_directory(path, error) ? "is a folder" : "is no file",
                      "a place that can be written");
   if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), error);
-  std::filesystem::path temporary = path;
-  temporary += fmt::format(".{}.tmp", ::getpid());
-  {
-    std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
-    produce(
-        [&](std::string_view text) { out.write(text.data(), static_cast<std::streamsize>(text.size())); });
-    out.flush();
-    if (!out) {
-      const std::string reason = std::strerror(errno);
-      std::filesystem::remove(temporary, error);
-      throw InputError(path.string(), reason, "a place that can be written");
-    }
-  }
-  std::filesystem::rename(temporary, path, error);
-  if (error) {
-    const std::string reason = error.message();
-    std::filesystem::remove(temporary, error);
+  const Temporary temporary(path);
+  const auto fail = [&](const std::string& reason) {
     throw InputError(path.string(), reason, "a place that can be written");
+  };
+  {
+    std::ofstream out(temporary.path, std::ios::binary | std::ios::trunc);
+    produce([&](std::string_view text) {
+      if (!out.write(text.data(), static_cast<std::streamsize>(text.size()))) fail(std::strerror(errno));
+    });
+    if (!out.flush()) fail(std::strerror(errno));
   }
+  std::filesystem::rename(temporary.path, path, error);
+  if (error) fail(error.message());
 }
 
 std::string sha256_of(std::string_view content) {

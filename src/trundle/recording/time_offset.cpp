@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "trundle/chassis/rows.hpp"
-#include "trundle/recording/alignment/aligner.hpp"
+#include "trundle/recording/alignment/gyro_turns.hpp"
 #include "trundle/recording/csv/detail/table.hpp"
 #include "trundle/recording/detail/offset_search.hpp"
 
@@ -61,89 +61,17 @@ Windows windows_of(const Recording& recording, const AlignedReadings& readings, 
   return windows;
 }
 
-/// Samples of a gyro, and which steps between them lost its rate: no offset of its clock changes that.
-struct GyroSamples {
-  const GyroStream& stream;
-  std::vector<bool> is_lost;  ///< the step that ends at each sample
-  double before_s = 0.0;      ///< it reaches so far before its first sample
-  double beyond_s = 0.0;      ///< and beyond its last
-
-  GyroSamples(const GyroStream& gyro, const Gyro& sensor) : stream(gyro), is_lost(gyro.time_s.size()) {
-    UsualStep usual_step(AlignerOptions{}.shortest_gap_s);
-    for (std::size_t i = 1; i < is_lost.size(); ++i) {
-      const double step_s = gyro.time_s[i] - gyro.time_s[i - 1];
-      usual_step.add(step_s);
-      const bool gap = step_s > usual_step.longest_s();
-      const double rate = gyro.yaw_rate_rad_s[i];
-      is_lost[i] = std::isnan(rate) || std::abs(rate) >= sensor.max_rate_rad_s || gap;
-      beyond_s = gap ? 0.0 : step_s;
-      if (i == 1) before_s = beyond_s;
-    }
-  }
-};
-
-/// A GyroIntegral of which all samples are there: it is read off at growing times, and nothing is kept.
-class GyroCursor {
- public:
-  GyroCursor(const GyroSamples& samples, double offset_s) : samples_(samples), offset_s_(offset_s) {
-    after_.time_s = samples.stream.time_s.front() + offset_s;
-  }
-
-  GyroIntegral::Reading at(double time_s) {
-    const std::vector<double>& rate = samples_.stream.yaw_rate_rad_s;
-    while (next_ < rate.size() && after_.time_s < time_s) advance();
-    if (next_ == rate.size()) {
-      const double beyond_s = time_s - before_.time_s;
-      if (beyond_s > samples_.beyond_s) return {};
-      return {!std::isnan(rate.back()), before_.angle + rate.back() * beyond_s, before_.lost, before_.lost};
-    }
-    const double ahead_s = after_.time_s - time_s;
-    if (ahead_s == 0.0) return {true, after_.angle, after_.lost, after_.lost};
-    if (next_ == 0) {
-      if (ahead_s > samples_.before_s) return {};
-      return {!std::isnan(rate.front()), -rate.front() * ahead_s, 0, 0};
-    }
-    const double u = 1.0 - ahead_s / (after_.time_s - before_.time_s);
-    return {true, before_.angle + u * (after_.angle - before_.angle), before_.lost, after_.lost};
-  }
-
- private:
-  struct Sample {
-    double time_s = 0.0;
-    double angle = 0.0;
-    std::size_t lost = 0;  ///< steps without a usable rate up to here
-  };
-
-  void advance() {
-    before_ = after_;
-    if (++next_ == samples_.is_lost.size()) return;
-    after_.time_s = samples_.stream.time_s[next_] + offset_s_;
-    if (samples_.is_lost[next_])
-      ++after_.lost;
-    else
-      after_.angle += samples_.stream.yaw_rate_rad_s[next_] * (after_.time_s - before_.time_s);
-  }
-
-  const GyroSamples& samples_;
-  double offset_s_;
-  std::size_t next_ = 0;  ///< sample that after_ is; beyond the last one there is none
-  Sample before_, after_;
-};
-
 /// What the gyro turned in each window with its stamps moved by `offset_s`. Windows that it misses are not
 /// used any more.
 Vector turns_by_gyro(const GyroSamples& samples, double offset_s, const Windows& windows,
                      std::vector<bool>& used) {
-  GyroCursor gyro(samples, offset_s);
+  GyroTurns gyro(samples, offset_s, windows.time_s.front());
   Vector turns = Vector::Zero(static_cast<Eigen::Index>(windows.count()));
-  GyroIntegral::Reading start = gyro.at(windows.time_s.front());
   for (std::size_t w = 0; w < windows.count(); ++w)
     for (std::size_t i = windows.first[w]; i < windows.first[w + 1]; ++i) {
-      const GyroIntegral::Reading end = gyro.at(windows.time_s[i + 1]);
-      const std::optional<double> turn = GyroIntegral::turn(start, end);
+      const std::optional<double> turn = gyro.until(windows.time_s[i + 1]);
       if (!turn) used[w] = false;
       turns[static_cast<Eigen::Index>(w)] += turn.value_or(0.0);
-      start = end;
     }
   return turns;
 }

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <optional>
 
+#include "trundle/recording/alignment/gyro_turns.hpp"
 #include "trundle/recording/alignment/replay.hpp"
 
 namespace trundle::recording {
@@ -44,21 +45,12 @@ AlignedReadings align(const Recording& recording, const Robot& robot) {
 
 void add_gyro(const GyroStream& gyro, const Robot& robot, AlignedReadings& aligned) {
   if (!robot.chassis.gyro || gyro.time_s.empty() || aligned.increments.empty()) return;
-  GyroIntegral integral(*robot.chassis.gyro, AlignerOptions{}.shortest_gap_s);
-  std::size_t row = 0;
-  const auto angle_at = [&](double time_s) {
-    for (; row < gyro.time_s.size() && integral.is_awaited(time_s); ++row)
-      integral.add(gyro.time_s[row], gyro.yaw_rate_rad_s[row]);
-    integral.forget_before(time_s);
-    return integral.at(time_s);
-  };
-  GyroIntegral::Reading start = angle_at(aligned.start_s);
+  const GyroSamples samples(gyro, *robot.chassis.gyro);
+  GyroTurns turns(samples, robot.chassis.gyro->time_offset_s, aligned.start_s);
   for (Increment& increment : aligned.increments) {
-    const GyroIntegral::Reading end = angle_at(increment.time_s);
-    const std::optional<double> turn = GyroIntegral::turn(start, end);
+    const std::optional<double> turn = turns.until(increment.time_s);
     increment.gyro_rad = turn.value_or(0.0);
     increment.has_gyro = turn.has_value();
-    start = end;
   }
 }
 
