@@ -1,5 +1,7 @@
 #include "trundle/recording/alignment/gyro_turns.hpp"
 
+#include <cmath>
+
 #include "trundle/recording/alignment/aligner.hpp"
 
 namespace trundle::recording {
@@ -16,6 +18,16 @@ GyroSamples::GyroSamples(const GyroStream& gyro, const Gyro& sensor)
     beyond_s = gap ? 0.0 : step_s;
     if (i == 1) before_s = beyond_s;
   }
+}
+
+GyroIntegral::Reading GyroTurns::beyond(const GyroSamples& samples, bool before_first, Sample nearest,
+                                        double time_s) {
+  if (time_s == nearest.time_s) return {true, nearest.angle, nearest.lost, nearest.lost};
+  const std::vector<double>& rates = samples.stream.yaw_rate_rad_s;
+  const double rate = before_first ? rates.front() : rates.back();
+  const double away_s = time_s - nearest.time_s;
+  if (std::abs(away_s) > (before_first ? samples.before_s : samples.beyond_s)) return {};
+  return {!std::isnan(rate), nearest.angle + rate * away_s, nearest.lost, nearest.lost};
 }
 
 }  // namespace trundle::recording

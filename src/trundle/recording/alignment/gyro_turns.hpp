@@ -1,6 +1,6 @@
 #pragma once
 
-#include <cmath>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -33,40 +33,36 @@ class GyroTurns {
 
   /// From the time before to this later one [rad]; nothing where it has a gap or was saturated.
   [[nodiscard]] std::optional<double> until(double time_s) {
-    const GyroIntegral::Reading end = at(time_s);
-    const std::optional<double> turn = GyroIntegral::turn(start_, end);
-    start_ = end;
-    return turn;
+    const Reading start = start_;
+    start_ = at(time_s);
+    if (!start.known || !start_.known || start_.lost_after != start.lost_before) return std::nullopt;
+    return start_.angle - start.angle;
   }
 
  private:
+  using Reading = GyroIntegral::Reading;
   struct Sample {
     double time_s = 0.0;
     double angle = 0.0;
     std::size_t lost = 0;  ///< steps without a usable rate up to here
   };
 
-  GyroIntegral::Reading at(double time_s) {
-    const std::vector<double>& rate = samples_.stream.yaw_rate_rad_s;
-    while (next_ < rate.size() && after_.time_s < time_s) advance();
-    if (next_ == rate.size()) {
-      const double late_s = time_s - before_.time_s;
-      if (late_s > samples_.beyond_s) return {};
-      return {!std::isnan(rate.back()), before_.angle + rate.back() * late_s, before_.lost, before_.lost};
-    }
+  Reading at(double time_s) {
+    while (after_.time_s < time_s) advance();
+    if (next_ == 0 || next_ == samples_.is_lost.size())
+      return beyond(samples_, next_ == 0, next_ == 0 ? after_ : before_, time_s);
     const double ahead_s = after_.time_s - time_s;
     if (ahead_s == 0.0) return {true, after_.angle, after_.lost, after_.lost};
-    if (next_ == 0) {
-      if (ahead_s > samples_.before_s) return {};
-      return {!std::isnan(rate.front()), -rate.front() * ahead_s, 0, 0};
-    }
     const double u = 1.0 - ahead_s / (after_.time_s - before_.time_s);
     return {true, before_.angle + u * (after_.angle - before_.angle), before_.lost, after_.lost};
   }
 
   void advance() {
     before_ = after_;
-    if (++next_ == samples_.is_lost.size()) return;
+    if (++next_ == samples_.is_lost.size()) {
+      after_.time_s = std::numeric_limits<double>::infinity();
+      return;
+    }
     after_.time_s = samples_.stream.time_s[next_] + offset_s_;
     if (samples_.is_lost[next_])
       ++after_.lost;
@@ -74,11 +70,15 @@ class GyroTurns {
       after_.angle += samples_.stream.yaw_rate_rad_s[next_] * (after_.time_s - before_.time_s);
   }
 
+  /// Up to the first sample, or after the last: there a rate holds for a step. Of values: members stay in
+  /// registers.
+  static Reading beyond(const GyroSamples& samples, bool before_first, Sample nearest, double time_s);
+
   const GyroSamples& samples_;
   double offset_s_;
   std::size_t next_ = 0;   ///< which sample after_ is; beyond the last there is none
   Sample before_, after_;  ///< the last sample before the time, and the first one at it or after it
-  GyroIntegral::Reading start_;
+  Reading start_;
 };
 
 }  // namespace trundle::recording
