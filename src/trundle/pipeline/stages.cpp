@@ -60,7 +60,10 @@ WrittenTrajectory written(RunTrajectory entry, TrackRole role, const Trajectory&
 
 OutputFile trajectory_csv(const std::filesystem::path& path, const Provenance& provenance,
                           const Trajectory& trajectory) {
+  // No row is longer: ten numbers. A text that grows would be copied, and for a while be there twice.
+  constexpr std::size_t kLongestRow = 10 * sizeof("-1.7976931348623157e+308");
   OutputFile file{path, head_of(provenance)};
+  file.content.reserve(file.content.size() + kLongestRow * (trajectory.poses.size() + 1));
   write_csv(trajectory, [&](std::string_view text) { file.content += text; });
   return file;
 }
