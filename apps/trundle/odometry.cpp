@@ -59,7 +59,7 @@ std::string text_of(const OdometryAnswer& answer, const Robot& robot) {
   text +=
       fmt::format("end pose: x {:.4f} m, y {:.4f} m, heading {:.3f}°\n", end.x, end.y, degrees(end.heading));
   text += line_of("all together", sigmas_of(odometry.trajectory.covariances.back()));
-  text += line_of("noise of the readings", sigmas_of(odometry.white_covariances.back()));
+  text += line_of("noise of the readings", sigmas_of(odometry.end_white_covariance));
   text += odometry.parameters.empty()
               ? "  the robot file has no calibration: how well its parameters are known is not in here\n"
               : line_of("calibrated parameters", sigmas_of(odometry.end_parameter_covariance)) +

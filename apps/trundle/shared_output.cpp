@@ -14,7 +14,10 @@ std::string line_of(const Finding& problem) {
 
 OutputFile trajectory_file(const std::filesystem::path& path, const Provenance& provenance,
                            const Trajectory& trajectory) {
-  return {path, head_of(provenance) + (path.extension() == ".tum" ? to_tum(trajectory) : to_csv(trajectory))};
+  return {path, head_of(provenance),
+          [&trajectory, is_tum = path.extension() == ".tum"](const TakeText& take) {
+            is_tum ? write_tum(trajectory, take) : write_csv(trajectory, take);
+          }};
 }
 
 }  // namespace trundle::app

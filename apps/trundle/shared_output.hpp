@@ -14,7 +14,7 @@ namespace trundle::app {
 /// "warning: place: message".
 std::string line_of(const Finding& problem);
 
-/// As CSV, or as TUM where the name says so, with the provenance in its head.
+/// As CSV, or as TUM where the name says so, with the provenance in its head. The trajectory must outlive it.
 OutputFile trajectory_file(const std::filesystem::path& path, const Provenance& provenance,
                            const Trajectory& trajectory);
 

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -46,9 +47,10 @@ Outcome run_program(const std::filesystem::path& folder, const Arguments& argume
     kill(child, circumstances.signal);
   }
   int status = 0;
-  waitpid(child, &status, 0);
+  rusage used{};
+  wait4(child, &status, 0, &used);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(folder / ".stdout"),
-          read_file(folder / ".stderr")};
+          read_file(folder / ".stderr"), static_cast<std::size_t>(used.ru_maxrss) * 1024};
 }
 
 Outcome run_program(const std::filesystem::path& folder, const Arguments& arguments,

@@ -13,9 +13,10 @@ using Arguments = std::vector<std::string>;
 
 /// What a finished run of the program left behind.
 struct Outcome {
-  int exit_code = -1;  ///< -1: killed by a signal
-  std::string out;     ///< all of stdout
-  std::string err;     ///< all of stderr
+  int exit_code = -1;          ///< -1: killed by a signal
+  std::string out;             ///< all of stdout
+  std::string err;             ///< all of stderr
+  std::size_t peak_bytes = 0;  ///< of memory
 };
 
 /// What a run of the program meets.

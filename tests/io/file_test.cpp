@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/pieces.hpp"
 
 namespace trundle::io {
 namespace {
@@ -47,6 +48,31 @@ TEST_F(FileTest, what_was_written_is_read) {
   EXPECT_EQ(read_file(folder_ / "x"), content);
   write_file(folder_ / "x", "");
   EXPECT_EQ(read_file(folder_ / "x"), "");
+}
+
+TEST_F(FileTest, is_written_in_pieces_or_stays_as_it_was) {
+  write_file(folder_ / "x", [](const TakeText& take) {
+    take("a");
+    take("");
+    take("bc");
+  });
+  EXPECT_EQ(read_file(folder_ / "x"), "abc");
+  EXPECT_EQ(message_of([&] {
+              write_file(folder_ / "x", [](const TakeText& take) {
+                take("new");
+                throw InputError("row 7", "is missing", "a row");
+              });
+            }),
+            InputError("row 7", "is missing", "a row").what());
+  EXPECT_EQ(read_file(folder_ / "x"), "abc");
+  EXPECT_EQ(files(), 1);
+}
+
+TEST_F(FileTest, is_hashed_whole_however_long_it_is) {
+  const std::string content(200'001, 'x');  // several pieces
+  write_file(folder_ / "x", content);
+  EXPECT_EQ(input_file(folder_ / "x").sha256, sha256_of(content));
+  EXPECT_EQ(sha256_of("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
 
 TEST_F(FileTest, what_is_no_file_is_not_replaced_by_one) {

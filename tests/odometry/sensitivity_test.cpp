@@ -85,8 +85,7 @@ TEST(Sensitivity, MakesTheSecondPartOfTheCovariance) {
   const PoseSensitivity J = odometer.sensitivity();
   const Matrix3 expected = J * covariance * J.transpose();
   EXPECT_LT((result.end_parameter_covariance - expected).norm(), 1e-15);
-  EXPECT_LT((result.trajectory.covariances.back() - result.white_covariances.back() - expected).norm(),
-            1e-12);
+  EXPECT_LT((result.trajectory.covariances.back() - result.end_white_covariance - expected).norm(), 1e-12);
   EXPECT_EQ(result.parameters, (std::vector<std::string>{"w1.diameter", "track"}));
 }
 

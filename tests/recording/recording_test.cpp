@@ -203,5 +203,17 @@ TEST(RecordingsBelow, finds_the_folder_itself_or_all_inside_in_order) {
   EXPECT_EQ(read_recording(session / "later").session, "tour");
 }
 
+TEST(RecordingsBelow, looks_once_into_a_folder_that_links_lead_to) {
+  const test::Folder folder;
+  const std::filesystem::path session = folder.path().parent_path();
+  folder.write("wheels.csv", "time_s,l_m\n0,0\n1,1\n");
+  std::filesystem::create_directory_symlink(session, session / "again");  // without end
+  std::filesystem::create_directory_symlink(folder.path(), session / "a_link");
+  EXPECT_THAT(recordings_below(session), ElementsAre(session / "run"));
+  const test::Folder other;
+  std::filesystem::create_directory_symlink(folder.path(), other / "link");  // the only way there
+  EXPECT_THAT(recordings_below(other.path()), ElementsAre(other / "link"));
+}
+
 }  // namespace
 }  // namespace trundle::recording

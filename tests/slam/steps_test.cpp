@@ -50,7 +50,7 @@ TEST(Steps, ComposeToTheOdometry) {
   Motion motion;
   for (const SlamStep& step : input.steps) motion = motion * step.motion;
   const GaussianPose sum{motion.mean, motion.covariance};
-  const Matrix3 expected = odometry.white_covariances.back();
+  const Matrix3 expected = odometry.end_white_covariance;
   // Each cut adds the floors of the readings' noise once more.
   EXPECT_LT((world_covariance(sum) - expected).norm(), 1e-3 * expected.norm());
 }

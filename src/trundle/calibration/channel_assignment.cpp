@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "trundle/calibration/run.hpp"
 #include "trundle/chassis/rows.hpp"
 
 namespace trundle::calibration {
@@ -225,11 +224,9 @@ ChannelAssignment check_channels(std::span<const Recording> recordings, const Ro
   return compare(motions, recordings, robot);
 }
 
-ChannelAssignment check_channels(const Recording& recording, const AlignedReadings& readings,
-                                 const Robot& robot) {
+ChannelAssignment check_channels(const Recording& recording, const Run& run, const Robot& robot) {
   std::vector<ReadMotion> motions;
-  if (robot.chassis.wheel_count > 0 && !recording.reference.time_s.empty())
-    add_motions(prepare_run(recording, robot, readings), robot, motions);
+  add_motions(run, robot, motions);
   return compare(motions, std::span(&recording, 1), robot);
 }
 

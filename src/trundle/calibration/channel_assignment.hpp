@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
+#include "trundle/calibration/run.hpp"
 #include "trundle/chassis/robot.hpp"
-#include "trundle/recording/alignment/align.hpp"
 
 namespace trundle::calibration {
 
@@ -21,8 +21,7 @@ struct ChannelAssignment {
 /// the readings themselves, far from what calibration may correct. Without a reference trajectory with
 /// headings the robot is left as it is. docs/theory/dead-wheels.md. Throws as align() does.
 ChannelAssignment check_channels(std::span<const Recording> recordings, const Robot& robot);
-/// The same of one recording whose readings align() gave.
-ChannelAssignment check_channels(const Recording& recording, const AlignedReadings& readings,
-                                 const Robot& robot);
+/// The same of one recording that prepare_run() made ready.
+ChannelAssignment check_channels(const Recording& recording, const Run& run, const Robot& robot);
 
 }  // namespace trundle::calibration

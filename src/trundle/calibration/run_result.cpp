@@ -41,11 +41,11 @@ Trajectory reference_of_body(const Run& run, const Robot& robot) {
 
 /// Odometry from the reference's first pose on, in that pose's frame.
 IntegratedOdometry odometry_from_start(const Run& run, const Robot& robot, const ReferenceNoise& noise) {
-  AlignedReadings readings = run.readings;
-  readings.findings.clear();
   const Vector3 sigma = noise.sigma();
-  return integrate(readings, robot,
-                   {.start_covariance = sigma.cwiseAbs2().asDiagonal(), .learn_gyro_bias = false});
+  return integrate(run.readings, robot,
+                   {.start_covariance = sigma.cwiseAbs2().asDiagonal(),
+                    .learn_gyro_bias = false,
+                    .keep_white_covariances = true});
 }
 
 TrajectoryError error_of(const Trajectory& odometry, const Trajectory& reference) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <span>
 #include <utility>
 
 #include <fmt/format.h>
@@ -93,9 +94,8 @@ void compare_times(const Findings& findings, const Recording& recording, std::ve
 }
 
 /// Columns that do not belong to the wheels whose names they bear. Returns whether there are any.
-bool compare_channels(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
-                      Findings& findings) {
-  ChannelAssignment channels = check_channels(recording, readings, robot);
+bool compare_channels(const Recording& recording, const Run& run, const Robot& robot, Findings& findings) {
+  ChannelAssignment channels = check_channels(recording, run, robot);
   for (std::vector<Finding>* const found : {&channels.faults, &channels.ambiguous})
     for (Finding& finding : *found) {
       finding.place = recording.wheels.origin.file;
@@ -130,16 +130,13 @@ std::optional<Payload> heading_unit_fault(const PairedSums& turns, double scale)
 }
 
 /// The units of the reference: its way and its turns against the wheels', unless these scrub and slide.
-void compare_references(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
-                        Findings& findings) {
+void compare_references(const Recording& recording, const Run& run, const Robot& robot, Findings& findings) {
   const std::string& file = recording.reference.origin.file;
-  if (recording.reference.time_s.empty() || has_skid_wheels(robot.chassis) ||
-      observability(rows_of(robot.chassis, false)).rank < 3)
-    return;
-  const std::vector<Run> runs = {prepare_run(recording, robot, readings)};
+  if (has_skid_wheels(robot.chassis) || observability(rows_of(robot.chassis, false)).rank < 3) return;
+  const std::span runs(&run, 1);
   const double times = initial_scale(runs, robot).value_or(1.0);
   if (const std::optional<Payload> turns = heading_unit_fault(
-          turns_of_reference(recording.reference, readings, robot), times > 0.0 ? times : 1.0))
+          turns_of_reference(recording.reference, run.readings, robot), times > 0.0 ? times : 1.0))
     findings.problems.push_back({.code = FindingCode::reference_unit, .place = file, .payload = *turns});
   if (!stretches_agree(runs, robot)) return;
   const std::optional<ScaleFault> fault = scale_fault(runs, robot);
@@ -244,29 +241,33 @@ void compare(const Recording& recording, const Robot& robot, Findings& findings)
   find_stray_wheels(recording, robot, findings.problems);
   find_unscaled_wheels(recording, robot, findings.problems);
   if (is_misread(findings)) return;
-  const std::optional<AlignedReadings> readings = align_if_possible(recording, robot);
+  std::optional<AlignedReadings> readings = align_if_possible(recording, robot);
   append(findings.problems, readings ? inspect(recording, robot, *readings) : inspect(recording, &robot));
   if (!readings)
     findings.abilities = {
         .can = {}, .cannot = {"anything with this recording: it does not give what the robot file asks for"}};
   if (!readings || is_misread(findings)) return;
   find_mirrored_reference(recording, robot, findings);
-  compare_references(recording, *readings, robot, findings);
+  std::optional<Run> run;
+  if (!recording.reference.time_s.empty()) run = prepare_run(recording, robot, *std::move(readings));
+  const AlignedReadings& aligned = run ? run->readings : *readings;
+  if (run) compare_references(recording, *run, robot, findings);
   if (is_misread(findings)) return;
-  const bool are_misassigned = compare_channels(recording, *readings, robot, findings);
+  const bool are_misassigned =
+      run && robot.chassis.wheel_count > 0 && compare_channels(recording, *run, robot, findings);
   forget_what_is_told_already(are_misassigned, findings.problems);
-  const ClockComparison clocks = compare_clocks(recording, *readings, robot);
+  const ClockComparison clocks = compare_clocks(recording, aligned, robot);
   findings.compares_clocks = clocks.is_possible;
   findings.gyro_time_offset = clocks.offset;
-  const ClockComparison reference = compare_reference_clock(recording, *readings, robot);
+  const ClockComparison reference = compare_reference_clock(recording, aligned, robot);
   findings.compares_reference_clock = reference.is_possible;
   findings.reference_time_offset = reference.offset;
-  const ClockComparison sightings = compare_sighting_clock(recording, *readings, robot);
+  const ClockComparison sightings = compare_sighting_clock(recording, aligned, robot);
   findings.compares_sighting_clock = sightings.is_possible;
   findings.sighting_time_offset = sightings.offset;
   for (const auto& problem : {clocks.problem, reference.problem, sightings.problem})
     if (problem) findings.problems.push_back(*problem);
-  find_tracks(recording, *readings, robot, findings);
+  find_tracks(recording, aligned, robot, findings);
 }
 
 }  // namespace

@@ -43,10 +43,7 @@ std::optional<Finding> wrong_gyro_unit(const Recording& recording, const Robot& 
   Robot unlimited = robot;  // degrees look like a gyro beyond its limit
   if (unlimited.chassis.gyro)
     unlimited.chassis.gyro->max_rate_rad_s = std::numeric_limits<double>::infinity();
-  AlignedReadings all = readings;
-  all.findings.clear();
-  add_gyro(recording.gyro, unlimited, all);
-  const auto pairs = comparable_turns(recording, unlimited, all);
+  const auto pairs = comparable_turns_anew(recording, unlimited, readings);
   constexpr double kAgreeWell = 0.8;  // correlation, which no unit changes
   if (!pairs || std::abs(pairs->correlation()) < kAgreeWell) return std::nullopt;
   const double slope = std::abs(pairs->slope());

@@ -9,7 +9,7 @@
 #include "trundle/chassis/rows.hpp"
 #include "trundle/chassis/without_wheel.hpp"
 #include "trundle/inspection/detail/gyro_checks.hpp"
-#include "trundle/recording/csv/detail/table.hpp"
+#include "trundle/recording/alignment/replay.hpp"
 
 namespace trundle::inspection {
 namespace {
@@ -38,7 +38,9 @@ int guessed_bits(const Recording& recording, const WheelSeries& series) {
   Robot robot = robot_of_columns({&series, 1});
   const auto breaks_with = [&](int bits) {
     robot.chassis.wheels().front().tick_bits = bits;
-    return breaks_among(align(recording, robot).findings);
+    Replay replay(recording, robot);
+    while (replay.next()) continue;
+    return breaks_among(replay.findings());
   };
   const std::size_t breaks = breaks_with(0);
   if (breaks == 0) return 0;
@@ -58,41 +60,41 @@ int told_bits(const WheelSeries& series, const Robot& robot) {
   return robot.chassis.wheels()[static_cast<std::size_t>(named - robot.wheel_names.begin())].tick_bits;
 }
 
-/// A stretch of rows over which a wheel reads the same.
+/// Increments over which a wheel does not turn.
 struct Standstill {
   std::size_t first = 0;
-  std::size_t last = 0;
+  std::size_t end = 0;
+
+  double start_s(const AlignedReadings& readings) const {
+    return first == 0 ? readings.start_s : readings.increments[first - 1].time_s;
+  }
+  double duration_s(const AlignedReadings& readings) const {
+    return readings.increments[end - 1].time_s - start_s(readings);
+  }
+  std::span<const Increment> of(const AlignedReadings& readings) const {
+    return std::span(readings.increments).subspan(first, end - first);
+  }
 };
 
-std::vector<Standstill> standstills_of(const std::vector<double>& value, const std::vector<double>& time_s,
+std::vector<Standstill> standstills_of(std::size_t wheel, const AlignedReadings& readings,
                                        double shortest_s) {
   std::vector<Standstill> found;
-  for (std::size_t first = 0; first < value.size();) {
-    std::size_t last = first;
-    while (last + 1 < value.size() && (value[last + 1] == value[first] || std::isnan(value[last + 1])))
-      ++last;
-    if (time_s[last] - time_s[first] >= shortest_s) found.push_back({first, last});
-    first = last + 1;
+  const auto& increments = readings.increments;
+  for (std::size_t i = 0; i < increments.size(); ++i) {
+    Standstill still{i, i};
+    while (still.end < increments.size() && increments[still.end].turned[wheel] == 0.0) ++still.end;
+    if (still.end > i && still.duration_s(readings) >= shortest_s) found.push_back(still);
+    i = still.end;
   }
   return found;
 }
 
-/// Length of the way between two rows, there and back counted twice.
-double way(const std::vector<double>& value, std::size_t first, std::size_t last) {
+/// Revolutions of a wheel, there and back counted twice.
+double way(std::size_t wheel, std::span<const Increment> increments) {
   double sum = 0.0;
-  for (std::size_t row = first + 1; row <= last; ++row) {
-    const double step = std::abs(value[row] - value[row - 1]);
-    if (!std::isnan(step)) sum += step;
-  }
+  for (const Increment& increment : increments) sum += std::abs(increment.turned[wheel]);
   return sum;
 }
-
-/// Times and the course of every wheel.
-struct WheelCourses {
-  std::vector<double> time_s;
-  std::vector<std::string> wheel;
-  std::vector<std::vector<double>> value;
-};
 
 constexpr double kShortestStandstill = 2.0;  // [s]
 
@@ -104,23 +106,23 @@ std::string place_at(const Recording& recording, double time_s) {
 
 /// Without knowing the robot: it stands still while every other wheel goes at least a twentieth of its whole
 /// way.
-void find_stuck(const Recording& recording, const WheelCourses& courses, std::vector<Finding>& problems) {
+void find_stuck(const Recording& recording, const std::vector<std::string>& wheels,
+                const AlignedReadings& readings, std::vector<Finding>& problems) {
   constexpr double kShare = 0.05;  // less may be a robot that hardly moves, all wheels alike
-  const std::size_t rows = courses.time_s.size();
-  for (std::size_t w = 0; w < courses.wheel.size() && courses.wheel.size() > 1; ++w)
-    for (const Standstill& still : standstills_of(courses.value[w], courses.time_s, kShortestStandstill)) {
+  if (wheels.size() < 2) return;
+  std::vector<double> whole;
+  for (std::size_t w = 0; w < wheels.size(); ++w) whole.push_back(way(w, readings.increments));
+  for (std::size_t w = 0; w < wheels.size(); ++w)
+    for (const Standstill& still : standstills_of(w, readings, kShortestStandstill)) {
       bool others_move = true;
-      for (std::size_t other = 0; other < courses.wheel.size(); ++other) {
-        const double whole = way(courses.value[other], 0, rows - 1);
-        const double meanwhile = way(courses.value[other], still.first, still.last);
-        if (other != w) others_move = others_move && whole > 0.0 && meanwhile >= kShare * whole;
-      }
+      for (std::size_t other = 0; other < wheels.size() && others_move; ++other)
+        others_move =
+            other == w || (whole[other] > 0.0 && way(other, still.of(readings)) >= kShare * whole[other]);
       if (!others_move) continue;
-      problems.push_back(
-          {.code = FindingCode::stuck_encoder,
-           .place = place_at(recording, courses.time_s[still.first]),
-           .subjects = {courses.wheel[w]},
-           .payload = payload::Amount{courses.time_s[still.last] - courses.time_s[still.first]}});
+      problems.push_back({.code = FindingCode::stuck_encoder,
+                          .place = place_at(recording, still.start_s(readings)),
+                          .subjects = {wheels[w]},
+                          .payload = payload::Amount{still.duration_s(readings)}});
     }
 }
 
@@ -140,52 +142,34 @@ std::optional<double> expected_travel(const Robot& robot, std::size_t wheel,
   return travel;
 }
 
-/// The rows of the recording as courses of revolutions, one row more than there are increments.
-WheelCourses courses_of(const AlignedReadings& readings, const Robot& robot) {
-  WheelCourses courses{{readings.start_s}, robot.wheel_names, {}};
-  courses.value.assign(robot.wheel_names.size(), {0.0});
-  for (const Increment& increment : readings.increments) {
-    courses.time_s.push_back(increment.time_s);
-    for (std::size_t w = 0; w < courses.value.size(); ++w)
-      courses.value[w].push_back(courses.value[w].back() + increment.turned[w]);
-  }
-  return courses;
-}
-
 void find_stuck(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
                 std::vector<Finding>& problems) {
   constexpr double kLeastTravel = 0.05;  // [m]
-  const WheelCourses courses = courses_of(readings, robot);
   bool all_can_be_told = true;
-  for (std::size_t w = 0; w < courses.wheel.size(); ++w)
-    for (const Standstill& still : standstills_of(courses.value[w], courses.time_s, kShortestStandstill)) {
-      const auto travel = expected_travel(
-          robot, w, std::span(readings.increments).subspan(still.first, still.last - still.first));
+  for (std::size_t w = 0; w < robot.wheel_names.size(); ++w)
+    for (const Standstill& still : standstills_of(w, readings, kShortestStandstill)) {
+      const auto travel = expected_travel(robot, w, still.of(readings));
       all_can_be_told = all_can_be_told && travel.has_value();
       if (!travel || std::abs(*travel) < kLeastTravel) continue;
       problems.push_back(
           {.code = FindingCode::stuck_encoder,
-           .place = place_at(recording, courses.time_s[still.first] - robot.chassis.wheels_time_offset_s),
-           .subjects = {courses.wheel[w]},
-           .payload =
-               payload::Standstill{.duration_s = courses.time_s[still.last] - courses.time_s[still.first],
-                                   .expected_m = *travel}});
+           .place = place_at(recording, still.start_s(readings) - robot.chassis.wheels_time_offset_s),
+           .subjects = {robot.wheel_names[w]},
+           .payload = payload::Standstill{.duration_s = still.duration_s(readings), .expected_m = *travel}});
     }
-  if (!all_can_be_told) find_stuck(recording, courses, problems);
+  if (!all_can_be_told) find_stuck(recording, robot.wheel_names, readings, problems);
 }
 
 /// Counts are whole: a column of metres or of speeds that is taken for them hardly turns its wheel.
 void find_fractions(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
                     std::vector<Finding>& problems) {
-  const WheelCourses courses = courses_of(readings, robot);
   for (const WheelSeries& series : recording.wheels.series) {
     const auto named = std::ranges::find(robot.wheel_names, series.wheel);
     if (series.unit != WheelUnit::ticks || named == robot.wheel_names.end()) continue;
     const auto broken = [](double v) { return !std::isnan(v) && v != std::round(v); };
     const auto first = std::ranges::find_if(series.value, broken);
     if (2 * std::ranges::count_if(series.value, broken) < static_cast<std::ptrdiff_t>(series.value.size()) ||
-        way(courses.value[static_cast<std::size_t>(named - robot.wheel_names.begin())], 0,
-            courses.time_s.size() - 1) > 1.0)
+        way(static_cast<std::size_t>(named - robot.wheel_names.begin()), readings.increments) > 1.0)
       continue;
     problems.push_back(
         {.code = FindingCode::fractions,
@@ -199,15 +183,16 @@ void find_fractions(const Recording& recording, const Robot& robot, const Aligne
 void name_wraps(const Recording& recording, const Robot& robot, std::vector<Finding>& problems) {
   for (const WheelSeries& series : recording.wheels.series) {
     const auto named = std::ranges::find(robot.wheel_names, series.wheel);
-    if (named == robot.wheel_names.end()) continue;
+    const auto is_break = [&](const Finding& problem) {
+      return (problem.code == FindingCode::counter_reset || problem.code == FindingCode::counter_jump) &&
+             problem.subjects.front() == series.wheel;
+    };
+    if (named == robot.wheel_names.end() || std::ranges::none_of(problems, is_break)) continue;
     const int bits = guessed_bits(recording, series);
     if (bits == 0) continue;
     const auto index = static_cast<std::size_t>(named - robot.wheel_names.begin());
     if (robot.chassis.wheels()[index].tick_bits == bits) continue;
-    std::erase_if(problems, [&](const Finding& problem) {
-      return (problem.code == FindingCode::counter_reset || problem.code == FindingCode::counter_jump) &&
-             problem.subjects.front() == series.wheel;
-    });
+    std::erase_if(problems, is_break);
     problems.push_back({.code = FindingCode::tick_bits,
                         .place = recording.wheels.origin.file,
                         .subjects = {series.wheel},
@@ -251,7 +236,7 @@ std::vector<Finding> inspect(const Recording& recording, const Robot* robot) {
     if (const int bits = guessed[static_cast<std::size_t>(wheel - columns.wheel_names.begin())]; bits > 0)
       problem.payload = payload::Amount{static_cast<double>(bits)};
   }
-  find_stuck(recording, courses_of(readings, columns), problems);
+  find_stuck(recording, columns.wheel_names, readings, problems);
   return problems;
 }
 

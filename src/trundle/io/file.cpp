@@ -5,16 +5,23 @@
 #include <csignal>
 #include <cstring>
 #include <fstream>
+#include <memory>
 
 #include <fmt/format.h>
 #include <openssl/evp.h>
 #include <unistd.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/pieces.hpp"
 
 namespace trundle::io {
 
-std::string read_file(const std::filesystem::path& path) {
+namespace {
+
+/// Hands the bytes of a file on, piece by piece. Throws InputError when it cannot be read to its end, or is
+/// no file.
+template <typename Take>
+void read_pieces(const std::filesystem::path& path, const Take& take) {
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
   if (is_directory(status)) throw InputError(path.string(), "is a folder", "a file");
@@ -22,13 +29,38 @@ std::string read_file(const std::filesystem::path& path) {
     throw InputError(path.string(), "is no file", "a readable file");
   std::ifstream in(path, std::ios::binary);
   if (!in) throw InputError(path.string(), std::strerror(errno), "a readable file");
-  std::string text;
-  std::array<char, 1 << 16> chunk;
+  std::array<char, 1 << 16> piece;
   do {
-    in.read(chunk.data(), chunk.size());
-    text.append(chunk.data(), static_cast<std::size_t>(in.gcount()));
+    in.read(piece.data(), piece.size());
+    take(std::string_view(piece.data(), static_cast<std::size_t>(in.gcount())));
   } while (in);
   if (in.bad()) throw InputError(path.string(), std::strerror(errno), "a readable file");
+}
+
+/// SHA-256 of what is added.
+class Sha256 {
+ public:
+  Sha256() { EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr); }
+  void add(std::string_view bytes) { EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()); }
+  /// Lower-case hexadecimal, once.
+  std::string hex() {
+    std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+    unsigned int length = 0;
+    EVP_DigestFinal_ex(context_.get(), digest.data(), &length);
+    std::string text;
+    for (unsigned int i = 0; i < length; ++i) text += fmt::format("{:02x}", digest[i]);
+    return text;
+  }
+
+ private:
+  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_{EVP_MD_CTX_new(), &EVP_MD_CTX_free};
+};
+
+}  // namespace
+
+std::string read_file(const std::filesystem::path& path) {
+  std::string text;
+  read_pieces(path, [&](std::string_view piece) { text += piece; });
   return text;
 }
 
@@ -51,46 +83,60 @@ class SignalsWait {
   sigset_t before_{};
 };
 
+/// A name beside that of a file, and nothing under it in the end.
+struct Temporary {
+  explicit Temporary(const std::filesystem::path& file) : path(file) {
+    path += fmt::format(".{}.tmp", ::getpid());
+  }
+  ~Temporary() {
+    std::error_code is_renamed;
+    std::filesystem::remove(path, is_renamed);
+  }
+  Temporary(const Temporary&) = delete;
+  Temporary& operator=(const Temporary&) = delete;
+
+  std::filesystem::path path;
+};
+
 }  // namespace
 
 void write_file(const std::filesystem::path& path, std::string_view content) {
+  write_file(path, [&](const TakeText& take) { take(content); });
+}
+
+void write_file(const std::filesystem::path& path, const std::function<void(const TakeText&)>& produce) {
   const SignalsWait signals_wait;
   std::error_code error;
   if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error))
     throw InputError(path.string(), std::filesystem::is_directory(path, error) ? "is a folder" : "is no file",
                      "a place that can be written");
   if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), error);
-  std::filesystem::path temporary = path;
-  temporary += fmt::format(".{}.tmp", ::getpid());
-  {
-    std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
-    out.write(content.data(), static_cast<std::streamsize>(content.size()));
-    out.flush();
-    if (!out) {
-      const std::string reason = std::strerror(errno);
-      std::filesystem::remove(temporary, error);
-      throw InputError(path.string(), reason, "a place that can be written");
-    }
-  }
-  std::filesystem::rename(temporary, path, error);
-  if (error) {
-    const std::string reason = error.message();
-    std::filesystem::remove(temporary, error);
+  const Temporary temporary(path);
+  const auto fail = [&](const std::string& reason) {
     throw InputError(path.string(), reason, "a place that can be written");
+  };
+  {
+    std::ofstream out(temporary.path, std::ios::binary | std::ios::trunc);
+    produce([&](std::string_view text) {
+      if (!out.write(text.data(), static_cast<std::streamsize>(text.size()))) fail(std::strerror(errno));
+    });
+    if (!out.flush()) fail(std::strerror(errno));
   }
+  std::filesystem::rename(temporary.path, path, error);
+  if (error) fail(error.message());
 }
 
 std::string sha256_of(std::string_view content) {
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned int length = 0;
-  EVP_Digest(content.data(), content.size(), digest.data(), &length, EVP_sha256(), nullptr);
-  std::string hex;
-  for (unsigned int i = 0; i < length; ++i) hex += fmt::format("{:02x}", digest[i]);
-  return hex;
+  Sha256 sha;
+  sha.add(content);
+  return sha.hex();
 }
 
+/// A log may be larger than what is kept of it: its bytes are never all in memory.
 InputFile input_file(const std::filesystem::path& path) {
-  return {path.string(), sha256_of(read_file(path))};
+  Sha256 sha;
+  read_pieces(path, [&](std::string_view piece) { sha.add(piece); });
+  return {path.string(), sha.hex()};
 }
 
 void require_apart(const std::vector<InputFile>& inputs, const std::vector<std::filesystem::path>& outputs) {

@@ -9,78 +9,61 @@
 #include "trundle/odometry/smooth.hpp"
 #include "trundle/odometry/standing_gyro.hpp"
 #include "trundle/odometry/uncertain.hpp"
+#include "trundle/recording/alignment/replay.hpp"
 
 namespace trundle::odometry {
 namespace {
 
-bool lacks_gyro(const Increment& increment) {
-  return !increment.has_gyro;
-}
+/// Intervals of a kind, and where the first of them is.
+struct Occurrences {
+  std::size_t count = 0;
+  double first_s = 0.0;
 
-std::size_t count_without_gyro(const AlignedReadings& readings) {
-  return static_cast<std::size_t>(std::ranges::count_if(readings.increments, lacks_gyro));
-}
+  void add(double time_s) {
+    if (count++ == 0) first_s = time_s;
+  }
+};
 
-void require_gyro_where_needed(const AlignedReadings& readings, const Robot& robot) {
-  if (readings.increments.empty() || count_without_gyro(readings) < readings.increments.size()) return;
-  require_observable(robot, false);
-}
-
-void report_missing_gyro(const AlignedReadings& readings, const Robot& robot,
-                         std::vector<Finding>& findings) {
-  const std::size_t missing = count_without_gyro(readings);
-  if (!robot.chassis.gyro || missing == 0) return;
+void report_missing_gyro(const Occurrences& missing, const Robot& robot, std::vector<Finding>& findings) {
+  if (!robot.chassis.gyro || missing.count == 0) return;
   const bool wheels_suffice = observability(rows_of(robot.chassis, false)).rank == 3;
-  const double first = std::ranges::find_if(readings.increments, lacks_gyro)->time_s;
   findings.push_back({.severity = wheels_suffice ? Severity::note : Severity::warning,
                       .code = FindingCode::no_gyro,
-                      .place = fmt::format("{:.3f} s", first),
-                      .count = missing,
+                      .place = fmt::format("{:.3f} s", missing.first_s),
+                      .count = missing.count,
                       .payload = wheels_suffice ? Payload() : payload::Amount{kUnmeasuredTurn}});
 }
 
-void report_gaps(const AlignedReadings& readings, IntegratedOdometry& result) {
-  result.bridged = static_cast<std::size_t>(std::ranges::count(readings.bridged, true));
-  if (result.bridged == 0) return;
-  const auto first = std::ranges::find(readings.bridged, true) - readings.bridged.begin();
-  const Increment& gap = readings.increments[static_cast<std::size_t>(first)];
+void report_gaps(const Occurrences& gaps, IntegratedOdometry& result) {
+  result.bridged = gaps.count;
+  if (gaps.count == 0) return;
   result.findings.push_back({.severity = Severity::warning,
                              .code = FindingCode::bridged_gap,
-                             .place = fmt::format("{:.3f} s", gap.time_s - gap.duration_s),
-                             .count = result.bridged});
+                             .place = fmt::format("{:.3f} s", gaps.first_s),
+                             .count = gaps.count});
 }
 
-void append(IntegratedOdometry& result, double time_s, const Odometer& odometer,
-            const Eigen::MatrixXd& covariance, bool with_covariance) {
-  result.trajectory.poses.push_back({time_s, odometer.pose()});
-  if (!with_covariance) return;
-  result.white_covariances.push_back(odometer.white_covariance());
-  result.trajectory.covariances.push_back(total_covariance(odometer, covariance));
-}
-
-/// Intervals of which a step said something, and where the first of them is.
+/// Intervals of which a step said something.
 struct FaultCounts {
-  std::array<std::size_t, kMaxWheels> stuck{};
-  std::array<double, kMaxWheels> stuck_s{};
-  std::size_t disturbed = 0;
-  double disturbed_s = 0.0;
+  std::array<Occurrences, kMaxWheels> stuck;
+  Occurrences disturbed;
 
-  void add(const Verdict& verdict, const Increment& increment) {
+  void add(const Verdict& verdict, double time_s) {
     for (std::size_t wheel = 0; wheel < kMaxWheels; ++wheel)
-      if (verdict.is_stuck(wheel) && stuck[wheel]++ == 0) stuck_s[wheel] = increment.time_s;
-    if (verdict.gyro_disturbed && disturbed++ == 0) disturbed_s = increment.time_s;
+      if (verdict.is_stuck(wheel)) stuck[wheel].add(time_s);
+    if (verdict.gyro_disturbed) disturbed.add(time_s);
   }
 };
 
 void report(const FaultCounts& faults, const Robot& robot, std::vector<Finding>& findings) {
-  const auto warn = [&](FindingCode code, double time_s, std::size_t count,
-                        const std::vector<std::string>& wheels) {
-    if (count > 0)
-      findings.push_back({Severity::warning, code, fmt::format("{:.3f} s", time_s), count, wheels});
+  const auto warn = [&](FindingCode code, const Occurrences& found, const std::vector<std::string>& wheels) {
+    if (found.count > 0)
+      findings.push_back(
+          {Severity::warning, code, fmt::format("{:.3f} s", found.first_s), found.count, wheels});
   };
   for (std::size_t i = 0; i < robot.wheel_names.size(); ++i)
-    warn(FindingCode::stuck_encoder, faults.stuck_s[i], faults.stuck[i], {robot.wheel_names[i]});
-  warn(FindingCode::gyro_disturbed, faults.disturbed_s, faults.disturbed, {});
+    warn(FindingCode::stuck_encoder, faults.stuck[i], {robot.wheel_names[i]});
+  warn(FindingCode::gyro_disturbed, faults.disturbed, {});
 }
 
 /// Whether it was a bias beyond its prior or a turn on wheels that did not roll is for a person to say.
@@ -103,79 +86,112 @@ void keep_bias(const Odometer& odometer, double time_s, bool at_rest, std::vecto
   kept.push_back({time_s, bias.rad_s, std::sqrt(std::max(0.0, bias.variance)), at_rest});
 }
 
-/// Steps through all intervals; with smoothing, what the filter knew after each is kept.
+double length_of(const Trajectory& trajectory) {
+  const std::vector<double> lengths = path_lengths(trajectory);
+  return lengths.empty() ? 0.0 : lengths.back();
+}
+
+/// Steps through the intervals as they come; with smoothing, what the filter knew after each is kept.
 class Integration {
  public:
-  Integration(const Robot& robot, const UncertainParameters& uncertain, const IntegrateOptions& options)
-      : odometer_(robot, {.start = options.start,
+  Integration(const Robot& robot, const IntegrateOptions& options)
+      : robot_(robot),
+        uncertain_(options.with_covariance ? uncertain_parameters(robot, options.learn_gyro_bias)
+                                           : UncertainParameters{}),
+        odometer_(robot, {.start = options.start,
                           .start_covariance = options.start_covariance,
-                          .parameters = uncertain.parameters,
+                          .parameters = uncertain_.parameters,
                           .with_covariance = options.with_covariance,
                           .learn_gyro_bias = options.learn_gyro_bias}),
-        covariance_(uncertain.covariance),
         options_(options),
         learns_bias_(options.learn_gyro_bias && options.with_covariance && robot.chassis.gyro.has_value()),
         smooths_(options.smooth && learns_bias_) {
     if (learns_bias_) standing_gyro_.emplace(robot.chassis, RestOptions{});
   }
 
-  IntegratedOdometry over(const AlignedReadings& readings, const Robot& robot) {
-    IntegratedOdometry result;
-    result.findings = readings.findings;
-    keep(readings.start_s, result);
-    FaultCounts faults;
-    for (std::size_t i = 0; i < readings.increments.size(); ++i) {
-      const Increment& increment = readings.increments[i];
-      if (i < readings.bridged.size() && readings.bridged[i]) {
-        odometer_.step_across_gap(increment);
-      } else {
-        const GyroBias bias = odometer_.gyro_bias();
-        const Verdict verdict = odometer_.step(increment);
-        faults.add(verdict, increment);
-        if (standing_gyro_) standing_gyro_->watch(increment, verdict.at_rest(), bias);
-        result.rest_s += verdict.at_rest() ? increment.duration_s : 0.0;
-        if (learns_bias_) keep_bias(odometer_, increment.time_s, verdict.at_rest(), result.gyro_bias);
-      }
-      keep(increment.time_s, result);
+  void reserve(std::size_t intervals) {
+    result_.trajectory.poses.reserve(intervals + 1);
+    if (options_.with_covariance) result_.trajectory.covariances.reserve(intervals + 1);
+  }
+
+  void start(double start_s) { keep(start_s); }
+
+  void step(const Increment& increment, bool bridged) {
+    ++intervals_;
+    if (!increment.has_gyro) without_gyro_.add(increment.time_s);
+    if (bridged) {
+      gaps_.add(increment.time_s - increment.duration_s);
+      odometer_.step_across_gap(increment);
+    } else {
+      const GyroBias bias = odometer_.gyro_bias();
+      const Verdict verdict = odometer_.step(increment);
+      faults_.add(verdict, increment.time_s);
+      if (standing_gyro_) standing_gyro_->watch(increment, verdict.at_rest(), bias);
+      result_.rest_s += verdict.at_rest() ? increment.duration_s : 0.0;
+      if (learns_bias_) keep_bias(odometer_, increment.time_s, verdict.at_rest(), result_.gyro_bias);
     }
-    report(faults, robot, result.findings);
-    if (standing_gyro_) report(standing_gyro_->found(), result.findings);
-    if (smooths_) smooth_in(result);
-    result.end_gyro_bias = odometer_.gyro_bias();
-    result.end_sensitivity = odometer_.sensitivity();
-    return result;
+    keep(increment.time_s);
+  }
+
+  /// `findings`: of the readings. Throws CannotAnswer where they all lack the gyro that the robot needs.
+  IntegratedOdometry finish(const std::vector<Finding>& findings) {
+    if (intervals_ > 0 && without_gyro_.count == intervals_) require_observable(robot_, false);
+    result_.findings = findings;
+    report(faults_, robot_, result_.findings);
+    if (standing_gyro_) report(standing_gyro_->found(), result_.findings);
+    if (options_.with_covariance) result_.end_white_covariance = odometer_.white_covariance();
+    if (smooths_) smooth_result();
+    result_.end_gyro_bias = odometer_.gyro_bias();
+    result_.end_sensitivity = odometer_.sensitivity();
+    report_gaps(gaps_, result_);
+    report_missing_gyro(without_gyro_, robot_, result_.findings);
+    for (const Parameter& parameter : uncertain_.parameters)
+      result_.parameters.push_back(name_of(parameter, robot_));
+    if (!uncertain_.parameters.empty())
+      result_.end_parameter_covariance = parameter_covariance(result_.end_sensitivity, uncertain_.covariance);
+    result_.path_length_m = length_of(result_.trajectory);
+    result_.degrees_of_freedom = observability(rows_of(robot_.chassis, true)).degrees_of_freedom;
+    return std::move(result_);
   }
 
  private:
-  void keep(double time_s, IntegratedOdometry& result) {
-    append(result, time_s, odometer_, covariance_, options_.with_covariance);
+  void keep(double time_s) {
+    result_.trajectory.poses.push_back({time_s, odometer_.pose()});
     if (smooths_) filtered_.push_back(filtered_step(odometer_));
+    if (!options_.with_covariance) return;
+    result_.trajectory.covariances.push_back(total_covariance(odometer_, uncertain_.covariance));
+    if (options_.keep_white_covariances) result_.white_covariances.push_back(odometer_.white_covariance());
   }
 
   /// The part from the parameters stays: what a rest shows of the bias does not depend on them.
-  void smooth_in(IntegratedOdometry& result) {
+  void smooth_result() {
+    std::vector<Symmetric3> before;
+    before.reserve(filtered_.size());
+    for (const FilteredStep& step : filtered_) before.push_back(step.white);
     smooth(filtered_);
     for (std::size_t i = 0; i < filtered_.size(); ++i) {
       const Matrix3 white = full_matrix(filtered_[i].white);
-      result.trajectory.poses[i].pose = filtered_[i].pose;
-      result.trajectory.covariances[i] += white - result.white_covariances[i];
-      result.white_covariances[i] = white;
+      result_.trajectory.poses[i].pose = filtered_[i].pose;
+      result_.trajectory.covariances[i] += white - full_matrix(before[i]);
+      if (options_.keep_white_covariances) result_.white_covariances[i] = white;
     }
+    result_.end_white_covariance = full_matrix(filtered_.back().white);
   }
 
+  const Robot& robot_;
+  UncertainParameters uncertain_;
   Odometer odometer_;
-  Eigen::MatrixXd covariance_;
   IntegrateOptions options_;
   bool learns_bias_;
   bool smooths_;
   std::optional<StandingGyro> standing_gyro_;
   std::vector<FilteredStep> filtered_;
+  FaultCounts faults_;
+  Occurrences gaps_;
+  Occurrences without_gyro_;
+  std::size_t intervals_ = 0;
+  IntegratedOdometry result_;
 };
-
-double length_of(const Trajectory& trajectory) {
-  const std::vector<double> lengths = path_lengths(trajectory);
-  return lengths.empty() ? 0.0 : lengths.back();
-}
 
 }  // namespace
 
@@ -195,24 +211,23 @@ std::vector<Parameter> calibrated_parameters(const Robot& robot) {
 
 IntegratedOdometry integrate(const AlignedReadings& readings, const Robot& robot,
                              const IntegrateOptions& options) {
-  require_gyro_where_needed(readings, robot);
-  UncertainParameters uncertain;
-  if (options.with_covariance) uncertain = uncertain_parameters(robot, options.learn_gyro_bias);
-  IntegratedOdometry result = Integration(robot, uncertain, options).over(readings, robot);
-  report_gaps(readings, result);
-  report_missing_gyro(readings, robot, result.findings);
-  for (const Parameter& parameter : uncertain.parameters)
-    result.parameters.push_back(name_of(parameter, robot));
-  if (!uncertain.parameters.empty())
-    result.end_parameter_covariance = parameter_covariance(result.end_sensitivity, uncertain.covariance);
-  result.path_length_m = length_of(result.trajectory);
-  result.degrees_of_freedom = observability(rows_of(robot.chassis, true)).degrees_of_freedom;
-  return result;
+  Integration integration(robot, options);
+  integration.reserve(readings.increments.size());
+  integration.start(readings.start_s);
+  for (std::size_t i = 0; i < readings.increments.size(); ++i)
+    integration.step(readings.increments[i], i < readings.bridged.size() && readings.bridged[i]);
+  return integration.finish(readings.findings);
 }
 
 IntegratedOdometry integrate(const Recording& recording, const Robot& robot,
                              const IntegrateOptions& options) {
-  return integrate(align(recording, robot), robot, options);
+  Replay replay(recording, robot);
+  Integration integration(robot, options);
+  integration.reserve(replay.most_intervals());
+  std::optional<AlignedInterval> interval = replay.next();
+  integration.start(replay.start_s());
+  for (; interval; interval = replay.next()) integration.step(interval->increment, interval->bridged);
+  return integration.finish(replay.findings());
 }
 
 }  // namespace trundle::odometry

@@ -16,6 +16,7 @@ struct IntegrateOptions {
   /// how far the bias moves from session to session, it starts with that sigma, else with the gyro's.
   bool learn_gyro_bias = true;
   bool smooth = false;  ///< every pose by what was learned before and after it (needs learn_gyro_bias)
+  bool keep_white_covariances = false;  ///< of every pose, not of the last alone (needs the covariance)
 };
 
 /// What was believed of the gyro's bias at a time.
@@ -28,8 +29,9 @@ struct GyroBiasAt {
 
 /// A trajectory with its evidence.
 struct IntegratedOdometry {
-  Trajectory trajectory;                   ///< with the total covariance: white + parameter part
-  std::vector<Matrix3> white_covariances;  ///< the part from noise alone, one for each pose; or none
+  Trajectory trajectory;                           ///< with the total covariance: white + parameter part
+  Matrix3 end_white_covariance = Matrix3::Zero();  ///< the part from noise alone, at the end
+  std::vector<Matrix3> white_covariances;          ///< the same of each pose, where they are kept
   /// The part from the calibrated parameters, at the end; zero when the robot has no calibration.
   Matrix3 end_parameter_covariance = Matrix3::Zero();
   std::vector<std::string> parameters;  ///< whose uncertainty was carried along

@@ -43,7 +43,11 @@ void write_files(const std::vector<OutputFile>& files, const std::vector<InputFi
       throw InputError(file.path.string(), "is to hold two results", "a file for each");
   }
   require_apart(inputs, outputs);
-  for (const OutputFile& file : files) write_file(file.path, file.content);
+  for (const OutputFile& file : files)
+    write_file(file.path, [&](const TakeText& take) {
+      take(file.content);
+      if (file.rest) file.rest(take);
+    });
 }
 
 }  // namespace trundle::pipeline

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "trundle/chassis/robot.hpp"
 #include "trundle/io/file.hpp"
+#include "trundle/io/pieces.hpp"
 #include "trundle/recording/recording.hpp"
 
 namespace trundle::pipeline {
@@ -31,6 +33,8 @@ void require_apart(const std::vector<Recording>& recordings,
 struct OutputFile {
   std::filesystem::path path;
   std::string content;
+  /// What follows it, where that is too long to be kept as text: called while the file is written.
+  std::function<void(const TakeText&)> rest = {};
 };
 /// One after the other, each as write_file does, and none of them where one is among what they were made
 /// from, or two have one place.

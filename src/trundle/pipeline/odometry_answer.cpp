@@ -24,9 +24,9 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot,
 }
 
 /// Where wheels must scrub in turns, the ground sets the track.
-std::vector<TrackOnGround> tracks_of(const AlignedReadings& readings, const Chassis& chassis) {
-  if (!has_skid_wheels(chassis) || !EffectiveTrack::applies_to(chassis)) return {};
-  return effective_tracks(readings, chassis);
+std::vector<TrackOnGround> tracks_of(const Recording& recording, const Robot& robot) {
+  if (!has_skid_wheels(robot.chassis) || !EffectiveTrack::applies_to(robot.chassis)) return {};
+  return effective_tracks(align(recording, robot), robot.chassis);
 }
 
 Json sigmas_of(const Matrix3& covariance) {
@@ -66,19 +66,21 @@ std::vector<std::pair<double, double>> rests_of(const std::vector<GyroBiasAt>& h
 
 OdometryAnswer answer_odometry(const Recording& recording, const RobotFile& robot,
                                const OdometryQuestion& question) {
-  const AlignedReadings readings = align(recording, robot.robot);
-  if (readings.increments.empty())
-    throw CannotAnswer(recording.name +
-                       ": no two rows hold readings of all wheels: there is no motion to integrate");
   OdometryAnswer answer{
       .provenance = provenance_of(recording, robot, question),
-      .odometry = integrate(readings, robot.robot, {.start = question.start, .smooth = question.smooth}),
-      .tracks = tracks_of(readings, robot.robot.chassis)};
-  require_sound(answer.odometry.trajectory, recording.name);
+      .odometry = integrate(recording, robot.robot, {.start = question.start, .smooth = question.smooth}),
+      .tracks = {}};
+  const Trajectory& trajectory = answer.odometry.trajectory;
+  if (trajectory.poses.size() < 2)
+    throw CannotAnswer(recording.name +
+                       ": no two rows hold readings of all wheels: there is no motion to integrate");
+  answer.tracks = tracks_of(recording, robot.robot);
+  require_sound(trajectory, recording.name);
   auto& findings = answer.odometry.findings;
-  report_no_rest({robot.robot, answer.odometry.rest_s, readings.increments.back().time_s - readings.start_s,
-                  answer.odometry.trajectory.covariances.back()(2, 2)},
-                 findings);
+  report_no_rest(
+      {robot.robot, answer.odometry.rest_s, trajectory.poses.back().time_s - trajectory.poses.front().time_s,
+       trajectory.covariances.back()(2, 2)},
+      findings);
   findings.insert(findings.begin(), recording.findings.begin(), recording.findings.end());
   return answer;
 }
@@ -100,7 +102,7 @@ Json document_of(const OdometryAnswer& answer) {
   document["end"] = {
       {"time_s", end.time_s}, {"x_m", end.pose.x}, {"y_m", end.pose.y}, {"heading_rad", end.pose.heading}};
   document["sigma"] = sigmas_of(odometry.trajectory.covariances.back());
-  document["sigma_white"] = sigmas_of(odometry.white_covariances.back());
+  document["sigma_white"] = sigmas_of(odometry.end_white_covariance);
   document["sigma_parameters"] = nullptr;  // not known without a calibration
   if (!odometry.parameters.empty())
     document["sigma_parameters"] = sigmas_of(odometry.end_parameter_covariance);

@@ -22,26 +22,30 @@ ComparedWith compared_with(const ReportQuestion& question, Provenance& provenanc
   return with;
 }
 
+/// What the page draws of a result: much less than the result.
+nlohmann::ordered_json drawn(Results result, const ComparedWith& with, Provenance& provenance) {
+  for (const ResultSource& source : result.sources) provenance.inputs.push_back(source.file);
+  return result_json(std::move(result), with);
+}
+
 }  // namespace
 
 ReportAnswer report_of(std::vector<Results> results, const ComparedWith& with, Provenance provenance) {
   std::vector<nlohmann::ordered_json> documents;
-  for (Results& result : results) {
-    for (const ResultSource& source : result.sources) provenance.inputs.push_back(source.file);
-    documents.push_back(result_json(std::move(result), with));
-  }
+  for (Results& result : results) documents.push_back(drawn(std::move(result), with, provenance));
   return {.provenance = provenance, .document = report_json(documents, to_json(provenance))};
 }
 
 ReportAnswer answer_report(const ReportQuestion& question) {
   Provenance provenance;
   const ComparedWith with = compared_with(question, provenance);
-  std::vector<Results> results;
+  std::vector<nlohmann::ordered_json> documents;
   for (const std::string& input : question.inputs) {
-    results.push_back(read_results(input));
-    if (!with.robot) results.back().robot = read_robot_used(results.back().run, input);
+    Results result = read_results(input);
+    if (!with.robot) result.robot = read_robot_used(result.run, input);
+    documents.push_back(drawn(std::move(result), with, provenance));
   }
-  return report_of(std::move(results), with, std::move(provenance));
+  return {.provenance = provenance, .document = report_json(documents, to_json(provenance))};
 }
 
 }  // namespace trundle::pipeline

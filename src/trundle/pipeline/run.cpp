@@ -12,8 +12,8 @@
 namespace trundle::pipeline {
 namespace {
 
-template <typename T>
-const T* value_in(const StageResult<T>& result) {
+template <typename Result>
+auto value_in(Result& result) {
   return result.value ? &*result.value : nullptr;
 }
 
@@ -94,7 +94,7 @@ RunAnswer run_session(const RunInputs& inputs, const CalibratedRobot* calibrated
                     .calibration = calibrated->document};
     for (const ResultSource& source : stage.sources())
       if (source.name == "calibration") results.sources.push_back(source);
-    return draw_page(inputs, results);
+    return draw_page(inputs, std::move(results));
   });
   write_record(inputs, record);
   return {.record = record, .no_odometry = failure};
@@ -116,16 +116,18 @@ RunAnswer run(const RunQuestion& question, const OnProgress& on_progress) {
   if (inputs.is_session()) return run_session(inputs, value_in(calibration), record, stage, on_progress);
 
   const RobotFile& robot = calibration.value ? calibration.value->robot : inputs.robot;
-  const auto odometry =
+  auto odometry =
       stage(StageKind::odometry, [&] { return integrate_odometry(inputs, robot, value_in(health)); });
-  const auto slip = stage(StageKind::slip, [&] { return find_slips(inputs, robot); });
+  auto slip = stage(StageKind::slip, [&] { return find_slips(inputs, robot); });
   if (odometry.value && !slip.value)  // then it is the best trajectory there is
-    stage.add_output(StageKind::odometry, {inputs.in_folder("trajectory.csv"), odometry.value->csv});
-  const auto localization =
+    stage.add_output(StageKind::odometry,
+                     {inputs.in_folder("trajectory.csv"), read_file(inputs.in_folder("odometry.csv"))});
+  auto localization =
       stage(StageKind::localization, [&] { return localize_on_map(inputs, robot, value_in(slip)); });
-  const auto slam = stage(StageKind::slam, [&] {
+  auto slam = stage(StageKind::slam, [&] {
     return map_landmarks(inputs, robot, value_in(slip), stage.steps_of(StageKind::slam));
   });
+  if (slip.value) slip.value->answer.report = {};  // nobody goes on from it any more
   RunFindings found{.robot = robot,
                     .health = value_in(health),
                     .calibration = value_in(calibration),
@@ -133,14 +135,16 @@ RunAnswer run(const RunQuestion& question, const OnProgress& on_progress) {
                     .slip = value_in(slip),
                     .localization = value_in(localization),
                     .slam = value_in(slam)};
-  const std::vector<WrittenTrajectory> trajectories = trajectories_of(found);
+  std::vector<WrittenTrajectory> trajectories = take_trajectories(found);
   const auto evaluation =
       stage(StageKind::evaluation, [&] { return evaluate_trajectories(inputs, robot, trajectories); });
   found.evaluation = value_in(evaluation);
   for (const WrittenTrajectory& trajectory : trajectories) record.trajectories.push_back(trajectory.entry);
   forget_earlier(inputs, record);
   stage(StageKind::report, [&] {
-    return draw_page(inputs, results_of(found, record, question.output.string(), stage.sources()));
+    Results results = results_of(found, std::move(trajectories), record, question.output.string());
+    results.sources = stage.sources();
+    return draw_page(inputs, std::move(results));
   });
   write_record(inputs, record);
   return {.record = record, .no_odometry = odometry.failure};

@@ -12,18 +12,18 @@ struct RunFindings {
   const RobotFile& robot;  ///< that was used
   const HealthCheck* health = nullptr;
   const CalibratedRobot* calibration = nullptr;
-  const Odometry* odometry = nullptr;
-  const Slip* slip = nullptr;
-  const WrittenTrajectory* localization = nullptr;
-  const SlamStage* slam = nullptr;
+  Odometry* odometry = nullptr;
+  Slip* slip = nullptr;
+  WrittenTrajectory* localization = nullptr;
+  SlamStage* slam = nullptr;
   const EvaluationStage* evaluation = nullptr;
 };
 
-/// In the order in which each improves on the one before.
-std::vector<WrittenTrajectory> trajectories_of(const RunFindings& found);
+/// Moved out of the stages, in the order in which each improves on the one before: a long run's are large.
+std::vector<WrittenTrajectory> take_trajectories(const RunFindings& found);
 
-/// For the page: what read_results gives of the folder.
-Results results_of(const RunFindings& found, const RunRecord& record, const std::string& label,
-                   std::vector<ResultSource> sources);
+/// For the page, with these trajectories: what read_results gives of the folder.
+Results results_of(const RunFindings& found, std::vector<WrittenTrajectory> trajectories,
+                   const RunRecord& record, const std::string& label);
 
 }  // namespace trundle::pipeline

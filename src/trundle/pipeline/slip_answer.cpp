@@ -164,11 +164,11 @@ SlipAnswer answer_slip(const Recording& recording, const RobotFile& robot, const
   answer.options.spin_odds = question.spin_odds;
   const CleanDriving clean = clean_driving(robot.robot, question);
   if (!question.learn.empty()) answer.learned = learn(clean, robot.robot, answer.options);
-  const AlignedReadings readings = align(recording, robot.robot);
-  answer.report = find_slip(readings, recording.commands, robot.robot, answer.options);
+  AlignedReadings readings = align(recording, robot.robot);
+  const ClockComparison clocks = compare_clocks(recording, readings, robot.robot);
+  answer.report = find_slip(std::move(readings), recording.commands, robot.robot, answer.options);
   auto& findings = answer.report.findings;
-  if (const auto clocks = compare_clocks(recording, readings, robot.robot); clocks.problem)
-    findings.push_back(*clocks.problem);
+  if (clocks.problem) findings.push_back(*clocks.problem);
   findings.insert(findings.begin(), recording.findings.begin(), recording.findings.end());
   warn_of_learning(question, answer);
   answer.provenance = provenance_of(recording, robot, clean, question);

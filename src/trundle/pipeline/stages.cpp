@@ -1,6 +1,7 @@
 #include "trundle/pipeline/stages.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -23,14 +24,15 @@ Found<Odometry> integrate_with(const RunInputs& inputs, const RobotFile& robot, 
   const OdometryAnswer answer =
       answer_odometry(inputs.recording(), robot, {.robot_number = inputs.question.robot_number});
   const std::string name(name_of(role));
-  const OutputFile csv =
+  OutputFile csv =
       trajectory_csv(inputs.in_folder(name + ".csv"), answer.provenance, answer.odometry.trajectory);
   Found<Odometry> found{
       .value = {.trajectories = {written({name, name + ".csv", what}, role, answer.odometry.trajectory, csv)},
-                .csv = csv.content,
                 .result = odometry_result_of(answer)},
       .message = sentence_of(answer.odometry),
-      .files = {csv, {inputs.in_folder(name + ".json"), printed(document_of(answer))}}};
+      .files = {}};
+  found.files.push_back(std::move(csv));
+  found.files.push_back({inputs.in_folder(name + ".json"), printed(document_of(answer))});
   const auto& findings = answer.odometry.findings;
   if (const auto at = std::ranges::find(findings, FindingCode::no_rest, &Finding::code); at != findings.end())
     found.remarks.push_back("note: " + describe(*at));
@@ -44,8 +46,9 @@ bool has_corrected_clock(const Robot& given, const Robot& used) {
 }
 
 template <typename T>
-void insert_first(const std::vector<T>& first, std::vector<T>& all) {
-  all.insert(all.begin(), first.begin(), first.end());
+void insert_first(std::vector<T> first, std::vector<T>& all) {
+  std::ranges::move(all, std::back_inserter(first));
+  all = std::move(first);
 }
 
 }  // namespace
@@ -57,7 +60,12 @@ WrittenTrajectory written(RunTrajectory entry, TrackRole role, const Trajectory&
 
 OutputFile trajectory_csv(const std::filesystem::path& path, const Provenance& provenance,
                           const Trajectory& trajectory) {
-  return {path, head_of(provenance) + to_csv(trajectory)};
+  // No row is longer: ten numbers. A text that grows would be copied, and for a while be there twice.
+  constexpr std::size_t kLongestRow = 10 * sizeof("-1.7976931348623157e+308");
+  OutputFile file{path, head_of(provenance)};
+  file.content.reserve(file.content.size() + kLongestRow * (trajectory.poses.size() + 1));
+  write_csv(trajectory, [&](std::string_view text) { file.content += text; });
+  return file;
 }
 
 SlipQuestion slip_question(const RunInputs& inputs) {
@@ -74,8 +82,8 @@ Found<Odometry> integrate_odometry(const RunInputs& inputs, const RobotFile& rob
   if (!is_as_given) nominal = integrate_with(inputs, inputs.given, TrackRole::nominal, as_given);
   Found<Odometry> found = integrate_with(inputs, robot, TrackRole::odometry,
                                          is_as_given ? as_given : "odometry with the calibrated robot");
-  insert_first(nominal.value.trajectories, found.value.trajectories);
-  insert_first(nominal.files, found.files);
+  insert_first(std::move(nominal.value.trajectories), found.value.trajectories);
+  insert_first(std::move(nominal.files), found.files);
   if (health != nullptr && !has_corrected_clock(inputs.given.robot, robot.robot))
     found.remarks.insert(found.remarks.end(), health->gyro_clock.begin(), health->gyro_clock.end());
   return found;
@@ -86,8 +94,7 @@ Found<Slip> find_slips(const RunInputs& inputs, const RobotFile& robot) {
   if (observability(rows_of(robot.robot.chassis, !recording.gyro.time_s.empty())).degrees_of_freedom == 0)
     throw NotApplicable{"slip is not observable: no redundant measurement"};
   SlipAnswer slip = answer_slip(recording, robot, slip_question(inputs));
-  const OutputFile corrected =
-      trajectory_csv(inputs.in_folder("trajectory.csv"), slip.provenance, slip.corrected);
+  OutputFile corrected = trajectory_csv(inputs.in_folder("trajectory.csv"), slip.provenance, slip.corrected);
   Found<Slip> found{
       .value = {.answer = {},
                 .result = slip_result_of(slip, robot.robot),
@@ -95,17 +102,20 @@ Found<Slip> find_slips(const RunInputs& inputs, const RobotFile& robot) {
                                      TrackRole::corrected, slip.corrected, corrected)},
       .message = sentence_of(slip),
       .files = {{inputs.in_folder("slip.csv"), slip_csv_of(slip, robot.robot)},
-                {inputs.in_folder("slip.json"), printed(document_of(slip, robot.robot))},
-                corrected}};
+                {inputs.in_folder("slip.json"), printed(document_of(slip, robot.robot))}}};
+  found.files.push_back(std::move(corrected));
+  slip.corrected = {};  // written() has it
   found.value.answer = std::move(slip);
   return found;
 }
 
-Found<std::filesystem::path> draw_page(const RunInputs& inputs, const Results& results) {
+Found<std::filesystem::path> draw_page(const RunInputs& inputs, Results results) {
+  std::vector<Results> one;
+  one.push_back(std::move(results));
   const std::filesystem::path page = inputs.in_folder("report.html");
   return {.value = page,
           .message = "wrote " + page.string(),
-          .files = {{page, report_page(report_of({results}).document)}}};
+          .files = {{page, report_page(report_of(std::move(one)).document)}}};
 }
 
 std::string printed(const Json& document) {

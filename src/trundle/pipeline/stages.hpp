@@ -34,7 +34,6 @@ struct CalibratedRobot {
 
 struct Odometry {
   std::vector<WrittenTrajectory> trajectories;  ///< the last is that of the robot that is used
-  std::string csv;                              ///< of that one
   OdometryResult result;
 };
 
@@ -74,7 +73,7 @@ Found<SlamStage> map_landmarks(const RunInputs& inputs, const RobotFile& robot, 
 Found<EvaluationStage> evaluate_trajectories(const RunInputs& inputs, const RobotFile& robot,
                                              std::span<const WrittenTrajectory> trajectories);
 /// The value is the page's path.
-Found<std::filesystem::path> draw_page(const RunInputs& inputs, const Results& results);
+Found<std::filesystem::path> draw_page(const RunInputs& inputs, Results results);
 
 /// What the slip stage asks, and those that go on from it.
 SlipQuestion slip_question(const RunInputs& inputs);

@@ -1,6 +1,8 @@
 #include "trundle/recording/recording.hpp"
 
 #include <algorithm>
+#include <deque>
+#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -87,14 +89,24 @@ InputError no_recording_in(const fs::path& path) {
                       (path / names.front()).replace_filename("recording.toml").string())};
 }
 
-/// None where there is none.
+/// None where there is none. A folder that several ways lead to, by symbolic links, is looked into once, by
+/// the one without where there is one.
 std::vector<fs::path> found_below(const fs::path& folder) {
-  if (is_recording(folder)) return {folder};
   std::vector<fs::path> found;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (!entry.is_directory()) continue;
-    const std::vector<fs::path> inside = found_below(entry.path());
-    found.insert(found.end(), inside.begin(), inside.end());
+  std::set<fs::path> seen;
+  std::deque<fs::path> folders = {folder}, links;
+  while (!folders.empty() || !links.empty()) {
+    std::deque<fs::path>& next = folders.empty() ? links : folders;
+    const fs::path here = next.front();
+    next.pop_front();
+    if (!seen.insert(fs::canonical(here)).second) continue;
+    if (is_recording(here)) {
+      found.push_back(here);
+      continue;
+    }
+    for (const auto& entry : fs::directory_iterator(here))
+      if (entry.is_directory()) (entry.is_symlink() ? links : folders).push_back(entry.path());
+    std::ranges::sort(links);
   }
   std::sort(found.begin(), found.end());
   return found;

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "trundle/chassis/rows.hpp"
+#include "trundle/recording/alignment/gyro_turns.hpp"
 #include "trundle/recording/csv/detail/table.hpp"
 #include "trundle/recording/detail/offset_search.hpp"
 
@@ -16,10 +17,10 @@ namespace {
 
 using Vector = Eigen::VectorXd;
 
-/// Windows of contiguous intervals: what the wheels turned, and by which increments.
+/// Windows of contiguous intervals: what the wheels turned, and by which rows.
 struct Windows {
-  AlignedReadings readings;
-  std::vector<std::size_t> first;  ///< increment of each window; the last entry ends the last window
+  std::vector<double> time_s;      ///< of the rows: one more than there are intervals
+  std::vector<std::size_t> first;  ///< interval of each window; the last entry ends the last window
   std::vector<bool> used;
   Vector by_wheels;
   Vector duration_s;
@@ -30,7 +31,7 @@ struct Windows {
 /// Windows of the wheels alone; those for which the gyro runs at any offset of the search.
 Windows windows_of(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
                    const TimeOffsetOptions& options) {
-  Windows windows{.readings = readings, .first = {0}, .used = {}, .by_wheels = {}, .duration_s = {}};
+  Windows windows{.time_s = {readings.start_s}, .first = {0}, .used = {}, .by_wheels = {}, .duration_s = {}};
   const Rows rows = rows_of(robot.chassis, false);
   const double gyro_offset_s = robot.chassis.gyro->time_offset_s;
   const double start_s = recording.gyro.time_s.front() + gyro_offset_s + options.largest_s;
@@ -38,11 +39,13 @@ Windows windows_of(const Recording& recording, const AlignedReadings& readings, 
   std::vector<double> turns, durations;
   double turn = 0.0, duration_s = 0.0;
   bool whole = true;
-  const auto& increments = windows.readings.increments;
+  const auto& increments = readings.increments;
+  windows.time_s.reserve(increments.size() + 1);
   for (std::size_t i = 0; i < increments.size(); ++i) {
+    windows.time_s.push_back(increments[i].time_s);
     turn += twist_of(robot.chassis, rows, increments[i]).dtheta;
     duration_s += increments[i].duration_s;
-    whole = whole && !windows.readings.bridged[i];
+    whole = whole && !readings.bridged[i];
     if (duration_s < options.window_s - 1e-9) continue;
     const double end = increments[i].time_s;
     windows.used.push_back(whole && end - duration_s >= start_s && end <= end_s);
@@ -60,19 +63,16 @@ Windows windows_of(const Recording& recording, const AlignedReadings& readings, 
 
 /// What the gyro turned in each window with its stamps moved by `offset_s`. Windows that it misses are not
 /// used any more.
-Vector turns_by_gyro(const Recording& recording, const Robot& robot, double offset_s, Windows& windows,
+Vector turns_by_gyro(const GyroSamples& samples, double offset_s, const Windows& windows,
                      std::vector<bool>& used) {
-  Robot moved = robot;
-  moved.chassis.gyro->time_offset_s = offset_s;
-  add_gyro(recording.gyro, moved, windows.readings);
+  GyroTurns gyro(samples, offset_s, windows.time_s.front());
   Vector turns = Vector::Zero(static_cast<Eigen::Index>(windows.count()));
   for (std::size_t w = 0; w < windows.count(); ++w)
     for (std::size_t i = windows.first[w]; i < windows.first[w + 1]; ++i) {
-      const Increment& increment = windows.readings.increments[i];
-      if (!increment.has_gyro) used[w] = false;
-      turns[static_cast<Eigen::Index>(w)] += increment.gyro_rad;
+      const std::optional<double> turn = gyro.until(windows.time_s[i + 1]);
+      if (!turn) used[w] = false;
+      turns[static_cast<Eigen::Index>(w)] += turn.value_or(0.0);
     }
-  windows.readings.findings.clear();
   return turns;
 }
 
@@ -89,12 +89,13 @@ std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Ali
   if (!robot.chassis.gyro || recording.gyro.time_s.size() < 2) return std::nullopt;
   if (observability(rows_of(robot.chassis, false)).rank < 3) return std::nullopt;
   const double gyro_step_s = median_step(recording.gyro.time_s);
-  Windows windows = windows_of(recording, readings, robot, options);
+  const Windows windows = windows_of(recording, readings, robot, options);
+  const GyroSamples samples(recording.gyro, *robot.chassis.gyro);
   TwoClocks clocks{.fixed = {windows.by_wheels},
                    .duration_s = windows.duration_s,
                    .used = windows.used,
                    .moved = [&](double offset_s, std::vector<bool>& used) {
-                     return std::vector{turns_by_gyro(recording, robot, offset_s, windows, used)};
+                     return std::vector{turns_by_gyro(samples, offset_s, windows, used)};
                    }};
   return find_offset(std::move(clocks), {.given_s = robot.chassis.gyro->time_offset_s,
                                          .largest_s = options.largest_s,

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "trundle/chassis/rows.hpp"
+#include "trundle/recording/alignment/gyro_turns.hpp"
 
 namespace trundle::recording {
 
@@ -27,22 +28,48 @@ PairedSums turn_pairs(const Robot& robot, const AlignedReadings& readings,
   return pairs;
 }
 
+namespace {
+
+double rotation_of(double gyro_rad, double duration_s, const Gyro& gyro) {
+  return (gyro_rad - gyro.bias_rad_s * duration_s) * gyro.scale;
+}
+
+bool both_see_turns(const Recording& recording, const Robot& robot) {
+  return robot.chassis.gyro && !recording.gyro.time_s.empty() &&
+         observability(rows_of(robot.chassis, false)).rank == 3;
+}
+
+std::optional<PairedSums> if_enough(const PairedSums& pairs) {
+  if (std::sqrt(pairs.xx) < kLeastTurning_rad || pairs.yy == 0.0) return std::nullopt;
+  return pairs;
+}
+
+}  // namespace
+
 PairedSums turns_of_gyro(const Robot& robot, const AlignedReadings& readings) {
   const Gyro& gyro = *robot.chassis.gyro;
   return turn_pairs(robot, readings, [&](const Increment& increment) {
-    return increment.has_gyro ? (increment.gyro_rad - gyro.bias_rad_s * increment.duration_s) * gyro.scale
+    return increment.has_gyro ? rotation_of(increment.gyro_rad, increment.duration_s, gyro)
                               : std::numeric_limits<double>::quiet_NaN();
   });
 }
 
 std::optional<PairedSums> comparable_turns(const Recording& recording, const Robot& robot,
                                            const AlignedReadings& readings) {
-  if (!robot.chassis.gyro || recording.gyro.time_s.empty() ||
-      observability(rows_of(robot.chassis, false)).rank < 3)
-    return std::nullopt;
-  const PairedSums pairs = turns_of_gyro(robot, readings);
-  if (std::sqrt(pairs.xx) < kLeastTurning_rad || pairs.yy == 0.0) return std::nullopt;
-  return pairs;
+  if (!both_see_turns(recording, robot)) return std::nullopt;
+  return if_enough(turns_of_gyro(robot, readings));
+}
+
+std::optional<PairedSums> comparable_turns_anew(const Recording& recording, const Robot& robot,
+                                                const AlignedReadings& readings) {
+  if (!both_see_turns(recording, robot)) return std::nullopt;
+  const Gyro& gyro = *robot.chassis.gyro;
+  const GyroSamples samples(recording.gyro, gyro);
+  GyroTurns turns(samples, gyro.time_offset_s, readings.start_s);
+  return if_enough(turn_pairs(robot, readings, [&](const Increment& increment) {
+    const std::optional<double> turn = turns.until(increment.time_s);
+    return turn ? rotation_of(*turn, increment.duration_s, gyro) : std::numeric_limits<double>::quiet_NaN();
+  }));
 }
 
 bool turns_contradict(const Recording& recording, const Robot& robot, const AlignedReadings& readings) {

@@ -26,6 +26,10 @@ PairedSums turns_of_gyro(const Robot& robot, const AlignedReadings& readings);
 std::optional<PairedSums> comparable_turns(const Recording& recording, const Robot& robot,
                                            const AlignedReadings& readings);
 
+/// The same, what the gyro turned computed anew from its stream, its limit and clock as this robot has them.
+std::optional<PairedSums> comparable_turns_anew(const Recording& recording, const Robot& robot,
+                                                const AlignedReadings& readings);
+
 /// Whether gyro and wheels clearly turn opposite ways, which one of them must have wrong: turns much larger
 /// than a bias would sum up to.
 bool turns_contradict(const Recording& recording, const Robot& robot, const AlignedReadings& readings);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -101,16 +102,17 @@ void require_judged(const SlipReport& report) {
 
 }  // namespace
 
-SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& commands, const Robot& robot,
+SlipReport find_slip(AlignedReadings readings, const VelocityStream& commands, const Robot& robot,
                      const SlipOptions& options) {
   SlipOdometer odometer(robot, {.odometry = learning_bias(robot), .slip = options});
   CommandChanges changes(commands);
   SlipReport report;
-  report.corrected = readings;
   std::size_t begin = 0;
   const auto correct_until = [&](std::size_t end, const SlipCorrection& correction) {
-    for (; begin < end; ++begin)
-      report.corrected.increments[begin] = corrected(readings.increments[begin], correction, robot.chassis);
+    if (!correction.none())
+      for (std::size_t i = begin; i < end; ++i)
+        readings.increments[i] = corrected(readings.increments[i], correction, robot.chassis);
+    begin = end;
   };
   for (std::size_t i = 0; i < readings.increments.size(); ++i) {
     const Increment& increment = readings.increments[i];
@@ -134,6 +136,7 @@ SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& comm
   report.end = odometer.odometer().pose();
   require_judged(report);
   report_unjudged(report, readings, report.findings);
+  report.corrected = std::move(readings);
   return report;
 }
 

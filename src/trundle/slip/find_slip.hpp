@@ -49,7 +49,7 @@ struct SlipReport {
 /// A loop over SlipOdometer::step, which learns the gyro's bias where the robot rests. `commands` may be
 /// empty. Throws as the SlipOdometer does, and CannotAnswer where the robot moves but no interval can be
 /// judged.
-[[nodiscard]] SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& commands,
+[[nodiscard]] SlipReport find_slip(AlignedReadings readings, const VelocityStream& commands,
                                    const Robot& robot, const SlipOptions& options = {});
 
 /// What the readings are judged by, interval by interval: for learning from a recording without slip.

@@ -4,6 +4,9 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <ranges>
+#include <span>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -81,10 +84,11 @@ struct Gait {
 };
 
 /// Steps of a counter that wraps or starts again are left out.
-Gait gait_of(std::vector<double> value) {
-  std::erase_if(value, [](double v) { return std::isnan(v); });
+Gait gait_of(std::span<const double> column) {
+  auto value = column | std::views::filter([](double v) { return !std::isnan(v); });
   Gait gait;
-  if (value.size() < kFewestRows) return gait;
+  const auto rows = static_cast<std::size_t>(std::ranges::distance(value));
+  if (rows < kFewestRows) return gait;
   const auto [low, high] = std::ranges::minmax(value);
   gait.low = low;
   gait.high = high;
@@ -92,8 +96,11 @@ Gait gait_of(std::vector<double> value) {
   double way = 0.0, net = 0.0, before = 0.0, stretch = 0.0, coarse_way = 0.0, reversals = 0.0;
   // Rows: what trembles to and fro cancels over them, what counts on does not.
   constexpr std::size_t kCoarse = 8;
-  for (std::size_t row = 1; row < value.size(); ++row) {
-    const double step = value[row] - value[row - 1];
+  std::size_t row = 0;
+  double last = value.front();
+  for (const double now : value | std::views::drop(1)) {
+    const double step = now - std::exchange(last, now);
+    ++row;
     if (step != 0.0 && std::abs(step) < jump) {
       ++gait.steps;
       reversals += step * before < 0.0 ? 1.0 : 0.0;
@@ -102,7 +109,7 @@ Gait gait_of(std::vector<double> value) {
       net += step;
       stretch += step;
     }
-    if (row % kCoarse != 0 && row + 1 < value.size()) continue;
+    if (row % kCoarse != 0 && row + 1 < rows) continue;
     coarse_way += std::abs(stretch);
     stretch = 0.0;
   }

@@ -67,8 +67,7 @@ CsvTable::CsvTable(std::string_view text, std::string file, const CsvFormat& for
   body_ = std::min(text_.size(), body_ + first_line_.size() + 1);
   ++body_line_;
   for (std::size_t i = 0; i < names_.size(); ++i)
-    if (std::find(names_.begin(), names_.begin() + static_cast<std::ptrdiff_t>(i), names_[i]) !=
-        names_.begin() + static_cast<std::ptrdiff_t>(i))
+    if (!index_.emplace(names_[i], i).second)
       throw InputError(place(file_, header_line_), fmt::format("names the column '{}' twice", names_[i]),
                        has_numbers_for_names() ? meant() : "every column once");
 }
@@ -126,9 +125,9 @@ std::string CsvTable::meant() const {
 }
 
 std::optional<std::size_t> CsvTable::column_named(std::string_view name) const {
-  const auto found = std::find(names_.begin(), names_.end(), name);
-  if (found == names_.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - names_.begin());
+  const auto found = index_.find(std::string(name));
+  if (found == index_.end()) return std::nullopt;
+  return found->second;
 }
 
 }  // namespace trundle::recording

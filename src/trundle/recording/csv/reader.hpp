@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include "trundle/recording/line_map.hpp"
@@ -100,6 +101,7 @@ class CsvTable {
   CsvFormat format_;
   std::string_view first_line_;
   std::vector<std::string> names_;
+  std::unordered_map<std::string, std::size_t> index_;  ///< of each name
   std::size_t columns_ = 0;
   std::size_t header_line_ = 0;
   std::size_t body_ = 0;       // offset of the first row

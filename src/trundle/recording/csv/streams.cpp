@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <unordered_map>
 
 #include <fmt/format.h>
 
@@ -206,16 +207,16 @@ std::optional<WheelColumn> wheel_column(std::string_view name) {
 }
 
 void keep_preferred(std::vector<ColumnSource>& columns) {
-  const auto is_second_choice = [&](const ColumnSource& column) {
+  std::unordered_map<std::string, WheelUnit> preferred;  // of each wheel
+  for (const ColumnSource& column : columns) {
     const WheelColumn mine = *wheel_column(column.column);
-    return std::any_of(columns.begin(), columns.end(), [&](const ColumnSource& other) {
-      const WheelColumn theirs = *wheel_column(other.column);
-      return theirs.wheel == mine.wheel && theirs.unit < mine.unit;
-    });
-  };
-  std::vector<ColumnSource> kept;
-  std::copy_if(columns.begin(), columns.end(), std::back_inserter(kept), std::not_fn(is_second_choice));
-  columns = std::move(kept);
+    WheelUnit& unit = preferred.try_emplace(mine.wheel, mine.unit).first->second;
+    unit = std::min(unit, mine.unit);
+  }
+  std::erase_if(columns, [&](const ColumnSource& column) {
+    const WheelColumn mine = *wheel_column(column.column);
+    return preferred.at(mine.wheel) < mine.unit;
+  });
 }
 
 std::string column_name(const WheelSeries& series) {

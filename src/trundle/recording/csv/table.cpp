@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -67,22 +68,19 @@ class Selection {
   explicit Selection(std::string place) : place_(std::move(place)) {}
   /// Returns the position of the column's cells among those that are read.
   std::size_t add(const CsvColumn& column) {
-    const auto same = [&](const CsvColumn& other) { return other.index == column.index; };
-    const auto found = std::find_if(wanted_.begin(), wanted_.end(), same);
-    if (found == wanted_.end()) {
-      wanted_.push_back(column);
-      return wanted_.size() - 1;
-    }
-    if (found->kind != column.kind)
+    const auto [found, is_new] = positions_.emplace(column.index, wanted_.size());
+    if (is_new) wanted_.push_back(column);
+    if (wanted_[found->second].kind != column.kind)
       throw InputError(place_, fmt::format("uses column {} for two kinds of values", column.index + 1),
                        "a column each for stamps, numbers and names");
-    return static_cast<std::size_t>(found - wanted_.begin());
+    return found->second;
   }
   const std::vector<CsvColumn>& wanted() const { return wanted_; }
 
  private:
   std::string place_;
   std::vector<CsvColumn> wanted_;
+  std::unordered_map<std::size_t, std::size_t> positions_;  // of each of the file's columns among them
 };
 
 /// Counters run on for ever, and variances are squares: neither has a limit.
@@ -132,18 +130,31 @@ Table read_rows(const StreamSource& source, std::vector<Finding>& findings) {
 
   report_header(source, csv, findings);
   CsvRows rows = csv.read(selection.wanted());
+  std::vector<int> uses(selection.wanted().size());  // of each column that was read, still to come
+  for (const auto& position : positions)
+    if (position) ++uses[*position];
+  if (time) ++uses[*time];
   if (rows.truncated_line)
     findings.push_back({.code = FindingCode::cut_off, .place = place(csv.file(), *rows.truncated_line)});
   Table table;
   const std::size_t count = rows.count();
   table.origin = {csv.file(), std::move(rows.lines), source.time_offset_s};
-  table.time_s = time ? std::move(rows.numbers[*time]) : stamps_of(source, count);
+  const auto taken = [&](auto& column, bool last) { return last ? std::move(column) : column; };
+  if (time)
+    table.time_s = taken(rows.numbers[*time], --uses[*time] == 0);
+  else
+    table.time_s = stamps_of(source, count);
   add_to_all(table.time_s, source.time_offset_s);
   for (std::size_t i = 0; i < source.columns.size(); ++i) {
     const ColumnSource& column = source.columns[i];
-    table.numbers.push_back(positions[i] ? rows.numbers[*positions[i]]
-                                         : std::vector<double>(count, kNotMeasured));
-    table.texts.push_back(positions[i] ? rows.texts[*positions[i]] : std::vector<std::string>(count));
+    if (positions[i]) {
+      const bool last = --uses[*positions[i]] == 0;
+      table.numbers.push_back(taken(rows.numbers[*positions[i]], last));
+      table.texts.push_back(taken(rows.texts[*positions[i]], last));
+    } else {
+      table.numbers.emplace_back(count, kNotMeasured);
+      table.texts.emplace_back(column.kind == CellKind::text ? count : 0);
+    }
     if (column.scale != 1.0)
       for (double& value : table.numbers.back()) value *= column.scale;
     require_plausible(table.numbers.back(), column, table.origin);

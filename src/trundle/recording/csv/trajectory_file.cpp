@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include <fmt/compile.h>
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
@@ -84,6 +85,30 @@ Trajectory read_csv(const std::filesystem::path& path) {
   return with_continuous_heading(std::move(trajectory));
 }
 
+/// Lines of text that are handed on in pieces.
+class Lines {
+ public:
+  explicit Lines(const TakeText& take) : take_(take) {}
+
+  template <typename Format, typename... Values>
+  void add(const Format& format, const Values&... values) {
+    fmt::format_to(fmt::appender(text_), format, values...);
+  }
+  void end() {
+    constexpr std::size_t kPiece = 1 << 16;  // bytes
+    text_.push_back('\n');
+    if (text_.size() >= kPiece) hand_on();
+  }
+  void hand_on() {
+    take_({text_.data(), text_.size()});
+    text_.clear();
+  }
+
+ private:
+  const TakeText& take_;
+  fmt::memory_buffer text_;
+};
+
 }  // namespace
 
 Trajectory reference_trajectory(const Recording& recording) {
@@ -123,29 +148,43 @@ Trajectory as_written(const Trajectory& trajectory) {
   return with_continuous_heading(std::move(written));
 }
 
-std::string to_csv(const Trajectory& trajectory) {
-  std::string text = "time_s,x_m,y_m,heading_rad";
+void write_csv(const Trajectory& trajectory, const TakeText& take) {
+  Lines lines(take);
+  lines.add(FMT_COMPILE("time_s,x_m,y_m,heading_rad"));
   if (trajectory.has_covariance())
-    for (const char* name : kCovarianceColumns) text += std::string(",") + name;
-  text += '\n';
+    for (const char* name : kCovarianceColumns) lines.add(FMT_COMPILE(",{}"), name);
+  lines.end();
   for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
     const auto& [time_s, pose] = trajectory.poses[i];
-    fmt::format_to(std::back_inserter(text), "{},{},{},{}", time_s, pose.x, pose.y, pose.heading);
+    lines.add(FMT_COMPILE("{},{},{},{}"), time_s, pose.x, pose.y, pose.heading);
     if (trajectory.has_covariance()) {
       const Matrix3& c = trajectory.covariances[i];
-      fmt::format_to(std::back_inserter(text), ",{},{},{},{},{},{}", c(0, 0), c(0, 1), c(0, 2), c(1, 1),
-                     c(1, 2), c(2, 2));
+      lines.add(FMT_COMPILE(",{},{},{},{},{},{}"), c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2));
     }
-    text += '\n';
+    lines.end();
   }
+  lines.hand_on();
+}
+
+void write_tum(const Trajectory& trajectory, const TakeText& take) {
+  Lines lines(take);
+  for (const auto& [time_s, pose] : trajectory.poses) {
+    lines.add(FMT_COMPILE("{} {} {} 0 0 0 {} {}"), time_s, pose.x, pose.y, std::sin(pose.heading / 2.0),
+              std::cos(pose.heading / 2.0));
+    lines.end();
+  }
+  lines.hand_on();
+}
+
+std::string to_csv(const Trajectory& trajectory) {
+  std::string text;
+  write_csv(trajectory, [&](std::string_view piece) { text += piece; });
   return text;
 }
 
 std::string to_tum(const Trajectory& trajectory) {
   std::string text;
-  for (const auto& [time_s, pose] : trajectory.poses)
-    fmt::format_to(std::back_inserter(text), "{} {} {} 0 0 0 {} {}\n", time_s, pose.x, pose.y,
-                   std::sin(pose.heading / 2.0), std::cos(pose.heading / 2.0));
+  write_tum(trajectory, [&](std::string_view piece) { text += piece; });
   return text;
 }
 
