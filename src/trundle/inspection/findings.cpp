@@ -12,6 +12,8 @@
 #include "trundle/chassis/rows.hpp"
 #include "trundle/inspection/clocks.hpp"
 #include "trundle/inspection/mirrored_reference.hpp"
+#include "trundle/inspection/partial_reference_checks.hpp"
+#include "trundle/inspection/sighting_checks.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/recording/turns.hpp"
 
@@ -163,6 +165,41 @@ void find_mirrored_reference(const Recording& recording, const Robot& robot, Fin
       {.code = FindingCode::reference_axes, .place = recording.reference.origin.file});
 }
 
+/// How far the robot turns by its gyro or else by the reference, forth and back both counted [rad].
+double turning_seen(const Recording& recording, const AlignedReadings& readings) {
+  double turned = 0.0;
+  for (const Increment& increment : readings.increments)
+    if (increment.has_gyro) turned += std::abs(increment.gyro_rad);
+  const std::vector<double>& heading = recording.reference.heading_rad;
+  double seen = 0.0, before = heading.empty() ? kNotMeasured : heading.front();
+  for (const double now : heading) {
+    if (!std::isnan(now - before)) seen += now - before;
+    if (!std::isnan(now)) before = now;
+  }
+  return std::max(recording.gyro.time_s.empty() ? 0.0 : turned, std::abs(seen));
+}
+
+/// Wheels that roll differently in every turn cannot read alike where there is one.
+void find_one_column_for_two(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
+                             std::vector<Finding>& problems) {
+  constexpr double kTurned_rad = 3.0;  // far more than the bias of a gyro sums up to
+  const auto wheels = robot.chassis.wheels();
+  const double turned = turning_seen(recording, readings);
+  if (turned < kTurned_rad) return;
+  for (std::size_t i = 0; i < wheels.size(); ++i)
+    for (std::size_t j = i + 1; j < wheels.size(); ++j) {
+      const bool alike = std::ranges::all_of(readings.increments, [&](const Increment& increment) {
+        return increment.turned[i] == increment.turned[j];
+      });
+      const bool roll_alike = std::abs(rolling_row(wheels[i]).z() - rolling_row(wheels[j]).z()) < 1e-9;
+      if (alike && !roll_alike && std::ranges::any_of(readings.increments, any_turns))
+        problems.push_back({.code = FindingCode::wheels_not_told_apart,
+                            .place = recording.wheels.origin.file,
+                            .subjects = {robot.wheel_names[i], robot.wheel_names[j]},
+                            .payload = payload::Amount{turned}});
+    }
+}
+
 /// Two wheels in one place that read the same show nothing that one does not.
 void find_wheels_in_one_place(const Robot& robot, std::vector<Finding>& problems) {
   const auto wheels = robot.chassis.wheels();
@@ -251,6 +288,9 @@ void compare(const Recording& recording, const Robot& robot, Findings& findings)
         .can = {}, .cannot = {"anything with this recording: it does not give what the robot file asks for"}};
   if (!readings || is_misread(findings)) return;
   find_mirrored_reference(recording, robot, findings);
+  find_one_column_for_two(recording, *readings, robot, findings.problems);
+  append(findings.problems, wrong_partial_reference(recording, robot, *readings));
+  if (const auto wrong = wrong_sightings(recording, robot, *readings)) findings.problems.push_back(*wrong);
   compare_references(recording, *readings, robot, findings);
   if (is_misread(findings)) return;
   const bool are_misassigned = compare_channels(recording, *readings, robot, findings);

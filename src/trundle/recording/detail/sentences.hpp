@@ -42,6 +42,14 @@ inline constexpr Sentence kSentences[] = {
      "{count} of {all} bearings are beyond a whole turn, up to {farthest:.4g} rad: of degrees, "
      "recording.toml "
      "can say unit = \"deg\" at bearing_rad"},
+    {bearing_unit, alone,
+     "landmarks stay where they are if bearings count to the right: write sign = -1 at bearing_rad in "
+     "recording.toml"},
+    {bearing_unit, with<Amount>,
+     "landmarks stay where they are if the landmark sensor looks elsewhere: heading_deg = {value:.0f} under "
+     "[landmark_sensor]"},
+    {range_unit, with<LengthRatio>,
+     "landmarks stay where they are if ranges are {factor:.3g} times as long: {question}check their unit"},
     {range_unit, with<Excess>,
      "{count} of {all} ranges, up to {farthest:.4g} m, are more than twice the sensor's max_range_m = "
      "{limit:g}: is one of them in another unit than metres?"},
@@ -51,6 +59,10 @@ inline constexpr Sentence kSentences[] = {
     {reference_unit, with<Share>,
      "the reference turns {factor:.2g} of what the wheels do, where radians taken for degrees would make it "
      "1/57: leave out unit = \"deg\""},
+    {reference_unit, with<Range>,
+     "{low:.4g} {subject} by [reference] in recording.toml, {high:.4g} by wheels and gyro with the robot "
+     "file as "
+     "given: check unit, sign and run, then ticks_per_revolution and y_m"},
     {reference_unit, with<LengthRatio>,
      "the reference moves {factor:.3g} times as far as the wheels with the robot file as given: "
      "{question}check ticks_per_revolution, gears and diameters"},
@@ -169,6 +181,14 @@ inline constexpr Sentence kSentences[] = {
      "the reference moves {factor:.3g} times as far as the wheels with the robot file as given: "
      "{question}check ticks_per_revolution, gears and diameters"},
     {geometry, alone, "wheels '{subject}' and '{other}' stand in one place: write x_m and y_m of both"},
+    {geometry, with<Range>,
+     "landmarks stay where they are if the landmark sensor stands at x_m = {low:.1f}, y_m = {high:.1f}: "
+     "check "
+     "[landmark_sensor]"},
+    {wheels_not_told_apart, with<Amount>,
+     "'{subject}' and '{other}' read the same in every row, though the robot turns by {value:.1f} rad: is "
+     "one "
+     "column of the file given to both?"},
     {reference_axes, alone,
      "the path bends the other way than its headings turn: swap the columns of x_m and y_m, or write sign = "
      "-1 at one of them"},
