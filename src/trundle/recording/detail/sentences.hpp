@@ -217,10 +217,10 @@ inline constexpr Sentence kSentences[] = {
     {nothing_to_smooth, alone, "no landmark is surely there: the trajectory is the filter's"},
     {lost, with<Stretch>,
      "from {start:.1f} s to {end:.1f} s after the start {count} of {all} sightings of landmarks seen before "
-     "do not fit: the filter is lost there, and neither its trajectory nor its ± can be believed; is the "
+     "do not fit: the filter diverged there, and neither its trajectory nor its ± is right; is the "
      "robot calibrated, does [noise] say how far its odometry can be trusted, do bearings turn to the left?"},
     {noise, with<Amount>,
-     "half of all innovations squared (NIS) are above {value:.1f}, honest noise has 1.39: sigmas of "
+     "half of all innovations squared (NIS) are above {value:.1f} (expected if consistent: 1.39): sigmas of "
      "[landmark_sensor] or [noise] are too small, and so is every ±"},
     {noise, with<Times>,
      "the smoother's cost is {factor:.1f} times its degrees of freedom: what was seen does not fit together "
