@@ -25,6 +25,8 @@ constexpr double kFewestMotions = 10.0;  // so many unrelated directions agree b
 constexpr double kElsewhere = 9.0;
 // What less is does no harm that anybody sees.
 constexpr double kSeen_m = 0.01, kSeen_rad = 0.01;
+// Information of parameters that nothing shows, in their priors': their equations stay solvable.
+constexpr double kNothing = 1e-6;
 // Of the prior's variance: what is left of it says that the runs show nothing.
 constexpr double kUnknown = 0.5;
 
@@ -90,7 +92,8 @@ SensorPlace sensor_place(const CalibrationProblem& problem, const Estimate& esti
   const Information all = total_information(likelihood_at(estimate, wider), estimate.robot);
   const Eigen::VectorXd sigma = prior_sigmas(wider.parameters, problem.nominal);
   Eigen::MatrixXd N = sigma.asDiagonal() * all.matrix * sigma.asDiagonal();
-  N.diagonal().array() += 1.0;  // the prior: what the runs do not show stays
+  N.diagonal().array() += kNothing;
+  N.diagonal().tail<3>().array() += 1.0;  // the prior: what the runs do not show stays
   const Eigen::MatrixXd inverse = N.inverse();
   const Matrix3 covariance = inverse.bottomRightCorner<3, 3>();
   const Vector3 step = (inverse * sigma.cwiseProduct(all.gradient)).tail<3>();

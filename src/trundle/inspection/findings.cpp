@@ -131,6 +131,15 @@ std::optional<Payload> heading_unit_fault(const PairedSums& turns, double scale)
   return std::nullopt;
 }
 
+/// Whether the reference turns the other way than wheels and gyro, which agree.
+bool turns_the_other_way(const Recording& recording, const AlignedReadings& readings, const Robot& robot) {
+  constexpr double kAgainst = -0.8;  // correlation
+  const auto of_gyro = comparable_turns(recording, robot, readings);
+  if (!of_gyro || of_gyro->correlation() < kTurnsAgree) return false;
+  const PairedSums turns = turns_of_reference(recording.reference, readings, robot);
+  return std::sqrt(turns.xx) > kLeastTurning_rad && turns.correlation() < kAgainst;
+}
+
 /// The units of the reference: its way and its turns against the wheels', unless these scrub and slide.
 void compare_references(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
                         Findings& findings) {
@@ -138,6 +147,11 @@ void compare_references(const Recording& recording, const AlignedReadings& readi
   if (recording.reference.time_s.empty() || has_skid_wheels(robot.chassis) ||
       observability(rows_of(robot.chassis, false)).rank < 3)
     return;
+  if (turns_the_other_way(recording, readings, robot)) {
+    findings.problems.push_back(
+        {.code = FindingCode::reference_axes, .place = file, .payload = payload::Amount{-1.0}});
+    return;
+  }
   const std::vector<Run> runs = {prepare_run(recording, robot, readings)};
   const double times = initial_scale(runs, robot).value_or(1.0);
   if (const std::optional<Payload> turns = heading_unit_fault(

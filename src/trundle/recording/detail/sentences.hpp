@@ -150,7 +150,8 @@ inline constexpr Sentence kSentences[] = {
      "and "
      "right are swapped"},
     {gyro_against_wheels, alone,
-     "the wheels do not turn the robot as the gyro sees it turn: is every column that of its wheel?"},
+     "the wheels do not turn the robot as the gyro sees it turn: is every column that of its wheel, and "
+     "time_offset_s of the gyro right?"},
     {gyro_against_wheels, with<Amount>,
      "'{subject}' counts backwards, as the gyro tells: write ticks_per_revolution = {value:g}"},
     {gyro_against_wheels, with<Times>,
@@ -189,6 +190,10 @@ inline constexpr Sentence kSentences[] = {
      "'{subject}' and '{other}' read the same in every row, though the robot turns by {value:.1f} rad: is "
      "one "
      "column of the file given to both?"},
+    {reference_axes, with<Amount>,
+     "the reference turns the other way than wheels and gyro do: write sign = -1 at heading_rad, and at y_m "
+     "if "
+     "that counts to the right; else wheels and gyro are mirrored both"},
     {reference_axes, alone,
      "the path bends the other way than its headings turn: swap the columns of x_m and y_m, or write sign = "
      "-1 at one of them"},
