@@ -27,8 +27,6 @@ constexpr double kElsewhere = 9.0;
 constexpr double kSeen_m = 0.01, kSeen_rad = 0.01;
 // Information of parameters that nothing shows, in their priors': their equations stay solvable.
 constexpr double kNothing = 1e-6;
-// Of the prior's variance: what is left of it says that the runs show nothing.
-constexpr double kUnknown = 0.5;
 
 constexpr std::array kSensorPose = {ParameterKind::reference_x, ParameterKind::reference_y,
                                     ParameterKind::reference_heading};
@@ -37,6 +35,15 @@ constexpr std::array kSensorPose = {ParameterKind::reference_x, ParameterKind::r
 CalibrationProblem with_sensor_pose(CalibrationProblem problem) {
   for (const ParameterKind kind : kSensorPose) problem.parameters.push_back({.kind = kind});
   return problem;
+}
+
+/// Whether another pose of the sensor and wheels that are moved with it explain the same.
+bool all_places_are_free(const CalibrationProblem& problem) {
+  const auto wheels = static_cast<std::ptrdiff_t>(problem.nominal.chassis.wheels().size());
+  const auto free = [&](ParameterKind kind) {
+    return std::ranges::count(problem.parameters, kind, &Parameter::kind);
+  };
+  return wheels > 0 && free(ParameterKind::direction) == wheels && free(ParameterKind::lever) == wheels;
 }
 
 /// Weighed as the estimate was.
@@ -88,6 +95,11 @@ SensorPlace sensor_place(const CalibrationProblem& problem, const Estimate& esti
   const auto is_free = [&](ParameterKind kind) { return contains(problem.parameters, kind); };
   const auto has_poses = [](const Run& run) { return !run.reference.heading_rad.empty(); };
   if (std::ranges::any_of(kSensorPose, is_free) || std::ranges::none_of(problem.runs, has_poses)) return {};
+  if (all_places_are_free(problem))
+    return {
+        .unobservable =
+            "reference.x, reference.y, reference.heading: not observable from these runs, for all wheels' "
+            "places are estimated: these are as right as [reference_sensor] of the robot file"};
   const CalibrationProblem wider = with_sensor_pose(problem);
   const Information all = total_information(likelihood_at(estimate, wider), estimate.robot);
   const Eigen::VectorXd sigma = prior_sigmas(wider.parameters, problem.nominal);
@@ -98,11 +110,6 @@ SensorPlace sensor_place(const CalibrationProblem& problem, const Estimate& esti
   const Matrix3 covariance = inverse.bottomRightCorner<3, 3>();
   const Vector3 step = (inverse * sigma.cwiseProduct(all.gradient)).tail<3>();
   const Vector3 offset = sigma.tail<3>().cwiseProduct(step);
-  if (covariance.diagonal().minCoeff() > kUnknown)
-    return {
-        .unobservable =
-            "reference.x, reference.y, reference.heading: not observable from these runs, for all wheels' "
-            "places are estimated: these are as right as [reference_sensor] of the robot file"};
   const double chi2 = step.dot(covariance.inverse() * step) / estimate.dispersion;
   const bool is_seen = offset.head<2>().norm() > kSeen_m || std::abs(offset.z()) > kSeen_rad;
   if (!(chi2 > kElsewhere) || !is_seen) return {};
