@@ -12,6 +12,7 @@ import csv
 import datetime
 import json
 import math
+import re
 import statistics
 import subprocess
 import sys
@@ -170,8 +171,31 @@ def told(folder):
     return words
 
 
+def remarks_of(folder):
+    """What is printed below the stages, each sentence once, without the paths of the files."""
+    remarks = []
+    for one in {folder, *results_below(folder)}:
+        for stage in read(one / "run.json")["stages"]:
+            remarks += [re.sub(r"^(\w+: )\S*/", r"\1", remark) for remark in stage["remarks"]]
+    return sorted(set(remarks), key=lambda remark: (not remark.startswith("warning"), remark))
+
+
+def converged(folder):
+    calibration = read(folder / "calibration.json")
+    if calibration is None:
+        return "–"
+    return "no" if any("optimizer stopped" in words for words in calibration["warnings"]) else "yes"
+
+
+def clocks_of(folder):
+    """Offsets that were found and corrected: "gyro -0.0498"."""
+    said = " ".join(remarks_of(folder))
+    return ", ".join(f"{sensor} {offset}" for sensor, offset in
+                     sorted(set(re.findall(r"corrected: (\w+)\.time_offset_s (-?[\d.]+(?: to -?[\d.]+)?)", said)))) or "–"
+
+
 def told_of(folder):
-    words = told(folder)
+    words = told(folder) + remarks_of(folder)
     singles = results_below(folder)
     slip = [read(one / "slip.json") for one in singles]
     shares = [s["intervals"]["flagged_share"] for s in slip if s and s["intervals"]["judged"]]
@@ -200,20 +224,20 @@ def row_of(job, program, out):
     print(f"  {job.title}: exit {code}, {spent:.1f} s {said}", file=sys.stderr, flush=True)
     document = read(target / "run.json")
     if document is None:
-        return [job.title, *["–"] * 7, str(code), said], code not in (0, 4)
+        return [job.title, *["–"] * 9, str(code), said], code not in (0, 4)
     singles = [errors_of(folder) for folder in results_below(target)]
     column = lambda *names: text_of([next(e[n] for n in names if n in e) for e in singles if any(n in e for n in names)])
     held_out = {True: "yes", False: "no", None: "–"}[document["held_out"]]
     bad = not_numbers(target)
     words = [said] if said else []
     words += [told_of(target).replace(f"{out}/", "")] + [f"NOT A NUMBER in {name}" for name in bad]
-    row = [job.title, str(len(singles)), held_out, column("nominal", "odometry"), column("odometry"), column("corrected"),
+    row = [job.title, str(len(singles)), held_out, converged(target), clocks_of(target), column("nominal", "odometry"), column("odometry"), column("corrected"),
            column("slam online"), column("slam"), str(code), "; ".join(word for word in words if word)]
     return row, bool(bad) or code not in (0, 4)
 
 
 def table_of(rows):
-    head = ["recordings", "runs", "held out", "robot as given [m]", "calibrated [m]", "slips corrected [m]", "mapped, online [m]", "mapped, smoothed [m]", "exit", "it says"]
+    head = ["recordings", "runs", "held out", "converged", "clock offsets corrected [s]", "robot as given [m]", "calibrated [m]", "slips corrected [m]", "mapped, online [m]", "mapped, smoothed [m]", "exit", "it says"]
     lines = [head, ["---"] * len(head)] + [[cell.replace("|", "/") for cell in row] for row in rows]
     return "".join("| " + " | ".join(line) + " |\n" for line in lines)
 

@@ -29,9 +29,11 @@ std::string parameter_lines(const CalibrationResult& result) {
 
 std::string error_lines(const CalibrationResult& result) {
   if (!result.calibrated.calibration || result.calibrated.calibration->errors.empty()) return {};
-  std::string text = fmt::format("{:<39} {:>10} {:>10}\n", "error", "before", "after");
+  std::string text = fmt::format("{:<39} {:>10} {:>10}\n", "error, start-aligned", "before", "after");
   for (const ErrorBeforeAfter& error : result.calibrated.calibration->errors)
     text += fmt::format("{:<39} {:>10.5g} {:>10.5g} {}\n", error.what, error.before, error.after, error.unit);
+  if (result.nominal.chassis.gyro)
+    text += "  with the gyro's bias as in the robot files; odometry learns it where the robot stands\n";
   return text;
 }
 

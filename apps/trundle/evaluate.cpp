@@ -39,7 +39,7 @@ std::string text_of(const ReferenceSigmas& noise) {
 
 std::string text_of(const Nees& nees, const ReferenceSigmas& noise) {
   std::string text = fmt::format(
-      "NEES            {:.2f} mean (honest: {}), {:.1f} % of {} poses inside 95 %; {}\n", nees.mean,
+      "NEES            {:.2f} mean (expected if consistent: {}), {:.1f} % of {} poses inside 95 %; {}\n", nees.mean,
       nees.degrees_of_freedom, 100.0 * nees.share_inside_95, nees.poses, text_of(noise));
   if (nees.before_motion > 0)
     text += fmt::format("                from where the estimate moves: {} before it left out\n",
@@ -47,11 +47,23 @@ std::string text_of(const Nees& nees, const ReferenceSigmas& noise) {
   return text;
 }
 
+std::string_view words_of(Alignment alignment) {
+  switch (alignment) {
+    case Alignment::start:
+      return "start-aligned (first common pose)";
+    case Alignment::se2:
+      return "best fit (SE2)";
+    case Alignment::none:
+      return "as given, not aligned";
+  }
+  return {};
+}
+
 std::string text_of(const Evaluation& e) {
   std::string text = fmt::format(
-      "Compared        {} poses over {:.1f} s, {:.2f} m; alignment {}\n"
+      "Compared        {} poses over {:.1f} s, {:.2f} m; {}\n"
       "Position error  {:.4f} m rms, {:.4f} mean, {:.4f} median, {:.4f} max\n",
-      e.compared, e.overlap_s(), e.path_m, name_of(e.alignment), e.position_m.rms, e.position_m.mean,
+      e.compared, e.overlap_s(), e.path_m, words_of(e.alignment), e.position_m.rms, e.position_m.mean,
       e.position_m.median, e.position_m.max);
   if (e.heading_rms_rad) text += fmt::format("Heading error   {:.3f} deg rms\n", degrees(*e.heading_rms_rad));
   text += fmt::format("At the end      {:.4f} m", e.final_position_m);

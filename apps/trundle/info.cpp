@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <limits>
 #include <memory>
 
 #include <fmt/format.h>
@@ -11,11 +13,14 @@
 namespace trundle::app {
 namespace {
 
+constexpr std::size_t kMostLines = 20;  // a terminal has 24
+
 struct InfoArguments {
   std::string recording;
   std::string robot;
   int robot_number = 0;
   bool gyro_noise = false;
+  bool verbose = false;
   std::string output;
   Common common;
 };
@@ -92,6 +97,38 @@ std::string text_of(const RecordingInfo& info) {
   return text;
 }
 
+/// One recording of a session, and what is wrong with it, in a line.
+std::string line_of(const RecordingInfo& info, std::size_t width) {
+  const std::vector<Finding>& problems = info.findings.problems;
+  const auto warnings = std::ranges::count(problems, Severity::warning, &Finding::severity);
+  double start_s = std::numeric_limits<double>::infinity(), end_s = -start_s;
+  for (const StreamSummary& stream : info.findings.streams) {
+    start_s = std::min(start_s, stream.start_s);
+    end_s = std::max(end_s, stream.end_s);
+  }
+  const auto notes = static_cast<std::ptrdiff_t>(problems.size()) - warnings;
+  std::string line =
+      fmt::format("  {:<{}}  {:>8.1f} s  {}, {}", info.recording.name, width, std::max(end_s - start_s, 0.0),
+                  counted(static_cast<std::size_t>(warnings), "warning"),
+                  counted(static_cast<std::size_t>(notes), "note"));
+  const auto first = std::ranges::find(problems, Severity::warning, &Finding::severity);
+  if (first != problems.end()) line += fmt::format("; {}: {}", first->place, describe(*first));
+  return line + "\n";
+}
+
+/// A session on one screen.
+std::string overview_of(const std::vector<RecordingInfo>& recordings) {
+  std::size_t width = 0;
+  for (const RecordingInfo& info : recordings) width = std::max(width, info.recording.name.size());
+  std::string text = fmt::format("{} (all of each: --verbose)\n", counted(recordings.size(), "recording"));
+  std::size_t lines = 0;
+  for (const RecordingInfo& info : recordings) {
+    if (++lines > kMostLines) return text + fmt::format("  and {} more\n", recordings.size() - kMostLines);
+    text += line_of(info, width);
+  }
+  return text;
+}
+
 /// The robot file with the gyro's noise, and how it was obtained.
 void write_gyro_noise(const InfoArguments& options, Robot robot, const Provenance& provenance,
                       const GyroNoise& noise) {
@@ -126,7 +163,10 @@ void run(const InfoArguments& options) {
   if (!options.output.empty())
     write_gyro_noise(options, question.robot->robot, answer.provenance, *answer.recordings.front().noise);
   std::string text;
-  for (const RecordingInfo& info : answer.recordings) text += (text.empty() ? "" : "\n") + text_of(info);
+  if (answer.recordings.size() > 1 && !options.verbose)
+    text = overview_of(answer.recordings);
+  else
+    for (const RecordingInfo& info : answer.recordings) text += (text.empty() ? "" : "\n") + text_of(info);
   print(options.common, document_of(answer), text);
 }
 
@@ -144,6 +184,7 @@ void add_info(CLI::App& app) {
   add_robot_number(*command, options->robot_number);
   command->add_flag("--gyro-noise", options->gyro_noise,
                     "Bias, noise and Allan deviation of the gyro, from where the robot rests");
+  command->add_flag("--verbose", options->verbose, "Of several recordings all that is told of each");
   command->add_option("-o,--output", options->output,
                       "With --gyro-noise: the robot file with that noise in it");
   command->callback([options] { run(*options); });

@@ -1,5 +1,6 @@
 #include "trundle/pipeline/run.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 
@@ -48,6 +49,19 @@ OnProgress progress_of(const Common& common, ProgressBar& bar) {
   };
 }
 
+/// Of a session: a line for each of its recordings, then the whole.
+std::string summary_of(const RunRecord& record) {
+  std::string text;
+  std::size_t width = std::string_view("all").size();
+  for (const std::string& name : record.recordings) width = std::max(width, name.size());
+  for (const Stage& stage : record.stages)
+    if (!stage.recording.empty()) text += fmt::format("{:<{}}  {}\n", stage.recording, width, stage.message);
+  for (const Stage& stage : record.stages)
+    if (stage.kind == StageKind::evaluation && !text.empty())
+      text += fmt::format("{:<{}}  {}\n", "all", width, stage.message);
+  return text.empty() ? text : "\n" + text;
+}
+
 void run(const RunArguments& options) {
   RunQuestion question = options.question;
   question.output = options.output;
@@ -55,7 +69,8 @@ void run(const RunArguments& options) {
   ProgressBar bar(options.common);
   const RunAnswer answer = pipeline::run(question, progress_of(options.common, bar));
   if (const auto& failure = answer.no_odometry) throw Exit{failure->kind, failure->message};
-  print(options.common, to_json(answer.record), fmt::format("written to {}\n", options.output));
+  print(options.common, to_json(answer.record),
+        summary_of(answer.record) + fmt::format("written to {}\n", options.output));
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ std::string text_of(const SlamArguments& options, const SlamAnswer& answer) {
   text += fmt::format("  matched {}, new {}, rejected as outliers {}, invalid {}\n", counts.matched,
                       counts.created, counts.rejected, counts.invalid);
   text +=
-      fmt::format("  innovations squared (NIS): mean {:.2f}, median {:.2f}; honest noise has 2.00, 1.39\n",
+      fmt::format("  innovations squared (NIS): mean {:.2f}, median {:.2f} (expected if consistent: 2.00, 1.39)\n",
                   counts.mean_nis, counts.median_nis);
   if (answer.result.path)
     text +=

@@ -1,4 +1,5 @@
 // `trundle run` is the single commands in turn: the same bytes, and a word on every stage.
+#include <algorithm>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -87,6 +88,33 @@ TEST_F(RunCommand, GivesTheBytesOfTheSingleCommandsInTurn) {
                                    "--robot", "d/calibrated.toml", "--align", alignment, "--json"});
       EXPECT_EQ(Json::parse(outcome.out), document) << trajectory.at("name") << " " << alignment;
     }
+}
+
+TEST_F(RunCommand, ASessionEndsWithALineForEachRunAndTheWhole) {
+  for (const char* name : {"cw", "ccw"})
+    for (const char* file : {"wheels.csv", "reference.csv"})
+      keep(std::string("pair/log_") + name + "_" + file, read(std::string(name) + "/" + file));
+  keep("pair/recording.toml", R"([wheels]
+file = "log_*_wheels.csv"
+columns = { time_s = "time_s", left_ticks = "left_ticks", right_ticks = "right_ticks" }
+[reference]
+file = "log_*_reference.csv"
+columns = { time_s = "time_s", x_m = "x_m", y_m = "y_m", heading_rad = "heading_rad" }
+)");
+  const Outcome outcome = run({"run", "pair", "--robot", "nominal.toml", "-o", "d"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out,
+              testing::ContainsRegex(
+                  "\nccw  position error, rms, start-aligned: nominal .*"
+                  "\ncw   position error, rms, start-aligned: nominal .*"
+                  "\nall  position error, rms of the runs' rms, start-aligned: nominal [0-9.]+ m .2 runs."));
+  EXPECT_EQ(stage("d", "evaluation").at("status"), "done");
+  EXPECT_TRUE(exists("d/cw/odometry.csv"));
+
+  const std::string overview = run({"info", "pair"}).out;
+  EXPECT_THAT(overview, HasSubstr("2 recordings (all of each: --verbose)"));
+  EXPECT_LT(std::ranges::count(overview, '\n'), 5);
+  EXPECT_THAT(run({"info", "pair", "--verbose"}).out, HasSubstr("wheels "));
 }
 
 TEST_F(RunCommand, StagesThatCannotRunSayWhyAndTheRestGoesOn) {

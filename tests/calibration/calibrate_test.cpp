@@ -54,6 +54,34 @@ TEST(Calibrate, FindsTheTrueRobotAndSaysHowSure) {
             0.3 * result.calibrated.calibration->errors[0].before);
 }
 
+/// Its best track is none: a step that puts both wheels in one place is shortened, and does not end the
+/// program.
+TEST(Calibrate, OneColumnForTwoWheelsIsSurvived) {
+  auto runs = recorded(nominal_differential(), true_differential(), test::differential_paths(), 1);
+  for (Recording& run : runs) run.wheels.series[1].value = run.wheels.series[0].value;
+  try {
+    const CalibrationResult result = calibrate(runs, {}, nominal_differential());
+    for (const ParameterEstimate& e : result.parameters) EXPECT_TRUE(std::isfinite(e.value)) << e.name;
+  } catch (const CannotAnswer& reason) {
+    EXPECT_STRNE(reason.what(), "");
+  }
+}
+
+TEST(Calibrate, AReferenceOfAnotherPointIsNamedWhereItIsSeen) {
+  const auto runs = recorded(nominal_differential(), true_differential(), test::differential_paths(), 1);
+  const auto names_it = Contains(HasSubstr("the references fit better with their sensor"));
+  EXPECT_THAT(calibrate(runs, {}, nominal_differential()).warnings, testing::Not(names_it));
+  Robot elsewhere = nominal_differential();
+  elsewhere.body_from_reference.x = -0.2;
+  EXPECT_THAT(calibrate(runs, {}, elsewhere).warnings, names_it);
+}
+
+TEST(Calibrate, WhereTheReferenceIsOnAnOmniRobotIsNotObservable) {
+  const auto runs = recorded(test::nominal_omni3(), test::true_omni3(), test::omni_paths(), 1);
+  EXPECT_THAT(calibrate(runs, {}, test::nominal_omni3()).unobservable,
+              Contains(HasSubstr("reference.x, reference.y, reference.heading")));
+}
+
 TEST(Calibrate, HoldOutRunsAreEvaluatedButNotLearnedFrom) {
   const auto runs = recorded(nominal_differential(), true_differential(), test::differential_paths(), 2);
   const auto tour =

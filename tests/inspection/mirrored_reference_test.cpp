@@ -6,8 +6,10 @@
 #include <gmock/gmock.h>
 
 #include "trundle/inspection/findings.hpp"
+#include "trundle/simulation/scenario.hpp"
 #include "trundle/statistics/random.hpp"
 
+#include "recording/findings.hpp"
 #include "recording/robots.hpp"
 
 namespace trundle::inspection {
@@ -60,6 +62,23 @@ TEST(MirroredReference, IsNamedForRobotsThatRollWhereTheyLook) {
   const Robot robot = test::two_wheels();
   EXPECT_THAT(find_in(recording, &robot).problems, testing::Not(is_named));
   std::swap(recording.reference.x_m, recording.reference.y_m);
+  EXPECT_THAT(find_in(recording, &robot).problems, is_named);
+}
+
+/// Path and headings fit each other then, and a robot with all wheels mirrored would fit both.
+TEST(MirroredReference, IsNamedWhereWheelsAndGyroAgreeAgainstIt) {
+  const auto is_named =
+      testing::Contains(test::finding(FindingCode::reference_axes, "the other way than wheels and gyro"));
+  const Robot robot = test::with_gyro(test::two_wheels());
+  Scenario scenario;
+  scenario.nominal = scenario.truth = robot;
+  Random random(1, 99);
+  scenario.path = random_tour({.length_m = 15.0}, {}, random);
+  scenario.reference.rate_hz = 10.0;
+  Recording recording = simulate(scenario).recording;
+  EXPECT_THAT(find_in(recording, &robot).problems, testing::Not(is_named));
+  for (double& y : recording.reference.y_m) y = -y;
+  for (double& heading : recording.reference.heading_rad) heading = -heading;
   EXPECT_THAT(find_in(recording, &robot).problems, is_named);
 }
 

@@ -80,5 +80,15 @@ TEST_F(LandmarkCovariance, IsRefusedWhereItIsOfAnotherMapOrNone) {
   EXPECT_THROW(read("nothing"), InputError);
 }
 
+TEST(LandmarkFile, ReadsTheMapOfMrclam) {
+  const test::Folder folder;
+  const auto map = read_landmark_map(
+      folder.write("Landmark_Groundtruth.dat",
+                   "# Subject x y x-sd y-sd\n 6   1.1  -5.3 \t 0.001 0.002\n 7 -0.5 2 0.001 0.001\n"));
+  ASSERT_EQ(map.size(), 2U);
+  EXPECT_EQ(map[0].name, "6");
+  EXPECT_EQ(map[0].position, Vector2(1.1, -5.3));
+}
+
 }  // namespace
 }  // namespace trundle::recording

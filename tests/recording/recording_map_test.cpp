@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "trundle/io/error.hpp"
 #include "trundle/recording/recording.hpp"
 
 #include "recording/folder.hpp"
@@ -195,6 +196,65 @@ TEST(RecordingMap, native_files_beside_it_are_read_where_it_maps_nothing) {
   const Recording recording = read_recording(folder.path());
   EXPECT_THAT(recording.wheels.time_s, SizeIs(2));
   EXPECT_THAT(recording.gyro.yaw_rate_rad_s, ElementsAre(7));
+}
+
+/// Three logs of one layout, two of them with a gyro.
+struct Logs : test::Folder {
+  Logs() {
+    for (const char* run : {"02", "01", "03"}) {
+      write(fmt::format("mon_run-{}.csv", run), fmt::format("time_s,left_ticks\n0,{0}\n1,{0}\n", run));
+      if (run != std::string("03"))
+        write(fmt::format("gyro_{}_mon.csv", run), fmt::format("time_s,yaw_rate_rad_s\n0,{}\n", run));
+    }
+    write("other.csv", "time_s,left_ticks\n0,7\n");
+    map("mon_run-*.csv");
+  }
+  void map(const std::string& wheels) const {
+    write("recording.toml",
+          fmt::format(
+              "[wheels]\nfile = \"{}\"\ncolumns = {{ time_s = \"time_s\", left_ticks = \"left_ticks\" }}\n"
+              "[gyro]\nfile = \"gyro_*_mon.csv\"\n"
+              "columns = {{ time_s = \"time_s\", yaw_rate_rad_s = \"yaw_rate_rad_s\" }}\n"
+              "[reference]\nturns = 1\n",
+              wheels));
+  }
+};
+
+TEST(RecordingMap, APatternIsOneRecordingForEachMatch) {
+  const Logs logs;
+  EXPECT_THAT(recordings_below(logs.path()), ElementsAre(logs / "01", logs / "02", logs / "03"));
+  EXPECT_THAT(recordings_below(logs.path().parent_path()), SizeIs(3));
+  const Recording second = read_recording(logs / "02");
+  EXPECT_EQ(second.name, "02");
+  EXPECT_EQ(second.session, "run");
+  EXPECT_THAT(second.wheels.series.at(0).value, ElementsAre(2, 2));
+  EXPECT_THAT(second.gyro.yaw_rate_rad_s, ElementsAre(2)) << "paired by what the star stands for";
+  EXPECT_EQ(second.partial.turns->value, 1.0);
+  EXPECT_THAT(second.inputs, SizeIs(3)) << "recording.toml and its own files";
+  EXPECT_THAT(read_recording(logs / "03").gyro.time_s, testing::IsEmpty());
+}
+
+TEST(RecordingMap, AFolderOfSeveralRunsIsNoneOfThem) {
+  const Logs logs;
+  EXPECT_THAT([&] { read_recording(logs.path()); },
+              testing::ThrowsMessage<InputError>(testing::HasSubstr("holds 3 recordings, 01 to 03")));
+  EXPECT_THROW(read_recording(logs / "04"), InputError);
+}
+
+TEST(RecordingMap, APatternThatMatchesNothingIsAnError) {
+  const Logs logs;
+  logs.map("tue_run-*.csv");
+  EXPECT_THAT([&] { (void)recordings_below(logs.path()); },
+              testing::ThrowsMessage<InputError>(
+                  testing::HasSubstr("recording.toml:2: [wheels]: no file matches 'tue_run-*.csv'")));
+  logs.map("*/run.csv");
+  EXPECT_THROW((void)recordings_below(logs.path()), InputError);
+}
+
+TEST(RecordingMap, TwoStarsNameARunTogether) {
+  const Logs logs;
+  logs.map("*_run-*.csv");
+  EXPECT_THAT(recordings_below(logs.path()), testing::Contains(logs / "mon_01"));
 }
 
 PartialReference partial(const std::string& lines) {

@@ -11,6 +11,7 @@
 #include "trundle/calibration/influence.hpp"
 #include "trundle/calibration/noise/learn_noise.hpp"
 #include "trundle/calibration/preparation.hpp"
+#include "trundle/calibration/sensor_heading.hpp"
 #include "trundle/calibration/sessions.hpp"
 #include "trundle/io/error.hpp"
 
@@ -81,6 +82,11 @@ void add_validation(const ValidatedEstimate& validated, const Robot& nominal, Ca
   result.notes.push_back("judged " + validated.validation->words());
 }
 
+void add_sensor_place(const SensorPlace& place, CalibrationResult& result) {
+  if (!place.elsewhere.empty()) result.warnings.push_back(place.elsewhere);
+  if (!place.unobservable.empty()) result.unobservable.push_back(place.unobservable);
+}
+
 /// Notes something, here and in the robot file.
 void note(const std::string& words, CalibrationResult& result) {
   result.notes.push_back(words);
@@ -126,6 +132,7 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   result.method = "ml";
   add_words(ready, scale_taken_as_given(nominal, problem.parameters, measured), result);
   add_validation(validated, nominal, result);
+  add_sensor_place(sensor_place(problem, estimate), result);
   if (const auto& gyro = estimate.robot.chassis.gyro)
     ready.start.chassis.gyro->time_offset_s = gyro->time_offset_s;
   for (Run& run : ready.runs) set_gyro_clock(ready.start, run);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
+#include <limits>
 
 #include <Eigen/LU>
 
@@ -45,6 +47,13 @@ PoseSensitivity reveal(SensitivityErrors& errors, const Odometer& odometer, cons
   return revealed;
 }
 
+/// What a robot by which the path is no number leaves unexplained.
+constexpr double kEverything = std::numeric_limits<double>::infinity();
+
+bool is_finite(const Pose2& pose) {
+  return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.heading);
+}
+
 Information& block_of(RunLikelihood& likelihood, std::size_t epoch, std::size_t epochs) {
   const std::size_t blocks = likelihood.blocks.size();
   return likelihood.blocks[std::min(blocks - 1, epoch * blocks / epochs)];
@@ -81,6 +90,10 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
       continue;
     }
     if (sample.empty()) continue;
+    if (!is_finite(odometer.pose())) {
+      result.blocks.front().chi2 = kEverything;
+      return result;
+    }
     ReferenceMeasurement m = measure(sample, odometer, robot, parameters, options.reference_noise);
     const Weight W = m.weight(odometer.white_covariance());
     const double distance = m.innovation.dot(W * m.innovation);
@@ -109,6 +122,10 @@ RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<c
   for (const Increment& increment : run.readings.increments) {
     odometer.step(increment);
     errors.follow(increment, odometer.pose());
+  }
+  if (!is_finite(odometer.pose())) {
+    result.blocks.front().chi2 = kEverything;
+    return result;
   }
   ReferenceMeasurement m = measure_end(run.partial, odometer, robot, parameters);
   const Weight W = m.weight(odometer.white_covariance());

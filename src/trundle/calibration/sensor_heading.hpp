@@ -2,8 +2,9 @@
 
 #include <optional>
 #include <span>
+#include <string>
 
-#include "trundle/calibration/run.hpp"
+#include "trundle/calibration/estimator.hpp"
 
 namespace trundle::calibration {
 
@@ -11,5 +12,13 @@ namespace trundle::calibration {
 /// lays the directions in which it moves on those in which the wheels roll, while the robot hardly turns.
 /// Nothing where it hardly moves or the directions do not agree.
 [[nodiscard]] std::optional<double> sensor_heading(std::span<const Run> runs, const Robot& robot);
+
+/// Where the references' trajectories have their sensor, in words; empty: where the robot file says.
+struct SensorPlace {
+  std::string elsewhere = {};
+  std::string unobservable = {};  ///< nothing shows where it is
+};
+/// By the score statistic of its pose at the estimate: nothing is fitted again.
+[[nodiscard]] SensorPlace sensor_place(const CalibrationProblem& problem, const Estimate& estimate);
 
 }  // namespace trundle::calibration

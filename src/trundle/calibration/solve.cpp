@@ -1,7 +1,9 @@
 #include "trundle/calibration/solve.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "trundle/geometry/decompositions.hpp"
 
@@ -22,6 +24,14 @@ constexpr double kNearEnough = 0.1;
 constexpr int kMostHalvings = 10;
 // Of χ², relative: what rounding may make of no change where runs are long.
 constexpr double kRounding = 1e-7;
+
+/// Whether it still has all of them: wheels that a step puts in one place have no track.
+bool has_all(std::span<const Parameter> parameters, const Robot& robot) {
+  const std::vector<Parameter> there = parameters_of(robot);
+  return std::ranges::all_of(parameters, [&](const Parameter& parameter) {
+    return std::ranges::find(there, parameter) != there.end() && std::isfinite(value_of(parameter, robot));
+  });
+}
 
 /// Gauss–Newton in the columns of `basis` (parameters in units of prior sigmas). Far away a step that makes
 /// χ² larger is halved. Near the solution χ² is not asked: it also falls where covariances of readings grow,
@@ -54,6 +64,7 @@ class GaussNewton {
     for (int halving = 0; halving < kMostHalvings; ++halving, step_ *= 0.5) {
       Robot candidate = robot_;
       move(likelihood_.problem.parameters, columns_ * step_, candidate);
+      if (!has_all(likelihood_.problem.parameters, candidate)) continue;
       const Eigen::VectorXd moved = moved_ + basis_ * step_;
       Objective there = objective_at(candidate, moved);
       const bool good = near_ || there.value <= here_.value * (1.0 + kRounding);

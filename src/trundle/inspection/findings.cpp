@@ -13,6 +13,8 @@
 #include "trundle/chassis/rows.hpp"
 #include "trundle/inspection/clocks.hpp"
 #include "trundle/inspection/mirrored_reference.hpp"
+#include "trundle/inspection/partial_reference_checks.hpp"
+#include "trundle/inspection/sighting_checks.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/recording/turns.hpp"
 
@@ -129,10 +131,24 @@ std::optional<Payload> heading_unit_fault(const PairedSums& turns, double scale)
   return std::nullopt;
 }
 
+/// Whether the reference turns the other way than wheels and gyro, which agree.
+bool turns_the_other_way(const Recording& recording, const AlignedReadings& readings, const Robot& robot) {
+  constexpr double kAgainst = -0.8;  // correlation
+  const auto of_gyro = comparable_turns(recording, robot, readings);
+  if (!of_gyro || of_gyro->correlation() < kTurnsAgree) return false;
+  const PairedSums turns = turns_of_reference(recording.reference, readings, robot);
+  return std::sqrt(turns.xx) > kLeastTurning_rad && turns.correlation() < kAgainst;
+}
+
 /// The units of the reference: its way and its turns against the wheels', unless these scrub and slide.
 void compare_references(const Recording& recording, const Run& run, const Robot& robot, Findings& findings) {
   const std::string& file = recording.reference.origin.file;
   if (has_skid_wheels(robot.chassis) || observability(rows_of(robot.chassis, false)).rank < 3) return;
+  if (turns_the_other_way(recording, run.readings, robot)) {
+    findings.problems.push_back(
+        {.code = FindingCode::reference_axes, .place = file, .payload = payload::Amount{-1.0}});
+    return;
+  }
   const std::span runs(&run, 1);
   const double times = initial_scale(runs, robot).value_or(1.0);
   if (const std::optional<Payload> turns = heading_unit_fault(
@@ -158,6 +174,41 @@ void find_mirrored_reference(const Recording& recording, const Robot& robot, Fin
     return;
   findings.problems.push_back(
       {.code = FindingCode::reference_axes, .place = recording.reference.origin.file});
+}
+
+/// How far the robot turns by its gyro or else by the reference, forth and back both counted [rad].
+double turning_seen(const Recording& recording, const AlignedReadings& readings) {
+  double turned = 0.0;
+  for (const Increment& increment : readings.increments)
+    if (increment.has_gyro) turned += std::abs(increment.gyro_rad);
+  const std::vector<double>& heading = recording.reference.heading_rad;
+  double seen = 0.0, before = heading.empty() ? kNotMeasured : heading.front();
+  for (const double now : heading) {
+    if (!std::isnan(now - before)) seen += now - before;
+    if (!std::isnan(now)) before = now;
+  }
+  return std::max(recording.gyro.time_s.empty() ? 0.0 : turned, std::abs(seen));
+}
+
+/// Wheels that roll differently in every turn cannot read alike where there is one.
+void find_one_column_for_two(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
+                             std::vector<Finding>& problems) {
+  constexpr double kTurned_rad = 3.0;  // far more than the bias of a gyro sums up to
+  const auto wheels = robot.chassis.wheels();
+  const double turned = turning_seen(recording, readings);
+  if (turned < kTurned_rad) return;
+  for (std::size_t i = 0; i < wheels.size(); ++i)
+    for (std::size_t j = i + 1; j < wheels.size(); ++j) {
+      const bool alike = std::ranges::all_of(readings.increments, [&](const Increment& increment) {
+        return increment.turned[i] == increment.turned[j];
+      });
+      const bool roll_alike = std::abs(rolling_row(wheels[i]).z() - rolling_row(wheels[j]).z()) < 1e-9;
+      if (alike && !roll_alike && std::ranges::any_of(readings.increments, any_turns))
+        problems.push_back({.code = FindingCode::wheels_not_told_apart,
+                            .place = recording.wheels.origin.file,
+                            .subjects = {robot.wheel_names[i], robot.wheel_names[j]},
+                            .payload = payload::Amount{turned}});
+    }
 }
 
 /// Two wheels in one place that read the same show nothing that one does not.
@@ -251,6 +302,9 @@ void compare(const Recording& recording, const Robot& robot, Findings& findings)
   std::optional<Run> run;
   if (!recording.reference.time_s.empty()) run = prepare_run(recording, robot, *std::move(readings));
   const AlignedReadings& aligned = run ? run->readings : *readings;
+  find_one_column_for_two(recording, aligned, robot, findings.problems);
+  append(findings.problems, wrong_partial_reference(recording, robot, aligned));
+  if (const auto wrong = wrong_sightings(recording, robot, aligned)) findings.problems.push_back(*wrong);
   if (run) compare_references(recording, *run, robot, findings);
   if (is_misread(findings)) return;
   const bool are_misassigned =

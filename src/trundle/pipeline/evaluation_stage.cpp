@@ -56,13 +56,33 @@ Json json_of(const Evaluated& evaluated) {
           {"evaluations", std::move(evaluations)}};
 }
 
-/// "position error, rms: nominal 0.0960 m, odometry 0.0138 m".
-std::string sentence_of(const std::vector<Evaluated>& all, Alignment alignment) {
-  std::string text;
-  for (const Evaluated& one : all)
-    if (const EvaluationAnswer* answer = one.by(alignment))
-      text += fmt::format("{}{} {:.4f} m", text.empty() ? "position error, rms: " : ", ",
-                          one.trajectory->name, answer->evaluation.position_m.rms);
+std::string_view words_of(Alignment alignment) {
+  switch (alignment) {
+    case Alignment::start:
+      return "start-aligned";
+    case Alignment::se2:
+      return "best fit (SE2)";
+    case Alignment::none:
+      return "in the map's frame";
+  }
+  return {};
+}
+
+/// "position error, rms, start-aligned: nominal 0.0960 m, odometry 0.0138 m; in the map's frame: localization
+/// 0.0412 m": as the page has them.
+std::string sentence_of(const std::vector<Evaluated>& all, Alignment common) {
+  std::string text = "position error, rms";
+  std::optional<Alignment> last;
+  for (const Evaluated& one : all) {
+    const Alignment alignment = one.by(Alignment::none) != nullptr ? Alignment::none : common;
+    const EvaluationAnswer* const answer = one.by(alignment);
+    if (answer == nullptr) continue;
+    const bool goes_on = last == alignment;
+    if (!goes_on) text += fmt::format("{} {}:", last ? ";" : ",", words_of(alignment));
+    text += fmt::format("{} {} {:.4f} m", goes_on ? "," : "", one.trajectory->name,
+                        answer->evaluation.position_m.rms);
+    last = alignment;
+  }
   return text;
 }
 

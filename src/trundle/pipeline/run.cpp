@@ -1,11 +1,14 @@
 #include "trundle/pipeline/run.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "trundle/io/file.hpp"
+#include "trundle/io/words.hpp"
 #include "trundle/pipeline/run_results.hpp"
 #include "trundle/pipeline/stages.hpp"
 
@@ -82,10 +85,45 @@ void write_record(const RunInputs& inputs, const RunRecord& record) {
   write_file(inputs.in_folder("run.json"), printed(to_json(record)));
 }
 
+/// Of a trajectory over the runs that have one.
+struct PooledError {
+  std::string name;
+  double squares = 0.0;
+  int runs = 0;
+};
+
+void add(const std::string& name, double rms_m, std::vector<PooledError>& pooled) {
+  auto same = std::ranges::find(pooled, name, &PooledError::name);
+  if (same == pooled.end()) same = pooled.insert(pooled.end(), {.name = name});
+  same->squares += rms_m * rms_m;
+  ++same->runs;
+}
+
+/// The errors of all runs together, from what each of them has written.
+Found<bool> evaluate_session(const RunInputs& inputs, const RunRecord& record) {
+  std::vector<PooledError> pooled;
+  for (const std::string& name : record.recordings) {
+    const std::filesystem::path path = inputs.in_folder(name) / "evaluation.json";
+    if (!std::filesystem::exists(path)) continue;
+    const auto document = nlohmann::json::parse(read_file(path));
+    if (document["alignment"]["kind"] != "start") continue;
+    for (const auto& trajectory : document["trajectories"])
+      if (const auto& by = trajectory["evaluations"]; by.contains("start"))
+        add(trajectory["name"], by["start"]["position_m"]["rms"], pooled);
+  }
+  if (pooled.empty()) throw NotApplicable{"no recording has a reference with x, y and heading"};
+  std::string message = "position error, rms of the runs' rms, start-aligned:";
+  for (const PooledError& one : pooled)
+    message += fmt::format("{} {} {:.4f} m ({})", &one == pooled.data() ? "" : ",", one.name,
+                           std::sqrt(one.squares / one.runs), counted(one.runs, "run"));
+  return {.value = true, .message = std::move(message)};
+}
+
 /// Of a session the page shows what was calibrated: each of its recordings has a page of its own.
 RunAnswer run_session(const RunInputs& inputs, const CalibratedRobot* calibrated, RunRecord& record,
                       StageRunner& stage, const OnProgress& on_progress) {
   const std::optional<Failure> failure = run_each(inputs, calibrated, record, on_progress);
+  stage(StageKind::evaluation, [&] { return evaluate_session(inputs, record); });
   forget_earlier(inputs, record);
   stage(StageKind::report, [&] {
     if (calibrated == nullptr)

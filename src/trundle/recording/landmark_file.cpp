@@ -137,8 +137,11 @@ std::string text_cell(const std::string& name) {
 
 std::vector<MapLandmark> read_landmark_map(const std::filesystem::path& path) {
   const MappedFile file(path);
-  const CsvTable table(file.text(), path.string(), {});
-  const CsvRows rows = table.read(columns_in(table));
+  const bool of_mrclam = path.filename() == "Landmark_Groundtruth.dat";  // subject, x, y and their sigmas
+  const CsvTable table(file.text(), path.string(),
+                       of_mrclam ? CsvFormat{.delimiter = ' ', .header = false} : CsvFormat{});
+  const CsvRows rows =
+      table.read(of_mrclam ? std::vector<CsvColumn>{{0, CellKind::text}, {1}, {2}} : columns_in(table));
   std::vector<MapLandmark> map;
   std::set<std::string> names;
   for (std::size_t row = 0; row < rows.count(); ++row) {

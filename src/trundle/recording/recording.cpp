@@ -22,6 +22,19 @@ bool has_native_file(const fs::path& folder) {
                      [&](StreamKind kind) { return fs::exists(folder / file_name_of(kind)); });
 }
 
+/// The runs that the recording.toml of a folder maps by patterns; none where it has none.
+std::vector<std::string> runs_in(const fs::path& folder) {
+  const fs::path map = folder / "recording.toml";
+  return fs::is_regular_file(map) ? runs_of(map) : std::vector<std::string>{};
+}
+
+/// Whether the path is a run that the recording.toml of the folder above maps by patterns: "log/03".
+bool is_run(const fs::path& path) {
+  if (fs::exists(path)) return false;
+  const std::vector<std::string> runs = runs_in(path.parent_path());
+  return std::ranges::find(runs, path.filename().string()) != runs.end();
+}
+
 bool is_recording(const fs::path& path) {
   if (!fs::is_directory(path)) return path.extension() == ".tuple";
   return has_native_file(path) || fs::exists(path / "recording.toml") || is_mrclam(path);
@@ -33,11 +46,11 @@ void note_input(const fs::path& file, Recording& recording) {
     recording.inputs.push_back(input_file(file));
 }
 
-/// The streams that recording.toml maps.
-RecordingMap read_mapped(const fs::path& folder, Recording& recording) {
+/// The streams that recording.toml maps; `run`: by patterns.
+RecordingMap read_mapped(const fs::path& folder, const std::string& run, Recording& recording) {
   const fs::path file = folder / "recording.toml";
   note_input(file, recording);
-  RecordingMap map = read_recording_map(file);
+  RecordingMap map = read_recording_map(file, run);
   for (const auto& [kind, source] : map.streams) {
     note_input(source.file, recording);
     read_stream(kind, source, recording);
@@ -89,6 +102,23 @@ InputError no_recording_in(const fs::path& path) {
                       (path / names.front()).replace_filename("recording.toml").string())};
 }
 
+/// Of a folder that holds one, or several of one layout.
+std::vector<fs::path> recordings_in(const fs::path& folder) {
+  std::vector<fs::path> found;
+  for (const std::string& run : runs_in(folder)) found.push_back(folder / run);
+  return found.empty() ? std::vector{folder} : found;
+}
+
+/// The only run that the recording.toml of a folder maps by patterns; empty: it has none.
+std::string the_run_in(const fs::path& folder) {
+  const std::vector<std::string> runs = runs_in(folder);
+  if (runs.size() > 1)
+    throw InputError(folder.string(),
+                     fmt::format("holds {} recordings, {} to {}", runs.size(), runs.front(), runs.back()),
+                     fmt::format("one of them, {}", (folder / runs.front()).string()));
+  return runs.empty() ? std::string() : runs.front();
+}
+
 /// None where there is none. A folder that several ways lead to, by symbolic links, is looked into once, by
 /// the one without where there is one.
 std::vector<fs::path> found_below(const fs::path& folder) {
@@ -101,7 +131,7 @@ std::vector<fs::path> found_below(const fs::path& folder) {
     next.pop_front();
     if (!seen.insert(fs::canonical(here)).second) continue;
     if (is_recording(here)) {
-      found.push_back(here);
+      std::ranges::copy(recordings_in(here), std::back_inserter(found));
       continue;
     }
     for (const auto& entry : fs::directory_iterator(here))
@@ -130,25 +160,29 @@ bool Recording::has_reference() const {
 }
 
 Recording read_recording(const fs::path& path, const ReadOptions& options) {
-  if (!fs::exists(path)) throw InputError(path.string(), "does not exist", "the folder of a recording");
-  if (!is_recording(path)) throw no_recording_in(path);
-  if (options.robot_number != 0 && !is_mrclam(path))
+  const bool one_of_many = is_run(path);
+  const fs::path place = one_of_many ? path.parent_path() : path;
+  if (!fs::exists(place)) throw InputError(path.string(), "does not exist", "the folder of a recording");
+  if (!is_recording(place)) throw no_recording_in(path);
+  if (options.robot_number != 0 && !is_mrclam(place))
     throw InputError(path.string(),
                      fmt::format("does not hold several robots, of which {} is one", options.robot_number),
                      "no number of a robot");
-  const fs::path whole = fs::canonical(path);
+  const fs::path whole = one_of_many ? fs::canonical(place) / path.filename() : fs::canonical(path);
   Recording recording;
-  recording.name = fs::is_directory(path) ? whole.filename().string() : whole.stem().string();
+  recording.name = fs::is_regular_file(whole) ? whole.stem().string() : whole.filename().string();
   recording.session = whole.parent_path().filename().string();
-  if (!fs::is_directory(path)) {
+  if (!fs::is_directory(place)) {
     note_input(path, recording);
     read_tuples(path, recording);
-  } else if (is_mrclam(path)) {
+  } else if (is_mrclam(place)) {
     read_mrclam(path, options.robot_number, recording);
   } else {
     const RecordingMap map =
-        fs::exists(path / "recording.toml") ? read_mapped(path, recording) : RecordingMap{};
-    read_native(path, map, recording);
+        fs::exists(place / "recording.toml")
+            ? read_mapped(place, one_of_many ? path.filename().string() : the_run_in(place), recording)
+            : RecordingMap{};
+    read_native(place, map, recording);
   }
   if (is_empty(recording))
     throw InputError(path.string(), "holds no samples", "at least one stream with rows");
@@ -156,8 +190,9 @@ Recording read_recording(const fs::path& path, const ReadOptions& options) {
 }
 
 std::vector<fs::path> recordings_below(const fs::path& folder) {
+  if (is_run(folder)) return {folder};
   if (!fs::exists(folder)) throw InputError(folder.string(), "does not exist", "the folder of a recording");
-  if (is_recording(folder)) return {folder};
+  if (is_recording(folder)) return recordings_in(folder);
   if (!fs::is_directory(folder))
     throw InputError(folder.string(), "is not a folder", "the folder of a recording");
   std::vector<fs::path> found = found_below(folder);

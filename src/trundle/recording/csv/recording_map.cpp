@@ -2,8 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <regex>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -153,16 +157,73 @@ void refuse_stray_columns(StreamKind kind, const TomlReader& table) {
   }
 }
 
-StreamSource stream_in(StreamKind kind, TomlReader& table, const fs::path& folder) {
+bool has_star(const std::string& file) {
+  return file.find('*') != std::string::npos;
+}
+
+/// What the stars of a pattern stand for in a file's name, joined by "_"; nothing: it does not match. A star
+/// stands for at least one character.
+std::optional<std::string> run_named(const std::string& name, const std::string& pattern) {
+  std::string expression;
+  for (const char c : pattern) {
+    if (c == '*')
+      expression += "(.+?)";
+    else if (std::isalnum(static_cast<unsigned char>(c)) != 0)
+      expression += c;
+    else
+      (expression += '[' + std::string(c == '^' ? "\\" : "")) += std::string(1, c) + ']';
+  }
+  std::smatch match;
+  if (!std::regex_match(name, match, std::regex(expression))) return std::nullopt;
+  std::string run;
+  for (std::size_t star = 1; star < match.size(); ++star) run += (star > 1 ? "_" : "") + match[star].str();
+  return run;
+}
+
+/// The files that match a pattern, by their runs.
+std::map<std::string, fs::path> files_by_run(TomlReader& table, const fs::path& folder,
+                                             const std::string& pattern) {
+  const fs::path place = (folder / pattern).parent_path();
+  if (has_star(place.lexically_relative(folder).string()))
+    table.fail("file", fmt::format("'{}' has a star in the name of a folder", pattern),
+               "stars in the name of the file alone");
+  std::map<std::string, fs::path> files;
+  if (fs::is_directory(place))
+    for (const auto& entry : fs::directory_iterator(place)) {
+      const auto run = run_named(entry.path().filename().string(), fs::path(pattern).filename().string());
+      if (!run || !entry.is_regular_file()) continue;
+      if (const auto [same, is_new] = files.emplace(*run, entry.path()); !is_new)
+        table.fail("file",
+                   fmt::format("'{}' and '{}' are both run '{}'", same->second.filename().string(),
+                               entry.path().filename().string(), *run),
+                   "a pattern whose stars tell all files apart");
+    }
+  if (files.empty())
+    table.fail("file", fmt::format("no file matches '{}'", pattern),
+               "a pattern of files beside recording.toml, with * for what names the run");
+  return files;
+}
+
+/// The file of a stream; nothing: a pattern of which none is of that run.
+std::optional<fs::path> file_of(TomlReader& table, const fs::path& folder, const std::string& run) {
+  const auto file = table.text("file");
+  if (!file) table.fail("", "has no key 'file'", "the name of the CSV file");
+  if (has_star(*file)) {
+    const std::map<std::string, fs::path> files = files_by_run(table, folder, *file);
+    const auto mine = files.find(run);
+    return mine == files.end() ? std::nullopt : std::optional(mine->second);
+  }
+  if (!fs::is_regular_file(folder / *file))
+    table.fail("file", fmt::format("the file '{}' does not exist", *file),
+               "a file beside recording.toml, or an absolute path");
+  return folder / *file;
+}
+
+StreamSource stream_in(StreamKind kind, TomlReader& table, const fs::path& file) {
   StreamSource source;
   source.place = table.place_of();
   refuse_stray_columns(kind, table);
-  const auto file = table.text("file");
-  if (!file) table.fail("", "has no key 'file'", "the name of the CSV file");
-  source.file = folder / *file;
-  if (!fs::is_regular_file(source.file))
-    table.fail("file", fmt::format("the file '{}' does not exist", *file),
-               "a file beside recording.toml, or an absolute path");
+  source.file = file;
   source.format = format_in(table);
   std::optional<TomlReader> columns = table.table("columns");
   if (!columns)
@@ -203,7 +264,8 @@ void take_time_origin(TomlReader& file, RecordingMap& map) {
   for (auto& [kind, source] : map.streams) source.time_scale.origin_s = origin_s;
 }
 
-void take_stream(StreamKind kind, TomlReader& file, const fs::path& folder, RecordingMap& map) {
+void take_stream(StreamKind kind, TomlReader& file, const fs::path& folder, const std::string& run,
+                 RecordingMap& map) {
   std::optional<TomlReader> table = file.table(std::string(table_name_of(kind)));
   if (!table) return;
   bool states_noise = false;
@@ -215,13 +277,30 @@ void take_stream(StreamKind kind, TomlReader& file, const fs::path& folder, Reco
     map.tuple_file = *table->text("tuple_file");
   const bool partial_only = (kind == StreamKind::reference && (!map.partial.empty() || states_noise)) ||
                             (kind == StreamKind::relative_motion && !map.tuple_file.empty());
-  if (table->has("file") || !partial_only) map.streams.emplace_back(kind, stream_in(kind, *table, folder));
+  if (table->has("file") || !partial_only) {
+    const std::optional<fs::path> stream_file = file_of(*table, folder, run);
+    if (!stream_file) return;
+    map.streams.emplace_back(kind, stream_in(kind, *table, *stream_file));
+  }
   table->check_keys();
 }
 
 }  // namespace
 
-RecordingMap read_recording_map(const fs::path& path) {
+std::vector<std::string> runs_of(const fs::path& path) {
+  const toml::table content = parse_toml(read_file(path), path.string());
+  TomlReader file(content, path.string(), "");
+  std::set<std::string> runs;
+  for (const StreamKind kind : kStreamKinds) {
+    std::optional<TomlReader> table = file.table(std::string(table_name_of(kind)));
+    const auto pattern = table ? table->text("file") : std::nullopt;
+    if (!pattern || !has_star(*pattern)) continue;
+    for (const auto& [run, matching] : files_by_run(*table, path.parent_path(), *pattern)) runs.insert(run);
+  }
+  return {runs.begin(), runs.end()};
+}
+
+RecordingMap read_recording_map(const fs::path& path, const std::string& run) {
   const toml::table content = parse_toml(read_file(path), path.string());
   TomlReader file(content, path.string(), "");
   const fs::path folder = path.parent_path();
@@ -229,7 +308,7 @@ RecordingMap read_recording_map(const fs::path& path) {
   map.session = file.text("session").value_or("");
   if (const auto tuple_file = file.text("tuple_file")) map.tuple_file = *tuple_file;
   for (const StreamKind kind : kStreamKinds)
-    if (kind != StreamKind::landmarks) take_stream(kind, file, folder, map);
+    if (kind != StreamKind::landmarks) take_stream(kind, file, folder, run, map);
   if (!map.tuple_file.empty()) {
     map.tuple_file = folder / map.tuple_file;
     if (!fs::is_regular_file(map.tuple_file))

@@ -42,6 +42,14 @@ inline constexpr Sentence kSentences[] = {
      "{count} of {all} bearings are beyond a whole turn, up to {farthest:.4g} rad: of degrees, "
      "recording.toml "
      "can say unit = \"deg\" at bearing_rad"},
+    {bearing_unit, alone,
+     "landmarks stay where they are if bearings count to the right: write sign = -1 at bearing_rad in "
+     "recording.toml"},
+    {bearing_unit, with<Amount>,
+     "landmarks stay where they are if the landmark sensor looks elsewhere: heading_deg = {value:.0f} under "
+     "[landmark_sensor]"},
+    {range_unit, with<LengthRatio>,
+     "landmarks stay where they are if ranges are {factor:.3g} times as long: {question}check their unit"},
     {range_unit, with<Excess>,
      "{count} of {all} ranges, up to {farthest:.4g} m, are more than twice the sensor's max_range_m = "
      "{limit:g}: is one of them in another unit than metres?"},
@@ -51,6 +59,10 @@ inline constexpr Sentence kSentences[] = {
     {reference_unit, with<Share>,
      "the reference turns {factor:.2g} of what the wheels do, where radians taken for degrees would make it "
      "1/57: leave out unit = \"deg\""},
+    {reference_unit, with<Range>,
+     "{low:.4g} {subject} by [reference] in recording.toml, {high:.4g} by wheels and gyro with the robot "
+     "file as "
+     "given: check unit, sign and run, then ticks_per_revolution and y_m"},
     {reference_unit, with<LengthRatio>,
      "the reference moves {factor:.3g} times as far as the wheels with the robot file as given: "
      "{question}check ticks_per_revolution, gears and diameters"},
@@ -138,7 +150,8 @@ inline constexpr Sentence kSentences[] = {
      "and "
      "right are swapped"},
     {gyro_against_wheels, alone,
-     "the wheels do not turn the robot as the gyro sees it turn: is every column that of its wheel?"},
+     "the wheels do not turn the robot as the gyro sees it turn: is every column that of its wheel, and "
+     "time_offset_s of the gyro right?"},
     {gyro_against_wheels, with<Amount>,
      "'{subject}' counts backwards, as the gyro tells: write ticks_per_revolution = {value:g}"},
     {gyro_against_wheels, with<Times>,
@@ -169,6 +182,18 @@ inline constexpr Sentence kSentences[] = {
      "the reference moves {factor:.3g} times as far as the wheels with the robot file as given: "
      "{question}check ticks_per_revolution, gears and diameters"},
     {geometry, alone, "wheels '{subject}' and '{other}' stand in one place: write x_m and y_m of both"},
+    {geometry, with<Range>,
+     "landmarks stay where they are if the landmark sensor stands at x_m = {low:.1f}, y_m = {high:.1f}: "
+     "check "
+     "[landmark_sensor]"},
+    {wheels_not_told_apart, with<Amount>,
+     "'{subject}' and '{other}' read the same in every row, though the robot turns by {value:.1f} rad: is "
+     "one "
+     "column of the file given to both?"},
+    {reference_axes, with<Amount>,
+     "the reference turns the other way than wheels and gyro do: write sign = -1 at heading_rad, and at y_m "
+     "if "
+     "that counts to the right; else wheels and gyro are mirrored both"},
     {reference_axes, alone,
      "the path bends the other way than its headings turn: swap the columns of x_m and y_m, or write sign = "
      "-1 at one of them"},
@@ -197,10 +222,10 @@ inline constexpr Sentence kSentences[] = {
     {nothing_to_smooth, alone, "no landmark is surely there: the trajectory is the filter's"},
     {lost, with<Stretch>,
      "from {start:.1f} s to {end:.1f} s after the start {count} of {all} sightings of landmarks seen before "
-     "do not fit: the filter is lost there, and neither its trajectory nor its ± can be believed; is the "
+     "do not fit: the filter diverged there, and neither its trajectory nor its ± is right; is the "
      "robot calibrated, does [noise] say how far its odometry can be trusted, do bearings turn to the left?"},
     {noise, with<Amount>,
-     "half of all innovations squared (NIS) are above {value:.1f}, honest noise has 1.39: sigmas of "
+     "half of all innovations squared (NIS) are above {value:.1f} (expected if consistent: 1.39): sigmas of "
      "[landmark_sensor] or [noise] are too small, and so is every ±"},
     {noise, with<Times>,
      "the smoother's cost is {factor:.1f} times its degrees of freedom: what was seen does not fit together "

@@ -17,7 +17,13 @@ struct RecordingMap {
   std::filesystem::path tuple_file;  ///< empty: none
 };
 
+/// The recordings of one layout that a recording.toml maps by `file = "*_run-*.csv"`: what the stars stand
+/// for in the names of the files that match, in their order. Empty: no `file` has a star, and it maps one
+/// recording. Throws InputError where none of a stream's files match.
+std::vector<std::string> runs_of(const std::filesystem::path& file);
+
+/// `run`: one of runs_of(); empty where there are none. A stream that has no file of that run is left out.
 /// Throws InputError with file, line, fact and expectation.
-RecordingMap read_recording_map(const std::filesystem::path& file);
+RecordingMap read_recording_map(const std::filesystem::path& file, const std::string& run = {});
 
 }  // namespace trundle::recording

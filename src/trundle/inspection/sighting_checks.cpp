@@ -1,0 +1,125 @@
+#include "trundle/inspection/sighting_checks.hpp"
+
+#include <algorithm>
+#include <complex>
+#include <map>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/QR>
+
+#include "trundle/recording/csv/units.hpp"
+#include "trundle/recording/detail/motion_path.hpp"
+
+namespace trundle::inspection {
+namespace {
+
+using Complex = std::complex<double>;
+using Column = Eigen::VectorXcd;
+
+// Between two sightings of a landmark that are compared: far more than a sensor errs, little for odometry to
+// drift.
+constexpr double kBaseline_m = 1.0;
+constexpr Eigen::Index kFewestPairs = 20;
+// Of the squared motion: what noise and a robot that is not calibrated leave, and a mistake does not.
+constexpr double kWrong = 0.2;
+// Of that misfit, the most that the mistake which explains it may leave.
+constexpr double kFarLess = 0.25;
+
+/// The plane as complex numbers. A landmark at r e^{ib} in the sensor's frame stands at p + e^{iθ}(l + s r
+/// e^{ib}) by a sensor at l that looks along s (|s| = 1 where ranges are metres): where it is seen twice,
+/// s·seen + l·turned = moved.
+struct TwiceSeen {
+  Column seen;      ///< r₁ e^{i(b₁+θ₁)} − r₂ e^{i(b₂+θ₂)}
+  Column mirrored;  ///< the same with bearings to the right
+  Column turned;    ///< e^{iθ₁} − e^{iθ₂}
+  Column moved;     ///< p₂ − p₁
+};
+
+struct Seen {
+  Complex position, heading;
+  double range_m = 0.0, bearing_rad = 0.0;
+};
+
+/// Each sighting with the next one of the same landmark after the robot has moved on.
+TwiceSeen twice_seen(const std::vector<Sighting>& sightings, const MotionPath& path, double offset_s) {
+  std::map<std::string, Seen> before;
+  std::vector<std::pair<Seen, Seen>> pairs;
+  for (const Sighting& sighting : sightings) {
+    const double time_s = sighting.time_s + offset_s;
+    if (sighting.landmark.empty() || !path.covers(path.time_s.front(), time_s)) continue;
+    const Pose2 body = path.at(time_s);
+    const Seen now{{body.x, body.y}, std::polar(1.0, body.heading), sighting.range_m, sighting.bearing_rad};
+    const auto [last, is_first] = before.try_emplace(sighting.landmark, now);
+    if (is_first || std::abs(now.position - last->second.position) < kBaseline_m) continue;
+    pairs.emplace_back(last->second, now);
+    last->second = now;
+  }
+  const auto n = static_cast<Eigen::Index>(pairs.size());
+  TwiceSeen twice{Column(n), Column(n), Column(n), Column(n)};
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto& [a, b] = pairs[static_cast<std::size_t>(i)];
+    twice.seen[i] =
+        std::polar(a.range_m, a.bearing_rad) * a.heading - std::polar(b.range_m, b.bearing_rad) * b.heading;
+    twice.mirrored[i] =
+        std::polar(a.range_m, -a.bearing_rad) * a.heading - std::polar(b.range_m, -b.bearing_rad) * b.heading;
+    twice.turned[i] = a.heading - b.heading;
+    twice.moved[i] = b.position - a.position;
+  }
+  return twice;
+}
+
+/// A mistake that would explain the sightings, and how much of the motion it leaves unexplained.
+struct Explanation {
+  double misfit = 0.0;
+  Finding finding;
+};
+
+std::string_view range_unit_of(double metres) {
+  constexpr double kSame = 1.2;  // ranges are right to within that
+  for (const std::string_view unit : {"mm", "cm", "in", "ft", "km"})
+    if (const double ratio = metres / factor_of(unit, "range_m").value();
+        ratio < kSame && ratio > 1.0 / kSame)
+      return unit;
+  return {};
+}
+
+/// Each mistake alone, set as it explains most.
+std::vector<Explanation> explanations(const TwiceSeen& twice, Complex lever, Complex looks) {
+  const Column moved = twice.moved - lever * twice.turned;  // with the sensor where the robot file has it
+  const Column seen = looks * twice.seen;
+  const Complex overlap = seen.dot(moved);                                  // its first factor conjugated
+  const double scale = std::max(overlap.real(), 0.0) / seen.squaredNorm();  // no range is negative
+  const Complex turn = std::polar(1.0, std::arg(overlap));
+  const Column rest = twice.moved - seen;
+  const Complex place = twice.turned.dot(rest) / twice.turned.squaredNorm();
+  const std::string_view unit = range_unit_of(scale);
+  return {{(moved - looks * twice.mirrored).squaredNorm(), {.code = FindingCode::bearing_unit}},
+          {(moved - scale * seen).squaredNorm(),
+           {.code = FindingCode::range_unit, .payload = payload::LengthRatio{scale, unit, unit}}},
+          {(moved - turn * seen).squaredNorm(),
+           {.code = FindingCode::bearing_unit, .payload = payload::Amount{degrees(std::arg(looks * turn))}}},
+          {(rest - place * twice.turned).squaredNorm(),
+           {.code = FindingCode::geometry, .payload = payload::Range{place.real(), place.imag()}}}};
+}
+
+}  // namespace
+
+std::optional<Finding> wrong_sightings(const Recording& recording, const Robot& robot,
+                                       const AlignedReadings& readings) {
+  const std::optional<MotionPath> path = motion_path(readings, robot);
+  if (!robot.landmark_sensor || !path || path->time_s.empty()) return std::nullopt;
+  const Pose2& sensor = robot.landmark_sensor->body_from_sensor;
+  const TwiceSeen twice = twice_seen(recording.sightings, *path, robot.landmark_sensor->time_offset_s);
+  if (twice.moved.size() < kFewestPairs) return std::nullopt;
+  const Complex lever(sensor.x, sensor.y), looks = std::polar(1.0, sensor.heading);
+  const double misfit = (twice.moved - lever * twice.turned - looks * twice.seen).squaredNorm();
+  if (misfit < kWrong * twice.moved.squaredNorm()) return std::nullopt;
+  std::vector<Explanation> all = explanations(twice, lever, looks);
+  Explanation& best = *std::ranges::min_element(all, {}, &Explanation::misfit);
+  if (!(best.misfit < kFarLess * misfit)) return std::nullopt;
+  best.finding.place = "sightings";
+  return std::move(best.finding);
+}
+
+}  // namespace trundle::inspection

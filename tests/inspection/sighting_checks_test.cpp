@@ -1,0 +1,69 @@
+#include "trundle/inspection/sighting_checks.hpp"
+
+#include <gmock/gmock.h>
+
+#include "trundle/simulation/scenario.hpp"
+
+#include "recording/findings.hpp"
+#include "recording/robots.hpp"
+
+namespace trundle::inspection {
+namespace {
+
+using test::finding;
+
+/// A tour of a robot whose file is right, among landmarks.
+struct Tour {
+  Robot robot = test::two_wheels();
+  Recording recording;
+
+  Tour() {
+    robot.landmark_sensor = LandmarkSensor{.body_from_sensor = {0.1, 0.0, 0.2}, .range_sigma_m = 0.03};
+    Random random(1, 5);
+    Scenario scenario;
+    scenario.nominal = scenario.truth = robot;
+    scenario.steering = Steering::truth;
+    scenario.path = random_tour({.length_m = 40.0}, {}, random);
+    scenario.landmarks = random_landmarks(12, 6.0, 6.0, 1.0, random);
+    scenario.sightings.rate_hz = 1.0;
+    recording = simulate(scenario).recording;
+  }
+  std::optional<Finding> wrong() const { return wrong_sightings(recording, robot, align(recording, robot)); }
+};
+
+TEST(WrongSightings, AreNoneWhereLandmarksStayWhereTheyAre) {
+  EXPECT_FALSE(Tour().wrong());
+}
+
+TEST(WrongSightings, BearingsToTheRightAreNamed) {
+  Tour tour;
+  for (Sighting& sighting : tour.recording.sightings) sighting.bearing_rad = -sighting.bearing_rad;
+  tour.robot.landmark_sensor->body_from_sensor.heading = 0.0;
+  const auto wrong = tour.wrong();
+  ASSERT_TRUE(wrong);
+  EXPECT_THAT(*wrong, finding(FindingCode::bearing_unit, "sign = -1"));
+}
+
+TEST(WrongSightings, RangesInAnotherUnitAreNamedWithIt) {
+  for (const auto& [symbol, factor] : {std::pair{"mm", 1e3}, {"cm", 1e2}, {"ft", 1.0 / 0.3048}}) {
+    Tour tour;
+    for (Sighting& sighting : tour.recording.sightings) sighting.range_m *= factor;
+    const auto wrong = tour.wrong();
+    ASSERT_TRUE(wrong) << symbol;
+    EXPECT_THAT(*wrong, finding(FindingCode::range_unit, symbol));
+  }
+}
+
+TEST(WrongSightings, ASensorThatLooksOrStandsElsewhereIsNamed) {
+  Tour turned;
+  turned.robot.landmark_sensor->body_from_sensor.heading += kPi;
+  ASSERT_TRUE(turned.wrong());
+  EXPECT_THAT(*turned.wrong(), finding(FindingCode::bearing_unit, "heading_deg = "));
+  Tour moved;
+  moved.robot.landmark_sensor->body_from_sensor.x = 10.0;
+  ASSERT_TRUE(moved.wrong());
+  EXPECT_THAT(*moved.wrong(), finding(FindingCode::geometry, "x_m = 0."));
+}
+
+}  // namespace
+}  // namespace trundle::inspection
