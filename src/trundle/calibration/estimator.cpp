@@ -74,6 +74,7 @@ Descent settle_weights(const EstimableSpace& space, Likelihood& likelihood, Robo
   Descent descent;
   likelihood.gate = kGate;
   for (int round = 0; round < kWeightRounds; ++round) {
+    set_clocks(robot, likelihood);
     descent = solve(likelihood, space, robot);
     likelihood.run_weight = run_weights(likelihood, robot, space);
   }

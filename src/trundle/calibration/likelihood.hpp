@@ -37,7 +37,8 @@ struct Likelihood {
 /// With the noise of the robot file, and all runs trusted alike.
 [[nodiscard]] Likelihood likelihood_of(const CalibrationProblem& problem);
 
-/// Moves the gyro's stamps to where the robot has them, if its time offset is free.
+/// Moves the gyro's stamps to where the robot has them, if its time offset is free, and those of each run's
+/// reference to where they fit best.
 void set_clocks(const Robot& robot, Likelihood& likelihood);
 
 /// The robot with the noise that the likelihood weighs its readings by.
