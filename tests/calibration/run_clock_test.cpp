@@ -72,22 +72,33 @@ TEST(RunClock, ItFollowsTheOthersToWhereItFitsBest) {
   EXPECT_NEAR(slope, 0.0, 1e-12);
 }
 
+/// Tours whose references are early, each by its own.
 std::vector<Recording> recorded_with_clocks(const std::vector<double>& clock_s, std::uint64_t seed) {
-  std::vector<Recording> recordings =
-      test::recorded(nominal_differential(), true_differential(), differential_paths(), seed);
-  for (std::size_t i = 0; i < recordings.size(); ++i)
-    for (double& time_s : recordings[i].reference.time_s) time_s -= clock_s[i % clock_s.size()];
+  std::vector<Recording> recordings;
+  for (std::size_t i = 0; i < clock_s.size(); ++i) {
+    Random random(seed + i, 5);
+    Scenario scenario = test::scenario_of(nominal_differential(), true_differential(),
+                                          random_tour({.length_m = 15.0}, {}, random), seed + i);
+    scenario.encoders.rate_hz = 20.0;
+    scenario.reference.rate_hz = 20.0;
+    Recording recording = simulate(scenario).recording;
+    recording.name = "run " + std::to_string(i);
+    recording.session = "one";
+    for (double& time_s : recording.reference.time_s) time_s -= clock_s[i];
+    recordings.push_back(std::move(recording));
+  }
   return recordings;
 }
 
 TEST(RunClock, IsFoundInEachRunAndItsIntervalHoldsIt) {
-  const std::vector<double> truth = {0.05, -0.03, 0.12, 0.0};
+  const std::vector<double> truth = {0.25, -0.3, 0.5, -0.2};
   const int trials = test::trials(20, 4);
   double squares = 0.0;
   int clocks = 0;
   for (int trial = 0; trial < trials; ++trial) {
-    const CalibrationResult result = calibrate(
-        recorded_with_clocks(truth, 300 + static_cast<std::uint64_t>(trial)), {}, nominal_differential(), {});
+    const CalibrationResult result =
+        calibrate(recorded_with_clocks(truth, 300 + 10 * static_cast<std::uint64_t>(trial)), {},
+                  nominal_differential(), {});
     for (std::size_t i = 0; i < result.runs.size(); ++i) {
       ASSERT_TRUE(result.runs[i].reference_clock);
       const TimeOffset& clock = *result.runs[i].reference_clock;
@@ -102,19 +113,22 @@ TEST(RunClock, IsFoundInEachRunAndItsIntervalHoldsIt) {
   EXPECT_NEAR(mean, 1.0, 4.0 * std::sqrt(2.0 / clocks));
 }
 
-TEST(RunClock, WithoutMotionItStaysAsGivenAndNothingIsSaid) {
-  std::vector<Recording> recordings = recorded_with_clocks({0.05}, 1);
-  recordings.resize(2);
-  for (double& value : recordings[1].reference.x_m) value = kNotMeasured;
-  for (double& value : recordings[1].reference.y_m) value = kNotMeasured;
-  for (double& value : recordings[1].reference.heading_rad) value = kNotMeasured;
+TEST(RunClock, WhereTheMotionDoesNotTellItStaysAsGiven) {
+  std::vector<Recording> recordings =
+      test::recorded(nominal_differential(), true_differential(), differential_paths(), 1);
+  recordings.push_back(recorded_with_clocks({0.25}, 1).front());
+  const Recording& still = recordings.front();
+  for (auto* values : {&recordings.front().reference.x_m, &recordings.front().reference.y_m})
+    for (double& value : *values) value = kNotMeasured;  // a reference of headings alone
   const CalibrationResult result = calibrate(recordings, {}, nominal_differential(), {});
-  EXPECT_TRUE(result.runs[0].reference_clock);
-  for (std::size_t i = 1; i < result.runs.size(); ++i) EXPECT_FALSE(result.runs[i].reference_clock);
+  ASSERT_EQ(result.runs.front().name, still.name);
+  EXPECT_FALSE(result.runs.front().reference_clock);
+  EXPECT_TRUE(result.runs.back().reference_clock);
 }
 
 TEST(RunClock, OneOffsetForAllIsNotSoughtTwice) {
   auto runs = test::prepared(nominal_differential(), true_differential(), differential_paths(), 4);
+  runs[0].reference_clock = TimeOffset{.offset_s = 0.2};
   EXPECT_TRUE(has_own_clock(runs[0], default_parameters(nominal_differential(), from_outside(runs))));
   EXPECT_FALSE(has_own_clock(runs[0], with_clock({})));
 }

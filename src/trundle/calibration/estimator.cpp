@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trundle/calibration/defaults.hpp"
 #include "trundle/calibration/likelihood.hpp"
 #include "trundle/calibration/solve.hpp"
 #include "trundle/calibration/weights.hpp"
@@ -48,6 +49,11 @@ Robot rough_robot(Likelihood& likelihood) {
   }
   set_clocks(rough, likelihood);
   find_noise(rough, likelihood);
+  likelihood.seeks_reference_clocks = true;
+  if (std::ranges::any_of(likelihood.runs(), [&](const Run& run) { return likelihood.seeks_clock(run); })) {
+    set_clocks(rough, likelihood);
+    find_noise(rough, likelihood);
+  }
   return rough;
 }
 
@@ -88,8 +94,13 @@ Estimate estimate_parameters(const CalibrationProblem& problem) {
   const Robot rough = rough_robot(likelihood);
   // From nominal, so that what is held stays there; without the gate, for nominal may be far from what the
   // runs show.
-  Estimate estimate{
-      .robot = problem.nominal, .noise = {}, .space = {}, .covariance = {}, .runs = {}, .descent = {}};
+  Estimate estimate{.robot = problem.nominal,
+                    .noise = {},
+                    .space = {},
+                    .covariance = {},
+                    .runs = {},
+                    .descent = {},
+                    .measures_length = from_outside(problem.runs).length};
   estimate.space =
       estimable_space(total_information(likelihood, rough).matrix, problem.parameters, problem.nominal);
   solve(likelihood, estimate.space, estimate.robot);

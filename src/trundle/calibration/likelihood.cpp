@@ -6,7 +6,6 @@
 
 #include "trundle/calibration/chassis_likelihood.hpp"
 #include "trundle/calibration/relative_likelihood.hpp"
-#include "trundle/calibration/run_clock.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -59,7 +58,7 @@ std::optional<double> own_gyro_noise(const CalibrationProblem& problem) {
 /// Of the reference's poses; the run's own clock is the last parameter, where it has one.
 RunLikelihood stream_of(const Likelihood& likelihood, const Run& run, const Robot& noisy) {
   const std::vector<Parameter>& parameters = likelihood.problem.parameters;
-  return stream_likelihood(run, noisy, has_own_clock(run, parameters) ? with_clock(parameters) : parameters,
+  return stream_likelihood(run, noisy, likelihood.seeks_clock(run) ? with_clock(parameters) : parameters,
                            {.reference_noise = likelihood.noise.levels.reference,
                             .blocks = likelihood.blocks_of_a_run(),
                             .gyro_noise_rad_s_sqrt_hz = own_gyro_noise(likelihood.problem),
@@ -74,9 +73,8 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
   const std::optional<double> gyro_noise = own_gyro_noise(problem);
   RunInformation result;
   RunLikelihood stream = stream_of(likelihood, run, noisy);
-  append(result.blocks, has_own_clock(run, problem.parameters)
-                            ? without_clock(stream.blocks, run.clock_moved_s)
-                            : stream.blocks);
+  append(result.blocks,
+         likelihood.seeks_clock(run) ? without_clock(stream.blocks, run.clock_moved_s) : stream.blocks);
   append(result.blocks, partial_likelihood(run, noisy, problem.parameters, gyro_noise).blocks);
   append(result.blocks,
          chassis_likelihood(
@@ -114,7 +112,7 @@ void set_clocks(const Robot& robot, Likelihood& likelihood) {
   const Robot noisy = noisy_robot(robot, likelihood);
   for (std::size_t i = 0; i < likelihood.problem.runs.size(); ++i) {
     const Run& run = likelihood.runs()[i];
-    if (!has_own_clock(run, likelihood.problem.parameters)) continue;
+    if (!likelihood.seeks_clock(run)) continue;
     const ClockStep step = clock_step(stream_of(likelihood, run, noisy).total(), run.clock_moved_s);
     move_clock(step, robot, likelihood.problem.runs[i]);
     if (!likelihood.clocked.empty()) move_clock(step, robot, likelihood.clocked[i]);

@@ -54,7 +54,7 @@ struct RunResult {
   double weight = 1.0;        ///< 1: fully trusted; smaller: down-weighted as an outlier
   double chi2_per_dof = 0.0;  ///< of its residuals after calibration
   std::optional<TimeOffset> reference_clock =
-      {};              ///< to which the reference's stamps were moved; nothing: the run does not tell
+      {};              ///< to which the reference's stamps were moved; nothing: they were not
   std::string remark;  ///< why it was down-weighted, where the reference jumps
   std::optional<TrajectoryError>
       before;                            ///< with the nominal robot; nothing without a trajectory or end pose

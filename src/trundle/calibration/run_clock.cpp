@@ -33,7 +33,7 @@ void leave_out_unseen_epochs(const Robot& robot, Run& run) {
 }  // namespace
 
 bool has_own_clock(const Run& run, std::span<const Parameter> parameters) {
-  return !run.epochs.empty() && parameters.size() < kMaxParameters &&
+  return run.reference_clock && !run.epochs.empty() && parameters.size() < kMaxParameters &&
          !contains(parameters, ParameterKind::time_offset);
 }
 
@@ -76,25 +76,25 @@ std::vector<Information> without_clock(const std::vector<Information>& blocks, d
 }
 
 void move_clock(const ClockStep& step, const Robot& robot, Run& run) {
-  for (double& time_s : run.reference.time_s) time_s += step.step_s;
+  move_stamps(step.step_s, run.reference);
   run.clock_moved_s += step.step_s;
   run.clock_sigma_s = step.sigma_s;
   leave_out_unseen_epochs(robot, run);
 }
 
-std::optional<TimeOffset> clock_of(const Run& run, const Robot& robot) {
-  if (!(run.clock_sigma_s < kClockPrior_s)) return run.reference_clock;
-  TimeOffset clock = run.reference_clock.value_or(TimeOffset{.offset_s = robot.reference_time_offset_s});
-  clock.offset_s += run.clock_moved_s;
-  clock.sigma_s = run.clock_sigma_s;
+std::optional<TimeOffset> clock_of(const Run& run) {
+  std::optional<TimeOffset> clock = run.reference_clock;
+  if (clock && run.clock_sigma_s < kClockPrior_s) {
+    clock->offset_s += run.clock_moved_s;
+    clock->sigma_s = run.clock_sigma_s;
+  }
   return clock;
 }
 
-std::optional<std::string> words_of_clocks(std::span<const Run> runs, const Robot& robot) {
+std::optional<std::string> words_of_clocks(std::span<const Run> runs) {
   std::vector<double> offsets_s;
   for (const Run& run : runs)
-    if (const auto clock = clock_of(run, robot); clock && is_off(*clock, robot.reference_time_offset_s))
-      offsets_s.push_back(clock->offset_s);
+    if (const auto clock = clock_of(run)) offsets_s.push_back(clock->offset_s);
   if (offsets_s.empty()) return std::nullopt;
   const auto [least, most] = std::ranges::minmax(offsets_s);
   return fmt::format(

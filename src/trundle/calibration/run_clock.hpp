@@ -14,8 +14,10 @@ namespace trundle::calibration {
 /// 1σ by which the clock of a reference may be elsewhere than the motion as a whole shows.
 inline constexpr double kClockPrior_s = 0.5;
 
-/// Whether the clock of the run's reference is a parameter of that run: it has a reference, whose clock is
-/// not sought for all runs at once.
+/// Whether the clock of the run's reference is a parameter of that run: the motion as a whole shows it off,
+/// by more than stamps say, and where to start (Gauss–Newton alone finds the nearest of several minima).
+/// Elsewhere it is known better than it could be estimated. Nor is it where it is sought for all runs at
+/// once.
 [[nodiscard]] bool has_own_clock(const Run& run, std::span<const Parameter> parameters);
 
 /// The parameters, and the clock of a run's reference behind them.
@@ -36,10 +38,10 @@ struct ClockStep {
 /// Moves the stamps of the run's reference. Epochs that it then no longer reaches are left out.
 void move_clock(const ClockStep& step, const Robot& robot, Run& run);
 
-/// The time offset of the run's reference that its stamps were moved to; nothing: the run does not tell.
-[[nodiscard]] std::optional<TimeOffset> clock_of(const Run& run, const Robot& robot);
+/// The time offset of the run's reference that its stamps were moved to; nothing: they were not.
+[[nodiscard]] std::optional<TimeOffset> clock_of(const Run& run);
 
-/// Which offsets were found other than the robot file has them, in words; nothing: none.
-[[nodiscard]] std::optional<std::string> words_of_clocks(std::span<const Run> runs, const Robot& robot);
+/// Which offsets were found other than they were given, in words; nothing: none.
+[[nodiscard]] std::optional<std::string> words_of_clocks(std::span<const Run> runs);
 
 }  // namespace trundle::calibration

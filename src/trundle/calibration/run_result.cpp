@@ -126,7 +126,7 @@ RunResult run_result(const Run& run, const Robot& nominal, const Robot& calibrat
   result.name = run.name;
   result.session = run.session;
   result.hold_out = hold_out;
-  result.reference_clock = clock_of(run, nominal);
+  result.reference_clock = clock_of(run);
   const Trajectory reference = reference_of_body(run, calibrated);
   if (reference.poses.size() < 2) return result;
   const IntegratedOdometry before = odometry_from_start(run, nominal, noise);
