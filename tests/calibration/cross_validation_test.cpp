@@ -17,12 +17,12 @@ using namespace test;
 
 using Runs = std::vector<Run>;
 
-CalibrationProblem problem_of(const Runs& runs, const Robot& nominal) {
+CalibrationProblem problem_of(Runs& runs, const Robot& nominal) {
   return {runs, nominal, default_parameters(nominal, from_outside(runs))};
 }
 
 TEST(CrossValidation, WhatIsRightHoldsBeyondTheRuns) {
-  const Runs runs = prepared(nominal_differential(), true_differential(), differential_paths(), 1);
+  Runs runs = prepared(nominal_differential(), true_differential(), differential_paths(), 1);
   const ValidatedEstimate validated = estimate_what_holds(problem_of(runs, nominal_differential()));
   ASSERT_TRUE(validated.validation);
   EXPECT_EQ(validated.validation->parts, runs.size());
@@ -34,7 +34,7 @@ TEST(CrossValidation, WhatIsRightHoldsBeyondTheRuns) {
 TEST(CrossValidation, OfOneRunEachHalfIsJudgedByTheOther) {
   const Path tour = trundle::simulation::joined(
       {square(1.5, TurnSense::ccw), square(1.5, TurnSense::cw), square(1.5, TurnSense::ccw)});
-  const Runs runs = prepared(nominal_differential(), true_differential(), {tour}, 2);
+  Runs runs = prepared(nominal_differential(), true_differential(), {tour}, 2);
   const ValidatedEstimate validated = estimate_what_holds(problem_of(runs, nominal_differential()));
   ASSERT_TRUE(validated.validation);
   EXPECT_EQ(validated.validation->parts, 2U);

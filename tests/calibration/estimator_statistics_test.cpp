@@ -40,7 +40,7 @@ Eigen::VectorXd cramer_rao(const std::vector<Run>& runs, const Robot& truth,
 Series calibrate_often(const Robot& nominal, const Robot& truth, const std::vector<Path>& paths, int times) {
   Series series;
   for (int i = 0; i < times; ++i) {
-    const std::vector<Run> runs = prepared(nominal, truth, paths, 1000 + static_cast<std::uint64_t>(i));
+    std::vector<Run> runs = prepared(nominal, truth, paths, 1000 + static_cast<std::uint64_t>(i));
     const std::vector<Parameter> parameters = default_parameters(nominal, from_outside(runs));
     const auto n = static_cast<Eigen::Index>(parameters.size());
     if (series.count == 0) {

@@ -55,7 +55,7 @@ TEST(GyroClock, its_interval_holds_the_truth_as_often_as_it_says) {
   for (int trial = 0; trial < trials; ++trial) {
     const double truth = 0.03 - 0.002 * (trial % 7);
     const Robot given = robot_with_clock(0.02);
-    const auto runs = prepared_tours(truth, 100 + static_cast<std::uint64_t>(trial), given);
+    auto runs = prepared_tours(truth, 100 + static_cast<std::uint64_t>(trial), given);
     const std::vector<Parameter> parameters = {{ParameterKind::diameter, 0},
                                                {ParameterKind::diameter, 1},
                                                {ParameterKind::track, -1},

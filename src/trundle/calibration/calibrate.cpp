@@ -11,6 +11,7 @@
 #include "trundle/calibration/influence.hpp"
 #include "trundle/calibration/noise/learn_noise.hpp"
 #include "trundle/calibration/preparation.hpp"
+#include "trundle/calibration/run_clock.hpp"
 #include "trundle/calibration/sensor_heading.hpp"
 #include "trundle/calibration/sessions.hpp"
 #include "trundle/io/error.hpp"
@@ -138,8 +139,8 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   for (Run& run : ready.runs) set_gyro_clock(ready.start, run);
   if (options.learn_noise) add_learned_noise(ready.runs, result);
   result.gyro_clock = ready.gyro_clock;
-  result.reference_clocks = ready.reference_clocks;
-  for (const auto& clock : {ready.gyro_clock, ready.reference_clocks})
+  result.reference_clocks = words_of_clocks(ready.runs);
+  for (const auto& clock : {result.gyro_clock, result.reference_clocks})
     if (clock) note(*clock, result);
   conclude({ready.runs, prepare_runs(hold_out, ready.start)}, estimate, spread, result);
   add_influence(estimate, problem, nominal, result);

@@ -178,7 +178,7 @@ void require_something_estimated(const Estimate& estimate, std::span<const Param
   if (estimate.space.basis.cols() > 0) return;
   std::vector<HeldWords> reasons;  // each advice once
   for (const HeldCombination& held : estimate.space.held) {
-    HeldWords reason = reason_for(held, parameters, nominal);
+    HeldWords reason = reason_for(held, parameters, nominal, estimate.measures_length);
     const auto same = std::ranges::find(reasons, reason.advice, &HeldWords::advice);
     if (same == reasons.end())
       reasons.push_back(std::move(reason));
@@ -205,7 +205,7 @@ CalibrationResult result_of(const Estimate& estimate, const SessionSpread& sprea
   result.covariance_total = total_covariance(estimate, spread)(estimated, estimated);
   result.directions = estimate.space.directions;
   for (const HeldCombination& held : estimate.space.held) {
-    std::string words = words_for(held, parameters, nominal);
+    std::string words = words_for(held, parameters, nominal, estimate.measures_length);
     if (std::ranges::find(result.unobservable, words) == result.unobservable.end())
       result.unobservable.push_back(std::move(words));
   }

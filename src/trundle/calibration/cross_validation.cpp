@@ -84,8 +84,8 @@ std::string CrossValidation::words() const {
 
 std::optional<CrossValidation> cross_validate(const CalibrationProblem& problem, const Estimate& estimate) {
   CrossValidation validation{.of_halves = problem.runs.size() == 1};
-  const std::vector<Run> halves = validation.of_halves ? halves_of(problem.runs.front()) : std::vector<Run>{};
-  const std::span<const Run> parts = validation.of_halves ? halves : problem.runs;
+  std::vector<Run> halves = validation.of_halves ? halves_of(problem.runs.front()) : std::vector<Run>{};
+  const std::span<Run> parts = validation.of_halves ? std::span(halves) : problem.runs;
   if (parts.size() < 2) return std::nullopt;
   const CalibrationProblem of_parts{parts, problem.nominal, problem.parameters};
   const Influence influence = influence_of(validation.of_halves ? estimate_parameters(of_parts) : estimate,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trundle/calibration/defaults.hpp"
 #include "trundle/calibration/likelihood.hpp"
 #include "trundle/calibration/solve.hpp"
 #include "trundle/calibration/weights.hpp"
@@ -48,6 +49,11 @@ Robot rough_robot(Likelihood& likelihood) {
   }
   set_clocks(rough, likelihood);
   find_noise(rough, likelihood);
+  likelihood.seeks_reference_clocks = true;
+  if (std::ranges::any_of(likelihood.runs(), [&](const Run& run) { return likelihood.seeks_clock(run); })) {
+    set_clocks(rough, likelihood);
+    find_noise(rough, likelihood);
+  }
   return rough;
 }
 
@@ -74,6 +80,7 @@ Descent settle_weights(const EstimableSpace& space, Likelihood& likelihood, Robo
   Descent descent;
   likelihood.gate = kGate;
   for (int round = 0; round < kWeightRounds; ++round) {
+    set_clocks(robot, likelihood);
     descent = solve(likelihood, space, robot);
     likelihood.run_weight = run_weights(likelihood, robot, space);
   }
@@ -87,8 +94,13 @@ Estimate estimate_parameters(const CalibrationProblem& problem) {
   const Robot rough = rough_robot(likelihood);
   // From nominal, so that what is held stays there; without the gate, for nominal may be far from what the
   // runs show.
-  Estimate estimate{
-      .robot = problem.nominal, .noise = {}, .space = {}, .covariance = {}, .runs = {}, .descent = {}};
+  Estimate estimate{.robot = problem.nominal,
+                    .noise = {},
+                    .space = {},
+                    .covariance = {},
+                    .runs = {},
+                    .descent = {},
+                    .measures_length = from_outside(problem.runs).length};
   estimate.space =
       estimable_space(total_information(likelihood, rough).matrix, problem.parameters, problem.nominal);
   solve(likelihood, estimate.space, estimate.robot);

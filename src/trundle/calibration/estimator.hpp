@@ -20,6 +20,7 @@ struct Estimate {
   int degrees_of_freedom = 0;  ///< behind the dispersion
   std::vector<RunEvidence> runs;
   Descent descent;
+  bool measures_length = false;  ///< the runs were measured in metres, from outside
 };
 
 /// Gauss–Newton on the information of all runs, in the space that they can tell; noise levels and weights of

@@ -55,6 +55,16 @@ std::optional<double> own_gyro_noise(const CalibrationProblem& problem) {
   return gyro ? std::optional(gyro->noise_rad_s_sqrt_hz) : std::nullopt;
 }
 
+/// Of the reference's poses; the run's own clock is the last parameter, where it has one.
+RunLikelihood stream_of(const Likelihood& likelihood, const Run& run, const Robot& noisy) {
+  const std::vector<Parameter>& parameters = likelihood.problem.parameters;
+  return stream_likelihood(run, noisy, likelihood.seeks_clock(run) ? with_clock(parameters) : parameters,
+                           {.reference_noise = likelihood.noise.levels.reference,
+                            .blocks = likelihood.blocks_of_a_run(),
+                            .gyro_noise_rad_s_sqrt_hz = own_gyro_noise(likelihood.problem),
+                            .gate = likelihood.gate});
+}
+
 RunInformation information_of(const Likelihood& likelihood, const Run& run, std::size_t index,
                               const Robot& robot) {
   const CalibrationProblem& problem = likelihood.problem;
@@ -62,12 +72,9 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
   const int blocks = likelihood.blocks_of_a_run();
   const std::optional<double> gyro_noise = own_gyro_noise(problem);
   RunInformation result;
-  RunLikelihood stream = stream_likelihood(run, noisy, problem.parameters,
-                                           {.reference_noise = likelihood.noise.levels.reference,
-                                            .blocks = blocks,
-                                            .gyro_noise_rad_s_sqrt_hz = gyro_noise,
-                                            .gate = likelihood.gate});
-  append(result.blocks, stream.blocks);
+  RunLikelihood stream = stream_of(likelihood, run, noisy);
+  append(result.blocks,
+         likelihood.seeks_clock(run) ? without_clock(stream.blocks, run.clock_moved_s) : stream.blocks);
   append(result.blocks, partial_likelihood(run, noisy, problem.parameters, gyro_noise).blocks);
   append(result.blocks,
          chassis_likelihood(
@@ -102,6 +109,14 @@ Likelihood likelihood_of(const CalibrationProblem& problem) {
 
 void set_clocks(const Robot& robot, Likelihood& likelihood) {
   for (Run& run : likelihood.clocked) set_gyro_clock(robot, run);
+  const Robot noisy = noisy_robot(robot, likelihood);
+  for (std::size_t i = 0; i < likelihood.problem.runs.size(); ++i) {
+    const Run& run = likelihood.runs()[i];
+    if (!likelihood.seeks_clock(run)) continue;
+    const ClockStep step = clock_step(stream_of(likelihood, run, noisy).total(), run.clock_moved_s);
+    move_clock(step, robot, likelihood.problem.runs[i]);
+    if (!likelihood.clocked.empty()) move_clock(step, robot, likelihood.clocked[i]);
+  }
 }
 
 Robot noisy_robot(const Robot& robot, const Likelihood& likelihood) {

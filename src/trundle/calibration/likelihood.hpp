@@ -8,6 +8,7 @@
 #include "trundle/calibration/noise/estimate_noise.hpp"
 #include "trundle/calibration/problem.hpp"
 #include "trundle/calibration/relative_table.hpp"
+#include "trundle/calibration/run_clock.hpp"
 #include "trundle/calibration/run_likelihood.hpp"
 
 namespace trundle::calibration {
@@ -24,12 +25,17 @@ struct Likelihood {
   std::vector<double> run_weight;
   double gate = std::numeric_limits<double>::infinity();  ///< residuals of a larger squared Mahalanobis
                                                           ///< distance are left out
+  /// Each run's reference has a clock of its own. Until the noise is known, which would pass for it, none.
+  bool seeks_reference_clocks = false;
   /// Each run's relative motions as one table, where that holds the whole problem.
   std::vector<std::optional<RelativeTable>> relative_table;
   /// The runs with the gyro's stamps where the estimate has them; empty unless its time offset is free.
   std::vector<Run> clocked;
 
   std::span<const Run> runs() const { return clocked.empty() ? problem.runs : std::span(clocked); }
+  bool seeks_clock(const Run& run) const {
+    return seeks_reference_clocks && has_own_clock(run, problem.parameters);
+  }
   /// Parts into which each run is cut, so that all together are enough to see how they scatter.
   int blocks_of_a_run() const;
 };
@@ -37,7 +43,8 @@ struct Likelihood {
 /// With the noise of the robot file, and all runs trusted alike.
 [[nodiscard]] Likelihood likelihood_of(const CalibrationProblem& problem);
 
-/// Moves the gyro's stamps to where the robot has them, if its time offset is free.
+/// Moves the gyro's stamps to where the robot has them, if its time offset is free, and those of each run's
+/// reference to where they fit best.
 void set_clocks(const Robot& robot, Likelihood& likelihood);
 
 /// The robot with the noise that the likelihood weighs its readings by.

@@ -1,10 +1,12 @@
 #include "trundle/calibration/observability.hpp"
 
+#include <algorithm>
 #include <limits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "trundle/chassis/rows.hpp"
 #include "trundle/geometry/decompositions.hpp"
 
 namespace trundle::calibration {
@@ -29,7 +31,7 @@ HeldCombination combination_of(const Eigen::VectorXd& direction, std::span<const
                                const std::vector<HeldCombination>& held) {
   Eigen::Index largest = 0;
   const double peak = direction.cwiseAbs().maxCoeff(&largest);
-  HeldCombination result{Eigen::VectorXd::Zero(direction.size()), {}};
+  HeldCombination result{Eigen::VectorXd::Zero(direction.size()), direction, {}};
   for (Eigen::Index i = 0; i < direction.size(); ++i) {
     const bool alike =
         parameters[static_cast<std::size_t>(i)].kind == parameters[static_cast<std::size_t>(largest)].kind;
@@ -45,39 +47,85 @@ HeldCombination combination_of(const Eigen::VectorXd& direction, std::span<const
   return result;
 }
 
-std::string diameter_words(bool common) {
-  return common ? "the wheels' common diameter is not observable from these runs, only their ratios: add one "
-                  "straight run of known length"
-                : "not observable from these runs: add one straight run of known length";
-}
-
-std::string advice(ParameterKind kind, bool common) {
+bool is_of_wheels(ParameterKind kind) {
   switch (kind) {
     case ParameterKind::diameter:
-      return diameter_words(common);
     case ParameterKind::direction:
-      return "not observable from these runs: drive forwards and sideways";
     case ParameterKind::lever:
-      return "not observable from these runs: turn on the spot several times both ways";
     case ParameterKind::track:
-      return "not observable from these runs: turn on the spot, or drive circles, both ways";
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// By how much the wheels' readings [m] would differ in that motion (1 m or 1 rad), were the parameters
+/// elsewhere by `direction` [prior sigmas].
+double effect_on(const Vector3& motion, const Eigen::VectorXd& direction,
+                 std::span<const Parameter> parameters, const Robot& nominal) {
+  const Rows rows = rows_of(nominal.chassis, false);
+  RowVector effect = RowVector::Zero(rows.count());
+  for (std::size_t j = 0; j < parameters.size(); ++j) {
+    const double moved = direction[static_cast<Eigen::Index>(j)] * prior_sigma(parameters[j], nominal);
+    const RowVector growth = reading_growth(parameters[j], nominal.chassis, rows);
+    effect += moved * growth.cwiseProduct(rows.H * motion);
+    effect -= moved * (row_derivative(parameters[j], nominal.chassis, rows) * motion);
+  }
+  return effect.head(rows.measured).norm();
+}
+
+/// What to drive: the motion in which the combination would show most. It does not in those that were driven.
+std::string motion_to_drive(const HeldCombination& held, std::span<const Parameter> parameters,
+                            const Robot& nominal, bool measures_length) {
+  const Rows rows = rows_of(nominal.chassis, false);
+  const bool can_move_sideways = rows.measured == rows.count();
+  const auto effect = [&](const Vector3& motion) {
+    return effect_on(motion, held.direction, parameters, nominal);
+  };
+  const double ahead = effect(Vector3::UnitX());
+  const double sideways = can_move_sideways ? effect(Vector3::UnitY()) : 0.0;
+  const double turning = effect(Vector3::UnitZ());
+  if (turning > std::max(ahead, sideways)) return "turn on the spot, or drive circles, both ways";
+  if (sideways > ahead) return "drive sideways";
+  return measures_length ? "drive straight ahead, and back" : "add one straight run of known length";
+}
+
+std::string advice(const HeldCombination& held, std::span<const Parameter> parameters, const Robot& nominal,
+                   bool measures_length) {
+  const ParameterKind kind = parameters[static_cast<std::size_t>(held.members.front())].kind;
+  if (is_of_wheels(kind)) return motion_to_drive(held, parameters, nominal, measures_length);
+  switch (kind) {
     case ParameterKind::icr_x:
-      return "not observable from these runs: turn on the spot with the position measured";
+      return "turn on the spot with the position measured";
     case ParameterKind::gyro_scale:
-      return "not observable from these runs: add several full turns of measured angle";
+      return "add several full turns of measured angle";
     case ParameterKind::gyro_bias:
-      return "not observable from these runs: stand still for ten seconds";
+      return "stand still for ten seconds";
     case ParameterKind::gyro_time_offset:
-      return "not observable from these runs: change the turn rate often";
+      return "change the turn rate often";
     case ParameterKind::reference_x:
     case ParameterKind::reference_y:
-      return "not observable from these runs: turn on the spot with the sensor's position measured";
+      return "turn on the spot with the sensor's position measured";
     case ParameterKind::reference_heading:
-      return "not observable from these runs: drive a straight line";
-    case ParameterKind::time_offset:
-      return "not observable from these runs: change speed and direction often";
+      return "drive a straight line";
+    default:
+      return "change speed and direction often";
   }
-  return {};
+}
+
+/// The names of the members: those that change together, and those against which they do.
+std::string names_of(const HeldCombination& held, std::span<const Parameter> parameters,
+                     const Robot& nominal) {
+  std::vector<std::string> together, against;
+  const double sign = held.direction[held.members.front()];
+  for (const int member : held.members)
+    (held.direction[member] * sign > 0.0 ? together : against)
+        .push_back(name_of(parameters[static_cast<std::size_t>(member)], nominal));
+  if (held.members.size() == 1) return together.front();
+  if (against.empty())
+    return fmt::format("unobservable combination: {} in common", fmt::join(together, ", "));
+  return fmt::format("unobservable combination: {} against {}", fmt::join(together, ", "),
+                     fmt::join(against, ", "));
 }
 
 }  // namespace
@@ -125,21 +173,20 @@ Eigen::MatrixXd constrained_inverse(const Eigen::MatrixXd& information, const Es
   return B * divide_ldlt(B, B.transpose() * information * B).transpose();
 }
 
-HeldWords reason_for(const HeldCombination& held, std::span<const Parameter> parameters,
-                     const Robot& nominal) {
-  std::vector<std::string> names;
-  for (const int member : held.members)
-    names.push_back(name_of(parameters[static_cast<std::size_t>(member)], nominal));
-  const bool common = held.members.size() > 1;
-  const ParameterKind kind = parameters[static_cast<std::size_t>(held.members.front())].kind;
-  return {fmt::format("{}{}", common ? "unobservable combination: " : "", fmt::join(names, ", ")),
-          advice(kind, common)};
+HeldWords reason_for(const HeldCombination& held, std::span<const Parameter> parameters, const Robot& nominal,
+                     bool measures_length) {
+  return {
+      names_of(held, parameters, nominal),
+      fmt::format("not observable from these runs: {}", advice(held, parameters, nominal, measures_length))};
 }
 
 std::string words_for(const HeldCombination& held, std::span<const Parameter> parameters,
-                      const Robot& nominal) {
-  const HeldWords reason = reason_for(held, parameters, nominal);
-  return fmt::format("{}: {}; held at nominal", reason.names, reason.advice);
+                      const Robot& nominal, bool measures_length) {
+  const HeldWords reason = reason_for(held, parameters, nominal, measures_length);
+  return fmt::format("{}: {}; {}", reason.names, reason.advice,
+                     held.members.size() == 1
+                         ? "fixed at nominal"
+                         : "this combination is fixed at nominal, all others are estimated");
 }
 
 }  // namespace trundle::calibration

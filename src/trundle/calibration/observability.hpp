@@ -13,6 +13,7 @@ namespace trundle::calibration {
 /// A combination of parameters that the runs cannot tell: it is held at its nominal value.
 struct HeldCombination {
   Eigen::VectorXd combination;  ///< unit vector, parameters in units of their prior sigmas
+  Eigen::VectorXd direction;    ///< the worst seen direction, which it stands for
   std::vector<int> members;     ///< indices of the parameters in it
 };
 
@@ -35,15 +36,15 @@ EstimableSpace estimable_space(const Eigen::MatrixXd& information, std::span<con
 /// (information)⁻¹ within the estimable space, zero outside; in the parameters' own units.
 Eigen::MatrixXd constrained_inverse(const Eigen::MatrixXd& information, const EstimableSpace& space);
 
-/// What cannot be told, and why, with what to drive.
+/// What cannot be told, and what to drive. `measures_length`: runs were measured in metres from outside.
 struct HeldWords {
   std::string names;
   std::string advice;
 };
-HeldWords reason_for(const HeldCombination& held, std::span<const Parameter> parameters,
-                     const Robot& nominal);
+HeldWords reason_for(const HeldCombination& held, std::span<const Parameter> parameters, const Robot& nominal,
+                     bool measures_length);
 /// The same as one sentence, with what is done.
 std::string words_for(const HeldCombination& held, std::span<const Parameter> parameters,
-                      const Robot& nominal);
+                      const Robot& nominal, bool measures_length);
 
 }  // namespace trundle::calibration

@@ -64,20 +64,6 @@ void start_reference_clock(std::span<const Recording> recordings, Robot& robot) 
   if (const auto mean = mean_of(offsets)) robot.reference_time_offset_s = mean->offset.offset_s;
 }
 
-/// By how much the references' clocks were off; nothing where they were not.
-std::optional<std::string> words_of_reference_clocks(std::span<const Run> runs) {
-  std::vector<double> offsets_s;
-  for (const Run& run : runs)
-    if (run.reference_clock) offsets_s.push_back(run.reference_clock->offset_s);
-  if (offsets_s.empty()) return std::nullopt;
-  const auto [least, most] = std::ranges::minmax(offsets_s);
-  return fmt::format(
-      "reference.time_offset_s {} s, from the ways and turns that reference and robot show in {}{}",
-      offsets_s.size() == 1 ? fixed(least, 3) : fmt::format("{} to {}", fixed(least, 3), fixed(most, 3)),
-      counted(offsets_s.size(), "run"),
-      runs.size() == offsets_s.size() ? "" : fmt::format(" of {}", runs.size()));
-}
-
 /// A fit would take one of two explanations, and a robot mirrored in its own middle is one of them: what only
 /// somebody who looks at the robot can tell is not decided here.
 void require_one_sense_of_turning(std::span<const Recording> recordings, std::span<const Run> runs,
@@ -155,7 +141,6 @@ Preparation prepare(std::span<const Recording> recordings, const Robot& given, b
                     .start = {},
                     .runs = {},
                     .gyro_clock = {},
-                    .reference_clocks = {},
                     .sensor_heading = {},
                     .scale = {},
                     .silent = {}};
@@ -171,7 +156,6 @@ Preparation prepare(std::span<const Recording> recordings, const Robot& given, b
     ready.runs = prepare_runs(recordings, ready.start);
     leave_out_silent(ready.start, ready.runs);
   }
-  ready.reference_clocks = words_of_reference_clocks(ready.runs);
   return ready;
 }
 

@@ -12,7 +12,8 @@ namespace trundle::calibration {
 
 /// What is estimated, and from what.
 struct CalibrationProblem {
-  std::span<const Run> runs;
+  /// The clock of each run's reference is a parameter of that run: its stamps move to where they fit best.
+  std::span<Run> runs;
   Robot nominal;                      ///< where the search starts; the mean of the prior
   std::vector<Parameter> parameters;  ///< that are free
 

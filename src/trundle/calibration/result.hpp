@@ -50,11 +50,12 @@ struct RunResult {
   std::string name;
   std::string session;
   bool hold_out = false;
-  std::string turn;                                ///< "cw", "ccw" or "": net turning of a closed run
-  double weight = 1.0;                             ///< 1: fully trusted; smaller: down-weighted as an outlier
-  double chi2_per_dof = 0.0;                       ///< of its residuals after calibration
-  std::optional<TimeOffset> reference_clock = {};  ///< by which the reference's stamps were moved
-  std::string remark;                              ///< why it was down-weighted, where the reference jumps
+  std::string turn;           ///< "cw", "ccw" or "": net turning of a closed run
+  double weight = 1.0;        ///< 1: fully trusted; smaller: down-weighted as an outlier
+  double chi2_per_dof = 0.0;  ///< of its residuals after calibration
+  std::optional<TimeOffset> reference_clock =
+      {};              ///< to which the reference's stamps were moved; nothing: they were not
+  std::string remark;  ///< why it was down-weighted, where the reference jumps
   std::optional<TrajectoryError>
       before;                            ///< with the nominal robot; nothing without a trajectory or end pose
   std::optional<TrajectoryError> after;  ///< reprocessed: the same counts with the calibrated robot

@@ -15,6 +15,8 @@ constexpr double kShortestEpochSpacing_s = 1.0;
 constexpr std::size_t kMostEpochs = 400;
 // Over which the reference is interpolated: at 1 m/s² a line misses an arc by a²/8 = 3 cm.
 constexpr double kLongestGap_s = 0.5;
+// Over which to both sides its rate is taken: between neighbouring samples noise would pass for motion.
+constexpr double kHalfRateWindow_s = 0.1;
 // A jump is so many times the usual disagreement of reference and nominal odometry from epoch to epoch, and
 // at least this.
 constexpr double kJump = 15.0;
@@ -25,6 +27,31 @@ constexpr std::size_t kFewestEpochsForJumps = 10;
 
 bool any_finite(const std::vector<double>& values) {
   return std::ranges::any_of(values, [](double v) { return std::isfinite(v); });
+}
+
+/// x, y and heading by linear interpolation; NaN where not measured.
+Vector3 value_at(const ReferenceStream& reference, double time_s) {
+  Vector3 value = Vector3::Constant(kNotMeasured);
+  const auto& t = reference.time_s;
+  const auto after = std::ranges::lower_bound(t, time_s);
+  const bool at_start = after == t.begin() && after != t.end() && *after - time_s < 1e-9;
+  if (after == t.end() || (after == t.begin() && !at_start) || t.size() < 2) {
+    // The last stamp may lie a rounding error before the time that is asked for.
+    if (t.size() < 2 || after != t.end() || time_s - t.back() > 1e-9) return value;
+  }
+  const auto j = std::clamp<std::size_t>(static_cast<std::size_t>(after - t.begin()), 1, t.size() - 1);
+  const double gap = t[j] - t[j - 1];
+  if (gap > kLongestGap_s || gap <= 0.0) return value;
+  const double u = (time_s - t[j - 1]) / gap;
+  const auto interpolate = [&](const std::vector<double>& values, int component, bool is_angle) {
+    if (values.empty()) return;
+    const double step = is_angle ? wrap_angle(values[j] - values[j - 1]) : values[j] - values[j - 1];
+    value[component] = values[j - 1] + u * step;
+  };
+  interpolate(reference.x_m, 0, false);
+  interpolate(reference.y_m, 1, false);
+  interpolate(reference.heading_rad, 2, true);
+  return value;
 }
 
 std::vector<std::size_t> choose_epochs(const Run& run, double time_offset_s) {
@@ -87,27 +114,18 @@ std::vector<std::size_t> find_jumps(const Run& run, const Robot& robot) {
 }  // namespace
 
 ReferenceSample sample_reference(const ReferenceStream& reference, double time_s) {
-  ReferenceSample sample;
-  const auto& t = reference.time_s;
-  const auto after = std::ranges::lower_bound(t, time_s);
-  const bool at_start = after == t.begin() && after != t.end() && *after - time_s < 1e-9;
-  if (after == t.end() || (after == t.begin() && !at_start) || t.size() < 2) {
-    // The last stamp may lie a rounding error before the time that is asked for.
-    if (t.size() < 2 || after != t.end() || time_s - t.back() > 1e-9) return sample;
+  ReferenceSample sample{.value = value_at(reference, time_s)};
+  if (sample.empty()) return sample;
+  const Vector3 before = value_at(reference, time_s - kHalfRateWindow_s);
+  const Vector3 after = value_at(reference, time_s + kHalfRateWindow_s);
+  for (int i = 0; i < 3; ++i) {
+    // At the ends, and beside gaps, of one side alone.
+    const double from = std::isfinite(before[i]) ? before[i] : sample.value[i];
+    const double to = std::isfinite(after[i]) ? after[i] : sample.value[i];
+    const int sides = (std::isfinite(before[i]) ? 1 : 0) + (std::isfinite(after[i]) ? 1 : 0);
+    const double step = i == 2 ? wrap_angle(to - from) : to - from;
+    if (sides > 0 && std::isfinite(step)) sample.rate[i] = step / (sides * kHalfRateWindow_s);
   }
-  const auto j = std::clamp<std::size_t>(static_cast<std::size_t>(after - t.begin()), 1, t.size() - 1);
-  const double gap = t[j] - t[j - 1];
-  if (gap > kLongestGap_s || gap <= 0.0) return sample;
-  const double u = (time_s - t[j - 1]) / gap;
-  const auto interpolate = [&](const std::vector<double>& values, int component, bool is_angle) {
-    if (values.empty()) return;
-    const double step = is_angle ? wrap_angle(values[j] - values[j - 1]) : values[j] - values[j - 1];
-    sample.value[component] = values[j - 1] + u * step;
-    sample.rate[component] = step / gap;
-  };
-  interpolate(reference.x_m, 0, false);
-  interpolate(reference.y_m, 1, false);
-  interpolate(reference.heading_rad, 2, true);
   return sample;
 }
 

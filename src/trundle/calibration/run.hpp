@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,7 +14,7 @@ namespace trundle::calibration {
 /// What the reference showed at one time; NaN where not measured.
 struct ReferenceSample {
   Vector3 value = Vector3::Constant(kNotMeasured);  ///< x [m], y [m], heading [rad] of the reference sensor
-  Vector3 rate = Vector3::Zero();                   ///< its time derivative, for time offsets
+  Vector3 rate = Vector3::Zero();  ///< its time derivative over a fifth of a second, for time offsets
 
   bool has_position() const { return std::isfinite(value.x()) && std::isfinite(value.y()); }
   bool has_heading() const { return std::isfinite(value.z()); }
@@ -31,7 +32,10 @@ struct Run {
   AlignedReadings readings;
   GyroStream gyro;                            ///< for other time offsets than that of `readings`
   ReferenceStream reference;                  ///< on the clock of `readings`, as far as the motion tells
-  std::optional<TimeOffset> reference_clock;  ///< by which it was off
+  std::optional<TimeOffset> reference_clock;  ///< by which it was off, as the motion as a whole shows
+  /// By which the estimate moved the reference's stamps beyond that, and 1σ of where they belong [s].
+  double clock_moved_s = 0.0;
+  double clock_sigma_s = std::numeric_limits<double>::infinity();
   PartialReference partial;
   std::vector<RelativeMotion> relative_motions;
   /// Number of increments before each epoch; the first epoch is the start. Empty: no reference stream.

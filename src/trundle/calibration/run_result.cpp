@@ -5,6 +5,7 @@
 
 #include <Eigen/LU>
 
+#include "trundle/calibration/run_clock.hpp"
 #include "trundle/evaluation/evaluate.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/odometry/integrate.hpp"
@@ -125,7 +126,7 @@ RunResult run_result(const Run& run, const Robot& nominal, const Robot& calibrat
   result.name = run.name;
   result.session = run.session;
   result.hold_out = hold_out;
-  result.reference_clock = run.reference_clock;
+  result.reference_clock = clock_of(run);
   const Trajectory reference = reference_of_body(run, calibrated);
   if (reference.poses.size() < 2) return result;
   const IntegratedOdometry before = odometry_from_start(run, nominal, noise);

@@ -72,10 +72,10 @@ void predict_each_from_the_others(const std::vector<SessionEstimate>& estimates,
 }  // namespace
 
 SessionSpread session_spread(const CalibrationProblem& problem, const EstimableSpace& space) {
-  const auto sessions = by_session(problem.runs);
+  auto sessions = by_session(problem.runs);
   std::vector<Estimate> estimates;
   if (sessions.size() > 1)
-    for (const auto& [name, own_runs] : sessions)
+    for (auto& [name, own_runs] : sessions)
       estimates.push_back(estimate_parameters({own_runs, problem.nominal, problem.parameters}));
   return spread_of(estimates, problem.parameters, space);
 }

@@ -144,11 +144,15 @@ std::optional<TimeOffset> reference_time_offset(const ReferenceStream& reference
   return found;
 }
 
+void move_stamps(double step_s, ReferenceStream& reference) {
+  for (double& time_s : reference.time_s) time_s += step_s;
+}
+
 std::optional<TimeOffset> set_reference_clock(const AlignedReadings& readings, const Robot& robot,
                                               ReferenceStream& reference) {
   const auto found = reference_time_offset(reference, readings, robot);
   if (!found || !is_off(*found, robot.reference_time_offset_s)) return std::nullopt;
-  for (double& time_s : reference.time_s) time_s += found->offset_s - robot.reference_time_offset_s;
+  move_stamps(found->offset_s - robot.reference_time_offset_s, reference);
   return found;
 }
 

@@ -58,6 +58,9 @@ std::optional<TimeOffset> sighting_time_offset(const std::vector<Sighting>& sigh
 /// Whether an offset is so far from what is written that it does harm, and is no chance.
 [[nodiscard]] bool is_off(const TimeOffset& found, double given_s);
 
+/// Adds to the reference's stamps.
+void move_stamps(double step_s, ReferenceStream& reference);
+
 /// Moves the reference's stamps so that robot.reference_time_offset_s holds for them, if they are off.
 /// Returns by what offset they were; nothing: they were not moved.
 std::optional<TimeOffset> set_reference_clock(const AlignedReadings& readings, const Robot& robot,

@@ -219,6 +219,7 @@ void improve(Minimiser& minimiser, LandmarkSearch& search) {
 LandmarkFit fit_landmarks(std::span<const AssociatedRecording> all, const Robot& nominal,
                           std::span<const Parameter> parameters) {
   LandmarkSearch search = search_from(all, nominal, parameters);
+  search.fit.estimate.measures_length = true;  // by the ranges
   if (search.free.columns.cols() == 0) return search.fit;
   Minimiser minimiser(joint_problem(all, search.fit.estimate.robot, search.free).problem);
   for (int round = 0; round < kMostRounds && !search.fit.estimate.descent.converged; ++round)
