@@ -139,6 +139,38 @@ TEST_F(LiveCommand, GoesOnWithInputThatBeginsWhereTheCheckpointWasWritten) {
   EXPECT_GE(a.out.size() + b.out.size(), whole.size());
 }
 
+TEST_F(LiveCommand, GoesOnWhereLinesWithoutASampleStandBetween) {
+  std::string text;
+  for (const std::string& line : lines_in(tour_as_lines()))
+    text += line + "\n" + R"({"time_s": 1, "sightings": []})" + "\n";
+  keep("tour.jsonl", text);
+  const std::string whole = live({"--checkpoint", "state"}).out;
+  const Outcome resumed = live({"--resume", "state"});
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_THAT(whole, testing::EndsWith(resumed.out));
+}
+
+TEST_F(LiveCommand, InputWithoutLineEndsIsRefused) {
+  keep("endless.jsonl", tour_as_lines() + std::string(3 << 20, ' '));
+  const Outcome outcome = live({"--json"}, {.input = "endless.jsonl"});
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_THAT(outcome.err, HasSubstr("a line of more than a million bytes"));
+  EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1);
+  EXPECT_EQ(Json::parse(outcome.out).at("estimates").size(), lines_in(live().out).size());
+}
+
+// Checkpoints are due by the stamps: one far away must not put them off for ever.
+TEST_F(LiveCommand, AfterAGarbledFirstStampCheckpointsAreStored) {
+  keep("wrong.jsonl", R"({"time_s": 1e12, "gyro": 0.0})"
+                      "\n" +
+                          tour_as_lines());
+  const Outcome outcome =
+      live({"--checkpoint", "state", "--checkpoint-every-s", "1"}, {.input = "wrong.jsonl"});
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
+  EXPECT_GT(lines_in(outcome.out).size() + 3, lines_in(live().out).size());
+}
+
 TEST_F(LiveCommand, ALineThatIsWrongIsNamedAndLeftOut) {
   keep("wrong.jsonl", tour_with_line_8(R"({"time_s": 0.1, "wheels": )"));
   const Outcome outcome = live({}, {.input = "wrong.jsonl"});

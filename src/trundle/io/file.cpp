@@ -23,6 +23,8 @@ std::string read_file(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) throw InputError(path.string(), std::strerror(errno), "a readable file");
   std::string text;
+  if (const auto size = std::filesystem::file_size(path, error); !error)
+    text.reserve(size);  // it may grow yet
   std::array<char, 1 << 16> chunk;
   do {
     in.read(chunk.data(), chunk.size());

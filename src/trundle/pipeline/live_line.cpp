@@ -13,7 +13,7 @@
 namespace trundle::pipeline {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = nlohmann::json;  // finds a name among a hundred thousand
 
 constexpr const char* kForm = R"({"time_s": ..., "wheels": {...}, "gyro": ...})";
 

@@ -221,8 +221,8 @@ void take_stream(StreamKind kind, TomlReader& file, const fs::path& folder, Reco
 
 }  // namespace
 
-RecordingMap read_recording_map(const fs::path& path) {
-  const toml::table content = parse_toml(read_file(path), path.string());
+RecordingMap parse_recording_map(std::string_view text, const fs::path& path) {
+  const toml::table content = parse_toml(text, path.string());
   TomlReader file(content, path.string(), "");
   const fs::path folder = path.parent_path();
   RecordingMap map;

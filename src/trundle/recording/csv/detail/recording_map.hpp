@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -18,6 +19,6 @@ struct RecordingMap {
 };
 
 /// Throws InputError with file, line, fact and expectation.
-RecordingMap read_recording_map(const std::filesystem::path& file);
+RecordingMap parse_recording_map(std::string_view text, const std::filesystem::path& file);
 
 }  // namespace trundle::recording
