@@ -159,18 +159,6 @@ TEST_F(LiveCommand, InputWithoutLineEndsIsRefused) {
   EXPECT_EQ(Json::parse(outcome.out).at("estimates").size(), lines_in(live().out).size());
 }
 
-// Checkpoints are due by the stamps: one far away must not put them off for ever.
-TEST_F(LiveCommand, AfterAGarbledFirstStampCheckpointsAreStored) {
-  keep("wrong.jsonl", R"({"time_s": 1e12, "gyro": 0.0})"
-                      "\n" +
-                          tour_as_lines());
-  const Outcome outcome =
-      live({"--checkpoint", "state", "--checkpoint-every-s", "1"}, {.input = "wrong.jsonl"});
-  EXPECT_EQ(outcome.exit_code, 3);
-  EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
-  EXPECT_GT(lines_in(outcome.out).size() + 3, lines_in(live().out).size());
-}
-
 TEST_F(LiveCommand, ALineThatIsWrongIsNamedAndLeftOut) {
   keep("wrong.jsonl", tour_with_line_8(R"({"time_s": 0.1, "wheels": )"));
   const Outcome outcome = live({}, {.input = "wrong.jsonl"});

@@ -189,7 +189,8 @@ std::int64_t whole_second_before(const std::vector<std::pair<StreamKind, StreamS
   double earliest = std::numeric_limits<double>::infinity();
   for (const auto& [kind, source] : streams)
     if (const auto stamp = first_stamp(source)) earliest = std::min(earliest, *stamp);
-  return std::isfinite(earliest) ? static_cast<std::int64_t>(std::floor(earliest)) : 0;
+  constexpr double kLatest_s = 9e18;  // that an integer holds
+  return std::abs(earliest) < kLatest_s ? static_cast<std::int64_t>(std::floor(earliest)) : 0;
 }
 
 void take_time_origin(TomlReader& file, RecordingMap& map) {

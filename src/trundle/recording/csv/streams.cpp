@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -223,12 +224,15 @@ std::optional<WheelColumn> wheel_column(std::string_view name) {
 }
 
 void keep_preferred(std::vector<ColumnSource>& columns) {
+  std::map<std::string, WheelUnit> preferred;
+  for (const ColumnSource& column : columns) {
+    const WheelColumn mine = *wheel_column(column.column);
+    const auto [known, is_new] = preferred.emplace(mine.wheel, mine.unit);
+    known->second = std::min(known->second, mine.unit);
+  }
   const auto is_second_choice = [&](const ColumnSource& column) {
     const WheelColumn mine = *wheel_column(column.column);
-    return std::any_of(columns.begin(), columns.end(), [&](const ColumnSource& other) {
-      const WheelColumn theirs = *wheel_column(other.column);
-      return theirs.wheel == mine.wheel && theirs.unit < mine.unit;
-    });
+    return preferred.at(mine.wheel) < mine.unit;
   };
   std::vector<ColumnSource> kept;
   std::copy_if(columns.begin(), columns.end(), std::back_inserter(kept), std::not_fn(is_second_choice));
