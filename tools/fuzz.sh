@@ -15,7 +15,7 @@ for program in "$programs"/*_fuzz; do
   log=$programs/$target.log
   status=0
   # Megabytes and seconds: far more than the largest input of the corpora takes.
-  "$program" "$learned" "$root/fuzz/corpus/$target" -max_total_time="$seconds" -max_len=8192 -timeout=20 -rss_limit_mb=2048 \
+  "$program" "$learned" "$root/fuzz/corpus/$target" -max_total_time="$seconds" -timeout=20 -rss_limit_mb=2048 \
     -artifact_prefix="$root/fuzz/found/$target-" -print_final_stats=1 >"$log" 2>&1 || status=$?
   executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")
   total=$((total + ${executions:-0}))

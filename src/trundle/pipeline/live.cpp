@@ -75,12 +75,13 @@ void LiveOdometer::take(const LiveLine& line, std::string_view place, std::vecto
   if (line.wheels.empty() && !line.yaw_rate_rad_s) return;
   require_near(line.time_s, place);
   require_suitable(line, place);
-  moves_on_ = moves_on_ || line.time_s > last_s().value_or(line.time_s);
+  const double before_s = last_s().value_or(line.time_s);
   if (!line.wheels.empty()) take_wheels(line, place);
   if (line.yaw_rate_rad_s) {
     aligner_.add(GyroReading{line.time_s, *line.yaw_rate_rad_s});
     gyro_s_ = line.time_s;
   }
+  moves_on_ = moves_on_ || line.time_s > before_s;
   take_intervals(estimates);
 }
 
