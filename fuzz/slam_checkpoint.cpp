@@ -1,5 +1,5 @@
-// The state of `trundle slam` with a checksum that is right: it is read, or refused. The first byte of an input
-// is the method. Whether what was read belongs together is not checked: the filter does not go on here.
+// The state of `trundle slam` with a checksum that is right: it is read, or refused. The first byte of an
+// input is the method. Whether what was read belongs together is not checked: the filter does not go on here.
 #include <array>
 
 #include "trundle/io/archive.hpp"
