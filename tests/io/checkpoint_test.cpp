@@ -94,7 +94,7 @@ struct SmallVector {
 // Nothing is written beyond what a matrix has room for.
 TEST(Archive, MatricesOfSizesThatTheyCannotHaveAreRefused) {
   SmallVector read;
-  for (const std::int64_t rows : {0, 1, 2}) {
+  for (const std::int64_t rows : {1, 2}) {
     resume_state(read, state_of(std::pair(rows, std::int64_t{1})) +
                            std::string(8 * static_cast<std::size_t>(rows), 'x'));
     EXPECT_EQ(read.size, rows);
