@@ -13,6 +13,7 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
+#include "trundle/io/file.hpp"
 #include "trundle/recording/csv/reader.hpp"
 
 namespace {
@@ -43,8 +44,8 @@ void write_log(const std::filesystem::path& path) {
 }
 
 Columns read_with_trundle(const std::filesystem::path& path) {
-  const trundle::recording::MappedFile file(path);
-  const trundle::recording::CsvTable table(file.text(), path.string(), {});
+  const std::string text = trundle::io::read_file(path);
+  const trundle::recording::CsvTable table(text, path.string(), {});
   std::vector<trundle::recording::CsvColumn> wanted;
   for (std::size_t column = 0; column < kColumns; ++column) wanted.push_back({column});
   return table.read(wanted).numbers;

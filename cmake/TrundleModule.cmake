@@ -24,6 +24,9 @@ if(TRUNDLE_SANITIZE)
   target_compile_definitions(trundle_compile_options INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
   target_link_options(trundle_compile_options INTERFACE -fsanitize=address,undefined)
 endif()
+if(TRUNDLE_FUZZ)
+  target_compile_options(trundle_compile_options INTERFACE -fsanitize=fuzzer-no-link)
+endif()
 
 # trundle_public_headers(header ...)
 # names the headers, from src/, that users include: the public API. They are installed, and whatever they include.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <limits>
@@ -115,7 +116,7 @@ class Session {
     repeats_ = !options_.resume.empty();
     printer_.begin(provenance_);
     std::string line;
-    while (std::getline(input, line)) {
+    while (read_line(input, line)) {
       const auto begin = Timing::Clock::now();
       ++lines_in_;
       if (!line.empty()) take(line);
@@ -134,6 +135,21 @@ class Session {
   std::size_t problems() const { return problems_; }
 
  private:
+  /// The next line; false at the end of the input, and where it has no line ends: memory is finite.
+  bool read_line(std::istream& input, std::string& line) {
+    constexpr std::size_t kLongestLine = 1 << 20;  // bytes
+    line.clear();
+    for (char c; input.get(c);) {
+      if (c == '\n') return true;
+      line += c;
+      if (line.size() <= kLongestLine) continue;
+      tell(InputError(io::place("stdin", lines_in_ + 1), "a line of more than a million bytes",
+                      "lines of one reading each"));
+      return false;
+    }
+    return !line.empty();
+  }
+
   /// A line that is wrong is named and left out: a robot does not lose its pose for it.
   void take(const std::string& text) {
     const std::string place = io::place("stdin", lines_in_);
@@ -160,8 +176,8 @@ class Session {
   }
 
   void store_if_due() {
-    if (last_s_ < next_store_s_) return;
-    next_store_s_ = last_s_ + options_.checkpoint_every_s;
+    if (!(std::abs(last_s_ - stored_s_) >= options_.checkpoint_every_s)) return;
+    stored_s_ = last_s_;
     store(odometer_);
   }
 
@@ -186,8 +202,8 @@ class Session {
   std::size_t lines_in_ = 0;
   std::size_t problems_ = 0;
   bool repeats_ = false;  ///< after a resume, while the input repeats what is known
-  double last_s_ = -std::numeric_limits<double>::infinity();   ///< stamp of the last line that was taken
-  double next_store_s_ = -std::numeric_limits<double>::max();  ///< the first line that is taken is stored
+  double last_s_ = std::numeric_limits<double>::quiet_NaN();   ///< stamp of the last line that was taken
+  double stored_s_ = std::numeric_limits<double>::infinity();  ///< and of the last stored: the first one is
 };
 
 void run(const LiveArguments& options) {

@@ -436,6 +436,20 @@ TEST(Program, SlamRefusesACheckpointThatIsNotItsOwn) {
   }
 }
 
+#ifndef __SANITIZE_ADDRESS__  // which takes more memory than is given here
+TEST(Program, SlamDoesWithoutThreadsThatCannotBeHad) {
+  const Sample sample;
+  const auto slam = [&](const std::string& limits, const std::string& more) {
+    const std::string command =
+        limits + TRUNDLE_PROGRAM + " slam seen --robot sighted.toml --particles 20000 --quiet -o " + more;
+    return run_program(sample.folder(), {"-c", command}, {.program = "/bin/sh"});
+  };
+  const Outcome few = slam("ulimit -s 131072; ulimit -v 1500000; ", "few --threads 256");  // [kB]
+  EXPECT_EQ(few.exit_code, 0) << few.err;
+  EXPECT_TRUE(std::filesystem::exists(sample.folder() / "few/landmarks.csv"));
+}
+#endif
+
 TEST(Program, HelpNamesEveryCommand) {
   const Sample sample;
   const Outcome outcome = run_program(sample.folder(), {"--help"});

@@ -139,6 +139,26 @@ TEST_F(LiveCommand, GoesOnWithInputThatBeginsWhereTheCheckpointWasWritten) {
   EXPECT_GE(a.out.size() + b.out.size(), whole.size());
 }
 
+TEST_F(LiveCommand, GoesOnWhereLinesWithoutASampleStandBetween) {
+  std::string text;
+  for (const std::string& line : lines_in(tour_as_lines()))
+    text += line + "\n" + R"({"time_s": 1, "sightings": []})" + "\n";
+  keep("tour.jsonl", text);
+  const std::string whole = live({"--checkpoint", "state"}).out;
+  const Outcome resumed = live({"--resume", "state"});
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_THAT(whole, testing::EndsWith(resumed.out));
+}
+
+TEST_F(LiveCommand, InputWithoutLineEndsIsRefused) {
+  keep("endless.jsonl", tour_as_lines() + std::string(3 << 20, ' '));
+  const Outcome outcome = live({"--json"}, {.input = "endless.jsonl"});
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_THAT(outcome.err, HasSubstr("a line of more than a million bytes"));
+  EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1);
+  EXPECT_EQ(Json::parse(outcome.out).at("estimates").size(), lines_in(live().out).size());
+}
+
 TEST_F(LiveCommand, ALineThatIsWrongIsNamedAndLeftOut) {
   keep("wrong.jsonl", tour_with_line_8(R"({"time_s": 0.1, "wheels": )"));
   const Outcome outcome = live({}, {.input = "wrong.jsonl"});

@@ -240,6 +240,22 @@ TEST(MalformedRobot, of_keys_within_keys_breaks_no_stack) {
       EXPECT_THROW(parse_robot(text, "r"), InputError) << parts;
 }
 
+// An "=" that is no sign of equality, or one that belongs to the key before.
+TEST(MalformedRobot, of_keys_behind_quotes_and_in_tables_breaks_no_stack) {
+  const std::string key = dotted_key(1'000'000);
+  for (const std::string& text :
+       {"\"=\"." + key + " = 1\n", "'=,'." + key + " = 1\n", "a = {b = 1, " + key + " = 1}\n",
+        "a = [{b = \"\"\"it's\n don't\"\"\", " + key + " = 1}] # '\n", "a = \"\\\"\" #\n" + key + " = 1\n"})
+    EXPECT_THAT([&] { parse_robot(text, "r"); },
+                testing::ThrowsMessage<InputError>(testing::HasSubstr("a key of more than a thousand parts")))
+        << text.substr(0, 20);
+}
+
+TEST(MalformedRobot, points_in_texts_and_comments_are_no_parts_of_a_key) {
+  const std::string points(3000, '.');
+  EXPECT_NO_THROW(parse_robot("# " + points + "\nname = \"\"\"\n" + points + "\"\"\"\n" + wheel(""), "r"));
+}
+
 INSTANTIATE_TEST_SUITE_P(Files, MalformedRobot, testing::ValuesIn(kFiles),
                          [](const auto& file) { return std::string(file.param.name); });
 

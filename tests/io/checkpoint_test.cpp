@@ -73,6 +73,38 @@ TEST(Archive, BytesThatAreNoStateAreRefused) {
   EXPECT_THROW(resume_state(parts, std::string(8, '\xff')), DamagedState);  // 2^64 − 1 parts
 }
 
+/// As much of Eigen as the archive looks at.
+struct SmallVector {
+  static constexpr int RowsAtCompileTime = -1, ColsAtCompileTime = 1, MaxRowsAtCompileTime = 2,
+                       MaxColsAtCompileTime = 1;
+  std::ptrdiff_t rows() const { return size; }
+  std::ptrdiff_t cols() const { return 1; }
+  double* data() { return values; }
+  const double* data() const { return values; }
+  const SmallVector& derived() const { return *this; }
+  void resize(std::ptrdiff_t rows, std::ptrdiff_t columns) {
+    ASSERT_TRUE(rows >= 0 && rows <= 2 && columns == 1) << rows << " x " << columns;
+    size = rows;
+  }
+
+  std::ptrdiff_t size = 0;
+  double values[2] = {};
+};
+
+// Nothing is written beyond what a matrix has room for.
+TEST(Archive, MatricesOfSizesThatTheyCannotHaveAreRefused) {
+  SmallVector read;
+  for (const std::int64_t rows : {1, 2}) {
+    resume_state(read, state_of(std::pair(rows, std::int64_t{1})) +
+                           std::string(8 * static_cast<std::size_t>(rows), 'x'));
+    EXPECT_EQ(read.size, rows);
+  }
+  for (const auto& [rows, columns] :
+       {std::pair<std::int64_t, std::int64_t>{3, 1}, {2, 0}, {1, 2}, {100, 0}, {-1, 1}, {1, -1}})
+    EXPECT_THROW(resume_state(read, state_of(std::pair(rows, columns)) + std::string(800, 'x')), DamagedState)
+        << rows << " x " << columns;
+}
+
 class Checkpoint : public testing::Test {
  protected:
   void TearDown() override { std::filesystem::remove(path_); }

@@ -225,6 +225,42 @@ TEST(Live, WhatDoesNotSuitTheRobotIsLeftOut) {
   }
 }
 
+// Believed, it would make all that follow too early.
+TEST(Live, AGarbledFirstStampCostsTwoLines) {
+  const RobotFile robot = read_robot_file(kDemo / "robot.toml");
+  std::vector<LiveLine> lines = lines_of(read_recording(kDemo / "slip"));
+  lines.resize(200);
+  const std::vector<LiveLine> without_two(lines.begin() + 2, lines.end());
+  LiveOdometer sound(robot.robot, {});
+  const std::vector<LiveEstimate> expected = estimates_of(without_two, sound);
+  lines.front().time_s = 1e12;
+  LiveOdometer odometer(robot.robot, {});
+  std::vector<LiveEstimate> estimates;
+  int refused = 0;
+  for (const LiveLine& line : lines) {
+    try {
+      odometer.take(line, "here", estimates);
+    } catch (const InputError&) {
+      ++refused;
+    }
+  }
+  odometer.finish(estimates);
+  EXPECT_EQ(refused, 1);
+  ASSERT_GE(estimates.size(), expected.size());
+  estimates.erase(estimates.begin(), estimates.end() - static_cast<std::ptrdiff_t>(expected.size()));
+  for (std::size_t i = 0; i < expected.size(); ++i)
+    ASSERT_EQ(line_of(estimates[i], robot.robot), line_of(expected[i], robot.robot)) << i;
+}
+
+TEST(Live, ALineOfAHundredThousandNamesTakesNoTimeWorthMention) {
+  std::string line = R"({"time_s": 1, "wheels": {)";
+  for (int i = 0; i < 100'000; ++i) line += fmt::format("\"w{}\": 1, ", i);
+  line += R"("left_ticks": 1}})";
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(parse_live_line(line, "here").wheels.size(), 100'001U);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));  // it was 35 s
+}
+
 TEST(Live, LinesOfAnyOtherFormAreRefused) {
   for (const char* wrong :
        {"", "nonsense", "[]", "3", "null", "{}", R"({"time_s": 1})", R"({"wheels": {"left_ticks": 1}})",

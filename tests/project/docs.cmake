@@ -105,7 +105,7 @@ function(check_citation file page number)
 endfunction()
 
 set(globs "")
-foreach(folder IN ITEMS src apps tests bench examples)
+foreach(folder IN ITEMS src apps tests fuzz bench examples)
   foreach(ending IN ITEMS hpp cpp inl)
     list(APPEND globs ${ROOT}/${folder}/*.${ending})
   endforeach()

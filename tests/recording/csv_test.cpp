@@ -108,20 +108,6 @@ TEST(Csv, reads_nothing_beyond_the_text) {
   }
 }
 
-TEST(Csv, reads_a_mapped_file_that_ends_with_a_page) {
-  const test::Folder folder;
-  const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
-  std::string text = "a\n";
-  while (text.size() + 8 <= page) text += "1234567\n";
-  text.resize(page, '9');
-  const std::filesystem::path path = folder.write("page.csv", text);
-  const MappedFile file(path);
-  ASSERT_EQ(file.text().size(), page);
-  const CsvRows rows = read_all(file.text());
-  EXPECT_EQ(rows.numbers[0].front(), 1234567);
-  EXPECT_EQ(rows.count(), (page - 2) / 8 + 1);
-}
-
 TEST(Csv, more_rows_than_a_block_keep_their_order) {
   std::string text = "a,b\n";
   for (int i = 0; i < 5000; ++i) text += std::to_string(i) + "," + std::to_string(-i) + "\n";

@@ -1,10 +1,14 @@
 #include "trundle/recording/recording.hpp"
 
+#include <atomic>
 #include <cmath>
+#include <map>
+#include <thread>
 
 #include <fmt/core.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "trundle/io/error.hpp"
 
@@ -51,6 +55,41 @@ TEST(Recording, reads_every_native_stream) {
   EXPECT_EQ(recording.landmarks[0].position, Vector2(1, 2));
   EXPECT_THAT(recording.inputs, SizeIs(9));
   EXPECT_EQ(recording.inputs[0].sha256, sha256_of(read_file(folder / "wheels.csv")));
+}
+
+// They have no end, or keep silent.
+TEST(Recording, pipes_and_devices_are_no_files) {
+  const test::Folder folder;
+  ASSERT_EQ(::mkfifo((folder / "wheels.csv").c_str(), 0600), 0);
+  EXPECT_THROW(read_recording(folder.path()), InputError);
+  std::filesystem::remove(folder / "wheels.csv");
+  std::filesystem::create_symlink("/dev/zero", folder / "wheels.csv");
+  EXPECT_THROW(read_recording(folder.path()), InputError);
+}
+
+// A log that grows or is cut meanwhile: the hash is that of the rows, and no page of a mapped file is
+// missing.
+TEST(Recording, of_a_log_that_is_being_written_is_hashed_as_it_was_read) {
+  const test::Folder folder;
+  std::string text = "time_s,a_ticks\n";
+  std::map<std::string, std::size_t> rows_of;  // by the hash of each state
+  std::vector<std::string> states;
+  for (std::size_t row = 1; row <= 40; ++row) {
+    text += fmt::format("{},{}\n", row, 1000 * row);
+    rows_of[sha256_of(text)] = row;
+    states.push_back(text);
+  }
+  folder.write("wheels.csv", text);
+  std::atomic<bool> is_over = false;
+  std::thread logger([&] {
+    for (std::size_t k = 0; !is_over; k = (k + 7) % states.size()) folder.write("wheels.csv", states[k]);
+  });
+  for (int i = 0; i < 300; ++i) {
+    const Recording recording = read_recording(folder.path());
+    EXPECT_EQ(rows_of[recording.inputs[0].sha256], recording.wheels.time_s.size());
+  }
+  is_over = true;
+  logger.join();
 }
 
 TEST(Recording, prefers_ticks_to_radians_to_metres_to_rates) {

@@ -56,6 +56,14 @@ TEST(CalibrationSchema, RefusesNestingOfAnyDepthWithoutFalling) {
               HasSubstr("nests deeper"));
 }
 
+// Each key of an object is compared with all before it.
+TEST(CalibrationSchema, RefusesObjectsOfAHundredThousandKeys) {
+  std::string text = "{";
+  for (int i = 0; i < 100'000; ++i) text += (i > 0 ? ",\"" : "\"") + std::to_string(i) + "\":0";
+  EXPECT_THAT(message_for(text + "}"), HasSubstr("more keys"));
+  EXPECT_THAT(message_for("{\"a\": " + text + "}}"), HasSubstr("more keys"));
+}
+
 TEST(CalibrationSchema, RefusesNumbersThatAreOutOfRange) {
   EXPECT_THAT(message_for(R"({"format": 1e999})"), HasSubstr("out of range"));
 }

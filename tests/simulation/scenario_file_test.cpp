@@ -242,6 +242,17 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"NameThatIsNoFolder",
                 kHead + "[[run]]\nname = \"../a\"\n[[run.path]]\ndrive = \"straight\"\nlength_m = 1\n", 3,
                 "folder"},
+        // They would be held in memory, simulated for ever, or written elsewhere.
+        Mistake{"PlanThatIsNoFolder", kHead + "name = \"../a\"\n" + kRun, 2, "folder"},
+        Mistake{"RunWithoutEnd", kHead + "[pace]\nforward_m_s = 1e-300\n" + kRun, 4, "samples"},
+        Mistake{"TourInAPoint",
+                kHead + "[[run]]\n[[run.path]]\ndrive = \"tour\"\nlength_m = 1\nbox_x_m = 1e-300\n", 6,
+                "box_x_m"},
+        Mistake{
+            "RunsWithoutEnd",
+            kHead +
+                "sessions = 9999\n[[run]]\nrepeat = 9999\n[[run.path]]\ndrive = \"straight\"\nlength_m = 1\n",
+            3, "9999 runs"},
         Mistake{"TwoOfAName", kHead + kRun + kRun, 2, "run"},
         Mistake{"RunThatIsNoArray", kHead + "[run]\nname = \"a\"\n", 2, "[[run]]"},
         Mistake{"LandmarkWithoutPlace", kHead + "[[landmark]]\nname = \"a\"\ny_m = 1\n" + kRun, 2, "x_m"}),

@@ -1,6 +1,7 @@
 #include "trundle/chassis/detail/parse_toml.hpp"
 
 #include <algorithm>
+#include <string>
 
 #include "trundle/io/error.hpp"
 #include "trundle/io/words.hpp"
@@ -8,18 +9,45 @@
 namespace trundle::chassis {
 namespace {
 
-// The parser bounds the depth of values, not of dotted keys, and walks tables by recursion. No line of ours
-// has more points before its "=": a key of so many parts was made to break a stack.
-constexpr std::ptrdiff_t kMostParts = 1000;
+// The parser bounds the depth of values, not of dotted keys, and walks tables by recursion: a key of so many
+// parts was made to break a stack.
+constexpr int kMostParts = 1000;
+
+/// Past the string that begins here: quoted once or three times, with escapes in double quotes.
+std::size_t end_of_string(std::string_view text, std::size_t begin) {
+  const char quote = text[begin];
+  const std::string triple(3, quote);
+  const bool is_long = text.substr(begin, 3) == triple;
+  std::size_t at = begin + (is_long ? 3 : 1);
+  while (at < text.size()) {
+    if (text[at] == '\\' && quote == '"')
+      ++at;
+    else if (is_long ? text.substr(at, 3) == triple : text[at] == quote || text[at] == '\n')
+      return at + (is_long ? 3 : 1);
+    ++at;
+  }
+  return text.size();
+}
 
 void require_shallow_keys(std::string_view text, std::string_view file_name) {
-  std::size_t line = 1;
-  for (std::size_t begin = 0; begin < text.size(); ++line) {
-    const std::string_view whole = text.substr(begin, text.find('\n', begin) - begin);
-    const std::string_view key = whole.substr(0, whole.find('='));
-    if (std::ranges::count(key, '.') > kMostParts)
-      throw InputError(place(file_name, line), "a key of more than a thousand parts", "TOML");
-    begin += whole.size() + 1;
+  int parts = 1;
+  for (std::size_t at = 0; at < text.size();) {
+    const char c = text[at];
+    if (c == '"' || c == '\'') {
+      at = end_of_string(text, at);
+      continue;
+    }
+    if (c == '#') {
+      at = std::min(text.find('\n', at), text.size());
+      continue;
+    }
+    if (std::string_view("=,{}[]\n").find(c) != std::string_view::npos) parts = 1;
+    if (c == '.' && ++parts > kMostParts) {
+      const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+      throw InputError(place(file_name, static_cast<std::size_t>(line)),
+                       "a key of more than a thousand parts", "TOML");
+    }
+    ++at;
   }
 }
 

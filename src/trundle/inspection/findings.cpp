@@ -271,7 +271,7 @@ std::vector<Finding> folded(const std::vector<Finding>& problems) {
     problem.payload = payload::Further{};
     result.push_back(std::move(problem));
   }
-  std::ranges::stable_partition(result, is_misreading);
+  std::stable_partition(result.begin(), result.end(), is_misreading);
   return result;
 }
 

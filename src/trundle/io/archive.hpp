@@ -172,10 +172,11 @@ class StateReader {
   void read(std::optional<T>& value) {
     bool there = false;
     read(there);
-    if (there)
-      read(value.emplace());
-    else
-      value.reset();
+    value.reset();
+    if (!there) return;
+    T element{};
+    read(element);
+    value = std::move(element);
   }
   template <class T>
   void read_matrix(T& matrix) {
@@ -185,14 +186,13 @@ class StateReader {
     const auto most = static_cast<std::int64_t>(bytes_.size());
     if (rows < 0 || columns < 0 || rows > most || columns > most) throw DamagedState();
     if (rows > 0 && columns > most / rows) throw DamagedState();
-    constexpr std::int64_t kMostRows = T::MaxRowsAtCompileTime, kMostColumns = T::MaxColsAtCompileTime;
-    if ((kMostRows >= 0 && rows > kMostRows) || (kMostColumns >= 0 && columns > kMostColumns))
+    const auto fits = [](std::int64_t size, int fixed, int largest) {  // each -1: any
+      return (fixed < 0 || size == fixed) && (largest < 0 || size <= largest);
+    };
+    if (!fits(rows, T::RowsAtCompileTime, T::MaxRowsAtCompileTime) ||
+        !fits(columns, T::ColsAtCompileTime, T::MaxColsAtCompileTime))
       throw DamagedState();
-    if constexpr (T::SizeAtCompileTime > 0) {
-      if (rows != matrix.rows() || columns != matrix.cols()) throw DamagedState();
-    } else {
-      matrix.resize(rows, columns);
-    }
+    matrix.resize(rows, columns);
     read_bytes(matrix.data(), static_cast<std::size_t>(rows * columns) * sizeof(*matrix.data()));
   }
   template <class T>

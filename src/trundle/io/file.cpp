@@ -60,6 +60,9 @@ class Sha256 {
 
 std::string read_file(const std::filesystem::path& path) {
   std::string text;
+  std::error_code error;
+  if (const auto size = std::filesystem::file_size(path, error); !error)
+    text.reserve(size);  // it may grow yet
   read_pieces(path, [&](std::string_view piece) { text += piece; });
   return text;
 }

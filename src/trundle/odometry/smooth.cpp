@@ -1,6 +1,5 @@
 #include "trundle/odometry/smooth.hpp"
 
-#include <ranges>
 
 namespace trundle::odometry {
 namespace {
@@ -69,9 +68,9 @@ FilteredStep filtered_step(const Odometer& odometer) {
 
 void smooth(std::vector<FilteredStep>& steps) {
   Adjoint adjoint;
-  for (FilteredStep& step : std::views::reverse(steps)) {
-    const StepTrace trace = step.trace;
-    apply(adjoint, step);
+  for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
+    const StepTrace trace = step->trace;
+    apply(adjoint, *step);
     back_through_update(adjoint, trace);
     back_through_motion(adjoint, trace);
   }

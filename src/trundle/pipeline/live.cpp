@@ -64,6 +64,7 @@ constexpr double kLongestSilence_s = 86400.0;  // of a log that goes on
 
 LiveOdometer::LiveOdometer(const Robot& robot, const LiveOptions& options)
     : robot_(robot),
+      options_(options),
       aligner_(robot, options.alignment),
       uncertain_(uncertain_parameters(robot, true)),
       odometer_(robot, odometer_options(robot, uncertain_, options.start)),
@@ -71,13 +72,16 @@ LiveOdometer::LiveOdometer(const Robot& robot, const LiveOptions& options)
           robot, {.odometry = odometer_options(robot, uncertain_, options.start), .slip = options.slip})) {}
 
 void LiveOdometer::take(const LiveLine& line, std::string_view place, std::vector<LiveEstimate>& estimates) {
-  require_suitable(line, place);
+  if (line.wheels.empty() && !line.yaw_rate_rad_s) return;
   require_near(line.time_s, place);
+  require_suitable(line, place);
+  const double before_s = last_s().value_or(line.time_s);
   if (!line.wheels.empty()) take_wheels(line, place);
   if (line.yaw_rate_rad_s) {
     aligner_.add(GyroReading{line.time_s, *line.yaw_rate_rad_s});
     gyro_s_ = line.time_s;
   }
+  moves_on_ = moves_on_ || line.time_s > before_s;
   take_intervals(estimates);
 }
 
@@ -90,16 +94,18 @@ void LiveOdometer::require_suitable(const LiveLine& line, std::string_view place
 
 // A garbled stamp that were believed would make all later ones too early.
 void LiveOdometer::require_near(double time_s, std::string_view place) {
-  const std::optional<double> last_s = std::max(wheels_s_, gyro_s_);
-  const bool is_far = last_s && time_s - *last_s > kLongestSilence_s;
+  const std::optional<double> last_s = this->last_s();
+  const bool is_far = last_s && std::abs(time_s - *last_s) > kLongestSilence_s;
   const bool is_confirmed = doubted_s_ && std::abs(time_s - *doubted_s_) <= kLongestSilence_s;
   doubted_s_ = is_far && !is_confirmed ? std::optional(time_s) : std::nullopt;
   if (doubted_s_)
     throw InputError(place, fmt::format("a stamp of {} s, after a reading at {} s", time_s, *last_s),
-                     "one within a day, or a second one as late");
+                     "one within a day, or a second one there");
+  if (is_far && time_s < *last_s && !moves_on_) *this = LiveOdometer(robot_, options_);
 }
 
 bool LiveOdometer::is_known(const LiveLine& line) const {
+  if (line.wheels.empty() && !line.yaw_rate_rad_s) return true;
   const bool old_gyro = line.yaw_rate_rad_s && gyro_s_ && line.time_s <= *gyro_s_;
   const bool old_wheels = !line.wheels.empty() && wheels_s_ && line.time_s <= *wheels_s_;
   return old_gyro || old_wheels;

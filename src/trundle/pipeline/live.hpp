@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -29,9 +30,10 @@ class LiveOdometer {
 
   /// Appends what the line completes to `estimates`: usually one for each reading of the wheels. Throws
   /// InputError where the line does not suit the robot, is not later than the one before it, or is the
-  /// first that is more than a day later; it is then left out.
+  /// first that is more than a day away; it is then left out. Where all lines are more than a day before the
+  /// very first, that one was garbled, and it starts again.
   void take(const LiveLine& line, std::string_view place, std::vector<LiveEstimate>& estimates);
-  /// Not later than what has been taken of the same sensors.
+  /// Not later than what has been taken of the same sensors, or without a reading of them.
   [[nodiscard]] bool is_known(const LiveLine& line) const;
   /// What waited for further readings.
   void finish(std::vector<LiveEstimate>& estimates);
@@ -39,7 +41,7 @@ class LiveOdometer {
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
     archive(self.aligner_, self.started_, self.slipping_, self.wheels_s_, self.gyro_s_, self.doubted_s_,
-            self.units_);
+            self.moves_on_, self.units_);
     persist_odometer(archive, self.odometer_);
     if (self.slip_) archive(*self.slip_);
   }
@@ -47,12 +49,14 @@ class LiveOdometer {
  private:
   void require_suitable(const LiveLine& line, std::string_view place) const;
   void require_near(double time_s, std::string_view place);
+  [[nodiscard]] std::optional<double> last_s() const { return std::max(wheels_s_, gyro_s_); }
   void take_wheels(const LiveLine& line, std::string_view place);
   void take_intervals(std::vector<LiveEstimate>& estimates);
   LiveEstimate step(const AlignedInterval& interval);
   LiveEstimate estimate_at(double time_s) const;
 
   Robot robot_;
+  LiveOptions options_;
   Aligner aligner_;
   UncertainParameters uncertain_;
   Odometer odometer_;
@@ -61,7 +65,8 @@ class LiveOdometer {
   bool slipping_ = false;
   std::optional<double> wheels_s_;  ///< stamps of the latest readings
   std::optional<double> gyro_s_;
-  std::optional<double> doubted_s_;  ///< a stamp far ahead that was refused: another as late confirms it
+  std::optional<double> doubted_s_;  ///< a stamp far away that was refused: another one there confirms it
+  bool moves_on_ = false;            ///< a second stamp came after the first
   WheelUnits units_{};
 };
 

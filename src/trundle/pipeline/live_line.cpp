@@ -13,17 +13,17 @@
 namespace trundle::pipeline {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Line = nlohmann::json;  // finds a name among a hundred thousand
 
 constexpr const char* kForm = R"({"time_s": ..., "wheels": {...}, "gyro": ...})";
 
-double finite(const Json& value, std::string_view name, std::string_view place) {
+double finite(const Line& value, std::string_view name, std::string_view place) {
   if (value.is_number() && std::isfinite(value.get<double>())) return value.get<double>();
   throw InputError(place, fmt::format("'{}' is no finite number", name), "a number");
 }
 
 /// Of the line, or within what it gives of a sensor.
-double time_of(const Json& line, std::string_view place) {
+double time_of(const Line& line, std::string_view place) {
   if (const auto at = line.find("time_s"); at != line.end()) return finite(*at, "time_s", place);
   for (const char* sensor : {"wheels", "gyro"})
     if (const auto at = line.find(sensor); at != line.end() && at->is_object() && at->contains("time_s"))
@@ -31,7 +31,7 @@ double time_of(const Json& line, std::string_view place) {
   throw InputError(place, "has no 'time_s'", kForm);
 }
 
-std::vector<std::pair<std::string, double>> wheels_in(const Json& line, std::string_view place) {
+std::vector<std::pair<std::string, double>> wheels_in(const Line& line, std::string_view place) {
   std::vector<std::pair<std::string, double>> wheels;
   const auto at = line.find("wheels");
   if (at == line.end()) return wheels;
@@ -43,7 +43,7 @@ std::vector<std::pair<std::string, double>> wheels_in(const Json& line, std::str
 }
 
 /// {"gyro": rate} or {"gyro": {"yaw_rate_rad_s": rate}}.
-std::optional<double> gyro_in(const Json& line, std::string_view place) {
+std::optional<double> gyro_in(const Line& line, std::string_view place) {
   const auto at = line.find("gyro");
   if (at == line.end()) return std::nullopt;
   if (!at->is_object()) return finite(*at, "gyro", place);
@@ -96,7 +96,7 @@ void print_slip(std::string& text, const LiveSlip& slip, const Robot& robot) {
 }  // namespace
 
 LiveLine parse_live_line(std::string_view line, std::string_view place) {
-  const Json document = Json::parse(line, nullptr, false);
+  const Line document = Line::parse(line, nullptr, false);
   if (!document.is_object()) throw InputError(place, "is no JSON object", kForm);
   LiveLine result;
   result.time_s = time_of(document, place);

@@ -8,6 +8,7 @@
 
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/io/file.hpp"
 #include "trundle/recording/csv/reader.hpp"
 
 namespace trundle::recording {
@@ -106,8 +107,8 @@ std::string landmark_covariance_csv(const std::vector<std::string>& names,
 
 Eigen::MatrixXd read_landmark_covariance(const std::filesystem::path& path,
                                          const std::vector<MapLandmark>& map) {
-  const MappedFile file(path);
-  const CsvTable table(file.text(), path.string(), {});
+  const std::string text = read_file(path);
+  const CsvTable table(text, path.string(), {});
   const CsvRows rows = table.read(covariance_columns_in(table, map.size()));
   if (rows.count() != 2 * map.size())
     throw InputError(path.string(), fmt::format("has {} rows", rows.count()),
@@ -136,9 +137,9 @@ std::string text_cell(const std::string& name) {
 }
 
 std::vector<MapLandmark> read_landmark_map(const std::filesystem::path& path) {
-  const MappedFile file(path);
+  const std::string text = read_file(path);
   const bool of_mrclam = path.filename() == "Landmark_Groundtruth.dat";  // subject, x, y and their sigmas
-  const CsvTable table(file.text(), path.string(),
+  const CsvTable table(text, path.string(),
                        of_mrclam ? CsvFormat{.delimiter = ' ', .header = false} : CsvFormat{});
   const CsvRows rows =
       table.read(of_mrclam ? std::vector<CsvColumn>{{0, CellKind::text}, {1}, {2}} : columns_in(table));

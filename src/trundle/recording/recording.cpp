@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/file.hpp"
 #include "trundle/recording/csv/detail/recording_map.hpp"
 #include "trundle/recording/csv/detail/streams.hpp"
 #include "trundle/recording/logs/detail/layouts.hpp"
@@ -40,25 +41,14 @@ bool is_recording(const fs::path& path) {
   return has_native_file(path) || fs::exists(path / "recording.toml") || is_mrclam(path);
 }
 
-void note_input(const fs::path& file, Recording& recording) {
-  const auto same = [&](const InputFile& input) { return input.path == file.string(); };
-  if (std::none_of(recording.inputs.begin(), recording.inputs.end(), same))
-    recording.inputs.push_back(input_file(file));
-}
-
 /// The streams that recording.toml maps; `run`: by patterns.
 RecordingMap read_mapped(const fs::path& folder, const std::string& run, Recording& recording) {
   const fs::path file = folder / "recording.toml";
-  note_input(file, recording);
-  RecordingMap map = read_recording_map(file, run);
-  for (const auto& [kind, source] : map.streams) {
-    note_input(source.file, recording);
-    read_stream(kind, source, recording);
-  }
-  if (!map.tuple_file.empty()) {
-    note_input(map.tuple_file, recording);
-    read_tuples(map.tuple_file, recording);
-  }
+  const std::string text = read_file(file);
+  note_input(file, text, recording);
+  RecordingMap map = parse_recording_map(text, file, run);
+  for (const auto& [kind, source] : map.streams) read_stream(kind, source, recording);
+  if (!map.tuple_file.empty()) read_tuples(map.tuple_file, recording);
   if (!map.session.empty()) recording.session = map.session;
   recording.partial = map.partial;
   return map;
@@ -69,7 +59,6 @@ void read_native(const fs::path& folder, const RecordingMap& map, Recording& rec
     const fs::path file = folder / file_name_of(kind);
     const auto mapped = [&](const auto& stream) { return stream.first == kind; };
     if (!fs::exists(file) || std::any_of(map.streams.begin(), map.streams.end(), mapped)) continue;
-    note_input(file, recording);
     read_stream(kind, native_source(kind, file), recording);
   }
 }
@@ -173,7 +162,6 @@ Recording read_recording(const fs::path& path, const ReadOptions& options) {
   recording.name = fs::is_regular_file(whole) ? whole.stem().string() : whole.filename().string();
   recording.session = whole.parent_path().filename().string();
   if (!fs::is_directory(place)) {
-    note_input(path, recording);
     read_tuples(path, recording);
   } else if (is_mrclam(place)) {
     read_mrclam(path, options.robot_number, recording);

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/file.hpp"
 #include "trundle/recording/csv/reader.hpp"
 
 namespace trundle::report {
@@ -19,8 +20,8 @@ std::size_t index_of(const std::vector<std::string>& names, std::string_view nam
 
 CsvColumns::CsvColumns(const std::filesystem::path& path, std::vector<std::string> numbers,
                        std::vector<std::string> texts, std::vector<std::string> optional) {
-  const MappedFile file(path);
-  const CsvTable table(file.text(), path.string(), {});
+  const std::string text = read_file(path);
+  const CsvTable table(text, path.string(), {});
   std::vector<CsvColumn> wanted;
   const auto want = [&](const std::vector<std::string>& names, CellKind kind, bool required,
                         std::vector<std::string>& found) {

@@ -71,17 +71,23 @@ class RuleCheck {
   unsigned types_;
 };
 
-constexpr int kDeepest = 100;  // brackets within brackets; ours have ten
+constexpr int kDeepest = 100;              // brackets within brackets; ours have ten
+constexpr std::size_t kMostKeys = 10'000;  // of an object: each is compared with all before it
 
 }  // namespace
 
 Json parse_json(std::string_view text, std::string_view file_name, std::string_view expected) {
-  const auto is_shallow = [&](int depth, Json::parse_event_t, const Json&) {
+  std::array<std::size_t, kDeepest + 2> keys{};  // of the object at each depth
+  const auto is_plausible = [&](int depth, Json::parse_event_t event, const Json&) {
     if (depth > kDeepest) throw InputError(file_name, "nests deeper than any result", expected);
+    const auto here = static_cast<std::size_t>(depth);
+    if (event == Json::parse_event_t::object_start) keys[here + 1] = 0;
+    if (event == Json::parse_event_t::key && ++keys[here] > kMostKeys)
+      throw InputError(file_name, "holds an object of more keys than any result", expected);
     return true;
   };
   try {
-    return Json::parse(text, is_shallow);
+    return Json::parse(text, is_plausible);
   } catch (const Json::out_of_range&) {
     throw InputError(file_name, "holds a number that is out of range", expected);
   } catch (const Json::parse_error& error) {

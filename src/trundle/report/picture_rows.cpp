@@ -25,8 +25,7 @@ void append_extremes(std::span<const double> column, std::size_t begin, std::siz
 
 void sort_unique(std::vector<std::size_t>& rows) {
   std::ranges::sort(rows);
-  const auto repeated = std::ranges::unique(rows);
-  rows.erase(repeated.begin(), repeated.end());
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
 }
 
 }  // namespace

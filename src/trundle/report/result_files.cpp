@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <tuple>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/file.hpp"
 
 namespace trundle::report {
 namespace {
@@ -26,17 +26,9 @@ constexpr std::array kSigns = {
     Sign{ResultKind::innovations, {"time_s", "landmark", "nis"}},
 };
 
-/// The first line that is no comment; nothing of a file that is no text.
-std::string header_at(const std::filesystem::path& path) {
-  std::ifstream stream(path);
-  std::string line;
-  while (std::getline(stream, line))
-    if (!line.starts_with('#')) return line;
-  return {};
-}
-
 ResultKind kind_of_file(const std::filesystem::path& path) {
-  return kind_of(path, path.extension() == ".csv" ? header_at(path) : std::string());
+  const std::string content = path.extension() == ".csv" ? read_file(path) : std::string();
+  return kind_of(path, header_of(content));
 }
 
 void append_results(const std::filesystem::path& folder, const std::string& prefix,

@@ -16,6 +16,8 @@ struct Step {
 constexpr Range kTurns{[](double v) { return v > 0.0 && v <= 1000.0; }, "turns above 0, at most 1000"};
 constexpr Range kLength{[](double v) { return std::abs(v) <= 1e5; }, "metres between -100000 and 100000"};
 constexpr Range kSize{[](double v) { return v > 0.0 && v <= 1e5; }, "metres above 0, at most 100000"};
+/// In a smaller one a tour would be turns alone.
+constexpr Range kTourSize{[](double v) { return v >= 0.1 && v <= 1e5; }, "metres between 0.1 and 100000"};
 constexpr Range kWithinHalfTurn{[](double v) { return std::abs(v) <= 0.99 * kPi; },
                                 "degrees between -178.2 and 178.2"};
 
@@ -33,9 +35,9 @@ constexpr std::array kTurnsOf{NumberKey<Step>{"turns", [](Step& s) -> double& { 
 
 constexpr std::array kTour{
     NumberKey<Tour>{"length_m", [](Tour& t) -> double& { return t.length_m; }, kSize, Presence::required},
-    NumberKey<Tour>{"box_x_m", [](Tour& t) -> double& { return t.box_x_m; }, kSize},
-    NumberKey<Tour>{"box_y_m", [](Tour& t) -> double& { return t.box_y_m; }, kSize},
-    NumberKey<Tour>{"longest_segment_m", [](Tour& t) -> double& { return t.longest_segment_m; }, kSize},
+    NumberKey<Tour>{"box_x_m", [](Tour& t) -> double& { return t.box_x_m; }, kTourSize},
+    NumberKey<Tour>{"box_y_m", [](Tour& t) -> double& { return t.box_y_m; }, kTourSize},
+    NumberKey<Tour>{"longest_segment_m", [](Tour& t) -> double& { return t.longest_segment_m; }, kTourSize},
     NumberKey<Tour>{"sharpest_1_m", [](Tour& t) -> double& { return t.sharpest_1_m; }, kNotNegative},
     NumberKey<Tour>{"pause_share", [](Tour& t) -> double& { return t.pause_share; }, kShare},
 };

@@ -16,7 +16,8 @@ namespace {
 // Streams of a plan's seed: runs take those from kFirstRun on, sessions from kFirstSession on.
 constexpr std::uint64_t kFirstSession = 1000;
 constexpr std::uint64_t kFirstRun = 1000000;  // beyond the last of at most 9999 sessions
-constexpr std::uint64_t kPathStream = 200;    // of a run's seed: beyond those of RandomStream
+constexpr std::size_t kMostRuns = 9999;     // as many as one [[run]] may be repeated: all are held in memory
+constexpr std::uint64_t kPathStream = 200;  // of a run's seed: beyond those of RandomStream
 
 SlipBurst read_slip(const Section& section, const Scenario& scenario) {
   check_keys(section, names_with({"wheel"}, kSpan, kSlip));
@@ -66,15 +67,29 @@ Common read_common(const Section& file, const Robot& nominal, std::uint64_t seed
   return common;
 }
 
-std::string name_of_run(const Section& run) {
-  if (!run.table.contains("name")) return "run";
-  const std::string name = text(run, "name", "a string");
-  const bool is_folder_name =
-      !name.empty() && name.find_first_of("/\\") == std::string::npos && name[0] != '.';
+/// Of a plan or a run: it becomes the name of a folder.
+std::string name_in(const Section& section, const std::string& otherwise) {
+  if (!section.table.contains("name")) return otherwise;
+  const std::string name = text(section, "name", "a string");
+  const bool is_folder_name = !name.empty() &&
+                              name.find_first_of(std::string_view("/\\\0", 3)) == std::string::npos &&
+                              name[0] != '.';
   if (!is_folder_name)
-    fail(run.source, run.table.get("name")->source(), in(run, fmt::format("name is \"{}\"", name)),
-         "the name of a folder");
+    fail(section.source, section.table.get("name")->source(),
+         in(section, fmt::format("name is \"{}\"", name)), "the name of a folder");
   return name;
+}
+
+/// What is simulated is held in memory.
+void require_finite_run(const Section& run, const Scenario& scenario) {
+  constexpr double kMostSamples = 1e7;  // of a stream: a day at 100 Hz
+  const double rate_hz = std::max({scenario.encoders.rate_hz, scenario.gyro.rate_hz,
+                                   scenario.reference.rate_hz, scenario.sightings.rate_hz});
+  const double duration_s = duration_of(scenario.path);
+  if (!(duration_s * rate_hz <= kMostSamples))
+    fail(run.source, run.table.source(),
+         in(run, fmt::format("{:.3g} s at up to {:g} Hz", duration_s, rate_hz)),
+         fmt::format("at most {:.0f} samples of a sensor", kMostSamples));
 }
 
 /// The repetitions of one [[run]] in one session.
@@ -85,15 +100,19 @@ void plan_run(const Section& run, const Common& common, const std::string& sessi
     return names;
   }();
   check_keys(run, known);
-  const std::string name = name_of_run(run);
+  const std::string name = name_in(run, "run");
   int repeat = 1;
   read_whole(run, "repeat", 1, 9999, repeat);
   for (int i = 1; i <= repeat; ++i) {
+    if (plan.runs.size() >= kMostRuns)
+      fail(run.source, run.table.source(), fmt::format("more than {} runs", kMostRuns),
+           "fewer in all sessions");
     Common own = common;
     own.scenario.seed = Random(plan.seed, kFirstRun + plan.runs.size()).bits();
     read_sensors(run, own.scenario, own.pace);
     Random path_random(own.scenario.seed, kPathStream);
     own.scenario.path = read_path(run, own.pace, own.scenario.start, path_random);
+    require_finite_run(run, own.scenario);
     read_slips(run, own.scenario);
     plan.runs.push_back(
         {repeat == 1 ? name : fmt::format("{}_{:02}", name, i), session, std::move(own.scenario)});
@@ -143,7 +162,7 @@ Plan read(const Section& file, const std::filesystem::path& path, std::optional<
   }();
   check_keys(file, known);
   Plan plan;
-  plan.name = file.table.contains("name") ? text(file, "name", "a string") : path.stem().string();
+  plan.name = name_in(file, path.stem().string());
   int own_seed = 1;
   read_whole(file, "seed", 0, INT32_MAX, own_seed);
   plan.seed = seed.value_or(static_cast<std::uint64_t>(own_seed));

@@ -2,15 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
+#include <set>
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "trundle/io/error.hpp"
 #include "trundle/recording/csv/detail/cells.hpp"
@@ -25,25 +20,6 @@ std::string_view without_byte_order_mark(std::string_view text, const std::strin
 }
 
 }  // namespace
-
-MappedFile::MappedFile(const std::filesystem::path& path) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) throw InputError(path.string(), std::strerror(errno), "a readable file");
-  struct stat status {};
-  ::fstat(descriptor, &status);
-  const auto size = static_cast<std::size_t>(status.st_size);
-  void* bytes = nullptr;
-  if (S_ISREG(status.st_mode) && size > 0)
-    bytes = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE | MAP_POPULATE, descriptor, 0);
-  ::close(descriptor);
-  if (!S_ISREG(status.st_mode)) throw InputError(path.string(), "is not a file", "a readable file");
-  if (bytes == MAP_FAILED) throw InputError(path.string(), std::strerror(errno), "a readable file");
-  if (bytes != nullptr) text_ = {static_cast<const char*>(bytes), size};
-}
-
-MappedFile::~MappedFile() {
-  if (!text_.empty()) ::munmap(const_cast<char*>(text_.data()), text_.size());
-}
 
 CsvTable::CsvTable(std::string_view text, std::string file, const CsvFormat& format)
     : text_(without_byte_order_mark(text, file)), file_(std::move(file)), format_(format) {

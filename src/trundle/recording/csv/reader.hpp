@@ -13,20 +13,6 @@
 
 namespace trundle::recording {
 
-/// A file's bytes, mapped into memory read-only. Throws InputError when it cannot be read.
-class MappedFile {
- public:
-  explicit MappedFile(const std::filesystem::path& path);
-  ~MappedFile();
-  MappedFile(const MappedFile&) = delete;
-  MappedFile& operator=(const MappedFile&) = delete;
-
-  std::string_view text() const { return text_; }
-
- private:
-  std::string_view text_;
-};
-
 /// In the unit of its column: beyond it nothing was measured, and sums of squares leave a double.
 inline constexpr double kLargestReading = 1e9;
 

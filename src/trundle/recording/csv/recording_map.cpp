@@ -250,7 +250,8 @@ std::int64_t whole_second_before(const std::vector<std::pair<StreamKind, StreamS
   double earliest = std::numeric_limits<double>::infinity();
   for (const auto& [kind, source] : streams)
     if (const auto stamp = first_stamp(source)) earliest = std::min(earliest, *stamp);
-  return std::isfinite(earliest) ? static_cast<std::int64_t>(std::floor(earliest)) : 0;
+  constexpr double kLatest_s = 9e18;  // that an integer holds
+  return std::abs(earliest) < kLatest_s ? static_cast<std::int64_t>(std::floor(earliest)) : 0;
 }
 
 void take_time_origin(TomlReader& file, RecordingMap& map) {
@@ -300,8 +301,8 @@ std::vector<std::string> runs_of(const fs::path& path) {
   return {runs.begin(), runs.end()};
 }
 
-RecordingMap read_recording_map(const fs::path& path, const std::string& run) {
-  const toml::table content = parse_toml(read_file(path), path.string());
+RecordingMap parse_recording_map(std::string_view text, const fs::path& path, const std::string& run) {
+  const toml::table content = parse_toml(text, path.string());
   TomlReader file(content, path.string(), "");
   const fs::path folder = path.parent_path();
   RecordingMap map;

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/file.hpp"
 #include "trundle/recording/csv/detail/misreadings.hpp"
 #include "trundle/recording/csv/detail/quaternion.hpp"
 
@@ -28,8 +29,8 @@ constexpr std::array<Suffix, 4> kSuffixes = {{{"_ticks", WheelUnit::ticks},
                                               {"_rad_s", WheelUnit::rate}}};
 
 std::vector<ColumnSource> wheel_columns_in(const std::filesystem::path& file) {
-  const MappedFile mapped(file);
-  const CsvTable table(mapped.text(), file.string(), {});
+  const std::string text = read_file(file);
+  const CsvTable table(text, file.string(), {});
   std::vector<ColumnSource> columns;
   for (const std::string& name : table.names())
     if (wheel_column(name)) columns.push_back({name, name});
@@ -52,8 +53,15 @@ void make_continuous(std::vector<double>& heading) {
   }
 }
 
+/// The rows, and among the inputs the very bytes that they are from: a log may still grow.
+Table read_noted(const StreamSource& source, const RowRules& rules, Recording& recording) {
+  const std::string text = read_file(source.file);
+  note_input(source.file, text, recording);
+  return read_table(source, text, rules, recording.findings);
+}
+
 void read_wheels(const StreamSource& source, Recording& recording) {
-  Table table = read_table(source, {}, recording.findings);
+  Table table = read_noted(source, {}, recording);
   WheelStream& wheels = recording.wheels;
   wheels.time_s = std::move(table.time_s);
   for (std::size_t i = 0; i < source.columns.size(); ++i) {
@@ -69,7 +77,7 @@ void read_sightings(const StreamSource& source, Recording& recording) {
   rules.repeated_stamps = true;
   rules.gaps = false;
   rules.slowest_s = kSlowestEvents_s;
-  Table table = read_table(source, rules, recording.findings);
+  Table table = read_noted(source, rules, recording);
   Finding unusable{.code = FindingCode::sighting_without_number, .place = {}, .count = 0};
   for (std::size_t row = 0; row < table.time_s.size(); ++row) {
     const Sighting sighting{table.time_s[row], table.texts[0][row], table.numbers[1][row],
@@ -108,7 +116,7 @@ void read_reference(const StreamSource& source, Recording& recording) {
   RowRules rules;
   rules.empty_cells = true;
   rules.slowest_s = kSlowestEvents_s;
-  Table table = read_table(source, rules, recording.findings);
+  Table table = read_noted(source, rules, recording);
   take_quaternions(table);
   make_continuous(table.numbers[2]);
   recording.reference = {std::move(table.time_s), std::move(table.numbers[0]), std::move(table.numbers[1]),
@@ -120,7 +128,7 @@ void read_relative_motions(const StreamSource& source, Recording& recording) {
   rules.repeated_stamps = true;
   rules.gaps = false;
   rules.slowest_s = kSlowestEvents_s;
-  const Table table = read_table(source, rules, recording.findings);
+  const Table table = read_noted(source, rules, recording);
   for (std::size_t row = 0; row < table.time_s.size(); ++row)
     recording.relative_motions.push_back(
         {table.time_s[row],
@@ -129,8 +137,9 @@ void read_relative_motions(const StreamSource& source, Recording& recording) {
 }
 
 void read_landmarks(const StreamSource& source, Recording& recording) {
-  const MappedFile file(source.file);
-  const CsvTable csv(file.text(), source.file.string(), source.format);
+  const std::string text = read_file(source.file);
+  note_input(source.file, text, recording);
+  const CsvTable csv(text, source.file.string(), source.format);
   std::vector<CsvColumn> wanted;
   for (const ColumnSource& column : source.columns) {
     const auto index = csv.column_named(column.name);
@@ -145,6 +154,14 @@ void read_landmarks(const StreamSource& source, Recording& recording) {
 }
 
 }  // namespace
+
+void note_input(const std::filesystem::path& file, std::string_view text, Recording& recording) {
+  const InputFile input{file.string(), sha256_of(text)};
+  const auto same = [&](const InputFile& other) {
+    return other.path == input.path && other.sha256 == input.sha256;
+  };
+  if (std::ranges::none_of(recording.inputs, same)) recording.inputs.push_back(input);
+}
 
 std::string_view table_name_of(StreamKind kind) {
   constexpr std::array<std::string_view, 9> kNames = {"wheels",   "gyro",      "commands",  "accel",
@@ -233,7 +250,7 @@ StreamSource native_source(StreamKind kind, const std::filesystem::path& file) {
 }
 
 void read_stream(StreamKind kind, const StreamSource& source, Recording& recording) {
-  const auto table = [&] { return read_table(source, {}, recording.findings); };
+  const auto table = [&] { return read_noted(source, {}, recording); };
   switch (kind) {
     case StreamKind::wheels:
       return read_wheels(source, recording);
@@ -243,8 +260,7 @@ void read_stream(StreamKind kind, const StreamSource& source, Recording& recordi
       return;
     }
     case StreamKind::commands:
-      recording.commands =
-          velocity_of(read_table(source, {.slowest_s = kSlowestEvents_s}, recording.findings));
+      recording.commands = velocity_of(read_noted(source, {.slowest_s = kSlowestEvents_s}, recording));
       return;
     case StreamKind::velocity:
       recording.velocity = velocity_of(table());

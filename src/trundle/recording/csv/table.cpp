@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <unordered_map>
 
 #include <fmt/format.h>
@@ -112,9 +113,8 @@ void report_header(const StreamSource& source, const CsvTable& csv, std::vector<
 }
 
 /// All rows as they are, in the stream's columns and units.
-Table read_rows(const StreamSource& source, std::vector<Finding>& findings) {
-  const MappedFile file(source.file);
-  const CsvTable csv(file.text(), source.file.string(), source.format);
+Table read_rows(const StreamSource& source, std::string_view text, std::vector<Finding>& findings) {
+  const CsvTable csv(text, source.file.string(), source.format);
   Selection selection(source.place.empty() ? csv.file() : source.place);
   std::vector<std::optional<std::size_t>> positions;
   for (const ColumnSource& column : source.columns) {
@@ -165,8 +165,9 @@ Table read_rows(const StreamSource& source, std::vector<Finding>& findings) {
 
 }  // namespace
 
-Table read_table(const StreamSource& source, const RowRules& rules, std::vector<Finding>& findings) {
-  Table table = read_rows(source, findings);
+Table read_table(const StreamSource& source, std::string_view text, const RowRules& rules,
+                 std::vector<Finding>& findings) {
+  Table table = read_rows(source, text, findings);
   clean(table, source, rules, findings);
   check_stamps(table, source, rules, findings);
   return table;
@@ -176,9 +177,12 @@ std::optional<double> first_stamp(const StreamSource& source) {
   if (!source.time) return std::nullopt;
   // Bytes: hundreds of rows, also after a preamble; a log of gigabytes stays on the disk.
   constexpr std::size_t kHead = 65536;
-  const MappedFile file(source.file);
-  const std::string_view head = file.text().substr(0, kHead);
-  const CsvTable csv(head.substr(0, head.rfind('\n') + 1), source.file.string(), source.format);
+  std::string head(kHead, '\0');
+  std::ifstream file(source.file, std::ios::binary);
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  head.resize(head.rfind('\n') + 1);
+  const CsvTable csv(head, source.file.string(), source.format);
   const CsvColumn stamp{index_of(*source.time, csv), CellKind::time, {source.time_scale.unit_exponent, 0}};
   const CsvRows rows = csv.read({&stamp, 1});
   const auto found =

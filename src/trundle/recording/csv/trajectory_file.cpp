@@ -45,7 +45,7 @@ Trajectory with_continuous_heading(Trajectory trajectory) {
 
 Trajectory read_tum(const std::filesystem::path& path) {
   std::vector<Finding> findings;
-  const Table table = read_table(tum_source(path), {}, findings);
+  const Table table = read_table(tum_source(path), read_file(path), {}, findings);
   Trajectory trajectory;
   for (std::size_t row = 0; row < table.time_s.size(); ++row) {
     const auto number = [&](std::size_t column) { return table.numbers[column][row]; };
@@ -58,20 +58,20 @@ Trajectory read_tum(const std::filesystem::path& path) {
   return with_continuous_heading(std::move(trajectory));
 }
 
-bool has_covariance(const std::filesystem::path& path) {
-  const MappedFile file(path);
-  return CsvTable(file.text(), path.string(), {}).column_named(kCovarianceColumns[0]).has_value();
+bool has_covariance(std::string_view text, const std::filesystem::path& path) {
+  return CsvTable(text, path.string(), {}).column_named(kCovarianceColumns[0]).has_value();
 }
 
 Trajectory read_csv(const std::filesystem::path& path) {
   StreamSource source = native_source(StreamKind::reference, path);
   source.columns.resize(kPoseColumns);
-  if (has_covariance(path))
+  const std::string text = read_file(path);
+  if (has_covariance(text, path))
     for (const char* name : kCovarianceColumns) source.columns.push_back({name, name});
   std::vector<Finding> findings;
   RowRules rules;
   rules.empty_cells = true;
-  const Table table = read_table(source, rules, findings);
+  const Table table = read_table(source, text, rules, findings);
   Trajectory trajectory;
   for (std::size_t row = 0; row < table.time_s.size(); ++row) {
     const auto number = [&](std::size_t column) { return table.numbers[column][row]; };

@@ -5,9 +5,15 @@
 /// What describe() says: one row for a code and the kind of payload that it comes with.
 namespace trundle::recording::sentences {
 
+template <class Type, class... Types>
+constexpr std::size_t position_among(const std::variant<Types...>*) {
+  std::size_t position = 0;
+  (void)((std::is_same_v<Type, Types> || (++position, false)) || ...);
+  return position;
+}
 /// The position of a type among those of Payload.
 template <class Type>
-constexpr std::size_t with = Payload(Type{}).index();
+constexpr std::size_t with = position_among<Type>(static_cast<const Payload*>(nullptr));
 inline constexpr std::size_t alone = with<std::monostate>;
 
 /// What is said of a code with a payload. Its placeholders are those of common_arguments() and of AddTo for

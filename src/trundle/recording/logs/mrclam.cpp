@@ -44,9 +44,10 @@ StreamSource source_of(StreamKind kind, const fs::path& file) {
 }
 
 /// The rows of a file of numbers without stamps.
-std::vector<std::vector<double>> numbers_in(const fs::path& path, std::size_t columns) {
-  const MappedFile file(path);
-  const CsvTable table(file.text(), path.string(), {.delimiter = ' ', .comment = '#', .header = false});
+std::vector<std::vector<double>> numbers_in(const fs::path& path, std::size_t columns, Recording& recording) {
+  const std::string text = read_file(path);
+  note_input(path, text, recording);
+  const CsvTable table(text, path.string(), {.delimiter = ' ', .comment = '#', .header = false});
   if (table.columns() < columns)
     throw InputError(place(path.string(), table.header_line()),
                      fmt::format("has {} columns", table.columns()), fmt::format("{} columns", columns));
@@ -63,8 +64,7 @@ void hold_until_next(std::vector<double>& velocity) {
 void read_landmarks(const fs::path& folder, Recording& recording) {
   const fs::path file = folder / "Landmark_Groundtruth.dat";
   if (!fs::exists(file)) return;
-  recording.inputs.push_back(input_file(file));
-  const auto columns = numbers_in(file, 3);
+  const auto columns = numbers_in(file, 3, recording);
   for (std::size_t row = 0; row < columns[0].size(); ++row)
     recording.landmarks.push_back({fmt::format("{}", columns[0][row]), {columns[1][row], columns[2][row]}});
 }
@@ -74,13 +74,11 @@ void read_measurements(const fs::path& folder, const fs::path& file, Recording& 
   const fs::path barcodes = folder / "Barcodes.dat";
   if (!fs::exists(barcodes))
     throw InputError(barcodes.string(), "does not exist", "the barcodes of the subjects");
-  recording.inputs.push_back(input_file(barcodes));
-  const auto columns = numbers_in(barcodes, 2);
+  read_stream(StreamKind::sightings, source_of(StreamKind::sightings, file), recording);
+  const auto columns = numbers_in(barcodes, 2, recording);
   std::map<std::string, double> subject_of;
   for (std::size_t row = 0; row < columns[0].size(); ++row)
     subject_of[fmt::format("{}", columns[1][row])] = columns[0][row];
-
-  read_stream(StreamKind::sightings, source_of(StreamKind::sightings, file), recording);
   std::vector<Sighting> kept;
   std::size_t of_robots = 0;
   std::size_t unknown = 0;
@@ -119,7 +117,6 @@ void read_mrclam(const fs::path& folder, int robot_number, Recording& recording)
                      fmt::format("--robot-number with one of {}", fmt::join(robots, ", ")));
   recording.name += fmt::format("_Robot{}", robot);
   const auto read = [&](StreamKind kind, const fs::path& file) {
-    recording.inputs.push_back(input_file(file));
     if (kind == StreamKind::sightings) return read_measurements(folder, file, recording);
     read_stream(kind, source_of(kind, file), recording);
   };

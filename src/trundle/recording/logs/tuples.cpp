@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/error.hpp"
+#include "trundle/recording/csv/detail/streams.hpp"
 #include "trundle/recording/logs/detail/layouts.hpp"
 
 namespace trundle::recording {
@@ -42,6 +43,7 @@ Tuple tuple_of(const Json& json, const std::string& where) {
 
 void read_tuples(const std::filesystem::path& file, Recording& recording) {
   const std::string text = read_file(file);
+  note_input(file, text, recording);
   WheelStream& wheels = recording.wheels;
   wheels.time_s = {0.0};
   wheels.series = {{"left", WheelUnit::rate, {kNotMeasured}}, {"right", WheelUnit::rate, {kNotMeasured}}};

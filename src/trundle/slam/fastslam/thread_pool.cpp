@@ -42,8 +42,12 @@ class ThreadPool::Workers {
  public:
   Workers(std::size_t threads, std::size_t particles)
       : particles_(padded(particles)), blocks_((particles_ + kBlock - 1) / kBlock) {
-    for (std::size_t k = 1; k < threads; ++k)
-      threads_.emplace_back([this, begin = k * blocks_.size() / threads] { attend(begin); });
+    try {
+      for (std::size_t k = 1; k < threads; ++k)
+        threads_.emplace_back([this, begin = k * blocks_.size() / threads] { attend(begin); });
+    } catch (const std::system_error&) {
+      // There are no more to be had: those that are there, and the caller, take all blocks.
+    }
   }
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;

@@ -52,7 +52,7 @@ Elimination eliminate(const BlockPattern& pattern) {
   }
   for (auto& coupled : result.coupled) {
     std::ranges::sort(coupled);
-    coupled.erase(std::ranges::unique(coupled).begin(), coupled.end());
+    coupled.erase(std::unique(coupled.begin(), coupled.end()), coupled.end());
     if (coupled.empty()) continue;
     // Eliminating a block couples all that it is coupled with; the next of them passes it on.
     auto& next = result.coupled[static_cast<std::size_t>(coupled.front())];

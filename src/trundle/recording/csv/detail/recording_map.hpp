@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -24,6 +25,7 @@ std::vector<std::string> runs_of(const std::filesystem::path& file);
 
 /// `run`: one of runs_of(); empty where there are none. A stream that has no file of that run is left out.
 /// Throws InputError with file, line, fact and expectation.
-RecordingMap read_recording_map(const std::filesystem::path& file, const std::string& run = {});
+RecordingMap parse_recording_map(std::string_view text, const std::filesystem::path& file,
+                                 const std::string& run = {});
 
 }  // namespace trundle::recording

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "trundle/recording/csv/reader.hpp"
@@ -57,8 +58,10 @@ struct RowRules {
 /// Drops, sorts and sums rows as the source and the rules ask; reports what was found.
 void clean(Table& table, const StreamSource& source, const RowRules& rules, std::vector<Finding>& findings);
 
-/// Reads and cleans: docs/log-faults.md says which rows are dropped. Appends to `findings`.
-Table read_table(const StreamSource& source, const RowRules& rules, std::vector<Finding>& findings);
+/// Reads and cleans the text of the source's file: docs/log-faults.md says which rows are dropped. Appends to
+/// `findings`.
+Table read_table(const StreamSource& source, std::string_view text, const RowRules& rules,
+                 std::vector<Finding>& findings);
 
 /// The first stamp of the file, in seconds, before origin and offset; nothing when there is none.
 std::optional<double> first_stamp(const StreamSource& source);

@@ -1,0 +1,256 @@
+#!/usr/bin/env python3
+"""Mutates files and command lines, and watches what the program makes of them.
+
+    tools/mutation_campaign.py PROGRAM NUMBER [--seed SEED] [--keep FOLDER]
+
+Each case takes the bundled sample (data/demo, shortened), damages one of its files or the command line at random, and
+runs one command. It fails on an exit code other than 0, 2, 3 and 4, on an error that is not one line, on a time-out, on
+control characters on the terminal, on "nan" and "inf" in a file of results, and on temporary files that are left. The
+same seed gives the same cases. Cases that fail are kept in --keep (out/campaign), each with its command line.
+"""
+import argparse
+import json
+import math
+import pathlib
+import random
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+TIMEOUT_S = 60
+ROWS = 150  # of each CSV file: a case takes tens of milliseconds
+
+TOKENS = [b"", b"0", b"-1", b"1e999", b"-1e999", b"nan", b"inf", b"1e300", b"-1e300", b"1e-300", b"1e9", b"1e12", b"65536",
+          b"4294967296", b"9223372036854775807", b"18446744073709551616", b"0x10", b"1,2", b"\"", b"''", b"#", b"[", b"[[",
+          b"{", b"}", b"\n", b"\r\n", b"\t", b"\0", b"\x1b[31m", b"\xff\xfe", b"\xc3\xa9", b"=", b",", b";", b".", b"null",
+          b"true", b"[]", b"{}", b"a" * 300]
+
+COMMANDS = [
+    "info run --robot robot.toml --json",
+    "info run",
+    "odometry run --robot robot.toml -o out/t.csv",
+    "odometry run --robot robot.toml -o out/t.tum --start 1,2,3",
+    "slip run --robot robot.toml -o out/slip.csv --corrected out/c.csv",
+    "slip run --robot robot.toml -o out/slip.csv --method published",
+    "slam run --robot robot.toml -o out/slam --particles 5",
+    "slam run --robot robot.toml -o out/slam --filter ekf",
+    "slam run --robot robot.toml -o out/slam --filter ekf --resume state",
+    "localize run --robot robot.toml --map map.csv -o out/t.csv --start 0,0,0",
+    "evaluate run/reference.csv truth.csv --align se2",
+    "calibrate run other --robot robot.toml -o out/calibrated.toml --quiet",
+    "umbmark sheet.csv --robot sheet_robot.toml -o out/calibrated.toml",
+    "simulate scenario.toml -o out/simulated",
+    "report results -o out/report.html",
+    "live --robot robot.toml --json",
+    "live --robot robot.toml --checkpoint out/state",
+]
+
+
+def shortened(path, rows=ROWS):
+    lines = path.read_bytes().splitlines(keepends=True)
+    return b"".join(lines[:rows])
+
+
+def run(program, line, folder, stdin=None):
+    return subprocess.run([program, *line], cwd=folder, stdin=stdin or subprocess.DEVNULL, capture_output=True,
+                          timeout=TIMEOUT_S)
+
+
+def live_lines(recording):
+    lines = []
+    for name, key in (("wheels.csv", "wheels"), ("gyro.csv", "gyro")):
+        head, *rows = [r.split(",") for r in (recording / name).read_text().splitlines()]
+        for row in rows:
+            values = [float(cell) for cell in row]
+            reading = dict(zip(head[1:], values[1:])) if key == "wheels" else values[1]
+            lines.append((values[0], json.dumps({"time_s": values[0], key: reading})))
+    return "".join(line + "\n" for _, line in sorted(lines, key=lambda line: line[0]))
+
+
+def make_sample(program, folder):
+    """The inputs of all commands, small."""
+    demo = ROOT / "data/demo"
+    for name, source in (("run", demo / "slip"), ("other", demo / "session_01/square_cw_01")):
+        (folder / name).mkdir(parents=True)
+        for file in source.glob("*.csv"):
+            if not file.name.startswith("truth"):
+                (folder / name / file.name).write_bytes(shortened(file))
+    (folder / "robot.toml").write_bytes((demo / "robot.toml").read_bytes())
+    (folder / "map.csv").write_bytes((demo / "slip/landmarks.csv").read_bytes())
+    (folder / "truth.csv").write_bytes(shortened(demo / "slip/reference.csv", 40))
+    (folder / "sheet.csv").write_bytes((ROOT / "data/umbmark/sheet.csv").read_bytes())
+    (folder / "sheet_robot.toml").write_bytes((ROOT / "data/umbmark/robot.toml").read_bytes())
+    scenario = (demo / "slip.toml").read_text().replace("length_m = 20", "length_m = 2").replace("start_s = ", "start_s = 0.")
+    (folder / "scenario.toml").write_text(scenario)
+    (folder / "run/recording.toml").write_text(
+        'session = "s"\n[wheels]\nfile = "wheels.csv"\ncolumns.time_s = "time_s"\ncolumns.left_ticks = 2\n'
+        'columns.right_ticks = { column = "right_ticks", sign = 1 }\n[reference]\nposition_sigma_m = 0.001\n')
+    (folder / "readings.jsonl").write_text(live_lines(folder / "run"))
+    for line in ("run run --robot robot.toml -o results --quiet",
+                 "slam run --robot robot.toml -o unused --filter ekf --checkpoint state"):
+        done = run(program, line.split(), folder)
+        if done.returncode != 0:
+            sys.exit(f"{line}: {done.stderr.decode()}")
+    shutil.rmtree(folder / "unused")
+    (folder / "results/report.html").unlink()
+
+
+def mutated(content, rng):
+    for _ in range(rng.choice((1, 1, 1, 2, 4))):
+        at = rng.randrange(len(content) + 1)
+        end = min(len(content), at + rng.choice((1, 1, 2, 5, 20, 200)))
+        kind = rng.randrange(8)
+        numbers = list(re.finditer(rb"-?\d[\d.e+-]*", content)) if kind in (0, 1) else []
+        lines = content.splitlines(keepends=True) if kind in (2, 3) else []
+        if numbers:  # another number
+            number = rng.choice(numbers)
+            content = content[:number.start()] + rng.choice(TOKENS) + content[number.end():]
+        elif lines:  # a line twice, elsewhere, or not at all
+            line = lines.pop(rng.randrange(len(lines)))
+            for _ in range(rng.choice((0, 1, 2))):
+                lines.insert(rng.randrange(len(lines) + 1), line)
+            content = b"".join(lines)
+        elif kind == 4:
+            content = content[:at] + rng.choice(TOKENS) + content[at:]
+        elif kind == 5:
+            content = content[:at] + content[end:]
+        elif kind == 6:
+            content = content[:at] + bytes(rng.randrange(256) for _ in range(end - at)) + content[end:]
+        else:
+            content = content[:at] if rng.random() < 0.5 else content[:end] + content[at:]
+    return content
+
+
+def mutated_line(line, rng):
+    line = list(line)
+    at = rng.randrange(len(line))
+    kind = rng.randrange(4)
+    token = rng.choice(TOKENS).replace(b"\0", b"")
+    if kind == 0:
+        del line[at]
+    elif kind == 1:
+        line[at] = token
+    elif kind == 2:
+        line.insert(at, rng.choice((line[at], token)))
+    else:
+        number = rng.choice([b"1", *TOKENS]).replace(b"\0", b"")
+        option = rng.choice([b"--start", b"--seed", b"--particles", b"--probability", b"--side-m", b"--threads", b"--align",
+                             b"--filter", b"--robot-number", b"--json", b"--spin-odds", b"--longest-step-s", b"--free",
+                             b"--fix", b"--export", b"--checkpoint-every-s"])
+        line += [option, number]
+    return line
+
+
+TEXT_COLUMNS = {"landmark", "wheel", "kind", "axis"}
+
+
+def faults_of_csv(text):
+    rows = [line.split(",") for line in text.splitlines() if line and not line.startswith("#")]
+    for row in rows[1:]:
+        for name, cell in zip(rows[0], row) if len(row) == len(rows[0]) else ():
+            try:
+                if name not in TEXT_COLUMNS and cell and not math.isfinite(float(cell)):
+                    return f"{name} is {cell}"
+            except ValueError:
+                pass
+    return None
+
+
+def faults_of_file(path):
+    if ".tmp" in path.suffixes:
+        return "a temporary file is left"
+    text = path.read_text(errors="replace")
+    if path.suffix == ".csv":
+        return faults_of_csv(text)
+    if path.suffix == ".tum" and re.search(r"\b(nan|inf)\b", text):
+        return "not a finite number"
+    if path.suffix == ".json":
+        try:
+            json.loads(text, parse_constant=lambda word: sys.exit(word))
+        except (SystemExit, ValueError) as error:
+            return f"no JSON: {error}"
+    return None
+
+
+CONTROLS = re.compile(rb"[\x00-\x09\x0b-\x1f\x7f]")
+
+
+def faults(done, folder, line):
+    """What is wrong with a case, or nothing."""
+    if done.returncode not in (0, 2, 3, 4):
+        return f"exit code {done.returncode}: {done.stderr[-300:].decode(errors='replace')}"
+    lines = done.stderr.splitlines()
+    if done.returncode != 0 and not any(text.startswith(b"trundle: ") for text in lines):
+        return "an exit code without an error"
+    if done.returncode == 2 and len(lines) != 1:
+        return "an error of several lines"
+    if CONTROLS.search(done.stderr) or CONTROLS.search(done.stdout):
+        return "control characters on the terminal"
+    if b"--json" in line and done.returncode == 0 and b"--help" not in line:
+        try:
+            json.loads(done.stdout, parse_constant=lambda word: sys.exit(word))
+        except (SystemExit, ValueError) as error:
+            return f"stdout is no JSON: {error}"
+    for path in sorted(folder.rglob("*")):
+        fault = faults_of_file(path) if path.is_file() and ("out" in path.parts or ".tmp" in path.name) else None
+        if fault:
+            return f"{path.relative_to(folder)}: {fault}"
+    return None
+
+
+def case(program, sample, folder, rng):
+    """Runs one case in `folder`: its command line, and what is wrong with it."""
+    line = rng.choice(COMMANDS).encode().split()
+    inputs = [path for path in sample.rglob("*") if path.is_file()]
+    used = [path for path in inputs if any(word.decode() in (path.name, path.relative_to(sample).parts[0]) for word in line)
+            or (line[0] == b"live" and path.name == "readings.jsonl")
+            or (line[0] == b"simulate" and path.name == "robot.toml")]
+    file = rng.choice(used).relative_to(sample)
+    if rng.random() < 0.15:
+        line = mutated_line(line, rng)
+    else:
+        (folder / file).unlink()  # a link to the sample's
+        (folder / file).write_bytes(mutated((sample / file).read_bytes(), rng))
+    try:
+        with open(folder / "readings.jsonl", "rb") as stdin:
+            return line, file, faults(run(program, line, folder, stdin), folder, line)
+    except subprocess.TimeoutExpired:
+        return line, file, "does not end"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program", type=pathlib.Path)
+    parser.add_argument("number", type=int)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--keep", type=pathlib.Path, default=pathlib.Path("out/campaign"))
+    options = parser.parse_args()
+    program = options.program.resolve()
+    failed = 0
+    with tempfile.TemporaryDirectory(dir="/dev/shm" if pathlib.Path("/dev/shm").is_dir() else None) as scratch:
+        sample = pathlib.Path(scratch) / "sample"
+        make_sample(program, sample)
+        for number in range(options.number):
+            rng = random.Random(options.seed * 1_000_003 + number)
+            folder = pathlib.Path(scratch) / "case"
+            shutil.copytree(sample, folder, copy_function=lambda a, b: pathlib.Path(b).hardlink_to(a))
+            line, file, fault = case(program, sample, folder, rng)
+            if fault:
+                failed += 1
+                kept = options.keep / f"{options.seed}_{number}"
+                shutil.rmtree(kept, ignore_errors=True)
+                shutil.copytree(folder, kept)
+                (kept / "COMMAND").write_bytes(b" ".join(line) + f"\n{file}: {fault}\n".encode())
+                print(f"{kept}: {b' '.join(line).decode(errors='replace')!r} ({file}): {fault}", flush=True)
+            shutil.rmtree(folder)
+            if (number + 1) % 1000 == 0:
+                print(f"{number + 1} cases, {failed} failed", flush=True)
+    print(f"{options.number} cases, {failed} failed")
+    sys.exit(1 if failed else 0)
+
+
+if __name__ == "__main__":
+    main()
