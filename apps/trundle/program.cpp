@@ -1,6 +1,8 @@
 #include "program.hpp"
 
 #include <algorithm>
+#include <csignal>
+#include <iostream>
 #include <string>
 #include <vector>
 
@@ -16,6 +18,13 @@ namespace {
 
 int fail(ExitCode code, const char* what) {
   fmt::print(stderr, "trundle: {}\n", one_line(what));
+  return code;
+}
+
+/// Help or the version, which may meet a full disk, too.
+int exit_after_help(const CLI::App& app, const CLI::Success& success) {
+  const int code = app.exit(success);
+  if (!std::cout.flush()) return fail(kBadInput, lost_output().what());
   return code;
 }
 
@@ -35,6 +44,7 @@ void require_command(const CLI::App& app, int argc, char** argv) {
 }  // namespace
 
 int run_program(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error, which is told
   CLI::App app;
   add_commands(app);
   try {
@@ -44,7 +54,7 @@ int run_program(int argc, char** argv) {
     require_printed();
     return kDone;
   } catch (const CLI::Success& success) {
-    return app.exit(success);
+    return exit_after_help(app, success);
   } catch (const CLI::ParseError& error) {
     return fail(kUsage, error.what());
   } catch (const Exit& exit) {

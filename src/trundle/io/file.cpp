@@ -2,15 +2,14 @@
 
 #include <array>
 #include <cerrno>
-#include <csignal>
 #include <cstring>
 #include <fstream>
 
 #include <fmt/format.h>
 #include <openssl/evp.h>
-#include <unistd.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/staging.hpp"
 
 namespace trundle::io {
 
@@ -32,52 +31,8 @@ std::string read_file(const std::filesystem::path& path) {
   return text;
 }
 
-namespace {
-
-/// Ctrl-C and its like wait for as long as this lives: what is being written is not left lying about.
-class SignalsWait {
- public:
-  SignalsWait() {
-    sigset_t ends;
-    sigemptyset(&ends);
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&ends, signal);
-    pthread_sigmask(SIG_BLOCK, &ends, &before_);
-  }
-  ~SignalsWait() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
-  SignalsWait(const SignalsWait&) = delete;
-  SignalsWait& operator=(const SignalsWait&) = delete;
-
- private:
-  sigset_t before_{};
-};
-
-}  // namespace
-
 void write_file(const std::filesystem::path& path, std::string_view content) {
-  const SignalsWait signals_wait;
-  std::error_code error;
-  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error))
-    throw InputError(path.string(), std::filesystem::is_directory(path, error) ? "is a folder" : "is no file",
-                     "a place that can be written");
-  if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), error);
-  std::filesystem::path temporary = path;
-  temporary += fmt::format(".{}.tmp", ::getpid());
-  {
-    std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
-    out.write(content.data(), static_cast<std::streamsize>(content.size()));
-    out.flush();
-    if (!out) {
-      const std::string reason = std::strerror(errno);
-      std::filesystem::remove(temporary, error);
-      throw InputError(path.string(), reason, "a place that can be written");
-    }
-  }
-  std::filesystem::rename(temporary, path, error);
-  if (error) {
-    const std::string reason = error.message();
-    std::filesystem::remove(temporary, error);
-    throw InputError(path.string(), reason, "a place that can be written");
-  }
+  write_set({{path, content}});
 }
 
 std::string sha256_of(std::string_view content) {

@@ -32,8 +32,8 @@ struct OutputFile {
   std::filesystem::path path;
   std::string content;
 };
-/// One after the other, each as write_file does, and none of them where one is among what they were made
-/// from, or two have one place.
+/// All of them or none (write_set), and none where one holds a number that is none, is among what they were
+/// made from, or two have one place.
 void write_files(const std::vector<OutputFile>& files, const std::vector<InputFile>& inputs);
 
 }  // namespace trundle::pipeline

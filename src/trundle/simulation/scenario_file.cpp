@@ -66,8 +66,9 @@ Common read_common(const Section& file, const Robot& nominal, std::uint64_t seed
   return common;
 }
 
-std::string name_of_run(const Section& run) {
-  if (!run.table.contains("name")) return "run";
+/// The name of a run or of a scenario, which becomes a folder.
+std::string name_of(const Section& run, const std::string& otherwise) {
+  if (!run.table.contains("name")) return otherwise;
   const std::string name = text(run, "name", "a string");
   const bool is_folder_name =
       !name.empty() && name.find_first_of("/\\") == std::string::npos && name[0] != '.';
@@ -85,7 +86,7 @@ void plan_run(const Section& run, const Common& common, const std::string& sessi
     return names;
   }();
   check_keys(run, known);
-  const std::string name = name_of_run(run);
+  const std::string name = name_of(run, "run");
   int repeat = 1;
   read_whole(run, "repeat", 1, 9999, repeat);
   for (int i = 1; i <= repeat; ++i) {
@@ -143,7 +144,7 @@ Plan read(const Section& file, const std::filesystem::path& path, std::optional<
   }();
   check_keys(file, known);
   Plan plan;
-  plan.name = file.table.contains("name") ? text(file, "name", "a string") : path.stem().string();
+  plan.name = name_of(file, path.stem().string());
   int own_seed = 1;
   read_whole(file, "seed", 0, INT32_MAX, own_seed);
   plan.seed = seed.value_or(static_cast<std::uint64_t>(own_seed));
