@@ -206,12 +206,15 @@ void write_set(std::vector<FileContent> files) {
 }
 
 ResultFolder::ResultFolder(const fs::path& folder)
-    : given_(folder), folder_(fs::weakly_canonical(fs::absolute(folder))) {
+    : given_(folder),
+      folder_(fs::weakly_canonical(fs::absolute(folder))),
+      on_interruption_([this] { take_back(); }) {
   if (!folder_.has_filename()) folder_ = folder_.parent_path();  // of "out/"
   std::error_code error;
   if (fs::exists(folder_, error) && !fs::is_directory(folder_, error))
     throw InputError(given_.string(), "is no folder", "a folder for results");
   if (fs::exists(folder_) && ::access(folder_.c_str(), W_OK) != 0) refuse(given_, errno);
+  const auto held = on_interruption_.hold();
   first_created_ = first_missing(folder_.parent_path());
   fs::create_directories(folder_.parent_path(), error);
   if (error) refuse(given_, error.value());
@@ -222,9 +225,16 @@ ResultFolder::ResultFolder(const fs::path& folder)
 }
 
 ResultFolder::~ResultFolder() {
-  std::error_code gone;
+  const auto held = on_interruption_.hold();
+  take_back();
+}
+
+void ResultFolder::take_back() {
   if (staged_.empty()) return;
-  fs::remove_all(staged_, gone);
+  std::error_code still_written;
+  while (fs::remove_all(staged_, still_written) == static_cast<std::uintmax_t>(-1) &&
+         still_written == std::errc::directory_not_empty) {
+  }
   if (first_created_.empty()) return;
   for (fs::path above = folder_.parent_path(); is_within(above, first_created_); above = above.parent_path())
     if (::rmdir(above.c_str()) != 0) break;
@@ -249,7 +259,7 @@ void ResultFolder::discard(const fs::path& path) const {
 }
 
 void ResultFolder::commit(const std::set<std::string>& own, const std::string& index) {
-  const SignalsWait signals_wait;
+  const auto held = on_interruption_.hold();
   const std::set<std::string> written = names_below(staged_);
   std::set<std::string> replaced = own;
   replaced.insert(written.begin(), written.end());

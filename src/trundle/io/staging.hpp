@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "trundle/io/interruption.hpp"
 #include "trundle/namespaces.hpp"
 
 namespace trundle::io {
@@ -65,6 +66,7 @@ class ResultFolder {
 
  private:
   std::filesystem::path staged_path(const std::filesystem::path& path) const;
+  void take_back();
   bool exchange(const std::set<std::string>& replaced);
   void replace_each(const std::set<std::string>& written, const std::set<std::string>& own,
                     const std::string& index) const;
@@ -75,6 +77,7 @@ class ResultFolder {
   std::filesystem::path first_created_;  ///< of the folders above; empty: none
   Descriptor lock_;
   Descriptor old_lock_;
+  OnInterruption on_interruption_;
 };
 
 /// Removes what killed commands left in a folder.
