@@ -66,12 +66,9 @@ void print(const Common& common, const nlohmann::ordered_json& document, const s
   }
 }
 
-InputError lost_output() {
-  return {"standard output", "cannot be written to its end", "a place with room for it"};
-}
-
 void require_printed() {
-  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) throw lost_output();
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+    throw InputError("standard output", "cannot be written to its end", "a place with room for it");
 }
 
 }  // namespace trundle::app

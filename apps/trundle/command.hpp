@@ -45,8 +45,6 @@ void refuse_empty_values(CLI::App& app);
 /// Prints the document when --json was given, else the text unless --quiet.
 void print(const Common& common, const nlohmann::ordered_json& document, const std::string& text);
 
-/// That a full disk is behind stdout.
-InputError lost_output();
 /// What was printed has arrived, else throws InputError: a full disk behind stdout is no success.
 void require_printed();
 

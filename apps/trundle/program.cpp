@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <csignal>
-#include <iostream>
 #include <string>
 #include <vector>
 
@@ -21,13 +20,6 @@ int fail(ExitCode code, const char* what) {
   return code;
 }
 
-/// Help or the version, which may meet a full disk, too.
-int exit_after_help(const CLI::App& app, const CLI::Success& success) {
-  const int code = app.exit(success);
-  if (!std::cout.flush()) return fail(kBadInput, lost_output().what());
-  return code;
-}
-
 /// A misspelt command is named as what is wrong, with the one that may be meant.
 void require_command(const CLI::App& app, int argc, char** argv) {
   const std::string first = argc > 1 ? argv[1] : "";
@@ -41,6 +33,18 @@ void require_command(const CLI::App& app, int argc, char** argv) {
                                  : fmt::format("unknown command '{}'; expected '{}'", first, nearest));
 }
 
+/// Runs the command that is named, or prints help or the version.
+void parse(CLI::App& app, int argc, char** argv) {
+  require_command(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {
+    app.exit(success);
+    return;
+  }
+  if (app.get_subcommands().empty()) throw CLI::RequiredError("A command");
+}
+
 }  // namespace
 
 int run_program(int argc, char** argv) {
@@ -48,13 +52,9 @@ int run_program(int argc, char** argv) {
   CLI::App app;
   add_commands(app);
   try {
-    require_command(app, argc, argv);
-    app.parse(argc, argv);
-    if (app.get_subcommands().empty()) throw CLI::RequiredError("A command");
+    parse(app, argc, argv);
     require_printed();
     return kDone;
-  } catch (const CLI::Success& success) {
-    return exit_after_help(app, success);
   } catch (const CLI::ParseError& error) {
     return fail(kUsage, error.what());
   } catch (const Exit& exit) {

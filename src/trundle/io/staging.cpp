@@ -282,6 +282,11 @@ bool ResultFolder::exchange(const std::set<std::string>& replaced) {
          ::renameat2(AT_FDCWD, staged_.c_str(), AT_FDCWD, folder_.c_str(), RENAME_EXCHANGE) == 0;
 }
 
+void ResultFolder::remove_empty_above(const fs::path& name) const {
+  for (fs::path folder = name.parent_path(); !folder.empty(); folder = folder.parent_path())
+    if (::rmdir((folder_ / folder).c_str()) != 0) break;
+}
+
 void ResultFolder::replace_each(const std::set<std::string>& written, const std::set<std::string>& own,
                                 const std::string& index) const {
   for (const std::string& name : written) {
@@ -293,8 +298,7 @@ void ResultFolder::replace_each(const std::set<std::string>& written, const std:
   fs::create_directories(folder_, ignored);
   fs::remove(folder_ / index, ignored);
   for (const std::string& name : own)
-    if (!written.contains(name) && fs::remove(folder_ / name, ignored))
-      ::rmdir((folder_ / name).parent_path().c_str());  // where it is empty now
+    if (!written.contains(name) && fs::remove(folder_ / name, ignored)) remove_empty_above(name);
   const auto move = [&](const std::string& name) {
     fs::create_directories((folder_ / name).parent_path(), ignored);
     if (::rename((staged_ / name).c_str(), (folder_ / name).c_str()) != 0) refuse(given_ / name, errno);

@@ -68,6 +68,7 @@ class ResultFolder {
   std::filesystem::path staged_path(const std::filesystem::path& path) const;
   void take_back();
   bool exchange(const std::set<std::string>& replaced);
+  void remove_empty_above(const std::filesystem::path& name) const;
   void replace_each(const std::set<std::string>& written, const std::set<std::string>& own,
                     const std::string& index) const;
 
