@@ -149,7 +149,11 @@ class Integration {
  private:
   void keep(double time_s, IntegratedOdometry& result) {
     append(result, time_s, odometer_, covariance_, options_.with_covariance);
-    if (smooths_) filtered_.push_back(filtered_step(odometer_));
+    if (!smooths_) return;
+    filtered_.push_back(filtered_step(odometer_));
+    by_parameters_.push_back(covariance_.size() == 0
+                                 ? Matrix3(Matrix3::Zero())
+                                 : parameter_covariance(odometer_.sensitivity(), covariance_));
   }
 
   /// The part from the parameters stays: what a rest shows of the bias does not depend on them.
@@ -158,7 +162,7 @@ class Integration {
     for (std::size_t i = 0; i < filtered_.size(); ++i) {
       const Matrix3 white = full_matrix(filtered_[i].white);
       result.trajectory.poses[i].pose = filtered_[i].pose;
-      result.trajectory.covariances[i] += white - result.white_covariances[i];
+      result.trajectory.covariances[i] = white + by_parameters_[i];
       result.white_covariances[i] = white;
     }
   }
@@ -170,6 +174,7 @@ class Integration {
   bool smooths_;
   std::optional<StandingGyro> standing_gyro_;
   std::vector<FilteredStep> filtered_;
+  std::vector<Matrix3> by_parameters_;  ///< covariances of the poses, of the parameters alone
 };
 
 double length_of(const Trajectory& trajectory) {
