@@ -1,12 +1,8 @@
 #include "trundle/report/json_text.hpp"
 
 #include <algorithm>
-#include <cmath>
 
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
-
-#include "trundle/io/error.hpp"
 
 namespace trundle::report {
 namespace {
@@ -35,18 +31,6 @@ void append(const Json& value, const std::string& indent, std::string& text) {
   text += '\n' + indent + (value.is_object() ? '}' : ']');
 }
 
-/// JSON has no word for what is no number, and null would hide it.
-void require_finite(const Json& value, const std::string& name) {
-  if (value.is_number_float() && !std::isfinite(value.get<double>()))
-    throw CannotAnswer(
-        fmt::format("'{}' would be {}, which is no result; a reading, a noise or a start is out of "
-                    "all proportion",
-                    name, value.get<double>()));
-  if (!value.is_structured()) return;
-  for (const auto& item : value.items())
-    require_finite(item.value(), name.empty() ? item.key() : name + "." + item.key());
-}
-
 }  // namespace
 
 std::string json_text(const Json& document) {
@@ -56,7 +40,6 @@ std::string json_text(const Json& document) {
 }
 
 std::string dumped(const Json& document, int indent) {
-  require_finite(document, "");
   return document.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
