@@ -380,6 +380,17 @@ TEST_F(RunCommand, SlamLeavesNoFileOfAnotherFilter) {
   EXPECT_TRUE(exists("o/notes.txt"));
 }
 
+// With hardly any weight on the distance an estimate of the track leads nowhere; that ended in an assertion.
+TEST_F(RunCommand, ATrackThatTheDataDoNotShowIsToldByCalibrate) {
+  for (const char* file : {"wheels.csv", "gyro.csv"})
+    keep(std::string("vague/") + file, read_file(kDemo / "session_01/straight" / file));
+  keep("vague/recording.toml", "[reference]\ndistance_m = 2\ndistance_m_sigma = 1e9\n");
+  const Outcome outcome = run({"calibrate", "vague", "--robot", kDemoRobot, "-o", "c.toml"});
+  EXPECT_EQ(outcome.exit_code, 4);
+  EXPECT_THAT(outcome.err, IsOneLineOfError());
+  EXPECT_FALSE(exists("c.toml"));
+}
+
 TEST_F(RunCommand, WrongInputIsExitCodeThree) {
   EXPECT_EQ(run({"run", "nowhere", "--robot", "nominal.toml", "-o", "d"}).exit_code, 3);
   EXPECT_EQ(run({"run", "ccw", "--robot", "nowhere.toml", "-o", "d"}).exit_code, 3);
