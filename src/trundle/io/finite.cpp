@@ -107,7 +107,8 @@ void require_finite_values(const std::filesystem::path& path, std::string_view c
       const std::string_view value = values.substr(0, values.find_first_of(" ,]"));
       values.remove_prefix(value.size());
       if (!is_finite_number(value))
-        refuse(path, number, equals == line.npos ? "a number" : line.substr(0, line.find_first_of(" =")), value);
+        refuse(path, number, equals == line.npos ? "a number" : line.substr(0, line.find_first_of(" =")),
+               value);
     }
   }
 }
