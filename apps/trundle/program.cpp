@@ -1,6 +1,7 @@
 #include "program.hpp"
 
 #include <algorithm>
+#include <csignal>
 #include <string>
 #include <vector>
 
@@ -32,19 +33,28 @@ void require_command(const CLI::App& app, int argc, char** argv) {
                                  : fmt::format("unknown command '{}'; expected '{}'", first, nearest));
 }
 
+/// Runs the command that is named, or prints help or the version.
+void parse(CLI::App& app, int argc, char** argv) {
+  require_command(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {
+    app.exit(success);
+    return;
+  }
+  if (app.get_subcommands().empty()) throw CLI::RequiredError("A command");
+}
+
 }  // namespace
 
 int run_program(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error, which is told
   CLI::App app;
   add_commands(app);
   try {
-    require_command(app, argc, argv);
-    app.parse(argc, argv);
-    if (app.get_subcommands().empty()) throw CLI::RequiredError("A command");
+    parse(app, argc, argv);
     require_printed();
     return kDone;
-  } catch (const CLI::Success& success) {
-    return app.exit(success);
   } catch (const CLI::ParseError& error) {
     return fail(kUsage, error.what());
   } catch (const Exit& exit) {

@@ -23,11 +23,20 @@ std::string text_of(const ReportArguments& options, const nlohmann::ordered_json
   return json ? json_text(report) : report_page(report);
 }
 
-/// All that the page may not go over: what it was drawn from, and the records of the runs.
+/// All files of a folder, whether they were read or not.
+void add_files_in(const std::filesystem::path& folder, std::vector<InputFile>& inputs) {
+  std::error_code none;  // a file, or nothing
+  for (const auto& entry : std::filesystem::directory_iterator(folder, none))
+    inputs.push_back({entry.path().string(), {}});
+}
+
+/// All that the page may not go over: what it was drawn from, the records of the runs, and the recording that
+/// it is compared with.
 std::vector<InputFile> inputs_of(const ReportArguments& options, const ReportAnswer& answer) {
   std::vector<InputFile> inputs = answer.provenance.inputs;
   for (const std::string& folder : options.question.inputs)
     inputs.push_back({(std::filesystem::path(folder) / "run.json").string(), {}});
+  add_files_in(options.question.reference, inputs);
   return inputs;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "trundle/io/staging.hpp"
 #include "trundle/pipeline/slam_answer.hpp"
 
 #include "command.hpp"
@@ -78,6 +79,12 @@ std::vector<InputFile> inputs_of(const SlamAnswer& answer, const SlamCheckpoints
   return inputs;
 }
 
+std::vector<std::filesystem::path> slam_files_in(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files;
+  for (const std::string& name : slam_file_names()) files.push_back(folder / name);
+  return files;
+}
+
 SlamQuestion question_of(const SlamArguments& options) {
   SlamQuestion question = options.question;
   question.slip = app::question_of(options.slip, question.robot_number);
@@ -93,12 +100,16 @@ void run(const SlamArguments& options) {
   const RobotFile robot = read_robot_file(options.robot);
   const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
   require_apart({recording}, {options.output, question.checkpoints.write});
+  ResultFolder results(options.output);
   ProgressBar bar(options.common);
   bar.begin(options.filter);
   question.on_steps = [&](std::size_t done, std::size_t of) { bar.update(done, of); };
   const SlamAnswer answer = answer_slam(recording, robot, question);
   bar.clear();
-  write_files(files_of(answer, options.output), inputs_of(answer, question.checkpoints));
+  require_apart(inputs_of(answer, question.checkpoints), slam_files_in(options.output));
+  for (const OutputFile& file : files_of(answer, options.output)) results.write(file.path, file.content);
+  const std::vector<std::string> names = slam_file_names();
+  results.commit({names.begin(), names.end()}, "slam.json");
   print(options.common, document_of(answer), text_of(options, answer));
   if (options.timing) print_times(answer.result.step_times);
 }

@@ -457,6 +457,16 @@ TEST(Program, HelpNamesEveryCommand) {
   for (const Command& command : kCommands) EXPECT_THAT(outcome.out, HasSubstr("\n  " + command.name + " "));
 }
 
+TEST(Program, SaysWhenHelpOrVersionMeetAFullStdout) {
+  const Sample sample;
+  for (const std::string line : {" --help", " --version", " run --help"}) {
+    const Outcome outcome =
+        run_program(sample.folder(), {"-c", TRUNDLE_PROGRAM + line + " > /dev/full"}, {.program = "/bin/sh"});
+    EXPECT_EQ(outcome.exit_code, 3) << line;
+    EXPECT_THAT(outcome.err, IsOneLineOfError()) << line;
+  }
+}
+
 TEST(Program, SaysItsVersion) {
   const Sample sample;
   const Outcome outcome = run_program(sample.folder(), {"--version"});

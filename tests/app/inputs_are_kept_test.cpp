@@ -114,6 +114,17 @@ TEST(AReport, DoesNotGoOverTheRecordOfItsRun) {
   EXPECT_EQ(read_file(sample.folder() / "o/run.json"), record);
 }
 
+TEST(AReport, DoesNotGoOverTheRecordingThatItIsComparedWith) {
+  const Sample sample;
+  ASSERT_EQ(run_program(sample.folder(), {"run", "ccw", "--robot", "nominal.toml", "-o", "o"}).exit_code, 0);
+  const std::string wheels = read_file(sample.folder() / "ccw/wheels.csv");
+  const Outcome outcome =
+      run_program(sample.folder(), {"report", "o", "--reference", "ccw", "-o", "ccw/wheels.csv"});
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_THAT(outcome.err, HasSubstr("which would be lost"));
+  EXPECT_EQ(read_file(sample.folder() / "ccw/wheels.csv"), wheels);
+}
+
 TEST(AFile, HoldsOneResult) {
   const Sample sample;
   for (const char* spelling : {"o/../t.csv", "./t.csv", "seen/../t.csv"}) {

@@ -29,14 +29,15 @@ class Stages : public testing::Test {
   RunInputs inputs_ = into(folder_.path());
   RunRecord record_;
   OnProgress silent_;
-  StageRunner stage_{inputs_, record_, silent_};
+  ResultFolder results_{folder_.path()};
+  StageRunner stage_{inputs_, results_, record_, silent_};
 };
 
 TEST_F(Stages, GiveTheirValueAndWriteTheirFiles) {
   const auto result = stage_(StageKind::slip, [&] { return answer("slip.json", "{}"); });
   EXPECT_EQ(result.value, 42);
   EXPECT_FALSE(result.failure);
-  EXPECT_EQ(read_file(folder_ / "slip.json"), "{}");
+  EXPECT_EQ(read_file(results_.staged() / "slip.json"), "{}");
   ASSERT_EQ(record_.stages.size(), 1);
   EXPECT_EQ(record_.stages[0].status, StageStatus::done);
   EXPECT_THAT(record_.stages[0].outputs, ElementsAre("slip.json"));

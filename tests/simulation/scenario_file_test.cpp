@@ -176,6 +176,25 @@ TEST(ScenarioFile, OneRunIsTheFolderSeveralAreBelowIt) {
   EXPECT_EQ(read_recording(out / "two" / "s_02" / "run").session, "s_02");
 }
 
+TEST(ScenarioFile, ASimulationLeavesNothingOfTheOneBefore) {
+  const Folder folder;
+  const fs::path out = folder.path() / "out";
+  write_plan(folder.plan(kHead + "[reference]\nrate_hz = 5\n" + kRun), out, {});
+  write_file(out / "notes.txt", "mine");
+  write_plan(folder.plan(kHead + kRun), out, {});
+  EXPECT_TRUE(fs::exists(out / "wheels.csv"));
+  EXPECT_FALSE(fs::exists(out / "reference.csv"));
+  EXPECT_TRUE(fs::exists(out / "notes.txt"));
+}
+
+TEST(ScenarioFile, ASimulationRemovesNothingThatWasReallyRecorded) {
+  const Folder folder;
+  const fs::path out = folder.path() / "out";
+  write_file(out / "reference.csv", "time_s,x_m,y_m\n0,0,0\n");
+  write_plan(folder.plan(kHead + kRun), out, {});
+  EXPECT_TRUE(fs::exists(out / "reference.csv"));
+}
+
 struct Mistake {
   const char* name;
   std::string text;
@@ -208,6 +227,8 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"NoToml", "robot = \n", 1, ""}, Mistake{"NoRobot", kRun, 1, "robot"},
         Mistake{"UnknownKey", kHead + "steerring = \"truth\"\n" + kRun, 2, "'steering'"},
         Mistake{"UnknownSteering", kHead + "steering = \"odo\"\n" + kRun, 2, "odometry"},
+        Mistake{"NameThatLeadsOutside", kHead + "name = \"../../outside\"\nsessions = 2\n" + kRun, 2,
+                "../../outside"},
         Mistake{"NothingToDo", kHead, 0, "no [[run]]"},
         Mistake{"RunWithoutPath", kHead + "[[run]]\n", 2, "nothing to drive"},
         Mistake{"UnknownStep", kHead + "[[run]]\n[[run.path]]\ndrive = \"squre\"\n", 4, "\"square\""},

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cassert>
 
+#include "trundle/io/error.hpp"
+
 namespace trundle::chassis {
 namespace {
 
@@ -66,11 +68,16 @@ std::optional<Sides> sides_of(const Chassis& chassis) {
   return Sides{sides.left / left_count, sides.right / right_count};
 }
 
+/// Of a robot that has them, until an estimate of the track leads nowhere.
+Sides track_sides(const Chassis& chassis) {
+  if (const auto sides = sides_of(chassis)) return *sides;
+  throw CannotAnswer("the wheels of both sides come out at one place: the data do not show the track");
+}
+
 void set_track(Chassis& chassis, double track) {
-  const auto sides = sides_of(chassis);
-  assert(sides);
+  const Sides sides = track_sides(chassis);
   for (Wheel& wheel : chassis.wheels())
-    wheel.y_m = sides->middle() + (wheel.y_m - sides->middle()) * track / sides->track();
+    wheel.y_m = sides.middle() + (wheel.y_m - sides.middle()) * track / sides.track();
 }
 
 bool exists(const Parameter& parameter, const Robot& robot) {
@@ -106,13 +113,12 @@ Vector3 direction_derivative(const Wheel& wheel) {
 }
 
 void set_track_derivative(const Chassis& chassis, const Rows& rows, RowMatrix& derivative) {
-  const auto sides = sides_of(chassis);
-  assert(sides);
+  const Sides sides = track_sides(chassis);
   for (int i = 0; i < rows.count(); ++i) {
     const Row& row = rows.row[static_cast<std::size_t>(i)];
     if (row.kind != RowKind::wheel && row.kind != RowKind::lateral) continue;
     const Wheel& wheel = chassis.wheels()[static_cast<std::size_t>(row.wheel)];
-    const double dy = (wheel.y_m - sides->middle()) / sides->track();
+    const double dy = (wheel.y_m - sides.middle()) / sides.track();
     const double dturn_dy =
         row.kind == RowKind::wheel ? lever_gradient(wheel).y() : std::sin(wheel.direction_rad);
     derivative(i, 2) = dturn_dy * dy;
@@ -185,7 +191,7 @@ double value_of(const Parameter& parameter, const Robot& robot) {
     case ParameterKind::lever:
       return rolling_row(wheel_of(parameter, chassis)).z();
     case ParameterKind::track:
-      return sides_of(chassis)->track();
+      return track_sides(chassis).track();
     case ParameterKind::icr_x:
       return chassis.icr_x_m;
     case ParameterKind::gyro_scale:

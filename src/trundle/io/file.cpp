@@ -2,17 +2,16 @@
 
 #include <array>
 #include <cerrno>
-#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <memory>
 
 #include <fmt/format.h>
 #include <openssl/evp.h>
-#include <unistd.h>
 
 #include "trundle/io/error.hpp"
 #include "trundle/io/pieces.hpp"
+#include "trundle/io/staging.hpp"
 
 namespace trundle::io {
 
@@ -67,66 +66,12 @@ std::string read_file(const std::filesystem::path& path) {
   return text;
 }
 
-namespace {
-
-/// Ctrl-C and its like wait for as long as this lives: what is being written is not left lying about.
-class SignalsWait {
- public:
-  SignalsWait() {
-    sigset_t ends;
-    sigemptyset(&ends);
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&ends, signal);
-    pthread_sigmask(SIG_BLOCK, &ends, &before_);
-  }
-  ~SignalsWait() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
-  SignalsWait(const SignalsWait&) = delete;
-  SignalsWait& operator=(const SignalsWait&) = delete;
-
- private:
-  sigset_t before_{};
-};
-
-/// A name beside that of a file, and nothing under it in the end.
-struct Temporary {
-  explicit Temporary(const std::filesystem::path& file) : path(file) {
-    path += fmt::format(".{}.tmp", ::getpid());
-  }
-  ~Temporary() {
-    std::error_code is_renamed;
-    std::filesystem::remove(path, is_renamed);
-  }
-  Temporary(const Temporary&) = delete;
-  Temporary& operator=(const Temporary&) = delete;
-
-  std::filesystem::path path;
-};
-
-}  // namespace
-
 void write_file(const std::filesystem::path& path, std::string_view content) {
-  write_file(path, [&](const TakeText& take) { take(content); });
+  write_set({{path, content}});
 }
 
 void write_file(const std::filesystem::path& path, const std::function<void(const TakeText&)>& produce) {
-  const SignalsWait signals_wait;
-  std::error_code error;
-  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error))
-    throw InputError(path.string(), std::filesystem::is_directory(path, error) ? "is a folder" : "is no file",
-                     "a place that can be written");
-  if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), error);
-  const Temporary temporary(path);
-  const auto fail = [&](const std::string& reason) {
-    throw InputError(path.string(), reason, "a place that can be written");
-  };
-  {
-    std::ofstream out(temporary.path, std::ios::binary | std::ios::trunc);
-    produce([&](std::string_view text) {
-      if (!out.write(text.data(), static_cast<std::streamsize>(text.size()))) fail(std::strerror(errno));
-    });
-    if (!out.flush()) fail(std::strerror(errno));
-  }
-  std::filesystem::rename(temporary.path, path, error);
-  if (error) fail(error.message());
+  write_set({{path, {}, produce}});
 }
 
 std::string sha256_of(std::string_view content) {

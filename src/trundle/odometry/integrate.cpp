@@ -157,7 +157,12 @@ class Integration {
  private:
   void keep(double time_s) {
     result_.trajectory.poses.push_back({time_s, odometer_.pose()});
-    if (smooths_) filtered_.push_back(filtered_step(odometer_));
+    if (smooths_) {
+      filtered_.push_back(filtered_step(odometer_));
+      by_parameters_.push_back(uncertain_.covariance.size() == 0
+                                   ? Matrix3(Matrix3::Zero())
+                                   : parameter_covariance(odometer_.sensitivity(), uncertain_.covariance));
+    }
     if (!options_.with_covariance) return;
     result_.trajectory.covariances.push_back(total_covariance(odometer_, uncertain_.covariance));
     if (options_.keep_white_covariances) result_.white_covariances.push_back(odometer_.white_covariance());
@@ -165,14 +170,11 @@ class Integration {
 
   /// The part from the parameters stays: what a rest shows of the bias does not depend on them.
   void smooth_result() {
-    std::vector<Symmetric3> before;
-    before.reserve(filtered_.size());
-    for (const FilteredStep& step : filtered_) before.push_back(step.white);
     smooth(filtered_);
     for (std::size_t i = 0; i < filtered_.size(); ++i) {
       const Matrix3 white = full_matrix(filtered_[i].white);
       result_.trajectory.poses[i].pose = filtered_[i].pose;
-      result_.trajectory.covariances[i] += white - full_matrix(before[i]);
+      result_.trajectory.covariances[i] = white + by_parameters_[i];
       if (options_.keep_white_covariances) result_.white_covariances[i] = white;
     }
     result_.end_white_covariance = full_matrix(filtered_.back().white);
@@ -186,6 +188,7 @@ class Integration {
   bool smooths_;
   std::optional<StandingGyro> standing_gyro_;
   std::vector<FilteredStep> filtered_;
+  std::vector<Matrix3> by_parameters_;  ///< covariances of the poses, of the parameters alone
   FaultCounts faults_;
   Occurrences gaps_;
   Occurrences without_gyro_;

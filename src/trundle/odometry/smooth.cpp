@@ -1,6 +1,9 @@
 #include "trundle/odometry/smooth.hpp"
 
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
 namespace trundle::odometry {
 namespace {
 
@@ -48,11 +51,24 @@ void back_through_motion(Adjoint& adjoint, const StepTrace& trace) {
   adjoint.Lambda = A.transpose() * adjoint.Lambda * A;
 }
 
+/// P − P Λ P as L (I − Lᵀ Λ L) Lᵀ with P = L Lᵀ: what is much surer afterwards is no difference of large
+/// numbers, and no variance comes out below 0.
+Matrix4 smoothed_covariance(const Matrix4& P, const Matrix4& Lambda) {
+  const Eigen::LDLT<Matrix4> factor(P);
+  const Vector4 root = factor.vectorD().cwiseMax(0.0).cwiseSqrt();
+  const Matrix4 L =
+      factor.transpositionsP().transpose() * Matrix4(Matrix4(factor.matrixL()) * root.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Matrix4> learned(L.transpose() * Lambda * L);
+  const Vector4 left = (1.0 - learned.eigenvalues().array()).cwiseMax(0.0).sqrt();
+  const Matrix4 smoothed_root = L * learned.eigenvectors() * left.asDiagonal();
+  return smoothed_root * smoothed_root.transpose();
+}
+
 /// docs/theory/gyro.md, eq. 8
 void apply(const Adjoint& adjoint, FilteredStep& step) {
   const Matrix4 P = covariance_of(step);
   const Vector4 change = P * adjoint.lambda;
-  const Matrix4 smoothed = P - P * adjoint.Lambda * P;
+  const Matrix4 smoothed = adjoint.Lambda.isZero(0.0) ? P : smoothed_covariance(P, adjoint.Lambda);
   step.pose = {step.pose.x - change[0], step.pose.y - change[1], step.pose.heading - change[2]};
   step.gyro_bias = {step.gyro_bias.rad_s - change[3], smoothed(3, 3)};
   step.white = symmetric_of(smoothed.topLeftCorner<3, 3>());

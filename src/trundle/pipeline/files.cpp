@@ -3,6 +3,7 @@
 #include <set>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/staging.hpp"
 
 namespace trundle::pipeline {
 
@@ -43,11 +44,14 @@ void write_files(const std::vector<OutputFile>& files, const std::vector<InputFi
       throw InputError(file.path.string(), "is to hold two results", "a file for each");
   }
   require_apart(inputs, outputs);
-  for (const OutputFile& file : files)
-    write_file(file.path, [&](const TakeText& take) {
-      take(file.content);
-      if (file.rest) file.rest(take);
-    });
+  std::vector<FileContent> contents;
+  std::set<fs::path> folders;
+  for (const OutputFile& file : files) {
+    contents.push_back({file.path, file.content, file.rest});
+    folders.insert(file.path.parent_path());
+  }
+  write_set(std::move(contents));
+  for (const fs::path& folder : folders) remove_stale(folder);
 }
 
 }  // namespace trundle::pipeline

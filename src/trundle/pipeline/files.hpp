@@ -36,8 +36,8 @@ struct OutputFile {
   /// What follows it, where that is too long to be kept as text: called while the file is written.
   std::function<void(const TakeText&)> rest = {};
 };
-/// One after the other, each as write_file does, and none of them where one is among what they were made
-/// from, or two have one place.
+/// All of them or none (write_set), and none where one holds a number that is none, is among what they were
+/// made from, or two have one place.
 void write_files(const std::vector<OutputFile>& files, const std::vector<InputFile>& inputs);
 
 }  // namespace trundle::pipeline

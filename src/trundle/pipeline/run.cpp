@@ -40,27 +40,35 @@ RunQuestion question_of_one(const RunInputs& inputs, const CalibratedRobot* cali
   const std::vector<std::string>& others = inputs.question.calibrate_on;
   question.calibrated_on = others.empty() ? "the whole session" : fmt::format("{}", fmt::join(others, ", "));
   question.before = inputs.question.robot;
-  question.robot = calibrated->robot.file.path;
   return question;
 }
 
-/// A run of one recording; why there is nothing where not even that could be written.
-RunAnswer tried(const RunQuestion& question, const OnProgress& on_progress) {
+RunAnswer run_one(const RunInputs& inputs, const ResultFolder& results, const OnProgress& on_progress);
+
+/// A run of one recording of a session; why there is nothing where its inputs cannot be read.
+RunAnswer tried(const RunInputs& session, const CalibratedRobot* calibrated, const ResultFolder& results,
+                const std::filesystem::path& recording, const std::string& name,
+                const OnProgress& on_progress) {
+  std::optional<RobotFile> robot;
+  if (calibrated != nullptr) robot = calibrated->robot;
   try {
-    return run(question, on_progress);
+    const RunInputs inputs = read_run_inputs(question_of_one(session, calibrated, recording, name), robot);
+    return run_one(inputs, results, on_progress);
   } catch (const std::runtime_error& reason) {  // InputError, or of the file system
+    results.discard(session.in_folder(name));
     return {.record = {}, .no_odometry = Failure{exit_code_of(reason), reason.what()}};
   }
 }
 
 /// A session's recordings one by one. Returns the first failure where all fail.
-std::optional<Failure> run_each(const RunInputs& inputs, const CalibratedRobot* calibrated, RunRecord& record,
+std::optional<Failure> run_each(const RunInputs& inputs, const CalibratedRobot* calibrated,
+                                const ResultFolder& results, RunRecord& record,
                                 const OnProgress& on_progress) {
   std::optional<Failure> first;
   bool any = false;
   for (const std::filesystem::path& path : recordings_below(inputs.question.recording)) {
     const std::string name = path.lexically_relative(inputs.question.recording).generic_string();
-    const RunAnswer one = tried(question_of_one(inputs, calibrated, path, name), on_progress);
+    const RunAnswer one = tried(inputs, calibrated, results, path, name, on_progress);
     Stage stage{.outputs = {name + "/run.json"}, .recording = name};
     if (one.no_odometry) {
       stage.message = one.no_odometry->message;
@@ -81,8 +89,8 @@ void note(const CalibratedRobot& calibrated, RunRecord& record) {
   record.held_out = calibrated.held_out;
 }
 
-void write_record(const RunInputs& inputs, const RunRecord& record) {
-  write_file(inputs.in_folder("run.json"), printed(to_json(record)));
+void write_record(const RunInputs& inputs, const ResultFolder& results, const RunRecord& record) {
+  results.write(inputs.in_folder("run.json"), printed(to_json(record)));
 }
 
 /// Of a trajectory over the runs that have one.
@@ -100,10 +108,10 @@ void add(const std::string& name, double rms_m, std::vector<PooledError>& pooled
 }
 
 /// The errors of all runs together, from what each of them has written.
-Found<bool> evaluate_session(const RunInputs& inputs, const RunRecord& record) {
+Found<bool> evaluate_session(const RunInputs& inputs, const ResultFolder& results, const RunRecord& record) {
   std::vector<PooledError> pooled;
   for (const std::string& name : record.recordings) {
-    const std::filesystem::path path = inputs.in_folder(name) / "evaluation.json";
+    const std::filesystem::path path = results.staged(inputs.in_folder(name) / "evaluation.json");
     if (!std::filesystem::exists(path)) continue;
     const auto document = nlohmann::json::parse(read_file(path));
     if (document["alignment"]["kind"] != "start") continue;
@@ -120,46 +128,41 @@ Found<bool> evaluate_session(const RunInputs& inputs, const RunRecord& record) {
 }
 
 /// Of a session the page shows what was calibrated: each of its recordings has a page of its own.
-RunAnswer run_session(const RunInputs& inputs, const CalibratedRobot* calibrated, RunRecord& record,
-                      StageRunner& stage, const OnProgress& on_progress) {
-  const std::optional<Failure> failure = run_each(inputs, calibrated, record, on_progress);
-  stage(StageKind::evaluation, [&] { return evaluate_session(inputs, record); });
-  forget_earlier(inputs, record);
+RunAnswer run_session(const RunInputs& inputs, const CalibratedRobot* calibrated, const ResultFolder& results,
+                      RunRecord& record, StageRunner& stage, const OnProgress& on_progress) {
+  const std::optional<Failure> failure = run_each(inputs, calibrated, results, record, on_progress);
+  stage(StageKind::evaluation, [&] { return evaluate_session(inputs, results, record); });
   stage(StageKind::report, [&] {
     if (calibrated == nullptr)
       throw NotApplicable{"nothing was calibrated; each recording has a page of its own"};
-    Results results{.label = inputs.in_folder("calibration.json").string(),
-                    .calibration = calibrated->document};
+    Results shown{.label = inputs.in_folder("calibration.json").string(),
+                  .calibration = calibrated->document};
     for (const ResultSource& source : stage.sources())
-      if (source.name == "calibration") results.sources.push_back(source);
-    return draw_page(inputs, std::move(results));
+      if (source.name == "calibration") shown.sources.push_back(source);
+    return draw_page(inputs, std::move(shown));
   });
-  write_record(inputs, record);
+  write_record(inputs, results, record);
   return {.record = record, .no_odometry = failure};
 }
 
-}  // namespace
-
-RunAnswer run(const RunQuestion& question, const OnProgress& on_progress) {
-  const RunInputs inputs = read_run_inputs(question);
+RunAnswer run_one(const RunInputs& inputs, const ResultFolder& results, const OnProgress& on_progress) {
   RunRecord record = record_of(inputs);
-  StageRunner stage(inputs, record, on_progress);
-  std::error_code ignored;                                         // where there is no such folder yet
-  std::filesystem::remove(inputs.in_folder("run.json"), ignored);  // until all of it is of this run
+  StageRunner stage(inputs, results, record, on_progress);
 
   const auto health = stage(StageKind::health_check, [&] { return check_health(inputs); });
   if (health.value) stage.forbid(health.value->misreadings);
   const auto calibration = stage(StageKind::calibration, [&] { return calibrate_robot(inputs); });
   if (calibration.value) note(*calibration.value, record);
-  if (inputs.is_session()) return run_session(inputs, value_in(calibration), record, stage, on_progress);
+  if (inputs.is_session())
+    return run_session(inputs, value_in(calibration), results, record, stage, on_progress);
 
   const RobotFile& robot = calibration.value ? calibration.value->robot : inputs.robot;
   auto odometry =
       stage(StageKind::odometry, [&] { return integrate_odometry(inputs, robot, value_in(health)); });
   auto slip = stage(StageKind::slip, [&] { return find_slips(inputs, robot); });
   if (odometry.value && !slip.value)  // then it is the best trajectory there is
-    stage.add_output(StageKind::odometry,
-                     {inputs.in_folder("trajectory.csv"), read_file(inputs.in_folder("odometry.csv"))});
+    stage.add_output(StageKind::odometry, {inputs.in_folder("trajectory.csv"),
+                                           read_file(results.staged(inputs.in_folder("odometry.csv")))});
   auto localization =
       stage(StageKind::localization, [&] { return localize_on_map(inputs, robot, value_in(slip)); });
   auto slam = stage(StageKind::slam, [&] {
@@ -178,14 +181,23 @@ RunAnswer run(const RunQuestion& question, const OnProgress& on_progress) {
       stage(StageKind::evaluation, [&] { return evaluate_trajectories(inputs, robot, trajectories); });
   found.evaluation = value_in(evaluation);
   for (const WrittenTrajectory& trajectory : trajectories) record.trajectories.push_back(trajectory.entry);
-  forget_earlier(inputs, record);
   stage(StageKind::report, [&] {
-    Results results = results_of(found, std::move(trajectories), record, question.output.string());
-    results.sources = stage.sources();
-    return draw_page(inputs, std::move(results));
+    Results shown = results_of(found, std::move(trajectories), record, inputs.question.output.string());
+    shown.sources = stage.sources();
+    return draw_page(inputs, std::move(shown));
   });
-  write_record(inputs, record);
+  write_record(inputs, results, record);
   return {.record = record, .no_odometry = odometry.failure};
+}
+
+}  // namespace
+
+RunAnswer run(const RunQuestion& question, const OnProgress& on_progress) {
+  const RunInputs inputs = read_run_inputs(question);
+  ResultFolder results(question.output);
+  const RunAnswer answer = run_one(inputs, results, on_progress);
+  if (!answer.no_odometry) results.commit(result_names(inputs), "run.json");
+  return answer;
 }
 
 }  // namespace trundle::pipeline

@@ -6,14 +6,12 @@
 namespace trundle::pipeline {
 namespace {
 
-/// What the stages write, some of it only of some recordings.
+/// What a run of one recording writes, some of it only of some, besides the folder slam/.
 constexpr std::array kStageFiles = {
-    "calibrated.toml", "calibration.json", "nominal.csv",          "nominal.json",
-    "odometry.csv",    "odometry.json",    "trajectory.csv",       "slip.csv",
-    "slip.json",       "localization.csv", "localization.json",    "slam/trajectory.csv",
-    "slam/path.csv",   "slam/online.csv",  "slam/landmarks.csv",   "slam/landmarks_covariance.csv",
-    "slam/steps.csv",  "slam/slam.json",   "slam/innovations.csv", "slam/particles.csv",
-    "reference.csv",   "evaluation.json"};
+    "calibrated.toml", "calibration.json", "nominal.csv",       "nominal.json",
+    "odometry.csv",    "odometry.json",    "trajectory.csv",    "slip.csv",
+    "slip.json",       "localization.csv", "localization.json", "reference.csv",
+    "evaluation.json", "run.json",         "info.json",         "report.html"};
 
 Provenance provenance_of(const RunInputs& inputs, const std::vector<Recording>& learned) {
   const RunQuestion& question = inputs.question;
@@ -37,27 +35,34 @@ Provenance provenance_of(const RunInputs& inputs, const std::vector<Recording>& 
   return provenance;
 }
 
-/// Every file that a run may write.
-std::vector<std::filesystem::path> results_in(const RunInputs& inputs) {
-  std::vector<std::filesystem::path> files;
-  for (const char* name : kStageFiles) files.push_back(inputs.in_folder(name));
-  for (const char* name : {"run.json", "info.json", "report.html"}) files.push_back(inputs.in_folder(name));
-  return files;
+std::set<std::string> names_of_one(const std::string& folder) {
+  std::set<std::string> names;
+  for (const char* name : kStageFiles) names.insert(folder + name);
+  for (const std::string& name : slam_file_names()) names.insert(folder + "slam/" + name);
+  return names;
 }
 
-bool wrote(const RunRecord& record, const std::string& file) {
-  return std::ranges::any_of(record.stages, [&](const Stage& stage) {
-    return std::ranges::find(stage.outputs, file) != stage.outputs.end();
-  });
+/// The recordings of a session whose results are in the folder; none where there is no such record.
+std::vector<std::string> recordings_in(const std::filesystem::path& folder) {
+  const std::string file = (folder / "run.json").string();
+  try {
+    std::vector<std::string> names = run_record_from_json(read_file(file), file).recordings;
+    std::erase_if(names, [](const std::filesystem::path& name) {
+      return name.is_absolute() || *name.lexically_normal().begin() == "..";
+    });
+    return names;
+  } catch (const InputError&) {
+    return {};
+  }
 }
 
 }  // namespace
 
-RunInputs read_run_inputs(const RunQuestion& question) {
+RunInputs read_run_inputs(const RunQuestion& question, const std::optional<RobotFile>& robot) {
   const ReadOptions how{.robot_number = question.robot_number};
   RunInputs inputs{.question = question,
                    .given = read_robot_file(question.before.empty() ? question.robot : question.before),
-                   .robot = read_robot_file(question.robot),
+                   .robot = robot ? *robot : read_robot_file(question.robot),
                    .recordings = read_recordings({question.recording}, how),
                    .training = read_recordings(question.calibrate_on, how),
                    .provenance = {}};
@@ -66,7 +71,9 @@ RunInputs read_run_inputs(const RunQuestion& question) {
   require_apart(inputs.training, {question.output});
   require_apart(learned, {question.output});
   inputs.provenance = provenance_of(inputs, learned);
-  require_apart(inputs.provenance.inputs, results_in(inputs));
+  std::vector<std::filesystem::path> results;
+  for (const std::string& name : result_names(inputs)) results.push_back(inputs.in_folder(name));
+  require_apart(inputs.provenance.inputs, results);
   return inputs;
 }
 
@@ -79,9 +86,11 @@ RunRecord record_of(const RunInputs& inputs) {
           .used_robot = inputs.robot.file.path};
 }
 
-void forget_earlier(const RunInputs& inputs, const RunRecord& record) {
-  for (const char* file : kStageFiles)
-    if (!wrote(record, file)) std::filesystem::remove(inputs.in_folder(file));
+std::set<std::string> result_names(const RunInputs& inputs) {
+  std::set<std::string> names = names_of_one("");
+  for (const std::string& recording : recordings_in(inputs.question.output))
+    names.merge(names_of_one(recording + "/"));
+  return names;
 }
 
 }  // namespace trundle::pipeline

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -23,13 +25,14 @@ struct RunInputs {
   std::filesystem::path in_folder(const std::string& name) const { return question.output / name; }
 };
 
-/// Reads everything that is named, so that a wrong input is found before anything is done. Throws InputError.
-RunInputs read_run_inputs(const RunQuestion& question);
+/// Reads everything that is named, so that a wrong input is found before anything is done; not the robot file
+/// where its content is given. Throws InputError.
+RunInputs read_run_inputs(const RunQuestion& question, const std::optional<RobotFile>& robot = {});
 
 /// The record of a run of which no stage was done yet.
 RunRecord record_of(const RunInputs& inputs);
 
-/// Removes what an earlier run left of what this one has not written: a result is of one run.
-void forget_earlier(const RunInputs& inputs, const RunRecord& record);
+/// The names of all files in its folder that such a run may write, or has written when it was last there.
+std::set<std::string> result_names(const RunInputs& inputs);
 
 }  // namespace trundle::pipeline

@@ -238,6 +238,12 @@ SlamSummary slam_summary_of(const SlamAnswer& answer) {
   return summary;
 }
 
+std::vector<std::string> slam_file_names() {
+  return {"trajectory.csv", "landmarks.csv",   "landmarks_covariance.csv",
+          "steps.csv",      "innovations.csv", "slam.json",
+          "online.csv",     "particles.csv",   "path.csv"};
+}
+
 std::vector<OutputFile> files_of(const SlamAnswer& answer, const std::filesystem::path& folder) {
   const std::string head = head_of(answer.provenance);
   std::vector<OutputFile> files = {

@@ -72,5 +72,7 @@ SlamSummary slam_summary_of(const SlamAnswer& answer);
 /// trajectory.csv, landmarks.csv, where the filter knows it landmarks_covariance.csv, steps.csv,
 /// innovations.csv and, where there is one, path.csv; online.csv where trajectory.csv is the smoothed one.
 std::vector<OutputFile> files_of(const SlamAnswer& answer, const std::filesystem::path& folder);
+/// Of all that it may give.
+std::vector<std::string> slam_file_names();
 
 }  // namespace trundle::pipeline

@@ -12,12 +12,9 @@ namespace {
 
 constexpr std::string_view kAdvice = "a reading, a noise or a start is out of all proportion";
 
-/// Below 0 by so little is rounding [m², rad²].
-constexpr double kRounding = 1e-12;
-
 template <class Covariance>
 bool is_sound(const Covariance& covariance) {
-  return covariance.allFinite() && covariance.diagonal().minCoeff() >= -kRounding;
+  return covariance.allFinite() && covariance.diagonal().minCoeff() >= 0.0;
 }
 
 }  // namespace

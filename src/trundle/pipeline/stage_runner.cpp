@@ -45,9 +45,9 @@ void StageRunner::end(Stage entry, const std::vector<OutputFile>& files) {
 }
 
 std::vector<std::string> StageRunner::save(const std::vector<OutputFile>& files) {
-  write_files(files, inputs_.provenance.inputs);
   std::vector<std::string> names;
   for (const OutputFile& file : files) {
+    results_.write(file.path, file.content);
     const std::filesystem::path name = file.path.lexically_relative(inputs_.question.output);
     names.push_back(name.generic_string());
     if (kind_of(file.path, header_of(file.content)) != ResultKind::other)

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/finite.hpp"
+#include "trundle/io/staging.hpp"
 #include "trundle/pipeline/run_inputs.hpp"
 #include "trundle/report/results.hpp"
 
@@ -49,8 +51,9 @@ bool forbids(Misread what, StageKind stage);
 /// go.
 class StageRunner {
  public:
-  StageRunner(const RunInputs& inputs, RunRecord& record, const OnProgress& on_progress)
-      : inputs_(inputs), record_(record), on_progress_(on_progress) {}
+  StageRunner(const RunInputs& inputs, const ResultFolder& results, RunRecord& record,
+              const OnProgress& on_progress)
+      : inputs_(inputs), results_(results), record_(record), on_progress_(on_progress) {}
 
   /// Calls the stage, a function that returns a Found or throws NotApplicable, CannotAnswer or InputError.
   template <typename Function>
@@ -62,6 +65,7 @@ class StageRunner {
     try {
       require_allowed(kind);
       auto found = function();
+      for (const OutputFile& file : found.files) require_finite(file.path, file.content);
       entry.status = StageStatus::done;
       entry.message = std::move(found.message);
       entry.remarks = std::move(found.remarks);
@@ -97,6 +101,7 @@ class StageRunner {
   std::vector<std::string> save(const std::vector<OutputFile>& files);
 
   const RunInputs& inputs_;
+  const ResultFolder& results_;
   RunRecord& record_;
   const OnProgress& on_progress_;
   std::vector<Misreading> misreadings_;

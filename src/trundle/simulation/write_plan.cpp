@@ -1,8 +1,12 @@
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <set>
 
 #include <fmt/format.h>
 
 #include "trundle/io/file.hpp"
+#include "trundle/io/staging.hpp"
 #include "trundle/recording/reference_noise.hpp"
 #include "trundle/recording/trajectory_file.hpp"
 #include "trundle/simulation/scenario_file.hpp"
@@ -109,12 +113,45 @@ std::vector<std::filesystem::path> outputs_of(const Plan& plan, const std::files
   return files;
 }
 
-/// Never over the robot file that the scenario was read with.
-void write_robot(const Plan& plan, const std::filesystem::path& path, const std::string& text) {
+bool is_input(const Plan& plan, const std::filesystem::path& path) {
   std::error_code missing;
-  for (const InputFile& input : plan.inputs)
-    if (std::filesystem::equivalent(input.path, path, missing)) return;
-  write_file(path, text);
+  return std::ranges::any_of(plan.inputs, [&](const InputFile& input) {
+    return std::filesystem::equivalent(input.path, path, missing);
+  });
+}
+
+/// What a simulation writes of some scenarios only.
+constexpr std::array kFilesOfARun = {"wheels.csv",    "gyro.csv",      "velocity.csv",  "sightings.csv",
+                                     "reference.csv", "landmarks.csv", "truth_slip.csv"};
+
+/// The names of what an earlier simulation may have left in the folders: not of what was really recorded.
+std::set<std::string> left_in(const Plan& plan, const std::filesystem::path& folder) {
+  std::set<std::string> names;
+  for (const PlannedRun& run : plan.runs) {
+    const auto its_folder = folder_of(plan, run, folder);
+    if (!std::filesystem::exists(its_folder / "truth.csv")) continue;
+    for (const char* name : kFilesOfARun)
+      names.insert((its_folder / name).lexically_relative(folder).generic_string());
+  }
+  std::erase_if(names, [&](const std::string& name) { return is_input(plan, folder / name); });
+  return names;
+}
+
+void write_all(const Plan& plan, const std::filesystem::path& folder, bool with_robot,
+               const std::string& head) {
+  for (const PlannedRun& run : plan.runs) {
+    const auto its_folder = folder_of(plan, run, folder);
+    write_run(run, its_folder, head);
+    const auto beside = plan.runs.size() == 1 ? folder : its_folder.parent_path();
+    write_file(beside / "truth.toml", head + to_toml(run.scenario.truth));
+  }
+  const Scenario& common = plan.runs.empty() ? plan.sheet->scenario : plan.runs.front().scenario;
+  if (with_robot) write_file(folder / "robot.toml", head + to_toml(common.nominal));
+  if (!plan.sheet) return;
+  const std::string rows =
+      to_csv(simulate_sheet(plan.sheet->scenario, plan.sheet->plan), plan.sheet->plan.side_m);
+  write_file(folder / "sheet.csv", head + rows);
+  if (plan.runs.empty()) write_file(folder / "truth.toml", head + to_toml(common.truth));
 }
 
 }  // namespace
@@ -127,20 +164,10 @@ std::filesystem::path folder_of(const Plan& plan, const PlannedRun& run,
 void write_plan(const Plan& plan, const std::filesystem::path& folder,
                 const std::vector<std::string>& provenance) {
   require_apart(plan.inputs, outputs_of(plan, folder));
-  const std::string head = comments(provenance);
-  for (const PlannedRun& run : plan.runs) {
-    const auto its_folder = folder_of(plan, run, folder);
-    write_run(run, its_folder, head);
-    const auto beside = plan.runs.size() == 1 ? folder : its_folder.parent_path();
-    write_file(beside / "truth.toml", head + to_toml(run.scenario.truth));
-  }
-  const Scenario& common = plan.runs.empty() ? plan.sheet->scenario : plan.runs.front().scenario;
-  write_robot(plan, folder / "robot.toml", head + to_toml(common.nominal));
-  if (!plan.sheet) return;
-  const std::string rows =
-      to_csv(simulate_sheet(plan.sheet->scenario, plan.sheet->plan), plan.sheet->plan.side_m);
-  write_file(folder / "sheet.csv", head + rows);
-  if (plan.runs.empty()) write_file(folder / "truth.toml", head + to_toml(common.truth));
+  ResultFolder results(folder);
+  // The robot file may be the one that the scenario was read with.
+  write_all(plan, results.staged(), !is_input(plan, folder / "robot.toml"), comments(provenance));
+  results.commit(left_in(plan, folder), "recording.toml");
 }
 
 }  // namespace trundle::simulation

@@ -187,7 +187,9 @@ class GlobalSearch {
     const Eigen::Matrix<double, 3, 2> K = pose.covariance * chosen->H.transpose() * S_chosen.inverse();
     const Vector3 change = K * chosen->residual;
     pose.pose = {pose.pose.x + change.x(), pose.pose.y + change.y(), pose.pose.heading + change.z()};
-    pose.covariance -= K * S_chosen * K.transpose();
+    // Joseph's form: what is much surer afterwards is no difference of large numbers.
+    const Matrix3 A = Matrix3::Identity() - K * chosen->H;
+    pose.covariance = (A * pose.covariance * A.transpose() + K * chosen->noise * K.transpose()).eval();
     ++hypothesis.matched;
     taken.push_back(landmark);
     return log_normal(best, S_chosen);

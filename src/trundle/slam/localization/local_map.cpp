@@ -41,8 +41,9 @@ void repeat(SightedPoint& point, const SightedPoint& other) {
 void improve(SightedPoint& point, const SightedPoint& other) {
   const Matrix2 K = point.covariance * (point.covariance + other.covariance).inverse();
   point.in_body += K * (other.in_body - point.in_body);
-  point.covariance -= K * point.covariance;
-  point.covariance = (0.5 * (point.covariance + point.covariance.transpose())).eval();
+  // Joseph's form: what is much surer afterwards is no difference of large numbers.
+  const Matrix2 A = Matrix2::Identity() - K;
+  point.covariance = (A * point.covariance * A.transpose() + K * other.covariance * K.transpose()).eval();
 }
 
 }  // namespace

@@ -98,13 +98,15 @@ void read_bias(const BiasReading& reading, PoseEstimate& belief) {
   const double S = belief.systematic_covariance(0, 0) + reading.variance;
   if (S <= 0.0) return;
   const double innovation = reading.rad_s - belief.systematic[0];
-  BodyCovariance P = body_covariance_of(belief);
+  const BodyCovariance P = body_covariance_of(belief);
   const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3 + kMostSystematic, 1> K = P.col(3) / S;
   belief.pose = {belief.pose.x + K[0] * innovation, belief.pose.y + K[1] * innovation,
                  belief.pose.heading + K[2] * innovation};
   belief.systematic += K.tail(belief.systematic.size()) * innovation;
-  P -= S * K * K.transpose();
-  set_body_covariance(P, belief);
+  // Joseph's form: what is much surer afterwards is no difference of large numbers.
+  BodyCovariance A = BodyCovariance::Identity(P.rows(), P.cols());
+  A.col(3) -= K;
+  set_body_covariance(A * P * A.transpose() + reading.variance * K * K.transpose(), belief);
 }
 
 PoseEstimate with_systematic(const PoseEstimate& pose, const PoseEstimate& odometry) {

@@ -1,0 +1,50 @@
+#include "trundle/io/interruption.hpp"
+
+#include <array>
+#include <utility>
+
+#include <pthread.h>
+
+namespace trundle::io {
+namespace {
+
+constexpr std::array kEnding = {SIGINT, SIGTERM, SIGHUP};
+
+bool ends_program(int signal) {
+  struct sigaction now {};
+  return ::sigaction(signal, nullptr, &now) == 0 && now.sa_handler == SIG_DFL;
+}
+
+}  // namespace
+
+OnInterruption::OnInterruption(std::function<void()> clean_up) : clean_up_(std::move(clean_up)) {
+  sigemptyset(&signals_);
+  for (const int signal : kEnding)
+    if (ends_program(signal)) sigaddset(&signals_, wake_ = signal);
+  pthread_sigmask(SIG_BLOCK, &signals_, &before_);  // threads that are made from now on inherit it
+  if (wake_ != 0) waiting_ = std::thread([this] { wait(); });
+}
+
+OnInterruption::~OnInterruption() {
+  if (waiting_.joinable()) {
+    {
+      const auto held = hold();
+      is_over_ = true;
+    }
+    pthread_kill(waiting_.native_handle(), wake_);
+    waiting_.join();
+  }
+  pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+}
+
+void OnInterruption::wait() {
+  int signal = 0;
+  sigwait(&signals_, &signal);
+  const auto held = hold();
+  if (is_over_) return;
+  clean_up_();
+  pthread_sigmask(SIG_UNBLOCK, &signals_, nullptr);
+  ::raise(signal);
+}
+
+}  // namespace trundle::io
