@@ -36,7 +36,7 @@ struct Oracle {
   bool counts = false;                    ///< whole counts
   double rate_hz = 20.0;
   double reference_clock_s =
-      0.0;  ///< by which the reference's stamps are early at most, anew in each run; 0: they are right
+      0.0;  ///< most that the reference's stamps are off by, anew in each run; 0: they are right
   double reference_rate_hz = 4.0;
   int trials = 0;
 };
@@ -56,7 +56,7 @@ class Drive {
       recording_.wheels.series.push_back({name, oracle.counts ? WheelUnit::ticks : WheelUnit::radians, {}});
     travel_.assign(oracle.wheels.size(), 0.0);
     recording_.session = "one";
-    clock_s_ = uniform(-oracle.reference_clock_s, oracle.reference_clock_s);
+    clock_s_ = std::copysign(uniform(0.2, 1.0), uniform(-1.0, 1.0)) * oracle.reference_clock_s;
   }
 
   Recording over(double duration_s) {

@@ -29,7 +29,28 @@ bool any_finite(const std::vector<double>& values) {
   return std::ranges::any_of(values, [](double v) { return std::isfinite(v); });
 }
 
-/// x, y and heading by linear interpolation; NaN where not measured.
+/// A value between two samples, by the cubic through them whose slopes are those of their neighbours
+/// (Catmull–Rom) where these are near: a chord cuts every bend short, always to the same side.
+double interpolated(const std::vector<double>& t, const std::vector<double>& values, std::size_t after,
+                    double time_s, bool is_angle) {
+  const auto step = [&](std::size_t to) {
+    const double difference = values[to] - values[to - 1];
+    return is_angle ? wrap_angle(difference) : difference;
+  };
+  const auto slope = [&](std::size_t to) {  // of the interval that ends there; NaN across gaps
+    const double gap = t[to] - t[to - 1];
+    return gap > 0.0 && gap <= kLongestGap_s ? step(to) / gap : kNotMeasured;
+  };
+  const double gap = t[after] - t[after - 1];
+  const double u = (time_s - t[after - 1]) / gap, v = 1.0 - u;
+  const double chord = values[after - 1] + u * step(after);
+  if (after < 2 || after + 1 >= t.size()) return chord;
+  const double here = slope(after), before = slope(after - 1), next = slope(after + 1);
+  const double bend = 0.5 * gap * u * v * (v * (before - here) - u * (next - here));
+  return std::isfinite(bend) ? chord + bend : chord;
+}
+
+/// x, y and heading; NaN where not measured, and across gaps.
 Vector3 value_at(const ReferenceStream& reference, double time_s) {
   Vector3 value = Vector3::Constant(kNotMeasured);
   const auto& t = reference.time_s;
@@ -42,15 +63,9 @@ Vector3 value_at(const ReferenceStream& reference, double time_s) {
   const auto j = std::clamp<std::size_t>(static_cast<std::size_t>(after - t.begin()), 1, t.size() - 1);
   const double gap = t[j] - t[j - 1];
   if (gap > kLongestGap_s || gap <= 0.0) return value;
-  const double u = (time_s - t[j - 1]) / gap;
-  const auto interpolate = [&](const std::vector<double>& values, int component, bool is_angle) {
-    if (values.empty()) return;
-    const double step = is_angle ? wrap_angle(values[j] - values[j - 1]) : values[j] - values[j - 1];
-    value[component] = values[j - 1] + u * step;
-  };
-  interpolate(reference.x_m, 0, false);
-  interpolate(reference.y_m, 1, false);
-  interpolate(reference.heading_rad, 2, true);
+  if (!reference.x_m.empty()) value.x() = interpolated(t, reference.x_m, j, time_s, false);
+  if (!reference.y_m.empty()) value.y() = interpolated(t, reference.y_m, j, time_s, false);
+  if (!reference.heading_rad.empty()) value.z() = interpolated(t, reference.heading_rad, j, time_s, true);
   return value;
 }
 

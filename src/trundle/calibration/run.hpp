@@ -21,7 +21,7 @@ struct ReferenceSample {
   bool empty() const { return !has_position() && !has_heading(); }
 };
 
-/// Linear interpolation of each measured quantity; nothing across gaps over half a second.
+/// Interpolated between samples, each measured quantity; nothing across gaps over half a second.
 ReferenceSample sample_reference(const ReferenceStream& reference, double time_s);
 
 /// A recording made ready for calibration: readings aligned, and the places ('epochs') where odometry is held

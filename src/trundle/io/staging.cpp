@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::string_view kEnding = ".trundle-new";
+constexpr std::string_view kStagedEnding = ".trundle-new";
 
 /// Ctrl-C and its like wait for as long as this lives: what is being written is not left lying about.
 class SignalsWait {
@@ -45,7 +45,7 @@ class SignalsWait {
 }
 
 fs::path staged_name(const fs::path& path) {
-  return "." + path.filename().string() + std::string(kEnding);
+  return "." + path.filename().string() + std::string(kStagedEnding);
 }
 
 void write_all(int descriptor, std::string_view content, const fs::path& path) {
@@ -317,7 +317,7 @@ void remove_stale(const fs::path& folder) {
   std::error_code unreadable;
   for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, unreadable)) {
     const std::string name = entry.path().filename().string();
-    if (!name.starts_with('.') || !name.ends_with(kEnding)) continue;
+    if (!name.starts_with('.') || !name.ends_with(kStagedEnding)) continue;
     const Descriptor stale(::open(entry.path().c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
     if (stale.number() >= 0 && stale.try_lock() == 0 && stale.is_at(entry.path()))
       fs::remove_all(entry.path(), unreadable);

@@ -176,7 +176,10 @@ std::optional<std::string> run_named(const std::string& name, const std::string&
   std::smatch match;
   if (!std::regex_match(name, match, std::regex(expression))) return std::nullopt;
   std::string run;
-  for (std::size_t star = 1; star < match.size(); ++star) run += (star > 1 ? "_" : "") + match[star].str();
+  for (std::size_t star = 1; star < match.size(); ++star) {
+    if (star > 1) run += '_';
+    run += match[star].str();
+  }
   return run;
 }
 
