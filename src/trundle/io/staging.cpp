@@ -8,6 +8,7 @@
 #include <memory>
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -45,7 +46,7 @@ class SignalsWait {
 }
 
 fs::path staged_name(const fs::path& path) {
-  return "." + path.filename().string() + std::string(kStagedEnding);
+  return fmt::format(".{}{}", path.filename().string(), kStagedEnding);
 }
 
 void write_all(int descriptor, std::string_view content, const fs::path& path) {
