@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -38,7 +39,7 @@ class Folder {
 
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path write(std::string_view name, std::string_view content) const {
-    io::write_file(path_ / name, content);
+    std::ofstream(path_ / name, std::ios::binary) << content;  // whatever it holds
     return path_ / name;
   }
   /// Several files in one input: each begins with a line "=== name"; its name stays within the folder.

@@ -6,9 +6,10 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "names.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/pipeline/provenance.hpp"
+
+#include "names.hpp"
 
 namespace trundle::app {
 

@@ -7,7 +7,8 @@ namespace trundle::app {
 
 void add_commands(CLI::App& app) {
   app.name("trundle");
-  app.description("Calibrated wheels, odometry with its covariance and maps from a wheeled robot's own recordings");
+  app.description(
+      "Calibrated wheels, odometry with its covariance and maps from a wheeled robot's own recordings");
   app.set_version_flag("--version", TRUNDLE_VERSION);
   app.require_subcommand(0, 1);
   add_run(app);

@@ -39,8 +39,8 @@ std::string text_of(const ReferenceSigmas& noise) {
 
 std::string text_of(const Nees& nees, const ReferenceSigmas& noise) {
   std::string text = fmt::format(
-      "NEES            {:.2f} mean (expected if consistent: {}), {:.1f} % of {} poses inside 95 %; {}\n", nees.mean,
-      nees.degrees_of_freedom, 100.0 * nees.share_inside_95, nees.poses, text_of(noise));
+      "NEES            {:.2f} mean (expected if consistent: {}), {:.1f} % of {} poses inside 95 %; {}\n",
+      nees.mean, nees.degrees_of_freedom, 100.0 * nees.share_inside_95, nees.poses, text_of(noise));
   if (nees.before_motion > 0)
     text += fmt::format("                from where the estimate moves: {} before it left out\n",
                         counted(nees.before_motion, "pose"));

@@ -42,9 +42,9 @@ std::string text_of(const LocalizeArguments& options, const LocalizeAnswer& answ
   text += fmt::format(
       "  sightings matched {}, rejected as outliers {}, while searching {}, not in the map {}, invalid {}\n",
       counts.matched, counts.rejected, counts.searching, counts.unmapped, counts.invalid);
-  text +=
-      fmt::format("  innovations squared (NIS): mean {:.2f}, median {:.2f} (expected if consistent: 2.00, 1.39)\n",
-                  counts.mean_nis, counts.median_nis);
+  text += fmt::format(
+      "  innovations squared (NIS): mean {:.2f}, median {:.2f} (expected if consistent: 2.00, 1.39)\n",
+      counts.mean_nis, counts.median_nis);
   if (counts.most_particles > 0) text += fmt::format("  at most {} particles\n", counts.most_particles);
   text += fmt::format("end pose: x {:.4f} m, y {:.4f} m, heading {:.3f}°\n", end.pose.x, end.pose.y,
                       degrees(end.pose.heading));

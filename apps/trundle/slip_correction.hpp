@@ -6,8 +6,9 @@
 
 #include <CLI/CLI.hpp>
 
-#include "names.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
+
+#include "names.hpp"
 
 namespace trundle::app {
 

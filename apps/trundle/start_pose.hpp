@@ -2,8 +2,9 @@
 
 #include <string>
 
-#include "names.hpp"
 #include "trundle/geometry/pose2.hpp"
+
+#include "names.hpp"
 
 namespace trundle::app {
 

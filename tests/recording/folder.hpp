@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -28,7 +29,7 @@ class Folder {
   std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
   /// Writes a file and returns where.
   std::filesystem::path write(const std::string& name, std::string_view content) const {
-    write_file(path_ / name, content);
+    std::ofstream(path_ / name, std::ios::binary) << content;  // whatever it holds
     return path_ / name;
   }
 

@@ -153,6 +153,17 @@ std::string summary_of(const CalibrationResult& result) {
                      result.unobservable.empty() ? "" : "; not everything is observable in these runs");
 }
 
+/// What runs said before the search may no longer hold where it ended: then nothing is known of anything.
+void require_told(std::span<const ParameterEstimate> parameters) {
+  constexpr double kWorse = 3.0;  // than the prior: by more than the scatter of the runs alone makes it
+  for (const ParameterEstimate& e : parameters)
+    if (e.observable && !(e.sigma_within < kWorse * e.sigma_prior))
+      throw CannotAnswer(fmt::format(
+          "{} would be {:.4g} ± {:.2g} {}, worse than it is known without these runs (± {:.2g}): they do not "
+          "tell it; measure more closely, or drive more",
+          e.name, e.value, e.sigma_within, e.unit == "1" ? "" : e.unit, e.sigma_prior));
+}
+
 }  // namespace
 
 std::string nothing_to_calibrate(const Chassis& chassis) {
@@ -200,6 +211,7 @@ CalibrationResult result_of(const Estimate& estimate, const SessionSpread& sprea
   if (estimate.noise.from_runs)
     set_typical_wheel_noise(estimate.noise.levels.wheel_per_sqrt_m, result.calibrated.chassis);
   result.parameters = parameter_estimates(estimate, spread, parameters, nominal);
+  require_told(result.parameters);
   const std::vector<Eigen::Index> estimated = estimated_of(estimate);
   result.covariance_within = estimate.covariance(estimated, estimated);
   result.covariance_total = total_covariance(estimate, spread)(estimated, estimated);

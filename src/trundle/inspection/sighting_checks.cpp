@@ -107,8 +107,9 @@ std::vector<Explanation> explanations(const TwiceSeen& twice, Complex lever, Com
 
 std::optional<Finding> wrong_sightings(const Recording& recording, const Robot& robot,
                                        const AlignedReadings& readings) {
+  if (!robot.landmark_sensor || recording.sightings.empty()) return std::nullopt;
   const std::optional<MotionPath> path = motion_path(readings, robot);
-  if (!robot.landmark_sensor || !path || path->time_s.empty()) return std::nullopt;
+  if (!path || path->time_s.empty()) return std::nullopt;
   const Pose2& sensor = robot.landmark_sensor->body_from_sensor;
   const TwiceSeen twice = twice_seen(recording.sightings, *path, robot.landmark_sensor->time_offset_s);
   if (twice.moved.size() < kFewestPairs) return std::nullopt;

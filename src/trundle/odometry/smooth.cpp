@@ -1,6 +1,5 @@
 #include "trundle/odometry/smooth.hpp"
 
-
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
