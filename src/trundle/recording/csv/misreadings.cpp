@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
-#include <ranges>
 #include <span>
 #include <utility>
 
@@ -85,11 +85,16 @@ struct Gait {
 
 /// Steps of a counter that wraps or starts again are left out.
 Gait gait_of(std::span<const double> column) {
-  auto value = column | std::views::filter([](double v) { return !std::isnan(v); });
   Gait gait;
-  const auto rows = static_cast<std::size_t>(std::ranges::distance(value));
+  std::size_t rows = 0;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const double value : column) {
+    if (std::isnan(value)) continue;
+    ++rows;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
   if (rows < kFewestRows) return gait;
-  const auto [low, high] = std::ranges::minmax(value);
   gait.low = low;
   gait.high = high;
   const double jump = 0.5 * (high - low);
@@ -97,9 +102,11 @@ Gait gait_of(std::span<const double> column) {
   // Rows: what trembles to and fro cancels over them, what counts on does not.
   constexpr std::size_t kCoarse = 8;
   std::size_t row = 0;
-  double last = value.front();
-  for (const double now : value | std::views::drop(1)) {
+  double last = std::numeric_limits<double>::quiet_NaN();
+  for (const double now : column) {
+    if (std::isnan(now)) continue;
     const double step = now - std::exchange(last, now);
+    if (std::isnan(step)) continue;  // the first
     ++row;
     if (step != 0.0 && std::abs(step) < jump) {
       ++gait.steps;
