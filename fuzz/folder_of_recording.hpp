@@ -6,7 +6,7 @@
 
 namespace trundle::fuzz {
 
-/// Reads a folder as a recording; what was read can be written and read again.
+/// Reads a folder as a recording; what was read can be written, unless something is missing, and read again.
 inline int read_folder(std::string_view files) {
   static const Folder folder, copy;
   folder.clear();
@@ -16,8 +16,10 @@ inline int read_folder(std::string_view files) {
   for (const recording::Finding& finding : recording.findings) (void)recording::describe(finding);
   if (recording.inputs.empty()) return 0;
   copy.clear();
-  recording::write_recording(recording, copy.path());
-  return try_to([&] { recording::read_recording(copy.path()); });
+  return try_to([&] {
+    recording::write_recording(recording, copy.path());
+    recording::read_recording(copy.path());
+  });
 }
 
 }  // namespace trundle::fuzz
