@@ -29,6 +29,7 @@ class Folder {
   std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
   /// Writes a file and returns where.
   std::filesystem::path write(const std::string& name, std::string_view content) const {
+    std::filesystem::create_directories((path_ / name).parent_path());
     std::ofstream(path_ / name, std::ios::binary) << content;  // whatever it holds
     return path_ / name;
   }
