@@ -82,7 +82,8 @@ TEST(Recording, of_a_log_that_is_being_written_is_hashed_as_it_was_read) {
   folder.write("wheels.csv", text);
   std::atomic<bool> is_over = false;
   std::thread logger([&] {
-    for (std::size_t k = 0; !is_over; k = (k + 7) % states.size()) folder.write("wheels.csv", states[k]);
+    for (std::size_t k = 0; !is_over; k = (k + 7) % states.size())
+      write_file(folder / "wheels.csv", states[k]);
   });
   for (int i = 0; i < 300; ++i) {
     const Recording recording = read_recording(folder.path());
