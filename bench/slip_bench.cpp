@@ -39,7 +39,7 @@ Robot mecanum_with_pods() {
 }
 
 /// A drive with slips now and then.
-std::vector<Increment> slippery_drive(const Robot& robot) {
+Increments slippery_drive(const Robot& robot) {
   Scenario scenario;
   scenario.nominal = robot;
   scenario.truth = robot;
@@ -51,7 +51,7 @@ std::vector<Increment> slippery_drive(const Robot& robot) {
 
 /// `interval_s` 0: every increment is judged by itself.
 void step(benchmark::State& state, const Robot& robot, double interval_s) {
-  const std::vector<Increment> increments = slippery_drive(robot);
+  const Increments increments = slippery_drive(robot);
   SlipOdometer::Options options;
   options.odometry.learn_gyro_bias = true;
   options.slip.interval_s = interval_s;

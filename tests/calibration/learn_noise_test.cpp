@@ -112,7 +112,7 @@ TEST(LearnNoise, needs_enough_displacements) {
   const Robot truth = noisy_differential();
   auto runs = tours(truth, 10);
   runs.resize(1);
-  runs[0].readings.increments.resize(100);
+  runs[0].readings.increments.cut(0, 100);
   EXPECT_THROW(learn_noise(runs, truth), CannotAnswer);
 }
 

@@ -40,7 +40,7 @@ Robot calibrated_robot(double bias_rad_s, double sigma_between) {
 
 AlignedReadings readings_of_drive(SensedDrive& drive, const std::vector<Piece>& pieces) {
   AlignedReadings readings;
-  readings.increments = drive.over(pieces);
+  readings.increments = Increments(drive.over(pieces));
   readings.bridged.assign(readings.increments.size(), false);
   return readings;
 }

@@ -42,11 +42,18 @@ inline std::vector<Increment> slipping(std::vector<Increment> increments) {
   return increments;
 }
 
-inline AlignedReadings aligned(std::vector<Increment> increments) {
+inline AlignedReadings aligned(const std::vector<Increment>& increments) {
   AlignedReadings readings;
   readings.bridged.assign(increments.size(), false);
-  readings.increments = std::move(increments);
+  readings.increments = Increments(increments);
   return readings;
+}
+
+/// The gyro says nothing of an increment.
+inline void lose_gyro(std::size_t i, AlignedReadings& readings) {
+  Increment increment = readings.increments[i];
+  increment.has_gyro = false;
+  readings.increments.set(i, increment);
 }
 
 /// A calibration that knows these parameters with this covariance.

@@ -40,7 +40,7 @@ TEST(Integrate, ReportsGapsAndMissingGyro) {
   const Robot robot = test::robot_of(test::with_gyro(differential_drive(test::kSize, 0.5)));
   AlignedReadings readings = test::aligned(test::wandering(robot, 10));
   readings.bridged[4] = true;
-  readings.increments[7].has_gyro = false;
+  test::lose_gyro(7, readings);
   const IntegratedOdometry result = integrate(readings, robot);
   EXPECT_EQ(result.bridged, 1U);
   ASSERT_EQ(result.findings.size(), 2U);
@@ -62,7 +62,7 @@ TEST(Integrate, PathLengthAndNoCovarianceWhenNotAsked) {
 TEST(Integrate, NeedsTheGyroWherePodsAloneCannotTell) {
   const Robot robot = test::robot_of(test::two_pods());
   AlignedReadings readings = test::aligned(test::wandering(robot, 10));
-  for (Increment& increment : readings.increments) increment.has_gyro = false;
+  for (std::size_t i = 0; i < readings.increments.size(); ++i) test::lose_gyro(i, readings);
   EXPECT_THROW(integrate(readings, robot), CannotAnswer);
 }
 

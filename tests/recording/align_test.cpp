@@ -337,8 +337,8 @@ AlignedReadings with_clock(const Recording& recording, double time_offset_s) {
 TEST(Align, the_change_of_rate_is_what_a_moved_clock_changes) {
   constexpr double kMoved_s = 0.1;
   const Recording recording = turning_to_and_fro(0.05);
-  const std::vector<Increment> here = with_clock(recording, 0.01).increments;
-  const std::vector<Increment> later = with_clock(recording, 0.01 + kMoved_s).increments;
+  const Increments here = with_clock(recording, 0.01).increments;
+  const Increments later = with_clock(recording, 0.01 + kMoved_s).increments;
   for (std::size_t i = 0; i < here.size(); ++i)
     EXPECT_NEAR(here[i].gyro_change_rad_s, -(later[i].gyro_rad - here[i].gyro_rad) / kMoved_s, 1e-9) << i;
 }
@@ -349,8 +349,8 @@ TEST(Align, the_centred_change_of_rate_is_what_a_moved_clock_changes_either_way)
   const Recording recording = turning_to_and_fro(kStep_s);
   AlignedReadings here = with_clock(recording, 0.01);
   centre_gyro_changes(here);
-  const std::vector<Increment> later = with_clock(recording, 0.01 + kMoved_s).increments;
-  const std::vector<Increment> earlier = with_clock(recording, 0.01 - kMoved_s).increments;
+  const Increments later = with_clock(recording, 0.01 + kMoved_s).increments;
+  const Increments earlier = with_clock(recording, 0.01 - kMoved_s).increments;
   for (std::size_t i = 2; i + 2 < here.increments.size(); ++i)
     EXPECT_NEAR(here.increments[i].gyro_change_rad_s,
                 -(later[i].gyro_rad - earlier[i].gyro_rad) / (2.0 * kMoved_s), 1e-9)

@@ -100,9 +100,9 @@ World world_of(const Situation& situation, std::uint64_t seed, std::uint64_t dri
     const double dt = 1.0 / kRate_hz;
     const double driven_s = dt * k - situation.rest_s;
     const Twist2 twist{0.5 * dt, 0.0, dt * (0.25 + 0.2 * std::sin(0.3 * driven_s))};
-    world.readings.increments.push_back(
-        drive(world, driven_s > 0.0 ? twist : Twist2{}, situation.bias_rad_s, random));
-    world.readings.increments.back().time_s = dt * k;
+    Increment increment = drive(world, driven_s > 0.0 ? twist : Twist2{}, situation.bias_rad_s, random);
+    increment.time_s = dt * k;
+    world.readings.increments.push_back(increment);
     if (k % (kRate_hz / kSightings_hz) == 0) look_around(world, dt * k, random);
   }
   world.readings.bridged.assign(world.readings.increments.size(), false);

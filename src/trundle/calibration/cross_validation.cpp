@@ -31,7 +31,7 @@ Run part_of(const Run& run, std::size_t first_epoch, std::size_t last_epoch) {
   part.partial = {};  // of the whole run
   part.relative_motions.clear();
   part.readings.start_s = run.epoch_time(first_epoch);
-  cut(part.readings.increments, from, to);
+  part.readings.increments.cut(from, to);
   cut(part.readings.bridged, from, to);
   cut(part.epochs, first_epoch, last_epoch + 1);
   for (std::size_t& epoch : part.epochs) epoch -= from;

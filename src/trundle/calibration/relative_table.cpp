@@ -19,7 +19,7 @@ Cover cover_of(const AlignedReadings& readings, double start_s, double end_s) {
       end_s > increments.back().time_s + tolerance)
     return {};
   const auto first = std::ranges::upper_bound(increments, start_s + tolerance, {}, &Increment::time_s);
-  if (first == increments.end() || first->time_s < end_s - tolerance) return {true, std::nullopt};
+  if (first == increments.end() || (*first).time_s < end_s - tolerance) return {true, std::nullopt};
   return {true, static_cast<std::size_t>(first - increments.begin())};
 }
 

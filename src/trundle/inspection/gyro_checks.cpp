@@ -19,7 +19,11 @@ bool looks_like_degrees(double ratio, const Robot& robot) {
 
 /// Turns as they would be if a wheel counted the other way.
 PairedSums with_reversed(std::size_t wheel, const Robot& robot, AlignedReadings readings) {
-  for (Increment& increment : readings.increments) increment.turned[wheel] = -increment.turned[wheel];
+  for (std::size_t i = 0; i < readings.increments.size(); ++i) {
+    Increment increment = readings.increments[i];
+    increment.turned[wheel] = -increment.turned[wheel];
+    readings.increments.set(i, increment);
+  }
   return turns_of_gyro(robot, readings);
 }
 

@@ -71,9 +71,7 @@ struct Standstill {
   double duration_s(const AlignedReadings& readings) const {
     return readings.increments[end - 1].time_s - start_s(readings);
   }
-  std::span<const Increment> of(const AlignedReadings& readings) const {
-    return std::span(readings.increments).subspan(first, end - first);
-  }
+  IncrementRange of(const AlignedReadings& readings) const { return {readings.increments, first, end}; }
 };
 
 std::vector<Standstill> standstills_of(std::size_t wheel, const AlignedReadings& readings,
@@ -90,7 +88,7 @@ std::vector<Standstill> standstills_of(std::size_t wheel, const AlignedReadings&
 }
 
 /// Revolutions of a wheel, there and back counted twice.
-double way(std::size_t wheel, std::span<const Increment> increments) {
+double way(std::size_t wheel, const IncrementRange& increments) {
   double sum = 0.0;
   for (const Increment& increment : increments) sum += std::abs(increment.turned[wheel]);
   return sum;
@@ -128,7 +126,7 @@ void find_stuck(const Recording& recording, const std::vector<std::string>& whee
 
 /// What the other sensors say that a wheel rolled over some intervals [m]; nothing where they cannot tell.
 std::optional<double> expected_travel(const Robot& robot, std::size_t wheel,
-                                      std::span<const Increment> increments) {
+                                      const IncrementRange& increments) {
   const Chassis rest = without_wheel(robot.chassis, wheel);
   const bool with_gyro = rest.gyro && std::all_of(increments.begin(), increments.end(),
                                                   [](const Increment& i) { return i.has_gyro; });

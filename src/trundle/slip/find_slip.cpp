@@ -111,7 +111,7 @@ SlipReport find_slip(AlignedReadings readings, const VelocityStream& commands, c
   const auto correct_until = [&](std::size_t end, const SlipCorrection& correction) {
     if (!correction.none())
       for (std::size_t i = begin; i < end; ++i)
-        readings.increments[i] = corrected(readings.increments[i], correction, robot.chassis);
+        readings.increments.set(i, corrected(readings.increments[i], correction, robot.chassis));
     begin = end;
   };
   for (std::size_t i = 0; i < readings.increments.size(); ++i) {

@@ -1,7 +1,6 @@
 #include "trundle/recording/alignment/align.hpp"
 
 #include <cmath>
-#include <iterator>
 #include <optional>
 
 #include "trundle/recording/alignment/gyro_turns.hpp"
@@ -16,12 +15,13 @@ struct Turned {
   double gyro_rad = 0.0;
   double duration_s = 0.0;
 
-  template <class Iterator>
-  static std::optional<Turned> over(Iterator from, Iterator end) {
+  static std::optional<Turned> over(const Increments& increments, std::size_t from, int step) {
     Turned turned;
-    for (; from != end && from->has_gyro; ++from) {
-      turned.gyro_rad += from->gyro_rad;
-      turned.duration_s += from->duration_s;
+    for (std::size_t i = from; i < increments.size(); i += static_cast<std::size_t>(step)) {
+      const Increment increment = increments[i];
+      if (!increment.has_gyro) break;
+      turned.gyro_rad += increment.gyro_rad;
+      turned.duration_s += increment.duration_s;
       if (turned.duration_s >= GyroIntegral::kRateOver_s - 1e-9) return turned;
     }
     return std::nullopt;
@@ -47,25 +47,28 @@ void add_gyro(const GyroStream& gyro, const Robot& robot, AlignedReadings& align
   if (!robot.chassis.gyro || gyro.time_s.empty() || aligned.increments.empty()) return;
   const GyroSamples samples(gyro, *robot.chassis.gyro);
   GyroTurns turns(samples, robot.chassis.gyro->time_offset_s, aligned.start_s);
-  for (Increment& increment : aligned.increments) {
+  for (std::size_t i = 0; i < aligned.increments.size(); ++i) {
+    Increment increment = aligned.increments[i];
     const std::optional<double> turn = turns.until(increment.time_s);
     increment.gyro_rad = turn.value_or(0.0);
     increment.has_gyro = turn.has_value();
+    aligned.increments.set(i, increment);
   }
 }
 
 void centre_gyro_changes(AlignedReadings& aligned) {
-  std::vector<Increment>& increments = aligned.increments;
+  Increments& increments = aligned.increments;
   double before = kNotMeasured;  // rate at the start of the increment
   for (std::size_t i = 0; i < increments.size(); ++i) {
-    const auto next = increments.begin() + static_cast<std::ptrdiff_t>(i + 1);
-    const auto later = Turned::over(next, increments.end());
-    const auto earlier = Turned::over(std::make_reverse_iterator(next), increments.rend());
+    const auto later = Turned::over(increments, i + 1, 1);
+    const auto earlier = Turned::over(increments, i, -1);
     const double after =
         later && earlier ? (later->gyro_rad + earlier->gyro_rad) / (later->duration_s + earlier->duration_s)
                          : kNotMeasured;
     const double change = after - before;
-    increments[i].gyro_change_rad_s = std::isnan(change) ? 0.0 : change;
+    Increment increment = increments[i];
+    increment.gyro_change_rad_s = std::isnan(change) ? 0.0 : change;
+    increments.set(i, increment);
     before = after;
   }
 }

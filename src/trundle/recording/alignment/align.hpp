@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "trundle/chassis/robot.hpp"
+#include "trundle/recording/alignment/increments.hpp"
 #include "trundle/recording/recording.hpp"
 
 namespace trundle::recording {
@@ -10,9 +11,9 @@ namespace trundle::recording {
 /// The readings of a recording on the wheels' time base, ready for odometry.
 struct AlignedReadings {
   double start_s = 0.0;
-  std::vector<Increment> increments;  ///< contiguous: each starts where the one before it ends
-  std::vector<bool> bridged;          ///< true: spans a gap; travel is known, its course is not
-  std::vector<Finding> findings;      ///< found while aligning (wraps, resets, missing gyro)
+  Increments increments;          ///< contiguous: each starts where the one before it ends
+  std::vector<bool> bridged;      ///< true: spans a gap; travel is known, its course is not
+  std::vector<Finding> findings;  ///< found while aligning (wraps, resets, missing gyro)
 };
 
 /// A recording through an Aligner, reading by reading as the stamps order them: the same as while it was

@@ -1,0 +1,46 @@
+#include "trundle/recording/alignment/increments.hpp"
+
+#include <cassert>
+
+namespace trundle::recording {
+
+static_assert(sizeof(Increment) == (6 + 2 * kMaxWheels) * sizeof(double), "visit() must know a new member");
+
+void Increments::reserve(std::size_t increments) {
+  time_s_.reserve(increments);
+}
+
+void Increments::push_back(const Increment& increment) {
+  const std::size_t i = size();
+  if (i == 0) first_duration_s_ = increment.duration_s;
+  time_s_.push_back(increment.time_s);
+  const std::size_t capacity = time_s_.capacity();
+  duration_s_.append(i, increment.duration_s, capacity, [this](std::size_t j) { return between(j); });
+  visit(*this, increment, kMaxWheels, [&](auto& column, auto member, auto usual) {
+    column.append(i, member, capacity, [usual](std::size_t) { return usual; });
+  });
+  count_wheels();
+}
+
+void Increments::set(std::size_t i, const Increment& increment) {
+  assert(increment.time_s == time_s_[i]);
+  visit(*this, increment, kMaxWheels, [&](auto& column, auto member, auto usual) {
+    column.set(i, member, size(), [usual](std::size_t) { return usual; });
+  });
+  count_wheels();
+}
+
+void Increments::cut(std::size_t first, std::size_t end) {
+  if (first < end) first_duration_s_ = (*this)[first].duration_s;
+  duration_s_.cut(first, end);
+  visit(*this, Increment{}, wheels_, [&](auto& column, auto, auto) { column.cut(first, end); });
+  time_s_ = {time_s_.begin() + static_cast<std::ptrdiff_t>(first),
+             time_s_.begin() + static_cast<std::ptrdiff_t>(end)};
+}
+
+void Increments::count_wheels() {
+  for (std::size_t w = wheels_; w < kMaxWheels; ++w)
+    if (!turned_[w].empty() || !slip_variance_[w].empty()) wheels_ = w + 1;
+}
+
+}  // namespace trundle::recording
