@@ -46,13 +46,12 @@ void add_calibrate(CLI::App& app) {
   command->add_option("--robot", options->robot, "The nominal robot file")->required();
   command->add_option("--free", options->calibrate.free, "Also estimate this parameter, e.g. reference.x");
   command->add_option("--fix", options->calibrate.fix, "Leave this parameter at its nominal value");
-  CLI::Option* learn_noise = command->add_flag(
-      "--learn-noise", options->calibrate.learn_noise,
-      "Also learn the noise of wheels, sideways motion and gyro from what odometry misses of the reference");
-  command
-      ->add_flag("--landmarks", options->landmarks,
-                 "Learn from what the robot saw of landmarks, without any reference")
-      ->excludes(learn_noise);
+  command->add_flag("--learn-noise", options->calibrate.learn_noise,
+                    "Also learn the noise of wheels, sideways motion and gyro from what odometry misses of "
+                    "the reference; with --landmarks that of odometry and landmark sensor from what the "
+                    "smoother leaves");
+  command->add_flag("--landmarks", options->landmarks,
+                    "Learn from what the robot saw of landmarks, without any reference");
   add_robot_number(*command, options->robot_number);
   add_calibration_output(*command, options->output);
   command->callback([options] { run(*options); });

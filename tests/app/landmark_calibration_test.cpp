@@ -80,8 +80,19 @@ TEST_F(CalibrateFromLandmarks, IsWhatARunDoesWithoutAReference) {
 TEST_F(CalibrateFromLandmarks, RefusesWhatCannotAnswer) {
   EXPECT_EQ(run({"calibrate", "blind", "--landmarks", "--robot", "sighted.toml"}).exit_code, 4);
   EXPECT_EQ(run({"calibrate", "tour", "--landmarks", "--robot", "nominal.toml"}).exit_code, 3);
-  EXPECT_EQ(run({"calibrate", "tour", "--landmarks", "--learn-noise", "--robot", "sighted.toml"}).exit_code,
-            2);
+}
+
+TEST_F(CalibrateFromLandmarks, LearnsNoiseIntoTheRobotFile) {
+  const Outcome outcome = run({"calibrate", "tour", "--landmarks", "--learn-noise", "--robot", "sighted.toml",
+                               "-o", "out/calibrated.toml"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("landmark_sensor.range_sigma_m"));
+  const Robot before = robot("sighted.toml");
+  const Robot after = robot("out/calibrated.toml");
+  EXPECT_NE(after.landmark_sensor->range_sigma_m, before.landmark_sensor->range_sigma_m);
+  EXPECT_NEAR(after.landmark_sensor->range_sigma_m, before.landmark_sensor->range_sigma_m,
+              0.5 * before.landmark_sensor->range_sigma_m);
+  EXPECT_THAT(read("out/calibrated.toml"), HasSubstr("landmark_sensor.range_sigma_m"));
 }
 
 }  // namespace

@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 
 #include <fmt/format.h>
 
 #include "trundle/calibration/conclusion.hpp"
 #include "trundle/calibration/defaults.hpp"
 #include "trundle/calibration/preparation.hpp"
-#include "trundle/slam/smoothing/landmark_fit.hpp"
+#include "trundle/io/words.hpp"
+#include "trundle/slam/smoothing/landmark_noise.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
 
 namespace trundle::slam {
@@ -19,6 +21,9 @@ namespace {
 constexpr int kMostAssociations = 10;
 // Far within the error bars.
 constexpr double kSameRobot = 0.1;
+// How often noise and robot are found in turn, and how many sigmas no noise moves by once that stays.
+constexpr int kMostNoiseRounds = 10;
+constexpr double kSameNoise = 0.1;
 // Sightings or odometry scatter by so much more, or less, than their sigmas that a person should know.
 constexpr double kScattersMore = 1.5;
 
@@ -51,6 +56,8 @@ struct AssociatedFit {
   std::vector<AssociatedRecording> all;
   LandmarkFit fit;
   double unsettled = 0.0;  ///< by so many sigmas a parameter moved when landmarks were last associated
+
+  bool has_unidentified() const { return std::ranges::any_of(all, &AssociatedRecording::has_unidentified); }
 };
 
 /// The most that a parameter differs by, in its sigmas.
@@ -71,7 +78,7 @@ AssociatedFit fit_in_turn(std::span<const Recording> recordings, const Robot& no
                           std::span<const Parameter> parameters) {
   AssociatedFit result{associated(recordings, nominal), {}};
   result.fit = fit_landmarks(result.all, nominal, parameters);
-  if (std::ranges::none_of(result.all, &AssociatedRecording::has_unidentified)) return result;
+  if (!result.has_unidentified()) return result;
   for (int times = 1; times < kMostAssociations; ++times) {
     const Estimate before = result.fit.estimate;
     result.all = associated(recordings, before.robot);
@@ -80,6 +87,34 @@ AssociatedFit fit_in_turn(std::span<const Recording> recordings, const Robot& no
     if (result.unsettled < kSameRobot) break;
   }
   return result;
+}
+
+/// Of two rounds: the most that a noise differs by, in its sigmas.
+double largest_shift(const LandmarkNoise& before, const LandmarkNoise& after) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < after.levels.size(); ++i)
+    if (const NoiseLevel& now = after.levels[i]; now.is_told)
+      largest = std::max(largest, std::abs(now.value - before.levels[i].value) / now.sigma);
+  return largest;
+}
+
+/// Noise weighs what the robot is found from, and the robot found shows what is noise: in turn, until the
+/// noise stays. `found` becomes the fit with it, and `robot` the given one with it.
+LandmarkNoise learn_noise_in_turn(std::span<const Recording> recordings,
+                                  std::span<const Parameter> parameters, Robot& robot, AssociatedFit& found) {
+  const Robot given = robot;
+  std::optional<LandmarkNoise> before;
+  for (int round = 0;; ++round) {
+    LandmarkNoise noise = learn_landmark_noise(found.all, found.fit, given);
+    const bool stays = before && largest_shift(*before, noise) < kSameNoise;
+    robot = with_noise_of(noise.robot, robot);
+    if (found.has_unidentified())
+      found = fit_in_turn(recordings, robot, parameters);
+    else
+      found.fit = fit_landmarks(found.all, robot, parameters);
+    if (stays || round + 1 == kMostNoiseRounds) return noise;
+    before = std::move(noise);
+  }
 }
 
 SessionSpread session_spread(std::span<const AssociatedRecording> all, const Robot& nominal,
@@ -119,6 +154,27 @@ void add_words(const AssociatedFit& found, CalibrationResult& result) {
                     std::sqrt(scatter)));
 }
 
+std::string words_of(const NoiseLevel& level) {
+  if (level.is_told)
+    return fmt::format("{} {} (was {:.4g}), from the smoother's residuals", level.name,
+                       with_sigma(level.value, level.sigma), level.given);
+  return fmt::format("{} stays {:.4g}: these sightings leave it open by more than half of itself", level.name,
+                     level.given);
+}
+
+/// The noises, here and in the robot file, and what they do not stand for.
+void add_noise(const LandmarkNoise& noise, CalibrationResult& result) {
+  for (const NoiseLevel& level : noise.levels) {
+    result.notes.push_back(words_of(level));
+    result.calibrated.calibration->provenance.push_back(words_of(level));
+  }
+  for (const LastingError& lasting : noise.lasting)
+    result.warnings.push_back(fmt::format(
+        "errors of {} last: neighbours, {:.2g} s apart, correlate by {:.2f}, so that what many of "
+        "them say together is {:.1f} times as uncertain as the noise of one lets expect",
+        lasting.of, lasting.spacing_s, lasting.correlation, lasting.of_means()));
+}
+
 }  // namespace
 
 CalibrationResult calibrate_from_landmarks(std::span<const Recording> training,
@@ -126,15 +182,21 @@ CalibrationResult calibrate_from_landmarks(std::span<const Recording> training,
                                            const CalibrateOptions& options) {
   const std::vector<Parameter> parameters =
       choose_parameters(nominal, {.length = true, .anything = true}, options.free, options.fix);
-  require_something_free(parameters, training, nominal);
-  const AssociatedFit found = fit_in_turn(training, nominal, parameters);
+  const bool only_noise = parameters.empty() && options.learn_noise;
+  if (!only_noise) require_something_free(parameters, training, nominal);
+  AssociatedFit found = fit_in_turn(training, nominal, parameters);
+  if (!only_noise) require_something_estimated(found.fit.estimate, parameters, nominal);
+  Robot noisy = nominal;
+  std::optional<LandmarkNoise> noise;
+  if (options.learn_noise) noise = learn_noise_in_turn(training, parameters, noisy, found);
   const Estimate& estimate = found.fit.estimate;
-  require_something_estimated(estimate, parameters, nominal);
-  const SessionSpread spread = session_spread(found.all, nominal, parameters, estimate.space);
+  const SessionSpread spread = session_spread(found.all, noisy, parameters, estimate.space);
   CalibrationResult result = result_of(estimate, spread, parameters, nominal);
   result.method = "landmarks";
   add_words(found, result);
+  if (noise) add_noise(*noise, result);
   conclude({prepare_runs(training, nominal), prepare_runs(hold_out, nominal)}, estimate, spread, result);
+  if (only_noise) result.summary = "noise alone is learned";
   return result;
 }
 

@@ -40,11 +40,22 @@ class Minimiser {
   Matrix2 landmark_covariance(int landmark) const {
     return normal_.inverse(poses_ + landmark, poses_ + landmark);
   }
+  /// Of a pose and a landmark that a sighting links with it.
+  Eigen::MatrixXd pose_landmark_covariance(int pose, int landmark) const {
+    return normal_.inverse(pose, poses_ + landmark);
+  }
   /// Of all landmarks from one on, x and y of each: two solutions of the linear system for each.
   Eigen::MatrixXd map_covariance(int first, int count) const;
   /// Of the difference of two landmarks' positions.
   Matrix2 difference_covariance(int landmark, int other) const;
   Eigen::MatrixXd parameter_covariance() const;
+
+  /// x with A x = b, A being the normal matrix where it was linearised; where each unknown stands in b.
+  Eigen::VectorXd solve(const Eigen::VectorXd& b) const { return normal_.solve(b); }
+  Eigen::Index unknowns() const { return normal_.size(); }
+  Eigen::Index row_of_pose(int pose) const { return normal_.offset(pose); }
+  Eigen::Index row_of_landmark(int landmark) const { return normal_.offset(poses_ + landmark); }
+  Eigen::Index row_of_parameters() const { return normal_.offset(parameters_); }
 
  private:
   class LevenbergMarquardt;
