@@ -37,7 +37,11 @@ std::string with_point(std::string_view cell, char decimal) {
 class RowReader {
  public:
   RowReader(const CsvFormat& format, std::size_t columns, std::span<const CsvColumn> wanted)
-      : scanner_(format), delimiter_(format.delimiter), decimal_(format.decimal), plans_(columns) {
+      : scanner_(format),
+        delimiter_(format.delimiter),
+        comment_(format.comment),
+        decimal_(format.decimal),
+        plans_(columns) {
     rows_.numbers.resize(wanted.size());
     rows_.texts.resize(wanted.size());
     block_rows_ = std::max<std::size_t>(1, kBlockCells / std::max<std::size_t>(1, wanted.size()));
@@ -71,6 +75,7 @@ class RowReader {
  private:
   static constexpr std::size_t kBlockCells = 4096;  // 32 KiB: a first-level cache
 
+  bool may_be_skipped(const char* p) const;
   const char* read_line(const char* p, const char* end);
   const char* read_plain_line(const char* p);
   void read_any_line(std::string_view line);
@@ -80,6 +85,7 @@ class RowReader {
 
   CellScanner scanner_;
   char delimiter_;
+  char comment_;
   char decimal_;
   std::vector<Plan> plans_;
   CsvRows rows_;
@@ -126,8 +132,15 @@ const char* RowReader::read_plain_line(const char* p) {
   return p;
 }
 
+/// A line that begins so may be blank or a comment, whose first cell would be passed over like any other that
+/// is not wanted.
+bool RowReader::may_be_skipped(const char* p) const {
+  return *p == ' ' || *p == '\t' || *p == '\r' || *p == comment_;
+}
+
 const char* RowReader::read_line(const char* p, const char* end) {
-  if (const char* const next = delimiter_ == ' ' ? nullptr : read_plain_line(p)) {
+  const bool plain = delimiter_ != ' ' && !may_be_skipped(p);
+  if (const char* const next = plain ? read_plain_line(p) : nullptr) {
     finish_row();
     return next;
   }
