@@ -219,7 +219,10 @@ TEST(Live, WhatDoesNotSuitTheRobotIsLeftOut) {
   for (const char* wrong :
        {R"({"time_s": 1, "wheels": {"left_ticks": 5, "right_ticks": 5}})",
         R"({"time_s": 2, "wheels": {"left_ticks": 5}})",
-        R"({"time_s": 2, "wheels": {"left_m": 5, "right_m": 5}})", R"({"time_s": 0.5, "gyro": 0.1})"}) {
+        R"({"time_s": 2, "wheels": {"left_m": 5, "right_m": 5}})", R"({"time_s": 0.5, "gyro": 0.1})",
+        R"({"time_s": 2, "wheels": {"left_ticks": 1e308, "right_ticks": -1e308}})",
+        R"({"time_s": 2, "wheels": {"left": 1e20, "right": 0}})", R"({"time_s": 2, "gyro": 1e300})",
+        R"({"time_s": 2, "gyro": {"yaw_rate_rad_s": -1e10}})"}) {
     EXPECT_THROW(take(wrong), InputError) << wrong;
     EXPECT_EQ(state_of(odometer), before) << wrong;
   }

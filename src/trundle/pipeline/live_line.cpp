@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/error.hpp"
+#include "trundle/recording/csv/reader.hpp"
 #include "trundle/report/json_text.hpp"
 #include "trundle/slip/find_slip.hpp"
 
@@ -22,6 +23,15 @@ double finite(const Line& value, std::string_view name, std::string_view place) 
   throw InputError(place, fmt::format("'{}' is no finite number", name), "a number");
 }
 
+/// The same limits as in the files of a recording.
+double reading(const Line& value, std::string_view name, bool is_count, std::string_view place) {
+  const double largest = is_count ? recording::kLargestCount : recording::kLargestReading;
+  const double number = finite(value, name, place);
+  if (std::abs(number) <= largest) return number;
+  throw InputError(place, fmt::format("'{}' is {}", name, number),
+                   is_count ? "a count between -2^64 and 2^64" : "a number between -1e9 and 1e9");
+}
+
 /// Of the line, or within what it gives of a sensor.
 double time_of(const Line& line, std::string_view place) {
   if (const auto at = line.find("time_s"); at != line.end()) return finite(*at, "time_s", place);
@@ -31,6 +41,11 @@ double time_of(const Line& line, std::string_view place) {
   throw InputError(place, "has no 'time_s'", kForm);
 }
 
+/// Names of wheels without a unit are of counts, too.
+bool is_count(std::string_view name) {
+  return !name.ends_with("_m") && !name.ends_with("_rad") && !name.ends_with("_rad_s");
+}
+
 std::vector<std::pair<std::string, double>> wheels_in(const Line& line, std::string_view place) {
   std::vector<std::pair<std::string, double>> wheels;
   const auto at = line.find("wheels");
@@ -38,7 +53,7 @@ std::vector<std::pair<std::string, double>> wheels_in(const Line& line, std::str
   if (!at->is_object())
     throw InputError(place, "'wheels' is no object", R"({"left_ticks": ..., "right_ticks": ...})");
   for (const auto& [name, value] : at->items())
-    if (name != "time_s") wheels.emplace_back(name, finite(value, name, place));
+    if (name != "time_s") wheels.emplace_back(name, reading(value, name, is_count(name), place));
   return wheels;
 }
 
@@ -46,10 +61,10 @@ std::vector<std::pair<std::string, double>> wheels_in(const Line& line, std::str
 std::optional<double> gyro_in(const Line& line, std::string_view place) {
   const auto at = line.find("gyro");
   if (at == line.end()) return std::nullopt;
-  if (!at->is_object()) return finite(*at, "gyro", place);
+  if (!at->is_object()) return reading(*at, "gyro", false, place);
   const auto rate = at->find("yaw_rate_rad_s");
   if (rate == at->end()) throw InputError(place, "'gyro' has no 'yaw_rate_rad_s'", "the rate, in rad/s");
-  return finite(*rate, "yaw_rate_rad_s", place);
+  return reading(*rate, "yaw_rate_rad_s", false, place);
 }
 
 void print_pose(std::string& text, const Pose2& pose, const Matrix3& P) {

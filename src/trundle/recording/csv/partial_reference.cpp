@@ -1,14 +1,35 @@
 #include "trundle/recording/csv/detail/partial_reference.hpp"
 
+#include <cmath>
+
 #include <fmt/format.h>
+
+#include "trundle/recording/csv/reader.hpp"
 
 namespace trundle::recording {
 namespace {
 
+/// Below it nothing is known, and the squares of what is divided by it leave a double.
+constexpr double kSmallestSigma = 1e-12;
+
+std::optional<double> value_in(TomlReader& table, const std::string& key) {
+  const auto value = table.number(key);
+  if (value && std::abs(*value) > kLargestReading)
+    table.fail(key, fmt::format("{} is {}", key, *value), "a number between -1e9 and 1e9");
+  return value;
+}
+
+std::optional<double> sigma_in(TomlReader& table, const std::string& key) {
+  const auto sigma = table.number_above_zero(key);
+  if (sigma && (*sigma < kSmallestSigma || *sigma > kLargestReading))
+    table.fail(key, fmt::format("{} is {}", key, *sigma), "a number between 1e-12 and 1e9");
+  return sigma;
+}
+
 std::optional<Measured> measured_in(TomlReader& table, const std::string& key, double default_sigma,
                                     double factor = 1.0) {
-  const auto value = table.number(key);
-  const auto sigma = table.number_above_zero(key + "_sigma");
+  const auto value = value_in(table, key);
+  const auto sigma = sigma_in(table, key + "_sigma");
   if (sigma && !value) table.fail(key + "_sigma", fmt::format("gives {0}_sigma without {0}", key), key);
   if (!value) return std::nullopt;
   return Measured{*value * factor, sigma ? *sigma * factor : default_sigma};
@@ -26,9 +47,9 @@ std::optional<Measured> angle_in(TomlReader& table, const std::string& key) {
 void take_closed(TomlReader& table, PartialReference& partial) {
   const bool closed = table.boolean("closed").value_or(false);
   const bool heading = table.boolean("closed_heading").value_or(closed);
-  const auto sigma_m = table.number_above_zero("closed_sigma_m");
-  const auto sigma_deg = table.number_above_zero("closed_sigma_deg");
-  const auto sigma_rad = table.number_above_zero("closed_sigma_rad");
+  const auto sigma_m = sigma_in(table, "closed_sigma_m");
+  const auto sigma_deg = sigma_in(table, "closed_sigma_deg");
+  const auto sigma_rad = sigma_in(table, "closed_sigma_rad");
   if (sigma_m && !closed)
     table.fail("closed_sigma_m", "gives closed_sigma_m without closed = true", "closed = true");
   if ((sigma_deg || sigma_rad) && !heading)
@@ -57,9 +78,9 @@ PartialReference read_partial_reference(TomlReader& table) {
 }
 
 ReferenceSigmas read_reference_noise(TomlReader& table) {
-  const auto sigma_m = table.number_above_zero("position_sigma_m");
-  const auto sigma_deg = table.number_above_zero("heading_sigma_deg");
-  const auto sigma_rad = table.number_above_zero("heading_sigma_rad");
+  const auto sigma_m = sigma_in(table, "position_sigma_m");
+  const auto sigma_deg = sigma_in(table, "heading_sigma_deg");
+  const auto sigma_rad = sigma_in(table, "heading_sigma_rad");
   if (sigma_deg && sigma_rad)
     table.fail("heading_sigma_deg", "gives heading_sigma_rad and heading_sigma_deg", "one of them");
   return {sigma_m.value_or(0.0), sigma_deg ? radians(*sigma_deg) : sigma_rad.value_or(0.0)};

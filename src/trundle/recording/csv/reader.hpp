@@ -15,6 +15,8 @@ namespace trundle::recording {
 
 /// In the unit of its column: beyond it nothing was measured, and sums of squares leave a double.
 inline constexpr double kLargestReading = 1e9;
+/// Counters run on for ever, but none has more than 64 bits.
+inline constexpr double kLargestCount = 0x1p64;
 
 struct CsvFormat {
   char delimiter = ',';        ///< ' ': any run of spaces and tabs

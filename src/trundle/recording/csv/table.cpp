@@ -84,17 +84,19 @@ class Selection {
   std::unordered_map<std::size_t, std::size_t> positions_;  // of each of the file's columns among them
 };
 
-/// Counters run on for ever, and variances are squares: neither has a limit.
+std::string number_within(double largest) {
+  return largest == kLargestCount ? "a number between -2^64 and 2^64" : "a number between -1e9 and 1e9";
+}
+
+/// Variances are squares and have no limit.
 void require_plausible(const std::vector<double>& values, const ColumnSource& column,
                        const StreamOrigin& origin) {
-  if (column.kind != CellKind::number || column.column.ends_with("_ticks") ||
-      column.column.starts_with("var_"))
-    return;
-  const auto beyond =
-      std::ranges::find_if(values, [](double value) { return std::abs(value) > kLargestReading; });
+  if (column.kind != CellKind::number || column.column.starts_with("var_")) return;
+  const double largest = column.column.ends_with("_ticks") ? kLargestCount : kLargestReading;
+  const auto beyond = std::ranges::find_if(values, [=](double value) { return std::abs(value) > largest; });
   if (beyond == values.end()) return;
   throw InputError(origin.place_of(static_cast<std::size_t>(beyond - values.begin())),
-                   fmt::format("{} is {}", column.column, *beyond), "a number between -1e9 and 1e9");
+                   fmt::format("{} is {}", column.column, *beyond), number_within(largest));
 }
 
 std::vector<double> stamps_of(const StreamSource& source, std::size_t rows) {
