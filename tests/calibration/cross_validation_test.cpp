@@ -42,6 +42,15 @@ TEST(CrossValidation, OfOneRunEachHalfIsJudgedByTheOther) {
   EXPECT_LT(validated.validation->calibrated_m, 0.3 * validated.validation->given_m);
 }
 
+TEST(CrossValidation, OfNothingObservableThereIsNone) {
+  const Robot robot = nominal_differential();
+  Runs runs = prepared(robot, robot, {straight(2.0), straight(2.0)}, 4);
+  const CalibrationProblem problem{runs, robot, {{ParameterKind::track, -1}}};
+  const Estimate estimate = estimate_parameters(problem);
+  ASSERT_EQ(estimate.space.basis.cols(), 0);
+  EXPECT_FALSE(cross_validate(problem, estimate));
+}
+
 /// A reference that turns away in the first half of each run and comes back in the second, as one that
 /// drifts: what it makes of the track in one run is wrong in the next.
 std::vector<Recording> drifting(std::vector<Recording> recordings) {

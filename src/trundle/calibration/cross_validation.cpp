@@ -90,6 +90,7 @@ std::optional<CrossValidation> cross_validate(const CalibrationProblem& problem,
   const CalibrationProblem of_parts{parts, problem.nominal, problem.parameters};
   const Influence influence = influence_of(validation.of_halves ? estimate_parameters(of_parts) : estimate,
                                            problem.nominal, problem.parameters);
+  if (influence.without.empty()) return std::nullopt;
   double given = 0.0;
   double calibrated = 0.0;
   for (std::size_t i = 0; i < parts.size(); ++i) {

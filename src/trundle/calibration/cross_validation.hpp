@@ -8,7 +8,8 @@
 
 namespace trundle::calibration {
 
-/// Nothing where the reference shows fewer than two parts' positions.
+/// Nothing where the reference shows fewer than two parts' positions, or none of the parameters is
+/// observable in them.
 [[nodiscard]] std::optional<CrossValidation> cross_validate(const CalibrationProblem& problem,
                                                             const Estimate& estimate);
 
