@@ -116,10 +116,10 @@ struct Contender {
 };
 
 void table(int landmarks, int seeds, bool filled) {
-  std::vector<Contender> contenders = {
-      {SlamMethod::ekf, 100},       {SlamMethod::fastslam1, 100},      {SlamMethod::fastslam2, 100},
-      {SlamMethod::mapso, 100},     {SlamMethod::mapso_proposal, 100}, {SlamMethod::fastslam1, 1000},
-      {SlamMethod::fastslam2, 1000}};
+  std::vector<Contender> contenders = {{SlamMethod::ekf, 100},        {SlamMethod::smoother, 100},
+                                       {SlamMethod::fastslam1, 100},  {SlamMethod::fastslam2, 100},
+                                       {SlamMethod::mapso, 100},      {SlamMethod::mapso_proposal, 100},
+                                       {SlamMethod::fastslam1, 1000}, {SlamMethod::fastslam2, 1000}};
   std::vector<std::string> names;
   std::vector<Row> rows(contenders.size() + 2);
   Smoothing smoothing;
@@ -137,10 +137,10 @@ void table(int landmarks, int seeds, bool filled) {
     rows[contenders.size()].add(given.counted(textbook(given, 1000)), given.truth);
   }
   for (const auto& [method, particles] : contenders)
-    names.push_back(method == SlamMethod::ekf ? std::string(name_of(method))
-                                              : fmt::format("{}, N = {}", name_of(method), particles));
+    names.push_back(has_particles(method) ? fmt::format("{}, N = {}", name_of(method), particles)
+                                          : fmt::format("{}, online", name_of(method)));
   names.emplace_back("textbook FastSLAM 1, N = 1000");
-  names.emplace_back("smoother, from fastslam2, N = 100");
+  names.emplace_back("smoother, afterwards, from fastslam2, N = 100");
   fmt::print("\nM = {}, map {} at the start, {} seeds\n\n| | known start | aligned |\n|---|---|---|\n",
              landmarks, filled ? "filled" : "empty", seeds);
   for (std::size_t i = 0; i < rows.size(); ++i)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The figures of docs/results/slam.md, from the real recordings. Position errors [m, rms] of each filter: of the whole path
-# (the best particle's; of `ekf` the online estimate) and of the online estimate, median and worst over the seeds; of the map, the
+# (the best particle's; of `ekf` and `smoother` the online estimate) and of the online estimate, median and worst over the seeds; of the map, the
 # mean NIS and outliers of the median run. Then the smoother started from `fastslam2`: its path, its map, its cost over the degrees of
 # freedom instead of NIS, outliers, and seconds of filter and smoother, and of the filter alone.
 # tools/slam_results.sh [PROGRAM [DATA [OUT [SEEDS]]]]
@@ -10,7 +10,7 @@ trundle=$(realpath "${1:-build/trundle}")
 data=$(realpath "${2:-${TRUNDLE_DATA:-../shared/data}}")
 out=$(realpath -m "${3:-out/slam}")
 seeds=${4:-10}
-readonly trundle data out seeds filters="ekf fastslam1 fastslam2 mapso mapso_proposal"
+readonly trundle data out seeds filters="ekf smoother fastslam1 fastslam2 mapso mapso_proposal"
 
 python3 tools/slam_recordings.py "$data" "$out"
 
@@ -71,7 +71,7 @@ all_filters() {
   smoother "$@"
   for filter in $filters; do
     last=$seeds
-    [[ $filter != ekf ]] || last=1
+    [[ $filter != ekf && $filter != smoother ]] || last=1
     for seed in $(seq "$last"); do errors_of "$filter" "$seed" "$@"; done | summary "$filter"
   done
 }

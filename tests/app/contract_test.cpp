@@ -104,11 +104,16 @@ class Contract : public testing::TestWithParam<Command> {
   Sample sample_;
 };
 
-TEST(Slam, EveryFilterDoesWithoutNames) {
+TEST(Slam, EveryFilterDoesWithoutNamesOrSaysThatItDoesNot) {
   const Sample sample;
   for (const std::string& filter : slam_method_names()) {
     const Outcome outcome = run_program(sample.folder(), {"slam", "unnamed", "--robot", "sighted.toml",
                                                           "--filter", filter, "--unknown-ids", "-o", "out"});
+    if (filter == "smoother") {
+      EXPECT_EQ(outcome.exit_code, 4);
+      EXPECT_THAT(outcome.err, HasSubstr("the names of their landmarks"));
+      continue;
+    }
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     EXPECT_GT(std::ranges::count(read_file(sample.folder() / "out" / "landmarks.csv"), '\n'), 2);
   }
@@ -401,7 +406,7 @@ Arguments slam_of(const std::string& recording, const std::string& filter, const
 
 TEST(Program, SlamGoesOnFromACheckpointAsIfNothingHadHappened) {
   const Sample sample;
-  for (const std::string filter : {"ekf", "fastslam1", "fastslam2", "mapso", "mapso_proposal"}) {
+  for (const std::string filter : {"ekf", "fastslam1", "fastslam2", "mapso", "mapso_proposal", "smoother"}) {
     ASSERT_EQ(run_program(sample.folder(), slam_of("seen", filter, {"-o", "whole"})).exit_code, 0);
     const Outcome begun =
         run_program(sample.folder(),

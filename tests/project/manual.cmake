@@ -60,7 +60,7 @@ require_bash_completes("cal" "calibrate")
 require_bash_completes("calibrate;--hold" "--hold-out")
 require_bash_completes("slam;recording;--filter;ek" "ekf")
 require_bash_completes("slam;--filter;=;ek" "ekf")
-require_bash_completes("slam;--filter;=" "fastslam1 fastslam2 mapso mapso_proposal ekf")
+require_bash_completes("slam;--filter;=" "fastslam1 fastslam2 mapso mapso_proposal ekf smoother")
 require_bash_completes("slam;--robot;trundle.b" "")  # then bash takes files
 
 find_program(ZSH zsh)

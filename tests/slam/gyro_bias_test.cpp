@@ -228,6 +228,7 @@ INSTANTIATE_TEST_SUITE_P(
                         "mapso_best", filter_of(SlamMethod::mapso, PointEstimate::best), {40.0, 15.0}, 2.0},
                     Subject{"mapso_proposal", filter_of(SlamMethod::mapso_proposal), {5.0, 6.0}},
                     Subject{"smoother", smoothed, {}},
+                    Subject{"smoother_online", filter_of(SlamMethod::smoother), {}},
                     Subject{"localize_ekf", localizer_of(LocalizerFilter::ekf), {}},
                     Subject{"localize_particles", localizer_of(LocalizerFilter::particles), {6.0, 7.0}}),
     [](const auto& test) { return test.param.name; });

@@ -27,7 +27,7 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
   Provenance provenance{recording.inputs, {}, question.seed};
   provenance.inputs.push_back(robot.file);
   provenance.options = {{"filter", std::string(name_of(question.method))}, {"start", question.start_text}};
-  if (question.method != SlamMethod::ekf)
+  if (has_particles(question.method))
     provenance.options.emplace_back("particles", std::to_string(question.particles));
   if (question.swarm.iterations != SwarmOptions{}.iterations)
     provenance.options.emplace_back("swarm-iterations", std::to_string(question.swarm.iterations));
@@ -165,14 +165,13 @@ SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const
   std::optional<Vector3> shares;
   if (question.systematic_sigma) shares = Vector3::Constant(*question.systematic_sigma);
   SlamPrior prior{.start = question.start, .systematic_sigma = systematic.sigma(shares)};
-  const SlamOptions filter{.method = question.method,
-                           .particles = question.particles,
-                           .seed = question.seed,
-                           .prior = prior,
-                           .threads = question.threads,
-                           .swarm = question.swarm,
-                           .estimate = question.estimate,
-                           .first_unidentified = answer.input.first_unidentified()};
+  const SlamOptions filter = slam_options_for(answer.input, {.method = question.method,
+                                                             .particles = question.particles,
+                                                             .seed = question.seed,
+                                                             .prior = prior,
+                                                             .threads = question.threads,
+                                                             .swarm = question.swarm,
+                                                             .estimate = question.estimate});
   answer.result =
       slam_with_checkpoints(answer.input, SlamRun(sensor, filter), settings_of(robot, question, answer.input),
                             question.checkpoints, question.on_steps);

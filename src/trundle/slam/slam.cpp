@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 
+#include "trundle/io/error.hpp"
 #include "trundle/statistics/median.hpp"
 
 namespace trundle::slam {
@@ -14,23 +15,28 @@ struct Method {
   std::string_view name;
   Proposal proposal;  ///< of the particle filters
 };
-constexpr std::array<Method, 5> kMethods = {{
+constexpr std::array<Method, 6> kMethods = {{
     {SlamMethod::fastslam1, "fastslam1", Proposal::motion},
     {SlamMethod::fastslam2, "fastslam2", Proposal::linearised},
     {SlamMethod::mapso, "mapso", Proposal::swarm},
     {SlamMethod::mapso_proposal, "mapso_proposal", Proposal::swarm_gaussian},
     {SlamMethod::ekf, "ekf", Proposal::motion},
+    {SlamMethod::smoother, "smoother", Proposal::motion},
 }};
 
 const Method& entry_of(SlamMethod method) {
   return *std::ranges::find(kMethods, method, &Method::method);
 }
 
-std::variant<EkfSlam, ParticleSlam> made(const LandmarkSensor& sensor, const SlamOptions& options) {
+std::variant<EkfSlam, ParticleSlam, IncrementalSmoother> made(const LandmarkSensor& sensor,
+                                                              const SlamOptions& options) {
   if (options.method == SlamMethod::ekf)
     return EkfSlam(
         sensor,
         {.prior = options.prior, .gate = options.gate, .first_unidentified = options.first_unidentified});
+  if (options.method == SlamMethod::smoother)
+    return IncrementalSmoother(sensor,
+                               {.prior = options.prior, .has_bias = options.has_bias, .gate = options.gate});
   return ParticleSlam(sensor, {.proposal = entry_of(options.method).proposal,
                                .particles = options.particles,
                                .seed = options.seed,
@@ -128,12 +134,22 @@ std::vector<std::string> slam_method_names() {
   return names;
 }
 
+bool has_particles(SlamMethod method) {
+  return method != SlamMethod::ekf && method != SlamMethod::smoother;
+}
+
 PointEstimate usual_estimate(SlamMethod method) {
   return method == SlamMethod::mapso ? PointEstimate::best : PointEstimate::mean;
 }
 
 SlamOptions slam_options_for(const SlamInput& input, SlamOptions options) {
+  if (options.method == SlamMethod::smoother && input.has_unidentified())
+    throw CannotAnswer(
+        "sightings without the names of their landmarks, which the filter 'smoother' needs; take 'fastslam2' "
+        "or "
+        "'ekf', and smooth what it finds (--smooth)");
   if (options.prior.systematic_sigma.size() == 0) options.prior.systematic_sigma = input.systematic.sigma();
+  options.has_bias = input.systematic.has_bias;
   options.first_unidentified = std::max(options.first_unidentified, input.first_unidentified());
   return options;
 }
@@ -165,6 +181,7 @@ std::vector<MappedLandmark> SlamFilter::map() const {
 }
 
 Eigen::MatrixXd SlamFilter::map_covariance() const {
+  if (const auto* smoother = std::get_if<IncrementalSmoother>(&filter_)) return smoother->map_covariance();
   const auto* ekf = std::get_if<EkfSlam>(&filter_);
   if (!ekf) return {};
   std::vector<std::size_t> confirmed;

@@ -8,31 +8,35 @@
 #include "trundle/geometry/trajectory.hpp"
 #include "trundle/slam/ekf/ekf.hpp"
 #include "trundle/slam/fastslam/particle_slam.hpp"
+#include "trundle/slam/smoothing/incremental_smoother.hpp"
 #include "trundle/slam/steps.hpp"
 
 namespace trundle::slam {
 
 /// Which filter: FastSLAM 1.0 and 2.0 [Montemerlo et al. 2002, 2003], with particles moved by a swarm as
-/// published or as a weighted proposal (docs/theory/swarm.md), or one extended Kalman filter.
-enum class SlamMethod { fastslam1, fastslam2, mapso, mapso_proposal, ekf };
+/// published or as a weighted proposal (docs/theory/swarm.md), one extended Kalman filter, or the smoother
+/// that goes along, for landmarks with names.
+enum class SlamMethod { fastslam1, fastslam2, mapso, mapso_proposal, ekf, smoother };
 
 [[nodiscard]] std::string_view name_of(SlamMethod method);
 /// Nothing when no method is called so.
 [[nodiscard]] std::optional<SlamMethod> slam_method_named(std::string_view name);
 /// All names, in order.
 [[nodiscard]] std::vector<std::string> slam_method_names();
+[[nodiscard]] bool has_particles(SlamMethod method);
 /// What it gives for its pose where nothing else is asked.
 [[nodiscard]] PointEstimate usual_estimate(SlamMethod method);
 
 /// Of any filter; what one has no use for it ignores.
 struct SlamOptions {
   SlamMethod method = SlamMethod::fastslam2;
-  std::size_t particles = 100;  ///< `ekf` has none
-  std::uint64_t seed = 1;       ///< `ekf` needs none
+  std::size_t particles = 100;  ///< `ekf` and `smoother` have none
+  std::uint64_t seed = 1;       ///< nor do they need one
   SlamPrior prior = {};
-  double gate = kDefaultGate;                    ///< NIS above which a sighting is an outlier
-  double resample_below = 0.5;                   ///< effective particles, as a share of all
-  bool keep_paths = true;                        ///< false: no best path, and memory does not grow with time
+  bool has_bias = false;        ///< the first of the systematic errors is the gyro's bias, which walks
+  double gate = kDefaultGate;   ///< NIS above which a sighting is an outlier
+  double resample_below = 0.5;  ///< effective particles, as a share of all
+  bool keep_paths = true;       ///< false: no best path, and memory does not grow with time
   Precision map_precision = Precision::float32;  ///< of the particles' maps
   std::size_t threads = 1;                       ///< results do not depend on it
   SwarmOptions swarm = {};                       ///< of `mapso` and `mapso_proposal`
@@ -41,7 +45,8 @@ struct SlamOptions {
 };
 
 /// The options completed by what the steps of a recording have: 1σ of the odometry's systematic errors, where
-/// the prior says nothing of them, and where the numbers of landmarks without names begin.
+/// the prior says nothing of them, and where the numbers of landmarks without names begin. Throws
+/// CannotAnswer where the method needs names and some sighting has none.
 [[nodiscard]] SlamOptions slam_options_for(const SlamInput& input, SlamOptions options = {});
 
 /// A particle, without its map.
@@ -82,7 +87,7 @@ class SlamFilter {
   }
 
  private:
-  std::variant<EkfSlam, ParticleSlam> filter_;
+  std::variant<EkfSlam, ParticleSlam, IncrementalSmoother> filter_;
 };
 
 /// Sightings by what became of them, and what their innovations say.

@@ -69,6 +69,13 @@ SystematicErrors systematic_errors_of(const Robot& robot, bool shares) {
   return errors;
 }
 
+std::vector<int> free_of(const Systematic& sigma, bool has_bias) {
+  std::vector<int> free;
+  for (int i = has_bias ? 1 : 0; i < sigma.size(); ++i)
+    if (sigma[i] > 0.0) free.push_back(i);
+  return free;
+}
+
 std::vector<NamedError> named_errors(const SystematicErrors& errors, const PoseEstimate& estimate) {
   const Systematic& s = estimate.systematic;
   const SystematicCovariance& P = estimate.systematic_covariance;

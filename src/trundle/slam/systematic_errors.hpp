@@ -35,6 +35,9 @@ struct SystematicErrors {
 /// uncertain_parameters.
 [[nodiscard]] SystematicErrors systematic_errors_of(const Robot& robot, bool shares);
 
+/// Of systematic errors with these sigmas, all but the bias, those that are not known exactly.
+[[nodiscard]] std::vector<int> free_of(const Systematic& sigma, bool has_bias);
+
 /// What an estimate says of one of them.
 struct NamedError {
   std::string name;

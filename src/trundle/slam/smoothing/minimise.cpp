@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "trundle/slam/smoothing/normal_equations.hpp"
 #include "trundle/statistics/descent.hpp"
 
 namespace trundle::slam {
@@ -44,78 +45,34 @@ Minimiser::Minimiser(const SmoothingProblem& problem)
       free_(problem.parameter_information.size()),
       normal_(pattern_of(problem)) {}
 
-// Eq. 7: J of a link has up to three blocks. Without a bias the last row and column are left out.
-void Minimiser::add(const MotionLink& link, const SmoothingState& state) {
-  const bool known = link.from == MotionLink::kKnown;
-  const Eigen::Index n = of_pose_;
-  const MotionResidual r = motion_residual(link, state);
-  const Eigen::Matrix4d W_to = link.information * r.by_to;
-  const Eigen::Vector4d We = link.information * r.error;
-  const Eigen::Vector4d g_to = r.by_to.transpose() * We;
-  normal_.add(link.to, link.to, (r.by_to.transpose() * W_to).topLeftCorner(n, n));
-  gradient_.segment(normal_.offset(link.to), n) += g_to.head(n);
-  if (!known) {
-    const Eigen::Vector4d g_from = r.by_from.transpose() * We;
-    normal_.add(link.from, link.from,
-                (r.by_from.transpose() * link.information * r.by_from).topLeftCorner(n, n));
-    normal_.add(link.from, link.to, (r.by_from.transpose() * W_to).topLeftCorner(n, n));
-    gradient_.segment(normal_.offset(link.from), n) += g_from.head(n);
-  }
-  if (free_ == 0) return;
-  const Eigen::Matrix4Xd W_by = -link.information.leftCols<3>() * link.by_parameters;
-  normal_.add(parameters_, parameters_, -link.by_parameters.transpose() * W_by.topRows<3>());
-  normal_.add(link.to, parameters_, (r.by_to.transpose() * W_by).topRows(n));
-  if (!known) normal_.add(link.from, parameters_, (r.by_from.transpose() * W_by).topRows(n));
-  gradient_.tail(free_) -= link.by_parameters.transpose() * We.head<3>();
-}
+/// Poses, landmarks, parameters.
+struct Minimiser::Equations {
+  Minimiser& of;
 
-void Minimiser::add(const SightingLink& link, const SmoothingProblem& problem, const SmoothingState& state) {
-  const SightingResidual r =
-      sighting_residual(problem.sensor, link.observation, state.poses[static_cast<std::size_t>(link.pose)],
-                        state.landmarks[static_cast<std::size_t>(link.landmark)]);
-  const double weight = robust_weight(r.error.squaredNorm(), problem.gate);
-  const int landmark = poses_ + link.landmark;
-  Eigen::Matrix<double, 2, 4> by_pose = Eigen::Matrix<double, 2, 4>::Zero();
-  by_pose.leftCols<3>() = r.by_pose;
-  normal_.add(link.pose, link.pose,
-              (weight * by_pose.transpose() * by_pose).topLeftCorner(of_pose_, of_pose_));
-  normal_.add(landmark, landmark, weight * r.by_landmark.transpose() * r.by_landmark);
-  normal_.add(landmark, link.pose, (weight * r.by_landmark.transpose() * by_pose).leftCols(of_pose_));
-  gradient_.segment<3>(normal_.offset(link.pose)) += weight * r.by_pose.transpose() * r.error;
-  gradient_.segment<2>(normal_.offset(landmark)) += weight * r.by_landmark.transpose() * r.error;
-}
+  void add(int i, int j, const Eigen::Ref<const Eigen::MatrixXd>& block) { of.normal_.add(i, j, block); }
+  void add(int i, const Eigen::Ref<const Eigen::VectorXd>& right) {
+    of.gradient_.segment(of.normal_.offset(i), right.size()) -= right;
+  }
+  int pose_block(int pose) const { return pose; }
+  int landmark_block(int landmark) const { return of.poses_ + landmark; }
+  int parameter_block() const { return of.parameters_; }
+};
 
 void Minimiser::build(const SmoothingProblem& problem, const SmoothingState& state) {
   normal_.clear();
   gradient_ = Eigen::VectorXd::Zero(normal_.size());
-  for (const MotionLink& link : problem.motions) add(link, state);
-  for (const SightingLink& link : problem.sightings) add(link, problem, state);
-  for (const BiasLink& link : problem.bias_readings) {
-    Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
-    information(3, 3) = 1.0 / link.variance;
-    normal_.add(link.pose, link.pose, information);
-    gradient_[normal_.offset(link.pose) + 3] += (state.bias_at(link.pose) - link.value) / link.variance;
-  }
-  if (free_ == 0) return;
-  normal_.add(parameters_, parameters_, Eigen::MatrixXd(problem.parameter_information.asDiagonal()));
-  const Eigen::VectorXd off =
-      problem.parameter_mean.size() == 0 ? state.parameters : state.parameters - problem.parameter_mean;
-  gradient_.tail(free_) += problem.parameter_information.cwiseProduct(off);
-  const Information& evidence = problem.parameter_evidence;
-  if (evidence.count == 0) return;
-  normal_.add(parameters_, parameters_, evidence.matrix);
-  gradient_.tail(free_) += evidence.matrix * state.parameters - evidence.gradient;
+  Equations equations{*this};
+  for (const MotionLink& link : problem.motions) add_to(equations, link, problem, state);
+  for (const SightingLink& link : problem.sightings) add_to(equations, link, problem, state);
+  for (const BiasLink& link : problem.bias_readings) add_to(equations, link, problem, state);
+  add_parameters_to(equations, problem, state);
 }
 
 SmoothingState Minimiser::moved(const SmoothingState& state, const Eigen::VectorXd& step) const {
   SmoothingState result = state;
   for (int i = 0; i < poses_; ++i) {
     Pose2& pose = result.poses[static_cast<std::size_t>(i)];
-    // To first order pose · exp(δ). Without the arc's bend poses at one place stay at one place, whatever
-    // each turns: turns on the spot are links so stiff that the difference would forbid every step.
-    const Vector3 delta = step.segment<3>(normal_.offset(i));
-    const Vector2 position = pose * Vector2(delta.head<2>());
-    pose = {position.x(), position.y(), pose.heading + delta.z()};
+    pose = moved_by(step.segment<3>(normal_.offset(i)), pose);
     if (of_pose_ == 4) result.biases[static_cast<std::size_t>(i)] += step[normal_.offset(i) + 3];
   }
   for (int i = 0; i < landmarks_; ++i)

@@ -60,9 +60,9 @@ class Minimiser {
  private:
   class LevenbergMarquardt;
 
+  struct Equations;
+
   void build(const SmoothingProblem& problem, const SmoothingState& state);
-  void add(const MotionLink& link, const SmoothingState& state);
-  void add(const SightingLink& link, const SmoothingProblem& problem, const SmoothingState& state);
   SmoothingState moved(const SmoothingState& state, const Eigen::VectorXd& step) const;
 
   int poses_;

@@ -8,17 +8,10 @@
 #include "trundle/slam/smoothing/shown.hpp"
 #include "trundle/slam/smoothing/smoother_start.hpp"
 #include "trundle/slam/smoothing/track.hpp"
+#include "trundle/slam/systematic_errors.hpp"
 
 namespace trundle::slam {
 namespace {
-
-/// Of the systematic errors, all but the bias, those that are estimated.
-std::vector<int> free_of(const Systematic& sigma, bool has_bias) {
-  std::vector<int> free;
-  for (int i = has_bias ? 1 : 0; i < sigma.size(); ++i)
-    if (sigma[i] > 0.0) free.push_back(i);
-  return free;
-}
 
 /// What the smoother counts the systematic errors from: what the filter took them for, so that long motions
 /// are those of about the right ones.

@@ -70,7 +70,7 @@ MotionResidual motion_residual(const MotionLink& link, const SmoothingState& sta
   const Twist2 xi = log(link.mean.inverse() * (from.inverse() * to));
   const Matrix3 by_to = right_jacobian_inverse(xi);
   MotionResidual residual;
-  residual.error << xi.vector() - link.by_parameters * state.parameters - link.by_bias * bias,
+  residual.error << xi.vector() - link.by_parameters * state.parameters - link.by_bias * bias + link.included,
       state.bias_at(link.to) - bias;
   residual.by_to = Eigen::Matrix4d::Identity();
   residual.by_to.topLeftCorner<3, 3>() = by_to;
@@ -108,7 +108,7 @@ double cost_of(const SmoothingProblem& problem, const SmoothingState& state) {
     const Twist2 xi =
         log(link.mean.inverse() * (from.inverse() * state.poses[static_cast<std::size_t>(link.to)]));
     Eigen::Vector4d error;
-    error << xi.vector() - link.by_parameters * state.parameters - link.by_bias * bias,
+    error << xi.vector() - link.by_parameters * state.parameters - link.by_bias * bias + link.included,
         state.bias_at(link.to) - bias;
     cost += error.dot(link.information * error);
   }

@@ -20,6 +20,11 @@ struct FreeMotion {
   Vector3 by_bias = Vector3::Zero();     ///< 0 where there is none
   double walk = 0.0;                     ///< as of Motion
   Vector3 with_walk = Vector3::Zero();   ///< likewise
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.mean, self.covariance, self.by_parameters, self.by_bias, self.walk, self.with_walk);
+  }
 };
 FreeMotion operator*(const FreeMotion& first, const FreeMotion& second);
 
@@ -34,8 +39,15 @@ struct MotionLink {
   Eigen::Matrix4d information = Eigen::Matrix4d::Identity();
   Eigen::Matrix3Xd by_parameters;
   Vector3 by_bias = Vector3::Zero();
+  Vector3 included = Vector3::Zero();  ///< what of those effects the mean has already
 
   static constexpr int kKnown = -1;
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.from, self.to, self.start, self.start_bias, self.mean, self.information, self.by_parameters,
+            self.by_bias, self.included);
+  }
 };
 
 /// The inverse of the motion's covariance with 1 µm and 1 µrad added: a robot that stands still is as sure as
@@ -53,6 +65,11 @@ struct SightingLink {
   int pose = 0;
   int landmark = 0;
   Observation observation;
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.pose, self.landmark, self.observation);
+  }
 };
 
 /// A reading of the bias at a pose.
@@ -60,6 +77,11 @@ struct BiasLink {
   int pose = 0;
   double value = 0.0;
   double variance = 0.0;
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.pose, self.value, self.variance);
+  }
 };
 
 /// All that is known of poses, landmarks and parameters. docs/theory/smoother.md, eq. 1-4.
@@ -88,10 +110,15 @@ struct SmoothingState {
   [[nodiscard]] double bias_at(int pose) const {
     return biases.empty() ? 0.0 : biases[static_cast<std::size_t>(pose)];
   }
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.poses, self.landmarks, self.parameters, self.biases);
+  }
 };
 
-/// (e, w): e = Log(mean⁻¹ a⁻¹ b) − S p − g β_a, w = β_b − β_a, and derivatives by moves a · exp(δ), b ·
-/// exp(δ) with the bias of each; that of e by p is −S. Eq. 1, 5.
+/// (e, w): e = Log(mean⁻¹ a⁻¹ b) − S p − g β_a + included, w = β_b − β_a, and derivatives by moves a ·
+/// exp(δ), b · exp(δ) with the bias of each; that of e by p is −S. Eq. 1, 5.
 struct MotionResidual {
   Eigen::Vector4d error;
   Eigen::Matrix4d by_from;
@@ -115,6 +142,13 @@ struct SightingResidual {
 }
 [[nodiscard]] inline double robust_weight(double squared, double gate) {
   return squared <= gate ? 1.0 : gate / squared;
+}
+
+/// To first order pose · exp(δ). Without the arc's bend poses at one place stay at one place, whatever each
+/// turns: turns on the spot are links so stiff that the difference would forbid every step.
+[[nodiscard]] inline Pose2 moved_by(const Vector3& delta, const Pose2& pose) {
+  const Vector2 position = pose * Vector2(delta.head<2>());
+  return {position.x(), position.y(), pose.heading + delta.z()};
 }
 
 /// Eq. 4.

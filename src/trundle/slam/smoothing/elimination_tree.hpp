@@ -1,0 +1,172 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "trundle/namespaces.hpp"
+
+namespace trundle::slam {
+
+/// The linear system of one front while its terms are added: the lower triangle of a symmetric matrix and the
+/// right side, by blocks.
+class FrontSystem {
+ public:
+  FrontSystem(Eigen::MatrixXd& matrix, Eigen::VectorXd& right, std::span<const int> offset_of)
+      : matrix_(matrix), right_(right), offset_of_(offset_of) {}
+
+  /// Adds to the block (i, j) and, being symmetric, to (j, i). Of i = j the lower triangle counts.
+  template <class Block>
+  void add(int i, int j, const Block& block) {
+    const int row = offset_of_[static_cast<std::size_t>(i)];
+    const int column = offset_of_[static_cast<std::size_t>(j)];
+    if (row >= column)
+      matrix_.block(row, column, block.rows(), block.cols()) += block;
+    else
+      matrix_.block(column, row, block.cols(), block.rows()) += block.transpose();
+  }
+  template <class Vector>
+  void add(int i, const Vector& right) {
+    right_.segment(offset_of_[static_cast<std::size_t>(i)], right.size()) += right;
+  }
+
+ private:
+  Eigen::MatrixXd& matrix_;
+  Eigen::VectorXd& right_;
+  std::span<const int> offset_of_;  ///< by variable
+};
+
+/// Sparse normal equations Λ δ = b that grow and change a little at a time, and their Cholesky factor as a
+/// tree of dense fronts [Kaess et al. 2012: the Bayes tree]. Λ and b are sums of terms, each among a few
+/// variables. Where terms are new or have changed, the fronts that hold them and all above them are
+/// eliminated anew, in an order of their own; what is below them stays. docs/theory/online-smoother.md.
+class EliminationTree {
+ public:
+  /// A new variable, by how much each of its numbers may change before it matters to what hangs on it.
+  /// Returns which it is: 0, 1, 2, ...
+  int add_variable(std::span<const double> tolerance);
+  /// A new term among variables. Returns which it is: 0, 1, 2, ...
+  int add_term(std::span<const int> variables);
+  /// The point at which a variable's terms are linearised was moved: its δ is less by so much.
+  void move(int variable, const Eigen::VectorXd& by);
+
+  /// What a term adds to the front that holds it.
+  using Linearise = std::function<void(int term, FrontSystem& system)>;
+  /// Eliminates what has changed anew; `last`: these variables last, in this order. False: the matrix is not
+  /// positive definite, and the tree is of no use any more.
+  bool update(std::span<const int> last, const Linearise& linearise);
+
+  /// Solves for δ from the root down: all of it, or as far as what is above has changed by more than its
+  /// tolerance since it was handed down. Returns the variables that were solved for.
+  enum class Solve { what_matters, all };
+  const std::vector<int>& solve(Solve which = Solve::what_matters);
+  [[nodiscard]] Eigen::Map<const Eigen::VectorXd> solution(int variable) const {
+    return Eigen::Map<const Eigen::VectorXd>(delta_.data() + offset(variable), size(variable));
+  }
+
+  /// Some columns of Jᵀ: the derivatives of as many numbers by one variable.
+  struct Derivative {
+    int variable;
+    Eigen::Index column;  ///< the first of them
+    Eigen::MatrixXd transposed;
+  };
+  /// J Λ⁻¹ Jᵀ: covariance of so many numbers that depend on variables anywhere in the tree. Costs what lies
+  /// between them and the root.
+  [[nodiscard]] Eigen::MatrixXd projected_covariance(std::span<const Derivative> derivatives,
+                                                     Eigen::Index numbers) const;
+
+  [[nodiscard]] int variables() const { return static_cast<int>(size_.size()); }
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.size_, self.offset_, self.node_of_, self.terms_of_, self.tolerance_, self.delta_,
+            self.handed_down_, self.variables_of_, self.nodes_, self.free_, self.roots_, self.new_variables_,
+            self.new_terms_, self.touched_, self.eliminated_, self.largest_);
+  }
+
+ private:
+  struct Node {
+    std::vector<int> variables;  ///< those of the columns first, in order of elimination, then those of rows
+    int column_variables = 0;
+    int columns = 0;  ///< scalars
+    int size = 0;     ///< scalars, columns among them
+    int parent = -1;
+    std::int64_t turn = 0;  ///< when it was eliminated: children before parents
+    bool is_new = true;     ///< since the last solve()
+    std::vector<int> children;
+    std::vector<int> terms;
+    Eigen::MatrixXd factor;        ///< L1 over L2
+    Eigen::VectorXd reduced;       ///< L1⁻¹ b1
+    Eigen::MatrixXd update;        ///< what eliminating the columns leaves of the rows
+    Eigen::VectorXd update_right;  ///< likewise of b
+
+    [[nodiscard]] int rows() const { return size - columns; }
+    [[nodiscard]] std::span<const int> of_columns() const {
+      return std::span(variables).first(static_cast<std::size_t>(column_variables));
+    }
+    [[nodiscard]] std::span<const int> of_rows() const {
+      return std::span(variables).subspan(static_cast<std::size_t>(column_variables));
+    }
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.variables, self.column_variables, self.columns, self.size, self.parent, self.turn,
+              self.is_new, self.children, self.terms, self.factor, self.reduced, self.update,
+              self.update_right);
+    }
+  };
+  /// What is eliminated anew.
+  struct Affected {
+    std::vector<int> variables;  ///< those that come last at the end
+    std::vector<int> terms;
+    std::vector<int> orphans;  ///< nodes that stay, and whose parents do not
+  };
+
+  [[nodiscard]] int size(int variable) const { return size_[static_cast<std::size_t>(variable)]; }
+  [[nodiscard]] int offset(int variable) const { return offset_[static_cast<std::size_t>(variable)]; }
+  [[nodiscard]] Node& node(int n) { return nodes_[static_cast<std::size_t>(n)]; }
+  [[nodiscard]] const Node& node(int n) const { return nodes_[static_cast<std::size_t>(n)]; }
+
+  std::vector<int> take_touched_nodes();
+  Affected take_affected(std::span<const int> last);
+  std::vector<int> make_nodes(const Affected& affected, std::size_t last);
+  int new_node();
+  bool eliminate(Node& front, const Linearise& linearise, double ridge);
+  void add_update_of(const Node& child);
+  void solve_columns(const Node& front);
+  void hand_down(int variable);
+  [[nodiscard]] std::vector<int> path_nodes(std::span<const Derivative> derivatives) const;
+
+  // By variable.
+  std::vector<int> size_;
+  std::vector<int> offset_;   ///< where its numbers begin
+  std::vector<int> node_of_;  ///< whose column it is; −1: new
+  std::vector<std::vector<int>> terms_of_;
+  // By number of a variable.
+  std::vector<double> tolerance_;
+  std::vector<double> delta_;
+  std::vector<double> handed_down_;  ///< δ as the fronts below know it
+
+  std::vector<std::vector<int>> variables_of_;  ///< by term
+  std::vector<Node> nodes_;
+  std::vector<int> free_;  ///< nodes that are none
+  std::vector<int> roots_;
+  std::vector<int> new_variables_;
+  std::vector<int> new_terms_;
+  std::vector<int> touched_;  ///< variables
+  std::int64_t eliminated_ = 0;
+  double largest_ = 0.0;  ///< on the diagonals of all fronts so far
+  // Room to work in.
+  std::vector<int> place_;  ///< by variable: its number among the affected, or where it begins in a front
+  std::vector<char> has_moved_;  ///< by variable: by what matters, in this solve()
+  std::vector<char> is_taken_;   ///< by node
+  std::vector<int> solved_;
+  Eigen::MatrixXd matrix_;
+  Eigen::VectorXd right_;
+};
+
+}  // namespace trundle::slam

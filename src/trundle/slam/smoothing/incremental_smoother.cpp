@@ -1,0 +1,275 @@
+#include "trundle/slam/smoothing/incremental_smoother.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "trundle/io/error.hpp"
+#include "trundle/slam/smoothing/normal_equations.hpp"
+#include "trundle/slam/smoothing/nth.hpp"
+#include "trundle/slam/systematic_errors.hpp"
+
+namespace trundle::slam {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// What linearising a reading may leave out, as a share of its sigma; and the share of what is linear below
+// which what hangs on a move is not asked.
+constexpr double kLinear = 0.05;
+constexpr double kMatters = 0.1;
+
+}  // namespace
+
+/// Blocks are the tree's variables.
+struct IncrementalSmoother::Equations {
+  const IncrementalSmoother& of;
+  FrontSystem& system;
+
+  template <class Block>
+  void add(int i, int j, const Block& block) {
+    system.add(i, j, block);
+  }
+  template <class Vector>
+  void add(int i, const Vector& right) {
+    system.add(i, right);
+  }
+  int pose_block(int pose) const { return of.pose_variables_[nth(pose)]; }
+  int landmark_block(int landmark) const { return of.landmarks_[nth(landmark)].variable; }
+  int parameter_block() const { return of.parameter_variable_; }
+};
+
+IncrementalSmoother::IncrementalSmoother(const LandmarkSensor& sensor,
+                                         const IncrementalSmootherOptions& options)
+    : options_(options),
+      linear_turn_rad_(std::sqrt(2.0 * kLinear * sensor.range_sigma_m / sensor.max_range_m)),
+      linear_way_m_(linear_turn_rad_ * sensor.range_sigma_m / sensor.bearing_sigma_rad),
+      free_(free_of(options.prior.systematic_sigma, options.has_bias)) {
+  const VectorXd sigma = options.prior.systematic_sigma(free_);
+  problem_.sensor = sensor;
+  problem_.parameter_information = sigma.cwiseAbs2().cwiseInverse();
+  problem_.has_bias = options.has_bias;
+  problem_.gate = options.gate;
+  at_.parameters = parameters_since_ = VectorXd::Zero(sigma.size());
+  since_ = {{},
+            body_covariance(options.prior.start, options.prior.start_covariance),
+            Eigen::Matrix3Xd::Zero(3, sigma.size())};
+  if (free_.empty()) return;
+  parameter_variable_ = add_unknown({Unknown::Kind::parameters, 0}, kMatters * kMatters * sigma);
+  add_part({Part::Kind::parameters, 0}, {{parameter_variable_}});
+}
+
+const StepReport& IncrementalSmoother::step(const Motion& motion, std::span<const Observation> observations) {
+  report_.observations.assign(observations.size(), {});
+  add_motion(motion);
+  std::vector<std::size_t> shown;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    if (!is_valid(observations[i])) continue;
+    if (observations[i].landmark >= 0)
+      shown.push_back(i);
+    else
+      report_.observations[i].decision = Decision::rejected;
+  }
+  if (shown.empty()) return report_;
+  judge(shown, observations);
+  add_keyframe();
+  in_view_.clear();
+  for (const std::size_t i : shown) add_sighting(observations[i]);
+  settle();
+  return report_;
+}
+
+void IncrementalSmoother::read_bias(const BiasReading& reading) {
+  if (!problem_.has_bias) return;
+  if (is_between_keyframes()) add_keyframe();
+  const int pose = problem_.poses - 1;
+  add_part({Part::Kind::bias, problem_.bias_readings.size()}, {{pose_variables_.back()}});
+  problem_.bias_readings.push_back({pose, reading.rad_s, reading.variance});
+  settle();
+}
+
+/// The mean is that of what is known of the systematic errors at the keyframe.
+void IncrementalSmoother::add_motion(const Motion& motion) {
+  const BySystematic by_all = motion.by_first(options_.prior.systematic_sigma.size());
+  FreeMotion step{motion.mean, motion.covariance, by_all(Eigen::all, free_)};
+  if (problem_.has_bias) {
+    step.by_bias = by_all.col(0);
+    step.walk = motion.walk;
+    step.with_walk = motion.with_walk;
+  }
+  const Vector3 effect = step.by_parameters * parameters_since_ + step.by_bias * bias_since_;
+  step.mean = step.mean * exp(Twist2::from(effect));
+  since_ = since_ * step;
+  has_moved_ = true;
+}
+
+void IncrementalSmoother::add_keyframe() {
+  const int pose = problem_.poses++;
+  const double bias = keyframe_bias();
+  at_.poses.push_back(linearisation_of(pose_now()));
+  if (problem_.has_bias) at_.biases.push_back(bias);
+  const double bias_sigma = problem_.has_bias ? options_.prior.systematic_sigma[0] : 0.0;
+  const Eigen::Vector4d tolerance =
+      kMatters * Eigen::Vector4d(linear_way_m_, linear_way_m_, linear_turn_rad_, kMatters * bias_sigma);
+  pose_variables_.push_back(add_unknown({Unknown::Kind::pose, pose}, tolerance.head(pose_size(problem_))));
+  sees_.push_back(-1);
+
+  MotionLink link;
+  if (pose == 0) {
+    const double variance = bias_sigma * bias_sigma;
+    link = link_from({.pose = options_.prior.start, .bias_variance = variance}, pose, since_);
+  } else {
+    link = link_of(pose - 1, pose, since_);
+  }
+  link.included = since_.by_parameters * parameters_since_ + since_.by_bias * bias_since_;
+  const Part part{Part::Kind::motion, problem_.motions.size()};
+  problem_.motions.push_back(std::move(link));
+  std::vector<int> variables{pose_variables_.back()};
+  if (pose > 0) variables.push_back(pose_variables_[nth(pose - 1)]);
+  if (parameter_variable_ >= 0) variables.push_back(parameter_variable_);
+  add_part(part, variables);
+
+  since_ = {{}, Matrix3::Zero(), Eigen::Matrix3Xd::Zero(3, static_cast<Index>(free_.size()))};
+  parameters_since_ = parameters();
+  bias_since_ = bias;
+  has_moved_ = false;
+}
+
+/// Where a new pose is linearised: where it stands among the landmarks in view as those are linearised, so
+/// that what all of them have moved alike does not come between it and them.
+Pose2 IncrementalSmoother::linearisation_of(const Pose2& now) const {
+  if (in_view_.empty()) return now;
+  Vector2 linearised = Vector2::Zero();
+  Vector2 moved = Vector2::Zero();
+  for (const int variable : in_view_) {
+    linearised += at_.landmarks[nth(unknown_of_[nth(variable)].index)] / static_cast<double>(in_view_.size());
+    moved += tree_.solution(variable) / static_cast<double>(in_view_.size());
+  }
+  const double turned = tree_.solution(pose_variables_.back())[2];
+  const Pose2 map_from_linearised = Pose2{linearised.x() + moved.x(), linearised.y() + moved.y(), turned} *
+                                    Pose2{linearised.x(), linearised.y(), 0.0}.inverse();
+  return map_from_linearised.inverse() * now;
+}
+
+void IncrementalSmoother::add_sighting(const Observation& observation) {
+  const int landmark = add_landmark(observation);
+  const int variable = landmarks_[nth(landmark)].variable;
+  add_part({Part::Kind::sighting, problem_.sightings.size()}, {{pose_variables_.back(), variable}});
+  problem_.sightings.push_back({problem_.poses - 1, landmark, observation});
+  landmarks_[nth(landmark)].seen_from = problem_.poses - 1;
+  ++landmarks_[nth(landmark)].sightings;
+  if (sees_.back() < 0) sees_.back() = landmark;
+  if (std::ranges::find(in_view_, variable) == in_view_.end()) in_view_.push_back(variable);
+}
+
+/// Its number; a new one is where the sighting shows it.
+int IncrementalSmoother::add_landmark(const Observation& observation) {
+  const auto [found, is_new] = number_of_.try_emplace(observation.landmark, problem_.landmarks);
+  if (!is_new) return found->second;
+  ++problem_.landmarks;
+  landmarks_.push_back({observation.landmark, add_unknown({Unknown::Kind::landmark, found->second},
+                                                          Vector2::Constant(kMatters * linear_way_m_))});
+  at_.landmarks.push_back(
+      sighted_landmark(at_.poses.back(), problem_.sensor.body_from_sensor, observation).in_world);
+  return found->second;
+}
+
+int IncrementalSmoother::add_unknown(const Unknown& unknown, const VectorXd& tolerance) {
+  unknown_of_.push_back(unknown);
+  return tree_.add_variable({tolerance.data(), static_cast<std::size_t>(tolerance.size())});
+}
+
+void IncrementalSmoother::add_part(const Part& part, std::span<const int> variables) {
+  parts_.push_back(part);
+  tree_.add_term(variables);
+}
+
+/// Gauss-Newton, where anything has moved by more than what is linear.
+void IncrementalSmoother::settle() {
+  std::vector<int> last = in_view_;
+  if (parameter_variable_ >= 0) last.push_back(parameter_variable_);
+  last.push_back(pose_variables_.back());
+  for (int round = 1;; ++round) {
+    if (!tree_.update(last, [this](int term, FrontSystem& system) { linearise(term, system); }))
+      throw CannotAnswer("the sightings leave poses or landmarks undetermined");
+    if (round >= options_.most_rounds || !relinearise(tree_.solve())) return;
+  }
+}
+
+/// Where what was solved for has moved by more than what is linear. False: nowhere. Eq. 23.
+bool IncrementalSmoother::relinearise(std::span<const int> solved) {
+  bool moved = false;
+  for (const int variable : solved) {
+    const Unknown& unknown = unknown_of_[nth(variable)];
+    if (unknown.kind == Unknown::Kind::parameters) continue;
+    if (unknown.kind == Unknown::Kind::pose) {
+      const int seen = sees_[nth(unknown.index)];
+      if (std::abs(tree_.solution(variable)[2]) <= linear_turn_rad_ &&
+          (seen < 0 || moved_apart(seen, unknown.index).left_out <= 2.0 * kLinear))
+        continue;
+      return relinearise_all();
+    }
+    const Apart apart = moved_apart(unknown.index, landmarks_[nth(unknown.index)].seen_from);
+    if (apart.left_out <= kLinear) continue;
+    move_linearisation(variable, apart.moved);
+    moved = true;
+  }
+  return moved;
+}
+
+bool IncrementalSmoother::relinearise_all() {
+  tree_.solve(EliminationTree::Solve::all);
+  for (int variable = 0; variable < tree_.variables(); ++variable)
+    move_linearisation(variable, tree_.solution(variable));
+  return true;
+}
+
+/// Readings see where landmarks are in the frame of a pose: what both move alike does not matter.
+IncrementalSmoother::Apart IncrementalSmoother::moved_apart(int landmark, int pose) const {
+  const auto of_pose = tree_.solution(pose_variables_[nth(pose)]);
+  const Pose2& from = at_.poses[nth(pose)];
+  const Vector2 u = at_.landmarks[nth(landmark)] - from.translation();
+  const Vector2 turned = of_pose[2] * Vector2(-u.y(), u.x());
+  const Vector2 moved = from * Vector2(of_pose.head<2>()) - from.translation();
+  const Vector2 apart = tree_.solution(landmarks_[nth(landmark)].variable) - turned - moved;
+  const double range = std::max(u.norm(), problem_.sensor.range_sigma_m);
+  const double along = apart.dot(u) / range;
+  const double across = (apart.y() * u.x() - apart.x() * u.y()) / range;
+  return {apart, std::max(across * across / (2.0 * range * problem_.sensor.range_sigma_m),
+                          std::abs(along * across) / (range * range * problem_.sensor.bearing_sigma_rad))};
+}
+
+void IncrementalSmoother::linearise(int term, FrontSystem& system) const {
+  const Part& part = parts_[nth(term)];
+  Equations equations{*this, system};
+  switch (part.kind) {
+    case Part::Kind::motion:
+      return add_to(equations, problem_.motions[part.index], problem_, at_);
+    case Part::Kind::sighting:
+      return add_to(equations, problem_.sightings[part.index], problem_, at_);
+    case Part::Kind::bias:
+      return add_to(equations, problem_.bias_readings[part.index], problem_, at_);
+    case Part::Kind::parameters:
+      return add_parameters_to(equations, problem_, at_);
+  }
+}
+
+void IncrementalSmoother::move_linearisation(int variable, const VectorXd& by) {
+  const Unknown& unknown = unknown_of_[nth(variable)];
+  switch (unknown.kind) {
+    case Unknown::Kind::pose:
+      at_.poses[nth(unknown.index)] = moved_by(by.head<3>(), at_.poses[nth(unknown.index)]);
+      if (problem_.has_bias) at_.biases[nth(unknown.index)] += by[3];
+      break;
+    case Unknown::Kind::landmark:
+      at_.landmarks[nth(unknown.index)] += by;
+      break;
+    case Unknown::Kind::parameters:
+      at_.parameters += by;
+      break;
+  }
+  tree_.move(variable, by);
+}
+
+}  // namespace trundle::slam

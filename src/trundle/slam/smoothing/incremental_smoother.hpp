@@ -1,0 +1,144 @@
+#pragma once
+
+#include <map>
+#include <span>
+#include <vector>
+
+#include "trundle/slam/report.hpp"
+#include "trundle/slam/smoothing/elimination_tree.hpp"
+#include "trundle/slam/smoothing/smoothing_problem.hpp"
+
+namespace trundle::slam {
+
+/// Of the smoother that goes along.
+struct IncrementalSmootherOptions {
+  SlamPrior prior = {};
+  bool has_bias = false;       ///< the first of the systematic errors walks: the gyro's bias
+  double gate = kDefaultGate;  ///< NIS beyond which a sighting has less weight than its square: an outlier
+  int most_rounds = 10;        ///< linearisations in one step; what is left is done in the next one
+};
+
+/// All poses, landmarks and systematic errors by nonlinear least squares, as it drives: after each step the
+/// estimate is that of the batch (smoother.hpp) over everything so far. A step costs what is in view; closing
+/// a loop costs the loop, once. Equations: docs/theory/online-smoother.md.
+class IncrementalSmoother {
+ public:
+  IncrementalSmoother(const LandmarkSensor& sensor, const IncrementalSmootherOptions& options);
+
+  /// One motion and what was seen at its end. Sightings without an id are left out.
+  const StepReport& step(const Motion& motion, std::span<const Observation> observations);
+  /// What the gyro reads at rest, after a step.
+  void read_bias(const BiasReading& reading);
+
+  /// Of now, in the world, given everything so far.
+  [[nodiscard]] PoseEstimate estimate() const;
+  [[nodiscard]] std::size_t landmarks() const { return landmarks_.size(); }
+  [[nodiscard]] MappedLandmark landmark(std::size_t index) const;
+  /// Of all landmarks, x and y of each [m²]: as costly as smoothing all of it once. Empty without landmarks.
+  [[nodiscard]] Eigen::MatrixXd map_covariance() const;
+  /// For what asks filters: all landmarks have names, and so they are there.
+  [[nodiscard]] bool has_landmark(std::size_t) const { return true; }
+  [[nodiscard]] bool is_confirmed(std::size_t) const { return true; }
+
+  /// What it solves, and its solution so far: of what is far from here as it was when that last mattered.
+  [[nodiscard]] const SmoothingProblem& problem() const { return problem_; }
+  [[nodiscard]] SmoothingState state() const;
+
+  /// Its state, for io/archive.hpp.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.problem_.poses, self.problem_.landmarks, self.problem_.motions, self.problem_.sightings,
+            self.problem_.bias_readings, self.at_, self.tree_, self.parts_, self.unknown_of_,
+            self.pose_variables_, self.sees_, self.landmarks_, self.number_of_, self.in_view_, self.since_,
+            self.bias_since_, self.parameters_since_, self.has_moved_, self.report_);
+  }
+
+ private:
+  struct Landmark {
+    LandmarkId id = kUnknownLandmark;
+    int variable = -1;
+    int seen_from = -1;  ///< the last pose
+    std::size_t sightings = 0;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.id, self.variable, self.seen_from, self.sightings);
+    }
+  };
+  /// A part of the problem, which is a term of the tree.
+  struct Part {
+    enum class Kind { motion, sighting, bias, parameters } kind;
+    std::size_t index;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.kind, self.index);
+    }
+  };
+  /// What a variable of the tree is.
+  struct Unknown {
+    enum class Kind { pose, landmark, parameters } kind;
+    int index;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.kind, self.index);
+    }
+  };
+  /// How far a landmark has moved against a pose since both were linearised [m], and what of a reading that
+  /// leaves out, as a share of its sigma.
+  struct Apart {
+    Vector2 moved;
+    double left_out;
+  };
+  struct Equations;
+
+  void add_motion(const Motion& motion);
+  void judge(std::span<const std::size_t> shown, std::span<const Observation> observations);
+  void append_by_body(const Eigen::MatrixXd& by_body, Eigen::Index column,
+                      std::vector<EliminationTree::Derivative>& derivatives) const;
+  void add_keyframe();
+  void add_sighting(const Observation& observation);
+  int add_landmark(const Observation& observation);
+  int add_unknown(const Unknown& unknown, const Eigen::VectorXd& tolerance);
+  void add_part(const Part& part, std::span<const int> variables);
+  void settle();
+  void linearise(int term, FrontSystem& system) const;
+  bool relinearise(std::span<const int> solved);
+  bool relinearise_all();
+  [[nodiscard]] Apart moved_apart(int landmark, int pose) const;
+  [[nodiscard]] Pose2 linearisation_of(const Pose2& now) const;
+  void move_linearisation(int variable, const Eigen::VectorXd& by);
+
+  [[nodiscard]] bool is_between_keyframes() const { return has_moved_ || pose_variables_.empty(); }
+  [[nodiscard]] Eigen::MatrixXd covariance_with_systematic() const;
+  [[nodiscard]] Pose2 pose_at(int keyframe) const;
+  [[nodiscard]] double bias_at(int keyframe) const;
+  [[nodiscard]] double keyframe_bias() const;
+  [[nodiscard]] Eigen::VectorXd parameters() const;
+  [[nodiscard]] Vector2 landmark_at(int landmark) const;
+  [[nodiscard]] Pose2 pose_now() const;
+
+  IncrementalSmootherOptions options_;
+  double linear_turn_rad_;  ///< moves within which sightings are linear
+  double linear_way_m_;
+  std::vector<int> free_;  ///< of the systematic errors, those that are parameters
+  SmoothingProblem problem_;
+  SmoothingState at_;                ///< where its terms are linearised
+  EliminationTree tree_;             ///< of moves from there
+  std::vector<Part> parts_;          ///< by term
+  std::vector<Unknown> unknown_of_;  ///< by variable
+  std::vector<int> pose_variables_;
+  std::vector<int> sees_;  ///< by pose: a landmark; −1: none
+  std::vector<Landmark> landmarks_;
+  std::map<LandmarkId, int> number_of_;
+  int parameter_variable_ = -1;
+  std::vector<int> in_view_;  ///< variables of landmarks of the last keyframe
+  FreeMotion since_;          ///< since the last keyframe, about these systematic errors:
+  double bias_since_ = 0.0;
+  Eigen::VectorXd parameters_since_;
+  bool has_moved_ = false;
+  StepReport report_;
+};
+
+}  // namespace trundle::slam

@@ -1,0 +1,161 @@
+// The smoother that goes along, against the batch over everything so far, and against the truth.
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <gtest/gtest.h>
+
+#include "trundle/slam/slam.hpp"
+#include "trundle/slam/smoothing/minimise.hpp"
+#include "trundle/statistics/distribution.hpp"
+
+#include "scale.hpp"
+#include "slam/world.hpp"
+
+namespace trundle::slam {
+namespace {
+
+using test::slam_world;
+using test::SlamWorld;
+
+Vector3 error_of(const Pose2& estimate, const Pose2& truth) {
+  return {estimate.x - truth.x, estimate.y - truth.y, wrap_angle(estimate.heading - truth.heading)};
+}
+
+double in_sigmas(const Vector3& error, const Matrix3& covariance) {
+  return std::sqrt(error.dot(covariance.ldlt().solve(error)));
+}
+
+/// How far estimates are from the batch over everything so far: each must be below half a sigma, their mean
+/// below a tenth.
+class AgainstBatch {
+ public:
+  void add(const IncrementalSmoother& smoother) {
+    const PoseEstimate online = smoother.estimate();
+    Minimiser batch(smoother.problem());
+    const Minimum minimum = batch.minimise(smoother.problem(), smoother.state(), {.enough = 1e-9});
+    ASSERT_TRUE(minimum.converged);
+    ASSERT_TRUE(batch.linearise(smoother.problem(), minimum.state));
+    const int last = smoother.problem().poses - 1;
+    const GaussianPose pose{minimum.state.poses.back(), batch.pose_covariance(last).topLeftCorner<3, 3>()};
+    const Matrix3 covariance = world_covariance(pose);
+    const double off = in_sigmas(error_of(online.pose, pose.mean), covariance);
+    EXPECT_LT(off, 0.5);
+    EXPECT_LT((online.covariance - covariance).norm(), 0.1 * covariance.norm());
+    sum_ += off;
+    ++count_;
+  }
+  ~AgainstBatch() { EXPECT_LT(sum_ / count_, 0.1); }
+
+ private:
+  double sum_ = 0.0;
+  int count_ = 0;
+};
+
+TEST(IncrementalSmoother, IsTheBatchOverEverythingSoFar) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    // A loop and a half: 63 steps make one.
+    const SlamWorld world = slam_world({.steps = 100, .seed = seed});
+    IncrementalSmoother smoother(world.sensor, {});
+    AgainstBatch against_batch;
+    for (std::size_t k = 0; k < world.steps.size(); ++k) {
+      smoother.step(world.steps[k].motion, world.steps[k].observations);
+      if (k % 9 == 8 && !world.steps[k].observations.empty()) against_batch.add(smoother);
+    }
+  }
+}
+
+TEST(IncrementalSmoother, EstimatesSystematicErrorsAsTheBatchDoes) {
+  const SlamWorld world = slam_world({.steps = 150, .seed = 4, .systematic = {0.03, -0.05, 0.02}});
+  IncrementalSmoother smoother(world.sensor, {.prior = {.systematic_sigma = Systematic::Constant(3, 0.05)}});
+  AgainstBatch against_batch;
+  for (std::size_t k = 0; k < world.steps.size(); ++k) {
+    smoother.step(world.steps[k].motion, world.steps[k].observations);
+    if (k % 25 == 24) against_batch.add(smoother);
+  }
+  const PoseEstimate last = smoother.estimate();
+  const Vector3 off = last.systematic - Vector3(0.03, -0.05, 0.02);
+  EXPECT_LT(off.dot(Matrix3(last.systematic_covariance).ldlt().solve(off)), 16.3);  // 99.9 % of χ²₃
+}
+
+// Between sightings the estimate is the last one's, moved on: at the next one nothing may jump but by its
+// noise.
+TEST(IncrementalSmoother, GoesOnWithoutSightings) {
+  SlamWorld world = slam_world({.steps = 90, .seed = 6});
+  for (std::size_t k = 30; k < 60; ++k) world.steps[k].observations.clear();
+  IncrementalSmoother smoother(world.sensor, {});
+  for (std::size_t k = 0; k < 60; ++k) smoother.step(world.steps[k].motion, world.steps[k].observations);
+  const PoseEstimate blind = smoother.estimate();
+  EXPECT_LT(in_sigmas(error_of(blind.pose, world.truth[59]), blind.covariance), 4.0);
+  for (std::size_t k = 60; k < 90; ++k) smoother.step(world.steps[k].motion, world.steps[k].observations);
+  EXPECT_LT(smoother.estimate().covariance.trace(), blind.covariance.trace());
+}
+
+// Until something is seen there is nothing to smooth: it is what any filter knows.
+TEST(IncrementalSmoother, StartsFromItsPrior) {
+  const SlamWorld world = slam_world({.steps = 20, .seed = 7});
+  SlamPrior prior{.systematic_sigma = Systematic::Constant(3, 0.05)};
+  prior.start_covariance = Vector3(0.01, 0.02, 0.003).asDiagonal();
+  IncrementalSmoother smoother(world.sensor, {.prior = prior});
+  EkfSlam ekf(world.sensor, {.prior = prior});
+  for (const SlamStep& step : world.steps) {
+    smoother.step(step.motion, {});
+    ekf.step(step.motion, {});
+  }
+  const PoseEstimate ours = smoother.estimate(), theirs = ekf.estimate();
+  EXPECT_LT(error_of(ours.pose, theirs.pose).norm(), 1e-9);
+  EXPECT_LT((ours.covariance - theirs.covariance).norm(), 0.01 * theirs.covariance.norm());
+  EXPECT_LT((ours.with_systematic - theirs.with_systematic).norm(), 0.01 * theirs.with_systematic.norm());
+  EXPECT_LT((ours.systematic_covariance - theirs.systematic_covariance).norm(), 1e-9);
+}
+
+// Of many runs: NEES of the last pose, which is χ²₃ if the covariance is right.
+TEST(IncrementalSmoother, IsConsistent) {
+  const int runs = test::trials(200);
+  double sum = 0.0;
+  for (int run = 0; run < runs; ++run) {
+    const SlamWorld world = slam_world({.steps = 80, .seed = 100 + static_cast<std::uint64_t>(run)});
+    IncrementalSmoother smoother(world.sensor, {});
+    for (const SlamStep& step : world.steps) smoother.step(step.motion, step.observations);
+    const PoseEstimate estimate = smoother.estimate();
+    sum += std::pow(in_sigmas(error_of(estimate.pose, world.truth.back()), estimate.covariance), 2);
+  }
+  EXPECT_GT(sum, chi_squared_limit(1.0 - 5e-4, 3.0 * runs));
+  EXPECT_LT(sum, chi_squared_limit(5e-4, 3.0 * runs));
+}
+
+TEST(IncrementalSmoother, LeavesOutWhatHasNoName) {
+  const SlamWorld world = slam_world({.steps = 3});
+  IncrementalSmoother smoother(world.sensor, {});
+  const std::vector<Observation> nameless{{kUnknownLandmark, 2.0, 0.3}};
+  const StepReport& report = smoother.step(world.steps[0].motion, nameless);
+  EXPECT_EQ(report.observations[0].decision, Decision::rejected);
+  EXPECT_EQ(smoother.landmarks(), 0U);
+}
+
+// One reading in twenty shows nothing: it hardly moves the estimate.
+TEST(IncrementalSmoother, WithstandsOutliers) {
+  SlamWorld world = slam_world({.steps = 120, .seed = 8});
+  Random random(9, 9);
+  std::size_t wrong = 0, rejected = 0;
+  IncrementalSmoother smoother(world.sensor, {});
+  for (SlamStep& step : world.steps) {
+    std::vector<bool> is_wrong;
+    for (Observation& observation : step.observations) {
+      is_wrong.push_back(random.below(20) == 0);
+      if (is_wrong.back()) observation.range_m = random.uniform(0.5, 8.0);
+    }
+    const StepReport& report = smoother.step(step.motion, step.observations);
+    for (std::size_t i = 0; i < is_wrong.size(); ++i) {
+      if (!is_wrong[i] || report.observations[i].decision == Decision::created) continue;
+      ++wrong;
+      rejected += report.observations[i].decision == Decision::rejected ? 1 : 0;
+    }
+  }
+  EXPECT_GT(static_cast<double>(rejected),
+            0.7 * static_cast<double>(wrong));  // some are near what they replace
+  const PoseEstimate estimate = smoother.estimate();
+  EXPECT_LT(in_sigmas(error_of(estimate.pose, world.truth.back()), estimate.covariance), 4.5);
+}
+
+}  // namespace
+}  // namespace trundle::slam
