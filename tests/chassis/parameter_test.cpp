@@ -23,7 +23,9 @@ std::vector<Robot> every_robot() {
   for (const Chassis& chassis :
        {test::with_gyro(differential_drive(kSize, 0.4)), test::with_gyro(skid_steer(kSize, 0.6, 0.5)),
         omni3(kSize, 0.2), mecanum(kSize, 0.3, 0.4), test::three_pods(), test::odd_chassis(), tricycle,
-        off_centre, test::velocity_robot()})
+        off_centre, test::velocity_robot(), chassis::tricycle(kSize, 1.0, test::kSteering),
+        ackermann(kSize, 0.4, 0.6, 0.3, test::kSteering), swerve(kSize, 0.4, 0.5, test::kSteering),
+        test::odd_steered_chassis()})
     robots.push_back(robot_of(chassis));
   return robots;
 }
@@ -50,6 +52,25 @@ TEST(Parameter, a_differential_drive_has_these) {
   EXPECT_THAT(names_of(robot),
               ElementsAre("left.diameter", "left.lever", "right.diameter", "right.lever", "track",
                           "reference.x", "reference.y", "reference.heading", "reference.time_offset"));
+}
+
+TEST(Parameter, a_tricycle_has_these) {
+  Robot robot = robot_of(tricycle(kSize, 1.0));
+  robot.wheel_names = {"front"};
+  robot.passive_names = {"rear"};
+  EXPECT_THAT(names_of(robot), ElementsAre("front.diameter", "front.steering_zero", "front.steering_scale",
+                                           "front.x", "front.y", "reference.x", "reference.y",
+                                           "reference.heading", "reference.time_offset"));
+}
+
+TEST(Parameter, a_passive_wheel_that_is_steered_has_its_steering_and_its_place) {
+  Robot robot = robot_of(ackermann(kSize, 0.4, 0.6));
+  robot.wheel_names = {"left", "right"};
+  robot.passive_names = {"front"};
+  const auto names = names_of(robot);
+  EXPECT_THAT(names, testing::IsSupersetOf({"left.diameter", "front.steering_zero", "front.steering_scale",
+                                            "front.x", "front.y", "track"}));
+  EXPECT_THAT(names, testing::Not(testing::Contains("front.diameter")));
 }
 
 TEST(Parameter, an_omni_robot_has_directions_and_no_track) {
@@ -91,6 +112,9 @@ TEST(Parameter, has_units_by_its_kind) {
   EXPECT_EQ(unit_of({ParameterKind::gyro_scale}), "1");
   EXPECT_EQ(unit_of({ParameterKind::gyro_bias}), "rad/s");
   EXPECT_EQ(unit_of({ParameterKind::time_offset}), "s");
+  EXPECT_EQ(unit_of({ParameterKind::steering_zero, 0}), "rad");
+  EXPECT_EQ(unit_of({ParameterKind::steering_scale, 0}), "1");
+  EXPECT_EQ(unit_of({ParameterKind::place_x, 0}), "m");
 }
 
 TEST(Parameter, what_is_set_is_the_value) {

@@ -34,6 +34,15 @@ Wheel any_wheel() {
   randomise(kWheelSize, wheel);
   if (wheel.kind == WheelKind::mecanum) randomise(kWheelRoller, wheel);
   wheel.tick_bits = *rc::gen::inRange(0, 65);
+  if (wheel.kind == WheelKind::fixed && *rc::gen::arbitrary<bool>())
+    randomise(robot_file::kSteering, wheel.steering.emplace());
+  return wheel;
+}
+
+Wheel any_passive_wheel() {
+  Wheel wheel;
+  randomise(kWheelPlace, wheel);
+  if (*rc::gen::arbitrary<bool>()) randomise(robot_file::kSteering, wheel.steering.emplace());
   return wheel;
 }
 
@@ -72,6 +81,11 @@ Robot any_robot() {
     robot.chassis.add(any_wheel());
     robot.wheel_names.push_back(fmt::format("wheel-{}", i));
   }
+  const int passive = wheels == 0 ? 0 : *rc::gen::inRange(0, kMaxWheels + 1 - wheels);
+  for (int i = 0; i < passive; ++i) {
+    robot.chassis.add_passive(any_passive_wheel());
+    robot.passive_names.push_back(fmt::format("passive-{}", i));
+  }
   if (*rc::gen::arbitrary<bool>()) randomise(kGyro, robot.chassis.gyro.emplace());
   if (*rc::gen::arbitrary<bool>()) randomise(kLandmarkSensor, robot.landmark_sensor.emplace());
   if (*rc::gen::arbitrary<bool>()) robot.calibration = any_record(robot);
@@ -90,7 +104,8 @@ TEST(Robot, common_robots_are_read_as_they_were_written) {
   for (const Chassis& chassis :
        {test::with_gyro(differential_drive(test::kSize, 0.4)), skid_steer(test::kSize, 0.6, 0.5),
         omni3(test::kSize, 0.2), mecanum(test::kSize, 0.3, 0.4), test::three_pods(), test::velocity_robot(),
-        test::odd_chassis()}) {
+        test::odd_chassis(), tricycle(test::kSize, 1.0), ackermann(test::kSize, 0.4, 0.6, 0.3),
+        swerve(test::kSize, 0.4, 0.5), test::odd_steered_chassis()}) {
     const Robot robot = test::robot_of(chassis);
     EXPECT_TRUE(same(parse_robot(to_toml(robot), "robot.toml"), robot)) << to_toml(robot);
   }

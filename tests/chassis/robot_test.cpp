@@ -187,8 +187,8 @@ TEST(Robot, those_of_the_documentation_can_be_copied) {
     EXPECT_EQ(observability(rows_of(robot.chassis, true)).rank, 3) << robot.name;
     names.push_back(robot.name);
   }
-  EXPECT_THAT(names, ElementsAre("differential drive", "skid-steer", "three omni wheels", "mecanum", "pods",
-                                 "recorded velocities"));
+  EXPECT_THAT(names, ElementsAre("differential drive", "skid-steer", "three omni wheels", "mecanum",
+                                 "tricycle", "pods", "recorded velocities"));
 }
 
 TEST(Robot, every_key_is_documented) {
@@ -197,6 +197,7 @@ TEST(Robot, every_key_is_documented) {
   add_names(kWheelPlace, names);
   add_names(kWheelRoller, names);
   add_names(kWheelSize, names);
+  add_names(kSteering, names);
   add_names(kChassis, names);
   add_names(kGyro, names);
   add_names(kLandmarkSensor, names);

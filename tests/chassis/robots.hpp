@@ -15,6 +15,7 @@ inline Robot robot_of(const Chassis& chassis) {
   robot.name = "test";
   robot.chassis = chassis;
   for (int i = 0; i < chassis.wheel_count; ++i) robot.wheel_names.push_back(fmt::format("w{}", i));
+  for (int i = 0; i < chassis.passive_count; ++i) robot.passive_names.push_back(fmt::format("p{}", i));
   return robot;
 }
 
@@ -63,6 +64,24 @@ inline Chassis odd_chassis() {
   return with_gyro(chassis);
 }
 
+/// A steering that is nowhere at its default.
+inline constexpr SteeringSensor kSteering{
+    .zero_rad = -0.02, .scale = 1.03, .sigma_rad = 0.004, .time_offset_s = -0.01, .reading_rad = 0.3};
+
+/// All that may be steered: a wheel with an encoder off the middle, a passive one, and an axle that is not.
+inline Chassis odd_steered_chassis() {
+  Chassis chassis;
+  chassis.add({.x_m = 0.4,
+               .y_m = 0.05,
+               .direction_rad = 0.1,
+               .diameter_m = 0.15,
+               .ticks_per_revolution = 1600,
+               .steering = kSteering});
+  chassis.add({.x_m = 0.02, .y_m = -0.2, .diameter_m = 0.1, .ticks_per_revolution = -1000});
+  chassis.add_passive({.x_m = 0.35, .y_m = 0.2, .steering = kSteering});
+  return chassis;
+}
+
 inline Chassis velocity_robot() {
   return with_gyro({});
 }
@@ -80,6 +99,22 @@ inline Increment increment_of(const Chassis& chassis, const Twist2& motion, doub
     increment.has_gyro = true;
     increment.gyro_rad = motion.dtheta / chassis.gyro->scale + chassis.gyro->bias_rad_s * duration_s;
   }
+  return increment;
+}
+
+/// Steers every steered wheel along the motion of its place (where that moves), and reads it.
+inline Increment steered_increment_of(const Chassis& chassis, const Twist2& motion,
+                                      double duration_s = 0.05) {
+  std::array<double, kMaxWheels> readings{};
+  for (std::size_t i = 0; i < chassis.all_wheels().size(); ++i) {
+    const Wheel& wheel = chassis.all_wheels()[i];
+    if (!wheel.steering) continue;
+    const double angle =
+        std::atan2(motion.dy + motion.dtheta * wheel.x_m, motion.dx - motion.dtheta * wheel.y_m);
+    readings[i] = wheel.steering->zero_rad + wrap_angle(angle - wheel.direction_rad) / wheel.steering->scale;
+  }
+  Increment increment = increment_of(at_steering(chassis, {.steering_rad = readings}), motion, duration_s);
+  increment.steering_rad = readings;
   return increment;
 }
 

@@ -21,9 +21,15 @@ inline bool same(const std::array<NumberKey<T>, n>& keys, T a, T b) {
   });
 }
 
+template <class T, class Same>
+inline bool same(const std::optional<T>& a, const std::optional<T>& b, Same same_value) {
+  return a.has_value() == b.has_value() && (!a || same_value(*a, *b));
+}
+
 inline bool same(const Wheel& a, const Wheel& b) {
   return same(robot_file::kWheelPlace, a, b) && same(robot_file::kWheelRoller, a, b) &&
-         same(robot_file::kWheelSize, a, b) && a.kind == b.kind && a.tick_bits == b.tick_bits;
+         same(robot_file::kWheelSize, a, b) && a.kind == b.kind && a.tick_bits == b.tick_bits &&
+         same(a.steering, b.steering, [](auto& x, auto& y) { return same(robot_file::kSteering, x, y); });
 }
 
 inline bool same(const CalibratedParameter& a, const CalibratedParameter& b) {
@@ -35,11 +41,6 @@ inline bool same(const ErrorBeforeAfter& a, const ErrorBeforeAfter& b) {
   return same(robot_file::kError, a, b) && a.what == b.what && a.unit == b.unit;
 }
 
-template <class T, class Same>
-inline bool same(const std::optional<T>& a, const std::optional<T>& b, Same same_value) {
-  return a.has_value() == b.has_value() && (!a || same_value(*a, *b));
-}
-
 inline bool same_record(const CalibrationRecord& a, const CalibrationRecord& b) {
   const auto same_values = [](const auto& x, const auto& y) { return same(x, y); };
   return a.provenance == b.provenance && std::ranges::equal(a.parameters, b.parameters, same_values) &&
@@ -48,8 +49,9 @@ inline bool same_record(const CalibrationRecord& a, const CalibrationRecord& b) 
 }
 
 inline bool same(const Robot& a, const Robot& b) {
-  return a.name == b.name && a.wheel_names == b.wheel_names &&
-         std::ranges::equal(a.chassis.wheels(), b.chassis.wheels(),
+  return a.name == b.name && a.wheel_names == b.wheel_names && a.passive_names == b.passive_names &&
+         a.chassis.wheel_count == b.chassis.wheel_count &&
+         std::ranges::equal(a.chassis.all_wheels(), b.chassis.all_wheels(),
                             [](const Wheel& x, const Wheel& y) { return same(x, y); }) &&
          same(robot_file::kChassis, a.chassis, b.chassis) &&
          same(robot_file::kAllWheels, a.chassis, b.chassis) &&

@@ -13,14 +13,6 @@ constexpr double kCovarianceTolerance = 1e-9;
 // In place of 1/σ where σ is 0: its square is still a double, and any covariance beside it becomes a fault.
 constexpr double kNoVariance = 1e100;
 
-bool truth_value(const Section& section, std::string_view key) {
-  constexpr std::string_view kExpectation = "true or false";
-  const toml::node& node = required(section, key, kExpectation);
-  if (!node.is_boolean())
-    fail(section.source, node.source(), in(section, fmt::format("{} is something else", key)), kExpectation);
-  return node.as_boolean()->get();
-}
-
 Parameter parameter_at(const Section& section, const std::string& name, const Robot& robot) {
   if (const auto parameter = parameter_named(name, robot)) return *parameter;
   std::vector<std::string> known;
@@ -45,7 +37,8 @@ CalibratedParameter read_parameter(const Section& section, const Robot& robot) {
   parameter.name = text(section, "name", "the name of a parameter, like \"left.diameter\"");
   parameter.unit = text(section, "unit", "its unit");
   check_unit(section, parameter, parameter_at(section, parameter.name, robot));
-  parameter.observable = truth_value(section, "observable");
+  required(section, "observable", kTruthExpected);
+  parameter.observable = truth_value(section, "observable", false);
   read_numbers(section, kParameter, parameter);
   const toml::node& within = required(section, "sigma_within", kNotNegative.words);
   parameter.sigma_within =

@@ -20,8 +20,24 @@ Wheel wheel_at(const WheelSize& size, WheelKind kind, double x_m, double y_m, do
 }  // namespace
 
 void Chassis::add(const Wheel& wheel) {
-  if (wheel_count == kMaxWheels) throw std::length_error("a chassis has at most 8 wheels");
-  wheel_storage[static_cast<std::size_t>(wheel_count++)] = wheel;
+  add_passive(wheel);
+  const auto wheels_there = all_wheels();
+  std::rotate(wheels_there.begin() + wheel_count, wheels_there.end() - 1, wheels_there.end());
+  --passive_count;
+  ++wheel_count;
+}
+
+void Chassis::add_passive(const Wheel& wheel) {
+  if (wheel_count + passive_count == kMaxWheels) throw std::length_error("a chassis has at most 8 wheels");
+  ++passive_count;
+  all_wheels().back() = wheel;
+}
+
+Chassis at_steering(const Chassis& chassis, const Increment& increment) {
+  Chassis standing = chassis;
+  for (std::size_t i = 0; i < standing.all_wheels().size(); ++i)
+    if (auto& steering = standing.all_wheels()[i].steering) steering->reading_rad = increment.steering_rad[i];
+  return standing;
 }
 
 bool any_turns(const Increment& increment) {
@@ -31,6 +47,16 @@ bool any_turns(const Increment& increment) {
 double metres_per_tick(const Wheel& wheel) {
   if (wheel.ticks_per_revolution == 0.0) return 0.0;
   return kPi * wheel.diameter_m / std::abs(wheel.ticks_per_revolution);
+}
+
+double rolling_direction(const Wheel& wheel) {
+  if (!wheel.steering) return wheel.direction_rad;
+  return wheel.direction_rad +
+         wheel.steering->scale * (wheel.steering->reading_rad - wheel.steering->zero_rad);
+}
+
+bool is_steered(const Chassis& chassis) {
+  return std::ranges::any_of(chassis.all_wheels(), [](const Wheel& w) { return w.steering.has_value(); });
 }
 
 bool has_skid_wheels(const Chassis& chassis) {
@@ -94,6 +120,37 @@ Chassis mecanum(const WheelSize& size, double track_m, double wheelbase_m) {
     for (const double y : {0.5, -0.5}) {
       Wheel wheel = wheel_at(size, WheelKind::mecanum, x * wheelbase_m, y * track_m);
       wheel.roller_rad = x * y > 0.0 ? -0.25 * kPi : 0.25 * kPi;
+      chassis.add(wheel);
+    }
+  }
+  return chassis;
+}
+
+Chassis tricycle(const WheelSize& size, double wheelbase_m, const SteeringSensor& steering) {
+  Chassis chassis;
+  Wheel front = wheel_at(size, WheelKind::fixed, wheelbase_m, 0.0);
+  front.steering = steering;
+  chassis.add(front);
+  chassis.add_passive({});
+  return chassis;
+}
+
+Chassis ackermann(const WheelSize& size, double track_m, double wheelbase_m, double front_track_m,
+                  const SteeringSensor& steering) {
+  Chassis chassis = differential_drive(size, track_m);
+  for (const double y : {0.5, -0.5}) {
+    chassis.add_passive({.x_m = wheelbase_m, .y_m = y * front_track_m, .steering = steering});
+    if (front_track_m == 0.0) break;
+  }
+  return chassis;
+}
+
+Chassis swerve(const WheelSize& size, double track_m, double wheelbase_m, const SteeringSensor& steering) {
+  Chassis chassis;
+  for (const double x : {0.5, -0.5}) {
+    for (const double y : {0.5, -0.5}) {
+      Wheel wheel = wheel_at(size, WheelKind::fixed, x * wheelbase_m, y * track_m);
+      wheel.steering = steering;
       chassis.add(wheel);
     }
   }

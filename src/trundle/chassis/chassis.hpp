@@ -18,11 +18,21 @@ enum class WheelKind {
   mecanum,  ///< free along its rollers
 };
 
+/// How a steered wheel stands: at direction + scale · (reading − zero), counter-clockwise.
+struct SteeringSensor {
+  double zero_rad = 0.0;                    ///< what it reads where the wheel stands at its direction
+  double scale = 1.0;                       ///< negative: reads clockwise
+  double sigma_rad = 0.008726646259971648;  ///< 1σ of a reading, backlash included: half a degree
+  double ticks_per_revolution = 0.0;        ///< of readings in counts; 0: gives none
+  double time_offset_s = 0.0;               ///< added to its stamps, which are those of the wheels
+  double reading_rad = 0.0;                 ///< of the interval that a chassis stands for; see at_steering()
+};
+
 /// One wheel or passive pod: where it touches the ground and what a revolution of it means. Frame: body.
 struct Wheel {
   double x_m = 0.0;
   double y_m = 0.0;
-  double direction_rad = 0.0;  ///< rolling direction
+  double direction_rad = 0.0;  ///< rolling direction; of a steered wheel where its steering is at zero
   WheelKind kind = WheelKind::fixed;
   double roller_rad = 0.0;  ///< mecanum: from the axle to the free direction of the roller on the ground
   double diameter_m = 0.0;
@@ -31,6 +41,7 @@ struct Wheel {
   double recorded_diameter_m = 0.0;   ///< with which recorded travel in metres was computed; 0: unknown
   /// 1σ of its travel [m/√m]; NaN: that of ChassisNoise.
   double noise_per_sqrt_m = std::numeric_limits<double>::quiet_NaN();
+  std::optional<SteeringSensor> steering = {};  ///< of a steered wheel
 };
 
 struct Gyro {
@@ -53,9 +64,11 @@ struct ChassisNoise {
 
 /// A robot's rolling hardware as numbers: trivially copyable, no heap. Names live in Robot.
 /// A chassis without wheels takes its motion from a recording's velocity stream (forward, turn).
+/// Passive wheels have no encoder: they do not skid sideways, and that is all. They stand behind the others.
 struct Chassis {
   std::array<Wheel, kMaxWheels> wheel_storage{};
-  int wheel_count = 0;
+  int wheel_count = 0;    ///< with an encoder
+  int passive_count = 0;  ///< without
   std::optional<Gyro> gyro;
   ChassisNoise noise;
   double icr_x_m = 0.0;  ///< `skid` wheels: x of the point that does not move sideways in a turn
@@ -64,15 +77,30 @@ struct Chassis {
   [[nodiscard]] std::span<Wheel> wheels() {
     return {wheel_storage.data(), static_cast<std::size_t>(wheel_count)};
   }
+  /// Those with an encoder.
   [[nodiscard]] std::span<const Wheel> wheels() const {
     return {wheel_storage.data(), static_cast<std::size_t>(wheel_count)};
   }
-  /// Throws std::length_error beyond kMaxWheels.
+  [[nodiscard]] std::span<Wheel> all_wheels() {
+    return {wheel_storage.data(), static_cast<std::size_t>(wheel_count + passive_count)};
+  }
+  /// Passive ones too, behind the others.
+  [[nodiscard]] std::span<const Wheel> all_wheels() const {
+    return {wheel_storage.data(), static_cast<std::size_t>(wheel_count + passive_count)};
+  }
+  /// A wheel with an encoder: before the passive ones. Both throw std::length_error beyond kMaxWheels.
   void add(const Wheel& wheel);
+  void add_passive(const Wheel& wheel);
 };
 
 /// Ground that a count stands for [m]; 0 for a wheel without ticks.
 [[nodiscard]] double metres_per_tick(const Wheel& wheel);
+
+/// Where it rolls: its direction, turned by what its steering reads.
+[[nodiscard]] double rolling_direction(const Wheel& wheel);
+
+/// Whether the direction of some wheel is measured: then H is another one in each interval.
+[[nodiscard]] bool is_steered(const Chassis& chassis);
 
 /// Wheels that must scrub in turns.
 [[nodiscard]] bool has_skid_wheels(const Chassis& chassis);
@@ -90,6 +118,8 @@ struct Increment {
   double duration_s = 0.0;  ///< [s]
   /// Per wheel: revolutions, forwards positive. Without wheels: [0] forward travel [m], [1] turn [rad].
   std::array<double, kMaxWheels> turned{};
+  /// Of each steered wheel, as Chassis::all_wheels(): what its steering reads in the middle [rad].
+  std::array<double, kMaxWheels> steering_rad{};
   double gyro_rad = 0.0;           ///< integral of the gyro's raw reading
   bool has_gyro = false;           ///< false also where it was saturated
   double gyro_change_rad_s = 0.0;  ///< raw rate at the end less that at the start: −∂gyro_rad/∂(time offset)
@@ -99,6 +129,9 @@ struct Increment {
   /// rms of the accelerometer about its mean over the interval; NaN: not measured.
   double shaking_m_s2 = std::numeric_limits<double>::quiet_NaN();
 };
+
+/// The chassis as its steered wheels stood in that interval.
+[[nodiscard]] Chassis at_steering(const Chassis& chassis, const Increment& increment);
 
 /// Whether a wheel turned (without wheels: whether the robot moved).
 [[nodiscard]] bool any_turns(const Increment& increment);
@@ -117,6 +150,16 @@ struct WheelSize {
 [[nodiscard]] Chassis omni3(const WheelSize& size, double radius_m);
 /// The usual X layout. Order: front left, front right, rear left, rear right.
 [[nodiscard]] Chassis mecanum(const WheelSize& size, double track_m, double wheelbase_m);
+/// One steered and driven wheel, `wheelbase_m` ahead of a passive axle whose middle is the origin.
+[[nodiscard]] Chassis tricycle(const WheelSize& size, double wheelbase_m,
+                               const SteeringSensor& steering = {});
+/// Two wheels on the rear axle, whose middle is the origin. Of the front wheels the steering is measured: of
+/// one that stands for both (`front_track_m` 0), or of each.
+[[nodiscard]] Chassis ackermann(const WheelSize& size, double track_m, double wheelbase_m,
+                                double front_track_m = 0.0, const SteeringSensor& steering = {});
+/// Four steered and driven wheels. Order: front left, front right, rear left, rear right.
+[[nodiscard]] Chassis swerve(const WheelSize& size, double track_m, double wheelbase_m,
+                             const SteeringSensor& steering = {});
 struct Pod {
   double x_m = 0.0;
   double y_m = 0.0;

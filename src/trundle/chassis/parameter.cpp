@@ -11,7 +11,11 @@ namespace {
 constexpr std::pair<ParameterKind, std::string_view> kWheelParameters[] = {
     {ParameterKind::diameter, "diameter"},
     {ParameterKind::direction, "direction"},
-    {ParameterKind::lever, "lever"}};
+    {ParameterKind::lever, "lever"},
+    {ParameterKind::steering_zero, "steering_zero"},
+    {ParameterKind::steering_scale, "steering_scale"},
+    {ParameterKind::place_x, "x"},
+    {ParameterKind::place_y, "y"}};
 
 constexpr std::pair<ParameterKind, std::string_view> kRobotParameters[] = {
     {ParameterKind::track, "track"},
@@ -26,7 +30,7 @@ constexpr std::pair<ParameterKind, std::string_view> kRobotParameters[] = {
 };
 
 const Wheel& wheel_of(const Parameter& parameter, const Chassis& chassis) {
-  return chassis.wheels()[static_cast<std::size_t>(parameter.wheel)];
+  return chassis.all_wheels()[static_cast<std::size_t>(parameter.wheel)];
 }
 
 /// ∂(turn coefficient of the rolling row)/∂(x, y): where to move a wheel to change its lever.
@@ -83,6 +87,15 @@ void set_track(Chassis& chassis, double track) {
 bool exists(const Parameter& parameter, const Robot& robot) {
   const Chassis& chassis = robot.chassis;
   switch (parameter.kind) {
+    case ParameterKind::diameter:
+      return parameter.wheel < chassis.wheel_count;
+    case ParameterKind::lever:  // of a steered wheel another one in each interval: it has a place
+      return parameter.wheel < chassis.wheel_count && !wheel_of(parameter, chassis).steering;
+    case ParameterKind::steering_zero:
+    case ParameterKind::steering_scale:
+    case ParameterKind::place_x:
+    case ParameterKind::place_y:
+      return wheel_of(parameter, chassis).steering.has_value();
     // A fixed or skid wheel's rolling direction is what the body's x axis means; it is no free parameter.
     case ParameterKind::direction: {
       const WheelKind kind = wheel_of(parameter, chassis).kind;
@@ -101,6 +114,14 @@ bool exists(const Parameter& parameter, const Robot& robot) {
   }
 }
 
+/// Of a wheel from the origin.
+double largest_distance(const Chassis& chassis) {
+  double largest = 0.0;
+  for (const Wheel& wheel : chassis.all_wheels())
+    largest = std::max(largest, std::hypot(wheel.x_m, wheel.y_m));
+  return largest;
+}
+
 double largest_lever(const Chassis& chassis) {
   double largest = 0.0;
   for (const Wheel& wheel : chassis.wheels()) largest = std::max(largest, std::abs(rolling_row(wheel).z()));
@@ -116,12 +137,42 @@ void set_track_derivative(const Chassis& chassis, const Rows& rows, RowMatrix& d
   const Sides sides = track_sides(chassis);
   for (int i = 0; i < rows.count(); ++i) {
     const Row& row = rows.row[static_cast<std::size_t>(i)];
-    if (row.kind != RowKind::wheel && row.kind != RowKind::lateral) continue;
+    const bool is_of_side =
+        (row.kind == RowKind::wheel || row.kind == RowKind::lateral) && row.wheel < chassis.wheel_count;
+    if (!is_of_side) continue;
     const Wheel& wheel = chassis.wheels()[static_cast<std::size_t>(row.wheel)];
     const double dy = (wheel.y_m - sides.middle()) / sides.track();
     const double dturn_dy =
-        row.kind == RowKind::wheel ? lever_gradient(wheel).y() : std::sin(wheel.direction_rad);
+        row.kind == RowKind::wheel ? lever_gradient(wheel).y() : std::sin(rolling_direction(wheel));
     derivative(i, 2) = dturn_dy * dy;
+  }
+}
+
+/// ∂(rolling direction)/∂p of a steered wheel.
+double turn_by(ParameterKind kind, const SteeringSensor& steering) {
+  if (kind == ParameterKind::steering_zero) return -steering.scale;
+  if (kind == ParameterKind::steering_scale) return steering.reading_rad - steering.zero_rad;
+  return 0.0;
+}
+
+/// ∂h/∂p of a row of a steered wheel: ∂d/∂ψ = n, ∂n/∂ψ = −d, and both change in proportion to its place.
+Vector3 steered_derivative(ParameterKind kind, RowKind row, const Wheel& wheel) {
+  const Vector3 d = rolling_row(wheel), n = lateral_row(wheel);
+  const bool rolls = row == RowKind::wheel;
+  if (kind == ParameterKind::place_x) return {0.0, 0.0, rolls ? d.y() : n.y()};
+  if (kind == ParameterKind::place_y) return {0.0, 0.0, rolls ? -d.x() : -n.x()};
+  return turn_by(kind, *wheel.steering) * (rolls ? n : Vector3(-d));
+}
+
+bool is_of_steered_wheel(ParameterKind kind) {
+  switch (kind) {
+    case ParameterKind::steering_zero:
+    case ParameterKind::steering_scale:
+    case ParameterKind::place_x:
+    case ParameterKind::place_y:
+      return true;
+    default:
+      return false;
   }
 }
 
@@ -140,7 +191,7 @@ bool is_scale_of(const Parameter& parameter, const Row& row) {
 std::string name_of(const Parameter& parameter, const Robot& robot) {
   for (const auto& [kind, word] : kWheelParameters)
     if (kind == parameter.kind)
-      return robot.wheel_names[static_cast<std::size_t>(parameter.wheel)] + "." + std::string(word);
+      return wheel_name(robot, static_cast<std::size_t>(parameter.wheel)) + "." + std::string(word);
   for (const auto& [kind, word] : kRobotParameters)
     if (kind == parameter.kind) return std::string(word);
   assert(false);
@@ -151,7 +202,9 @@ std::string_view unit_of(const Parameter& parameter) {
   switch (parameter.kind) {
     case ParameterKind::direction:
     case ParameterKind::reference_heading:
+    case ParameterKind::steering_zero:
       return "rad";
+    case ParameterKind::steering_scale:
     case ParameterKind::gyro_scale:
       return "1";
     case ParameterKind::gyro_bias:
@@ -169,7 +222,7 @@ std::vector<Parameter> parameters_of(const Robot& robot) {
   const auto offer = [&](const Parameter& parameter) {
     if (exists(parameter, robot)) parameters.push_back(parameter);
   };
-  for (int wheel = 0; wheel < robot.chassis.wheel_count; ++wheel)
+  for (int wheel = 0; wheel < robot.chassis.wheel_count + robot.chassis.passive_count; ++wheel)
     for (const auto& [kind, word] : kWheelParameters) offer({kind, wheel});
   for (const auto& [kind, word] : kRobotParameters) offer({kind, -1});
   return parameters;
@@ -190,6 +243,14 @@ double value_of(const Parameter& parameter, const Robot& robot) {
       return wheel_of(parameter, chassis).direction_rad;
     case ParameterKind::lever:
       return rolling_row(wheel_of(parameter, chassis)).z();
+    case ParameterKind::steering_zero:
+      return wheel_of(parameter, chassis).steering->zero_rad;
+    case ParameterKind::steering_scale:
+      return wheel_of(parameter, chassis).steering->scale;
+    case ParameterKind::place_x:
+      return wheel_of(parameter, chassis).x_m;
+    case ParameterKind::place_y:
+      return wheel_of(parameter, chassis).y_m;
     case ParameterKind::track:
       return track_sides(chassis).track();
     case ParameterKind::icr_x:
@@ -228,6 +289,18 @@ void set_value(const Parameter& parameter, double value, Robot& robot) {
     case ParameterKind::lever:
       set_lever(wheel, value);
       break;
+    case ParameterKind::steering_zero:
+      wheel.steering->zero_rad = value;
+      break;
+    case ParameterKind::steering_scale:
+      wheel.steering->scale = value;
+      break;
+    case ParameterKind::place_x:
+      wheel.x_m = value;
+      break;
+    case ParameterKind::place_y:
+      wheel.y_m = value;
+      break;
     case ParameterKind::track:
       set_track(chassis, value);
       break;
@@ -263,7 +336,13 @@ double prior_sigma(const Parameter& parameter, const Robot& robot) {
     case ParameterKind::diameter:  // load, pressure, wear
       return 0.05 * value_of(parameter, robot);
     case ParameterKind::direction:  // by eye
+    case ParameterKind::steering_zero:
       return radians(10.0);
+    case ParameterKind::steering_scale:  // of a potentiometer, or a linkage that is not quite straight
+      return 0.05;
+    case ParameterKind::place_x:  // by tape, to a contact that a caster moves
+    case ParameterKind::place_y:
+      return std::max(0.1 * largest_distance(robot.chassis), 0.01);
     case ParameterKind::lever:  // tape to a contact that is not seen; where all are short, its 1 cm
       return std::max(0.2 * largest_lever(robot.chassis), 0.01);
     case ParameterKind::track:  // wide wheels touch the ground anywhere across their width
@@ -293,6 +372,10 @@ RowMatrix row_derivative(const Parameter& parameter, const Chassis& chassis, con
   for (int i = 0; i < rows.count(); ++i) {
     const Row& row = rows.row[static_cast<std::size_t>(i)];
     const bool own_wheel = row.kind == RowKind::wheel && row.wheel == parameter.wheel;
+    const bool of_wheel = own_wheel || (row.kind == RowKind::lateral && row.wheel == parameter.wheel);
+    if (of_wheel && is_of_steered_wheel(parameter.kind))
+      derivative.row(i) =
+          steered_derivative(parameter.kind, row.kind, wheel_of(parameter, chassis)).transpose();
     if (parameter.kind == ParameterKind::direction && own_wheel)
       derivative.row(i) = direction_derivative(wheel_of(parameter, chassis)).transpose();
     if (parameter.kind == ParameterKind::lever && own_wheel) derivative(i, 2) = 1.0;

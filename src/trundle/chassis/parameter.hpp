@@ -11,13 +11,17 @@
 namespace trundle::chassis {
 
 enum class ParameterKind {
-  diameter,           ///< "left.diameter" [m]
-  direction,          ///< "left.direction" [rad]: of rolling
-  lever,              ///< "left.lever" [m]: the turn coefficient of the rolling row, px sin ψ − py cos ψ
-  track,              ///< "track" [m]: distance of the left wheels from the right ones; scales all y
-  icr_x,              ///< "icr_x" [m]
-  gyro_scale,         ///< "gyro.scale"
-  gyro_bias,          ///< "gyro.bias" [rad/s]
+  diameter,        ///< "left.diameter" [m]
+  direction,       ///< "left.direction" [rad]: of rolling
+  lever,           ///< "left.lever" [m]: the turn coefficient of the rolling row, px sin ψ − py cos ψ
+  steering_zero,   ///< "front.steering_zero" [rad]: what its steering reads where it stands at its direction
+  steering_scale,  ///< "front.steering_scale"
+  place_x,         ///< "front.x" [m]: of a steered wheel
+  place_y,         ///< "front.y" [m]
+  track,           ///< "track" [m]: distance of the left wheels from the right ones; scales all y
+  icr_x,           ///< "icr_x" [m]
+  gyro_scale,      ///< "gyro.scale"
+  gyro_bias,       ///< "gyro.bias" [rad/s]
   gyro_time_offset,   ///< "gyro.time_offset" [s]: added to the gyro's stamps
   reference_x,        ///< "reference.x" [m]: of the reference sensor on the robot
   reference_y,        ///< "reference.y" [m]
@@ -28,7 +32,7 @@ enum class ParameterKind {
 /// One scalar of a robot that calibration may change and whose uncertainty odometry carries along.
 struct Parameter {
   ParameterKind kind = ParameterKind::diameter;
-  int wheel = -1;
+  int wheel = -1;  ///< as Chassis::all_wheels()
 
   bool operator==(const Parameter&) const = default;
 };
@@ -49,7 +53,8 @@ void set_value(const Parameter& parameter, double value, Robot& robot);
 /// How far the value may plausibly be from nominal: 5 % of a diameter, 20 % of a track, 10° of a direction...
 [[nodiscard]] double prior_sigma(const Parameter& parameter, const Robot& robot);
 
-/// ∂H/∂p, and ∂z/∂p for one interval. Zero for parameters that are not in H.
+/// ∂H/∂p, and ∂z/∂p for one interval. Zero for parameters that are not in H. Of a steered chassis as it
+/// stands in an interval: at_steering().
 [[nodiscard]] RowMatrix row_derivative(const Parameter& parameter, const Chassis& chassis, const Rows& rows);
 [[nodiscard]] RowVector reading_derivative(const Parameter& parameter, const Chassis& chassis,
                                            const Rows& rows, const Increment& increment);

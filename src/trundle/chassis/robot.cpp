@@ -20,7 +20,7 @@ std::vector<std::string> names_of(std::vector<std::string> names, const Keys&...
 }
 
 constexpr std::string_view kNameExpected =
-    "letters, digits, '_' and '-', and neither \"gyro\" nor \"ambiguous\"";
+    "letters, digits, '_' and '-', and neither \"gyro\" nor \"ambiguous\", nor \"_steering\" at its end";
 
 /// Wheel names become names of columns and of parameters, and stand in slip.csv.
 bool is_wheel_name(std::string_view name) {
@@ -28,7 +28,8 @@ bool is_wheel_name(std::string_view name) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
            c == '-' || static_cast<unsigned char>(c) >= 0x80U;
   };
-  return !name.empty() && std::ranges::all_of(name, allowed) && name != "gyro" && name != "ambiguous";
+  return !name.empty() && std::ranges::all_of(name, allowed) && name != "gyro" && name != "ambiguous" &&
+         !name.ends_with("_steering");
 }
 
 std::string wheel_name(const Section& section, std::span<const std::string> others) {
@@ -64,34 +65,71 @@ int tick_bits(const Section& section) {
   return static_cast<int>(number(section.source, "tick_bits", *node, kBits));
 }
 
+bool is_passive(const Section& section) {
+  return truth_value(section, "passive", false);
+}
+
+/// Keys that need another one beside them.
+template <class T, std::size_t n>
+void forbid(const Section& section, const std::array<NumberKey<T>, n>& keys, std::string_view fact,
+            std::string_view expectation) {
+  for (const NumberKey<T>& key : keys)
+    if (const toml::node* node = section.table.get(key.name))
+      fail(section.source, node->source(), in(section, fmt::format("{} {}", key.name, fact)), expectation);
+}
+
+/// What a wheel without an encoder says: where it stands, and perhaps its steering.
+void check_passive(const Section& section, const Wheel& wheel) {
+  if (wheel.kind != WheelKind::fixed)
+    fail(section.source, section.table.get("kind")->source(), "a passive wheel that may skid sideways",
+         "\"fixed\": without an encoder it says nothing else");
+  forbid(section, kWheelSize, "of a passive wheel", "it only where a wheel has an encoder");
+}
+
 Wheel read_wheel(const Section& section) {
-  static const std::vector<std::string> known =
-      names_of({"name", "kind", "tick_bits"}, kWheelPlace, kWheelRoller, kWheelSize);
+  static const std::vector<std::string> known = names_of({"name", "kind", "tick_bits", "passive", "steered"},
+                                                         kWheelPlace, kWheelRoller, kWheelSize, kSteering);
   check_keys(section, known);
   Wheel wheel;
   wheel.kind = wheel_kind(section);
   wheel.tick_bits = tick_bits(section);
   read_numbers(section, kWheelPlace, wheel);
-  read_numbers(section, kWheelSize, wheel);
-  const toml::node* roller = section.table.get("roller_deg");
-  if (wheel.kind == WheelKind::mecanum) {
+  if (is_passive(section))
+    check_passive(section, wheel);
+  else
+    read_numbers(section, kWheelSize, wheel);
+  if (wheel.kind == WheelKind::mecanum)
     read_numbers(section, kWheelRoller, wheel);
-  } else if (roller != nullptr) {
-    fail(section.source, roller->source(), in(section, "roller_deg without rollers"),
-         "it only where kind is \"mecanum\"");
+  else
+    forbid(section, kWheelRoller, "without rollers", "it only where kind is \"mecanum\"");
+  if (!truth_value(section, "steered", false)) {
+    forbid(section, kSteering, "of a wheel that is not steered", "it only where steered is true");
+    return wheel;
   }
+  if (wheel.kind != WheelKind::fixed)
+    fail(section.source, section.table.get("kind")->source(), "a steered wheel that may skid sideways",
+         "\"fixed\" where steered is true");
+  read_numbers(section, kSteering, wheel.steering.emplace());
   return wheel;
 }
 
 void read_wheels(const Section& file, Robot& robot) {
+  std::vector<std::string> names, passive_places;
   for (const Section& section : tables(file, "wheel", "[[wheel]]")) {
-    if (robot.chassis.wheel_count == kMaxWheels)
+    if (names.size() == kMaxWheels)
       fail(section.source, section.table.source(), fmt::format("more than {} wheels", kMaxWheels),
            fmt::format("at most {}", kMaxWheels));
-    robot.chassis.add(read_wheel(section));
-    robot.wheel_names.push_back(wheel_name(section, robot.wheel_names));
-    robot.wheel_places.push_back(place(section.source.name, section.table.source().begin.line));
+    const Wheel wheel = read_wheel(section);
+    names.push_back(wheel_name(section, names));
+    const bool passive = is_passive(section);
+    passive ? robot.chassis.add_passive(wheel) : robot.chassis.add(wheel);
+    (passive ? robot.passive_names : robot.wheel_names).push_back(names.back());
+    (passive ? passive_places : robot.wheel_places)
+        .push_back(place(section.source.name, section.table.source().begin.line));
   }
+  if (robot.wheel_names.empty() && !names.empty())
+    throw InputError(passive_places.front(), "every wheel is passive", "one with an encoder");
+  robot.wheel_places.insert(robot.wheel_places.end(), passive_places.begin(), passive_places.end());
 }
 
 /// Reads a section of nothing but numbers; says whether it is there.
@@ -131,6 +169,11 @@ Robot read(const Section& file) {
 std::string place_of(const Robot& robot) {
   if (!robot.file.empty()) return robot.file;
   return robot.name.empty() ? "robot" : fmt::format("robot '{}'", robot.name);
+}
+
+const std::string& wheel_name(const Robot& robot, std::size_t wheel) {
+  const std::size_t measured = robot.wheel_names.size();
+  return wheel < measured ? robot.wheel_names[wheel] : robot.passive_names[wheel - measured];
 }
 
 std::string place_of_wheel(const Robot& robot, std::size_t wheel) {

@@ -52,15 +52,18 @@ struct CalibrationRecord {
 struct Robot {
   std::string name;
   Chassis chassis;
-  std::vector<std::string> wheel_names;  ///< one for each wheel
+  std::vector<std::string> wheel_names;  ///< one for each wheel with an encoder
   std::optional<LandmarkSensor> landmark_sensor;
   Pose2 body_from_reference;  ///< where the reference was measured
   double reference_time_offset_s = 0.0;
   std::optional<CalibrationRecord> calibration;
   // For messages, of a robot that was read:
-  std::string file = {};                       ///< its path
-  std::vector<std::string> wheel_places = {};  ///< "file:line" of each [[wheel]]
+  std::string file = {};                        ///< its path
+  std::vector<std::string> wheel_places = {};   ///< "file:line" of each [[wheel]], as Chassis::all_wheels()
+  std::vector<std::string> passive_names = {};  ///< one for each passive wheel
 };
+/// Of any wheel, as Chassis::all_wheels().
+[[nodiscard]] const std::string& wheel_name(const Robot& robot, std::size_t wheel);
 /// Where to say that something is wrong with the robot, or with that wheel.
 [[nodiscard]] std::string place_of(const Robot& robot);
 [[nodiscard]] std::string place_of_wheel(const Robot& robot, std::size_t wheel);

@@ -70,7 +70,7 @@ bool has_defaults(const std::array<NumberKey<T>, n>& keys, T section) {
                              [&](const auto& key) { return same_bits(key.in(section), key.in(defaults)); });
 }
 
-void write_wheel(std::string& out, const std::string& name, const Wheel& wheel) {
+void write_wheel(std::string& out, const std::string& name, const Wheel& wheel, bool passive) {
   out += "\n[[wheel]]\n";
   write(out, "name", toml_string(name));
   write_numbers(out, kWheelPlace, wheel);
@@ -78,14 +78,21 @@ void write_wheel(std::string& out, const std::string& name, const Wheel& wheel) 
         toml_string(std::ranges::find(kWheelKinds, wheel.kind, &std::pair<WheelKind, std::string_view>::first)
                         ->second));
   if (wheel.kind == WheelKind::mecanum) write_numbers(out, kWheelRoller, wheel);
-  write_numbers(out, kWheelSize, wheel);
+  if (passive)
+    write(out, "passive", "true");
+  else
+    write_numbers(out, kWheelSize, wheel);
+  if (wheel.steering) {
+    write(out, "steered", "true");
+    write_numbers(out, kSteering, *wheel.steering);
+  }
   if (wheel.tick_bits != 0) write(out, "tick_bits", fmt::format("{}", wheel.tick_bits));
 }
 
 /// Does this robot's odometry look at that noise?
 bool uses(const Chassis& chassis, std::string_view noise_key) {
   const auto any = [&](WheelKind kind) {
-    return std::ranges::find(chassis.wheels(), kind, &Wheel::kind) != chassis.wheels().end();
+    return std::ranges::find(chassis.all_wheels(), kind, &Wheel::kind) != chassis.all_wheels().end();
   };
   const bool velocity = chassis.wheel_count == 0;
   if (noise_key.starts_with("lateral")) return velocity || any(WheelKind::fixed);
@@ -162,8 +169,8 @@ std::string to_toml(const Robot& robot) {
   std::string out;
   if (!robot.name.empty()) write(out, "name", toml_string(robot.name));
   write_numbers(out, kChassis, chassis);
-  for (std::size_t i = 0; i < chassis.wheels().size(); ++i)
-    write_wheel(out, robot.wheel_names.at(i), chassis.wheels()[i]);
+  for (std::size_t i = 0; i < chassis.all_wheels().size(); ++i)
+    write_wheel(out, wheel_name(robot, i), chassis.all_wheels()[i], i >= chassis.wheels().size());
   if (!has_defaults(kAllWheels, chassis)) write_section(out, "wheels", kAllWheels, chassis);
   if (chassis.gyro) write_section(out, "gyro", kGyro, *chassis.gyro);
   if (robot.landmark_sensor) write_section(out, "landmark_sensor", kLandmarkSensor, *robot.landmark_sensor);

@@ -1,6 +1,9 @@
 #include "trundle/chassis/rows.hpp"
 
+#include <algorithm>
+
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
 
@@ -17,6 +20,9 @@ constexpr double kTurnFloor_rad = 1e-9;  // moves what is a kilometre away by th
 // by far more than a nanometre.
 constexpr double kSameRow = 1e-9;
 constexpr double kRankLimit = 1e-9;  // the same for combinations of rows, scaled by the size of the robot
+// Steered wheels whose rows are this near to dependent see nothing of the motion that is left: no steering is
+// read to a thousandth of a degree.
+constexpr double kSteeredRank = 1e-5;
 
 void append(Rows& rows, const Row& row, const Vector3& h) {
   const int i = rows.count();
@@ -25,8 +31,11 @@ void append(Rows& rows, const Row& row, const Vector3& h) {
   rows.row[static_cast<std::size_t>(i)] = row;
 }
 
-bool has_lateral_row(const Rows& rows, const Vector3& h) {
+/// Of a wheel that is not steered.
+bool has_lateral_row(const Rows& rows, const Chassis& chassis, const Vector3& h) {
   for (int i = rows.measured; i < rows.count(); ++i) {
+    const int wheel = rows.row[static_cast<std::size_t>(i)].wheel;
+    if (chassis.all_wheels()[static_cast<std::size_t>(wheel)].steering) continue;
     const Vector3 other = rows.H.row(i).transpose();
     if ((other - h).norm() < kSameRow || (other + h).norm() < kSameRow) return true;
   }
@@ -47,12 +56,12 @@ void append_measured_rows(Rows& rows, const Chassis& chassis, bool with_gyro) {
 void append_lateral_rows(Rows& rows, const Chassis& chassis) {
   if (chassis.wheel_count == 0) append(rows, {RowKind::lateral}, {0.0, 1.0, 0.0});
   bool skids = false;
-  for (int i = 0; i < chassis.wheel_count; ++i) {
-    const Wheel& wheel = chassis.wheels()[static_cast<std::size_t>(i)];
+  for (int i = 0; i < chassis.wheel_count + chassis.passive_count; ++i) {
+    const Wheel& wheel = chassis.all_wheels()[static_cast<std::size_t>(i)];
     skids = skids || wheel.kind == WheelKind::skid;
     if (wheel.kind != WheelKind::fixed) continue;
     const Vector3 h = lateral_row(wheel);
-    if (!has_lateral_row(rows, h)) append(rows, {RowKind::lateral, i}, h);
+    if (wheel.steering || !has_lateral_row(rows, chassis, h)) append(rows, {RowKind::lateral, i}, h);
   }
   if (skids) append(rows, {RowKind::skid_lateral}, {0.0, 1.0, -chassis.icr_x_m});
 }
@@ -76,7 +85,9 @@ double noise_variance(const Chassis& chassis, const Row& row, const Way& way) {
   };
   switch (row.kind) {
     case RowKind::wheel:
-      return of_travel(wheel_noise(chassis, static_cast<std::size_t>(row.wheel)));
+      return of_travel(row.wheel < chassis.wheel_count
+                           ? wheel_noise(chassis, static_cast<std::size_t>(row.wheel))
+                           : typical_wheel_noise(chassis));
     case RowKind::lateral:
       return of_travel(noise.lateral_per_sqrt_m);
     case RowKind::skid_lateral:
@@ -89,6 +100,8 @@ double noise_variance(const Chassis& chassis, const Row& row, const Way& way) {
     case RowKind::gyro:
       return squared(chassis.gyro->noise_rad_s_sqrt_hz * chassis.gyro->scale) * way.duration_s +
              squared(kTurnFloor_rad);
+    case RowKind::unobserved:
+      return squared(kUnobservedTurn) * way.duration_s + squared(kTurnFloor_rad);
   }
   return 0.0;
 }
@@ -107,15 +120,21 @@ double reading_of(const Chassis& chassis, const Row& row, const Increment& incre
       return increment.turned[1];
     case RowKind::lateral:
     case RowKind::skid_lateral:
+    case RowKind::unobserved:
       return 0.0;
   }
   return 0.0;
 }
 
+/// How far a turn of one radian moves what a row measures at most [m].
+double size_of(const RowMatrix& H) {
+  return H.col(2).cwiseAbs().maxCoeff();
+}
+
 /// H with its turn column divided by the size of the robot, so that all columns are of order one.
 RowMatrix scaled(const RowMatrix& H) {
   RowMatrix scaled = H;
-  const double size = H.col(2).cwiseAbs().maxCoeff();
+  const double size = size_of(H);
   if (size > 0.0) scaled.col(2) /= size;
   return scaled;
 }
@@ -138,16 +157,18 @@ Combinations left_null_space(const Rows& rows) {
 }
 
 Vector3 rolling_row(const Wheel& wheel) {
-  const double c = std::cos(wheel.direction_rad);
-  const double s = std::sin(wheel.direction_rad);
+  const double direction = rolling_direction(wheel);
+  const double c = std::cos(direction);
+  const double s = std::sin(direction);
   const Vector3 rolling(c, s, wheel.x_m * s - wheel.y_m * c);
   if (wheel.kind != WheelKind::mecanum) return rolling;
   return rolling + std::tan(wheel.roller_rad) * lateral_row(wheel);
 }
 
 Vector3 lateral_row(const Wheel& wheel) {
-  const double c = std::cos(wheel.direction_rad);
-  const double s = std::sin(wheel.direction_rad);
+  const double direction = rolling_direction(wheel);
+  const double c = std::cos(direction);
+  const double s = std::sin(direction);
   return {-s, c, wheel.x_m * c + wheel.y_m * s};
 }
 
@@ -155,6 +176,19 @@ Rows rows_of(const Chassis& chassis, bool with_gyro) {
   Rows rows;
   append_measured_rows(rows, chassis, with_gyro);
   append_lateral_rows(rows, chassis);
+  return rows;
+}
+
+Rows rows_at(const Chassis& chassis, const Increment& increment, bool with_gyro) {
+  Rows rows = rows_of(at_steering(chassis, increment), with_gyro);
+  const Vector3 size(1.0, 1.0, std::max(size_of(rows.H), kSameRow));
+  const RowMatrix H = rows.H * size.cwiseInverse().asDiagonal();
+  const Matrix3 N = H.transpose() * H;  // λmin/λmax is above kSteeredRank² for this determinant
+  if (N.determinant() > 27.0 * kSteeredRank * kSteeredRank * std::pow(N.trace() / 3.0, 3)) return rows;
+  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(N);  // in growing order
+  const Vector3 to_turn(1.0 / size.z(), 1.0 / size.z(), 1.0);
+  for (int i = 0; i < 2 && eigen.eigenvalues()[i] <= squared(kSteeredRank) * eigen.eigenvalues()[2]; ++i)
+    append(rows, {RowKind::unobserved}, eigen.eigenvectors().col(i).cwiseProduct(to_turn));
   return rows;
 }
 
@@ -185,11 +219,17 @@ Readings readings_of(const Chassis& chassis, const Rows& rows, const Increment& 
   return readings;
 }
 
+// The lateral row of a steered wheel weighs what a rolling row does: what H is misread by does not average
+// out, but shortens the way by its share of the weight. docs/theory/odometry.md, below eq. 12.
 RowVector weighing_variances(const Chassis& chassis, const Rows& rows, double travel_m, double duration_s) {
   RowVector variances(rows.count());
-  for (int i = 0; i < rows.count(); ++i)
-    variances[i] =
-        noise_variance(chassis, rows.row[static_cast<std::size_t>(i)], {travel_m, travel_m, duration_s});
+  for (int i = 0; i < rows.count(); ++i) {
+    Row row = rows.row[static_cast<std::size_t>(i)];
+    if (row.kind == RowKind::lateral && row.wheel >= 0 &&
+        chassis.all_wheels()[static_cast<std::size_t>(row.wheel)].steering)
+      row.kind = RowKind::wheel;
+    variances[i] = noise_variance(chassis, row, {travel_m, travel_m, duration_s});
+  }
   return variances;
 }
 
@@ -197,7 +237,9 @@ double rounding_variance(const Wheel& wheel) {
   return squared(metres_per_tick(wheel)) / 12.0;
 }
 
-Twist2 twist_of(const Chassis& chassis, const Rows& rows, const Increment& increment) {
+Twist2 twist_of(const Chassis& chassis, const Rows& given, const Increment& increment) {
+  const Rows rows =
+      is_steered(chassis) ? rows_at(chassis, increment, given.measured > chassis.wheel_count) : given;
   return estimate_twist(
              rows, {readings_of(chassis, rows, increment).z, weighing_variances(chassis, rows, 1.0, 1.0)})
       .twist;

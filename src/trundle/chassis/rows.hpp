@@ -9,20 +9,30 @@
 
 namespace trundle::chassis {
 
-/// Rolling rows, lateral rows and the gyro's.
-inline constexpr int kMaxRows = 2 * kMaxWheels + 2;
+/// Rolling rows, lateral rows, the gyro's and those of a bridged interval.
+inline constexpr int kMaxRows = 2 * kMaxWheels + 4;
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxRows, 3>;
 using RowVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxRows, 1>;
 
-enum class RowKind { wheel, lateral, skid_lateral, gyro, forward, turn };
+enum class RowKind {
+  wheel,
+  lateral,
+  skid_lateral,
+  gyro,
+  forward,
+  turn,
+  unobserved,  ///< a direction of motion that no other row sees: not more than a guess
+};
 
 /// What one row of H measures.
 struct Row {
   RowKind kind = RowKind::wheel;
   int wheel = -1;  ///< index of the wheel; for a merged lateral row, of the first one
 
-  [[nodiscard]] bool measured() const { return kind != RowKind::lateral && kind != RowKind::skid_lateral; }
+  [[nodiscard]] bool measured() const {
+    return kind != RowKind::lateral && kind != RowKind::skid_lateral && kind != RowKind::unobserved;
+  }
 };
 
 /// H of z = H ξ (docs/theory/chassis.md, eq. 1), measured rows first.
@@ -34,8 +44,17 @@ struct Rows {
   [[nodiscard]] int count() const { return static_cast<int>(H.rows()); }
 };
 
-/// The rows of a chassis. Identical lateral rows (one axle) are merged: they add no information.
+/// The rows of a chassis. Identical lateral rows (one axle) are merged: they add no information. Steered
+/// wheels stand as their reading says; each keeps its own lateral row, for each may be misread.
 [[nodiscard]] Rows rows_of(const Chassis& chassis, bool with_gyro);
+
+/// The rows of a chassis whose steered wheels stand as they did in that interval. Where they see no longer
+/// all of the motion, a row `unobserved` for each direction that is left says that it was not far.
+/// docs/theory/chassis.md, eq. 10.
+[[nodiscard]] Rows rows_at(const Chassis& chassis, const Increment& increment, bool with_gyro);
+
+/// 1σ of an unobserved turn [rad/√s]; of a direction of motion that moves the farthest wheel as far.
+inline constexpr double kUnobservedTurn = 0.5;
 
 /// The row of a rolling wheel for unit travel, and that of 'does not skid sideways'. docs/theory/chassis.md,
 /// eq. 2 to 4.
@@ -69,7 +88,7 @@ struct TwistEstimate {
 };
 /// The rows must have rank 3 (see observability()). Unbiased where the variances do not depend on z.
 [[nodiscard]] TwistEstimate estimate_twist(const Rows& rows, const Readings& readings);
-/// The same with the rows weighed as at 1 m/s, whatever the readings.
+/// The same with the rows weighed as at 1 m/s, whatever the readings, and with steered wheels as they stood.
 [[nodiscard]] Twist2 twist_of(const Chassis& chassis, const Rows& rows, const Increment& increment);
 
 using Combinations = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows>;

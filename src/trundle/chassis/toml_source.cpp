@@ -85,6 +85,13 @@ double number(const Source& source, std::string_view key, const toml::node& node
   return value;
 }
 
+bool truth_value(const Section& section, std::string_view key, bool otherwise) {
+  const toml::node* node = section.table.get(key);
+  if (node == nullptr) return otherwise;
+  if (!node->is_boolean()) fail_type(section.source, key, *node, kTruthExpected);
+  return node->as_boolean()->get();
+}
+
 std::string text(const Section& section, std::string_view key, std::string_view expectation) {
   const toml::node& node = required(section, key, expectation);
   if (!node.is_string()) fail_type(section.source, key, node, expectation);

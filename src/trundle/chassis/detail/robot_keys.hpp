@@ -34,6 +34,8 @@ inline constexpr Range kPositive{[](double v) { return v > 0.0; }, "a number abo
 inline constexpr Range kNotZero{[](double v) { return v != 0.0; }, "a number other than 0"};
 inline constexpr Range kAngle{[](double v) { return std::abs(v) <= 2.0 * kPi; },
                               "degrees between -360 and 360"};
+inline constexpr Range kAngleSigma{[](double v) { return v >= 0.0 && v <= 0.5 * kPi; },
+                                   "degrees of at least 0 and at most 90"};
 inline constexpr Range kRoller{[](double v) { return std::abs(v) <= radians(89.0); },
                                "degrees between -89 and 89"};
 inline constexpr Range kPosition{[](double v) { return std::abs(v) <= 100.0; },
@@ -74,6 +76,22 @@ inline constexpr std::array kWheelSize{
                      kDiameter, Presence::rare},
     NumberKey<Wheel>{"noise_per_sqrt_m", [](Wheel& w) -> double& { return w.noise_per_sqrt_m; }, kShareOfWay,
                      Presence::rare},
+};
+
+/// Of a wheel with `steered = true`.
+inline constexpr std::array kSteering{
+    NumberKey<SteeringSensor>{"steering_zero_deg", [](SteeringSensor& s) -> double& { return s.zero_rad; },
+                              kAngle},
+    NumberKey<SteeringSensor>{"steering_scale", [](SteeringSensor& s) -> double& { return s.scale; },
+                              kNotZero},
+    NumberKey<SteeringSensor>{"steering_sigma_deg", [](SteeringSensor& s) -> double& { return s.sigma_rad; },
+                              kAngleSigma},
+    NumberKey<SteeringSensor>{"steering_ticks_per_revolution",
+                              [](SteeringSensor& s) -> double& { return s.ticks_per_revolution; }, kAny,
+                              Presence::rare},
+    NumberKey<SteeringSensor>{"steering_time_offset_s",
+                              [](SteeringSensor& s) -> double& { return s.time_offset_s; }, kAny,
+                              Presence::rare},
 };
 
 inline constexpr std::array kChassis{

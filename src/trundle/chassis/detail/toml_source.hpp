@@ -41,6 +41,9 @@ const toml::node& required(const Section& section, std::string_view key, std::st
 /// _deg.
 double number(const Source& source, std::string_view key, const toml::node& node, const Range& range,
               bool infinite_too = false);
+inline constexpr std::string_view kTruthExpected = "true or false";
+/// true or false; `otherwise` where the key is missing.
+bool truth_value(const Section& section, std::string_view key, bool otherwise);
 std::string text(const Section& section, std::string_view key, std::string_view expectation);
 /// The tables of an array of tables, [[key]]; none when it is missing.
 std::vector<Section> tables(const Section& section, std::string_view key, std::string_view title);

@@ -4,7 +4,7 @@
 
 namespace trundle::recording {
 
-static_assert(sizeof(Increment) == (6 + 2 * kMaxWheels) * sizeof(double), "visit() must know a new member");
+static_assert(sizeof(Increment) == (6 + 3 * kMaxWheels) * sizeof(double), "visit() must know a new member");
 
 void Increments::reserve(std::size_t increments) {
   time_s_.reserve(increments);
@@ -40,7 +40,7 @@ void Increments::cut(std::size_t first, std::size_t end) {
 
 void Increments::count_wheels() {
   for (std::size_t w = wheels_; w < kMaxWheels; ++w)
-    if (!turned_[w].empty() || !slip_variance_[w].empty()) wheels_ = w + 1;
+    if (!turned_[w].empty() || !slip_variance_[w].empty() || !steering_rad_[w].empty()) wheels_ = w + 1;
 }
 
 }  // namespace trundle::recording

@@ -99,6 +99,7 @@ class Increments {
     for (std::size_t w = 0; w < wheels; ++w) {
       visitor(columns.turned_[w], increment.turned[w], kUsual.turned[w]);
       visitor(columns.slip_variance_[w], increment.slip_variance[w], kUsual.slip_variance[w]);
+      visitor(columns.steering_rad_[w], increment.steering_rad[w], kUsual.steering_rad[w]);
     }
   }
   double between(std::size_t i) const { return i == 0 ? first_duration_s_ : time_s_[i] - time_s_[i - 1]; }
@@ -113,6 +114,7 @@ class Increments {
   SparseColumn<bool> has_gyro_;
   Numbers gyro_change_rad_s_;
   std::array<Numbers, kMaxWheels> slip_variance_;
+  std::array<Numbers, kMaxWheels> steering_rad_;
   Numbers shaking_m_s2_;
   std::size_t wheels_ = 0;  ///< that have a column, and those before them
 };
