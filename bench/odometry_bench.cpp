@@ -24,9 +24,11 @@ constexpr int kRounds = 7;
 struct Log {
   std::vector<double> left;  // revolutions in each interval
   std::vector<double> right;
+  std::vector<double> steering;  // of steered wheels [rad]
 };
 
-/// A wandering differential drive, about 2 cm and up to 2° per row.
+/// A wandering differential drive, about 2 cm and up to 2° per row; of steered wheels some 20°, now and then
+/// 60°.
 Log wander(std::size_t rows) {
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> noise(-1.0, 1.0);
@@ -36,6 +38,7 @@ Log wander(std::size_t rows) {
     bend = 0.99 * bend + 0.0005 * noise(random);
     log.left.push_back(0.09 - bend);
     log.right.push_back(0.09 + bend);
+    log.steering.push_back(200.0 * bend);
   }
   return log;
 }
@@ -45,6 +48,16 @@ Robot differential() {
   robot.name = "bench";
   robot.chassis = differential_drive({.diameter_m = 0.0704, .ticks_per_revolution = 2578.33}, 0.23);
   robot.wheel_names = {"left", "right"};
+  return robot;
+}
+
+/// The same with steered wheels, which all roll and turn alike.
+Robot steered(const Chassis& chassis) {
+  Robot robot;
+  robot.name = "steered";
+  robot.chassis = chassis;
+  for (int i = 0; i < chassis.wheel_count; ++i) robot.wheel_names.push_back(fmt::format("w{}", i));
+  for (int i = 0; i < chassis.passive_count; ++i) robot.passive_names.push_back(fmt::format("p{}", i));
   return robot;
 }
 
@@ -76,6 +89,30 @@ void yardstick(const Log& log, Poses& out) {
 
 void bulk(const Robot& robot, const Log& log, Poses& out) {
   dead_reckon(robot, {.turned = {log.left, log.right}}, {}, {out.x, out.y, out.heading});
+}
+
+void bulk_steered(const Robot& robot, const Log& log, Poses& out) {
+  TravelColumns travel;
+  for (std::size_t i = 0; i < robot.chassis.all_wheels().size(); ++i) {
+    travel.turned[i] = log.left;
+    travel.steering_rad[i] = log.steering;
+  }
+  dead_reckon(robot, travel, {}, {out.x, out.y, out.heading});
+}
+
+void steps_steered(const Robot& robot, const Log& log, Poses& out) {
+  Odometer odometer(robot, {.with_covariance = false});
+  Increment increment{.duration_s = 0.01};
+  for (std::size_t i = 0; i < kRows; ++i) {
+    for (std::size_t k = 0; k < robot.chassis.all_wheels().size(); ++k) {
+      increment.turned[k] = log.left[i];
+      increment.steering_rad[k] = log.steering[i];
+    }
+    odometer.step(increment);
+    out.x[i] = odometer.pose().x;
+    out.y[i] = odometer.pose().y;
+    out.heading[i] = odometer.pose().heading;
+  }
 }
 
 template <bool kWithCovariance>
@@ -173,6 +210,8 @@ double largest_difference(const Poses& a, const Poses& b) {
 int main() {
   const Log log = wander(kRows);
   const Robot robot = differential();
+  const WheelSize size{.diameter_m = 0.0704, .ticks_per_revolution = 2578.33};
+  const Robot on_three = steered(tricycle(size, 0.5)), on_four = steered(swerve(size, 0.4, 0.5));
   Poses plain;
   Poses ours;
   Poses stepped;
@@ -186,6 +225,9 @@ int main() {
       {"Odometer::step, both parts, 3 parameters", [&] { steps_with_parameters(robot, log, stepped); }},
       {"Odometer::step, gyro, bias learned", [&] { steps_learning_bias(robot, log, stepped); }},
       {"Odometer::step, the same at rest", [&] { steps_at_rest(robot, stepped); }},
+      {"dead_reckon, tricycle", [&] { bulk_steered(on_three, log, ours); }},
+      {"Odometer::step, tricycle, pose alone", [&] { steps_steered(on_three, log, stepped); }},
+      {"dead_reckon, swerve", [&] { bulk_steered(on_four, log, ours); }},
   };
   for (Variant& variant : variants) variant.work();  // touch all memory once
   steps<false>(robot, log, stepped);

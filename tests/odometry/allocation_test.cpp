@@ -59,6 +59,8 @@ TEST(Allocation, StepNeedsNoHeap) {
   expect_no_allocation(mecanum(test::kSize, 0.4, 0.5));
   expect_no_allocation(test::two_pods());
   expect_no_allocation(test::odd_chassis());
+  expect_no_allocation(test::with_gyro(test::odd_steered_chassis()));
+  expect_no_allocation(swerve(test::kSize, 0.4, 0.5));
 }
 
 TEST(Allocation, NorDoesLearningTheBias) {

@@ -22,8 +22,11 @@ Robot without_bias_walk(const Chassis& chassis) {
 }
 
 TEST(Covariance, AgreesWithTheDefinition) {
-  for (const Chassis& chassis : {differential_drive(test::kSize, 0.5), omni3(test::kSize, 0.2),
-                                 mecanum(test::kSize, 0.4, 0.5), test::two_pods(), test::odd_chassis()}) {
+  for (const Chassis& chassis :
+       {differential_drive(test::kSize, 0.5), omni3(test::kSize, 0.2), mecanum(test::kSize, 0.4, 0.5),
+        test::two_pods(), test::odd_chassis(), tricycle(test::kSize, 0.6),
+        ackermann(test::kSize, 0.4, 0.6, 0.3), swerve(test::kSize, 0.4, 0.5), test::odd_steered_chassis(),
+        test::with_gyro(ackermann(test::kSize, 0.4, 0.6))}) {
     const Robot robot = without_bias_walk(chassis);
     const Pose2 start{0.5, -0.3, 0.8};
     Odometer odometer(robot, {.start = start, .start_covariance = some_covariance()});
@@ -91,6 +94,56 @@ TEST(Covariance, AgreesWithMonteCarlo) {
   EXPECT_LT((whitened - Matrix3::Identity()).cwiseAbs().maxCoeff(), 4.5 * std::sqrt(2.0 / runs) + 0.02);
 }
 
+/// A steering that is misread anew in each interval, many times, and the scatter of the end pose.
+TEST(Covariance, OfMisreadSteeringAgreesWithMonteCarlo) {
+  constexpr double kSigma = 0.02;
+  Robot robot = test::robot_of(
+      tricycle({.diameter_m = 0.15, .ticks_per_revolution = 0}, 0.6, SteeringSensor{.sigma_rad = kSigma}));
+  robot.chassis.noise = {.wheel_per_sqrt_m = 1e-6, .lateral_per_sqrt_m = 1e-6};
+  const auto increments = test::wandering(robot, 50);
+  Odometer odometer(robot, {});
+  for (const Increment& increment : increments) odometer.step(increment);
+  const int runs = test::trials(4000, 400);
+  Random random(8);
+  Matrix3 scatter = Matrix3::Zero();
+  for (int run = 0; run < runs; ++run) {
+    Odometer misread(robot, {.with_covariance = false});
+    for (Increment increment : increments) {
+      increment.steering_rad[0] += random.normal(kSigma);
+      misread.step(increment);
+    }
+    const Vector3 error(misread.pose().x - odometer.pose().x, misread.pose().y - odometer.pose().y,
+                        misread.pose().heading - odometer.pose().heading);
+    scatter += error * error.transpose() / runs;
+  }
+  const Matrix3 L = odometer.white_covariance().llt().matrixL();
+  const Matrix3 whitened = L.inverse() * scatter * L.inverse().transpose();
+  EXPECT_LT((whitened - Matrix3::Identity()).cwiseAbs().maxCoeff(), 4.5 * std::sqrt(2.0 / runs) + 0.02);
+}
+
+/// Noise within H biases least squares: as little of the way as the misread angles' cosines take.
+TEST(Covariance, MisreadSteeringHardlyShortensTheWay) {
+  constexpr double kSigma = 0.0087;
+  constexpr int kSteps = 40'000;
+  const SteeringSensor steering{.sigma_rad = kSigma};
+  for (const Chassis& chassis :
+       {tricycle(test::kSize, 0.6, steering), swerve(test::kSize, 0.4, 0.5, steering),
+        ackermann(test::kSize, 0.4, 0.6, 0.0, steering)}) {
+    Random random(9);
+    const Robot robot = test::robot_of(chassis);
+    const Rows rows = rows_of(chassis, false);
+    double way_m = 0.0;
+    for (int i = 0; i < kSteps; ++i) {
+      Increment increment = test::steered_increment_of(chassis, {0.02, 0.0, 0.0});
+      for (std::size_t k = 0; k < chassis.all_wheels().size(); ++k)
+        increment.steering_rad[k] += random.normal(kSigma);
+      way_m += twist_of(chassis, rows, increment).dx;
+    }
+    // Up to σ², and of a mean of squares 4 of its sigmas.
+    EXPECT_NEAR(way_m / (0.02 * kSteps), 1.0, kSigma * kSigma * (1.0 + 4.0 * std::sqrt(2.0 / kSteps)));
+  }
+}
+
 TEST(Covariance, OfTheWalkOfTheBias) {
   // Standing still with a gyro whose bias walks: the heading's variance is q² Σ (t_end − t_k)² dt, in steps.
   Robot robot = test::robot_of(test::two_pods());
@@ -116,6 +169,16 @@ TEST(Covariance, GrowsByWhatAGapHides) {
   EXPECT_NEAR(added(0, 0), sigma * sigma, 1e-12);
   EXPECT_NEAR(added(1, 1), sigma * sigma, 1e-12);
   EXPECT_EQ(added(2, 2), 0.0);
+}
+
+TEST(Covariance, GrowsByTheTurnThatAGapHidesOfASteeredRobot) {
+  const Robot robot = test::robot_of(tricycle(test::kSize, 0.6));
+  Odometer through(robot, {});
+  Odometer across(robot, {});
+  const Increment increment{.duration_s = 4.0, .turned = {2.0}, .steering_rad = {0.1}};
+  through.step(increment);
+  across.step_across_gap(increment);
+  EXPECT_NEAR(across.white_covariance()(2, 2) - through.white_covariance()(2, 2), 0.25 * 4.0, 1e-12);
 }
 
 }  // namespace

@@ -12,13 +12,16 @@ namespace {
 
 /// A log as columns, and what dead_reckon makes of it.
 struct Columns {
-  std::array<std::vector<double>, kMaxWheels> turned;
+  std::array<std::vector<double>, kMaxWheels> turned, steering_rad;
   std::vector<double> gyro_rad, duration_s;
   std::vector<double> x_m, y_m, heading_rad;
 
   explicit Columns(const std::vector<Increment>& increments) {
     for (const Increment& increment : increments) {
-      for (std::size_t k = 0; k < kMaxWheels; ++k) turned[k].push_back(increment.turned[k]);
+      for (std::size_t k = 0; k < kMaxWheels; ++k) {
+        turned[k].push_back(increment.turned[k]);
+        steering_rad[k].push_back(increment.steering_rad[k]);
+      }
       if (!increment.has_gyro) continue;
       gyro_rad.push_back(increment.gyro_rad);
       duration_s.push_back(increment.duration_s);
@@ -30,7 +33,10 @@ struct Columns {
 
   TravelColumns travel() const {
     TravelColumns columns{.gyro_rad = gyro_rad, .duration_s = duration_s};
-    for (std::size_t k = 0; k < kMaxWheels; ++k) columns.turned[k] = turned[k];
+    for (std::size_t k = 0; k < kMaxWheels; ++k) {
+      columns.turned[k] = turned[k];
+      columns.steering_rad[k] = steering_rad[k];
+    }
     return columns;
   }
   PoseColumns poses() { return {x_m, y_m, heading_rad}; }
@@ -53,8 +59,11 @@ void expect_same_bits(const Robot& robot, const std::vector<Increment>& incremen
 }
 
 TEST(DeadReckon, GivesTheBitsOfTheStepOnEveryInstructionSet) {
-  for (const Chassis& chassis : {differential_drive(test::kSize, 0.5), omni3(test::kSize, 0.2),
-                                 test::two_pods(), mecanum(test::kSize, 0.4, 0.5), Chassis{}}) {
+  for (const Chassis& chassis :
+       {differential_drive(test::kSize, 0.5), omni3(test::kSize, 0.2), test::two_pods(),
+        mecanum(test::kSize, 0.4, 0.5), Chassis{}, tricycle(test::kSize, 0.6),
+        ackermann(test::kSize, 0.4, 0.6, 0.3), swerve(test::kSize, 0.4, 0.5), test::odd_steered_chassis(),
+        test::with_gyro(tricycle(test::kSize, 0.6))}) {
     const Robot robot = test::robot_of(chassis);
     for (const int rows : {1, 7, 256, 257, 1000})
       expect_same_bits(robot, test::wandering(robot, rows), {0.3, -0.1, 2.0});
@@ -67,6 +76,17 @@ TEST(DeadReckon, GivesThemBeyondTheKernelsRangeToo) {
   increments[300] = test::two_wheels(-1.0, 1.0);  // 4 rad in one interval
   expect_same_bits(robot, increments, {0.0, 0.0, 0.0});
   expect_same_bits(robot, increments, {0.0, 0.0, 2e6});
+}
+
+TEST(DeadReckon, GivesThemWhereSteeredWheelsSeeNoLongerAllOfTheMotion) {
+  Chassis car;  // one encoder, and a front wheel that may point across it
+  car.add({.y_m = 0.8, .diameter_m = 0.6, .ticks_per_revolution = 100});
+  car.add_passive({.x_m = 2.8, .steering = SteeringSensor{}});
+  const Robot robot = test::robot_of(car);
+  auto increments = test::wandering(robot, 300);
+  increments[100].steering_rad[1] = std::atan2(2.8, 0.8);
+  increments[200].steering_rad[1] = 2e6;
+  expect_same_bits(robot, increments, {0.3, -0.1, 2.0});
 }
 
 TEST(DeadReckon, StaysWithinItsBoundOverAMillionRows) {
@@ -97,6 +117,13 @@ TEST(DeadReckon, RefusesColumnsOfDifferentLength) {
   const Robot robot = test::differential_robot();
   Columns columns(test::wandering(robot, 10));
   columns.turned[1].pop_back();
+  EXPECT_THROW(dead_reckon(robot, columns.travel(), {}, columns.poses()), InputError);
+}
+
+TEST(DeadReckon, RefusesSteeredWheelsWithoutTheirSteering) {
+  const Robot robot = test::robot_of(tricycle(test::kSize, 0.6));
+  Columns columns(test::wandering(robot, 10));
+  columns.steering_rad[0].clear();
   EXPECT_THROW(dead_reckon(robot, columns.travel(), {}, columns.poses()), InputError);
 }
 

@@ -27,6 +27,8 @@ inline std::vector<Increment> wandering(const Robot& robot, int count, double re
     Increment increment{.time_s = 0.05 * (i + 1), .duration_s = 0.05};
     turn = 0.9 * turn + 0.05 * noise(random);
     for (double& turned : increment.turned) turned = revolutions * (0.6 + 0.4 * noise(random));
+    for (std::size_t k = 0; k < kMaxWheels; ++k)  // only steered wheels look at it
+      increment.steering_rad[k] = 0.6 * std::sin(0.1 * i + static_cast<double>(k));
     increment.gyro_rad = turn;
     increment.gyro_change_rad_s = 0.2 * std::sin(0.7 * i);
     increment.has_gyro = robot.chassis.gyro.has_value();

@@ -21,13 +21,15 @@ class PlainOdometry {
       : chassis_(robot.chassis), weights_(weights), pose_(start) {}
 
   void step(const Increment& increment) {
-    const Rows rows = rows_of(chassis_, increment.has_gyro);
+    const Rows rows = rows_at(chassis_, increment, increment.has_gyro);
     const RowMatrix H = rows.H;
     const RowVector W = weights_of(rows, increment).cwiseInverse();
     const Eigen::MatrixXd N = H.transpose() * W.asDiagonal() * H;
     const Eigen::MatrixXd G = N.inverse() * H.transpose() * W.asDiagonal();
     const Twist2 twist = Twist2::from(G * readings_of(chassis_, rows, increment).z);
-    carry(G, variances_of(rows, increment), increment, twist);
+    RowVector variance = variances_of(rows, increment);
+    add_misread_steering(rows, increment, twist, variance);
+    carry(G, variance, increment, twist);
     pose_ = pose_ * exp(twist);
   }
   const Pose2& pose() const { return pose_; }
@@ -48,7 +50,8 @@ class PlainOdometry {
  private:
   /// Eq. 2a, and what slips weighs less where weights count.
   RowVector weights_of(const Rows& rows, const Increment& increment) const {
-    const double speed = slowest_speed() * std::pow(2.0, octave_);
+    const bool cancels = !(chassis_.gyro && increment.has_gyro) && !slips(increment);
+    const double speed = slowest_speed() * (cancels ? 1.0 : std::pow(2.0, octave_));
     RowVector variance = weighing_variances(weights_, rows, speed, 1.0);
     if (rows.count() > 3 && slips(increment)) {
       variance *= increment.duration_s;
@@ -81,6 +84,19 @@ class PlainOdometry {
       variance[i] += increment.slip_variance[static_cast<std::size_t>(i)];
     }
     return variance;
+  }
+
+  /// Eq. 12.
+  void add_misread_steering(const Rows& rows, const Increment& increment, const Twist2& twist,
+                            RowVector& variance) const {
+    const Chassis standing = at_steering(chassis_, increment);
+    for (int i = rows.measured; i < rows.count(); ++i) {
+      const int index = rows.row[static_cast<std::size_t>(i)].wheel;
+      if (index < 0 || !standing.wheel_storage[static_cast<std::size_t>(index)].steering) continue;
+      const Wheel& steered = standing.wheel_storage[static_cast<std::size_t>(index)];
+      const double sigma = steered.steering->scale * steered.steering->sigma_rad;
+      variance[i] += std::pow(sigma * rolling_row(steered).dot(twist.vector()), 2);
+    }
   }
 
   /// Eq. 10 without its bookkeeping: each count's rounding is a source, entered when it falls, left when the

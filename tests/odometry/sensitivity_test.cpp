@@ -69,6 +69,19 @@ TEST(Sensitivity, AllKindsOfWheel) {
   expect_sensitivities(test::odd_chassis());
 }
 
+TEST(Sensitivity, Tricycle) {
+  expect_sensitivities(tricycle(test::kSize, 0.6, test::kSteering));
+}
+TEST(Sensitivity, Ackermann) {
+  expect_sensitivities(ackermann(test::kSize, 0.4, 0.6, 0.3, test::kSteering));
+}
+TEST(Sensitivity, Swerve) {
+  expect_sensitivities(swerve(test::kSize, 0.4, 0.5, test::kSteering));
+}
+TEST(Sensitivity, SteeredWheelsAtOddPlacesWithGyro) {
+  expect_sensitivities(test::with_gyro(test::odd_steered_chassis()));
+}
+
 TEST(Sensitivity, MakesTheSecondPartOfTheCovariance) {
   Robot robot = test::differential_robot();
   const auto increments = test::wandering(robot, 100);

@@ -1,5 +1,8 @@
 #include "trundle/odometry/dead_reckon.hpp"
 
+#include <algorithm>
+#include <utility>
+
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
@@ -31,13 +34,36 @@ std::array<const double*, kMaxInputs> inputs_of(const Chassis& chassis, const Tr
   return inputs;
 }
 
+/// The gyro's integral and the duration behind the places of all wheels, as SteeredSums has them.
+std::array<const double*, kMaxInputs> in_fixed_places(std::array<const double*, kMaxInputs> inputs,
+                                                      const Chassis& chassis) {
+  const auto wheels = chassis.wheels().size();
+  const std::array gyro = {std::exchange(inputs[wheels], nullptr),
+                           std::exchange(inputs[wheels + 1], nullptr)};
+  std::ranges::copy(gyro, inputs.begin() + kMaxWheels);
+  return inputs;
+}
+
+/// Of the steered wheels.
+std::array<const double*, kMaxWheels> steering_of(const Chassis& chassis, const TravelColumns& travel) {
+  std::array<const double*, kMaxWheels> steering{};
+  for (std::size_t i = 0; i < chassis.all_wheels().size(); ++i) {
+    if (!chassis.all_wheels()[i].steering) continue;
+    steering[i] = travel.steering_rad[i].data();
+    require_length(travel.steering_rad[i].size(), travel.rows(), fmt::format("steering_rad[{}]", i));
+  }
+  return steering;
+}
+
 void step_through(const Robot& robot, const TravelColumns& travel, const Pose2& start,
                   const PoseColumns& poses) {
   Odometer odometer(robot, {.start = start, .with_covariance = false});
   Increment increment{.has_gyro = !travel.gyro_rad.empty()};
   for (std::size_t i = 0; i < travel.rows(); ++i) {
-    for (std::size_t k = 0; k < kMaxWheels; ++k)
+    for (std::size_t k = 0; k < kMaxWheels; ++k) {
       if (!travel.turned[k].empty()) increment.turned[k] = travel.turned[k][i];
+      if (!travel.steering_rad[k].empty()) increment.steering_rad[k] = travel.steering_rad[k][i];
+    }
     if (increment.has_gyro) {
       increment.gyro_rad = travel.gyro_rad[i];
       increment.duration_s = travel.duration_s[i];
@@ -55,11 +81,16 @@ void dead_reckon(const Robot& robot, const TravelColumns& travel, const Pose2& s
                  const PoseColumns& poses) {
   const bool with_gyro = robot.chassis.gyro && !travel.gyro_rad.empty();
   const auto inputs = inputs_of(robot.chassis, travel, with_gyro);
+  const auto steering = steering_of(robot.chassis, travel);
   require_length(poses.x_m.size(), travel.rows(), "x_m");
   require_length(poses.y_m.size(), travel.rows(), "y_m");
   require_length(poses.heading_rad.size(), travel.rows(), "heading_rad");
   require_observable(robot, with_gyro);
   const MotionModel model(robot.chassis, {}, with_gyro);
+  if (const auto& steered = model.steered(); steered && steered->has_one_weighing())
+    return reckon(
+        SteeredReckoning{*steered, in_fixed_places(inputs, robot.chassis), steering, travel.rows(), start},
+        poses);
   if (!model.has_one_gain()) return step_through(robot, travel, start, poses);
   const LinearisedChassis linearised = model.linearised();
   reckon(

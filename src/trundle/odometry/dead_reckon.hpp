@@ -11,6 +11,8 @@ namespace trundle::odometry {
 struct TravelColumns {
   /// Per wheel: revolutions. Without wheels: [0] forward travel [m], [1] turn [rad].
   std::array<std::span<const double>, kMaxWheels> turned{};
+  /// Of each steered wheel, as Chassis::all_wheels(): its steering in the middle of the interval [rad].
+  std::array<std::span<const double>, kMaxWheels> steering_rad{};
   std::span<const double> gyro_rad = {};    ///< integral of the raw reading; empty: the gyro is not used
   std::span<const double> duration_s = {};  ///< needed with the gyro
 

@@ -64,6 +64,10 @@ MotionModel::MotionModel(const Chassis& chassis, std::span<const Parameter> para
       wheels_(chassis.wheel_count > 0 ? chassis.wheels().size() : 2),
       with_gyro_(with_gyro && chassis.gyro.has_value()) {
   assert(parameters.size() <= kMaxModelParameters);
+  if (is_steered(chassis)) {
+    steered_.emplace(chassis, parameters, with_gyro_);
+    return;
+  }
   const Rows rows = rows_of(chassis, with_gyro_);
   rows_ = static_cast<std::size_t>(rows.count());
   inputs_ = wheels_ + (with_gyro_ ? 2 : 0);
@@ -150,6 +154,17 @@ MotionModel::Gain MotionModel::gain_for(const Increment& increment, std::size_t 
   return gain_of(variance);
 }
 
+Triple MotionModel::twist_of_its_own(const Increment& increment, std::size_t octave) const {
+  if (steered_) return steered_->twist(increment, octave);
+  return twist_by(gain_for(increment, octave), increment);
+}
+
+void MotionModel::step_of_its_own(const Increment& increment, const Rolled& rolled, std::size_t octave,
+                                  TwistStep& step) const {
+  if (steered_) return steered_->twist_with_covariance(increment, rolled, octave, step);
+  step_by(gain_for(increment, octave), increment, rolled, step);
+}
+
 LinearisedChassis MotionModel::linearised() const {
   assert(has_one_gain());
   const Gain& gain = gains_.front();
@@ -169,8 +184,9 @@ LinearisedChassis MotionModel::linearised() const {
 }
 
 Triple MotionModel::response_to_turn(const Increment& increment, std::size_t octave) const {
+  if (steered_) return steered_->response_to_turn(increment, octave);
   const std::size_t gyro_row = wheels_;
-  if (slips(increment)) return gain_for(increment, octave).by_row[gyro_row];
+  if (is_of_its_own(increment)) return gain_for(increment, octave).by_row[gyro_row];
   return gain_at(octave).by_row[gyro_row];
 }
 

@@ -5,16 +5,10 @@
 #include <span>
 #include <vector>
 
-#include "trundle/chassis/parameter.hpp"
-#include "trundle/odometry/rolling.hpp"
-#include "trundle/odometry/symmetric3.hpp"
-#include "trundle/odometry/triple.hpp"
+#include "trundle/odometry/steered_model.hpp"
 
 namespace trundle::odometry {
 
-/// The raw readings of an interval as one vector u: `turned` of each wheel (forward and turn without wheels);
-/// then, where the gyro is used, its integral and the duration. Readings z and twist are linear in it.
-inline constexpr int kMaxInputs = kMaxWheels + 2;
 using Inputs = std::array<double, kMaxInputs>;
 /// Per unit of each input a twist: ξ = T u.
 using InputMatrix = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxInputs>;
@@ -28,22 +22,6 @@ struct LinearisedChassis {
   int inputs() const { return static_cast<int>(twist.cols()); }
 };
 
-/// The parameters an odometer carries along, and the gyro's bias.
-inline constexpr int kMaxModelParameters = 33;
-
-/// A vector of three for each wheel, component by component: (dx, dy, dθ), or (x, y, heading).
-struct WheelVectors {
-  std::array<double, kMaxWheels> x, y, h;
-};
-
-/// The twist of an interval, its noise, and its derivatives by the model's parameters.
-struct TwistStep {
-  std::array<double, 3> twist;
-  Symmetric3 covariance;   ///< without the rounding of counts
-  WheelVectors by_travel;  ///< ∂ξ/∂(travel of each wheel) [1/m, 1/m, rad/m]
-  std::array<std::array<double, 3>, kMaxModelParameters> derivative;  ///< ∂ξ/∂p for each parameter
-};
-
 /// A chassis prepared for stepping: ξ = G z with z = Z u, and the covariance of that. The gain G weighs the
 /// rows as the octave of the speed has it, never by the readings themselves: docs/theory/odometry.md, eq. 2.
 /// Its functions never allocate.
@@ -54,22 +32,24 @@ class MotionModel {
 
   /// H is square: weights drop out.
   bool square() const { return square_; }
-  /// No gyro is weighed against wheels: one gain serves all speeds.
+  /// No gyro is weighed against wheels: one gain serves all speeds. Not where wheels are steered.
   bool has_one_gain() const { return gains_.size() == 1; }
+  /// Where wheels are steered.
+  const std::optional<SteeredModel>& steered() const { return steered_; }
   /// Only where there is one gain; derivatives only where H is square.
   LinearisedChassis linearised() const;
 
   /// ξ̂ = G z alone.
   std::array<double, 3> twist(const Increment& increment, std::size_t octave) const {
-    if (slips(increment)) [[unlikely]]
-      return twist_by(gain_for(increment, octave), increment);
+    if (is_of_its_own(increment)) [[unlikely]]
+      return twist_of_its_own(increment, octave);
     return twist_by(gain_at(octave), increment);
   }
   /// With covariance and derivatives. `rolled`: see RollingGauge.
   void twist_with_covariance(const Increment& increment, const Rolled& rolled, std::size_t octave,
                              TwistStep& step) const {
-    if (slips(increment)) [[unlikely]]
-      return step_by(gain_for(increment, octave), increment, rolled, step);
+    if (is_of_its_own(increment)) [[unlikely]]
+      return step_of_its_own(increment, rolled, octave, step);
     step_by(gain_at(octave), increment, rolled, step);
   }
   /// How the twist answers to a turn that the gyro alone sees: ∂ξ/∂(its reading as a turn).
@@ -102,9 +82,10 @@ class MotionModel {
   std::size_t column_of(std::size_t input) const {
     return input < wheels_ ? input : kMaxWheels + (input - wheels_);
   }
-  /// A square H does not weigh: what slips changes the covariance alone.
-  bool slips(const Increment& increment) const {
+  /// Has the interval a gain of its own? A square H does not weigh: what slips changes the covariance alone.
+  bool is_of_its_own(const Increment& increment) const {
     if (square_) return false;
+    if (steered_) return true;
     double sum = 0.0;
     for (std::size_t i = 0; i < wheels_; ++i) sum += increment.slip_variance[i];
     return sum > 0.0;
@@ -114,6 +95,9 @@ class MotionModel {
   const Gain& gain_at(std::size_t octave) const { return gains_[has_one_gain() ? 0 : octave]; }
   Gain gain_of(const std::array<double, kMaxRows>& variance) const;
   Gain gain_for(const Increment& increment, std::size_t octave) const;
+  Triple twist_of_its_own(const Increment& increment, std::size_t octave) const;
+  void step_of_its_own(const Increment& increment, const Rolled& rolled, std::size_t octave,
+                       TwistStep& step) const;
   Triple twist_by(const Gain& gain, const Increment& increment) const;
   void step_by(const Gain& gain, const Increment& increment, const Rolled& rolled, TwistStep& step) const;
   void derive(const Gain& gain, const Increment& increment, TwistStep& step) const;
@@ -140,7 +124,8 @@ class MotionModel {
   };
   std::optional<Clock> clock_;
   std::vector<std::array<double, kMaxRows>> weighing_;  ///< variances per second, by octave
-  std::vector<Gain> gains_;                             ///< by octave; or one
+  std::vector<Gain> gains_;                             ///< by octave; or one; none of steered wheels
+  std::optional<SteeredModel> steered_;
 };
 
 inline std::array<double, 3> MotionModel::twist_by(const Gain& gain, const Increment& increment) const {

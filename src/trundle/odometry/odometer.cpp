@@ -70,7 +70,8 @@ Odometer::Odometer(const Robot& robot, const Options& options)
     : gauge_(robot.chassis),
       wheels_(robot.chassis.wheels().size()),
       parameters_(options.parameters.size()),
-      with_covariance_(options.with_covariance) {
+      with_covariance_(options.with_covariance),
+      steered_(is_steered(robot.chassis)) {
   const Chassis& chassis = robot.chassis;
   for (std::size_t i = 0; i < wheels_; ++i) rounding_variance_[i] = rounding_variance(chassis.wheels()[i]);
   if (parameters_ > kMaxParameters)
@@ -313,6 +314,8 @@ void Odometer::step_across_gap(const Increment& increment) {
       std::hypot(twist[0], twist[1]) * (std::abs(twist[2]) + kUnseenBend_rad) / std::sqrt(12.0);
   state_.white[0] += sigma * sigma;
   state_.white[3] += sigma * sigma;
+  if (steered_ && !(with_gyro_ && increment.has_gyro))
+    state_.white[5] += kUnmeasuredTurn * kUnmeasuredTurn * increment.duration_s;
 }
 
 PoseSensitivity Odometer::sensitivity() const {

@@ -84,7 +84,8 @@ class Odometer {
     advance(increment);
     return {};
   }
-  /// An interval whose travel is known but whose course is not: adds the uncertainty of eq. 7.
+  /// An interval whose travel is known but whose course is not: adds the uncertainty of eq. 7; where wheels
+  /// are steered and no gyro says how far it turned, of the turn too.
   void step_across_gap(const Increment& increment);
 
   /// The bias that the gyro is believed to have now; without learn_gyro_bias the robot file's, and its walk.
@@ -141,6 +142,7 @@ class Odometer {
   std::size_t parameters_ = 0;
   bool with_covariance_ = true;
   bool learns_ = false;
+  bool steered_ = false;
   Gyro gyro_;
   std::optional<RestDetector> rest_;
   std::optional<StuckWheels> stuck_;
@@ -149,7 +151,7 @@ class Odometer {
 };
 
 /// 1σ of an unmeasured turn [rad/√s].
-inline constexpr double kUnmeasuredTurn = 0.5;
+inline constexpr double kUnmeasuredTurn = kUnobservedTurn;
 
 /// 1σ of the gyro's bias before the first rest [rad/s]: bias_sigma_rad_s, or ten times its spread between the
 /// sessions of the calibration where that is more: a few sessions show too little of how far it drifts.

@@ -15,6 +15,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace trundle::odometry::HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
+#include "trundle/odometry/steered_twist.inl"
 
 constexpr std::size_t kBlock = 256;  // rows; a block's columns stay in the first-level cache
 using BlockColumn = std::array<double, kBlock>;
@@ -54,6 +55,31 @@ HWY_INLINE void twists(const Reckoning& task, std::size_t first, std::size_t row
       block.dtheta[i] += T[2] * u;
     }
   }
+}
+
+/// In the order of SteeredModel::twist. A row whose wheels do not plainly see all of the motion is left to
+/// it.
+HWY_INLINE void twists(const SteeredReckoning& task, std::size_t first, std::size_t rows, Block& block) {
+  const Tag<double> d;
+  const SteeredSums& sums = task.model.sums(0);
+  const auto left_to_model = [&](std::size_t i) {
+    const Triple twist = task.model.twist(task.increment(first + i), 0);
+    block.dx[i] = twist[0];
+    block.dy[i] = twist[1];
+    block.dtheta[i] = twist[2];
+  };
+  std::size_t i = 0;
+  for (; i + hn::Lanes(d) <= rows; i += hn::Lanes(d)) {
+    const auto input = [&](std::size_t column) { return hn::LoadU(d, task.inputs[column] + first + i); };
+    const auto steering = [&](std::size_t wheel) { return hn::LoadU(d, task.steering[wheel] + first + i); };
+    const auto twist = steered_twist<Wide>(sums, input, steering);
+    hn::Store(twist.dx, d, &block.dx[i]);
+    hn::Store(twist.dy, d, &block.dy[i]);
+    hn::Store(twist.dtheta, d, &block.dtheta[i]);
+    if (!hn::AllTrue(d, twist.seen > hn::Zero(d))) [[unlikely]]
+      for (std::size_t k = i; k < i + hn::Lanes(d); ++k) left_to_model(k);
+  }
+  for (; i < rows; ++i) left_to_model(i);
 }
 
 /// Displacements of a block; false if an angle lies outside the polynomials' range.
@@ -100,7 +126,8 @@ struct RunningSums {
   }
 };
 
-void reckon_all(const Reckoning& task, const PoseColumns& out) {
+template <class Task>
+HWY_INLINE void reckon_rows(const Task& task, const PoseColumns& out) {
   Block block{};
   RunningSums sums{task.start.x, task.start.y, task.start.heading};
   std::size_t done = 0;  // rows whose positions are written
@@ -121,6 +148,14 @@ void reckon_all(const Reckoning& task, const PoseColumns& out) {
   for (std::size_t i = 0; i < task.rows - done; ++i) sums.positions(block, i, &out.x_m[done], &out.y_m[done]);
 }
 
+void reckon_all(const Reckoning& task, const PoseColumns& out) {
+  reckon_rows(task, out);
+}
+
+void reckon_all_steered(const SteeredReckoning& task, const PoseColumns& out) {
+  reckon_rows(task, out);
+}
+
 }  // namespace trundle::odometry::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -128,9 +163,26 @@ HWY_AFTER_NAMESPACE();
 namespace trundle::odometry {
 
 HWY_EXPORT(reckon_all);
+HWY_EXPORT(reckon_all_steered);
+
+Increment SteeredReckoning::increment(std::size_t row) const {
+  Increment result;
+  const auto value = [&](const double* column) { return column == nullptr ? 0.0 : column[row]; };
+  for (std::size_t i = 0; i < kMaxWheels; ++i) {
+    result.turned[i] = value(inputs[i]);
+    result.steering_rad[i] = value(steering[i]);
+  }
+  result.gyro_rad = value(inputs[kMaxWheels]);
+  result.duration_s = value(inputs[kMaxWheels + 1]);
+  return result;
+}
 
 void reckon(const Reckoning& task, const PoseColumns& poses) {
   HWY_DYNAMIC_DISPATCH(reckon_all)(task, poses);
+}
+
+void reckon(const SteeredReckoning& task, const PoseColumns& poses) {
+  HWY_DYNAMIC_DISPATCH(reckon_all_steered)(task, poses);
 }
 
 }  // namespace trundle::odometry

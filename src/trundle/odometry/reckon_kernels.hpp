@@ -16,7 +16,20 @@ struct Reckoning {
   Pose2 start;
 };
 
+/// The same where wheels are steered: twists by SteeredModel. Inputs as Reckoning's.
+struct SteeredReckoning {
+  const SteeredModel& model;
+  std::array<const double*, kMaxInputs> inputs;
+  std::array<const double*, kMaxWheels> steering;
+  std::size_t rows;
+  Pose2 start;
+
+  /// Of one row.
+  Increment increment(std::size_t row) const;
+};
+
 /// The poses of Odometer::step, with the same bits on every machine.
 void reckon(const Reckoning& task, const PoseColumns& poses);
+void reckon(const SteeredReckoning& task, const PoseColumns& poses);
 
 }  // namespace trundle::odometry

@@ -45,6 +45,7 @@ std::optional<GyroEvidence> RestDetector::add(RestState& state, const Increment&
     state.low[i] = std::min(state.low[i], state.turned[i]);
     state.high[i] = std::max(state.high[i], state.turned[i]);
   }
+  state.steering_rad = increment.steering_rad;
   state.block = with(state.block, increment);
   if (state.phase == RestPhase::moving) state.phase = RestPhase::settling;
   if (!complete(state.block)) return std::nullopt;
@@ -59,6 +60,7 @@ Increment RestDetector::withheld(const RestState& state, double time_s) {
   increment.time_s = time_s;
   increment.duration_s = state.block.duration_s;
   increment.turned = state.turned;
+  increment.steering_rad = state.steering_rad;
   increment.gyro_rad = state.block.gyro_rad;
   increment.has_gyro = true;
   return increment;
@@ -69,6 +71,7 @@ std::optional<Increment> RestDetector::settled(RestState& state, double time_s) 
   Increment increment;
   increment.time_s = time_s;
   increment.turned = state.turned;
+  increment.steering_rad = state.steering_rad;
   increment.has_gyro = true;  // over no time, so neither bias nor noise
   for (std::size_t i = 0; i < wheels_; ++i) {
     state.low[i] -= state.turned[i];

@@ -52,8 +52,9 @@ struct RestState {
   std::array<double, kMaxWheels> turned{};  ///< since the wheels rest, and its range
   std::array<double, kMaxWheels> low{};
   std::array<double, kMaxWheels> high{};
-  RestBlock block;   ///< the one that is not complete yet
-  RestBlock passed;  ///< the complete one before it
+  std::array<double, kMaxWheels> steering_rad{};  ///< of the last interval, as Increment has it
+  RestBlock block;                                ///< the one that is not complete yet
+  RestBlock passed;                               ///< the complete one before it
 };
 
 /// What a gyro read while the robot stood still.

@@ -36,6 +36,12 @@ Rolled magnitudes(const std::array<double, kMaxWheels>& turned) {
   return rolled;
 }
 
+Triple rolling_row_at(Wheel wheel, double steering_rad) {
+  if (wheel.steering) wheel.steering->reading_rad = steering_rad;
+  const Vector3 row = rolling_row(wheel);
+  return {row.x(), row.y(), row.z()};
+}
+
 /// hᵀ Q h
 double variance_along(const Triple& h, const Symmetric3& Q) {
   return h[0] * (h[0] * Q[0] + 2.0 * (h[1] * Q[1] + h[2] * Q[2])) + h[1] * (h[1] * Q[3] + 2.0 * h[2] * Q[4]) +
@@ -49,8 +55,7 @@ StuckWheels::StuckWheels(const Chassis& chassis, const RestOptions& options)
   gyro_ = chassis.gyro.value_or(Gyro{});
   for (std::size_t i = 0; i < chassis.wheels().size(); ++i) {
     const Wheel& wheel = chassis.wheels()[i];
-    const Vector3 row = rolling_row(wheel);
-    row_.push_back({row.x(), row.y(), row.z()});
+    wheels_.push_back(wheel);
     unseen_m_.push_back(std::max(options.jitter_ticks * metres_per_tick(wheel), options.jitter_m));
     const Chassis rest = without_wheel(chassis, i);
     others_.push_back({rest, model_of(rest, true), model_of(rest, false)});
@@ -60,7 +65,7 @@ StuckWheels::StuckWheels(const Chassis& chassis, const RestOptions& options)
 void StuckWheels::watch(StuckState& state, const Increment& increment, const GyroBias& bias,
                         std::size_t octave) const {
   const bool all_still = !any_turns(increment);
-  for (std::size_t i = 0; i < row_.size(); ++i) {
+  for (std::size_t i = 0; i < wheels_.size(); ++i) {
     StillWheel& still = state.still[i];
     const std::uint64_t bit = std::uint64_t{1} << i;
     if (increment.turned[i] != 0.0) {
@@ -77,7 +82,7 @@ void StuckWheels::watch(StuckState& state, const Increment& increment, const Gyr
 
 void StuckWheels::expect(StillWheel& still, std::size_t wheel, const Increment& increment, bool all_still,
                          std::size_t octave) const {
-  const Triple& h = row_[wheel];
+  const Triple h = rolling_row_at(wheels_[wheel], increment.steering_rad[wheel]);
   const bool gyro = has_gyro_ && increment.has_gyro;
   const auto& others = gyro ? others_[wheel].with_gyro : others_[wheel].without_gyro;
   if (others) {

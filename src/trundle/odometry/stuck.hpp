@@ -48,8 +48,8 @@ class StuckWheels {
 
   double sigmas_;
   double lag_s_;
-  std::vector<std::array<double, 3>> row_;  ///< rolling row of each wheel
-  std::vector<double> unseen_m_;            ///< a wheel may roll so far without a count
+  std::vector<Wheel> wheels_;
+  std::vector<double> unseen_m_;  ///< a wheel may roll so far without a count
   std::vector<Others> others_;
   Gyro gyro_;
   bool has_gyro_ = false;
