@@ -6,6 +6,7 @@
 #include <fmt/ranges.h>
 
 #include "trundle/chassis/rows.hpp"
+#include "trundle/chassis/without_wheel.hpp"
 #include "trundle/inspection/inspect.hpp"
 
 namespace trundle::inspection {
@@ -48,6 +49,10 @@ void tell_motion(const Rows& rows, const Observability& seen, Abilities& abiliti
 }
 
 void tell_slip(const Rows& rows, const Observability& seen, const Robot& robot, Abilities& abilities) {
+  if (seen.degrees_of_freedom > 0 && !without_steering(robot.chassis)) {
+    abilities.cannot.emplace_back("whether a wheel slips: of steered wheels that is not looked for");
+    return;
+  }
   if (seen.degrees_of_freedom == 0) {
     abilities.cannot.emplace_back(
         "whether a wheel slips: no redundant measurement; a gyro or another wheel would be one");
@@ -90,6 +95,13 @@ void tell_missing_sensors(const Recording& recording, const Robot& robot, std::v
     if (!recording.wheels.time_s.empty() && !has_wheel(recording, wheel))
       missing.push_back(
           fmt::format("the wheel '{0}': no column {0}_ticks, {0}_rad, {0}_m or {0}_rad_s", wheel));
+  for (std::size_t i = 0; i < robot.chassis.all_wheels().size(); ++i)
+    if (const std::string& wheel = wheel_name(robot, i);
+        robot.chassis.all_wheels()[i].steering && !recording.wheels.time_s.empty() &&
+        std::ranges::find(recording.wheels.steering, wheel, &WheelSeries::wheel) ==
+            recording.wheels.steering.end())
+      missing.push_back(fmt::format(
+          "the steering of the wheel '{0}': no column {0}_steering_rad or {0}_steering_ticks", wheel));
   if (!robot.wheel_names.empty() && recording.wheels.time_s.size() == 1)
     missing.emplace_back("more rows of wheels: one alone is no motion");
   if (!robot.wheel_names.empty() && recording.wheels.time_s.empty())

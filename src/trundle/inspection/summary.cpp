@@ -30,9 +30,12 @@ void add(std::vector<StreamSummary>& summaries, StreamKind kind, const std::vect
 std::vector<StreamSummary> summaries_of(const Recording& recording) {
   std::vector<StreamSummary> summaries;
   add(summaries, StreamKind::wheels, recording.wheels.time_s, true);
-  if (!summaries.empty())
+  if (!summaries.empty()) {
     for (const WheelSeries& series : recording.wheels.series)
       summaries.back().columns.push_back(column_name(series));
+    for (const WheelSeries& series : recording.wheels.steering)
+      summaries.back().columns.push_back(steering_column_name(series));
+  }
   add(summaries, StreamKind::gyro, recording.gyro.time_s, true);
   add(summaries, StreamKind::velocity, recording.velocity.time_s, true);
   add(summaries, StreamKind::commands, recording.commands.time_s, true);

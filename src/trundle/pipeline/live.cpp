@@ -9,6 +9,7 @@
 #include "trundle/io/archive.hpp"
 #include "trundle/io/checkpoint.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/slip/parity.hpp"
 
 namespace trundle::pipeline {
 namespace {
@@ -46,7 +47,7 @@ Odometer::Options odometer_options(const Robot& robot, const UncertainParameters
 
 /// None where no reading goes beyond those that the motion needs.
 std::optional<SlipOdometer> slip_odometer_of(const Robot& robot, const SlipOdometer::Options& options) {
-  if (observability(rows_of(robot.chassis, true)).degrees_of_freedom == 0) return std::nullopt;
+  if (!can_show_slip(robot.chassis, true)) return std::nullopt;
   return SlipOdometer(robot, options);
 }
 
@@ -124,11 +125,22 @@ void LiveOdometer::take_wheels(const LiveLine& line, std::string_view place) {
     readings.value[i] = reading.value;
     units[i] = reading.unit;
   }
-  if (wheels_s_ && units != units_)
+  WheelUnits steering_units{};
+  for (std::size_t i = 0; i < robot_.chassis.all_wheels().size(); ++i) {
+    if (!robot_.chassis.all_wheels()[i].steering) continue;
+    const Reading reading = reading_of(wheel_name(robot_, i) + "_steering", line, place);
+    if (reading.unit != WheelUnit::ticks && reading.unit != WheelUnit::radians)
+      throw InputError(place, fmt::format("the steering of '{}' is no angle", wheel_name(robot_, i)),
+                       fmt::format("'{}_steering_rad'", wheel_name(robot_, i)));
+    readings.steering[i] = reading.value;
+    steering_units[i] = reading.unit;
+  }
+  if (wheels_s_ && (units != units_ || steering_units != steering_units_))
     throw InputError(place, "gives the wheels in other units", "those of the first line");
-  if (!wheels_s_) aligner_.set_units(units);
+  if (!wheels_s_) aligner_.set_units(units, steering_units);
   aligner_.add(readings);
   units_ = units;
+  steering_units_ = steering_units;
   wheels_s_ = line.time_s;
 }
 

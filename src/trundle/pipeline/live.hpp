@@ -41,7 +41,7 @@ class LiveOdometer {
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
     archive(self.aligner_, self.started_, self.slipping_, self.wheels_s_, self.gyro_s_, self.doubted_s_,
-            self.moves_on_, self.units_);
+            self.moves_on_, self.units_, self.steering_units_);
     persist_odometer(archive, self.odometer_);
     if (self.slip_) archive(*self.slip_);
   }
@@ -68,6 +68,7 @@ class LiveOdometer {
   std::optional<double> doubted_s_;  ///< a stamp far away that was refused: another one there confirms it
   bool moves_on_ = false;            ///< a second stamp came after the first
   WheelUnits units_{};
+  WheelUnits steering_units_{};
 };
 
 /// `settings` says in words all that the odometer depends on besides the input: a checkpoint goes on under

@@ -12,6 +12,7 @@
 #include "trundle/recording/trajectory_file.hpp"
 #include "trundle/report/json_text.hpp"
 #include "trundle/report/page.hpp"
+#include "trundle/slip/parity.hpp"
 
 namespace trundle::pipeline {
 namespace {
@@ -97,7 +98,7 @@ Found<Odometry> integrate_odometry(const RunInputs& inputs, const RobotFile& rob
 
 Found<Slip> find_slips(const RunInputs& inputs, const RobotFile& robot) {
   const Recording& recording = inputs.recording();
-  if (observability(rows_of(robot.robot.chassis, !recording.gyro.time_s.empty())).degrees_of_freedom == 0)
+  if (!can_show_slip(robot.robot.chassis, !recording.gyro.time_s.empty()))
     throw NotApplicable{"slip is not observable: no redundant measurement"};
   SlipAnswer slip = answer_slip(recording, robot, slip_question(inputs));
   OutputFile corrected = trajectory_csv(inputs.in_folder("trajectory.csv"), slip.provenance, slip.corrected);

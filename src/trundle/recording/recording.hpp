@@ -43,6 +43,7 @@ struct WheelSeries {
 struct WheelStream {
   std::vector<double> time_s;
   std::vector<WheelSeries> series;
+  std::vector<WheelSeries> steering = {};  ///< angles of steered wheels, in ticks or radians
   StreamOrigin origin = {};
 };
 

@@ -62,6 +62,8 @@ void write_recording(const Recording& recording, const std::filesystem::path& fo
   std::vector<Column> wheels = {{"time_s", &recording.wheels.time_s}};
   for (const WheelSeries& series : recording.wheels.series)
     wheels.push_back({column_name(series), &series.value});
+  for (const WheelSeries& series : recording.wheels.steering)
+    wheels.push_back({steering_column_name(series), &series.value});
   write_columns(file(StreamKind::wheels), wheels);
   write_columns(file(StreamKind::gyro),
                 {{"time_s", &recording.gyro.time_s}, {"yaw_rate_rad_s", &recording.gyro.yaw_rate_rad_s}});

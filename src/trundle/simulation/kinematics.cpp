@@ -55,6 +55,8 @@ Kinematics::Kinematics(const Scenario& scenario)
       true_rows_(rows_of(scenario.truth.chassis, false)),
       diameter_ratio_(ratios_of_diameters(scenario, true_rows_)) {
   assert(scenario.nominal.chassis.wheel_count == scenario.truth.chassis.wheel_count);
+  if (is_steered(scenario.nominal.chassis))
+    throw CannotAnswer("robots with steered wheels are not simulated");
   if (steering_ == Steering::odometry) prepare_solver(scenario);
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
 
+#include "trundle/chassis/without_wheel.hpp"
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/io/error.hpp"
 
@@ -31,7 +32,10 @@ Rows checked_rows(const Robot& robot) {
   if (robot.chassis.wheel_count == 0)
     throw CannotAnswer(
         fmt::format("robot '{}' has no wheels: which of them slips cannot be told", robot.name));
-  Rows rows = rows_of(robot.chassis, true);
+  const std::optional<Chassis> chassis = without_steering(robot.chassis);
+  if (!chassis)
+    throw CannotAnswer(fmt::format("robot '{}': slip of steered wheels is not looked for", robot.name));
+  Rows rows = rows_of(*chassis, true);
   if (observability(rows).degrees_of_freedom == 0)
     throw CannotAnswer(
         fmt::format("robot '{}': slip is not observable: no redundant measurement; a gyro or another "
@@ -46,6 +50,11 @@ double typical_scale(const ParityMatrix& scale) {
 }
 
 }  // namespace
+
+bool can_show_slip(const Chassis& chassis, bool with_gyro) {
+  const std::optional<Chassis> fixed = without_steering(chassis);
+  return fixed && observability(rows_of(*fixed, with_gyro)).degrees_of_freedom > 0;
+}
 
 Parity::Parity(const Robot& robot)
     : chassis_(robot.chassis), rows_(checked_rows(robot)), combinations_(left_null_space(rows_)) {

@@ -49,6 +49,10 @@ struct Contradiction {
   double gyro_sigma_rad = 0.0;
 };
 
+/// Whether readings check each other, in one and the same way for all time: not those of wheels with an
+/// encoder that are steered.
+[[nodiscard]] bool can_show_slip(const Chassis& chassis, bool with_gyro);
+
 /// The slip test's geometry of a robot. Its functions never allocate.
 class Parity {
  public:

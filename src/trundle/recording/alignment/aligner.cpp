@@ -12,14 +12,21 @@ constexpr double kMemory_s = 5.0;  // for wheels whose readings arrive later tha
 
 Aligner::Aligner(const Robot& robot, const AlignerOptions& options)
     : wheels_(robot, {.shortest_gap_s = options.shortest_gap_s, .usual_speed_m_s = options.usual_speed_m_s}) {
+  if (is_steered(robot.chassis)) steering_.emplace(robot);
   if (!robot.chassis.gyro) return;
   gyro_.emplace(*robot.chassis.gyro, options.shortest_gap_s);
   gyro_later_s_ = std::max(0.0, robot.chassis.wheels_time_offset_s - robot.chassis.gyro->time_offset_s);
 }
 
+void Aligner::set_units(const WheelUnits& units, const WheelUnits& steering) {
+  wheels_.set_units(units);
+  if (steering_) steering_->set_units(steering);
+}
+
 bool Aligner::add(const WheelReadings& readings) {
   const bool first = !wheels_.last_s();
   if (!wheels_.add(readings)) return false;
+  if (steering_) steering_->add(*wheels_.last_s(), readings.steering);
   newest_s_ = first ? *wheels_.last_s() : std::max(newest_s_, *wheels_.last_s());
   return true;
 }
@@ -46,7 +53,8 @@ void Aligner::finish() {
 }
 
 std::optional<AlignedInterval> Aligner::next() {
-  while (wheels_.has_next() && !is_gyro_awaited(wheels_.next().time_s)) {
+  while (wheels_.has_next() && !is_gyro_awaited(wheels_.next().time_s) &&
+         !is_steering_awaited(wheels_.next())) {
     const WheelSums::Row row = wheels_.take_next();
     if (end_) return interval_to(row);
     start_at(row);
@@ -56,6 +64,11 @@ std::optional<AlignedInterval> Aligner::next() {
 
 bool Aligner::is_gyro_awaited(double time_s) const {
   return gyro_ && !finished_ && gyro_->is_awaited(time_s) && !is_gyro_silent();
+}
+
+bool Aligner::is_steering_awaited(const WheelSums::Row& row) const {
+  return steering_ && end_ && !finished_ &&
+         steering_->is_awaited(0.5 * (end_->time_s + row.time_s), *wheels_.last_s(), row.longest_step_s);
 }
 
 bool Aligner::is_gyro_silent() const {
@@ -82,6 +95,13 @@ AlignedInterval Aligner::interval_to(const WheelSums::Row& row) {
   if (gyro_) add_gyro_turn(increment);
   increment.shaking_m_s2 = shaking_until(end_->time_s, row.time_s);
   interval.bridged = row.broken || increment.duration_s > row.longest_step_s;
+  if (steering_) {
+    const double middle_s = 0.5 * (end_->time_s + row.time_s);
+    const SteeringAngles::Reading steering = steering_->at(middle_s, row.longest_step_s);
+    increment.steering_rad = steering.rad;
+    interval.bridged = interval.bridged || !steering.known;
+    steering_->forget_before(middle_s);
+  }
   interval.counters = row.found;
   end_ = row;
   return interval;

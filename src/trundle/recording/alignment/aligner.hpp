@@ -6,6 +6,7 @@
 
 #include "trundle/chassis/robot.hpp"
 #include "trundle/recording/alignment/gyro_integral.hpp"
+#include "trundle/recording/alignment/steering_angles.hpp"
 #include "trundle/recording/alignment/wheel_sums.hpp"
 #include "trundle/recording/recording.hpp"
 
@@ -45,17 +46,19 @@ struct AlignedInterval {
 /// Readings as they come, turned into increments on the wheels' time base: counter wraps undone, the sensors'
 /// clocks moved as the robot says, the gyro's turn between the wheels' stamps. docs/theory/alignment.md.
 ///
-/// An interval is complete when all wheels and the gyro have reached its end. Nobody waits for a gyro that
-/// has not been heard before the second reading of the wheels, or not for long; a wheel's count that no usual
-/// speed explains waits for the next one; the accelerometer counts as far as it has been read by then. A
-/// value: a copy goes on by itself, and the state of one may be stored (io/archive.hpp).
+/// An interval is complete when all wheels and the gyro have reached its end, and the steering of each
+/// steered wheel its middle. Nobody waits for a gyro that has not been heard before the second reading of the
+/// wheels, or not for long; a wheel's count that no usual speed explains waits for the next one; the
+/// accelerometer counts as far as it has been read by then. A value: a copy goes on by itself, and the state
+/// of one may be stored (io/archive.hpp).
 class Aligner {
  public:
   explicit Aligner(const Robot& robot, const AlignerOptions& options = {});
 
   /// What the wheels give, before they give anything. Throws InputError when a wheel lacks what turns its
   /// readings into revolutions.
-  void set_units(const WheelUnits& units) { wheels_.set_units(units); }
+  /// `steering`: of steered wheels, as Chassis::all_wheels().
+  void set_units(const WheelUnits& units, const WheelUnits& steering = {});
 
   /// Stamps of each stream must grow: false where they do not, and the reading is left out.
   bool add(const WheelReadings& readings);
@@ -76,11 +79,13 @@ class Aligner {
     archive(self.wheels_, self.accel_, self.end_, self.gyro_start_, self.rate_start_, self.newest_s_,
             self.finished_);
     if (self.gyro_) archive(*self.gyro_);
+    if (self.steering_) archive(*self.steering_);
   }
 
  private:
   bool is_gyro_awaited(double time_s) const;
   bool is_gyro_silent() const;
+  bool is_steering_awaited(const WheelSums::Row& row) const;
   void start_at(const WheelSums::Row& row);
   AlignedInterval interval_to(const WheelSums::Row& row);
   void add_gyro_turn(Increment& increment);
@@ -88,6 +93,7 @@ class Aligner {
 
   WheelSums wheels_;
   std::optional<GyroIntegral> gyro_;
+  std::optional<SteeringAngles> steering_;
   std::vector<AccelReading> accel_;    ///< since the last interval's end
   std::optional<WheelSums::Row> end_;  ///< there; nothing before the start
   GyroIntegral::Reading gyro_start_;   ///< there

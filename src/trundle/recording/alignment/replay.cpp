@@ -26,11 +26,23 @@ const WheelSeries& series_of(const Recording& recording, const std::string& whee
                                     nearest, nearest));
 }
 
+const WheelSeries& steering_of(const Recording& recording, const std::string& wheel) {
+  const auto& steering = recording.wheels.steering;
+  const auto found = std::ranges::find(steering, wheel, &WheelSeries::wheel);
+  if (found != steering.end()) return *found;
+  const std::string& file = recording.wheels.origin.file;
+  throw InputError(file.empty() ? recording.name : file,
+                   fmt::format("has no column of the steering of '{}'", wheel),
+                   fmt::format("{0}_steering_rad or {0}_steering_ticks", wheel));
+}
+
 }  // namespace
 
 WheelReadings Replay::MotionStream::at(std::size_t row) const {
   WheelReadings readings{.time_s = (*time_s)[row]};
   for (std::size_t i = 0; i < columns.size(); ++i) readings.value[i] = (*columns[i])[row];
+  for (std::size_t i = 0; i < steering.size(); ++i)
+    if (steering[i] != nullptr) readings.steering[i] = (*steering[i])[row];
   return readings;
 }
 
@@ -39,15 +51,21 @@ Replay::MotionStream Replay::motion_of(const Recording& recording, const Robot& 
     const VelocityStream& velocity = recording.velocity;
     if (velocity.time_s.empty())
       throw InputError(recording.name, "has no velocity.csv", "a velocity stream: the robot has no wheels");
-    return {&velocity.time_s, {&velocity.forward_m_s, &velocity.yaw_rate_rad_s}};
+    return {&velocity.time_s, {&velocity.forward_m_s, &velocity.yaw_rate_rad_s}, {}, {}, {}};
   }
   if (recording.wheels.time_s.empty())
     throw InputError(recording.name, "has no wheels.csv", "a stream of the robot's wheels");
-  MotionStream motion{&recording.wheels.time_s, {}};
+  MotionStream motion{&recording.wheels.time_s, {}, {}, {}, {}};
   for (std::size_t i = 0; i < robot.wheel_names.size(); ++i) {
     const WheelSeries& series = series_of(recording, robot.wheel_names[i]);
     motion.columns.push_back(&series.value);
     motion.units[i] = series.unit;
+  }
+  for (std::size_t i = 0; i < robot.chassis.all_wheels().size(); ++i) {
+    if (!robot.chassis.all_wheels()[i].steering) continue;
+    const WheelSeries& series = steering_of(recording, wheel_name(robot, i));
+    motion.steering[i] = &series.value;
+    motion.steering_units[i] = series.unit;
   }
   return motion;
 }
@@ -66,7 +84,7 @@ Replay::Replay(const Recording& recording, const Robot& robot)
       motion_(motion_of(recording, robot)),
       aligner_(robot),
       counters_(robot.wheel_names.size()) {
-  aligner_.set_units(motion_.units);
+  aligner_.set_units(motion_.units, motion_.steering_units);
 }
 
 std::optional<AlignedInterval> Replay::next() {

@@ -32,6 +32,8 @@ class Replay {
     const std::vector<double>* time_s = nullptr;
     std::vector<const std::vector<double>*> columns;
     WheelUnits units{};
+    std::array<const std::vector<double>*, kMaxWheels> steering{};  ///< of steered wheels
+    WheelUnits steering_units{};
 
     WheelReadings at(std::size_t row) const;
   };

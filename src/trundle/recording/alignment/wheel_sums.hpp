@@ -17,6 +17,7 @@ namespace trundle::recording {
 struct WheelReadings {
   double time_s = 0.0;
   std::array<double, kMaxWheels> value{};
+  std::array<double, kMaxWheels> steering{};  ///< of steered wheels, as Chassis::all_wheels()
 };
 
 /// Of each wheel's readings.

@@ -11,6 +11,7 @@
 #include "trundle/io/file.hpp"
 #include "trundle/recording/csv/detail/misreadings.hpp"
 #include "trundle/recording/csv/detail/quaternion.hpp"
+#include "trundle/recording/detail/steering.hpp"
 
 namespace trundle::recording {
 namespace {
@@ -66,7 +67,8 @@ void read_wheels(const StreamSource& source, Recording& recording) {
   wheels.time_s = std::move(table.time_s);
   for (std::size_t i = 0; i < source.columns.size(); ++i) {
     const WheelColumn column = *wheel_column(source.columns[i].column);
-    wheels.series.push_back({column.wheel, column.unit, std::move(table.numbers[i])});
+    (column.is_steering ? wheels.steering : wheels.series)
+        .push_back({column.wheel, column.unit, std::move(table.numbers[i])});
   }
   wheels.origin = std::move(table.origin);
   check_increments(wheels, source, recording.findings);
@@ -217,27 +219,40 @@ std::string_view stamp_column_of(StreamKind kind) {
 }
 
 std::optional<WheelColumn> wheel_column(std::string_view name) {
-  for (const Suffix& suffix : kSuffixes)
-    if (name.size() > suffix.text.size() && name.ends_with(suffix.text))
-      return WheelColumn{std::string(name.substr(0, name.size() - suffix.text.size())), suffix.unit};
+  for (const Suffix& suffix : kSuffixes) {
+    if (name.size() <= suffix.text.size() || !name.ends_with(suffix.text)) continue;
+    const std::string_view wheel = name.substr(0, name.size() - suffix.text.size());
+    const bool is_angle = suffix.unit == WheelUnit::ticks || suffix.unit == WheelUnit::radians;
+    if (is_angle && wheel.size() > kSteeringEnding.size() && wheel.ends_with(kSteeringEnding))
+      return WheelColumn{std::string(wheel.substr(0, wheel.size() - kSteeringEnding.size())), suffix.unit,
+                         true};
+    return WheelColumn{std::string(wheel), suffix.unit};
+  }
   return std::nullopt;
 }
 
 void keep_preferred(std::vector<ColumnSource>& columns) {
-  std::unordered_map<std::string, WheelUnit> preferred;  // of each wheel
+  std::unordered_map<std::string, WheelUnit> preferred;  // of each wheel, and of its steering
+  const auto key = [](const WheelColumn& column) {
+    return column.wheel + std::string(column.is_steering ? kSteeringEnding : "");
+  };
   for (const ColumnSource& column : columns) {
     const WheelColumn mine = *wheel_column(column.column);
-    WheelUnit& unit = preferred.try_emplace(mine.wheel, mine.unit).first->second;
+    WheelUnit& unit = preferred.try_emplace(key(mine), mine.unit).first->second;
     unit = std::min(unit, mine.unit);
   }
   std::erase_if(columns, [&](const ColumnSource& column) {
     const WheelColumn mine = *wheel_column(column.column);
-    return preferred.at(mine.wheel) < mine.unit;
+    return preferred.at(key(mine)) < mine.unit;
   });
 }
 
 std::string column_name(const WheelSeries& series) {
   return series.wheel + std::string(kSuffixes[static_cast<std::size_t>(series.unit)].text);
+}
+
+std::string steering_column_name(const WheelSeries& series) {
+  return column_name({series.wheel + std::string(kSteeringEnding), series.unit, {}});
 }
 
 StreamSource native_source(StreamKind kind, const std::filesystem::path& file) {

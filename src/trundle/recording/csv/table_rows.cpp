@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/recording/csv/detail/streams.hpp"
 #include "trundle/recording/csv/detail/table.hpp"
 
 namespace trundle::recording {
@@ -143,11 +144,14 @@ void cut(Table& table, const StreamSource& source) {
   });
 }
 
-/// Sums up counts since the row before; those of rows that are dropped later are kept in the sum.
-void accumulate(Table& table) {
-  for (auto& column : table.numbers) {
+/// Sums up counts since the row before; those of rows that are dropped later are kept in the sum. Angles of
+/// steered wheels are no counts.
+void accumulate(Table& table, const StreamSource& source) {
+  for (std::size_t i = 0; i < table.numbers.size(); ++i) {
+    const auto wheel = wheel_column(source.columns[i].column);
+    if (wheel && wheel->is_steering) continue;
     double sum = 0.0;
-    for (double& value : column) {
+    for (double& value : table.numbers[i]) {
       if (!std::isnan(value)) sum += value;
       value = sum;
     }
@@ -178,7 +182,7 @@ double longest_step(std::span<const double> time_s) {
 
 void clean(Table& table, const StreamSource& source, const RowRules& rules, std::vector<Finding>& findings) {
   if (!rules.empty_cells) report_empty_cells(table, findings);
-  if (source.increments) accumulate(table);
+  if (source.increments) accumulate(table, source);
   drop_rows_without_stamp(table, findings);
   cut(table, source);
   bring_into_order(table, rules, findings);

@@ -36,15 +36,20 @@ inline constexpr std::size_t kPoseColumns = 3;
 /// "time_s", or "start_s" where rows are intervals.
 std::string_view stamp_column_of(StreamKind kind);
 
-/// A column of wheels.csv: "left_ticks" is wheel "left" in ticks. Nothing for other names.
+/// A column of wheels.csv: "left_ticks" is wheel "left" in ticks, "front_steering_rad" the steering of
+/// "front". Nothing for other names.
 struct WheelColumn {
   std::string wheel;
   WheelUnit unit = WheelUnit::ticks;
+  bool is_steering = false;
+
+  bool operator==(const WheelColumn&) const = default;
 };
 std::optional<WheelColumn> wheel_column(std::string_view name);
 /// Several columns for one wheel: leaves the first in the order of WheelUnit.
 void keep_preferred(std::vector<ColumnSource>& columns);
 std::string column_name(const WheelSeries& series);
+std::string steering_column_name(const WheelSeries& series);
 
 /// The native file of a stream in a folder.
 StreamSource native_source(StreamKind kind, const std::filesystem::path& file);
