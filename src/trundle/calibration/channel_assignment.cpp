@@ -207,7 +207,8 @@ void check_gyro(const std::vector<ReadMotion>& motions, const Robot& given, Chan
 ChannelAssignment compare(const std::vector<ReadMotion>& motions, std::span<const Recording> recordings,
                           const Robot& robot) {
   ChannelAssignment channels{robot, {}, {}};
-  if (motions.size() < kFewestMotions) return channels;
+  const bool compares = motions.size() >= kFewestMotions && !is_steered(robot.chassis);
+  if (!compares) return channels;  // a steered wheel's sum says nothing without its course
   check_wheels(motions, recordings, robot, channels);
   check_gyro(motions, robot, channels);
   if (channels.faults.empty()) name_ambiguous_pairs(motions, channels);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "trundle/chassis/without_wheel.hpp"
 #include "trundle/geometry/decompositions.hpp"
 
 namespace trundle::calibration {
@@ -108,15 +109,18 @@ std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot,
                                             const ChassisLikelihoodOptions& options) {
   const auto n = static_cast<Eigen::Index>(parameters.size());
   std::vector<Information> result(static_cast<std::size_t>(options.blocks), Information::zero(n));
-  const bool with_gyro = robot.chassis.gyro.has_value();
-  const Rows rows = rows_of(robot.chassis, with_gyro);
-  if (observability(rows).degrees_of_freedom == 0) return result;
-  Context context{robot.chassis,           rows,        parameters, {}, left_null_space(rows),
-                  options.variance_factor, options.gate};
+  const std::optional<Chassis> chassis = without_steering(robot.chassis);
+  if (!chassis) return result;  // what contradicts itself is another combination in each interval
+  const bool with_gyro = chassis->gyro.has_value();
+  const Rows rows = rows_of(*chassis, with_gyro);
+  const Observability seen = observability(rows);
+  if (seen.degrees_of_freedom == 0 || (is_steered(robot.chassis) && seen.rank < 3)) return result;
+  Context context{*chassis,    rows, parameters, {}, left_null_space(rows), options.variance_factor,
+                  options.gate};
   for (const Parameter& parameter : parameters)
-    context.row_derivatives.push_back(row_derivative(parameter, robot.chassis, rows));
+    context.row_derivatives.push_back(row_derivative(parameter, *chassis, rows));
   const double part_s = options.window_s / kPartsOfAWindow;
-  const Window empty{{.has_gyro = true}, {.has_gyro = true}, rounding_of(robot.chassis, rows)};
+  const Window empty{{.has_gyro = true}, {.has_gyro = true}, rounding_of(*chassis, rows)};
   Window window = empty;
   const auto& increments = run.readings.increments;
   for (std::size_t i = 0; i < increments.size(); ++i) {
@@ -124,10 +128,10 @@ std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot,
     if (!broken) {
       add(window.sum, increments[i]);
       add(window.part, increments[i]);
-      if (window.part.duration_s >= part_s - 1e-9) close_part(robot.chassis, rows, window);
+      if (window.part.duration_s >= part_s - 1e-9) close_part(*chassis, rows, window);
     }
     if (!broken && window.sum.duration_s < options.window_s - 1e-9) continue;
-    close_part(robot.chassis, rows, window);
+    close_part(*chassis, rows, window);
     if (window.sum.duration_s >= 0.5 * options.window_s)
       add_window(window, context, result[i * result.size() / increments.size()]);
     window = empty;

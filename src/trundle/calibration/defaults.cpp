@@ -24,6 +24,10 @@ bool is_default(const Parameter& parameter, const Robot& robot, const FromOutsid
     case ParameterKind::direction:
     case ParameterKind::lever:
       return measured.anything && alone();
+    case ParameterKind::steering_zero:
+    case ParameterKind::steering_scale:
+    case ParameterKind::place_x:
+      return measured.anything;
     case ParameterKind::track:
       return !stands_alone(robot.chassis.wheels().front()) &&
              (measured.anything || robot.chassis.gyro.has_value());

@@ -29,26 +29,34 @@ Matrix3 matrix_of(const Map& map) {
 
 SensitivityErrors::SensitivityErrors(const Robot& robot, std::span<const Parameter> parameters,
                                      const Pose2& pose, std::optional<double> gyro_noise_rad_s_sqrt_hz)
-    : chassis_(robot.chassis),
-      rows_(rows_of(robot.chassis, robot.chassis.gyro.has_value())),
+    : weighing_(robot.chassis),
+      chassis_(robot.chassis),
+      parameters_(parameters.begin(), parameters.end()),
       covariance_(parameters.size(), Matrix3::Zero()),
       from_(pose) {
-  const RowVector weight = weighing_variances(chassis_, rows_, 1.0, 1.0).cwiseInverse();
-  const ByReading HtW = rows_.H.transpose() * weight.asDiagonal();
-  pose_ = (HtW * rows_.H).inverse() * HtW;
-  for (const Parameter& parameter : parameters) {
-    const RowVector growth = reading_growth(parameter, chassis_, rows_);
-    const RowMatrix dH = row_derivative(parameter, chassis_, rows_);
-    sensitivity_.emplace_back(pose_ * growth.asDiagonal() - pose_ * dH * pose_);
-  }
+  prepare(weighing_, rows_of(weighing_, weighing_.gyro.has_value()));
   if (chassis_.gyro && gyro_noise_rad_s_sqrt_hz)
     chassis_.gyro->noise_rad_s_sqrt_hz = *gyro_noise_rad_s_sqrt_hz;
+}
+
+void SensitivityErrors::prepare(const Chassis& chassis, const Rows& rows) {
+  rows_ = rows;
+  const RowVector weight = weighing_variances(chassis, rows, 1.0, 1.0).cwiseInverse();
+  const ByReading HtW = rows.H.transpose() * weight.asDiagonal();
+  pose_ = (HtW * rows.H).inverse() * HtW;
+  sensitivity_.clear();
+  for (const Parameter& parameter : parameters_) {
+    const RowVector growth = reading_growth(parameter, chassis, rows);
+    const RowMatrix dH = row_derivative(parameter, chassis, rows);
+    sensitivity_.emplace_back(pose_ * growth.asDiagonal() - pose_ * dH * pose_);
+  }
 }
 
 void SensitivityErrors::follow(const Increment& increment, const Pose2& pose) {
   if (covariance_.empty()) return;
   ways_.duration_s += increment.duration_s;
   for (std::size_t i = 0; i < ways_.turned.size(); ++i) ways_.turned[i] += std::abs(increment.turned[i]);
+  ways_.steering_rad = increment.steering_rad;
   complete_ = complete_ && (increment.has_gyro || !chassis_.gyro);
   if (ways_.duration_s >= kLongestInterval_s - 1e-9) close(pose);
 }
@@ -73,6 +81,8 @@ void SensitivityErrors::close(const Pose2& pose) {
   const ArcStep arc(from_.heading, {twist.dx, twist.dy, twist.dtheta});
   const Matrix3 F = matrix_of([&](const std::array<double, 3>& v) { return arc.carry(v); });
   const Matrix3 M = matrix_of([&](const std::array<double, 3>& v) { return arc.map(v); });
+  if (is_steered(weighing_))
+    prepare(at_steering(weighing_, ways_), rows_at(weighing_, ways_, weighing_.gyro.has_value()));
   const RowVector variance = variance_of_readings();
   for (std::size_t j = 0; j < covariance_.size(); ++j) {
     covariance_[j] = (F * covariance_[j] * F.transpose()).eval();

@@ -30,19 +30,22 @@ class SensitivityErrors {
   void correct(const Matrix3& keep, const Pose2& pose);
 
  private:
+  void prepare(const Chassis& chassis, const Rows& rows);
   void close(const Pose2& pose);
   RowVector variance_of_readings() const;
 
   /// Per unit error of each reading [1/m; the gyro's 1/rad].
   using ByReading = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxRows>;
 
-  Chassis chassis_;  ///< as its readings err
-  Rows rows_;
+  Chassis weighing_;  ///< as its rows are weighed
+  Chassis chassis_;   ///< as its readings err
+  std::vector<Parameter> parameters_;
+  Rows rows_;                           ///< of the present interval where wheels are steered
   ByReading pose_;                      ///< G of ξ = G z, the error of the motion
   std::vector<ByReading> sensitivity_;  ///< G ∂z/z − G ∂H G, that of its sensitivity to each parameter
   std::vector<Matrix3> covariance_;     ///< C in world axes
   Pose2 from_;                          ///< where the open interval began
-  Increment ways_;                      ///< what rolled in it, without sign
+  Increment ways_;                      ///< what rolled in it, without sign; its last steering
   bool complete_ = true;                ///< the gyro was there throughout
 };
 

@@ -26,6 +26,16 @@ Eigen::MatrixXd complement(const std::vector<HeldCombination>& held, Eigen::Inde
   return orthogonal_complement(constraints);
 }
 
+bool is_of_steering(ParameterKind kind) {
+  return kind == ParameterKind::steering_zero || kind == ParameterKind::steering_scale ||
+         kind == ParameterKind::place_x || kind == ParameterKind::place_y;
+}
+
+/// Of one kind, or what says where one steered wheel stands and how: these make up for each other.
+bool are_alike(const Parameter& a, const Parameter& b) {
+  return a.kind == b.kind || (a.wheel == b.wheel && is_of_steering(a.kind) && is_of_steering(b.kind));
+}
+
 /// The part of a badly seen direction that belongs to the kind of parameter it is mostly made of.
 HeldCombination combination_of(const Eigen::VectorXd& direction, std::span<const Parameter> parameters,
                                const std::vector<HeldCombination>& held) {
@@ -34,7 +44,7 @@ HeldCombination combination_of(const Eigen::VectorXd& direction, std::span<const
   HeldCombination result{Eigen::VectorXd::Zero(direction.size()), direction, {}};
   for (Eigen::Index i = 0; i < direction.size(); ++i) {
     const bool alike =
-        parameters[static_cast<std::size_t>(i)].kind == parameters[static_cast<std::size_t>(largest)].kind;
+        are_alike(parameters[static_cast<std::size_t>(i)], parameters[static_cast<std::size_t>(largest)]);
     if (!alike || std::abs(direction[i]) < kMember * peak) continue;
     // Equal shares: of two diameters, their mean is held.
     result.combination[i] = direction[i] > 0.0 ? 1.0 : -1.0;
@@ -95,6 +105,12 @@ std::string advice(const HeldCombination& held, std::span<const Parameter> param
   const ParameterKind kind = parameters[static_cast<std::size_t>(held.members.front())].kind;
   if (is_of_wheels(kind)) return motion_to_drive(held, parameters, nominal, measures_length);
   switch (kind) {
+    case ParameterKind::steering_zero:
+      return "drive straight ahead, and back";
+    case ParameterKind::steering_scale:
+    case ParameterKind::place_x:
+    case ParameterKind::place_y:
+      return "drive curves of very different radii, the tightest that it can";
     case ParameterKind::icr_x:
       return "turn on the spot with the position measured";
     case ParameterKind::gyro_scale:

@@ -8,6 +8,7 @@
 #include <Eigen/LU>
 
 #include "trundle/chassis/rows.hpp"
+#include "trundle/chassis/without_wheel.hpp"
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/geometry/squared.hpp"
 #include "trundle/odometry/odometer.hpp"
@@ -16,14 +17,17 @@
 namespace trundle::calibration {
 namespace {
 
-/// What no motion explains in a chassis with or without its gyro, from the geometry alone.
+/// What no motion explains in a chassis with or without its gyro, from the geometry alone; of wheels with an
+/// encoder that are steered nothing.
 struct Redundancy {
   Rows rows;
   Combinations P;
 };
 
 Redundancy redundancy_of(const Robot& robot) {
-  Redundancy redundancy{rows_of(robot.chassis, robot.chassis.gyro.has_value()), {}};
+  const std::optional<Chassis> chassis = without_steering(robot.chassis);
+  if (!chassis) return {rows_of(robot.chassis, robot.chassis.gyro.has_value()), {}};
+  Redundancy redundancy{rows_of(*chassis, chassis->gyro.has_value()), {}};
   redundancy.P = left_null_space(redundancy.rows);
   return redundancy;
 }

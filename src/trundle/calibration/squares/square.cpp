@@ -46,7 +46,7 @@ Side side_of(const Chassis& chassis, bool left) {
 void refuse_unsided(const Robot& robot) {
   const auto wheels = robot.chassis.wheels();
   const bool sided =
-      !wheels.empty() && std::ranges::all_of(wheels, rolls_ahead) &&
+      !wheels.empty() && !is_steered(robot.chassis) && std::ranges::all_of(wheels, rolls_ahead) &&
       std::ranges::none_of(wheels, [y = middle_y(robot.chassis)](const Wheel& w) { return w.y_m == y; });
   if (!sided)
     throw CannotAnswer(
