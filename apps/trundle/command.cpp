@@ -66,6 +66,10 @@ void print(const Common& common, const nlohmann::ordered_json& document, const s
   }
 }
 
+void print_error(const std::string& text) {
+  std::fputs(text.c_str(), stderr);
+}
+
 void require_printed() {
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
     throw InputError("standard output", "cannot be written to its end", "a place with room for it");

@@ -46,6 +46,9 @@ void refuse_empty_values(CLI::App& app);
 /// Prints the document when --json was given, else the text unless --quiet.
 void print(const Common& common, const nlohmann::ordered_json& document, const std::string& text);
 
+/// On stderr; where nobody can hear it, nothing else changes.
+void print_error(const std::string& text);
+
 /// What was printed has arrived, else throws InputError: a full disk behind stdout is no success.
 void require_printed();
 

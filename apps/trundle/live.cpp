@@ -128,7 +128,7 @@ class Session {
     print_estimates();
     printer_.end();
     store(waiting);
-    if (options_.timing) fmt::print(stderr, "{}", timing_.text());
+    if (options_.timing) print_error(timing_.text());
   }
 
   /// Lines that were left out, checkpoints that were not stored: each has been told.
@@ -167,7 +167,7 @@ class Session {
 
   void tell(const InputError& error) {
     ++problems_;
-    fmt::print(stderr, "trundle: {}\n", error.what());
+    print_error(fmt::format("trundle: {}\n", error.what()));
   }
 
   void print_estimates() {

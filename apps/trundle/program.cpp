@@ -1,11 +1,15 @@
 #include "program.hpp"
 
 #include <algorithm>
+#include <array>
 #include <csignal>
+#include <memory>
+#include <new>
 #include <string>
 #include <vector>
 
-#include <fmt/core.h>
+#include <fcntl.h>
+#include <fmt/format.h>
 
 #include "trundle/io/words.hpp"
 
@@ -16,8 +20,31 @@ namespace trundle::app {
 namespace {
 
 int fail(ExitCode code, const char* what) {
-  fmt::print(stderr, "trundle: {}\n", one_line(what));
+  print_error(fmt::format("trundle: {}\n", one_line(what)));
   return code;
+}
+
+/// A file that is opened later would take the number of a stream that is closed, and hold what is printed.
+void open_closed_streams() {
+  constexpr std::array kSubstitutes = {"/dev/null", "/dev/full", "/dev/null"};  // what stdout loses is told
+  for (int stream = 0; stream <= 2; ++stream)
+    if (fcntl(stream, F_GETFD) < 0)
+      (void)open(kSubstitutes[static_cast<std::size_t>(stream)], stream == 0 ? O_RDONLY : O_WRONLY);
+}
+
+/// What is left for the way out when memory is spent: destructors, of JSON among others, allocate.
+std::unique_ptr<char[]>& reserve() {
+  constexpr std::size_t kBytes = 1 << 20;
+  static auto bytes = std::make_unique_for_overwrite<char[]>(kBytes);
+  return bytes;
+}
+
+void keep_reserve() {
+  reserve();
+  std::set_new_handler([] {
+    reserve().reset();
+    throw std::bad_alloc();
+  });
 }
 
 /// A misspelt command is named as what is wrong, with the one that may be meant.
@@ -48,10 +75,12 @@ void parse(CLI::App& app, int argc, char** argv) {
 }  // namespace
 
 int run_program(int argc, char** argv) {
+  open_closed_streams();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error, which is told
-  CLI::App app;
-  add_commands(app);
   try {
+    keep_reserve();
+    CLI::App app;
+    add_commands(app);
     parse(app, argc, argv);
     require_printed();
     return kDone;
@@ -59,6 +88,8 @@ int run_program(int argc, char** argv) {
     return fail(kUsage, error.what());
   } catch (const Exit& exit) {
     return exit.message.empty() ? exit.code : fail(exit.code, exit.message.c_str());
+  } catch (const std::bad_alloc&) {
+    return fail(kBadInput, "no memory is left; expected shorter recordings, or a higher limit");
   } catch (const std::exception& error) {
     return fail(exit_code_of(error), error.what());
   }

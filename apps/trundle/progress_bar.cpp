@@ -15,7 +15,7 @@ constexpr std::chrono::milliseconds kBetweenDrawings{100};
 constexpr std::size_t kWidth = 24;  // characters: the numbers beside it take 43 more of a terminal's 80
 
 void draw(const std::string& text) {
-  fmt::print(stderr, "\r\x1b[K{}", one_line(text));
+  print_error(fmt::format("\r\x1b[K{}", one_line(text)));
 }
 
 std::string time_text(double seconds) {

@@ -65,10 +65,9 @@ std::string text_of(const SlamArguments& options, const SlamAnswer& answer) {
 }
 
 void print_times(const StepTimes& times) {
-  fmt::print(
-      stderr,
+  print_error(fmt::format(
       "time of a step with sightings: median {:.3f} ms, 99th percentile {:.3f} ms, longest {:.3f} ms\n",
-      1e3 * times.median_s, 1e3 * times.p99_s, 1e3 * times.longest_s);
+      1e3 * times.median_s, 1e3 * times.p99_s, 1e3 * times.longest_s));
 }
 
 /// All that no result may go over: what was read, and the checkpoint that was written.

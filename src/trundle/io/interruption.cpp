@@ -1,9 +1,12 @@
 #include "trundle/io/interruption.hpp"
 
 #include <array>
+#include <system_error>
 #include <utility>
 
 #include <pthread.h>
+
+#include "trundle/io/error.hpp"
 
 namespace trundle::io {
 namespace {
@@ -22,7 +25,12 @@ OnInterruption::OnInterruption(std::function<void()> clean_up) : clean_up_(std::
   for (const int signal : kEnding)
     if (ends_program(signal)) sigaddset(&signals_, wake_ = signal);
   pthread_sigmask(SIG_BLOCK, &signals_, &before_);  // threads that are made from now on inherit it
-  if (wake_ != 0) waiting_ = std::thread([this] { wait(); });
+  try {
+    if (wake_ != 0) waiting_ = std::thread([this] { wait(); });
+  } catch (const std::system_error& error) {
+    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+    throw InputError("a second thread", error.code().message(), "a higher limit of threads or memory");
+  }
 }
 
 OnInterruption::~OnInterruption() {
