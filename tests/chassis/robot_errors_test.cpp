@@ -51,6 +51,13 @@ std::string section(const std::string& title, const std::string& lines) {
   return "[" + title + "]\n" + lines;
 }
 
+/// "a.a.a": a table each.
+std::string key_of_levels(int levels) {
+  std::string key = "a";
+  for (int i = 1; i < levels; ++i) key += ".a";
+  return key;
+}
+
 std::string nine_wheels() {
   std::string text;
   for (int i = 0; i < 9; ++i) text += fmt::format("[[wheel]]\nname = \"w{}\"\ndiameter_m = 0.1\n", i);
@@ -105,6 +112,9 @@ const Malformed kFiles[] = {
     {"open_string", "\nname = \"x\n", 2, "string", "TOML"},
     {"open_bracket", "[[wheel]\n", 1, "", "TOML"},
     {"key_twice", wheel("x_m = 1\nx_m = 2\n"), 5, "'x_m'", "each key once"},
+    {"key_of_31000_levels", "\n" + key_of_levels(31000) + " = 1\n", 2, "a key of more than a thousand parts", "TOML"},
+    {"table_of_31000_levels", "[" + key_of_levels(31000) + "]\n", 1, "a key of more than a thousand parts", "TOML"},
+    {"list_of_70000_levels", "x = " + std::string(70000, '[') + "\n", 1, "nested", "TOML"},
     {"table_twice", "[gyro]\n\n[gyro]\n", 3, "'gyro'", "each table once"},
     {"not_utf8", "name = \"\xff\"\n", 1, "utf-8", "TOML"},
     {"binary", std::string("\x7f""ELF\0\1\2", 7), 1, "", "TOML"},
