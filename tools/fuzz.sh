@@ -13,10 +13,12 @@ for program in "$programs"/*_fuzz; do
   learned=$programs/corpus/$target
   mkdir -p "$learned"
   log=$programs/$target.log
+  words=()  # that mutations would hardly come upon
+  [[ ! -f $root/fuzz/$target.dict ]] || words=("-dict=$root/fuzz/$target.dict")
   status=0
   # Megabytes and seconds: far more than the largest input of the corpora takes.
   "$program" "$learned" "$root/fuzz/corpus/$target" -max_total_time="$seconds" -timeout=20 -rss_limit_mb=2048 \
-    -artifact_prefix="$root/fuzz/found/$target-" -print_final_stats=1 >"$log" 2>&1 || status=$?
+    "${words[@]}" -artifact_prefix="$root/fuzz/found/$target-" -print_final_stats=1 >"$log" 2>&1 || status=$?
   executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")
   total=$((total + ${executions:-0}))
   printf '%-16s %10d executions%s\n' "$target" "${executions:-0}" "$([[ $status -eq 0 ]] || echo "  FAILED: $log")"

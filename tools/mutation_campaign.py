@@ -1,16 +1,20 @@
 #!/usr/bin/env python3
-"""Mutates files and command lines, and watches what the program makes of them.
+"""Runs commands on damaged files and generated recordings, and watches what the program makes of them.
 
-    tools/mutation_campaign.py PROGRAM NUMBER [--seed SEED] [--keep FOLDER]
+    tools/mutation_campaign.py PROGRAM NUMBER [--seed SEED] [--jobs JOBS] [--keep FOLDER]
 
-Each case takes the bundled sample (data/demo, shortened), damages one of its files or the command line at random, and
+Three of four cases take the bundled sample (data/demo, shortened) and damage one of its files or the command line at
+random; the others are of a random robot and its recordings (generated_recording.py), a third of them damaged too. Each
 runs one command. It fails on an exit code other than 0, 2, 3 and 4, on an error that is not one line, on a time-out, on
-control characters on the terminal, on "nan" and "inf" in a file of results, and on temporary files that are left. The
-same seed gives the same cases. Cases that fail are kept in --keep (out/campaign), each with its command line.
+control characters or "nan" on the terminal, on "nan" and "inf" in a file of results, and on temporary files that are
+left. The same seed gives the same cases. Cases that fail are kept in --keep (out/campaign), with their command line.
 """
 import argparse
+import functools
 import json
 import math
+import multiprocessing
+import os
 import pathlib
 import random
 import re
@@ -18,6 +22,9 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections import Counter
+
+import generated_recording
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 TIMEOUT_S = 60
@@ -46,6 +53,24 @@ COMMANDS = [
     "report results -o out/report.html",
     "live --robot robot.toml --json",
     "live --robot robot.toml --checkpoint out/state",
+]
+ON_GENERATED = [
+    "info run --robot robot.toml",
+    "info other --robot robot.toml --json",
+    "odometry run --robot robot.toml -o out/t.csv",
+    "slip run --robot robot.toml -o out/slip.csv --corrected out/c.csv",
+    "slip run --robot robot.toml -o out/slip.csv --method published",
+    "slam run --robot robot.toml -o out/slam --particles 5",
+    "slam run --robot robot.toml -o out/slam --filter ekf --smooth",
+    "slam run --robot robot.toml -o out/slam --filter ekf --unknown-ids",
+    "localize run --robot robot.toml --map map.csv -o out/t.csv",
+    "localize run --robot robot.toml --map map.csv -o out/t.csv --start 0,0,0 --filter particles",
+    "evaluate run truth.csv --align se2 --json",
+    "calibrate run other --robot robot.toml -o out/calibrated.toml",
+    "calibrate run --robot robot.toml -o out/calibrated.toml --landmarks",
+    "umbmark run other --robot robot.toml --side-m 1 -o out/calibrated.toml",
+    "live --robot robot.toml --json",
+    "run run --robot robot.toml -o out/all --particles 5",
 ]
 
 
@@ -98,16 +123,24 @@ def make_sample(program, folder):
     (folder / "results/report.html").unlink()
 
 
+def other_number(number, rng):
+    try:
+        return b"%.12g" % (float(number) * rng.choice((-1, 0, 0.5, 2, 10, 1e3, 1e-3, 1e6, 1e-9)) + rng.choice((0, 0, 1, -1)))
+    except ValueError:
+        return b"0"
+
+
 def mutated(content, rng):
     for _ in range(rng.choice((1, 1, 1, 2, 4))):
         at = rng.randrange(len(content) + 1)
         end = min(len(content), at + rng.choice((1, 1, 2, 5, 20, 200)))
-        kind = rng.randrange(8)
+        kind = rng.choice((0, 1, 1, 1, 1, 2, 3, 4, 5, 6, 7))
         numbers = list(re.finditer(rb"-?\d[\d.e+-]*", content)) if kind in (0, 1) else []
         lines = content.splitlines(keepends=True) if kind in (2, 3) else []
-        if numbers:  # another number
+        if numbers:  # another number, or what is none
             number = rng.choice(numbers)
-            content = content[:number.start()] + rng.choice(TOKENS) + content[number.end():]
+            token = rng.choice(TOKENS) if kind == 0 else other_number(number.group(), rng)
+            content = content[:number.start()] + token + content[number.end():]
         elif lines:  # a line twice, elsewhere, or not at all
             line = lines.pop(rng.randrange(len(lines)))
             for _ in range(rng.choice((0, 1, 2))):
@@ -176,6 +209,7 @@ def faults_of_file(path):
 
 
 CONTROLS = re.compile(rb"[\x00-\x09\x0b-\x1f\x7f]")
+NO_NUMBER = re.compile("(± ?-?(nan|inf)\\b)|\\b(nan|inf) (m|mm|rad|deg|s|Hz|%|°)".encode())
 
 
 def faults(done, folder, line):
@@ -189,6 +223,8 @@ def faults(done, folder, line):
         return "an error of several lines"
     if CONTROLS.search(done.stderr) or CONTROLS.search(done.stdout):
         return "control characters on the terminal"
+    if done.returncode == 0 and NO_NUMBER.search(done.stdout):
+        return "not a finite number on the terminal"
     if b"--json" in line and done.returncode == 0 and b"--help" not in line:
         try:
             json.loads(done.stdout, parse_constant=lambda word: sys.exit(word))
@@ -201,24 +237,61 @@ def faults(done, folder, line):
     return None
 
 
-def case(program, sample, folder, rng):
-    """Runs one case in `folder`: its command line, and what is wrong with it."""
+def damaged_sample(sample, folder, rng):
+    """A command line on a copy of the sample, one of which is damaged, and its file."""
+    shutil.copytree(sample, folder, copy_function=lambda a, b: pathlib.Path(b).hardlink_to(a))
     line = rng.choice(COMMANDS).encode().split()
-    inputs = [path for path in sample.rglob("*") if path.is_file()]
+    inputs = sorted(path for path in sample.rglob("*") if path.is_file())
     used = [path for path in inputs if any(word.decode() in (path.name, path.relative_to(sample).parts[0]) for word in line)
             or (line[0] == b"live" and path.name == "readings.jsonl")
             or (line[0] == b"simulate" and path.name == "robot.toml")]
     file = rng.choice(used).relative_to(sample)
     if rng.random() < 0.15:
-        line = mutated_line(line, rng)
-    else:
-        (folder / file).unlink()  # a link to the sample's
-        (folder / file).write_bytes(mutated((sample / file).read_bytes(), rng))
+        return mutated_line(line, rng), file
+    (folder / file).unlink()  # a link to the sample's
+    (folder / file).write_bytes(mutated((sample / file).read_bytes(), rng))
+    return line, file
+
+
+def generated(folder, rng):
+    """A command line on a random robot and its recordings, and the file that is damaged besides."""
+    folder.mkdir()
+    generated_recording.write(folder, rng)
+    line = rng.choice(ON_GENERATED).encode().split()
+    wheels = folder / "run/wheels.csv"
+    rows = [row.split(",") for row in wheels.read_text().splitlines()] if wheels.exists() else []
+    names = [name.rpartition("_")[0] if not name.endswith("_rad_s") else name[:-6] for name in rows[0][1:]] if rows else []
+    readings = [f'{{"time_s": {row[0]}, "wheels": {{{", ".join(f"{n!r}: {v}" for n, v in zip(names, row[1:]))}}}}}\n'
+                for row in rows[1:]]
+    (folder / "readings.jsonl").write_text("".join(readings).replace("'", '"'))
+    if rng.random() < 2 / 3:
+        return line, None
+    path = rng.choice(sorted(path for path in folder.rglob("*") if path.is_file()))
+    path.write_bytes(mutated(path.read_bytes(), rng))
+    return line, path.relative_to(folder)
+
+
+def case(program, sample, keep, seed, number):
+    """Runs it: its exit code, and what is wrong with it."""
+    rng = random.Random(seed * 1_000_003 + number)
+    folder = sample.parent / f"case_{os.getpid()}"
+    line, file = generated(folder, rng) if number % 4 == 3 else damaged_sample(sample, folder, rng)
+    code = None
     try:
         with open(folder / "readings.jsonl", "rb") as stdin:
-            return line, file, faults(run(program, line, folder, stdin), folder, line)
+            done = run(program, line, folder, stdin)
+        code, fault = done.returncode, faults(done, folder, line)
     except subprocess.TimeoutExpired:
-        return line, file, "does not end"
+        fault = "does not end"
+    if fault:
+        kept = keep / f"{seed}_{number}"
+        shutil.rmtree(kept, ignore_errors=True)
+        shutil.copytree(folder, kept)
+        text = b" ".join(line) + f"\n{file}: {fault}\n".encode()
+        (kept / "COMMAND").write_bytes(text)
+        fault = f"{kept}: {text.decode(errors='replace')!r}"
+    shutil.rmtree(folder)
+    return code, fault
 
 
 def main():
@@ -226,29 +299,25 @@ def main():
     parser.add_argument("program", type=pathlib.Path)
     parser.add_argument("number", type=int)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--keep", type=pathlib.Path, default=pathlib.Path("out/campaign"))
     options = parser.parse_args()
     program = options.program.resolve()
-    failed = 0
+    codes, failed = Counter(), 0
     with tempfile.TemporaryDirectory(dir="/dev/shm" if pathlib.Path("/dev/shm").is_dir() else None) as scratch:
         sample = pathlib.Path(scratch) / "sample"
         make_sample(program, sample)
-        for number in range(options.number):
-            rng = random.Random(options.seed * 1_000_003 + number)
-            folder = pathlib.Path(scratch) / "case"
-            shutil.copytree(sample, folder, copy_function=lambda a, b: pathlib.Path(b).hardlink_to(a))
-            line, file, fault = case(program, sample, folder, rng)
-            if fault:
-                failed += 1
-                kept = options.keep / f"{options.seed}_{number}"
-                shutil.rmtree(kept, ignore_errors=True)
-                shutil.copytree(folder, kept)
-                (kept / "COMMAND").write_bytes(b" ".join(line) + f"\n{file}: {fault}\n".encode())
-                print(f"{kept}: {b' '.join(line).decode(errors='replace')!r} ({file}): {fault}", flush=True)
-            shutil.rmtree(folder)
-            if (number + 1) % 1000 == 0:
-                print(f"{number + 1} cases, {failed} failed", flush=True)
-    print(f"{options.number} cases, {failed} failed")
+        one = functools.partial(case, program, sample, options.keep.resolve(), options.seed)
+        with multiprocessing.Pool(options.jobs) as pool:
+            for done, (code, fault) in enumerate(pool.imap_unordered(one, range(options.number), chunksize=20), 1):
+                codes[code] += 1
+                if fault:
+                    failed += 1
+                    print(fault, flush=True)
+                if done % 1000 == 0:
+                    print(f"{done} cases, {failed} failed", flush=True)
+    print(f"{options.number} cases, {failed} failed; exit codes " +
+          ", ".join(f"{code}: {count}" for code, count in sorted(codes.items(), key=str)))
     sys.exit(1 if failed else 0)
 
 
