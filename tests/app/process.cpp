@@ -24,6 +24,11 @@ void redirect(int stream, const std::filesystem::path& file) {
   dup2(opened, stream);
 }
 
+void limit_memory(std::size_t bytes) {
+  const rlimit limit{bytes, bytes};
+  setrlimit(RLIMIT_AS, &limit);
+}
+
 [[noreturn]] void become_program(const std::filesystem::path& folder, const Arguments& arguments,
                                  const Circumstances& circumstances) {
   std::vector<char*> argv = {const_cast<char*>("trundle")};
@@ -32,6 +37,8 @@ void redirect(int stream, const std::filesystem::path& file) {
   if (!circumstances.input.empty()) read_from(folder / circumstances.input);
   redirect(STDOUT_FILENO, folder / ".stdout");
   redirect(STDERR_FILENO, folder / ".stderr");
+  for (const int stream : circumstances.closed) close(stream);
+  if (circumstances.memory_bytes) limit_memory(*circumstances.memory_bytes);
   if (chdir(folder.c_str()) == 0) execv(circumstances.program.c_str(), argv.data());
   _exit(127);
 }

@@ -24,6 +24,8 @@ struct Circumstances {
   std::string input = {};                                     ///< file in the folder that is its stdin
   std::optional<std::chrono::microseconds> ended_after = {};  ///< a signal comes where it takes longer
   int signal = SIGKILL;
+  std::vector<int> closed = {};                  ///< streams that are not open: 0, 1, 2
+  std::optional<std::size_t> memory_bytes = {};  ///< of addresses that it may have
   std::string program = TRUNDLE_PROGRAM;
 };
 
