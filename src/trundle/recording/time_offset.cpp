@@ -17,10 +17,9 @@ namespace {
 
 using Vector = Eigen::VectorXd;
 
-/// Windows of contiguous intervals: what the wheels turned, and by which rows.
+/// Windows of contiguous intervals, and what the wheels turned in each.
 struct Windows {
-  std::vector<double> time_s;      ///< of the rows: one more than there are intervals
-  std::vector<std::size_t> first;  ///< interval of each window; the last entry ends the last window
+  std::vector<double> time_s;  ///< where they start, and where the last one ends
   std::vector<bool> used;
   Vector by_wheels;
   Vector duration_s;
@@ -31,7 +30,7 @@ struct Windows {
 /// Windows of the wheels alone; those for which the gyro runs at any offset of the search.
 Windows windows_of(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
                    const TimeOffsetOptions& options) {
-  Windows windows{.time_s = {readings.start_s}, .first = {0}, .used = {}, .by_wheels = {}, .duration_s = {}};
+  Windows windows{.time_s = {readings.start_s}, .used = {}, .by_wheels = {}, .duration_s = {}};
   const Rows rows = rows_of(robot.chassis, false);
   const double gyro_offset_s = robot.chassis.gyro->time_offset_s;
   const double start_s = recording.gyro.time_s.front() + gyro_offset_s + options.largest_s;
@@ -40,16 +39,15 @@ Windows windows_of(const Recording& recording, const AlignedReadings& readings, 
   double turn = 0.0, duration_s = 0.0;
   bool whole = true;
   const auto& increments = readings.increments;
-  windows.time_s.reserve(increments.size() + 1);
   for (std::size_t i = 0; i < increments.size(); ++i) {
-    windows.time_s.push_back(increments[i].time_s);
-    turn += twist_of(robot.chassis, rows, increments[i]).dtheta;
-    duration_s += increments[i].duration_s;
+    const Increment increment = increments[i];
+    turn += twist_of(robot.chassis, rows, increment).dtheta;
+    duration_s += increment.duration_s;
     whole = whole && !readings.bridged[i];
     if (duration_s < options.window_s - 1e-9) continue;
-    const double end = increments[i].time_s;
+    const double end = increment.time_s;
+    windows.time_s.push_back(end);
     windows.used.push_back(whole && end - duration_s >= start_s && end <= end_s);
-    windows.first.push_back(i + 1);
     turns.push_back(turn);
     durations.push_back(duration_s);
     turn = duration_s = 0.0;
@@ -63,16 +61,21 @@ Windows windows_of(const Recording& recording, const AlignedReadings& readings, 
 
 /// What the gyro turned in each window with its stamps moved by `offset_s`. Windows that it misses are not
 /// used any more.
-Vector turns_by_gyro(const GyroSamples& samples, double offset_s, const Windows& windows,
+Vector turns_by_gyro(const GyroAngles& gyro, double offset_s, const Windows& windows,
                      std::vector<bool>& used) {
-  GyroTurns gyro(samples, offset_s, windows.time_s.front());
   Vector turns = Vector::Zero(static_cast<Eigen::Index>(windows.count()));
-  for (std::size_t w = 0; w < windows.count(); ++w)
-    for (std::size_t i = windows.first[w]; i < windows.first[w + 1]; ++i) {
-      const std::optional<double> turn = gyro.until(windows.time_s[i + 1]);
-      if (!turn) used[w] = false;
-      turns[static_cast<Eigen::Index>(w)] += turn.value_or(0.0);
-    }
+  std::size_t near = 0, step = 0;  // in samples; a window mostly has as many as the one before
+  GyroIntegral::Reading start = gyro.at(windows.time_s.front() - offset_s, near);
+  for (std::size_t w = 0; w < windows.count(); ++w) {
+    const std::size_t before = near;
+    near = std::min(near + step, gyro.size());
+    const GyroIntegral::Reading end = gyro.at(windows.time_s[w + 1] - offset_s, near);
+    step = near - before;
+    const std::optional<double> turn = GyroIntegral::turn(start, end);
+    if (!turn) used[w] = false;
+    turns[static_cast<Eigen::Index>(w)] = turn.value_or(0.0);
+    start = end;
+  }
   return turns;
 }
 
@@ -90,12 +93,12 @@ std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Ali
   if (observability(rows_of(robot.chassis, false)).rank < 3) return std::nullopt;
   const double gyro_step_s = median_step(recording.gyro.time_s);
   const Windows windows = windows_of(recording, readings, robot, options);
-  const GyroSamples samples(recording.gyro, *robot.chassis.gyro);
+  const GyroAngles angles(GyroSamples(recording.gyro, *robot.chassis.gyro));
   TwoClocks clocks{.fixed = {windows.by_wheels},
                    .duration_s = windows.duration_s,
                    .used = windows.used,
                    .moved = [&](double offset_s, std::vector<bool>& used) {
-                     return std::vector{turns_by_gyro(samples, offset_s, windows, used)};
+                     return std::vector{turns_by_gyro(angles, offset_s, windows, used)};
                    }};
   return find_offset(std::move(clocks), {.given_s = robot.chassis.gyro->time_offset_s,
                                          .largest_s = options.largest_s,
