@@ -20,11 +20,11 @@ struct Rest {
   }
 };
 
-/// The samples in (start, end], split where one is missing.
-void append_rests(const GyroStream& gyro, double start_s, double end_s, std::vector<Rest>& rests) {
+/// The samples in (start, end], split where one is missing: after a longer step.
+void append_rests(const GyroStream& gyro, double start_s, double end_s, double longest_s,
+                  std::vector<Rest>& rests) {
   // A rest of more has at least two points of the Allan deviation, which fit_noise() needs.
   constexpr std::size_t kFewestSamples = 10;
-  const double longest_s = longest_step(gyro.time_s);
   const auto first = std::upper_bound(gyro.time_s.begin(), gyro.time_s.end(), start_s) - gyro.time_s.begin();
   std::vector<double> samples;
   double from_s = 0.0, to_s = 0.0;
@@ -61,14 +61,16 @@ std::vector<Rest> rests_of(const Recording& recording) {
   constexpr double kShortest = 1.0;  // [s]
   constexpr double kMargin = 0.2;    // [s]
   const auto& time_s = recording.wheels.time_s.empty() ? recording.velocity.time_s : recording.wheels.time_s;
+  const double longest_s = longest_step(recording.gyro.time_s);
   std::vector<Rest> rests;
   if (time_s.empty())
-    append_rests(recording.gyro, recording.gyro.time_s.front(), recording.gyro.time_s.back(), rests);
+    append_rests(recording.gyro, recording.gyro.time_s.front(), recording.gyro.time_s.back(), longest_s,
+                 rests);
   for (std::size_t first = 0; first < time_s.size();) {
     std::size_t last = first;
     while (last + 1 < time_s.size() && rests_at(recording, last + 1)) ++last;
     if (time_s[last] - time_s[first] >= kShortest + 2.0 * kMargin)
-      append_rests(recording.gyro, time_s[first] + kMargin, time_s[last] - kMargin, rests);
+      append_rests(recording.gyro, time_s[first] + kMargin, time_s[last] - kMargin, longest_s, rests);
     first = last + 1;
   }
   return rests;

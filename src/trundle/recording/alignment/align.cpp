@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include "trundle/recording/alignment/gyro_turns.hpp"
 #include "trundle/recording/alignment/replay.hpp"
@@ -9,19 +10,32 @@
 namespace trundle::recording {
 namespace {
 
-/// What the gyro turned in at least so long, from an increment on, forwards or backwards; nothing across
-/// gaps.
+/// What the gyro turned in each increment; NaN where that is not known.
+struct GyroColumn {
+  std::vector<double> turn_rad;
+  std::vector<double> duration_s;
+
+  explicit GyroColumn(const Increments& increments) {
+    turn_rad.reserve(increments.size());
+    duration_s.reserve(increments.size());
+    for (const Increment& increment : increments) {
+      turn_rad.push_back(increment.has_gyro ? increment.gyro_rad : kNotMeasured);
+      duration_s.push_back(increment.duration_s);
+    }
+  }
+};
+
+/// What it turned in at least so long, from an increment on, forwards or backwards; nothing across gaps.
 struct Turned {
   double gyro_rad = 0.0;
   double duration_s = 0.0;
 
-  static std::optional<Turned> over(const Increments& increments, std::size_t from, int step) {
+  static std::optional<Turned> over(const GyroColumn& gyro, std::size_t from, int step) {
     Turned turned;
-    for (std::size_t i = from; i < increments.size(); i += static_cast<std::size_t>(step)) {
-      const Increment increment = increments[i];
-      if (!increment.has_gyro) break;
-      turned.gyro_rad += increment.gyro_rad;
-      turned.duration_s += increment.duration_s;
+    for (std::size_t i = from; i < gyro.turn_rad.size(); i += static_cast<std::size_t>(step)) {
+      if (std::isnan(gyro.turn_rad[i])) break;
+      turned.gyro_rad += gyro.turn_rad[i];
+      turned.duration_s += gyro.duration_s[i];
       if (turned.duration_s >= GyroIntegral::kRateOver_s - 1e-9) return turned;
     }
     return std::nullopt;
@@ -58,10 +72,11 @@ void add_gyro(const GyroStream& gyro, const Robot& robot, AlignedReadings& align
 
 void centre_gyro_changes(AlignedReadings& aligned) {
   Increments& increments = aligned.increments;
+  const GyroColumn gyro(increments);
   double before = kNotMeasured;  // rate at the start of the increment
   for (std::size_t i = 0; i < increments.size(); ++i) {
-    const auto later = Turned::over(increments, i + 1, 1);
-    const auto earlier = Turned::over(increments, i, -1);
+    const auto later = Turned::over(gyro, i + 1, 1);
+    const auto earlier = Turned::over(gyro, i, -1);
     const double after =
         later && earlier ? (later->gyro_rad + earlier->gyro_rad) / (later->duration_s + earlier->duration_s)
                          : kNotMeasured;

@@ -180,7 +180,7 @@ void check_increments(const WheelStream& wheels, const StreamSource& source, std
   Suspects suspects;
   for (const WheelSeries& series : wheels.series) {
     if (series.unit == WheelUnit::rate) continue;
-    const Gait gait = gait_of(source.increments ? differences(series.value) : series.value);
+    const Gait gait = source.increments ? gait_of(differences(series.value)) : gait_of(series.value);
     suspects.add(column_name(series), gait,
                  source.increments ? looks_like_counter(gait) : looks_like_increments(gait));
   }
