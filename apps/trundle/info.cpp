@@ -155,11 +155,11 @@ void require_output_makes_sense(const InfoArguments& options, std::size_t record
 void run(const InfoArguments& options) {
   InfoQuestion question{.robot = {}, .gyro_noise = options.gyro_noise, .robot_number = options.robot_number};
   if (!options.robot.empty()) question.robot = read_robot_file(options.robot);
-  std::vector<Recording> recordings =
+  const std::vector<Recording> recordings =
       read_recordings({options.recording}, {.robot_number = options.robot_number});
   require_output_makes_sense(options, recordings.size());
   require_apart(recordings, {options.output});
-  const InfoAnswer answer = answer_info(std::move(recordings), question);
+  const InfoAnswer answer = answer_info(recordings, question);
   if (!options.output.empty())
     write_gyro_noise(options, question.robot->robot, answer.provenance, *answer.recordings.front().noise);
   std::string text;

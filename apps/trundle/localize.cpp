@@ -1,4 +1,5 @@
 #include <memory>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -65,7 +66,7 @@ void run(const LocalizeArguments& options) {
   const LocalizeQuestion question = question_of(options);
   const RobotFile robot = read_robot_file(options.robot);
   const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
-  require_apart({recording}, {options.output, options.steps, options.innovations});
+  require_apart(std::span(&recording, 1), {options.output, options.steps, options.innovations});
   const LocalizeAnswer answer = answer_localize(recording, robot, read_map_file(options.map), question);
   std::vector<OutputFile> files = {
       trajectory_file(options.output, answer.provenance, answer.result.trajectory)};

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <span>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -52,13 +53,12 @@ std::string taken_as_exact(const IntegratedOdometry& odometry, const Robot& robo
 
 std::string text_of(const OdometryAnswer& answer, const Robot& robot) {
   const IntegratedOdometry& odometry = answer.odometry;
-  const auto& poses = odometry.trajectory.poses;
-  const Pose2& end = poses.back().pose;
-  std::string text = fmt::format("{} poses over {:.1f} s, path {:.3f} m\n", poses.size(),
-                                 poses.back().time_s - poses.front().time_s, odometry.path_length_m);
+  const Pose2& end = odometry.end.pose;
+  std::string text = fmt::format("{} poses over {:.1f} s, path {:.3f} m\n", odometry.poses,
+                                 odometry.end.time_s - odometry.start_s, odometry.path_length_m);
   text +=
       fmt::format("end pose: x {:.4f} m, y {:.4f} m, heading {:.3f}°\n", end.x, end.y, degrees(end.heading));
-  text += line_of("all together", sigmas_of(odometry.trajectory.covariances.back()));
+  text += line_of("all together", sigmas_of(odometry.end_covariance));
   text += line_of("noise of the readings", sigmas_of(odometry.end_white_covariance));
   text += odometry.parameters.empty()
               ? "  the robot file has no calibration: how well its parameters are known is not in here\n"
@@ -83,11 +83,16 @@ void run(const OdometryArguments& options) {
   question.start = start_pose_from(question.start_text);
   const RobotFile robot = read_robot_file(options.robot);
   const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
-  require_apart({recording}, {options.output});
-  const OdometryAnswer answer = answer_odometry(recording, robot, question);
-  if (!options.output.empty())
-    write_files({trajectory_file(options.output, answer.provenance, answer.odometry.trajectory)},
-                answer.provenance.inputs);
+  require_apart(std::span(&recording, 1), {options.output});
+  OdometryAnswer answer;
+  const auto integrate_into = [&](const TakePose& take) {
+    answer = answer_odometry(recording, robot, question, take);
+  };
+  const Provenance provenance = provenance_of_odometry(recording, robot, question);
+  if (options.output.empty())
+    integrate_into([](const StampedPose&, const Matrix3&) {});
+  else
+    write_files({trajectory_file(options.output, provenance, integrate_into)}, provenance.inputs);
   print(options.common, document_of(answer), text_of(answer, robot.robot));
 }
 

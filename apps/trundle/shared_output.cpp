@@ -20,4 +20,15 @@ OutputFile trajectory_file(const std::filesystem::path& path, const Provenance& 
           }};
 }
 
+OutputFile trajectory_file(const std::filesystem::path& path, const Provenance& provenance,
+                           std::function<void(const TakePose&)> produce) {
+  const TrajectoryFormat format = path.extension() == ".tum" ? TrajectoryFormat::tum : TrajectoryFormat::csv;
+  return {
+      path, head_of(provenance), [format, produce = std::move(produce)](const TakeText& take) {
+        TrajectoryWriter writer(format, true, take);
+        produce([&](const StampedPose& pose, const Matrix3& covariance) { writer.add(pose, covariance); });
+        writer.finish();
+      }};
+}
+
 }  // namespace trundle::app

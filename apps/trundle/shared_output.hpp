@@ -1,9 +1,11 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include "trundle/geometry/trajectory.hpp"
+#include "trundle/odometry/integrate.hpp"
 #include "trundle/pipeline/files.hpp"
 #include "trundle/recording/recording.hpp"
 
@@ -17,5 +19,8 @@ std::string line_of(const Finding& problem);
 /// As CSV, or as TUM where the name says so, with the provenance in its head. The trajectory must outlive it.
 OutputFile trajectory_file(const std::filesystem::path& path, const Provenance& provenance,
                            const Trajectory& trajectory);
+/// The same of poses that `produce` hands on while the file is written.
+OutputFile trajectory_file(const std::filesystem::path& path, const Provenance& provenance,
+                           std::function<void(const TakePose&)> produce);
 
 }  // namespace trundle::app

@@ -1,4 +1,5 @@
 #include <memory>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -98,7 +99,7 @@ void run(const SlamArguments& options) {
   SlamQuestion question = question_of(options);
   const RobotFile robot = read_robot_file(options.robot);
   const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
-  require_apart({recording}, {options.output, question.checkpoints.write});
+  require_apart(std::span(&recording, 1), {options.output, question.checkpoints.write});
   ResultFolder results(options.output);
   ProgressBar bar(options.common);
   bar.begin(options.filter);

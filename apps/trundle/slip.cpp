@@ -1,4 +1,5 @@
 #include <memory>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -48,12 +49,15 @@ void run(const SlipArguments& options) {
   question.method = options.method == "published" ? SlipMethod::published : SlipMethod::general;
   const RobotFile robot = read_robot_file(options.robot);
   const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
-  require_apart({recording}, {options.output, options.corrected});
+  require_apart(std::span(&recording, 1), {options.output, options.corrected});
   const SlipAnswer answer = answer_slip(recording, robot, question);
   std::vector<OutputFile> files;
   if (!options.output.empty()) files.push_back({options.output, slip_csv_of(answer, robot.robot)});
-  if (!options.corrected.empty())
-    files.push_back(trajectory_file(options.corrected, answer.provenance, answer.corrected));
+  const auto integrate_into = [&](const TakePose& take) { corrected_odometry(answer, robot.robot, take); };
+  if (options.corrected.empty())
+    integrate_into([](const StampedPose&, const Matrix3&) {});
+  else
+    files.push_back(trajectory_file(options.corrected, answer.provenance, integrate_into));
   write_files(files, answer.provenance.inputs);
   print(options.common, document_of(answer, robot.robot), text_of(answer, robot.robot));
 }

@@ -81,15 +81,55 @@ TEST_F(Stages, NameTheirFilesForThePage) {
   stage_(StageKind::slam,
          [&] { return answer("slam/trajectory.csv", "# trundle 1\ntime_s,x_m,heading_rad\n"); });
   stage_(StageKind::calibration, [&] { return answer("calibrated.toml", ""); });
-  stage_.add_output(StageKind::odometry, {folder_ / "odometry.csv", "time_s,x_m,heading_rad\n"});
+  stage_.add_copy(StageKind::slam, folder_ / "slam/trajectory.csv", folder_ / "trajectory.csv");
   std::vector<std::string> names;
   for (const ResultSource& source : stage_.sources())
     names.push_back(
         std::filesystem::path(source.file.path).lexically_relative(folder_.path()).generic_string());
-  EXPECT_THAT(names, ElementsAre("odometry.json", "odometry.csv", "slam/trajectory.csv"));
-  EXPECT_THAT(stage_.sources()[2].made_by, ElementsAre("trundle 1"));
-  EXPECT_EQ(stage_.sources()[2].name, "slam/trajectory");
-  EXPECT_THAT(record_.stages[0].outputs, ElementsAre("odometry.json", "odometry.csv"));
+  EXPECT_THAT(names, ElementsAre("odometry.json", "slam/trajectory.csv", "trajectory.csv"));
+  EXPECT_THAT(stage_.sources()[1].made_by, ElementsAre("trundle 1"));
+  EXPECT_EQ(stage_.sources()[1].name, "slam/trajectory");
+  EXPECT_EQ(stage_.sources()[2].name, "trajectory");
+  EXPECT_EQ(stage_.sources()[2].file.sha256, stage_.sources()[1].file.sha256);
+  EXPECT_EQ(read_file(results_.staged() / "trajectory.csv"), "# trundle 1\ntime_s,x_m,heading_rad\n");
+  EXPECT_THAT(record_.stages[1].outputs, ElementsAre("slam/trajectory.csv", "trajectory.csv"));
+}
+
+TEST_F(Stages, WriteAFileWhileItIsMade) {
+  const auto rows = [](const TakeText& take) { take("time_s,x_m,heading_rad\n"), take("0,1,2\n"); };
+  stage_(StageKind::odometry, [&]() -> Found<int> {
+    return {.value = 1, .files = {stage_.write_now({folder_ / "odometry.csv", "# trundle 1\n", rows})}};
+  });
+  const std::string text = "# trundle 1\ntime_s,x_m,heading_rad\n0,1,2\n";
+  EXPECT_EQ(read_file(results_.staged() / "odometry.csv"), text);
+  EXPECT_THAT(record_.stages[0].outputs, ElementsAre("odometry.csv"));
+  ASSERT_EQ(stage_.sources().size(), 1);
+  EXPECT_EQ(stage_.sources()[0].file.sha256, sha256_of(text));
+  EXPECT_THAT(stage_.sources()[0].made_by, ElementsAre("trundle 1"));
+}
+
+TEST_F(Stages, LeaveNoFileThatCouldNotBeMade) {
+  const auto broken = [](const TakeText& take) {
+    take("time_s,x_m\n0,1\n");
+    throw InputError("robot.toml", "is bad", "good");
+  };
+  const auto no_number = [](const TakeText& take) { take("time_s,x_m\n0,nan\n"); };
+  for (const auto& rest : {std::function<void(const TakeText&)>(broken), {no_number}}) {
+    const auto result = stage_(StageKind::odometry, [&]() -> Found<int> {
+      return {.value = 1, .files = {stage_.write_now({folder_ / "odometry.csv", "", rest})}};
+    });
+    EXPECT_TRUE(result.failure);
+    EXPECT_FALSE(std::filesystem::exists(results_.staged() / "odometry.csv"));
+  }
+}
+
+TEST_F(Stages, EndWhereTheDiskRefuses) {
+  std::filesystem::create_directories(results_.staged() / "odometry.csv");
+  EXPECT_THROW(stage_(StageKind::odometry,
+                      [&]() -> Found<int> {
+                        return {.value = 1, .files = {stage_.write_now({folder_ / "odometry.csv", "", {}})}};
+                      }),
+               CannotWrite);
 }
 
 TEST(Misread, MotionForbidsAllButThePage) {

@@ -4,13 +4,10 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <memory>
-
-#include <fmt/format.h>
-#include <openssl/evp.h>
 
 #include "trundle/io/error.hpp"
 #include "trundle/io/pieces.hpp"
+#include "trundle/io/sha256.hpp"
 #include "trundle/io/staging.hpp"
 
 namespace trundle::io {
@@ -35,25 +32,6 @@ void read_pieces(const std::filesystem::path& path, const Take& take) {
   } while (in);
   if (in.bad()) throw InputError(path.string(), std::strerror(errno), "a readable file");
 }
-
-/// SHA-256 of what is added.
-class Sha256 {
- public:
-  Sha256() { EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr); }
-  void add(std::string_view bytes) { EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()); }
-  /// Lower-case hexadecimal, once.
-  std::string hex() {
-    std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-    unsigned int length = 0;
-    EVP_DigestFinal_ex(context_.get(), digest.data(), &length);
-    std::string text;
-    for (unsigned int i = 0; i < length; ++i) text += fmt::format("{:02x}", digest[i]);
-    return text;
-  }
-
- private:
-  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_{EVP_MD_CTX_new(), &EVP_MD_CTX_free};
-};
 
 }  // namespace
 

@@ -250,14 +250,26 @@ fs::path ResultFolder::staged(const fs::path& path) const {
   return staged_ / path.lexically_relative(given_);
 }
 
-void ResultFolder::write(const fs::path& path, std::string_view content) const {
-  require_finite(path, content);
+void ResultFolder::write(const fs::path& path, std::string_view content,
+                         const std::function<void(const TakeText&)>& rest) const {
+  FiniteNumbers numbers(path);
+  numbers.require_in(content);
   const fs::path staged = this->staged(path);
   std::error_code error;
   fs::create_directories(staged.parent_path(), error);
   const Descriptor file(::open(staged.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
   if (file.number() < 0) refuse(path, errno);
   write_all(file.number(), content, path);
+  if (!rest) return;
+  try {
+    rest([&](std::string_view piece) {
+      numbers.require_in(piece);
+      write_all(file.number(), piece, path);
+    });
+  } catch (...) {
+    fs::remove(staged, error);
+    throw;
+  }
 }
 
 void ResultFolder::discard(const fs::path& path) const {

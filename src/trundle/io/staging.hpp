@@ -59,8 +59,10 @@ class ResultFolder {
   const std::filesystem::path& staged() const { return staged_; }
   /// And where that one is.
   std::filesystem::path staged(const std::filesystem::path& path) const;
-  /// `path` is that of the file in the folder, as it was given to the constructor.
-  void write(const std::filesystem::path& path, std::string_view content) const;
+  /// `path` is that of the file in the folder, as it was given to the constructor. `rest`: what follows the
+  /// content, in pieces of whole lines.
+  void write(const std::filesystem::path& path, std::string_view content,
+             const std::function<void(const TakeText&)>& rest = {}) const;
   /// Takes back what was written below it.
   void discard(const std::filesystem::path& path) const;
 

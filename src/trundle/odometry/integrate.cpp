@@ -86,11 +86,6 @@ void keep_bias(const Odometer& odometer, double time_s, bool at_rest, std::vecto
   kept.push_back({time_s, bias.rad_s, std::sqrt(std::max(0.0, bias.variance)), at_rest});
 }
 
-double length_of(const Trajectory& trajectory) {
-  const std::vector<double> lengths = path_lengths(trajectory);
-  return lengths.empty() ? 0.0 : lengths.back();
-}
-
 /// Steps through the intervals as they come; with smoothing, what the filter knew after each is kept.
 class Integration {
  public:
@@ -110,6 +105,7 @@ class Integration {
   }
 
   void reserve(std::size_t intervals) {
+    if (options_.take) return;
     result_.trajectory.poses.reserve(intervals + 1);
     if (options_.with_covariance) result_.trajectory.covariances.reserve(intervals + 1);
   }
@@ -149,23 +145,37 @@ class Integration {
       result_.parameters.push_back(name_of(parameter, robot_));
     if (!uncertain_.parameters.empty())
       result_.end_parameter_covariance = parameter_covariance(result_.end_sensitivity, uncertain_.covariance);
-    result_.path_length_m = length_of(result_.trajectory);
     result_.degrees_of_freedom = observability(rows_of(robot_.chassis, true)).degrees_of_freedom;
     return std::move(result_);
   }
 
  private:
   void keep(double time_s) {
-    result_.trajectory.poses.push_back({time_s, odometer_.pose()});
-    if (smooths_) {
-      filtered_.push_back(filtered_step(odometer_));
-      by_parameters_.push_back(uncertain_.covariance.size() == 0
-                                   ? Matrix3(Matrix3::Zero())
-                                   : parameter_covariance(odometer_.sensitivity(), uncertain_.covariance));
-    }
-    if (!options_.with_covariance) return;
-    result_.trajectory.covariances.push_back(total_covariance(odometer_, uncertain_.covariance));
+    if (smooths_) return keep_for_smoothing(time_s);
+    if (!options_.with_covariance) return give({time_s, odometer_.pose()}, Matrix3::Zero());
+    give({time_s, odometer_.pose()}, total_covariance(odometer_, uncertain_.covariance));
     if (options_.keep_white_covariances) result_.white_covariances.push_back(odometer_.white_covariance());
+  }
+
+  void keep_for_smoothing(double time_s) {
+    stamps_.push_back(time_s);
+    filtered_.push_back(filtered_step(odometer_));
+    by_parameters_.push_back(uncertain_.covariance.size() == 0
+                                 ? Matrix3(Matrix3::Zero())
+                                 : parameter_covariance(odometer_.sensitivity(), uncertain_.covariance));
+  }
+
+  /// The next pose of the result.
+  void give(const StampedPose& pose, const Matrix3& covariance) {
+    if (result_.poses++ == 0)
+      result_.start_s = pose.time_s;
+    else
+      result_.path_length_m += std::hypot(pose.pose.x - result_.end.pose.x, pose.pose.y - result_.end.pose.y);
+    result_.end = pose;
+    result_.end_covariance = covariance;
+    if (options_.take) return options_.take(pose, covariance);
+    result_.trajectory.poses.push_back(pose);
+    if (options_.with_covariance) result_.trajectory.covariances.push_back(covariance);
   }
 
   /// The part from the parameters stays: what a rest shows of the bias does not depend on them.
@@ -173,9 +183,8 @@ class Integration {
     smooth(filtered_);
     for (std::size_t i = 0; i < filtered_.size(); ++i) {
       const Matrix3 white = full_matrix(filtered_[i].white);
-      result_.trajectory.poses[i].pose = filtered_[i].pose;
-      result_.trajectory.covariances[i] = white + by_parameters_[i];
-      if (options_.keep_white_covariances) result_.white_covariances[i] = white;
+      give({stamps_[i], filtered_[i].pose}, white + by_parameters_[i]);
+      if (options_.keep_white_covariances) result_.white_covariances.push_back(white);
     }
     result_.end_white_covariance = full_matrix(filtered_.back().white);
   }
@@ -187,6 +196,7 @@ class Integration {
   bool learns_bias_;
   bool smooths_;
   std::optional<StandingGyro> standing_gyro_;
+  std::vector<double> stamps_;  ///< of the steps that are smoothed
   std::vector<FilteredStep> filtered_;
   std::vector<Matrix3> by_parameters_;  ///< covariances of the poses, of the parameters alone
   FaultCounts faults_;

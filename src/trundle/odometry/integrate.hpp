@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -7,6 +8,9 @@
 #include "trundle/recording/alignment/align.hpp"
 
 namespace trundle::odometry {
+
+/// Takes poses in order, each with its covariance: the total one, or zero where none is asked for.
+using TakePose = std::function<void(const StampedPose& pose, const Matrix3& covariance)>;
 
 struct IntegrateOptions {
   Pose2 start = {};                            ///< pose at the first stamp
@@ -17,6 +21,7 @@ struct IntegrateOptions {
   bool learn_gyro_bias = true;
   bool smooth = false;  ///< every pose by what was learned before and after it (needs learn_gyro_bias)
   bool keep_white_covariances = false;  ///< of every pose, not of the last alone (needs the covariance)
+  TakePose take = {};                   ///< has the poses as they come: the result keeps none of them
 };
 
 /// What was believed of the gyro's bias at a time.
@@ -29,7 +34,11 @@ struct GyroBiasAt {
 
 /// A trajectory with its evidence.
 struct IntegratedOdometry {
-  Trajectory trajectory;                           ///< with the total covariance: white + parameter part
+  Trajectory trajectory;  ///< with the total covariance: white + parameter part
+  std::size_t poses = 0;  ///< in it, or taken
+  double start_s = 0.0;   ///< stamp of the first of them
+  StampedPose end;        ///< the last
+  Matrix3 end_covariance = Matrix3::Zero();
   Matrix3 end_white_covariance = Matrix3::Zero();  ///< the part from noise alone, at the end
   std::vector<Matrix3> white_covariances;          ///< the same of each pose, where they are kept
   /// The part from the calibrated parameters, at the end; zero when the robot has no calibration.

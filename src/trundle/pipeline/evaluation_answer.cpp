@@ -68,7 +68,8 @@ TrajectoryFile read_trajectory_file(const std::filesystem::path& path) {
 }
 
 TrajectoryFile written_trajectory(const Trajectory& trajectory, const OutputFile& file) {
-  return {.trajectory = as_written(trajectory), .files = {{file.path.string(), sha256_of(file.content)}}};
+  return {.trajectory = as_written(trajectory),
+          .files = {{file.path.string(), file.sha256.empty() ? sha256_of(file.content) : file.sha256}}};
 }
 
 TrajectoryFile reference_of(const Recording& recording, const std::filesystem::path& path) {
@@ -97,6 +98,7 @@ EvaluationAnswer answer_evaluation(const TrajectoryFile& estimate, const Traject
   answer.evaluation = evaluate(
       robot != nullptr ? of_reference_sensor(estimate.trajectory, robot->robot) : estimate.trajectory,
       reference.trajectory, options);
+  answer.evaluation.estimate_poses += estimate.left_out;
   return answer;
 }
 

@@ -19,6 +19,7 @@ struct TrajectoryFile {
   Trajectory trajectory;
   std::vector<InputFile> files;
   ReferenceSigmas noise = {};  ///< of a recording's reference
+  std::size_t left_out = 0;    ///< poses of the file that were thinned out
 };
 /// trajectory.csv, .tum, reference.csv, or the reference of a recording folder. Throws InputError.
 TrajectoryFile read_trajectory_file(const std::filesystem::path& path);

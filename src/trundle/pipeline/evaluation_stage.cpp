@@ -105,13 +105,16 @@ Alignment common_alignment(const std::vector<Evaluated>& all) {
 
 Found<EvaluationStage> evaluate_trajectories(const RunInputs& inputs, const RobotFile& robot,
                                              std::span<const WrittenTrajectory> trajectories) {
-  Recording recording = inputs.recording();
-  if (positions_of(recording.reference).poses.empty())
+  if (positions_of(inputs.recording().reference).poses.empty())
     throw NotApplicable{"the recording has no reference with x and y"};
   if (trajectories.empty()) throw NotApplicable{"there is no trajectory to compare"};
+  Recording recording;  // of its reference alone, whose stamps may be moved
+  recording.name = inputs.recording().name;
+  recording.inputs = inputs.recording().inputs;
+  recording.reference = inputs.recording().reference;
   const auto clock =
       std::ranges::none_of(trajectories, is_on_clock_of_sightings)
-          ? set_reference_clock(align(recording, robot.robot), robot.robot, recording.reference)
+          ? set_reference_clock(align(inputs.recording(), robot.robot), robot.robot, recording.reference)
           : std::nullopt;
   const TrajectoryFile reference = reference_of(recording, inputs.question.recording);
   std::vector<Evaluated> all;

@@ -21,8 +21,7 @@ std::vector<Recording> read_recordings(const std::vector<std::string>& folders, 
   return recordings;
 }
 
-void require_apart(const std::vector<Recording>& recordings,
-                   const std::vector<std::filesystem::path>& outputs) {
+void require_apart(std::span<const Recording> recordings, const std::vector<std::filesystem::path>& outputs) {
   const auto is_same = [](const fs::path& a, const fs::path& b) {
     std::error_code cannot_tell;  // one of them is not there
     return fs::equivalent(a, b, cannot_tell);

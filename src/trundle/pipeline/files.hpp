@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,8 +27,7 @@ struct RobotFile {
 
 /// Nothing that was recorded is written over, before anything is computed: throws InputError where one of the
 /// outputs, files or folders of them, is a file that was read, or the folder of a recording itself.
-void require_apart(const std::vector<Recording>& recordings,
-                   const std::vector<std::filesystem::path>& outputs);
+void require_apart(std::span<const Recording> recordings, const std::vector<std::filesystem::path>& outputs);
 
 /// A file of a result, complete before the first of them is written.
 struct OutputFile {
@@ -35,6 +35,7 @@ struct OutputFile {
   std::string content;
   /// What follows it, where that is too long to be kept as text: called while the file is written.
   std::function<void(const TakeText&)> rest = {};
+  std::string sha256 = {};  ///< of one that is written already; the content is its beginning
 };
 /// All of them or none (write_set), and none where one holds a number that is none, is among what they were
 /// made from, or two have one place.

@@ -88,8 +88,8 @@ Json to_json(const RecordingInfo& info) {
 
 }  // namespace
 
-RecordingInfo inform(Recording recording, const Robot* robot, bool with_gyro_noise) {
-  RecordingInfo info{.recording = std::move(recording), .findings = {}, .noise = {}};
+RecordingInfo inform(const Recording& recording, const Robot* robot, bool with_gyro_noise) {
+  RecordingInfo info{.recording = recording, .findings = {}, .noise = {}};
   info.findings = find_in(info.recording, robot);
   if (!with_gyro_noise) return info;
   info.noise = gyro_noise(info.recording);
@@ -100,11 +100,11 @@ RecordingInfo inform(Recording recording, const Robot* robot, bool with_gyro_noi
   return info;
 }
 
-InfoAnswer answer_info(std::vector<Recording> recordings, const InfoQuestion& question) {
+InfoAnswer answer_info(const std::vector<Recording>& recordings, const InfoQuestion& question) {
   InfoAnswer answer;
-  for (Recording& recording : recordings)
+  for (const Recording& recording : recordings)
     answer.recordings.push_back(
-        inform(std::move(recording), question.robot ? &question.robot->robot : nullptr, question.gyro_noise));
+        inform(recording, question.robot ? &question.robot->robot : nullptr, question.gyro_noise));
   answer.provenance = provenance_of(answer.recordings, question);
   return answer;
 }

@@ -15,12 +15,12 @@ namespace trundle::pipeline {
 
 /// One recording and all that is told of it.
 struct RecordingInfo {
-  Recording recording;
+  const Recording& recording;  ///< must outlive it
   Findings findings;
   std::optional<GyroNoise> noise;  ///< where it was asked for
 };
 /// Throws CannotAnswer where the gyro's noise is asked for and cannot be told.
-RecordingInfo inform(Recording recording, const Robot* robot, bool with_gyro_noise);
+RecordingInfo inform(const Recording& recording, const Robot* robot, bool with_gyro_noise);
 
 struct InfoAnswer {
   Provenance provenance;
@@ -33,7 +33,8 @@ struct InfoQuestion {
   bool gyro_noise = false;
   int robot_number = 0;  ///< of a folder with several robots; 0: not given
 };
-InfoAnswer answer_info(std::vector<Recording> recordings, const InfoQuestion& question);
+/// The recordings must outlive the answer.
+InfoAnswer answer_info(const std::vector<Recording>& recordings, const InfoQuestion& question);
 
 /// What `trundle info --json` prints.
 nlohmann::ordered_json document_of(const InfoAnswer& answer);

@@ -14,15 +14,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Provenance provenance_of(const Recording& recording, const RobotFile& robot,
-                         const OdometryQuestion& question) {
-  Provenance provenance{recording.inputs, {{"start", question.start_text}}, std::nullopt};
-  provenance.inputs.push_back(robot.file);
-  add_robot_number(question.robot_number, provenance);
-  if (question.smooth) provenance.options.emplace_back("smooth", "true");
-  return provenance;
-}
-
 /// Where wheels must scrub in turns, the ground sets the track.
 std::vector<TrackOnGround> tracks_of(const Recording& recording, const Robot& robot) {
   if (!has_skid_wheels(robot.chassis) || !EffectiveTrack::applies_to(robot.chassis)) return {};
@@ -64,22 +55,35 @@ std::vector<std::pair<double, double>> rests_of(const std::vector<GyroBiasAt>& h
 
 }  // namespace
 
+Provenance provenance_of_odometry(const Recording& recording, const RobotFile& robot,
+                                  const OdometryQuestion& question) {
+  Provenance provenance{recording.inputs, {{"start", question.start_text}}, std::nullopt};
+  provenance.inputs.push_back(robot.file);
+  add_robot_number(question.robot_number, provenance);
+  if (question.smooth) provenance.options.emplace_back("smooth", "true");
+  return provenance;
+}
+
 OdometryAnswer answer_odometry(const Recording& recording, const RobotFile& robot,
-                               const OdometryQuestion& question) {
-  OdometryAnswer answer{
-      .provenance = provenance_of(recording, robot, question),
-      .odometry = integrate(recording, robot.robot, {.start = question.start, .smooth = question.smooth}),
-      .tracks = {}};
-  const Trajectory& trajectory = answer.odometry.trajectory;
-  if (trajectory.poses.size() < 2)
+                               const OdometryQuestion& question, const TakePose& take) {
+  IntegrateOptions options{.start = question.start, .smooth = question.smooth};
+  if (take)
+    options.take = [&](const StampedPose& pose, const Matrix3& covariance) {
+      require_sound(pose, covariance, recording.name);
+      take(pose, covariance);
+    };
+  OdometryAnswer answer{.provenance = provenance_of_odometry(recording, robot, question),
+                        .odometry = integrate(recording, robot.robot, options),
+                        .tracks = {}};
+  const IntegratedOdometry& odometry = answer.odometry;
+  if (odometry.poses < 2)
     throw CannotAnswer(recording.name +
                        ": no two rows hold readings of all wheels: there is no motion to integrate");
   answer.tracks = tracks_of(recording, robot.robot);
-  require_sound(trajectory, recording.name);
+  require_sound(odometry.trajectory, recording.name);
   auto& findings = answer.odometry.findings;
   report_no_rest(
-      {robot.robot, answer.odometry.rest_s, trajectory.poses.back().time_s - trajectory.poses.front().time_s,
-       trajectory.covariances.back()(2, 2)},
+      {robot.robot, odometry.rest_s, odometry.end.time_s - odometry.start_s, odometry.end_covariance(2, 2)},
       findings);
   findings.insert(findings.begin(), recording.findings.begin(), recording.findings.end());
   return answer;
@@ -95,13 +99,13 @@ OdometryResult odometry_result_of(const OdometryAnswer& answer) {
 
 Json document_of(const OdometryAnswer& answer) {
   const IntegratedOdometry& odometry = answer.odometry;
-  const StampedPose& end = odometry.trajectory.poses.back();
+  const StampedPose& end = odometry.end;
   Json document = to_json(answer.provenance);
-  document["poses"] = odometry.trajectory.poses.size();
+  document["poses"] = odometry.poses;
   document["path_length_m"] = odometry.path_length_m;
   document["end"] = {
       {"time_s", end.time_s}, {"x_m", end.pose.x}, {"y_m", end.pose.y}, {"heading_rad", end.pose.heading}};
-  document["sigma"] = sigmas_of(odometry.trajectory.covariances.back());
+  document["sigma"] = sigmas_of(odometry.end_covariance);
   document["sigma_white"] = sigmas_of(odometry.end_white_covariance);
   document["sigma_parameters"] = nullptr;  // not known without a calibration
   if (!odometry.parameters.empty())

@@ -27,9 +27,14 @@ struct OdometryAnswer {
   std::vector<TrackOnGround> tracks;  ///< where wheels must scrub in turns
 };
 
-/// Throws as integrate.
+/// What its files say of where they come from.
+Provenance provenance_of_odometry(const Recording& recording, const RobotFile& robot,
+                                  const OdometryQuestion& question);
+
+/// `take`, where there is one, has the poses as they come, and the answer keeps none of them. Throws as
+/// integrate.
 OdometryAnswer answer_odometry(const Recording& recording, const RobotFile& robot,
-                               const OdometryQuestion& question);
+                               const OdometryQuestion& question, const TakePose& take = {});
 
 /// What the page draws of it.
 OdometryResult odometry_result_of(const OdometryAnswer& answer);

@@ -157,12 +157,12 @@ RunAnswer run_one(const RunInputs& inputs, const ResultFolder& results, const On
     return run_session(inputs, value_in(calibration), results, record, stage, on_progress);
 
   const RobotFile& robot = calibration.value ? calibration.value->robot : inputs.robot;
-  auto odometry =
-      stage(StageKind::odometry, [&] { return integrate_odometry(inputs, robot, value_in(health)); });
-  auto slip = stage(StageKind::slip, [&] { return find_slips(inputs, robot); });
+  const WriteNow write_now = [&](OutputFile file) { return stage.write_now(std::move(file)); };
+  auto odometry = stage(StageKind::odometry,
+                        [&] { return integrate_odometry(inputs, robot, value_in(health), write_now); });
+  auto slip = stage(StageKind::slip, [&] { return find_slips(inputs, robot, write_now); });
   if (odometry.value && !slip.value)  // then it is the best trajectory there is
-    stage.add_output(StageKind::odometry, {inputs.in_folder("trajectory.csv"),
-                                           read_file(results.staged(inputs.in_folder("odometry.csv")))});
+    stage.add_copy(StageKind::odometry, inputs.in_folder("odometry.csv"), inputs.in_folder("trajectory.csv"));
   auto localization =
       stage(StageKind::localization, [&] { return localize_on_map(inputs, robot, value_in(slip)); });
   auto slam = stage(StageKind::slam, [&] {

@@ -13,7 +13,8 @@ std::vector<ResultTrack> tracks_of(std::vector<WrittenTrajectory> trajectories,
   for (auto& [entry, role, file] : trajectories)
     tracks.push_back({.name = entry.file.substr(0, entry.file.rfind('.')),
                       .role = role,
-                      .trajectory = std::move(file.trajectory)});
+                      .trajectory = std::move(file.trajectory),
+                      .left_out = file.left_out});
   if (evaluation != nullptr)
     tracks.push_back(
         {.name = "reference", .role = TrackRole::reference, .trajectory = evaluation->reference});

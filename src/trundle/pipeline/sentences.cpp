@@ -20,21 +20,20 @@ std::string median_sigma_of(std::vector<double> sigmas_m) {
 }  // namespace
 
 std::string sentence_of(const IntegratedOdometry& odometry) {
-  const Matrix3& end = odometry.trajectory.covariances.back();
-  const auto& poses = odometry.trajectory.poses;
+  const Matrix3& end = odometry.end_covariance;
   return fmt::format("{:.2f} m in {:.1f} s; at the end ± {:.3f} m and ± {:.2f}°", odometry.path_length_m,
-                     poses.back().time_s - poses.front().time_s, position_sigma(end),
+                     odometry.end.time_s - odometry.start_s, position_sigma(end),
                      degrees(std::sqrt(end(2, 2))));
 }
 
-std::string sentence_of(const SlipAnswer& answer) {
+std::string sentence_of(const SlipAnswer& answer, const IntegratedOdometry& corrected) {
   const SlipReport& report = answer.report;
   if (report.events.empty())
     return fmt::format("no slip in {}", counted(report.counts.judged, "moving interval"));
   const LostTravel lost = lost_travel(report.events);
-  const Matrix3& end = answer.corrected.covariances.back();
   return fmt::format("{}, slip distance {:.3f} ± {:.3f} m; corrected, at the end ± {:.3f} m",
-                     counted(report.events.size(), "slip"), lost.m, lost.sigma_m, position_sigma(end));
+                     counted(report.events.size(), "slip"), lost.m, lost.sigma_m,
+                     position_sigma(corrected.end_covariance));
 }
 
 std::string sentence_of(const LocalizeAnswer& answer) {

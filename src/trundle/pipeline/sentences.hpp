@@ -12,7 +12,8 @@ namespace trundle::pipeline {
 // What a stage of `run` has found, in one line with its uncertainty.
 
 std::string sentence_of(const IntegratedOdometry& odometry);
-std::string sentence_of(const SlipAnswer& answer);
+/// `corrected`: the odometry corrected for them.
+std::string sentence_of(const SlipAnswer& answer, const IntegratedOdometry& corrected);
 std::string sentence_of(const LocalizeAnswer& answer);
 std::string sentence_of(const SlamAnswer& slam);
 

@@ -172,18 +172,33 @@ SlipAnswer answer_slip(const Recording& recording, const RobotFile& robot, const
   findings.insert(findings.begin(), recording.findings.begin(), recording.findings.end());
   warn_of_learning(question, answer);
   answer.provenance = provenance_of(recording, robot, clean, question);
-  answer.corrected = integrate(answer.report.corrected, robot.robot).trajectory;
-  require_sound(answer.corrected, recording.name);
+  answer.recording = recording.name;
   return answer;
+}
+
+IntegratedOdometry corrected_odometry(const SlipAnswer& answer, const Robot& robot, const TakePose& take) {
+  IntegrateOptions options;
+  if (take)
+    options.take = [&](const StampedPose& pose, const Matrix3& covariance) {
+      require_sound(pose, covariance, answer.recording);
+      take(pose, covariance);
+    };
+  IntegratedOdometry corrected = integrate(answer.report.corrected, robot, options);
+  require_sound(corrected.trajectory, answer.recording);
+  return corrected;
 }
 
 AlignedReadings corrected_readings(const Recording& recording, const RobotFile& robot,
                                    const std::optional<SlipQuestion>& slip, const SlipAnswer* found,
                                    Provenance& provenance) {
   if (!slip) return align(recording, robot.robot);
-  const SlipAnswer answer = found ? *found : answer_slip(recording, robot, *slip);
-  add_inputs(answer.provenance.inputs, provenance);
-  return answer.report.corrected;
+  if (!found) {
+    SlipAnswer answer = answer_slip(recording, robot, *slip);
+    add_inputs(answer.provenance.inputs, provenance);
+    return std::move(answer.report.corrected);
+  }
+  add_inputs(found->provenance.inputs, provenance);
+  return found->report.corrected;
 }
 
 void add_options_of(const std::optional<SlipQuestion>& slip, Provenance& provenance) {

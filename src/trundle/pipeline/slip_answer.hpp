@@ -37,11 +37,16 @@ struct SlipAnswer {
   SlipOptions options;  ///< with the model or the band that was learned
   std::optional<LearnedSlip> learned;
   SlipReport report;  ///< with the findings of reading the recording
-  Trajectory corrected;
+  std::string recording;
 };
 
 /// Throws as find_slip, and as learn_residuals or learn_band.
 SlipAnswer answer_slip(const Recording& recording, const RobotFile& robot, const SlipQuestion& question);
+
+/// The odometry of the corrected readings. `take`, where there is one, has the poses as they come. Throws as
+/// integrate, and CannotAnswer where a pose is no number.
+IntegratedOdometry corrected_odometry(const SlipAnswer& answer, const Robot& robot,
+                                      const TakePose& take = {});
 
 /// The recording's readings for those who go on from them: corrected for slip where that is asked, by the
 /// answer `found` to that question where there is one already. What was learned from is added to the

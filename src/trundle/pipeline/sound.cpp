@@ -21,14 +21,17 @@ bool is_sound(const Covariance& covariance) {
 
 void require_sound(const Trajectory& trajectory, std::string_view what) {
   const auto& [poses, covariances] = trajectory;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const auto& [time_s, pose] = poses[i];
-    if (!std::isfinite(pose.x) || !std::isfinite(pose.y) || !std::isfinite(pose.heading))
-      throw CannotAnswer(fmt::format("{}: the pose at {} s is no number; {}", what, time_s, kAdvice));
-    if (i < covariances.size() && !is_sound(covariances[i]))
-      throw CannotAnswer(
-          fmt::format("{}: the covariance of the pose at {} s is none; {}", what, time_s, kAdvice));
-  }
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    require_sound(poses[i], i < covariances.size() ? covariances[i] : Matrix3::Zero(), what);
+}
+
+void require_sound(const StampedPose& stamped, const Matrix3& covariance, std::string_view what) {
+  const auto& [time_s, pose] = stamped;
+  if (!std::isfinite(pose.x) || !std::isfinite(pose.y) || !std::isfinite(pose.heading))
+    throw CannotAnswer(fmt::format("{}: the pose at {} s is no number; {}", what, time_s, kAdvice));
+  if (!is_sound(covariance))
+    throw CannotAnswer(
+        fmt::format("{}: the covariance of the pose at {} s is none; {}", what, time_s, kAdvice));
 }
 
 void require_sound(const std::vector<MappedLandmark>& map, std::string_view what) {

@@ -14,6 +14,7 @@
 namespace trundle::pipeline {
 
 void require_sound(const Trajectory& trajectory, std::string_view what);
+void require_sound(const StampedPose& pose, const Matrix3& covariance, std::string_view what);
 void require_sound(const std::vector<MappedLandmark>& map, std::string_view what);
 /// Parameters are numbers that such a robot can have, and so are their sigmas.
 void require_sound(const CalibrationResult& calibration);

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
+#include "trundle/io/sha256.hpp"
 #include "trundle/report/result_files.hpp"
 
 namespace trundle::pipeline {
@@ -47,20 +49,66 @@ void StageRunner::end(Stage entry, const std::vector<OutputFile>& files) {
 std::vector<std::string> StageRunner::save(const std::vector<OutputFile>& files) {
   std::vector<std::string> names;
   for (const OutputFile& file : files) {
-    results_.write(file.path, file.content);
-    const std::filesystem::path name = file.path.lexically_relative(inputs_.question.output);
-    names.push_back(name.generic_string());
-    if (kind_of(file.path, header_of(file.content)) != ResultKind::other)
-      sources_.push_back(
-          source_of((name.parent_path() / name.stem()).generic_string(), file.path, file.content));
+    if (file.sha256.empty()) results_.write(file.path, file.content);
+    names.push_back(name_in_folder(file.path));
+    if (kind_of(file.path, header_of(file.content)) == ResultKind::other) continue;
+    const std::filesystem::path name = names.back();
+    sources_.push_back(
+        source_of((name.parent_path() / name.stem()).generic_string(), file.path, file.content));
+    if (!file.sha256.empty()) sources_.back().file.sha256 = file.sha256;
   }
   return names;
 }
 
-void StageRunner::add_output(StageKind kind, const OutputFile& file) {
-  const auto stage = std::ranges::find(record_.stages, kind, &Stage::kind);
-  const std::vector<std::string> names = save({file});
-  stage->outputs.insert(stage->outputs.end(), names.begin(), names.end());
+std::string StageRunner::name_in_folder(const std::filesystem::path& path) const {
+  return path.lexically_relative(inputs_.question.output).generic_string();
+}
+
+OutputFile StageRunner::write_now(OutputFile file) {
+  written_now_.push_back(file.path);
+  Sha256 sha;
+  sha.add(file.content);
+  bool is_computing = false;  // what is thrown then is no fault of the disk
+  bool has_header = false;
+  const auto rest = [&](const TakeText& take) {
+    is_computing = true;
+    file.rest([&](std::string_view piece) {
+      if (!std::exchange(has_header, true)) file.content += piece.substr(0, piece.find('\n') + 1);
+      sha.add(piece);
+      is_computing = false;
+      take(piece);
+      is_computing = true;
+    });
+    is_computing = false;
+  };
+  try {
+    results_.write(file.path, std::string(file.content), rest);
+  } catch (const InputError& reason) {
+    if (is_computing) throw;
+    throw CannotWrite(reason);
+  }
+  file.sha256 = sha.hex();
+  file.rest = {};
+  return file;
+}
+
+void StageRunner::discard_written() {
+  for (const std::filesystem::path& path : written_now_) results_.discard(path);
+}
+
+void StageRunner::add_copy(StageKind kind, const std::filesystem::path& of,
+                           const std::filesystem::path& copy) {
+  std::error_code error;
+  std::filesystem::copy_file(results_.staged(of), results_.staged(copy), error);
+  if (error) throw InputError(copy.string(), error.message(), "a place that can be written");
+  const std::string name = name_in_folder(copy);
+  std::ranges::find(record_.stages, kind, &Stage::kind)->outputs.push_back(name);
+  const auto source =
+      std::ranges::find_if(sources_, [&](const ResultSource& one) { return one.file.path == of.string(); });
+  ResultSource same = *source;
+  same.name = std::filesystem::path(name).replace_extension().generic_string();
+  same.file.path = copy.string();
+  sources_.push_back(std::move(same));
 }
 
 OnSteps StageRunner::steps_of(StageKind kind) const {

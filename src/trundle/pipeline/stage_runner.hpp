@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -20,6 +21,15 @@ struct Found {
   std::string message = {};
   std::vector<OutputFile> files = {};
   std::vector<std::string> remarks = {};
+};
+
+/// Writes a file of the stage that calls it, whose `rest` is made meanwhile: among Found's files it then has
+/// a sha256, and nothing to be written.
+using WriteNow = std::function<OutputFile(OutputFile)>;
+
+/// The disk is full, or the like: no fault of a stage, and the end of the run.
+struct CannotWrite : InputError {
+  explicit CannotWrite(const InputError& reason) : InputError(reason) {}
 };
 
 /// Thrown by a stage that has nothing to do.
@@ -62,6 +72,7 @@ class StageRunner {
     Stage entry{.kind = kind};
     std::vector<OutputFile> files;
     begin(kind);
+    written_now_.clear();
     try {
       require_allowed(kind);
       auto found = function();
@@ -71,6 +82,8 @@ class StageRunner {
       entry.remarks = std::move(found.remarks);
       files = std::move(found.files);
       result.value = std::move(found.value);
+    } catch (const CannotWrite&) {
+      throw;
     } catch (const NotApplicable& reason) {
       entry.status = StageStatus::skipped;
       entry.message = reason.why;
@@ -79,14 +92,17 @@ class StageRunner {
     } catch (const InputError& reason) {
       result.failure = failed(reason, entry);
     }
+    if (!result.value) discard_written();
     end(std::move(entry), files);
     return result;
   }
 
   /// From now on stages that would go by what was misread fail.
   void forbid(std::vector<Misreading> misreadings) { misreadings_ = std::move(misreadings); }
-  /// Writes a further file of a stage that is done.
-  void add_output(StageKind kind, const OutputFile& file);
+  /// As WriteNow says, for the stage that is running. Throws CannotWrite, and what `rest` throws.
+  OutputFile write_now(OutputFile file);
+  /// Gives a file of a stage that is done a further name.
+  void add_copy(StageKind kind, const std::filesystem::path& of, const std::filesystem::path& copy);
   /// Tells how far a long stage is.
   OnSteps steps_of(StageKind kind) const;
   /// The files that were written and the page draws, in the order of their names.
@@ -99,6 +115,8 @@ class StageRunner {
   void end(Stage entry, const std::vector<OutputFile>& files);
   /// Their names relative to the folder.
   std::vector<std::string> save(const std::vector<OutputFile>& files);
+  void discard_written();
+  std::string name_in_folder(const std::filesystem::path& path) const;
 
   const RunInputs& inputs_;
   const ResultFolder& results_;
@@ -106,6 +124,7 @@ class StageRunner {
   const OnProgress& on_progress_;
   std::vector<Misreading> misreadings_;
   std::vector<ResultSource> sources_;
+  std::vector<std::filesystem::path> written_now_;  ///< by the stage that is running
 };
 
 }  // namespace trundle::pipeline

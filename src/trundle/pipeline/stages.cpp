@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "trundle/geometry/thinning.hpp"
 #include "trundle/pipeline/odometry_answer.hpp"
 #include "trundle/pipeline/report_answer.hpp"
 #include "trundle/pipeline/sentences.hpp"
@@ -19,20 +20,47 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// A trajectory whose file is written while its poses come, and what is kept of it.
+struct Streamed {
+  WrittenTrajectory trajectory;
+  OutputFile file;
+};
+
+/// `produce` hands the poses on, one after the other.
+Streamed streamed(WrittenTrajectory trajectory, OutputFile file, const WriteNow& write_now,
+                  const std::function<void(const TakePose&)>& produce) {
+  ThinnedTrajectory kept(kMostPosesKept, true);
+  file.rest = [&](const TakeText& take) {
+    TrajectoryWriter writer(TrajectoryFormat::csv, true, take);
+    produce([&](const StampedPose& pose, const Matrix3& covariance) {
+      writer.add(pose, covariance);
+      kept.add(pose, covariance);
+    });
+    writer.finish();
+  };
+  file = write_now(std::move(file));
+  const std::size_t left_out = kept.left_out();
+  trajectory.file = written_trajectory(kept.take(), file);
+  trajectory.file.left_out = left_out;
+  return {std::move(trajectory), std::move(file)};
+}
+
 /// Trajectory and document of one robot.
 Found<Odometry> integrate_with(const RunInputs& inputs, const RobotFile& robot, TrackRole role,
-                               const std::string& what) {
-  const OdometryAnswer answer =
-      answer_odometry(inputs.recording(), robot, {.robot_number = inputs.question.robot_number});
+                               const std::string& what, const WriteNow& write_now) {
+  const OdometryQuestion question{.robot_number = inputs.question.robot_number};
   const std::string name(name_of(role));
-  OutputFile csv =
-      trajectory_csv(inputs.in_folder(name + ".csv"), answer.provenance, answer.odometry.trajectory);
-  Found<Odometry> found{
-      .value = {.trajectories = {written({name, name + ".csv", what}, role, answer.odometry.trajectory, csv)},
-                .result = odometry_result_of(answer)},
-      .message = sentence_of(answer.odometry),
-      .files = {}};
-  found.files.push_back(std::move(csv));
+  OdometryAnswer answer;
+  Streamed csv = streamed(
+      {.entry = {name, name + ".csv", what}, .role = role, .file = {}},
+      {inputs.in_folder(name + ".csv"), head_of(provenance_of_odometry(inputs.recording(), robot, question))},
+      write_now,
+      [&](const TakePose& take) { answer = answer_odometry(inputs.recording(), robot, question, take); });
+  Found<Odometry> found{.value = {.trajectories = {}, .result = odometry_result_of(answer)},
+                        .message = sentence_of(answer.odometry),
+                        .files = {}};
+  found.value.trajectories.push_back(std::move(csv.trajectory));
+  found.files.push_back(std::move(csv.file));
   found.files.push_back({inputs.in_folder(name + ".json"), printed(document_of(answer))});
   const auto& findings = answer.odometry.findings;
   if (const auto at = std::ranges::find(findings, FindingCode::no_rest, &Finding::code); at != findings.end())
@@ -81,14 +109,15 @@ SlipQuestion slip_question(const RunInputs& inputs) {
           .robot_number = inputs.question.robot_number};
 }
 
-Found<Odometry> integrate_odometry(const RunInputs& inputs, const RobotFile& robot,
-                                   const HealthCheck* health) {
+Found<Odometry> integrate_odometry(const RunInputs& inputs, const RobotFile& robot, const HealthCheck* health,
+                                   const WriteNow& write_now) {
   const std::string as_given = "odometry with the robot file as given";
   const bool is_as_given = robot.file.sha256 == inputs.given.file.sha256;
   Found<Odometry> nominal;
-  if (!is_as_given) nominal = integrate_with(inputs, inputs.given, TrackRole::nominal, as_given);
-  Found<Odometry> found = integrate_with(inputs, robot, TrackRole::odometry,
-                                         is_as_given ? as_given : "odometry with the calibrated robot");
+  if (!is_as_given) nominal = integrate_with(inputs, inputs.given, TrackRole::nominal, as_given, write_now);
+  Found<Odometry> found =
+      integrate_with(inputs, robot, TrackRole::odometry,
+                     is_as_given ? as_given : "odometry with the calibrated robot", write_now);
   insert_first(std::move(nominal.value.trajectories), found.value.trajectories);
   insert_first(std::move(nominal.files), found.files);
   if (health != nullptr && !has_corrected_clock(inputs.given.robot, robot.robot))
@@ -96,22 +125,25 @@ Found<Odometry> integrate_odometry(const RunInputs& inputs, const RobotFile& rob
   return found;
 }
 
-Found<Slip> find_slips(const RunInputs& inputs, const RobotFile& robot) {
+Found<Slip> find_slips(const RunInputs& inputs, const RobotFile& robot, const WriteNow& write_now) {
   const Recording& recording = inputs.recording();
   if (!can_show_slip(robot.robot.chassis, !recording.gyro.time_s.empty()))
     throw NotApplicable{"slip is not observable: no redundant measurement"};
   SlipAnswer slip = answer_slip(recording, robot, slip_question(inputs));
-  OutputFile corrected = trajectory_csv(inputs.in_folder("trajectory.csv"), slip.provenance, slip.corrected);
-  Found<Slip> found{
-      .value = {.answer = {},
-                .result = slip_result_of(slip, robot.robot),
-                .corrected = written({"corrected", "trajectory.csv", "odometry with the slips corrected"},
-                                     TrackRole::corrected, slip.corrected, corrected)},
-      .message = sentence_of(slip),
-      .files = {{inputs.in_folder("slip.csv"), slip_csv_of(slip, robot.robot)},
-                {inputs.in_folder("slip.json"), printed(document_of(slip, robot.robot))}}};
-  found.files.push_back(std::move(corrected));
-  slip.corrected = {};  // written() has it
+  IntegratedOdometry odometry;
+  Streamed corrected =
+      streamed({.entry = {"corrected", "trajectory.csv", "odometry with the slips corrected"},
+                .role = TrackRole::corrected,
+                .file = {}},
+               {inputs.in_folder("trajectory.csv"), head_of(slip.provenance)}, write_now,
+               [&](const TakePose& take) { odometry = corrected_odometry(slip, robot.robot, take); });
+  Found<Slip> found{.value = {.answer = {},
+                              .result = slip_result_of(slip, robot.robot),
+                              .corrected = std::move(corrected.trajectory)},
+                    .message = sentence_of(slip, odometry),
+                    .files = {{inputs.in_folder("slip.csv"), slip_csv_of(slip, robot.robot)},
+                              {inputs.in_folder("slip.json"), printed(document_of(slip, robot.robot))}}};
+  found.files.push_back(std::move(corrected.file));
   found.value.answer = std::move(slip);
   if (learned_from(inputs, robot))
     found.remarks.push_back(

@@ -63,9 +63,9 @@ Found<HealthCheck> check_health(const RunInputs& inputs);
 Found<CalibratedRobot> calibrate_robot(const RunInputs& inputs);
 /// With the robot that is used and, where that is another, with the one that was given. It warns of what the
 /// health check found wrong with the gyro's clock, unless the robot that is used corrects it.
-Found<Odometry> integrate_odometry(const RunInputs& inputs, const RobotFile& robot,
-                                   const HealthCheck* health);
-Found<Slip> find_slips(const RunInputs& inputs, const RobotFile& robot);
+Found<Odometry> integrate_odometry(const RunInputs& inputs, const RobotFile& robot, const HealthCheck* health,
+                                   const WriteNow& write_now);
+Found<Slip> find_slips(const RunInputs& inputs, const RobotFile& robot, const WriteNow& write_now);
 /// Localization and SLAM go on from the odometry that is corrected for slip, where that was found.
 Found<WrittenTrajectory> localize_on_map(const RunInputs& inputs, const RobotFile& robot, const Slip* slip);
 Found<SlamStage> map_landmarks(const RunInputs& inputs, const RobotFile& robot, const Slip* slip,

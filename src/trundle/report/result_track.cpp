@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "trundle/geometry/gaussian.hpp"
+#include "trundle/geometry/thinning.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/recording/trajectory_file.hpp"
 #include "trundle/report/csv_columns.hpp"
@@ -71,10 +72,18 @@ TrackRole role_of(std::string_view name) {
 }
 
 ResultTrack read_track(const std::filesystem::path& path, const std::string& name) {
-  const TrackRole role = role_of(name);
-  return {.name = name,
-          .role = role,
-          .trajectory = role == TrackRole::reference ? read_reference(path) : read_trajectory(path)};
+  ResultTrack track{.name = name, .role = role_of(name)};
+  if (track.role == TrackRole::reference) {
+    track.trajectory = read_reference(path);
+    return track;
+  }
+  const Trajectory whole = read_trajectory(path);
+  ThinnedTrajectory kept(kMostPosesKept, whole.has_covariance());
+  for (std::size_t i = 0; i < whole.poses.size(); ++i)
+    kept.add(whole.poses[i], whole.has_covariance() ? whole.covariances[i] : Matrix3::Zero());
+  track.left_out = kept.left_out();
+  track.trajectory = kept.take();
+  return track;
 }
 
 void compare(ResultTrack& track, const ComparedWith& with, Alignment alignment) {

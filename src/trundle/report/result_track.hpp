@@ -26,11 +26,15 @@ enum class TrackRole {
 };
 std::string_view name_of(TrackRole role);
 
+/// Of a longer trajectory some are left out: it is drawn and compared all the same.
+inline constexpr std::size_t kMostPosesKept = 500'000;
+
 /// One trajectory of a result, and how far it is from the reference.
 struct ResultTrack {
   std::string name;  ///< "slam/trajectory"
   TrackRole role = TrackRole::other;
   Trajectory trajectory = {};  ///< laid on the reference where there is one
+  std::size_t left_out = 0;    ///< poses that were thinned out
   Pose2 laid_by = {};          ///< the motion that did so
   std::optional<Evaluation> evaluation = {};
   ErrorsAlong errors = {};

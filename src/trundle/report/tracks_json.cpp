@@ -78,7 +78,7 @@ Json track_json(const ResultTrack& track) {
   const Rows rows = rows_for_picture(pictured);
   Json json = {{"name", track.name},
                {"role", name_of(track.role)},
-               {"poses", n},
+               {"poses", n + track.left_out},
                {"drawn", rows.size()},
                {"time_s", column_json(time, rows)},
                {"x_m", column_json(x, rows)},

@@ -56,9 +56,9 @@ void make_continuous(std::vector<double>& heading) {
 
 /// The rows, and among the inputs the very bytes that they are from: a log may still grow.
 Table read_noted(const StreamSource& source, const RowRules& rules, Recording& recording) {
-  const std::string text = read_file(source.file);
+  std::string text = read_file(source.file);
   note_input(source.file, text, recording);
-  return read_table(source, text, rules, recording.findings);
+  return read_table(source, std::move(text), rules, recording.findings);
 }
 
 void read_wheels(const StreamSource& source, Recording& recording) {

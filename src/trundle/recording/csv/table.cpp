@@ -167,9 +167,10 @@ Table read_rows(const StreamSource& source, std::string_view text, std::vector<F
 
 }  // namespace
 
-Table read_table(const StreamSource& source, std::string_view text, const RowRules& rules,
+Table read_table(const StreamSource& source, std::string text, const RowRules& rules,
                  std::vector<Finding>& findings) {
   Table table = read_rows(source, text, findings);
+  text = {};
   clean(table, source, rules, findings);
   check_stamps(table, source, rules, findings);
   return table;

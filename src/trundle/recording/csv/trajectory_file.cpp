@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <iterator>
 
 #include <fmt/compile.h>
 #include <fmt/format.h>
@@ -65,13 +66,13 @@ bool has_covariance(std::string_view text, const std::filesystem::path& path) {
 Trajectory read_csv(const std::filesystem::path& path) {
   StreamSource source = native_source(StreamKind::reference, path);
   source.columns.resize(kPoseColumns);
-  const std::string text = read_file(path);
+  std::string text = read_file(path);
   if (has_covariance(text, path))
     for (const char* name : kCovarianceColumns) source.columns.push_back({name, name});
   std::vector<Finding> findings;
   RowRules rules;
   rules.empty_cells = true;
-  const Table table = read_table(source, text, rules, findings);
+  const Table table = read_table(source, std::move(text), rules, findings);
   Trajectory trajectory;
   for (std::size_t row = 0; row < table.time_s.size(); ++row) {
     const auto number = [&](std::size_t column) { return table.numbers[column][row]; };
@@ -85,29 +86,13 @@ Trajectory read_csv(const std::filesystem::path& path) {
   return with_continuous_heading(std::move(trajectory));
 }
 
-/// Lines of text that are handed on in pieces.
-class Lines {
- public:
-  explicit Lines(const TakeText& take) : take_(take) {}
-
-  template <typename Format, typename... Values>
-  void add(const Format& format, const Values&... values) {
-    fmt::format_to(fmt::appender(text_), format, values...);
-  }
-  void end() {
-    constexpr std::size_t kPiece = 1 << 16;  // bytes
-    text_.push_back('\n');
-    if (text_.size() >= kPiece) hand_on();
-  }
-  void hand_on() {
-    take_({text_.data(), text_.size()});
-    text_.clear();
-  }
-
- private:
-  const TakeText& take_;
-  fmt::memory_buffer text_;
-};
+void write(const Trajectory& trajectory, TrajectoryFormat format, const TakeText& take) {
+  TrajectoryWriter writer(format, trajectory.has_covariance(), take);
+  const Matrix3 none = Matrix3::Zero();
+  for (std::size_t i = 0; i < trajectory.poses.size(); ++i)
+    writer.add(trajectory.poses[i], trajectory.has_covariance() ? trajectory.covariances[i] : none);
+  writer.finish();
+}
 
 }  // namespace
 
@@ -148,32 +133,47 @@ Trajectory as_written(const Trajectory& trajectory) {
   return with_continuous_heading(std::move(written));
 }
 
-void write_csv(const Trajectory& trajectory, const TakeText& take) {
-  Lines lines(take);
-  lines.add(FMT_COMPILE("time_s,x_m,y_m,heading_rad"));
-  if (trajectory.has_covariance())
-    for (const char* name : kCovarianceColumns) lines.add(FMT_COMPILE(",{}"), name);
-  lines.end();
-  for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
-    const auto& [time_s, pose] = trajectory.poses[i];
-    lines.add(FMT_COMPILE("{},{},{},{}"), time_s, pose.x, pose.y, pose.heading);
-    if (trajectory.has_covariance()) {
-      const Matrix3& c = trajectory.covariances[i];
-      lines.add(FMT_COMPILE(",{},{},{},{},{},{}"), c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2));
-    }
-    lines.end();
+TrajectoryWriter::TrajectoryWriter(TrajectoryFormat format, bool with_covariance, const TakeText& take)
+    : format_(format), with_covariance_(with_covariance), take_(take) {
+  if (format_ == TrajectoryFormat::tum) return;
+  text_ = "time_s,x_m,y_m,heading_rad";
+  if (with_covariance_)
+    for (const char* name : kCovarianceColumns) fmt::format_to(std::back_inserter(text_), ",{}", name);
+  end_line();
+}
+
+void TrajectoryWriter::add(const StampedPose& stamped, const Matrix3& c) {
+  const auto& [time_s, pose] = stamped;
+  const auto line = std::back_inserter(text_);
+  if (format_ == TrajectoryFormat::tum) {
+    fmt::format_to(line, FMT_COMPILE("{} {} {} 0 0 0 {} {}"), time_s, pose.x, pose.y,
+                   std::sin(pose.heading / 2.0), std::cos(pose.heading / 2.0));
+  } else {
+    fmt::format_to(line, FMT_COMPILE("{},{},{},{}"), time_s, pose.x, pose.y, pose.heading);
+    if (with_covariance_)
+      fmt::format_to(line, FMT_COMPILE(",{},{},{},{},{},{}"), c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2),
+                     c(2, 2));
   }
-  lines.hand_on();
+  end_line();
+}
+
+void TrajectoryWriter::end_line() {
+  constexpr std::size_t kPiece = 1 << 16;  // bytes
+  text_.push_back('\n');
+  if (text_.size() >= kPiece) finish();
+}
+
+void TrajectoryWriter::finish() {
+  take_(text_);
+  text_.clear();
+}
+
+void write_csv(const Trajectory& trajectory, const TakeText& take) {
+  write(trajectory, TrajectoryFormat::csv, take);
 }
 
 void write_tum(const Trajectory& trajectory, const TakeText& take) {
-  Lines lines(take);
-  for (const auto& [time_s, pose] : trajectory.poses) {
-    lines.add(FMT_COMPILE("{} {} {} 0 0 0 {} {}"), time_s, pose.x, pose.y, std::sin(pose.heading / 2.0),
-              std::cos(pose.heading / 2.0));
-    lines.end();
-  }
-  lines.hand_on();
+  write(trajectory, TrajectoryFormat::tum, take);
 }
 
 std::string to_csv(const Trajectory& trajectory) {

@@ -59,8 +59,8 @@ struct RowRules {
 void clean(Table& table, const StreamSource& source, const RowRules& rules, std::vector<Finding>& findings);
 
 /// Reads and cleans the text of the source's file: docs/log-faults.md says which rows are dropped. Appends to
-/// `findings`.
-Table read_table(const StreamSource& source, std::string_view text, const RowRules& rules,
+/// `findings`. The text is given up as soon as its rows are numbers.
+Table read_table(const StreamSource& source, std::string text, const RowRules& rules,
                  std::vector<Finding>& findings);
 
 /// The first stamp of the file, in seconds, before origin and offset; nothing when there is none.
