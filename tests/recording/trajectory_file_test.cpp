@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "trundle/io/error.hpp"
+
 #include "recording/folder.hpp"
 
 namespace trundle::recording {
@@ -70,6 +72,20 @@ TEST(TrajectoryFile, tum_reads_back_headings_made_continuous) {
 
 TEST(TrajectoryFile, tum_has_eight_columns) {
   EXPECT_EQ(to_tum({{{0.5, {1, 2, 0}}}, {}}), "0.5 1 2 0 0 0 0 1\n");
+}
+
+TEST(TrajectoryFile, a_covariance_that_is_none_is_refused_at_its_row) {
+  const test::Folder folder;
+  const std::string head = "time_s,x_m,y_m,heading_rad,var_xx,var_xy,var_xh,var_yy,var_yh,var_hh\n";
+  for (const char* covariance :
+       {"nan,0,0,1,0,1", "-1e-9,0,0,1,0,1", "1,2,0,1,0,1", "1,0,0,1,,1", "1,0,0,1,0,inf"})
+    try {
+      (void)read_trajectory(
+          folder.write("t.csv", head + "0,1,2,3,1,0,0,1,0,1\n0.1,1,2,3," + covariance + "\n"));
+      ADD_FAILURE() << covariance;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr("t.csv:3")) << covariance;
+    }
 }
 
 TEST(TrajectoryFile, reference_csv_leaves_out_incomplete_poses) {

@@ -18,6 +18,8 @@ namespace {
 constexpr std::array<const char*, 6> kCovarianceColumns = {"var_xx", "var_xy", "var_xh",
                                                            "var_yy", "var_yh", "var_hh"};
 
+constexpr double kRounding = 1.0 + 1e-6;  // of six digits, as other programs write them
+
 Matrix3 symmetric(double xx, double xy, double xh, double yy, double yh, double hh) {
   Matrix3 matrix;
   matrix << xx, xy, xh, xy, yy, yh, xh, yh, hh;
@@ -63,6 +65,22 @@ bool has_covariance(std::string_view text, const std::filesystem::path& path) {
   return CsvTable(text, path.string(), {}).column_named(kCovarianceColumns[0]).has_value();
 }
 
+/// Throws InputError where it is none.
+void require_covariance(const Matrix3& covariance, const std::string& place) {
+  if (!covariance.allFinite())
+    throw InputError(place, "has no number in one of its var_ columns", "a covariance, or no such columns");
+  for (int i = 0; i < 3; ++i) {
+    if (covariance(i, i) < 0.0)
+      throw InputError(place, fmt::format("has the negative variance {}", covariance(i, i)),
+                       "var_xx, var_yy and var_hh not below 0");
+    for (int j = 0; j < i; ++j)
+      if (std::abs(covariance(i, j)) > kRounding * std::sqrt(covariance(i, i) * covariance(j, j)))
+        throw InputError(
+            place, fmt::format("has the covariance {}, more than its variances allow", covariance(i, j)),
+            "the root of their product at most");
+  }
+}
+
 Trajectory read_csv(const std::filesystem::path& path) {
   StreamSource source = native_source(StreamKind::reference, path);
   source.columns.resize(kPoseColumns);
@@ -79,9 +97,10 @@ Trajectory read_csv(const std::filesystem::path& path) {
     const Pose2 pose{number(0), number(1), number(2)};
     if (!std::isfinite(pose.x) || !std::isfinite(pose.y) || !std::isfinite(pose.heading)) continue;
     trajectory.poses.push_back({table.time_s[row], pose});
-    if (source.columns.size() > kPoseColumns)
-      trajectory.covariances.push_back(
-          symmetric(number(3), number(4), number(5), number(6), number(7), number(8)));
+    if (source.columns.size() == kPoseColumns) continue;
+    trajectory.covariances.push_back(
+        symmetric(number(3), number(4), number(5), number(6), number(7), number(8)));
+    require_covariance(trajectory.covariances.back(), table.origin.place_of(row));
   }
   return with_continuous_heading(std::move(trajectory));
 }
