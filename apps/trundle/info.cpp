@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
 
@@ -88,7 +89,7 @@ std::string text_of(const RecordingInfo& info) {
   }
   for (const TrackOnGround& track : findings.tracks)
     text += fmt::format("effective track by the gyro, {:.1f} to {:.1f} s: {:.4f} ± {:.4f} m\n", track.start_s,
-                        track.end_s, track.track_m, track.sigma_m);
+                        track.end_s, std::abs(track.track_m), track.sigma_m);
   if (findings.compares_clocks) text += line_of_clock("gyro", findings.gyro_time_offset);
   if (findings.compares_reference_clock) text += line_of_clock("reference", findings.reference_time_offset);
   if (findings.compares_sighting_clock)

@@ -1,5 +1,7 @@
 #include "trundle/inspection/findings.hpp"
 
+#include <numeric>
+
 #include <gmock/gmock.h>
 
 #include "trundle/simulation/scenario.hpp"
@@ -44,6 +46,28 @@ TEST(Findings, a_gyro_whose_stamps_are_late_is_found_and_named) {
   const Robot told = robot_with_gyro(-0.04);
   EXPECT_THAT(find_in(recording, &told).problems,
               Not(Contains(Field(&Finding::code, FindingCode::time_offset))));
+}
+
+Recording parked_now_and_then(const Robot& truth) {
+  Scenario scenario;
+  scenario.nominal = scenario.truth = truth;
+  scenario.path = joined({pause(10.0), circle(0.5, 1.0, TurnSense::ccw), pause(10.0)});
+  scenario.steering = Steering::truth;
+  return simulate(scenario).recording;
+}
+
+TEST(Findings, a_gyro_louder_than_a_rest_is_recognised_by_is_named) {
+  for (const double times : {1.0, 1.2, 6.0}) {
+    Robot loud = robot_with_gyro(0.0);
+    loud.chassis.gyro->noise_rad_s_sqrt_hz *= times;
+    const Robot robot = robot_with_gyro(0.0);
+    const auto is_named = Contains(finding(FindingCode::noise, "write noise_rad_s_sqrt_hz = 0.0018"));
+    EXPECT_THAT(find_in(parked_now_and_then(loud), &robot).problems,
+                times > 2.0 ? testing::Matcher<std::vector<Finding>>(is_named)
+                            : testing::Matcher<std::vector<Finding>>(
+                                  Not(Contains(Field(&Finding::code, FindingCode::noise)))))
+        << times;
+  }
 }
 
 TEST(Findings, wheels_in_one_place_are_named) {
@@ -122,6 +146,37 @@ TEST(Findings, a_reference_in_degrees_is_named) {
   for (double& heading : recording.reference.heading_rad) heading *= kPi / 180.0 * kPi / 180.0;
   EXPECT_THAT(find_in(recording, &robot).problems,
               ElementsAre(finding(FindingCode::reference_unit, "leave out unit")));
+}
+
+TEST(Findings, a_reference_whose_stamps_are_in_another_unit_is_named) {
+  const Robot robot = test::two_wheels();
+  Recording recording = tour_with_reference(robot);
+  for (double& stamp : recording.reference.time_s) stamp *= 1e3;
+  EXPECT_THAT(find_in(recording, &robot).problems,
+              ElementsAre(finding(FindingCode::time_unit, "time_unit = \"ms\"")));
+}
+
+/// The counts of each row since the one before.
+Recording with_differences(Recording recording) {
+  for (WheelSeries& series : recording.wheels.series)
+    for (std::size_t row = series.value.size(); row-- > 0;)
+      series.value[row] = row == 0 ? 0.0 : series.value[row] - series.value[row - 1];
+  return recording;
+}
+
+TEST(Findings, counts_that_agree_with_nothing_but_read_otherwise_are_named) {
+  for (const bool has_gyro : {true, false}) {
+    const Robot robot = has_gyro ? robot_with_gyro(0.0) : test::two_wheels();
+    const Recording counters = tour_with_reference(robot);
+    EXPECT_THAT(find_in(counters, &robot).problems, IsEmpty());
+    EXPECT_THAT(find_in(with_differences(counters), &robot).problems,
+                ElementsAre(finding(FindingCode::increments, "write increments = true")));
+    Recording summed = counters;  // as recording.toml's increments = true has it, of counters
+    for (WheelSeries& series : summed.wheels.series)
+      std::partial_sum(series.value.begin(), series.value.end(), series.value.begin());
+    EXPECT_THAT(find_in(summed, &robot).problems,
+                ElementsAre(finding(FindingCode::not_increments, "leave out increments = true")));
+  }
 }
 
 TEST(Findings, a_reference_in_another_unit_of_length_is_named) {

@@ -162,6 +162,19 @@ TEST(Align, a_counter_that_jumps_and_returns_is_no_travel) {
   EXPECT_NEAR(sum(readings, 0), 99 * 0.02, 1e-12);
 }
 
+TEST(Align, a_first_count_that_is_none_is_no_travel) {
+  for (const int bits : {0, 16}) {
+    std::vector<double> count = counts_with(100, 0);
+    count[0] = 1e6;
+    const AlignedReadings readings =
+        align(wheels(stamps(100, 0.02), count, counts_with(100, 0)), two_wheels(bits));
+    EXPECT_EQ(count_of(readings.findings, FindingCode::counter_reset) +
+                  count_of(readings.findings, FindingCode::counter_jump),
+              1);
+    EXPECT_NEAR(sum(readings, 0), sum(readings, 1), 0.02);
+  }
+}
+
 TEST(Align, fast_driving_after_slow_is_no_jump) {
   std::vector<double> count = {0};
   for (int i = 1; i < 300; ++i) count.push_back(count.back() + (i < 200 ? i % 2 : 60));

@@ -85,7 +85,7 @@ TEST(Describe, an_offset_that_stands_in_two_files_is_brought_into_one) {
                                                         .map = "recording.toml"}};
   EXPECT_THAT(describe(finding), HasSubstr("20.0 ms too late"));
   EXPECT_THAT(describe(finding), HasSubstr("in both recording.toml (0.0300) and robot.toml (0.0100)"));
-  EXPECT_THAT(describe(finding), HasSubstr("write time_offset_s = 0.0200 in robot.toml"));
+  EXPECT_THAT(describe(finding), HasSubstr("write time_offset_s = 0.0200 under [gyro] in robot.toml"));
 }
 
 }  // namespace

@@ -94,6 +94,28 @@ TEST(Increments, a_robot_that_rocks_to_and_fro_is_no_problem) {
   EXPECT_THAT(read(rows, "time_unit = \"ms\"\n").findings, IsEmpty());
 }
 
+/// Headings [deg] of a robot that turns to and fro, in the file as a tracker writes them.
+std::vector<Finding> findings_of_headings(double rate_hz, double times, bool wrapped) {
+  const test::Folder folder;
+  std::string rows = "time_s,x_m,y_m,heading_rad\n";
+  for (int row = 0; row < 400; ++row) {
+    const double heading = 400.0 * std::sin(0.1 * row / rate_hz);
+    rows += fmt::format("{},0,0,{}\n", row / rate_hz,
+                        times * (wrapped ? std::remainder(heading, 360.0) : heading));
+  }
+  folder.write("reference.csv", rows);
+  return read_recording(folder.path()).findings;
+}
+
+TEST(Headings, degrees_that_are_taken_for_radians_are_named_by_themselves) {
+  for (const bool wrapped : {true, false}) {
+    EXPECT_THAT(findings_of_headings(5.0, 1.0, wrapped),
+                ElementsAre(test::finding(FindingCode::reference_unit, "unit = \"deg\" at heading_rad")));
+    EXPECT_THAT(findings_of_headings(5.0, radians(1.0), wrapped), IsEmpty());
+    EXPECT_THAT(findings_of_headings(1.0, radians(1.0), wrapped), IsEmpty());
+  }
+}
+
 struct WrongUnit {
   Clock clock;
   const char* written;  ///< in recording.toml

@@ -186,6 +186,17 @@ columns = { start_s = "t", end_s = "e", dx_m = "r", dy_m = "r", dheading_rad = {
   EXPECT_EQ(recording.relative_motions[1].motion.x, 2.0);
 }
 
+TEST(RecordingMap, a_relative_motion_with_a_missing_part_is_refused_at_its_row) {
+  const test::Folder folder;
+  folder.write("relative.csv", "start_s,end_s,dx_m,dy_m,dheading_rad\n0,1,0.1,0,0.1\n1,2,0.1,,0.1\n");
+  try {
+    (void)read_recording(folder.path());
+    ADD_FAILURE();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("relative.csv:3"));
+  }
+}
+
 TEST(RecordingMap, native_files_beside_it_are_read_where_it_maps_nothing) {
   const test::Folder folder;
   folder.write("wheels.csv", "time_s,left_ticks\n0,1\n1,2\n");

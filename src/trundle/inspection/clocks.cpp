@@ -8,9 +8,9 @@
 namespace trundle::inspection {
 namespace {
 
-/// A clock of a sensor: the table of both files where its offset stands, and what stands there.
+/// A clock of a sensor: the tables where its offset stands, and what stands there.
 struct GivenOffset {
-  std::string_view table;
+  std::string_view robot_table, map_table;
   double by_robot_s = 0.0;
   double by_map_s = 0.0;
 };
@@ -22,7 +22,7 @@ payload::ClockOffset clock_offset(const Recording& recording, const Robot& robot
   const std::string robot_file = robot.file.empty() ? "the robot file" : robot.file;
   const bool in_map = given.by_map_s != 0.0 && !map.empty();
   const bool in_both = in_map && given.by_robot_s != 0.0;
-  return {.table = given.table,
+  return {.table = in_map && !in_both ? given.map_table : given.robot_table,
           .off_s = off_s,
           .by_robot_s = given.by_robot_s,
           .by_map_s = given.by_map_s,
@@ -56,22 +56,23 @@ ClockComparison compare_clocks(const Recording& recording, const AlignedReadings
                                const Robot& robot) {
   if (!has_two_clocks(recording, robot)) return {};
   return judged({.is_possible = true, .offset = gyro_time_offset(recording, readings, robot), .problem = {}},
-                {"gyro", robot.chassis.gyro->time_offset_s, recording.gyro.origin.time_offset_s}, recording,
-                robot, {.code = FindingCode::time_offset, .place = recording.gyro.origin.file});
+                {"gyro", "gyro", robot.chassis.gyro->time_offset_s, recording.gyro.origin.time_offset_s},
+                recording, robot, {.code = FindingCode::time_offset, .place = recording.gyro.origin.file});
 }
 
 ClockComparison compare_reference_clock(const Recording& recording, const AlignedReadings& readings,
                                         const Robot& robot) {
   const ReferenceStream& reference = recording.reference;
   const bool has_motion = !recording.wheels.time_s.empty() || !recording.velocity.time_s.empty();
-  return judged({.is_possible = has_motion && !reference.time_s.empty(),
-                 .offset = reference_time_offset(reference, readings, robot),
-                 .problem = {}},
-                {"reference", robot.reference_time_offset_s, reference.origin.time_offset_s}, recording,
-                robot,
-                {.severity = Severity::note,
-                 .code = FindingCode::reference_time_offset,
-                 .place = reference.origin.file});
+  return judged(
+      {.is_possible = has_motion && !reference.time_s.empty(),
+       .offset = reference_time_offset(reference, readings, robot),
+       .problem = {}},
+      {"reference_sensor", "reference", robot.reference_time_offset_s, reference.origin.time_offset_s},
+      recording, robot,
+      {.severity = Severity::note,
+       .code = FindingCode::reference_time_offset,
+       .place = reference.origin.file});
 }
 
 ClockComparison compare_sighting_clock(const Recording& recording, const AlignedReadings& readings,
@@ -81,7 +82,7 @@ ClockComparison compare_sighting_clock(const Recording& recording, const Aligned
       {.is_possible = true,
        .offset = sighting_time_offset(recording.sightings, readings, robot),
        .problem = {}},
-      {"landmark_sensor", robot.landmark_sensor->time_offset_s}, recording, robot,
+      {"landmark_sensor", "sightings", robot.landmark_sensor->time_offset_s}, recording, robot,
       {.severity = Severity::note, .code = FindingCode::sighting_time_offset, .place = "sightings"});
 }
 

@@ -9,14 +9,13 @@
 #include <fmt/format.h>
 
 #include "trundle/calibration/channel_assignment.hpp"
-#include "trundle/calibration/initial_scale.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/inspection/clocks.hpp"
-#include "trundle/inspection/mirrored_reference.hpp"
+#include "trundle/inspection/counts_read_otherwise.hpp"
+#include "trundle/inspection/detail/reference_checks.hpp"
 #include "trundle/inspection/partial_reference_checks.hpp"
 #include "trundle/inspection/sighting_checks.hpp"
 #include "trundle/io/error.hpp"
-#include "trundle/recording/turns.hpp"
 
 namespace trundle::inspection {
 namespace {
@@ -104,76 +103,6 @@ bool compare_channels(const Recording& recording, const Run& run, const Robot& r
       findings.problems.push_back(std::move(finding));
     }
   return !channels.faults.empty();
-}
-
-PairedSums turns_of_reference(const ReferenceStream& reference, const AlignedReadings& readings,
-                              const Robot& robot) {
-  const auto heading_at = [&](double time_s) { return sample_reference(reference, time_s).value.z(); };
-  double before = heading_at(readings.start_s);
-  return turn_pairs(robot, readings, [&](const Increment& increment) {
-    const double now = heading_at(increment.time_s);
-    return now - std::exchange(before, now);
-  });
-}
-
-/// How far the reference turns where degrees were taken for radians, or the other way round; nothing:
-/// neither. `scale`: how many times as far the reference moves, which wheels of another size explain, and its
-/// turns with it.
-std::optional<Payload> heading_unit_fault(const PairedSums& turns, double scale) {
-  constexpr double kTrackIsKnown = 1.3;  // the factor that its ratio to degrees may be off
-  const auto are_degrees = [](double ratio) {
-    return ratio < degrees(kTrackIsKnown) && ratio > degrees(1.0) / kTrackIsKnown;
-  };
-  if (std::sqrt(turns.xx) < kLeastTurning_rad || !(std::abs(turns.correlation()) > 0.8)) return std::nullopt;
-  const double ratio = std::abs(turns.slope()) / scale;
-  if (are_degrees(ratio)) return payload::Times{ratio};
-  if (are_degrees(1.0 / ratio)) return payload::Share{ratio};
-  return std::nullopt;
-}
-
-/// Whether the reference turns the other way than wheels and gyro, which agree.
-bool turns_the_other_way(const Recording& recording, const AlignedReadings& readings, const Robot& robot) {
-  constexpr double kAgainst = -0.8;  // correlation
-  const auto of_gyro = comparable_turns(recording, robot, readings);
-  if (!of_gyro || of_gyro->correlation() < kTurnsAgree) return false;
-  const PairedSums turns = turns_of_reference(recording.reference, readings, robot);
-  return std::sqrt(turns.xx) > kLeastTurning_rad && turns.correlation() < kAgainst;
-}
-
-/// The units of the reference: its way and its turns against the wheels', unless these scrub and slide.
-void compare_references(const Recording& recording, const Run& run, const Robot& robot, Findings& findings) {
-  const std::string& file = recording.reference.origin.file;
-  if (has_skid_wheels(robot.chassis) || observability(rows_of(robot.chassis, false)).rank < 3) return;
-  if (turns_the_other_way(recording, run.readings, robot)) {
-    findings.problems.push_back(
-        {.code = FindingCode::reference_axes, .place = file, .payload = payload::Amount{-1.0}});
-    return;
-  }
-  const std::span runs(&run, 1);
-  const double times = initial_scale(runs, robot).value_or(1.0);
-  if (const std::optional<Payload> turns = heading_unit_fault(
-          turns_of_reference(recording.reference, run.readings, robot), times > 0.0 ? times : 1.0))
-    findings.problems.push_back({.code = FindingCode::reference_unit, .place = file, .payload = *turns});
-  if (!stretches_agree(runs, robot)) return;
-  const std::optional<ScaleFault> fault = scale_fault(runs, robot);
-  if (!fault) return;
-  // A gyro that contradicts the wheels as well acquits the reference.
-  const bool is_of_unit = fault->is_of_unit && !warns_of(FindingCode::gyro_against_wheels, findings.problems);
-  findings.problems.push_back({.code = is_of_unit ? FindingCode::reference_unit : FindingCode::scale,
-                               .place = file,
-                               .payload = fault->ratio});
-}
-
-/// Of robots that roll where they look, the reference against itself.
-void find_mirrored_reference(const Recording& recording, const Robot& robot, Findings& findings) {
-  const auto rolls_ahead = [](const Wheel& w) {
-    return w.kind == WheelKind::fixed || w.kind == WheelKind::skid;
-  };
-  if (robot.chassis.wheels().empty() || !std::ranges::all_of(robot.chassis.wheels(), rolls_ahead) ||
-      !is_mirrored(recording.reference))
-    return;
-  findings.problems.push_back(
-      {.code = FindingCode::reference_axes, .place = recording.reference.origin.file});
 }
 
 /// How far the robot turns by its gyro or else by the reference, forth and back both counted [rad].
@@ -286,30 +215,8 @@ void forget_what_is_told_already(bool are_misassigned, std::vector<Finding>& pro
   forget(FindingCode::gyro_against_wheels);
 }
 
-void compare(const Recording& recording, const Robot& robot, Findings& findings) {
-  findings.abilities = abilities_of(robot, robot.chassis.gyro && !recording.gyro.time_s.empty());
-  find_wheels_in_one_place(robot, findings.problems);
-  find_stray_wheels(recording, robot, findings.problems);
-  find_unscaled_wheels(recording, robot, findings.problems);
-  if (is_misread(findings)) return;
-  std::optional<AlignedReadings> readings = align_if_possible(recording, robot);
-  append(findings.problems, readings ? inspect(recording, robot, *readings) : inspect(recording, &robot));
-  if (!readings)
-    findings.abilities = {
-        .can = {}, .cannot = {"anything with this recording: it does not give what the robot file asks for"}};
-  if (!readings || is_misread(findings)) return;
-  find_mirrored_reference(recording, robot, findings);
-  std::optional<Run> run;
-  if (!recording.reference.time_s.empty()) run = prepare_run(recording, robot, *std::move(readings));
-  const AlignedReadings& aligned = run ? run->readings : *readings;
-  find_one_column_for_two(recording, aligned, robot, findings.problems);
-  append(findings.problems, wrong_partial_reference(recording, robot, aligned));
-  if (const auto wrong = wrong_sightings(recording, robot, aligned)) findings.problems.push_back(*wrong);
-  if (run) compare_references(recording, *run, robot, findings);
-  if (is_misread(findings)) return;
-  const bool are_misassigned =
-      run && robot.chassis.wheel_count > 0 && compare_channels(recording, *run, robot, findings);
-  forget_what_is_told_already(are_misassigned, findings.problems);
+void compare_all_clocks(const Recording& recording, const AlignedReadings& aligned, const Robot& robot,
+                        Findings& findings) {
   const ClockComparison clocks = compare_clocks(recording, aligned, robot);
   findings.compares_clocks = clocks.is_possible;
   findings.gyro_time_offset = clocks.offset;
@@ -321,6 +228,38 @@ void compare(const Recording& recording, const Robot& robot, Findings& findings)
   findings.sighting_time_offset = sightings.offset;
   for (const auto& problem : {clocks.problem, reference.problem, sightings.problem})
     if (problem) findings.problems.push_back(*problem);
+}
+
+void compare(const Recording& recording, const Robot& robot, Findings& findings) {
+  findings.abilities = abilities_of(robot, robot.chassis.gyro && !recording.gyro.time_s.empty());
+  find_wheels_in_one_place(robot, findings.problems);
+  find_stray_wheels(recording, robot, findings.problems);
+  find_unscaled_wheels(recording, robot, findings.problems);
+  if (is_misread(findings)) return;
+  std::optional<AlignedReadings> readings = align_if_possible(recording, robot);
+  if (readings)
+    if (const auto counts = counts_read_otherwise(recording, robot, *readings)) {
+      findings.problems.push_back(*counts);
+      return;
+    }
+  append(findings.problems, readings ? inspect(recording, robot, *readings) : inspect(recording, &robot));
+  if (!readings)
+    findings.abilities = {
+        .can = {}, .cannot = {"anything with this recording: it does not give what the robot file asks for"}};
+  if (!readings || is_misread(findings)) return;
+  find_mirrored_reference(recording, robot, findings.problems);
+  std::optional<Run> run;
+  if (!recording.reference.time_s.empty()) run = prepare_run(recording, robot, *std::move(readings));
+  const AlignedReadings& aligned = run ? run->readings : *readings;
+  find_one_column_for_two(recording, aligned, robot, findings.problems);
+  append(findings.problems, wrong_partial_reference(recording, robot, aligned));
+  if (const auto wrong = wrong_sightings(recording, robot, aligned)) findings.problems.push_back(*wrong);
+  if (run) compare_references(recording, *run, robot, findings.problems);
+  if (is_misread(findings)) return;
+  const bool are_misassigned =
+      run && robot.chassis.wheel_count > 0 && compare_channels(recording, *run, robot, findings);
+  forget_what_is_told_already(are_misassigned, findings.problems);
+  compare_all_clocks(recording, aligned, robot, findings);
   find_tracks(recording, aligned, robot, findings);
 }
 
@@ -331,7 +270,8 @@ Findings find_in(const Recording& recording, const Robot* robot) {
   findings.streams = summaries_of(recording);
   findings.problems = recording.findings;
   findings.missing = missing_in(recording, robot);
-  compare_times(findings, recording, findings.problems);
+  find_wrong_time_unit(recording, findings.streams, findings.problems);
+  if (!is_misread(findings)) compare_times(findings, recording, findings.problems);
   if (robot != nullptr) {
     compare(recording, *robot, findings);
   } else if (!is_misread(findings)) {

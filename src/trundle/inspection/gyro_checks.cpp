@@ -3,7 +3,9 @@
 #include <cmath>
 #include <limits>
 
+#include "trundle/odometry/rest.hpp"
 #include "trundle/recording/turns.hpp"
+#include "trundle/statistics/median.hpp"
 
 namespace trundle::inspection {
 namespace {
@@ -60,6 +62,26 @@ std::optional<Finding> wrong_gyro_unit(const Recording& recording, const Robot& 
   else
     return std::nullopt;
   return finding;
+}
+
+std::optional<Finding> louder_gyro(const Recording& recording, const Robot& robot,
+                                   const AlignedReadings& readings) {
+  constexpr std::size_t kFewest = 100;  // differences: their median is known to 8 %
+  if (!robot.chassis.gyro || recording.gyro.time_s.empty()) return std::nullopt;
+  const auto rests = [](const Increment& i) { return i.has_gyro && i.duration_s > 0.0 && !any_turns(i); };
+  // What one rate differs from the next by, as a density: white noise of it adds up to √Δt.
+  std::vector<double> density;
+  for (std::size_t i = 1; i < readings.increments.size(); ++i) {
+    const Increment &before = readings.increments[i - 1], &now = readings.increments[i];
+    if (!rests(before) || !rests(now)) continue;
+    const double step = now.gyro_rad / now.duration_s - before.gyro_rad / before.duration_s;
+    density.push_back(std::abs(step) / std::sqrt(1.0 / now.duration_s + 1.0 / before.duration_s));
+  }
+  if (density.size() < kFewest) return std::nullopt;
+  const double told = robot.chassis.gyro->noise_rad_s_sqrt_hz, seen = kSigmaOfMedian * median(density);
+  if (seen <= RestOptions{}.gyro_noise_factor * told) return std::nullopt;
+  return Finding{
+      .code = FindingCode::noise, .place = recording.gyro.origin.file, .payload = payload::Range{told, seen}};
 }
 
 void compare_gyro(const Recording& recording, const Robot& robot, const AlignedReadings& readings,

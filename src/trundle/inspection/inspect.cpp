@@ -251,6 +251,7 @@ std::vector<Finding> inspect(const Recording& recording, const Robot& robot,
     name_wraps(recording, robot, problems);
     find_stuck(recording, robot, readings, problems);
     compare_gyro(recording, robot, readings, problems);
+    if (const auto loud = louder_gyro(recording, robot, readings)) problems.push_back(*loud);
   }
   return problems;
 }

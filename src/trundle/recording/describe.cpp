@@ -98,8 +98,8 @@ struct AddTo {
     to.add("remedy",
            clock.map.empty()
                ? fmt::format("write time_offset_s = {} under [{}] in {}", total, clock.table, clock.file)
-               : fmt::format("time_offset_s stands under [{5}] in both {0} ({1}) and {2} ({3}), and they add "
-                             "up: remove it from {0}, and write time_offset_s = {4} in {2}",
+               : fmt::format("time_offset_s stands in both {0} ({1}) and {2} ({3}), and they add up: remove "
+                             "it from {0}, and write time_offset_s = {4} under [{5}] in {2}",
                              clock.map, fixed(clock.by_map_s, 4), clock.file, fixed(clock.by_robot_s, 4),
                              total, clock.table));
   }

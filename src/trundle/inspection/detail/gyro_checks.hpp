@@ -17,4 +17,8 @@ std::optional<Finding> wrong_gyro_unit(const Recording& recording, const Robot& 
 void compare_gyro(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
                   std::vector<Finding>& problems);
 
+/// A gyro that scatters more, where no wheel turns, than a rest is recognised by: its bias is never learned.
+std::optional<Finding> louder_gyro(const Recording& recording, const Robot& robot,
+                                   const AlignedReadings& readings);
+
 }  // namespace trundle::inspection

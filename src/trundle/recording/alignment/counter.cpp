@@ -27,8 +27,6 @@ Counter::Steps Counter::add(double time_s, double count, double longest_step_s) 
     steps.add({time_s, time_s, 0.0, CounterEvent::none});
   } else {
     const CounterStep step = step_to(time_s, count);
-    if (step.travel != 0.0)
-      resolution_ = resolution_ == 0.0 ? std::abs(step.travel) : std::min(resolution_, std::abs(step.travel));
     const CounterEvent looks_like = suspicion_of(step, count);
     if (waiting_)
       steps.add(learned(decided(*waiting_, &step, looks_like == CounterEvent::none, longest_step_s)));
@@ -92,7 +90,9 @@ CounterStep Counter::learned(const CounterStep& step) {
   speed_before_.reset();
   if (!step.is_measured()) return step;
   speed_before_ = step.speed();
-  if (step.travel != 0.0) top_speed_.add(std::abs(step.speed()));
+  if (step.travel == 0.0) return step;
+  top_speed_.add(std::abs(step.speed()));
+  resolution_ = resolution_ == 0.0 ? std::abs(step.travel) : std::min(resolution_, std::abs(step.travel));
   return step;
 }
 

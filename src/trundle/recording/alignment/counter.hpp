@@ -92,7 +92,7 @@ class Counter {
   std::optional<double> speed_before_;  ///< of the last step that was measured, if that is the last one
   std::optional<Suspicion> waiting_;
   RunningQuantile top_speed_;  ///< of the steps that moved
-  double resolution_ = 0.0;    ///< the smallest difference that was read: 1 for counts; 0: none yet
+  double resolution_ = 0.0;    ///< the smallest travel that was read: 1 for counts; 0: none yet
 };
 
 }  // namespace trundle::recording

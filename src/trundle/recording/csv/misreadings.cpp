@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "trundle/geometry/angle.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/recording/csv/detail/streams.hpp"
 
@@ -189,6 +190,31 @@ void check_increments(const WheelStream& wheels, const StreamSource& source, std
                       .place = place_of(source),
                       .subjects = suspects.names,
                       .payload = payload::Range{suspects.low, suspects.high}});
+}
+
+// ---- Headings ----
+
+void check_headings(std::span<const double> headings, const StreamSource& source,
+                    std::vector<Finding>& findings) {
+  constexpr double kWhole = 6.3;  // [rad] a turn, and what rounding may add
+  constexpr double kShare = 0.1, kShareOfSteps = 0.01;
+  std::size_t rows = 0, beyond = 0, half_turns = 0;
+  double farthest = 0.0, before = std::numeric_limits<double>::quiet_NaN();
+  for (const double heading : headings) {
+    if (std::isnan(heading)) continue;
+    ++rows;
+    beyond += std::abs(heading) > kWhole ? 1 : 0;
+    farthest = std::max(farthest, std::abs(heading));
+    half_turns += std::abs(heading - std::exchange(before, heading)) > kPi ? 1 : 0;
+  }
+  // Radians either stay within a turn, or go on by less than half of one from row to row.
+  if (rows < kFewestRows || static_cast<double>(beyond) <= kShare * static_cast<double>(rows) ||
+      static_cast<double>(half_turns) <= std::max(2.0, kShareOfSteps * static_cast<double>(rows)))
+    return;
+  findings.push_back({.code = FindingCode::reference_unit,
+                      .place = place_of(source),
+                      .count = half_turns,
+                      .payload = payload::Excess{.farthest = farthest, .limit = kWhole, .all = rows}});
 }
 
 // ---- Bearings ----

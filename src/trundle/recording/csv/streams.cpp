@@ -119,6 +119,7 @@ void read_reference(const StreamSource& source, Recording& recording) {
   rules.empty_cells = true;
   rules.slowest_s = kSlowestEvents_s;
   Table table = read_noted(source, rules, recording);
+  check_headings(table.numbers[2], source, recording.findings);
   take_quaternions(table);
   make_continuous(table.numbers[2]);
   recording.reference = {std::move(table.time_s), std::move(table.numbers[0]), std::move(table.numbers[1]),
@@ -131,11 +132,13 @@ void read_relative_motions(const StreamSource& source, Recording& recording) {
   rules.gaps = false;
   rules.slowest_s = kSlowestEvents_s;
   const Table table = read_noted(source, rules, recording);
-  for (std::size_t row = 0; row < table.time_s.size(); ++row)
-    recording.relative_motions.push_back(
-        {table.time_s[row],
-         table.numbers[0][row],
-         {table.numbers[1][row], table.numbers[2][row], table.numbers[3][row]}});
+  for (std::size_t row = 0; row < table.time_s.size(); ++row) {
+    const Pose2 motion{table.numbers[1][row], table.numbers[2][row], table.numbers[3][row]};
+    if (!std::isfinite(motion.x + motion.y + motion.heading))
+      throw InputError(table.origin.place_of(row), "has no number in dx_m, dy_m or dheading_rad",
+                       "all three; leave out the row of a motion that was not measured");
+    recording.relative_motions.push_back({table.time_s[row], table.numbers[0][row], motion});
+  }
 }
 
 void read_landmarks(const StreamSource& source, Recording& recording) {

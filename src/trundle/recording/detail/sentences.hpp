@@ -65,6 +65,9 @@ inline constexpr Sentence kSentences[] = {
     {reference_unit, with<Share>,
      "the reference turns {factor:.2g} of what the wheels do, where radians taken for degrees would make it "
      "1/57: leave out unit = \"deg\""},
+    {reference_unit, with<Excess>,
+     "headings are beyond whole turns, up to {farthest:.4g} rad, and step by more than half a turn from row "
+     "to row {count} time{s}: of degrees, recording.toml can say unit = \"deg\" at heading_rad"},
     {reference_unit, with<Range>,
      "{low:.4g} {subject} by [reference] in recording.toml, {high:.4g} by wheels and gyro with the robot "
      "file as "
@@ -137,8 +140,8 @@ inline constexpr Sentence kSentences[] = {
     {no_gyro, with<Amount>,
      "{count} intervals have no gyro samples; the last turn rate was kept, with ±{value:.1f} rad/√s"},
     {no_rest, with<Amount>,
-     "heading ± {value:.2g}° at the end: the robot never stands still, so the gyro's bias is not known "
-     "beforehand: let it rest 2 s at the start"},
+     "heading ± {value:.2g}° at the end: no rest is recognised, so the gyro's bias is not known beforehand: let "
+     "the robot rest 2 s at the start"},
     {gyro_missing, alone, "the gyro is missing in {count} interval{s} of the wheels: a gap, or saturation"},
     {gyro_missing, with<Spans>,
      "the gyro runs from {start:.2f} to {end:.2f} s, the wheels from {other_start:.2f} to {other_end:.2f} s: "
@@ -233,6 +236,12 @@ inline constexpr Sentence kSentences[] = {
     {noise, with<Amount>,
      "half of all innovations squared (NIS) are above {value:.1f} (expected if consistent: 1.39): sigmas of "
      "[landmark_sensor] or [noise] are too small, and so is every ±"},
+    {noise, with<Range>,
+     "the gyro scatters by {high:.2g} rad/s/√Hz where no wheel turns, by [gyro] in the robot file by "
+     "{low:.2g}: "
+     "so no rest is recognised, and its bias not learned; write noise_rad_s_sqrt_hz = {high:.2g} (trundle "
+     "info "
+     "--gyro-noise measures it)"},
     {noise, with<Times>,
      "the smoother's cost is {factor:.1f} times its degrees of freedom: what was seen does not fit together "
      "as well as the noise settings say, and every ± is at least {root:.1f} times too small"},

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "trundle/recording/csv/detail/table.hpp"
@@ -13,6 +14,11 @@ void check_stamps(const Table& table, const StreamSource& source, const RowRules
 
 /// Counts since the row before that were taken for a counter that goes on, or the other way round.
 void check_increments(const WheelStream& wheels, const StreamSource& source, std::vector<Finding>& findings);
+
+/// Headings that go beyond whole turns, and by more than half a turn from row to row, are degrees. Of the
+/// cells as they are in the file.
+void check_headings(std::span<const double> headings, const StreamSource& source,
+                    std::vector<Finding>& findings);
 
 /// Bearings that cannot be radians.
 void check_bearings(const std::vector<Sighting>& sightings, const StreamSource& source,
