@@ -140,7 +140,8 @@ inline constexpr Sentence kSentences[] = {
     {no_gyro, with<Amount>,
      "{count} intervals have no gyro samples; the last turn rate was kept, with ±{value:.1f} rad/√s"},
     {no_rest, with<Amount>,
-     "heading ± {value:.2g}° at the end: no rest is recognised, so the gyro's bias is not known beforehand: let "
+     "heading ± {value:.2g}° at the end: no rest is recognised, so the gyro's bias is not known beforehand: "
+     "let "
      "the robot rest 2 s at the start"},
     {gyro_missing, alone, "the gyro is missing in {count} interval{s} of the wheels: a gap, or saturation"},
     {gyro_missing, with<Spans>,
