@@ -35,7 +35,7 @@ TEST(StreamsThatAreClosed, ChangeNoResult) {
 TEST(Memory, ThatDoesNotSufficeIsNamedAndLeavesNothing) {
   const Sample sample;
   std::string wheels = "time_s,left_ticks,right_ticks\n";
-  for (int i = 0; i < 200'000; ++i) wheels += std::to_string(0.1 * i) + ",0,0\n";
+  for (int i = 0; i < 500'000; ++i) wheels += std::to_string(0.1 * i) + ",0,0\n";
   write_file(sample.folder() / "long/wheels.csv", wheels);
   const Outcome outcome =
       run_program(sample.folder(), {"odometry", "long", "--robot", "nominal.toml", "-o", "o/t.csv"},
