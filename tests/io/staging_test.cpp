@@ -136,6 +136,8 @@ TEST_F(Results, ThatAreNoNumbersAreNotWritten) {
   ResultFolder results(out_);
   EXPECT_THROW(results.write(out_ / "a.csv", "x_m\nnan\n"), CannotAnswer);
   EXPECT_THROW(write_file(above_ / "a.csv", "x_m\ninf\n"), CannotAnswer);
+  EXPECT_THROW(write_file(above_ / "new/er/a.csv", "x_m\ninf\n"), CannotAnswer);
+  EXPECT_FALSE(fs::exists(above_ / "new"));
   EXPECT_THAT(files(), testing::IsEmpty());
 }
 

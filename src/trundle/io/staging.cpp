@@ -108,6 +108,13 @@ bool is_within(const fs::path& path, const fs::path& folder) {
   return std::mismatch(folder.begin(), folder.end(), path.begin(), path.end()).first == folder.end();
 }
 
+/// The folders up to the first that was created, if any was.
+void remove_empty(fs::path folder, const fs::path& first_created) {
+  if (first_created.empty()) return;
+  for (; is_within(folder, first_created); folder = folder.parent_path())
+    if (::rmdir(folder.c_str()) != 0) break;
+}
+
 bool holds_any_of(const std::string& folder, const std::set<std::string>& names) {
   const auto first = names.lower_bound(folder + "/");
   return first != names.end() && first->starts_with(folder + "/");
@@ -152,7 +159,9 @@ class StagedFile {
       : path_(file.path), staged_(path_.parent_path() / staged_name(path_)) {
     refuse_other_than_file(path_);
     std::error_code error;
-    if (path_.has_parent_path()) fs::create_directories(path_.parent_path(), error);
+    const fs::path folder = fs::absolute(path_).parent_path();
+    const fs::path first_created = first_missing(folder);
+    fs::create_directories(folder, error);
     file_ = claim_file(staged_, path_);
     try {
       if (::ftruncate(file_.number(), 0) != 0) refuse(path_, errno);
@@ -165,6 +174,7 @@ class StagedFile {
       if (file.rest) file.rest(write);
     } catch (...) {
       fs::remove(staged_, error);
+      remove_empty(folder, first_created);
       throw;
     }
   }
@@ -241,9 +251,7 @@ void ResultFolder::take_back() {
   while (fs::remove_all(staged_, still_written) == static_cast<std::uintmax_t>(-1) &&
          still_written == std::errc::directory_not_empty) {
   }
-  if (first_created_.empty()) return;
-  for (fs::path above = folder_.parent_path(); is_within(above, first_created_); above = above.parent_path())
-    if (::rmdir(above.c_str()) != 0) break;
+  remove_empty(folder_.parent_path(), first_created_);
 }
 
 fs::path ResultFolder::staged(const fs::path& path) const {
