@@ -56,6 +56,23 @@ TEST(decompositions, rank_and_complement_of_repeated_rows) {
   EXPECT_LT((N.transpose() * tall()).norm(), kClose);
 }
 
+TEST(decompositions, left_null_space_counts_repeated_columns_once) {
+  MatrixXd A(5, 4);
+  A << tall(), tall().col(0) - 2.0 * tall().col(2);
+  const MatrixXd N = left_null_space(A, 1e-9);
+  ASSERT_EQ(N.cols(), 2);
+  EXPECT_LT((N.transpose() * N - MatrixXd::Identity(2, 2)).norm(), kClose);
+  EXPECT_LT((N.transpose() * A).norm(), kClose);
+  EXPECT_EQ(left_null_space(tall().topRows(3), 1e-9).cols(), 0);
+}
+
+TEST(decompositions, congruence_keeps_quadratic_forms) {
+  const MatrixXd A = tall() * tall().transpose();
+  const VectorXd x = VectorXd::LinSpaced(3, -1.0, 2.0);
+  const VectorXd y = tall() * x;
+  EXPECT_NEAR(x.dot(congruent(A, tall()) * x), y.dot(A * y), kClose * y.dot(A * y));
+}
+
 TEST(decompositions, solutions_solve) {
   const MatrixXd A = covariance();
   const VectorXd b = VectorXd::LinSpaced(5, -1.0, 2.0);

@@ -92,7 +92,7 @@ void add_window(const Window& window, const Context& context, Information& infor
   const Vector3 twist = estimate_twist(context.rows, {z, variance}).twist.vector();
   const RowVector predicted = context.rows.H * twist;
   const Eigen::MatrixXd P = context.P;
-  const Eigen::MatrixXd S = P.transpose() * variance.head(n).asDiagonal() * P;
+  const Eigen::MatrixXd S = combined_covariance(context.P, variance);
   Eigen::MatrixXd J(P.cols(), static_cast<Eigen::Index>(context.parameters.size()));
   for (std::size_t j = 0; j < context.parameters.size(); ++j) {
     const RowVector dz = predicted_derivative(context, context.parameters[j], predicted, window.sum);

@@ -27,7 +27,7 @@ class Steps {
 
   Information of_run(const RunEvidence& run) const {
     Information information = Information::zero(basis_.cols());
-    information.matrix = basis_.transpose() * run.information.matrix * basis_ / dispersion_;
+    information.matrix = congruent(run.information.matrix, basis_) / dispersion_;
     information.gradient = basis_.transpose() * run.information.gradient / dispersion_;
     return information;
   }

@@ -161,7 +161,7 @@ EstimableSpace estimable_space(const Eigen::MatrixXd& information, std::span<con
   for (bool first = true;; first = false) {
     space.basis = complement(space.held, n);
     if (space.basis.cols() == 0) break;
-    const SymmetricEigen eigen = symmetric_eigen(space.basis.transpose() * scaled * space.basis);
+    const SymmetricEigen eigen = symmetric_eigen(congruent(scaled, space.basis));
     const Eigen::MatrixXd vectors = space.basis * eigen.vectors;
     Eigen::VectorXd variance = Eigen::VectorXd::Zero(n);
     for (Eigen::Index k = 0; k < eigen.values.size(); ++k) {
@@ -186,7 +186,7 @@ EstimableSpace estimable_space(const Eigen::MatrixXd& information, std::span<con
 Eigen::MatrixXd constrained_inverse(const Eigen::MatrixXd& information, const EstimableSpace& space) {
   const Eigen::MatrixXd B = space.scale.asDiagonal() * space.basis;
   if (B.cols() == 0) return Eigen::MatrixXd::Zero(information.rows(), information.cols());
-  return B * divide_ldlt(B, B.transpose() * information * B).transpose();
+  return B * divide_ldlt(B, congruent(information, B)).transpose();
 }
 
 HeldWords reason_for(const HeldCombination& held, std::span<const Parameter> parameters, const Robot& nominal,

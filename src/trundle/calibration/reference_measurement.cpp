@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/LU>
+#include "trundle/geometry/decompositions.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -200,7 +200,7 @@ ReferenceMeasurement measure(const ReferenceSample& sample, const Odometer& odom
 ReferenceMeasurement::Weight ReferenceMeasurement::weight(const Matrix3& P) const {
   Weight S = H * P * H.transpose();
   S.diagonal() += variance;
-  return S.inverse();
+  return inverse_of(S);
 }
 
 /// What the run as a whole was measured to be, as residuals of its end pose relative to its start.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "trundle/calibration/relative_sum_kernels.hpp"
+#include "trundle/geometry/decompositions.hpp"
 #include "trundle/geometry/pose2.hpp"
 #include "trundle/io/error.hpp"
 
@@ -103,7 +104,7 @@ RelativeNormalEquations accumulate_relative(const RelativeColumns& columns, cons
   sum_relative(columns, constants_of(chassis, body_from_sensor, weights), sums);
   const InputEquations equations = by_inputs(sums, chassis.inputs());
   const Eigen::MatrixXd D = coefficients_by_parameter(chassis);
-  return {D.transpose() * equations.information * D, D.transpose() * equations.gradient, total(sums.cost),
+  return {congruent(equations.information, D), D.transpose() * equations.gradient, total(sums.cost),
           static_cast<std::size_t>(total(sums.outliers))};
 }
 

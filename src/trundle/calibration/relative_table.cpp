@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trundle/geometry/decompositions.hpp"
+
 namespace trundle::calibration {
 namespace {
 
@@ -98,7 +100,7 @@ std::vector<Information> relative_information(const RelativeTable& table, const 
         columns_between(table, block * table.rows() / blocks, (block + 1) * table.rows() / blocks);
     const RelativeNormalEquations sums =
         accumulate_relative(columns, model.linearised(), robot.body_from_reference, weights);
-    result.push_back({S.transpose() * sums.information * S, S.transpose() * sums.gradient, sums.cost,
+    result.push_back({congruent(sums.information, S), S.transpose() * sums.gradient, sums.cost,
                       static_cast<int>(3 * (columns.rows() - sums.outliers))});
   }
   return result;

@@ -26,7 +26,7 @@ struct ScoreStatistic {
 };
 
 ScoreStatistic score_statistic(const Information& information, const Eigen::MatrixXd& whitening) {
-  const SymmetricEigen eigen = symmetric_eigen(whitening.transpose() * information.matrix * whitening);
+  const SymmetricEigen eigen = symmetric_eigen(congruent(information.matrix, whitening));
   const Eigen::VectorXd g = eigen.vectors.transpose() * (whitening.transpose() * information.gradient);
   ScoreStatistic score;
   for (Eigen::Index k = 0; k < g.size(); ++k) {
@@ -40,7 +40,7 @@ ScoreStatistic score_statistic(const Information& information, const Eigen::Matr
 /// Columns that make the information of all runs the unit matrix, within the estimable space.
 Eigen::MatrixXd whitening_of(const Likelihood& likelihood, const Robot& robot, const EstimableSpace& space) {
   const Eigen::MatrixXd B = space.scale.asDiagonal() * space.basis;
-  return B * inverse_square_root(B.transpose() * total_information(likelihood, robot).matrix * B);
+  return B * inverse_square_root(congruent(total_information(likelihood, robot).matrix, B));
 }
 
 }  // namespace

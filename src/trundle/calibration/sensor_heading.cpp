@@ -10,6 +10,7 @@
 #include "trundle/calibration/likelihood.hpp"
 #include "trundle/calibration/relative_likelihood.hpp"
 #include "trundle/calibration/weights.hpp"
+#include "trundle/geometry/decompositions.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -19,7 +20,7 @@ namespace {
 constexpr double kStraight_rad = 0.1;
 // |Σ| over Σ| |: 1 where all directions agree, near 0 where they have nothing to do with each other.
 constexpr double kAgree = 0.8;
-constexpr double kFewestMotions = 10.0;  // so many unrelated directions agree by 0.8 in 1 of 2000 cases
+constexpr double kFewestDirections = 10.0;  // so many unrelated directions agree by 0.8 in 1 of 2000 cases
 
 // χ² of three degrees of freedom: 3 in 100 by chance, where what is misplaced has not passed for noise.
 constexpr double kElsewhere = 9.0;
@@ -87,7 +88,7 @@ std::optional<double> sensor_heading(std::span<const Run> runs, const Robot& rob
   Directions directions;
   for (const Run& run : runs) add_motions(run, robot, directions);
   const bool agree = std::hypot(directions.sine, directions.cosine) > kAgree * directions.length;
-  if (directions.motions < kFewestMotions || !agree) return std::nullopt;
+  if (directions.motions < kFewestDirections || !agree) return std::nullopt;
   return std::atan2(directions.sine, directions.cosine);
 }
 
@@ -106,7 +107,7 @@ SensorPlace sensor_place(const CalibrationProblem& problem, const Estimate& esti
   Eigen::MatrixXd N = sigma.asDiagonal() * all.matrix * sigma.asDiagonal();
   N.diagonal().array() += kNothing;
   N.diagonal().tail<3>().array() += 1.0;  // the prior: what the runs do not show stays
-  const Eigen::MatrixXd inverse = N.inverse();
+  const Eigen::MatrixXd inverse = inverse_of(N);
   const Matrix3 covariance = inverse.bottomRightCorner<3, 3>();
   const Vector3 step = (inverse * sigma.cwiseProduct(all.gradient)).tail<3>();
   const Vector3 offset = sigma.tail<3>().cwiseProduct(step);

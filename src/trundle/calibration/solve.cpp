@@ -49,7 +49,7 @@ class GaussNewton {
         here_(objective_at(robot, moved_)) {}
 
   std::optional<NewtonStep> solve() {
-    Eigen::MatrixXd N = columns_.transpose() * here_.information.matrix * columns_;
+    Eigen::MatrixXd N = congruent(here_.information.matrix, columns_);
     N.diagonal().array() += prior_weight_;
     step_ = solve_ldlt(
         N, columns_.transpose() * here_.information.gradient - prior_weight_ * (basis_.transpose() * moved_));

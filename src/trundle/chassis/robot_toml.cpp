@@ -41,7 +41,7 @@ std::string toml_string(std::string_view text) {
 }
 
 void write(std::string& out, std::string_view key, std::string_view value) {
-  fmt::format_to(std::back_inserter(out), "{} = {}\n", key, value);
+  out += fmt::format("{} = {}\n", key, value);
 }
 
 bool same_bits(double a, double b) {
@@ -109,8 +109,8 @@ void write_noise(std::string& out, const Chassis& chassis) {
 }
 
 void write_texts(std::string& out, std::string_view key, const std::vector<std::string>& texts) {
-  fmt::format_to(std::back_inserter(out), "{} = [\n", key);
-  for (const std::string& text : texts) fmt::format_to(std::back_inserter(out), "  {},\n", toml_string(text));
+  out += fmt::format("{} = [\n", key);
+  for (const std::string& text : texts) out += fmt::format("  {},\n", toml_string(text));
   out += "]\n";
 }
 
@@ -158,7 +158,7 @@ void write_calibration(std::string& out, const CalibrationRecord& record) {
 template <class T, std::size_t n>
 void write_section(std::string& out, std::string_view name, const std::array<NumberKey<T>, n>& keys,
                    const T& section) {
-  fmt::format_to(std::back_inserter(out), "\n[{}]\n", name);
+  out += fmt::format("\n[{}]\n", name);
   write_numbers(out, keys, section);
 }
 

@@ -1,11 +1,10 @@
 #include "trundle/chassis/rows.hpp"
 
 #include <algorithm>
+#include <limits>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/geometry/squared.hpp"
@@ -149,11 +148,11 @@ bool parallel(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
 // From the geometry alone, so that the noise of an interval, which may differ by many orders from row to row,
 // has no say in the rank.
 Combinations left_null_space(const Rows& rows) {
-  const RowMatrix H = scaled(rows.H.topRows(rows.measured));
-  Eigen::ColPivHouseholderQR<RowMatrix> qr(H);
-  qr.setThreshold(kRankLimit);
-  const Combinations Q = qr.householderQ() * Combinations::Identity(rows.measured, rows.measured);
-  return Q.rightCols(rows.measured - qr.rank());
+  return geometry::left_null_space(scaled(rows.H.topRows(rows.measured)), kRankLimit);
+}
+
+Combinations combined_covariance(const Combinations& P, const RowVector& variance) {
+  return P.transpose() * variance.head(P.rows()).asDiagonal() * P;
 }
 
 Vector3 rolling_row(const Wheel& wheel) {
@@ -255,9 +254,10 @@ TwistEstimate estimate_twist(const Rows& rows, const Readings& readings) {
 ResidualTest residual_test(const Rows& rows, const Readings& readings) {
   const Combinations P = left_null_space(rows);
   if (P.cols() == 0) return {};
-  const RowVector y = P.transpose() * readings.z.head(rows.measured);
-  const Combinations S = P.transpose() * readings.variance.head(rows.measured).asDiagonal() * P;
-  return {y.dot(S.llt().solve(y)), static_cast<int>(P.cols())};
+  const auto misfit = gaussian_misfit(P.transpose() * readings.z.head(rows.measured),
+                                      combined_covariance(P, readings.variance));
+  return {misfit ? misfit->squared_mahalanobis : std::numeric_limits<double>::infinity(),
+          static_cast<int>(P.cols())};
 }
 
 Observability observability(const Rows& rows) {

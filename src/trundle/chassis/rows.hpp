@@ -94,6 +94,8 @@ struct TwistEstimate {
 using Combinations = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows>;
 /// P with Pᵀ H = 0 for the measured rows, orthonormal: its columns span what no motion can make them read.
 [[nodiscard]] Combinations left_null_space(const Rows& rows);
+/// Pᵀ V P: the covariance of Pᵀ z, of the variances V of z.
+[[nodiscard]] Combinations combined_covariance(const Combinations& P, const RowVector& variance);
 
 /// What no motion can explain: rᵀ W r of the measured rows alone, χ² distributed when nothing slips.
 struct ResidualTest {

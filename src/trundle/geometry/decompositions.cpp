@@ -44,6 +44,13 @@ MatrixXd orthogonal_complement(const MatrixXd& A) {
   return Q.rightCols(A.rows() - A.cols());
 }
 
+MatrixXd left_null_space(const MatrixXd& A, double threshold) {
+  Eigen::ColPivHouseholderQR<MatrixXd> qr(A);
+  qr.setThreshold(threshold);
+  const MatrixXd Q = qr.householderQ();
+  return Q.rightCols(A.rows() - qr.rank());
+}
+
 MatrixXd pseudo_inverse(const MatrixXd& A) {
   return A.completeOrthogonalDecomposition().pseudoInverse();
 }
@@ -77,6 +84,10 @@ std::optional<GaussianMisfit> gaussian_misfit(const VectorXd& b, const MatrixXd&
   if (cholesky.info() != Eigen::Success) return std::nullopt;
   return GaussianMisfit{cholesky.matrixL().solve(b).squaredNorm(),
                         2.0 * cholesky.matrixLLT().diagonal().array().log().sum()};
+}
+
+MatrixXd congruent(const MatrixXd& A, const MatrixXd& B) {
+  return B.transpose() * A * B;
 }
 
 MatrixXd inverse_of(const MatrixXd& A) {

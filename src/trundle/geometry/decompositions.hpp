@@ -1,5 +1,5 @@
-/// Decompositions of matrices whose size is known at run time: all that the modules need, compiled once. Each
-/// costs the compiler seconds wherever it is used by itself.
+/// Decompositions and products of matrices whose size is known at run time: all that the modules need,
+/// compiled once. Each costs the compiler seconds wherever it is used by itself.
 #pragma once
 
 #include <optional>
@@ -32,6 +32,9 @@ struct RightSingularVectors {
 [[nodiscard]] Eigen::Index rank_of(const Eigen::MatrixXd& A, std::optional<double> threshold = std::nullopt);
 /// Orthonormal columns (m×(m−n)), orthogonal to those of A (m×n) of rank n.
 [[nodiscard]] Eigen::MatrixXd orthogonal_complement(const Eigen::MatrixXd& A);
+/// Orthonormal columns (m×(m−r)), orthogonal to those of A (m×n) of rank r: pivots of at most `threshold`
+/// times the largest are rounding.
+[[nodiscard]] Eigen::MatrixXd left_null_space(const Eigen::MatrixXd& A, double threshold);
 /// The Moore–Penrose inverse (n×m) of A (m×n), of whatever rank.
 [[nodiscard]] Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& A);
 /// x (n) with the least ‖A x − b‖, of A (m×n) and b (m).
@@ -54,6 +57,8 @@ struct GaussianMisfit {
 [[nodiscard]] std::optional<GaussianMisfit> gaussian_misfit(const Eigen::VectorXd& b,
                                                             const Eigen::MatrixXd& A);
 
+/// Bᵀ A B (m×m): the quadratic form of A (n×n) in coordinates along the columns of B (n×m).
+[[nodiscard]] Eigen::MatrixXd congruent(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 /// A⁻¹ (n×n), by LU; not finite where A is singular.
 [[nodiscard]] Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& A);
 

@@ -1,7 +1,8 @@
 #include "trundle/odometry/smooth.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+
+#include "trundle/geometry/decompositions.hpp"
 
 namespace trundle::odometry {
 namespace {
@@ -57,9 +58,9 @@ Matrix4 smoothed_covariance(const Matrix4& P, const Matrix4& Lambda) {
   const Vector4 root = factor.vectorD().cwiseMax(0.0).cwiseSqrt();
   const Matrix4 L =
       factor.transpositionsP().transpose() * Matrix4(Matrix4(factor.matrixL()) * root.asDiagonal());
-  const Eigen::SelfAdjointEigenSolver<Matrix4> learned(L.transpose() * Lambda * L);
-  const Vector4 left = (1.0 - learned.eigenvalues().array()).cwiseMax(0.0).sqrt();
-  const Matrix4 smoothed_root = L * learned.eigenvectors() * left.asDiagonal();
+  const SymmetricEigen learned = symmetric_eigen(Matrix4(L.transpose() * Lambda * L));
+  const Vector4 left = (1.0 - learned.values.array()).cwiseMax(0.0).sqrt();
+  const Matrix4 smoothed_root = L * Matrix4(learned.vectors) * left.asDiagonal();
   return smoothed_root * smoothed_root.transpose();
 }
 

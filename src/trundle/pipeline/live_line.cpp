@@ -68,10 +68,9 @@ std::optional<double> gyro_in(const Line& line, std::string_view place) {
 }
 
 void print_pose(std::string& text, const Pose2& pose, const Matrix3& P) {
-  fmt::format_to(std::back_inserter(text),
-                 R"("x_m":{},"y_m":{},"heading_rad":{},"var_xx":{},"var_xy":{},"var_xh":{},"var_yy":{},)"
-                 R"("var_yh":{},"var_hh":{})",
-                 pose.x, pose.y, pose.heading, P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2));
+  text += fmt::format(R"("x_m":{},"y_m":{},"heading_rad":{},"var_xx":{},"var_xy":{},"var_xh":{},"var_yy":{},)"
+                      R"("var_yh":{},"var_hh":{})",
+                      pose.x, pose.y, pose.heading, P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2));
 }
 
 std::string quoted_wheel(int wheel, const Robot& robot) {
@@ -79,17 +78,16 @@ std::string quoted_wheel(int wheel, const Robot& robot) {
 }
 
 void print_event(std::string& text, const SlipEvent& event, const Robot& robot) {
-  fmt::format_to(
-      std::back_inserter(text),
+  text += fmt::format(
       R"({{"start_s":{},"end_s":{},"wheel":{},"kind":"{}","excess_m":{},"confidence":{},"excess_sigma_m":{}}})",
       event.start_s, event.end_s, quoted_wheel(event.wheel, robot), name_of(event.kind), event.excess_m,
       event.confidence, event.excess_sigma_m);
 }
 
 void print_verdict(std::string& text, const SlipVerdict& verdict, const Robot& robot) {
-  fmt::format_to(std::back_inserter(text), R"(,"status":"{}")", name_of(verdict.status));
+  text += fmt::format(R"(,"status":"{}")", name_of(verdict.status));
   if (verdict.status == SlipStatus::judged)
-    fmt::format_to(std::back_inserter(text), R"(,"chi2":{},"limit":{})", verdict.chi2, verdict.limit);
+    text += fmt::format(R"(,"chi2":{},"limit":{})", verdict.chi2, verdict.limit);
   if (verdict.slipping) text += R"(,"wheel":)" + quoted_wheel(verdict.wheel, robot);
   text += R"(,"ended":[)";
   for (std::size_t i = 0; i < verdict.ended_count; ++i) {
@@ -100,8 +98,7 @@ void print_verdict(std::string& text, const SlipVerdict& verdict, const Robot& r
 }
 
 void print_slip(std::string& text, const LiveSlip& slip, const Robot& robot) {
-  fmt::format_to(std::back_inserter(text), R"(,"slip":{{"slipping":{},"decided":{})", slip.slipping,
-                 slip.verdict.has_value());
+  text += fmt::format(R"(,"slip":{{"slipping":{},"decided":{})", slip.slipping, slip.verdict.has_value());
   if (slip.verdict) print_verdict(text, *slip.verdict, robot);
   text += R"(,"corrected":{)";
   print_pose(text, slip.pose, slip.covariance);
@@ -125,10 +122,10 @@ LiveLine parse_live_line(std::string_view line, std::string_view place) {
 std::string line_of(const LiveEstimate& estimate, const Robot& robot) {
   std::string text = fmt::format(R"({{"time_s":{},)", estimate.time_s);
   print_pose(text, estimate.pose, estimate.covariance);
-  fmt::format_to(std::back_inserter(text), R"(,"at_rest":{})", estimate.at_rest);
+  text += fmt::format(R"(,"at_rest":{})", estimate.at_rest);
   if (estimate.gyro_bias)
-    fmt::format_to(std::back_inserter(text), R"(,"gyro_bias":{{"rad_s":{},"sigma_rad_s":{}}})",
-                   estimate.gyro_bias->rad_s, std::sqrt(estimate.gyro_bias->variance));
+    text += fmt::format(R"(,"gyro_bias":{{"rad_s":{},"sigma_rad_s":{}}})", estimate.gyro_bias->rad_s,
+                        std::sqrt(estimate.gyro_bias->variance));
   if (estimate.slip)
     print_slip(text, *estimate.slip, robot);
   else

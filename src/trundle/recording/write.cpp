@@ -1,4 +1,6 @@
-#include <fmt/format.h>
+#include <iterator>
+
+#include <fmt/compile.h>
 
 #include "trundle/recording/csv/detail/partial_reference.hpp"
 #include "trundle/recording/csv/detail/streams.hpp"
@@ -10,7 +12,7 @@ namespace {
 
 /// Shortest text that reads back as the same double; nothing where not measured.
 void append(std::string& text, double value) {
-  if (value == value) fmt::format_to(std::back_inserter(text), "{}", value);
+  if (value == value) fmt::format_to(std::back_inserter(text), FMT_COMPILE("{}"), value);
 }
 
 struct Column {

@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
+#include "trundle/geometry/decompositions.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/statistics/distribution.hpp"
 #include "trundle/statistics/median.hpp"
@@ -46,7 +47,7 @@ MotionToParity regression(std::span<const Parity::Raw> raws, const Parity& parit
   }
   const Vector3 prior = kGeometryPrior * parity.size();
   normal.diagonal() += scale * prior.cwiseAbs2().cwiseInverse();
-  return normal.ldlt().solve(right.transpose()).transpose();
+  return divide_ldlt(right, normal);
 }
 
 std::vector<ParityVector> whitened(std::span<const Parity::Raw> raws, const ResidualModel& model) {

@@ -79,8 +79,7 @@ Parity::Raw Parity::raw(const JudgedInterval& interval, double timing_sigma_s) c
   }
   const auto measured = readings.z.head(rows_.measured);
   raw.y = combinations_.transpose() * measured;
-  raw.covariance =
-      combinations_.transpose() * readings.variance.head(rows_.measured).asDiagonal() * combinations_;
+  raw.covariance = combined_covariance(combinations_, readings.variance);
   raw.twist = twist_from_readings_ * readings.z;
   return raw;
 }

@@ -142,9 +142,7 @@ double parity_deviance(std::span<const Displacement> displacements, const Robot&
     if (displacement.parity.size() == 0) continue;
     // Of the sum: its noise grows with the way, but of the rounding only that of both ends is left.
     const RowVector variance = readings_of(chassis, redundancy.rows, displacement.rolled).variance;
-    const auto misfit = gaussian_misfit(
-        displacement.parity,
-        redundancy.P.transpose() * variance.head(redundancy.rows.measured).asDiagonal() * redundancy.P);
+    const auto misfit = gaussian_misfit(displacement.parity, combined_covariance(redundancy.P, variance));
     if (!misfit) return std::numeric_limits<double>::infinity();
     squares += misfit->squared_mahalanobis;
     log_determinants += misfit->log_determinant;
