@@ -70,7 +70,7 @@ std::string_view words_of(Alignment alignment) {
 
 /// "position error, rms, start-aligned: nominal 0.0960 m, odometry 0.0138 m; in the map's frame: localization
 /// 0.0412 m": as the page has them.
-std::string sentence_of(const std::vector<Evaluated>& all, Alignment common) {
+std::string errors_in_words(const std::vector<Evaluated>& all, Alignment common) {
   std::string text = "position error, rms";
   std::optional<Alignment> last;
   for (const Evaluated& one : all) {
@@ -120,14 +120,20 @@ Found<EvaluationStage> evaluate_trajectories(const RunInputs& inputs, const Robo
   std::vector<Evaluated> all;
   for (const WrittenTrajectory& trajectory : trajectories)
     all.push_back(evaluated(trajectory, reference, robot));
+  std::vector<PositionError> errors;
+  for (const Evaluated& one : all)
+    if (const EvaluationAnswer* const answer = one.by(Alignment::start))
+      errors.push_back({one.trajectory->name, answer->evaluation.position_m.rms});
   const EvaluationSummary summary{.alignment = common_alignment(all), .noise = reference.noise};
   Json document = to_json(inputs.provenance);
   document.update(to_json(summary));
   document["trajectories"] = Json::array();
   for (const Evaluated& one : all) document["trajectories"].push_back(json_of(one));
   Found<EvaluationStage> found{
-      .value = {.summary = summary, .reference = positions_of(recording.reference)},
-      .message = sentence_of(all, summary.alignment),
+      .value = {.summary = summary,
+                .reference = positions_of(recording.reference),
+                .errors = std::move(errors)},
+      .message = errors_in_words(all, summary.alignment),
       .files = {{inputs.in_folder("reference.csv"), reference_csv_of(inputs, recording.reference)},
                 {inputs.in_folder("evaluation.json"), printed(document)}}};
   if (clock)

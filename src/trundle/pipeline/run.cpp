@@ -60,11 +60,30 @@ RunAnswer tried(const RunInputs& session, const CalibratedRobot* calibrated, con
   }
 }
 
-/// A session's recordings one by one. Returns the first failure where all fail.
-std::optional<Failure> run_each(const RunInputs& inputs, const CalibratedRobot* calibrated,
-                                const ResultFolder& results, RunRecord& record,
-                                const OnProgress& on_progress) {
-  std::optional<Failure> first;
+/// Of a trajectory over the runs that have one.
+struct PooledError {
+  std::string name;
+  double squares = 0.0;
+  int runs = 0;
+};
+
+void add(const PositionError& error, std::vector<PooledError>& pooled) {
+  auto same = std::ranges::find(pooled, error.trajectory, &PooledError::name);
+  if (same == pooled.end()) same = pooled.insert(pooled.end(), {.name = error.trajectory});
+  same->squares += error.rms_m * error.rms_m;
+  ++same->runs;
+}
+
+/// What became of a session's recordings.
+struct SessionRuns {
+  std::optional<Failure> failure = {};  ///< the first, where all fail
+  std::vector<PooledError> errors = {};
+};
+
+/// One by one.
+SessionRuns run_each(const RunInputs& inputs, const CalibratedRobot* calibrated, const ResultFolder& results,
+                     RunRecord& record, const OnProgress& on_progress) {
+  SessionRuns runs;
   bool any = false;
   for (const std::filesystem::path& path : recordings_below(inputs.question.recording)) {
     const std::string name = path.lexically_relative(inputs.question.recording).generic_string();
@@ -72,16 +91,18 @@ std::optional<Failure> run_each(const RunInputs& inputs, const CalibratedRobot* 
     Stage stage{.outputs = {name + "/run.json"}, .recording = name};
     if (one.no_odometry) {
       stage.message = one.no_odometry->message;
-      if (!first) first = one.no_odometry;
+      if (!runs.failure) runs.failure = one.no_odometry;
     } else {
       stage.status = StageStatus::done;
       stage.message = message_of(one.record);
       any = true;
     }
+    for (const PositionError& error : one.errors) add(error, runs.errors);
     record.recordings.push_back(name);
     record.stages.push_back(std::move(stage));
   }
-  return any ? std::nullopt : first;
+  if (any) runs.failure.reset();
+  return runs;
 }
 
 void note(const CalibratedRobot& calibrated, RunRecord& record) {
@@ -93,32 +114,8 @@ void write_record(const RunInputs& inputs, const ResultFolder& results, const Ru
   results.write(inputs.in_folder("run.json"), printed(to_json(record)));
 }
 
-/// Of a trajectory over the runs that have one.
-struct PooledError {
-  std::string name;
-  double squares = 0.0;
-  int runs = 0;
-};
-
-void add(const std::string& name, double rms_m, std::vector<PooledError>& pooled) {
-  auto same = std::ranges::find(pooled, name, &PooledError::name);
-  if (same == pooled.end()) same = pooled.insert(pooled.end(), {.name = name});
-  same->squares += rms_m * rms_m;
-  ++same->runs;
-}
-
-/// The errors of all runs together, from what each of them has written.
-Found<bool> evaluate_session(const RunInputs& inputs, const ResultFolder& results, const RunRecord& record) {
-  std::vector<PooledError> pooled;
-  for (const std::string& name : record.recordings) {
-    const std::filesystem::path path = results.staged(inputs.in_folder(name) / "evaluation.json");
-    if (!std::filesystem::exists(path)) continue;
-    const auto document = nlohmann::json::parse(read_file(path));
-    if (document["alignment"]["kind"] != "start") continue;
-    for (const auto& trajectory : document["trajectories"])
-      if (const auto& by = trajectory["evaluations"]; by.contains("start"))
-        add(trajectory["name"], by["start"]["position_m"]["rms"], pooled);
-  }
+/// The errors of all runs together.
+Found<bool> evaluate_session(const std::vector<PooledError>& pooled) {
   if (pooled.empty()) throw NotApplicable{"no recording has a reference with x, y and heading"};
   std::string message = "position error, rms of the runs' rms, start-aligned:";
   for (const PooledError& one : pooled)
@@ -130,8 +127,8 @@ Found<bool> evaluate_session(const RunInputs& inputs, const ResultFolder& result
 /// Of a session the page shows what was calibrated: each of its recordings has a page of its own.
 RunAnswer run_session(const RunInputs& inputs, const CalibratedRobot* calibrated, const ResultFolder& results,
                       RunRecord& record, StageRunner& stage, const OnProgress& on_progress) {
-  const std::optional<Failure> failure = run_each(inputs, calibrated, results, record, on_progress);
-  stage(StageKind::evaluation, [&] { return evaluate_session(inputs, results, record); });
+  const SessionRuns runs = run_each(inputs, calibrated, results, record, on_progress);
+  stage(StageKind::evaluation, [&] { return evaluate_session(runs.errors); });
   stage(StageKind::report, [&] {
     if (calibrated == nullptr)
       throw NotApplicable{"nothing was calibrated; each recording has a page of its own"};
@@ -142,7 +139,7 @@ RunAnswer run_session(const RunInputs& inputs, const CalibratedRobot* calibrated
     return draw_page(inputs, std::move(shown));
   });
   write_record(inputs, results, record);
-  return {.record = record, .no_odometry = failure};
+  return {.record = record, .no_odometry = runs.failure};
 }
 
 RunAnswer run_one(const RunInputs& inputs, const ResultFolder& results, const OnProgress& on_progress) {
@@ -187,7 +184,9 @@ RunAnswer run_one(const RunInputs& inputs, const ResultFolder& results, const On
     return draw_page(inputs, std::move(shown));
   });
   write_record(inputs, results, record);
-  return {.record = record, .no_odometry = odometry.failure};
+  RunAnswer answer{.record = record, .no_odometry = odometry.failure};
+  if (evaluation.value) answer.errors = evaluation.value->errors;
+  return answer;
 }
 
 }  // namespace

@@ -47,9 +47,16 @@ struct Failure {
   std::string message;
 };
 
+/// Of a trajectory, aligned with the reference at the start.
+struct PositionError {
+  std::string trajectory;
+  double rms_m = 0.0;
+};
+
 struct RunAnswer {
   RunRecord record;
   std::optional<Failure> no_odometry;  ///< of a session: of none of its recordings, and why not of the first
+  std::vector<PositionError> errors = {};  ///< of one recording; its reference has x, y and heading
 };
 
 /// Health check, calibration, gyro and slip, corrected odometry, localization and mapping, evaluation,

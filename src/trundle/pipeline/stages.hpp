@@ -55,6 +55,7 @@ struct SlamStage {
 struct EvaluationStage {
   EvaluationSummary summary;
   Trajectory reference;
+  std::vector<PositionError> errors;
 };
 
 // The stages, each from the values that it needs. They throw NotApplicable, CannotAnswer and InputError.
