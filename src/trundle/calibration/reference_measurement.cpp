@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "trundle/geometry/decompositions.hpp"
+#include <Eigen/LU>
 
 namespace trundle::calibration {
 namespace {
@@ -200,7 +200,7 @@ ReferenceMeasurement measure(const ReferenceSample& sample, const Odometer& odom
 ReferenceMeasurement::Weight ReferenceMeasurement::weight(const Matrix3& P) const {
   Weight S = H * P * H.transpose();
   S.diagonal() += variance;
-  return inverse_of(S);
+  return S.inverse();
 }
 
 /// What the run as a whole was measured to be, as residuals of its end pose relative to its start.

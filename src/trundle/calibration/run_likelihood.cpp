@@ -5,9 +5,10 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/LU>
+
 #include "trundle/calibration/errors_in_variables.hpp"
 #include "trundle/calibration/reference_measurement.hpp"
-#include "trundle/geometry/decompositions.hpp"
 #include "trundle/odometry/odometer.hpp"
 
 namespace trundle::calibration {
@@ -20,7 +21,7 @@ Innovation innovation_of(const ReferenceMeasurement& m, const Weight& W, double 
                         .squared_mahalanobis = distance,
                         .normalised = Vector3::Zero(),
                         .count = static_cast<int>(m.innovation.size())};
-  const Weight S = inverse_of(W);
+  const Weight S = W.inverse();
   for (Eigen::Index i = 0; i < m.innovation.size(); ++i)
     innovation.normalised[m.component[static_cast<std::size_t>(i)]] = m.innovation[i] / std::sqrt(S(i, i));
   return innovation;
