@@ -24,7 +24,8 @@ const std::vector<Payload> kPayloads = {std::monostate(),
                                         payload::SteadyRate{3.0, 0.1, 0.01, 0.002},
                                         payload::ClockOffset{.off_s = 0.01, .file = "robot.toml"},
                                         payload::LengthRatio{1e3, "millimetres", "mm"},
-                                        payload::Stretch{1.0, 2.0, 7}};
+                                        payload::Stretch{1.0, 2.0, 7},
+                                        payload::Offset{0.05, 0.01, 1.5}};
 
 Finding of(FindingCode code, const Payload& payload) {
   return {

@@ -53,5 +53,31 @@ TEST(ConsistencyChecks, ReportSigmasThatAreTooSmall) {
   EXPECT_EQ(findings.back().code, FindingCode::noise);
 }
 
+TEST(ConsistencyChecks, ReportReadingsThatAreOffInCommon) {
+  test::SlamWorld world = test::slam_world({.steps = 200});
+  for (SlamStep& step : world.steps)
+    for (Observation& observation : step.observations) {
+      observation.range_m += 2.0 * world.sensor.range_sigma_m;
+      observation.bearing_rad -= 2.0 * world.sensor.bearing_sigma_rad;
+    }
+  const std::vector<Finding> findings = findings_of(world);
+  const auto found = [&](FindingCode code) { return std::ranges::find(findings, code, &Finding::code); };
+  ASSERT_NE(found(FindingCode::range_offset), findings.end());
+  const auto range = std::get<payload::Offset>(found(FindingCode::range_offset)->payload);
+  EXPECT_NEAR(range.value, 2.0 * world.sensor.range_sigma_m, 4.0 * range.sigma);
+  EXPECT_THAT(describe(*found(FindingCode::range_offset)), testing::HasSubstr("sensor.range_offset"));
+}
+
+TEST(ConsistencyChecks, ReportASmootherThatContradictsItsFilter) {
+  const test::SlamWorld world = test::slam_world({.steps = 200});
+  const SlamInput input = input_of(world);
+  const SlamResult filtered = slam(input, world.sensor, {.method = SlamMethod::ekf});
+  SmoothedSlam smoothed = smooth(input, world.sensor, filtered);
+  for (StampedPose& stamped : smoothed.trajectory.poses) stamped.pose.x += 1.0;
+  const std::vector<Finding> findings = consistency_checks(input, filtered, &smoothed);
+  ASSERT_FALSE(findings.empty());
+  EXPECT_EQ(findings.front().code, FindingCode::smoother_contradicts);
+}
+
 }  // namespace
 }  // namespace trundle::slam

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/slam/smoothing/smoother.hpp"
 
 #include "calibration/simulated_runs.hpp"
 #include "scale.hpp"
@@ -150,6 +151,98 @@ TEST(LandmarkCalibration, TellsLandmarksApartAgainWithTheRobotThatItFound) {
     honesty.add(calibrate_from_landmarks({&recording, 1}, {}, scenario.nominal), scenario.truth);
   }
   honesty.expect_honest();
+}
+
+constexpr Parameter kRangeOffset{ParameterKind::sensor_range_offset, -1};
+constexpr Parameter kRangeScale{ParameterKind::sensor_range_scale, -1};
+constexpr Parameter kBearingOffset{ParameterKind::sensor_bearing_offset, -1};
+constexpr Parameter kClock{ParameterKind::sensor_time_offset, -1};
+constexpr Parameter kSensorX{ParameterKind::sensor_x, -1};
+constexpr Parameter kSensorY{ParameterKind::sensor_y, -1};
+
+// A scanner that is read late, whose ranges start at its housing, and that is mounted a little askew.
+Scenario crooked_scenario(std::uint64_t seed) {
+  Scenario scenario = scenario_of(nominal_robot(), tour(40.0, seed), seed);
+  scenario.sightings.rate_hz = 5.0;
+  LandmarkSensor& sensor = *scenario.truth.landmark_sensor;
+  sensor.range_offset_m = 0.05;
+  sensor.bearing_offset_rad = radians(2.0);
+  sensor.time_offset_s = -0.4;
+  return scenario;
+}
+
+double rms_m(const Trajectory& trajectory, const Scenario& scenario) {
+  const Trajectory truth = simulate(scenario).truth.body;
+  double sum = 0.0;
+  std::size_t j = 0;
+  for (const StampedPose& stamped : trajectory.poses) {
+    while (j + 1 < truth.poses.size() && truth.poses[j].time_s < stamped.time_s) ++j;
+    const Pose2 apart = truth.poses.front().pose.inverse() * truth.poses[j].pose;
+    sum += (apart.translation() - stamped.pose.translation()).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(trajectory.poses.size()));
+}
+
+TEST(LandmarkCalibration, FindsWhatTheSensorErrsByAndItsClock) {
+  const std::vector<Parameter> wanted = {kRangeOffset, kBearingOffset, kClock};
+  const int seeds = test::trials(6, 3);
+  double squares = 0.0, smoothed_m = 0.0, filtered_m = 0.0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    const Scenario scenario = crooked_scenario(static_cast<std::uint64_t>(seed));
+    const Recording recording = recorded(scenario);
+    const CalibrationResult result = calibrate_from_landmarks(
+        {&recording, 1}, {}, nominal_robot(),
+        {.free = {"sensor.range_offset", "sensor.bearing_offset", "sensor.time_offset"}});
+    for (const Parameter& parameter : wanted) {
+      const ParameterEstimate& e = of(result, parameter);
+      EXPECT_TRUE(e.observable) << e.name;
+      const double z = (e.value - value_of(parameter, scenario.truth)) / e.sigma_within;
+      EXPECT_LT(std::abs(z), 4.0) << e.name << " " << e.value << " ± " << e.sigma_within;
+      squares += z * z;
+    }
+    const SlamInput input = slam_input(recording, result.calibrated);
+    const SlamResult filtered = slam(input, *result.calibrated.landmark_sensor, {.method = SlamMethod::ekf});
+    const SmoothedSlam smoothed = smooth(input, *result.calibrated.landmark_sensor, filtered);
+    smoothed_m += rms_m(smoothed.trajectory, scenario) / seeds;
+    filtered_m += rms_m(filtered.online, scenario) / seeds;
+  }
+  EXPECT_LE(smoothed_m, filtered_m);
+  EXPECT_LT(squares / (3.0 * seeds), 1.0 + 4.0 * std::sqrt(2.0 / (3.0 * seeds)));
+}
+
+TEST(LandmarkCalibration, FindsWhereTheSensorStands) {
+  Scenario scenario = scenario_of(nominal_robot(), tour(40.0, 8), 8);
+  scenario.sightings.rate_hz = 5.0;
+  scenario.truth.landmark_sensor->body_from_sensor.x += 0.05;
+  scenario.truth.landmark_sensor->body_from_sensor.y -= 0.03;
+  const Recording recording = recorded(scenario);
+  const CalibrationResult result =
+      calibrate_from_landmarks({&recording, 1}, {}, nominal_robot(), {.free = {"sensor.x", "sensor.y"}});
+  for (const Parameter& parameter : {kSensorX, kSensorY}) {
+    const ParameterEstimate& e = of(result, parameter);
+    EXPECT_TRUE(e.observable) << e.name;
+    EXPECT_NEAR(e.value, value_of(parameter, scenario.truth), 4.0 * e.sigma_within) << e.name;
+  }
+}
+
+TEST(LandmarkCalibration, FindsAScaleOfRangesOnlyAgainstKnownWheels) {
+  Scenario scenario = scenario_of(nominal_robot(), tour(40.0, 9), 9);
+  scenario.truth.landmark_sensor->range_scale = 1.03;
+  const Recording recording = recorded(scenario);
+  const CalibrationResult fixed =
+      calibrate_from_landmarks({&recording, 1}, {}, nominal_robot(),
+                               {.free = {"sensor.range_scale"}, .fix = {"left.diameter", "right.diameter"}});
+  const ParameterEstimate& e = of(fixed, kRangeScale);
+  EXPECT_TRUE(e.observable);
+  EXPECT_NEAR(e.value, 1.03, 4.0 * e.sigma_within);
+  // Where the sensor stands on the robot is a length, too: in the middle it is none.
+  scenario.nominal.landmark_sensor->body_from_sensor = {};
+  scenario.truth.landmark_sensor->body_from_sensor = {};
+  const Recording centred = recorded(scenario);
+  const CalibrationResult both =
+      calibrate_from_landmarks({&centred, 1}, {}, scenario.nominal, {.free = {"sensor.range_scale"}});
+  EXPECT_EQ(both.status, CalibrationStatus::some_held);
+  EXPECT_FALSE(both.unobservable.empty());
 }
 
 TEST(LandmarkCalibration, HoldsWhatTheRunCannotShow) {

@@ -77,6 +77,26 @@ TEST(SightingResidual, DerivativesAreThoseOfSmallMoves) {
   }
 }
 
+TEST(SightingResidual, DerivativesByTheSensorAreThoseOfSmallErrors) {
+  const LandmarkSensor sensor{{0.2, -0.1, 0.7}, 0.1, 0.02, 10.0, 0.0};
+  Random random(3, 1);
+  for (int trial = 0; trial < 50; ++trial) {
+    const Pose2 pose = any_pose(random);
+    const Vector2 landmark(random.uniform(-5.0, 5.0), random.uniform(-5.0, 5.0));
+    const Observation observation{0, 3.0, random.uniform(-kPi, kPi)};
+    SensorErrors here;
+    for (double& error : here) error = random.normal(0.05);
+    const SightingResidual r = sighting_residual(sensor, observation, pose, landmark, here);
+    for (int i = 0; i < here.size(); ++i) {
+      const SensorErrors step = kStep * SensorErrors::Unit(i);
+      const Vector2 slope = (sighting_residual(sensor, observation, pose, landmark, here + step).error -
+                             sighting_residual(sensor, observation, pose, landmark, here - step).error) /
+                            (2.0 * kStep);
+      EXPECT_LT((slope - r.by_sensor.col(i)).norm(), 1e-6 * (1.0 + r.by_sensor.norm())) << i;
+    }
+  }
+}
+
 TEST(FreeMotion, ComposesAsMotionsDo) {
   const Motion a = motion_of({0.5, 0.1, 0.4}, Matrix3::Identity() * 0.01);
   const Motion b = motion_of({0.3, -0.1, -0.7}, Matrix3::Identity() * 0.02);

@@ -124,6 +124,14 @@ std::string advice(const HeldCombination& held, std::span<const Parameter> param
       return "turn on the spot with the sensor's position measured";
     case ParameterKind::reference_heading:
       return "drive a straight line";
+    case ParameterKind::sensor_range_offset:
+      return "see landmarks from near and from far, from all sides";
+    case ParameterKind::sensor_range_scale:
+      return "fix the diameters, which lengths come from as well";
+    case ParameterKind::sensor_bearing_offset:
+    case ParameterKind::sensor_x:
+    case ParameterKind::sensor_y:
+      return "turn both ways, and on the spot, where landmarks are seen";
     default:
       return "change speed and direction often";
   }

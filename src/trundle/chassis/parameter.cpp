@@ -27,6 +27,12 @@ constexpr std::pair<ParameterKind, std::string_view> kRobotParameters[] = {
     {ParameterKind::reference_y, "reference.y"},
     {ParameterKind::reference_heading, "reference.heading"},
     {ParameterKind::time_offset, "reference.time_offset"},
+    {ParameterKind::sensor_range_offset, "sensor.range_offset"},
+    {ParameterKind::sensor_range_scale, "sensor.range_scale"},
+    {ParameterKind::sensor_bearing_offset, "sensor.bearing_offset"},
+    {ParameterKind::sensor_x, "sensor.x"},
+    {ParameterKind::sensor_y, "sensor.y"},
+    {ParameterKind::sensor_time_offset, "sensor.time_offset"},
 };
 
 const Wheel& wheel_of(const Parameter& parameter, const Chassis& chassis) {
@@ -86,6 +92,7 @@ void set_track(Chassis& chassis, double track) {
 
 bool exists(const Parameter& parameter, const Robot& robot) {
   const Chassis& chassis = robot.chassis;
+  if (is_of_landmark_sensor(parameter.kind)) return robot.landmark_sensor.has_value();
   switch (parameter.kind) {
     case ParameterKind::diameter:
       return parameter.wheel < chassis.wheel_count;
@@ -186,7 +193,30 @@ bool is_scale_of(const Parameter& parameter, const Row& row) {
   return parameter.kind == ParameterKind::gyro_scale && row.kind == RowKind::gyro;
 }
 
+/// The number of a landmark sensor that a parameter is.
+template <class Sensor>
+auto& sensor_value(ParameterKind kind, Sensor& sensor) {
+  switch (kind) {
+    case ParameterKind::sensor_range_offset:
+      return sensor.range_offset_m;
+    case ParameterKind::sensor_range_scale:
+      return sensor.range_scale;
+    case ParameterKind::sensor_bearing_offset:
+      return sensor.bearing_offset_rad;
+    case ParameterKind::sensor_x:
+      return sensor.body_from_sensor.x;
+    case ParameterKind::sensor_y:
+      return sensor.body_from_sensor.y;
+    default:
+      return sensor.time_offset_s;
+  }
+}
+
 }  // namespace
+
+bool is_of_landmark_sensor(ParameterKind kind) {
+  return kind >= ParameterKind::sensor_range_offset && kind <= ParameterKind::sensor_time_offset;
+}
 
 std::string name_of(const Parameter& parameter, const Robot& robot) {
   for (const auto& [kind, word] : kWheelParameters)
@@ -203,14 +233,17 @@ std::string_view unit_of(const Parameter& parameter) {
     case ParameterKind::direction:
     case ParameterKind::reference_heading:
     case ParameterKind::steering_zero:
+    case ParameterKind::sensor_bearing_offset:
       return "rad";
     case ParameterKind::steering_scale:
+    case ParameterKind::sensor_range_scale:
     case ParameterKind::gyro_scale:
       return "1";
     case ParameterKind::gyro_bias:
       return "rad/s";
     case ParameterKind::gyro_time_offset:
     case ParameterKind::time_offset:
+    case ParameterKind::sensor_time_offset:
       return "s";
     default:
       return "m";
@@ -269,6 +302,8 @@ double value_of(const Parameter& parameter, const Robot& robot) {
       return robot.body_from_reference.heading;
     case ParameterKind::time_offset:
       return robot.reference_time_offset_s;
+    default:
+      return sensor_value(parameter.kind, *robot.landmark_sensor);
   }
   return 0.0;
 }
@@ -328,6 +363,8 @@ void set_value(const Parameter& parameter, double value, Robot& robot) {
     case ParameterKind::time_offset:
       robot.reference_time_offset_s = value;
       break;
+    default:
+      sensor_value(parameter.kind, *robot.landmark_sensor) = value;
   }
 }
 
@@ -361,7 +398,16 @@ double prior_sigma(const Parameter& parameter, const Robot& robot) {
     case ParameterKind::reference_heading:  // markers are often not aligned with the body at all
       return radians(90.0);
     case ParameterKind::time_offset:  // [s]: two computers without a common clock
+    case ParameterKind::sensor_time_offset:
       return 0.5;
+    case ParameterKind::sensor_range_offset:  // [m]: from the housing, or from the landmark's surface
+    case ParameterKind::sensor_x:
+    case ParameterKind::sensor_y:  // by tape to a point inside of a housing
+      return 0.1;
+    case ParameterKind::sensor_range_scale:  // sound in air: 2 % for 10 °C
+      return 0.02;
+    case ParameterKind::sensor_bearing_offset:  // by eye
+      return radians(10.0);
   }
   return 0.0;
 }

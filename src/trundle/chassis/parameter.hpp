@@ -22,11 +22,17 @@ enum class ParameterKind {
   icr_x,           ///< "icr_x" [m]
   gyro_scale,      ///< "gyro.scale"
   gyro_bias,       ///< "gyro.bias" [rad/s]
-  gyro_time_offset,   ///< "gyro.time_offset" [s]: added to the gyro's stamps
-  reference_x,        ///< "reference.x" [m]: of the reference sensor on the robot
-  reference_y,        ///< "reference.y" [m]
-  reference_heading,  ///< "reference.heading" [rad]
-  time_offset,        ///< "reference.time_offset" [s]: added to the reference's stamps
+  gyro_time_offset,       ///< "gyro.time_offset" [s]: added to the gyro's stamps
+  reference_x,            ///< "reference.x" [m]: of the reference sensor on the robot
+  reference_y,            ///< "reference.y" [m]
+  reference_heading,      ///< "reference.heading" [rad]
+  time_offset,            ///< "reference.time_offset" [s]: added to the reference's stamps
+  sensor_range_offset,    ///< "sensor.range_offset" [m]: of the landmark sensor
+  sensor_range_scale,     ///< "sensor.range_scale"
+  sensor_bearing_offset,  ///< "sensor.bearing_offset" [rad]
+  sensor_x,               ///< "sensor.x" [m]: of the landmark sensor on the robot
+  sensor_y,               ///< "sensor.y" [m]
+  sensor_time_offset,     ///< "sensor.time_offset" [s]: added to the landmark sensor's stamps
 };
 
 /// One scalar of a robot that calibration may change and whose uncertainty odometry carries along.
@@ -37,6 +43,9 @@ struct Parameter {
   bool operator==(const Parameter&) const = default;
 };
 inline constexpr Parameter kGyroBias{ParameterKind::gyro_bias, -1};
+
+/// Of the landmark sensor: the motion of the robot does not depend on it.
+[[nodiscard]] bool is_of_landmark_sensor(ParameterKind kind);
 
 [[nodiscard]] std::string name_of(const Parameter& parameter, const Robot& robot);
 /// "m", "rad", "rad/s", "s" or "1".

@@ -11,13 +11,17 @@
 
 namespace trundle::chassis {
 
-/// A range-bearing sensor and where it stands on the body.
+/// A range-bearing sensor, where it stands on the body, and what it errs by all along: of a landmark at a
+/// distance r in direction β it reads range_scale · r + range_offset_m and β + bearing_offset_rad.
 struct LandmarkSensor {
   Pose2 body_from_sensor;
   double range_sigma_m = 0.1;
   double bearing_sigma_rad = 0.03;
   double max_range_m = 10.0;
-  double time_offset_s = 0.0;
+  double time_offset_s = 0.0;  ///< added to its stamps
+  double range_offset_m = 0.0;
+  double range_scale = 1.0;
+  double bearing_offset_rad = 0.0;
 };
 
 /// What a calibration said of one parameter.

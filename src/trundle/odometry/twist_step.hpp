@@ -13,7 +13,7 @@ namespace trundle::odometry {
 inline constexpr int kMaxInputs = kMaxWheels + 2;
 
 /// The parameters an odometer carries along, and the gyro's bias.
-inline constexpr int kMaxModelParameters = 33;
+inline constexpr int kMaxModelParameters = 39;
 
 /// A vector of three for each wheel, component by component: (dx, dy, dθ), or (x, y, heading).
 struct WheelVectors {

@@ -114,6 +114,9 @@ struct AddTo {
   void operator()(const payload::Stretch& stretch) const {
     to.add("start", stretch.start_s).add("end", stretch.end_s).add("all", stretch.all);
   }
+  void operator()(const payload::Offset& offset) const {
+    to.add("value", offset.value).add("sigma", offset.sigma).add("of_reading", offset.of_reading);
+  }
 };
 
 }  // namespace

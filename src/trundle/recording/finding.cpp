@@ -68,6 +68,9 @@ constexpr std::pair<FindingCode, std::string_view> kNames[] = {
     {FindingCode::lost, "lost"},
     {FindingCode::noise, "noise"},
     {FindingCode::not_converged, "not converged"},
+    {FindingCode::smoother_contradicts, "smoother contradicts filter"},
+    {FindingCode::range_offset, "range offset"},
+    {FindingCode::bearing_offset, "bearing offset"},
 };
 // In the order of the codes, so that none is forgotten.
 static_assert(std::ranges::all_of(kNames,

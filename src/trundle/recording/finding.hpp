@@ -82,8 +82,11 @@ enum class FindingCode {
   lost,   ///< a filter was, for a while
   noise,  ///< is larger than the robot file says
   not_converged,
+  smoother_contradicts,  ///< the filter that it started from
+  range_offset,          ///< of the landmark sensor, as the smoother sees it
+  bearing_offset,        ///< likewise
 };
-inline constexpr std::size_t kFindingCodes = static_cast<std::size_t>(FindingCode::not_converged) + 1;
+inline constexpr std::size_t kFindingCodes = static_cast<std::size_t>(FindingCode::bearing_offset) + 1;
 
 /// The kind of finding as it is printed and stands in JSON: "back-step", "gyro missing". Several codes may be
 /// of one kind.
@@ -182,12 +185,18 @@ struct Stretch {
   std::size_t all = 0;  ///< sightings in it
 };
 
+/// A systematic error of readings, in the unit of the robot file, with 1σ; and in sigmas of one reading.
+struct Offset {
+  double value = 0.0, sigma = 0.0;
+  double of_reading = 0.0;
+};
+
 }  // namespace payload
 
 using Payload = std::variant<std::monostate, payload::Further, payload::Amount, payload::Times,
                              payload::Share, payload::Range, payload::Excess, payload::Spans, payload::Names,
                              payload::Disorder, payload::StampStep, payload::Standstill, payload::SteadyRate,
-                             payload::ClockOffset, payload::LengthRatio, payload::Stretch>;
+                             payload::ClockOffset, payload::LengthRatio, payload::Stretch, payload::Offset>;
 
 /// Something that was found to be wrong, or is worth knowing, of a recording or a result.
 struct Finding {

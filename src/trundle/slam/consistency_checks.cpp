@@ -1,6 +1,11 @@
 #include "trundle/slam/consistency_checks.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
+
+#include "trundle/geometry/decompositions.hpp"
+#include "trundle/statistics/median.hpp"
 
 namespace trundle::slam {
 namespace {
@@ -19,6 +24,13 @@ constexpr double kSigmasOfChance = 6.0;
 // Of cost and degrees of freedom: every ± is too small by √1.5 = 1.2. Less is within what sigmas are known
 // to.
 constexpr double kGreatestCostRatio = 1.5;
+
+// Beyond so many sigmas of one reading a common error matters: less is within the sigmas.
+constexpr double kLeastOffset = 0.5;
+// Median of χ² with three degrees of freedom, and how many times of it the smoothed trajectory may be off the
+// online one, squared: both are wrong by no more than twice their sigmas then.
+constexpr double kMedianOfThree = 2.366;
+constexpr double kGreatestContradiction = 4.0;
 
 Finding warning(FindingCode code, std::size_t count, const Payload& payload) {
   return {Severity::warning, code, "sightings", count, {}, payload};
@@ -62,6 +74,44 @@ void check_filter(const SlamInput& input, const SlamResult& filtered, std::vecto
     findings.push_back(warning(FindingCode::noise, seen, payload::Amount{counts.median_nis}));
 }
 
+/// Squared differences of the two trajectories in the sum of their covariances. That of a difference between
+/// an estimate and one from more data is less, the first's less the second's [Hausman 1978]: so it is no
+/// chance when they differ by more than this.
+std::optional<double> median_contradiction(const Trajectory& online, const Trajectory& smoothed) {
+  std::vector<double> squared;
+  for (std::size_t k = 0; k < smoothed.poses.size() && k < online.covariances.size(); ++k) {
+    const Vector3 off(smoothed.poses[k].pose.x - online.poses[k].pose.x,
+                      smoothed.poses[k].pose.y - online.poses[k].pose.y,
+                      wrap_angle(smoothed.poses[k].pose.heading - online.poses[k].pose.heading));
+    if (const auto misfit = gaussian_misfit(off, online.covariances[k] + smoothed.covariances[k]))
+      squared.push_back(misfit->squared_mahalanobis);
+  }
+  if (squared.size() < kFewestSightings) return std::nullopt;
+  return median(std::move(squared));
+}
+
+void check_offset(FindingCode code, const SensorScore& score, double dispersion, double unit,
+                  std::size_t count, std::vector<Finding>& findings) {
+  const double sigma = score.sigma * std::sqrt(std::max(1.0, dispersion));
+  if (score.of_reading > kLeastOffset && std::abs(score.value) > kSigmasOfChance * sigma)
+    findings.push_back(
+        warning(code, count, payload::Offset{score.value / unit, sigma / unit, score.of_reading}));
+}
+
+/// Against the filter that it started from, and against its own sigmas.
+void check_contradictions(const SlamResult& filtered, const SmoothedSlam& smoothed,
+                          std::vector<Finding>& findings) {
+  const SmootherCounts& counts = smoothed.counts;
+  if (const auto squared = median_contradiction(filtered.online, smoothed.trajectory);
+      squared && *squared > kGreatestContradiction * kMedianOfThree)
+    findings.push_back(warning(FindingCode::smoother_contradicts, counts.sightings,
+                               payload::Times{*squared / kMedianOfThree}));
+  const double dispersion = counts.cost / std::max(1, counts.degrees_of_freedom);
+  check_offset(FindingCode::range_offset, smoothed.sensor.range, dispersion, 1.0, counts.sightings, findings);
+  check_offset(FindingCode::bearing_offset, smoothed.sensor.bearing, dispersion, radians(1.0),
+               counts.sightings, findings);
+}
+
 void check_smoother(const SmootherCounts& counts, std::vector<Finding>& findings) {
   if (!counts.converged)
     findings.push_back(warning(FindingCode::not_converged, counts.sightings,
@@ -80,7 +130,9 @@ std::vector<Finding> consistency_checks(const SlamInput& input, const SlamResult
                                         const SmoothedSlam* smoothed) {
   std::vector<Finding> findings;
   check_filter(input, filtered, findings);
-  if (smoothed != nullptr) check_smoother(smoothed->counts, findings);
+  if (smoothed == nullptr) return findings;
+  check_smoother(smoothed->counts, findings);
+  check_contradictions(filtered, *smoothed, findings);
   return findings;
 }
 

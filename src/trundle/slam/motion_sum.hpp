@@ -17,6 +17,8 @@ class MotionSum {
   /// Appends the motion since the last call, and what was seen at its end, to come.
   void finish_step(double time_s, SlamInput& input);
   [[nodiscard]] double rest_s() const { return rest_s_; }
+  /// Twist of the last interval [m/s, m/s, rad/s]; zero before the first.
+  [[nodiscard]] const Vector3& rate() const { return rate_; }
 
  private:
   void begin_interval();
@@ -34,6 +36,7 @@ class MotionSum {
   std::optional<BiasReading> reading_;
   Eigen::Matrix3Xd by_parameters_;
   double rest_s_ = 0.0;
+  Vector3 rate_ = Vector3::Zero();
 };
 
 }  // namespace trundle::slam

@@ -24,6 +24,13 @@ bool is_valid(const Observation& observation) {
          std::abs(observation.bearing_rad) <= kMostBearing_rad;
 }
 
+// Eq. 2a.
+Observation observation_of(const LandmarkSensor& sensor, LandmarkId landmark, double range_m,
+                           double bearing_rad) {
+  return {landmark, (range_m - sensor.range_offset_m) / sensor.range_scale,
+          bearing_rad - sensor.bearing_offset_rad};
+}
+
 // Eq. 2 and 3.
 ExpectedReading expected_reading(const Pose2& world_from_body, const Pose2& body_from_sensor,
                                  const Vector2& landmark_in_world) {

@@ -28,6 +28,12 @@ struct Observation {
 /// A range from 1 µm to 1000 km and a bearing of at most 1000 rad: no NaN, nothing infinite or negative.
 [[nodiscard]] bool is_valid(const Observation& observation);
 
+/// What a sensor's reading says of range and bearing, its offsets and scale taken out. Every reading becomes
+/// an Observation here, so that filters, localizers and smoother know nothing of them.
+/// docs/theory/motion-and-sensor.md, eq. 2a.
+[[nodiscard]] Observation observation_of(const LandmarkSensor& sensor, LandmarkId landmark, double range_m,
+                                         double bearing_rad);
+
 using Matrix23 = Eigen::Matrix<double, 2, 3>;
 
 /// What the sensor should read of a landmark, (range, bearing), and how that changes.

@@ -52,6 +52,7 @@ class Cutter {
  public:
   Cutter(const Robot& robot, const SlamInputOptions& options, std::vector<Sighting> sightings)
       : options_(options),
+        sensor_(*robot.landmark_sensor),
         systematic_(systematic_errors_of(robot, options.shares)),
         motion_(robot, options, systematic_),
         sightings_(std::move(sightings)),
@@ -103,30 +104,39 @@ class Cutter {
     now_s_ = time_s;
   }
 
-  void finish_step() {
+  /// `sees`: something is seen at its end. That moves with the sensor's clock, and the motion's end with it.
+  void finish_step(bool sees = false) {
     motion_.finish_step(now_s_, input_);
     last_step_s_ = now_s_;
+    const Vector3 at_end = sees ? motion_.rate() : Vector3::Zero();
+    input_.by_sensor_clock.push_back(at_end -
+                                     adjoint(input_.steps.back().motion.mean.inverse()) * at_last_end_);
+    at_last_end_ = at_end;
   }
 
   /// All that is seen now, if anything is.
   void look() {
     if (!sighting_until(now_s_)) return;
-    finish_step();
+    finish_step(true);
+    std::vector<std::size_t> seen;
     for (const std::size_t first = next_; sighting_until(now_s_); ++next_) {
       if (is_repeated(first))
         ++repeated_;
       else
-        input_.steps.back().observations.push_back(observation_of(sightings_[next_]));
+        seen.push_back(next_);
     }
-    thin_out(input_.steps.back().observations);
+    thin_out(seen);
+    for (const std::size_t number : seen) {
+      input_.steps.back().observations.push_back(observed(sightings_[number]));
+      input_.sighting_numbers.push_back(number);
+    }
   }
 
-  void thin_out(std::vector<Observation>& observations) {
-    const std::size_t all = observations.size();
+  void thin_out(std::vector<std::size_t>& seen) {
+    const std::size_t all = seen.size();
     if (all <= kMostSightingsAtOnce) return;
-    for (std::size_t i = 0; i < kMostSightingsAtOnce; ++i)
-      observations[i] = observations[i * all / kMostSightingsAtOnce];
-    observations.resize(kMostSightingsAtOnce);
+    for (std::size_t i = 0; i < kMostSightingsAtOnce; ++i) seen[i] = seen[i * all / kMostSightingsAtOnce];
+    seen.resize(kMostSightingsAtOnce);
     crowded_ += all - kMostSightingsAtOnce;
   }
 
@@ -140,10 +150,10 @@ class Cutter {
                        });
   }
 
-  Observation observation_of(const Sighting& sighting) {
+  Observation observed(const Sighting& sighting) {
     const bool has_name = !options_.hide_ids && !sighting.landmark.empty();
-    return {has_name ? names_.id_of(sighting.landmark) : kUnknownLandmark, sighting.range_m,
-            sighting.bearing_rad};
+    return observation_of(sensor_, has_name ? names_.id_of(sighting.landmark) : kUnknownLandmark,
+                          sighting.range_m, sighting.bearing_rad);
   }
 
   void report_left_out() {
@@ -169,6 +179,7 @@ class Cutter {
   /// Stamps closer than their own resolution (nanoseconds in every log) are one instant.
   static constexpr double kSameTime_s = 1e-9;
   SlamInputOptions options_;
+  LandmarkSensor sensor_;
   SystematicErrors systematic_;
   MotionSum motion_;
   std::vector<Sighting> sightings_;
@@ -179,6 +190,7 @@ class Cutter {
   std::size_t crowded_ = 0;  ///< sightings, of instants with too many
   double now_s_ = 0.0;
   double last_step_s_ = 0.0;
+  Vector3 at_last_end_ = Vector3::Zero();  ///< rate there, if something was seen
   SlamInput input_;
 };
 

@@ -36,6 +36,10 @@ struct SlamInput {
   /// Of each step's motion, by SlamInputOptions::parameters: truth = mean · exp(by_parameters · (true value −
   /// the robot's) + e).
   std::vector<Eigen::Matrix3Xd> by_parameters = {};
+  /// Of each step's motion, by the landmark sensor's time_offset_s [m/s, rad/s]: what is seen is seen later.
+  std::vector<Vector3> by_sensor_clock = {};
+  /// Of each observation, step by step: which of the sightings it is, counted in the order of time.
+  std::vector<std::size_t> sighting_numbers = {};
 
   /// Of all steps.
   [[nodiscard]] std::size_t observations() const;

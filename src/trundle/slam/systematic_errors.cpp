@@ -15,6 +15,7 @@ using Index = Eigen::Index;
 constexpr double kNoVariance = 1e-12;  // of a direction, in units in which each parameter's is 1
 
 bool moves_the_body(const Parameter& parameter) {
+  if (is_of_landmark_sensor(parameter.kind)) return false;
   switch (parameter.kind) {
     case ParameterKind::reference_x:
     case ParameterKind::reference_y:

@@ -30,6 +30,8 @@ inline constexpr Range kRate{[](double v) { return v >= 0.0 && v <= 100.0; },
                              "a number of at least 0 and at most 100"};
 inline constexpr Range kSensorSigma{[](double v) { return v > 0.0 && v <= 1000.0; },
                                     "a number above 0 and at most 1000"};
+inline constexpr Range kRangeScale{[](double v) { return v >= 0.01 && v <= 100.0; },
+                                   "a number from 0.01 to 100"};
 inline constexpr Range kPositive{[](double v) { return v > 0.0; }, "a number above 0"};
 inline constexpr Range kNotZero{[](double v) { return v != 0.0; }, "a number other than 0"};
 inline constexpr Range kAngle{[](double v) { return std::abs(v) <= 2.0 * kPi; },
@@ -129,6 +131,13 @@ inline constexpr std::array kLandmarkSensor{
                               kPositive},
     NumberKey<LandmarkSensor>{"time_offset_s", [](LandmarkSensor& s) -> double& { return s.time_offset_s; },
                               kAny, Presence::rare},
+    NumberKey<LandmarkSensor>{"range_offset_m", [](LandmarkSensor& s) -> double& { return s.range_offset_m; },
+                              kPosition, Presence::rare},
+    NumberKey<LandmarkSensor>{"range_scale", [](LandmarkSensor& s) -> double& { return s.range_scale; },
+                              kRangeScale, Presence::rare},
+    NumberKey<LandmarkSensor>{"bearing_offset_deg",
+                              [](LandmarkSensor& s) -> double& { return s.bearing_offset_rad; }, kAngle,
+                              Presence::rare},
 };
 
 inline constexpr std::array kNoise{

@@ -249,6 +249,18 @@ inline constexpr Sentence kSentences[] = {
     {not_converged, with<Amount>,
      "the smoother has not converged after {value:g} iterations: its trajectory and map are not the most "
      "probable ones"},
+    {smoother_contradicts, with<Times>,
+     "the smoothed trajectory is {root:.1f} times as far from the online one as its ± allows (median): one "
+     "of "
+     "them is wrong beyond its sigmas, and without a reference it is not known which; are sensor and "
+     "odometry "
+     "calibrated (calibrate --landmarks), and their sigmas learned (--learn-noise)?"},
+    {range_offset, with<Offset>,
+     "ranges are on average {value:+.3f} ± {sigma:.3f} m longer than poses and map explain, {of_reading:.1f} "
+     "sigmas of one reading: calibrate --landmarks --free sensor.range_offset"},
+    {bearing_offset, with<Offset>,
+     "bearings are on average {value:+.2f} ± {sigma:.2f}° further left than poses and map explain, "
+     "{of_reading:.1f} sigmas of one reading: calibrate --landmarks --free sensor.bearing_offset"},
 };
 
 }  // namespace trundle::recording::sentences

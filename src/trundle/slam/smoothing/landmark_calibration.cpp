@@ -12,6 +12,7 @@
 #include "trundle/io/words.hpp"
 #include "trundle/slam/smoothing/landmark_noise.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
+#include "trundle/statistics/median.hpp"
 
 namespace trundle::slam {
 namespace {
@@ -27,8 +28,28 @@ constexpr double kSameNoise = 0.1;
 // Sightings or odometry scatter by so much more, or less, than their sigmas that a person should know.
 constexpr double kScattersMore = 1.5;
 
+// Where the sensor's clock is sought, sightings so close to either end of the odometry are left out [s]: they
+// could leave it on the way. Twice the prior's sigma.
+constexpr double kClockMargin_s = 1.0;
+
+/// By each sighting, in the order of time, which landmark it shows.
+std::vector<LandmarkId> by_sighting(const Recording& recording, const SlamInput& input,
+                                    const ShownObservations& shown, double margin_s) {
+  std::vector<LandmarkId> landmarks(recording.sightings.size(), kUnknownLandmark);
+  const double end_s = input.steps.empty() ? input.start_s : input.steps.back().time_s;
+  std::size_t next = 0;
+  for (std::size_t k = 0; k < shown.size(); ++k)
+    for (const Observation& observation : shown[k]) {
+      const std::size_t number = input.sighting_numbers[next++];
+      const double time_s = input.steps[k].time_s;
+      if (time_s >= input.start_s + margin_s && time_s <= end_s - margin_s)
+        landmarks[number] = observation.landmark;
+    }
+  return landmarks;
+}
+
 /// Landmarks without names are associated by the filter, and once more along the whole path.
-AssociatedRecording associated(const Recording& recording, const Robot& robot) {
+AssociatedRecording associated(const Recording& recording, const Robot& robot, double margin_s) {
   AlignedReadings readings = align(recording, robot);
   const SlamInput input = slam_input(recording, readings, robot, {.shares = true});
   Run run = prepare_run(recording, robot, std::move(readings));
@@ -38,17 +59,33 @@ AssociatedRecording associated(const Recording& recording, const Robot& robot) {
                                     .prior = {.systematic_sigma = input.systematic.sigma(kUsualShareSigma)},
                                     .first_unidentified = input.first_unidentified()});
   if (!has_unidentified || filtered.map.empty())
-    return {recording, std::move(run), has_unidentified, shown_observations(input, filtered),
-            filtered.online};
+    return {recording, std::move(run), has_unidentified,
+            by_sighting(recording, input, shown_observations(input, filtered), margin_s), filtered.online};
   SmoothedSlam smoothed = smooth(input, *robot.landmark_sensor, filtered);
-  return {recording, std::move(run), has_unidentified, std::move(smoothed.shown),
-          std::move(smoothed.trajectory)};
+  return {recording, std::move(run), has_unidentified,
+          by_sighting(recording, input, smoothed.shown, margin_s), std::move(smoothed.trajectory)};
 }
 
-std::vector<AssociatedRecording> associated(std::span<const Recording> recordings, const Robot& robot) {
+std::vector<AssociatedRecording> associated(std::span<const Recording> recordings, const Robot& robot,
+                                            std::span<const Parameter> parameters) {
+  const double margin_s = contains(parameters, ParameterKind::sensor_time_offset) ? kClockMargin_s : 0.0;
   std::vector<AssociatedRecording> all;
-  for (const Recording& recording : recordings) all.push_back(associated(recording, robot));
+  for (const Recording& recording : recordings) all.push_back(associated(recording, robot, margin_s));
   return all;
+}
+
+/// The clock is sought from where bearings follow the robot's turns: a start beside it may end in another
+/// minimum.
+Robot with_clock_of(std::span<const Recording> recordings, std::span<const Parameter> parameters,
+                    const Robot& robot) {
+  Robot start = robot;
+  if (!robot.landmark_sensor || !contains(parameters, ParameterKind::sensor_time_offset)) return start;
+  std::vector<double> offsets;
+  for (const Recording& recording : recordings)
+    if (const auto offset = sighting_time_offset(recording.sightings, align(recording, robot), robot))
+      offsets.push_back(offset->offset_s);
+  if (!offsets.empty()) start.landmark_sensor->time_offset_s = median(std::move(offsets));
+  return start;
 }
 
 /// Associated recordings, and the robot that was found from them.
@@ -76,12 +113,12 @@ double largest_shift(const Estimate& before, const Estimate& after, std::span<co
 /// found in turn, until the robot stays.
 AssociatedFit fit_in_turn(std::span<const Recording> recordings, const Robot& nominal,
                           std::span<const Parameter> parameters) {
-  AssociatedFit result{associated(recordings, nominal), {}};
+  AssociatedFit result{associated(recordings, nominal, parameters), {}};
   result.fit = fit_landmarks(result.all, nominal, parameters);
   if (!result.has_unidentified()) return result;
   for (int times = 1; times < kMostAssociations; ++times) {
     const Estimate before = result.fit.estimate;
-    result.all = associated(recordings, before.robot);
+    result.all = associated(recordings, before.robot, parameters);
     result.fit = fit_landmarks(result.all, nominal, parameters);
     result.unsettled = largest_shift(before, result.fit.estimate, parameters);
     if (result.unsettled < kSameRobot) break;
@@ -184,9 +221,10 @@ CalibrationResult calibrate_from_landmarks(std::span<const Recording> training,
       choose_parameters(nominal, {.length = true, .anything = true}, options.free, options.fix);
   const bool only_noise = parameters.empty() && options.learn_noise;
   if (!only_noise) require_something_free(parameters, training, nominal);
-  AssociatedFit found = fit_in_turn(training, nominal, parameters);
+  const Robot start = with_clock_of(training, parameters, nominal);
+  AssociatedFit found = fit_in_turn(training, start, parameters);
   if (!only_noise) require_something_estimated(found.fit.estimate, parameters, nominal);
-  Robot noisy = nominal;
+  Robot noisy = start;
   std::optional<LandmarkNoise> noise;
   if (options.learn_noise) noise = learn_noise_in_turn(training, parameters, noisy, found);
   const Estimate& estimate = found.fit.estimate;

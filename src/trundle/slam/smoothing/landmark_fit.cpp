@@ -40,6 +40,16 @@ void require_determined(bool determined) {
   if (!determined) throw CannotAnswer("the sightings leave poses or landmarks undetermined");
 }
 
+/// A clock that leads sightings out of the odometry's time makes another problem of it.
+void require_same_sightings(const SmoothingProblem& problem, const SmoothingState& state) {
+  if (problem.poses == static_cast<int>(state.poses.size()) &&
+      problem.landmarks == static_cast<int>(state.landmarks.size()))
+    return;
+  throw CannotAnswer(
+      "the landmark sensor's clock comes out so far off that sightings are beyond the odometry: they do not "
+      "tell it; leave sensor.time_offset as it is");
+}
+
 RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nominal,
                    std::span<const Parameter> parameters) {
   const Eigen::VectorXd scale = prior_sigmas(parameters, nominal);
@@ -151,6 +161,7 @@ void improve(Minimiser& minimiser, LandmarkSearch& search) {
   const FreeColumns& free = search.fit.free;
   const Eigen::Index own = free.columns.cols();
   const JointProblem here = joint_problem(search.all, estimate.robot, free);
+  require_same_sightings(here.problem, state);
   start_from_zero(own, own, state);
   Minimum minimum = minimiser.minimise(here.problem, std::move(state));
   state = std::move(minimum.state);

@@ -99,7 +99,7 @@ class NoiseSearch {
       result.levels.push_back({std::string(noises_[c].name), given_[c], value, value * sigma_[row],
                                redundancy_[row], is_sought_[c]});
     }
-    result.lasting = lasting_errors(all_, joint_, state_);
+    result.lasting = lasting_errors(joint_, state_);
     return result;
   }
 

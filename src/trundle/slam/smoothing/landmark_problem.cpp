@@ -1,5 +1,8 @@
 #include "trundle/slam/smoothing/landmark_problem.hpp"
 
+#include <algorithm>
+#include <array>
+
 #include "trundle/calibration/chassis_likelihood.hpp"
 #include "trundle/calibration/noise/noise_levels.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
@@ -15,15 +18,66 @@ Eigen::Index shares_of(const Robot& robot) {
   return robot.chassis.wheel_count == 0 ? kShares : 0;
 }
 
+/// Those that the motion depends on, and where they are among all.
+struct MotionParameters {
+  std::vector<Parameter> parameters;
+  std::vector<Eigen::Index> rows;
+};
+MotionParameters of_motion(std::span<const Parameter> all) {
+  MotionParameters moving;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (is_of_landmark_sensor(all[i].kind)) continue;
+    moving.parameters.push_back(all[i]);
+    moving.rows.push_back(static_cast<Eigen::Index>(i));
+  }
+  return moving;
+}
+
+/// By each parameter, the errors of readings that it makes. Eq. 13a.
+Eigen::Matrix<double, 5, Eigen::Dynamic> sensor_errors_of(const LandmarkSensor& sensor,
+                                                          std::span<const Parameter> parameters) {
+  constexpr std::array kErrors = {ParameterKind::sensor_range_offset, ParameterKind::sensor_range_scale,
+                                  ParameterKind::sensor_bearing_offset, ParameterKind::sensor_x,
+                                  ParameterKind::sensor_y};
+  const auto n = static_cast<Eigen::Index>(parameters.size());
+  Eigen::Matrix<double, 5, Eigen::Dynamic> errors = Eigen::Matrix<double, 5, Eigen::Dynamic>::Zero(5, n);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const auto at = std::ranges::find(kErrors, parameters[static_cast<std::size_t>(j)].kind);
+    if (at == kErrors.end()) continue;
+    const Eigen::Index row = at - kErrors.begin();
+    errors(row, j) = row < 2 ? 1.0 / sensor.range_scale : 1.0;  // of a range whose scale is taken out
+  }
+  return errors;
+}
+
+/// What each observation of the steps shows.
+ShownObservations shown_in(const SlamInput& input, std::span<const LandmarkId> by_sighting) {
+  ShownObservations shown;
+  std::size_t next = 0;
+  for (const SlamStep& step : input.steps) {
+    shown.push_back(step.observations);
+    for (Observation& observation : shown.back())
+      observation.landmark = by_sighting[input.sighting_numbers[next++]];
+  }
+  return shown;
+}
+
 TrackInput track_input(const AssociatedRecording& one, const Robot& robot, const FreeColumns& free) {
+  const MotionParameters moving = of_motion(free.parameters);
   const SlamInput input =
-      slam_input(one.recording, robot, {.parameters = free.parameters, .shares = shares_of(robot) > 0});
+      slam_input(one.recording, robot, {.parameters = moving.parameters, .shares = shares_of(robot) > 0});
   const Eigen::Index own = free.columns.cols();
-  TrackInput track{.observations = one.observations};
+  const auto clock = std::ranges::find(free.parameters, ParameterKind::sensor_time_offset, &Parameter::kind);
+  const auto n = static_cast<Eigen::Index>(free.parameters.size());
+  TrackInput track{.observations = shown_in(input, one.shown)};
   for (std::size_t k = 0; k < input.steps.size(); ++k) {
     const Motion& motion = input.steps[k].motion;
+    Eigen::Matrix3Xd by_parameters = Eigen::Matrix3Xd::Zero(3, n);
+    if (!moving.rows.empty()) by_parameters(Eigen::all, moving.rows) = input.by_parameters[k];
+    if (clock != free.parameters.end())
+      by_parameters.col(clock - free.parameters.begin()) = input.by_sensor_clock[k];
     Eigen::Matrix3Xd by_all(3, own + shares_of(robot));
-    if (own > 0) by_all.leftCols(own) = input.by_parameters[k] * free.columns;
+    by_all.leftCols(own) = by_parameters * free.columns;
     if (shares_of(robot) > 0)
       by_all.rightCols(kShares) = motion.by_first(input.systematic.count()).rightCols(kShares);
     track.time_s.push_back(input.steps[k].time_s);
@@ -66,6 +120,13 @@ JointProblem joint_problem(std::span<const AssociatedRecording> all, const Robot
                       .parameter_evidence = redundancy_of(all, robot, free),
                       .gate = kDefaultGate},
                      {}};
+  if (std::ranges::any_of(free.parameters,
+                          [](const Parameter& p) { return is_of_landmark_sensor(p.kind); })) {
+    auto& errors = joint.problem.sensor_errors;
+    errors.setZero(5, joint.problem.parameter_information.size());
+    errors.leftCols(free.columns.cols()) =
+        sensor_errors_of(*robot.landmark_sensor, free.parameters) * free.columns;
+  }
   for (const AssociatedRecording& one : all)
     joint.tracks.emplace_back(track_input(one, robot, free), joint.problem);
   return joint;

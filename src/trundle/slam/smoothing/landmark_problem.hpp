@@ -14,10 +14,10 @@ namespace trundle::slam {
 /// A recording whose sightings are associated with landmarks.
 struct AssociatedRecording {
   const Recording& recording;
-  Run run;                         ///< its readings
-  bool has_unidentified = false;   ///< some sightings bear no name
-  ShownObservations observations;  ///< by step
-  Trajectory path;                 ///< along which they were associated
+  Run run;                        ///< its readings
+  bool has_unidentified = false;  ///< some sightings bear no name
+  std::vector<LandmarkId> shown;  ///< by each sighting (SlamInput::sighting_numbers)
+  Trajectory path;                ///< along which they were associated
 
   double duration_s() const { return path.poses.back().time_s - path.poses.front().time_s; }
 };

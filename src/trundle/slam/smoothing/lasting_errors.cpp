@@ -45,11 +45,10 @@ class Succession {
 };
 
 /// By pose of the problem [s].
-std::vector<double> stamps_of(std::span<const AssociatedRecording> all, const JointProblem& joint) {
+std::vector<double> stamps_of(const JointProblem& joint) {
   std::vector<double> stamps;
-  for (std::size_t i = 0; i < all.size(); ++i)
-    for (const std::size_t step : joint.tracks[i].keyframe_steps())
-      stamps.push_back(all[i].path.poses[step].time_s);
+  for (const Track& track : joint.tracks)
+    for (std::size_t k = 0; k < track.keyframes(); ++k) stamps.push_back(track.time_of(k));
   return stamps;
 }
 
@@ -64,18 +63,14 @@ double LastingError::of_means() const {
   return std::sqrt((1.0 + correlation) / (1.0 - correlation));
 }
 
-std::vector<LastingError> lasting_errors(std::span<const AssociatedRecording> all, const JointProblem& joint,
-                                         const SmoothingState& state) {
-  const std::vector<double> stamps = stamps_of(all, joint);
+std::vector<LastingError> lasting_errors(const JointProblem& joint, const SmoothingState& state) {
+  const std::vector<double> stamps = stamps_of(joint);
   Succession ranges("ranges"), bearings("bearings"), travel("travel"), turns("turns");
   std::vector<SightingError> last(state.landmarks.size());
   for (const SightingLink& link : joint.problem.sightings) {
     const auto pose = static_cast<std::size_t>(link.pose);
     SightingError& before = last[static_cast<std::size_t>(link.landmark)];
-    const SightingError now{sighting_residual(joint.problem.sensor, link.observation, state.poses[pose],
-                                              state.landmarks[static_cast<std::size_t>(link.landmark)])
-                                .error,
-                            stamps[pose]};
+    const SightingError now{sighting_residual(joint.problem, link, state).error, stamps[pose]};
     if (!std::isnan(before.time_s)) {
       ranges.add(before.error.x(), now.error.x(), now.time_s - before.time_s);
       bearings.add(before.error.y(), now.error.y(), now.time_s - before.time_s);

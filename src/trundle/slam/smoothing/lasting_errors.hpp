@@ -1,6 +1,5 @@
 #pragma once
 
-#include <span>
 #include <string>
 #include <vector>
 
@@ -21,8 +20,7 @@ struct LastingError {
 /// Of what a minimum leaves: of successive sightings of one landmark, and of successive motions. Those that
 /// are beyond chance (three sigmas of it) and make a mean 1.2 times as uncertain.
 /// docs/theory/landmark-noise.md, eq. 20.
-[[nodiscard]] std::vector<LastingError> lasting_errors(std::span<const AssociatedRecording> all,
-                                                       const JointProblem& joint,
+[[nodiscard]] std::vector<LastingError> lasting_errors(const JointProblem& joint,
                                                        const SmoothingState& state);
 
 }  // namespace trundle::slam

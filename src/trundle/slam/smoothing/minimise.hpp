@@ -44,6 +44,10 @@ class Minimiser {
   Eigen::MatrixXd pose_landmark_covariance(int pose, int landmark) const {
     return normal_.inverse(pose, poses_ + landmark);
   }
+  /// Of problems whose sensor errs.
+  Eigen::MatrixXd landmark_parameter_covariance(int landmark) const {
+    return normal_.inverse(poses_ + landmark, parameters_);
+  }
   /// Of all landmarks from one on, x and y of each: two solutions of the linear system for each.
   Eigen::MatrixXd map_covariance(int first, int count) const;
   /// Of the difference of two landmarks' positions.

@@ -58,9 +58,7 @@ void add_to(T& equations, const MotionLink& link, const SmoothingProblem& proble
 template <NormalEquations T>
 void add_to(T& equations, const SightingLink& link, const SmoothingProblem& problem,
             const SmoothingState& state) {
-  const SightingResidual r =
-      sighting_residual(problem.sensor, link.observation, state.poses[static_cast<std::size_t>(link.pose)],
-                        state.landmarks[static_cast<std::size_t>(link.landmark)]);
+  const SightingResidual r = sighting_residual(problem, link, state);
   const double weight = robust_weight(r.error.squaredNorm(), problem.gate);
   const int pose = equations.pose_block(link.pose);
   const int landmark = equations.landmark_block(link.landmark);
@@ -69,6 +67,14 @@ void add_to(T& equations, const SightingLink& link, const SmoothingProblem& prob
   equations.add(landmark, pose, weight * r.by_landmark.transpose() * r.by_pose);
   equations.add(pose, -weight * r.by_pose.transpose() * r.error);
   equations.add(landmark, -weight * r.by_landmark.transpose() * r.error);
+  if (problem.sensor_errors.cols() == 0) return;
+  const int parameters = equations.parameter_block();
+  const Eigen::Matrix2Xd by_parameters = r.by_sensor * problem.sensor_errors;
+  const Eigen::Matrix2Xd W_by = weight * by_parameters;
+  equations.add(parameters, parameters, by_parameters.transpose() * W_by);
+  equations.add(pose, parameters, r.by_pose.transpose() * W_by);
+  equations.add(landmark, parameters, r.by_landmark.transpose() * W_by);
+  equations.add(parameters, -W_by.transpose() * r.error);
 }
 
 template <NormalEquations T>

@@ -82,10 +82,7 @@ std::vector<MappedLandmark> map_of(const Track& track, const SmoothingProblem& p
 
 std::size_t outliers_at(const SmoothingProblem& problem, const SmoothingState& state) {
   return static_cast<std::size_t>(std::ranges::count_if(problem.sightings, [&](const SightingLink& link) {
-    return sighting_residual(problem.sensor, link.observation,
-                             state.poses[static_cast<std::size_t>(link.pose)],
-                             state.landmarks[static_cast<std::size_t>(link.landmark)])
-               .error.squaredNorm() > problem.gate;
+    return sighting_residual(problem, link, state).error.squaredNorm() > problem.gate;
   }));
 }
 
@@ -181,6 +178,7 @@ SmoothedSlam Smoothing::result(const Found& found) {
   add_systematic(state, *minimiser_, systematic_, result.last);
   result.bias = track_.biases(state, *minimiser_);
   for (BiasEstimate& bias : result.bias) bias.rad_s += systematic_.bias();
+  result.sensor = sensor_scores(problem_, state, *minimiser_);
   result.counts = {.poses = track_.keyframes(),
                    .sightings = problem_.sightings.size(),
                    .outliers = outliers_at(problem_, state),

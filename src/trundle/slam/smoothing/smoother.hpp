@@ -1,6 +1,7 @@
 #pragma once
 
 #include "trundle/slam/slam.hpp"
+#include "trundle/slam/smoothing/sensor_score.hpp"
 #include "trundle/slam/smoothing/shown.hpp"
 #include "trundle/slam/smoothing/smoothing_problem.hpp"
 
@@ -40,6 +41,7 @@ struct SmoothedSlam {
   std::vector<BiasEstimate> bias;   ///< at each step: the gyro's, where there is one
   ShownObservations shown;          ///< which landmark each sighting shows, in the end
   SmootherCounts counts;
+  SensorScores sensor;  ///< what ranges and bearings err by in common
 };
 
 /// Nonlinear least squares over all poses, landmarks and systematic errors, the gyro's bias as a walk, from

@@ -39,7 +39,8 @@ SmoothingProblem beginning_of(const SmoothingProblem& problem, int poses) {
                         .parameter_information = problem.parameter_information,
                         .parameter_mean = problem.parameter_mean,
                         .has_bias = problem.has_bias,
-                        .gate = kGateWhileGrowing * problem.gate};
+                        .gate = kGateWhileGrowing * problem.gate,
+                        .sensor_errors = problem.sensor_errors};
   for (const BiasLink& link : problem.bias_readings)
     if (link.pose < poses) part.bias_readings.push_back(link);
   for (const MotionLink& link : problem.motions)

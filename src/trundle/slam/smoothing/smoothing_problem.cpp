@@ -81,16 +81,36 @@ MotionResidual motion_residual(const MotionLink& link, const SmoothingState& sta
   return residual;
 }
 
-// Eq. 2, 6.
+// Eq. 2, 6, 13a.
 SightingResidual sighting_residual(const LandmarkSensor& sensor, const Observation& observation,
-                                   const Pose2& pose, const Vector2& landmark) {
+                                   const Pose2& pose, const Vector2& landmark, const SensorErrors& errors) {
   const Vector2 root_information(1.0 / sensor.range_sigma_m, 1.0 / sensor.bearing_sigma_rad);
-  const ExpectedReading expected = expected_reading(pose, sensor.body_from_sensor, landmark);
+  Pose2 body_from_sensor = sensor.body_from_sensor;
+  body_from_sensor.x += errors[3];
+  body_from_sensor.y += errors[4];
+  ExpectedReading expected = expected_reading(pose, body_from_sensor, landmark);
+  const double range_m = expected.range_m;
+  const double growth = 1.0 + errors[1];
+  expected.range_m = growth * range_m + errors[0];
+  expected.bearing_rad += errors[2];
+  expected.by_pose.row(0) *= growth;
+  expected.by_landmark.row(0) *= growth;
   SightingResidual residual;
   residual.error = root_information.cwiseProduct(innovation_of(observation, expected));
   residual.by_pose = -(root_information.asDiagonal() * expected.by_pose * world_from_body_axes(pose));
   residual.by_landmark = -(root_information.asDiagonal() * expected.by_landmark);
+  residual.by_sensor << -root_information.x(), -root_information.x() * range_m, 0.0, 0.0, 0.0,  //
+      0.0, 0.0, -root_information.y(), 0.0, 0.0;
+  residual.by_sensor.rightCols<2>() = -residual.by_landmark * rotation(pose.heading);
   return residual;
+}
+
+SightingResidual sighting_residual(const SmoothingProblem& problem, const SightingLink& link,
+                                   const SmoothingState& state) {
+  SensorErrors errors = SensorErrors::Zero();
+  if (problem.sensor_errors.cols() > 0) errors = problem.sensor_errors * state.parameters;
+  return sighting_residual(problem.sensor, link.observation, state.poses[static_cast<std::size_t>(link.pose)],
+                           state.landmarks[static_cast<std::size_t>(link.landmark)], errors);
 }
 
 double cost_of(const SmoothingProblem& problem, const SmoothingState& state) {
@@ -115,11 +135,7 @@ double cost_of(const SmoothingProblem& problem, const SmoothingState& state) {
   for (const BiasLink& link : problem.bias_readings)
     cost += std::pow(state.bias_at(link.pose) - link.value, 2) / link.variance;
   for (const SightingLink& link : problem.sightings)
-    cost += robust_cost(
-        sighting_residual(problem.sensor, link.observation, state.poses[static_cast<std::size_t>(link.pose)],
-                          state.landmarks[static_cast<std::size_t>(link.landmark)])
-            .error.squaredNorm(),
-        problem.gate);
+    cost += robust_cost(sighting_residual(problem, link, state).error.squaredNorm(), problem.gate);
   return cost;
 }
 

@@ -98,6 +98,8 @@ struct SmoothingProblem {
   bool has_bias = false;  ///< every pose has a bias beside it
   std::vector<BiasLink> bias_readings = {};
   double gate = 0.0;  ///< NIS beyond which a sighting has less weight than its square: an outlier
+  /// By each parameter, what the sensor still errs by (SensorErrors); no columns: it errs by nothing.
+  Eigen::Matrix<double, 5, Eigen::Dynamic> sensor_errors = Eigen::Matrix<double, 5, Eigen::Dynamic>(5, 0);
 };
 
 /// Values of the unknowns.
@@ -126,15 +128,23 @@ struct MotionResidual {
 };
 [[nodiscard]] MotionResidual motion_residual(const MotionLink& link, const SmoothingState& state);
 
-/// Reading minus expectation over its sigmas, and derivatives by a move pose · exp(δ) and by the landmark.
-/// Eq. 2, 6.
+/// What a sensor errs by beside what its robot file says: ranges by an offset [m] and a share, bearings by an
+/// offset [rad], and it stands elsewhere on the body by (x, y) [m].
+using SensorErrors = Eigen::Matrix<double, 5, 1>;
+
+/// Reading minus expectation over its sigmas, and derivatives by a move pose · exp(δ), by the landmark and by
+/// the sensor's errors. Eq. 2, 6; docs/theory/landmark-calibration.md, eq. 13a.
 struct SightingResidual {
   Vector2 error;
   Matrix23 by_pose;
   Matrix2 by_landmark;
+  Eigen::Matrix<double, 2, 5> by_sensor;
 };
 [[nodiscard]] SightingResidual sighting_residual(const LandmarkSensor& sensor, const Observation& observation,
-                                                 const Pose2& pose, const Vector2& landmark);
+                                                 const Pose2& pose, const Vector2& landmark,
+                                                 const SensorErrors& errors = SensorErrors::Zero());
+[[nodiscard]] SightingResidual sighting_residual(const SmoothingProblem& problem, const SightingLink& link,
+                                                 const SmoothingState& state);
 
 /// What a squared residual counts for: itself up to the gate, then its logarithm; and the derivative. Eq. 3.
 [[nodiscard]] inline double robust_cost(double squared, double gate) {

@@ -33,6 +33,7 @@ class Track {
   [[nodiscard]] std::span<const std::size_t> keyframe_steps() const { return keyframe_steps_; }
   /// Its poses of a trajectory that has one for each step.
   [[nodiscard]] Trajectory at_keyframes(const Trajectory& trajectory) const;
+  [[nodiscard]] double time_of(std::size_t keyframe) const { return time_s_[keyframe_steps_[keyframe]]; }
   /// The motion up to a keyframe from the one before it.
   [[nodiscard]] const FreeMotion& motion_to(std::size_t keyframe) const {
     return since_[keyframe_steps_[keyframe]];

@@ -18,22 +18,27 @@ struct ResidualBlock {
 
 ResidualBlock block_of(const SightingLink& link, const SmoothingProblem& problem, const SmoothingState& state,
                        const Minimiser& linearised) {
-  const SightingResidual r =
-      sighting_residual(problem.sensor, link.observation, state.poses[static_cast<std::size_t>(link.pose)],
-                        state.landmarks[static_cast<std::size_t>(link.landmark)]);
+  const SightingResidual r = sighting_residual(problem, link, state);
+  const Index parameters = problem.sensor_errors.cols();
   ResidualBlock block;
   block.error = r.error;
   block.weight = robust_weight(r.error.squaredNorm(), problem.gate) * Matrix2::Identity();
-  block.by_unknowns.resize(2, 5);
-  block.by_unknowns << r.by_pose, r.by_landmark;
+  block.by_unknowns.resize(2, 5 + parameters);
+  block.by_unknowns << r.by_pose, r.by_landmark, r.by_sensor * problem.sensor_errors;
   const Index pose = linearised.row_of_pose(link.pose);
   const Index landmark = linearised.row_of_landmark(link.landmark);
   block.unknowns = {pose, pose + 1, pose + 2, landmark, landmark + 1};
-  MatrixXd C(5, 5);
+  for (Index i = 0; i < parameters; ++i) block.unknowns.push_back(linearised.row_of_parameters() + i);
+  MatrixXd C(5 + parameters, 5 + parameters);
   C.topLeftCorner<3, 3>() = linearised.pose_covariance(link.pose);
-  C.topRightCorner<3, 2>() = linearised.pose_landmark_covariance(link.pose, link.landmark);
-  C.bottomLeftCorner<2, 3>() = C.topRightCorner<3, 2>().transpose();
-  C.bottomRightCorner<2, 2>() = linearised.landmark_covariance(link.landmark);
+  C.block<3, 2>(0, 3) = linearised.pose_landmark_covariance(link.pose, link.landmark);
+  C.block<2, 2>(3, 3) = linearised.landmark_covariance(link.landmark);
+  if (parameters > 0) {
+    C.block(0, 5, 3, parameters) = linearised.pose_parameter_covariance(link.pose);
+    C.block(3, 5, 2, parameters) = linearised.landmark_parameter_covariance(link.landmark);
+    C.bottomRightCorner(parameters, parameters) = linearised.parameter_covariance();
+  }
+  C.triangularView<Eigen::StrictlyLower>() = C.transpose();
   block.known_by_others = block.by_unknowns * C * block.by_unknowns.transpose();
   return block;
 }
