@@ -87,7 +87,10 @@ Robot any_robot() {
     robot.passive_names.push_back(fmt::format("passive-{}", i));
   }
   if (*rc::gen::arbitrary<bool>()) randomise(kGyro, robot.chassis.gyro.emplace());
-  if (*rc::gen::arbitrary<bool>()) randomise(kLandmarkSensor, robot.landmark_sensor.emplace());
+  if (*rc::gen::arbitrary<bool>()) {
+    randomise(kLandmarkSensor, robot.landmark_sensor.emplace());
+    robot.landmark_sensor->range_scale = *uniform(0.01, 100.0);
+  }
   if (*rc::gen::arbitrary<bool>()) robot.calibration = any_record(robot);
   return robot;
 }

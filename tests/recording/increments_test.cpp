@@ -32,12 +32,13 @@ std::uint64_t bits(double value) {
   return std::bit_cast<std::uint64_t>(value);
 }
 
-void expect_same(const Increment& a, const Increment& b) {
+void expect_same_bits(const Increment& a, const Increment& b) {
   EXPECT_EQ(bits(a.time_s), bits(b.time_s));
   EXPECT_EQ(bits(a.duration_s), bits(b.duration_s));
   for (std::size_t w = 0; w < kMaxWheels; ++w) {
     EXPECT_EQ(bits(a.turned[w]), bits(b.turned[w])) << w;
     EXPECT_EQ(bits(a.slip_variance[w]), bits(b.slip_variance[w])) << w;
+    EXPECT_EQ(bits(a.steering_rad[w]), bits(b.steering_rad[w])) << w;
   }
   EXPECT_EQ(bits(a.gyro_rad), bits(b.gyro_rad));
   EXPECT_EQ(a.has_gyro, b.has_gyro);
@@ -45,23 +46,23 @@ void expect_same(const Increment& a, const Increment& b) {
   EXPECT_EQ(bits(a.shaking_m_s2), bits(b.shaking_m_s2));
 }
 
-void expect_same(const Increments& kept, const std::vector<Increment>& expected) {
+void expect_same_bits(const Increments& kept, const std::vector<Increment>& expected) {
   ASSERT_EQ(kept.size(), expected.size());
   for (std::size_t i = 0; i < expected.size(); ++i) {
     SCOPED_TRACE(i);
-    expect_same(kept[i], expected[i]);
+    expect_same_bits(kept[i], expected[i]);
     EXPECT_EQ(kept.time_s(i), expected[i].time_s);
   }
 }
 
 TEST(Increments, GiveTheBitsThatTheyTook) {
-  expect_same(Increments(drive()), drive());
+  expect_same_bits(Increments(drive()), drive());
 }
 
 TEST(Increments, KeepDurationsThatAreNotTheDifferenceOfStamps) {
   std::vector<Increment> expected = drive();
   expected[30].duration_s = std::nextafter(expected[30].duration_s, 1.0);
-  expect_same(Increments(expected), expected);
+  expect_same_bits(Increments(expected), expected);
 }
 
 TEST(Increments, TakeAnotherValueInAnyPlace) {
@@ -74,7 +75,7 @@ TEST(Increments, TakeAnotherValueInAnyPlace) {
     expected[i].has_gyro = !expected[i].has_gyro;
     kept.set(i, expected[i]);
   }
-  expect_same(kept, expected);
+  expect_same_bits(kept, expected);
 }
 
 TEST(Increments, AreCut) {
@@ -82,7 +83,7 @@ TEST(Increments, AreCut) {
   for (const auto& [first, end] : {std::pair{0, 40}, {0, 7}, {13, 30}, {20, 20}}) {
     Increments part(whole);
     part.cut(static_cast<std::size_t>(first), static_cast<std::size_t>(end));
-    expect_same(part, {whole.begin() + first, whole.begin() + end});
+    expect_same_bits(part, {whole.begin() + first, whole.begin() + end});
   }
 }
 
@@ -90,12 +91,12 @@ TEST(Increments, AreGoneThroughAndSearched) {
   const std::vector<Increment> expected = drive();
   const Increments kept(expected);
   std::size_t i = 0;
-  for (const Increment& increment : kept) expect_same(increment, expected[i++]);
+  for (const Increment& increment : kept) expect_same_bits(increment, expected[i++]);
   EXPECT_EQ(i, expected.size());
   const auto found = std::ranges::upper_bound(kept, expected[17].time_s, {}, &Increment::time_s);
   EXPECT_EQ(found - kept.begin(), 18);
   i = 5;
-  for (const Increment& increment : IncrementRange(kept, 5, 9)) expect_same(increment, expected[i++]);
+  for (const Increment& increment : IncrementRange(kept, 5, 9)) expect_same_bits(increment, expected[i++]);
   EXPECT_EQ(i, 9u);
 }
 

@@ -9,8 +9,7 @@
 namespace trundle::report {
 
 /// JSON to read and to compare by lines: one key on each line, indented by two, but an array of plain values
-/// on one line. Ends with a newline. Parses back to the same value. Throws CannotAnswer, as dumped() does,
-/// where a number is none.
+/// on one line. Ends with a newline. Parses back to the same value.
 std::string json_text(const nlohmann::ordered_json& document);
 
 /// As dump() writes it; text that is not UTF-8, of a path or a column, is repaired.
