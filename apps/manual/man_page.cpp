@@ -17,7 +17,7 @@ constexpr std::array kExitStatus = {
     std::pair{kDone, "done"},
     std::pair{kBug, "a fault of the program: please report it"},
     std::pair{kUsage, "the command line is wrong"},
-    std::pair{kBadInput, "an input is wrong, or an output cannot be written"},
+    std::pair{kBadInput, "an input is wrong, an output cannot be written, or memory does not suffice"},
     std::pair{kCannotAnswer, "the inputs are well-formed but cannot answer the question"},
 };
 

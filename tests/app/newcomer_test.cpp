@@ -196,7 +196,7 @@ const Mistake kMistakes[] = {
        replace(f.recording, "\"ms\"\n", "\"ms\"\ntime_offset_s = 0.03\n");
        f.robot += "time_offset_s = 0.02\n";
      },
-     0, "under [gyro] in both mine/recording.toml (0.0300) and mine.toml (0.0200), and they add up"},
+     0, "time_offset_s stands in both mine/recording.toml (0.0300) and mine.toml (0.0200), and they add up"},
     {"offset_in_the_recording",
      [](Files& f) { replace(f.recording, "\"ms\"\n", "\"ms\"\ntime_offset_s = 0.04\n"); }, 0,
      "under [gyro] in mine/recording.toml"},
