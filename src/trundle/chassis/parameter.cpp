@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "trundle/chassis/detail/parameter_parts.hpp"
 #include "trundle/io/error.hpp"
 
 namespace trundle::chassis {
@@ -35,53 +36,11 @@ constexpr std::pair<ParameterKind, std::string_view> kRobotParameters[] = {
     {ParameterKind::sensor_time_offset, "sensor.time_offset"},
 };
 
-const Wheel& wheel_of(const Parameter& parameter, const Chassis& chassis) {
-  return chassis.all_wheels()[static_cast<std::size_t>(parameter.wheel)];
-}
-
-/// ∂(turn coefficient of the rolling row)/∂(x, y): where to move a wheel to change its lever.
-Vector2 lever_gradient(const Wheel& wheel) {
-  const Vector3 row = rolling_row(wheel);
-  return {row.y(), -row.x()};
-}
-
 void set_lever(Wheel& wheel, double lever) {
   const Vector2 gradient = lever_gradient(wheel);
   const Vector2 shift = (lever - rolling_row(wheel).z()) / gradient.squaredNorm() * gradient;
   wheel.x_m += shift.x();
   wheel.y_m += shift.y();
-}
-
-/// Mean y of the wheels left and right of the middle.
-struct Sides {
-  double left = 0.0;
-  double right = 0.0;
-
-  double track() const { return left - right; }
-  double middle() const { return 0.5 * (left + right); }
-};
-
-std::optional<Sides> sides_of(const Chassis& chassis) {
-  const auto wheels = chassis.wheels();
-  if (wheels.empty()) return std::nullopt;
-  const auto [low, high] = std::ranges::minmax(wheels, {}, &Wheel::y_m);
-  const double middle = 0.5 * (low.y_m + high.y_m);
-  Sides sides;
-  int left_count = 0;
-  int right_count = 0;
-  for (const Wheel& wheel : wheels) {
-    if (wheel.kind == WheelKind::omni) return std::nullopt;
-    if (wheel.y_m > middle) sides.left += wheel.y_m, ++left_count;
-    if (wheel.y_m < middle) sides.right += wheel.y_m, ++right_count;
-  }
-  if (left_count == 0 || right_count == 0) return std::nullopt;
-  return Sides{sides.left / left_count, sides.right / right_count};
-}
-
-/// Of a robot that has them, until an estimate of the track leads nowhere.
-Sides track_sides(const Chassis& chassis) {
-  if (const auto sides = sides_of(chassis)) return *sides;
-  throw CannotAnswer("the wheels of both sides come out at one place: the data do not show the track");
 }
 
 void set_track(Chassis& chassis, double track) {
@@ -135,64 +94,6 @@ double largest_lever(const Chassis& chassis) {
   return largest;
 }
 
-Vector3 direction_derivative(const Wheel& wheel) {
-  const Vector3 row = rolling_row(wheel);
-  return {-row.y(), row.x(), 0.0};  // the lever is held
-}
-
-void set_track_derivative(const Chassis& chassis, const Rows& rows, RowMatrix& derivative) {
-  const Sides sides = track_sides(chassis);
-  for (int i = 0; i < rows.count(); ++i) {
-    const Row& row = rows.row[static_cast<std::size_t>(i)];
-    const bool is_of_side =
-        (row.kind == RowKind::wheel || row.kind == RowKind::lateral) && row.wheel < chassis.wheel_count;
-    if (!is_of_side) continue;
-    const Wheel& wheel = chassis.wheels()[static_cast<std::size_t>(row.wheel)];
-    const double dy = (wheel.y_m - sides.middle()) / sides.track();
-    const double dturn_dy =
-        row.kind == RowKind::wheel ? lever_gradient(wheel).y() : std::sin(rolling_direction(wheel));
-    derivative(i, 2) = dturn_dy * dy;
-  }
-}
-
-/// ∂(rolling direction)/∂p of a steered wheel.
-double turn_by(ParameterKind kind, const SteeringSensor& steering) {
-  if (kind == ParameterKind::steering_zero) return -steering.scale;
-  if (kind == ParameterKind::steering_scale) return steering.reading_rad - steering.zero_rad;
-  return 0.0;
-}
-
-/// ∂h/∂p of a row of a steered wheel: ∂d/∂ψ = n, ∂n/∂ψ = −d, and both change in proportion to its place.
-Vector3 steered_derivative(ParameterKind kind, RowKind row, const Wheel& wheel) {
-  const Vector3 d = rolling_row(wheel), n = lateral_row(wheel);
-  const bool rolls = row == RowKind::wheel;
-  if (kind == ParameterKind::place_x) return {0.0, 0.0, rolls ? d.y() : n.y()};
-  if (kind == ParameterKind::place_y) return {0.0, 0.0, rolls ? -d.x() : -n.x()};
-  return turn_by(kind, *wheel.steering) * (rolls ? n : Vector3(-d));
-}
-
-bool is_of_steered_wheel(ParameterKind kind) {
-  switch (kind) {
-    case ParameterKind::steering_zero:
-    case ParameterKind::steering_scale:
-    case ParameterKind::place_x:
-    case ParameterKind::place_y:
-      return true;
-    default:
-      return false;
-  }
-}
-
-/// The two that scale a reading.
-bool is_diameter_of(const Parameter& parameter, const Row& row) {
-  return parameter.kind == ParameterKind::diameter && row.kind == RowKind::wheel &&
-         row.wheel == parameter.wheel;
-}
-
-bool is_scale_of(const Parameter& parameter, const Row& row) {
-  return parameter.kind == ParameterKind::gyro_scale && row.kind == RowKind::gyro;
-}
-
 /// The number of a landmark sensor that a parameter is.
 template <class Sensor>
 auto& sensor_value(ParameterKind kind, Sensor& sensor) {
@@ -213,6 +114,28 @@ auto& sensor_value(ParameterKind kind, Sensor& sensor) {
 }
 
 }  // namespace
+
+std::optional<Sides> sides_of(const Chassis& chassis) {
+  const auto wheels = chassis.wheels();
+  if (wheels.empty()) return std::nullopt;
+  const auto [low, high] = std::ranges::minmax(wheels, {}, &Wheel::y_m);
+  const double middle = 0.5 * (low.y_m + high.y_m);
+  Sides sides;
+  int left_count = 0;
+  int right_count = 0;
+  for (const Wheel& wheel : wheels) {
+    if (wheel.kind == WheelKind::omni) return std::nullopt;
+    if (wheel.y_m > middle) sides.left += wheel.y_m, ++left_count;
+    if (wheel.y_m < middle) sides.right += wheel.y_m, ++right_count;
+  }
+  if (left_count == 0 || right_count == 0) return std::nullopt;
+  return Sides{sides.left / left_count, sides.right / right_count};
+}
+
+Sides track_sides(const Chassis& chassis) {
+  if (const auto sides = sides_of(chassis)) return *sides;
+  throw CannotAnswer("the wheels of both sides come out at one place: the data do not show the track");
+}
 
 bool is_of_landmark_sensor(ParameterKind kind) {
   return kind >= ParameterKind::sensor_range_offset && kind <= ParameterKind::sensor_time_offset;
@@ -410,52 +333,6 @@ double prior_sigma(const Parameter& parameter, const Robot& robot) {
       return radians(10.0);
   }
   return 0.0;
-}
-
-RowMatrix row_derivative(const Parameter& parameter, const Chassis& chassis, const Rows& rows) {
-  RowMatrix derivative = RowMatrix::Zero(rows.count(), 3);
-  if (parameter.kind == ParameterKind::track) set_track_derivative(chassis, rows, derivative);
-  for (int i = 0; i < rows.count(); ++i) {
-    const Row& row = rows.row[static_cast<std::size_t>(i)];
-    const bool own_wheel = row.kind == RowKind::wheel && row.wheel == parameter.wheel;
-    const bool of_wheel = own_wheel || (row.kind == RowKind::lateral && row.wheel == parameter.wheel);
-    if (of_wheel && is_of_steered_wheel(parameter.kind))
-      derivative.row(i) =
-          steered_derivative(parameter.kind, row.kind, wheel_of(parameter, chassis)).transpose();
-    if (parameter.kind == ParameterKind::direction && own_wheel)
-      derivative.row(i) = direction_derivative(wheel_of(parameter, chassis)).transpose();
-    if (parameter.kind == ParameterKind::lever && own_wheel) derivative(i, 2) = 1.0;
-    if (parameter.kind == ParameterKind::icr_x && row.kind == RowKind::skid_lateral) derivative(i, 2) = -1.0;
-  }
-  return derivative;
-}
-
-RowVector reading_growth(const Parameter& parameter, const Chassis& chassis, const Rows& rows) {
-  RowVector growth = RowVector::Zero(rows.count());
-  for (int i = 0; i < rows.measured; ++i) {
-    const Row& row = rows.row[static_cast<std::size_t>(i)];
-    if (is_diameter_of(parameter, row))
-      growth[i] = 1.0 / chassis.wheels()[static_cast<std::size_t>(row.wheel)].diameter_m;
-    if (is_scale_of(parameter, row)) growth[i] = 1.0 / chassis.gyro->scale;
-  }
-  return growth;
-}
-
-RowVector reading_derivative(const Parameter& parameter, const Chassis& chassis, const Rows& rows,
-                             const Increment& increment) {
-  RowVector derivative = RowVector::Zero(rows.count());
-  for (int i = 0; i < rows.count(); ++i) {
-    const Row& row = rows.row[static_cast<std::size_t>(i)];
-    if (is_diameter_of(parameter, row))
-      derivative[i] = kPi * increment.turned[static_cast<std::size_t>(row.wheel)];
-    if (is_scale_of(parameter, row))
-      derivative[i] = increment.gyro_rad - chassis.gyro->bias_rad_s * increment.duration_s;
-    if (parameter.kind == ParameterKind::gyro_bias && row.kind == RowKind::gyro)
-      derivative[i] = -chassis.gyro->scale * increment.duration_s;
-    if (parameter.kind == ParameterKind::gyro_time_offset && row.kind == RowKind::gyro)
-      derivative[i] = -chassis.gyro->scale * increment.gyro_change_rad_s;
-  }
-  return derivative;
 }
 
 }  // namespace trundle::chassis

@@ -23,38 +23,39 @@ constexpr double kMostRidge = 1e-9;
 
 int EliminationTree::add_variable(std::span<const double> tolerance) {
   const int variable = variables();
-  size_.push_back(static_cast<int>(tolerance.size()));
-  offset_.push_back(static_cast<int>(delta_.size()));
-  node_of_.push_back(-1);
-  terms_of_.emplace_back();
-  tolerance_.insert(tolerance_.end(), tolerance.begin(), tolerance.end());
-  delta_.resize(tolerance_.size());
-  handed_down_.resize(delta_.size());
-  new_variables_.push_back(variable);
+  variables_.push_back({.size = static_cast<int>(tolerance.size()),
+                        .offset = static_cast<int>(numbers_.delta.size()),
+                        .terms = {}});
+  numbers_.tolerance.insert(numbers_.tolerance.end(), tolerance.begin(), tolerance.end());
+  numbers_.delta.resize(numbers_.tolerance.size());
+  numbers_.handed_down.resize(numbers_.tolerance.size());
+  changes_.variables.push_back(variable);
   return variable;
 }
 
 int EliminationTree::add_term(std::span<const int> variables) {
   const int term = static_cast<int>(variables_of_.size());
   variables_of_.emplace_back(variables.begin(), variables.end());
-  for (const int variable : variables) terms_of_[nth(variable)].push_back(term);
-  new_terms_.push_back(term);
+  for (const int variable : variables) variables_[nth(variable)].terms.push_back(term);
+  changes_.terms.push_back(term);
   return term;
 }
 
 void EliminationTree::move(int variable, const Eigen::VectorXd& by) {
   for (int i = 0; i < size(variable); ++i) {
-    handed_down_[nth(offset(variable) + i)] -= by[i];
-    delta_[nth(offset(variable) + i)] -= by[i];
+    numbers_.handed_down[nth(offset(variable) + i)] -= by[i];
+    numbers_.delta[nth(offset(variable) + i)] -= by[i];
   }
-  for (const int term : terms_of_[nth(variable)])
-    touched_.insert(touched_.end(), variables_of_[nth(term)].begin(), variables_of_[nth(term)].end());
+  for (const int term : variables_[nth(variable)].terms)
+    changes_.touched.insert(changes_.touched.end(), variables_of_[nth(term)].begin(),
+                            variables_of_[nth(term)].end());
 }
 
 bool EliminationTree::update(std::span<const int> last, const Linearise& linearise) {
-  for (const int term : new_terms_)
-    touched_.insert(touched_.end(), variables_of_[nth(term)].begin(), variables_of_[nth(term)].end());
-  touched_.insert(touched_.end(), last.begin(), last.end());
+  for (const int term : changes_.terms)
+    changes_.touched.insert(changes_.touched.end(), variables_of_[nth(term)].begin(),
+                            variables_of_[nth(term)].end());
+  changes_.touched.insert(changes_.touched.end(), last.begin(), last.end());
   const std::vector<int> made = make_nodes(take_affected(last), last.size());
   return std::ranges::all_of(made, [&](int n) {
     bool done = eliminate(node(n), linearise, 0.0);
@@ -67,29 +68,29 @@ bool EliminationTree::update(std::span<const int> last, const Linearise& lineari
 /// Those of the touched variables, and all above them.
 std::vector<int> EliminationTree::take_touched_nodes() {
   std::vector<int> taken;
-  is_taken_.resize(nodes_.size(), 0);
-  for (const int variable : touched_)
-    for (int n = node_of_[nth(variable)]; n >= 0 && is_taken_[nth(n)] == 0; n = node(n).parent) {
-      is_taken_[nth(n)] = 1;
+  work_.is_taken.resize(nodes_.size(), 0);
+  for (const int variable : changes_.touched)
+    for (int n = variables_[nth(variable)].node; n >= 0 && work_.is_taken[nth(n)] == 0; n = node(n).parent) {
+      work_.is_taken[nth(n)] = 1;
       taken.push_back(n);
     }
-  touched_.clear();
+  changes_.touched.clear();
   return taken;
 }
 
 EliminationTree::Affected EliminationTree::take_affected(std::span<const int> last) {
-  Affected affected{std::exchange(new_variables_, {}), std::exchange(new_terms_, {}), {}};
+  Affected affected{std::exchange(changes_.variables, {}), std::exchange(changes_.terms, {}), {}};
   const std::vector<int> taken = take_touched_nodes();
   for (const int n : taken) {
     const Node& old = node(n);
     affected.variables.insert(affected.variables.end(), old.of_columns().begin(), old.of_columns().end());
     affected.terms.insert(affected.terms.end(), old.terms.begin(), old.terms.end());
     for (const int child : old.children)
-      if (is_taken_[nth(child)] == 0) affected.orphans.push_back(child);
+      if (work_.is_taken[nth(child)] == 0) affected.orphans.push_back(child);
   }
-  std::erase_if(roots_, [&](int root) { return is_taken_[nth(root)] != 0; });
+  std::erase_if(roots_, [&](int root) { return work_.is_taken[nth(root)] != 0; });
   for (const int n : taken) {
-    is_taken_[nth(n)] = 0;
+    work_.is_taken[nth(n)] = 0;
     node(n) = {};
     free_.push_back(n);
   }
@@ -115,15 +116,15 @@ int EliminationTree::new_node() {
 std::vector<int> EliminationTree::make_nodes(const Affected& affected, std::size_t last) {
   BlockPattern pattern;
   pattern.last = static_cast<int>(last);
-  place_.resize(size_.size());
+  work_.place.resize(variables_.size());
   for (std::size_t i = 0; i < affected.variables.size(); ++i) {
-    place_[nth(affected.variables[i])] = static_cast<int>(i);
+    work_.place[nth(affected.variables[i])] = static_cast<int>(i);
     pattern.sizes.push_back(size(affected.variables[i]));
   }
   const auto couple = [&](std::span<const int> variables) {
     for (std::size_t i = 0; i < variables.size(); ++i)
       for (std::size_t j = 0; j < i; ++j)
-        pattern.couplings.emplace_back(place_[nth(variables[i])], place_[nth(variables[j])]);
+        pattern.couplings.emplace_back(work_.place[nth(variables[i])], work_.place[nth(variables[j])]);
   };
   for (const int term : affected.terms) couple(variables_of_[nth(term)]);
   for (const int orphan : affected.orphans) couple(node(orphan).of_rows());
@@ -138,7 +139,7 @@ std::vector<int> EliminationTree::make_nodes(const Affected& affected, std::size
     fresh.size = front.size;
     fresh.parent = front.parent;  // among those that are made; its node follows
     fresh.turn = eliminated_++;
-    for (const int variable : fresh.of_columns()) node_of_[nth(variable)] = made.back();
+    for (const int variable : fresh.of_columns()) variables_[nth(variable)].node = made.back();
   }
   for (const int n : made) {
     int& parent = node(n).parent;
@@ -151,8 +152,8 @@ std::vector<int> EliminationTree::make_nodes(const Affected& affected, std::size
   }
   const auto first_eliminated = [&](std::span<const int> variables) {
     const int first = *std::ranges::min_element(
-        variables, {}, [&](int variable) { return node(node_of_[nth(variable)]).turn; });
-    return node_of_[nth(first)];
+        variables, {}, [&](int variable) { return node(variables_[nth(variable)].node).turn; });
+    return variables_[nth(first)].node;
   };
   for (const int term : affected.terms)
     node(first_eliminated(variables_of_[nth(term)])).terms.push_back(term);
@@ -168,31 +169,31 @@ std::vector<int> EliminationTree::make_nodes(const Affected& affected, std::size
 bool EliminationTree::eliminate(Node& front, const Linearise& linearise, double ridge) {
   int begin = 0;
   for (const int variable : front.variables) {
-    place_[nth(variable)] = begin;
+    work_.place[nth(variable)] = begin;
     begin += size(variable);
   }
-  matrix_.setZero(front.size, front.size);
-  right_.setZero(front.size);
-  FrontSystem system(matrix_, right_, place_);
+  work_.matrix.setZero(front.size, front.size);
+  work_.right.setZero(front.size);
+  FrontSystem system(work_.matrix, work_.right, work_.place);
   for (const int term : front.terms) linearise(term, system);
   for (const int child : front.children) add_update_of(node(child));
 
-  Eigen::Ref<MatrixXd> A11 = matrix_.topLeftCorner(front.columns, front.columns);
+  Eigen::Ref<MatrixXd> A11 = work_.matrix.topLeftCorner(front.columns, front.columns);
   largest_ = std::max(largest_, A11.diagonal().maxCoeff());
   A11.diagonal().array() += ridge * largest_;
   const Eigen::LLT<Eigen::Ref<MatrixXd>> L1(A11);
   if (L1.info() != Eigen::Success) return false;
-  auto y = right_.head(front.columns);
+  auto y = work_.right.head(front.columns);
   A11.triangularView<Eigen::Lower>().solveInPlace(y);
   if (front.rows() > 0) {
-    auto L2 = matrix_.bottomLeftCorner(front.rows(), front.columns);
+    auto L2 = work_.matrix.bottomLeftCorner(front.rows(), front.columns);
     A11.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(L2);
-    auto A22 = matrix_.bottomRightCorner(front.rows(), front.rows());
+    auto A22 = work_.matrix.bottomRightCorner(front.rows(), front.rows());
     A22.selfadjointView<Eigen::Lower>().rankUpdate(L2, -1.0);
     front.update = A22;
-    front.update_right = right_.tail(front.rows()) - L2 * y;
+    front.update_right = work_.right.tail(front.rows()) - L2 * y;
   }
-  front.factor = matrix_.leftCols(front.columns);
+  front.factor = work_.matrix.leftCols(front.columns);
   front.reduced = y;
   return true;
 }
@@ -201,23 +202,23 @@ bool EliminationTree::eliminate(Node& front, const Linearise& linearise, double 
 void EliminationTree::add_update_of(const Node& child) {
   std::vector<Index> row;
   for (const int variable : child.of_rows())
-    for (int i = 0; i < size(variable); ++i) row.push_back(place_[nth(variable)] + i);
+    for (int i = 0; i < size(variable); ++i) row.push_back(work_.place[nth(variable)] + i);
   for (std::size_t j = 0; j < row.size(); ++j) {
-    right_[row[j]] += child.update_right[static_cast<Index>(j)];
+    work_.right[row[j]] += child.update_right[static_cast<Index>(j)];
     for (std::size_t i = j; i < row.size(); ++i)
-      matrix_(std::max(row[i], row[j]), std::min(row[i], row[j])) +=
+      work_.matrix(std::max(row[i], row[j]), std::min(row[i], row[j])) +=
           child.update(static_cast<Index>(i), static_cast<Index>(j));
   }
 }
 
 const std::vector<int>& EliminationTree::solve(Solve which) {
-  solved_.clear();
-  has_moved_.resize(size_.size(), 0);
+  work_.solved.clear();
+  work_.has_moved.resize(variables_.size(), 0);
   std::vector<int> waiting = roots_;
   while (!waiting.empty()) {
     Node& front = node(waiting.back());
     waiting.pop_back();
-    const auto has_moved = [&](int variable) { return has_moved_[nth(variable)] != 0; };
+    const auto has_moved = [&](int variable) { return work_.has_moved[nth(variable)] != 0; };
     if (which == Solve::what_matters && !front.is_new && std::ranges::none_of(front.of_rows(), has_moved))
       continue;
     solve_columns(front);
@@ -225,8 +226,8 @@ const std::vector<int>& EliminationTree::solve(Solve which) {
     front.is_new = false;
     waiting.insert(waiting.end(), front.children.begin(), front.children.end());
   }
-  for (const int variable : solved_) has_moved_[nth(variable)] = 0;
-  return solved_;
+  for (const int variable : work_.solved) work_.has_moved[nth(variable)] = 0;
+  return work_.solved;
 }
 
 /// L1ᵀ x1 = y − L2ᵀ x2.
@@ -242,25 +243,26 @@ void EliminationTree::solve_columns(const Node& front) {
   front.factor.topRows(front.columns).triangularView<Eigen::Lower>().transpose().solveInPlace(x);
   i = 0;
   for (const int variable : front.of_columns())
-    for (int k = 0; k < size(variable); ++k) delta_[nth(offset(variable) + k)] = x[i++];
+    for (int k = 0; k < size(variable); ++k) numbers_.delta[nth(offset(variable) + k)] = x[i++];
 }
 
 void EliminationTree::hand_down(int variable) {
-  solved_.push_back(variable);
+  work_.solved.push_back(variable);
   const int begin = offset(variable);
   bool matters = false;
   for (int i = begin; i < begin + size(variable); ++i)
-    matters = matters || std::abs(delta_[nth(i)] - handed_down_[nth(i)]) > tolerance_[nth(i)];
+    matters = matters ||
+              std::abs(numbers_.delta[nth(i)] - numbers_.handed_down[nth(i)]) > numbers_.tolerance[nth(i)];
   if (!matters) return;
-  has_moved_[nth(variable)] = 1;
-  std::copy_n(delta_.begin() + begin, size(variable), handed_down_.begin() + begin);
+  work_.has_moved[nth(variable)] = 1;
+  std::copy_n(numbers_.delta.begin() + begin, size(variable), numbers_.handed_down.begin() + begin);
 }
 
 /// Those of variables and all above them, children before parents.
 std::vector<int> EliminationTree::path_nodes(std::span<const Derivative> derivatives) const {
   std::vector<int> nodes;
   for (const Derivative& derivative : derivatives)
-    for (int n = node_of_[nth(derivative.variable)]; n >= 0; n = node(n).parent) {
+    for (int n = variables_[nth(derivative.variable)].node; n >= 0; n = node(n).parent) {
       if (std::ranges::find(nodes, n) != nodes.end()) break;
       nodes.push_back(n);
     }

@@ -64,7 +64,7 @@ class EliminationTree {
   enum class Solve { what_matters, all };
   const std::vector<int>& solve(Solve which = Solve::what_matters);
   [[nodiscard]] Eigen::Map<const Eigen::VectorXd> solution(int variable) const {
-    return Eigen::Map<const Eigen::VectorXd>(delta_.data() + offset(variable), size(variable));
+    return Eigen::Map<const Eigen::VectorXd>(numbers_.delta.data() + offset(variable), size(variable));
   }
 
   /// Some columns of Jᵀ: the derivatives of as many numbers by one variable.
@@ -78,14 +78,13 @@ class EliminationTree {
   [[nodiscard]] Eigen::MatrixXd projected_covariance(std::span<const Derivative> derivatives,
                                                      Eigen::Index numbers) const;
 
-  [[nodiscard]] int variables() const { return static_cast<int>(size_.size()); }
+  [[nodiscard]] int variables() const { return static_cast<int>(variables_.size()); }
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.size_, self.offset_, self.node_of_, self.terms_of_, self.tolerance_, self.delta_,
-            self.handed_down_, self.variables_of_, self.nodes_, self.free_, self.roots_, self.new_variables_,
-            self.new_terms_, self.touched_, self.eliminated_, self.largest_);
+    archive(self.variables_, self.numbers_, self.variables_of_, self.nodes_, self.free_, self.roots_,
+            self.changes_, self.eliminated_, self.largest_);
   }
 
  private:
@@ -119,6 +118,48 @@ class EliminationTree {
               self.update_right);
     }
   };
+  struct Variable {
+    int size = 0;
+    int offset = 0;  ///< where its numbers begin
+    int node = -1;   ///< whose column it is; -1: new
+    std::vector<int> terms;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.size, self.offset, self.node, self.terms);
+    }
+  };
+  /// Of all variables.
+  struct Numbers {
+    std::vector<double> tolerance;
+    std::vector<double> delta;
+    std::vector<double> handed_down;  ///< δ as the fronts below know it
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.tolerance, self.delta, self.handed_down);
+    }
+  };
+  /// Since the last update().
+  struct Changes {
+    std::vector<int> variables;  ///< that are new
+    std::vector<int> terms;      ///< likewise
+    std::vector<int> touched;    ///< variables
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.variables, self.terms, self.touched);
+    }
+  };
+  /// Room to work in.
+  struct Workspace {
+    std::vector<int> place;  ///< by variable: its number among the affected, or where it begins in a front
+    std::vector<char> has_moved;  ///< by variable: by what matters, in this solve()
+    std::vector<char> is_taken;   ///< by node
+    std::vector<int> solved;
+    Eigen::MatrixXd matrix;
+    Eigen::VectorXd right;
+  };
   /// What is eliminated anew.
   struct Affected {
     std::vector<int> variables;  ///< those that come last at the end
@@ -126,8 +167,10 @@ class EliminationTree {
     std::vector<int> orphans;  ///< nodes that stay, and whose parents do not
   };
 
-  [[nodiscard]] int size(int variable) const { return size_[static_cast<std::size_t>(variable)]; }
-  [[nodiscard]] int offset(int variable) const { return offset_[static_cast<std::size_t>(variable)]; }
+  [[nodiscard]] int size(int variable) const { return variables_[static_cast<std::size_t>(variable)].size; }
+  [[nodiscard]] int offset(int variable) const {
+    return variables_[static_cast<std::size_t>(variable)].offset;
+  }
   [[nodiscard]] Node& node(int n) { return nodes_[static_cast<std::size_t>(n)]; }
   [[nodiscard]] const Node& node(int n) const { return nodes_[static_cast<std::size_t>(n)]; }
 
@@ -141,32 +184,16 @@ class EliminationTree {
   void hand_down(int variable);
   [[nodiscard]] std::vector<int> path_nodes(std::span<const Derivative> derivatives) const;
 
-  // By variable.
-  std::vector<int> size_;
-  std::vector<int> offset_;   ///< where its numbers begin
-  std::vector<int> node_of_;  ///< whose column it is; −1: new
-  std::vector<std::vector<int>> terms_of_;
-  // By number of a variable.
-  std::vector<double> tolerance_;
-  std::vector<double> delta_;
-  std::vector<double> handed_down_;  ///< δ as the fronts below know it
-
+  std::vector<Variable> variables_;
+  Numbers numbers_;
   std::vector<std::vector<int>> variables_of_;  ///< by term
   std::vector<Node> nodes_;
   std::vector<int> free_;  ///< nodes that are none
   std::vector<int> roots_;
-  std::vector<int> new_variables_;
-  std::vector<int> new_terms_;
-  std::vector<int> touched_;  ///< variables
+  Changes changes_;
   std::int64_t eliminated_ = 0;
   double largest_ = 0.0;  ///< on the diagonals of all fronts so far
-  // Room to work in.
-  std::vector<int> place_;  ///< by variable: its number among the affected, or where it begins in a front
-  std::vector<char> has_moved_;  ///< by variable: by what matters, in this solve()
-  std::vector<char> is_taken_;   ///< by node
-  std::vector<int> solved_;
-  Eigen::MatrixXd matrix_;
-  Eigen::VectorXd right_;
+  Workspace work_;
 };
 
 }  // namespace trundle::slam
