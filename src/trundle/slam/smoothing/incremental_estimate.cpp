@@ -43,7 +43,7 @@ void IncrementalSmoother::judge(std::span<const std::size_t> shown,
     const auto column = 2 * static_cast<Index>(k);
     derivatives.push_back({landmarks_[nth(landmark)].variable, column, expected.by_landmark.transpose()});
     append_by_body(by_body, column, derivatives);
-    R[k] = reading_covariance(problem_.sensor) + by_body * since_.covariance * by_body.transpose();
+    R[k] = reading_covariance(problem_.sensor) + by_body * since_.motion.covariance * by_body.transpose();
     report_.observations[known[k]].innovation = innovation_of(observation, expected);
   }
   const MatrixXd S = tree_.projected_covariance(derivatives, numbers);
@@ -60,11 +60,11 @@ void IncrementalSmoother::judge(std::span<const std::size_t> shown,
 void IncrementalSmoother::append_by_body(const MatrixXd& by_body, Index column,
                                          std::vector<EliminationTree::Derivative>& derivatives) const {
   Eigen::Matrix<double, 3, Eigen::Dynamic> by_pose(3, pose_size(problem_));
-  by_pose.leftCols<3>() = adjoint(since_.mean.inverse());
-  if (problem_.has_bias) by_pose.col(3) = since_.by_bias;
+  by_pose.leftCols<3>() = adjoint(since_.motion.mean.inverse());
+  if (problem_.has_bias) by_pose.col(3) = since_.motion.by_bias;
   derivatives.push_back({pose_variables_.back(), column, (by_body * by_pose).transpose()});
   if (parameter_variable_ >= 0)
-    derivatives.push_back({parameter_variable_, column, (by_body * since_.by_parameters).transpose()});
+    derivatives.push_back({parameter_variable_, column, (by_body * since_.motion.by_parameters).transpose()});
 }
 
 SmoothingState IncrementalSmoother::state() const {
@@ -103,10 +103,11 @@ Vector2 IncrementalSmoother::landmark_at(int landmark) const {
 
 /// What is known of the systematic errors may have changed since the keyframe.
 Pose2 IncrementalSmoother::pose_now() const {
-  if (pose_variables_.empty()) return options_.prior.start * since_.mean;
-  const Vector3 effect = since_.by_parameters * (parameters() - parameters_since_) +
-                         since_.by_bias * (keyframe_bias() - bias_since_);
-  return pose_at(static_cast<int>(pose_variables_.size()) - 1) * since_.mean * exp(Twist2::from(effect));
+  if (pose_variables_.empty()) return options_.prior.start * since_.motion.mean;
+  const Vector3 effect = since_.motion.by_parameters * (parameters() - since_.parameters) +
+                         since_.motion.by_bias * (keyframe_bias() - since_.bias);
+  return pose_at(static_cast<int>(pose_variables_.size()) - 1) * since_.motion.mean *
+         exp(Twist2::from(effect));
 }
 
 MappedLandmark IncrementalSmoother::landmark(std::size_t index) const {
@@ -144,18 +145,18 @@ MatrixXd IncrementalSmoother::covariance_with_systematic() const {
   const Systematic& sigma = options_.prior.systematic_sigma;
   const Index numbers = 3 + sigma.size();
   MatrixXd P = MatrixXd::Zero(numbers, numbers);
-  P.topLeftCorner<3, 3>() = since_.covariance;
+  P.topLeftCorner<3, 3>() = since_.motion.covariance;
   MatrixXd by_pose = MatrixXd::Zero(numbers, pose_size(problem_));
-  by_pose.topLeftCorner<3, 3>() = adjoint(since_.mean.inverse());
+  by_pose.topLeftCorner<3, 3>() = adjoint(since_.motion.mean.inverse());
   if (problem_.has_bias) {
-    P.block<3, 1>(0, 3) = since_.with_walk;
-    P.block<1, 3>(3, 0) = since_.with_walk.transpose();
-    P(3, 3) = since_.walk;
-    by_pose.block<3, 1>(0, 3) = since_.by_bias;
+    P.block<3, 1>(0, 3) = since_.motion.with_walk;
+    P.block<1, 3>(3, 0) = since_.motion.with_walk.transpose();
+    P(3, 3) = since_.motion.walk;
+    by_pose.block<3, 1>(0, 3) = since_.motion.by_bias;
     by_pose(3, 3) = 1.0;
   }
   MatrixXd by_parameters = MatrixXd::Zero(numbers, static_cast<Index>(free_.size()));
-  by_parameters.topRows<3>() = since_.by_parameters;
+  by_parameters.topRows<3>() = since_.motion.by_parameters;
   for (std::size_t i = 0; i < free_.size(); ++i) by_parameters(3 + free_[i], static_cast<Index>(i)) = 1.0;
   if (pose_variables_.empty()) {
     const MatrixXd of_parameters = by_parameters * sigma(free_).asDiagonal();

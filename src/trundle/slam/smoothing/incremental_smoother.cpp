@@ -22,6 +22,13 @@ constexpr double kMatters = 0.1;
 
 }  // namespace
 
+/// The turn changes a range at the edge of the view by kLinear of its sigma; the way is that turn's at the
+/// range where range and bearing are equally good.
+IncrementalSmoother::LinearMoves IncrementalSmoother::linear_moves(const LandmarkSensor& sensor) {
+  const double turn_rad = std::sqrt(2.0 * kLinear * sensor.range_sigma_m / sensor.max_range_m);
+  return {turn_rad, turn_rad * sensor.range_sigma_m / sensor.bearing_sigma_rad};
+}
+
 /// Blocks are the tree's variables.
 struct IncrementalSmoother::Equations {
   const IncrementalSmoother& of;
@@ -43,18 +50,17 @@ struct IncrementalSmoother::Equations {
 IncrementalSmoother::IncrementalSmoother(const LandmarkSensor& sensor,
                                          const IncrementalSmootherOptions& options)
     : options_(options),
-      linear_turn_rad_(std::sqrt(2.0 * kLinear * sensor.range_sigma_m / sensor.max_range_m)),
-      linear_way_m_(linear_turn_rad_ * sensor.range_sigma_m / sensor.bearing_sigma_rad),
+      linear_(linear_moves(sensor)),
       free_(free_of(options.prior.systematic_sigma, options.has_bias)) {
   const VectorXd sigma = options.prior.systematic_sigma(free_);
   problem_.sensor = sensor;
   problem_.parameter_information = sigma.cwiseAbs2().cwiseInverse();
   problem_.has_bias = options.has_bias;
   problem_.gate = options.gate;
-  at_.parameters = parameters_since_ = VectorXd::Zero(sigma.size());
-  since_ = {{},
-            body_covariance(options.prior.start, options.prior.start_covariance),
-            Eigen::Matrix3Xd::Zero(3, sigma.size())};
+  at_.parameters = since_.parameters = VectorXd::Zero(sigma.size());
+  since_.motion = {{},
+                   body_covariance(options.prior.start, options.prior.start_covariance),
+                   Eigen::Matrix3Xd::Zero(3, sigma.size())};
   if (free_.empty()) return;
   parameter_variable_ = add_unknown({Unknown::Kind::parameters, 0}, kMatters * kMatters * sigma);
   add_part({Part::Kind::parameters, 0}, {{parameter_variable_}});
@@ -98,10 +104,10 @@ void IncrementalSmoother::add_motion(const Motion& motion) {
     step.walk = motion.walk;
     step.with_walk = motion.with_walk;
   }
-  const Vector3 effect = step.by_parameters * parameters_since_ + step.by_bias * bias_since_;
+  const Vector3 effect = step.by_parameters * since_.parameters + step.by_bias * since_.bias;
   step.mean = step.mean * exp(Twist2::from(effect));
-  since_ = since_ * step;
-  has_moved_ = true;
+  since_.motion = since_.motion * step;
+  since_.has_moved = true;
 }
 
 void IncrementalSmoother::add_keyframe() {
@@ -111,18 +117,18 @@ void IncrementalSmoother::add_keyframe() {
   if (problem_.has_bias) at_.biases.push_back(bias);
   const double bias_sigma = problem_.has_bias ? options_.prior.systematic_sigma[0] : 0.0;
   const Eigen::Vector4d tolerance =
-      kMatters * Eigen::Vector4d(linear_way_m_, linear_way_m_, linear_turn_rad_, kMatters * bias_sigma);
+      kMatters * Eigen::Vector4d(linear_.way_m, linear_.way_m, linear_.turn_rad, kMatters * bias_sigma);
   pose_variables_.push_back(add_unknown({Unknown::Kind::pose, pose}, tolerance.head(pose_size(problem_))));
   sees_.push_back(-1);
 
   MotionLink link;
   if (pose == 0) {
     const double variance = bias_sigma * bias_sigma;
-    link = link_from({.pose = options_.prior.start, .bias_variance = variance}, pose, since_);
+    link = link_from({.pose = options_.prior.start, .bias_variance = variance}, pose, since_.motion);
   } else {
-    link = link_of(pose - 1, pose, since_);
+    link = link_of(pose - 1, pose, since_.motion);
   }
-  link.included = since_.by_parameters * parameters_since_ + since_.by_bias * bias_since_;
+  link.included = since_.motion.by_parameters * since_.parameters + since_.motion.by_bias * since_.bias;
   const Part part{Part::Kind::motion, problem_.motions.size()};
   problem_.motions.push_back(std::move(link));
   std::vector<int> variables{pose_variables_.back()};
@@ -130,10 +136,10 @@ void IncrementalSmoother::add_keyframe() {
   if (parameter_variable_ >= 0) variables.push_back(parameter_variable_);
   add_part(part, variables);
 
-  since_ = {{}, Matrix3::Zero(), Eigen::Matrix3Xd::Zero(3, static_cast<Index>(free_.size()))};
-  parameters_since_ = parameters();
-  bias_since_ = bias;
-  has_moved_ = false;
+  since_.motion = {{}, Matrix3::Zero(), Eigen::Matrix3Xd::Zero(3, static_cast<Index>(free_.size()))};
+  since_.parameters = parameters();
+  since_.bias = bias;
+  since_.has_moved = false;
 }
 
 /// Where a new pose is linearised: where it stands among the landmarks in view as those are linearised, so
@@ -169,7 +175,7 @@ int IncrementalSmoother::add_landmark(const Observation& observation) {
   if (!is_new) return found->second;
   ++problem_.landmarks;
   landmarks_.push_back({observation.landmark, add_unknown({Unknown::Kind::landmark, found->second},
-                                                          Vector2::Constant(kMatters * linear_way_m_))});
+                                                          Vector2::Constant(kMatters * linear_.way_m))});
   at_.landmarks.push_back(
       sighted_landmark(at_.poses.back(), problem_.sensor.body_from_sensor, observation).in_world);
   return found->second;
@@ -205,7 +211,7 @@ bool IncrementalSmoother::relinearise(std::span<const int> solved) {
     if (unknown.kind == Unknown::Kind::parameters) continue;
     if (unknown.kind == Unknown::Kind::pose) {
       const int seen = sees_[nth(unknown.index)];
-      if (std::abs(tree_.solution(variable)[2]) <= linear_turn_rad_ &&
+      if (std::abs(tree_.solution(variable)[2]) <= linear_.turn_rad &&
           (seen < 0 || moved_apart(seen, unknown.index).left_out <= 2.0 * kLinear))
         continue;
       return relinearise_all();

@@ -50,7 +50,7 @@ class IncrementalSmoother {
     archive(self.problem_.poses, self.problem_.landmarks, self.problem_.motions, self.problem_.sightings,
             self.problem_.bias_readings, self.at_, self.tree_, self.parts_, self.unknown_of_,
             self.pose_variables_, self.sees_, self.landmarks_, self.number_of_, self.in_view_, self.since_,
-            self.bias_since_, self.parameters_since_, self.has_moved_, self.report_);
+            self.report_);
   }
 
  private:
@@ -85,6 +85,23 @@ class IncrementalSmoother {
       archive(self.kind, self.index);
     }
   };
+  /// Since the last keyframe; its motion is about the systematic errors that were known there.
+  struct SinceKeyframe {
+    FreeMotion motion;
+    double bias = 0.0;
+    Eigen::VectorXd parameters;
+    bool has_moved = false;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.motion, self.bias, self.parameters, self.has_moved);
+    }
+  };
+  /// Moves within which sightings are linear.
+  struct LinearMoves {
+    double turn_rad;
+    double way_m;
+  };
   /// How far a landmark has moved against a pose since both were linearised [m], and what of a reading that
   /// leaves out, as a share of its sigma.
   struct Apart {
@@ -93,6 +110,7 @@ class IncrementalSmoother {
   };
   struct Equations;
 
+  static LinearMoves linear_moves(const LandmarkSensor& sensor);
   void add_motion(const Motion& motion);
   void judge(std::span<const std::size_t> shown, std::span<const Observation> observations);
   void append_by_body(const Eigen::MatrixXd& by_body, Eigen::Index column,
@@ -110,7 +128,7 @@ class IncrementalSmoother {
   [[nodiscard]] Pose2 linearisation_of(const Pose2& now) const;
   void move_linearisation(int variable, const Eigen::VectorXd& by);
 
-  [[nodiscard]] bool is_between_keyframes() const { return has_moved_ || pose_variables_.empty(); }
+  [[nodiscard]] bool is_between_keyframes() const { return since_.has_moved || pose_variables_.empty(); }
   [[nodiscard]] Eigen::MatrixXd covariance_with_systematic() const;
   [[nodiscard]] Pose2 pose_at(int keyframe) const;
   [[nodiscard]] double bias_at(int keyframe) const;
@@ -120,8 +138,7 @@ class IncrementalSmoother {
   [[nodiscard]] Pose2 pose_now() const;
 
   IncrementalSmootherOptions options_;
-  double linear_turn_rad_;  ///< moves within which sightings are linear
-  double linear_way_m_;
+  LinearMoves linear_;
   std::vector<int> free_;  ///< of the systematic errors, those that are parameters
   SmoothingProblem problem_;
   SmoothingState at_;                ///< where its terms are linearised
@@ -134,10 +151,7 @@ class IncrementalSmoother {
   std::map<LandmarkId, int> number_of_;
   int parameter_variable_ = -1;
   std::vector<int> in_view_;  ///< variables of landmarks of the last keyframe
-  FreeMotion since_;          ///< since the last keyframe, about these systematic errors:
-  double bias_since_ = 0.0;
-  Eigen::VectorXd parameters_since_;
-  bool has_moved_ = false;
+  SinceKeyframe since_;
   StepReport report_;
 };
 
