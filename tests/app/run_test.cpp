@@ -354,15 +354,19 @@ TEST_F(RunCommand, CtrlCLeavesTheResultsBeforeOrThoseAfterAndNothingElse) {
   };
   const auto after = results_of("seen");
   const auto before = results_of("blind");
+  // Where the machine is busy a run may come from its first stage to its end between two delays: then again.
   int cut_short = 0;
-  for (int delay_us = 2'000; delay_us < 400'000; delay_us = delay_us * 5 / 4) {
-    const Outcome outcome =
-        run_program(sample_.folder(), line("seen"),
-                    {.ended_after = std::chrono::microseconds(delay_us), .signal = SIGINT});
-    const auto left = files_below(sample_.folder() / "in");
-    ASSERT_TRUE(left == before || left == after) << "after " << delay_us << " µs";
-    if (left == after) break;
-    cut_short += outcome.out.empty() ? 0 : 1;
+  for (int round = 0; round < 10 && cut_short == 0; ++round) {
+    ASSERT_TRUE(results_of("blind") == before);
+    for (int delay_us = 2'000; delay_us < 400'000; delay_us = delay_us * 5 / 4) {
+      const Outcome outcome =
+          run_program(sample_.folder(), line("seen"),
+                      {.ended_after = std::chrono::microseconds(delay_us), .signal = SIGINT});
+      const auto left = files_below(sample_.folder() / "in");
+      ASSERT_TRUE(left == before || left == after) << "after " << delay_us << " µs";
+      if (left == after) break;
+      cut_short += outcome.out.empty() ? 0 : 1;
+    }
   }
   EXPECT_GT(cut_short, 0) << "no run was interrupted between its first stage and its last";
 }
