@@ -80,6 +80,43 @@ x_m = 0.1
   EXPECT_FALSE(scenario.nominal.chassis.gyro);
 }
 
+TEST(ScenarioFile, TruthOfSteeredAndPassiveWheels) {
+  const Folder folder;
+  write_file(folder.path() / "robot.toml", R"([[wheel]]
+name = "front"
+x_m = 0.5
+diameter_m = 0.1
+ticks_per_revolution = 1000
+steered = true
+steering_ticks_per_revolution = 4096
+[[wheel]]
+name = "rear"
+passive = true
+)");
+  const Plan plan = folder.plan(kHead + R"(
+sessions = 2
+[truth.wheel.front]
+x_m = 0.51
+steering_zero_deg = 2
+[truth.wheel.rear]
+x_m = 0.01
+[session_spread.wheel.front]
+steering_scale = 0.01
+[steered_wheels]
+ramp_s = 0.5
+unit = "ticks"
+)" + kRun);
+  const Scenario& scenario = plan.runs.front().scenario;
+  EXPECT_EQ(scenario.truth.chassis.all_wheels()[0].x_m, 0.51);
+  EXPECT_EQ(scenario.truth.chassis.all_wheels()[0].steering->zero_rad, radians(2.0));
+  EXPECT_EQ(scenario.truth.chassis.all_wheels()[1].x_m, 0.01);
+  EXPECT_NE(scenario.truth.chassis.all_wheels()[0].steering->scale, 1.0);
+  EXPECT_NEAR(scenario.truth.chassis.all_wheels()[0].steering->scale, 1.0, 0.06);
+  EXPECT_EQ(scenario.steered.ramp_s, 0.5);
+  EXPECT_EQ(scenario.steered.unit, WheelUnit::ticks);
+  EXPECT_THROW((void)folder.plan(kHead + "[truth.wheel.rear]\ndiameter_m = 1\n" + kRun), InputError);
+}
+
 TEST(ScenarioFile, RunsRepeatAndOverrideSensors) {
   const Folder folder;
   const Plan plan = folder.plan(kHead + R"(
@@ -249,6 +286,8 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"TextForNumber", kHead + "[encoders]\nrate_hz = \"fast\"\n" + kRun, 3, "rate_hz"},
         Mistake{"NoRate", kHead + "[encoders]\nrate_hz = 0\n" + kRun, 3, "above 0"},
         Mistake{"UnknownUnit", kHead + "[encoders]\nunit = \"inches\"\n" + kRun, 3, "ticks"},
+        Mistake{"TicksOfNoSteering", kHead + "[truth.wheel.left]\nsteering_zero_deg = 1\n" + kRun, 3,
+                "expected"},
         Mistake{"FlagThatIsNone", kHead + "[reference]\nwith_heading = 1\n" + kRun, 3, "true or false"},
         Mistake{"GapWithoutEnd", kHead + "[[reference.gap]]\nstart_s = 1\n" + kRun, 2, "duration_s"},
         Mistake{"SlipOfNoWheel",

@@ -4,50 +4,19 @@
 #include <cassert>
 #include <cmath>
 
+#include "trundle/simulation/command.hpp"
 #include "trundle/simulation/kinematics.hpp"
+#include "trundle/simulation/steering.hpp"
 #include "trundle/simulation/streams.hpp"
 
 namespace trundle::simulation {
 namespace {
 
-// Times closer than this are one.
-constexpr double kSameTime_s = 1e-9;
-
-/// The segments on the time line, each ending where the next begins; the last one is rest until the last
-/// sample.
-struct TimedSegment {
-  double start_s = 0.0;
-  double end_s = 0.0;
-  Twist2 motion;
-};
-
-double snapped(double time_s, double rate_hz) {
-  const double sample = std::round(time_s * rate_hz) / rate_hz;
-  return std::abs(time_s - sample) < kSameTime_s ? sample : time_s;
-}
-
-std::vector<TimedSegment> time_line(const Scenario& scenario) {
-  const double rate = scenario.encoders.rate_hz;
-  const Path path = scenario.whole_intervals ? in_whole_intervals(scenario.path, rate) : scenario.path;
-  std::vector<TimedSegment> line;
-  double clock = 0.0;
-  for (const Segment& segment : path) {
-    const double start = snapped(clock, rate);
-    clock += segment.duration_s;
-    line.push_back({start, snapped(clock, rate), segment.motion});
-  }
-  const double end = line.empty() ? 0.0 : line.back().end_s;
-  line.push_back({end, std::ceil(end * rate - kSameTime_s) / rate, {}});
-  return line;
-}
-
 /// Where twist or bookkeeping changes: samples, ends of segments, edges of slips.
-std::vector<double> cut_times(const std::vector<TimedSegment>& line, const std::vector<SlipBurst>& slips,
-                              double rate_hz) {
-  std::vector<double> cuts;
-  const double end = line.back().end_s;
+std::vector<double> cut_times(const Command& command, const std::vector<SlipBurst>& slips, double rate_hz) {
+  std::vector<double> cuts = command.corners();
+  const double end = command.end_s();
   for (int k = 0; k / rate_hz <= end; ++k) cuts.push_back(k / rate_hz);
-  for (const TimedSegment& segment : line) cuts.push_back(segment.end_s);
   for (const SlipBurst& slip : slips)
     for (const double t : {slip.span.start_s, slip.span.end_s()})
       if (t > 0.0 && t < end) cuts.push_back(snapped(t, rate_hz));
@@ -157,7 +126,7 @@ class ErrorSource {
 };
 
 Moment moved(const Moment& before, double time_s, const Motion& motion, const Chassis& truth) {
-  Moment after{time_s, before.body * exp(motion.twist), before.turned};
+  Moment after{time_s, before.body * exp(motion.twist), before.turned, {}};
   for (int i = 0; i < motion.travel.size(); ++i) {
     const auto w = static_cast<std::size_t>(i);
     const double metres_per_unit = truth.wheel_count == 0 ? 1.0 : kPi * truth.wheels()[w].diameter_m;
@@ -169,22 +138,25 @@ Moment moved(const Moment& before, double time_s, const Motion& motion, const Ch
 }  // namespace
 
 Drive drive(const Scenario& scenario) {
-  const std::vector<TimedSegment> line = time_line(scenario);
-  const std::vector<SlipBurst> slips = all_slips(scenario, line.back().end_s);
-  const Kinematics kinematics(scenario);
+  const Command command(scenario);
+  const std::vector<SlipBurst> slips = all_slips(scenario, command.end_s());
+  const std::vector<double> cuts = cut_times(command, slips, scenario.encoders.rate_hz);
+  Kinematics kinematics(scenario);
+  const bool steered = is_steered(scenario.truth.chassis);
+  const SteeringPlan steering = steered ? plan_steering(scenario, kinematics, command, cuts) : SteeringPlan{};
   ErrorSource error_source(scenario, kinematics.rows(), slips);
   Drive result;
-  result.moments.push_back({0.0, scenario.start, {}});
-  auto segment = line.begin();
-  for (const double end : cut_times(line, slips, scenario.encoders.rate_hz)) {
+  result.moments.push_back({0.0, scenario.start, {}, {}});
+  if (steered) result.moments.front().steering_rad = steering.at.front();
+  for (std::size_t i = 1; i < cuts.size(); ++i) {
     const Moment& before = result.moments.back();
-    if (end <= before.time_s) continue;
-    while (segment->end_s < end - kSameTime_s) ++segment;
-    const double share = (end - before.time_s) / (segment->end_s - segment->start_s);
-    const Twist2 commanded = Twist2::from(share * segment->motion.vector());
-    const RowVector ideal = kinematics.ideal_travel(commanded);
-    const RowErrors errors = error_source.draw(ideal, {before.time_s, end - before.time_s});
-    result.moments.push_back(moved(before, end, kinematics.move(commanded, errors), scenario.truth.chassis));
+    const TimeSpan interval{before.time_s, cuts[i] - before.time_s};
+    if (steered) kinematics.steer(steering.within[i - 1]);
+    const Twist2 commanded = command.over(interval);
+    const RowErrors errors = error_source.draw(kinematics.ideal_travel(commanded), interval);
+    result.moments.push_back(
+        moved(before, cuts[i], kinematics.move(commanded, errors), scenario.truth.chassis));
+    if (steered) result.moments.back().steering_rad = steering.at[i];
   }
   result.slips = error_source.slips();
   return result;

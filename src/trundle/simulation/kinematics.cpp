@@ -43,6 +43,31 @@ RowVector ratios_of_diameters(const Scenario& scenario, const Rows& rows) {
   return ratio;
 }
 
+/// Without the steered wheels' lateral rows.
+Rows rows_without_steering(const Chassis& chassis) {
+  Chassis rest = chassis;
+  for (Wheel& wheel : rest.all_wheels())
+    if (wheel.steering) wheel.kind = WheelKind::omni;
+  return rows_of(rest, false);
+}
+
+// Wheels whose rows are this near to dependent do not move the robot in the direction that is left.
+constexpr double kIndependent = 1e-5;
+
+/// The Moore–Penrose inverse of some of a robot's rows, turns scaled to its size.
+Eigen::MatrixXd twist_solver(const RowBlock& H, double size_m) {
+  const Vector3 scale(1.0, 1.0, size_m > 0.0 ? 1.0 / size_m : 1.0);
+  const RowBlock scaled = H * scale.asDiagonal();
+  const geometry::SymmetricEigen eigen = geometry::symmetric_eigen(scaled.transpose() * scaled);
+  Eigen::MatrixXd solver = Eigen::MatrixXd::Zero(3, H.rows());
+  for (int i = 0; i < 3; ++i) {
+    if (eigen.values[i] <= kIndependent * kIndependent * eigen.values[2]) continue;
+    const Vector3 direction = scale.cwiseProduct(Vector3(eigen.vectors.col(i)));
+    solver += direction * (scaled * eigen.vectors.col(i)).transpose() / eigen.values[i];
+  }
+  return solver;
+}
+
 bool sees_all_directions(const RowBlock& H) {
   return rank_of(H, 1e-9) == 3;
 }
@@ -51,13 +76,27 @@ bool sees_all_directions(const RowBlock& H) {
 
 Kinematics::Kinematics(const Scenario& scenario)
     : steering_(scenario.steering),
+      nominal_(scenario.nominal.chassis),
+      truth_(scenario.truth.chassis),
+      is_steered_(is_steered(nominal_)),
+      unsteered_rows_(rows_without_steering(steering_ == Steering::odometry ? nominal_ : truth_)),
       nominal_rows_(rows_of(scenario.nominal.chassis, false)),
       true_rows_(rows_of(scenario.truth.chassis, false)),
       diameter_ratio_(ratios_of_diameters(scenario, true_rows_)) {
   assert(scenario.nominal.chassis.wheel_count == scenario.truth.chassis.wheel_count);
-  if (is_steered(scenario.nominal.chassis))
-    throw CannotAnswer("robots with steered wheels are not simulated");
-  if (steering_ == Steering::odometry) prepare_solver(scenario);
+  if (is_steered_)
+    steer({});
+  else if (steering_ == Steering::odometry)
+    prepare_solver(scenario);
+}
+
+void Kinematics::steer(const SteeringReadings& readings) {
+  const Increment standing{.steering_rad = readings};
+  nominal_rows_ = rows_of(at_steering(nominal_, standing), false);
+  true_rows_ = rows_of(at_steering(truth_, standing), false);
+  const int moving = steering_ == Steering::odometry ? true_rows_.count() : lateral_count(true_rows_);
+  twist_from_readings_ =
+      twist_solver(true_rows_.H.bottomRows(moving), true_rows_.H.col(2).cwiseAbs().maxCoeff());
 }
 
 void Kinematics::prepare_solver(const Scenario& scenario) {
@@ -77,10 +116,14 @@ void Kinematics::prepare_solver(const Scenario& scenario) {
   twist_from_readings_ = HtH.inverse() * H.transpose();
 }
 
+Twist2 Kinematics::ideal_twist(const Twist2& commanded) const {
+  return Twist2::from(
+      without_skidding(unsteered_rows_, commanded, RowVector::Zero(lateral_count(unsteered_rows_))));
+}
+
 RowVector Kinematics::ideal_travel(const Twist2& commanded) const {
   const Rows& rows = steering_ == Steering::odometry ? nominal_rows_ : true_rows_;
-  const Vector3 xi = without_skidding(rows, commanded, RowVector::Zero(lateral_count(rows)));
-  const RowVector travel = rows.H.topRows(rows.measured) * xi;
+  const RowVector travel = rows.H.topRows(rows.measured) * ideal_twist(commanded).vector();
   if (steering_ == Steering::truth) return travel;
   return diameter_ratio_.cwiseProduct(travel);  // the same revolutions of the true wheels
 }
@@ -88,21 +131,25 @@ RowVector Kinematics::ideal_travel(const Twist2& commanded) const {
 Motion Kinematics::move(const Twist2& commanded, const RowErrors& errors) const {
   const auto H = true_rows_.H.topRows(true_rows_.measured);
   if (steering_ == Steering::truth) {
-    const Vector3 xi = without_skidding(true_rows_, commanded, errors.lateral);
+    const Vector3 xi = is_steered_ ? solve({}, errors.lateral, commanded)
+                                   : without_skidding(true_rows_, commanded, errors.lateral);
     return {Twist2::from(xi), H * xi + errors.measured};
   }
   const RowVector asked = ideal_travel(commanded);
-  const Vector3 xi = solve(asked - errors.measured, errors.lateral, commanded.dtheta);
-  const Vector3 xi_without_errors = solve(asked, RowVector::Zero(errors.lateral.size()), commanded.dtheta);
+  const Vector3 xi = solve(asked - errors.measured, errors.lateral, commanded);
+  const Vector3 xi_without_errors = solve(asked, RowVector::Zero(errors.lateral.size()), commanded);
   return {Twist2::from(xi), asked + errors.measured - H * (xi_without_errors - xi)};
 }
 
-Vector3 Kinematics::solve(const RowVector& travel, const RowVector& lateral, double held_turn) const {
+Vector3 Kinematics::solve(const RowVector& travel, const RowVector& lateral, const Twist2& commanded) const {
   Readings z(twist_from_readings_.cols());
   z.head(travel.size()) = travel;
   z.segment(travel.size(), lateral.size()) = lateral;
-  if (holds_heading_) z[z.size() - 1] = gyro_scale_ratio_ * held_turn;
-  return twist_from_readings_ * z;
+  if (holds_heading_) z[z.size() - 1] = gyro_scale_ratio_ * commanded.dtheta;
+  if (!is_steered_) return twist_from_readings_ * z;
+  // Where the rows see no longer all of the motion the rest is as commanded.
+  const Vector3 xi = ideal_twist(commanded).vector();
+  return xi + twist_from_readings_ * (z - true_rows_.H.bottomRows(z.size()) * xi);
 }
 
 }  // namespace trundle::simulation

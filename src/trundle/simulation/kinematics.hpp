@@ -1,11 +1,15 @@
 #pragma once
 
+#include <array>
+
 #include <Eigen/Core>
 
 #include "trundle/chassis/rows.hpp"
 #include "trundle/simulation/scenario.hpp"
 
 namespace trundle::simulation {
+
+using SteeringReadings = std::array<double, kMaxWheels>;  ///< readings, as Increment::steering_rad
 
 /// Errors of one interval: of each measured row [m or rad], and of each 'does not skid sideways' row.
 struct RowErrors {
@@ -25,6 +29,11 @@ class Kinematics {
   /// Throws CannotAnswer when steering by odometry that does not see all directions of motion.
   explicit Kinematics(const Scenario& scenario);
 
+  /// Of a robot with steered wheels, before each interval: what their steerings read in it.
+  void steer(const SteeringReadings& readings);
+
+  /// The motion that is asked for, without what wheels that are not steered forbid.
+  Twist2 ideal_twist(const Twist2& commanded) const;
   /// The measured rows' readings of a motion without errors.
   RowVector ideal_travel(const Twist2& commanded) const;
   Motion move(const Twist2& commanded, const RowErrors& errors) const;
@@ -36,12 +45,18 @@ class Kinematics {
   using Readings = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxRows + 1, 1>;
 
   void prepare_solver(const Scenario& scenario);
-  Vector3 solve(const RowVector& travel, const RowVector& lateral, double held_turn) const;
+  Vector3 solve(const RowVector& travel, const RowVector& lateral, const Twist2& commanded) const;
 
   Steering steering_;
+  Chassis nominal_;
+  Chassis truth_;
+  bool is_steered_;
+  Rows unsteered_rows_;  ///< of the robot that drives the path, without its steered wheels
   Rows nominal_rows_;
   Rows true_rows_;
   RowVector diameter_ratio_;  ///< true over nominal, per measured row
+  /// Of the readings that move the true robot: all of them when it steers by odometry; of steered wheels that
+  /// follow the truth the lateral ones.
   Solver twist_from_readings_;
   bool holds_heading_ = false;  ///< the wheels cannot see the heading: the robot steers it by its gyro
   double gyro_scale_ratio_ = 1.0;

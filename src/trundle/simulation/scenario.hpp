@@ -23,6 +23,14 @@ struct EncoderOptions {
   bool wrapped = true;    ///< at the wheel's tick_bits
 };
 
+/// Used when the robot has steered wheels.
+struct SteeredOptions {
+  /// Over which velocities, and with them the angles, pass from those of one segment to those of the next; at
+  /// least one sampling interval.
+  double ramp_s = 0.25;
+  WheelUnit unit = WheelUnit::radians;  ///< of the readings; or ticks, which are whole
+};
+
 /// Used when the true robot has a gyro. A reading is the mean rate since the reading before.
 struct GyroOptions {
   double rate_hz = 100.0;
@@ -93,6 +101,7 @@ struct Scenario {
   bool whole_intervals =
       true;  ///< segments last whole sampling intervals: counts without noise integrate exactly
   EncoderOptions encoders;
+  SteeredOptions steered;
   GyroOptions gyro;
   SightingOptions sightings;
   ReferenceOptions reference;

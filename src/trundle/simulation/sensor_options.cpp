@@ -32,6 +32,18 @@ void read_encoders(const Section& outer, EncoderOptions& encoders) {
                });
 }
 
+void read_steered(const Section& outer, const Robot& robot, SteeredOptions& steered) {
+  read_options(outer, "steered_wheels", {"unit"}, kSteered, steered, [&](const Section& s) {
+    static const std::vector<std::string> units = {"radians", "ticks"};
+    if (!s.table.contains("unit")) return;
+    steered.unit = read_word(s, "unit", units) == 0 ? WheelUnit::radians : WheelUnit::ticks;
+    const auto counts = [](const Wheel& w) { return !w.steering || w.steering->ticks_per_revolution != 0.0; };
+    if (steered.unit == WheelUnit::ticks && !std::ranges::all_of(robot.chassis.all_wheels(), counts))
+      fail(s.source, s.table.get("unit")->source(), in(s, "ticks of a steering without"),
+           "steering_ticks_per_revolution in the robot file");
+  });
+}
+
 void read_sightings(const Section& outer, SightingOptions& sightings) {
   read_options(outer, "sightings", {"hide_names", "give_map"}, kSightings, sightings, [&](const Section& s) {
     read_flag(s, "hide_names", sightings.hide_names);
@@ -93,8 +105,8 @@ std::size_t read_word(const Section& section, std::string_view key, std::span<co
 }
 
 const std::vector<std::string>& sensor_sections() {
-  static const std::vector<std::string> names = {"start",     "pace",      "encoders",         "gyro",
-                                                 "sightings", "reference", "partial_reference"};
+  static const std::vector<std::string> names = {"start", "pace",      "encoders",  "steered_wheels",
+                                                 "gyro",  "sightings", "reference", "partial_reference"};
   return names;
 }
 
@@ -124,6 +136,7 @@ void read_sensors(const Section& outer, Scenario& scenario, Pace& pace) {
   read_options(outer, "start", {}, kStart, scenario, nothing_else);
   read_options(outer, "pace", {}, kPace, pace, nothing_else);
   read_encoders(outer, scenario.encoders);
+  read_steered(outer, scenario.truth, scenario.steered);
   read_options(outer, "gyro", {}, kGyroReadings, scenario.gyro, nothing_else);
   read_sightings(outer, scenario.sightings);
   read_reference(outer, scenario.reference);

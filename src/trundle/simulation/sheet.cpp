@@ -18,7 +18,9 @@ SheetRow measured_row(const Scenario& scenario, const SheetPlan& plan, TurnSense
   row.y_m = end.y - odometry_end.y + random.normal(plan.position_sigma_m);
   row.heading_rad = end.heading - odometry_end.heading + random.normal(plan.heading_sigma_rad);
   if (!plan.with_leg) return row;
-  const double leg_end_s = in_whole_intervals(scenario.path, scenario.encoders.rate_hz).front().duration_s;
+  // Steered wheels take a ramp more to come to rest.
+  const double leg_end_s =
+      in_whole_intervals(scenario.path, scenario.encoders.rate_hz).front().duration_s + plan.pace.rest_s;
   const auto corner = pose_at(truth, leg_end_s, leg_end_s);
   row.leg_m = corner->translation().norm() + random.normal(plan.leg_sigma_m);
   return row;

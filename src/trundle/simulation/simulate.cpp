@@ -4,6 +4,7 @@
 #include "trundle/simulation/drive.hpp"
 #include "trundle/simulation/scenario.hpp"
 #include "trundle/simulation/sensors.hpp"
+#include "trundle/simulation/steering.hpp"
 
 namespace trundle::simulation {
 namespace {
@@ -30,6 +31,7 @@ Simulation simulate(const Scenario& scenario) {
   Recording& recording = simulation.recording;
   if (scenario.truth.chassis.wheel_count > 0) {
     recording.wheels = read_encoders(scenario, driven);
+    recording.wheels.steering = read_steering(scenario, driven);
   } else {
     recording.velocity = read_velocity(scenario, driven);
   }

@@ -16,7 +16,8 @@ enum class RandomStream : std::uint64_t {
   gyro_bias,
   reference,
   partial,
-  sightings
+  sightings,
+  steering
 };
 
 inline Random random_for(std::uint64_t seed, RandomStream stream) {

@@ -36,12 +36,27 @@ bool read_subsection(const Section& section, std::string_view key, const std::ar
   return true;
 }
 
+/// What the file may say of that wheel: a passive one has no size, and few have a steering.
+std::vector<std::string> keys_of(const Robot& robot, std::size_t wheel) {
+  std::vector<std::string> keys = names_with({}, kWheelPlace);
+  if (wheel < robot.wheel_names.size()) keys = names_with({}, kTrueWheel);
+  return robot.chassis.all_wheels()[wheel].steering ? names_with(std::move(keys), kSteering) : keys;
+}
+
 void read_wheels(const Section& section, Robot& robot) {
   const auto wheels = subsection(section, "wheel");
   if (!wheels) return;
-  check_keys(*wheels, robot.wheel_names);
-  for (std::size_t i = 0; i < robot.wheel_names.size(); ++i)
-    read_subsection(*wheels, robot.wheel_names[i], kTrueWheel, robot.chassis.wheels()[i]);
+  std::vector<std::string> names = robot.wheel_names;
+  names.insert(names.end(), robot.passive_names.begin(), robot.passive_names.end());
+  check_keys(*wheels, names);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto own = subsection(*wheels, names[i]);
+    if (!own) continue;
+    check_keys(*own, keys_of(robot, i));
+    Wheel& wheel = robot.chassis.all_wheels()[i];
+    read_numbers(*own, kTrueWheel, wheel);
+    if (wheel.steering) read_numbers(*own, kSteering, *wheel.steering);
+  }
 }
 
 /// The sections that [truth] and [session_spread] share: numbers of the robot file under the same names.
@@ -69,7 +84,12 @@ void zero(const std::array<NumberKey<T>, n>& keys, T& target) {
 Robot zero_robot(const Robot& like) {
   Robot robot;
   robot.wheel_names = like.wheel_names;
-  for (std::size_t i = 0; i < like.wheel_names.size(); ++i) robot.chassis.add({});
+  robot.passive_names = like.passive_names;
+  robot.chassis.wheel_count = like.chassis.wheel_count;
+  robot.chassis.passive_count = like.chassis.passive_count;
+  for (std::size_t i = 0; i < like.chassis.all_wheels().size(); ++i)
+    if (like.chassis.all_wheels()[i].steering)
+      zero(kSteering, robot.chassis.all_wheels()[i].steering.emplace());
   zero(kNoise, robot.chassis.noise);
   zero(kGyro, robot.chassis.gyro.emplace());
   zero(kLandmarkSensor, robot.landmark_sensor.emplace());
@@ -106,8 +126,12 @@ SessionSpread::SessionSpread(const Section& file, const Robot& nominal) : sigma_
 Robot SessionSpread::drawn(const Robot& truth, Random& random) const {
   Robot robot = truth;
   if (has_track(truth)) set_value(kTrack, value_of(kTrack, truth) + random.normal(track_sigma_m_), robot);
-  for (std::size_t i = 0; i < robot.wheel_names.size(); ++i)
-    scatter(kTrueWheel, sigma_.chassis.wheels()[i], robot.chassis.wheels()[i], random);
+  for (std::size_t i = 0; i < robot.chassis.all_wheels().size(); ++i) {
+    const Wheel& sigma = sigma_.chassis.all_wheels()[i];
+    Wheel& wheel = robot.chassis.all_wheels()[i];
+    scatter(kTrueWheel, sigma, wheel, random);
+    if (wheel.steering) scatter(kSteering, *sigma.steering, *wheel.steering, random);
+  }
   scatter(kChassis, sigma_.chassis, robot.chassis, random);
   scatter(kAllWheels, sigma_.chassis, robot.chassis, random);
   if (robot.chassis.gyro) scatter(kGyro, *sigma_.chassis.gyro, *robot.chassis.gyro, random);

@@ -30,6 +30,7 @@ void round_to(std::vector<double>& values, double decimals) {
 Recording rounded(Recording recording) {
   round_to(recording.wheels.time_s, kTimeDecimals);
   for (WheelSeries& series : recording.wheels.series) round_to(series.value, kAngleDecimals);
+  for (WheelSeries& series : recording.wheels.steering) round_to(series.value, kAngleDecimals);
   round_to(recording.gyro.time_s, kTimeDecimals);
   round_to(recording.gyro.yaw_rate_rad_s, kAngleDecimals);
   round_to(recording.velocity.time_s, kTimeDecimals);

@@ -44,6 +44,10 @@ inline constexpr std::array kEncoders{
                               kPositiveRate},
 };
 
+inline constexpr std::array kSteered{
+    NumberKey<SteeredOptions>{"ramp_s", [](SteeredOptions& s) -> double& { return s.ramp_s; }, kNotNegative},
+};
+
 inline constexpr std::array kGyroReadings{
     NumberKey<GyroOptions>{"rate_hz", [](GyroOptions& g) -> double& { return g.rate_hz; }, kPositiveRate},
 };
