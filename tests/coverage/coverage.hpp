@@ -32,9 +32,9 @@ struct Cell {
       false;  ///< from 5 s of rest before the drive; it is 0.003 rad/s, ± 0.02 by the file
 };
 
-inline constexpr std::array<std::string_view, 8> kChassis = {
-    "differential", "differential_gyro", "skid4",   "skid4_gyro",
-    "omni3",        "omni3_gyro",        "mecanum", "pods_gyro"};
+inline constexpr std::array<std::string_view, 12> kChassis = {
+    "differential", "differential_gyro", "skid4",    "skid4_gyro",    "omni3", "omni3_gyro",
+    "mecanum",      "pods_gyro",         "tricycle", "tricycle_gyro", "car",   "swerve"};
 inline constexpr std::array<double, 4> kRates = {10.0, 50.0, 200.0, 1000.0};
 inline constexpr std::array<double, 3> kNoises = {0.001, 0.005, 0.02};
 inline constexpr std::array<double, 3> kCounts = {100.0, 1000.0, 100000.0};
@@ -48,7 +48,8 @@ inline bool has_gyro(std::string_view chassis) {
   return chassis.ends_with("_gyro");
 }
 inline bool moves_sideways(std::string_view chassis) {
-  return chassis.starts_with("omni3") || chassis == "mecanum" || chassis.starts_with("pods");
+  return chassis.starts_with("omni3") || chassis == "mecanum" || chassis.starts_with("pods") ||
+         chassis == "swerve";
 }
 
 /// Wheels of 0.1 m, 0.3 m apart. The gyro's bias is 0.01 rad/s and, unless it is to be learned, known.
@@ -66,9 +67,13 @@ inline Robot robot_of(const Cell& cell) {
   if (cell.chassis.starts_with("pods")) {
     robot.chassis = dead_wheels(size, std::array{Pod{0.0, 0.1, 0.0}, Pod{-0.12, 0.0, kPi / 2.0}}, gyro);
   }
+  if (cell.chassis.starts_with("tricycle")) robot.chassis = tricycle(size, 0.3);
+  if (cell.chassis == "car") robot.chassis = ackermann(size, 0.3, 0.3);
+  if (cell.chassis == "swerve") robot.chassis = swerve(size, 0.3, 0.3);
   if (has_gyro(cell.chassis)) robot.chassis.gyro = gyro;
   robot.chassis.noise.wheel_per_sqrt_m = cell.k;
   const std::vector<std::string> names = {"a", "b", "c", "d"};
+  robot.passive_names.assign(static_cast<std::size_t>(robot.chassis.passive_count), "passive");
   robot.wheel_names.assign(names.begin(), names.begin() + robot.chassis.wheel_count);
   return robot;
 }

@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <optional>
 
+#include <Eigen/QR>
+
 #include "trundle/chassis/chassis.hpp"
 #include "trundle/geometry/pose2.hpp"
 
@@ -131,7 +133,10 @@ inline double skid_noise(const Chassis& chassis) {
 ///   wheels    φ ← φ + s + N(0, k² |s|), s = h · ξ;  reading: difference of round(φ/q + phase)
 ///   gyro      dθ/scale + bias · dt + N(0, density² dt);  bias ← bias + N(0, walk² dt)
 ///
-/// All fixed or skid wheels must have the lateral row (0, 1, −x_icr).
+///   steering  atan2 of the velocity of its place, halfway in the interval, + N(0, σ²)
+///
+/// All fixed or skid wheels must have the lateral row (0, 1, −x_icr), but for steered ones: with such the
+/// skids of all fixed wheels, N(0, k_l² · mean |s|) each, move the body by the least motion that has them.
 class SimulatedDrive {
  public:
   /// `gyro_bias_error`: by how much the gyro's bias truly differs from the robot file's [rad/s].
@@ -139,9 +144,9 @@ class SimulatedDrive {
                  double gyro_bias_error = 0.0)
       : chassis_(chassis), drive_(drive), dt_(1.0 / rate_hz), random_(seed) {
     intervals_ = std::lround((drive.rest_s + drive.duration_s) * rate_hz);
+    steer(Vector3::Zero());
     for (const Wheel& wheel : chassis.wheels()) {
       const auto i = counters_++;
-      row_[i] = travel_row(wheel);
       tick_m_[i] = kPi * wheel.diameter_m / wheel.ticks_per_revolution;
       phase_[i] = random_.uniform();
     }
@@ -168,6 +173,9 @@ class SimulatedDrive {
       reading.turned[i] = count(i) / chassis_.wheels()[i].ticks_per_revolution;
     }
     if (chassis_.gyro) read_gyro(twist.z(), reading);
+    for (std::size_t i = 0; i < chassis_.all_wheels().size(); ++i)
+      if (const auto& steering = chassis_.all_wheels()[i].steering)
+        reading.steering_rad[i] = angle_[i] + steering->sigma_rad * random_.normal();
     return reading;
   }
 
@@ -175,10 +183,14 @@ class SimulatedDrive {
   /// The body's twist, skid included.
   Vector3 move(const Vector3& velocity) {
     Vector3 twist = velocity * dt_;
+    if (is_steered(chassis_)) steer(velocity);
     double mean = 0.0;
     for (std::size_t i = 0; i < counters_; ++i) mean += std::abs(row_[i].dot(twist));
     mean /= static_cast<double>(counters_);
-    if (const double k = skid_noise(chassis_); k > 0.0) {
+    const double k = skid_noise(chassis_);
+    if (is_steered(chassis_)) {
+      twist += skid(k * std::sqrt(mean));
+    } else if (k > 0.0) {
       twist.y() = chassis_.icr_x_m * twist.z() + k * std::sqrt(mean) * random_.normal();
     }
     planned_ = planned_ * exp(Twist2::from(velocity * dt_));
@@ -189,6 +201,38 @@ class SimulatedDrive {
           travel_[i] + chassis_.noise.wheel_per_sqrt_m * std::sqrt(std::abs(travel_[i])) * random_.normal();
     }
     return twist;
+  }
+
+  /// Turns each steered wheel to where its place moves, rolling backwards where that is nearer to ahead.
+  void steer(const Vector3& velocity) {
+    for (std::size_t i = 0; i < chassis_.all_wheels().size(); ++i) {
+      Wheel wheel = chassis_.all_wheels()[i];
+      const double vx = velocity.x() - velocity.z() * wheel.y_m;
+      const double vy = velocity.y() + velocity.z() * wheel.x_m;
+      if (wheel.steering && std::hypot(vx, vy) > 0.0)
+        angle_[i] = std::remainder(std::atan2(vy, vx) - wheel.direction_rad, kPi);
+      wheel.direction_rad += angle_[i];
+      row_[i] = travel_row(wheel);
+    }
+  }
+
+  Vector3 skid(double sigma) {
+    Eigen::MatrixXd N(0, 3);
+    std::optional<double> axle_x;  // wheels that are not steered stand on one
+    for (std::size_t i = 0; i < chassis_.all_wheels().size(); ++i) {
+      const Wheel& wheel = chassis_.all_wheels()[i];
+      if (!wheel.steering && axle_x) continue;
+      if (!wheel.steering) axle_x = wheel.x_m;
+      const double c = std::cos(wheel.direction_rad + angle_[i]);
+      const double s = std::sin(wheel.direction_rad + angle_[i]);
+      N.conservativeResize(N.rows() + 1, 3);
+      N.bottomRows(1) << -s, c, wheel.x_m * c + wheel.y_m * s;
+    }
+    Eigen::VectorXd skids(N.rows());
+    for (double& one : skids) one = sigma * random_.normal();
+    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
+    solver.setThreshold(1e-9);
+    return solver.compute(N).solve(skids);
   }
 
   /// How far the counter went on in this interval.
@@ -215,6 +259,7 @@ class SimulatedDrive {
   std::int64_t done_ = 0;
   std::size_t counters_ = 0;
   std::array<Vector3, kMaxWheels> row_{};
+  std::array<double, kMaxWheels> angle_{};  ///< of steered wheels, from their direction_rad
   std::array<double, kMaxWheels> tick_m_{};
   std::array<double, kMaxWheels> phase_{};
   std::array<double, kMaxWheels> rolled_m_{};

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "trundle/chassis/without_wheel.hpp"
 #include "trundle/geometry/decompositions.hpp"
+#include "trundle/geometry/squared.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -27,6 +27,7 @@ void add(Increment& sum, const Increment& increment) {
   sum.duration_s += increment.duration_s;
   sum.gyro_rad += increment.gyro_rad;
   sum.gyro_change_rad_s += increment.gyro_change_rad_s;
+  sum.steering_rad = increment.steering_rad;
   for (std::size_t i = 0; i < sum.turned.size(); ++i) sum.turned[i] += increment.turned[i];
 }
 
@@ -65,7 +66,7 @@ void close_part(const Chassis& chassis, const Rows& rows, Window& window) {
   window.part = {.has_gyro = true};
 }
 
-/// All that is the same for every window.
+/// What a window of readings is compared by: the same for all where no wheel is steered.
 struct Context {
   const Chassis& chassis;
   const Rows& rows;
@@ -102,25 +103,71 @@ void add_window(const Window& window, const Context& context, Information& infor
   add_within(information, J, inverse_of(S), P.transpose() * z.head(n), context.gate);
 }
 
+Context context_of(const Chassis& chassis, const Rows& rows, std::span<const Parameter> parameters,
+                   const ChassisLikelihoodOptions& options) {
+  Context context{chassis,     rows, parameters, {}, left_null_space(rows), options.variance_factor,
+                  options.gate};
+  for (const Parameter& parameter : parameters)
+    context.row_derivatives.push_back(row_derivative(parameter, chassis, rows));
+  return context;
+}
+
+/// A misread angle turns the lateral row of its wheel: docs/theory/odometry.md, eq. 12.
+void add_steering_noise(const Chassis& standing, const Rows& rows, Window& window) {
+  const Vector3 motion = twist_of(standing, rows, window.sum).vector();
+  for (int i = 0; i < rows.count(); ++i) {
+    const Row& row = rows.row[static_cast<std::size_t>(i)];
+    if (row.kind != RowKind::lateral) continue;
+    const Wheel& wheel = standing.all_wheels()[static_cast<std::size_t>(row.wheel)];
+    if (wheel.steering)
+      window.variance[i] +=
+          squared(wheel.steering->scale * wheel.steering->sigma_rad * rolling_row(wheel).dot(motion));
+  }
+}
+
+/// One interval of steered wheels, whose rows contradict each other in another way at every angle. That a
+/// wheel does not skid is a reading here: of its angle.
+void add_steered(const Increment& increment, const Chassis& chassis, std::span<const Parameter> parameters,
+                 const ChassisLikelihoodOptions& options, Information& information) {
+  const Chassis standing = at_steering(chassis, increment);
+  Rows rows = rows_of(standing, chassis.gyro.has_value());
+  if (rows_at(chassis, increment, chassis.gyro.has_value()).count() > rows.count()) return;  // not all seen
+  rows.measured = rows.count();
+  Window window{increment, increment, rounding_of(standing, rows)};
+  close_part(standing, rows, window);
+  add_steering_noise(standing, rows, window);
+  add_window(window, context_of(standing, rows, parameters, options), information);
+}
+
+std::vector<Information> steered_likelihood(const Run& run, const Chassis& chassis,
+                                            std::span<const Parameter> parameters,
+                                            const ChassisLikelihoodOptions& options) {
+  const auto n = static_cast<Eigen::Index>(parameters.size());
+  std::vector<Information> result(static_cast<std::size_t>(options.blocks), Information::zero(n));
+  const bool with_gyro = chassis.gyro.has_value();
+  if (rows_of(chassis, with_gyro).count() <= 3) return result;
+  const auto& increments = run.readings.increments;
+  for (std::size_t i = 0; i < increments.size(); ++i)
+    if (!run.readings.bridged[i] && usable(increments[i], with_gyro) && any_turns(increments[i]))
+      add_steered(increments[i], chassis, parameters, options, result[i * result.size() / increments.size()]);
+  return result;
+}
+
 }  // namespace
 
 std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot,
                                             std::span<const Parameter> parameters,
                                             const ChassisLikelihoodOptions& options) {
+  const Chassis& chassis = robot.chassis;
+  if (is_steered(chassis)) return steered_likelihood(run, chassis, parameters, options);
   const auto n = static_cast<Eigen::Index>(parameters.size());
   std::vector<Information> result(static_cast<std::size_t>(options.blocks), Information::zero(n));
-  const std::optional<Chassis> chassis = without_steering(robot.chassis);
-  if (!chassis) return result;  // what contradicts itself is another combination in each interval
-  const bool with_gyro = chassis->gyro.has_value();
-  const Rows rows = rows_of(*chassis, with_gyro);
-  const Observability seen = observability(rows);
-  if (seen.degrees_of_freedom == 0 || (is_steered(robot.chassis) && seen.rank < 3)) return result;
-  Context context{*chassis,    rows, parameters, {}, left_null_space(rows), options.variance_factor,
-                  options.gate};
-  for (const Parameter& parameter : parameters)
-    context.row_derivatives.push_back(row_derivative(parameter, *chassis, rows));
+  const bool with_gyro = chassis.gyro.has_value();
+  const Rows rows = rows_of(chassis, with_gyro);
+  if (observability(rows).degrees_of_freedom == 0) return result;
+  const Context context = context_of(chassis, rows, parameters, options);
   const double part_s = options.window_s / kPartsOfAWindow;
-  const Window empty{{.has_gyro = true}, {.has_gyro = true}, rounding_of(*chassis, rows)};
+  const Window empty{{.has_gyro = true}, {.has_gyro = true}, rounding_of(chassis, rows)};
   Window window = empty;
   const auto& increments = run.readings.increments;
   for (std::size_t i = 0; i < increments.size(); ++i) {
@@ -128,10 +175,10 @@ std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot,
     if (!broken) {
       add(window.sum, increments[i]);
       add(window.part, increments[i]);
-      if (window.part.duration_s >= part_s - 1e-9) close_part(*chassis, rows, window);
+      if (window.part.duration_s >= part_s - 1e-9) close_part(chassis, rows, window);
     }
     if (!broken && window.sum.duration_s < options.window_s - 1e-9) continue;
-    close_part(*chassis, rows, window);
+    close_part(chassis, rows, window);
     if (window.sum.duration_s >= 0.5 * options.window_s)
       add_window(window, context, result[i * result.size() / increments.size()]);
     window = empty;
