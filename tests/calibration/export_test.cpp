@@ -55,7 +55,7 @@ Robot pods(double direction_of_perpendicular) {
 }
 
 TEST(Export, NamesItsFormats) {
-  EXPECT_THAT(export_formats(), ElementsAre("ros2_control", "road_runner", "ardupilot"));
+  EXPECT_THAT(export_formats(), ElementsAre("ros2_control", "road_runner", "ardupilot", "wpilib"));
   EXPECT_EQ(export_suffix("ros2_control"), "ros2_control.yaml");
 }
 
@@ -76,6 +76,63 @@ TEST(Export, Ros2ControlKnowsSkidSteerByItsSides) {
   robot.chassis = skid_steer({.diameter_m = 0.2}, 0.6, 0.4);
   robot.wheel_names = {"fl", "fr", "rl", "rr"};
   EXPECT_THAT(export_robot("ros2_control", robot, robot), HasSubstr("right_wheel_names: [\"fr\", \"rr\"]"));
+}
+
+Robot steered(const Chassis& chassis) {
+  Robot robot;
+  robot.name = "steered";
+  robot.chassis = chassis;
+  for (int i = 0; i < chassis.wheel_count; ++i) robot.wheel_names.push_back("w" + std::to_string(i));
+  for (int i = 0; i < chassis.passive_count; ++i) robot.passive_names.push_back("p" + std::to_string(i));
+  return robot;
+}
+
+TEST(Export, Ros2ControlKnowsTricycles) {
+  Robot robot = steered(tricycle({.diameter_m = 0.2}, 1.2, {.zero_rad = 0.03, .scale = -1.01}));
+  robot.chassis.all_wheels()[1].x_m = 0.1;  // the axle
+  const std::string text = export_robot("ros2_control", robot, robot);
+  EXPECT_NEAR(numbers_in(text).at("wheelbase"), 1.1, 1e-9);
+  EXPECT_NEAR(numbers_in(text).at("wheel_radius"), 0.1, 1e-9);
+  EXPECT_THAT(text, HasSubstr("tricycle_controller:\n  ros__parameters:\n    traction_joint_name: \"w0\""));
+  EXPECT_THAT(text, HasSubstr("position = -1.01 * (reading - 0.03) rad"));
+}
+
+TEST(Export, Ros2ControlKnowsCarsByTheirSteeredWheels) {
+  Robot car = steered(ackermann({.diameter_m = 0.6}, 1.5, 2.6, 1.4));
+  car.chassis.wheels()[0].diameter_m = 0.62;
+  const std::string text = export_robot("ros2_control", car, car);
+  const auto n = numbers_in(text);
+  EXPECT_NEAR(n.at("wheelbase"), 2.6, 1e-9);
+  EXPECT_NEAR(n.at("traction_track_width"), 1.5, 1e-9);
+  EXPECT_NEAR(n.at("steering_track_width"), 1.4, 1e-9);
+  EXPECT_NEAR(n.at("traction_wheels_radius"), 0.305, 1e-9);
+  EXPECT_THAT(text, HasSubstr("\nackermann_steering_controller:\n"));
+  EXPECT_THAT(text, HasSubstr("steering_joints_names: [\"p0\", \"p1\"]"));
+  const Robot one = steered(ackermann({.diameter_m = 0.6}, 1.5, 2.6));
+  EXPECT_THAT(export_robot("ros2_control", one, one), HasSubstr("\ntricycle_steering_controller:\n"));
+}
+
+TEST(Export, StacksWithoutWordsForASteeredRobotRefuse) {
+  const Robot swerve_robot = steered(swerve({.diameter_m = 0.1, .ticks_per_revolution = 1000}, 0.5, 0.6));
+  const Robot car = steered(ackermann({.diameter_m = 0.6, .ticks_per_revolution = 1000}, 1.5, 2.6));
+  EXPECT_THROW((void)export_robot("ros2_control", swerve_robot, swerve_robot), CannotAnswer);
+  EXPECT_THROW((void)export_robot("wpilib", car, car), CannotAnswer);
+  for (const auto* format : {"road_runner", "ardupilot"})
+    for (const Robot* robot : {&swerve_robot, &car})
+      EXPECT_THROW((void)export_robot(format, *robot, *robot), CannotAnswer) << format;
+}
+
+// WPILib's module angle is from ahead: what the reading is offset by contains the direction at zero.
+TEST(Export, WpilibHasAModuleForEachWheel) {
+  Robot robot = steered(swerve({.diameter_m = 0.1}, 0.5, 0.6, {.zero_rad = 0.7}));
+  robot.chassis.wheels()[1].direction_rad = 0.2;
+  robot.wheel_names = {"front-left", "fr", "rl", "rr"};
+  const std::string text = export_robot("wpilib", robot, robot);
+  EXPECT_THAT(text, HasSubstr("front_leftLocation = new Translation2d(0.3, 0.25);"));
+  EXPECT_THAT(text, HasSubstr("front_leftOffset = Rotation2d.fromRadians(0.7); // angle = 1 * (reading"));
+  EXPECT_THAT(text, HasSubstr("frOffset = Rotation2d.fromRadians(0.5);"));
+  EXPECT_THAT(text,
+              HasSubstr("new SwerveDriveKinematics(front_leftLocation, frLocation, rlLocation, rrLocation)"));
 }
 
 TEST(Export, ArduPilotHasYToTheRightAndWholeCounts) {

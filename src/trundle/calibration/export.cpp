@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "trundle/calibration/export_steered.hpp"
+#include "trundle/calibration/export_words.hpp"
 #include "trundle/calibration/squares/square.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/io/error.hpp"
@@ -23,10 +25,6 @@ struct Format {
   std::string_view suffix;
   std::string (*write)(const Robot& nominal, const Robot& calibrated);
 };
-
-[[noreturn]] void refuse(std::string_view format, const Robot& robot, std::string_view fact) {
-  throw CannotAnswer(fmt::format("{} has no words for '{}': {}", format, robot.name, fact));
-}
 
 bool has_only(const Robot& robot, std::initializer_list<WheelKind> kinds) {
   return robot.chassis.wheel_count > 0 &&
@@ -44,14 +42,11 @@ bool has_two_sides(const Robot& robot) {
   }
 }
 
-std::string head(const Robot& robot, std::string_view comment) {
-  return fmt::format("{} {} as calibrated by trundle\n", comment, robot.name.empty() ? "robot" : robot.name);
-}
-
 double metres_per_tick(const Robot& robot, std::size_t wheel, std::string_view format) {
   const Wheel& w = robot.chassis.wheels()[wheel];
   if (w.ticks_per_revolution == 0.0)
-    refuse(format, robot, fmt::format("wheel '{}' has no ticks_per_revolution", robot.wheel_names[wheel]));
+    refuse_export(format, robot,
+                  fmt::format("wheel '{}' has no ticks_per_revolution", robot.wheel_names[wheel]));
   return kPi * w.diameter_m / std::abs(w.ticks_per_revolution);
 }
 
@@ -70,12 +65,13 @@ std::string names_on_side(const Robot& robot, bool left) {
 
 /// The controller rolls radius × multiplier and turns by separation × multiplier.
 std::string ros2_control(const Robot& nominal, const Robot& calibrated) {
+  if (is_steered(calibrated.chassis)) return ros2_control_of_steered(calibrated);
   if (!has_two_sides(nominal))
-    refuse("ros2_control", nominal, "diff_drive_controller needs left and right wheels");
+    refuse_export("ros2_control", nominal, "diff_drive_controller needs left and right wheels");
   const SidedDrive before = sided_drive(nominal);
   const SidedDrive after = sided_drive(calibrated);
   const double radius = 0.5 * before.mean_diameter_m();
-  std::string text = head(calibrated, "#");
+  std::string text = export_head(calibrated, "#");
   text += "# The names of the joints are those of robot.toml: replace them by your own.\n";
   text += "diff_drive_controller:\n  ros__parameters:\n";
   text += fmt::format("    left_wheel_names: {}\n", names_on_side(nominal, true));
@@ -97,7 +93,7 @@ std::string ardupilot_encoder(std::string_view prefix, const Robot& robot, std::
   const double per_tick = metres_per_tick(robot, index, "ardupilot");
   const double counts = std::round(std::abs(wheel.ticks_per_revolution));
   if (counts < 1.0 || counts > 32767.0)
-    refuse("ardupilot", robot, fmt::format("{} counts per revolution do not fit 1 to 32767", counts));
+    refuse_export("ardupilot", robot, fmt::format("{} counts per revolution do not fit 1 to 32767", counts));
   std::string text = fmt::format("{}_CPR,{:.0f}\n", prefix, counts);
   text += fmt::format("{}_RADIUS,{:.7g}\n", prefix, per_tick * counts / (2.0 * kPi));
   text += fmt::format("{}_POS_X,{:.7g}\n", prefix, wheel.x_m);
@@ -109,8 +105,8 @@ std::string ardupilot_encoder(std::string_view prefix, const Robot& robot, std::
 
 std::string ardupilot(const Robot& nominal, const Robot& calibrated) {
   if (calibrated.chassis.wheel_count != 2 || !has_two_sides(nominal))
-    refuse("ardupilot", nominal, "wheel encoders are two, on a left and a right wheel");
-  return head(calibrated, "#") + ardupilot_encoder("WENC", calibrated, 0) +
+    refuse_export("ardupilot", nominal, "wheel encoders are two, on a left and a right wheel");
+  return export_head(calibrated, "#") + ardupilot_encoder("WENC", calibrated, 0) +
          ardupilot_encoder("WENC2", calibrated, 1);
 }
 
@@ -161,9 +157,9 @@ PodWords pod_words(const Robot& robot, std::size_t index) {
   words.parallel = std::abs(row.x()) > std::abs(row.y());
   const double along = words.parallel ? row.x() : row.y();
   if (std::abs(along) < std::cos(kLargestSkewRad))
-    refuse("road_runner", robot,
-           fmt::format("pod '{}' rolls {:.1f}° off both axes", robot.wheel_names[index],
-                       degrees(std::acos(std::min(1.0, std::abs(along))))));
+    refuse_export("road_runner", robot,
+                  fmt::format("pod '{}' rolls {:.1f}° off both axes", robot.wheel_names[index],
+                              degrees(std::acos(std::min(1.0, std::abs(along))))));
   words.reversed = (along < 0.0) != (wheel.ticks_per_revolution < 0.0);
   words.lever_m = along < 0.0 ? -row.z() : row.z();
   return words;
@@ -187,13 +183,14 @@ std::string road_runner_pods(const Robot& robot) {
     lines.push_back(java(name, words.lever_m / kMetresPerInch / length.inches, comment));
   }
   if (perpendicular != 1 || parallel < 1 || parallel > 2)
-    refuse("road_runner", robot, "its localizers take one or two parallel pods and one perpendicular one");
-  return fmt::format("{}{}{}", head(robot, "//"), in_per_tick(length), fmt::join(lines, ""));
+    refuse_export("road_runner", robot,
+                  "its localizers take one or two parallel pods and one perpendicular one");
+  return fmt::format("{}{}{}", export_head(robot, "//"), in_per_tick(length), fmt::join(lines, ""));
 }
 
 std::string road_runner_tank(const Robot& robot) {
   const TickLength length = tick_length(robot);
-  return head(robot, "//") + in_per_tick(length) +
+  return export_head(robot, "//") + in_per_tick(length) +
          java("trackWidthTicks", sided_drive(robot).track_m / kMetresPerInch / length.inches, "");
 }
 
@@ -208,7 +205,8 @@ std::string road_runner_mecanum(const Robot& robot) {
     lever += std::abs(row.z()) / robot.chassis.wheel_count;
     lateral += std::abs(row.y()) / robot.chassis.wheel_count;
   }
-  return head(robot, "//") + in_per_tick(length) + java("lateralInPerTick", length.inches / lateral, "") +
+  return export_head(robot, "//") + in_per_tick(length) +
+         java("lateralInPerTick", length.inches / lateral, "") +
          java("trackWidthTicks", lever / kMetresPerInch / length.inches, "");
 }
 
@@ -218,14 +216,22 @@ std::string road_runner(const Robot&, const Robot& calibrated) {
   if (has_only(calibrated, {WheelKind::mecanum}) && calibrated.chassis.wheel_count == 4)
     return road_runner_mecanum(calibrated);
   if (has_two_sides(calibrated)) return road_runner_tank(calibrated);
-  refuse("road_runner", calibrated, "it knows dead-wheel pods, mecanum and tank drives");
+  refuse_export("road_runner", calibrated, "it knows dead-wheel pods, mecanum and tank drives");
 }
 
-constexpr std::array<Format, 3> kFormats = {{{"ros2_control", "ros2_control.yaml", ros2_control},
+// WPILib
+// --------------------------------------------------------------------------------------------------------
+
+std::string wpilib(const Robot&, const Robot& calibrated) {
+  return wpilib_swerve(calibrated);
+}
+
+constexpr std::array<Format, 4> kFormats = {{{"ros2_control", "ros2_control.yaml", ros2_control},
                                              {"road_runner", "road_runner.java", road_runner},
-                                             {"ardupilot", "ardupilot.param", ardupilot}}};
-constexpr std::array<std::string_view, 3> kFormatNames = {kFormats[0].name, kFormats[1].name,
-                                                          kFormats[2].name};
+                                             {"ardupilot", "ardupilot.param", ardupilot},
+                                             {"wpilib", "wpilib.java", wpilib}}};
+constexpr std::array<std::string_view, 4> kFormatNames = {kFormats[0].name, kFormats[1].name,
+                                                          kFormats[2].name, kFormats[3].name};
 
 const Format& format_named(std::string_view name) {
   const auto found = std::ranges::find(kFormats, name, &Format::name);

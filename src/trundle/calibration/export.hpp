@@ -8,9 +8,10 @@
 
 namespace trundle::calibration {
 
-/// "ros2_control", "road_runner", "ardupilot".
+/// "ros2_control", "road_runner", "ardupilot", "wpilib".
 std::span<const std::string_view> export_formats();
-/// How the name of such a file ends: "ros2_control.yaml", "road_runner.java", "ardupilot.param".
+/// How the name of such a file ends: "ros2_control.yaml", "road_runner.java", "ardupilot.param",
+/// "wpilib.java".
 std::string_view export_suffix(std::string_view format);
 
 /// A calibrated robot in the words of another stack: docs/export.md. `nominal` is what that stack has been
