@@ -8,10 +8,11 @@ using namespace slam;
 struct FieldOptions {
   int landmarks = 30;
   double side_m = 30.0;
-  double outlier_share = 0.02;  ///< sightings that show nothing of the map
-  int seen_at_once = 3;         ///< at most
-  bool symmetric = false;       ///< each landmark has a twin beyond the middle
-  int without_twin = 0;         ///< so many more, that have none
+  double outlier_share = 0.02;       ///< sightings that show nothing of the map
+  int seen_at_once = 3;              ///< at most
+  bool symmetric = false;            ///< each landmark has a twin beyond the middle
+  int without_twin = 0;              ///< so many more, that have none
+  std::vector<Vector2> layout = {};  ///< if given: these are all the landmarks
   std::uint64_t seed = 1;
 };
 
@@ -21,7 +22,9 @@ class Field {
  public:
   explicit Field(const FieldOptions& options) : options_(options), random_(options.seed, 5) {
     std::vector<KnownLandmark> landmarks;
-    for (int i = 0; i < options.landmarks + options.without_twin; ++i) {
+    for (const Vector2& place : options.layout) landmarks.push_back({place});
+    const int at_random = options.layout.empty() ? options.landmarks + options.without_twin : 0;
+    for (int i = 0; i < at_random; ++i) {
       const Vector2 place(random_.uniform(0.0, options.side_m), random_.uniform(0.0, options.side_m));
       landmarks.push_back({place});
       if (options.symmetric && i < options.landmarks)

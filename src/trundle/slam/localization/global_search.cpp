@@ -9,22 +9,11 @@
 #include <Eigen/LU>
 
 #include "trundle/slam/association/relocalization.hpp"
+#include "trundle/slam/localization/sighted_pairs.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 namespace trundle::slam {
 namespace {
-
-// A baseline of fewer sigmas says too little of where two points lie to each other: the heading that follows
-// from it is unsure by more than 1/5 rad, beyond which the linearised fit is none.
-constexpr double kLeastBaseline = 5.0;  // [σ]
-// What keeps a quotient finite where two points are one; shorter than any baseline that is used [m].
-constexpr double kNoBaseline_m = 1e-9;
-
-struct SightedPair {
-  const SightedPoint* first;
-  const SightedPoint* second;
-  double baseline_m;
-  double sigma_m;  ///< of the baseline
-};
 
 PointMatch match_of(const SightedPoint& point, const KnownLandmark& landmark) {
   return {point.in_body, point.covariance, landmark.position, landmark.covariance};
@@ -34,155 +23,321 @@ double log_normal(double squared_distance, const Matrix2& covariance) {
   return -0.5 * (squared_distance + std::log(covariance.determinant())) - std::log(2.0 * kPi);
 }
 
+/// The frame whose x axis points from one place to another.
+struct Baseline {
+  Vector2 origin;
+  Vector2 x_axis;
+
+  /// The origin divides the baseline in this ratio.
+  static Baseline between(const Vector2& from, const Vector2& to, double share) {
+    return {from + share * (to - from), (to - from).normalized()};
+  }
+  [[nodiscard]] Vector2 operator*(const Vector2& p) const {
+    return origin + p.x() * x_axis + p.y() * Vector2(-x_axis.y(), x_axis.x());
+  }
+  [[nodiscard]] Vector2 coordinates_of(const Vector2& p) const {
+    const Vector2 apart = p - origin;
+    return {x_axis.dot(apart), x_axis.x() * apart.y() - x_axis.y() * apart.x()};
+  }
+};
+
+/// What two landmarks say of the other points, if they are what a pair of points shows: eq. 49a.
+struct Outlook {
+  struct Expected {
+    std::size_t point;
+    Vector2 at;       ///< on the baseline's frame
+    double radius_m;  ///< no landmark further away passes the gate
+  };
+  std::vector<Expected> others;  ///< those that are expected best first
+  Vector2 sensor;                ///< on the baseline's frame
+  double share;                  ///< of the baseline: where the frame has its origin
+  double log_most;               ///< of the pair's weight, log Z
+};
+
+/// A hypothesis, and which landmark each point shows by it.
+struct Explanation {
+  PoseHypothesis hypothesis;
+  double in_view = 1.0;  ///< landmarks that the sensor can see from there
+  double misfit = 0.0;   ///< χ² of the points that show landmarks
+  std::vector<LandmarkId> shown = {};
+};
+
 /// The hypotheses that one local map suggests.
 class GlobalSearch {
  public:
   GlobalSearch(const LocalMap& seen, const KnownMap& map, const LandmarkSensor& sensor,
                const MapSightOptions& options)
       : seen_(seen),
+        points_(seen.points()),
         map_(map),
         sensor_(sensor),
         options_(options),
-        log_space_(std::log(2.0 * kPi * map.area_m2(sensor.max_range_m))) {
-    for (const SightedPoint& point : seen.points()) repeats_.push_back(repeats_of(point));
+        log_space_(std::log(2.0 * kPi * map.area_m2(sensor.max_range_m))),
+        most_gains_(map.size() + 1),
+        is_tried_(points_.size(), false) {
+    for (const SightedPoint& point : points_) repeats_.push_back(repeats_of(point));
   }
 
-  std::vector<PoseHypothesis> run() {
-    for (const SightedPair& pair : best_pairs()) try_pair(pair);
-    std::ranges::stable_sort(found_, std::greater{}, &PoseHypothesis::log_odds);
-    return distinct();
+  FoundPoses run() {
+    FoundPoses found;
+    for (const SightedPair& pair : rarest_pairs(seen_, map_, options_)) {
+      found.is_ambiguous = try_pair(pair);
+      if (found.is_ambiguous) break;
+      is_tried_[pair.first] = is_tried_[pair.second] = true;
+    }
+    for (const Explanation& kept : kept_)
+      if (kept.hypothesis.log_odds > best_ - options_.log_odds_range) found.poses.push_back(kept.hypothesis);
+    return found;
   }
 
   double log_odds_at(const PoseEstimate& pose) const {
-    PoseHypothesis hypothesis{pose};
+    Explanation here{.hypothesis = {pose}};
+    here.shown.assign(points_.size(), kUnknownLandmark);
+    PoseHypothesis& hypothesis = here.hypothesis;
     const auto& [place_m, heading_rad] = options_.same;
     hypothesis.pose.covariance =
         Vector3(place_m * place_m, place_m * place_m, heading_rad * heading_rad).asDiagonal();
     hypothesis.log_odds =
         0.5 * std::log(hypothesis.pose.covariance.determinant()) + 1.5 * std::log(2.0 * kPi) - log_space_;
-    std::vector<LandmarkId> taken;
-    add_points(hypothesis, {}, taken);
+    here.in_view = in_view_of((pose.pose * sensor_.body_from_sensor).translation());
+    add_points(here, std::vector<double>(points_.size()), -std::numeric_limits<double>::infinity());
     return hypothesis.log_odds;
   }
 
  private:
-  /// Of points of which one at least was seen just now: the longest baselines in their sigmas.
-  std::vector<SightedPair> best_pairs() const {
-    std::vector<SightedPair> pairs;
-    const auto points = seen_.points();
-    for (std::size_t i = 0; i < points.size(); ++i)
-      for (std::size_t j = i + 1; j < points.size(); ++j) {
-        if (points[j].step != seen_.now()) continue;
-        if (!is_usable(points[i]) || !is_usable(points[j])) continue;
-        const Vector2 apart = points[j].in_body - points[i].in_body;
-        const double baseline = apart.norm();
-        const Matrix2 both = points[i].covariance + points[j].covariance;
-        const double sigma = std::sqrt(apart.dot(both * apart)) / std::max(baseline, kNoBaseline_m);
-        const bool same_name = points[i].landmark >= 0 && points[i].landmark == points[j].landmark;
-        if (!same_name && baseline > kLeastBaseline * sigma)
-          pairs.push_back({&points[i], &points[j], baseline, sigma});
-      }
-    std::ranges::stable_sort(pairs, std::greater{},
-                             [](const SightedPair& p) { return p.baseline_m / p.sigma_m; });
-    if (pairs.size() > options_.most_pairs) pairs.resize(options_.most_pairs);
-    return pairs;
+  /// Whether so many places explain all that was seen that the others need not be tried.
+  bool try_pair(const SightedPair& pair) {
+    const std::optional<Outlook> outlook = outlook_of(pair);
+    if (!outlook) return false;
+    const LandmarkId first = points_[pair.first].landmark;
+    const LandmarkId second = points_[pair.second].landmark;
+    if (first != kUnknownLandmark && second != kUnknownLandmark)
+      return try_landmarks(pair, *outlook, first, second);
+    if (first != kUnknownLandmark)
+      return try_around(pair, first, [&](LandmarkId id) { return try_landmarks(pair, *outlook, first, id); });
+    if (second != kUnknownLandmark)
+      return try_around(pair, second,
+                        [&](LandmarkId id) { return try_landmarks(pair, *outlook, id, second); });
+    return std::ranges::any_of(map_.pairs(pair.low_m, pair.high_m), [&](const KnownMap::Pair& p) {
+      return try_landmarks(pair, *outlook, p.first, p.second) ||
+             try_landmarks(pair, *outlook, p.second, p.first);
+    });
   }
 
-  /// A name that the map has, or none.
-  bool is_usable(const SightedPoint& point) const {
-    return point.landmark == kUnknownLandmark || map_.has(point.landmark);
-  }
-  bool may_be(const SightedPoint& point, LandmarkId landmark) const {
-    return point.landmark == kUnknownLandmark || point.landmark == landmark;
-  }
-
-  void try_pair(const SightedPair& pair) {
-    const double reach = std::sqrt(options_.gate) * pair.sigma_m + 2.0 * std::sqrt(map_.largest_variance());
-    if (map_.has(pair.first->landmark) && map_.has(pair.second->landmark))
-      return try_landmarks(pair, pair.first->landmark, pair.second->landmark);
-    for (const KnownMap::Pair& p : map_.pairs(pair.baseline_m - reach, pair.baseline_m + reach)) {
-      if (may_be(*pair.first, p.first) && may_be(*pair.second, p.second))
-        try_landmarks(pair, p.first, p.second);
-      if (may_be(*pair.first, p.second) && may_be(*pair.second, p.first))
-        try_landmarks(pair, p.second, p.first);
-    }
+  /// One of the landmarks is known, the other lies about as far away as it should.
+  template <class Try>
+  bool try_around(const SightedPair& pair, LandmarkId known, const Try& try_other) const {
+    const Vector2& centre = map_[known].position;
+    return map_.places().visit_until(centre, pair.high_m, [&](std::size_t number) {
+      const auto other = static_cast<LandmarkId>(number);
+      return other != known && (map_[other].position - centre).norm() >= pair.low_m && try_other(other);
+    });
   }
 
-  void try_landmarks(const SightedPair& pair, LandmarkId first, LandmarkId second) {
-    auto hypothesis = from_pair(pair, first, second);
-    if (!hypothesis) return;
-    std::vector<LandmarkId> taken = {first, second};
-    add_points(*hypothesis, pair, taken);
-    best_ = std::max(best_, hypothesis->log_odds);
-    if (hypothesis->log_odds > best_ - options_.log_odds_range) found_.push_back(*hypothesis);
+  bool try_landmarks(const SightedPair& pair, const Outlook& outlook, LandmarkId first, LandmarkId second) {
+    if (is_explained(pair, first, second) || is_hopeless(pair, outlook, first, second)) return false;
+    auto explanation = from_pair(pair, first, second);
+    if (!explanation) return false;
+    const std::vector<double>& most = most_gains(explanation->in_view);
+    if (!add_points(*explanation, most, least_log_odds())) return false;
+    keep(std::move(*explanation));
+    return kept_.size() == kMostHypotheses &&
+           std::ranges::all_of(kept_, [&](const Explanation& kept) { return explains_all(kept); });
   }
 
+  /// By a hypothesis that two other points have led to.
+  bool is_explained(const SightedPair& pair, LandmarkId first, LandmarkId second) const {
+    return std::ranges::any_of(kept_, [&](const Explanation& kept) {
+      return kept.shown[pair.first] == first && kept.shown[pair.second] == second;
+    });
+  }
+
+  /// Nothing that matters has less.
+  double least_log_odds() const {
+    const double least = best_ - options_.log_odds_range;
+    return kept_.size() < kMostHypotheses ? least : std::max(least, kept_.back().hypothesis.log_odds);
+  }
+
+  /// Of those in one place the more probable one, of all the most probable ones.
+  void keep(Explanation explanation) {
+    const PoseHypothesis& found = explanation.hypothesis;
+    if (!(found.log_odds > least_log_odds())) return;
+    const auto is_same = [&](const Explanation& kept) {
+      return is_same_place(kept.hypothesis.pose.pose, found.pose.pose, options_.same);
+    };
+    const auto is_better = [&](const Explanation& kept) {
+      return kept.hypothesis.log_odds >= found.log_odds;
+    };
+    const auto at = std::ranges::find_if_not(kept_, is_better);
+    if (std::any_of(kept_.begin(), at, is_same)) return;
+    best_ = std::max(best_, found.log_odds);
+    kept_.erase(std::remove_if(at, kept_.end(), is_same), kept_.end());
+    kept_.insert(at, std::move(explanation));
+    if (kept_.size() > kMostHypotheses) kept_.pop_back();
+  }
+
+  /// Noise alone explains the misfit, and whatever it does not explain was looked for before: no pose that
+  /// has not been tried yet explains more.
+  bool explains_all(const Explanation& explanation) const {
+    for (std::size_t i = 0; i < points_.size(); ++i)
+      if (explanation.shown[i] == kUnknownLandmark && is_usable(points_[i], map_) && !is_tried_[i])
+        return false;
+    const double freedom = 2.0 * static_cast<double>(explanation.hypothesis.matched) - 3.0;
+    return explanation.misfit <= misfit_limit(freedom);
+  }
+  /// As improbable as the gate of one point is.
+  double misfit_limit(double freedom) const {
+    return chi_squared_limit(std::exp(-0.5 * options_.gate), freedom);
+  }
+
+  double in_view_of(const Vector2& sensor_in_map) const {
+    return std::max(1.0, static_cast<double>(map_.places().count_within(sensor_in_map, sensor_.max_range_m)));
+  }
   /// log of the density of a point that is no landmark of the map, or has a wrong name: anywhere in sight.
   double log_chance(const SightedPoint& point) const {
     const double names = point.landmark == kUnknownLandmark ? 1.0 : static_cast<double>(map_.size());
     return -std::log(kPi * sensor_.max_range_m * sensor_.max_range_m * names);
   }
   /// Of one that is: any of those in view, where it has no name.
-  double log_landmark(const SightedPoint& point, const PoseEstimate& pose) const {
+  double log_landmark(const SightedPoint& point, double in_view) const {
     const bool named = point.landmark != kUnknownLandmark;
-    const double in_view = named ? 1.0 : static_cast<double>(landmarks_in_view(pose, map_, sensor_));
-    return std::log1p(-options_.outlier_share) - std::log(std::max(1.0, in_view));
+    return std::log1p(-options_.outlier_share) - (named ? 0.0 : std::log(in_view));
+  }
+  /// Eq. 49 of one point, of which `log_density` is that of its landmark.
+  double gain(std::size_t i, double log_density, double in_view) const {
+    const double log_ratio = log_density + log_landmark(points_[i], in_view) - log_chance(points_[i]);
+    return std::log(std::exp(log_ratio) + options_.outlier_share) / repeats_[i];
+  }
+  double loss(std::size_t i) const { return std::log(options_.outlier_share) / repeats_[i]; }
+  /// Of each point, where a landmark is exactly where it should be.
+  const std::vector<double>& most_gains(double in_view) {
+    std::vector<double>& gains = most_gains_[static_cast<std::size_t>(in_view)];
+    for (std::size_t i = gains.size(); i < points_.size(); ++i)
+      gains.push_back(is_usable(points_[i], map_) ? gain(i, log_normal(0.0, points_[i].covariance), in_view)
+                                                  : 0.0);
+    return gains;
+  }
+
+  std::optional<Outlook> outlook_of(const SightedPair& pair) const {
+    const Matrix2 of_map = map_.largest_variance() * Matrix2::Identity();
+    const auto as_seen = [&](std::size_t i) {
+      return PointMatch{points_[i].in_body, points_[i].covariance, points_[i].in_body, of_map};
+    };
+    const PointMatch ends[] = {as_seen(pair.first), as_seen(pair.second)};
+    const std::optional<PoseFit> fit = fit_pose(ends);
+    if (!fit) return std::nullopt;
+    Outlook outlook{};
+    outlook.share = pair.variance() > 0.0 ? pair.first_variance / pair.variance() : 0.5;
+    const Baseline baseline = Baseline::between(ends[0].in_body, ends[1].in_body, outlook.share);
+    outlook.sensor = baseline.coordinates_of(sensor_.body_from_sensor.translation());
+    outlook.log_most = 0.5 * std::log(fit->covariance.determinant()) - 0.5 * std::log(2.0 * kPi) - log_space_;
+    for (const std::size_t i : {pair.first, pair.second})
+      outlook.log_most -= 0.5 * std::log(points_[i].covariance.determinant());
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      if (i == pair.first || i == pair.second || !is_usable(points_[i], map_)) continue;
+      const double radius_m = gate_radius({{}, fit->covariance}, point_innovation({}, as_seen(i)));
+      outlook.others.push_back({i, baseline.coordinates_of(points_[i].in_body), radius_m});
+    }
+    std::ranges::stable_sort(outlook.others, {}, &Outlook::Expected::radius_m);
+    return outlook;
+  }
+
+  double gate_radius(const PoseEstimate& pose, const PointInnovation& innovation) const {
+    return std::sqrt(options_.gate *
+                     (innovation.H * pose.covariance * innovation.H.transpose() + innovation.noise).trace());
+  }
+
+  /// Eq. 49a: were all landmarks that lie near enough exactly where they should be, it would still be too
+  /// little.
+  bool is_hopeless(const SightedPair& pair, const Outlook& outlook, LandmarkId first, LandmarkId second) {
+    const Vector2& from = map_[first].position;
+    const Vector2& to = map_[second].position;
+    const Baseline baseline = Baseline::between(from, to, outlook.share);
+    const double in_view = in_view_of(baseline * outlook.sensor);
+    const std::vector<double>& gains = most_gains(in_view);
+    const double mismatch = (to - from).norm() - pair.baseline_m;
+    double most =
+        outlook.log_most - 0.5 * mismatch * mismatch / (pair.variance() + 2.0 * map_.largest_variance());
+    for (const std::size_t i : {pair.first, pair.second})
+      most += log_landmark(points_[i], in_view) - log_chance(points_[i]);
+    for (const auto& expected : outlook.others) most += gains[expected.point];
+    const double least = least_log_odds();
+    for (const auto& [i, at, radius_m] : outlook.others) {
+      if (most <= least) return true;
+      if (!may_show(points_[i], baseline * at, radius_m)) most += loss(i) - gains[i];
+    }
+    return most <= least;
+  }
+  bool may_show(const SightedPoint& point, const Vector2& place, double radius_m) const {
+    if (point.landmark == kUnknownLandmark) return map_.places().has_any_within(place, radius_m);
+    return (map_[point.landmark].position - place).norm() <= radius_m;
   }
 
   /// Eq. 48: the pose that two points determine, and their weight.
-  std::optional<PoseHypothesis> from_pair(const SightedPair& pair, LandmarkId first,
-                                          LandmarkId second) const {
-    const PointMatch ends[] = {match_of(*pair.first, map_[first]), match_of(*pair.second, map_[second])};
+  std::optional<Explanation> from_pair(const SightedPair& pair, LandmarkId first, LandmarkId second) const {
+    const PointMatch ends[] = {match_of(points_[pair.first], map_[first]),
+                               match_of(points_[pair.second], map_[second])};
     const std::optional<PoseFit> fit = fit_pose(ends);
     if (!fit || fit->misfit > options_.gate) return std::nullopt;
-    PoseHypothesis hypothesis{{fit->map_from_body, fit->covariance}};
+    Explanation explanation{.hypothesis = {{fit->map_from_body, fit->covariance}}};
+    PoseHypothesis& hypothesis = explanation.hypothesis;
     hypothesis.log_odds = -0.5 * (fit->misfit + fit->log_noise) - 2.0 * std::log(2.0 * kPi) +
                           0.5 * std::log(fit->covariance.determinant()) + 1.5 * std::log(2.0 * kPi) -
                           log_space_;
-    for (const SightedPoint* point : {pair.first, pair.second})
-      hypothesis.log_odds += log_landmark(*point, hypothesis.pose) - log_chance(*point);
+    explanation.in_view = in_view_of((fit->map_from_body * sensor_.body_from_sensor).translation());
+    for (const std::size_t i : {pair.first, pair.second})
+      hypothesis.log_odds += log_landmark(points_[i], explanation.in_view) - log_chance(points_[i]);
     hypothesis.matched = 2;
-    return hypothesis;
+    explanation.misfit = fit->misfit;
+    explanation.shown.assign(points_.size(), kUnknownLandmark);
+    explanation.shown[pair.first] = first;
+    explanation.shown[pair.second] = second;
+    return explanation;
   }
 
   /// Eq. 49: the points that are not of the pair, the newest first, each as a measurement of the pose or as
-  /// no landmark. No landmark is two points.
-  void add_points(PoseHypothesis& hypothesis, const SightedPair& pair, std::vector<LandmarkId>& taken) const {
-    const auto points = seen_.points();
-    for (std::size_t i = points.size(); i-- > 0;) {
-      const SightedPoint& point = points[i];
-      if (&point == pair.first || &point == pair.second || !is_usable(point)) continue;
-      const double log_in_map = take(hypothesis, point, taken) + log_landmark(point, hypothesis.pose);
-      const double gain = std::log(std::exp(log_in_map - log_chance(point)) + options_.outlier_share);
-      hypothesis.log_odds += gain / repeats_[i];
+  /// no landmark. No landmark is two points. Returns false as soon as it can come to no more than `least`,
+  /// with so much for each point at most.
+  bool add_points(Explanation& explanation, const std::vector<double>& most, double least) const {
+    double to_come = 0.0;
+    for (std::size_t i = 0; i < most.size(); ++i)
+      if (explanation.shown[i] == kUnknownLandmark) to_come += most[i];
+    double& log_odds = explanation.hypothesis.log_odds;
+    for (std::size_t i = points_.size(); i-- > 0;) {
+      if (explanation.shown[i] != kUnknownLandmark || !is_usable(points_[i], map_)) continue;
+      log_odds += gain(i, take(explanation, i), explanation.in_view);
+      to_come -= most[i];
+      if (log_odds + to_come <= least) return false;
     }
+    return true;
   }
 
   /// Points in one place are one supporting landmark: how many there are.
   double repeats_of(const SightedPoint& point) const {
-    return static_cast<double>(std::ranges::count_if(
-        seen_.points(), [&](const SightedPoint& p) { return are_one_place(p, point); }));
+    return static_cast<double>(
+        std::ranges::count_if(points_, [&](const SightedPoint& p) { return are_one_place(p, point); }));
   }
 
   /// Improves the hypothesis by a point, if a landmark fits that no other point has taken; returns the
   /// point's log density then, else −∞.
-  double take(PoseHypothesis& hypothesis, const SightedPoint& point, std::vector<LandmarkId>& taken) const {
-    PoseEstimate& pose = hypothesis.pose;
+  double take(Explanation& explanation, std::size_t i) const {
+    PoseEstimate& pose = explanation.hypothesis.pose;
     double best = options_.gate;
     std::optional<PointInnovation> chosen;
     LandmarkId landmark = kUnknownLandmark;
     Matrix2 S_chosen;
-    for (const LandmarkId id : candidates(pose, point)) {
-      if (std::ranges::find(taken, id) != taken.end()) continue;
-      const PointInnovation innovation = point_innovation(pose.pose, match_of(point, map_[id]));
+    const auto consider = [&](LandmarkId id) {
+      if (std::ranges::find(explanation.shown, id) != explanation.shown.end()) return;
+      const PointInnovation innovation = point_innovation(pose.pose, match_of(points_[i], map_[id]));
       const Matrix2 S = innovation.H * pose.covariance * innovation.H.transpose() + innovation.noise;
       const double squared = innovation.residual.dot(S.llt().solve(innovation.residual));
-      if (squared > best) continue;
+      if (squared > best) return;
       best = squared;
       chosen = innovation;
       landmark = id;
       S_chosen = S;
-    }
+    };
+    visit_candidates(pose, points_[i], consider);
     if (!chosen) return -std::numeric_limits<double>::infinity();
     const Eigen::Matrix<double, 3, 2> K = pose.covariance * chosen->H.transpose() * S_chosen.inverse();
     const Vector3 change = K * chosen->residual;
@@ -190,45 +345,44 @@ class GlobalSearch {
     // Joseph's form: what is much surer afterwards is no difference of large numbers.
     const Matrix3 A = Matrix3::Identity() - K * chosen->H;
     pose.covariance = (A * pose.covariance * A.transpose() + K * chosen->noise * K.transpose()).eval();
-    ++hypothesis.matched;
-    taken.push_back(landmark);
+    ++explanation.hypothesis.matched;
+    explanation.misfit += best;
+    explanation.shown[i] = landmark;
     return log_normal(best, S_chosen);
   }
 
-  std::vector<LandmarkId> candidates(const PoseEstimate& pose, const SightedPoint& point) const {
-    if (point.landmark != kUnknownLandmark) return {point.landmark};
-    const double lever2 = point.in_body.squaredNorm();
-    const double variance = pose.covariance(0, 0) + pose.covariance(1, 1) + lever2 * pose.covariance(2, 2) +
-                            point.covariance.trace() + map_.largest_variance();
-    return map_.within(pose.pose * point.in_body, std::sqrt(2.0 * options_.gate * variance));
-  }
-
-  std::vector<PoseHypothesis> distinct() const {
-    std::vector<PoseHypothesis> kept;
-    for (const PoseHypothesis& candidate : found_) {
-      const auto is_same = [&](const PoseHypothesis& other) {
-        return is_same_place(other.pose.pose, candidate.pose.pose, options_.same);
-      };
-      if (kept.size() == kMostHypotheses) break;
-      if (std::ranges::none_of(kept, is_same)) kept.push_back(candidate);
-    }
-    return kept;
+  /// Landmarks that may pass the gate.
+  template <class Visit>
+  void visit_candidates(const PoseEstimate& pose, const SightedPoint& point, const Visit& visit) const {
+    if (point.landmark != kUnknownLandmark) return visit(point.landmark);
+    const Vector2 place = pose.pose * point.in_body;
+    const Matrix2 of_map = map_.largest_variance() * Matrix2::Identity();
+    const PointMatch there{point.in_body, point.covariance, place, of_map};
+    map_.places().visit_until(place, gate_radius(pose, point_innovation(pose.pose, there)),
+                              [&](std::size_t number) {
+                                visit(static_cast<LandmarkId>(number));
+                                return false;
+                              });
   }
 
   const LocalMap& seen_;
+  std::span<const SightedPoint> points_;
   const KnownMap& map_;
   const LandmarkSensor& sensor_;
   const MapSightOptions& options_;
   double log_space_;             ///< of the poses that there are
   std::vector<double> repeats_;  ///< of each point: how many are in its place
-  std::vector<PoseHypothesis> found_;
-  double best_ = 0.0;  ///< log odds of the best one found, or of none
+  std::vector<std::vector<double>>
+      most_gains_;                 ///< by the landmarks in view, of each point; or not yet asked
+  std::vector<bool> is_tried_;     ///< of each point: all hypotheses from a pair with it
+  std::vector<Explanation> kept_;  ///< the most probable first
+  double best_ = 0.0;              ///< log odds of the best one found, or of none
 };
 
 }  // namespace
 
-std::vector<PoseHypothesis> find_poses(const LocalMap& seen, const KnownMap& map,
-                                       const LandmarkSensor& sensor, const MapSightOptions& options) {
+FoundPoses find_poses(const LocalMap& seen, const KnownMap& map, const LandmarkSensor& sensor,
+                      const MapSightOptions& options) {
   return GlobalSearch(seen, map, sensor, options).run();
 }
 

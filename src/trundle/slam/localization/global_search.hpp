@@ -19,13 +19,19 @@ struct PoseHypothesis {
   std::size_t matched = 0;  ///< points of the local map that show a landmark of the map
 };
 
-/// All poses that explain the local map better than chance, the most probable first, no two of them the
-/// same. Each comes from two points, one of them seen just now, that lie as far apart as two landmarks of the
-/// map do (their names agreeing where they have any), and is improved and judged by the others.
-/// docs/theory/global-localization.md, eq. 47 to 49.
-[[nodiscard]] std::vector<PoseHypothesis> find_poses(const LocalMap& seen, const KnownMap& map,
-                                                     const LandmarkSensor& sensor,
-                                                     const MapSightOptions& options);
+/// What a search found.
+struct FoundPoses {
+  std::vector<PoseHypothesis> poses;  ///< the most probable first, no two of them the same
+  /// More than kMostHypotheses places explain all that was seen: some were not tried, and one of them may be
+  /// the right one.
+  bool is_ambiguous = false;
+};
+
+/// The poses that explain the local map better than chance. Each comes from two points, one of them seen just
+/// now, that lie as far apart as two landmarks of the map do (their names agreeing where they have any), and
+/// is improved and judged by the others. docs/theory/global-localization.md, eq. 47 to 49a.
+[[nodiscard]] FoundPoses find_poses(const LocalMap& seen, const KnownMap& map, const LandmarkSensor& sensor,
+                                    const MapSightOptions& options);
 
 /// What the hypothesis that the robot is at a pose, or as near as another hypothesis would count as the same,
 /// has in its favour: as find_poses would say it.

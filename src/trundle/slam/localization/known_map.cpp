@@ -1,7 +1,8 @@
 #include "trundle/slam/localization/known_map.hpp"
 
 #include <algorithm>
-#include <numeric>
+#include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -25,14 +26,17 @@ KnownMap::KnownMap(std::vector<KnownLandmark> landmarks, double reach_m, Eigen::
     largest_variance_ = std::max(largest_variance_, landmarks_[i].covariance.trace());
   }
   exact_ = largest_variance_ == 0.0;
-  by_x_.resize(landmarks_.size());
-  std::iota(by_x_.begin(), by_x_.end(), 0);
-  std::ranges::stable_sort(by_x_, {}, [&](LandmarkId id) { return (*this)[id].position.x(); });
-  for (const LandmarkId id : by_x_) x_.push_back((*this)[id].position.x());
-  for (LandmarkId first = 0; has(first); ++first)
-    for (const LandmarkId second : within((*this)[first].position, reach_m))
-      if (first < second)
-        pairs_.push_back({((*this)[second].position - (*this)[first].position).norm(), first, second});
+  std::vector<Vector2> places;
+  for (const KnownLandmark& landmark : landmarks_) places.push_back(landmark.position);
+  grid_ = PlaceGrid(places);
+  for (LandmarkId first = 0; has(first); ++first) {
+    const Vector2& place = (*this)[first].position;
+    grid_.visit_until(place, reach_m, [&](std::size_t number) {
+      const auto second = static_cast<LandmarkId>(number);
+      if (first < second) pairs_.push_back({((*this)[second].position - place).norm(), first, second});
+      return false;
+    });
+  }
   std::ranges::sort(pairs_, [](const Pair& a, const Pair& b) {
     return std::tie(a.distance_m, a.first, a.second) < std::tie(b.distance_m, b.first, b.second);
   });
@@ -63,12 +67,11 @@ double KnownMap::area_m2(double margin_m) const {
 
 std::vector<LandmarkId> KnownMap::within(const Vector2& centre, double radius_m) const {
   std::vector<LandmarkId> found;
-  const auto first = std::ranges::lower_bound(x_, centre.x() - radius_m) - x_.begin();
-  const auto last = std::ranges::upper_bound(x_, centre.x() + radius_m) - x_.begin();
-  for (auto i = first; i < last; ++i) {
-    const LandmarkId id = by_x_[static_cast<std::size_t>(i)];
-    if (((*this)[id].position - centre).squaredNorm() <= radius_m * radius_m) found.push_back(id);
-  }
+  grid_.visit_until(centre, radius_m, [&](std::size_t number) {
+    found.push_back(static_cast<LandmarkId>(number));
+    return false;
+  });
+  std::ranges::sort(found, {}, [&](LandmarkId id) { return std::pair((*this)[id].position.x(), id); });
   return found;
 }
 

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include "trundle/slam/localization/place_grid.hpp"
 #include "trundle/slam/observation.hpp"
 
 namespace trundle::slam {
@@ -42,6 +43,8 @@ class KnownMap {
 
   /// All not further from a point than this, by ascending x.
   [[nodiscard]] std::vector<LandmarkId> within(const Vector2& centre, double radius_m) const;
+  /// Where they are: their numbers are their LandmarkIds.
+  [[nodiscard]] const PlaceGrid& places() const { return grid_; }
 
   struct Pair {
     double distance_m;
@@ -54,8 +57,7 @@ class KnownMap {
  private:
   std::vector<KnownLandmark> landmarks_;
   Eigen::MatrixXd covariance_;  ///< empty: landmarks are independent
-  std::vector<LandmarkId> by_x_;
-  std::vector<double> x_;  ///< in the order of by_x_
+  PlaceGrid grid_;
   std::vector<Pair> pairs_;
   bool exact_ = true;
   double largest_variance_ = 0.0;

@@ -192,12 +192,20 @@ void Localizer::search_alternatives() {
   double log_prior = 0.0;
   if (const auto first = most_probable()) {
     const double before = first->log_odds - log_odds_at(first->pose, seen_, *map_, sensor_, options_.sight);
-    log_prior =
-        before - std::clamp(before, 0.0, is_known() ? limit() : -std::log(options_.error_probability));
+    log_prior = before - std::clamp(before, 0.0, price());
   }
-  hypotheses_.admit(find_poses(seen_, *map_, sensor_, options_.sight), log_prior, odometry_);
+  const FoundPoses found = find_poses(seen_, *map_, sensor_, options_.sight);
+  was_ambiguous_ = found.is_ambiguous;
+  hypotheses_.admit(found.poses, log_prior, odometry_);
   if (is_known()) hypotheses_.remove(estimate()->pose);
   if (const auto first = most_probable()) hypotheses_.remove(first->log_odds - limit(), limit());
+}
+
+/// What a new hypothesis has to make up for: that the robot would have to have been carried there, or that
+/// nothing had suggested that place before, where it would have been.
+double Localizer::price() const {
+  if (is_known()) return limit();
+  return was_ambiguous_ ? 0.0 : -std::log(options_.error_probability);
 }
 
 /// The pose that is known, or else the first hypothesis.

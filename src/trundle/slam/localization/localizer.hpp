@@ -81,8 +81,8 @@ class Localizer {
     if constexpr (Archive::kReads)
       is_known ? self.start_from({PoseEkf(*self.map_, self.sensor_, {}, self.options_.sight)})
                : self.forget();
-    archive(self.seen_, self.odometry_, self.hypotheses_, self.log_odds_, self.alarm_, self.confirmed_step_,
-            self.report_);
+    archive(self.seen_, self.odometry_, self.hypotheses_, self.was_ambiguous_, self.log_odds_, self.alarm_,
+            self.confirmed_step_, self.report_);
     if (auto* ekf = std::get_if<PoseEkf>(&self.filter_)) archive(*ekf);
     if (auto* particles = std::get_if<PoseParticles>(&self.filter_)) archive(*particles);
   }
@@ -93,6 +93,7 @@ class Localizer {
   [[nodiscard]] double limit() const;
   void track(const Motion& motion, std::span<const Observation> observations);
   void search_alternatives();
+  [[nodiscard]] double price() const;
   struct Candidate {
     PoseEstimate pose;
     double log_odds;
@@ -110,8 +111,9 @@ class Localizer {
   LocalMap seen_;
   PoseEstimate odometry_;  ///< of its systematic errors, what standing still has shown
   std::variant<std::monostate, PoseEkf, PoseParticles> filter_;
-  PoseHypotheses hypotheses_;  ///< all poses in question but the one that is known
-  double log_odds_ = 0.0;      ///< of the one that is known
+  PoseHypotheses hypotheses_;   ///< all poses in question but the one that is known
+  bool was_ambiguous_ = false;  ///< the last search: not all places were tried that explain what was seen
+  double log_odds_ = 0.0;       ///< of the one that is known
   double alarm_ = 0.0;
   std::uint64_t confirmed_step_ = 0;  ///< the last at which nothing spoke against the pose
   LocalizerReport report_;

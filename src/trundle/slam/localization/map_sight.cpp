@@ -64,7 +64,7 @@ std::vector<LandmarkId> identify(const PoseEstimate& belief, const KnownMap& map
 }
 
 std::size_t landmarks_in_view(const PoseEstimate& belief, const KnownMap& map, const LandmarkSensor& sensor) {
-  return map.within((belief.pose * sensor.body_from_sensor).translation(), sensor.max_range_m).size();
+  return map.places().count_within((belief.pose * sensor.body_from_sensor).translation(), sensor.max_range_m);
 }
 
 double log_against(double fitting, double max_range_m, double outlier_share) {
