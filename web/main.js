@@ -27,7 +27,7 @@ import { trajectories } from './figures/trajectories.js';
 import { prepared } from './result.js';
 import { forgetSections } from './section.js';
 import { onSettings } from './settings.js';
-import { fitAll, forgetListeners, soon } from './shared.js';
+import { drawUnseen, fitAll, forgetListeners, soon, whenSeen } from './shared.js';
 import { text } from './strings/en.js';
 
 const ofCalibration = (figure) => ([{ calibration }]) => (calibration ? figure(calibration) : null);
@@ -41,19 +41,14 @@ function titleOf({ run, health: info, calibration, label }) {
   return text.titles.report(label || text.titles.robot);
 }
 
-// What stands first, and what is drawn below it.
+// Its heading, and what is drawn below it.
 function articleOf(result, index, alone) {
   const id = `result-${index + 1}`;
   const title = titleOf(result);
   const heading = html(alone ? 'h1' : 'h2', { id: `${id}-title`, class: 'title' }, shortened(title, 80));
   const subtitle = alone ? null : html('p', { class: 'from' }, nameOf(result.label, 80));
-  const article = html('article', { id, 'aria-labelledby': `${id}-title` }, heading, subtitle, firstScreen(result));
-  const fill = () => {
-    const sections = figures.map((figure) => figure([result])).filter(Boolean);
-    article.append(...sections);
-    return sections;
-  };
-  return { article, title, fill };
+  const article = html('article', { id, 'aria-labelledby': `${id}-title` }, heading, subtitle);
+  return { article, title, first: () => firstScreen(result), sections: () => figures.map((figure) => figure([result])).filter(Boolean) };
 }
 
 function link(target, words) {
@@ -67,11 +62,24 @@ function madeBy(made) {
   return html('footer', {}, html('details', {}, html('summary', {}, text.provenance.drawnBy(made.program, made.version, files.length)), html('ul', {}, files)));
 }
 
-function figuresOfAll(results) {
-  return [comparison(results.filter(({ calibration }) => calibration)), ...together.map((figure) => figure(results))].filter(Boolean);
+// An empty place that becomes what it stands for when it comes into view; where it was in view before, at once.
+const seen = new Set();
+function later(name, draw) {
+  if (seen.has(name)) return draw();
+  const place = html('div', { class: 'later' });
+  whenSeen(place, () => {
+    seen.add(name);
+    place.replaceWith(...draw());
+  });
+  return [place];
 }
 
-// Puts up the first screens and returns what draws the rest.
+function figuresOfAll(results) {
+  const ofCalibrations = (all) => comparison(all.filter(({ calibration }) => calibration));
+  return [ofCalibrations, ...together].flatMap((figure, index) => later(`figure ${index}`, () => [figure(results)].filter(Boolean)));
+}
+
+// Puts up the headings, of one result its first screen, and returns what draws the rest.
 function show(report, results) {
   forgetListeners();
   forgetSections();
@@ -81,12 +89,18 @@ function show(report, results) {
   const side = html('div');
   document.title = alone ? shortened(shown[0].title, 80) : text.titles.compare;
   document.getElementById('report').replaceChildren(...[title, side, ...shown.map(({ article }) => article), madeBy(report.provenance)].filter(Boolean));
+  if (alone) shown[0].article.append(shown[0].first());
   return () => {
-    if (!alone) side.append(...figuresOfAll(results));
-    const sections = shown.flatMap(({ fill }) => fill());
-    const links = alone ? sections.filter((node) => node.inContents).map((node) => link(node.id, node.inContents))
-      : results.map(({ label }, index) => link(`result-${index + 1}`, shortened(label, 28)));
-    document.getElementById('contents').replaceChildren(...links);
+    const contents = document.getElementById('contents');
+    if (alone) {
+      const sections = shown[0].sections();
+      shown[0].article.append(...sections);
+      contents.replaceChildren(...sections.filter((node) => node.inContents).map((node) => link(node.id, node.inContents)));
+      return;
+    }
+    side.append(...figuresOfAll(results));
+    for (const { article, first, sections } of shown) article.append(...later(article.id, () => [first(), ...sections()]));
+    contents.replaceChildren(...results.map(({ label }, index) => link(`result-${index + 1}`, shortened(label, 28))));
   };
 }
 
@@ -94,6 +108,7 @@ function show(report, results) {
 function showAnew(report, results) {
   const scrolled = scrollY;
   show(report, results)();
+  if ('paper' in document.documentElement.dataset) drawUnseen();
   fitAll();
   scrollTo({ top: scrolled, behavior: 'instant' });
 }

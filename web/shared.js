@@ -63,8 +63,33 @@ export function soon(draw) {
   document.documentElement.toggleAttribute('data-drawing', true);
 }
 
+// What a reader may never scroll to costs nothing: it is drawn when the window comes within half its height of it.
+const unseen = new Map();
+const watch = new IntersectionObserver((entries) => {
+  for (const { target, isIntersecting } of entries) if (isIntersecting) soon(() => drawNow(target));
+}, { rootMargin: '50% 0px' });
+
+function drawNow(node) {
+  const draw = unseen.get(node);
+  unseen.delete(node);
+  watch.unobserve(node);
+  draw?.();
+}
+
+// Paper shows all of it.
+export function drawUnseen() {
+  for (const node of unseen.keys()) drawNow(node);
+}
+
+export function whenSeen(node, draw) {
+  unseen.set(node, draw);
+  watch.observe(node);
+}
+
 // Before the page is drawn anew.
 export function forgetListeners() {
   waiting.clear();
+  unseen.clear();
+  watch.disconnect();
   for (const list of Object.values(listeners)) list.length = 0;
 }

@@ -43,6 +43,14 @@ export async function drawn(page) {
   }));
 }
 
+// From top to bottom, as a reader: what comes into view is drawn.
+export async function readThrough(page) {
+  for (let before = -1, top = 0; top > before; before = top, top = await page.evaluate(() => scrollY)) {
+    await page.evaluate(() => scrollBy({ top: innerHeight / 2, behavior: 'instant' }));
+    await drawn(page);
+  }
+}
+
 // Of a picture's pixels the share that differ from its first one, and the share that are black: the page has no black of
 // its own, but what lost its colour is black.
 export async function inkIn(page, picture, type = 'image/png') {

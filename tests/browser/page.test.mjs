@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { after, before, describe, test } from 'node:test';
-import { axe, drawn, inkIn, launch, open, pixelsOf } from './browser.mjs';
+import { axe, drawn, inkIn, launch, open, pixelsOf, readThrough } from './browser.mjs';
 import { makePages } from './pages.mjs';
 
 let browser;
@@ -214,6 +214,7 @@ describe('the report page', { concurrency: 3 }, () => {
 
   for (const [name, file, options] of [['light', 'demo', {}], ['dark', 'demo', { colorScheme: 'dark' }], ['narrow', 'demo', { width: 360, height: 740 }], ['several results', 'two', {}]]) {
     look(`nothing serious for those who see or move differently: ${name}`, file, options, async (page) => {
+      await readThrough(page);
       await page.evaluate(axe);
       const { violations } = await page.evaluate(() => window.axe.run(document, { resultTypes: ['violations'] }));
       const serious = violations.filter(({ impact }) => ['serious', 'critical'].includes(impact));
@@ -325,11 +326,13 @@ describe('the report page', { concurrency: 3 }, () => {
   });
 
   look('calibrations side by side have their ±', 'pair', {}, async (page) => {
+    await readThrough(page);
     assert.match(await section(page, 'Parameters and errors').first().locator('tbody').first().innerText(), /\d ± \d/);
   });
 
   look('several results lie over each other', 'two', {}, async (page) => {
     assert.match(await page.locator('h1').innerText(), /side by side/);
+    await readThrough(page);
     const still = page.locator('canvas.still').first();
     for (const colour of ['result-0', 'result-1']) assert.ok((await pixelsOf(still, colour)).coloured > 100, colour);
     assert.match(await section(page, 'Filter against filter').locator('tbody').innerText(), /fastslam2, 100 particles, seed 1[\s\S]*ekf/);
@@ -337,5 +340,26 @@ describe('the report page', { concurrency: 3 }, () => {
     assert.ok(await rows.count() >= 6);
     const names = await rows.locator('td:first-child').allInnerTexts();
     assert.ok(names.every((name) => /^(demo|other): /.test(name)), names.join('; '));
+  });
+
+  look('of many results what is looked at is drawn, and on paper all', 'many', {}, async (page) => {
+    const drawnOf = () => page.evaluate(() => [...document.querySelectorAll('article')].map((node) => node.querySelectorAll('section').length));
+    assert.deepEqual(await drawnOf(), [0, 0, 0, 0, 0]);
+    assert.ok(await page.evaluate(() => document.querySelectorAll('canvas').length) < 10);
+    await page.locator('#contents a').last().click();
+    await page.locator('#result-5 section').first().waitFor();
+    await drawn(page);
+    const [first, , , , last] = await drawnOf();
+    assert.equal(first, 0);
+    assert.ok(last > 5);
+    const { y } = await page.locator('#result-5-title').boundingBox();
+    assert.ok(y > -10 && y < 900, `the link leads there: ${y}`);
+    await page.getByLabel('Lengths').selectOption('imperial');
+    await drawn(page);
+    assert.equal((await drawnOf())[4], last, 'what was drawn stays');
+    assert.equal((await drawnOf())[0], 0, 'and nothing else is');
+    await page.evaluate(() => dispatchEvent(new Event('beforeprint')));
+    assert.ok((await drawnOf()).every((count) => count > 5));
+    assert.equal(await page.locator('.later').count(), 0);
   });
 });

@@ -59,7 +59,7 @@ function withoutReference(run, folder) {
   for (const name of ['wheels.csv', 'gyro.csv']) cpSync(join(run, name), join(folder, name));
 }
 
-// {demo, two, hostile, alone, still, unmeasured, pair}: files of pages; made once.
+// {demo, many, two, hostile, alone, still, unmeasured, pair}: files of pages; made once.
 export function makePages() {
   mkdirSync(work, { recursive: true });
   const file = (name) => join(work, name);
@@ -80,5 +80,6 @@ export function makePages() {
   for (const name of ['demo', 'hostile', 'alone', 'still', 'unmeasured']) trundle('report', file(name), '-o', file(`${name}.html`));
   trundle('report', file('demo'), file('other'), '-o', file('two.html'));
   trundle('report', file('demo'), file('alone'), '-o', file('pair.html'));
-  return { demo: file('demo.html'), two: file('two.html'), hostile: file('hostile.html'), alone: file('alone.html'), still: file('still.html'), unmeasured: file('unmeasured.html'), pair: file('pair.html') };
+  trundle('report', ...['demo', 'other', 'still', 'unmeasured', 'alone'].map(file), '-o', file('many.html'));
+  return { demo: file('demo.html'), many: file('many.html'), two: file('two.html'), hostile: file('hostile.html'), alone: file('alone.html'), still: file('still.html'), unmeasured: file('unmeasured.html'), pair: file('pair.html') };
 }
