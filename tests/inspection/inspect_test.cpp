@@ -212,6 +212,19 @@ TEST(Abilities, of_one_pod_leave_a_motion_unseen) {
   EXPECT_THAT(abilities_of(robot, true).cannot, Contains(HasSubstr("sideways motion: no sensor sees it")));
 }
 
+TEST(Abilities, say_which_wheels_are_steered_and_which_passive) {
+  Robot robot;
+  robot.wheel_names = {"front"};
+  robot.passive_names = {"rear"};
+  robot.chassis = tricycle({.diameter_m = 0.1, .ticks_per_revolution = 1000}, 0.5);
+  robot.chassis.gyro.emplace();
+  const Abilities abilities = abilities_of(robot, true);
+  EXPECT_THAT(abilities.can, Contains("where 'front' points: its steering is read, ± 0.5°"));
+  EXPECT_THAT(abilities.cannot, Contains(HasSubstr("how far 'rear' rolls: it is passive")));
+  EXPECT_THAT(abilities.cannot, Contains(HasSubstr("of steered wheels that is not looked for")));
+  EXPECT_THAT(abilities.cannot, testing::Not(Contains(HasSubstr("a gyro or another wheel"))));
+}
+
 TEST(GyroNoise, comes_from_where_the_robot_rests) {
   Recording recording = winding();
   EXPECT_FALSE(gyro_noise(recording));

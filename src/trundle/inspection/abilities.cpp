@@ -48,8 +48,22 @@ void tell_motion(const Rows& rows, const Observability& seen, Abilities& abiliti
     abilities.cannot.push_back(fmt::format("{} motion: no sensor sees it", in_words(direction)));
 }
 
+void tell_steering(const Robot& robot, Abilities& abilities) {
+  for (std::size_t i = 0; i < robot.chassis.all_wheels().size(); ++i) {
+    const bool passive = i >= robot.chassis.wheels().size();
+    const auto& steering = robot.chassis.all_wheels()[i].steering;
+    if (steering)
+      abilities.can.push_back(fmt::format("where '{}' points: its steering is read, ± {:.2g}°{}",
+                                          wheel_name(robot, i), degrees(steering->sigma_rad),
+                                          passive ? "; how far it rolls is not" : ""));
+    else if (passive)
+      abilities.cannot.push_back(fmt::format(
+          "how far '{}' rolls: it is passive, and only does not skid sideways", wheel_name(robot, i)));
+  }
+}
+
 void tell_slip(const Rows& rows, const Observability& seen, const Robot& robot, Abilities& abilities) {
-  if (seen.degrees_of_freedom > 0 && !without_steering(robot.chassis)) {
+  if (!without_steering(robot.chassis)) {
     abilities.cannot.emplace_back("whether a wheel slips: of steered wheels that is not looked for");
     return;
   }
@@ -141,6 +155,7 @@ Abilities abilities_of(const Robot& robot, bool with_gyro) {
   const Observability seen = observability(rows);
   Abilities abilities;
   tell_motion(rows, seen, abilities);
+  tell_steering(robot, abilities);
   tell_slip(rows, seen, robot, abilities);
   tell_common_slip(robot, with_gyro, abilities);
   return abilities;
