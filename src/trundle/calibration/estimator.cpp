@@ -62,6 +62,12 @@ bool about_same(const NoiseLevels& a, const NoiseLevels& b) {
   return same(a.wheel_per_sqrt_m, b.wheel_per_sqrt_m) && same(a.gyro_rad_s_sqrt_hz, b.gyro_rad_s_sqrt_hz);
 }
 
+/// Whether the level of noise says what one reading counts against another: a gyro's heading against that of
+/// the wheels, or what steered wheels say of each other against what the reference says of them.
+bool is_weighed_by_noise(const Chassis& chassis) {
+  return chassis.gyro || (is_steered(chassis) && rows_of(chassis, false).count() > 3);
+}
+
 /// What the rough robot leaves over in positions is more than noise: its heading is the gyro's, not yet
 /// scaled. A better robot shows less noise, and less noise weighs the gyro rightly, which makes a better
 /// robot.
@@ -104,7 +110,7 @@ Estimate estimate_parameters(const CalibrationProblem& problem) {
   estimate.space =
       estimable_space(total_information(likelihood, rough).matrix, problem.parameters, problem.nominal);
   solve(likelihood, estimate.space, estimate.robot);
-  if (problem.nominal.chassis.gyro) settle_noise(estimate.space, likelihood, estimate.robot);
+  if (is_weighed_by_noise(problem.nominal.chassis)) settle_noise(estimate.space, likelihood, estimate.robot);
   estimate.descent = settle_weights(estimate.space, likelihood, estimate.robot);
   estimate.noise = likelihood.noise;
 
