@@ -48,34 +48,5 @@ TEST(GyroTurns, are_those_of_the_integral_to_the_last_bit) {
   }
 }
 
-/// In steps of any length, forth and back, wherever it is looked for.
-TEST(GyroAngles, GiveTheTurnsOfTheIntegral) {
-  const GyroStream gyro = stream_with_faults();
-  const Gyro sensor{.max_rate_rad_s = 8.0};
-  GyroIntegral integral(sensor, AlignerOptions{}.shortest_gap_s);
-  for (std::size_t i = 0; i < gyro.time_s.size(); ++i) integral.add(gyro.time_s[i], gyro.yaw_rate_rad_s[i]);
-  const GyroAngles angles{GyroSamples(gyro, sensor)};
-  Random random(6, 1);
-  const double first_s = gyro.time_s.front(), last_s = gyro.time_s.back();
-  std::size_t near = 0;
-  int known = 0, unknown = 0;
-  for (int i = 0; i < 2000; ++i) {
-    const double start_s = i % 10 == 0 ? gyro.time_s[static_cast<std::size_t>(i) % gyro.time_s.size()]
-                                       : random.uniform(first_s, last_s);
-    const double end_s = std::min(start_s + random.uniform(0.0, 0.3), last_s);
-    const std::optional<double> expected = GyroIntegral::turn(integral.at(start_s), integral.at(end_s));
-    const GyroIntegral::Reading start = angles.at(start_s, near);
-    if (i % 3 == 0) near = static_cast<std::size_t>(random.uniform(0.0, 400.0));
-    const std::optional<double> turn = GyroIntegral::turn(start, angles.at(end_s, near));
-    ASSERT_EQ(turn.has_value(), expected.has_value()) << start_s << " s to " << end_s << " s";
-    EXPECT_NEAR(turn.value_or(0.0), expected.value_or(0.0), 1e-12);
-    ++(expected ? known : unknown);
-  }
-  EXPECT_GT(known, 1000);
-  EXPECT_GT(unknown, 100);
-  EXPECT_FALSE(angles.at(first_s - 1e-3, near).known);
-  EXPECT_FALSE(angles.at(last_s + 1e-3, near).known);
-}
-
 }  // namespace
 }  // namespace trundle::recording

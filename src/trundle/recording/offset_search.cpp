@@ -128,8 +128,9 @@ double search_from(Comparer& compare, double centre_s, double largest_s, double 
   return minimum_within({best - step_s, best + step_s, kFinest_s}, misfit);
 }
 
-/// σ of the offset from the residuals' scatter: of Gauss and Newton's step, with a sandwich of the scores'
-/// autocovariances.
+/// σ of the offset from the residuals' scatter: of Newton's step, with a sandwich of the scores'
+/// autocovariances. The information is how the squares bend: that of the moved sensor's changes would count
+/// its noise as motion.
 double sigma_at(Comparer& compare, double offset_s, double step_s) {
   const Comparison here = compare.at(offset_s);
   const Comparison before = compare.at(offset_s - step_s);
@@ -147,14 +148,17 @@ double sigma_at(Comparer& compare, double offset_s, double step_s) {
     const double weight = here.channels.front().mean_square() / r.mean_square();
     if (c == 0) score = Vector::Zero(r.residual.size());
     score += weight * r.residual.cwiseProduct(d);
-    information += weight * d.squaredNorm();
+    information += weight *
+                   (before.channels[c].residual.squaredNorm() + after.channels[c].residual.squaredNorm() -
+                    2.0 * r.residual.squaredNorm()) /
+                   (2.0 * step_s * step_s);
   }
   const double own = score.squaredNorm();
   double variance = own;
   for (Eigen::Index lag = 1; lag <= std::min(kLags, score.size() - 1); ++lag)
     variance += 2.0 * (1.0 - static_cast<double>(lag) / (kLags + 1.0)) *
                 score.head(score.size() - lag).dot(score.tail(score.size() - lag));
-  return std::sqrt(std::max(variance, 0.25 * own)) / information;
+  return information > 0.0 ? std::sqrt(std::max(variance, 0.25 * own)) / information : INFINITY;
 }
 
 }  // namespace
@@ -172,7 +176,7 @@ std::optional<TimeOffset> find_offset(TwoClocks clocks, const OffsetSearch& sear
   if (!compare.has_enough()) return std::nullopt;
   offset = search_from(compare, offset, 4.0 * search.step_s, search.step_s);
   const double correlation = compare.at(offset).correlation();
-  const double sigma = std::hypot(sigma_at(compare, offset, search.sample_s), search.least_sigma_s);
+  const double sigma = std::hypot(sigma_at(compare, offset, search.change_s), search.least_sigma_s);
   const bool told = std::abs(correlation) >= search.least_correlation && sigma <= search.largest_sigma_s &&
                     std::abs(offset - search.given_s) <= search.largest_s;
   if (!told) return std::nullopt;

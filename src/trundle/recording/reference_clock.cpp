@@ -136,7 +136,7 @@ std::optional<TimeOffset> reference_time_offset(const ReferenceStream& reference
   auto found = find_offset(std::move(clocks), {.given_s = given_s,
                                                .largest_s = largest_s,
                                                .step_s = 0.5 * window_s,
-                                               .sample_s = row_s,
+                                               .change_s = row_s,
                                                .least_sigma_s = std::max(sample_s, row_s) / 20.0,
                                                .largest_sigma_s = options.largest_sigma_s,
                                                .least_correlation = options.least_correlation});

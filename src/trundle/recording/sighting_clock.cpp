@@ -92,7 +92,7 @@ std::optional<TimeOffset> sighting_time_offset(const std::vector<Sighting>& sigh
   return find_offset(std::move(clocks), {.given_s = robot.landmark_sensor->time_offset_s,
                                          .largest_s = options.largest_s,
                                          .step_s = 0.25 * options.window_s,
-                                         .sample_s = median(durations) / 4.0,
+                                         .change_s = median(durations) / 4.0,
                                          .least_sigma_s = median_step(path->time_s) / 20.0,
                                          .largest_sigma_s = options.largest_sigma_s,
                                          .least_correlation = options.least_correlation});

@@ -1,8 +1,9 @@
 #include "trundle/recording/time_offset.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -11,72 +12,103 @@
 #include "trundle/recording/alignment/gyro_turns.hpp"
 #include "trundle/recording/csv/detail/table.hpp"
 #include "trundle/recording/detail/offset_search.hpp"
+#include "trundle/recording/detail/turn_integral.hpp"
+#include "trundle/statistics/median.hpp"
 
 namespace trundle::recording {
 namespace {
 
 using Vector = Eigen::VectorXd;
 
-/// Windows of contiguous intervals, and what the wheels turned in each.
-struct Windows {
-  std::vector<double> time_s;  ///< where they start, and where the last one ends
-  std::vector<bool> used;
-  Vector by_wheels;
-  Vector duration_s;
+// Half a window is at least so many steps of the slower sensor: twice the golden ratio, so that no two
+// windows begin at the same place between two samples. Then what is read off between them is no less noisy at
+// one offset than at another.
+constexpr double kStepsOfHalfAWindow = 3.2360679774997897;
 
-  std::size_t count() const { return used.size(); }
+/// Windows that overlap by half, one after the other.
+struct Windows {
+  double start_s = 0.0;
+  double half_s = 0.0;
+  std::size_t count = 0;
+
+  double time_s(std::size_t half) const { return start_s + half_s * static_cast<double>(half); }
 };
 
-/// Windows of the wheels alone; those for which the gyro runs at any offset of the search.
-Windows windows_of(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
-                   const TimeOffsetOptions& options) {
-  Windows windows{.time_s = {readings.start_s}, .used = {}, .by_wheels = {}, .duration_s = {}};
-  const Rows rows = rows_of(robot.chassis, false);
-  const double gyro_offset_s = robot.chassis.gyro->time_offset_s;
-  const double start_s = recording.gyro.time_s.front() + gyro_offset_s + options.largest_s;
-  const double end_s = recording.gyro.time_s.back() + gyro_offset_s - options.largest_s;
-  std::vector<double> turns, durations;
-  double turn = 0.0, duration_s = 0.0;
-  bool whole = true;
-  const auto& increments = readings.increments;
-  for (std::size_t i = 0; i < increments.size(); ++i) {
-    const Increment increment = increments[i];
-    turn += twist_of(robot.chassis, rows, increment).dtheta;
-    duration_s += increment.duration_s;
-    whole = whole && !readings.bridged[i];
-    if (duration_s < options.window_s - 1e-9) continue;
-    const double end = increment.time_s;
-    windows.time_s.push_back(end);
-    windows.used.push_back(whole && end - duration_s >= start_s && end <= end_s);
-    turns.push_back(turn);
-    durations.push_back(duration_s);
-    turn = duration_s = 0.0;
-    whole = true;
-  }
-  windows.by_wheels = Eigen::Map<const Vector>(turns.data(), static_cast<Eigen::Index>(turns.size()));
-  windows.duration_s =
-      Eigen::Map<const Vector>(durations.data(), static_cast<Eigen::Index>(durations.size()));
-  return windows;
+Windows windows_of(const TurnIntegral& sensor, double half_s) {
+  const double halves = std::floor((sensor.last_s() - sensor.first_s()) / half_s);
+  return {sensor.first_s(), half_s, static_cast<std::size_t>(std::max(halves - 1.0, 0.0))};
 }
 
-/// What the gyro turned in each window with its stamps moved by `offset_s`. Windows that it misses are not
+/// What a sensor turned in each window, its stamps moved by `offset_s`, each instant weighed by a triangle: a
+/// window with sharp ends would be as noisy as the samples that lie there. Windows that it misses are not
 /// used any more.
-Vector turns_by_gyro(const GyroAngles& gyro, double offset_s, const Windows& windows,
-                     std::vector<bool>& used) {
-  Vector turns = Vector::Zero(static_cast<Eigen::Index>(windows.count()));
-  std::size_t near = 0, step = 0;  // in samples; a window mostly has as many as the one before
-  GyroIntegral::Reading start = gyro.at(windows.time_s.front() - offset_s, near);
-  for (std::size_t w = 0; w < windows.count(); ++w) {
-    const std::size_t before = near;
-    near = std::min(near + step, gyro.size());
-    const GyroIntegral::Reading end = gyro.at(windows.time_s[w + 1] - offset_s, near);
-    step = near - before;
-    const std::optional<double> turn = GyroIntegral::turn(start, end);
-    if (!turn) used[w] = false;
-    turns[static_cast<Eigen::Index>(w)] = turn.value_or(0.0);
-    start = end;
+Vector turns_in(const Windows& windows, const TurnIntegral& sensor, double offset_s,
+                std::vector<bool>& used) {
+  Vector turns = Vector::Zero(static_cast<Eigen::Index>(windows.count));
+  std::size_t near = 0;
+  TurnIntegral::Reading start = sensor.at(windows.time_s(0) - offset_s, near);
+  TurnIntegral::Reading middle = sensor.at(windows.time_s(1) - offset_s, near);
+  for (std::size_t w = 0; w < windows.count; ++w) {
+    const TurnIntegral::Reading end = sensor.at(windows.time_s(w + 2) - offset_s, near);
+    if (start.known && middle.known && end.known && start.lost_before == end.lost_after)
+      turns[static_cast<Eigen::Index>(w)] = (end.area - 2.0 * middle.area + start.area) / windows.half_s;
+    else
+      used[w] = false;
+    start = middle;
+    middle = end;
   }
   return turns;
+}
+
+/// What a sensor turned in windows of its own.
+struct OwnTurns {
+  Windows windows;
+  std::vector<bool> known;
+  Vector turns;
+};
+
+OwnTurns own_turns(const TurnIntegral& sensor, double half_s) {
+  OwnTurns own{windows_of(sensor, half_s), {}, {}};
+  own.known.assign(own.windows.count, true);
+  own.turns = turns_in(own.windows, sensor, 0.0, own.known);
+  return own;
+}
+
+/// How noisy a sensor is: how much its turns jump to and fro, of how much they change. 3 of nothing but
+/// noise.
+double roughness(const OwnTurns& own) {
+  double jumps = 0.0, changes = 0.0;
+  for (Eigen::Index w = 1; w + 1 < own.turns.size(); ++w) {
+    const auto i = static_cast<std::size_t>(w);
+    if (!own.known[i - 1] || !own.known[i] || !own.known[i + 1]) continue;
+    jumps += std::pow(own.turns[w + 1] - 2.0 * own.turns[w] + own.turns[w - 1], 2);
+    changes += std::pow(own.turns[w + 1] - own.turns[w], 2);
+  }
+  return changes > 0.0 ? jumps / changes : 0.0;
+}
+
+double usual_interval_s(const Increments& increments) {
+  std::vector<double> intervals_s;
+  intervals_s.reserve(increments.size());
+  for (const Increment& increment : increments) intervals_s.push_back(increment.duration_s);
+  return median(std::move(intervals_s));
+}
+
+TurnIntegral turns_of_wheels(const AlignedReadings& readings, const Chassis& chassis) {
+  TurnIntegral integral(readings.increments);
+  const Rows rows = rows_of(chassis, false);
+  for (std::size_t i = 0; i < readings.increments.size(); ++i)
+    integral.add(twist_of(chassis, rows, readings.increments[i]).dtheta, readings.bridged[i]);
+  return integral;
+}
+
+TurnIntegral turns_of_gyro(const GyroStream& gyro, const Gyro& sensor) {
+  const GyroSamples samples(gyro, sensor);
+  TurnIntegral integral(gyro.time_s);
+  for (std::size_t i = 0; i < gyro.time_s.size(); ++i)
+    integral.add(i == 0 ? 0.0 : gyro.yaw_rate_rad_s[i] * (gyro.time_s[i] - gyro.time_s[i - 1]),
+                 samples.is_lost[i]);
+  return integral;
 }
 
 }  // namespace
@@ -91,20 +123,34 @@ std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Ali
                                            const Robot& robot, const TimeOffsetOptions& options) {
   if (!robot.chassis.gyro || recording.gyro.time_s.size() < 2) return std::nullopt;
   if (observability(rows_of(robot.chassis, false)).rank < 3) return std::nullopt;
-  const double gyro_step_s = median_step(recording.gyro.time_s);
-  const Windows windows = windows_of(recording, readings, robot, options);
-  const GyroAngles angles(GyroSamples(recording.gyro, *robot.chassis.gyro));
-  TwoClocks clocks{.fixed = {windows.by_wheels},
-                   .duration_s = windows.duration_s,
-                   .used = windows.used,
-                   .moved = [&](double offset_s, std::vector<bool>& used) {
-                     return std::vector{turns_by_gyro(angles, offset_s, windows, used)};
+  if (readings.increments.size() < 2) return std::nullopt;
+  const double slower_s = std::max(usual_interval_s(readings.increments), median_step(recording.gyro.time_s));
+  const double half_s = std::max(options.window_s, kStepsOfHalfAWindow * slower_s);
+  const auto by_wheels = [&] { return turns_of_wheels(readings, robot.chassis); };
+  const auto by_gyro = [&] { return turns_of_gyro(recording.gyro, *robot.chassis.gyro); };
+  OwnTurns of_wheels = own_turns(by_wheels(), half_s), of_gyro = own_turns(by_gyro(), half_s);
+  // The noisier one stays where it is: its noise would change with the offset.
+  const bool gyro_stays = roughness(of_gyro) > roughness(of_wheels);
+  OwnTurns& fixed = gyro_stays ? of_gyro : of_wheels;
+  const TurnIntegral moved = gyro_stays ? by_wheels() : by_gyro();
+  const double sense = gyro_stays ? -1.0 : 1.0;  // the gyro is late where the wheels are early
+  const double given_s = robot.chassis.gyro->time_offset_s;
+
+  const Windows& windows = fixed.windows;
+  for (std::size_t w = 0; w < windows.count; ++w)  // those that the other one reaches at any offset
+    fixed.known[w] = fixed.known[w] &&
+                     windows.time_s(w) >= moved.first_s() + sense * given_s + options.largest_s &&
+                     windows.time_s(w + 2) <= moved.last_s() + sense * given_s - options.largest_s;
+  TwoClocks clocks{.fixed = {std::move(fixed.turns)},
+                   .duration_s = Vector::Constant(static_cast<Eigen::Index>(windows.count), half_s),
+                   .used = std::move(fixed.known),
+                   .moved = [&](double offset_s, std::vector<bool>& seen) {
+                     return std::vector{turns_in(windows, moved, sense * offset_s, seen)};
                    }};
-  return find_offset(std::move(clocks), {.given_s = robot.chassis.gyro->time_offset_s,
+  return find_offset(std::move(clocks), {.given_s = given_s,
                                          .largest_s = options.largest_s,
-                                         .step_s = std::max(0.25 * options.window_s, 0.5 * gyro_step_s),
-                                         .sample_s = gyro_step_s,
-                                         .least_sigma_s = gyro_step_s / 50.0,
+                                         .step_s = 0.25 * half_s,
+                                         .change_s = 0.25 * half_s,
                                          .largest_sigma_s = options.largest_sigma_s,
                                          .least_correlation = options.least_correlation});
 }

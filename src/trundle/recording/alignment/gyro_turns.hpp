@@ -21,26 +21,6 @@ struct GyroSamples {
   double beyond_s = 0.0;      ///< and beyond its last
 };
 
-/// The angle that a gyro has turned by each of its samples, lost steps as none: what it turned between two
-/// times is read off at these, for any offset of its clock.
-class GyroAngles {
- public:
-  explicit GyroAngles(const GyroSamples& samples);
-
-  [[nodiscard]] std::size_t size() const { return angle_.size(); }
-
-  /// By the sensor's clock; unknown beyond its samples. `near`: where the sample is looked for, and then the
-  /// first that is not before the time.
-  [[nodiscard]] GyroIntegral::Reading at(double sensor_time_s, std::size_t& near) const;
-
- private:
-  std::size_t lost_until(std::size_t sample) const;
-
-  const std::vector<double>& time_s_;
-  std::vector<double> angle_;
-  std::vector<std::size_t> lost_;  ///< samples that end lost steps
-};
-
 /// What a gyro turned from time to time: a GyroIntegral of which all samples are there, so that each is
 /// passed once and nothing is kept.
 class GyroTurns {

@@ -27,7 +27,7 @@ struct OffsetSearch {
   double given_s = 0.0;        ///< where it starts
   double largest_s = 0.0;      ///< searched on both sides of it
   double step_s = 0.0;         ///< fine enough to see the minimum
-  double sample_s = 0.0;       ///< usual step of the one that is interpolated
+  double change_s = 0.0;       ///< by which the offset is moved to see what changes: a step of either sensor
   double least_sigma_s = 0.0;  ///< between samples rates are taken as constant: a change is known that well
   double largest_sigma_s = 0.0;
   double least_correlation = 0.0;  ///< in the channel in which the sensors agree best
