@@ -49,32 +49,26 @@ class GaussNewton {
         here_(objective_at(robot, moved_)) {}
 
   std::optional<NewtonStep> solve() {
-    Eigen::MatrixXd N = congruent(here_.information.matrix, columns_);
-    N.diagonal().array() += prior_weight_;
-    step_ = solve_ldlt(
-        N, columns_.transpose() * here_.information.gradient - prior_weight_ * (basis_.transpose() * moved_));
+    N_ = congruent(here_.information.matrix, columns_);
+    N_.diagonal().array() += prior_weight_;
+    step_ = solve_ldlt(N_, gradient_of(here_, moved_));
     if (const double size = step_.cwiseAbs().maxCoeff(); size > 1.0) step_ /= size;
-    NewtonStep step{.sigmas = std::sqrt(step_.dot(N * step_))};
+    NewtonStep step{.sigmas = std::sqrt(step_.dot(N_ * step_))};
     (basis_ * step_).cwiseAbs().maxCoeff(&step.parameter);
-    near_ = step.sigmas < kNear;
+    sigmas_ = step.sigmas;
     return step;
   }
 
+  /// Where the weights' change makes χ² rise along the step, the next step is asked instead: it must be
+  /// shorter, by the matrix of this one [Deuflhard 2011, ch. 3.3].
   bool advance() {
-    for (int halving = 0; halving < kMostHalvings; ++halving, step_ *= 0.5) {
-      Robot candidate = robot_;
-      move(likelihood_.problem.parameters, columns_ * step_, candidate);
-      if (!has_all(likelihood_.problem.parameters, candidate)) continue;
-      const Eigen::VectorXd moved = moved_ + basis_ * step_;
-      Objective there = objective_at(candidate, moved);
-      const bool good = near_ || there.value <= here_.value * (1.0 + kRounding);
-      if (!std::isfinite(there.value) || !good) continue;
-      robot_ = std::move(candidate);
-      moved_ = moved;
-      here_ = std::move(there);
-      return true;
-    }
-    return false;
+    return advance_if([&](const Objective& there, const Eigen::VectorXd&) {
+             return sigmas_ < kNear || there.value <= here_.value * (1.0 + kRounding);
+           }) ||
+           advance_if([&](const Objective& there, const Eigen::VectorXd& moved) {
+             const Eigen::VectorXd gradient = gradient_of(there, moved);
+             return gradient.dot(solve_ldlt(N_, gradient)) < sigmas_ * sigmas_;
+           });
   }
 
   bool damp() const { return false; }  // advance() has tried shorter steps
@@ -85,6 +79,30 @@ class GaussNewton {
     Information information;
     double value = 0.0;
   };
+
+  /// Takes the longest of the step, its half, its quarter ... that is good.
+  template <class IsGood>
+  bool advance_if(const IsGood& is_good) {
+    Eigen::VectorXd step = step_;
+    for (int halving = 0; halving < kMostHalvings; ++halving, step *= 0.5) {
+      Robot candidate = robot_;
+      move(likelihood_.problem.parameters, columns_ * step, candidate);
+      if (!has_all(likelihood_.problem.parameters, candidate)) continue;
+      const Eigen::VectorXd moved = moved_ + basis_ * step;
+      Objective there = objective_at(candidate, moved);
+      if (!std::isfinite(there.value) || !is_good(there, moved)) continue;
+      robot_ = std::move(candidate);
+      moved_ = moved;
+      here_ = std::move(there);
+      return true;
+    }
+    return false;
+  }
+
+  Eigen::VectorXd gradient_of(const Objective& objective, const Eigen::VectorXd& moved) const {
+    return columns_.transpose() * objective.information.gradient -
+           prior_weight_ * (basis_.transpose() * moved);
+  }
 
   Objective objective_at(const Robot& robot, const Eigen::VectorXd& moved) const {
     Objective objective{total_information(likelihood_, robot), 0.0};
@@ -99,8 +117,9 @@ class GaussNewton {
   Robot& robot_;
   Eigen::VectorXd moved_;  ///< from where it began, in prior sigmas
   Objective here_;
+  Eigen::MatrixXd N_;  ///< information of the step, prior included
   Eigen::VectorXd step_;
-  bool near_ = false;
+  double sigmas_ = 0.0;  ///< its length
 };
 
 }  // namespace
