@@ -1,9 +1,11 @@
 // `trundle run` is the single commands in turn: the same bytes, and a word on every stage.
 #include <algorithm>
+#include <cctype>
 #include <fstream>
 #include <map>
 #include <sstream>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -127,6 +129,33 @@ columns = { time_s = "time_s", x_m = "x_m", y_m = "y_m", heading_rad = "heading_
   EXPECT_THAT(overview, HasSubstr("2 recordings (all of each: --verbose)"));
   EXPECT_LT(std::ranges::count(overview, '\n'), 5);
   EXPECT_THAT(run({"info", "pair", "--verbose"}).out, HasSubstr("wheels "));
+}
+
+/// The rows of a table with stamps, these moved.
+std::string with_stamps_moved(const std::string& csv, double by_s) {
+  std::istringstream lines(csv);
+  std::string moved, line;
+  while (std::getline(lines, line)) {
+    const bool is_row = !line.empty() && std::isdigit(static_cast<unsigned char>(line.front())) != 0;
+    const std::size_t end = line.find(',');
+    moved += is_row ? fmt::format("{:.6f}{}\n", std::stod(line) + by_s, line.substr(end)) : line + "\n";
+  }
+  return moved;
+}
+
+TEST_F(RunCommand, TheReferenceOfATourWithSightingsIsMovedWhereItsClockIsItsOwn) {
+  std::filesystem::copy(kDemo / "session_01/tour", sample_.folder() / "late",
+                        std::filesystem::copy_options::recursive);
+  keep("late/reference.csv", with_stamps_moved(read("late/reference.csv"), 0.6));
+  const Outcome outcome = run(
+      {"run", "late", "--robot", kDemoRobot, "--calibrate-on", (kDemo / "session_02").string(), "-o", "d"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(stage("d", "evaluation").at("remarks").dump(),
+              HasSubstr("corrected: reference.time_offset_s -0.6"));
+  for (const Json& trajectory : json("d/evaluation.json").at("trajectories"))
+    if (trajectory.at("name") == "odometry") {
+      EXPECT_LT(trajectory.at("evaluations").at("start").at("position_m").at("rms").get<double>(), 0.05);
+    }
 }
 
 TEST_F(RunCommand, StagesThatCannotRunSayWhyAndTheRestGoesOn) {

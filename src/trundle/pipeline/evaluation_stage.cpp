@@ -56,18 +56,6 @@ Json json_of(const Evaluated& evaluated) {
           {"evaluations", std::move(evaluations)}};
 }
 
-std::string_view words_of(Alignment alignment) {
-  switch (alignment) {
-    case Alignment::start:
-      return "start-aligned";
-    case Alignment::se2:
-      return "best fit (SE2)";
-    case Alignment::none:
-      return "in the map's frame";
-  }
-  return {};
-}
-
 /// "position error, rms, start-aligned: nominal 0.0960 m, odometry 0.0138 m; in the map's frame: localization
 /// 0.0412 m": as the page has them.
 std::string errors_in_words(const std::vector<Evaluated>& all, Alignment common) {
@@ -93,6 +81,19 @@ bool is_on_clock_of_sightings(const WrittenTrajectory& trajectory) {
          trajectory.role == localized;
 }
 
+/// By which the reference's stamps were moved; nothing: they were not. Trajectories that sightings fix keep
+/// the stamps where the landmark sensor may have the reference's clock rather than that of the wheels.
+std::optional<TimeOffset> set_clock(const Recording& recording,
+                                    std::span<const WrittenTrajectory> trajectories, const Robot& robot,
+                                    ReferenceStream& reference) {
+  const AlignedReadings readings = align(recording, robot);
+  if (std::ranges::any_of(trajectories, is_on_clock_of_sightings)) {
+    const auto own = sighting_time_offset(recording.sightings, readings, robot);
+    if (!own || is_off(*own, robot.landmark_sensor->time_offset_s)) return std::nullopt;
+  }
+  return set_reference_clock(readings, robot, reference);
+}
+
 /// In which the trajectories are compared with each other: se2 where the reference has no heading.
 Alignment common_alignment(const std::vector<Evaluated>& all) {
   for (const Alignment alignment : {Alignment::start, Alignment::se2})
@@ -103,6 +104,18 @@ Alignment common_alignment(const std::vector<Evaluated>& all) {
 
 }  // namespace
 
+std::string_view words_of(Alignment alignment) {
+  switch (alignment) {
+    case Alignment::start:
+      return "start-aligned";
+    case Alignment::se2:
+      return "best fit (SE2)";
+    case Alignment::none:
+      return "in the map's frame";
+  }
+  return {};
+}
+
 Found<EvaluationStage> evaluate_trajectories(const RunInputs& inputs, const RobotFile& robot,
                                              std::span<const WrittenTrajectory> trajectories) {
   if (positions_of(inputs.recording().reference).poses.empty())
@@ -112,18 +125,16 @@ Found<EvaluationStage> evaluate_trajectories(const RunInputs& inputs, const Robo
   recording.name = inputs.recording().name;
   recording.inputs = inputs.recording().inputs;
   recording.reference = inputs.recording().reference;
-  const auto clock =
-      std::ranges::none_of(trajectories, is_on_clock_of_sightings)
-          ? set_reference_clock(align(inputs.recording(), robot.robot), robot.robot, recording.reference)
-          : std::nullopt;
+  const auto clock = set_clock(inputs.recording(), trajectories, robot.robot, recording.reference);
   const TrajectoryFile reference = reference_of(recording, inputs.question.recording);
   std::vector<Evaluated> all;
   for (const WrittenTrajectory& trajectory : trajectories)
     all.push_back(evaluated(trajectory, reference, robot));
   std::vector<PositionError> errors;
   for (const Evaluated& one : all)
-    if (const EvaluationAnswer* const answer = one.by(Alignment::start))
-      errors.push_back({one.trajectory->name, answer->evaluation.position_m.rms});
+    for (const Alignment alignment : {Alignment::start, Alignment::se2})
+      if (const EvaluationAnswer* const answer = one.by(alignment))
+        errors.push_back({one.trajectory->name, alignment, answer->evaluation.position_m.rms});
   const EvaluationSummary summary{.alignment = common_alignment(all), .noise = reference.noise};
   Json document = to_json(inputs.provenance);
   document.update(to_json(summary));

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <span>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -67,17 +69,23 @@ struct PooledError {
   int runs = 0;
 };
 
-void add(const PositionError& error, std::vector<PooledError>& pooled) {
-  auto same = std::ranges::find(pooled, error.trajectory, &PooledError::name);
-  if (same == pooled.end()) same = pooled.insert(pooled.end(), {.name = error.trajectory});
-  same->squares += error.rms_m * error.rms_m;
-  ++same->runs;
+/// The errors of one kind.
+std::vector<PooledError> pooled(std::span<const PositionError> errors, Alignment alignment) {
+  std::vector<PooledError> all;
+  for (const PositionError& error : errors) {
+    if (error.alignment != alignment) continue;
+    auto same = std::ranges::find(all, error.trajectory, &PooledError::name);
+    if (same == all.end()) same = all.insert(all.end(), {.name = error.trajectory});
+    same->squares += error.rms_m * error.rms_m;
+    ++same->runs;
+  }
+  return all;
 }
 
 /// What became of a session's recordings.
 struct SessionRuns {
   std::optional<Failure> failure = {};  ///< the first, where all fail
-  std::vector<PooledError> errors = {};
+  std::vector<PositionError> errors = {};
 };
 
 /// One by one.
@@ -97,7 +105,7 @@ SessionRuns run_each(const RunInputs& inputs, const CalibratedRobot* calibrated,
       stage.message = message_of(one.record);
       any = true;
     }
-    for (const PositionError& error : one.errors) add(error, runs.errors);
+    std::ranges::copy(one.errors, std::back_inserter(runs.errors));
     record.recordings.push_back(name);
     record.stages.push_back(std::move(stage));
   }
@@ -114,12 +122,15 @@ void write_record(const RunInputs& inputs, const ResultFolder& results, const Ru
   results.write(inputs.in_folder("run.json"), printed(to_json(record)));
 }
 
-/// The errors of all runs together.
-Found<bool> evaluate_session(const std::vector<PooledError>& pooled) {
-  if (pooled.empty()) throw NotApplicable{"no recording has a reference with x, y and heading"};
-  std::string message = "position error, rms of the runs' rms, start-aligned:";
-  for (const PooledError& one : pooled)
-    message += fmt::format("{} {} {:.4f} m ({})", &one == pooled.data() ? "" : ",", one.name,
+/// The errors of all runs together; by their best fit where no reference has headings.
+Found<bool> evaluate_session(std::span<const PositionError> errors) {
+  if (errors.empty()) throw NotApplicable{"no recording has a reference with x and y"};
+  const bool by_start = std::ranges::count(errors, Alignment::start, &PositionError::alignment) > 0;
+  const Alignment alignment = by_start ? Alignment::start : Alignment::se2;
+  const std::vector<PooledError> all = pooled(errors, alignment);
+  std::string message = fmt::format("position error, rms of the runs' rms, {}:", words_of(alignment));
+  for (const PooledError& one : all)
+    message += fmt::format("{} {} {:.4f} m ({})", &one == all.data() ? "" : ",", one.name,
                            std::sqrt(one.squares / one.runs), counted(one.runs, "run"));
   return {.value = true, .message = std::move(message)};
 }

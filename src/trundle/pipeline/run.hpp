@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "trundle/calibration/calibrate.hpp"
+#include "trundle/evaluation/evaluate.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/pipeline/slam_answer.hpp"
 #include "trundle/report/run_record.hpp"
@@ -47,16 +48,18 @@ struct Failure {
   std::string message;
 };
 
-/// Of a trajectory, aligned with the reference at the start.
+/// Of a trajectory, against the reference.
 struct PositionError {
   std::string trajectory;
+  Alignment alignment = Alignment::start;
   double rms_m = 0.0;
 };
 
 struct RunAnswer {
   RunRecord record;
   std::optional<Failure> no_odometry;  ///< of a session: of none of its recordings, and why not of the first
-  std::vector<PositionError> errors = {};  ///< of one recording; its reference has x, y and heading
+  /// Of one recording: aligned at the start, and by the best fit, which needs no headings in its reference.
+  std::vector<PositionError> errors = {};
 };
 
 /// Health check, calibration, gyro and slip, corrected odometry, localization and mapping, evaluation,

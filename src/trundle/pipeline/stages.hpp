@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "trundle/pipeline/evaluation_answer.hpp"
@@ -73,6 +74,8 @@ Found<SlamStage> map_landmarks(const RunInputs& inputs, const RobotFile& robot, 
                                const OnSteps& on_steps);
 Found<EvaluationStage> evaluate_trajectories(const RunInputs& inputs, const RobotFile& robot,
                                              std::span<const WrittenTrajectory> trajectories);
+/// As it is printed beside an error.
+[[nodiscard]] std::string_view words_of(Alignment alignment);
 /// The value is the page's path.
 Found<std::filesystem::path> draw_page(const RunInputs& inputs, Results results);
 
