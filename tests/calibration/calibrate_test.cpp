@@ -164,6 +164,36 @@ TEST(Calibrate, AJumpOfTheReferenceIsNamedAndDoesNoHarm) {
     EXPECT_NEAR(e.value, value_of(e.parameter, true_differential()), 0.004 * std::abs(e.value)) << e.name;
 }
 
+TEST(Calibrate, AFirstRowThatIsGarbageDoesNoHarm) {
+  for (const Robot& robot : {nominal_differential(), test::nominal_omni3()}) {
+    const bool rolls = robot.chassis.wheel_count == 2;
+    auto runs = rolls ? recorded(robot, true_differential(), test::differential_paths(), 1)
+                      : recorded(robot, test::true_omni3(), test::omni_paths(), 1);
+    const CalibrationResult clean = calibrate(runs, {}, robot);
+    for (Recording& run : runs)
+      run.reference.x_m.front() = run.reference.y_m.front() = run.reference.heading_rad.front() = 100.0;
+    for (const ParameterEstimate& e : calibrate(runs, {}, robot).parameters)
+      EXPECT_NEAR(e.value, parameter(clean, e.name).value, 2.0 * e.sigma_within) << e.name;
+  }
+}
+
+TEST(Calibrate, AReferenceOnceASecondIsEnough) {
+  std::vector<Recording> runs;
+  for (const Path& path : test::differential_paths()) {
+    Scenario scenario = scenario_of(nominal_differential(), true_differential(), path, 40 + runs.size());
+    scenario.encoders.rate_hz = 20.0;
+    scenario.reference.rate_hz = 1.0;
+    runs.push_back(simulate(scenario).recording);
+    runs.back().name = "run " + std::to_string(runs.size());
+  }
+  const CalibrationResult result = calibrate(runs, {}, nominal_differential());
+  EXPECT_EQ(result.status, CalibrationStatus::all_estimated);
+  for (const ParameterEstimate& e : result.parameters) {
+    EXPECT_NEAR(e.value, value_of(e.parameter, true_differential()), 4.0 * e.sigma_within) << e.name;
+    EXPECT_LT(e.sigma_within, 0.01 * std::abs(e.value)) << e.name;
+  }
+}
+
 TEST(Calibrate, FindsWhereTheReferenceSensorSits) {
   Robot truth = true_differential();
   truth.body_from_reference = {0.12, -0.05, 0.3};
@@ -273,6 +303,30 @@ TEST(Calibrate, FindsTheScaleOfAGyroWhicheverWayItIsMounted) {
     EXPECT_NEAR(scale.value, 1.03 * sign, 4.0 * scale.sigma_within);
     EXPECT_LT(scale.sigma_within, 0.005);
   }
+}
+
+TEST(Calibrate, PositionsAloneTellThatAGyroIsUpsideDown) {
+  Robot nominal = nominal_differential();
+  nominal.chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = 1e-3};
+  Robot truth = true_differential();
+  truth.chassis.gyro = Gyro{.scale = -1.01, .noise_rad_s_sqrt_hz = 1e-3};
+  std::vector<Recording> runs;
+  for (std::uint64_t seed = 70; seed < 74; ++seed) {
+    Random random(seed, 5);
+    Scenario scenario = scenario_of(nominal, truth, random_tour({.length_m = 15.0}, {}, random), seed);
+    runs.push_back(simulate(scenario).recording);
+    runs.back().name = "run " + std::to_string(seed);
+    for (double& heading : runs.back().reference.heading_rad) heading = kNotMeasured;
+  }
+  const CalibrationResult result = calibrate(runs, {}, nominal);
+  EXPECT_THAT(result.warnings, Contains(HasSubstr("the gyro is mounted upside down")));
+  EXPECT_NEAR(parameter(result, "gyro.scale").value, -1.01,
+              4.0 * parameter(result, "gyro.scale").sigma_within);
+  // Wheels that are swapped turn it the other way as well, and that no gyro is to be turned for.
+  for (Recording& run : runs) std::swap(run.wheels.series[0].value, run.wheels.series[1].value);
+  for (Recording& run : runs)
+    for (double& rate : run.gyro.yaw_rate_rad_s) rate = -rate;
+  EXPECT_THROW((void)calibrate(runs, {}, nominal), CannotAnswer);
 }
 
 TEST(Calibrate, SkidSteerFindsItsEffectiveTrackFromTheGyroAlone) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,6 +13,7 @@
 #include "trundle/geometry/decompositions.hpp"
 
 #include "calibration/simulated_runs.hpp"
+#include "recording/cut.hpp"
 #include "scale.hpp"
 
 namespace trundle::calibration {
@@ -124,6 +126,40 @@ TEST(RunClock, WhereTheMotionDoesNotTellItStaysAsGiven) {
   ASSERT_EQ(result.runs.front().name, still.name);
   EXPECT_FALSE(result.runs.front().reference_clock);
   EXPECT_TRUE(result.runs.back().reference_clock);
+}
+
+TEST(RunClock, RunsTooShortForOneOfTheirOwnShareIt) {
+  std::vector<Recording> pieces;
+  for (const Recording& whole : recorded_with_clocks({0.2, 0.2}, 21))
+    for (double start_s = 0.0; start_s < 30.0; start_s += 3.0) {
+      pieces.push_back(test::cut(whole, start_s, start_s + 2.5));
+      pieces.back().name += fmt::format(" from {} s", start_s);
+    }
+  const CalibrationResult result = calibrate(pieces, {}, nominal_differential(), {});
+  ASSERT_TRUE(result.reference_clocks);
+  EXPECT_THAT(*result.reference_clocks, testing::HasSubstr("together"));
+  EXPECT_NEAR(result.calibrated.reference_time_offset_s, 0.2, 0.05);
+}
+
+TEST(RunClock, WhatIsLessThanAStampSaysIsSharedByAllRuns) {
+  // Rows of 0.05 s: 0.1 s would be needed for one run alone.
+  const CalibrationResult late =
+      calibrate(recorded_with_clocks({0.05, 0.05, 0.05}, 31), {}, nominal_differential(), {});
+  EXPECT_NEAR(late.calibrated.reference_time_offset_s, 0.05, 0.01);
+  EXPECT_THAT(late.reference_clocks.value_or(""), testing::HasSubstr("in 3 runs together"));
+  for (const ParameterEstimate& e : late.parameters)
+    EXPECT_NEAR(e.value, value_of(e.parameter, true_differential()), 4.0 * e.sigma_within) << e.name;
+  const CalibrationResult right =
+      calibrate(recorded_with_clocks({0.0, 0.0, 0.0}, 31), {}, nominal_differential(), {});
+  EXPECT_EQ(right.calibrated.reference_time_offset_s, 0.0);
+}
+
+TEST(RunClock, OffsetsThatContradictOneAnotherAreNotShared) {
+  // As if each run's stamps had been laid on those of its reference by hand. Their mean alone is off.
+  const CalibrationResult result =
+      calibrate(recorded_with_clocks({0.0, 0.08, 0.03, 0.06}, 41), {}, nominal_differential(), {});
+  EXPECT_EQ(result.calibrated.reference_time_offset_s, 0.0);
+  EXPECT_FALSE(result.reference_clocks);
 }
 
 TEST(RunClock, OneOffsetForAllIsNotSoughtTwice) {

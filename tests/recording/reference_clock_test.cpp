@@ -1,10 +1,12 @@
 #include <cmath>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "trundle/recording/time_offset.hpp"
 #include "trundle/simulation/scenario.hpp"
 
+#include "recording/cut.hpp"
 #include "recording/robots.hpp"
 #include "scale.hpp"
 
@@ -124,6 +126,25 @@ TEST(ReferenceClock, IsSetOnlyWhereItIsOff) {
       EXPECT_EQ(recording.reference.time_s, before.time_s);
     }
   }
+}
+
+TEST(ReferenceClock, PiecesThatAreTooShortTellItTogether) {
+  const Robot robot = robot_on_clocks(0.0, 0.0);
+  const Recording whole = simulate(scenario_along(tour(30.0, 5), 0.1, {20.0, 20.0}, 5)).recording;
+  std::vector<Recording> pieces;
+  for (double start_s = 1.0; start_s < 60.0; start_s += 3.0)
+    pieces.push_back(test::cut(whole, start_s, start_s + 2.5));
+  std::vector<AlignedReadings> readings;
+  for (const Recording& piece : pieces) readings.push_back(align(piece, robot));
+  std::vector<ReferenceLog> logs;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    EXPECT_FALSE(reference_time_offset(pieces[i].reference, readings[i], robot)) << i;
+    logs.push_back({pieces[i].reference, readings[i]});
+  }
+  const auto found = reference_time_offset(logs, robot);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->offset_s, 0.1, 4.0 * found->sigma_s);
+  EXPECT_LT(found->sigma_s, 0.02);
 }
 
 TEST(SightingClock, IsFoundWithinItsSigma) {

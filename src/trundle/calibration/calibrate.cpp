@@ -139,7 +139,7 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   for (Run& run : ready.runs) set_gyro_clock(ready.start, run);
   if (options.learn_noise) add_learned_noise(ready.runs, result);
   result.gyro_clock = ready.gyro_clock;
-  result.reference_clocks = words_of_clocks(ready.runs);
+  result.reference_clocks = words_of_clocks(ready.runs, ready.reference_clock);
   for (const auto& clock : {result.gyro_clock, result.reference_clocks})
     if (clock) note(*clock, result);
   conclude({ready.runs, prepare_runs(hold_out, ready.start)}, estimate, spread, result);

@@ -112,7 +112,7 @@ Vector2 end_of(const Recording& recording, const Run& run, const Robot& robot) {
   if (!start.has_heading()) lacks("the reference has no heading at the start");
   if (!start.has_position() || !end.has_position())
     lacks("the reference has no position at the start or at the end");
-  const Pose2 world_from_start = body_at_start(run, robot);
+  const Pose2 world_from_start = body_at(run, 0, robot);
   const Vector2 sensor = world_from_start.inverse() * end.value.head<2>();
   return sensor - mount;
 }

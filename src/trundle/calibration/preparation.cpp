@@ -7,18 +7,22 @@
 #include <fmt/format.h>
 
 #include "trundle/calibration/initial_scale.hpp"
+#include "trundle/calibration/sense_of_turning.hpp"
 #include "trundle/calibration/sensor_heading.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/io/words.hpp"
 #include "trundle/recording/time_offset.hpp"
 #include "trundle/recording/turns.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 namespace trundle::calibration {
 namespace {
 
 // Farther than anybody mounts a sensor askew without knowing.
 constexpr double kElsewhere_rad = radians(20.0);
+// Of χ²: offsets of one clock scatter more in one case of a hundred.
+constexpr double kNotByChance = 0.01;
 
 /// The mean offset of a clock in several logs, each with its weight.
 struct MeanOffset {
@@ -62,6 +66,67 @@ void start_reference_clock(std::span<const Recording> recordings, Robot& robot) 
     if (const auto offset = reference_time_offset(recording.reference, align(recording, robot), robot))
       offsets.push_back(*offset);
   if (const auto mean = mean_of(offsets)) robot.reference_time_offset_s = mean->offset.offset_s;
+}
+
+/// Whether offsets that differ differ by chance.
+bool is_one_offset(const std::vector<TimeOffset>& offsets, double mean_s) {
+  double chi2 = 0.0;
+  for (const TimeOffset& offset : offsets) chi2 += std::pow((offset.offset_s - mean_s) / offset.sigma_s, 2);
+  return chi2 <= chi_squared_limit(kNotByChance, static_cast<double>(offsets.size()) - 1.0);
+}
+
+/// What runs that each tell the clock of their reference say of it together; nothing where they contradict
+/// one another, as where somebody laid each run's stamps on those of its reference, to a row. What blurs one
+/// of them may blur all alike: the sigma is that of the best.
+std::optional<TimeOffset> common_offset(const std::vector<TimeOffset>& offsets) {
+  if (offsets.size() < 2) return std::nullopt;
+  const double mean_s = mean_of(offsets)->offset.offset_s;
+  if (!is_one_offset(offsets, mean_s)) return std::nullopt;
+  return TimeOffset{.offset_s = mean_s,
+                    .sigma_s = std::ranges::min(offsets, {}, &TimeOffset::sigma_s).sigma_s};
+}
+
+/// Where references are late by one and the same: less than a stamp says of one run is told by all of them
+/// together, and so is what each is too short for. Set in both robots, for the clock is none of what a robot
+/// is judged by. Runs whose clock is clearly off have one of their own. Returns what was done, in words.
+std::optional<std::string> set_shared_reference_clock(std::span<const Run> runs, Robot& start,
+                                                      Robot& nominal) {
+  std::vector<ReferenceLog> logs;
+  std::vector<TimeOffset> seen;
+  for (const Run& run : runs) {
+    if (run.epochs.empty() || run.reference_clock) continue;
+    logs.push_back({run.reference, run.readings});
+    if (run.seen_reference_clock) seen.push_back(*run.seen_reference_clock);
+  }
+  if (logs.size() < 2) return std::nullopt;
+  const std::optional<TimeOffset> found =
+      seen.empty() ? reference_time_offset(logs, start) : common_offset(seen);
+  const double given_s = start.reference_time_offset_s;
+  if (!found || !is_off(*found, given_s)) return std::nullopt;
+  start.reference_time_offset_s = nominal.reference_time_offset_s = found->offset_s;
+  return fmt::format(
+      "reference.time_offset_s {} s (was {}), from the ways and turns that reference and robot show in {} "
+      "together",
+      with_sigma(found->offset_s, found->sigma_s), fixed(given_s, 4), counted(logs.size(), "run"));
+}
+
+/// Positions alone, as of GPS, show which way the path bends: a gyro that turns against it and the wheels is
+/// upside down.
+void turn_gyro_by_positions(std::span<const Recording> recordings, ChannelAssignment& channels) {
+  Robot& robot = channels.robot;
+  const auto has_heading = [](const Recording& r) {
+    return std::ranges::any_of(r.reference.heading_rad, [](double h) { return std::isfinite(h); });
+  };
+  const auto contradicts = [&](const Recording& r) {
+    return !r.reference.time_s.empty() && turns_contradict(r, robot, align(r, robot));
+  };
+  if (!robot.chassis.gyro || std::ranges::any_of(recordings, has_heading) ||
+      std::ranges::none_of(recordings, contradicts) ||
+      !positions_bend_as_wheels_turn(prepare_runs(recordings, robot), robot))
+    return;
+  robot.chassis.gyro->scale = -robot.chassis.gyro->scale;
+  channels.faults.push_back(
+      {.code = FindingCode::reversed_gyro, .payload = payload::Amount{robot.chassis.gyro->scale}});
 }
 
 /// A fit would take one of two explanations, and a robot mirrored in its own middle is one of them: what only
@@ -141,13 +206,18 @@ Preparation prepare(std::span<const Recording> recordings, const Robot& given, b
                     .start = {},
                     .runs = {},
                     .gyro_clock = {},
+                    .reference_clock = {},
                     .sensor_heading = {},
                     .scale = {},
                     .silent = {}};
+  turn_gyro_by_positions(recordings, ready.channels);
   ready.start = ready.channels.robot;
   ready.gyro_clock = set_gyro_clock(recordings, ready.start);
   if (frees_reference_clock) start_reference_clock(recordings, ready.start);
   ready.runs = prepare_runs(recordings, ready.start);
+  if (!frees_reference_clock)
+    ready.reference_clock = set_shared_reference_clock(ready.runs, ready.start, ready.channels.robot);
+  if (ready.reference_clock) ready.runs = prepare_runs(recordings, ready.start);
   require_one_sense_of_turning(recordings, ready.runs, ready.start);
   ready.silent = leave_out_silent(ready.start, ready.runs);
   ready.sensor_heading = set_sensor_heading(ready.runs, ready.start);

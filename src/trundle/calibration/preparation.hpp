@@ -17,9 +17,11 @@ struct Preparation {
   Robot start;                 ///< that robot, with the gyro's clock and the wheels' scale as the runs show
   std::vector<Run> runs;       ///< those that tell something
   std::optional<std::string> gyro_clock;  ///< how it was set, if it was
-  std::string sensor_heading;             ///< what is wrong with where the reference sensor looks
-  std::string scale;                      ///< what is wrong with the wheels' sizes
-  std::vector<std::string> silent;        ///< runs that were left out, and why
+  /// The same of the reference's clock, where runs share it.
+  std::optional<std::string> reference_clock;
+  std::string sensor_heading;       ///< what is wrong with where the reference sensor looks
+  std::string scale;                ///< what is wrong with the wheels' sizes
+  std::vector<std::string> silent;  ///< runs that were left out, and why
 };
 
 /// `frees_reference_clock`: one offset of the reference's clock is to be estimated for all runs, and starts

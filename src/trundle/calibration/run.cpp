@@ -15,6 +15,10 @@ constexpr double kShortestEpochSpacing_s = 1.0;
 constexpr std::size_t kMostEpochs = 400;
 // Over which the reference is interpolated: at 1 m/s² a line misses an arc by a²/8 = 3 cm.
 constexpr double kLongestGap_s = 0.5;
+// Over which it is where all its samples lie so far apart (GPS at 1 Hz): right beside one of them, which is
+// where epochs then are.
+constexpr double kLongestStep_s = 2.0;
+constexpr double kLikeItsNeighbours = 1.5;  // times the shorter of the steps beside it: no gap
 // Over which to both sides its rate is taken: between neighbouring samples noise would pass for motion.
 constexpr double kHalfRateWindow_s = 0.1;
 // A jump is so many times the usual disagreement of reference and nominal odometry from epoch to epoch, and
@@ -29,6 +33,16 @@ bool any_finite(const std::vector<double>& values) {
   return std::ranges::any_of(values, [](double v) { return std::isfinite(v); });
 }
 
+/// Whether nothing may be interpolated from the sample before to this one.
+bool is_gap(const std::vector<double>& t, std::size_t after) {
+  const double step_s = t[after] - t[after - 1];
+  if (step_s <= kLongestGap_s) return step_s <= 0.0;
+  double beside_s = kLongestStep_s;
+  if (after > 1) beside_s = std::min(beside_s, t[after - 1] - t[after - 2]);
+  if (after + 1 < t.size()) beside_s = std::min(beside_s, t[after + 1] - t[after]);
+  return step_s > kLongestStep_s || step_s > kLikeItsNeighbours * beside_s;
+}
+
 /// A value between two samples, by the cubic through them whose slopes are those of their neighbours
 /// (Catmull–Rom) where these are near: a chord cuts every bend short, always to the same side.
 double interpolated(const std::vector<double>& t, const std::vector<double>& values, std::size_t after,
@@ -38,8 +52,7 @@ double interpolated(const std::vector<double>& t, const std::vector<double>& val
     return is_angle ? wrap_angle(difference) : difference;
   };
   const auto slope = [&](std::size_t to) {  // of the interval that ends there; NaN across gaps
-    const double gap = t[to] - t[to - 1];
-    return gap > 0.0 && gap <= kLongestGap_s ? step(to) / gap : kNotMeasured;
+    return is_gap(t, to) ? kNotMeasured : step(to) / (t[to] - t[to - 1]);
   };
   const double gap = t[after] - t[after - 1];
   const double u = (time_s - t[after - 1]) / gap, v = 1.0 - u;
@@ -61,8 +74,7 @@ Vector3 value_at(const ReferenceStream& reference, double time_s) {
     if (t.size() < 2 || after != t.end() || time_s - t.back() > 1e-9) return value;
   }
   const auto j = std::clamp<std::size_t>(static_cast<std::size_t>(after - t.begin()), 1, t.size() - 1);
-  const double gap = t[j] - t[j - 1];
-  if (gap > kLongestGap_s || gap <= 0.0) return value;
+  if (is_gap(t, j)) return value;
   if (!reference.x_m.empty()) value.x() = interpolated(t, reference.x_m, j, time_s, false);
   if (!reference.y_m.empty()) value.y() = interpolated(t, reference.y_m, j, time_s, false);
   if (!reference.heading_rad.empty()) value.z() = interpolated(t, reference.heading_rad, j, time_s, true);
@@ -80,6 +92,7 @@ std::vector<std::size_t> choose_epochs(const Run& run, double time_offset_s) {
     const double time = n == 0 ? run.readings.start_s : increments[n - 1].time_s;
     const bool last = n == increments.size();
     if (!last && time < next - 1e-9) continue;
+    if (!is_seen(run.reference, time - time_offset_s, n == 0 ? 0.0 : increments[n - 1].duration_s)) continue;
     if (sample_reference(run.reference, time - time_offset_s).empty()) continue;
     epochs.push_back(n);
     next = time + spacing;
@@ -126,7 +139,28 @@ std::vector<std::size_t> find_jumps(const Run& run, const Robot& robot) {
   return jumps;
 }
 
+/// An epoch that both its neighbours contradict is no place where the robot was. Returns whether there was
+/// one, which is left out.
+bool leave_out_lone_epochs(Run& run) {
+  const auto starts_piece = [&](std::size_t epoch) {
+    return epoch == 0 || epoch == run.epochs.size() || std::ranges::binary_search(run.jumps, epoch);
+  };
+  std::vector<std::size_t> kept;
+  for (std::size_t epoch = 0; epoch < run.epochs.size(); ++epoch)
+    if (!starts_piece(epoch) || !starts_piece(epoch + 1)) kept.push_back(run.epochs[epoch]);
+  if (kept.size() == run.epochs.size() || kept.size() < 2) return false;
+  run.epochs = std::move(kept);
+  return true;
+}
+
 }  // namespace
+
+bool is_seen(const ReferenceStream& reference, double time_s, double row_s) {
+  const auto& t = reference.time_s;
+  const auto after = std::ranges::lower_bound(t, time_s);
+  if (after == t.end() || after == t.begin() || *after - *(after - 1) <= kLongestGap_s) return true;
+  return std::min(*after - time_s, time_s - *(after - 1)) <= 0.5 * row_s + 1e-9;
+}
 
 ReferenceSample sample_reference(const ReferenceStream& reference, double time_s) {
   ReferenceSample sample{.value = value_at(reference, time_s)};
@@ -177,15 +211,21 @@ Run prepare_run(const Recording& recording, const Robot& robot, AlignedReadings 
           .gyro = recording.gyro,
           .reference = recording.reference,
           .reference_clock = {},
+          .seen_reference_clock = {},
           .partial = recording.partial,
           .relative_motions = recording.relative_motions,
           .epochs = {},
           .jumps = {}};
   centre_gyro_changes(run.readings);
-  run.reference_clock = set_reference_clock(run.readings, robot, run.reference);
+  run.seen_reference_clock = reference_time_offset(run.reference, run.readings, robot);
+  if (const auto& seen = run.seen_reference_clock; seen && is_off(*seen, robot.reference_time_offset_s)) {
+    run.reference_clock = seen;
+    move_stamps(seen->offset_s - robot.reference_time_offset_s, run.reference);
+  }
   run.epochs = choose_epochs(run, robot.reference_time_offset_s);
   if (run.epochs.size() < 2) run.epochs.clear();
   run.jumps = find_jumps(run, robot);
+  if (leave_out_lone_epochs(run)) run.jumps = find_jumps(run, robot);
   return run;
 }
 

@@ -24,6 +24,11 @@ struct ReferenceSample {
 /// Interpolated between samples, each measured quantity; nothing across gaps over half a second.
 ReferenceSample sample_reference(const ReferenceStream& reference, double time_s);
 
+/// Whether the reference is known there: anywhere between samples that lie close, else beside one of them,
+/// where no other row of the wheels (`row_s` apart) is nearer: elsewhere a cubic would see motion before it
+/// begins.
+bool is_seen(const ReferenceStream& reference, double time_s, double row_s);
+
 /// A recording made ready for calibration: readings aligned, and the places ('epochs') where odometry is held
 /// against the reference. Epochs are so far apart that the reference's errors there are nearly independent.
 struct Run {
@@ -33,6 +38,8 @@ struct Run {
   GyroStream gyro;                            ///< for other time offsets than that of `readings`
   ReferenceStream reference;                  ///< on the clock of `readings`, as far as the motion tells
   std::optional<TimeOffset> reference_clock;  ///< by which it was off, as the motion as a whole shows
+  /// Where that motion shows it, off or not; nothing: it does not tell.
+  std::optional<TimeOffset> seen_reference_clock;
   /// By which the estimate moved the reference's stamps beyond that, and 1σ of where they belong [s].
   double clock_moved_s = 0.0;
   double clock_sigma_s = std::numeric_limits<double>::infinity();

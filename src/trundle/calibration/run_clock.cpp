@@ -91,14 +91,16 @@ std::optional<TimeOffset> clock_of(const Run& run) {
   return clock;
 }
 
-std::optional<std::string> words_of_clocks(std::span<const Run> runs) {
+std::optional<std::string> words_of_clocks(std::span<const Run> runs,
+                                           const std::optional<std::string>& shared) {
   std::vector<double> offsets_s;
   for (const Run& run : runs)
     if (const auto clock = clock_of(run)) offsets_s.push_back(clock->offset_s);
-  if (offsets_s.empty()) return std::nullopt;
+  if (offsets_s.empty()) return shared;
   const auto [least, most] = std::ranges::minmax(offsets_s);
   return fmt::format(
-      "reference.time_offset_s {} s, from the ways and turns that reference and robot show in {}{}",
+      "{}reference.time_offset_s {} s, from the ways and turns that reference and robot show in {}{}",
+      shared ? *shared + "; " : "",
       offsets_s.size() == 1 ? fixed(least, 3) : fmt::format("{} to {}", fixed(least, 3), fixed(most, 3)),
       counted(offsets_s.size(), "run"),
       runs.size() == offsets_s.size() ? "" : fmt::format(" of {}", runs.size()));

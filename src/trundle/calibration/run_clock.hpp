@@ -41,7 +41,9 @@ void move_clock(const ClockStep& step, const Robot& robot, Run& run);
 /// The time offset of the run's reference that its stamps were moved to; nothing: they were not.
 [[nodiscard]] std::optional<TimeOffset> clock_of(const Run& run);
 
-/// Which offsets were found other than they were given, in words; nothing: none.
-[[nodiscard]] std::optional<std::string> words_of_clocks(std::span<const Run> runs);
+/// Which offsets were found other than they were given, in words, behind those of the offset that runs share;
+/// nothing: none.
+[[nodiscard]] std::optional<std::string> words_of_clocks(std::span<const Run> runs,
+                                                         const std::optional<std::string>& shared = {});
 
 }  // namespace trundle::calibration

@@ -108,8 +108,8 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
   return result;
 }
 
-Pose2 body_at_start(const Run& run, const Robot& robot) {
-  return odometer_at_epoch(run, 0, robot, {}, {}).pose();
+Pose2 body_at(const Run& run, std::size_t epoch, const Robot& robot) {
+  return odometer_at_epoch(run, epoch, robot, {}, {}).pose();
 }
 
 RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters,

@@ -48,9 +48,9 @@ struct LikelihoodOptions {
 RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
                                 const LikelihoodOptions& options);
 
-/// Where the body stands at the first epoch, which the run must have: the mean of the reference over the time
+/// Where the body stands at an epoch, which the run must have: the mean of the reference over the time
 /// that the robot stands there; without headings in the reference, heading by the course over the ground.
-Pose2 body_at_start(const Run& run, const Robot& robot);
+Pose2 body_at(const Run& run, std::size_t epoch, const Robot& robot);
 
 /// The likelihood of what was measured of the run as a whole (PartialReference).
 RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters,

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <vector>
 
 #include <Eigen/Core>
@@ -84,63 +85,126 @@ double longest_way(const std::vector<ReferenceStep>& seen, const std::vector<Ref
   return ratios.empty() ? 0.0 : kFasterThanAnyMotion * median(ratios) * farthest_m;
 }
 
+double usual_row_s(const AlignedReadings& readings) {
+  std::vector<double> time_s{readings.start_s};
+  for (const Increment& increment : readings.increments) time_s.push_back(increment.time_s);
+  return median_step(time_s);
+}
+
 bool any_finite(const std::vector<double>& values) {
   return std::ranges::any_of(values, [](double v) { return std::isfinite(v); });
 }
 
 }  // namespace
 
-std::optional<TimeOffset> reference_time_offset(const ReferenceStream& reference,
-                                                const AlignedReadings& readings, const Robot& robot,
-                                                const TimeOffsetOptions& options) {
-  if (reference.time_s.size() < 2 || !any_finite(reference.x_m)) return std::nullopt;
-  const std::optional<MotionPath> path = motion_path(readings, robot);
-  if (!path) return std::nullopt;
-  const double sample_s = median_step(reference.time_s);
-  const double window_s = std::max(options.window_s, sample_s);
-  const bool with_heading = any_finite(reference.heading_rad);
-  const std::vector<ReferenceStep> seen = steps_of(reference, window_s, with_heading);
-  if (seen.empty()) return std::nullopt;
+namespace {
 
+/// One log, ready to be compared at any offset.
+struct LogOnTwoClocks {
+  MotionPath path;
+  Pose2 mount;
+  std::vector<ReferenceStep> seen;
+  double first_s = 0.0, last_s = 0.0;  ///< of the reference's stamps, that the motion on board covers
+  bool has_heading = false;
+  double sample_s = 0.0;  ///< usual step of the reference
+  double row_s = 0.0;     ///< usual step of the motion on board
+  double window_s = 0.0;
+
+  std::vector<ReferenceStep> on_board(double offset_s) const {
+    std::vector<ReferenceStep> steps;
+    for (const ReferenceStep& step : seen) steps.push_back(step_on_board(step, path, mount, offset_s));
+    return steps;
+  }
+};
+
+std::optional<LogOnTwoClocks> on_two_clocks(const ReferenceLog& log, const Robot& robot,
+                                            double shortest_window_s) {
+  const ReferenceStream& reference = log.reference;
+  if (reference.time_s.size() < 2 || !any_finite(reference.x_m)) return std::nullopt;
+  std::optional<MotionPath> path = motion_path(log.readings, robot);
+  if (!path) return std::nullopt;
+  LogOnTwoClocks result{.path = *std::move(path), .mount = robot.body_from_reference, .seen = {}};
+  result.sample_s = median_step(reference.time_s);
+  result.row_s = median_step(result.path.time_s);
+  result.window_s = std::max(shortest_window_s, result.sample_s);
+  result.has_heading = any_finite(reference.heading_rad);
+  result.seen = steps_of(reference, result.window_s, result.has_heading);
+  if (result.seen.empty()) return std::nullopt;
   const double given_s = robot.reference_time_offset_s;
-  const double first_s = std::max(path->time_s.front() - given_s, seen.front().start_s);
-  const double last_s = std::min(path->time_s.back() - given_s, seen.back().end_s);
-  const double largest_s = std::min(options.largest_s, kShareSearched * (last_s - first_s));
+  result.first_s = std::max(result.path.time_s.front() - given_s, result.seen.front().start_s);
+  result.last_s = std::min(result.path.time_s.back() - given_s, result.seen.back().end_s);
+  return result;
+}
+
+/// The steps that are compared whatever the offset: no jumps, and not near the ends of their log.
+std::vector<bool> compared(const LogOnTwoClocks& log, double given_s, double largest_s) {
+  const double longest_m = longest_way(log.seen, log.on_board(given_s));
+  std::vector<bool> used;
+  for (const ReferenceStep& step : log.seen)
+    used.push_back(step.way_m <= longest_m && step.start_s >= log.first_s + largest_s &&
+                   step.end_s <= log.last_s - largest_s);
+  return used;
+}
+
+}  // namespace
+
+std::optional<TimeOffset> reference_time_offset(std::span<const ReferenceLog> given, const Robot& robot,
+                                                const TimeOffsetOptions& options) {
+  std::vector<LogOnTwoClocks> logs;
+  for (const ReferenceLog& log : given)
+    if (auto ready = on_two_clocks(log, robot, options.window_s)) logs.push_back(*std::move(ready));
+  if (logs.empty()) return std::nullopt;
+  const auto most = [&](double LogOnTwoClocks::*member) {
+    return std::ranges::max(logs, {}, member).*member;
+  };
+  const double window_s = most(&LogOnTwoClocks::window_s);
+  std::vector<double> lengths_s;
+  for (const LogOnTwoClocks& log : logs) lengths_s.push_back(log.last_s - log.first_s);
+  const double given_s = robot.reference_time_offset_s;
+  const double largest_s = std::min(options.largest_s, kShareSearched * median(lengths_s));
   if (!(largest_s > window_s)) return std::nullopt;
 
-  const auto on_board = [&](double offset_s) {
-    std::vector<ReferenceStep> steps;
-    for (const ReferenceStep& step : seen)
-      steps.push_back(step_on_board(step, *path, robot.body_from_reference, offset_s));
-    return steps;
-  };
-  const double longest_m = longest_way(seen, on_board(given_s));
-  TwoClocks clocks{
-      .fixed = {channel(seen, &ReferenceStep::way_m)},
-      .duration_s = channel(seen, &ReferenceStep::end_s) - channel(seen, &ReferenceStep::start_s),
-      .used = {},
-      .moved = {}};
-  if (with_heading) clocks.fixed.push_back(channel(seen, &ReferenceStep::turn_rad));
-  for (const ReferenceStep& step : seen)
-    clocks.used.push_back(step.way_m <= longest_m && step.start_s >= first_s + largest_s &&
-                          step.end_s <= last_s - largest_s);
-  clocks.moved = [&](double offset_s, std::vector<bool>& used) {
-    const std::vector<ReferenceStep> steps = on_board(offset_s);
-    for (std::size_t i = 0; i < steps.size(); ++i)
-      if (!std::isfinite(steps[i].way_m)) used[i] = false;
+  const bool with_heading = std::ranges::all_of(logs, &LogOnTwoClocks::has_heading);
+  std::vector<ReferenceStep> seen;
+  TwoClocks clocks;
+  for (const LogOnTwoClocks& log : logs) {
+    seen.insert(seen.end(), log.seen.begin(), log.seen.end());
+    const std::vector<bool> used = compared(log, given_s, largest_s);
+    clocks.used.insert(clocks.used.end(), used.begin(), used.end());
+  }
+  const auto channels_of = [&](const std::vector<ReferenceStep>& steps) {
     std::vector<Vector> channels{channel(steps, &ReferenceStep::way_m)};
     if (with_heading) channels.push_back(channel(steps, &ReferenceStep::turn_rad));
     return channels;
   };
-  const double row_s = median_step(path->time_s);
-  auto found = find_offset(std::move(clocks), {.given_s = given_s,
-                                               .largest_s = largest_s,
-                                               .step_s = 0.5 * window_s,
-                                               .change_s = row_s,
-                                               .least_sigma_s = std::max(sample_s, row_s) / 20.0,
-                                               .largest_sigma_s = options.largest_sigma_s,
-                                               .least_correlation = options.least_correlation});
-  if (found) found->least_s = sample_s + row_s;  // a stamp says when a row was written, not when measured
+  clocks.fixed = channels_of(seen);
+  clocks.duration_s = channel(seen, &ReferenceStep::end_s) - channel(seen, &ReferenceStep::start_s);
+  clocks.moved = [&](double offset_s, std::vector<bool>& used) {
+    std::vector<ReferenceStep> steps;
+    for (const LogOnTwoClocks& log : logs)
+      std::ranges::copy(log.on_board(offset_s), std::back_inserter(steps));
+    for (std::size_t i = 0; i < steps.size(); ++i)
+      if (!std::isfinite(steps[i].way_m)) used[i] = false;
+    return channels_of(steps);
+  };
+  const double row_s = most(&LogOnTwoClocks::row_s);
+  return find_offset(std::move(clocks),
+                     {.given_s = given_s,
+                      .largest_s = largest_s,
+                      .step_s = 0.5 * window_s,
+                      .change_s = row_s,
+                      .least_sigma_s = std::max(most(&LogOnTwoClocks::sample_s), row_s) / 20.0,
+                      .largest_sigma_s = options.largest_sigma_s,
+                      .least_correlation = options.least_correlation});
+}
+
+std::optional<TimeOffset> reference_time_offset(const ReferenceStream& reference,
+                                                const AlignedReadings& readings, const Robot& robot,
+                                                const TimeOffsetOptions& options) {
+  const ReferenceLog log{reference, readings};
+  auto found = reference_time_offset(std::span(&log, 1), robot, options);
+  // A stamp says when a row was written, not when it was measured.
+  if (found) found->least_s = median_step(reference.time_s) + usual_row_s(readings);
   return found;
 }
 

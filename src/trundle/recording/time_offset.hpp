@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include "trundle/chassis/robot.hpp"
 #include "trundle/recording/alignment/align.hpp"
@@ -45,6 +46,15 @@ std::optional<TimeOffset> reference_time_offset(const ReferenceStream& reference
                                                 const AlignedReadings& readings, const Robot& robot,
                                                 const TimeOffsetOptions& options = kReferenceClock);
 
+/// What one log shows of the reference and of the motion on board.
+struct ReferenceLog {
+  const ReferenceStream& reference;
+  const AlignedReadings& readings;
+};
+/// The same of several logs that have one clock: together they tell what each is too short for.
+std::optional<TimeOffset> reference_time_offset(std::span<const ReferenceLog> logs, const Robot& robot,
+                                                const TimeOffsetOptions& options = kReferenceClock);
+
 inline constexpr TimeOffsetOptions kSightingClock = {
     .largest_s = 1.0, .window_s = 0.2, .least_correlation = 0.8};
 
@@ -55,7 +65,7 @@ std::optional<TimeOffset> sighting_time_offset(const std::vector<Sighting>& sigh
                                                const AlignedReadings& readings, const Robot& robot,
                                                const TimeOffsetOptions& options = kSightingClock);
 
-/// Whether an offset is so far from what is written that it does harm, and is no chance.
+/// Whether an offset is so far from what is written that it does harm, and is no chance (three sigmas).
 [[nodiscard]] bool is_off(const TimeOffset& found, double given_s);
 
 /// Adds to the reference's stamps.

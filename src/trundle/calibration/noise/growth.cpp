@@ -32,7 +32,7 @@ double mean_square(std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-/// Reference minus free-running odometry, of one quantity along one run.
+/// Reference minus free-running odometry, of one quantity along one run, as far as the reference goes on.
 struct Drift {
   std::vector<double> path_m;
   std::vector<double> error;
@@ -47,13 +47,28 @@ struct Drift {
 /// Of x and y [m] and of the heading [rad].
 using Drifts = std::array<Drift, 3>;
 
-Drifts drifts_from(const Pose2& start, const Run& run, const Robot& robot) {
+/// Epochs between two jumps of the reference.
+struct Piece {
+  std::size_t first = 0;
+  std::size_t end = 0;
+};
+
+std::vector<Piece> pieces_of(const Run& run) {
+  std::vector<Piece> pieces{{0, run.epochs.size()}};
+  for (const std::size_t jump : run.jumps) {
+    pieces.back().end = jump;
+    pieces.push_back({jump, run.epochs.size()});
+  }
+  return pieces;
+}
+
+Drifts drifts_from(const Pose2& start, const Run& run, const Piece& piece, const Robot& robot) {
   Drifts drifts;
   auto& [x, y, heading] = drifts;
   Odometer odometer(robot, {.start = start});
   double path = 0.0;
-  std::size_t done = run.epochs.front();
-  for (std::size_t epoch = 0; epoch < run.epochs.size(); ++epoch) {
+  std::size_t done = run.epochs[piece.first];
+  for (std::size_t epoch = piece.first; epoch < piece.end; ++epoch) {
     for (; done < run.epochs[epoch]; ++done) {
       odometer.step(run.readings.increments[done]);
       path += mean_travel(robot.chassis, run.readings.increments[done]);
@@ -74,15 +89,15 @@ Drifts drifts_from(const Pose2& start, const Run& run, const Robot& robot) {
   return drifts;
 }
 
-/// An error of the start heading swings the whole run, and would pass for noise that grows: the mean of all
+/// An error of the start heading swings the whole piece, and would pass for noise that grows: the mean of all
 /// headings shows it better than the first of them.
-Drifts drifts_of(const Run& run, const Robot& robot) {
-  Pose2 start = body_at_start(run, robot);
-  Drifts drifts = drifts_from(start, run, robot);
+Drifts drifts_of(const Run& run, const Piece& piece, const Robot& robot) {
+  Pose2 start = body_at(run, piece.first, robot);
+  Drifts drifts = drifts_from(start, run, piece, robot);
   const std::vector<double>& error = drifts[2].error;
   if (!robot.chassis.gyro || error.empty()) return drifts;
   start.heading += std::accumulate(error.begin(), error.end(), 0.0) / static_cast<double>(error.size());
-  return drifts_from(start, run, robot);
+  return drifts_from(start, run, piece, robot);
 }
 
 /// One point of the variogram.
@@ -159,7 +174,7 @@ std::optional<Growth> growth_of(std::span<const Drift> drifts) {
 }
 
 struct RunDrifts {
-  std::vector<Drift> position;  ///< x and y of every run
+  std::vector<Drift> position;  ///< x and y of every piece
   std::vector<Drift> heading;
 };
 
@@ -167,10 +182,12 @@ RunDrifts drifts_of(std::span<const Run> runs, const Robot& robot) {
   RunDrifts all;
   for (const Run& run : runs) {
     if (run.epochs.empty()) continue;
-    Drifts drifts = drifts_of(run, robot);
-    all.position.push_back(std::move(drifts[0]));
-    all.position.push_back(std::move(drifts[1]));
-    all.heading.push_back(std::move(drifts[2]));
+    for (const Piece& piece : pieces_of(run)) {
+      Drifts drifts = drifts_of(run, piece, robot);
+      all.position.push_back(std::move(drifts[0]));
+      all.position.push_back(std::move(drifts[1]));
+      all.heading.push_back(std::move(drifts[2]));
+    }
   }
   return all;
 }
