@@ -194,6 +194,18 @@ TEST(Calibrate, AReferenceOnceASecondIsEnough) {
   }
 }
 
+TEST(Calibrate, WhatChangedSinceTheCalibrationInTheRobotFileIsNamed) {
+  const auto is_named = Contains(HasSubstr("σ off the calibration in the robot file"));
+  const auto runs = recorded(nominal_differential(), true_differential(), test::differential_paths(), 1);
+  const Robot before = calibrate(runs, {}, nominal_differential()).calibrated;
+  const auto again = recorded(nominal_differential(), true_differential(), test::differential_paths(), 2);
+  EXPECT_THAT(calibrate(again, {}, before).warnings, testing::Not(is_named));
+  Robot taped = true_differential();
+  set_value({ParameterKind::track, -1}, 0.425, taped);  // both wheels slip in every turn
+  const auto slipping = recorded(nominal_differential(), taped, test::differential_paths(), 3);
+  EXPECT_THAT(calibrate(slipping, {}, before).warnings, is_named);
+}
+
 TEST(Calibrate, FindsWhereTheReferenceSensorSits) {
   Robot truth = true_differential();
   truth.body_from_reference = {0.12, -0.05, 0.3};

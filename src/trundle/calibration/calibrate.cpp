@@ -1,6 +1,7 @@
 #include "trundle/calibration/calibrate.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,6 +12,7 @@
 #include "trundle/calibration/influence.hpp"
 #include "trundle/calibration/noise/learn_noise.hpp"
 #include "trundle/calibration/preparation.hpp"
+#include "trundle/calibration/previous_calibration.hpp"
 #include "trundle/calibration/run_clock.hpp"
 #include "trundle/calibration/sensor_heading.hpp"
 #include "trundle/calibration/sessions.hpp"
@@ -132,6 +134,7 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   CalibrationResult result = result_of(estimate, spread, problem.parameters, nominal);
   result.method = "ml";
   add_words(ready, scale_taken_as_given(nominal, problem.parameters, measured), result);
+  std::ranges::copy(changed_since(given, result.parameters), std::back_inserter(result.warnings));
   add_validation(validated, nominal, result);
   add_sensor_place(sensor_place(problem, estimate), result);
   if (const auto& gyro = estimate.robot.chassis.gyro)
