@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "trundle/pipeline/sentences.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
 
 #include "command.hpp"
@@ -40,6 +41,7 @@ std::string text_of(const SlipAnswer& answer, const Robot& robot) {
         "learned from {} intervals: {} (U1 {:.2f}, U2 {:.2f}, limit {:.2f})\n",
         answer.learned->normality.moments.count, answer.learned->normality.rejected ? "not normal" : "normal",
         answer.learned->normality.u1, answer.learned->normality.u2, answer.learned->normality.limit);
+  text += fmt::format("note: {}\n", unobservable_slip(robot));
   for (const Finding& problem : answer.report.findings) text += app::line_of(problem);
   return text;
 }

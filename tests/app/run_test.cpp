@@ -158,6 +158,18 @@ TEST_F(RunCommand, TheReferenceOfATourWithSightingsIsMovedWhereItsClockIsItsOwn)
     }
 }
 
+TEST_F(RunCommand, ASensorThatIsRecordedAndNotUsedIsNamed) {
+  std::string robot = read(kDemoRobot);
+  const std::size_t gyro = robot.find("[gyro]");
+  ASSERT_NE(gyro, std::string::npos);
+  robot.erase(gyro, robot.find('[', gyro + 1) - gyro);
+  keep("gyroless.toml", robot);
+  const Outcome outcome =
+      run({"run", (kDemo / "session_02/straight").string(), "--robot", "gyroless.toml", "-o", "d"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(stage("d", "health check").at("remarks").dump(), HasSubstr("[gyro] in the robot file"));
+}
+
 TEST_F(RunCommand, StagesThatCannotRunSayWhyAndTheRestGoesOn) {
   const Outcome outcome = run({"run", "blind", "--robot", "nominal.toml", "-o", "d"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -124,11 +125,7 @@ void tell_missing_sensors(const Recording& recording, const Robot& robot, std::v
     missing.emplace_back("velocity.csv: the robot file has no [[wheel]]");
   if (robot.chassis.gyro && recording.gyro.time_s.empty())
     missing.emplace_back("gyro.csv: the robot has a gyro, its readings are not recorded");
-  if (!robot.chassis.gyro && !recording.gyro.time_s.empty())
-    missing.emplace_back("[gyro] in the robot file: gyro.csv is there and is not used without it");
-  if (!robot.landmark_sensor && !recording.sightings.empty())
-    missing.emplace_back(
-        "[landmark_sensor] in the robot file: sightings.csv is there and is not used without it");
+  std::ranges::move(unused_in(recording, robot), std::back_inserter(missing));
 }
 
 std::string missing_reference(const Recording& recording, const Robot* robot) {
@@ -159,6 +156,16 @@ Abilities abilities_of(const Robot& robot, bool with_gyro) {
   tell_slip(rows, seen, robot, abilities);
   tell_common_slip(robot, with_gyro, abilities);
   return abilities;
+}
+
+std::vector<std::string> unused_in(const Recording& recording, const Robot& robot) {
+  std::vector<std::string> unused;
+  if (!robot.chassis.gyro && !recording.gyro.time_s.empty())
+    unused.emplace_back("[gyro] in the robot file: gyro.csv is there and is not used without it");
+  if (!robot.landmark_sensor && !recording.sightings.empty())
+    unused.emplace_back(
+        "[landmark_sensor] in the robot file: sightings.csv is there and is not used without it");
+  return unused;
 }
 
 std::vector<std::string> missing_in(const Recording& recording, const Robot* robot) {

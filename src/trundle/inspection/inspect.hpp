@@ -37,6 +37,8 @@ std::vector<StreamSummary> summaries_of(const Recording& recording);
 /// What is missing in a recording for calibration and odometry, and what to add, in sentences. Without a
 /// robot: in general.
 std::vector<std::string> missing_in(const Recording& recording, const Robot* robot);
+/// Of that, what the robot file lacks of sensors that were recorded.
+std::vector<std::string> unused_in(const Recording& recording, const Robot& robot);
 
 /// What the robot's sensors can and cannot tell, in sentences.
 struct Abilities {

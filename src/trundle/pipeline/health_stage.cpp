@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <iterator>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -44,6 +45,16 @@ HealthProblem health_problem_of(const Finding& problem) {
           .message = describe(problem)};
 }
 
+/// What is recorded and not used, once for all recordings.
+std::vector<std::string> unused_in_any(const RunInputs& inputs) {
+  std::vector<std::string> words;
+  for (const Recording& recording : inputs.recordings)
+    for (const std::string& one : unused_in(recording, inputs.given.robot))
+      if (const std::string remark = "warning: missing: " + one; !std::ranges::count(words, remark))
+        words.push_back(remark);
+  return words;
+}
+
 }  // namespace
 
 Found<HealthCheck> check_health(const RunInputs& inputs) {
@@ -67,6 +78,7 @@ Found<HealthCheck> check_health(const RunInputs& inputs) {
         ++notes;
       if (told.is_warning && told.is_of_gyro_clock) health.gyro_clock.push_back("warning: " + words);
     }
+  std::ranges::move(unused_in_any(inputs), std::back_inserter(found.remarks));
   found.message = found.remarks.empty() && notes == 0
                       ? "no fault found"
                       : counted(found.remarks.size(), "warning") + ", " + counted(notes, "note");

@@ -36,6 +36,13 @@ std::string sentence_of(const SlipAnswer& answer, const IntegratedOdometry& corr
                      position_sigma(corrected.end_covariance));
 }
 
+std::string unobservable_slip(const Robot& robot) {
+  return robot.calibration
+             ? "slip that lasts through the runs of the calibration, or that all wheels share, is not "
+               "observable: it passes for the wheels' diameters and the track"
+             : "slip that all wheels share is not observable: it passes for motion";
+}
+
 std::string sentence_of(const LocalizeAnswer& answer) {
   const auto& stretches = answer.result.stretches;
   double known_s = 0.0;

@@ -14,6 +14,8 @@ namespace trundle::pipeline {
 std::string sentence_of(const IntegratedOdometry& odometry);
 /// `corrected`: the odometry corrected for them.
 std::string sentence_of(const SlipAnswer& answer, const IntegratedOdometry& corrected);
+/// What no residual of its readings shows, said beside the slips that they do.
+std::string unobservable_slip(const Robot& robot);
 std::string sentence_of(const LocalizeAnswer& answer);
 std::string sentence_of(const SlamAnswer& slam);
 

@@ -74,12 +74,6 @@ bool has_corrected_clock(const Robot& given, const Robot& used) {
   return before && after && before->time_offset_s != after->time_offset_s;
 }
 
-/// Whether this very recording is among those that the robot was calibrated on.
-bool learned_from(const RunInputs& inputs, const RobotFile& used) {
-  return inputs.question.calibrate_on.empty() && used.robot.calibration &&
-         (!inputs.robot.robot.calibration || !inputs.question.before.empty());
-}
-
 template <typename T>
 void insert_first(std::vector<T> first, std::vector<T>& all) {
   std::ranges::move(all, std::back_inserter(first));
@@ -145,11 +139,7 @@ Found<Slip> find_slips(const RunInputs& inputs, const RobotFile& robot, const Wr
                               {inputs.in_folder("slip.json"), printed(document_of(slip, robot.robot))}}};
   found.files.push_back(std::move(corrected.file));
   found.value.answer = std::move(slip);
-  if (learned_from(inputs, robot))
-    found.remarks.push_back(
-        "note: slip that lasts through the runs of the calibration, or that all wheels share, is not "
-        "observable: "
-        "it passes for the wheels' diameters and the track");
+  found.remarks.push_back("note: " + unobservable_slip(robot.robot));
   return found;
 }
 
