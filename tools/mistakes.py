@@ -10,6 +10,7 @@ but one and takes that one through every stage. A mistake is
   named            a sentence printed says what is wrong: what it must say is written beside the mistake
   estimated away   nobody names it, and the calibrated robot is right all the same
   undetectable     nothing measured shows it, and that is said: the numbers that are wrong were held, not estimated
+  uncertain        nobody names it, but the error bars that are stated hold the truth (three sigmas of the worst number)
   SILENT           numbers are wrong, and nothing is said
 
 Right are the counts that a wheel makes as the robot rolls a metre or turns a radian, and the scale of the gyro, to
@@ -607,6 +608,23 @@ def wrong_by(case, robot):
     return max(errors)
 
 
+def sigma_of(result, what):
+    """The share that the calibration leaves open, 1 sigma, of what wrong_by() found; 0 of what it does not state."""
+    document = read_json(result / "calibration.json")
+    def largest(*kinds):
+        shares = [(one["sigma_total"] or one["sigma_within"] or 0.0) / abs(one["value"]) for one in (document or {}).get("parameters", [])
+                  if one["name"].split(".")[-1] in kinds and one["value"]]
+        return max(shares, default=0.0)
+    if what == "gyro":
+        return largest("scale")
+    # Counts for a radian follow from lever and diameter.
+    return largest("diameter") if what == "diameter" else math.hypot(largest("track", "lever"), largest("diameter"))
+
+
+def read_json(path):
+    return json.loads(path.read_text()) if path.exists() else None
+
+
 def map_error_m(case, path):
     """rms of the landmarks from the true ones, laid on them."""
     true = dict(zip(case.true_landmarks["landmark"], map(complex, case.true_landmarks["x_m"], case.true_landmarks["y_m"])))
@@ -667,6 +685,9 @@ def judge(case, pattern, done, record, result, folder):
     held = [words for words in held_words(result) if what in words or pattern.search(words)]
     if held:
         return "undetectable", held[0], error
+    sigma = sigma_of(result, what)
+    if share < 3 * sigma:
+        return "uncertain", "", f"{error} of ± {100 * sigma:.2g} %"
     return "SILENT", "; ".join(short(line, folder) for line in lines), error
 
 
