@@ -199,11 +199,6 @@ TEST(Names, MayBeMissingInSomeRows) {
   write_file(sample.folder() / "seen/sightings.csv", sightings);
   for (const std::string& filter : slam_method_names()) {
     const Outcome outcome = run_program(sample.folder(), joined(kSlam, {"--filter", filter, "--smooth"}));
-    if (filter == "smoother") {
-      EXPECT_EQ(outcome.exit_code, 4);
-      EXPECT_THAT(outcome.err, HasSubstr("the names of their landmarks"));
-      continue;
-    }
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     EXPECT_THAT(outcome.out, HasSubstr("name no landmark"));
     const std::string map = read_file(sample.folder() / "out/landmarks.csv");

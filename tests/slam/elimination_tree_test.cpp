@@ -1,6 +1,8 @@
 // A sparse system that grows and changes, against the same one solved densely.
 #include "trundle/slam/smoothing/elimination_tree.hpp"
 
+#include <set>
+
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
@@ -26,10 +28,26 @@ class GrowingSystem {
     begin_.push_back(total_);
     total_ += size;
     sizes_.push_back(size);
-    if (variable == 0) return add_term({0});
-    add_term({variable - 1, variable});
-    if (random_.below(4) == 0) add_term({static_cast<int>(random_.below(sizes_.size())), variable});
+    add_term({variable});
+    if (variable == 0) return;
+    if (!is_removed(variable - 1)) add_term({variable - 1, variable});
+    if (random_.below(4) == 0) {
+      const int other = any_variable();
+      if (!is_removed(other)) add_term({other, variable});
+    }
   }
+  /// A variable goes, with all its terms.
+  void remove(int variable) {
+    if (is_removed(variable)) return;
+    for (std::size_t t = 0; t < terms_.size(); ++t) {
+      if (std::ranges::find(terms_[t].variables, variable) == terms_[t].variables.end()) continue;
+      tree_.remove_term(static_cast<int>(t));
+      terms_[t] = {};
+    }
+    tree_.remove_variable(variable);
+    removed_.insert(variable);
+  }
+  bool is_removed(int variable) const { return removed_.contains(variable); }
   /// Another value of the terms of a variable.
   void change(int variable) {
     for (Term& term : terms_)
@@ -38,7 +56,8 @@ class GrowingSystem {
   }
 
   bool update() {
-    const std::vector<int> last{static_cast<int>(sizes_.size()) - 1};
+    std::vector<int> last{static_cast<int>(sizes_.size()) - 1};
+    if (is_removed(last.front())) last.clear();
     return tree_.update(last, [&](int t, FrontSystem& system) {
       const Term& term = terms_[static_cast<std::size_t>(t)];
       Index row = 0;
@@ -67,6 +86,7 @@ class GrowingSystem {
           A(at[r], at[c]) += term.A(static_cast<Index>(r), static_cast<Index>(c));
       }
     }
+    for (const int gone : removed_) A.block(begin(gone), begin(gone), size(gone), size(gone)).setIdentity();
   }
   VectorXd solution() {
     tree_.solve();
@@ -106,6 +126,7 @@ class GrowingSystem {
   std::vector<Index> begin_;
   Index total_ = 0;
   std::vector<Term> terms_;
+  std::set<int> removed_;
 };
 
 TEST(EliminationTree, SolvesWhatItWouldSolveFromScratch) {
@@ -114,6 +135,22 @@ TEST(EliminationTree, SolvesWhatItWouldSolveFromScratch) {
     for (int step = 0; step < 80; ++step) {
       system.add_variable();
       if (step % 7 == 3) system.change(system.any_variable());
+      ASSERT_TRUE(system.update());
+      MatrixXd A;
+      VectorXd b;
+      system.dense(A, b);
+      const VectorXd expected = A.llt().solve(b);
+      EXPECT_LT((system.solution() - expected).norm(), 1e-9 * (1.0 + expected.norm())) << step;
+    }
+  }
+}
+
+TEST(EliminationTree, ForgetsWhatIsRemoved) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    GrowingSystem system(seed);
+    for (int step = 0; step < 80; ++step) {
+      system.add_variable();
+      if (step % 5 == 4) system.remove(system.any_variable());
       ASSERT_TRUE(system.update());
       MatrixXd A;
       VectorXd b;

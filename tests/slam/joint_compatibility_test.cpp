@@ -1,4 +1,4 @@
-#include "trundle/slam/ekf/joint_compatibility.hpp"
+#include "trundle/slam/association/joint_compatibility.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -288,7 +288,7 @@ TEST_P(UnknownIds, SameSeedSameResult) {
 
 INSTANTIATE_TEST_SUITE_P(OfEveryFilter, UnknownIds,
                          testing::Values(SlamMethod::ekf, SlamMethod::fastslam1, SlamMethod::fastslam2,
-                                         SlamMethod::mapso, SlamMethod::mapso_proposal),
+                                         SlamMethod::mapso, SlamMethod::mapso_proposal, SlamMethod::smoother),
                          [](const auto& method) { return std::string(name_of(method.param)); });
 
 }  // namespace

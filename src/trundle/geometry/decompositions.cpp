@@ -86,6 +86,18 @@ std::optional<GaussianMisfit> gaussian_misfit(const VectorXd& b, const MatrixXd&
                         2.0 * cholesky.matrixLLT().diagonal().array().log().sum()};
 }
 
+bool eliminate_columns(MatrixXd& A, Index columns) {
+  const Index rows = A.rows() - columns;
+  Eigen::Ref<MatrixXd> A11 = A.topLeftCorner(columns, columns);
+  const Eigen::LLT<Eigen::Ref<MatrixXd>> L1(A11);
+  if (L1.info() != Eigen::Success) return false;
+  if (rows == 0) return true;
+  auto L2 = A.bottomLeftCorner(rows, columns);
+  A11.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(L2);
+  A.bottomRightCorner(rows, rows).selfadjointView<Eigen::Lower>().rankUpdate(L2, -1.0);
+  return true;
+}
+
 MatrixXd congruent(const MatrixXd& A, const MatrixXd& B) {
   return B.transpose() * A * B;
 }

@@ -57,6 +57,12 @@ struct GaussianMisfit {
 [[nodiscard]] std::optional<GaussianMisfit> gaussian_misfit(const Eigen::VectorXd& b,
                                                             const Eigen::MatrixXd& A);
 
+/// Eliminates the first `columns` rows and columns of a symmetric A (n×n), of which the lower triangle is
+/// read and overwritten: A = [L1 0; L2 I] [I 0; 0 S] [L1ᵀ L2ᵀ; 0 I], with L1 lower triangular over L2 in the
+/// first columns and the Schur complement S below and right of them. False, and A is of no use any more,
+/// where what is eliminated is not positive definite.
+[[nodiscard]] bool eliminate_columns(Eigen::MatrixXd& A, Eigen::Index columns);
+
 /// Bᵀ A B (m×m): the quadratic form of A (n×n) in coordinates along the columns of B (n×m).
 [[nodiscard]] Eigen::MatrixXd congruent(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 /// A⁻¹ (n×n), by LU; not finite where A is singular.

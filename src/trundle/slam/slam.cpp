@@ -35,8 +35,10 @@ std::variant<EkfSlam, ParticleSlam, IncrementalSmoother> made(const LandmarkSens
         sensor,
         {.prior = options.prior, .gate = options.gate, .first_unidentified = options.first_unidentified});
   if (options.method == SlamMethod::smoother)
-    return IncrementalSmoother(sensor,
-                               {.prior = options.prior, .has_bias = options.has_bias, .gate = options.gate});
+    return IncrementalSmoother(sensor, {.prior = options.prior,
+                                        .has_bias = options.has_bias,
+                                        .gate = options.gate,
+                                        .first_unidentified = options.first_unidentified});
   return ParticleSlam(sensor, {.proposal = entry_of(options.method).proposal,
                                .particles = options.particles,
                                .seed = options.seed,
@@ -143,11 +145,6 @@ PointEstimate usual_estimate(SlamMethod method) {
 }
 
 SlamOptions slam_options_for(const SlamInput& input, SlamOptions options) {
-  if (options.method == SlamMethod::smoother && input.has_unidentified())
-    throw CannotAnswer(
-        "sightings without the names of their landmarks, which the filter 'smoother' needs; take 'fastslam2' "
-        "or "
-        "'ekf', and smooth what it finds (--smooth)");
   if (options.prior.systematic_sigma.size() == 0) options.prior.systematic_sigma = input.systematic.sigma();
   options.has_bias = input.systematic.has_bias;
   options.first_unidentified = std::max(options.first_unidentified, input.first_unidentified());
@@ -181,13 +178,23 @@ std::vector<MappedLandmark> SlamFilter::map() const {
 }
 
 Eigen::MatrixXd SlamFilter::map_covariance() const {
-  if (const auto* smoother = std::get_if<IncrementalSmoother>(&filter_)) return smoother->map_covariance();
-  const auto* ekf = std::get_if<EkfSlam>(&filter_);
-  if (!ekf) return {};
-  std::vector<std::size_t> confirmed;
-  for (std::size_t i = 0; i < ekf->landmarks(); ++i)
-    if (ekf->is_confirmed(i)) confirmed.push_back(i);
-  return ekf->map_covariance(confirmed);
+  return std::visit(
+      [](const auto& filter) -> Eigen::MatrixXd {
+        if constexpr (std::is_same_v<std::decay_t<decltype(filter)>, ParticleSlam>) {
+          return {};
+        } else {
+          std::vector<std::size_t> confirmed;
+          for (std::size_t i = 0; i < filter.landmarks(); ++i)
+            if (filter.is_confirmed(i)) confirmed.push_back(i);
+          return filter.map_covariance(confirmed);
+        }
+      },
+      filter_);
+}
+
+LandmarkId SlamFilter::merged(LandmarkId id) const {
+  const auto* smoother = std::get_if<IncrementalSmoother>(&filter_);
+  return smoother ? smoother->merged(id) : id;
 }
 
 std::vector<MappedLandmark> SlamFilter::tentative() const {
@@ -243,6 +250,9 @@ SlamResult SlamRun::result() const {
   result.tentative = filter_.tentative();
   result.particles = filter_.particles();
   result.reports = reports_;
+  for (StepReport& report : result.reports)
+    for (ObservationReport& observation : report.observations)
+      observation.landmark = filter_.merged(observation.landmark);
   result.bias = bias_;
   CountsOfRun counter;
   for (const StepReport& report : reports_) counter.add(report, particles_);

@@ -15,7 +15,7 @@ namespace trundle::slam {
 
 /// Which filter: FastSLAM 1.0 and 2.0 [Montemerlo et al. 2002, 2003], with particles moved by a swarm as
 /// published or as a weighted proposal (docs/theory/swarm.md), one extended Kalman filter, or the smoother
-/// that goes along, for landmarks with names.
+/// that goes along.
 enum class SlamMethod { fastslam1, fastslam2, mapso, mapso_proposal, ekf, smoother };
 
 [[nodiscard]] std::string_view name_of(SlamMethod method);
@@ -45,8 +45,7 @@ struct SlamOptions {
 };
 
 /// The options completed by what the steps of a recording have: 1σ of the odometry's systematic errors, where
-/// the prior says nothing of them, and where the numbers of landmarks without names begin. Throws
-/// CannotAnswer where the method needs names and some sighting has none.
+/// the prior says nothing of them, and where the numbers of landmarks without names begin.
 [[nodiscard]] SlamOptions slam_options_for(const SlamInput& input, SlamOptions options = {});
 
 /// A particle, without its map.
@@ -74,6 +73,8 @@ class SlamFilter {
   [[nodiscard]] Eigen::MatrixXd map_covariance() const;
   /// Unidentified landmarks that are not confirmed, or not any more. They are no part of the map.
   [[nodiscard]] std::vector<MappedLandmark> tentative() const;
+  /// What a landmark of a report is known to be today: itself, or one that it was the duplicate of.
+  [[nodiscard]] LandmarkId merged(LandmarkId id) const;
   /// Of the particle with the largest weight; empty for `ekf` and when paths are not kept.
   [[nodiscard]] std::vector<Pose2> best_path() const;
   /// Where something was last seen; empty for `ekf`.

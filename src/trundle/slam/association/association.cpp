@@ -34,6 +34,10 @@ bool is_ambiguous(const std::vector<Fit>& fits, const AssociationOptions& option
 
 }  // namespace
 
+double cost_of_any_place(double max_range_m) {
+  return 2.0 * std::log(kPi * max_range_m * max_range_m);
+}
+
 double cost_of_new(const AssociationOptions& options) {
   return 2.0 * std::log(2.0 * kPi * options.max_range_m / options.new_share);
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -45,6 +46,12 @@ struct Associated {
 
 /// −2 log of the density of a reading that shows a new landmark, anywhere in the sensor's range.
 [[nodiscard]] double cost_of_new(const AssociationOptions& options);
+
+/// Two landmarks of a map that are one are as far apart as their places err: 5 σ of each.
+inline constexpr double kDuplicateSigmas = 5.0 * std::numbers::sqrt2;
+/// −2 log of the density of a place [m²] that may be anywhere in the sensor's range: above it two landmarks
+/// are two, docs/theory/re-association.md, eq. 15.
+[[nodiscard]] double cost_of_any_place(double max_range_m);
 
 /// −2 log of a normal density of (range, bearing) where it is highest; S: its covariance.
 [[nodiscard]] double cost_at_peak(const Matrix2& S);

@@ -9,8 +9,6 @@
 namespace trundle::slam {
 namespace {
 
-// Sightings whose joint gate is computed beforehand; more of them have that of so many, which is too strict.
-constexpr std::size_t kMostTogether = 64;
 // Probability of what is not taken for chance, as that of the gate.
 constexpr double kRelocalizationTail = 1e-3;
 
@@ -20,8 +18,8 @@ EkfSlam::EkfSlam(const LandmarkSensor& sensor, const EkfSlamOptions& options)
     : sensor_(sensor),
       R_(reading_covariance(sensor)),
       options_(options),
-      joint_limits_(joint_limits(options.gate, kMostTogether)),
-      belief_(options.prior, options.first_unidentified, sensor.max_range_m, options.unknown.existence) {}
+      belief_(options.prior, options.first_unidentified, sensor.max_range_m, options.unknown.existence),
+      unidentified_(sensor, options.unknown, options.gate) {}
 
 const StepReport& EkfSlam::step(const Motion& motion, std::span<const Observation> observations) {
   report_.observations.assign(observations.size(), {});
@@ -149,7 +147,7 @@ void EkfSlam::augment() {
   std::erase_if(open_, [&](std::size_t i) {
     if (landmark_of(i) != EkfBelief::kNone) return false;
     const std::size_t landmark = trundle::slam::augment(observations_[i], sensor_, belief_);
-    if (observations_[i].landmark < 0) matched_to_[i] = static_cast<std::int64_t>(landmark);
+    if (observations_[i].landmark < 0) unidentified_.show(i, landmark);
     report_.observations[i].decision = Decision::created;
     report_.observations[i].landmark = belief_.landmarks[landmark].id;
     return true;
@@ -162,7 +160,7 @@ void EkfSlam::read_bias(const BiasReading& reading) {
 
 std::int64_t EkfSlam::landmark_of(std::size_t observation) const {
   const LandmarkId id = observations_[observation].landmark;
-  return id >= 0 ? belief_.find(id) : matched_to_[observation];
+  return id >= 0 ? belief_.find(id) : unidentified_.shown_by(observation);
 }
 
 Eigen::MatrixXd EkfSlam::map_covariance(std::span<const std::size_t> landmarks) const {

@@ -1,13 +1,12 @@
 #pragma once
 
-#include <limits>
 #include <span>
 #include <vector>
 
 #include "trundle/slam/association/association.hpp"
 #include "trundle/slam/association/relocalization.hpp"
+#include "trundle/slam/association/unidentified.hpp"
 #include "trundle/slam/ekf/ekf_belief.hpp"
-#include "trundle/slam/ekf/joint_compatibility.hpp"
 
 namespace trundle::slam {
 
@@ -32,20 +31,6 @@ struct EkfMatches {
   PackedPanels PHt;                    ///< P Hᵀ of the active part
   Eigen::MatrixXd S;                   ///< H P Hᵀ + R
   Eigen::VectorXd innovation;          ///< of all matches
-};
-
-/// Sightings without an id, and what of the map they may show.
-struct UnidentifiedSightings {
-  /// The landmark that comes nearest to a sighting.
-  struct Nearest {
-    Vector2 innovation = Vector2::Zero();  ///< (range, bearing) [m, rad]
-    double nis = std::numeric_limits<double>::infinity();
-    bool is_ambiguous = false;  ///< too near to a landmark of the map for a new one, yet not matched
-  };
-  std::vector<std::size_t> observations;
-  std::vector<std::vector<std::size_t>> candidates;  ///< landmarks, by sighting
-  std::vector<Nearest> nearest;                      ///< by sighting
-  JointReadings readings;                            ///< pairings that pass the gate alone
 };
 
 /// Pose, systematic errors of the odometry and landmarks as one Gaussian: JointGaussian, with all sightings
@@ -93,11 +78,8 @@ class EkfSlam {
   void update_existence();
 
   void associate_unidentified();
-  void find_candidates();
-  void pair_candidates();
+  std::vector<std::vector<std::size_t>> find_candidates();
   void pair(std::size_t sighting, std::size_t landmark);
-  void mark_ambiguous(const JointExplanation& explanation, double none);
-  void decide(const JointExplanation& explanation);
 
   void set_innovation_covariance();
   [[nodiscard]] std::int64_t landmark_of(std::size_t observation) const;
@@ -105,14 +87,12 @@ class EkfSlam {
   LandmarkSensor sensor_;
   Matrix2 R_;  ///< of (range, bearing)
   EkfSlamOptions options_;
-  std::vector<double> joint_limits_;  ///< on the NIS of so many matches together
   EkfBelief belief_;
   StepReport report_;
   // Of one step; kept so that steps with ids allocate nothing.
   std::span<const Observation> observations_;
-  std::vector<std::int64_t> matched_to_;  ///< by observation without an id: a landmark, or kNone
-  std::vector<std::size_t> open_;         ///< observations that have neither updated nor created a landmark
-  std::vector<std::size_t> in_view_;      ///< landmarks
+  std::vector<std::size_t> open_;     ///< observations that have neither updated nor created a landmark
+  std::vector<std::size_t> in_view_;  ///< landmarks
   EkfMatches stacked_;
   UnidentifiedSightings unidentified_;
 };

@@ -85,19 +85,6 @@ WhitenedGaussian PoseTarget::gaussian_at(std::size_t particle, const Vector3& n)
   return {n + factor.solve(gradient), factor.matrixL()};
 }
 
-WhitenedGaussian PoseTarget::gaussian_near(std::size_t particle, const Vector3& n) const {
-  // Gauss–Newton converges quadratically: what moves by less than a tenth of a σ has a hundredth of it left.
-  constexpr int kMostSteps = 4;
-  constexpr double kClose = 0.1;  // [σ of the motion]
-  WhitenedGaussian found = gaussian_at(particle, n);
-  Vector3 from = n;
-  for (int step = 1; step < kMostSteps && (found.mean - from).norm() > kClose; ++step) {
-    from = found.mean;
-    found = gaussian_at(particle, from);
-  }
-  return found;
-}
-
 PoseTarget::Innovation PoseTarget::innovation(std::size_t particle, const KnownReading& known) const {
   const Pose2 at = predicted(particle);
   const SensorAt sensor = sensor_at(at, body_from_sensor_);

@@ -41,8 +41,6 @@ class PoseTarget {
   [[nodiscard]] Value at(std::size_t particle, const Vector3& n) const;
   /// One Gauss–Newton step from n, and the curvature there.
   [[nodiscard]] WhitenedGaussian gaussian_at(std::size_t particle, const Vector3& n) const;
-  /// The same at the maximum, as Gauss–Newton finds it from n in a few steps.
-  [[nodiscard]] WhitenedGaussian gaussian_near(std::size_t particle, const Vector3& n) const;
   /// Squared innovation of one reading at the prediction, in the covariance of landmark, reading and motion.
   struct Innovation {
     Vector2 innovation;  ///< (range, bearing)

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include <Eigen/Cholesky>
+#include "trundle/geometry/decompositions.hpp"
 
 namespace trundle::slam {
 namespace {
@@ -87,7 +87,7 @@ bool BlockCholesky::factor(double damping) {
   return true;
 }
 
-// [A11 · ; A21 A22] = [L1 0 ; L2 I] [I 0 ; 0 A22 − L2 L2ᵀ] [L1ᵀ L2ᵀ ; 0 I]: docs/theory/smoother.md, eq. 9.
+// docs/theory/smoother.md, eq. 9.
 bool BlockCholesky::factor_front(std::size_t f, double damping) {
   const Front& front = fronts_[f];
   const Index columns = front.columns;
@@ -99,16 +99,8 @@ bool BlockCholesky::factor_front(std::size_t f, double damping) {
     add_at(fronts_[child].in_parent, updates_[child], whole);
     updates_[child].resize(0, 0);
   }
-  Eigen::Ref<MatrixXd> A11 = whole.topLeftCorner(columns, columns);
-  const Eigen::LLT<Eigen::Ref<MatrixXd>> L1(A11);
-  if (L1.info() != Eigen::Success) return false;
-  if (front.rows() > 0) {
-    auto L2 = whole.bottomLeftCorner(front.rows(), columns);
-    A11.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(L2);
-    auto A22 = whole.bottomRightCorner(front.rows(), front.rows());
-    A22.selfadjointView<Eigen::Lower>().rankUpdate(L2, -1.0);
-    updates_[f] = A22;
-  }
+  if (!geometry::eliminate_columns(whole, columns)) return false;
+  if (front.rows() > 0) updates_[f] = whole.bottomRightCorner(front.rows(), front.rows());
   factor_[f] = whole.leftCols(columns);
   return true;
 }

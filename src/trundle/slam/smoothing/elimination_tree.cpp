@@ -1,10 +1,10 @@
 #include "trundle/slam/smoothing/elimination_tree.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
-#include <Eigen/Cholesky>
-
+#include "trundle/geometry/decompositions.hpp"
 #include "trundle/slam/smoothing/elimination.hpp"
 #include "trundle/slam/smoothing/nth.hpp"
 
@@ -39,6 +39,21 @@ int EliminationTree::add_term(std::span<const int> variables) {
   for (const int variable : variables) variables_[nth(variable)].terms.push_back(term);
   changes_.terms.push_back(term);
   return term;
+}
+
+void EliminationTree::remove_term(int term) {
+  std::vector<int>& variables = variables_of_[nth(term)];
+  for (const int variable : variables) std::erase(variables_[nth(variable)].terms, term);
+  changes_.touched.insert(changes_.touched.end(), variables.begin(), variables.end());
+  variables.clear();
+}
+
+void EliminationTree::remove_variable(int variable) {
+  assert(variables_[nth(variable)].terms.empty());
+  variables_[nth(variable)].is_removed = true;
+  changes_.touched.push_back(variable);
+  for (int i = offset(variable); i < offset(variable) + size(variable); ++i)
+    numbers_.delta[nth(i)] = numbers_.handed_down[nth(i)] = 0.0;
 }
 
 void EliminationTree::move(int variable, const Eigen::VectorXd& by) {
@@ -94,6 +109,10 @@ EliminationTree::Affected EliminationTree::take_affected(std::span<const int> la
     node(n) = {};
     free_.push_back(n);
   }
+  // Whatever was above a removed term is taken, and nothing that stays has its variables in its rows but
+  // through another term.
+  std::erase_if(affected.terms, [&](int term) { return variables_of_[nth(term)].empty(); });
+  std::erase_if(affected.variables, [&](int v) { return variables_[nth(v)].is_removed; });
   // What comes last stands at the end; the rest in the order in which it came, whatever the tree was.
   std::erase_if(affected.variables, [&](int v) { return std::ranges::find(last, v) != last.end(); });
   std::ranges::sort(affected.variables);
@@ -164,8 +183,7 @@ std::vector<int> EliminationTree::make_nodes(const Affected& affected, std::size
   return made;
 }
 
-// [A11 · ; A21 A22] = [L1 0 ; L2 I] [I 0 ; 0 A22 − L2 L2ᵀ] [L1ᵀ L2ᵀ ; 0 I]: docs/theory/online-smoother.md,
-// eq. 21.
+// docs/theory/online-smoother.md, eq. 21.
 bool EliminationTree::eliminate(Node& front, const Linearise& linearise, double ridge) {
   int begin = 0;
   for (const int variable : front.variables) {
@@ -178,23 +196,18 @@ bool EliminationTree::eliminate(Node& front, const Linearise& linearise, double 
   for (const int term : front.terms) linearise(term, system);
   for (const int child : front.children) add_update_of(node(child));
 
-  Eigen::Ref<MatrixXd> A11 = work_.matrix.topLeftCorner(front.columns, front.columns);
-  largest_ = std::max(largest_, A11.diagonal().maxCoeff());
-  A11.diagonal().array() += ridge * largest_;
-  const Eigen::LLT<Eigen::Ref<MatrixXd>> L1(A11);
-  if (L1.info() != Eigen::Success) return false;
-  auto y = work_.right.head(front.columns);
-  A11.triangularView<Eigen::Lower>().solveInPlace(y);
-  if (front.rows() > 0) {
-    auto L2 = work_.matrix.bottomLeftCorner(front.rows(), front.columns);
-    A11.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(L2);
-    auto A22 = work_.matrix.bottomRightCorner(front.rows(), front.rows());
-    A22.selfadjointView<Eigen::Lower>().rankUpdate(L2, -1.0);
-    front.update = A22;
-    front.update_right = work_.right.tail(front.rows()) - L2 * y;
-  }
+  auto diagonal = work_.matrix.diagonal().head(front.columns);
+  largest_ = std::max(largest_, diagonal.maxCoeff());
+  diagonal.array() += ridge * largest_;
+  if (!geometry::eliminate_columns(work_.matrix, front.columns)) return false;
   front.factor = work_.matrix.leftCols(front.columns);
-  front.reduced = y;
+  front.reduced = work_.right.head(front.columns);
+  front.factor.topRows(front.columns).triangularView<Eigen::Lower>().solveInPlace(front.reduced);
+  if (front.rows() > 0) {
+    front.update = work_.matrix.bottomRightCorner(front.rows(), front.rows());
+    front.update_right = work_.right.tail(front.rows());
+    front.update_right.noalias() -= front.factor.bottomRows(front.rows()) * front.reduced;
+  }
   return true;
 }
 

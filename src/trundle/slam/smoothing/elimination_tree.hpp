@@ -50,6 +50,10 @@ class EliminationTree {
   int add_variable(std::span<const double> tolerance);
   /// A new term among variables. Returns which it is: 0, 1, 2, ...
   int add_term(std::span<const int> variables);
+  /// A term that is a term no longer.
+  void remove_term(int term);
+  /// A variable that no term is about any more; its δ is 0 from now on.
+  void remove_variable(int variable);
   /// The point at which a variable's terms are linearised was moved: its δ is less by so much.
   void move(int variable, const Eigen::VectorXd& by);
 
@@ -122,11 +126,12 @@ class EliminationTree {
     int size = 0;
     int offset = 0;  ///< where its numbers begin
     int node = -1;   ///< whose column it is; -1: new
+    bool is_removed = false;
     std::vector<int> terms;
 
     template <class Archive, class Self>
     static void persist(Archive& archive, Self& self) {
-      archive(self.size, self.offset, self.node, self.terms);
+      archive(self.size, self.offset, self.node, self.is_removed, self.terms);
     }
   };
   /// Of all variables.
@@ -186,7 +191,7 @@ class EliminationTree {
 
   std::vector<Variable> variables_;
   Numbers numbers_;
-  std::vector<std::vector<int>> variables_of_;  ///< by term
+  std::vector<std::vector<int>> variables_of_;  ///< by term; none: it is removed
   std::vector<Node> nodes_;
   std::vector<int> free_;  ///< nodes that are none
   std::vector<int> roots_;

@@ -18,40 +18,50 @@ using Eigen::VectorXd;
 
 }  // namespace
 
-/// NIS of what shows landmarks of the map, by what is known before they count:
+/// Of what shows, or may show, landmarks of the map, by what is known before it counts:
 /// docs/theory/online-smoother.md, eq. 24.
-void IncrementalSmoother::judge(std::span<const std::size_t> shown,
-                                std::span<const Observation> observations) {
-  std::vector<std::size_t> known;
-  for (const std::size_t i : shown) {
-    report_.observations[i].decision = Decision::created;
-    report_.observations[i].landmark = observations[i].landmark;
-    if (number_of_.contains(observations[i].landmark)) known.push_back(i);
-  }
-  if (known.empty()) return;
+IncrementalSmoother::Innovations IncrementalSmoother::innovations(
+    std::span<const Match> matches, std::span<const Observation> observations) const {
+  const Index numbers = 2 * static_cast<Index>(matches.size());
+  Innovations result{VectorXd(numbers), {}};
+  if (matches.empty()) return result;
   const Pose2 pose = pose_now();
   const Matrix3 axes = world_from_body_axes(pose);
-  const Index numbers = 2 * static_cast<Index>(known.size());
   std::vector<EliminationTree::Derivative> derivatives;
-  std::vector<Matrix2> R(known.size());
-  for (std::size_t k = 0; k < known.size(); ++k) {
-    const Observation& observation = observations[known[k]];
-    const int landmark = number_of_.at(observation.landmark);
+  MatrixXd by_body(numbers, 3);
+  for (std::size_t k = 0; k < matches.size(); ++k) {
+    const auto [observation, landmark] = matches[k];
+    const auto row = 2 * static_cast<Index>(k);
     const ExpectedReading expected =
         expected_reading(pose, problem_.sensor.body_from_sensor, landmark_at(landmark));
-    const Matrix23 by_body = expected.by_pose * axes;
-    const auto column = 2 * static_cast<Index>(k);
-    derivatives.push_back({landmarks_[nth(landmark)].variable, column, expected.by_landmark.transpose()});
-    append_by_body(by_body, column, derivatives);
-    R[k] = reading_covariance(problem_.sensor) + by_body * since_.motion.covariance * by_body.transpose();
-    report_.observations[known[k]].innovation = innovation_of(observation, expected);
+    result.innovation.segment<2>(row) = innovation_of(observations[observation], expected);
+    derivatives.push_back({map_.landmarks[nth(landmark)].variable, row, expected.by_landmark.transpose()});
+    by_body.middleRows<2>(row) = expected.by_pose * axes;
   }
-  const MatrixXd S = tree_.projected_covariance(derivatives, numbers);
+  append_by_body(by_body, 0, derivatives);
+  result.S = tree_.projected_covariance(derivatives, numbers);
+  result.S += by_body * since_.motion.covariance * by_body.transpose();
+  const Matrix2 R = reading_covariance(problem_.sensor);
+  for (Index row = 0; row < numbers; row += 2) result.S.block<2, 2>(row, row) += R;
+  return result;
+}
+
+/// NIS of what shows landmarks of the map.
+void IncrementalSmoother::judge(std::span<const std::size_t> shown,
+                                std::span<const Observation> observations) {
+  std::vector<Match> known;
+  for (const std::size_t i : shown) {
+    report_.observations[i].decision = Decision::created;
+    const int landmark = landmark_of(i, observations[i]);
+    if (landmark >= 0) known.push_back({i, landmark});
+  }
+  const Innovations all = innovations(known, observations);
   for (std::size_t k = 0; k < known.size(); ++k) {
-    ObservationReport& report = report_.observations[known[k]];
+    ObservationReport& report = report_.observations[known[k].observation];
     const auto row = 2 * static_cast<Index>(k);
-    const Matrix2 of_innovation = S.block<2, 2>(row, row) + R[k];
-    report.nis = report.innovation.dot(of_innovation.llt().solve(report.innovation));
+    const Matrix2 S = all.S.block<2, 2>(row, row);
+    report.innovation = all.innovation.segment<2>(row);
+    report.nis = report.innovation.dot(S.llt().solve(report.innovation));
     report.decision = report.nis <= options_.gate ? Decision::matched : Decision::rejected;
   }
 }
@@ -98,7 +108,7 @@ VectorXd IncrementalSmoother::parameters() const {
 }
 
 Vector2 IncrementalSmoother::landmark_at(int landmark) const {
-  return at_.landmarks[nth(landmark)] + tree_.solution(landmarks_[nth(landmark)].variable);
+  return at_.landmarks[nth(landmark)] + tree_.solution(map_.landmarks[nth(landmark)].variable);
 }
 
 /// What is known of the systematic errors may have changed since the keyframe.
@@ -111,16 +121,21 @@ Pose2 IncrementalSmoother::pose_now() const {
 }
 
 MappedLandmark IncrementalSmoother::landmark(std::size_t index) const {
-  const Landmark& landmark = landmarks_[index];
+  const Landmark& landmark = map_.landmarks[index];
   const std::array<EliminationTree::Derivative, 1> itself{{{landmark.variable, 0, Matrix2::Identity()}}};
   return {landmark.id, landmark_at(static_cast<int>(index)), tree_.projected_covariance(itself, 2),
-          landmark.sightings};
+          landmark.sightings.size()};
 }
 
-MatrixXd IncrementalSmoother::map_covariance() const {
+MatrixXd IncrementalSmoother::map_covariance(std::span<const std::size_t> landmarks) const {
   Minimiser all(problem_);
   if (problem_.landmarks == 0 || !all.linearise(problem_, state())) return {};
-  return all.map_covariance(0, problem_.landmarks);
+  std::vector<Index> rows;
+  for (const std::size_t landmark : landmarks) {
+    const auto row = 2 * static_cast<Index>(landmark);
+    rows.insert(rows.end(), {row, row + 1});
+  }
+  return all.map_covariance(0, problem_.landmarks)(rows, rows);
 }
 
 PoseEstimate IncrementalSmoother::estimate() const {

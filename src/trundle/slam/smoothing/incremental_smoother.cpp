@@ -15,10 +15,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// What linearising a reading may leave out, as a share of its sigma; and the share of what is linear below
-// which what hangs on a move is not asked.
+// What linearising a reading may leave out, as a share of its sigma.
 constexpr double kLinear = 0.05;
-constexpr double kMatters = 0.1;
 
 }  // namespace
 
@@ -43,7 +41,7 @@ struct IncrementalSmoother::Equations {
     system.add(i, right);
   }
   int pose_block(int pose) const { return of.pose_variables_[nth(pose)]; }
-  int landmark_block(int landmark) const { return of.landmarks_[nth(landmark)].variable; }
+  int landmark_block(int landmark) const { return of.map_.landmarks[nth(landmark)].variable; }
   int parameter_block() const { return of.parameter_variable_; }
 };
 
@@ -51,7 +49,14 @@ IncrementalSmoother::IncrementalSmoother(const LandmarkSensor& sensor,
                                          const IncrementalSmootherOptions& options)
     : options_(options),
       linear_(linear_moves(sensor)),
-      free_(free_of(options.prior.systematic_sigma, options.has_bias)) {
+      free_(free_of(options.prior.systematic_sigma, options.has_bias)),
+      map_{.landmarks = {},
+           .number_of = {},
+           .next_unidentified = options.first_unidentified,
+           .merged_into = {},
+           .grid = LandmarkGrid(kCellShare * sensor.max_range_m),
+           .visibility = Visibility(sensor.max_range_m, options.unknown.existence)},
+      unidentified_(sensor, options.unknown, options.gate) {
   const VectorXd sigma = options.prior.systematic_sigma(free_);
   problem_.sensor = sensor;
   problem_.parameter_information = sigma.cwiseAbs2().cwiseInverse();
@@ -69,20 +74,18 @@ IncrementalSmoother::IncrementalSmoother(const LandmarkSensor& sensor,
 const StepReport& IncrementalSmoother::step(const Motion& motion, std::span<const Observation> observations) {
   report_.observations.assign(observations.size(), {});
   add_motion(motion);
+  associate(observations);
   std::vector<std::size_t> shown;
-  for (std::size_t i = 0; i < observations.size(); ++i) {
-    if (!is_valid(observations[i])) continue;
-    if (observations[i].landmark >= 0)
+  for (std::size_t i = 0; i < observations.size(); ++i)
+    if (is_valid(observations[i]) && report_.observations[i].decision != Decision::rejected)
       shown.push_back(i);
-    else
-      report_.observations[i].decision = Decision::rejected;
-  }
   if (shown.empty()) return report_;
   judge(shown, observations);
   add_keyframe();
   in_view_.clear();
-  for (const std::size_t i : shown) add_sighting(observations[i]);
+  for (const std::size_t i : shown) add_sighting(i, observations[i]);
   settle();
+  revise_map();
   return report_;
 }
 
@@ -142,8 +145,9 @@ void IncrementalSmoother::add_keyframe() {
   since_.has_moved = false;
 }
 
-/// Where a new pose is linearised: where it stands among the landmarks in view as those are linearised, so
-/// that what all of them have moved alike does not come between it and them.
+/// Where a new pose is linearised: where it stands among the landmarks in view as those are linearised, and
+/// turned as the pose before it is, so that what all of them have moved alike does not come between it and
+/// them.
 Pose2 IncrementalSmoother::linearisation_of(const Pose2& now) const {
   if (in_view_.empty()) return now;
   Vector2 linearised = Vector2::Zero();
@@ -156,29 +160,6 @@ Pose2 IncrementalSmoother::linearisation_of(const Pose2& now) const {
   const Pose2 map_from_linearised = Pose2{linearised.x() + moved.x(), linearised.y() + moved.y(), turned} *
                                     Pose2{linearised.x(), linearised.y(), 0.0}.inverse();
   return map_from_linearised.inverse() * now;
-}
-
-void IncrementalSmoother::add_sighting(const Observation& observation) {
-  const int landmark = add_landmark(observation);
-  const int variable = landmarks_[nth(landmark)].variable;
-  add_part({Part::Kind::sighting, problem_.sightings.size()}, {{pose_variables_.back(), variable}});
-  problem_.sightings.push_back({problem_.poses - 1, landmark, observation});
-  landmarks_[nth(landmark)].seen_from = problem_.poses - 1;
-  ++landmarks_[nth(landmark)].sightings;
-  if (sees_.back() < 0) sees_.back() = landmark;
-  if (std::ranges::find(in_view_, variable) == in_view_.end()) in_view_.push_back(variable);
-}
-
-/// Its number; a new one is where the sighting shows it.
-int IncrementalSmoother::add_landmark(const Observation& observation) {
-  const auto [found, is_new] = number_of_.try_emplace(observation.landmark, problem_.landmarks);
-  if (!is_new) return found->second;
-  ++problem_.landmarks;
-  landmarks_.push_back({observation.landmark, add_unknown({Unknown::Kind::landmark, found->second},
-                                                          Vector2::Constant(kMatters * linear_.way_m))});
-  at_.landmarks.push_back(
-      sighted_landmark(at_.poses.back(), problem_.sensor.body_from_sensor, observation).in_world);
-  return found->second;
 }
 
 int IncrementalSmoother::add_unknown(const Unknown& unknown, const VectorXd& tolerance) {
@@ -199,7 +180,9 @@ void IncrementalSmoother::settle() {
   for (int round = 1;; ++round) {
     if (!tree_.update(last, [this](int term, FrontSystem& system) { linearise(term, system); }))
       throw CannotAnswer("the sightings leave poses or landmarks undetermined");
-    if (round >= options_.most_rounds || !relinearise(tree_.solve())) return;
+    const std::vector<int>& solved = tree_.solve();
+    note_moved(solved);
+    if (round >= options_.most_rounds || !relinearise(solved)) return;
   }
 }
 
@@ -214,14 +197,24 @@ bool IncrementalSmoother::relinearise(std::span<const int> solved) {
       if (std::abs(tree_.solution(variable)[2]) <= linear_.turn_rad &&
           (seen < 0 || moved_apart(seen, unknown.index).left_out <= 2.0 * kLinear))
         continue;
-      return relinearise_all();
+      if (!has_moved_alone(unknown.index)) return relinearise_all();
+      move_linearisation(variable, tree_.solution(variable));
+      moved = true;
+      continue;
     }
-    const Apart apart = moved_apart(unknown.index, landmarks_[nth(unknown.index)].seen_from);
+    const Apart apart = moved_apart(unknown.index, map_.landmarks[nth(unknown.index)].seen_from);
     if (apart.left_out <= kLinear) continue;
     move_linearisation(variable, apart.moved);
     moved = true;
   }
   return moved;
+}
+
+/// And not with what it sees: that is linear about where it was.
+bool IncrementalSmoother::has_moved_alone(int pose) const {
+  const int seen = sees_[nth(pose)];
+  return seen >= 0 &&
+         left_out(tree_.solution(map_.landmarks[nth(seen)].variable), sight_of(seen, pose)) <= kLinear;
 }
 
 bool IncrementalSmoother::relinearise_all() {
@@ -231,19 +224,28 @@ bool IncrementalSmoother::relinearise_all() {
   return true;
 }
 
+/// From the pose to the landmark, as both are linearised.
+Vector2 IncrementalSmoother::sight_of(int landmark, int pose) const {
+  return at_.landmarks[nth(landmark)] - at_.poses[nth(pose)].translation();
+}
+
 /// Readings see where landmarks are in the frame of a pose: what both move alike does not matter.
 IncrementalSmoother::Apart IncrementalSmoother::moved_apart(int landmark, int pose) const {
   const auto of_pose = tree_.solution(pose_variables_[nth(pose)]);
   const Pose2& from = at_.poses[nth(pose)];
-  const Vector2 u = at_.landmarks[nth(landmark)] - from.translation();
+  const Vector2 u = sight_of(landmark, pose);
   const Vector2 turned = of_pose[2] * Vector2(-u.y(), u.x());
   const Vector2 moved = from * Vector2(of_pose.head<2>()) - from.translation();
-  const Vector2 apart = tree_.solution(landmarks_[nth(landmark)].variable) - turned - moved;
-  const double range = std::max(u.norm(), problem_.sensor.range_sigma_m);
-  const double along = apart.dot(u) / range;
-  const double across = (apart.y() * u.x() - apart.x() * u.y()) / range;
-  return {apart, std::max(across * across / (2.0 * range * problem_.sensor.range_sigma_m),
-                          std::abs(along * across) / (range * range * problem_.sensor.bearing_sigma_rad))};
+  const Vector2 apart = tree_.solution(map_.landmarks[nth(landmark)].variable) - turned - moved;
+  return {apart, left_out(apart, u)};
+}
+
+double IncrementalSmoother::left_out(const Vector2& apart, const Vector2& sight) const {
+  const double range = std::max(sight.norm(), problem_.sensor.range_sigma_m);
+  const double along = apart.dot(sight) / range;
+  const double across = (apart.y() * sight.x() - apart.x() * sight.y()) / range;
+  return std::max(across * across / (2.0 * range * problem_.sensor.range_sigma_m),
+                  std::abs(along * across) / (range * range * problem_.sensor.bearing_sigma_rad));
 }
 
 void IncrementalSmoother::linearise(int term, FrontSystem& system) const {
@@ -274,6 +276,8 @@ void IncrementalSmoother::move_linearisation(int variable, const VectorXd& by) {
     case Unknown::Kind::parameters:
       at_.parameters += by;
       break;
+    case Unknown::Kind::removed:
+      return;
   }
   tree_.move(variable, by);
 }

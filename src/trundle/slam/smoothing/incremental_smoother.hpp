@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "trundle/slam/association/unidentified.hpp"
 #include "trundle/slam/report.hpp"
 #include "trundle/slam/smoothing/elimination_tree.hpp"
 #include "trundle/slam/smoothing/smoothing_problem.hpp"
@@ -16,6 +17,9 @@ struct IncrementalSmootherOptions {
   bool has_bias = false;       ///< the first of the systematic errors walks: the gyro's bias
   double gate = kDefaultGate;  ///< NIS beyond which a sighting has less weight than its square: an outlier
   int most_rounds = 10;        ///< linearisations in one step; what is left is done in the next one
+  UnknownIdOptions unknown = {};
+  LandmarkId first_unidentified =
+      0;  ///< unidentified landmarks are numbered from here on: above all given ids
 };
 
 /// All poses, landmarks and systematic errors by nonlinear least squares, as it drives: after each step the
@@ -25,20 +29,27 @@ class IncrementalSmoother {
  public:
   IncrementalSmoother(const LandmarkSensor& sensor, const IncrementalSmootherOptions& options);
 
-  /// One motion and what was seen at its end. Sightings without an id are left out.
+  /// One motion and what was seen at its end. Sightings without an id show what explains all of them best;
+  /// landmarks that turn out to be one become one.
   const StepReport& step(const Motion& motion, std::span<const Observation> observations);
   /// What the gyro reads at rest, after a step.
   void read_bias(const BiasReading& reading);
 
   /// Of now, in the world, given everything so far.
   [[nodiscard]] PoseEstimate estimate() const;
-  [[nodiscard]] std::size_t landmarks() const { return landmarks_.size(); }
+  [[nodiscard]] std::size_t landmarks() const { return map_.landmarks.size(); }
   [[nodiscard]] MappedLandmark landmark(std::size_t index) const;
-  /// Of all landmarks, x and y of each [m²]: as costly as smoothing all of it once. Empty without landmarks.
-  [[nodiscard]] Eigen::MatrixXd map_covariance() const;
-  /// For what asks filters: all landmarks have names, and so they are there.
+  /// Of some landmarks, x and y of each [m²]: as costly as smoothing all of it once. Empty without landmarks.
+  [[nodiscard]] Eigen::MatrixXd map_covariance(std::span<const std::size_t> landmarks) const;
+  /// Whether its map has it.
   [[nodiscard]] bool has_landmark(std::size_t) const { return true; }
-  [[nodiscard]] bool is_confirmed(std::size_t) const { return true; }
+  /// Whether it surely exists: an unidentified one may be tentative.
+  [[nodiscard]] bool is_confirmed(std::size_t index) const {
+    return map_.landmarks[index].is_identified ||
+           map_.landmarks[index].existence.is_confirmed(map_.visibility);
+  }
+  /// The landmark that what was once taken for `id` is known to be today: itself, if it is no duplicate.
+  [[nodiscard]] LandmarkId merged(LandmarkId id) const;
 
   /// What it solves, and its solution so far: of what is far from here as it was when that last mattered.
   [[nodiscard]] const SmoothingProblem& problem() const { return problem_; }
@@ -49,7 +60,7 @@ class IncrementalSmoother {
   static void persist(Archive& archive, Self& self) {
     archive(self.problem_.poses, self.problem_.landmarks, self.problem_.motions, self.problem_.sightings,
             self.problem_.bias_readings, self.at_, self.tree_, self.parts_, self.unknown_of_,
-            self.pose_variables_, self.sees_, self.landmarks_, self.number_of_, self.in_view_, self.since_,
+            self.pose_variables_, self.sees_, self.term_of_, self.map_, self.in_view_, self.since_,
             self.report_);
   }
 
@@ -57,12 +68,30 @@ class IncrementalSmoother {
   struct Landmark {
     LandmarkId id = kUnknownLandmark;
     int variable = -1;
-    int seen_from = -1;  ///< the last pose
-    std::size_t sightings = 0;
+    bool is_identified = false;  ///< the caller gave its id: it exists
+    int seen_from = -1;          ///< the last pose
+    std::vector<std::size_t> sightings = {};
+    Existence existence = {};
 
     template <class Archive, class Self>
     static void persist(Archive& archive, Self& self) {
-      archive(self.id, self.variable, self.seen_from, self.sightings);
+      archive(self.id, self.variable, self.is_identified, self.seen_from, self.sightings, self.existence);
+    }
+  };
+  /// Which landmark each of the problem's is.
+  struct Map {
+    std::vector<Landmark> landmarks;      ///< in the problem's order
+    std::map<LandmarkId, int> number_of;  ///< of those whose id the caller gave
+    LandmarkId next_unidentified;         ///< id of the next landmark whose sighting has none
+    std::map<LandmarkId, LandmarkId> merged_into;
+    LandmarkGrid grid;        ///< of the unidentified landmarks
+    double off_grid_m = 0.0;  ///< at most so far have they moved since all were put there
+    Visibility visibility;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.landmarks, self.number_of, self.next_unidentified, self.merged_into, self.grid,
+              self.off_grid_m, self.visibility);
     }
   };
   /// A part of the problem, which is a term of the tree.
@@ -77,7 +106,7 @@ class IncrementalSmoother {
   };
   /// What a variable of the tree is.
   struct Unknown {
-    enum class Kind { pose, landmark, parameters } kind;
+    enum class Kind { pose, landmark, parameters, removed } kind;
     int index;
 
     template <class Archive, class Self>
@@ -97,6 +126,8 @@ class IncrementalSmoother {
       archive(self.motion, self.bias, self.parameters, self.has_moved);
     }
   };
+  /// The share of what is linear below which what hangs on a move is not asked.
+  static constexpr double kMatters = 0.1;
   /// Moves within which sightings are linear.
   struct LinearMoves {
     double turn_rad;
@@ -109,22 +140,55 @@ class IncrementalSmoother {
     double left_out;
   };
   struct Equations;
+  /// An observation and the landmark of the map that it shows, or may show.
+  struct Match {
+    std::size_t observation;
+    int landmark;
+  };
+  /// Landmarks that may be one.
+  struct Duplicate {
+    int a, b;
+  };
+  /// Of some matches, two numbers each: (range, bearing), and the covariance of all together.
+  struct Innovations {
+    Eigen::VectorXd innovation;
+    Eigen::MatrixXd S;
+  };
 
   static LinearMoves linear_moves(const LandmarkSensor& sensor);
   void add_motion(const Motion& motion);
+  void associate(std::span<const Observation> observations);
+  [[nodiscard]] std::vector<std::vector<std::size_t>> candidates(std::span<const Observation> observations);
+  [[nodiscard]] int landmark_of(std::size_t i, const Observation& observation) const;
+  [[nodiscard]] Innovations innovations(std::span<const Match> matches,
+                                        std::span<const Observation> observations) const;
   void judge(std::span<const std::size_t> shown, std::span<const Observation> observations);
   void append_by_body(const Eigen::MatrixXd& by_body, Eigen::Index column,
                       std::vector<EliminationTree::Derivative>& derivatives) const;
   void add_keyframe();
-  void add_sighting(const Observation& observation);
+  void add_sighting(std::size_t i, const Observation& observation);
   int add_landmark(const Observation& observation);
+  void give_id(int landmark, LandmarkId id);
+  void remove_sighting(std::size_t sighting);
+  void remove_landmark(int landmark);
+  void merge(int kept, int gone);
+  void revise_map();
+  bool merge_duplicates();
+  bool merge(const JointExplanation& explanation, std::span<const Duplicate> pairs);
+  [[nodiscard]] bool are_seen_together(int a, int b) const;
+  void note_moved(std::span<const int> solved);
+  void refresh_grid();
   int add_unknown(const Unknown& unknown, const Eigen::VectorXd& tolerance);
   void add_part(const Part& part, std::span<const int> variables);
   void settle();
   void linearise(int term, FrontSystem& system) const;
   bool relinearise(std::span<const int> solved);
+  [[nodiscard]] bool has_moved_alone(int pose) const;
   bool relinearise_all();
+  [[nodiscard]] Vector2 sight_of(int landmark, int pose) const;
   [[nodiscard]] Apart moved_apart(int landmark, int pose) const;
+  /// Of a reading, as a share of its sigma, where a landmark has moved by `apart` against the pose. Eq. 23.
+  [[nodiscard]] double left_out(const Vector2& apart, const Vector2& sight) const;
   [[nodiscard]] Pose2 linearisation_of(const Pose2& now) const;
   void move_linearisation(int variable, const Eigen::VectorXd& by);
 
@@ -146,9 +210,10 @@ class IncrementalSmoother {
   std::vector<Part> parts_;          ///< by term
   std::vector<Unknown> unknown_of_;  ///< by variable
   std::vector<int> pose_variables_;
-  std::vector<int> sees_;  ///< by pose: a landmark; −1: none
-  std::vector<Landmark> landmarks_;
-  std::map<LandmarkId, int> number_of_;
+  std::vector<int> sees_;     ///< by pose: a landmark; −1: none
+  std::vector<int> term_of_;  ///< by sighting
+  Map map_;
+  UnidentifiedSightings unidentified_;  ///< of the step at hand
   int parameter_variable_ = -1;
   std::vector<int> in_view_;  ///< variables of landmarks of the last keyframe
   SinceKeyframe since_;

@@ -98,13 +98,13 @@ std::vector<LandmarkPair> duplicates_in(const ShownObservations& shown, std::spa
                                         const DifferenceCovariance& covariance) {
   const std::set<LandmarkPair> different = seen_together(shown);
   const double gate = UnknownIdOptions{}.gate;
-  const double anywhere = 2.0 * std::log(kPi * sensor.max_range_m * sensor.max_range_m);
+  const double anywhere = cost_of_any_place(sensor.max_range_m);
   LandmarkGrid grid = placed(map, sensor);
   std::vector<std::pair<double, LandmarkPair>> alike;
   std::vector<std::size_t> near;
   for (const MappedLandmark& a : map) {
     const double sigma_m = sigma_of(a);
-    grid.near(a.position, kSigmas * std::sqrt(2.0) * sigma_m, map.size(), near);
+    grid.near(a.position, kDuplicateSigmas * sigma_m, map.size(), near);
     for (const std::size_t j : near) {
       const MappedLandmark& b = map[j];
       const bool is_surer = std::pair(sigma_of(b), b.id) < std::pair(sigma_m, a.id);
