@@ -31,6 +31,58 @@ TEST(Csv, reads_columns_and_their_names) {
   EXPECT_THAT(table.read({&second, 1}).numbers[0], ElementsAre(2, 4));
 }
 
+/// Wherever a piece ends: within a cell, a quote, a line's end, the header's preamble.
+TEST(Csv, rows_are_the_same_from_a_file_that_is_read_in_pieces) {
+  const std::string text =
+      "\xEF\xBB\xBF# made today\r\na,b\n1,2\r\n\n# between\n\"3\",-4.25e-3\n,6\n17,18\n9,1";
+  const CsvFormat format;
+  const CsvTable whole(text, "log.csv", format);
+  const std::array wanted = {CsvColumn{0}, CsvColumn{1}};
+  const CsvRows expected = whole.read(wanted);
+  const std::size_t head = text.find("1,2");
+  for (std::size_t length = 1; length < text.size() - head; ++length) {
+    std::size_t at = head;
+    const CsvTable table(std::string_view(text).substr(0, head), "log.csv", format);
+    const CsvRows rows = table.read(wanted, {[&] {
+                                               const auto piece = std::string_view(text).substr(at, length);
+                                               at += piece.size();
+                                               return piece;
+                                             },
+                                             text.size() - head});
+    ASSERT_EQ(rows.count(), expected.count()) << length;
+    for (std::size_t column = 0; column < 2; ++column)
+      EXPECT_THAT(rows.numbers[column],
+                  testing::Pointwise(testing::NanSensitiveDoubleEq(), expected.numbers[column]))
+          << length;
+    for (std::size_t row = 0; row < rows.count(); ++row)
+      EXPECT_EQ(rows.lines.line_of(row), expected.lines.line_of(row)) << length;
+  }
+}
+
+TEST(Csv, a_head_ends_beyond_the_lines_from_which_a_message_is_made) {
+  std::string text = "# preamble\na,b\n";
+  EXPECT_FALSE(CsvTable::has_head(text, "log.csv", {}));
+  for (int row = 0; row < 60; ++row) text += "1,2\n";
+  EXPECT_TRUE(CsvTable::has_head(text, "log.csv", {}));
+  EXPECT_FALSE(CsvTable::has_head(text, "log.csv", {.skip_lines = 50}));
+  EXPECT_FALSE(CsvTable::has_head(std::string(100, '\n') + "a,b\n", "log.csv", {}));
+}
+
+/// A preamble that is longer than a piece of the file.
+TEST(Csv, a_file_is_read_to_its_header_whatever_comes_before_it) {
+  const test::Folder folder;
+  std::string text;
+  for (int line = 0; line < 20'000; ++line) text += "# a comment of the logger, line after line\n";
+  text += "time_s,yaw_rate_rad_s\n";
+  for (int row = 0; row < 50'000; ++row) text += fmt::format("{:.2f},{}\n", 0.01 * row, row);
+  folder.write("gyro.csv", text);
+  const Recording recording = read_recording(folder.path());
+  ASSERT_EQ(recording.gyro.time_s.size(), 50'000);
+  EXPECT_EQ(recording.gyro.yaw_rate_rad_s.back(), 49'999);
+  EXPECT_EQ(recording.gyro.origin.lines.line_of(49'999), 70'001);
+  EXPECT_EQ(recording.inputs.at(0).sha256, io::sha256_of(text));
+}
+
 TEST(Csv, tolerates_byte_order_mark_carriage_returns_comments_blanks_and_quotes) {
   const CsvRows rows = read_all(
       "\xEF\xBB\xBF# made today\r\n\r\n \"a\" , b\r\n1,2\r\n# between\r\n\r\n \"3\" , 4 \r\n5,6\r\n");

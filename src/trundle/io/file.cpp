@@ -1,9 +1,7 @@
 #include "trundle/io/file.hpp"
 
-#include <array>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 
 #include "trundle/io/error.hpp"
 #include "trundle/io/pieces.hpp"
@@ -12,35 +10,32 @@
 
 namespace trundle::io {
 
-namespace {
-
-/// Hands the bytes of a file on, piece by piece. Throws InputError when it cannot be read to its end, or is
-/// no file.
-template <typename Take>
-void read_pieces(const std::filesystem::path& path, const Take& take) {
+FilePieces::FilePieces(const std::filesystem::path& path) : path_(path) {
+  constexpr std::size_t kPiece = 1 << 18;  // bytes: calls cost nothing beside what is done with so many
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
   if (is_directory(status)) throw InputError(path.string(), "is a folder", "a file");
   if (exists(status) && !is_regular_file(status))  // a pipe may keep silent, /dev/zero never ends
     throw InputError(path.string(), "is no file", "a readable file");
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw InputError(path.string(), std::strerror(errno), "a readable file");
-  std::array<char, 1 << 16> piece;
-  do {
-    in.read(piece.data(), piece.size());
-    take(std::string_view(piece.data(), static_cast<std::size_t>(in.gcount())));
-  } while (in);
-  if (in.bad()) throw InputError(path.string(), std::strerror(errno), "a readable file");
+  in_.open(path, std::ios::binary);
+  if (!in_) throw InputError(path.string(), std::strerror(errno), "a readable file");
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (!error) size_ = size;
+  piece_.resize(kPiece);
 }
 
-}  // namespace
+std::string_view FilePieces::next() {
+  if (!in_) return {};
+  in_.read(piece_.data(), static_cast<std::streamsize>(piece_.size()));
+  if (in_.bad()) throw InputError(path_.string(), std::strerror(errno), "a readable file");
+  return {piece_.data(), static_cast<std::size_t>(in_.gcount())};
+}
 
 std::string read_file(const std::filesystem::path& path) {
+  FilePieces pieces(path);
   std::string text;
-  std::error_code error;
-  if (const auto size = std::filesystem::file_size(path, error); !error)
-    text.reserve(size);  // it may grow yet
-  read_pieces(path, [&](std::string_view piece) { text += piece; });
+  text.reserve(pieces.size());
+  for (std::string_view piece = pieces.next(); !piece.empty(); piece = pieces.next()) text += piece;
   return text;
 }
 
@@ -61,7 +56,8 @@ std::string sha256_of(std::string_view content) {
 /// A log may be larger than what is kept of it: its bytes are never all in memory.
 InputFile input_file(const std::filesystem::path& path) {
   Sha256 sha;
-  read_pieces(path, [&](std::string_view piece) { sha.add(piece); });
+  FilePieces pieces(path);
+  for (std::string_view piece = pieces.next(); !piece.empty(); piece = pieces.next()) sha.add(piece);
   return {path.string(), sha.hex()};
 }
 

@@ -13,6 +13,8 @@
 namespace trundle::recording {
 namespace {
 
+constexpr std::size_t kMostLines = 50;  // of a preamble: an error message is no reason to read all of a log
+
 std::string_view without_byte_order_mark(std::string_view text, const std::string& file) {
   if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
     throw InputError(file, "is UTF-16 text", "UTF-8 or ASCII text");
@@ -48,6 +50,18 @@ CsvTable::CsvTable(std::string_view text, std::string file, const CsvFormat& for
                        has_numbers_for_names() ? meant() : "every column once");
 }
 
+bool CsvTable::has_head(std::string_view text, const std::string& file, const CsvFormat& format) {
+  const CellScanner scanner(format);
+  std::size_t lines = 0;  // from the header on
+  std::string_view rest = without_byte_order_mark(text, file);
+  for (std::size_t line = 1, end = rest.find('\n'); end != rest.npos; ++line, end = rest.find('\n')) {
+    if (lines > 0 || (line > format.skip_lines && !scanner.is_skipped(rest.substr(0, end)))) ++lines;
+    if (lines > kMostLines + 1) return true;
+    rest.remove_prefix(end + 1);
+  }
+  return false;
+}
+
 bool CsvTable::has_numbers_for_names() const {
   return !names_.empty() && std::ranges::all_of(names_, [](const std::string& name) {
     const auto value = number_in(name);
@@ -61,7 +75,6 @@ std::string_view CsvTable::second_line() const {
 }
 
 std::size_t CsvTable::lines_before_columns() const {
-  constexpr std::size_t kMostLines = 50;  // of a preamble: an error message is no reason to read all of a log
   const CellScanner scanner(format_);
   std::size_t at = body_;
   for (std::size_t line = body_line_; line < header_line_ + kMostLines && at < text_.size(); ++line) {

@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "trundle/io/pieces.hpp"
 #include "trundle/recording/line_map.hpp"
 
 namespace trundle::recording {
@@ -53,13 +54,21 @@ struct CsvRows {
   std::size_t count() const { return lines.rows(); }
 };
 
-/// A table in memory: where its header and rows are. A byte-order mark, comment lines, blank lines, CRLF,
-/// spaces around cells and quotes are tolerated. The text must outlive it.
+/// What follows the text that a table was made of.
+struct CsvRest {
+  NextText next;
+  std::size_t size = 0;  ///< about, so that columns are not copied while they grow [bytes]
+};
+
+/// A table, all of it or its head: where its header and rows are. A byte-order mark, comment lines, blank
+/// lines, CRLF, spaces around cells and quotes are tolerated. The text must outlive it.
 class CsvTable {
  public:
   /// `file` names the place in errors. Throws InputError when the text is empty or not UTF-8, or names
   /// repeat.
   CsvTable(std::string_view text, std::string file, const CsvFormat& format);
+  /// Whether the text goes so far that a table can be made of it, whatever follows.
+  static bool has_head(std::string_view text, const std::string& file, const CsvFormat& format);
 
   const std::string& file() const { return file_; }
   const std::vector<std::string>& names() const { return names_; }
@@ -74,7 +83,8 @@ class CsvTable {
 
   /// Throws InputError with file and line at a row with more or fewer cells than the header (the first row
   /// where there is none), and at text where a number should be. Numbers are the same bits as strtod's.
-  CsvRows read(std::span<const CsvColumn> wanted) const;
+  /// `rest`: asked to its end.
+  CsvRows read(std::span<const CsvColumn> wanted, const CsvRest& rest = {}) const;
 
  private:
   /// Lines of text about the file, before those with columns; 0: there seem to be none.

@@ -221,23 +221,37 @@ std::string expected_of(const CsvTable& table, std::size_t line, const WrongLine
 
 }  // namespace
 
-CsvRows CsvTable::read(std::span<const CsvColumn> wanted) const {
+CsvRows CsvTable::read(std::span<const CsvColumn> wanted, const CsvRest& rest) const {
   const std::string_view body = text_.substr(body_);
-  const std::string_view whole_lines = body.substr(0, body.rfind('\n') + 1);
-  const std::string last_line = std::string(body.substr(whole_lines.size())) + '\n';
   RowReader reader(format_, columns_, wanted);
-  reader.reserve(body.size() / std::max<std::size_t>(1, line_at(body, 0).size()));
-  try {
-    reader.read(whole_lines, body_line_);
-  } catch (const WrongLine& wrong) {
-    fail(*this, reader.line(), wrong);
+  reader.reserve((body.size() + rest.size) / std::max<std::size_t>(1, line_at(body, 0).size()));
+  std::size_t line = body_line_;
+  const auto read = [&](std::string_view whole_lines) {
+    try {
+      reader.read(whole_lines, line);
+    } catch (const WrongLine& wrong) {
+      fail(*this, reader.line(), wrong);
+    }
+    line = reader.line();
+  };
+  const auto next = [&] { return rest.next ? rest.next() : std::string_view(); };
+  std::string last_line;  // of which no end has been seen yet
+  for (std::string_view piece = body.empty() ? next() : body; !piece.empty(); piece = next()) {
+    const std::size_t end = piece.rfind('\n') + 1;
+    if (end > 0) {
+      const std::size_t first_end = last_line.empty() ? 0 : piece.find('\n') + 1;
+      read(last_line.append(piece, 0, first_end));
+      last_line.clear();
+      read(piece.substr(first_end, end - first_end));
+    }
+    last_line += piece.substr(end);
   }
-  const std::size_t unfinished = reader.line();
+  last_line += '\n';
   try {
-    reader.read(last_line, unfinished);
+    reader.read(last_line, line);
   } catch (const WrongLine& wrong) {
-    if (!may_be_cut(wrong)) fail(*this, unfinished, wrong);
-    reader.rows().truncated_line = unfinished;
+    if (!may_be_cut(wrong)) fail(*this, line, wrong);
+    reader.rows().truncated_line = line;
     reader.flush();
   }
   return std::move(reader.rows());

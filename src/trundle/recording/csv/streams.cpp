@@ -30,8 +30,8 @@ constexpr std::array<Suffix, 4> kSuffixes = {{{"_ticks", WheelUnit::ticks},
                                               {"_rad_s", WheelUnit::rate}}};
 
 std::vector<ColumnSource> wheel_columns_in(const std::filesystem::path& file) {
-  const std::string text = read_file(file);
-  const CsvTable table(text, file.string(), {});
+  const CsvFile text(file, {});
+  const CsvTable table(text.head(), file.string(), {});
   std::vector<ColumnSource> columns;
   for (const std::string& name : table.names())
     if (wheel_column(name)) columns.push_back({name, name});
@@ -54,11 +54,12 @@ void make_continuous(std::vector<double>& heading) {
   }
 }
 
-/// The rows, and among the inputs the very bytes that they are from: a log may still grow.
+/// The rows, and among the inputs what they are from.
 Table read_noted(const StreamSource& source, const RowRules& rules, Recording& recording) {
-  std::string text = read_file(source.file);
-  note_input(source.file, text, recording);
-  return read_table(source, std::move(text), rules, recording.findings);
+  CsvFile file(source.file, source.format);
+  Table table = read_table(source, file, rules, recording.findings);
+  note_input(file.input(), recording);
+  return table;
 }
 
 void read_wheels(const StreamSource& source, Recording& recording) {
@@ -161,7 +162,10 @@ void read_landmarks(const StreamSource& source, Recording& recording) {
 }  // namespace
 
 void note_input(const std::filesystem::path& file, std::string_view text, Recording& recording) {
-  const InputFile input{file.string(), sha256_of(text)};
+  note_input({file.string(), sha256_of(text)}, recording);
+}
+
+void note_input(const InputFile& input, Recording& recording) {
   const auto same = [&](const InputFile& other) {
     return other.path == input.path && other.sha256 == input.sha256;
   };

@@ -115,8 +115,8 @@ void report_header(const StreamSource& source, const CsvTable& csv, std::vector<
 }
 
 /// All rows as they are, in the stream's columns and units.
-Table read_rows(const StreamSource& source, std::string_view text, std::vector<Finding>& findings) {
-  const CsvTable csv(text, source.file.string(), source.format);
+Table read_rows(const StreamSource& source, CsvFile& file, std::vector<Finding>& findings) {
+  const CsvTable csv(file.head(), source.file.string(), source.format);
   Selection selection(source.place.empty() ? csv.file() : source.place);
   std::vector<std::optional<std::size_t>> positions;
   for (const ColumnSource& column : source.columns) {
@@ -131,7 +131,7 @@ Table read_rows(const StreamSource& source, std::string_view text, std::vector<F
   if (!source.columns.empty() && selection.wanted().size() == (time ? 1 : 0)) throw no_column(source, csv);
 
   report_header(source, csv, findings);
-  CsvRows rows = csv.read(selection.wanted());
+  CsvRows rows = csv.read(selection.wanted(), file.rest());
   std::vector<int> uses(selection.wanted().size());  // of each column that was read, still to come
   for (const auto& position : positions)
     if (position) ++uses[*position];
@@ -167,10 +167,9 @@ Table read_rows(const StreamSource& source, std::string_view text, std::vector<F
 
 }  // namespace
 
-Table read_table(const StreamSource& source, std::string text, const RowRules& rules,
+Table read_table(const StreamSource& source, CsvFile& file, const RowRules& rules,
                  std::vector<Finding>& findings) {
-  Table table = read_rows(source, text, findings);
-  text = {};
+  Table table = read_rows(source, file, findings);
   clean(table, source, rules, findings);
   check_stamps(table, source, rules, findings);
   return table;

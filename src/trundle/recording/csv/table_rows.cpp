@@ -8,6 +8,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/recording/csv/detail/streams.hpp"
 #include "trundle/recording/csv/detail/table.hpp"
+#include "trundle/statistics/nth_smallest.hpp"
 
 namespace trundle::recording {
 namespace {
@@ -168,11 +169,8 @@ std::string StreamOrigin::place_of(std::size_t row) const {
 
 double median_step(std::span<const double> time_s) {
   if (time_s.size() < 2) return 0.0;
-  std::vector<double> steps(time_s.size() - 1);
-  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time_s[i + 1] - time_s[i];
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>((steps.size() - 1) / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
+  const std::size_t steps = time_s.size() - 1;
+  return nth_smallest(steps, (steps - 1) / 2, [&](std::size_t i) { return time_s[i + 1] - time_s[i]; });
 }
 
 double longest_step(std::span<const double> time_s) {

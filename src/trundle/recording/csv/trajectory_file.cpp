@@ -47,8 +47,10 @@ Trajectory with_continuous_heading(Trajectory trajectory) {
 }
 
 Trajectory read_tum(const std::filesystem::path& path) {
+  const StreamSource source = tum_source(path);
+  CsvFile file(path, source.format);
   std::vector<Finding> findings;
-  const Table table = read_table(tum_source(path), read_file(path), {}, findings);
+  const Table table = read_table(source, file, {}, findings);
   Trajectory trajectory;
   for (std::size_t row = 0; row < table.time_s.size(); ++row) {
     const auto number = [&](std::size_t column) { return table.numbers[column][row]; };
@@ -84,13 +86,13 @@ void require_covariance(const Matrix3& covariance, const std::string& place) {
 Trajectory read_csv(const std::filesystem::path& path) {
   StreamSource source = native_source(StreamKind::reference, path);
   source.columns.resize(kPoseColumns);
-  std::string text = read_file(path);
-  if (has_covariance(text, path))
+  CsvFile file(path, source.format);
+  if (has_covariance(file.head(), path))
     for (const char* name : kCovarianceColumns) source.columns.push_back({name, name});
   std::vector<Finding> findings;
   RowRules rules;
   rules.empty_cells = true;
-  const Table table = read_table(source, std::move(text), rules, findings);
+  const Table table = read_table(source, file, rules, findings);
   Trajectory trajectory;
   for (std::size_t row = 0; row < table.time_s.size(); ++row) {
     const auto number = [&](std::size_t column) { return table.numbers[column][row]; };

@@ -54,7 +54,9 @@ std::string steering_column_name(const WheelSeries& series);
 /// The native file of a stream in a folder.
 StreamSource native_source(StreamKind kind, const std::filesystem::path& file);
 
-/// Among the inputs, by what was read of it.
+/// Among the inputs, once.
+void note_input(const InputFile& input, Recording& recording);
+/// By what was read of it.
 void note_input(const std::filesystem::path& file, std::string_view text, Recording& recording);
 /// Reads one stream into its place in the recording, and notes its file.
 void read_stream(StreamKind kind, const StreamSource& source, Recording& recording);

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "trundle/recording/csv/detail/csv_file.hpp"
 #include "trundle/recording/csv/reader.hpp"
 #include "trundle/recording/recording.hpp"
 
@@ -58,9 +59,8 @@ struct RowRules {
 /// Drops, sorts and sums rows as the source and the rules ask; reports what was found.
 void clean(Table& table, const StreamSource& source, const RowRules& rules, std::vector<Finding>& findings);
 
-/// Reads and cleans the text of the source's file: docs/log-faults.md says which rows are dropped. Appends to
-/// `findings`. The text is given up as soon as its rows are numbers.
-Table read_table(const StreamSource& source, std::string text, const RowRules& rules,
+/// Reads and cleans the source's file: docs/log-faults.md says which rows are dropped. Appends to `findings`.
+Table read_table(const StreamSource& source, CsvFile& file, const RowRules& rules,
                  std::vector<Finding>& findings);
 
 /// The first stamp of the file, in seconds, before origin and offset; nothing when there is none.
