@@ -152,7 +152,8 @@ TEST_F(RunCommand, TheReferenceOfATourWithSightingsIsMovedWhereItsClockIsItsOwn)
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(stage("d", "evaluation").at("remarks").dump(),
               HasSubstr("corrected: reference.time_offset_s -0.6"));
-  for (const Json& trajectory : json("d/evaluation.json").at("trajectories"))
+  const Json evaluation = json("d/evaluation.json");
+  for (const Json& trajectory : evaluation.at("trajectories"))
     if (trajectory.at("name") == "odometry") {
       EXPECT_LT(trajectory.at("evaluations").at("start").at("position_m").at("rms").get<double>(), 0.05);
     }
