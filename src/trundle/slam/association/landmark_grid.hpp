@@ -17,6 +17,9 @@ inline constexpr std::size_t kMostShown = 8;
 /// Side of a cell, as a share of the sensor's range: what is found does not depend on it, only the time. With
 /// a quarter, what one sighting may show lies in at most four cells and a map in view in about eighty.
 inline constexpr double kCellShare = 0.25;
+/// Of the sensor's range: landmarks that have moved further in the map are put into the grid again. What is
+/// looked up is as much wider; so a wrong share costs time and no match.
+inline constexpr double kOffGridShare = 0.05;
 
 /// Which landmarks are near a place, without visiting all: they are kept in square cells.
 class LandmarkGrid {

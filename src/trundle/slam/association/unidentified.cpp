@@ -35,8 +35,20 @@ void UnidentifiedSightings::begin(std::span<const Observation> observations) {
 }
 
 /// A landmark is taken to be as uncertain as what is seen: twice the σ.
-double UnidentifiedSightings::search_radius_m(const Matrix2& spread) const {
-  return std::sqrt(options_.near * options_.gate) * 2.0 * std::sqrt(spread.trace());
+std::vector<std::vector<std::size_t>> UnidentifiedSightings::candidates(const PoseEstimate& body,
+                                                                        const LandmarkGrid& grid,
+                                                                        double moved_m) const {
+  const Matrix2 R = reading_covariance(sensor_);
+  std::vector<std::vector<std::size_t>> near(observations_.size());
+  for (std::size_t k = 0; k < observations_.size(); ++k) {
+    const SightedLandmark sighted =
+        sighted_landmark(body.pose, sensor_.body_from_sensor, all_[observations_[k]]);
+    const Matrix2 spread =
+        sighted.by_pose * body.covariance * sighted.by_pose.transpose() + sighted.spread(R);
+    const double radius = std::sqrt(options_.near * options_.gate) * 2.0 * std::sqrt(spread.trace());
+    grid.near(sighted.in_world, radius + moved_m, kMostShown, near[k]);
+  }
+  return near;
 }
 
 /// Near a landmark and yet not within its gate it is more often that one than a new one.

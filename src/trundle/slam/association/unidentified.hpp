@@ -22,9 +22,11 @@ class UnidentifiedSightings {
   void begin(std::span<const Observation> observations);
   /// Indices of the observations without an id.
   [[nodiscard]] std::span<const std::size_t> observations() const { return observations_; }
-  /// How far from where the observation points a landmark may be that it shows [m]; spread: the covariance of
-  /// that place [m²], in which the landmark's is not.
-  [[nodiscard]] double search_radius_m(const Matrix2& spread) const;
+  /// For each, the landmarks near where it points from the body; `moved_m`: how far from the grid's places
+  /// they may be by now.
+  [[nodiscard]] std::vector<std::vector<std::size_t>> candidates(const PoseEstimate& body,
+                                                                 const LandmarkGrid& grid,
+                                                                 double moved_m) const;
 
   /// The observation numbered k of observations() may show a landmark: (range, bearing) differ by
   /// `innovation`, of covariance S. True: within the gate it may be that one, and is a pairing. Ascending by

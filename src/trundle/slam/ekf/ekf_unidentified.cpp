@@ -4,13 +4,6 @@
 #include "trundle/slam/ekf/ekf.hpp"
 
 namespace trundle::slam {
-namespace {
-
-// Of the sensor's range: landmarks that have moved further in the map are put into the grid again. What is
-// looked up is as much wider, twice; so a wrong share costs time and no match.
-constexpr double kOffGridShare = 0.05;
-
-}  // namespace
 
 /// Which landmark each shows: the most probable explanation of all of them together. Eq. 21, 22.
 void EkfSlam::associate_unidentified() {
@@ -29,21 +22,14 @@ void EkfSlam::associate_unidentified() {
   unidentified_.decide(std::move(innovation), stacked_.S.topLeftCorner(rows, rows), report_);
 }
 
-/// For each, landmarks near where it points, made active.
+/// Landmarks near where each points, made active.
 std::vector<std::vector<std::size_t>> EkfSlam::find_candidates() {
   if (belief_.off_grid_m > kOffGridShare * sensor_.max_range_m) refresh_grid(belief_);
-  const std::span<const std::size_t> observations = unidentified_.observations();
-  std::vector<std::vector<std::size_t>> candidates(observations.size());
+  const auto candidates =
+      unidentified_.candidates(belief_.joint.body(), belief_.grid, 2.0 * belief_.off_grid_m);
   in_view_.clear();
-  const Matrix3 of_pose = belief_.joint.body().covariance;
-  for (std::size_t k = 0; k < observations.size(); ++k) {
-    const SightedLandmark sighted =
-        sighted_landmark(belief_.joint.pose(), sensor_.body_from_sensor, observations_[observations[k]]);
-    const Matrix2 spread = sighted.by_pose * of_pose * sighted.by_pose.transpose() + sighted.spread(R_);
-    belief_.grid.near(sighted.in_world, unidentified_.search_radius_m(spread) + 2.0 * belief_.off_grid_m,
-                      kMostShown, candidates[k]);
-    in_view_.insert(in_view_.end(), candidates[k].begin(), candidates[k].end());
-  }
+  for (const std::vector<std::size_t>& near : candidates)
+    in_view_.insert(in_view_.end(), near.begin(), near.end());
   std::ranges::sort(in_view_);
   in_view_.erase(std::unique(in_view_.begin(), in_view_.end()), in_view_.end());
   belief_.joint.activate(in_view_);

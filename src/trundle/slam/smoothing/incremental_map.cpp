@@ -13,17 +13,14 @@ namespace {
 
 using Eigen::Index;
 
-// Of the sensor's range: landmarks that have moved further are put into the grid again. What is looked up is
-// as much wider; so a wrong share costs time and no match.
-constexpr double kMovedShare = 0.05;
-
 }  // namespace
 
 /// Which landmarks the sightings without an id show: the most probable explanation of all of them together.
 void IncrementalSmoother::associate(std::span<const Observation> observations) {
   unidentified_.begin(observations);
   if (unidentified_.observations().empty()) return;
-  const std::vector<std::vector<std::size_t>> near = candidates(observations);
+  if (map_.off_grid_m > kOffGridShare * problem_.sensor.max_range_m) refresh_grid();
+  const auto near = unidentified_.candidates(estimate(), map_.grid, map_.off_grid_m);
   std::vector<Match> matches;
   for (std::size_t k = 0; k < near.size(); ++k)
     for (const std::size_t landmark : near[k])
@@ -38,24 +35,6 @@ void IncrementalSmoother::associate(std::span<const Observation> observations) {
       row += 2;
     }
   unidentified_.decide(all.innovation(rows), all.S(rows, rows), report_);
-}
-
-/// For each sighting without an id, landmarks near where it points.
-std::vector<std::vector<std::size_t>> IncrementalSmoother::candidates(
-    std::span<const Observation> observations) {
-  if (map_.off_grid_m > kMovedShare * problem_.sensor.max_range_m) refresh_grid();
-  const PoseEstimate here = estimate();
-  const Matrix2 R = reading_covariance(problem_.sensor);
-  std::vector<std::vector<std::size_t>> near(unidentified_.observations().size());
-  for (std::size_t k = 0; k < near.size(); ++k) {
-    const SightedLandmark sighted = sighted_landmark(here.pose, problem_.sensor.body_from_sensor,
-                                                     observations[unidentified_.observations()[k]]);
-    const Matrix2 spread =
-        sighted.by_pose * here.covariance * sighted.by_pose.transpose() + sighted.spread(R);
-    map_.grid.near(sighted.in_world, unidentified_.search_radius_m(spread) + map_.off_grid_m, kMostShown,
-                   near[k]);
-  }
-  return near;
 }
 
 /// −1: none of the map.

@@ -158,7 +158,6 @@ class IncrementalSmoother {
   static LinearMoves linear_moves(const LandmarkSensor& sensor);
   void add_motion(const Motion& motion);
   void associate(std::span<const Observation> observations);
-  [[nodiscard]] std::vector<std::vector<std::size_t>> candidates(std::span<const Observation> observations);
   [[nodiscard]] int landmark_of(std::size_t i, const Observation& observation) const;
   [[nodiscard]] Innovations innovations(std::span<const Match> matches,
                                         std::span<const Observation> observations) const;
