@@ -218,10 +218,7 @@ Run prepare_run(const Recording& recording, const Robot& robot, AlignedReadings 
           .jumps = {}};
   centre_gyro_changes(run.readings);
   run.seen_reference_clock = reference_time_offset(run.reference, run.readings, robot);
-  if (const auto& seen = run.seen_reference_clock; seen && is_off(*seen, robot.reference_time_offset_s)) {
-    run.reference_clock = seen;
-    move_stamps(seen->offset_s - robot.reference_time_offset_s, run.reference);
-  }
+  run.reference_clock = set_reference_clock(run.seen_reference_clock, robot, run.reference);
   run.epochs = choose_epochs(run, robot.reference_time_offset_s);
   if (run.epochs.size() < 2) run.epochs.clear();
   run.jumps = find_jumps(run, robot);

@@ -85,19 +85,9 @@ double longest_way(const std::vector<ReferenceStep>& seen, const std::vector<Ref
   return ratios.empty() ? 0.0 : kFasterThanAnyMotion * median(ratios) * farthest_m;
 }
 
-double usual_row_s(const AlignedReadings& readings) {
-  std::vector<double> time_s{readings.start_s};
-  for (const Increment& increment : readings.increments) time_s.push_back(increment.time_s);
-  return median_step(time_s);
-}
-
 bool any_finite(const std::vector<double>& values) {
   return std::ranges::any_of(values, [](double v) { return std::isfinite(v); });
 }
-
-}  // namespace
-
-namespace {
 
 /// One log, ready to be compared at any offset.
 struct LogOnTwoClocks {
@@ -204,7 +194,7 @@ std::optional<TimeOffset> reference_time_offset(const ReferenceStream& reference
   const ReferenceLog log{reference, readings};
   auto found = reference_time_offset(std::span(&log, 1), robot, options);
   // A stamp says when a row was written, not when it was measured.
-  if (found) found->least_s = median_step(reference.time_s) + usual_row_s(readings);
+  if (found) found->least_s = median_step(reference.time_s) + usual_interval_s(readings.increments);
   return found;
 }
 
@@ -214,7 +204,11 @@ void move_stamps(double step_s, ReferenceStream& reference) {
 
 std::optional<TimeOffset> set_reference_clock(const AlignedReadings& readings, const Robot& robot,
                                               ReferenceStream& reference) {
-  const auto found = reference_time_offset(reference, readings, robot);
+  return set_reference_clock(reference_time_offset(reference, readings, robot), robot, reference);
+}
+
+std::optional<TimeOffset> set_reference_clock(const std::optional<TimeOffset>& found, const Robot& robot,
+                                              ReferenceStream& reference) {
   if (!found || !is_off(*found, robot.reference_time_offset_s)) return std::nullopt;
   move_stamps(found->offset_s - robot.reference_time_offset_s, reference);
   return found;

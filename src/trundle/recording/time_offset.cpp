@@ -13,7 +13,6 @@
 #include "trundle/recording/csv/detail/table.hpp"
 #include "trundle/recording/detail/offset_search.hpp"
 #include "trundle/recording/detail/turn_integral.hpp"
-#include "trundle/statistics/median.hpp"
 
 namespace trundle::recording {
 namespace {
@@ -85,13 +84,6 @@ double roughness(const OwnTurns& own) {
     changes += std::pow(own.turns[w + 1] - own.turns[w], 2);
   }
   return changes > 0.0 ? jumps / changes : 0.0;
-}
-
-double usual_interval_s(const Increments& increments) {
-  std::vector<double> intervals_s;
-  intervals_s.reserve(increments.size());
-  for (const Increment& increment : increments) intervals_s.push_back(increment.duration_s);
-  return median(std::move(intervals_s));
 }
 
 TurnIntegral turns_of_wheels(const AlignedReadings& readings, const Chassis& chassis) {

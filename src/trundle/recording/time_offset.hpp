@@ -75,5 +75,8 @@ void move_stamps(double step_s, ReferenceStream& reference);
 /// Returns by what offset they were; nothing: they were not moved.
 std::optional<TimeOffset> set_reference_clock(const AlignedReadings& readings, const Robot& robot,
                                               ReferenceStream& reference);
+/// The same where it is known what the motion shows (reference_time_offset).
+std::optional<TimeOffset> set_reference_clock(const std::optional<TimeOffset>& found, const Robot& robot,
+                                              ReferenceStream& reference);
 
 }  // namespace trundle::recording

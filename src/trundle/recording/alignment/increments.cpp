@@ -2,6 +2,8 @@
 
 #include <cassert>
 
+#include "trundle/statistics/nth_smallest.hpp"
+
 namespace trundle::recording {
 
 static_assert(sizeof(Increment) == (6 + 3 * kMaxWheels) * sizeof(double), "visit() must know a new member");
@@ -41,6 +43,12 @@ void Increments::cut(std::size_t first, std::size_t end) {
 void Increments::count_wheels() {
   for (std::size_t w = wheels_; w < kMaxWheels; ++w)
     if (!turned_[w].empty() || !slip_variance_[w].empty() || !steering_rad_[w].empty()) wheels_ = w + 1;
+}
+
+double usual_interval_s(const Increments& increments) {
+  if (increments.empty()) return 0.0;
+  return nth_smallest(increments.size(), (increments.size() - 1) / 2,
+                      [&](std::size_t i) { return increments.duration_s(i); });
 }
 
 }  // namespace trundle::recording

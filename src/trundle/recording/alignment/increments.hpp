@@ -67,9 +67,11 @@ class Increments {
   [[nodiscard]] std::size_t size() const { return time_s_.size(); }
   [[nodiscard]] bool empty() const { return time_s_.empty(); }
   [[nodiscard]] double time_s(std::size_t i) const { return time_s_[i]; }
+  [[nodiscard]] double duration_s(std::size_t i) const {
+    return duration_s_.empty() ? between(i) : duration_s_[i];
+  }
   [[nodiscard]] Increment operator[](std::size_t i) const {
-    Increment increment{.time_s = time_s_[i],
-                        .duration_s = duration_s_.empty() ? between(i) : duration_s_[i]};
+    Increment increment{.time_s = time_s_[i], .duration_s = duration_s(i)};
     visit(*this, increment, wheels_, [&](const auto& column, auto& member, auto) {
       if (!column.empty()) member = column[i];
     });
@@ -181,5 +183,8 @@ class IncrementRange {
  private:
   Increments::Iterator begin_, end_;
 };
+
+/// The median of their durations [s]; of an even number the shorter one in the middle. 0 without any.
+[[nodiscard]] double usual_interval_s(const Increments& increments);
 
 }  // namespace trundle::recording
