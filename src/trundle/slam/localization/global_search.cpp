@@ -8,8 +8,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "trundle/slam/association/relocalization.hpp"
-#include "trundle/slam/localization/sighted_pairs.hpp"
+#include "trundle/slam/localization/outlook.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 namespace trundle::slam {
@@ -22,37 +21,6 @@ PointMatch match_of(const SightedPoint& point, const KnownLandmark& landmark) {
 double log_normal(double squared_distance, const Matrix2& covariance) {
   return -0.5 * (squared_distance + std::log(covariance.determinant())) - std::log(2.0 * kPi);
 }
-
-/// The frame whose x axis points from one place to another.
-struct Baseline {
-  Vector2 origin;
-  Vector2 x_axis;
-
-  /// The origin divides the baseline in this ratio.
-  static Baseline between(const Vector2& from, const Vector2& to, double share) {
-    return {from + share * (to - from), (to - from).normalized()};
-  }
-  [[nodiscard]] Vector2 operator*(const Vector2& p) const {
-    return origin + p.x() * x_axis + p.y() * Vector2(-x_axis.y(), x_axis.x());
-  }
-  [[nodiscard]] Vector2 coordinates_of(const Vector2& p) const {
-    const Vector2 apart = p - origin;
-    return {x_axis.dot(apart), x_axis.x() * apart.y() - x_axis.y() * apart.x()};
-  }
-};
-
-/// What two landmarks say of the other points, if they are what a pair of points shows: eq. 49a.
-struct Outlook {
-  struct Expected {
-    std::size_t point;
-    Vector2 at;       ///< on the baseline's frame
-    double radius_m;  ///< no landmark further away passes the gate
-  };
-  std::vector<Expected> others;  ///< those that are expected best first
-  Vector2 sensor;                ///< on the baseline's frame
-  double share;                  ///< of the baseline: where the frame has its origin
-  double log_most;               ///< of the pair's weight, log Z
-};
 
 /// A hypothesis, and which landmark each point shows by it.
 struct Explanation {
@@ -107,7 +75,7 @@ class GlobalSearch {
  private:
   /// Whether so many places explain all that was seen that the others need not be tried.
   bool try_pair(const SightedPair& pair) {
-    const std::optional<Outlook> outlook = outlook_of(pair);
+    const std::optional<Outlook> outlook = outlook_of(pair, seen_, map_, options_);
     if (!outlook) return false;
     const LandmarkId first = points_[pair.first].landmark;
     const LandmarkId second = points_[pair.second].landmark;
@@ -218,46 +186,18 @@ class GlobalSearch {
     return gains;
   }
 
-  std::optional<Outlook> outlook_of(const SightedPair& pair) const {
-    const Matrix2 of_map = map_.largest_variance() * Matrix2::Identity();
-    const auto as_seen = [&](std::size_t i) {
-      return PointMatch{points_[i].in_body, points_[i].covariance, points_[i].in_body, of_map};
-    };
-    const PointMatch ends[] = {as_seen(pair.first), as_seen(pair.second)};
-    const std::optional<PoseFit> fit = fit_pose(ends);
-    if (!fit) return std::nullopt;
-    Outlook outlook{};
-    outlook.share = pair.variance() > 0.0 ? pair.first_variance / pair.variance() : 0.5;
-    const Baseline baseline = Baseline::between(ends[0].in_body, ends[1].in_body, outlook.share);
-    outlook.sensor = baseline.coordinates_of(sensor_.body_from_sensor.translation());
-    outlook.log_most = 0.5 * std::log(fit->covariance.determinant()) - 0.5 * std::log(2.0 * kPi) - log_space_;
-    for (const std::size_t i : {pair.first, pair.second})
-      outlook.log_most -= 0.5 * std::log(points_[i].covariance.determinant());
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      if (i == pair.first || i == pair.second || !is_usable(points_[i], map_)) continue;
-      const double radius_m = gate_radius({{}, fit->covariance}, point_innovation({}, as_seen(i)));
-      outlook.others.push_back({i, baseline.coordinates_of(points_[i].in_body), radius_m});
-    }
-    std::ranges::stable_sort(outlook.others, {}, &Outlook::Expected::radius_m);
-    return outlook;
-  }
-
-  double gate_radius(const PoseEstimate& pose, const PointInnovation& innovation) const {
-    return std::sqrt(options_.gate *
-                     (innovation.H * pose.covariance * innovation.H.transpose() + innovation.noise).trace());
-  }
-
   /// Eq. 49a: were all landmarks that lie near enough exactly where they should be, it would still be too
   /// little.
   bool is_hopeless(const SightedPair& pair, const Outlook& outlook, LandmarkId first, LandmarkId second) {
     const Vector2& from = map_[first].position;
     const Vector2& to = map_[second].position;
     const Baseline baseline = Baseline::between(from, to, outlook.share);
-    const double in_view = in_view_of(baseline * outlook.sensor);
+    const Vector2 sensor = outlook.in_body.coordinates_of(sensor_.body_from_sensor.translation());
+    const double in_view = in_view_of(baseline * sensor);
     const std::vector<double>& gains = most_gains(in_view);
     const double mismatch = (to - from).norm() - pair.baseline_m;
-    double most =
-        outlook.log_most - 0.5 * mismatch * mismatch / (pair.variance() + 2.0 * map_.largest_variance());
+    double most = outlook.log_most - log_space_ -
+                  0.5 * mismatch * mismatch / (pair.variance() + 2.0 * map_.largest_variance());
     for (const std::size_t i : {pair.first, pair.second})
       most += log_landmark(points_[i], in_view) - log_chance(points_[i]);
     for (const auto& expected : outlook.others) most += gains[expected.point];
@@ -358,7 +298,7 @@ class GlobalSearch {
     const Vector2 place = pose.pose * point.in_body;
     const Matrix2 of_map = map_.largest_variance() * Matrix2::Identity();
     const PointMatch there{point.in_body, point.covariance, place, of_map};
-    map_.places().visit_until(place, gate_radius(pose, point_innovation(pose.pose, there)),
+    map_.places().visit_until(place, gate_radius(pose, point_innovation(pose.pose, there), options_.gate),
                               [&](std::size_t number) {
                                 visit(static_cast<LandmarkId>(number));
                                 return false;
