@@ -34,7 +34,7 @@ set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libtrundle-dev)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libdevel)
 # What trundle-config.cmake looks for: without one of these find_package(trundle) fails.
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS
-    "libeigen3-dev (>= 3.4), libfmt-dev, libhwy-dev, libssl-dev, libtomlplusplus-dev, nlohmann-json3-dev, pkg-config")
+    "libbz2-dev, libeigen3-dev (>= 3.4), libfmt-dev, libhwy-dev, liblz4-dev, libsqlite3-dev, libssl-dev, libtomlplusplus-dev, libzstd-dev, nlohmann-json3-dev, pkg-config")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SUGGESTS "cmake, g++, trundle")
 set(CPACK_DEBIAN_LIBRARY_DESCRIPTION "calibration, slip, odometry and SLAM of wheeled robots (C++ library)
 ${description}

@@ -10,7 +10,8 @@ namespace statistics  { using namespace io; }
 namespace simd        { using namespace statistics; }
 namespace geometry    { using namespace simd; }
 namespace chassis     { using namespace geometry; }
-namespace recording   { using namespace chassis; }
+namespace logs        { using namespace chassis; }
+namespace recording   { using namespace logs; }
 namespace simulation  { using namespace recording; }
 namespace odometry    { using namespace simulation; }
 namespace slip        { using namespace odometry; }

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <deque>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "trundle/logs/log.hpp"
+
+namespace trundle::logs {
+
+// The readers, each in its own source. All throw InputError where the head of the file cannot be read.
+[[nodiscard]] std::unique_ptr<Log> open_rosbag(const std::filesystem::path& path, const Limits& limits);
+[[nodiscard]] std::unique_ptr<Log> open_mcap(const std::filesystem::path& path, const Limits& limits);
+[[nodiscard]] std::unique_ptr<Log> open_sqlite_bag(const std::filesystem::path& path, const Limits& limits);
+/// A folder with metadata.yaml.
+[[nodiscard]] std::unique_ptr<Log> open_rosbag2(const std::filesystem::path& folder, const Limits& limits);
+[[nodiscard]] std::unique_ptr<Log> open_zstd(const std::filesystem::path& path, const Limits& limits);
+[[nodiscard]] std::unique_ptr<Log> open_wpilog(const std::filesystem::path& path, const Limits& limits);
+[[nodiscard]] std::unique_ptr<Log> open_dataflash(const std::filesystem::path& path, const Limits& limits);
+[[nodiscard]] std::unique_ptr<Log> open_ulog(const std::filesystem::path& path, const Limits& limits);
+
+/// The channels of a log: they stay where they are.
+class ChannelList {
+ public:
+  Channel& add(Channel channel) {
+    channels_.push_back(std::move(channel));
+    pointers_.push_back(&channels_.back());
+    return channels_.back();
+  }
+  [[nodiscard]] std::span<const Channel* const> all() const { return pointers_; }
+  [[nodiscard]] std::size_t size() const { return channels_.size(); }
+
+ private:
+  std::deque<Channel> channels_;
+  std::vector<const Channel*> pointers_;
+};
+
+}  // namespace trundle::logs
