@@ -1,16 +1,14 @@
 #include "trundle/logs/layout.hpp"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 
 #include <fmt/format.h>
 
+#include "trundle/logs/detail/wire.hpp"
+
 namespace trundle::logs {
 namespace {
-
-/// Bytes of one element, by FieldType; of text the bytes of its length.
-constexpr std::array<std::uint64_t, 16> kElementSizes = {1, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 4, 4, 1, 8, 8};
 
 std::uint64_t times(std::uint64_t a, std::uint64_t b) {
   constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
@@ -22,18 +20,19 @@ std::uint64_t plus(std::uint64_t a, std::uint64_t b) {
   return a > kMost - b ? kMost : a + b;
 }
 
-void append_paths(const std::vector<LayoutStructure>& structures, const LayoutStructure& structure,
-                  const std::string& before, std::vector<std::string>& paths) {
+void append_paths(const Layout& layout, const LayoutStructure& structure, const std::string& before,
+                  std::vector<std::string>& paths) {
   constexpr std::size_t kMostPaths = 4096;  // more than anyone chooses from
   for (const LayoutField& field : structure.fields) {
     if (field.is_padding || paths.size() >= kMostPaths) continue;
-    const bool is_one = field.arity == FieldArity::one || field.type == FieldType::character;
+    const bool is_structure = field.type == FieldType::structure;
+    if (is_structure && layout.least_size(field.structure) == 0) continue;
+    const bool is_one = field.arity == FieldArity::one || Wire::is_text_array(field);
     const std::string path = before + field.name + (is_one ? "" : "[]");
-    const bool is_value = field.type != FieldType::structure || structures[field.structure].is_time;
-    if (is_value)
-      paths.push_back(path);
+    if (is_structure && !layout.structures()[field.structure].is_time)
+      append_paths(layout, layout.structures()[field.structure], path + ".", paths);
     else
-      append_paths(structures, structures[field.structure], path + ".", paths);
+      paths.push_back(path);
   }
 }
 
@@ -51,8 +50,7 @@ Layout::Layout(std::vector<LayoutStructure> structures, std::size_t deepest)
       if (is_structure && field.structure >= i)
         throw BadDefinition(fmt::format("{} contains itself, or what is not defined", structures_[i].name));
       if (is_structure) depth = std::max(depth, depths[field.structure] + 1);
-      const std::uint64_t element =
-          is_structure ? least_sizes_[field.structure] : kElementSizes[static_cast<std::size_t>(field.type)];
+      const std::uint64_t element = is_structure ? least_sizes_[field.structure] : bytes_of(field.type);
       const bool is_counted = field.arity == FieldArity::one || field.arity == FieldArity::fixed;
       const std::uint64_t size = is_counted ? times(element, field.arity == FieldArity::one ? 1 : field.count)
                                             : (field.arity == FieldArity::dynamic ? 4 : 0);
@@ -67,7 +65,7 @@ Layout::Layout(std::vector<LayoutStructure> structures, std::size_t deepest)
 
 std::vector<std::string> Layout::paths() const {
   std::vector<std::string> paths;
-  append_paths(structures_, root(), "", paths);
+  append_paths(*this, root(), "", paths);
   return paths;
 }
 

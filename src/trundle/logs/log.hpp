@@ -27,14 +27,14 @@ enum class SchemaLanguage { none, ros1msg, ros2msg, ros2idl };
 /// What messages of one kind are sent on: a topic, an entry, a message of a format's own.
 struct Channel {
   std::uint32_t id = 0;  ///< of the format
-  std::string topic;
-  std::string type;  ///< as the log names it: "sensor_msgs/Imu", "sensor_msgs/msg/Imu", "double"
+  std::string topic = {};
+  std::string type = {};  ///< as the log names it: "sensor_msgs/Imu", "sensor_msgs/msg/Imu", "double"
   Encoding encoding = Encoding::unknown;
   SchemaLanguage language = SchemaLanguage::none;
-  std::string definition;                 ///< empty: the log holds none
-  std::optional<Layout> layout;           ///< where the format itself lays messages out, not a definition
-  std::optional<std::uint64_t> messages;  ///< as the log's index counts them, where it has one
-  std::string metadata;                   ///< what the format says besides, as it stands there (WPILOG)
+  std::string definition = {};        ///< empty: the log holds none
+  std::optional<Layout> layout = {};  ///< where the format itself lays messages out, not a definition
+  std::optional<std::uint64_t> messages = {};  ///< as the log's index counts them, where it has one
+  std::string metadata = {};                   ///< what the format says besides, as it stands there (WPILOG)
 };
 
 struct Message {

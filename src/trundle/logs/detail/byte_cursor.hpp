@@ -14,6 +14,8 @@ namespace trundle::logs {
 
 static_assert(std::endian::native == std::endian::little, "logs are read with the lowest byte first");
 
+inline constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
+
 [[nodiscard]] inline std::string_view text_of(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
