@@ -129,4 +129,11 @@ Inflated Inflater::inflate(Compression compression, std::span<const std::byte> b
   return {out.first(progress.written), progress.fault};
 }
 
+Inflated Inflater::inflate_frame(std::span<const std::byte> bytes, std::size_t most) {
+  const unsigned long long size = ZSTD_getFrameContentSize(bytes.data(), bytes.size());
+  if (size == ZSTD_CONTENTSIZE_UNKNOWN || size == ZSTD_CONTENTSIZE_ERROR || size > most)
+    return {{}, "a compressed message does not say its size, or is too large"};
+  return inflate(Compression::zstd, bytes, static_cast<std::size_t>(size));
+}
+
 }  // namespace trundle::logs

@@ -33,6 +33,8 @@ class Inflater {
 
   /// `size`: what becomes of them. Not for Compression::none.
   Inflated inflate(Compression compression, std::span<const std::byte> bytes, std::size_t size);
+  /// Of a zstd frame that says itself what becomes of it.
+  Inflated inflate_frame(std::span<const std::byte> bytes, std::size_t most);
 
  private:
   struct Contexts;
