@@ -60,6 +60,14 @@ struct Cut {
   std::string reason;      ///< "the file ends within a chunk"
 };
 
+/// A piece of a file that is no message, with messages again behind it.
+struct Loss {
+  std::uint64_t byte = 0;   ///< where it begins, from the start of the file
+  std::uint64_t bytes = 0;  ///< its length
+};
+/// Of so many each is known by its place; those behind are added to the last.
+inline constexpr std::size_t kMostLosses = 1000;
+
 /// The messages of a log, one pass from its start to its end. What it keeps does not grow with the file.
 class Log {
  public:
@@ -74,6 +82,10 @@ class Log {
   [[nodiscard]] virtual std::optional<Message> next() = 0;
   /// After the last message: nothing where the log is whole.
   [[nodiscard]] virtual const std::optional<Cut>& cut() const = 0;
+  /// A value is written where it changes, not at a rate: each holds until the next of its topic.
+  [[nodiscard]] virtual bool is_written_on_change() const { return false; }
+  /// What was passed over so far, in formats that can be taken up again behind damage.
+  [[nodiscard]] virtual std::span<const Loss> losses() const { return {}; }
 };
 
 /// Opens a log of whatever format: told by its first bytes, not by its name; a folder by its metadata.yaml

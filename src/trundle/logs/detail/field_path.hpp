@@ -17,7 +17,13 @@ enum class ElementSelector {
   by_sibling,  ///< where the array of texts beside it holds this text
 };
 
-struct FieldCondition;
+struct FieldStep;
+
+/// What a field below an element must say.
+struct FieldCondition {
+  std::vector<FieldStep> steps;
+  std::string text;
+};
 
 /// From a structure to one of its fields, and to an element of it.
 struct FieldStep {
@@ -29,11 +35,6 @@ struct FieldStep {
   std::size_t sibling = 0;  ///< of by_sibling: whose only condition has no steps
 
   const LayoutField& target() const { return structure->fields[field]; }
-};
-
-struct FieldCondition {
-  std::vector<FieldStep> steps;
-  std::string text;
 };
 
 /// A path of FieldReader through a layout, which must stay where it is. Throws UnknownField.
