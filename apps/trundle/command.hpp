@@ -62,6 +62,7 @@ void add_localize(CLI::App& app);
 void add_evaluate(CLI::App& app);
 void add_simulate(CLI::App& app);
 void add_info(CLI::App& app);
+void add_init(CLI::App& app);
 void add_install_angle(CLI::App& app);
 void add_report(CLI::App& app);
 void add_run(CLI::App& app);

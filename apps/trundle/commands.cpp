@@ -13,6 +13,7 @@ void add_commands(CLI::App& app) {
   app.require_subcommand(0, 1);
   add_run(app);
   add_info(app);
+  add_init(app);
   add_calibrate(app);
   add_umbmark(app);
   add_install_angle(app);

@@ -7,6 +7,7 @@
 
 #include "trundle/io/words.hpp"
 #include "trundle/pipeline/info_answer.hpp"
+#include "trundle/pipeline/log_answer.hpp"
 
 #include "command.hpp"
 #include "shared_output.hpp"
@@ -14,7 +15,8 @@
 namespace trundle::app {
 namespace {
 
-constexpr std::size_t kMostLines = 20;  // a terminal has 24
+constexpr std::size_t kMostLines = 20;    // a terminal has 24
+constexpr std::size_t kWidestTopic = 60;  // what follows a longer one moves to the right
 
 struct InfoArguments {
   std::string recording;
@@ -22,6 +24,7 @@ struct InfoArguments {
   int robot_number = 0;
   bool gyro_noise = false;
   bool verbose = false;
+  bool topics = false;
   std::string output;
   Common common;
 };
@@ -153,7 +156,58 @@ void require_output_makes_sense(const InfoArguments& options, std::size_t record
   if (recordings != 1) throw CLI::ValidationError("--output", "needs one recording");
 }
 
+std::string line_of(const logs::TopicSummary& topic, std::size_t width, bool on_change) {
+  constexpr std::uint64_t kEnoughForRate = 10;
+  std::string line = fmt::format("  {:<{}}  {:<32} {:>7} {:<8}", topic.topic, width, topic.type,
+                                 topic.messages, topic.messages == 1 ? "message" : "messages");
+  if (topic.rate_hz > 0.0 && topic.messages >= kEnoughForRate) {
+    line += fmt::format("  {:>8.2f} Hz", topic.rate_hz);
+    if (!on_change)
+      line += fmt::format("  {}, longest step {:.3g} s", counted(topic.gaps, "gap"), topic.longest_step_s);
+  }
+  if (topic.stamp_lag)
+    line += fmt::format("  stamped {:.3g} s before ({:.3g} to {:.3g})", topic.stamp_lag->mean_s,
+                        topic.stamp_lag->least_s, topic.stamp_lag->most_s);
+  if (!topic.unreadable.empty() && topic.messages > 0)
+    line += fmt::format("  cannot be read: {}", topic.unreadable);
+  return line + "\n";
+}
+
+std::string fields_line_of(const logs::TopicSummary& topic) {
+  return topic.paths.empty() ? std::string() : fmt::format("      {}\n", fmt::join(topic.paths, " "));
+}
+
+std::string text_of(const LogAnswer& answer, bool verbose) {
+  const logs::LogSummary& summary = answer.summary;
+  std::string text = fmt::format("{}: {}", answer.log.string(), summary.format);
+  if (const auto span = span_of(summary))
+    text += fmt::format(", {:.2f} s from {:.3f} s on its clock", span->end_s - span->start_s, span->start_s);
+  text += summary.is_written_on_change ? ", values as they change\n" : "\n";
+  std::size_t width = 0;
+  for (const logs::TopicSummary& topic : summary.topics) width = std::max(width, topic.topic.size());
+  width = std::min(width, kWidestTopic);
+  for (const logs::TopicSummary& topic : summary.topics) {
+    text += line_of(topic, width, summary.is_written_on_change);
+    if (verbose) text += fields_line_of(topic);
+  }
+  const std::vector<std::string> faults = faults_of(summary);
+  text += faults.empty() ? "problems: none found\n" : list("problems:", faults);
+  return text + "trundle init drafts the files that map it to a recording\n";
+}
+
+/// A log whose mapping does not stand beside it has topics, and nothing more can be told.
+bool is_bare_log(const InfoArguments& options) {
+  const std::filesystem::path path = options.recording;
+  if (!logs::is_log(path)) return false;
+  const std::filesystem::path folder = std::filesystem::is_directory(path) ? path : path.parent_path();
+  return options.topics || !std::filesystem::exists(folder / "recording.toml");
+}
+
 void run(const InfoArguments& options) {
+  if (is_bare_log(options)) {
+    const LogAnswer answer = answer_log({options.recording});
+    return print(options.common, document_of(answer), text_of(answer, options.verbose));
+  }
   InfoQuestion question{.robot = {}, .gyro_noise = options.gyro_noise, .robot_number = options.robot_number};
   if (!options.robot.empty()) question.robot = read_robot_file(options.robot);
   const std::vector<Recording> recordings =
@@ -178,14 +232,18 @@ void add_info(CLI::App& app) {
   CLI::App* command =
       add_command(app, "info", "What a recording holds, what is wrong with it, what this robot can tell",
                   "trundle info recording --robot robot.toml", options->common);
-  command->add_option("RECORDING", options->recording, "Recording folder, or a folder of recordings")
+  command
+      ->add_option("RECORDING", options->recording,
+                   "Recording folder, a folder of recordings, or a log of any known format as it is")
       ->required();
   command->add_option("--robot", options->robot,
                       "Robot file: also says what its sensors can and cannot tell");
   add_robot_number(*command, options->robot_number);
   command->add_flag("--gyro-noise", options->gyro_noise,
                     "Bias, noise and Allan deviation of the gyro, from where the robot rests");
-  command->add_flag("--verbose", options->verbose, "Of several recordings all that is told of each");
+  command->add_flag("--verbose", options->verbose,
+                    "Of several recordings all that is told of each; of a log the fields of each topic");
+  command->add_flag("--topics", options->topics, "Of a log its topics, also where a recording.toml maps it");
   command->add_option("-o,--output", options->output,
                       "With --gyro-noise: the robot file with that noise in it");
   command->callback([options] { run(*options); });

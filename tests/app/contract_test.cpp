@@ -58,6 +58,7 @@ const std::vector<Command> kCommands = {
      {"scenario.toml", "-o", "out/simulated"},
      {"out/simulated/wheels.csv", "out/simulated/reference.csv"}},
     {"info", {"ccw", "--robot", "nominal.toml"}, {}},
+    {"init", {"ccw", "-o", "out/draft"}, {"out/draft/robot.toml", "out/draft/recording.toml"}},
     {"run",
      {"ccw", "--robot", "nominal.toml", "-o", "out/run"},
      {"out/run/info.json", "out/run/calibrated.toml", "out/run/calibration.json", "out/run/nominal.csv",

@@ -19,7 +19,7 @@ constexpr double kRightDiameter = 0.099;
 constexpr double kTrack = 0.205;
 constexpr double kTicks = 10000.0;
 
-constexpr const char* kRobot = R"(name = "sample"
+constexpr const char* kSampleRobot = R"(name = "sample"
 [[wheel]]
 name = "left"
 y_m = 0.1
@@ -173,12 +173,12 @@ std::filesystem::path fresh_folder() {
 }  // namespace
 
 Sample::Sample() : folder_(fresh_folder()) {
-  write_file(folder_ / "nominal.toml", kRobot);
+  write_file(folder_ / "nominal.toml", kSampleRobot);
   write_file(folder_ / "scenario.toml", kScenario);
-  write_file(folder_ / "with_gyro.toml", std::string(kRobot) + "[gyro]\n");
+  write_file(folder_ / "with_gyro.toml", std::string(kSampleRobot) + "[gyro]\n");
   write_file(folder_ / "slippery.toml", kSlippery);
   write_file(folder_ / "sheet.csv", kSheet);
-  write_file(folder_ / "sighted.toml", std::string(kRobot) + "[landmark_sensor]\n");
+  write_file(folder_ / "sighted.toml", std::string(kSampleRobot) + "[landmark_sensor]\n");
   write_run(folder_ / "cw", square(-1.0));
   write_run(folder_ / "ccw", square(1.0));
   write_file(folder_ / "blind/wheels.csv", square(1.0).wheels);

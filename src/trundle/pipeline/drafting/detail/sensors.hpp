@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "trundle/pipeline/drafting/draft.hpp"
+
+namespace trundle::pipeline {
+
+/// "sensor_msgs/Imu" of "sensor_msgs/msg/Imu".
+[[nodiscard]] std::string short_type(const std::string& type);
+
+/// The candidates for a stream, the best first; without file.
+[[nodiscard]] std::vector<DraftStream> gyro_candidates(const DraftQuestion& question);
+[[nodiscard]] std::vector<DraftStream> reference_candidates(const DraftQuestion& question);
+/// Odometry that another program computed.
+[[nodiscard]] std::vector<DraftStream> velocity_candidates(const DraftQuestion& question);
+/// Headings of a gyro of which no rate is recorded: topic and field.
+[[nodiscard]] std::vector<std::string> gyro_headings(const DraftQuestion& question);
+
+/// The stamps of a table: its column, and the unit as recording.toml names it. Nothing: no column rises.
+struct StampColumn {
+  std::string name;
+  std::string unit;  ///< empty: seconds
+};
+[[nodiscard]] std::optional<StampColumn> stamps_of(const logs::TopicSummary& table);
+
+}  // namespace trundle::pipeline

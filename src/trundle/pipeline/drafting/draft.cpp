@@ -1,0 +1,350 @@
+#include "trundle/pipeline/drafting/draft.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "trundle/pipeline/drafting/detail/names.hpp"
+#include "trundle/pipeline/drafting/detail/sensors.hpp"
+#include "trundle/pipeline/drafting/detail/wheel_group.hpp"
+
+namespace trundle::pipeline {
+namespace {
+
+constexpr std::size_t kMostAlternatives = 5;  ///< of one stream: a list of all would hide the likely ones
+
+/// A number that names a wheel, as the draft will map it.
+struct FoundWheel {
+  std::string name;
+  WheelPlace place;
+  std::string joint;  ///< of a JointState; empty: none
+  DraftColumn column;
+  std::optional<DraftColumn> steering = {};
+};
+struct FoundWheels {
+  WheelQuantity quantity = WheelQuantity::ticks;
+  std::vector<FoundWheel> wheels = {};
+  bool moves = false;
+};
+
+std::string_view suffix_of(WheelQuantity quantity) {
+  switch (quantity) {
+    case WheelQuantity::ticks:
+      return "_ticks";
+    case WheelQuantity::travel:
+      return "_m";
+    case WheelQuantity::rate:
+      return "_rad_s";
+    default:
+      return "_rad";
+  }
+}
+
+/// "left_wheel_joint" of "position[name=left_wheel_joint]".
+std::string joint_in(const std::string& path) {
+  const std::size_t equals = path.find('=');
+  return equals == std::string::npos || !path.ends_with(']')
+             ? std::string()
+             : path.substr(equals + 1, path.size() - equals - 2);
+}
+
+FoundWheels wheels_of(const WheelGroup& group, const WheelGroup& steering) {
+  FoundWheels found{.quantity = group.quantity};
+  found.moves = group.moves;
+  for (std::size_t i = 0; i < group.wheels.size(); ++i) {
+    const WheelSource& source = group.wheels[i];
+    FoundWheel wheel{.name = wheel_name(source.place),
+                     .place = source.place,
+                     .joint = joint_in(source.field->path),
+                     .column = {}};
+    wheel.column = {.column = wheel.name + std::string(suffix_of(group.quantity)),
+                    .topic = source.topic->topic,
+                    .field = source.field->path,
+                    .unit = group.unit};
+    if (!steering.wheels.empty())
+      wheel.steering = DraftColumn{.column = wheel.name + "_steering_rad",
+                                   .topic = steering.wheels[i].topic->topic,
+                                   .field = steering.wheels[i].field->path,
+                                   .unit = steering.unit};
+    found.wheels.push_back(std::move(wheel));
+  }
+  return found;
+}
+
+/// Wheels of types that a format itself defines: their numbers mean sides.
+struct KnownWheels {
+  std::string_view type, left, right;
+  WheelQuantity quantity;
+};
+constexpr std::array kKnownWheels = {
+    KnownWheels{"WENC", "Dist0", "Dist1", WheelQuantity::travel},
+    KnownWheels{"wheel_encoders", "wheel_angle[1]", "wheel_angle[0]", WheelQuantity::angle}};
+
+std::optional<FoundWheels> known_wheels(const logs::LogSummary& summary) {
+  for (const logs::TopicSummary& topic : summary.topics)
+    for (const KnownWheels& known : kKnownWheels) {
+      if (topic.type != known.type || topic.messages == 0) continue;
+      FoundWheels found{.quantity = known.quantity};
+      for (const auto& [side, path] : {std::pair(1, known.left), std::pair(-1, known.right)}) {
+        const auto field = std::ranges::find(topic.fields, path, &logs::FieldSummary::path);
+        if (field == topic.fields.end()) continue;
+        const WheelPlace place{.side = side};
+        const std::string name = wheel_name(place);
+        found.moves = found.moves || field->changes > 10;
+        found.wheels.push_back({.name = name,
+                                .place = place,
+                                .joint = {},
+                                .column = {.column = name + std::string(suffix_of(known.quantity)),
+                                           .topic = topic.topic,
+                                           .field = std::string(path)}});
+      }
+      if (found.wheels.size() == 2) return found;
+    }
+  return std::nullopt;
+}
+
+class Drafter {
+ public:
+  explicit Drafter(const DraftQuestion& question) : question_(question) {}
+
+  Draft make() {
+    take_name();
+    take_wheels();
+    take_gyro();
+    take_reference();
+    return std::move(draft_);
+  }
+
+ private:
+  const RobotGeometry* urdf() const { return question_.urdf ? &*question_.urdf : nullptr; }
+  const RobotGeometry* controller() const { return question_.controller ? &*question_.controller : nullptr; }
+
+  void take_name() {
+    draft_.robot_name = urdf() != nullptr && !urdf()->robot_name.empty() ? urdf()->robot_name : "robot";
+  }
+
+  /// With its file; its columns without the topic that they all share.
+  DraftStream placed_stream(DraftStream stream) const {
+    stream.file = question_.is_csv ? question_.file + stream.topic : question_.file;
+    if (!question_.is_csv) return stream;
+    const auto table = std::ranges::find(question_.summary.topics, stream.topic, &logs::TopicSummary::topic);
+    if (table != question_.summary.topics.end())
+      if (const std::optional<StampColumn> stamps = stamps_of(*table)) {
+        stream.columns.insert(stream.columns.begin(), {.column = "time_s", .field = stamps->name});
+        stream.time_unit = stamps->unit;
+      }
+    stream.topic.clear();
+    return stream;
+  }
+
+  DraftStream stream_of(const FoundWheels& found) const {
+    DraftStream stream{.table = "wheels", .file = {}};
+    for (const FoundWheel& wheel : found.wheels) {
+      stream.columns.push_back(wheel.column);
+      if (wheel.steering) stream.columns.push_back(*wheel.steering);
+    }
+    const std::string& topic = stream.columns.front().topic;
+    if (std::ranges::all_of(stream.columns,
+                            [&](const DraftColumn& column) { return column.topic == topic; })) {
+      stream.topic = topic;
+      for (DraftColumn& column : stream.columns) column.topic.clear();
+    }
+    return placed_stream(std::move(stream));
+  }
+
+  void take_wheels() {
+    std::vector<WheelGroup> groups = wheel_groups(question_.summary);
+    if (question_.is_csv)  // columns of one table share their stamps
+      std::erase_if(groups, [](const WheelGroup& group) {
+        return std::ranges::any_of(group.wheels, [&](const WheelSource& wheel) {
+          return wheel.topic != group.wheels.front().topic;
+        });
+      });
+    std::optional<FoundWheels> found = known_wheels(question_.summary);
+    const bool is_known = found.has_value();
+    if (!found && !groups.empty() && groups.front().is_of_wheels)
+      found = wheels_of(groups.front(), steering_of(question_.summary, groups.front()));
+    for (std::size_t i = found && !is_known ? 1 : 0; i < groups.size() && !is_known; ++i) {
+      if (alternatives_of("wheels") == kMostAlternatives) break;
+      add_alternative(stream_of(wheels_of(groups[i], {})), "look like the same of several wheels");
+    }
+    if (!found) return take_odometry();
+    if (!found->moves) draft_.notes.push_back("wheels: none of them moves in this log");
+    draft_.streams.push_back(stream_of(*found));
+    draft_.streams.back().reason = "by the names of the wheels";
+    for (const FoundWheel& wheel : found->wheels) draft_.wheels.push_back(drafted(wheel, *found));
+    if (is_known) take_ardupilot();
+    name_missing();
+    for (const DraftStream& odometry : velocity_candidates(question_))
+      if (alternatives_of("velocity") < kMostAlternatives)
+        add_alternative(placed_stream(odometry), odometry.reason);
+  }
+
+  /// No wheels, but what the robot made of them.
+  void take_odometry() {
+    const std::vector<DraftStream> candidates = velocity_candidates(question_);
+    if (candidates.empty()) {
+      draft_.to_fill_in.push_back(
+          "recording.toml: [wheels]: nothing in the log looks like wheels or their odometry");
+      return;
+    }
+    DraftStream chosen = candidates.front();
+    if (controller() != nullptr && controller()->wheel_separation_m) {
+      chosen.table = "wheels";
+      chosen.rebuilt_separation_m = controller()->wheel_separation_m;
+      chosen.reason = "wheels rebuilt from odometry with the controller's wheel separation";
+      for (const int side : {1, -1}) {
+        const WheelPlace place{.side = side};
+        DraftWheel wheel{.name = wheel_name(place)};
+        take_geometry({}, place, 2, wheel);
+        wheel.recorded_diameter_m = wheel.diameter_m;
+        draft_.wheels.push_back(std::move(wheel));
+      }
+      name_missing();
+    } else {
+      draft_.notes.push_back(
+          "velocity: the log has odometry and no wheels: without --controller FILE (its wheel_separation) "
+          "they "
+          "cannot be rebuilt from it, and nothing of them is calibrated");
+    }
+    draft_.streams.push_back(placed_stream(std::move(chosen)));
+    for (std::size_t i = 1; i < std::min(candidates.size(), kMostAlternatives); ++i)
+      add_alternative(placed_stream(candidates[i]), candidates[i].reason);
+  }
+
+  DraftWheel drafted(const FoundWheel& found, const FoundWheels& all) const {
+    DraftWheel wheel{.name = found.name};
+    wheel.is_steered = found.steering.has_value();
+    wheel.needs_ticks = all.quantity == WheelQuantity::ticks;
+    const std::vector<std::string> words = words_of(found.column.topic + "/" + found.column.field);
+    const bool is_mecanum =
+        (controller() != nullptr && controller()->is_mecanum) || has_word(words, {"mecanum"});
+    if (is_mecanum)
+      wheel.kind = "mecanum";
+    else if (all.wheels.size() >= 4 && !wheel.is_steered)
+      wheel.kind = "skid";
+    take_geometry(found.joint, found.place, all.wheels.size(), wheel);
+    return wheel;
+  }
+
+  /// A URDF knows the wheel by its joint; a controller by its side.
+  void take_geometry(const std::string& joint, const WheelPlace& place, std::size_t count,
+                     DraftWheel& wheel) const {
+    if (urdf() != nullptr)
+      for (const WheelGeometry& known : urdf()->wheels) {
+        const std::optional<PlacedName> name = placed(words_of(known.joint));
+        const bool is_it = joint.empty() ? name && name->place == place : known.joint == joint;
+        if (!is_it) continue;
+        wheel.x_m = known.x_m;
+        wheel.y_m = known.y_m;
+        if (known.radius_m) wheel.diameter_m = 2.0 * *known.radius_m;
+      }
+    if (controller() == nullptr || place.side == 0) return;
+    if (controller()->wheel_separation_m) wheel.y_m = place.side * *controller()->wheel_separation_m / 2.0;
+    if (!wheel.x_m && count == 2) wheel.x_m = 0.0;
+    const std::optional<double>& radius_m =
+        place.side < 0 ? controller()->right_wheel_radius_m : controller()->wheel_radius_m;
+    if (radius_m) wheel.diameter_m = 2.0 * *radius_m;
+  }
+
+  /// WENC: where the wheels are and how large, in the autopilot's frame: forward, right.
+  void take_ardupilot() {
+    for (std::size_t i = 0; i < draft_.wheels.size(); ++i) {
+      const std::string prefix = i == 0 ? "WENC_" : "WENC2_";
+      const auto parameter = [&](const char* name) -> std::optional<double> {
+        const auto found = question_.parameters.find(prefix + name);
+        return found == question_.parameters.end() ? std::nullopt : std::optional(found->second);
+      };
+      DraftWheel& wheel = draft_.wheels[i];
+      if (const auto radius_m = parameter("RADIUS"); radius_m && *radius_m > 0.0)
+        wheel.diameter_m = wheel.recorded_diameter_m = 2.0 * *radius_m;
+      if (const auto x_m = parameter("POS_X")) wheel.x_m = *x_m;
+      if (const auto y_m = parameter("POS_Y"); y_m && *y_m != 0.0) wheel.y_m = -*y_m;
+      if (const auto counts = parameter("CPR"); counts && *counts > 0.0)
+        draft_.sources.push_back(
+            fmt::format("{}CPR = {:g}: counts of a turn; the log has metres", prefix, *counts));
+    }
+  }
+
+  /// What a person has to measure.
+  void name_missing() {
+    const auto names = [&](auto lacks) {
+      std::vector<std::string> found;
+      for (const DraftWheel& wheel : draft_.wheels)
+        if (lacks(wheel)) found.push_back(wheel.name);
+      return found;
+    };
+    const auto add = [&](const std::vector<std::string>& wheels, std::string_view what) {
+      if (!wheels.empty())
+        draft_.to_fill_in.push_back(fmt::format("robot.toml: {} of {}", what, fmt::join(wheels, ", ")));
+    };
+    add(names([](const DraftWheel& wheel) { return !wheel.diameter_m; }), "diameter_m");
+    const auto is_numbered = [](const DraftWheel& wheel) { return wheel.name.starts_with("wheel_"); };
+    add(names([&](const DraftWheel& wheel) { return !wheel.y_m && !is_numbered(wheel); }),
+        "y_m (left of the middle is positive)");
+    if (draft_.wheels.size() > 2)
+      add(names([&](const DraftWheel& wheel) { return !wheel.x_m && !is_numbered(wheel); }),
+          "x_m (ahead of the middle is positive)");
+    add(names([&](const DraftWheel& wheel) { return is_numbered(wheel) && !(wheel.x_m && wheel.y_m); }),
+        draft_.wheels.size() == 4
+            ? "x_m and y_m (the log numbers the wheels; WPILib's order is front left, front right, rear "
+              "left, rear right)"
+            : "x_m, y_m and direction_deg (the log numbers the wheels: which is where, it does not say)");
+    add(names([](const DraftWheel& wheel) { return wheel.needs_ticks && !wheel.ticks_per_revolution; }),
+        "ticks_per_revolution (negative: counts backwards)");
+    add(names([](const DraftWheel& wheel) { return wheel.kind == "mecanum"; }), "roller_deg");
+  }
+
+  void take_gyro() {
+    const std::vector<DraftStream> candidates = gyro_candidates(question_);
+    if (candidates.empty()) {
+      const std::vector<std::string> headings = gyro_headings(question_);
+      if (!headings.empty())
+        draft_.notes.push_back(
+            fmt::format("gyro: no yaw rate is recorded; its heading is: {}", fmt::join(headings, ", ")));
+      return;
+    }
+    draft_.has_gyro = true;
+    draft_.streams.push_back(placed_stream(candidates.front()));
+    add_alternatives(candidates);
+  }
+
+  void take_reference() {
+    const std::vector<DraftStream> candidates = reference_candidates(question_);
+    if (candidates.empty()) {
+      draft_.notes.push_back(
+          "reference: nothing in the log says where the robot was: a [reference] with closed = true, "
+          "distance_m "
+          "or turns (docs/recording.md) is enough for a calibration");
+      return;
+    }
+    draft_.streams.push_back(placed_stream(candidates.front()));
+    add_alternatives(candidates);
+  }
+
+  void add_alternatives(const std::vector<DraftStream>& candidates) {
+    for (std::size_t i = 1; i < std::min(candidates.size(), kMostAlternatives + 1); ++i)
+      add_alternative(placed_stream(candidates[i]), candidates[i].reason);
+  }
+  void add_alternative(DraftStream stream, std::string reason) {
+    stream.reason = std::move(reason);
+    draft_.alternatives.push_back(std::move(stream));
+  }
+  std::size_t alternatives_of(std::string_view table) const {
+    return static_cast<std::size_t>(std::ranges::count(draft_.alternatives, table, &DraftStream::table));
+  }
+
+  const DraftQuestion& question_;
+  Draft draft_;
+};
+
+}  // namespace
+
+Draft draft_of(const DraftQuestion& question) {
+  return Drafter(question).make();
+}
+
+}  // namespace trundle::pipeline

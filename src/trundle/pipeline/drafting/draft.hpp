@@ -1,0 +1,100 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "trundle/logs/survey.hpp"
+
+namespace trundle::pipeline {
+
+/// Where a column of a stream comes from.
+struct DraftColumn {
+  std::string column;      ///< of the stream: "left_rad"
+  std::string topic = {};  ///< where it is not the stream's
+  std::string field;       ///< of a message, or a column of a CSV file
+  std::string unit = {};   ///< as recording.toml takes it; empty: that of the column
+  double scale = 1.0;
+};
+
+/// A table of recording.toml.
+struct DraftStream {
+  std::string table;       ///< "wheels"
+  std::string file;        ///< as recording.toml names it
+  std::string topic = {};  ///< empty: a CSV file, or each column has its own
+  std::vector<DraftColumn> columns = {};
+  std::string time_unit = {};  ///< of CSV files: "ns"; empty: seconds
+  std::optional<double> rebuilt_separation_m =
+      {};                   ///< wheels from poses, and the distance they are computed with
+  std::string reason = {};  ///< why it was taken, for whoever reads the draft
+};
+
+/// A wheel of robot.toml; what is not known is written as a comment, and named among what to fill in.
+struct DraftWheel {
+  std::string name;
+  std::optional<double> x_m = {}, y_m = {};  ///< in the body frame: x forward, y to the left
+  double direction_deg = 0.0;
+  std::string kind = {};  ///< empty: "fixed"
+  bool is_steered = false;
+  std::optional<double> diameter_m = {};
+  std::optional<double> recorded_diameter_m = {};  ///< with which the log made metres of turns
+  std::optional<double> ticks_per_revolution = {};
+  bool needs_ticks = false;  ///< the log has counts
+};
+
+/// The two files, and what a person has to do with them.
+struct Draft {
+  std::string robot_name;
+  std::vector<DraftWheel> wheels;
+  bool has_gyro = false;
+  std::vector<DraftStream> streams;
+  std::vector<DraftStream> alternatives;  ///< what might be a stream as well: comments
+  std::vector<std::string> to_fill_in;    ///< one line each; empty: no edit is needed
+  std::vector<std::string> notes;         ///< what was taken for granted
+  std::vector<std::string> sources;       ///< of geometry: "robot.urdf: wheel radius 0.033 m of left_wheel"
+};
+
+[[nodiscard]] std::string robot_toml(const Draft& draft);
+[[nodiscard]] std::string recording_toml(const Draft& draft);
+
+/// Where a wheel is, as other files say it.
+struct WheelGeometry {
+  std::string joint;
+  std::optional<double> x_m = {}, y_m = {}, radius_m = {};
+};
+/// What a URDF or the parameters of a controller say of a robot.
+struct RobotGeometry {
+  std::string robot_name = {};
+  std::vector<WheelGeometry> wheels = {};         ///< by joint
+  std::vector<std::string> left, right;           ///< joints, of a controller
+  std::optional<double> wheel_separation_m = {};  ///< of a controller
+  std::optional<double> wheel_radius_m = {}, right_wheel_radius_m = {};
+  bool is_mecanum = false;
+};
+
+/// Joints that turn without end, where they are in the frame of the robot's root and how large their wheels
+/// are. Throws InputError where it is no URDF (xacro must be expanded before).
+[[nodiscard]] RobotGeometry read_urdf(const std::filesystem::path& path);
+/// Parameters of diff_drive_controller or mecanum_drive_controller (ROS 1 and 2). Throws InputError.
+[[nodiscard]] RobotGeometry read_controller(const std::filesystem::path& path);
+
+/// Parameters that a log holds by their names (ArduPilot's PARM).
+using LogParameters = std::map<std::string, double, std::less<>>;
+[[nodiscard]] LogParameters read_parameters(const std::filesystem::path& log);
+
+struct DraftQuestion {
+  std::string file;  ///< as recording.toml names it: the log, or what comes before the names of CSV files
+  logs::LogSummary summary = {};
+  LogParameters parameters = {};
+  std::optional<RobotGeometry> urdf = {}, controller = {};
+  bool is_csv = false;  ///< the topics are files, the fields their columns
+};
+/// Which topics and fields look like which streams. Never fails: what is not found is named in `to_fill_in`.
+[[nodiscard]] Draft draft_of(const DraftQuestion& question);
+
+/// The CSV files of a folder as if they were topics of a log. Throws InputError where there is none.
+[[nodiscard]] logs::LogSummary survey_tables(const std::filesystem::path& folder);
+
+}  // namespace trundle::pipeline

@@ -1,0 +1,113 @@
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "trundle/pipeline/drafting/draft.hpp"
+
+namespace trundle::pipeline {
+namespace {
+
+/// As TOML takes any text.
+std::string quoted_toml(std::string_view text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\')
+      (quoted += '\\') += c;
+    else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
+      quoted += fmt::format("\\u{:04X}", static_cast<unsigned>(static_cast<unsigned char>(c)));
+    else
+      quoted += c;
+  }
+  return quoted + '"';
+}
+
+/// A key of TOML: names of wheels are of letters, digits and underscores alone.
+std::string column_line(const DraftColumn& column, bool is_csv) {
+  std::string value;
+  const bool is_plain = column.topic.empty() && column.unit.empty() && column.scale == 1.0;
+  if (is_plain) return fmt::format("columns.{} = {}\n", column.column, quoted_toml(column.field));
+  const auto add = [&](std::string_view key, const std::string& text) {
+    value += fmt::format("{}{} = {}", value.empty() ? "" : ", ", key, text);
+  };
+  if (!column.topic.empty()) add("topic", quoted_toml(column.topic));
+  add(is_csv ? "column" : "field", quoted_toml(column.field));
+  if (!column.unit.empty()) add("unit", quoted_toml(column.unit));
+  if (column.scale == -1.0)
+    add("sign", "-1");
+  else if (column.scale != 1.0)
+    add("scale", fmt::format("{}", column.scale));
+  return fmt::format("columns.{} = {{ {} }}\n", column.column, value);
+}
+
+std::string table_of(const DraftStream& stream) {
+  const bool is_csv =
+      std::ranges::any_of(stream.columns, [](const DraftColumn& c) { return c.column == "time_s"; });
+  std::string text = fmt::format("[{}]\nfile = {}\n", stream.table, quoted_toml(stream.file));
+  if (!stream.topic.empty()) text += fmt::format("topic = {}\n", quoted_toml(stream.topic));
+  if (!stream.time_unit.empty()) text += fmt::format("time_unit = {}\n", quoted_toml(stream.time_unit));
+  if (stream.rebuilt_separation_m)
+    text += fmt::format("rebuild = {{ wheel_separation_m = {} }}\n", *stream.rebuilt_separation_m);
+  for (const DraftColumn& column : stream.columns) text += column_line(column, is_csv);
+  return text;
+}
+
+std::string as_comment(const std::string& text) {
+  std::string commented;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    commented += "# " + text.substr(begin, end - begin) + "\n";
+    begin = end + 1;
+  }
+  return commented;
+}
+
+/// The value, or a line that asks for it.
+std::string number_line(std::string_view key, const std::optional<double>& value, std::string_view what) {
+  return value ? fmt::format("{} = {:.6g}\n", key, *value)
+               : fmt::format("# {} =    # TO FILL IN: {}\n", key, what);
+}
+
+std::string wheel_table(const DraftWheel& wheel, std::size_t count) {
+  std::string text = fmt::format("\n[[wheel]]\nname = {}\n", quoted_toml(wheel.name));
+  if (wheel.x_m || count > 2)
+    text += number_line("x_m", wheel.x_m, "how far ahead of the middle the wheel stands [m]");
+  text += number_line("y_m", wheel.y_m, "how far left of the middle; right: negative [m]");
+  if (wheel.direction_deg != 0.0) text += fmt::format("direction_deg = {:.6g}\n", wheel.direction_deg);
+  if (!wheel.kind.empty()) text += fmt::format("kind = {}\n", quoted_toml(wheel.kind));
+  if (wheel.kind == "mecanum")
+    text += "# roller_deg =    # TO FILL IN: 45 or -45, by how the rollers stand\n";
+  if (wheel.is_steered) text += "steered = true\n";
+  text += number_line("diameter_m", wheel.diameter_m, "[m]");
+  if (wheel.recorded_diameter_m) text += number_line("recorded_diameter_m", wheel.recorded_diameter_m, "");
+  if (wheel.needs_ticks || wheel.ticks_per_revolution)
+    text += number_line("ticks_per_revolution", wheel.ticks_per_revolution,
+                        "counts of a turn; negative: backwards");
+  return text;
+}
+
+}  // namespace
+
+std::string robot_toml(const Draft& draft) {
+  std::string text = "# Drafted by trundle init. docs/robot.md explains every key.\n";
+  for (const std::string& source : draft.sources) text += as_comment(source);
+  text += fmt::format("name = {}\n", quoted_toml(draft.robot_name));
+  for (const DraftWheel& wheel : draft.wheels) text += wheel_table(wheel, draft.wheels.size());
+  if (draft.has_gyro) text += "\n[gyro]\n";
+  return text;
+}
+
+std::string recording_toml(const Draft& draft) {
+  std::string text = "# Drafted by trundle init. docs/recording.md explains every key.\n";
+  for (const std::string& note : draft.notes) text += as_comment(note);
+  for (const DraftStream& stream : draft.streams) {
+    text += "\n";
+    if (!stream.reason.empty()) text += as_comment(stream.reason);
+    text += table_of(stream);
+  }
+  if (!draft.alternatives.empty()) text += "\n# What might be meant as well:\n";
+  for (const DraftStream& stream : draft.alternatives)
+    text += as_comment((stream.reason.empty() ? "" : "\n" + stream.reason + ":\n") + table_of(stream));
+  return text;
+}
+
+}  // namespace trundle::pipeline

@@ -1,0 +1,103 @@
+#include "trundle/pipeline/init_answer.hpp"
+
+#include <algorithm>
+
+#include <nlohmann/json.hpp>
+
+#include "trundle/io/error.hpp"
+#include "trundle/pipeline/log_answer.hpp"
+
+namespace trundle::pipeline {
+namespace {
+
+using InitJson = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+/// From the folder of the drafts, so that both may move together.
+std::string path_from(const fs::path& folder, const fs::path& file) {
+  const fs::path relative =
+      fs::weakly_canonical(fs::absolute(file)).lexically_relative(fs::weakly_canonical(fs::absolute(folder)));
+  return (relative.empty() ? fs::absolute(file) : relative).generic_string();
+}
+
+void require_unedited(const OutputFile& file) {
+  if (!fs::exists(file.path) || (fs::is_regular_file(file.path) && read_file(file.path) == file.content))
+    return;
+  throw InputError(file.path.string(), "is there already and says something else",
+                   "another folder for the drafts");
+}
+
+DraftQuestion draft_question_of(const InitQuestion& question, Provenance& provenance) {
+  DraftQuestion draft;
+  if (logs::is_log(question.log)) {
+    draft.file = path_from(question.folder, question.log);
+    const std::unique_ptr<logs::Log> log = logs::open_log(question.log);
+    draft.summary = logs::survey(*log, {.fields = true}, logs::Definitions(question.message_folders));
+    const bool has_parameters = std::ranges::any_of(
+        draft.summary.topics, [](const logs::TopicSummary& topic) { return topic.type == "PARM"; });
+    if (has_parameters) draft.parameters = read_parameters(question.log);
+    add_inputs(inputs_of_log(question.log), provenance);
+  } else if (fs::is_directory(question.log)) {
+    draft.is_csv = true;
+    const std::string folder = path_from(question.folder, question.log);
+    draft.file = folder == "." ? "" : folder + "/";
+    draft.summary = survey_tables(question.log);
+    for (const logs::TopicSummary& table : draft.summary.topics)
+      provenance.inputs.push_back(input_file(question.log / table.topic));
+  } else {
+    (void)logs::open_log(question.log);  // says what is wrong
+  }
+  const auto read = [&](const std::string& file, RobotGeometry (*reader)(const fs::path&)) {
+    std::optional<RobotGeometry> geometry;
+    if (file.empty()) return geometry;
+    geometry = reader(file);
+    provenance.inputs.push_back(input_file(file));
+    return geometry;
+  };
+  draft.urdf = read(question.urdf, read_urdf);
+  draft.controller = read(question.controller, read_controller);
+  return draft;
+}
+
+InitJson json_of(const DraftStream& stream) {
+  InitJson json = {{"stream", stream.table}, {"file", stream.file}};
+  if (!stream.topic.empty()) json["topic"] = stream.topic;
+  if (stream.rebuilt_separation_m) json["rebuilt_wheel_separation_m"] = *stream.rebuilt_separation_m;
+  for (const DraftColumn& column : stream.columns) {
+    InitJson source = {{"field", column.field}};
+    if (!column.topic.empty()) source["topic"] = column.topic;
+    if (!column.unit.empty()) source["unit"] = column.unit;
+    if (column.scale != 1.0) source["scale"] = column.scale;
+    json["columns"][column.column] = std::move(source);
+  }
+  json["reason"] = stream.reason;
+  return json;
+}
+
+}  // namespace
+
+InitAnswer answer_init(const InitQuestion& question) {
+  InitAnswer answer;
+  answer.draft = draft_of(draft_question_of(question, answer.provenance));
+  const std::string head = head_of(answer.provenance);
+  answer.files.push_back({question.folder / "robot.toml", head + robot_toml(answer.draft)});
+  answer.files.push_back({question.folder / "recording.toml", head + recording_toml(answer.draft)});
+  for (const OutputFile& file : answer.files) require_unedited(file);
+  return answer;
+}
+
+InitJson document_of(const InitAnswer& answer) {
+  InitJson document = to_json(answer.provenance);
+  document["streams"] = InitJson::array();
+  for (const DraftStream& stream : answer.draft.streams) document["streams"].push_back(json_of(stream));
+  document["alternatives"] = InitJson::array();
+  for (const DraftStream& stream : answer.draft.alternatives)
+    document["alternatives"].push_back(json_of(stream));
+  document["to_fill_in"] = answer.draft.to_fill_in;
+  document["notes"] = answer.draft.notes;
+  document["files"] = InitJson::array();
+  for (const OutputFile& file : answer.files) document["files"].push_back(file.path.string());
+  return document;
+}
+
+}  // namespace trundle::pipeline
