@@ -14,6 +14,7 @@
 #include "app/process.hpp"
 #include "app/sample.hpp"
 #include "logs/packed_writers.hpp"
+#include "real_data.hpp"
 
 namespace trundle::test {
 using namespace pipeline;
@@ -220,6 +221,18 @@ TEST_F(Init, AControllerSaysTrackAndRadii) {
   const std::string robot = text("draft/robot.toml");
   EXPECT_THAT(robot, HasSubstr("name = \"left\"\nx_m = 0\ny_m = 0.255\ndiameter_m = 0.2\n"));
   EXPECT_THAT(robot, HasSubstr("name = \"right\"\nx_m = 0\ny_m = -0.255\ndiameter_m = 0.198\n"));
+}
+
+/// Its joints turn and its /odom says how far: the controller's own numbers come out, and that it took left
+/// for right.
+TEST_F(Init, WhatTheControllerTookForItsWheelsIsFoundInItsOdometry) {
+  TRUNDLE_NEEDS_REAL_DATA("logs/gsid_square.bag");
+  const std::string bag = real_data() / "logs" / "gsid_square.bag";
+  const Outcome outcome = run({"init", bag, "-o", "draft"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, Not(HasSubstr("to fill in")));
+  EXPECT_THAT(outcome.out, HasSubstr("the wheel that the log calls left is on the right"));
+  EXPECT_THAT(text("draft/robot.toml"), HasSubstr("diameter_m = 0.07000"));  // as Gazebo has it
 }
 
 TEST_F(Init, WhatAPersonWroteIsNotLost) {

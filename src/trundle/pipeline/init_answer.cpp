@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/error.hpp"
@@ -74,11 +75,34 @@ InitJson json_of(const DraftStream& stream) {
   return json;
 }
 
+/// What is not known of the wheels, the robot's own odometry may tell: it was computed with it.
+Draft completed(Draft draft, DraftQuestion question, const fs::path& log) {
+  if (draft.to_fill_in.empty() || question.is_csv || question.controller) return draft;
+  const auto odometry = std::ranges::find_if(draft.alternatives, [](const DraftStream& stream) {
+    return stream.table == "velocity" && !stream.topic.empty();
+  });
+  if (odometry == draft.alternatives.end()) return draft;
+  question.controller = geometry_from_odometry(log, draft, odometry->topic);
+  if (!question.controller) return draft;
+  const std::string topic = odometry->topic;
+  draft = draft_of(question);
+  draft.sources.push_back(fmt::format(
+      "diameter_m and y_m: those with which {} was computed from the angles of the wheels", topic));
+  draft.notes.push_back(draft.sources.back());
+  if (question.controller->wheel_separation_m.value_or(1.0) < 0.0)
+    draft.notes.push_back(fmt::format(
+        "by the turns of {} the wheel that the log calls left is on the right, and the other way round",
+        topic));
+  return draft;
+}
+
 }  // namespace
 
 InitAnswer answer_init(const InitQuestion& question) {
   InitAnswer answer;
-  answer.draft = draft_of(draft_question_of(question, answer.provenance));
+  DraftQuestion draft_question = draft_question_of(question, answer.provenance);
+  Draft draft = draft_of(draft_question);
+  answer.draft = completed(std::move(draft), std::move(draft_question), question.log);
   const std::string head = head_of(answer.provenance);
   answer.files.push_back({question.folder / "robot.toml", head + robot_toml(answer.draft)});
   answer.files.push_back({question.folder / "recording.toml", head + recording_toml(answer.draft)});

@@ -69,7 +69,7 @@ struct RobotGeometry {
   std::string robot_name = {};
   std::vector<WheelGeometry> wheels = {};         ///< by joint
   std::vector<std::string> left, right;           ///< joints, of a controller
-  std::optional<double> wheel_separation_m = {};  ///< of a controller
+  std::optional<double> wheel_separation_m = {};  ///< of a controller; negative: 'left' is on the right
   std::optional<double> wheel_radius_m = {}, right_wheel_radius_m = {};
   bool is_mecanum = false;
 };
@@ -93,6 +93,13 @@ struct DraftQuestion {
 };
 /// Which topics and fields look like which streams. Never fails: what is not found is named in `to_fill_in`.
 [[nodiscard]] Draft draft_of(const DraftQuestion& question);
+
+/// Radius and separation with which a controller computed the odometry of the same log from its wheels'
+/// angles, by least squares; nothing where the draft's wheels have no angles, or these do not explain the
+/// odometry.
+[[nodiscard]] std::optional<RobotGeometry> geometry_from_odometry(const std::filesystem::path& log,
+                                                                  const Draft& draft,
+                                                                  const std::string& odometry_topic);
 
 /// The CSV files of a folder as if they were topics of a log. Throws InputError where there is none.
 [[nodiscard]] logs::LogSummary survey_tables(const std::filesystem::path& folder);
