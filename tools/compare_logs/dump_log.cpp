@@ -1,6 +1,6 @@
-// dump_log FILE [--quiet]: every field of every message of a log, a line each, to be compared with what other libraries
-// read: "topic time_ns" and then " path=value", integers in decimal, floating-point numbers as their bits, text in
-// hexadecimal. What cannot be decoded is the bytes of the message.
+// dump_log FILE [--quiet]: every field of every message of a log, a line each, to be compared with what other
+// libraries read: "topic time_ns" and then " path=value", integers in decimal, floating-point numbers as
+// their bits, text in hexadecimal. What cannot be decoded is the bytes of the message.
 #include <bit>
 #include <cstdio>
 #include <map>
@@ -52,9 +52,11 @@ int main(int argc, char** argv) try {
     std::string line = fmt::format("{} {}", channel.topic, message->log_time_ns);
     const std::size_t head = line.size();
     const auto& layout = layouts[&channel];
-    const bool is_read = layout && visit(*layout, channel.encoding, message->bytes, [&](std::string_view path, const Value& value) {
-      if (!is_quiet) line += fmt::format(" {}={}", path, text_of_value(value));
-    });
+    const bool is_read = layout && visit(*layout, channel.encoding, message->bytes,
+                                         [&](std::string_view path, const Value& value) {
+                                           if (!is_quiet)
+                                             line += fmt::format(" {}={}", path, text_of_value(value));
+                                         });
     if (!is_read) {
       ++undecoded;
       line.resize(head);
@@ -62,8 +64,10 @@ int main(int argc, char** argv) try {
     }
     if (!is_quiet) std::puts(line.c_str());
   }
-  fmt::print(stderr, "{}: {}, {} messages, {} not decoded, {} channels{}\n", argv[1], log->format(), messages, undecoded,
-             log->channels().size(), log->cut() ? ", cut at byte " + std::to_string(log->cut()->byte) + ": " + log->cut()->reason : "");
+  fmt::print(
+      stderr, "{}: {}, {} messages, {} not decoded, {} channels{}\n", argv[1], log->format(), messages,
+      undecoded, log->channels().size(),
+      log->cut() ? ", cut at byte " + std::to_string(log->cut()->byte) + ": " + log->cut()->reason : "");
   return 0;
 } catch (const std::exception& error) {
   fmt::print(stderr, "{}\n", error.what());

@@ -10,6 +10,9 @@
 
 namespace trundle::logs {
 
+/// "geometry_msgs/msg/Vector3" and "geometry_msgs::msg::Vector3" are geometry_msgs/Vector3.
+[[nodiscard]] std::string short_type_name(std::string_view type);
+
 /// `definition`: the fields of `type`, then those of each type it uses, after lines of '=' and "MSG: type".
 /// Throws BadDefinition.
 [[nodiscard]] Layout parse_ros1msg(std::string_view type, std::string_view definition);

@@ -48,6 +48,7 @@ struct Limits {
   std::size_t largest_message = std::size_t{64} << 20;    ///< and record of a file [bytes]
   std::size_t largest_chunk = std::size_t{64} << 20;      ///< of messages, uncompressed [bytes]
   std::size_t largest_definition = std::size_t{1} << 20;  ///< of one channel [bytes]
+  std::size_t all_definitions = std::size_t{8} << 20;  ///< of all channels together, with their names [bytes]
   std::size_t most_channels = std::size_t{1} << 16;
   std::uint64_t largest_database = std::uint64_t{16}
                                    << 30;  ///< that a compressed one becomes on the disk [bytes]

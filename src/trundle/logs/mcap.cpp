@@ -131,6 +131,8 @@ class Mcap : public Log {
     schema.encoding = cursor.take_text();
     schema.definition = cursor.take_text();
     if (!cursor.is_good()) return end(file_.position(), "a schema is damaged");
+    if (schemas_.contains(id)) return;
+    if (!channels_.takes(content.size(), limits_)) return end(file_.position(), "the schemas are too large");
     schemas_.try_emplace(id, std::move(schema));
   }
 
@@ -147,8 +149,8 @@ class Mcap : public Log {
       channel.language = language_named(schema->second.encoding);
       channel.definition = schema->second.definition;
     }
-    if (channels_.size() >= limits_.most_channels)
-      return end(file_.position(), "there are too many channels");
+    if (!channels_.takes(content.size() + channel.type.size() + channel.definition.size(), limits_))
+      return end(file_.position(), "there are too many channels, or their definitions are too large");
     by_id_[id] = &channels_.add(std::move(channel));
   }
 

@@ -164,8 +164,8 @@ class Rosbag : public Log {
     const auto id = number_in<std::uint32_t>(record.header, "conn");
     HeaderFields fields;
     if (by_id_.contains(id)) return;
-    if (channels_.size() >= limits_.most_channels)
-      return end(file_.position(), "there are too many connections");
+    if (!channels_.takes(data.size(), limits_))
+      return end(file_.position(), "there are too many connections, or their definitions are too large");
     if (!read_header(data, fields)) return end(file_.position(), "a connection is damaged");
     by_id_[id] = &channels_.add({.id = id,
                                  .topic = text_in(record.header, "topic"),

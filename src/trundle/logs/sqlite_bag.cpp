@@ -163,7 +163,8 @@ class SqliteBag : public Log {
                    "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions");
     while (rows.step() == SQLITE_ROW && definitions.size() < limits_.most_channels) {
       const std::string encoding = rows.text(1);
-      if (rows.bytes(2).size() > limits_.largest_definition) continue;
+      const std::size_t size = rows.bytes(2).size();
+      if (size > limits_.largest_definition || !channels_.takes(size, limits_)) continue;
       if (encoding == "ros2msg") definitions[rows.text(0)] = {SchemaLanguage::ros2msg, rows.text(2)};
       if (encoding == "ros2idl") definitions[rows.text(0)] = {SchemaLanguage::ros2idl, rows.text(2)};
     }
@@ -173,7 +174,7 @@ class SqliteBag : public Log {
   void read_topics(const Definitions& definitions) {
     Statement rows(database_.get(), "SELECT id, name, type, serialization_format FROM topics ORDER BY id");
     int status = SQLITE_ROW;
-    while ((status = rows.step()) == SQLITE_ROW && channels_.size() < limits_.most_channels) {
+    while ((status = rows.step()) == SQLITE_ROW) {
       const std::int64_t id = rows.integer(0);
       Channel channel{.id = static_cast<std::uint32_t>(id), .topic = rows.text(1), .type = rows.text(2)};
       channel.encoding = rows.text(3) == "cdr" ? Encoding::cdr : Encoding::unknown;
@@ -181,6 +182,8 @@ class SqliteBag : public Log {
         channel.language = found->second.language;
         channel.definition = found->second.text;
       }
+      if (!channels_.takes(channel.topic.size() + channel.type.size() + channel.definition.size(), limits_))
+        break;
       by_id_[id] = &channels_.add(std::move(channel));
     }
     if (status == SQLITE_ERROR || status == SQLITE_CORRUPT || status == SQLITE_NOTADB)

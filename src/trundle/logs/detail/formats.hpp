@@ -28,12 +28,18 @@ class ChannelList {
     pointers_.push_back(&channels_.back());
     return channels_.back();
   }
+  /// Whether one more channel, with so many bytes of texts, is within the limits; they are counted.
+  [[nodiscard]] bool takes(std::size_t bytes, const Limits& limits) {
+    bytes_ += bytes;
+    return channels_.size() < limits.most_channels && bytes_ <= limits.all_definitions;
+  }
   [[nodiscard]] std::span<const Channel* const> all() const { return pointers_; }
   [[nodiscard]] std::size_t size() const { return channels_.size(); }
 
  private:
   std::deque<Channel> channels_;
   std::vector<const Channel*> pointers_;
+  std::size_t bytes_ = 0;
 };
 
 }  // namespace trundle::logs

@@ -23,9 +23,6 @@ struct RawType {
 /// By "package/Type".
 using RawTypes = std::map<std::string, RawType, std::less<>>;
 
-/// "geometry_msgs/msg/Vector3" and "geometry_msgs::msg::Vector3" are geometry_msgs/Vector3.
-[[nodiscard]] std::string short_type_name(std::string_view type);
-
 /// The fields of one .msg file; `is_ros2`: its words are those of ROS 2. Throws BadDefinition.
 [[nodiscard]] RawType parse_msg(std::string_view text, bool is_ros2);
 

@@ -1,0 +1,348 @@
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "trundle/io/error.hpp"
+#include "trundle/logs/definitions.hpp"
+#include "trundle/logs/field_reader.hpp"
+
+#include "../real_data.hpp"
+#include "ros_writers.hpp"
+
+namespace trundle::test {
+namespace {
+
+using namespace logs;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+/// In memory where the system has a place for it.
+class BagFolder {
+ public:
+  BagFolder() {
+    std::string name = (fs::is_directory("/dev/shm") ? fs::path("/dev/shm") : fs::temp_directory_path()) /
+                       "trundle_bags_XXXXXX";
+    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+    path_ = name;
+  }
+  ~BagFolder() { fs::remove_all(path_); }
+  BagFolder(const BagFolder&) = delete;
+  BagFolder& operator=(const BagFolder&) = delete;
+
+  fs::path operator/(const std::string& name) const { return path_ / name; }
+  const fs::path& path() const { return path_; }
+  fs::path write(const std::string& name, std::string_view bytes) const {
+    std::ofstream(path_ / name, std::ios::binary) << bytes;
+    return path_ / name;
+  }
+
+ private:
+  fs::path path_;
+};
+
+/// Two topics, whose messages count up.
+WrittenLog counting_log(std::size_t messages, bool cdr = false) {
+  WrittenLog log{.channels = {{"/counts", cdr ? "a/msg/Count" : "a/Count", "int32 count\n"},
+                              {"/name", cdr ? "std_msgs/msg/String" : "std_msgs/String", "string data\n"}},
+                 .messages = {}};
+  for (std::size_t i = 0; i < messages; ++i) {
+    const auto count = static_cast<std::int32_t>(i);
+    const std::string name = fmt::format("message {}", i);
+    const bool is_name = i % 3 == 2;
+    const std::string bytes = cdr ? (is_name ? CdrBytes().text(name) : CdrBytes().put(count)).bytes()
+                                  : (is_name ? RosBytes().text(name) : RosBytes().put(count)).bytes();
+    log.messages.push_back(
+        {is_name ? 1U : 0U, 1'700'000'000'123'456'789 + static_cast<std::int64_t>(i), bytes});
+  }
+  return log;
+}
+
+struct WhatCame {
+  std::vector<std::string> lines;
+  std::optional<Cut> cut;
+};
+
+WhatCame read_bag(const fs::path& path, const Limits& limits = {}) {
+  WhatCame came;
+  const auto log = open_log(path, limits);
+  while (const auto message = log->next()) {
+    std::string line = fmt::format("{} {}", message->channel->topic, message->log_time_ns);
+    const bool is_whole = visit(layout_of(*message->channel), message->channel->encoding, message->bytes,
+                                [&](std::string_view name, const Value& value) {
+                                  if (const auto* const text = std::get_if<std::string_view>(&value))
+                                    line += fmt::format(" {}={}", name, *text);
+                                  else
+                                    line += fmt::format(" {}={}", name, number_of(value).value());
+                                });
+    came.lines.push_back(is_whole ? line : line + " broken");
+  }
+  came.cut = log->cut();
+  return came;
+}
+
+std::vector<std::string> lines_of(const WrittenLog& log) {
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < log.messages.size(); ++i)
+    lines.push_back(i % 3 == 2 ? fmt::format("/name {} data=message {}", log.messages[i].time_ns, i)
+                               : fmt::format("/counts {} count={}", log.messages[i].time_ns, i));
+  return lines;
+}
+
+struct BagKind {
+  std::string name;
+  bool is_mcap;
+  WrittenHow how;
+
+  std::string file(const WrittenLog& log) const { return is_mcap ? mcap_of(log, how) : bag_of(log, how); }
+  bool is_cdr() const { return how.encoding == "cdr"; }
+};
+
+std::vector<BagKind> bag_kinds() {
+  std::vector<BagKind> kinds;
+  for (const bool closed : {true, false}) {
+    const std::string end = closed ? "" : "_not_closed";
+    for (const char* const compression : {"none", "bz2", "lz4"})
+      kinds.push_back(
+          {fmt::format("bag_{}{}", compression, end), false, {.compression = compression, .closed = closed}});
+    for (const char* const compression : {"none", "lz4", "zstd"})
+      kinds.push_back(
+          {fmt::format("mcap_{}{}", compression, end),
+           true,
+           {.compression = compression, .closed = closed, .schema = "ros2msg", .encoding = "cdr"}});
+    kinds.push_back({fmt::format("mcap_unchunked{}", end), true, {.chunked = false, .closed = closed}});
+  }
+  return kinds;
+}
+
+class EveryBag : public testing::TestWithParam<BagKind> {};
+
+TEST_P(EveryBag, gives_every_message) {
+  const BagFolder folder;
+  const WrittenLog log = counting_log(10, GetParam().is_cdr());
+  const fs::path path = folder.write("log", GetParam().file(log));
+  const WhatCame came = read_bag(path);
+  EXPECT_EQ(came.lines, lines_of(log));
+  EXPECT_EQ(came.cut.has_value(), !GetParam().how.closed);
+  EXPECT_THAT(came.cut ? came.cut->reason : "not closed", HasSubstr("not closed"));
+  const auto opened = open_log(path);
+  EXPECT_EQ(opened->channels().size(), GetParam().how.closed ? 2U : 0U);
+  if (!GetParam().how.closed) return;
+  EXPECT_EQ(opened->channels()[1]->messages, 3U);
+}
+
+TEST_P(EveryBag, cut_off_anywhere_gives_the_messages_before_and_says_so) {
+  const BagFolder folder;
+  const WrittenLog log = counting_log(7, GetParam().is_cdr());
+  const std::string whole = GetParam().file(log);
+  const std::vector<std::string> lines = lines_of(log);
+  std::set<std::size_t> counts;
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const fs::path path = folder.write("log", whole.substr(0, size));
+    try {
+      const WhatCame came = read_bag(path);
+      ASSERT_LE(came.lines.size(), lines.size()) << size;
+      ASSERT_TRUE(std::equal(came.lines.begin(), came.lines.end(), lines.begin())) << size;
+      const bool is_all = came.lines.size() == lines.size();  // then the index alone may be cut
+      ASSERT_TRUE(came.cut || is_all) << size;
+      counts.insert(came.lines.size());
+    } catch (const InputError&) {
+      ASSERT_LT(size, 300U);  // within the head
+    }
+  }
+  EXPECT_GE(counts.size(), 3U);  // chunks that are whole are used, of others what can be
+}
+
+TEST_P(EveryBag, damaged_anywhere_ends_in_order) {
+  const BagFolder folder;
+  const std::string whole = GetParam().file(counting_log(4, GetParam().is_cdr()));
+  for (std::size_t at = 0; at < whole.size(); ++at)
+    for (const char value : {'\0', '\xff', '\x7f'}) {
+      std::string damaged = whole;
+      damaged[at] = value;
+      const fs::path path = folder.write("log", damaged);
+      try {
+        (void)read_bag(path);
+      } catch (const InputError&) {
+      } catch (const BadDefinition&) {
+      }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Logs, EveryBag, testing::ValuesIn(bag_kinds()),
+                         [](const auto& of) { return of.param.name; });
+
+TEST(Bags, a_wrong_checksum_ends_a_log_of_mcap) {
+  const BagFolder folder;
+  std::string file = mcap_of(counting_log(6, true), {.schema = "ros2msg", .encoding = "cdr"});
+  file[file.find("message 5") + 8] = '7';
+  const WhatCame came = read_bag(folder.write("log", file));
+  EXPECT_EQ(came.lines.size(), 3U);
+  ASSERT_TRUE(came.cut);
+  EXPECT_THAT(came.cut->reason, HasSubstr("checksum"));
+}
+
+TEST(Bags, a_chunk_that_becomes_too_much_is_refused) {
+  const BagFolder folder;
+  WrittenLog log = counting_log(2);
+  log.messages[1].bytes = RosBytes().put(std::int32_t{1}).raw(std::string(100'000, 'x')).bytes();
+  for (const char* const compression : {"bz2", "lz4"}) {
+    const fs::path path = folder.write("log", bag_of(log, {.compression = compression}));
+    const WhatCame came = read_bag(path, {.largest_chunk = 50'000});
+    EXPECT_TRUE(came.lines.empty());
+    ASSERT_TRUE(came.cut);
+    EXPECT_THAT(came.cut->reason, HasSubstr("bytes, 1"));
+  }
+}
+
+TEST(Bags, more_than_a_chunk_announces_is_not_decompressed) {
+  const BagFolder folder;
+  std::string records(1 << 20, '\0');
+  for (const char* const compression : {"bz2", "lz4"}) {
+    const std::string chunk =
+        bag_record(bag_fields({{"op", "\x05"}, {"compression", compression}, {"size", bag_number(64, 4)}}),
+                   compressed(compression, records));
+    const WhatCame came = read_bag(folder.write("log", "#ROSBAG V2.0\n" + bag_header(0, 0, 1) + chunk));
+    EXPECT_TRUE(came.lines.empty());
+    EXPECT_TRUE(came.cut);
+  }
+}
+
+TEST(Bags, definitions_that_are_large_together_are_refused) {
+  const BagFolder folder;
+  WrittenLog log{.channels = {}, .messages = {{0, 1, RosBytes().put(std::int32_t{1}).bytes()}}};
+  const std::string large = "int32 count\n" + std::string(10'000, '#');
+  for (int i = 0; i < 100; ++i)
+    log.channels.push_back({fmt::format("/t{}", i), fmt::format("a/T{}", i), large});
+  for (const std::string& file : {bag_of(log), mcap_of(log), mcap_of(log, {.chunked = false})}) {
+    const fs::path path = folder.write("log", file);
+    EXPECT_EQ(open_log(path)->channels().size(), 100U);
+    const auto log_within = open_log(path, {.all_definitions = 500'000});
+    while (log_within->next()) continue;
+    EXPECT_LT(log_within->channels().size(), 50U);
+  }
+}
+
+// ---- rosbag2 ----
+
+TEST(SqliteBag, gives_every_message_with_and_without_definitions) {
+  const BagFolder folder;
+  const WrittenLog log = counting_log(10, true);
+  write_sqlite_bag(folder / "log.db3", log, "none", false, true);
+  EXPECT_EQ(read_bag(folder / "log.db3").lines, lines_of(log));
+  write_sqlite_bag(folder / "packed.db3", log, "zstd", false, true);
+  EXPECT_EQ(read_bag(folder / "packed.db3").lines, lines_of(log));
+  write_sqlite_bag(folder / "bare.db3", log);
+  EXPECT_THROW(read_bag(folder / "bare.db3"), BadDefinition);  // of a/Count; std_msgs are built in
+}
+
+TEST(SqliteBag, what_a_crash_left_is_read_and_nothing_is_changed) {
+  const BagFolder folder;
+  const WrittenLog log = counting_log(10, true);
+  sqlite3* const open = write_sqlite_bag(folder / "live.db3", log, "none", true, true);
+  fs::copy_file(folder / "live.db3", folder / "crashed.db3");
+  fs::copy_file(folder / "live.db3-wal", folder / "crashed.db3-wal");
+  sqlite3_close(open);
+  const auto before = fs::file_size(folder / "crashed.db3-wal");
+  EXPECT_EQ(read_bag(folder / "crashed.db3").lines, lines_of(log));
+  EXPECT_EQ(fs::file_size(folder / "crashed.db3-wal"), before);
+  EXPECT_FALSE(fs::exists(folder / "crashed.db3-shm"));
+}
+
+TEST(SqliteBag, cut_off_or_damaged_ends_in_order) {
+  const BagFolder folder;
+  const WrittenLog log = counting_log(400, true);
+  const std::vector<std::string> lines = lines_of(log);
+  write_sqlite_bag(folder / "log.db3", log, "none", false, true);
+  std::string whole(fs::file_size(folder / "log.db3"), '\0');
+  std::ifstream(folder / "log.db3", std::ios::binary)
+      .read(whole.data(), static_cast<std::streamsize>(whole.size()));
+  constexpr std::size_t kStep = 251;  // a prime: all places in a page are met
+  for (std::size_t size = 0; size < whole.size(); size += kStep) {
+    const fs::path path = folder.write("cut.db3", whole.substr(0, size));
+    try {
+      const WhatCame came = read_bag(path);
+      ASSERT_TRUE(std::equal(came.lines.begin(), came.lines.end(), lines.begin())) << size;
+      ASSERT_TRUE(came.cut || came.lines.size() == lines.size()) << size;
+    } catch (const InputError&) {
+    } catch (const BadDefinition&) {
+    }
+  }
+}
+
+TEST(SqliteBag, folders_and_compressed_files_are_read_as_one) {
+  const BagFolder folder;
+  WrittenLog log = counting_log(6, true);
+  const WrittenLog whole = log;
+  log.messages.erase(log.messages.begin() + 3, log.messages.end());
+  write_sqlite_bag(folder / "log_0.db3", log, "none", false, true);
+  log = whole;
+  log.messages.erase(log.messages.begin(), log.messages.begin() + 3);
+  write_sqlite_bag(folder / "log_1.db3", log, "none", false, true);
+  std::string second(fs::file_size(folder / "log_1.db3"), '\0');
+  std::ifstream(folder / "log_1.db3", std::ios::binary)
+      .read(second.data(), static_cast<std::streamsize>(second.size()));
+  fs::remove(folder / "log_1.db3");
+  folder.write("log_1.db3.zstd", compressed("zstd", second));
+  folder.write(
+      "metadata.yaml",
+      "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: sqlite3\n  relative_file_paths:\n"
+      "    - log_0.db3\n    - \"log_1.db3\"\n  duration:\n    nanoseconds: 0\n");
+  ASSERT_TRUE(is_log(folder.path()));
+  const auto opened = open_log(folder.path());
+  EXPECT_EQ(opened->channels().size(), 2U);  // not four
+  EXPECT_EQ(read_bag(folder.path()).lines, lines_of(whole));
+}
+
+TEST(Bags, what_is_none_is_refused) {
+  const BagFolder folder;
+  EXPECT_THROW((void)open_log(folder.write("text", "a,b\n1,2\n")), InputError);
+  EXPECT_FALSE(is_log(folder / "text"));
+  EXPECT_FALSE(is_log(folder / "nothing"));
+  EXPECT_THROW((void)open_log(folder / "nothing"), InputError);
+  EXPECT_THROW((void)open_log(folder.write("old.bag", "#ROSBAG V1.2\n")), InputError);
+  EXPECT_THROW((void)open_log(folder.write("twice.zst", compressed("zstd", compressed("zstd", "text")))),
+               InputError);
+  folder.write("metadata.yaml", "nothing: here\n");
+  EXPECT_THROW((void)open_log(folder.path()), InputError);
+}
+
+struct GenuineLog {
+  const char* file;
+  std::size_t messages;
+  std::size_t undecoded;  ///< whose definition is neither in the log nor built in
+};
+
+TEST(GenuineLogs, every_message_of_the_bags_is_decoded) {
+  TRUNDLE_NEEDS_REAL_DATA("logs");
+  for (const GenuineLog& genuine :
+       {GenuineLog{"../husky_gps_bag/test1.bag", 16806, 0}, GenuineLog{"drexel_circle.bag", 3887, 0},
+        GenuineLog{"gsid_square.bag", 38496, 0}, GenuineLog{"cdr_test_0.mcap", 7, 0},
+        GenuineLog{"mobrob_odom_a.mcap", 180, 0}, GenuineLog{"p4_pitch45.mcap", 6234, 0},
+        GenuineLog{"rewriter_b_0.mcap", 75, 0}, GenuineLog{"cdr_test_0.db3", 7, 0},
+        GenuineLog{"dan_drive_square.db3", 2091, 388}, GenuineLog{"topics_and_services.db3", 13, 6}}) {
+    const auto log = open_log(real_data() / "logs" / genuine.file);
+    std::size_t messages = 0, undecoded = 0;
+    while (const auto message = log->next()) {
+      ++messages;
+      try {
+        undecoded += visit(layout_of(*message->channel), message->channel->encoding, message->bytes,
+                           [](std::string_view, const Value&) {})
+                         ? 0
+                         : 1;
+      } catch (const BadDefinition&) {
+        ++undecoded;
+      }
+    }
+    EXPECT_EQ(messages, genuine.messages) << genuine.file;
+    EXPECT_EQ(undecoded, genuine.undecoded) << genuine.file;
+    EXPECT_FALSE(log->cut()) << genuine.file;
+  }
+}
+
+}  // namespace
+}  // namespace trundle::test
