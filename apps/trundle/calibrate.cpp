@@ -12,7 +12,7 @@ struct CalibrateArguments {
   std::vector<std::string> recordings;
   std::vector<std::string> hold_out;
   std::string robot;
-  int robot_number = 0;
+  ReadOptions reading;
   CalibrateOptions calibrate;
   bool landmarks = false;
   CalibrationOutput output;
@@ -21,7 +21,7 @@ struct CalibrateArguments {
 
 void run(const CalibrateArguments& options) {
   const RobotFile nominal = read_robot_file(options.robot);
-  const ReadOptions how{.robot_number = options.robot_number};
+  const ReadOptions& how = options.reading;
   const std::vector<Recording> training = read_recordings(options.recordings, how);
   const std::vector<Recording> hold_out = read_recordings(options.hold_out, how);
   require_apart(training, {options.output.robot_path});
@@ -52,7 +52,7 @@ void add_calibrate(CLI::App& app) {
                     "smoother leaves");
   command->add_flag("--landmarks", options->landmarks,
                     "Learn from what the robot saw of landmarks, without any reference");
-  add_robot_number(*command, options->robot_number);
+  add_read_options(*command, options->reading);
   add_calibration_output(*command, options->output);
   command->callback([options] { run(*options); });
 }

@@ -45,9 +45,15 @@ CLI::Validator whole_number() {
   return {complaint, ""};
 }
 
-CLI::Option* add_robot_number(CLI::App& command, int& number) {
-  return command.add_option("--robot-number", number, "Which robot of a folder that holds several")
+void add_read_options(CLI::App& command, ReadOptions& reading) {
+  command.add_option("--robot-number", reading.robot_number, "Which robot of a folder that holds several")
       ->check(CLI::Range(1, 1000));
+  command.add_option(
+      "--recording", reading.map,
+      "Of a log (.bag, .mcap, .db3, ...) given as RECORDING: the recording.toml that maps its topics; "
+      "default: the one beside it");
+  command.add_option("--msg-path", reading.msg_path,
+                     "Folder with .msg files, for logs that hold no definitions of their own types");
 }
 
 void refuse_empty_values(CLI::App& app) {

@@ -8,6 +8,7 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/pipeline/provenance.hpp"
+#include "trundle/recording/recording.hpp"
 
 #include "names.hpp"
 
@@ -37,8 +38,8 @@ inline constexpr double kLargest = 1e9;
 
 /// A seed: a whole number of 64 bits.
 CLI::Validator whole_number();
-/// The number of a robot of a folder that holds several.
-CLI::Option* add_robot_number(CLI::App& command, int& number);
+/// How recordings are read: the number of a robot of a folder that holds several, what maps a log.
+void add_read_options(CLI::App& command, ReadOptions& reading);
 
 /// No value of an option is empty: a script whose variable is would get something else than it asked for.
 void refuse_empty_values(CLI::App& app);

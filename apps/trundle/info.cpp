@@ -21,7 +21,7 @@ constexpr std::size_t kWidestTopic = 60;  // what follows a longer one moves to 
 struct InfoArguments {
   std::string recording;
   std::string robot;
-  int robot_number = 0;
+  ReadOptions reading;
   bool gyro_noise = false;
   bool verbose = false;
   bool topics = false;
@@ -199,19 +199,18 @@ std::string text_of(const LogAnswer& answer, bool verbose) {
 bool is_bare_log(const InfoArguments& options) {
   const std::filesystem::path path = options.recording;
   if (!logs::is_log(path)) return false;
-  const std::filesystem::path folder = std::filesystem::is_directory(path) ? path : path.parent_path();
-  return options.topics || !std::filesystem::exists(folder / "recording.toml");
+  return options.topics || (options.reading.map.empty() && !map_beside_log(path));
 }
 
 void run(const InfoArguments& options) {
   if (is_bare_log(options)) {
-    const LogAnswer answer = answer_log({options.recording});
+    const std::vector<std::string>& folders = options.reading.msg_path;
+    const LogAnswer answer = answer_log({options.recording, {folders.begin(), folders.end()}});
     return print(options.common, document_of(answer), text_of(answer, options.verbose));
   }
-  InfoQuestion question{.robot = {}, .gyro_noise = options.gyro_noise, .robot_number = options.robot_number};
+  InfoQuestion question{.robot = {}, .gyro_noise = options.gyro_noise, .reading = options.reading};
   if (!options.robot.empty()) question.robot = read_robot_file(options.robot);
-  const std::vector<Recording> recordings =
-      read_recordings({options.recording}, {.robot_number = options.robot_number});
+  const std::vector<Recording> recordings = read_recordings({options.recording}, options.reading);
   require_output_makes_sense(options, recordings.size());
   require_apart(recordings, {options.output});
   const InfoAnswer answer = answer_info(recordings, question);
@@ -238,7 +237,7 @@ void add_info(CLI::App& app) {
       ->required();
   command->add_option("--robot", options->robot,
                       "Robot file: also says what its sensors can and cannot tell");
-  add_robot_number(*command, options->robot_number);
+  add_read_options(*command, options->reading);
   command->add_flag("--gyro-noise", options->gyro_noise,
                     "Bias, noise and Allan deviation of the gyro, from where the robot rests");
   command->add_flag("--verbose", options->verbose,

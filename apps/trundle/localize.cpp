@@ -55,7 +55,7 @@ std::string text_of(const LocalizeArguments& options, const LocalizeAnswer& answ
 
 LocalizeQuestion question_of(const LocalizeArguments& options) {
   LocalizeQuestion question = options.question;
-  question.slip = app::question_of(options.slip, question.robot_number);
+  question.slip = app::question_of(options.slip, question.reading);
   question.filter =
       options.filter == name_of(LocalizerFilter::ekf) ? LocalizerFilter::ekf : LocalizerFilter::particles;
   if (!question.start_text.empty()) question.start = start_pose_from(question.start_text);
@@ -65,7 +65,7 @@ LocalizeQuestion question_of(const LocalizeArguments& options) {
 void run(const LocalizeArguments& options) {
   const LocalizeQuestion question = question_of(options);
   const RobotFile robot = read_robot_file(options.robot);
-  const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
+  const Recording recording = read_recording(options.recording, question.reading);
   require_apart(std::span(&recording, 1), {options.output, options.steps, options.innovations});
   const LocalizeAnswer answer = answer_localize(recording, robot, read_map_file(options.map), question);
   std::vector<OutputFile> files = {
@@ -112,7 +112,7 @@ void add_localize(CLI::App& app) {
   command->add_flag("--unknown-ids", options->question.unknown_ids,
                     "Forget the landmarks' names and find out which is which");
   add_slip_correction(*command, options->slip);
-  add_robot_number(*command, options->question.robot_number);
+  add_read_options(*command, options->question.reading);
   command->add_option("--steps", options->steps,
                       "CSV of every step: whether the pose is known, sightings, alarm, particles");
   command->add_option("--innovations", options->innovations,

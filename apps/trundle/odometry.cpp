@@ -82,7 +82,7 @@ void run(const OdometryArguments& options) {
   OdometryQuestion question = options.question;
   question.start = start_pose_from(question.start_text);
   const RobotFile robot = read_robot_file(options.robot);
-  const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
+  const Recording recording = read_recording(options.recording, question.reading);
   require_apart(std::span(&recording, 1), {options.output});
   OdometryAnswer answer;
   const auto integrate_into = [&](const TakePose& take) {
@@ -109,7 +109,7 @@ void add_odometry(CLI::App& app) {
       ->add_option("--start", options->question.start_text,
                    "Pose at the first stamp: X,Y,DEG [m, m, degrees]")
       ->capture_default_str();
-  add_robot_number(*command, options->question.robot_number);
+  add_read_options(*command, options->question.reading);
   command->add_flag("--smooth", options->question.smooth,
                     "Every pose also by what later rests show of the gyro's bias");
   command->add_option("-o,--output", options->output, "Trajectory: .csv, or .tum by its name");

@@ -100,7 +100,7 @@ void add_run(CLI::App& app) {
   command->add_option("--seed", question.slam.seed, "Seed of the particle filters' random numbers")
       ->check(whole_number())
       ->capture_default_str();
-  add_robot_number(*command, question.robot_number);
+  add_read_options(*command, question.reading);
   command->add_option("-o,--output", options->output, "Folder for all results")->required();
   command->callback([options] { run(*options); });
 }

@@ -87,7 +87,7 @@ std::vector<std::filesystem::path> slam_files_in(const std::filesystem::path& fo
 
 SlamQuestion question_of(const SlamArguments& options) {
   SlamQuestion question = options.question;
-  question.slip = app::question_of(options.slip, question.robot_number);
+  question.slip = app::question_of(options.slip, question.reading);
   question.method = *slam_method_named(options.filter);
   question.start = start_pose_from(question.start_text);
   if (!options.estimate.empty())
@@ -98,7 +98,7 @@ SlamQuestion question_of(const SlamArguments& options) {
 void run(const SlamArguments& options) {
   SlamQuestion question = question_of(options);
   const RobotFile robot = read_robot_file(options.robot);
-  const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
+  const Recording recording = read_recording(options.recording, question.reading);
   require_apart(std::span(&recording, 1), {options.output, question.checkpoints.write});
   ResultFolder results(options.output);
   ProgressBar bar(options.common);
@@ -176,7 +176,7 @@ void add_slam(CLI::App& app) {
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   add_slip_correction(*command, options->slip);
-  add_robot_number(*command, options->question.robot_number);
+  add_read_options(*command, options->question.reading);
   SlamCheckpoints& checkpoints = options->question.checkpoints;
   CLI::Option* checkpoint = command->add_option("--checkpoint", checkpoints.write,
                                                 "File to store the run in, near the end of the recording");

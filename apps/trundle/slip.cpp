@@ -50,7 +50,7 @@ void run(const SlipArguments& options) {
   SlipQuestion question = options.question;
   question.method = options.method == "published" ? SlipMethod::published : SlipMethod::general;
   const RobotFile robot = read_robot_file(options.robot);
-  const Recording recording = read_recording(options.recording, {.robot_number = question.robot_number});
+  const Recording recording = read_recording(options.recording, question.reading);
   require_apart(std::span(&recording, 1), {options.output, options.corrected});
   const SlipAnswer answer = answer_slip(recording, robot, question);
   std::vector<OutputFile> files;
@@ -90,7 +90,7 @@ void add_slip(CLI::App& app) {
       ->check(number_from(0.0, 60.0))
       ->capture_default_str();
   add_spin_odds(*command, options->question.spin_odds);
-  add_robot_number(*command, options->question.robot_number);
+  add_read_options(*command, options->question.reading);
   command->add_option("-o,--output", options->output, "Slips: start_s,end_s,wheel,kind,excess_m,confidence");
   command->add_option("--corrected", options->corrected,
                       "Trajectory with the slips corrected: .csv, or .tum");

@@ -21,10 +21,9 @@ void add_slip_correction(CLI::App& command, SlipCorrection& correction) {
   add_spin_odds(command, correction.spin_odds)->needs(wanted);
 }
 
-std::optional<SlipQuestion> question_of(const SlipCorrection& correction, int robot_number) {
+std::optional<SlipQuestion> question_of(const SlipCorrection& correction, const ReadOptions& reading) {
   if (!correction.wanted) return std::nullopt;
-  return SlipQuestion{
-      .learn = correction.learn, .spin_odds = correction.spin_odds, .robot_number = robot_number};
+  return SlipQuestion{.learn = correction.learn, .spin_odds = correction.spin_odds, .reading = reading};
 }
 
 }  // namespace trundle::app

@@ -21,6 +21,6 @@ struct SlipCorrection {
 
 CLI::Option* add_spin_odds(CLI::App& command, double& spin_odds);
 void add_slip_correction(CLI::App& command, SlipCorrection& correction);
-std::optional<SlipQuestion> question_of(const SlipCorrection& correction, int robot_number);
+std::optional<SlipQuestion> question_of(const SlipCorrection& correction, const ReadOptions& reading);
 
 }  // namespace trundle::app

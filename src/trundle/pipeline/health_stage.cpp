@@ -61,7 +61,7 @@ Found<HealthCheck> check_health(const RunInputs& inputs) {
   const InfoAnswer info =
       answer_info(inputs.recordings, {.robot = inputs.given,
                                       .gyro_noise = std::ranges::all_of(inputs.recordings, gyro_rests),
-                                      .robot_number = inputs.question.robot_number});
+                                      .reading = inputs.question.reading});
   Found<HealthCheck> found{.value = {.info = {.document = document_of(info), .problems = {}}}};
   HealthCheck& health = found.value;
   std::size_t notes = 0;

@@ -14,7 +14,7 @@ Provenance provenance_of(const std::vector<RecordingInfo>& recordings, const Inf
   Provenance provenance;
   for (const RecordingInfo& info : recordings) add_inputs(info.recording.inputs, provenance);
   if (question.robot) provenance.inputs.push_back(question.robot->file);
-  add_robot_number(question.robot_number, provenance);
+  add_read_options(question.reading, provenance);
   if (question.gyro_noise) provenance.options.emplace_back("gyro-noise", "true");
   return provenance;
 }

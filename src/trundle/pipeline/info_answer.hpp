@@ -10,6 +10,7 @@
 #include "trundle/inspection/findings.hpp"
 #include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/provenance.hpp"
+#include "trundle/recording/recording.hpp"
 
 namespace trundle::pipeline {
 
@@ -31,7 +32,7 @@ struct InfoAnswer {
 struct InfoQuestion {
   std::optional<RobotFile> robot = {};
   bool gyro_noise = false;
-  int robot_number = 0;  ///< of a folder with several robots; 0: not given
+  ReadOptions reading = {};  ///< how its recordings are read
 };
 /// The recordings must outlive the answer.
 InfoAnswer answer_info(const std::vector<Recording>& recordings, const InfoQuestion& question);

@@ -134,7 +134,7 @@ SightingColumns sightings_of(const SlamAnswer& slam) {
 Found<WrittenTrajectory> localize_on_map(const RunInputs& inputs, const RobotFile& robot, const Slip* slip) {
   require_sightings(inputs, robot);
   const MapFile map = known_map_of(inputs);
-  LocalizeQuestion question{.seed = inputs.question.slam.seed, .robot_number = inputs.question.robot_number};
+  LocalizeQuestion question{.seed = inputs.question.slam.seed, .reading = inputs.question.reading};
   if (slip != nullptr) question.slip = slip_question(inputs);
   const LocalizeAnswer answer =
       answer_localize(inputs.recording(), robot, map, question, slip == nullptr ? nullptr : &slip->answer);
@@ -150,7 +150,7 @@ Found<SlamStage> map_landmarks(const RunInputs& inputs, const RobotFile& robot, 
                                const OnSteps& on_steps) {
   require_sightings(inputs, robot);
   SlamQuestion question = inputs.question.slam;
-  question.robot_number = inputs.question.robot_number;
+  question.reading = inputs.question.reading;
   question.on_steps = on_steps;
   if (slip != nullptr) question.slip = slip_question(inputs);
   const SlamAnswer slam =

@@ -28,7 +28,7 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
     provenance.options.emplace_back("particles", std::to_string(question.particles));
   if (question.unknown_ids) provenance.options.emplace_back("unknown-ids", "true");
   add_options_of(question.slip, provenance);
-  add_robot_number(question.robot_number, provenance);
+  add_read_options(question.reading, provenance);
   return provenance;
 }
 

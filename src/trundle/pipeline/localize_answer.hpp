@@ -10,6 +10,7 @@
 #include "trundle/pipeline/provenance.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
 #include "trundle/recording/landmark_file.hpp"
+#include "trundle/recording/recording.hpp"
 #include "trundle/slam/localization/localizer.hpp"
 
 namespace trundle::pipeline {
@@ -35,7 +36,7 @@ struct LocalizeQuestion {
   double start_sigma_deg = 10.0;
   bool unknown_ids = false;               ///< forget the landmarks' names and find out which is which
   std::optional<SlipQuestion> slip = {};  ///< then the odometry is corrected for slip first, found so
-  int robot_number = 0;                   ///< of a folder with several robots; 0: not given
+  ReadOptions reading = {};               ///< how its recordings are read
 };
 
 struct LocalizeAnswer {

@@ -59,7 +59,7 @@ Provenance provenance_of_odometry(const Recording& recording, const RobotFile& r
                                   const OdometryQuestion& question) {
   Provenance provenance{recording.inputs, {{"start", question.start_text}}, std::nullopt};
   provenance.inputs.push_back(robot.file);
-  add_robot_number(question.robot_number, provenance);
+  add_read_options(question.reading, provenance);
   if (question.smooth) provenance.options.emplace_back("smooth", "true");
   return provenance;
 }

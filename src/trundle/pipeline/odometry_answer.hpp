@@ -9,6 +9,7 @@
 #include "trundle/odometry/integrate.hpp"
 #include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/provenance.hpp"
+#include "trundle/recording/recording.hpp"
 #include "trundle/report/odometry_result.hpp"
 
 namespace trundle::pipeline {
@@ -18,7 +19,7 @@ struct OdometryQuestion {
   Pose2 start = {};                  ///< pose at the first stamp
   std::string start_text = "0,0,0";  ///< the same as it was given
   bool smooth = false;               ///< every pose also by what later rests show of the gyro's bias
-  int robot_number = 0;              ///< of a folder with several robots; 0: not given
+  ReadOptions reading = {};          ///< how its recordings are read
 };
 
 struct OdometryAnswer {

@@ -31,7 +31,7 @@ Provenance provenance_of(const RunInputs& inputs, const std::vector<Recording>& 
   }
   provenance.options.emplace_back("filter", std::string(name_of(question.slam.method)));
   provenance.options.emplace_back("particles", std::to_string(question.slam.particles));
-  add_robot_number(question.robot_number, provenance);
+  add_read_options(question.reading, provenance);
   return provenance;
 }
 
@@ -59,7 +59,7 @@ std::vector<std::string> recordings_in(const std::filesystem::path& folder) {
 }  // namespace
 
 RunInputs read_run_inputs(const RunQuestion& question, const std::optional<RobotFile>& robot) {
-  const ReadOptions how{.robot_number = question.robot_number};
+  const ReadOptions how = question.reading;
   RunInputs inputs{.question = question,
                    .given = read_robot_file(question.before.empty() ? question.robot : question.before),
                    .robot = robot ? *robot : read_robot_file(question.robot),

@@ -42,7 +42,7 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
   if (question.smooth && question.smoother_runs != SlamQuestion{}.smoother_runs)
     provenance.options.emplace_back("smoother-runs", std::to_string(question.smoother_runs));
   add_options_of(question.slip, provenance);
-  add_robot_number(question.robot_number, provenance);
+  add_read_options(question.reading, provenance);
   return provenance;
 }
 

@@ -11,6 +11,7 @@
 #include "trundle/pipeline/provenance.hpp"
 #include "trundle/pipeline/slam_checkpoint.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
+#include "trundle/recording/recording.hpp"
 #include "trundle/report/slam_result.hpp"
 #include "trundle/slam/slam.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
@@ -34,7 +35,7 @@ struct SlamQuestion {
   bool smooth = false;                         ///< then also the most probable trajectory and map of all
   std::size_t smoother_runs = 5;  ///< of a filter, from which that starts where names are missing
   std::size_t threads = 1;        ///< results do not depend on it
-  int robot_number = 0;           ///< of a folder with several robots; 0: not given
+  ReadOptions reading = {};       ///< how its recordings are read
   SlamCheckpoints checkpoints = {};
   OnSteps on_steps = {};
 };

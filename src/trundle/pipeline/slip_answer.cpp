@@ -24,7 +24,7 @@ struct CleanDriving {
 CleanDriving clean_driving(const Robot& robot, const SlipQuestion& question) {
   CleanDriving clean;
   for (const std::string& folder : question.learn) {
-    const Recording recording = read_recording(folder, {.robot_number = question.robot_number});
+    const Recording recording = read_recording(folder, question.reading);
     const std::vector<JudgedInterval> more =
         clean_intervals(align(recording, robot), robot, question.interval_s);
     clean.intervals.insert(clean.intervals.end(), more.begin(), more.end());
@@ -57,7 +57,7 @@ Provenance provenance_of(const Recording& recording, const RobotFile& robot, con
   provenance.inputs.push_back(robot.file);
   add_inputs(clean.inputs, provenance);
   for (const std::string& folder : question.learn) provenance.options.emplace_back("learn", folder);
-  add_robot_number(question.robot_number, provenance);
+  add_read_options(question.reading, provenance);
   return provenance;
 }
 

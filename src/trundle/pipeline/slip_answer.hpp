@@ -8,6 +8,7 @@
 
 #include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/provenance.hpp"
+#include "trundle/recording/recording.hpp"
 #include "trundle/report/slip_result.hpp"
 #include "trundle/slip/find_slip.hpp"
 
@@ -21,7 +22,7 @@ struct SlipQuestion {
   double spin_odds =
       SlipOptions{}.spin_odds;  ///< that a wheel which slips while it pushes spins, to its skidding
   SlipMethod method = SlipMethod::general;
-  int robot_number = 0;  ///< of a folder with several robots; 0: not given
+  ReadOptions reading = {};  ///< how its recordings are read
 };
 
 /// What clean recordings taught.

@@ -48,7 +48,7 @@ Streamed streamed(WrittenTrajectory trajectory, OutputFile file, const WriteNow&
 /// Trajectory and document of one robot.
 Found<Odometry> integrate_with(const RunInputs& inputs, const RobotFile& robot, TrackRole role,
                                const std::string& what, const WriteNow& write_now) {
-  const OdometryQuestion question{.robot_number = inputs.question.robot_number};
+  const OdometryQuestion question{.reading = inputs.question.reading};
   const std::string name(name_of(role));
   OdometryAnswer answer;
   Streamed csv = streamed(
@@ -100,7 +100,7 @@ OutputFile trajectory_csv(const std::filesystem::path& path, const Provenance& p
 SlipQuestion slip_question(const RunInputs& inputs) {
   return {.learn = inputs.question.learn,
           .spin_odds = inputs.question.spin_odds,
-          .robot_number = inputs.question.robot_number};
+          .reading = inputs.question.reading};
 }
 
 Found<Odometry> integrate_odometry(const RunInputs& inputs, const RobotFile& robot, const HealthCheck* health,

@@ -10,6 +10,12 @@ namespace {
 constexpr std::pair<FindingCode, std::string_view> kNames[] = {
     {FindingCode::header, "header"},
     {FindingCode::cut_off, "cut off"},
+    {FindingCode::log_cut, "cut off"},
+    {FindingCode::log_loss, "damaged log"},
+    {FindingCode::log_stamps, "stamps"},
+    {FindingCode::held_values, "held values"},
+    {FindingCode::gyro_axis, "gyro axis"},
+    {FindingCode::rebuilt_wheels, "rebuilt wheels"},
     {FindingCode::row_without_stamp, "nan"},
     {FindingCode::cell_without_number, "nan"},
     {FindingCode::sighting_without_number, "nan"},

@@ -17,6 +17,12 @@ enum class FindingCode {
   // of a file
   header,                   ///< numbers were taken for the names of columns
   cut_off,                  ///< the last line breaks off
+  log_cut,                  ///< a log of messages ends before its end
+  log_loss,                 ///< what is no message between messages
+  log_stamps,               ///< which stamps those of a log's messages are
+  held_values,              ///< of a log that is written where values change
+  gyro_axis,                ///< of an inertial sensor, that points up
+  rebuilt_wheels,           ///< from the poses that a controller computed of them
   row_without_stamp,        ///< left out
   cell_without_number,      ///< taken as not measured
   sighting_without_number,  ///< of a bearing or a valid range: left out

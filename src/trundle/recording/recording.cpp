@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <map>
 #include <set>
 
 #include <fmt/format.h>
@@ -12,6 +13,7 @@
 #include "trundle/recording/csv/detail/recording_map.hpp"
 #include "trundle/recording/csv/detail/streams.hpp"
 #include "trundle/recording/logs/detail/layouts.hpp"
+#include "trundle/recording/logs/detail/log_streams.hpp"
 
 namespace trundle::recording {
 namespace {
@@ -37,17 +39,46 @@ bool is_run(const fs::path& path) {
 }
 
 bool is_recording(const fs::path& path) {
-  if (!fs::is_directory(path)) return path.extension() == ".tuple";
+  if (!fs::is_directory(path)) return path.extension() == ".tuple" || logs::is_log(path);
   return has_native_file(path) || fs::exists(path / "recording.toml") || is_mrclam(path);
 }
 
-/// The streams that recording.toml maps; `run`: by patterns.
-RecordingMap read_mapped(const fs::path& folder, const std::string& run, Recording& recording) {
-  const fs::path file = folder / "recording.toml";
+/// A log's bytes are in its file, or in those of its folder.
+void note_log(const fs::path& log, Recording& recording) {
+  if (!fs::is_directory(log)) return note_input(input_file(log), recording);
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(log))
+    if (entry.is_regular_file() && entry.path().filename() != "recording.toml") files.push_back(entry.path());
+  std::ranges::sort(files);
+  for (const fs::path& file : files) note_input(input_file(file), recording);
+}
+
+/// The streams that are in logs: one pass over each.
+void read_logs(const RecordingMap& map, const logs::Definitions& definitions, Recording& recording) {
+  std::map<fs::path, std::vector<const std::pair<StreamKind, StreamSource>*>> by_log;
+  for (const auto& stream : map.streams)
+    if (is_of_log(stream.second)) by_log[stream.second.file].push_back(&stream);
+  for (const auto& [log, streams] : by_log) {
+    std::vector<LogStreamSource> sources;
+    for (const auto* const stream : streams) sources.push_back({stream->first, &stream->second});
+    std::vector<Table> tables = read_log(sources, definitions, recording.findings);
+    note_log(log, recording);
+    for (std::size_t i = 0; i < streams.size(); ++i)
+      take_stream(streams[i]->first, streams[i]->second, std::move(tables[i]), recording);
+  }
+}
+
+/// The streams that a recording.toml maps; `run`: by patterns; `log`: that it is applied to, empty: those it
+/// names.
+RecordingMap read_mapped(const fs::path& file, const std::string& run, const fs::path& log,
+                         const std::vector<std::string>& msg_path, Recording& recording) {
   const std::string text = read_file(file);
   note_input(file, text, recording);
-  RecordingMap map = parse_recording_map(text, file, run);
-  for (const auto& [kind, source] : map.streams) read_stream(kind, source, recording);
+  const LogContext context{log, logs::Definitions({msg_path.begin(), msg_path.end()})};
+  RecordingMap map = parse_recording_map(text, file, run, context);
+  for (const auto& [kind, source] : map.streams)
+    if (!is_of_log(source)) read_stream(kind, source, recording);
+  read_logs(map, context.definitions, recording);
   if (!map.tuple_file.empty()) read_tuples(map.tuple_file, recording);
   if (!map.session.empty()) recording.session = map.session;
   recording.partial = map.partial;
@@ -89,6 +120,19 @@ InputError no_recording_in(const fs::path& path) {
           fmt::format("{}, which says what their columns are: docs/getting-started.md shows one, "
                       "docs/recording.md has all its keys",
                       (path / names.front()).replace_filename("recording.toml").string())};
+}
+
+/// What says which streams a log has: given, in its folder, or beside it.
+fs::path map_of_log(const fs::path& log, const std::string& given) {
+  if (!given.empty()) {
+    if (!fs::is_regular_file(given))
+      throw InputError(given, "is no file", "a recording.toml that maps a log");
+    return given;
+  }
+  if (const auto found = map_beside_log(log)) return *found;
+  throw InputError(log.string(),
+                   "is a log, and no recording.toml beside it says which topics are its streams",
+                   "one there, or --recording FILE: trundle init drafts it, docs/logs.md shows one");
 }
 
 /// Of a folder that holds one, or several of one layout.
@@ -161,20 +205,33 @@ Recording read_recording(const fs::path& path, const ReadOptions& options) {
   Recording recording;
   recording.name = fs::is_regular_file(whole) ? whole.stem().string() : whole.filename().string();
   recording.session = whole.parent_path().filename().string();
-  if (!fs::is_directory(place)) {
+  if (logs::is_log(place)) {
+    read_mapped(map_of_log(place, options.map), "", place, options.msg_path, recording);
+  } else if (!options.map.empty()) {
+    throw InputError(path.string(), "is no log that a recording.toml could be given for",
+                     "a log, or a folder with its own recording.toml");
+  } else if (!fs::is_directory(place)) {
     read_tuples(path, recording);
   } else if (is_mrclam(place)) {
     read_mrclam(path, options.robot_number, recording);
   } else {
-    const RecordingMap map =
-        fs::exists(place / "recording.toml")
-            ? read_mapped(place, one_of_many ? path.filename().string() : the_run_in(place), recording)
-            : RecordingMap{};
+    const RecordingMap map = fs::exists(place / "recording.toml")
+                                 ? read_mapped(place / "recording.toml",
+                                               one_of_many ? path.filename().string() : the_run_in(place), {},
+                                               options.msg_path, recording)
+                                 : RecordingMap{};
     read_native(place, map, recording);
   }
   if (is_empty(recording))
     throw InputError(path.string(), "holds no samples", "at least one stream with rows");
   return recording;
+}
+
+std::optional<fs::path> map_beside_log(const fs::path& log) {
+  const fs::path inside = log / "recording.toml";
+  if (fs::is_directory(log) && fs::exists(inside)) return inside;
+  const fs::path beside = fs::absolute(log).lexically_normal().parent_path() / "recording.toml";
+  return fs::exists(beside) ? std::optional(beside) : std::nullopt;
 }
 
 std::vector<fs::path> recordings_below(const fs::path& folder) {

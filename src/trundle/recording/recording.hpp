@@ -142,11 +142,19 @@ struct Recording {
 
 struct ReadOptions {
   int robot_number = 0;  ///< UTIAS MRCLAM folders hold several robots; 0: not given
+  std::string map = {};  ///< a recording.toml that says what is in a log; empty: the one in or beside it
+  std::vector<std::string> msg_path = {};  ///< folders with .msg files, for logs that hold no definitions
+
+  bool operator==(const ReadOptions&) const = default;
 };
 
-/// Reads a recording folder: native CSV files, recording.toml, or a known layout (UTIAS MRCLAM).
-/// Throws InputError with file, line, fact and expectation.
+/// Reads a recording folder: native CSV files, recording.toml, or a known layout (UTIAS MRCLAM); or a log
+/// (ROS bags, MCAP, ...) by a recording.toml, whose tables then take their topics from it, whatever log they
+/// name. Throws InputError with file, line, fact and expectation.
 Recording read_recording(const std::filesystem::path& folder, const ReadOptions& options = {});
+
+/// The recording.toml in a log's folder, or beside the log; nothing: there is none.
+[[nodiscard]] std::optional<std::filesystem::path> map_beside_log(const std::filesystem::path& log);
 
 /// The recordings below a folder: the folder itself if it is one, else those of its sub-folders in name
 /// order. Throws InputError where there is none, and says what is there instead.

@@ -64,8 +64,11 @@ void add_inputs(const std::vector<InputFile>& inputs, Provenance& provenance) {
   provenance.inputs.insert(provenance.inputs.end(), inputs.begin(), inputs.end());
 }
 
-void add_robot_number(int robot_number, Provenance& provenance) {
-  if (robot_number != 0) provenance.options.emplace_back("robot-number", std::to_string(robot_number));
+void add_read_options(const ReadOptions& reading, Provenance& provenance) {
+  if (reading.robot_number != 0)
+    provenance.options.emplace_back("robot-number", std::to_string(reading.robot_number));
+  if (!reading.map.empty()) provenance.options.emplace_back("recording", reading.map);
+  for (const std::string& folder : reading.msg_path) provenance.options.emplace_back("msg-path", folder);
 }
 
 }  // namespace trundle::report

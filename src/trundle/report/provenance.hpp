@@ -8,6 +8,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "trundle/io/file.hpp"
+#include "trundle/recording/recording.hpp"
 
 namespace trundle::report {
 
@@ -32,7 +33,7 @@ std::vector<std::string> to_lines(const Provenance& provenance);
 std::string head_of(const Provenance& provenance);
 
 void add_inputs(const std::vector<InputFile>& inputs, Provenance& provenance);
-/// The option --robot-number, where it was given.
-void add_robot_number(int robot_number, Provenance& provenance);
+/// The options of how recordings are read, where they were given.
+void add_read_options(const ReadOptions& reading, Provenance& provenance);
 
 }  // namespace trundle::report

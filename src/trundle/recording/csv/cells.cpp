@@ -110,6 +110,11 @@ double in_seconds(Wide difference, int places) {
 
 }  // namespace
 
+double seconds_of(std::int64_t nanoseconds, std::int64_t origin_s) {
+  constexpr int kPlaces = 9;
+  return in_seconds(Wide{nanoseconds} - Wide{origin_s} * 1'000'000'000, kPlaces);
+}
+
 std::optional<double> stamp_in(std::string_view cell, const TimeScale& scale) {
   if (means_not_measured(cell)) return kEmpty;
   // Exactly, in integers: mantissa − origin · 10^places, places = digits after the point once in seconds.

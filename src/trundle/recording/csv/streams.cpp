@@ -11,6 +11,7 @@
 #include "trundle/io/file.hpp"
 #include "trundle/recording/csv/detail/misreadings.hpp"
 #include "trundle/recording/csv/detail/quaternion.hpp"
+#include "trundle/recording/detail/local_frame.hpp"
 #include "trundle/recording/detail/steering.hpp"
 
 namespace trundle::recording {
@@ -54,16 +55,18 @@ void make_continuous(std::vector<double>& heading) {
   }
 }
 
-/// The rows, and among the inputs what they are from.
-Table read_noted(const StreamSource& source, const RowRules& rules, Recording& recording) {
-  CsvFile file(source.file, source.format);
-  Table table = read_table(source, file, rules, recording.findings);
-  note_input(file.input(), recording);
-  return table;
+RowRules rules_of(StreamKind kind, const StreamSource& source) {
+  RowRules rules;
+  const bool may_share_stamps = kind == StreamKind::sightings || kind == StreamKind::relative_motion;
+  rules.repeated_stamps = may_share_stamps;
+  rules.gaps = !may_share_stamps;
+  rules.empty_cells = kind == StreamKind::reference || source.rebuilt;
+  if (may_share_stamps || kind == StreamKind::reference || kind == StreamKind::commands)
+    rules.slowest_s = kSlowestEvents_s;
+  return rules;
 }
 
-void read_wheels(const StreamSource& source, Recording& recording) {
-  Table table = read_noted(source, {}, recording);
+void store_wheels(const StreamSource& source, Table table, Recording& recording) {
   WheelStream& wheels = recording.wheels;
   wheels.time_s = std::move(table.time_s);
   for (std::size_t i = 0; i < source.columns.size(); ++i) {
@@ -75,12 +78,22 @@ void read_wheels(const StreamSource& source, Recording& recording) {
   check_increments(wheels, source, recording.findings);
 }
 
-void read_sightings(const StreamSource& source, Recording& recording) {
-  RowRules rules;
-  rules.repeated_stamps = true;
-  rules.gaps = false;
-  rules.slowest_s = kSlowestEvents_s;
-  Table table = read_noted(source, rules, recording);
+/// Range and bearing, where a file has places in the sensor's frame instead: x forward, y to the left.
+void take_places(Table& sightings) {
+  constexpr std::size_t kRange = 1, kBearing = 2, kX = 3, kY = 4;
+  if (sightings.numbers.size() <= kY) return;
+  const auto is_missing = [](double x) { return std::isnan(x); };
+  for (const std::size_t column : {kRange, kBearing})
+    if (!std::ranges::all_of(sightings.numbers[column], is_missing)) return;
+  for (std::size_t row = 0; row < sightings.time_s.size(); ++row) {
+    const double x = sightings.numbers[kX][row], y = sightings.numbers[kY][row];
+    sightings.numbers[kRange][row] = std::hypot(x, y);
+    sightings.numbers[kBearing][row] = std::atan2(y, x);
+  }
+}
+
+void store_sightings(const StreamSource& source, Table table, Recording& recording) {
+  take_places(table);
   Finding unusable{.code = FindingCode::sighting_without_number, .place = {}, .count = 0};
   for (std::size_t row = 0; row < table.time_s.size(); ++row) {
     const Sighting sighting{table.time_s[row], table.texts[0][row], table.numbers[1][row],
@@ -115,24 +128,76 @@ void take_quaternions(Table& reference) {
   }
 }
 
-void read_reference(const StreamSource& source, Recording& recording) {
-  RowRules rules;
-  rules.empty_cells = true;
-  rules.slowest_s = kSlowestEvents_s;
-  Table table = read_noted(source, rules, recording);
+/// Where there is no position, that of latitudes and longitudes.
+void take_latitudes(Table& reference) {
+  constexpr std::size_t kLatitude = 7, kLongitude = 8;
+  if (reference.numbers.size() <= kLongitude) return;
+  const auto is_missing = [](double x) { return std::isnan(x); };
+  if (!std::ranges::all_of(reference.numbers[0], is_missing) ||
+      !std::ranges::all_of(reference.numbers[1], is_missing))
+    return;
+  std::optional<LocalFrame> frame;  // at the first fix
+  for (std::size_t row = 0; row < reference.time_s.size(); ++row) {
+    const double latitude = reference.numbers[kLatitude][row], longitude = reference.numbers[kLongitude][row];
+    if (is_missing(latitude) || is_missing(longitude)) continue;
+    if (!frame) frame.emplace(latitude, longitude);
+    const Vector2 position = frame->position_of(latitude, longitude);
+    reference.numbers[0][row] = position.x();
+    reference.numbers[1][row] = position.y();
+  }
+}
+
+void store_reference(const StreamSource& source, Table table, Recording& recording) {
   check_headings(table.numbers[2], source, recording.findings);
+  take_latitudes(table);
   take_quaternions(table);
   make_continuous(table.numbers[2]);
   recording.reference = {std::move(table.time_s), std::move(table.numbers[0]), std::move(table.numbers[1]),
                          std::move(table.numbers[2]), std::move(table.origin)};
 }
 
-void read_relative_motions(const StreamSource& source, Recording& recording) {
-  RowRules rules;
-  rules.repeated_stamps = true;
-  rules.gaps = false;
-  rules.slowest_s = kSlowestEvents_s;
-  const Table table = read_noted(source, rules, recording);
+/// What the two wheels of a differential drive must have rolled between the poses that its controller
+/// computed of them: along each step an arc of constant curvature, ds ∓ dθ b/2.
+void store_rebuilt_wheels(const StreamSource& source, Table table, Recording& recording) {
+  take_quaternions(table);
+  const std::vector<double>& x = table.numbers[0];
+  const std::vector<double>& y = table.numbers[1];
+  std::vector<double>& heading = table.numbers[2];
+  make_continuous(heading);
+  const RebuiltWheels& rebuilt = *source.rebuilt;
+  std::vector<double> left(x.size(), kNotMeasured), right(x.size(), kNotMeasured);
+  double left_m = 0.0, right_m = 0.0;
+  std::optional<std::size_t> before;
+  for (std::size_t row = 0; row < x.size(); ++row) {
+    if (!std::isfinite(x[row] + y[row] + heading[row])) continue;
+    if (before) {
+      const double turn = heading[row] - heading[*before];
+      const double middle = heading[*before] + 0.5 * turn;
+      const double chord =
+          (x[row] - x[*before]) * std::cos(middle) + (y[row] - y[*before]) * std::sin(middle);
+      const double half = 0.5 * turn;
+      const double arc = half == 0.0 ? chord : chord * half / std::sin(half);
+      left_m += arc - half * rebuilt.separation_m;
+      right_m += arc + half * rebuilt.separation_m;
+    }
+    left[row] = left_m;
+    right[row] = right_m;
+    before = row;
+  }
+  recording.wheels = {std::move(table.time_s),
+                      {{rebuilt.left, WheelUnit::metres, std::move(left)},
+                       {rebuilt.right, WheelUnit::metres, std::move(right)}},
+                      {},
+                      std::move(table.origin)};
+  recording.findings.push_back({Severity::note,
+                                FindingCode::rebuilt_wheels,
+                                recording.wheels.origin.file,
+                                x.size(),
+                                {rebuilt.left, rebuilt.right},
+                                payload::Amount{rebuilt.separation_m}});
+}
+
+void store_relative_motions(Table table, Recording& recording) {
   for (std::size_t row = 0; row < table.time_s.size(); ++row) {
     const Pose2 motion{table.numbers[1][row], table.numbers[2][row], table.numbers[3][row]};
     if (!std::isfinite(motion.x + motion.y + motion.heading))
@@ -157,6 +222,34 @@ void read_landmarks(const StreamSource& source, Recording& recording) {
   const CsvRows rows = csv.read(wanted);
   for (std::size_t row = 0; row < rows.count(); ++row)
     recording.landmarks.push_back({rows.texts[0][row], {rows.numbers[1][row], rows.numbers[2][row]}});
+}
+
+void store_stream(StreamKind kind, const StreamSource& source, Table table, Recording& recording) {
+  switch (kind) {
+    case StreamKind::wheels:
+      return source.rebuilt ? store_rebuilt_wheels(source, std::move(table), recording)
+                            : store_wheels(source, std::move(table), recording);
+    case StreamKind::gyro:
+      recording.gyro = {std::move(table.time_s), std::move(table.numbers[0]), std::move(table.origin)};
+      return;
+    case StreamKind::commands:
+      recording.commands = velocity_of(std::move(table));
+      return;
+    case StreamKind::velocity:
+      recording.velocity = velocity_of(std::move(table));
+      return;
+    case StreamKind::accel:
+      recording.accel = {std::move(table.time_s), std::move(table.numbers[0]), std::move(table.numbers[1])};
+      return;
+    case StreamKind::sightings:
+      return store_sightings(source, std::move(table), recording);
+    case StreamKind::reference:
+      return store_reference(source, std::move(table), recording);
+    case StreamKind::relative_motion:
+      return store_relative_motions(std::move(table), recording);
+    case StreamKind::landmarks:
+      return;
+  }
 }
 
 }  // namespace
@@ -206,10 +299,11 @@ std::vector<ColumnSource> columns_of(StreamKind kind) {
     case StreamKind::accel:
       return {optional("x_m_s2"), optional("y_m_s2")};
     case StreamKind::sightings:
-      return {name, required("range_m"), required("bearing_rad")};
+      return {name, required("range_m"), required("bearing_rad"), optional("x_m"), optional("y_m")};
     case StreamKind::reference:
-      return {optional("x_m"), optional("y_m"), optional("heading_rad"), optional("qx"),
-              optional("qy"),  optional("qz"),  optional("qw")};
+      return {optional("x_m"), optional("y_m"),          optional("heading_rad"),
+              optional("qx"),  optional("qy"),           optional("qz"),
+              optional("qw"),  optional("latitude_deg"), optional("longitude_deg")};
     case StreamKind::relative_motion:
       return {{.column = "end_s", .name = "end_s", .kind = CellKind::time},
               required("dx_m"),
@@ -272,35 +366,16 @@ StreamSource native_source(StreamKind kind, const std::filesystem::path& file) {
 }
 
 void read_stream(StreamKind kind, const StreamSource& source, Recording& recording) {
-  const auto table = [&] { return read_noted(source, {}, recording); };
-  switch (kind) {
-    case StreamKind::wheels:
-      return read_wheels(source, recording);
-    case StreamKind::gyro: {
-      Table rows = table();
-      recording.gyro = {std::move(rows.time_s), std::move(rows.numbers[0]), std::move(rows.origin)};
-      return;
-    }
-    case StreamKind::commands:
-      recording.commands = velocity_of(read_noted(source, {.slowest_s = kSlowestEvents_s}, recording));
-      return;
-    case StreamKind::velocity:
-      recording.velocity = velocity_of(table());
-      return;
-    case StreamKind::accel: {
-      Table rows = table();
-      recording.accel = {std::move(rows.time_s), std::move(rows.numbers[0]), std::move(rows.numbers[1])};
-      return;
-    }
-    case StreamKind::sightings:
-      return read_sightings(source, recording);
-    case StreamKind::reference:
-      return read_reference(source, recording);
-    case StreamKind::relative_motion:
-      return read_relative_motions(source, recording);
-    case StreamKind::landmarks:
-      return read_landmarks(source, recording);
-  }
+  if (kind == StreamKind::landmarks) return read_landmarks(source, recording);
+  CsvFile file(source.file, source.format);
+  Table table = read_table(source, file, rules_of(kind, source), recording.findings);
+  note_input(file.input(), recording);
+  store_stream(kind, source, std::move(table), recording);
+}
+
+void take_stream(StreamKind kind, const StreamSource& source, Table rows, Recording& recording) {
+  store_stream(kind, source,
+               finish_table(std::move(rows), source, rules_of(kind, source), recording.findings), recording);
 }
 
 }  // namespace trundle::recording

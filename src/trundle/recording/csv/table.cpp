@@ -88,17 +88,6 @@ std::string number_within(double largest) {
   return largest == kLargestCount ? "a number between -2^64 and 2^64" : "a number between -1e9 and 1e9";
 }
 
-/// Variances are squares and have no limit.
-void require_plausible(const std::vector<double>& values, const ColumnSource& column,
-                       const StreamOrigin& origin) {
-  if (column.kind != CellKind::number || column.column.starts_with("var_")) return;
-  const double largest = column.column.ends_with("_ticks") ? kLargestCount : kLargestReading;
-  const auto beyond = std::ranges::find_if(values, [=](double value) { return std::abs(value) > largest; });
-  if (beyond == values.end()) return;
-  throw InputError(origin.place_of(static_cast<std::size_t>(beyond - values.begin())),
-                   fmt::format("{} is {}", column.column, *beyond), number_within(largest));
-}
-
 std::vector<double> stamps_of(const StreamSource& source, std::size_t rows) {
   std::vector<double> time_s(rows);
   for (std::size_t row = 0; row < rows; ++row) time_s[row] = static_cast<double>(row) / source.rate_hz;
@@ -167,12 +156,33 @@ Table read_rows(const StreamSource& source, CsvFile& file, std::vector<Finding>&
 
 }  // namespace
 
+/// Variances are squares and have no limit.
+void require_plausible(const std::vector<double>& values, const ColumnSource& column,
+                       const StreamOrigin& origin) {
+  if (column.kind != CellKind::number || column.column.starts_with("var_")) return;
+  const double largest = column.column.ends_with("_ticks") ? kLargestCount : kLargestReading;
+  const auto beyond = std::ranges::find_if(values, [=](double value) { return std::abs(value) > largest; });
+  if (beyond == values.end()) return;
+  throw InputError(origin.place_of(static_cast<std::size_t>(beyond - values.begin())),
+                   fmt::format("{} is {}", column.column, *beyond), number_within(largest));
+}
+
+bool is_of_log(const StreamSource& source) {
+  return !source.topic.empty() || std::ranges::any_of(source.columns, [](const ColumnSource& column) {
+    return !column.topic.empty();
+  });
+}
+
+Table finish_table(Table rows, const StreamSource& source, const RowRules& rules,
+                   std::vector<Finding>& findings) {
+  clean(rows, source, rules, findings);
+  check_stamps(rows, source, rules, findings);
+  return rows;
+}
+
 Table read_table(const StreamSource& source, CsvFile& file, const RowRules& rules,
                  std::vector<Finding>& findings) {
-  Table table = read_rows(source, file, findings);
-  clean(table, source, rules, findings);
-  check_stamps(table, source, rules, findings);
-  return table;
+  return finish_table(read_rows(source, file, findings), source, rules, findings);
 }
 
 std::optional<double> first_stamp(const StreamSource& source) {

@@ -116,11 +116,20 @@ void bring_into_order(Table& table, const RowRules& rules, std::vector<Finding>&
   table = std::move(sorted);
 }
 
-void report_empty_cells(const Table& table, std::vector<Finding>& findings) {
+/// Whether a column need not be there, and is not.
+bool is_absent(const ColumnSource& source, const std::vector<double>& column) {
+  return source.optional && std::ranges::all_of(column, [](double value) { return std::isnan(value); });
+}
+
+void report_empty_cells(const Table& table, const StreamSource& source, std::vector<Finding>& findings) {
   Tally found(table);
+  std::vector<const std::vector<double>*> columns;
+  for (std::size_t i = 0; i < table.numbers.size(); ++i)
+    if (!table.numbers[i].empty() && !is_absent(source.columns[i], table.numbers[i]))
+      columns.push_back(&table.numbers[i]);
   for (std::size_t row = 0; row < table.time_s.size(); ++row)
-    for (const auto& column : table.numbers)
-      if (!column.empty() && std::isnan(column[row])) found.add(row);
+    for (const auto* const column : columns)
+      if (std::isnan((*column)[row])) found.add(row);
   found.report(findings, FindingCode::cell_without_number);
 }
 
@@ -179,7 +188,7 @@ double longest_step(std::span<const double> time_s) {
 }
 
 void clean(Table& table, const StreamSource& source, const RowRules& rules, std::vector<Finding>& findings) {
-  if (!rules.empty_cells) report_empty_cells(table, findings);
+  if (!rules.empty_cells) report_empty_cells(table, source, findings);
   if (source.increments) accumulate(table, source);
   drop_rows_without_stamp(table, findings);
   cut(table, source);

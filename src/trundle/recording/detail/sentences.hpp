@@ -32,6 +32,30 @@ inline constexpr Sentence kSentences[] = {
      "the first line holds numbers, but was taken for the names of the columns: write header = false in "
      "recording.toml"},
     {cut_off, alone, "the last line breaks off and was left out"},
+    {log_cut, with<Names>, "the log ends before its end: {names}; what comes before was read"},
+    {log_loss, with<Amount>,
+     "{count} piece{s} of the log, {value:.0f} bytes in all, hold no messages and were passed over"},
+    {log_stamps, with<Range>,
+     "stamps are those in the messages' headers; messages were recorded {low:.3g} s after them (median; at "
+     "most "
+     "{high:.3g} s more or less)"},
+    {log_stamps, alone,
+     "the messages' headers hold no stamps: those at which they were recorded were taken, with the delays "
+     "of the network"},
+    {held_values, alone,
+     "values stand in the log where they change: each holds until the next, and {count} row{s} in which "
+     "nothing "
+     "changes were added"},
+    {gyro_axis, with<Names>, "the turn rate is that about {subject}, the axis that points up by the {names}"},
+    {gyro_axis, alone,
+     "the turn rate is that about {subject}: the messages hold neither gravity nor an orientation that tells "
+     "which "
+     "axis points up"},
+    {rebuilt_wheels, with<Amount>,
+     "the travel of {quoted} is rebuilt from poses and a wheel separation of {value:g} m: what the "
+     "controller "
+     "left out, counts and slip within a step, is not in it; record joint states or encoder counts where you "
+     "can"},
     {row_without_stamp, alone, "{count} row{s} without a stamp left out"},
     {cell_without_number, alone, "{count} cell{s} without a number: not measured"},
     {sighting_without_number, alone,

@@ -33,7 +33,7 @@ StreamSource source_of(StreamKind kind, const fs::path& file) {
   source.format = {.delimiter = ' ', .comment = '#', .header = false};
   source.time = ColumnSource{.column = "time_s", .number = 1, .place = file.string()};
   source.columns = columns_of(kind);
-  if (kind == StreamKind::reference) source.columns.resize(kPoseColumns);
+  if (kind == StreamKind::reference || kind == StreamKind::sightings) source.columns.resize(kPoseColumns);
   std::size_t number = 2;
   for (ColumnSource& column : source.columns) {
     column.number = number++;

@@ -38,5 +38,7 @@ std::string text_in(std::string_view cell);
 std::optional<double> number_in(std::string_view cell);
 /// The same for a stamp.
 std::optional<double> stamp_in(std::string_view cell, const TimeScale& scale);
+/// nanoseconds − origin, the difference taken in integers and rounded once [s].
+double seconds_of(std::int64_t nanoseconds, std::int64_t origin_s);
 
 }  // namespace trundle::recording

@@ -31,7 +31,8 @@ std::string_view table_name_of(StreamKind kind);
 /// Its columns besides the stamps, named as in the native file; none for wheels, whose columns are named
 /// after the robot's.
 std::vector<ColumnSource> columns_of(StreamKind kind);
-/// Of a reference the first are x, y and heading; what follows is a quaternion.
+/// Of a reference the first are x, y and heading; what follows is a quaternion, latitude and longitude. Of
+/// sightings they are name, range and bearing; what follows is the place in the sensor's frame.
 inline constexpr std::size_t kPoseColumns = 3;
 /// "time_s", or "start_s" where rows are intervals.
 std::string_view stamp_column_of(StreamKind kind);
@@ -60,5 +61,7 @@ void note_input(const InputFile& input, Recording& recording);
 void note_input(const std::filesystem::path& file, std::string_view text, Recording& recording);
 /// Reads one stream into its place in the recording, and notes its file.
 void read_stream(StreamKind kind, const StreamSource& source, Recording& recording);
+/// The same of rows that were read already, from a log.
+void take_stream(StreamKind kind, const StreamSource& source, Table rows, Recording& recording);
 
 }  // namespace trundle::recording

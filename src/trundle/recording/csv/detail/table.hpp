@@ -22,6 +22,14 @@ struct ColumnSource {
   CellKind kind = CellKind::number;
   bool optional = false;   ///< may be missing: then NaN, or empty text
   std::string place = {};  ///< in recording.toml, for errors; empty: in the file's header
+  std::string topic = {};  ///< of a log, where it is another than the stream's; `name` is then a field's path
+};
+
+/// Travel of two wheels that is rebuilt from poses, which a controller computed of it.
+struct RebuiltWheels {
+  double separation_m = 0.0;  ///< that the controller took
+  std::string left = "left";
+  std::string right = "right";
 };
 
 /// How a file is read as a stream.
@@ -36,6 +44,8 @@ struct StreamSource {
   std::optional<double> end_s;    ///< and rows after
   std::string place = {};         ///< of its table in recording.toml; empty: a native file
   bool increments = false;        ///< counts and metres since the row before
+  std::string topic = {};         ///< of a log; empty: the file is a table, or each column has its own
+  std::optional<RebuiltWheels> rebuilt = {};  ///< the columns are those of a reference: a pose
   std::vector<ColumnSource> columns;
 };
 
@@ -58,6 +68,17 @@ struct RowRules {
 
 /// Drops, sorts and sums rows as the source and the rules ask; reports what was found.
 void clean(Table& table, const StreamSource& source, const RowRules& rules, std::vector<Finding>& findings);
+
+/// Throws InputError where a number of a column is beyond what can be measured.
+void require_plausible(const std::vector<double>& values, const ColumnSource& column,
+                       const StreamOrigin& origin);
+
+/// Whether a source is a log's.
+bool is_of_log(const StreamSource& source);
+
+/// Cleans the rows of a source as they were read, from whatever file. Appends to `findings`.
+Table finish_table(Table rows, const StreamSource& source, const RowRules& rules,
+                   std::vector<Finding>& findings);
 
 /// Reads and cleans the source's file: docs/log-faults.md says which rows are dropped. Appends to `findings`.
 Table read_table(const StreamSource& source, CsvFile& file, const RowRules& rules,

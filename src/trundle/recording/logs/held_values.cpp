@@ -1,0 +1,64 @@
+#include "trundle/recording/logs/detail/held_values.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace trundle::recording {
+namespace {
+
+/// Rates end in "_s" or "_s2", what adds up does not.
+bool is_rate(const ColumnSource& column) {
+  return column.column.ends_with("_s") || column.column.ends_with("_s2");
+}
+
+/// The stamps to be, each with the row that it is or repeats.
+std::vector<std::pair<double, std::size_t>> filled(const std::vector<double>& time_s) {
+  constexpr double kLongest_s =
+      0.1;  // between rows of a rest: shorter than any gap, and as often as a rest needs
+  const double usual_s = median_step(time_s);
+  const double step_s = std::max(usual_s, kLongest_s);
+  std::vector<std::pair<double, std::size_t>> rows;
+  for (std::size_t row = 0; row < time_s.size(); ++row) {
+    if (row > 0 && time_s[row] - time_s[row - 1] > 2.0 * usual_s) {
+      const double last_s = time_s[row] - usual_s;  // the cycle before the change
+      for (double t = time_s[row - 1] + step_s; t < last_s; t += step_s) rows.emplace_back(t, row - 1);
+      rows.emplace_back(last_s, row - 1);
+    }
+    rows.emplace_back(time_s[row], row);
+  }
+  return rows;
+}
+
+}  // namespace
+
+void hold_between_changes(StreamKind kind, const StreamSource& source, Table& rows,
+                          std::vector<Finding>& findings) {
+  const bool is_of_events = kind == StreamKind::sightings || kind == StreamKind::relative_motion;
+  if (is_of_events || source.increments || !std::ranges::is_sorted(rows.time_s)) return;
+  const auto wanted = filled(rows.time_s);
+  Table held;
+  held.origin = {rows.origin.file, {}, rows.origin.time_offset_s};
+  for (const auto& [time_s, row] : wanted) {
+    held.time_s.push_back(time_s);
+    held.origin.lines.append(rows.origin.lines.line_of(row));
+  }
+  for (std::size_t i = 0; i < rows.numbers.size(); ++i) {
+    std::vector<double>& column = held.numbers.emplace_back();
+    const bool shifts = is_rate(source.columns[i]);
+    for (const auto& [time_s, row] : wanted) {
+      const bool is_new = time_s == rows.time_s[row];
+      column.push_back(rows.numbers[i][shifts && is_new && row > 0 ? row - 1 : row]);
+    }
+  }
+  held.texts.resize(rows.texts.size());
+  if (wanted.size() > rows.time_s.size())
+    findings.push_back({Severity::note,
+                        FindingCode::held_values,
+                        rows.origin.file,
+                        wanted.size() - rows.time_s.size(),
+                        {},
+                        {}});
+  rows = std::move(held);
+}
+
+}  // namespace trundle::recording
