@@ -90,6 +90,7 @@ Robot any_robot() {
   if (*rc::gen::arbitrary<bool>()) {
     randomise(kLandmarkSensor, robot.landmark_sensor.emplace());
     robot.landmark_sensor->range_scale = *uniform(0.01, 100.0);
+    robot.landmark_sensor->depth_share = *uniform(-1.0, 2.0);
   }
   if (*rc::gen::arbitrary<bool>()) robot.calibration = any_record(robot);
   return robot;

@@ -68,6 +68,32 @@ TEST(ConsistencyChecks, ReportReadingsThatAreOffInCommon) {
   EXPECT_THAT(describe(*found(FindingCode::range_offset)), testing::HasSubstr("sensor.range_offset"));
 }
 
+/// Whether readings as a camera's are found to be, where sigmas are as large as said.
+const Finding* depths_in(std::vector<Finding>& findings) {
+  const auto at = std::ranges::find(findings, FindingCode::depths, &Finding::code);
+  return at == findings.end() ? nullptr : &*at;
+}
+
+TEST(ConsistencyChecks, ReportDepthsForDistancesHoweverLargeTheSigmasAre) {
+  test::SlamWorld world = test::slam_world({.steps = 200});
+  for (SlamStep& step : world.steps)
+    std::erase_if(step.observations, [](const Observation& o) { return std::abs(o.bearing_rad) > 1.0; });
+  std::vector<Finding> none = findings_of(world);
+  EXPECT_EQ(depths_in(none), nullptr);
+  for (SlamStep& step : world.steps)
+    for (Observation& observation : step.observations)
+      observation.range_m *= std::cos(observation.bearing_rad);
+  for (const double larger : {1.0, 5.0}) {
+    world.sensor.range_sigma_m *= larger;
+    world.sensor.bearing_sigma_rad *= larger;
+    std::vector<Finding> findings = findings_of(world);
+    const Finding* depths = depths_in(findings);
+    ASSERT_NE(depths, nullptr) << larger;
+    EXPECT_NEAR(std::get<payload::Offset>(depths->payload).value, 1.0, 0.3);
+    EXPECT_THAT(describe(*depths), testing::HasSubstr("sensor.depth_share"));
+  }
+}
+
 TEST(ConsistencyChecks, ReportASmootherThatContradictsItsFilter) {
   const test::SlamWorld world = test::slam_world({.steps = 200});
   const SlamInput input = input_of(world);

@@ -156,6 +156,7 @@ TEST(LandmarkCalibration, TellsLandmarksApartAgainWithTheRobotThatItFound) {
 constexpr Parameter kRangeOffset{ParameterKind::sensor_range_offset, -1};
 constexpr Parameter kRangeScale{ParameterKind::sensor_range_scale, -1};
 constexpr Parameter kBearingOffset{ParameterKind::sensor_bearing_offset, -1};
+constexpr Parameter kDepthShare{ParameterKind::sensor_depth_share, -1};
 constexpr Parameter kClock{ParameterKind::sensor_time_offset, -1};
 constexpr Parameter kSensorX{ParameterKind::sensor_x, -1};
 constexpr Parameter kSensorY{ParameterKind::sensor_y, -1};
@@ -208,6 +209,29 @@ TEST(LandmarkCalibration, FindsWhatTheSensorErrsByAndItsClock) {
   }
   EXPECT_LE(smoothed_m, filtered_m);
   EXPECT_LT(squares / (3.0 * seeds), 1.0 + 4.0 * std::sqrt(2.0 / (3.0 * seeds)));
+}
+
+// A camera that tells depths, all of it unknown: with the errors of the one above, all at once.
+TEST(LandmarkCalibration, FindsThatACameraReadsDepths) {
+  Honesty honesty;
+  const int seeds = test::trials(8, 4);
+  for (int seed = 1; seed <= seeds; ++seed) {
+    Scenario scenario = crooked_scenario(static_cast<std::uint64_t>(seed));
+    scenario.truth.landmark_sensor->depth_share = 1.0;
+    scenario.sightings.field_of_view_rad = radians(70.0);
+    const Recording recording = recorded(scenario);
+    const CalibrationResult result =
+        calibrate_from_landmarks({&recording, 1}, {}, nominal_robot(), {.free = {"sensor"}});
+    for (const Parameter& parameter :
+         {kDepthShare, kRangeOffset, kBearingOffset, kSensorX, kSensorY, kClock}) {
+      const ParameterEstimate& e = of(result, parameter);
+      EXPECT_TRUE(e.observable) << e.name;
+      EXPECT_NEAR(e.value, value_of(parameter, scenario.truth), 4.5 * e.sigma_within) << e.name;
+    }
+    EXPECT_LT(of(result, kDepthShare).sigma_within, 0.1);
+    honesty.add(result, scenario.truth);
+  }
+  honesty.expect_honest();
 }
 
 TEST(LandmarkCalibration, FindsWhereTheSensorStands) {

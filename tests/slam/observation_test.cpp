@@ -42,6 +42,30 @@ TEST(Observation, ExpectationIsWhatTheFramesSay) {
   }
 }
 
+TEST(Observation, WhatASensorErrsByIsTakenOutExactly) {
+  LandmarkSensor sensor;
+  sensor.range_offset_m = 0.04;
+  sensor.range_scale = 1.02;
+  sensor.bearing_offset_rad = 0.03;
+  for (const double share : {-0.5, 0.0, 0.7, 1.0}) {
+    sensor.depth_share = share;
+    for (const double bearing : {-1.2, -0.3, 0.0, 0.6}) {
+      const double read = bearing + 0.03;
+      const Observation seen =
+          observation_of(sensor, 3, 1.02 * 2.5 * (1.0 - share + share * std::cos(read)) + 0.04, read);
+      EXPECT_NEAR(seen.range_m, 2.5, 1e-12);
+      EXPECT_NEAR(seen.bearing_rad, bearing, 1e-12);
+    }
+  }
+}
+
+TEST(Observation, BehindACameraThereIsNoDepth) {
+  LandmarkSensor sensor;
+  sensor.depth_share = 1.0;
+  EXPECT_FALSE(is_valid(observation_of(sensor, 0, 1.0, 2.0)));
+  EXPECT_TRUE(is_valid(observation_of(sensor, 0, 1.0, 1.5)));
+}
+
 TEST(Observation, DerivativesAgreeWithDifferences) {
   const Vector2 landmark(2.0, 3.0);
   for (const Pose2& pose : poses()) {

@@ -78,9 +78,10 @@ TEST(SightingResidual, DerivativesAreThoseOfSmallMoves) {
 }
 
 TEST(SightingResidual, DerivativesByTheSensorAreThoseOfSmallErrors) {
-  const LandmarkSensor sensor{{0.2, -0.1, 0.7}, 0.1, 0.02, 10.0, 0.0};
+  LandmarkSensor sensor{{0.2, -0.1, 0.7}, 0.1, 0.02, 10.0, 0.0};
   Random random(3, 1);
   for (int trial = 0; trial < 50; ++trial) {
+    sensor.depth_share = 0.1 * (trial % 5);
     const Pose2 pose = any_pose(random);
     const Vector2 landmark(random.uniform(-5.0, 5.0), random.uniform(-5.0, 5.0));
     const Observation observation{0, 3.0, random.uniform(-kPi, kPi)};
@@ -94,6 +95,37 @@ TEST(SightingResidual, DerivativesByTheSensorAreThoseOfSmallErrors) {
                             (2.0 * kStep);
       EXPECT_LT((slope - r.by_sensor.col(i)).norm(), 1e-6 * (1.0 + r.by_sensor.norm())) << i;
     }
+  }
+}
+
+// To first order, errors beside a robot file are those of another robot file.
+TEST(SightingResidual, ErrorsBesideTheRobotFileAreThoseOfAnother) {
+  LandmarkSensor sensor{{0.2, -0.1, 0.7}, 0.1, 0.02, 10.0, 0.0};
+  sensor.bearing_offset_rad = 0.05;
+  sensor.depth_share = 0.8;
+  Random random(4, 1);
+  for (int trial = 0; trial < 50; ++trial) {
+    const Pose2 pose = any_pose(random);
+    const Vector2 landmark(random.uniform(-5.0, 5.0), random.uniform(-5.0, 5.0));
+    LandmarkSensor other = sensor;
+    other.range_offset_m += kStep;
+    other.depth_share += 2.0 * kStep;
+    other.bearing_offset_rad -= kStep;
+    SensorErrors beside = SensorErrors::Zero();
+    beside[0] = kStep;
+    beside[2] = -kStep;
+    beside[5] = 2.0 * kStep;
+    // Asked where residuals vanish: a share of a reading is one of the distance there.
+    const ExpectedReading seen = expected_reading(pose, sensor.body_from_sensor, landmark);
+    const double read_rad = seen.bearing_rad + sensor.bearing_offset_rad;
+    const double read_m = seen.range_m * sensor.along_ray(read_rad);
+    if (read_m <= 0.0) continue;
+    const auto exact = [&](const LandmarkSensor& by, const SensorErrors& errors) {
+      return sighting_residual(by, observation_of(by, 0, read_m, read_rad), pose, landmark, errors).error;
+    };
+    const Vector2 by_file = exact(other, SensorErrors::Zero()) - exact(sensor, SensorErrors::Zero());
+    const Vector2 by_errors = exact(sensor, beside) - exact(sensor, SensorErrors::Zero());
+    EXPECT_LT((by_file - by_errors).norm(), 1e-3 * by_file.norm());
   }
 }
 

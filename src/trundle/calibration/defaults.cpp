@@ -1,6 +1,7 @@
 #include "trundle/calibration/defaults.hpp"
 
 #include <algorithm>
+#include <functional>
 
 #include <fmt/format.h>
 
@@ -40,8 +41,20 @@ bool is_default(const Parameter& parameter, const Robot& robot, const FromOutsid
   }
 }
 
-Parameter named(const std::string& name, const char* option, const Robot& robot) {
-  if (const auto parameter = parameter_named(name, robot)) return *parameter;
+/// All that sightings tell of a landmark sensor. Of the scale of its ranges they tell nothing where no length
+/// is known otherwise: that is named by itself.
+bool is_told_by_sightings(const Parameter& parameter) {
+  return is_of_landmark_sensor(parameter.kind) && parameter.kind != ParameterKind::sensor_range_scale;
+}
+
+/// One parameter, or those of the group "sensor".
+std::vector<Parameter> named(const std::string& name, const char* option, const Robot& robot) {
+  if (const auto parameter = parameter_named(name, robot)) return {*parameter};
+  if (name == "sensor" && robot.landmark_sensor) {
+    std::vector<Parameter> group = parameters_of(robot);
+    std::erase_if(group, std::not_fn(is_told_by_sightings));
+    return group;
+  }
   std::vector<std::string> known;
   for (const Parameter& parameter : parameters_of(robot)) known.push_back(name_of(parameter, robot));
   const std::string nearest = nearest_name(name, known);
@@ -68,11 +81,11 @@ std::vector<Parameter> choose_parameters(const Robot& robot, const FromOutside& 
                                          const std::vector<std::string>& free,
                                          const std::vector<std::string>& fix) {
   std::vector<Parameter> parameters = default_parameters(robot, measured);
-  for (const std::string& name : free) {
-    const Parameter parameter = named(name, "--free", robot);
-    if (std::ranges::find(parameters, parameter) == parameters.end()) parameters.push_back(parameter);
-  }
-  for (const std::string& name : fix) std::erase(parameters, named(name, "--fix", robot));
+  for (const std::string& name : free)
+    for (const Parameter& parameter : named(name, "--free", robot))
+      if (std::ranges::find(parameters, parameter) == parameters.end()) parameters.push_back(parameter);
+  for (const std::string& name : fix)
+    for (const Parameter& parameter : named(name, "--fix", robot)) std::erase(parameters, parameter);
   return parameters;
 }
 

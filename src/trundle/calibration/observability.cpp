@@ -128,6 +128,8 @@ std::string advice(const HeldCombination& held, std::span<const Parameter> param
       return "see landmarks from near and from far, from all sides";
     case ParameterKind::sensor_range_scale:
       return "fix the diameters, which lengths come from as well";
+    case ParameterKind::sensor_depth_share:
+      return "see landmarks far ahead and at the edges of the field of view";
     case ParameterKind::sensor_bearing_offset:
     case ParameterKind::sensor_x:
     case ParameterKind::sensor_y:

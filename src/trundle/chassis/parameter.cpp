@@ -31,6 +31,7 @@ constexpr std::pair<ParameterKind, std::string_view> kRobotParameters[] = {
     {ParameterKind::sensor_range_offset, "sensor.range_offset"},
     {ParameterKind::sensor_range_scale, "sensor.range_scale"},
     {ParameterKind::sensor_bearing_offset, "sensor.bearing_offset"},
+    {ParameterKind::sensor_depth_share, "sensor.depth_share"},
     {ParameterKind::sensor_x, "sensor.x"},
     {ParameterKind::sensor_y, "sensor.y"},
     {ParameterKind::sensor_time_offset, "sensor.time_offset"},
@@ -104,6 +105,8 @@ auto& sensor_value(ParameterKind kind, Sensor& sensor) {
       return sensor.range_scale;
     case ParameterKind::sensor_bearing_offset:
       return sensor.bearing_offset_rad;
+    case ParameterKind::sensor_depth_share:
+      return sensor.depth_share;
     case ParameterKind::sensor_x:
       return sensor.body_from_sensor.x;
     case ParameterKind::sensor_y:
@@ -160,6 +163,7 @@ std::string_view unit_of(const Parameter& parameter) {
       return "rad";
     case ParameterKind::steering_scale:
     case ParameterKind::sensor_range_scale:
+    case ParameterKind::sensor_depth_share:
     case ParameterKind::gyro_scale:
       return "1";
     case ParameterKind::gyro_bias:
@@ -331,6 +335,8 @@ double prior_sigma(const Parameter& parameter, const Robot& robot) {
       return 0.02;
     case ParameterKind::sensor_bearing_offset:  // by eye
       return radians(10.0);
+    case ParameterKind::sensor_depth_share:  // either of two habits: 0 or 1
+      return 0.5;
   }
   return 0.0;
 }

@@ -30,6 +30,7 @@ enum class ParameterKind {
   sensor_range_offset,    ///< "sensor.range_offset" [m]: of the landmark sensor
   sensor_range_scale,     ///< "sensor.range_scale"
   sensor_bearing_offset,  ///< "sensor.bearing_offset" [rad]
+  sensor_depth_share,     ///< "sensor.depth_share": 0: it reads distances, 1: depths
   sensor_x,               ///< "sensor.x" [m]: of the landmark sensor on the robot
   sensor_y,               ///< "sensor.y" [m]
   sensor_time_offset,     ///< "sensor.time_offset" [s]: added to the landmark sensor's stamps

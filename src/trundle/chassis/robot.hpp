@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -12,7 +13,8 @@
 namespace trundle::chassis {
 
 /// A range-bearing sensor, where it stands on the body, and what it errs by all along: of a landmark at a
-/// distance r in direction β it reads range_scale · r + range_offset_m and β + bearing_offset_rad.
+/// distance r in direction β it reads range_scale · r · along_ray(b) + range_offset_m and
+/// b = β + bearing_offset_rad.
 struct LandmarkSensor {
   Pose2 body_from_sensor;
   double range_sigma_m = 0.1;
@@ -22,6 +24,12 @@ struct LandmarkSensor {
   double range_offset_m = 0.0;
   double range_scale = 1.0;
   double bearing_offset_rad = 0.0;
+  double depth_share = 0.0;  ///< 0: ranges are distances, a laser's; 1: depths along bearing 0, a camera's
+
+  /// By what share of a distance it reads the range of what it reads the bearing b of: 1 straight ahead.
+  [[nodiscard]] double along_ray(double bearing_read_rad) const {
+    return 1.0 - depth_share * (1.0 - std::cos(bearing_read_rad));
+  }
 };
 
 /// What a calibration said of one parameter.

@@ -77,6 +77,7 @@ constexpr std::pair<FindingCode, std::string_view> kNames[] = {
     {FindingCode::smoother_contradicts, "smoother contradicts filter"},
     {FindingCode::range_offset, "range offset"},
     {FindingCode::bearing_offset, "bearing offset"},
+    {FindingCode::depths, "depths for distances"},
 };
 // In the order of the codes, so that none is forgotten.
 static_assert(std::ranges::all_of(kNames,

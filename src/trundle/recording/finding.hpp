@@ -91,8 +91,9 @@ enum class FindingCode {
   smoother_contradicts,  ///< the filter that it started from
   range_offset,          ///< of the landmark sensor, as the smoother sees it
   bearing_offset,        ///< likewise
+  depths,                ///< likewise: its ranges are depths
 };
-inline constexpr std::size_t kFindingCodes = static_cast<std::size_t>(FindingCode::bearing_offset) + 1;
+inline constexpr std::size_t kFindingCodes = static_cast<std::size_t>(FindingCode::depths) + 1;
 
 /// The kind of finding as it is printed and stands in JSON: "back-step", "gyro missing". Several codes may be
 /// of one kind.

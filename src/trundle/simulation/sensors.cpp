@@ -144,10 +144,10 @@ std::vector<Sighting> look_around(const Scenario& scenario, const Pose2& world_f
     if (view.range_m > sensor.max_range_m || view.range_m == 0.0) continue;
     if (std::abs(view.bearing_rad) > 0.5 * options.field_of_view_rad) continue;
     if (options.detection < 1.0 && random.uniform() >= options.detection) continue;
-    const double range = std::max(
-        0.0, sensor.range_scale * view.range_m + sensor.range_offset_m + random.normal(sensor.range_sigma_m));
-    const double bearing =
-        wrap_angle(view.bearing_rad + sensor.bearing_offset_rad + random.normal(sensor.bearing_sigma_rad));
+    const double read_rad = view.bearing_rad + sensor.bearing_offset_rad;
+    const double range = std::max(0.0, sensor.range_scale * sensor.along_ray(read_rad) * view.range_m +
+                                           sensor.range_offset_m + random.normal(sensor.range_sigma_m));
+    const double bearing = wrap_angle(read_rad + random.normal(sensor.bearing_sigma_rad));
     seen.push_back({stamp_s, options.hide_names ? "" : landmark.name, range, bearing});
   }
   if (options.hide_names) shuffle(seen, random);

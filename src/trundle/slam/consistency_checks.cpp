@@ -92,10 +92,11 @@ std::optional<double> median_contradiction(const Trajectory& online, const Traje
 
 void check_offset(FindingCode code, const SensorScore& score, double dispersion, double unit,
                   std::size_t count, std::vector<Finding>& findings) {
-  const double sigma = score.sigma * std::sqrt(std::max(1.0, dispersion));
-  if (score.of_reading > kLeastOffset && std::abs(score.value) > kSigmasOfChance * sigma)
-    findings.push_back(
-        warning(code, count, payload::Offset{score.value / unit, sigma / unit, score.of_reading}));
+  const double scatters = std::sqrt(dispersion);  // by so many times the sensor's sigmas
+  const double sigma = score.sigma * scatters;
+  const double of_reading = score.of_reading / scatters;
+  if (of_reading > kLeastOffset && std::abs(score.value) > kSigmasOfChance * sigma)
+    findings.push_back(warning(code, count, payload::Offset{score.value / unit, sigma / unit, of_reading}));
 }
 
 /// Against the filter that it started from, and against its own sigmas.
@@ -110,6 +111,7 @@ void check_contradictions(const SlamResult& filtered, const SmoothedSlam& smooth
   check_offset(FindingCode::range_offset, smoothed.sensor.range, dispersion, 1.0, counts.sightings, findings);
   check_offset(FindingCode::bearing_offset, smoothed.sensor.bearing, dispersion, radians(1.0),
                counts.sightings, findings);
+  check_offset(FindingCode::depths, smoothed.sensor.depth, dispersion, 1.0, counts.sightings, findings);
 }
 
 void check_smoother(const SmootherCounts& counts, std::vector<Finding>& findings) {

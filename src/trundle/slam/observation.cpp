@@ -27,8 +27,10 @@ bool is_valid(const Observation& observation) {
 // Eq. 2a.
 Observation observation_of(const LandmarkSensor& sensor, LandmarkId landmark, double range_m,
                            double bearing_rad) {
-  return {landmark, (range_m - sensor.range_offset_m) / sensor.range_scale,
-          bearing_rad - sensor.bearing_offset_rad};
+  const double growth = sensor.range_scale * sensor.along_ray(bearing_rad);
+  // What stands where such a sensor has no depth is not seen: no reading is valid there.
+  const double range = growth > 0.0 ? (range_m - sensor.range_offset_m) / growth : 0.0;
+  return {landmark, range, bearing_rad - sensor.bearing_offset_rad};
 }
 
 // Eq. 2 and 3.

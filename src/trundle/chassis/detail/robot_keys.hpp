@@ -32,6 +32,7 @@ inline constexpr Range kSensorSigma{[](double v) { return v > 0.0 && v <= 1000.0
                                     "a number above 0 and at most 1000"};
 inline constexpr Range kRangeScale{[](double v) { return v >= 0.01 && v <= 100.0; },
                                    "a number from 0.01 to 100"};
+inline constexpr Range kDepthShare{[](double v) { return v >= -1.0 && v <= 2.0; }, "a number from -1 to 2"};
 inline constexpr Range kPositive{[](double v) { return v > 0.0; }, "a number above 0"};
 inline constexpr Range kNotZero{[](double v) { return v != 0.0; }, "a number other than 0"};
 inline constexpr Range kAngle{[](double v) { return std::abs(v) <= 2.0 * kPi; },
@@ -138,6 +139,8 @@ inline constexpr std::array kLandmarkSensor{
     NumberKey<LandmarkSensor>{"bearing_offset_deg",
                               [](LandmarkSensor& s) -> double& { return s.bearing_offset_rad; }, kAngle,
                               Presence::rare},
+    NumberKey<LandmarkSensor>{"depth_share", [](LandmarkSensor& s) -> double& { return s.depth_share; },
+                              kDepthShare, Presence::rare},
 };
 
 inline constexpr std::array kNoise{

@@ -285,6 +285,11 @@ inline constexpr Sentence kSentences[] = {
     {bearing_offset, with<Offset>,
      "bearings are on average {value:+.2f} ± {sigma:.2f}° further left than poses and map explain, "
      "{of_reading:.1f} sigmas of one reading: calibrate --landmarks --free sensor.bearing_offset"},
+    {depths, with<Offset>,
+     "ranges grow shorter towards the edges of the view, by {value:.2f} ± {sigma:.2f} of what they would if "
+     "they "
+     "were depths along the sensor's axis (a camera's), {of_reading:.1f} sigmas of one reading: calibrate "
+     "--landmarks --free sensor.depth_share"},
 };
 
 }  // namespace trundle::recording::sentences

@@ -31,10 +31,25 @@ constexpr double kScattersMore = 1.5;
 // Where the sensor's clock is sought, sightings so close to either end of the odometry are left out [s]: they
 // could leave it on the way. Twice the prior's sigma.
 constexpr double kClockMargin_s = 1.0;
+// Where the offset of its ranges is sought, readings so short are left out [m]: nothing could be left of
+// them. Twice the prior's sigma.
+constexpr double kRangeMargin_m = 0.2;
+
+/// Which sightings are left out, since a parameter on its way could make them be no reading.
+struct Margins {
+  double time_s = 0.0;
+  double range_m = 0.0;
+};
+Margins margins_of(std::span<const Parameter> parameters) {
+  Margins margins;
+  if (contains(parameters, ParameterKind::sensor_time_offset)) margins.time_s = kClockMargin_s;
+  if (contains(parameters, ParameterKind::sensor_range_offset)) margins.range_m = kRangeMargin_m;
+  return margins;
+}
 
 /// By each sighting, in the order of time, which landmark it shows.
 std::vector<LandmarkId> by_sighting(const Recording& recording, const SlamInput& input,
-                                    const ShownObservations& shown, double margin_s) {
+                                    const ShownObservations& shown, const Margins& margins) {
   std::vector<LandmarkId> landmarks(recording.sightings.size(), kUnknownLandmark);
   const double end_s = input.steps.empty() ? input.start_s : input.steps.back().time_s;
   std::size_t next = 0;
@@ -42,14 +57,15 @@ std::vector<LandmarkId> by_sighting(const Recording& recording, const SlamInput&
     for (const Observation& observation : shown[k]) {
       const std::size_t number = input.sighting_numbers[next++];
       const double time_s = input.steps[k].time_s;
-      if (time_s >= input.start_s + margin_s && time_s <= end_s - margin_s)
+      if (time_s >= input.start_s + margins.time_s && time_s <= end_s - margins.time_s &&
+          recording.sightings[number].range_m >= margins.range_m)
         landmarks[number] = observation.landmark;
     }
   return landmarks;
 }
 
 /// Landmarks without names are associated by the filter, and once more along the whole path.
-AssociatedRecording associated(const Recording& recording, const Robot& robot, double margin_s) {
+AssociatedRecording associated(const Recording& recording, const Robot& robot, const Margins& margins) {
   AlignedReadings readings = align(recording, robot);
   const SlamInput input = slam_input(recording, readings, robot, {.shares = true});
   Run run = prepare_run(recording, robot, std::move(readings));
@@ -60,17 +76,17 @@ AssociatedRecording associated(const Recording& recording, const Robot& robot, d
                                     .first_unidentified = input.first_unidentified()});
   if (!has_unidentified || filtered.map.empty())
     return {recording, std::move(run), has_unidentified,
-            by_sighting(recording, input, shown_observations(input, filtered), margin_s), filtered.online};
+            by_sighting(recording, input, shown_observations(input, filtered), margins), filtered.online};
   SmoothedSlam smoothed = smooth(input, *robot.landmark_sensor, filtered);
-  return {recording, std::move(run), has_unidentified,
-          by_sighting(recording, input, smoothed.shown, margin_s), std::move(smoothed.trajectory)};
+  return {recording, std::move(run), has_unidentified, by_sighting(recording, input, smoothed.shown, margins),
+          std::move(smoothed.trajectory)};
 }
 
 std::vector<AssociatedRecording> associated(std::span<const Recording> recordings, const Robot& robot,
                                             std::span<const Parameter> parameters) {
-  const double margin_s = contains(parameters, ParameterKind::sensor_time_offset) ? kClockMargin_s : 0.0;
   std::vector<AssociatedRecording> all;
-  for (const Recording& recording : recordings) all.push_back(associated(recording, robot, margin_s));
+  for (const Recording& recording : recordings)
+    all.push_back(associated(recording, robot, margins_of(parameters)));
   return all;
 }
 

@@ -40,14 +40,17 @@ void require_determined(bool determined) {
   if (!determined) throw CannotAnswer("the sightings leave poses or landmarks undetermined");
 }
 
-/// A clock that leads sightings out of the odometry's time makes another problem of it.
+/// A clock that leads sightings out of the odometry's time makes another problem of it, and so does an error
+/// of ranges that leaves nothing of a distance.
 void require_same_sightings(const SmoothingProblem& problem, const SmoothingState& state) {
   if (problem.poses == static_cast<int>(state.poses.size()) &&
       problem.landmarks == static_cast<int>(state.landmarks.size()))
     return;
   throw CannotAnswer(
-      "the landmark sensor's clock comes out so far off that sightings are beyond the odometry: they do not "
-      "tell it; leave sensor.time_offset as it is");
+      "what the landmark sensor errs by comes out so large that sightings are beyond the odometry, or no "
+      "distance is left of their ranges: they do not tell it; leave sensor.time_offset, sensor.range_offset "
+      "or "
+      "sensor.depth_share as it is");
 }
 
 RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nominal,

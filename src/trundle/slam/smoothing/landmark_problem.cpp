@@ -34,13 +34,15 @@ MotionParameters of_motion(std::span<const Parameter> all) {
 }
 
 /// By each parameter, the errors of readings that it makes. Eq. 13a.
-Eigen::Matrix<double, 5, Eigen::Dynamic> sensor_errors_of(const LandmarkSensor& sensor,
-                                                          std::span<const Parameter> parameters) {
-  constexpr std::array kErrors = {ParameterKind::sensor_range_offset, ParameterKind::sensor_range_scale,
-                                  ParameterKind::sensor_bearing_offset, ParameterKind::sensor_x,
-                                  ParameterKind::sensor_y};
+SensorErrorsBy sensor_errors_of(const LandmarkSensor& sensor, std::span<const Parameter> parameters) {
+  constexpr std::array kErrors = {ParameterKind::sensor_range_offset,
+                                  ParameterKind::sensor_range_scale,
+                                  ParameterKind::sensor_bearing_offset,
+                                  ParameterKind::sensor_x,
+                                  ParameterKind::sensor_y,
+                                  ParameterKind::sensor_depth_share};
   const auto n = static_cast<Eigen::Index>(parameters.size());
-  Eigen::Matrix<double, 5, Eigen::Dynamic> errors = Eigen::Matrix<double, 5, Eigen::Dynamic>::Zero(5, n);
+  SensorErrorsBy errors = SensorErrorsBy::Zero(6, n);
   for (Eigen::Index j = 0; j < n; ++j) {
     const auto at = std::ranges::find(kErrors, parameters[static_cast<std::size_t>(j)].kind);
     if (at == kErrors.end()) continue;
@@ -123,7 +125,7 @@ JointProblem joint_problem(std::span<const AssociatedRecording> all, const Robot
   if (std::ranges::any_of(free.parameters,
                           [](const Parameter& p) { return is_of_landmark_sensor(p.kind); })) {
     auto& errors = joint.problem.sensor_errors;
-    errors.setZero(5, joint.problem.parameter_information.size());
+    errors.setZero(6, joint.problem.parameter_information.size());
     errors.leftCols(free.columns.cols()) =
         sensor_errors_of(*robot.landmark_sensor, free.parameters) * free.columns;
   }

@@ -2,37 +2,45 @@
 
 #include <cmath>
 
+#include "trundle/geometry/decompositions.hpp"
+
 namespace trundle::slam {
 
-// With a = ∂f/∂(offset) of all sightings: U = aᵀ W f, I = aᵀ W a − (Jᵀ W a)ᵀ A⁻¹ (Jᵀ W a); offset = −U/I.
+// With A = ∂f/∂(range offset, bearing offset, depth share) of all sightings: U = Aᵀ W f,
+// I = Aᵀ W A − (Jᵀ W A)ᵀ Λ⁻¹ (Jᵀ W A); the errors are −I⁻¹ U, with the covariance I⁻¹.
 SensorScores sensor_scores(const SmoothingProblem& problem, const SmoothingState& state,
                            const Minimiser& linearised) {
-  constexpr Eigen::Index kRange = 0, kBearing = 2;  // of SensorErrors
-  const Vector2 sigma(problem.sensor.range_sigma_m, problem.sensor.bearing_sigma_rad);
-  Vector2 score = Vector2::Zero();
-  Vector2 information = Vector2::Zero();
-  Eigen::MatrixX2d by_unknowns = Eigen::MatrixX2d::Zero(linearised.unknowns(), 2);
+  constexpr Eigen::Index kErrors[] = {0, 2, 5};  // of SensorErrors
+  Vector3 score = Vector3::Zero();
+  Matrix3 information = Matrix3::Zero();
+  Vector3 squares = Vector3::Zero();
+  Eigen::MatrixX3d by_unknowns = Eigen::MatrixX3d::Zero(linearised.unknowns(), 3);
   for (const SightingLink& link : problem.sightings) {
     const SightingResidual r = sighting_residual(problem, link, state);
     const double weight = robust_weight(r.error.squaredNorm(), problem.gate);
-    const Vector2 a(r.by_sensor(0, kRange), r.by_sensor(1, kBearing));
-    score += weight * a.cwiseProduct(r.error);
-    information += weight * a.cwiseAbs2();
-    by_unknowns.middleRows<3>(linearised.row_of_pose(link.pose)) +=
-        weight * r.by_pose.transpose() * a.asDiagonal();
-    by_unknowns.middleRows<2>(linearised.row_of_landmark(link.landmark)) +=
-        weight * r.by_landmark.transpose() * a.asDiagonal();
+    const Matrix23 a = r.by_sensor(Eigen::all, kErrors);
+    const Matrix23 W_a = weight * a;
+    score += W_a.transpose() * r.error;
+    information += W_a.transpose() * a;
+    squares += a.colwise().squaredNorm().transpose();
+    by_unknowns.middleRows<3>(linearised.row_of_pose(link.pose)) += r.by_pose.transpose() * W_a;
+    by_unknowns.middleRows<2>(linearised.row_of_landmark(link.landmark)) += r.by_landmark.transpose() * W_a;
     if (problem.sensor_errors.cols() > 0)
       by_unknowns.middleRows(linearised.row_of_parameters(), problem.sensor_errors.cols()) +=
-          weight * (r.by_sensor * problem.sensor_errors).transpose() * a.asDiagonal();
+          (r.by_sensor * problem.sensor_errors).transpose() * W_a;
   }
   SensorScores scores;
-  for (const auto& [which, i] : {std::pair{&scores.range, 0}, std::pair{&scores.bearing, 1}}) {
-    const double left = information[i] - by_unknowns.col(i).dot(linearised.solve(by_unknowns.col(i)));
-    if (!(left > 0.0)) continue;
-    which->value = -score[i] / left;
-    which->sigma = 1.0 / std::sqrt(left);
-    which->of_reading = std::abs(which->value) / sigma[i];
+  for (Eigen::Index i = 0; i < 3; ++i)
+    information.col(i) -= by_unknowns.transpose() * linearised.solve(by_unknowns.col(i));
+  // No error is larger than 1 m, 1 rad, 1: what these readings cannot show stays finite.
+  const Matrix3 covariance = inverse_of(0.5 * (information + information.transpose()) + Matrix3::Identity());
+  const Vector3 errors = -covariance * score;
+  for (const auto& [which, i] :
+       {std::pair{&scores.range, 0}, std::pair{&scores.bearing, 1}, std::pair{&scores.depth, 2}}) {
+    which->value = errors[i];
+    which->sigma = std::sqrt(covariance(i, i));
+    which->of_reading =
+        std::abs(which->value) * std::sqrt(squares[i] / static_cast<double>(problem.sightings.size()));
   }
   return scores;
 }

@@ -13,9 +13,10 @@ struct SensorScore {
 struct SensorScores {
   SensorScore range;    ///< an offset of all ranges
   SensorScore bearing;  ///< likewise
+  SensorScore depth;    ///< a larger depth_share
 };
 
-/// The score test [Rao 1948] at a minimum: what one step towards the offset would find, poses, map and
+/// The score test [Rao 1948] at a minimum: what one step towards all of them would find, poses, map and
 /// parameters giving way. `linearised` at that state. docs/theory/smoother.md, eq. 12a.
 [[nodiscard]] SensorScores sensor_scores(const SmoothingProblem& problem, const SmoothingState& state,
                                          const Minimiser& linearised);

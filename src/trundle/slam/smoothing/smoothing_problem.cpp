@@ -90,8 +90,11 @@ SightingResidual sighting_residual(const LandmarkSensor& sensor, const Observati
   body_from_sensor.y += errors[4];
   ExpectedReading expected = expected_reading(pose, body_from_sensor, landmark);
   const double range_m = expected.range_m;
-  const double growth = 1.0 + errors[1];
-  expected.range_m = growth * range_m + errors[0];
+  const double read_rad = observation.bearing_rad + sensor.bearing_offset_rad;
+  const double along_ray = sensor.along_ray(read_rad);
+  const double shorter = (1.0 - std::cos(read_rad)) / along_ray;  // of a distance, by depth_share
+  const double growth = 1.0 + errors[1] - errors[5] * shorter;
+  expected.range_m = growth * range_m + errors[0] / along_ray;
   expected.bearing_rad += errors[2];
   expected.by_pose.row(0) *= growth;
   expected.by_landmark.row(0) *= growth;
@@ -99,9 +102,11 @@ SightingResidual sighting_residual(const LandmarkSensor& sensor, const Observati
   residual.error = root_information.cwiseProduct(innovation_of(observation, expected));
   residual.by_pose = -(root_information.asDiagonal() * expected.by_pose * world_from_body_axes(pose));
   residual.by_landmark = -(root_information.asDiagonal() * expected.by_landmark);
-  residual.by_sensor << -root_information.x(), -root_information.x() * range_m, 0.0, 0.0, 0.0,  //
-      0.0, 0.0, -root_information.y(), 0.0, 0.0;
-  residual.by_sensor.rightCols<2>() = -residual.by_landmark * rotation(pose.heading);
+  residual.by_sensor.setZero();
+  residual.by_sensor.row(0) << 1.0 / along_ray, range_m, 0.0, 0.0, 0.0, -range_m * shorter;
+  residual.by_sensor.row(0) *= -root_information.x();
+  residual.by_sensor(1, 2) = -root_information.y();
+  residual.by_sensor.middleCols<2>(3) = -residual.by_landmark * rotation(pose.heading);
   return residual;
 }
 

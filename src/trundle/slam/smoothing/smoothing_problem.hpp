@@ -84,6 +84,12 @@ struct BiasLink {
   }
 };
 
+/// What a sensor errs by beside what its robot file says: ranges by an offset [m] and a share, bearings by an
+/// offset [rad], it stands elsewhere on the body by (x, y) [m], and its depth_share is larger.
+using SensorErrors = Eigen::Matrix<double, 6, 1>;
+/// By each of so many unknowns.
+using SensorErrorsBy = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+
 /// All that is known of poses, landmarks and parameters. docs/theory/smoother.md, eq. 1-4.
 struct SmoothingProblem {
   LandmarkSensor sensor;
@@ -99,7 +105,7 @@ struct SmoothingProblem {
   std::vector<BiasLink> bias_readings = {};
   double gate = 0.0;  ///< NIS beyond which a sighting has less weight than its square: an outlier
   /// By each parameter, what the sensor still errs by (SensorErrors); no columns: it errs by nothing.
-  Eigen::Matrix<double, 5, Eigen::Dynamic> sensor_errors = Eigen::Matrix<double, 5, Eigen::Dynamic>(5, 0);
+  SensorErrorsBy sensor_errors = SensorErrorsBy(6, 0);
 };
 
 /// Values of the unknowns.
@@ -128,17 +134,13 @@ struct MotionResidual {
 };
 [[nodiscard]] MotionResidual motion_residual(const MotionLink& link, const SmoothingState& state);
 
-/// What a sensor errs by beside what its robot file says: ranges by an offset [m] and a share, bearings by an
-/// offset [rad], and it stands elsewhere on the body by (x, y) [m].
-using SensorErrors = Eigen::Matrix<double, 5, 1>;
-
 /// Reading minus expectation over its sigmas, and derivatives by a move pose · exp(δ), by the landmark and by
 /// the sensor's errors. Eq. 2, 6; docs/theory/landmark-calibration.md, eq. 13a.
 struct SightingResidual {
   Vector2 error;
   Matrix23 by_pose;
   Matrix2 by_landmark;
-  Eigen::Matrix<double, 2, 5> by_sensor;
+  Eigen::Matrix<double, 2, 6> by_sensor;
 };
 [[nodiscard]] SightingResidual sighting_residual(const LandmarkSensor& sensor, const Observation& observation,
                                                  const Pose2& pose, const Vector2& landmark,
