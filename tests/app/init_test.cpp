@@ -1,4 +1,5 @@
 // A log as it is: what `info` says of it without any mapping, and the drafts that `init` makes of it.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <fstream>
@@ -179,8 +180,9 @@ TEST_F(Init, ADraftOfAWpilogSaysWhatItCannotKnow) {
   EXPECT_THAT(recording, HasSubstr("file = \"../match.wpilog\""));
   EXPECT_THAT(recording,
               HasSubstr("columns.left_m = { topic = \"NT:/Drive/LeftDistanceMeters\", field = \"value\" }"));
+  // Rows come with what is written in every cycle, not with wheels that rest.
+  EXPECT_THAT(recording, HasSubstr("topic = \"NT:/Drive/Gyro/YawRateDegPerSec\"\ncolumns.left_m"));
   EXPECT_THAT(recording, HasSubstr("columns.yaw_rate_rad_s = { field = \"value\", unit = \"deg/s\" }"));
-  EXPECT_THAT(recording, Not(HasSubstr("Voltage")));
   // What is left out is asked for where it stands, and nothing is invented.
   EXPECT_THAT(text("draft/robot.toml"), Not(HasSubstr("\ndiameter_m")));
 }
@@ -195,6 +197,13 @@ TEST_F(Init, ADraftOfArduPilotNeedsNoEdit) {
   EXPECT_THAT(robot, HasSubstr("name = \"right\"\ny_m = -0.25\n"));
   EXPECT_THAT(text("draft/recording.toml"),
               HasSubstr("columns.yaw_rate_rad_s = { field = \"GyrZ\", sign = -1 }"));
+  const Outcome calibrated =
+      run({"calibrate", "draft", "--robot", "draft/robot.toml", "-o", "calibrated.toml", "--json"});
+  EXPECT_EQ(calibrated.exit_code, 0) << calibrated.err;
+  const Outcome slips = run({"slip", "draft", "--robot", "draft/robot.toml", "-o", "slip.csv", "--json"});
+  EXPECT_EQ(slips.exit_code, 0) << slips.err;
+  EXPECT_EQ(std::ranges::count(text("slip.csv"), '\n') - std::ranges::count(text("slip.csv"), '#'), 1)
+      << text("slip.csv");
 }
 
 TEST_F(Init, TablesAndAUrdfMakeARecordingThatRuns) {
@@ -231,7 +240,7 @@ TEST_F(Init, WhatTheControllerTookForItsWheelsIsFoundInItsOdometry) {
   const Outcome outcome = run({"init", bag, "-o", "draft"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, Not(HasSubstr("to fill in")));
-  EXPECT_THAT(outcome.out, HasSubstr("the wheel that the log calls left is on the right"));
+  EXPECT_THAT(outcome.out, HasSubstr("/odom turns the other way than its wheels say by their names"));
   EXPECT_THAT(text("draft/robot.toml"), HasSubstr("diameter_m = 0.07000"));  // as Gazebo has it
 }
 

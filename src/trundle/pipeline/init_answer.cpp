@@ -1,6 +1,7 @@
 #include "trundle/pipeline/init_answer.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -14,11 +15,13 @@ namespace {
 using InitJson = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-/// From the folder of the drafts, so that both may move together.
+/// From the folder of the drafts, so that both may move together; of a log that is far away where it is.
 std::string path_from(const fs::path& folder, const fs::path& file) {
-  const fs::path relative =
-      fs::weakly_canonical(fs::absolute(file)).lexically_relative(fs::weakly_canonical(fs::absolute(folder)));
-  return (relative.empty() ? fs::absolute(file) : relative).generic_string();
+  constexpr std::ptrdiff_t kNear = 2;  // folders up
+  const fs::path whole = fs::weakly_canonical(fs::absolute(file));
+  const fs::path relative = whole.lexically_relative(fs::weakly_canonical(fs::absolute(folder)));
+  const bool is_near = !relative.empty() && std::count(relative.begin(), relative.end(), "..") <= kNear;
+  return (is_near ? relative : whole).generic_string();
 }
 
 void require_unedited(const OutputFile& file) {
@@ -85,14 +88,21 @@ Draft completed(Draft draft, DraftQuestion question, const fs::path& log) {
   question.controller = geometry_from_odometry(log, draft, odometry->topic);
   if (!question.controller) return draft;
   const std::string topic = odometry->topic;
+  double& separation_m =
+      question.controller->wheel_separation_m.emplace(question.controller->wheel_separation_m.value_or(0.0));
+  const bool is_mirrored = separation_m < 0.0;
+  separation_m = std::abs(separation_m);
+  if (separation_m == 0.0) question.controller->wheel_separation_m.reset();
   draft = draft_of(question);
   draft.sources.push_back(fmt::format(
       "diameter_m and y_m: those with which {} was computed from the angles of the wheels", topic));
   draft.notes.push_back(draft.sources.back());
-  if (question.controller->wheel_separation_m.value_or(1.0) < 0.0)
-    draft.notes.push_back(fmt::format(
-        "by the turns of {} the wheel that the log calls left is on the right, and the other way round",
-        topic));
+  if (is_mirrored)
+    draft.notes.push_back(
+        fmt::format("{} turns the other way than its wheels say by their names: one of them is wrong, and "
+                    "trundle info shows by "
+                    "the gyro which",
+                    topic));
   return draft;
 }
 

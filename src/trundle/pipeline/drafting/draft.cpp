@@ -152,7 +152,36 @@ class Drafter {
       stream.topic = topic;
       for (DraftColumn& column : stream.columns) column.topic.clear();
     }
+    if (stream.topic.empty() && question_.summary.is_written_on_change) stream.topic = row_topic(stream);
     return placed_stream(std::move(stream));
+  }
+
+  /// Whose messages make the rows of columns that are written apart and where they change: one that is
+  /// written in every cycle of the robot, also at rest, and behind the columns, so that a row holds what its
+  /// cycle wrote.
+  std::string row_topic(const DraftStream& stream) const {
+    constexpr double kFastest_hz = 300.0;  // of a robot's main loop
+    std::int64_t written_ns = 0;
+    std::uint64_t most = 0;
+    const auto is_cyclic = [](const logs::TopicSummary& topic) {
+      const double lasts_s = static_cast<double>(topic.end_ns - topic.start_ns) * 1e-9;
+      return topic.unreadable.empty() && static_cast<double>(topic.messages) <= kFastest_hz * lasts_s;
+    };
+    for (const logs::TopicSummary& topic : question_.summary.topics) {
+      if (std::ranges::find(stream.columns, topic.topic, &DraftColumn::topic) != stream.columns.end())
+        written_ns = std::max(written_ns, topic.end_ns);
+      if (is_cyclic(topic)) most = std::max(most, topic.messages);
+    }
+    const logs::TopicSummary* best = nullptr;
+    for (const logs::TopicSummary& topic : question_.summary.topics) {
+      if (!is_cyclic(topic) || topic.messages * 10 < most * 9) continue;
+      const auto merit = [&](const logs::TopicSummary& candidate) {  // just behind, else as late as can be
+        const bool is_behind = candidate.end_ns >= written_ns;
+        return std::pair(is_behind, is_behind ? -candidate.end_ns : candidate.end_ns);
+      };
+      if (best == nullptr || merit(topic) > merit(*best)) best = &topic;
+    }
+    return best == nullptr ? std::string() : best->topic;
   }
 
   void take_wheels() {

@@ -69,7 +69,7 @@ struct RobotGeometry {
   std::string robot_name = {};
   std::vector<WheelGeometry> wheels = {};         ///< by joint
   std::vector<std::string> left, right;           ///< joints, of a controller
-  std::optional<double> wheel_separation_m = {};  ///< of a controller; negative: 'left' is on the right
+  std::optional<double> wheel_separation_m = {};  ///< of a controller; negative: left is right
   std::optional<double> wheel_radius_m = {}, right_wheel_radius_m = {};
   bool is_mecanum = false;
 };
