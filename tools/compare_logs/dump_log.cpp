@@ -23,7 +23,7 @@ std::string hex(std::string_view bytes) {
 }
 
 std::string text_of_value(const Value& value) {
-  if (const auto* const text = std::get_if<std::string_view>(&value)) return "s" + hex(*text);
+  if (const auto* const text = std::get_if<std::string_view>(&value)) return fmt::format("s{}", hex(*text));
   if (const auto* const number = std::get_if<double>(&value))
     return *number != *number ? "nan" : fmt::format("d{:016x}", std::bit_cast<std::uint64_t>(*number));
   if (const auto* const number = std::get_if<std::int64_t>(&value)) return fmt::format("{}", *number);
