@@ -38,6 +38,15 @@ std::string line_of(const StreamSummary& stream) {
   return line + fmt::format("{}{}\n", stream.columns.empty() ? "" : "  ", fmt::join(stream.columns, " "));
 }
 
+std::string line_of(const SteeringSummary& steering) {
+  const char* unit = steering.in_ticks ? " ticks" : "°";
+  return fmt::format("  {:<16}{}  {:.4g} to {:.4g}{}, turns by at most {:.3g}{}/s{}\n",
+                     "steering of '" + steering.wheel + "'",
+                     steering.rate_hz > 0.0 ? fmt::format("  {:.2f} Hz", steering.rate_hz) : "",
+                     steering.least, steering.greatest, unit, steering.fastest_per_s, unit,
+                     steering.at_rest ? fmt::format(", at rest {:.4g}{}", *steering.at_rest, unit) : "");
+}
+
 std::string list(const std::string& title, const std::vector<std::string>& lines) {
   std::string text;
   for (const std::string& line : lines) text += "  " + line + "\n";
@@ -75,6 +84,7 @@ std::string text_of(const RecordingInfo& info) {
   const Findings& findings = info.findings;
   std::string text = fmt::format("{} (session {})\n", recording.name, recording.session);
   for (const StreamSummary& stream : findings.streams) text += line_of(stream);
+  for (const SteeringSummary& steering : findings.steerings) text += line_of(steering);
   if (!recording.landmarks.empty())
     text += fmt::format("  {:<16}{:>9} known\n", "landmarks", recording.landmarks.size());
   std::vector<std::string> lines;

@@ -225,6 +225,47 @@ TEST(Abilities, say_which_wheels_are_steered_and_which_passive) {
   EXPECT_THAT(abilities.cannot, testing::Not(Contains(HasSubstr("a gyro or another wheel"))));
 }
 
+/// A steering that stands at 2°, swings to −30° and through ±180°, while one wheel rolls but for two rows.
+TEST(Steerings, are_told_in_degrees_with_range_rate_and_what_they_read_at_rest) {
+  Recording recording;
+  recording.wheels.time_s = {0.0, 0.1, 0.2, 0.3, 0.4, 0.5};
+  recording.wheels.series = {{"w0", WheelUnit::ticks, {0.0, 0.0, 0.0, 5.0, 9.0, 20.0}}};
+  const std::vector<double> read_deg = {3.0, 2.0, 2.0, -30.0, -179.0, 179.0};
+  WheelSeries steering{"w0", WheelUnit::radians, {}};
+  for (const double angle : read_deg) steering.value.push_back(radians(angle));
+  steering.value.push_back(kNotMeasured);
+  recording.wheels.time_s.push_back(0.6);
+  recording.wheels.series[0].value.push_back(30.0);
+  recording.wheels.steering = {steering};
+  const std::vector<SteeringSummary> told = steerings_of(recording, nullptr);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_FALSE(told[0].in_ticks);
+  EXPECT_NEAR(told[0].least, -179.0, 1e-9);
+  EXPECT_NEAR(told[0].greatest, 179.0, 1e-9);
+  EXPECT_NEAR(told[0].rate_hz, 10.0, 1e-9);
+  EXPECT_NEAR(told[0].fastest_per_s, 1490.0, 1e-6);
+  ASSERT_TRUE(told[0].at_rest);
+  EXPECT_NEAR(*told[0].at_rest, 2.0, 1e-9);
+}
+
+TEST(Steerings, in_counts_are_degrees_where_the_robot_file_says_how_many) {
+  Recording recording;
+  recording.wheels.time_s = {0.0, 0.1};
+  recording.wheels.series = {{"w0", WheelUnit::ticks, {0.0, 3.0}}};
+  recording.wheels.steering = {{"w0", WheelUnit::ticks, {0.0, 1024.0}}};
+  EXPECT_TRUE(steerings_of(recording, nullptr)[0].in_ticks);
+  EXPECT_EQ(steerings_of(recording, nullptr)[0].greatest, 1024.0);
+  EXPECT_FALSE(steerings_of(recording, nullptr)[0].at_rest);
+  Robot robot;
+  robot.wheel_names = {"w0"};
+  robot.chassis =
+      tricycle({.diameter_m = 0.1, .ticks_per_revolution = 1000}, 0.5, {.ticks_per_revolution = 4096.0});
+  robot.passive_names = {"rear"};
+  const SteeringSummary told = steerings_of(recording, &robot)[0];
+  EXPECT_FALSE(told.in_ticks);
+  EXPECT_NEAR(told.greatest, 90.0, 1e-9);
+}
+
 TEST(GyroNoise, comes_from_where_the_robot_rests) {
   Recording recording = winding();
   EXPECT_FALSE(gyro_noise(recording));

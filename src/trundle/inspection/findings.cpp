@@ -268,6 +268,7 @@ void compare(const Recording& recording, const Robot& robot, Findings& findings)
 Findings find_in(const Recording& recording, const Robot* robot) {
   Findings findings;
   findings.streams = summaries_of(recording);
+  findings.steerings = steerings_of(recording, robot);
   findings.problems = recording.findings;
   findings.missing = missing_in(recording, robot);
   find_wrong_time_unit(recording, findings.streams, findings.problems);

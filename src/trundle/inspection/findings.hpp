@@ -14,6 +14,7 @@ namespace trundle::inspection {
 /// All that can be told of one recording before anything is done with it.
 struct Findings {
   std::vector<StreamSummary> streams;
+  std::vector<SteeringSummary> steerings;
   std::vector<Finding> problems;     ///< of reading, aligning and comparing the sensors
   std::vector<std::string> missing;  ///< and what to add, in sentences
   // With a robot:

@@ -34,6 +34,20 @@ struct StreamSummary {
 };
 std::vector<StreamSummary> summaries_of(const Recording& recording);
 
+/// What the steering of one wheel reads, before zero and scale of the robot file. In degrees; in ticks where
+/// nothing says how many are a revolution.
+struct SteeringSummary {
+  std::string wheel;
+  bool in_ticks = false;
+  double rate_hz = 0.0;  ///< of its readings: one over the median step; 0: unknown
+  double least = 0.0;
+  double greatest = 0.0;
+  double fastest_per_s = 0.0;          ///< change from one reading to the next, the short way round
+  std::optional<double> at_rest = {};  ///< median where no wheel moved since the row before; nothing: nowhere
+};
+/// Of each steering that was read at all. `robot`: for its ticks.
+std::vector<SteeringSummary> steerings_of(const Recording& recording, const Robot* robot);
+
 /// What is missing in a recording for calibration and odometry, and what to add, in sentences. Without a
 /// robot: in general.
 std::vector<std::string> missing_in(const Recording& recording, const Robot* robot);

@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <cmath>
 
 #include "trundle/inspection/inspect.hpp"
 #include "trundle/recording/csv/detail/streams.hpp"
 #include "trundle/recording/csv/detail/table.hpp"
+#include "trundle/statistics/median.hpp"
 
 namespace trundle::inspection {
 namespace {
@@ -25,7 +27,59 @@ void add(std::vector<StreamSummary>& summaries, StreamKind kind, const std::vect
   }
 }
 
+/// Degrees in one unit of a steering; nothing: counts of unknown size.
+std::optional<double> degrees_per_unit(const WheelSeries& series, const Robot* robot) {
+  if (series.unit == WheelUnit::radians) return degrees(1.0);
+  for (std::size_t i = 0; robot != nullptr && i < robot->chassis.all_wheels().size(); ++i) {
+    const auto& steering = robot->chassis.all_wheels()[i].steering;
+    if (steering && steering->ticks_per_revolution != 0.0 && wheel_name(*robot, i) == series.wheel)
+      return 360.0 / steering->ticks_per_revolution;
+  }
+  return std::nullopt;
+}
+
+/// No wheel moved from the row before to this one, as far as they were read.
+bool stands_at(const WheelStream& wheels, std::size_t row) {
+  return row > 0 && std::ranges::all_of(wheels.series, [row](const WheelSeries& series) {
+           return series.unit == WheelUnit::rate ? series.value[row] == 0.0
+                                                 : series.value[row] == series.value[row - 1];
+         });
+}
+
+SteeringSummary summary_of(const WheelSeries& series, const WheelStream& wheels, const Robot* robot) {
+  const std::optional<double> known = degrees_per_unit(series, robot);
+  const double scale = known.value_or(1.0);
+  SteeringSummary summary{.wheel = series.wheel, .in_ticks = !known};
+  std::vector<double> time_s, reading, at_rest;
+  for (std::size_t row = 0; row < series.value.size(); ++row) {
+    if (std::isnan(series.value[row])) continue;
+    time_s.push_back(wheels.time_s[row]);
+    reading.push_back(scale * series.value[row]);
+    if (stands_at(wheels, row)) at_rest.push_back(reading.back());
+    if (reading.size() == 1) continue;
+    const double step = reading.back() - reading[reading.size() - 2];
+    const double step_s = time_s.back() - time_s[time_s.size() - 2];
+    const double turned = std::abs(known ? std::remainder(step, 360.0) : step);
+    if (step_s > 0.0) summary.fastest_per_s = std::max(summary.fastest_per_s, turned / step_s);
+  }
+  if (reading.empty()) return summary;
+  const auto [least, greatest] = std::ranges::minmax(reading);
+  summary.least = least;
+  summary.greatest = greatest;
+  if (const double step_s = median_step(time_s); step_s > 0.0) summary.rate_hz = 1.0 / step_s;
+  if (!at_rest.empty()) summary.at_rest = median(at_rest);
+  return summary;
+}
+
 }  // namespace
+
+std::vector<SteeringSummary> steerings_of(const Recording& recording, const Robot* robot) {
+  std::vector<SteeringSummary> summaries;
+  for (const WheelSeries& series : recording.wheels.steering)
+    if (!std::ranges::all_of(series.value, [](double value) { return std::isnan(value); }))
+      summaries.push_back(summary_of(series, recording.wheels, robot));
+  return summaries;
+}
 
 std::vector<StreamSummary> summaries_of(const Recording& recording) {
   std::vector<StreamSummary> summaries;

@@ -34,6 +34,17 @@ Json to_json(const StreamSummary& stream) {
   return json;
 }
 
+Json to_json(const SteeringSummary& steering) {
+  Json json = {{"wheel", steering.wheel},
+               {"unit", steering.in_ticks ? "ticks" : "degrees"},
+               {"least", steering.least},
+               {"greatest", steering.greatest},
+               {"fastest_per_s", steering.fastest_per_s}};
+  if (steering.rate_hz > 0.0) json["rate_hz"] = steering.rate_hz;
+  if (steering.at_rest) json["at_rest"] = *steering.at_rest;
+  return json;
+}
+
 Json to_json(const GyroNoise& noise) {
   Json json = {{"rest_s", noise.rest_s},
                {"bias_rad_s", noise.bias_rad_s},
@@ -66,6 +77,7 @@ Json to_json(const RecordingInfo& info) {
   const Findings& findings = info.findings;
   Json json = {{"name", recording.name}, {"session", recording.session}, {"streams", Json::array()}};
   for (const StreamSummary& stream : findings.streams) json["streams"].push_back(to_json(stream));
+  for (const SteeringSummary& steering : findings.steerings) json["steerings"].push_back(to_json(steering));
   json["landmarks"] = recording.landmarks.size();
   json["references"] = Json::object();
   for (const auto& [name, text] : references_of(recording)) json["references"][name] = text;
