@@ -221,8 +221,26 @@ TEST(Abilities, say_which_wheels_are_steered_and_which_passive) {
   const Abilities abilities = abilities_of(robot, true);
   EXPECT_THAT(abilities.can, Contains("where 'front' points: its steering is read, ± 0.5°"));
   EXPECT_THAT(abilities.cannot, Contains(HasSubstr("how far 'rear' rolls: it is passive")));
-  EXPECT_THAT(abilities.cannot, Contains(HasSubstr("of steered wheels that is not looked for")));
-  EXPECT_THAT(abilities.cannot, testing::Not(Contains(HasSubstr("a gyro or another wheel"))));
+  EXPECT_THAT(abilities.can, Contains(HasSubstr("1 reading more than the motion needs")));
+  EXPECT_THAT(abilities.cannot, Contains("the travel of 'front' from the angle of 'front': faults of these "
+                                         "two cannot be distinguished"));
+  EXPECT_THAT(abilities.cannot,
+              Contains("straight ahead, an error of the travel of 'front': no other sensor checks it"));
+  robot.chassis.gyro.reset();
+  EXPECT_THAT(abilities_of(robot, false).cannot,
+              Contains("whether a wheel slips: no redundant measurement; a gyro or another wheel with an "
+                       "encoder would be one"));
+}
+
+TEST(Abilities, of_a_swerve_tell_each_modules_travel_and_angle_apart) {
+  Robot robot;
+  robot.wheel_names = {"fl", "fr", "rl", "rr"};
+  robot.chassis = swerve({.diameter_m = 0.1, .ticks_per_revolution = 1000}, 0.4, 0.5);
+  const Abilities abilities = abilities_of(robot, false);
+  EXPECT_THAT(abilities.can, Contains("the motion: forward, sideways and turning are all measured"));
+  EXPECT_THAT(abilities.can, Contains(HasSubstr("5 readings more than the motion needs")));
+  EXPECT_THAT(abilities.cannot, testing::Not(Contains(HasSubstr("cannot be distinguished"))));
+  EXPECT_THAT(abilities.cannot, testing::Not(Contains(HasSubstr("no other sensor checks it"))));
 }
 
 /// A steering that stands at 2°, swings to −30° and through ±180°, while one wheel rolls but for two rows.

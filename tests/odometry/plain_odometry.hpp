@@ -56,9 +56,19 @@ class PlainOdometry {
     if (rows.count() > 3 && slips(increment)) {
       variance *= increment.duration_s;
       for (int i = 0; i < rows.count(); ++i) variance[i] += turns(rows, i) ? 1e-18 : 1e-12;
-      for (int i = 0; i < inputs(); ++i) variance[i] += increment.slip_variance[static_cast<std::size_t>(i)];
+      add_slip(rows, increment, variance);
     }
     return variance;
+  }
+
+  /// Of what is read; of a steered wheel that it does not skid sideways, too.
+  void add_slip(const Rows& rows, const Increment& increment, RowVector& variance) const {
+    for (int i = 0; i < inputs(); ++i) variance[i] += increment.slip_variance[static_cast<std::size_t>(i)];
+    for (int i = rows.measured; i < rows.count(); ++i) {
+      const int index = rows.row[static_cast<std::size_t>(i)].wheel;
+      if (index >= 0 && wheel(index).steering)
+        variance[i] += increment.slip_variance[static_cast<std::size_t>(index)];
+    }
   }
 
   /// Of the readings by themselves: the ways that became sure (eq. 9), and no rounding.
@@ -79,10 +89,9 @@ class PlainOdometry {
     if (speed_ > 2.0 * middle || speed_ < 0.5 * middle)
       octave_ = std::clamp(std::round(std::log2(speed_ / slowest_speed())), 0.0, 11.0);
     RowVector variance = readings_of(chassis_, rows, sure).variance;
-    for (int i = 0; i < inputs(); ++i) {
-      if (chassis_.wheel_count > 0) variance[i] -= 2.0 * rounding_variance(wheel(i));
-      variance[i] += increment.slip_variance[static_cast<std::size_t>(i)];
-    }
+    for (int i = 0; i < inputs() && chassis_.wheel_count > 0; ++i)
+      variance[i] -= 2.0 * rounding_variance(wheel(i));
+    add_slip(rows, increment, variance);
     return variance;
   }
 

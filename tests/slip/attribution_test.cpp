@@ -155,6 +155,17 @@ TEST(Attribution, DrivenWheelsAgainstDeadWheels) {
   expect_told_apart("differential, three pods, gyro", attributions(robot, false, true));
 }
 
+// Eight rows for three motions.
+TEST(Attribution, SwerveWithoutGyro) {
+  const Robot robot = robot_with_noise(swerve(test::kSize, 0.4, 0.5));
+  expect_told_apart("swerve", attributions(robot, true, true));
+}
+
+TEST(Attribution, SwerveWithGyro) {
+  const Robot robot = robot_with_noise(with_quiet_gyro(swerve(test::kSize, 0.4, 0.5)));
+  expect_told_apart("swerve, gyro", attributions(robot, true, true));
+}
+
 // One degree of freedom: the residual says that something slips, the change of each wheel says which.
 TEST(Attribution, DifferentialWithGyroAtConstantCommand) {
   const Robot robot = robot_with_noise(with_quiet_gyro(differential_drive(test::kSize, 0.5)));

@@ -29,6 +29,12 @@ Robot differential_with_gyro() {
   return test::robot_of(chassis);
 }
 
+Robot swerve_with_gyro() {
+  Chassis chassis = swerve(test::kSize, 0.4, 0.5);
+  chassis.gyro = Gyro{};
+  return test::robot_of(chassis);
+}
+
 Simulation slippery_run(const Robot& robot) {
   Scenario scenario;
   scenario.nominal = robot;
@@ -47,7 +53,7 @@ SlipOdometer::Options learning() {
 }
 
 TEST(SlipOdometer, StepNeedsNoHeap) {
-  for (const Robot& robot : {robot_with_pods(), differential_with_gyro()}) {
+  for (const Robot& robot : {robot_with_pods(), differential_with_gyro(), swerve_with_gyro()}) {
     const AlignedReadings readings = align(slippery_run(robot).recording, robot);
     SlipOdometer odometer(robot, learning());
     std::size_t events = 0;
@@ -79,8 +85,11 @@ TEST(SlipOdometer, OfflineIsALoopOverItToTheLastBit) {
   }
 }
 
-TEST(SlipOdometer, ACopyContinuesIndependently) {
-  const Robot robot = robot_with_pods();
+class EverySlipOdometer : public testing::TestWithParam<Robot> {};
+INSTANTIATE_TEST_SUITE_P(Robots, EverySlipOdometer, testing::Values(robot_with_pods(), swerve_with_gyro()));
+
+TEST_P(EverySlipOdometer, ACopyContinuesIndependently) {
+  const Robot& robot = GetParam();
   const AlignedReadings readings = align(slippery_run(robot).recording, robot);
   SlipOdometer whole(robot, learning());
   SlipOdometer first(robot, learning());

@@ -91,7 +91,7 @@ export const text = {
     howEvents: 'Shaded: slips that were found. Press one in the table to see where it happened.',
     statistic: { chi2: 'χ²', delta_rad: 'δ' },
     table: 'Slips', show: 'Show on the map', columns: { start: 'Start', duration: 'Lasts', wheel: 'Wheel', kind: 'Kind', excess: 'Slip distance', confidence: 'Probability of the wheel' },
-    kinds: { spin: 'spins', skid: 'skids', stuck: 'robot is stuck', unknown: 'unknown' }, ambiguous: 'ambiguous', none: 'No slip was found.',
+    kinds: { spin: 'spins', skid: 'skids', stuck: 'robot is stuck', sideways: 'goes sideways', unknown: 'unknown' }, ambiguous: 'ambiguous', none: 'No slip was found.',
     unseen: 'What these sensors cannot see or tell apart',
   },
   learned: {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "trundle/chassis/contact.hpp"
 #include "trundle/geometry/decompositions.hpp"
-#include "trundle/geometry/squared.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -112,16 +112,13 @@ Context context_of(const Chassis& chassis, const Rows& rows, std::span<const Par
   return context;
 }
 
-/// A misread angle turns the lateral row of its wheel: docs/theory/odometry.md, eq. 12.
 void add_steering_noise(const Chassis& standing, const Rows& rows, Window& window) {
   const Vector3 motion = twist_of(standing, rows, window.sum).vector();
   for (int i = 0; i < rows.count(); ++i) {
     const Row& row = rows.row[static_cast<std::size_t>(i)];
     if (row.kind != RowKind::lateral) continue;
     const Wheel& wheel = standing.all_wheels()[static_cast<std::size_t>(row.wheel)];
-    if (wheel.steering)
-      window.variance[i] +=
-          squared(wheel.steering->scale * wheel.steering->sigma_rad * rolling_row(wheel).dot(motion));
+    if (wheel.steering) window.variance[i] += misreading_variance(wheel, rolling_row(wheel).dot(motion));
   }
 }
 

@@ -65,6 +65,11 @@ void append_lateral_rows(Rows& rows, const Chassis& chassis) {
   if (skids) append(rows, {RowKind::skid_lateral}, {0.0, 1.0, -chassis.icr_x_m});
 }
 
+/// A row of a steered wheel.
+bool is_steered(const Chassis& chassis, const Row& row) {
+  return row.wheel >= 0 && chassis.all_wheels()[static_cast<std::size_t>(row.wheel)].steering.has_value();
+}
+
 double travel_of(const Wheel& wheel, double turned) {
   return kPi * wheel.diameter_m * turned;
 }
@@ -76,12 +81,14 @@ struct Way {
   double duration_s = 0.0;
 };
 
+double variance_of_travel(double per_sqrt_m, double travel_m) {
+  return squared(per_sqrt_m) * travel_m + squared(kTravelFloor_m);
+}
+
 /// docs/theory/chassis.md, eq. 5, without the rounding of counts.
 double noise_variance(const Chassis& chassis, const Row& row, const Way& way) {
   const ChassisNoise& noise = chassis.noise;
-  const auto of_travel = [&](double per_sqrt_m) {
-    return squared(per_sqrt_m) * way.travel_m + squared(kTravelFloor_m);
-  };
+  const auto of_travel = [&](double per_sqrt_m) { return variance_of_travel(per_sqrt_m, way.travel_m); };
   switch (row.kind) {
     case RowKind::wheel:
       return of_travel(row.wheel < chassis.wheel_count
@@ -191,6 +198,14 @@ Rows rows_at(const Chassis& chassis, const Increment& increment, bool with_gyro)
   return rows;
 }
 
+double rolling_variance(const Chassis& chassis, std::size_t wheel, double travel_m) {
+  return variance_of_travel(wheel_noise(chassis, wheel), travel_m);
+}
+
+double lateral_variance(const Chassis& chassis, double mean_travel_m) {
+  return variance_of_travel(chassis.noise.lateral_per_sqrt_m, mean_travel_m);
+}
+
 double mean_travel(const Chassis& chassis, const Increment& increment) {
   if (chassis.wheel_count == 0) return std::abs(increment.turned[0]);
   double sum = 0.0;
@@ -214,6 +229,8 @@ Readings readings_of(const Chassis& chassis, const Rows& rows, const Increment& 
     if (is_wheel)
       readings.variance[i] += 2.0 * rounding_variance(chassis.wheels()[static_cast<std::size_t>(row.wheel)]);
     if (i < own_rows) readings.variance[i] += increment.slip_variance[static_cast<std::size_t>(i)];
+    if (row.kind == RowKind::lateral && is_steered(chassis, row))  // a wheel that slips has no hold sideways
+      readings.variance[i] += increment.slip_variance[static_cast<std::size_t>(row.wheel)];
   }
   return readings;
 }
@@ -224,9 +241,7 @@ RowVector weighing_variances(const Chassis& chassis, const Rows& rows, double tr
   RowVector variances(rows.count());
   for (int i = 0; i < rows.count(); ++i) {
     Row row = rows.row[static_cast<std::size_t>(i)];
-    if (row.kind == RowKind::lateral && row.wheel >= 0 &&
-        chassis.all_wheels()[static_cast<std::size_t>(row.wheel)].steering)
-      row.kind = RowKind::wheel;
+    if (row.kind == RowKind::lateral && is_steered(chassis, row)) row.kind = RowKind::wheel;
     variances[i] = noise_variance(chassis, row, {travel_m, travel_m, duration_s});
   }
   return variances;

@@ -69,6 +69,11 @@ struct Readings {
 };
 [[nodiscard]] Readings readings_of(const Chassis& chassis, const Rows& rows, const Increment& increment);
 
+/// Variance of a wheel's travel over a way of that length, without the rounding of counts, and that of 'does
+/// not skid sideways' [m²]. docs/theory/chassis.md, eq. 5.
+[[nodiscard]] double rolling_variance(const Chassis& chassis, std::size_t wheel, double travel_m);
+[[nodiscard]] double lateral_variance(const Chassis& chassis, double mean_travel_m);
+
 /// Mean |travel| of the wheels [m]; without wheels that of the robot.
 [[nodiscard]] double mean_travel(const Chassis& chassis, const Increment& increment);
 

@@ -6,9 +6,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "trundle/chassis/rows.hpp"
-#include "trundle/chassis/without_wheel.hpp"
+#include "trundle/chassis/contact.hpp"
 #include "trundle/inspection/inspect.hpp"
+#include "trundle/slip/parity.hpp"
 
 namespace trundle::inspection {
 namespace {
@@ -34,15 +34,19 @@ std::string in_words(const Vector3& direction) {
   return fmt::format("{}", fmt::join(parts, " with "));
 }
 
-bool excludes_sideways(const Rows& rows) {
-  return std::any_of(rows.row.begin(), rows.row.begin() + rows.count(),
-                     [](const Row& row) { return !row.measured(); });
+/// That a wheel does not skid sideways is an assumption, but where its direction is read.
+bool excludes_sideways(const Rows& rows, const Chassis& chassis) {
+  return std::any_of(rows.row.begin(), rows.row.begin() + rows.count(), [&](const Row& row) {
+    const bool has_encoder = row.wheel >= 0 && row.wheel < chassis.wheel_count;
+    return !row.measured() &&
+           !(has_encoder && chassis.wheels()[static_cast<std::size_t>(row.wheel)].steering);
+  });
 }
 
-void tell_motion(const Rows& rows, const Observability& seen, Abilities& abilities) {
+void tell_motion(const Rows& rows, const Observability& seen, const Robot& robot, Abilities& abilities) {
   if (seen.rank == 3)
     abilities.can.push_back(
-        excludes_sideways(rows)
+        excludes_sideways(rows, robot.chassis)
             ? "the motion: forward and turning are measured; sideways is taken as zero, not measured"
             : "the motion: forward, sideways and turning are all measured");
   for (const Vector3& direction : seen.unobservable)
@@ -63,14 +67,40 @@ void tell_steering(const Robot& robot, Abilities& abilities) {
   }
 }
 
-void tell_slip(const Rows& rows, const Observability& seen, const Robot& robot, Abilities& abilities) {
-  if (!without_steering(robot.chassis)) {
-    abilities.cannot.emplace_back("whether a wheel slips: of steered wheels that is not looked for");
-    return;
-  }
+std::string name_of(const Fault& fault, const Robot& robot) {
+  return fmt::format("the {} of '{}'", fault.sideways ? "angle" : "travel",
+                     robot.wheel_names[static_cast<std::size_t>(fault.wheel)]);
+}
+
+/// What residuals do not tell in a curve, as wide as twice the robot, they tell nowhere; straight ahead it is
+/// more.
+void tell_indistinct_faults(Robot robot, bool with_gyro, Abilities& abilities) {
+  if (!with_gyro) robot.chassis.gyro.reset();
+  const Parity parity(robot);
+  std::vector<std::string> told;
+  const auto tell = [&](const Twist2& motion, std::string_view where) {
+    const IndistinctFaults faults = parity.indistinct_faults(motion);
+    const auto add = [&](const std::string& sentence) {
+      if (std::ranges::find(told, sentence) != told.end()) return;
+      told.push_back(sentence);
+      abilities.cannot.push_back(std::string(where) + sentence);
+    };
+    for (const Fault& fault : faults.unseen)
+      add(fmt::format("an error of {}: no other sensor checks it", name_of(fault, robot)));
+    for (const auto& [a, b] : faults.alike)
+      add(fmt::format("{} from {}: faults of these two cannot be distinguished", name_of(a, robot),
+                      name_of(b, robot)));
+  };
+  tell({1.0, 0.0, 0.5 / parity.size()[2]}, "");
+  tell({1.0, 0.0, 0.0}, "straight ahead, ");
+}
+
+void tell_slip(const Rows& rows, const Observability& seen, const Robot& robot, bool with_gyro,
+               Abilities& abilities) {
   if (seen.degrees_of_freedom == 0) {
-    abilities.cannot.emplace_back(
-        "whether a wheel slips: no redundant measurement; a gyro or another wheel would be one");
+    abilities.cannot.push_back(
+        fmt::format("whether a wheel slips: no redundant measurement; a gyro or another wheel{} would be one",
+                    is_steered(robot.chassis) ? " with an encoder" : ""));
     return;
   }
   abilities.can.push_back(fmt::format("whether something slips: {} reading{} more than the motion needs",
@@ -78,6 +108,7 @@ void tell_slip(const Rows& rows, const Observability& seen, const Robot& robot, 
   if (seen.degrees_of_freedom == 1 && robot.chassis.wheel_count > 0)
     abilities.can.emplace_back(
         "which wheel slips, while the motion is steady: by its change against its own recent travel");
+  if (has_steered_encoders(robot.chassis)) return tell_indistinct_faults(robot, with_gyro, abilities);
   std::vector<std::string> unchecked;
   for (const int row : seen.undetectable)
     unchecked.push_back(name_of(rows.row[static_cast<std::size_t>(row)], robot));
@@ -148,12 +179,13 @@ std::string missing_reference(const Recording& recording, const Robot* robot) {
 }  // namespace
 
 Abilities abilities_of(const Robot& robot, bool with_gyro) {
-  const Rows rows = rows_of(robot.chassis, with_gyro);
+  const Rows rows = has_steered_encoders(robot.chassis) ? checking_rows(robot.chassis, with_gyro)
+                                                        : rows_of(robot.chassis, with_gyro);
   const Observability seen = observability(rows);
   Abilities abilities;
-  tell_motion(rows, seen, abilities);
+  tell_motion(rows, seen, robot, abilities);
   tell_steering(robot, abilities);
-  tell_slip(rows, seen, robot, abilities);
+  tell_slip(rows, seen, robot, with_gyro, abilities);
   tell_common_slip(robot, with_gyro, abilities);
   return abilities;
 }

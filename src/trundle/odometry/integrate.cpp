@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "trundle/chassis/contact.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/odometry/smooth.hpp"
 #include "trundle/odometry/standing_gyro.hpp"
@@ -145,7 +146,7 @@ class Integration {
       result_.parameters.push_back(name_of(parameter, robot_));
     if (!uncertain_.parameters.empty())
       result_.end_parameter_covariance = parameter_covariance(result_.end_sensitivity, uncertain_.covariance);
-    result_.degrees_of_freedom = observability(rows_of(robot_.chassis, true)).degrees_of_freedom;
+    result_.degrees_of_freedom = observability(checking_rows(robot_.chassis, true)).degrees_of_freedom;
     return std::move(result_);
   }
 

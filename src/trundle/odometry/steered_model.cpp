@@ -4,7 +4,7 @@
 
 #include <Eigen/LU>
 
-#include "trundle/geometry/squared.hpp"
+#include "trundle/chassis/contact.hpp"
 
 namespace trundle::odometry {
 namespace {
@@ -112,8 +112,7 @@ SteeredModel::Standing SteeredModel::standing_in(const Increment& increment, std
   return standing;
 }
 
-/// Without the rounding of counts, as MotionModel has it. A steering that is misread by δψ turns the lateral
-/// row n by −d: eq. 12.
+/// Without the rounding of counts, as MotionModel has it.
 RowVector SteeredModel::variance_of(const Standing& standing, const Increment& increment,
                                     const Rolled& rolled, const Vector3& twist) const {
   const Increment sure{.duration_s = increment.duration_s,
@@ -127,8 +126,7 @@ RowVector SteeredModel::variance_of(const Standing& standing, const Increment& i
     const Wheel& wheel = standing.chassis.all_wheels()[static_cast<std::size_t>(row.wheel)];
     if (row.kind == RowKind::wheel) variance[i] -= 2.0 * rounding_variance(wheel);
     if (row.kind == RowKind::lateral && wheel.steering)
-      variance[i] +=
-          squared(wheel.steering->scale * wheel.steering->sigma_rad * rolling_row(wheel).dot(twist));
+      variance[i] += misreading_variance(wheel, rolling_row(wheel).dot(twist));
   }
   return variance;
 }

@@ -13,8 +13,8 @@ constexpr double kInflation = 10.0;
 
 /// Variance of a reading that may be wrong by `slip_m` now, and by `so_far_m` over the slip: the same wheel
 /// all along, so that the errors of its intervals add up.
-double slip_variance(double slip_m, double so_far_m, double sigma_m) {
-  return std::max(slip_m * (2.0 * so_far_m - slip_m), squared(kInflation * sigma_m));
+double slip_variance(double slip_m, double so_far_m, double sigma_m, double longest_m) {
+  return std::max(slip_m * (2.0 * so_far_m - slip_m), squared(std::min(kInflation * sigma_m, longest_m)));
 }
 
 /// The variance that makes the slip distance likeliest: none where it may be noise.
@@ -44,14 +44,18 @@ SlipCorrection mixture_of(const SlipEvidence& slip, const Contradiction& c, bool
   SlipCorrection correction;
   const bool stuck = slip.is_stuck();
   const SlipEvidence::Attribution who = slip.attribute();
-  for (std::size_t i = 0; i < c.travel.size(); ++i) {
+  const Faults& faults = slip.faults();
+  for (std::size_t i = 0; i < faults.size(); ++i) {
+    const auto wheel = static_cast<std::size_t>(faults[i].wheel);
+    if (stuck && faults[i].sideways) continue;
     // Stuck: all travel of every wheel is slip.
     const double probability = stuck ? 1.0 : who.probability[i];
-    const double now_m = stuck ? c.travel[i] : c.excess_m[i];
+    const double now_m = stuck ? c.travel[wheel] : c.excess_m[i];
     if (now_m == 0.0) continue;
-    const double so_far_m = stuck ? slip.travel_m(static_cast<int>(i)) : slip.excess_m(static_cast<int>(i));
-    correction.variance[i] = probability * (slipping ? slip_variance(now_m, so_far_m, c.excess_sigma_m[i])
-                                                     : likeliest_variance(now_m, c.excess_sigma_m[i]));
+    const double so_far_m = stuck ? slip.travel_m(wheel) : slip.excess_m(i);
+    correction.variance[wheel] +=
+        probability * (slipping ? slip_variance(now_m, so_far_m, c.excess_sigma_m[i], c.longest_slip_m)
+                                : likeliest_variance(now_m, c.excess_sigma_m[i]));
   }
   return correction;
 }

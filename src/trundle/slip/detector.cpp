@@ -33,10 +33,9 @@ SlipDetector::SlipDetector(const Robot& robot, const SlipOptions& options)
                     robot.name));
   const double dof = parity_.degrees_of_freedom();
   limit_ = options_.model ? options_.model->limit : chi_squared_limit(options_.probability, dof);
-  const Observability seen = observability(parity_.rows());
   int checked = 0;
-  for (std::size_t i = 0; i < parity_.wheels(); ++i) {
-    checked_[i] = std::ranges::find(seen.undetectable, static_cast<int>(i)) == seen.undetectable.end();
+  for (std::size_t i = 0; i < parity_.faults().size(); ++i) {
+    checked_[i] = parity_.is_checked(parity_.faults()[i]);
     checked += checked_[i] ? 1 : 0;
   }
   const double sums = 2.0 * std::max(1, checked);
@@ -46,7 +45,7 @@ SlipDetector::SlipDetector(const Robot& robot, const SlipOptions& options)
 }
 
 void SlipDetector::forget_sums() {
-  for (auto& both : sums_)
+  for (auto& both : sums())
     for (Sum& sum : both) {
       sum = Sum{};
       sum.e = ParityVector::Zero(parity_.degrees_of_freedom());
@@ -86,7 +85,7 @@ void SlipDetector::state_statistic(const Contradiction& c, SlipVerdict& verdict)
 /// Feeds the cumulative sums; true where one of them is beyond its limit.
 bool SlipDetector::accumulate(const Contradiction& c, const Increment& interval) {
   bool beyond = false;
-  for (std::size_t i = 0; i < parity_.wheels(); ++i) {
+  for (std::size_t i = 0; i < parity_.faults().size(); ++i) {
     if (!checked_[i]) continue;
     for (std::size_t side = 0; side < 2; ++side) {
       Sum& sum = sums_[i][side];
@@ -95,6 +94,8 @@ bool SlipDetector::accumulate(const Contradiction& c, const Increment& interval)
         sum.intervals = 0;
         sum.e.setZero();
         sum.travel.fill(0.0);
+        sum.chi2 = 0.0;
+        if (parity_.is_steered()) sum.shares = {};
         sum.start_s = interval.time_s - interval.duration_s;
       }
       sum.cusum.step(score, kCusumAllowance + kBiasAllowance * c.drift[i]);
@@ -102,10 +103,22 @@ bool SlipDetector::accumulate(const Contradiction& c, const Increment& interval)
       ++sum.intervals;
       sum.e += c.e;
       for (std::size_t j = 0; j < parity_.wheels(); ++j) sum.travel[j] += c.travel[j];
+      if (parity_.is_steered()) add_shares(c, sum);
       beyond = beyond || sum.cusum.sum > persistent_limit_;
     }
   }
   return beyond;
+}
+
+void SlipDetector::add_shares(const Contradiction& c, Sum& sum) const {
+  const Faults& faults = parity_.faults();
+  sum.chi2 += c.chi2;
+  for (std::size_t i = 0; i < faults.size(); ++i) {
+    if (c.excess_sigma_m[i] == 0.0) continue;
+    const double travel = c.travel[static_cast<std::size_t>(faults[i].wheel)] / c.excess_sigma_m[i];
+    sum.shares[i].by_residual += travel * c.score[i];
+    sum.shares[i].by_itself += travel * travel;
+  }
 }
 
 SlipVerdict SlipDetector::step(const JudgedInterval& judged, CommandChange command) {
@@ -132,7 +145,10 @@ SlipVerdict SlipDetector::step(const JudgedInterval& judged, CommandChange comma
     recent_.pass();
   else
     recent_.add(c, interval.duration_s, parity_.wheels());
-  before_ = event_.lasts() ? Excesses{} : excesses_of(c);
+  for (std::size_t i = 0; i < parity_.faults().size(); ++i) {
+    before_[i] = {};
+    if (!event_.lasts()) before_[i].add(c.excess_m[i], c, i);
+  }
   return verdict;
 }
 
@@ -166,7 +182,7 @@ void SlipDetector::judge(const Contradiction& c, const Increment& interval, Slip
 /// A quiet interval, the first of which the slip may have ended in.
 void SlipDetector::wait(const Contradiction& c, SlipVerdict& verdict) {
   const int quiet = event_.be_quiet();
-  if (quiet == 1) event_.add(excesses_of(c));
+  if (quiet == 1) event_.add(excesses_of(c, parity_.faults().size()));
   if (quiet < (options_.method == SlipMethod::published ? 1 : kQuiet)) return;
   end_event(verdict);
   forget_sums();
@@ -174,26 +190,28 @@ void SlipDetector::wait(const Contradiction& c, SlipVerdict& verdict) {
 
 void SlipDetector::begin(const Contradiction& c, const Increment& interval, bool persistent) {
   if (!persistent) {
-    event_.begin(interval.time_s - interval.duration_s, candidates(c), prior(c, interval.duration_s));
+    event_.begin(interval.time_s - interval.duration_s, parity_.faults(), candidates(c),
+                 prior(c, interval.duration_s));
     event_.add(before_);
     return add_evidence(c, interval);
   }
   const Sum* largest = &sums_[0][0];
-  for (const auto& both : sums_)
+  for (const auto& both : sums())
     for (const Sum& sum : both)
       if (sum.cusum.sum > largest->cusum.sum) largest = &sum;
-  event_.begin(largest->start_s, checked_, prior(c, interval.duration_s));
-  event_.add(SlipEvidence::Stretch{c, largest->intervals, largest->e, largest->travel});
+  event_.begin(largest->start_s, parity_.faults(), checked_, prior(c, interval.duration_s));
+  event_.add(SlipEvidence::Stretch{c, largest->intervals, largest->e, largest->travel, largest->chi2,
+                                   parity_.is_steered() ? &largest->shares : nullptr});
 }
 
 int SlipDetector::wheel_by_rule(const Contradiction& c) const {
   return spinning_wheel(delta(c) > (by_band() ? options_.band->upper : 0.0), c, parity_.rows());
 }
 
-/// The wheels that may be at fault: by source 2's rule one.
-std::array<bool, kMaxWheels> SlipDetector::candidates(const Contradiction& c) const {
+/// What may be at fault: by source 2's rule one wheel.
+std::array<bool, kMaxFaults> SlipDetector::candidates(const Contradiction& c) const {
   if (options_.method == SlipMethod::general) return checked_;
-  std::array<bool, kMaxWheels> only{};
+  std::array<bool, kMaxFaults> only{};
   only[static_cast<std::size_t>(wheel_by_rule(c))] = true;
   return only;
 }
@@ -208,11 +226,11 @@ SlipPrior SlipDetector::prior(const Contradiction& c, double duration_s) const {
 /// interval, and one wheel does.
 bool SlipDetector::is_another(const Contradiction& c) const {
   const SlipEvidence::Attribution who = event_.attribute();
-  if (options_.method == SlipMethod::published) return who.likeliest != wheel_by_rule(c);
+  if (options_.method == SlipMethod::published) return who.wheel != wheel_by_rule(c);
   bool explained = false;
-  for (std::size_t i = 0; i < parity_.wheels(); ++i) {
+  for (std::size_t i = 0; i < parity_.faults().size(); ++i) {
     if (c.chi2 - c.score[i] * c.score[i] > limit_) continue;
-    const bool same_side = c.score[i] * event_.excess_m(static_cast<int>(i)) > 0.0;
+    const bool same_side = c.score[i] * event_.excess_m(i) > 0.0;
     if (same_side && who.probability[i] > kAlternative) return false;
     explained = true;
   }
@@ -224,8 +242,9 @@ void SlipDetector::add_evidence(const Contradiction& c, const Increment& interva
   if (options_.method == SlipMethod::general && parity_.degrees_of_freedom() == 1 &&
       recent_.decides(c, interval.duration_s, parity_.wheels())) {
     judged.misfit_by_motion.emplace();
-    for (std::size_t i = 0; i < parity_.wheels(); ++i)
-      (*judged.misfit_by_motion)[i] = recent_.misfit(i, c, interval.duration_s, parity_.wheels());
+    for (std::size_t i = 0; i < parity_.faults().size(); ++i)
+      (*judged.misfit_by_motion)[i] =
+          recent_.misfit(parity_.faults()[i], c, interval.duration_s, parity_.wheels());
     judged.degrees_of_freedom += static_cast<int>(parity_.wheels());
   }
   event_.add(judged);
@@ -233,24 +252,24 @@ void SlipDetector::add_evidence(const Contradiction& c, const Increment& interva
 
 /// A slip that begins within an interval may not alarm in it: it is no guide to how the wheels roll.
 bool SlipDetector::may_have_begun(const Contradiction& c) const {
-  return std::ranges::any_of(c.score, [](double score) { return std::abs(score) > kHold; });
+  const std::span<const double> scores(c.score.data(), parity_.faults().size());
+  return std::ranges::any_of(scores, [](double score) { return std::abs(score) > kHold; });
 }
 
 /// The wheel that slips has not come back yet.
 bool SlipDetector::holds_on(const Contradiction& c) const {
   if (options_.method == SlipMethod::published) return false;
-  const int likeliest = event_.attribute().likeliest;
-  return c.score[static_cast<std::size_t>(likeliest)] * std::copysign(1.0, event_.excess_m(likeliest)) >
-         kHold;
+  const std::size_t likeliest = event_.attribute().likeliest;
+  return c.score[likeliest] * std::copysign(1.0, event_.excess_m(likeliest)) > kHold;
 }
 
 void SlipDetector::correct(const Contradiction& c, const GyroBias& bias, SlipVerdict& verdict) const {
   const SlipEvidence::Attribution who = event_.attribute();
-  verdict.wheel = who.certain ? who.likeliest : kAmbiguous;
+  verdict.wheel = who.certain ? who.wheel : kAmbiguous;
   if (options_.method == SlipMethod::general)
     verdict.correction = mixture_of(event_, c, verdict.slipping);
   else if (verdict.slipping)
-    verdict.correction = rebuilt(who.likeliest, c, parity_.rows(), bias);
+    verdict.correction = rebuilt(who.wheel, c, parity_.rows(), bias);
 }
 
 void SlipDetector::end_event(SlipVerdict& verdict) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include "trundle/slip/band.hpp"
 #include "trundle/slip/correction.hpp"
@@ -104,15 +105,18 @@ class SlipDetector {
     int intervals = 0;
     ParityVector e;
     PerWheel travel{};
+    double chi2 = 0.0;  ///< this and the next where wheels are steered
+    ShareSums shares{};
 
     template <class Archive, class Self>
     static void persist(Archive& archive, Self& self) {
-      archive(self.cusum, self.start_s, self.intervals, self.e, self.travel);
+      archive(self.cusum, self.start_s, self.intervals, self.e, self.travel, self.chi2, self.shares);
     }
   };
 
   void state_statistic(const Contradiction& c, SlipVerdict& verdict) const;
   bool accumulate(const Contradiction& c, const Increment& interval);
+  void add_shares(const Contradiction& c, Sum& sum) const;
   void judge(const Contradiction& c, const Increment& interval, SlipVerdict& verdict);
   void wait(const Contradiction& c, SlipVerdict& verdict);
   void begin(const Contradiction& c, const Increment& interval, bool persistent);
@@ -121,10 +125,11 @@ class SlipDetector {
   bool holds_on(const Contradiction& c) const;
   bool is_another(const Contradiction& c) const;
   int wheel_by_rule(const Contradiction& c) const;
-  std::array<bool, kMaxWheels> candidates(const Contradiction& c) const;
+  std::array<bool, kMaxFaults> candidates(const Contradiction& c) const;
   SlipPrior prior(const Contradiction& c, double duration_s) const;
   void correct(const Contradiction& c, const GyroBias& bias, SlipVerdict& verdict) const;
   void end_event(SlipVerdict& verdict);
+  std::span<std::array<Sum, 2>> sums() { return {sums_.data(), parity_.faults().size()}; }
   void forget_sums();
   void forget();
 
@@ -132,10 +137,10 @@ class SlipDetector {
   SlipOptions options_;
   double limit_ = 0.0;
   double persistent_limit_ = 0.0;
-  std::array<bool, kMaxWheels> checked_{};
+  std::array<bool, kMaxFaults> checked_{};
   RecentTravel recent_;
   UnevenWheel uneven_;
-  std::array<std::array<Sum, 2>, kMaxWheels> sums_{};  ///< of both signs
+  std::array<std::array<Sum, 2>, kMaxFaults> sums_{};  ///< of both signs
   SlipEvidence event_;
   Excesses before_{};  ///< in the interval just before, where nothing slipped
 };

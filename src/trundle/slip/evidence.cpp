@@ -30,11 +30,11 @@ double radius_density(double share, double sigma) {
 }  // namespace
 
 /// The score's variance of 1 contains what the bias makes of it.
-void ExcessSum::add(double excess_m, const Contradiction& c, std::size_t wheel, double intervals) {
-  const double sigma_m = c.excess_sigma_m[wheel];
+void ExcessSum::add(double excess_m, const Contradiction& c, std::size_t fault, double intervals) {
+  const double sigma_m = c.excess_sigma_m[fault];
   m += excess_m;
-  variance_m2 += intervals * squared(sigma_m) * std::max(0.0, 1.0 - squared(c.drift[wheel]));
-  by_bias_m += intervals * sigma_m * c.drift[wheel];
+  variance_m2 += intervals * squared(sigma_m) * std::max(0.0, 1.0 - squared(c.drift[fault]));
+  by_bias_m += intervals * sigma_m * c.drift[fault];
 }
 
 void ExcessSum::add(const ExcessSum& other) {
@@ -47,18 +47,20 @@ double ExcessSum::sigma_m() const {
   return std::hypot(std::sqrt(variance_m2), by_bias_m);
 }
 
-Excesses excesses_of(const Contradiction& c) {
+Excesses excesses_of(const Contradiction& c, std::size_t faults) {
   Excesses excesses{};
-  for (std::size_t i = 0; i < excesses.size(); ++i) excesses[i].add(c.excess_m[i], c, i);
+  for (std::size_t i = 0; i < faults; ++i) excesses[i].add(c.excess_m[i], c, i);
   return excesses;
 }
 
-void SlipEvidence::begin(double start_s, std::span<const bool> checked, const SlipPrior& prior) {
+void SlipEvidence::begin(double start_s, const Faults& faults, std::span<const bool> checked,
+                         const SlipPrior& prior) {
   *this = {};
+  faults_ = faults;
   prior_ = prior;
   lasts_ = true;
   start_s_ = start_s;
-  for (std::size_t i = 0; i < checked.size(); ++i)
+  for (std::size_t i = 0; i < faults_.size(); ++i)
     misfit_[i] = checked[i] ? 0.0 : std::numeric_limits<double>::infinity();
 }
 
@@ -69,13 +71,15 @@ void SlipEvidence::lasts_until(double end_s) {
 
 void SlipEvidence::add(const Interval& interval) {
   const Contradiction& c = interval.c;
-  for (std::size_t i = 0; i < misfit_.size(); ++i) {
+  for (std::size_t i = 0; i < faults_.size(); ++i) {
     misfit_[i] += std::max(0.0, c.chi2 - squared(c.score[i]));
     if (interval.misfit_by_motion) misfit_[i] += (*interval.misfit_by_motion)[i];
+    excess_[i].add(c.excess_m[i], c, i);
+  }
+  for (std::size_t i = 0; i < travel_.size(); ++i) {
     travel_[i].m += c.travel[i];
     travel_[i].variance_m2 += squared(c.travel_sigma[i]);
   }
-  add(excesses_of(c));
   misfit_dof_ += interval.degrees_of_freedom;
   ++intervals_;
   stuck_intervals_ += interval.is_stuck ? 1 : 0;
@@ -84,62 +88,102 @@ void SlipEvidence::add(const Interval& interval) {
 void SlipEvidence::add(const Stretch& stretch) {
   const Contradiction& c = stretch.c;
   const double n = stretch.intervals;
-  for (std::size_t i = 0; i < misfit_.size(); ++i) {
-    const double score = c.towards.cols() > static_cast<Eigen::Index>(i)
-                             ? c.towards.col(static_cast<Eigen::Index>(i)).dot(stretch.e)
-                             : 0.0;
+  if (stretch.shares != nullptr) add_shares(stretch);
+  for (std::size_t i = 0; stretch.shares == nullptr && i < faults_.size(); ++i) {
+    const bool shows = c.excess_sigma_m[i] > 0.0;
+    const double score = shows ? c.towards.col(static_cast<Eigen::Index>(i)).dot(stretch.e) : 0.0;
     misfit_[i] += (stretch.e.squaredNorm() - squared(score)) / n;
     excess_[i].add(score * c.excess_sigma_m[i], c, i, n);
+  }
+  for (std::size_t i = 0; i < travel_.size(); ++i) {
     travel_[i].m += stretch.travel_m[i];
     travel_[i].variance_m2 += n * squared(c.travel_sigma[i]);
   }
-  misfit_dof_ += static_cast<double>(stretch.e.size() - 1);
+  misfit_dof_ += static_cast<double>(stretch.e.size()) * (stretch.shares != nullptr ? n : 1.0) - 1.0;
   intervals_ += stretch.intervals;
 }
 
+/// docs/theory/slip-wheel.md, eq. 16a.
+void SlipEvidence::add_shares(const Stretch& stretch) {
+  for (std::size_t i = 0; i < faults_.size(); ++i) {
+    const ShareSum& sum = (*stretch.shares)[i];
+    misfit_[i] += stretch.chi2;
+    if (sum.by_itself <= 0.0) continue;
+    const double share = sum.by_residual / sum.by_itself;
+    const double travel_m = stretch.travel_m[static_cast<std::size_t>(faults_[i].wheel)];
+    misfit_[i] -= share * sum.by_residual;
+    excess_[i].m += share * travel_m;
+    excess_[i].variance_m2 += squared(travel_m) / sum.by_itself;
+  }
+}
+
 void SlipEvidence::add(const Excesses& excesses) {
-  for (std::size_t i = 0; i < excess_.size(); ++i) excess_[i].add(excesses[i]);
+  for (std::size_t i = 0; i < faults_.size(); ++i) excess_[i].add(excesses[i]);
 }
 
 /// If the wheel slipped, it ran ahead of the ground.
-bool SlipEvidence::spins(std::size_t wheel) const {
-  return excess_[wheel].m * (travel_[wheel].m - excess_[wheel].m) >= 0.0;
+bool SlipEvidence::spins(std::size_t fault) const {
+  const double travel_m = travel_[static_cast<std::size_t>(faults_[fault].wheel)].m;
+  return excess_[fault].m * (travel_m - excess_[fault].m) >= 0.0;
 }
 
-/// Not normalised. A slip takes any share of the travel alike, density 1; a radius errs by little, and to
-/// either side alike.
-double SlipEvidence::prior_weight(std::size_t wheel) const {
-  const double travel_m = travel_[wheel].m, slip_m = excess_[wheel].m;
-  const double size_m = std::max(std::abs(travel_m), std::abs(travel_m - slip_m));
-  const double by_slip = spins(wheel) ? prior_.spin_probability : 1.0 - prior_.spin_probability;
+/// Not normalised. A slip takes any share of the travel alike, density 1; a radius or a steering errs by
+/// little, and to either side alike. Along or across, to the left or to the right: before anything is known
+/// as likely.
+double SlipEvidence::prior_weight(std::size_t fault) const {
+  const auto wheel = static_cast<std::size_t>(faults_[fault].wheel);
+  const double travel_m = travel_[wheel].m, slip_m = excess_[fault].m;
+  const double ground_m = faults_[fault].sideways ? slip_m : travel_m - slip_m;
+  const double size_m = std::max(std::abs(travel_m), std::abs(ground_m));
+  const double by_slip = faults_[fault].sideways ? 0.5
+                         : spins(fault)          ? prior_.spin_probability
+                                                 : 1.0 - prior_.spin_probability;
   if (size_m == 0.0) return by_slip;
-  const double sigma = std::hypot(kRadiusSigma, excess_[wheel].sigma_m() / size_m);
+  const double sigma = std::hypot(kRadiusSigma, excess_[fault].sigma_m() / size_m);
   const double density = radius_density(std::min(1.0, std::abs(slip_m) / size_m), sigma);
   return density * prior_.radius_probability[wheel] + by_slip;
 }
 
 SlipEvidence::Attribution SlipEvidence::attribute() const {
   Attribution result;
-  const double least = *std::ranges::min_element(misfit_);
+  const std::span<const double> misfits(misfit_.data(), faults_.size());
+  const std::span<double> probability(result.probability.data(), faults_.size());
+  const double least = *std::ranges::min_element(misfits);
   double sum = 0.0;
-  for (std::size_t i = 0; i < misfit_.size(); ++i)
-    sum += result.probability[i] = prior_weight(i) * std::exp(-0.5 * (misfit_[i] - least));
-  for (double& p : result.probability) p /= sum;
-  const auto most = std::ranges::max_element(result.probability);
-  result.likeliest = static_cast<int>(most - result.probability.begin());
-  result.certain =
-      *most >= kCertain && misfit_[static_cast<std::size_t>(result.likeliest)] <= rest_limit(misfit_dof_);
+  for (std::size_t i = 0; i < faults_.size(); ++i)
+    sum += probability[i] = prior_weight(i) * std::exp(-0.5 * (misfits[i] - least));
+  for (double& p : probability) p /= sum;
+  PerWheel of_wheel{};
+  for (std::size_t i = 0; i < faults_.size(); ++i)
+    of_wheel[static_cast<std::size_t>(faults_[i].wheel)] += probability[i];
+  const auto most = std::ranges::max_element(of_wheel);
+  result.wheel = static_cast<int>(most - of_wheel.begin());
+  result.wheel_probability = *most;
+  result.likeliest = static_cast<std::size_t>(result.wheel);  // its slip, which stands there
+  for (std::size_t i = 0; i < faults_.size(); ++i)
+    if (faults_[i].wheel == result.wheel && probability[i] > probability[result.likeliest])
+      result.likeliest = i;
+  result.certain = *most >= kCertain && misfits[result.likeliest] <= rest_limit(misfit_dof_);
   return result;
+}
+
+/// Of a wheel that is certain.
+SlipKind SlipEvidence::kind_of(const Attribution& who) const {
+  if (who.probability[who.likeliest] < kCertain * who.wheel_probability) return SlipKind::unknown;
+  if (faults_[who.likeliest].sideways) return SlipKind::sideways;
+  return spins(who.likeliest) ? SlipKind::spin : SlipKind::skid;
 }
 
 SlipEvent SlipEvidence::likeliest_event() const {
   const Attribution who = attribute();
-  const auto i = static_cast<std::size_t>(who.likeliest);
-  const ExcessSum& excess = excess_[i];
-  const SlipKind kind = !who.certain ? SlipKind::unknown : spins(i) ? SlipKind::spin : SlipKind::skid;
-  return {
-      start_s_,          end_s_, who.certain ? who.likeliest : kAmbiguous, kind, excess.m, excess.sigma_m(),
-      who.probability[i]};
+  const ExcessSum& excess = excess_[who.likeliest];
+  return {.start_s = start_s_,
+          .end_s = end_s_,
+          .wheel = who.certain ? who.wheel : kAmbiguous,
+          .kind = who.certain ? kind_of(who) : SlipKind::unknown,
+          .excess_m = excess.m,
+          .excess_sigma_m = excess.sigma_m(),
+          .confidence = who.wheel_probability};
 }
 
 std::size_t SlipEvidence::tell(std::span<SlipEvent> events) const {

@@ -16,7 +16,7 @@ struct ExcessSum {
   double by_bias_m = 0.0;    ///< by 1σ of the gyro's bias, the same in all intervals
 
   /// So many intervals like this one, with that excess together.
-  void add(double excess_m, const Contradiction& c, std::size_t wheel, double intervals = 1.0);
+  void add(double excess_m, const Contradiction& c, std::size_t fault, double intervals = 1.0);
   void add(const ExcessSum& other);
   double sigma_m() const;
 
@@ -26,9 +26,22 @@ struct ExcessSum {
   }
 };
 
-/// Of each wheel, were it the one that slips.
-using Excesses = std::array<ExcessSum, kMaxWheels>;
-Excesses excesses_of(const Contradiction& c);
+/// Of each fault, were it the one.
+using Excesses = std::array<ExcessSum, kMaxFaults>;
+Excesses excesses_of(const Contradiction& c, std::size_t faults);
+
+/// A fault that takes the same share of its wheel's travel in many intervals, whose directions f differ:
+/// products of travel · f with e and with itself.
+struct ShareSum {
+  double by_residual = 0.0;
+  double by_itself = 0.0;
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.by_residual, self.by_itself);
+  }
+};
+using ShareSums = std::array<ShareSum, kMaxFaults>;
 
 /// What is known besides a slip's own residuals. docs/theory/slip-wheel.md, eq. 16 to 18.
 struct SlipPrior {
@@ -41,12 +54,12 @@ struct SlipPrior {
   }
 };
 
-/// What speaks for each wheel in a slip that lasts, and how much it slips. docs/theory/slip-wheel.md.
+/// What speaks for each fault in a slip that lasts, and how much the wheel slips. docs/theory/slip-wheel.md.
 class SlipEvidence {
  public:
   bool lasts() const { return lasts_; }
-  /// A slip of one of the wheels that other readings check.
-  void begin(double start_s, std::span<const bool> checked, const SlipPrior& prior);
+  /// One of the faults that other readings check.
+  void begin(double start_s, const Faults& faults, std::span<const bool> checked, const SlipPrior& prior);
   void end() { *this = {}; }
   /// Lasts until then at least.
   void lasts_until(double end_s);
@@ -57,7 +70,7 @@ class SlipEvidence {
     const Contradiction& c;
     int degrees_of_freedom = 0;
     bool is_stuck = false;
-    std::optional<PerWheel> misfit_by_motion = {};  ///< eq. 9, where that decides
+    std::optional<PerFault> misfit_by_motion = {};  ///< eq. 9, where that decides
   };
   void add(const Interval& interval);
   /// Many intervals as one: the sum of their residuals e and of what wheels travelled.
@@ -66,6 +79,8 @@ class SlipEvidence {
     int intervals = 0;
     const ParityVector& e;
     const PerWheel& travel_m;
+    double chi2 = 0.0;                  ///< their sum
+    const ShareSums* shares = nullptr;  ///< where wheels are steered: else directions are the last one's
   };
   void add(const Stretch& stretch);
   /// Of the interval before the first or after the last: the slip may have begun or ended within, unnoticed.
@@ -75,28 +90,33 @@ class SlipEvidence {
   void set_radius_probability(const PerWheel& probability) { prior_.radius_probability = probability; }
 
   struct Attribution {
-    int likeliest = 0;
-    PerWheel probability{};
-    bool certain = false;
+    std::size_t likeliest = 0;  ///< fault
+    PerFault probability{};
+    int wheel = 0;                   ///< the likeliest one, whatever its fault
+    double wheel_probability = 0.0;  ///< of all its faults
+    bool certain = false;            ///< of the wheel
   };
   Attribution attribute() const;
+  const Faults& faults() const { return faults_; }
   /// More often than not nothing but wheels moves.
   bool is_stuck() const { return 2 * stuck_intervals_ > intervals_; }
-  double excess_m(int wheel) const { return excess_[static_cast<std::size_t>(wheel)].m; }
-  double travel_m(int wheel) const { return travel_[static_cast<std::size_t>(wheel)].m; }
+  double excess_m(std::size_t fault) const { return excess_[fault].m; }
+  double travel_m(std::size_t wheel) const { return travel_[wheel].m; }
   /// One event, or one for each wheel that turns while the robot is stuck; how many.
   std::size_t tell(std::span<SlipEvent> events) const;
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
     archive(self.lasts_, self.start_s_, self.end_s_, self.quiet_, self.intervals_, self.stuck_intervals_,
-            self.misfit_dof_, self.misfit_, self.excess_, self.travel_, self.prior_);
+            self.misfit_dof_, self.faults_, self.misfit_, self.excess_, self.travel_, self.prior_);
   }
 
  private:
   SlipEvent likeliest_event() const;
-  bool spins(std::size_t wheel) const;
-  double prior_weight(std::size_t wheel) const;
+  void add_shares(const Stretch& stretch);
+  SlipKind kind_of(const Attribution& who) const;
+  bool spins(std::size_t fault) const;
+  double prior_weight(std::size_t fault) const;
 
   bool lasts_ = false;
   double start_s_ = 0.0;
@@ -105,9 +125,10 @@ class SlipEvidence {
   int intervals_ = 0;
   int stuck_intervals_ = 0;
   double misfit_dof_ = 0.0;
-  PerWheel misfit_{};  ///< −2 log likelihood that this wheel slips; infinite where nothing checks it
+  Faults faults_;
+  PerFault misfit_{};  ///< −2 log likelihood of this fault; infinite where nothing checks it
   Excesses excess_{};
-  Excesses travel_{};  ///< all of it is excess where the robot is stuck
+  std::array<ExcessSum, kMaxWheels> travel_{};  ///< all of it is excess where the robot is stuck
   SlipPrior prior_;
 };
 

@@ -142,7 +142,7 @@ SlipReport find_slip(AlignedReadings readings, const VelocityStream& commands, c
 
 std::vector<JudgedInterval> clean_intervals(const AlignedReadings& readings, const Robot& robot,
                                             double interval_s) {
-  IncrementMerger merger(interval_s);
+  IncrementMerger merger(robot.chassis, interval_s);
   Odometer odometer(robot, learning_bias(robot));
   std::vector<JudgedInterval> clean;
   for (std::size_t i = 0; i < readings.increments.size(); ++i) {
@@ -153,7 +153,7 @@ std::vector<JudgedInterval> clean_intervals(const AlignedReadings& readings, con
     }
     odometer.step(readings.increments[i]);
     if (const auto interval = merger.add(readings.increments[i]))
-      clean.push_back({*interval, odometer.gyro_bias(), merger.turn_rate_change()});
+      clean.push_back({*interval, odometer.gyro_bias(), merger.turn_rate_change(), merger.contacts()});
   }
   return clean;
 }
@@ -166,6 +166,8 @@ std::string name_of(SlipKind kind) {
       return "skid";
     case SlipKind::stuck:
       return "stuck";
+    case SlipKind::sideways:
+      return "sideways";
     case SlipKind::unknown:
       break;
   }

@@ -97,7 +97,7 @@ void learn_limit(std::span<const ParityVector> residuals, const LearnOptions& op
 
 /// The largest value that a cumulative sum reaches where nothing slips.
 double largest_sum(std::span<const JudgedInterval> clean, const Parity& parity, const ResidualModel& model) {
-  std::array<std::array<Cusum, 2>, kMaxWheels> sums{};
+  std::array<std::array<Cusum, 2>, kMaxFaults> sums{};
   double largest = 0.0;
   for (const JudgedInterval& interval : clean) {
     if (!is_moving(interval, parity)) {
@@ -106,7 +106,7 @@ double largest_sum(std::span<const JudgedInterval> clean, const Parity& parity, 
     }
     const Contradiction c = parity.contradiction(interval, &model);
     if (c.chi2 > model.limit) continue;
-    for (std::size_t i = 0; i < parity.wheels(); ++i)
+    for (std::size_t i = 0; i < parity.faults().size(); ++i)
       for (const int side : {0, 1})
         largest = std::max(largest, sums[i][static_cast<std::size_t>(side)].step(
                                         side == 0 ? c.score[i] : -c.score[i], kCusumAllowance));

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "trundle/chassis/chassis.hpp"
+#include "trundle/chassis/contact.hpp"
 #include "trundle/odometry/persist.hpp"
 
 namespace trundle::slip {
@@ -10,7 +10,9 @@ namespace trundle::slip {
 /// Adds increments up until they last long enough to be judged: the rounding errors of counts cancel within.
 class IncrementMerger {
  public:
-  explicit IncrementMerger(double interval_s) : interval_s_(interval_s) {}
+  IncrementMerger(const Chassis& chassis, double interval_s) : interval_s_(interval_s) {
+    if (has_steered_encoders(chassis)) steered_ = Steered{chassis, {}};
+  }
 
   /// The merged interval, when this increment completes it. It has a gyro only where all its parts have.
   std::optional<Increment> add(const Increment& increment) {
@@ -24,6 +26,11 @@ class IncrementMerger {
       merged_.gyro_rad += increment.gyro_rad;
       merged_.has_gyro = merged_.has_gyro && increment.has_gyro;
       for (std::size_t i = 0; i < merged_.turned.size(); ++i) merged_.turned[i] += increment.turned[i];
+      merged_.steering_rad = increment.steering_rad;
+    }
+    if (steered_) {
+      if (parts_ == 0) steered_->contacts = {};
+      add_interval(steered_->chassis, increment, steered_->contacts);
     }
     ++parts_;
     turn_rate_change_ = turn_rate - first_turn_rate_;
@@ -36,6 +43,10 @@ class IncrementMerger {
 
   /// How much the turn rate changed within the last interval, as the gyro reads it [rad/s].
   double turn_rate_change() const { return turn_rate_change_; }
+  /// Of steered wheels, over the last interval; nothing where none with an encoder is.
+  std::optional<ContactMotions> contacts() const {
+    return steered_ ? std::optional(steered_->contacts) : std::nullopt;
+  }
 
   /// Forgets what was added since the last interval was complete.
   void reset() { parts_ = 0; }
@@ -44,17 +55,24 @@ class IncrementMerger {
   static void persist(Archive& archive, Self& self) {
     archive(self.parts_, self.first_turn_rate_, self.turn_rate_change_);
     persist_increment(archive, self.merged_);
+    if (self.steered_) archive(self.steered_->contacts);
   }
 
   /// Increments that may be merged into one interval.
   static constexpr int kMostParts = 64;
 
  private:
+  struct Steered {
+    Chassis chassis;
+    ContactMotions contacts;
+  };
+
   double interval_s_;
   int parts_ = 0;
   double first_turn_rate_ = 0.0;
   double turn_rate_change_ = 0.0;
   Increment merged_;
+  std::optional<Steered> steered_;
 };
 
 }  // namespace trundle::slip

@@ -1,24 +1,67 @@
 #pragma once
 
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "trundle/chassis/contact.hpp"
 #include "trundle/chassis/robot.hpp"
-#include "trundle/chassis/rows.hpp"
 #include "trundle/odometry/rest.hpp"
 
 namespace trundle::slip {
 
-/// Most directions in which readings can contradict each other: every wheel and the gyro, less one.
-inline constexpr int kMaxParity = kMaxWheels;
+/// Most directions in which readings can contradict each other: every wheel, steered ones twice, and the
+/// gyro, less what moves.
+inline constexpr int kMaxParity = 2 * kMaxWheels;
+/// A wheel that slips; of a steered one also that it goes sideways.
+inline constexpr int kMaxFaults = 2 * kMaxWheels;
 using ParityVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxParity, 1>;
 using ParityMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxParity, kMaxParity>;
 using MotionToParity = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxParity, 3>;
-using WheelDirections = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxParity, kMaxWheels>;
+using FaultDirections = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxParity, kMaxFaults>;
 using PerWheel = std::array<double, kMaxWheels>;
+using PerFault = std::array<double, kMaxFaults>;
+
+/// What may be wrong, of one wheel at a time.
+struct Fault {
+  int wheel = 0;
+  /// It does not roll where its steering says: it skids that way, or its angle is misread. Else it slips
+  /// along its rolling direction.
+  bool sideways = false;
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.wheel, self.sideways);
+  }
+};
+
+/// The faults of a robot: first the slip of each wheel, in their order.
+class Faults {
+ public:
+  Faults() = default;
+  explicit Faults(const Chassis& chassis);
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  const Fault& operator[](std::size_t fault) const { return faults_[fault]; }
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.faults_, self.size_);
+  }
+
+ private:
+  std::array<Fault, kMaxFaults> faults_{};
+  std::size_t size_ = 0;
+};
 
 /// What is judged at once: readings added up, and what was known when they were complete.
 struct JudgedInterval {
-  Increment readings;
+  Increment readings;  ///< the angles of steered wheels are the last ones
   GyroBias bias;
   double turn_rate_change_rad_s = 0.0;  ///< from the first of the readings to the last
+  /// Of steered wheels, over all that was added up; nothing: one interval, whose angles are in `readings`.
+  std::optional<ContactMotions> contacts = {};
 };
 
 /// What clean recordings taught of the residuals of a chassis: docs/theory/slip-detection.md, eq. 12 and 13.
@@ -38,19 +81,26 @@ struct ResidualModel {
 struct Contradiction {
   ParityVector e;           ///< whitened: N(0, I) when nothing slips
   double chi2 = 0.0;        ///< |e|²
-  WheelDirections towards;  ///< column i: unit vector in which an error of wheel i moves e
-  PerWheel excess_m{};      ///< of each wheel, were it the one that slips
-  PerWheel excess_sigma_m{};
-  PerWheel score{};   ///< excess / its sigma
-  PerWheel drift{};   ///< 1σ of the score's mean from the gyro's bias: the same in all intervals
+  FaultDirections towards;  ///< column i: unit vector in which fault i moves e
+  PerFault excess_m{};      ///< along its rolling direction, or to the left of it, were that the fault
+  PerFault excess_sigma_m{};
+  PerFault score{};   ///< excess / its sigma
+  PerFault drift{};   ///< 1σ of the score's mean from the gyro's bias: the same in all intervals
   PerWheel travel{};  ///< of each wheel [m]
   PerWheel travel_sigma{};
   double gyro_rad = 0.0;  ///< less its bias
   double gyro_sigma_rad = 0.0;
+  /// A slip is at most so long, where the angle of a steered wheel decides how well it shows [m].
+  double longest_slip_m = std::numeric_limits<double>::infinity();
 };
 
-/// Whether readings check each other, in one and the same way for all time: not those of wheels with an
-/// encoder that are steered.
+/// Faults that residuals do not tell.
+struct IndistinctFaults {
+  std::vector<Fault> unseen;                   ///< leave no residual
+  std::vector<std::pair<Fault, Fault>> alike;  ///< leave the same one
+};
+
+/// Whether readings check each other.
 [[nodiscard]] bool can_show_slip(const Chassis& chassis, bool with_gyro);
 
 /// The slip test's geometry of a robot. Its functions never allocate.
@@ -62,6 +112,11 @@ class Parity {
   int degrees_of_freedom() const { return static_cast<int>(combinations_.cols()); }
   std::size_t wheels() const { return static_cast<std::size_t>(chassis_.wheel_count); }
   bool uses_gyro() const { return chassis_.gyro.has_value(); }
+  /// A wheel with an encoder is steered: rows() are those of checking_rows().
+  bool is_steered() const { return is_steered_; }
+  const Faults& faults() const { return faults_; }
+  /// Whether a fault leaves a residual, at some angle of a steered wheel.
+  bool is_checked(const Fault& fault) const;
   const Rows& rows() const { return rows_; }
   const Chassis& chassis() const { return chassis_; }
 
@@ -72,9 +127,13 @@ class Parity {
     ParityVector y;
     ParityMatrix covariance;
     Vector3 twist;
-    Readings readings;
+    Readings readings;  ///< along the rolling direction of each wheel
+    /// Where steered wheels rolled, or point: cosine and sine from the x axis of the body.
+    std::array<Eigen::Vector2d, kMaxWheels> direction;
   };
   Raw raw(const JudgedInterval& interval, double timing_sigma_s) const;
+  /// While it moves like that, steered wheels along the ways of their contact points.
+  IndistinctFaults indistinct_faults(const Twist2& motion) const;
   /// Wheels turn while those rows that stand still see every motion that the sensors see at all.
   bool is_stuck(const Contradiction& c) const;
   /// Sizes of the columns of H, by which geometry errors of so many percent are compared.
@@ -83,8 +142,16 @@ class Parity {
  private:
   using Solver = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxRows>;
 
+  void read_in_body_axes(const JudgedInterval& interval, Raw& raw) const;
+  ParityVector direction_of(const Fault& fault, const Raw& raw, double misread_rad) const;
+  bool rolls(const Contradiction& c, int wheel) const;
+
   Chassis chassis_;
   Rows rows_;
+  bool is_steered_ = false;
+  Faults faults_;
+  std::array<int, kMaxWheels> lateral_row_{};  ///< of each steered wheel
+  int gyro_row_ = -1;
   Combinations combinations_;  ///< P
   Solver twist_from_readings_;
   Vector3 size_;

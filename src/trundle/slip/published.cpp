@@ -10,7 +10,7 @@ constexpr double kStraight = 0.2;  // |dL − dR| / |dL + dR|: arcs of more than
 }  // namespace
 
 bool suits_published_method(const Parity& parity) {
-  if (parity.wheels() != 2 || !parity.uses_gyro()) return false;
+  if (parity.wheels() != 2 || !parity.uses_gyro() || parity.is_steered()) return false;
   const RowMatrix& H = parity.rows().H;
   const auto forward = [&](int i) { return std::abs(H(i, 0) - 1.0) < 1e-9 && std::abs(H(i, 1)) < 1e-9; };
   return forward(0) && forward(1) && H(0, 2) != H(1, 2);

@@ -82,14 +82,16 @@ bool RecentTravel::decides(const Contradiction& interval, double duration_s, std
   return true;
 }
 
-double RecentTravel::misfit(std::size_t slips, const Contradiction& interval, double duration_s,
+double RecentTravel::misfit(const Fault& fault, const Contradiction& interval, double duration_s,
                             std::size_t wheels) const {
+  const auto slips = static_cast<std::size_t>(fault.wheel);
   double sum = 0.0;
   for (std::size_t j = 0; j < wheels; ++j) {
     const Change c = change(j, interval, duration_s);
     const double excess = interval.excess_m[slips];
     const bool spins = excess * rate_[slips] >= 0.0;
-    const double distance = j == slips ? distance_from_slip(c.value, excess, spins) : c.value;
+    const double distance =
+        j == slips && !fault.sideways ? distance_from_slip(c.value, excess, spins) : c.value;
     sum += squared(distance / c.sigma);
   }
   return sum;

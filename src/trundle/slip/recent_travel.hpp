@@ -35,8 +35,8 @@ class RecentTravel {
 
   /// The excess stands out against how unsteadily the wheels have rolled lately.
   bool decides(const Contradiction& interval, double duration_s, std::size_t wheels) const;
-  /// −2 log likelihood that wheel `slips` by its excess and the others go on as before.
-  double misfit(std::size_t slips, const Contradiction& interval, double duration_s,
+  /// −2 log likelihood that a wheel slips by its excess, or rolls sideways, and all else goes on as before.
+  double misfit(const Fault& fault, const Contradiction& interval, double duration_s,
                 std::size_t wheels) const;
 
   template <class Archive, class Self>

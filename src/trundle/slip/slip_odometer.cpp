@@ -5,7 +5,7 @@ namespace trundle::slip {
 SlipOdometer::SlipOdometer(const Robot& robot, const Options& options)
     : odometer_(robot, options.odometry),
       detector_(robot, options.slip),
-      merger_(options.slip.interval_s),
+      merger_(robot.chassis, options.slip.interval_s),
       interval_start_(odometer_.state()) {}
 
 std::optional<SlipVerdict> SlipOdometer::step(const Increment& increment, CommandChange command) {
@@ -14,8 +14,8 @@ std::optional<SlipVerdict> SlipOdometer::step(const Increment& increment, Comman
   odometer_.step(corrected(increment, applied_, detector_.parity().chassis()));
   const std::optional<Increment> interval = merger_.add(increment);
   if (!interval) return std::nullopt;
-  const SlipVerdict verdict =
-      detector_.step({*interval, odometer_.gyro_bias(), merger_.turn_rate_change()}, command_);
+  const SlipVerdict verdict = detector_.step(
+      {*interval, odometer_.gyro_bias(), merger_.turn_rate_change(), merger_.contacts()}, command_);
   if (verdict.correction != applied_) redo(verdict.correction);
   part_count_ = 0;
   command_ = {};
