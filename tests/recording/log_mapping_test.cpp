@@ -184,8 +184,12 @@ TEST(LogMapping, columns_of_several_topics_hold_their_last_value) {
   EXPECT_THAT(cycles.wheels.time_s, ElementsAre(0.02, 0.04, 0.06));  // once all are known
   EXPECT_THAT(cycles.wheels.series[0].value, ElementsAre(1.0, 2.0, 2.0));
   EXPECT_THAT(cycles.wheels.series[1].value, ElementsAre(5.0, 5.0, 5.0));
+  write(0, 80, 3.0);
+  write(1, 81, 6.0);  // of the same cycle
+  write(0, 82, 4.0);  // of the next
   const Recording changes = LogRecording(log, head + columns).read();
-  EXPECT_THAT(changes.wheels.series[0].value, ElementsAre(1.0, 2.0));
+  EXPECT_THAT(changes.wheels.series[0].value, ElementsAre(1.0, 2.0, 3.0, 4.0));
+  EXPECT_THAT(changes.wheels.series[1].value, ElementsAre(5.0, 5.0, 6.0, 6.0));
 }
 
 // ---- Poses ----

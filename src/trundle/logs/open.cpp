@@ -46,6 +46,9 @@ bool is_rosbag2_folder(const fs::path& path) {
 
 std::unique_ptr<Log> open_log(const fs::path& path, const Limits& limits) {
   if (is_rosbag2_folder(path)) return open_rosbag2(path, limits);
+  if (fs::is_directory(path))
+    throw InputError(path.string(), "is a folder without metadata.yaml",
+                     "that of a rosbag2, or the .db3 or .mcap file in it");
   const Format* const format = format_of(path);
   if (format == nullptr)
     throw InputError(path.string(), "is no log of a known format",

@@ -1,6 +1,7 @@
 #include "trundle/recording/recording.hpp"
 
 #include <algorithm>
+#include <array>
 #include <deque>
 #include <map>
 #include <set>
@@ -94,11 +95,19 @@ void read_native(const fs::path& folder, const RecordingMap& map, Recording& rec
   }
 }
 
-/// The tables of numbers in and below a folder, by their names in it: what somebody has who starts.
+/// By its name: a folder may be large.
+bool is_table_or_log(const fs::path& file) {
+  constexpr std::array<std::string_view, 7> kEndings = {".csv", ".CSV",    ".bag", ".mcap",
+                                                        ".db3", ".wpilog", ".ulg"};
+  return std::ranges::find(kEndings, file.extension().string()) != kEndings.end();
+}
+
+/// The tables of numbers and the logs in and below a folder, by their names in it: what somebody has who
+/// starts.
 std::vector<std::string> tables_below(const fs::path& folder) {
   std::vector<std::string> names;
   for (const auto& entry : fs::recursive_directory_iterator(folder))
-    if (entry.is_regular_file() && (entry.path().extension() == ".csv" || entry.path().extension() == ".CSV"))
+    if (entry.is_regular_file() && is_table_or_log(entry.path()))
       names.push_back(entry.path().lexically_relative(folder).generic_string());
   std::sort(names.begin(), names.end());
   return names;

@@ -107,6 +107,12 @@ class LogStream {
   }
 
  private:
+  struct PendingRow {
+    std::int64_t stamp;
+    std::int64_t log_time;
+    std::int64_t start;  ///< of its instant
+  };
+
   struct Path {
     std::string path;
     const ColumnSource* column;
@@ -261,7 +267,8 @@ class LogStream {
   // Columns of several topics: each keeps its last value, and a row is made once its instant is over.
 
   void take_held(const Message& message, const ChannelReaders& readers) {
-    if (pending_ && message.log_time_ns > pending_->log_time) push_held();
+    if (pending_ && is_over(*pending_, message)) push_held();
+    if (source_.topic.empty()) written_.push_back(message.channel);
     for (const auto& [index, reader] : readers.columns) {
       const logs::Value value = reader.read(message);
       if (std::holds_alternative<std::monostate>(value)) continue;
@@ -273,12 +280,23 @@ class LogStream {
     if (readers.stamp)
       stamp = nanoseconds_of(readers.stamp->read(message), readers.stamp->is_time(),
                              source_.time_scale.unit_exponent);
-    pending_ = PendingRow{stamp.value_or(message.log_time_ns), message.log_time_ns};
+    const std::int64_t start = pending_ ? pending_->start : message.log_time_ns;
+    pending_ = PendingRow{stamp.value_or(message.log_time_ns), message.log_time_ns, start};
+  }
+
+  /// Whether the instant of a row is over. Entries of one cycle of a robot's loop are written one after the
+  /// other: they are one row, until one of them is written again.
+  bool is_over(const PendingRow& row, const Message& message) const {
+    if (message.log_time_ns == row.log_time) return false;
+    constexpr std::int64_t kLongestCycle_ns = 5'000'000;  // loops run at 50 Hz, hardly at more than 200
+    const bool is_again = std::ranges::find(written_, message.channel) != written_.end();
+    return !source_.topic.empty() || is_again || message.log_time_ns - row.start > kLongestCycle_ns;
   }
 
   void push_held() {
     const PendingRow row = *pending_;
     pending_.reset();
+    written_.clear();
     if (held_numbers_.size() < paths_.size()) return;  // not all of them were written yet
     push_row(row.stamp, row.log_time);
     for (std::size_t i = 0; i < paths_.size(); ++i) {
@@ -352,11 +370,6 @@ class LogStream {
         "paths that lead to what is in them");
   }
 
-  struct PendingRow {
-    std::int64_t stamp;
-    std::int64_t log_time;
-  };
-
   const StreamSource& source_;
   const logs::Definitions& definitions_;
   std::vector<Path> paths_;
@@ -375,6 +388,7 @@ class LogStream {
   std::map<std::size_t, double> held_numbers_;  ///< of each path that was read already
   std::map<std::size_t, std::string> held_texts_;
   std::optional<PendingRow> pending_;
+  std::vector<const Channel*> written_;  ///< in its instant
 };
 
 }  // namespace
