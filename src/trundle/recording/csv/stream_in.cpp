@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -265,6 +266,7 @@ StreamSource log_stream_in(StreamKind kind, TomlReader& table, const fs::path& f
     take_wheel_columns(*columns, true, source);
   else
     take_columns(kind, *columns, true, source);
+  std::set<std::string> topics;  // each is looked for once
   for (ColumnSource& column : source.columns) {
     if (column.number != 0)
       columns->fail(column.column, fmt::format("{} is a number", column.column), "a field's path");
@@ -273,7 +275,7 @@ StreamSource log_stream_in(StreamKind kind, TomlReader& table, const fs::path& f
     if (!column.name.empty() && topic.empty())
       columns->fail(column.column, fmt::format("{} is of no topic", column.column),
                     "topic = \"/name\" in the table");
-    if (!column.name.empty()) (void)type_of_topic(file, topic, column.place);
+    if (!column.name.empty() && topics.insert(topic).second) (void)type_of_topic(file, topic, column.place);
   }
   columns->check_keys();
   return source;
