@@ -89,21 +89,29 @@ SightingResidual sighting_residual(const LandmarkSensor& sensor, const Observati
   body_from_sensor.x += errors[3];
   body_from_sensor.y += errors[4];
   ExpectedReading expected = expected_reading(pose, body_from_sensor, landmark);
+  // Depths are compared as they are read: what the bearing would be decides how much of a distance is read.
   const double range_m = expected.range_m;
-  const double read_rad = observation.bearing_rad + sensor.bearing_offset_rad;
-  const double along_ray = sensor.along_ray(read_rad);
-  const double shorter = (1.0 - std::cos(read_rad)) / along_ray;  // of a distance, by depth_share
-  const double growth = 1.0 + errors[1] - errors[5] * shorter;
-  expected.range_m = growth * range_m + errors[0] / along_ray;
+  const double depth_share = sensor.depth_share + errors[5];
+  const double axis_rad = expected.bearing_rad + sensor.bearing_offset_rad + errors[2];
+  const double aside = 1.0 - std::cos(axis_rad);
+  const double along_ray = 1.0 - depth_share * aside;
+  const double by_bearing = -depth_share * std::sin(axis_rad) * range_m;
+  const double growth = 1.0 + errors[1];
+  Observation read = observation;
+  read.range_m *= sensor.along_ray(observation.bearing_rad + sensor.bearing_offset_rad);
+  expected.range_m = growth * along_ray * range_m + errors[0];
   expected.bearing_rad += errors[2];
-  expected.by_pose.row(0) *= growth;
-  expected.by_landmark.row(0) *= growth;
+  expected.by_pose.row(0) =
+      growth * (along_ray * expected.by_pose.row(0) + by_bearing * expected.by_pose.row(1));
+  expected.by_landmark.row(0) =
+      growth * (along_ray * expected.by_landmark.row(0) + by_bearing * expected.by_landmark.row(1));
   SightingResidual residual;
-  residual.error = root_information.cwiseProduct(innovation_of(observation, expected));
+  residual.error = root_information.cwiseProduct(innovation_of(read, expected));
   residual.by_pose = -(root_information.asDiagonal() * expected.by_pose * world_from_body_axes(pose));
   residual.by_landmark = -(root_information.asDiagonal() * expected.by_landmark);
   residual.by_sensor.setZero();
-  residual.by_sensor.row(0) << 1.0 / along_ray, range_m, 0.0, 0.0, 0.0, -range_m * shorter;
+  residual.by_sensor.row(0) << 1.0, along_ray * range_m, growth * by_bearing, 0.0, 0.0,
+      -growth * range_m * aside;
   residual.by_sensor.row(0) *= -root_information.x();
   residual.by_sensor(1, 2) = -root_information.y();
   residual.by_sensor.middleCols<2>(3) = -residual.by_landmark * rotation(pose.heading);
