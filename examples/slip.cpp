@@ -35,7 +35,7 @@ int main(int argc, char** argv) try {
                 wheel_of(event, robot).c_str(), name_of(event.kind).c_str(), event.excess_m,
                 event.excess_sigma_m);
   print_end("as recorded", integrate(readings, robot).trajectory);
-  print_end("corrected", integrate(slips.corrected, robot).trajectory);
+  print_end("corrected", integrate(corrected(readings, slips, robot), robot).trajectory);
 } catch (const std::exception& error) {
   return std::fprintf(stderr, "%s\n", error.what()), exit_code_of(error);
 }

@@ -55,7 +55,9 @@ void run(const SlipArguments& options) {
   const SlipAnswer answer = answer_slip(recording, robot, question);
   std::vector<OutputFile> files;
   if (!options.output.empty()) files.push_back({options.output, slip_csv_of(answer, robot.robot)});
-  const auto integrate_into = [&](const TakePose& take) { corrected_odometry(answer, robot.robot, take); };
+  const auto integrate_into = [&](const TakePose& take) {
+    corrected_odometry(recording, answer, robot.robot, take);
+  };
   if (options.corrected.empty())
     integrate_into([](const StampedPose&, const Matrix3&) {});
   else

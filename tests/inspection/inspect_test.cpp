@@ -43,7 +43,7 @@ Recording winding(double gyro_sign = 1.0) {
 }
 
 std::vector<Finding> inspected(const Recording& recording, const Robot& robot) {
-  return inspect(recording, robot, align(recording, robot));
+  return inspect(recording, robot, overview_of(recording, robot));
 }
 
 void freeze(Recording& recording, std::size_t wheel, std::size_t from, std::size_t to) {
@@ -146,10 +146,10 @@ TEST(Inspect, names_counts_that_hold_fractions_and_hardly_turn_the_wheel) {
     halves.push_back(7 * row + 0.5);
   }
   const Recording wrong = test::wheels(test::stamps(40, 0.05), counts, metres);
-  EXPECT_THAT(inspect(wrong, robot, align(wrong, robot)),
+  EXPECT_THAT(inspect(wrong, robot, overview_of(wrong, robot)),
               Contains(test::finding(FindingCode::fractions, "right_ticks holds fractions, like 0.0003")));
   const Recording scaled = test::wheels(test::stamps(40, 0.05), counts, halves);
-  EXPECT_THAT(inspect(scaled, robot, align(scaled, robot)),
+  EXPECT_THAT(inspect(scaled, robot, overview_of(scaled, robot)),
               Not(Contains(testing::Field(&Finding::code, FindingCode::fractions))));
 }
 

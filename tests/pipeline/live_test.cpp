@@ -74,8 +74,9 @@ std::vector<std::string> told(const std::vector<SlipEvent>& events) {
 
 /// Where an interval is decided, the pose is that of the corrected trajectory; and so are the slips, but for
 /// one that lasts to the end.
-void expect_same(const std::vector<LiveEstimate>& live, const SlipAnswer& offline, const Robot& robot) {
-  const Trajectory corrected = corrected_odometry(offline, robot).trajectory;
+void expect_same(const std::vector<LiveEstimate>& live, const SlipAnswer& offline, const Recording& recording,
+                 const Robot& robot) {
+  const Trajectory corrected = corrected_odometry(recording, offline, robot).trajectory;
   ASSERT_EQ(live.size(), corrected.poses.size());
   std::vector<SlipEvent> events;
   std::size_t decided = 0;
@@ -100,7 +101,7 @@ void expect_live_is_offline(const Recording& recording, const RobotFile& robot) 
   LiveOdometer odometer(robot.robot, {});
   const std::vector<LiveEstimate> live = estimates_of(lines_of(recording), odometer);
   expect_same(live, answer_odometry(recording, robot, {}).odometry.trajectory);
-  if (live.front().slip) expect_same(live, answer_slip(recording, robot, {}), robot.robot);
+  if (live.front().slip) expect_same(live, answer_slip(recording, robot, {}), recording, robot.robot);
 }
 
 TEST(Live, GivesTheOdometryAndTheSlipsOfTheWholeRecording) {

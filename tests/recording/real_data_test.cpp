@@ -102,7 +102,7 @@ columns = {{ time_s = "stamp_ns", yaw_rate_rad_s = "gz_rads" }}
   }
   // Without tape the wheels and the gyro agree to about 10 degrees.
   EXPECT_NEAR(kPi * 0.0704 * (right - left) / 0.230, gyro, radians(15.0));
-  const std::vector<Finding> problems = inspect(recording, robot, readings);
+  const std::vector<Finding> problems = inspect(recording, robot, overview_of(recording, robot));
   EXPECT_TRUE(std::any_of(problems.begin(), problems.end(),
                           [](const Finding& p) { return p.code == FindingCode::wrap && p.count == 2; }));
   EXPECT_TRUE(std::none_of(problems.begin(), problems.end(), [](const Finding& p) {
@@ -203,7 +203,7 @@ TEST(RealData, gyros_that_were_mounted_the_other_way) {
                                        {"warthog_wheels_ice_2024_7_30_16h30s21.csv", true}}) {
     const Recording recording = warthog(test::real_data() / "warthog_drive" / name);
     ASSERT_GT(recording.gyro.time_s.size(), 10000U);
-    const std::vector<Finding> problems = inspect(recording, robot, align(recording, robot));
+    const std::vector<Finding> problems = inspect(recording, robot, overview_of(recording, robot));
     EXPECT_EQ(std::any_of(problems.begin(), problems.end(),
                           [](const Finding& p) { return p.code == FindingCode::gyro_sign; }),
               inverted)

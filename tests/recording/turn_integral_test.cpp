@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -25,10 +26,10 @@ struct Turner {
   }
 
   TurnIntegral integral() const {
-    TurnIntegral result(time_s);
-    for (std::size_t i = 0; i < time_s.size(); ++i)
-      result.add(i == 0 ? NAN : rate_rad_s[i] * (time_s[i] - time_s[i - 1]), i == kLost);
-    return result;
+    Turns turns{.turn_rad = {NAN}, .lost = {kLost}};
+    for (std::size_t i = 1; i < time_s.size(); ++i)
+      turns.turn_rad.push_back(rate_rad_s[i] * (time_s[i] - time_s[i - 1]));
+    return {Stamps::of(time_s), std::move(turns)};
   }
 
   double angle_at(double at_s) const {
@@ -63,6 +64,20 @@ TEST(TurnIntegral, IsTheAreaUnderTheAngle) {
   }
   EXPECT_FALSE(integral.at(integral.first_s() - 1e-3, near).known);
   EXPECT_FALSE(integral.at(integral.last_s() + 1e-3, near).known);
+}
+
+/// Whether a stream's stamps, moved, stand for those that are added or not.
+TEST(TurnIntegral, StampsAreThoseThatWereAdded) {
+  const std::vector<double> stream_s = {0.1, 0.2, 0.3, 0.4};
+  for (const std::vector<double>& added_s :
+       {std::vector<double>{0.6, 0.7, 0.8, 0.9},  // rows 0 to 3
+        std::vector<double>{0.6, 0.8, 0.9},       // row 1 is missing
+        std::vector<double>{0.6, 0.7, 0.8, 0.9, 1.0}, std::vector<double>{5.0}}) {
+    Stamps stamps(stream_s, 0.5);
+    for (const double time_s : added_s) stamps.push_back(time_s);
+    ASSERT_EQ(stamps.size(), added_s.size());
+    for (std::size_t i = 0; i < added_s.size(); ++i) EXPECT_EQ(stamps[i], added_s[i]);
+  }
 }
 
 }  // namespace

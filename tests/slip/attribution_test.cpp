@@ -76,9 +76,10 @@ void judge(const Scenario& scenario, const VelocityStream& commands, Tally& tall
            double spin_odds = SlipOptions{}.spin_odds) {
   const Simulation run = simulate(scenario);
   const SlipTruth& slip = run.truth.slips.front();
-  const SlipReport report = find_slip(align(run.recording, scenario.nominal), commands, scenario.nominal,
-                                      {.probability = 1e-3, .spin_odds = spin_odds});
-  tally.nees += nees_at_end(report.corrected, scenario.nominal, run.truth.body);
+  const AlignedReadings readings = align(run.recording, scenario.nominal);
+  const SlipReport report =
+      find_slip(readings, commands, scenario.nominal, {.probability = 1e-3, .spin_odds = spin_odds});
+  tally.nees += nees_at_end(corrected(readings, report, scenario.nominal), scenario.nominal, run.truth.body);
   tally.end_error_m += (report.end.translation() - run.truth.body.poses.back().pose.translation()).norm();
   for (const SlipEvent& event : report.events) {
     if (!overlaps(event, slip)) continue;

@@ -85,13 +85,13 @@ Outcome outcome_of(const Scenario& scenario) {
   const Simulation run = simulate(scenario);
   const Robot& robot = scenario.nominal;
   const AlignedReadings readings = align(run.recording, robot);
-  const auto corrected = [&](SlipMethod method) {
+  const auto found = [&](SlipMethod method) {
     return find_slip(readings, run.recording.commands, robot, {.method = method});
   };
-  const SlipReport general = corrected(SlipMethod::general);
+  const SlipReport general = found(SlipMethod::general);
   return {error(end_of(readings, without_gyro(robot)), run.truth), error(end_of(readings, robot), run.truth),
-          error(corrected(SlipMethod::published).end, run.truth), error(general.end, run.truth),
-          nees_at_end(general.corrected, robot, run.truth.body)};
+          error(found(SlipMethod::published).end, run.truth), error(general.end, run.truth),
+          nees_at_end(corrected(readings, general, robot), robot, run.truth.body)};
 }
 
 double quantile(std::vector<double> values, double q) {

@@ -234,7 +234,7 @@ void judge(const Scenario& scenario, const Simulation& run, const TimeSpan& span
   ++tally.runs;
   tally.corrected_m += (report.end.translation() - end).norm();
   tally.plain_m += (integrate(readings, scenario.nominal).end.pose.translation() - end).norm();
-  tally.nees += nees_at_end(report.corrected, scenario.nominal, run.truth.body);
+  tally.nees += nees_at_end(corrected(readings, report, scenario.nominal), scenario.nominal, run.truth.body);
   bool found = false;
   for (const SlipEvent& event : report.events) {
     if (event.start_s >= span.end_s() || span.start_s >= event.end_s) continue;

@@ -52,10 +52,10 @@ std::string recording_toml_of(const Recording& recording) {
   return map == recording.inputs.end() ? std::string() : map->path;
 }
 
-ClockComparison compare_clocks(const Recording& recording, const AlignedReadings& readings,
-                               const Robot& robot) {
+ClockComparison compare_clocks(const Recording& recording, const Robot& robot,
+                               const std::optional<TimeOffset>& offset) {
   if (!has_two_clocks(recording, robot)) return {};
-  return judged({.is_possible = true, .offset = gyro_time_offset(recording, readings, robot), .problem = {}},
+  return judged({.is_possible = true, .offset = offset, .problem = {}},
                 {"gyro", "gyro", robot.chassis.gyro->time_offset_s, recording.gyro.origin.time_offset_s},
                 recording, robot, {.code = FindingCode::time_offset, .place = recording.gyro.origin.file});
 }

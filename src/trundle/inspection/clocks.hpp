@@ -14,8 +14,9 @@ struct ClockComparison {
   std::optional<TimeOffset> offset;  ///< none: it cannot be told
   std::optional<Finding> problem;    ///< it is not what the files say, and does harm
 };
-ClockComparison compare_clocks(const Recording& recording, const AlignedReadings& readings,
-                               const Robot& robot);
+/// `offset`: of the gyro, as gyro_time_offset() gives it.
+ClockComparison compare_clocks(const Recording& recording, const Robot& robot,
+                               const std::optional<TimeOffset>& offset);
 ClockComparison compare_reference_clock(const Recording& recording, const AlignedReadings& readings,
                                         const Robot& robot);
 ClockComparison compare_sighting_clock(const Recording& recording, const AlignedReadings& readings,

@@ -21,13 +21,10 @@ constexpr double kDisagreeRead = 0.3;     // 9 %
 
 /// The turns by the wheels and by what else sees them; nothing where that hardly turns.
 std::optional<PairedSums> turns_beside(const Recording& recording, const Robot& robot,
-                                       const AlignedReadings& readings) {
-  if (robot.chassis.gyro && !recording.gyro.time_s.empty()) {
-    const PairedSums pairs = turns_of_gyro(robot, readings);
-    if (std::sqrt(pairs.yy) > kSeenTurning_rad) return pairs;
-  }
+                                       const PairedSums& by_gyro) {
+  if (std::sqrt(by_gyro.yy) > kSeenTurning_rad) return by_gyro;
   if (recording.reference.time_s.size() < 2) return std::nullopt;
-  const PairedSums pairs = turns_of_reference(recording.reference, readings, robot);
+  const PairedSums pairs = turns_of_reference(recording.reference, align(recording, robot), robot);
   return std::sqrt(pairs.yy) > kSeenTurning_rad ? std::optional(pairs) : std::nullopt;
 }
 
@@ -58,7 +55,7 @@ double agreement_read(Reread otherwise, const Recording& recording, const Robot&
   for (WheelSeries& series : reread.wheels.series)
     if (series.unit != WheelUnit::rate) series.value = otherwise(series.value);
   try {
-    const auto pairs = turns_beside(reread, robot, align(reread, robot));
+    const auto pairs = turns_beside(reread, robot, overview_of(reread, robot).turns);
     return pairs ? agreement(*pairs) : 0.0;
   } catch (const InputError&) {
     return 0.0;
@@ -82,12 +79,12 @@ Finding finding_of(FindingCode code, Reread cells_of, const Recording& recording
 }  // namespace
 
 std::optional<Finding> counts_read_otherwise(const Recording& recording, const Robot& robot,
-                                             const AlignedReadings& readings) {
+                                             const Overview& overview) {
   const auto& series = recording.wheels.series;
   const auto goes_on = [](const WheelSeries& one) { return one.unit != WheelUnit::rate; };
   if (std::ranges::none_of(series, goes_on) || observability(rows_of(robot.chassis, false)).rank < 3)
     return std::nullopt;
-  const auto pairs = turns_beside(recording, robot, readings);
+  const auto pairs = turns_beside(recording, robot, overview.turns);
   if (!pairs || agreement(*pairs) > kDisagreeRead) return std::nullopt;
   if (agreement_read(sums_of, recording, robot) > kAgreeRead)
     return finding_of(FindingCode::increments, nullptr, recording);

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "trundle/chassis/robot.hpp"
-#include "trundle/recording/alignment/align.hpp"
+#include "trundle/inspection/overview.hpp"
 
 namespace trundle::inspection {
 
@@ -11,6 +11,6 @@ namespace trundle::inspection {
 /// the wheels turn the robot as gyro or reference do, and as they were read they do not. Nothing where that
 /// is not so, or nothing but the wheels sees the robot turn.
 [[nodiscard]] std::optional<Finding> counts_read_otherwise(const Recording& recording, const Robot& robot,
-                                                           const AlignedReadings& readings);
+                                                           const Overview& overview);
 
 }  // namespace trundle::inspection

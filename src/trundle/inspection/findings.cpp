@@ -35,9 +35,9 @@ void append(std::vector<Finding>& problems, const std::vector<Finding>& more) {
 }
 
 /// Nothing where the recording does not suit the robot.
-std::optional<AlignedReadings> align_if_possible(const Recording& recording, const Robot& robot) {
+std::optional<Overview> overview_if_possible(const Recording& recording, const Robot& robot) {
   try {
-    return align(recording, robot);
+    return overview_of(recording, robot);
   } catch (const InputError&) {
     return std::nullopt;
   }
@@ -106,33 +106,28 @@ bool compare_channels(const Recording& recording, const Run& run, const Robot& r
 }
 
 /// How far the robot turns by its gyro or else by the reference, forth and back both counted [rad].
-double turning_seen(const Recording& recording, const AlignedReadings& readings) {
-  double turned = 0.0;
-  for (const Increment& increment : readings.increments)
-    if (increment.has_gyro) turned += std::abs(increment.gyro_rad);
+double turning_seen(const Recording& recording, const Overview& overview) {
   const std::vector<double>& heading = recording.reference.heading_rad;
   double seen = 0.0, before = heading.empty() ? kNotMeasured : heading.front();
   for (const double now : heading) {
     if (!std::isnan(now - before)) seen += now - before;
     if (!std::isnan(now)) before = now;
   }
-  return std::max(recording.gyro.time_s.empty() ? 0.0 : turned, std::abs(seen));
+  return std::max(recording.gyro.time_s.empty() ? 0.0 : overview.turned_rad, std::abs(seen));
 }
 
 /// Wheels that roll differently in every turn cannot read alike where there is one.
-void find_one_column_for_two(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
+void find_one_column_for_two(const Recording& recording, const Overview& overview, const Robot& robot,
                              std::vector<Finding>& problems) {
   constexpr double kTurned_rad = 3.0;  // far more than the bias of a gyro sums up to
   const auto wheels = robot.chassis.wheels();
-  const double turned = turning_seen(recording, readings);
-  if (turned < kTurned_rad) return;
+  const double turned = turning_seen(recording, overview);
+  if (turned < kTurned_rad || std::ranges::all_of(overview.way, [](double way) { return way == 0.0; }))
+    return;
   for (std::size_t i = 0; i < wheels.size(); ++i)
     for (std::size_t j = i + 1; j < wheels.size(); ++j) {
-      const bool alike = std::ranges::all_of(readings.increments, [&](const Increment& increment) {
-        return increment.turned[i] == increment.turned[j];
-      });
       const bool roll_alike = std::abs(rolling_row(wheels[i]).z() - rolling_row(wheels[j]).z()) < 1e-9;
-      if (alike && !roll_alike && std::ranges::any_of(readings.increments, any_turns))
+      if (overview.read_alike[i][j] && !roll_alike)
         problems.push_back({.code = FindingCode::wheels_not_told_apart,
                             .place = recording.wheels.origin.file,
                             .subjects = {robot.wheel_names[i], robot.wheel_names[j]},
@@ -153,12 +148,11 @@ void find_wheels_in_one_place(const Robot& robot, std::vector<Finding>& problems
 }
 
 /// The track that the ground gives, where wheels must scrub in turns.
-void find_tracks(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
-                 Findings& findings) {
+void find_tracks(const Recording& recording, const Robot& robot, Findings& findings) {
   if (!has_skid_wheels(robot.chassis) || !EffectiveTrack::applies_to(robot.chassis) ||
       recording.gyro.time_s.empty())
     return;
-  findings.tracks = effective_tracks(readings, robot.chassis);
+  findings.tracks = effective_tracks(recording, robot);
 }
 
 /// Of "file:line".
@@ -215,18 +209,36 @@ void forget_what_is_told_already(bool are_misassigned, std::vector<Finding>& pro
   forget(FindingCode::gyro_against_wheels);
 }
 
-void compare_all_clocks(const Recording& recording, const AlignedReadings& aligned, const Robot& robot,
-                        Findings& findings) {
-  const ClockComparison clocks = compare_clocks(recording, aligned, robot);
-  findings.compares_clocks = clocks.is_possible;
-  findings.gyro_time_offset = clocks.offset;
-  const ClockComparison reference = compare_reference_clock(recording, aligned, robot);
+/// Of a recording that is held against more than its own sensors: what for all readings are needed at once.
+struct Compared {
+  std::optional<Run> run = {};  ///< where there is a reference
+  AlignedReadings own = {};     ///< else
+
+  const AlignedReadings& readings() const { return run ? run->readings : own; }
+};
+
+/// Nothing where it holds no more.
+std::optional<Compared> compared(const Recording& recording, const Robot& robot) {
+  if (!recording.reference.time_s.empty()) return Compared{.run = prepare_run(recording, robot)};
+  if (recording.partial.empty() && recording.sightings.empty()) return std::nullopt;
+  return Compared{.own = align(recording, robot)};
+}
+
+void compare_all_clocks(const Recording& recording, const Overview& overview,
+                        const std::optional<Compared>& all, const Robot& robot, Findings& findings) {
+  const ClockComparison gyro = compare_clocks(recording, robot, overview.gyro_time_offset);
+  findings.compares_clocks = gyro.is_possible;
+  findings.gyro_time_offset = gyro.offset;
+  ClockComparison reference, sightings;
+  if (all) {
+    reference = compare_reference_clock(recording, all->readings(), robot);
+    sightings = compare_sighting_clock(recording, all->readings(), robot);
+  }
   findings.compares_reference_clock = reference.is_possible;
   findings.reference_time_offset = reference.offset;
-  const ClockComparison sightings = compare_sighting_clock(recording, aligned, robot);
   findings.compares_sighting_clock = sightings.is_possible;
   findings.sighting_time_offset = sightings.offset;
-  for (const auto& problem : {clocks.problem, reference.problem, sightings.problem})
+  for (const auto& problem : {gyro.problem, reference.problem, sightings.problem})
     if (problem) findings.problems.push_back(*problem);
 }
 
@@ -236,31 +248,32 @@ void compare(const Recording& recording, const Robot& robot, Findings& findings)
   find_stray_wheels(recording, robot, findings.problems);
   find_unscaled_wheels(recording, robot, findings.problems);
   if (is_misread(findings)) return;
-  std::optional<AlignedReadings> readings = align_if_possible(recording, robot);
-  if (readings)
-    if (const auto counts = counts_read_otherwise(recording, robot, *readings)) {
+  const std::optional<Overview> overview = overview_if_possible(recording, robot);
+  if (overview)
+    if (const auto counts = counts_read_otherwise(recording, robot, *overview)) {
       findings.problems.push_back(*counts);
       return;
     }
-  append(findings.problems, readings ? inspect(recording, robot, *readings) : inspect(recording, &robot));
-  if (!readings)
+  append(findings.problems, overview ? inspect(recording, robot, *overview) : inspect(recording, &robot));
+  if (!overview)
     findings.abilities = {
         .can = {}, .cannot = {"anything with this recording: it does not give what the robot file asks for"}};
-  if (!readings || is_misread(findings)) return;
+  if (!overview || is_misread(findings)) return;
   find_mirrored_reference(recording, robot, findings.problems);
-  std::optional<Run> run;
-  if (!recording.reference.time_s.empty()) run = prepare_run(recording, robot, *std::move(readings));
-  const AlignedReadings& aligned = run ? run->readings : *readings;
-  find_one_column_for_two(recording, aligned, robot, findings.problems);
-  append(findings.problems, wrong_partial_reference(recording, robot, aligned));
-  if (const auto wrong = wrong_sightings(recording, robot, aligned)) findings.problems.push_back(*wrong);
-  if (run) compare_references(recording, *run, robot, findings.problems);
+  find_one_column_for_two(recording, *overview, robot, findings.problems);
+  const std::optional<Compared> all = compared(recording, robot);
+  if (all) {
+    append(findings.problems, wrong_partial_reference(recording, robot, all->readings()));
+    if (const auto wrong = wrong_sightings(recording, robot, all->readings()))
+      findings.problems.push_back(*wrong);
+    if (all->run) compare_references(recording, *all->run, robot, findings.problems);
+  }
   if (is_misread(findings)) return;
-  const bool are_misassigned =
-      run && robot.chassis.wheel_count > 0 && compare_channels(recording, *run, robot, findings);
+  const bool are_misassigned = all && all->run && robot.chassis.wheel_count > 0 &&
+                               compare_channels(recording, *all->run, robot, findings);
   forget_what_is_told_already(are_misassigned, findings.problems);
-  compare_all_clocks(recording, aligned, robot, findings);
-  find_tracks(recording, aligned, robot, findings);
+  compare_all_clocks(recording, *overview, all, robot, findings);
+  find_tracks(recording, robot, findings);
 }
 
 }  // namespace

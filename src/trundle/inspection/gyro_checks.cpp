@@ -1,11 +1,12 @@
 #include "trundle/inspection/detail/gyro_checks.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include "trundle/odometry/rest.hpp"
+#include "trundle/recording/alignment/align.hpp"
 #include "trundle/recording/turns.hpp"
 #include "trundle/statistics/median.hpp"
+#include "trundle/statistics/nth_smallest.hpp"
 
 namespace trundle::inspection {
 namespace {
@@ -30,9 +31,10 @@ PairedSums with_reversed(std::size_t wheel, const Robot& robot, AlignedReadings 
 }
 
 /// Turns that do not agree at all: of one wheel that counts the other way, or nobody knows why.
-Finding disagreement(const Recording& recording, const Robot& robot, const AlignedReadings& readings) {
+Finding disagreement(const Recording& recording, const Robot& robot) {
   constexpr double kMuchBetter = 0.9;  // correlation: 81 % of the variance, not the 25 % of kTurnsAgree
   Finding finding{.code = FindingCode::gyro_against_wheels, .place = recording.wheels.origin.file};
+  const AlignedReadings readings = align(recording, robot);
   for (std::size_t w = 0; w < robot.wheel_names.size(); ++w) {
     if (with_reversed(w, robot, readings).correlation() <= kMuchBetter) continue;
     finding.subjects = {robot.wheel_names[w]};
@@ -45,12 +47,9 @@ Finding disagreement(const Recording& recording, const Robot& robot, const Align
 }  // namespace
 
 std::optional<Finding> wrong_gyro_unit(const Recording& recording, const Robot& robot,
-                                       const AlignedReadings& readings) {
-  Robot unlimited = robot;  // degrees look like a gyro beyond its limit
-  if (unlimited.chassis.gyro)
-    unlimited.chassis.gyro->max_rate_rad_s = std::numeric_limits<double>::infinity();
-  const auto pairs = comparable_turns_anew(recording, unlimited, readings);
-  constexpr double kAgreeWell = 0.8;  // correlation, which no unit changes
+                                       const Overview& overview) {
+  const auto pairs = if_enough(overview.turns_unlimited);  // degrees look like a gyro beyond its limit
+  constexpr double kAgreeWell = 0.8;                       // correlation, which no unit changes
   if (!pairs || std::abs(pairs->correlation()) < kAgreeWell) return std::nullopt;
   const double slope = std::abs(pairs->slope());
   Finding finding{.code = FindingCode::gyro_unit, .place = recording.gyro.origin.file};
@@ -64,37 +63,30 @@ std::optional<Finding> wrong_gyro_unit(const Recording& recording, const Robot& 
   return finding;
 }
 
-std::optional<Finding> louder_gyro(const Recording& recording, const Robot& robot,
-                                   const AlignedReadings& readings) {
+std::optional<Finding> louder_gyro(const Recording& recording, const Robot& robot, const Overview& overview) {
   constexpr std::size_t kFewest = 100;  // differences: their median is known to 8 %
   if (!robot.chassis.gyro || recording.gyro.time_s.empty()) return std::nullopt;
-  const auto rests = [](const Increment& i) { return i.has_gyro && i.duration_s > 0.0 && !any_turns(i); };
-  // What one rate differs from the next by, as a density: white noise of it adds up to √Δt.
-  std::vector<double> density;
-  for (std::size_t i = 1; i < readings.increments.size(); ++i) {
-    const Increment &before = readings.increments[i - 1], &now = readings.increments[i];
-    if (!rests(before) || !rests(now)) continue;
-    const double step = now.gyro_rad / now.duration_s - before.gyro_rad / before.duration_s;
-    density.push_back(std::abs(step) / std::sqrt(1.0 / now.duration_s + 1.0 / before.duration_s));
-  }
+  const std::vector<double>& density = overview.rest_density;
   if (density.size() < kFewest) return std::nullopt;
-  const double told = robot.chassis.gyro->noise_rad_s_sqrt_hz, seen = kSigmaOfMedian * median(density);
+  const double told = robot.chassis.gyro->noise_rad_s_sqrt_hz,
+               seen = kSigmaOfMedian * nth_smallest(density.size(), density.size() / 2,
+                                                    [&](std::size_t i) { return density[i]; });
   if (seen <= RestOptions{}.gyro_noise_factor * told) return std::nullopt;
   return Finding{
       .code = FindingCode::noise, .place = recording.gyro.origin.file, .payload = payload::Range{told, seen}};
 }
 
-void compare_gyro(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
+void compare_gyro(const Recording& recording, const Robot& robot, const Overview& overview,
                   std::vector<Finding>& problems) {
   constexpr double kMuchTurning = 1.0;  // [rad], root of the sum of squares
   constexpr double kFarOff = 1.8;       // slip makes less of it, wheels that scrub more
-  const auto pairs = comparable_turns(recording, robot, readings);
+  const auto pairs = if_enough(overview.turns);
   if (!pairs) return;
   const double slope = pairs->slope();
   if (pairs->correlation() < -kTurnsAgree)
     problems.push_back({.code = FindingCode::gyro_sign, .place = recording.gyro.origin.file});
   else if (pairs->correlation() < kTurnsAgree && pairs->lesser() > kMuchTurning)
-    problems.push_back(disagreement(recording, robot, readings));
+    problems.push_back(disagreement(recording, robot));
   else if (pairs->correlation() > kTurnsAgree && !has_skid_wheels(robot.chassis) &&
            (slope > kFarOff || slope < 1.0 / kFarOff))
     problems.push_back({.code = FindingCode::gyro_against_wheels,

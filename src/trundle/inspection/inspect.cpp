@@ -6,8 +6,6 @@
 #include <span>
 #include <string_view>
 
-#include "trundle/chassis/rows.hpp"
-#include "trundle/chassis/without_wheel.hpp"
 #include "trundle/inspection/detail/gyro_checks.hpp"
 #include "trundle/recording/alignment/replay.hpp"
 
@@ -60,42 +58,6 @@ int told_bits(const WheelSeries& series, const Robot& robot) {
   return robot.chassis.wheels()[static_cast<std::size_t>(named - robot.wheel_names.begin())].tick_bits;
 }
 
-/// Increments over which a wheel does not turn.
-struct Standstill {
-  std::size_t first = 0;
-  std::size_t end = 0;
-
-  double start_s(const AlignedReadings& readings) const {
-    return first == 0 ? readings.start_s : readings.increments[first - 1].time_s;
-  }
-  double duration_s(const AlignedReadings& readings) const {
-    return readings.increments[end - 1].time_s - start_s(readings);
-  }
-  IncrementRange of(const AlignedReadings& readings) const { return {readings.increments, first, end}; }
-};
-
-std::vector<Standstill> standstills_of(std::size_t wheel, const AlignedReadings& readings,
-                                       double shortest_s) {
-  std::vector<Standstill> found;
-  const auto& increments = readings.increments;
-  for (std::size_t i = 0; i < increments.size(); ++i) {
-    Standstill still{i, i};
-    while (still.end < increments.size() && increments[still.end].turned[wheel] == 0.0) ++still.end;
-    if (still.end > i && still.duration_s(readings) >= shortest_s) found.push_back(still);
-    i = still.end;
-  }
-  return found;
-}
-
-/// Revolutions of a wheel, there and back counted twice.
-double way(std::size_t wheel, const IncrementRange& increments) {
-  double sum = 0.0;
-  for (const Increment& increment : increments) sum += std::abs(increment.turned[wheel]);
-  return sum;
-}
-
-constexpr double kShortestStandstill = 2.0;  // [s]
-
 std::string place_at(const Recording& recording, double time_s) {
   const auto& stamps = recording.wheels.time_s;
   const auto row = std::ranges::lower_bound(stamps, time_s - 1e-9);
@@ -104,62 +66,43 @@ std::string place_at(const Recording& recording, double time_s) {
 
 /// Without knowing the robot: it stands still while every other wheel goes at least a twentieth of its whole
 /// way.
-void find_stuck(const Recording& recording, const std::vector<std::string>& wheels,
-                const AlignedReadings& readings, std::vector<Finding>& problems) {
+void find_stuck(const Recording& recording, const std::vector<std::string>& wheels, const Overview& overview,
+                std::vector<Finding>& problems) {
   constexpr double kShare = 0.05;  // less may be a robot that hardly moves, all wheels alike
   if (wheels.size() < 2) return;
-  std::vector<double> whole;
-  for (std::size_t w = 0; w < wheels.size(); ++w) whole.push_back(way(w, readings.increments));
   for (std::size_t w = 0; w < wheels.size(); ++w)
-    for (const Standstill& still : standstills_of(w, readings, kShortestStandstill)) {
+    for (const Standstill& still : overview.standstills[w]) {
       bool others_move = true;
       for (std::size_t other = 0; other < wheels.size() && others_move; ++other)
         others_move =
-            other == w || (whole[other] > 0.0 && way(other, still.of(readings)) >= kShare * whole[other]);
+            other == w || (overview.way[other] > 0.0 && still.way[other] >= kShare * overview.way[other]);
       if (!others_move) continue;
       problems.push_back({.code = FindingCode::stuck_encoder,
-                          .place = place_at(recording, still.start_s(readings)),
+                          .place = place_at(recording, still.start_s),
                           .subjects = {wheels[w]},
-                          .payload = payload::Amount{still.duration_s(readings)}});
+                          .payload = payload::Amount{still.duration_s()}});
     }
 }
 
-/// What the other sensors say that a wheel rolled over some intervals [m]; nothing where they cannot tell.
-std::optional<double> expected_travel(const Robot& robot, std::size_t wheel,
-                                      const IncrementRange& increments) {
-  const Chassis rest = without_wheel(robot.chassis, wheel);
-  const bool with_gyro = rest.gyro && std::all_of(increments.begin(), increments.end(),
-                                                  [](const Increment& i) { return i.has_gyro; });
-  const Rows rows = rows_of(rest, with_gyro);
-  if (rest.wheel_count == 0 || observability(rows).rank < 3) return std::nullopt;
-  double travel = 0.0;
-  for (const Increment& increment : increments) {
-    const Twist2 twist = twist_of(rest, rows, without_wheel(increment, wheel));
-    travel += rolling_row(robot.chassis.wheels()[wheel]).dot(twist.vector());
-  }
-  return travel;
-}
-
-void find_stuck(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
+void find_stuck(const Recording& recording, const Robot& robot, const Overview& overview,
                 std::vector<Finding>& problems) {
   constexpr double kLeastTravel = 0.05;  // [m]
   bool all_can_be_told = true;
   for (std::size_t w = 0; w < robot.wheel_names.size(); ++w)
-    for (const Standstill& still : standstills_of(w, readings, kShortestStandstill)) {
-      const auto travel = expected_travel(robot, w, still.of(readings));
-      all_can_be_told = all_can_be_told && travel.has_value();
-      if (!travel || std::abs(*travel) < kLeastTravel) continue;
-      problems.push_back(
-          {.code = FindingCode::stuck_encoder,
-           .place = place_at(recording, still.start_s(readings) - robot.chassis.wheels_time_offset_s),
-           .subjects = {robot.wheel_names[w]},
-           .payload = payload::Standstill{.duration_s = still.duration_s(readings), .expected_m = *travel}});
+    for (const Standstill& still : overview.standstills[w]) {
+      all_can_be_told = all_can_be_told && still.expected_m.has_value();
+      if (!still.expected_m || std::abs(*still.expected_m) < kLeastTravel) continue;
+      problems.push_back({.code = FindingCode::stuck_encoder,
+                          .place = place_at(recording, still.start_s - robot.chassis.wheels_time_offset_s),
+                          .subjects = {robot.wheel_names[w]},
+                          .payload = payload::Standstill{.duration_s = still.duration_s(),
+                                                         .expected_m = *still.expected_m}});
     }
-  if (!all_can_be_told) find_stuck(recording, robot.wheel_names, readings, problems);
+  if (!all_can_be_told) find_stuck(recording, robot.wheel_names, overview, problems);
 }
 
 /// Counts are whole: a column of metres or of speeds that is taken for them hardly turns its wheel.
-void find_fractions(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
+void find_fractions(const Recording& recording, const Robot& robot, const Overview& overview,
                     std::vector<Finding>& problems) {
   for (const WheelSeries& series : recording.wheels.series) {
     const auto named = std::ranges::find(robot.wheel_names, series.wheel);
@@ -167,7 +110,7 @@ void find_fractions(const Recording& recording, const Robot& robot, const Aligne
     const auto broken = [](double v) { return !std::isnan(v) && v != std::round(v); };
     const auto first = std::ranges::find_if(series.value, broken);
     if (2 * std::ranges::count_if(series.value, broken) < static_cast<std::ptrdiff_t>(series.value.size()) ||
-        way(static_cast<std::size_t>(named - robot.wheel_names.begin()), readings.increments) > 1.0)
+        overview.way[static_cast<std::size_t>(named - robot.wheel_names.begin())] > 1.0)
       continue;
     problems.push_back(
         {.code = FindingCode::fractions,
@@ -226,32 +169,31 @@ std::vector<Finding> inspect(const Recording& recording, const Robot* robot) {
     guessed[i] = told > 0 ? 0 : guessed_bits(recording, series[i]);
     columns.chassis.wheels()[i].tick_bits = std::max(told, guessed[i]);
   }
-  const AlignedReadings readings = align(recording, columns);
-  std::vector<Finding> problems = readings.findings;
+  const Overview overview = overview_of(recording, columns);
+  std::vector<Finding> problems = overview.findings;
   for (Finding& problem : problems) {
     if (problem.code != FindingCode::wrap) continue;
     const auto wheel = std::ranges::find(columns.wheel_names, problem.subjects.front());
     if (const int bits = guessed[static_cast<std::size_t>(wheel - columns.wheel_names.begin())]; bits > 0)
       problem.payload = payload::Amount{static_cast<double>(bits)};
   }
-  find_stuck(recording, columns.wheel_names, readings, problems);
+  find_stuck(recording, columns.wheel_names, overview, problems);
   return problems;
 }
 
-std::vector<Finding> inspect(const Recording& recording, const Robot& robot,
-                             const AlignedReadings& readings) {
-  std::vector<Finding> problems = readings.findings;
-  if (const auto unit = wrong_gyro_unit(recording, robot, readings)) {
+std::vector<Finding> inspect(const Recording& recording, const Robot& robot, const Overview& overview) {
+  std::vector<Finding> problems = overview.findings;
+  if (const auto unit = wrong_gyro_unit(recording, robot, overview)) {
     std::erase_if(problems, [](const Finding& p) { return is_of_gyro(p.code); });
     problems.push_back(*unit);
     return problems;
   }
   if (robot.chassis.wheel_count > 0) {
-    find_fractions(recording, robot, readings, problems);
+    find_fractions(recording, robot, overview, problems);
     name_wraps(recording, robot, problems);
-    find_stuck(recording, robot, readings, problems);
-    compare_gyro(recording, robot, readings, problems);
-    if (const auto loud = louder_gyro(recording, robot, readings)) problems.push_back(*loud);
+    find_stuck(recording, robot, overview, problems);
+    compare_gyro(recording, robot, overview, problems);
+    if (const auto loud = louder_gyro(recording, robot, overview)) problems.push_back(*loud);
   }
   return problems;
 }

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "trundle/chassis/robot.hpp"
-#include "trundle/recording/alignment/align.hpp"
+#include "trundle/inspection/overview.hpp"
 #include "trundle/recording/recording.hpp"
 
 namespace trundle::inspection {
@@ -14,9 +14,9 @@ namespace trundle::inspection {
 /// Where no robot says a counter's bits they are guessed from its range.
 std::vector<Finding> inspect(const Recording& recording, const Robot* robot = nullptr);
 
-/// The same where the recording suits the robot: what align() found, encoders that are stuck although the
+/// The same where the recording suits the robot: what aligning found, encoders that are stuck although the
 /// other sensors see the wheel roll, a gyro that turns the other way than the wheels or in degrees.
-std::vector<Finding> inspect(const Recording& recording, const Robot& robot, const AlignedReadings& readings);
+std::vector<Finding> inspect(const Recording& recording, const Robot& robot, const Overview& overview);
 
 /// A column, a unit or a clock is not what it was taken for: what else may be found follows from it.
 bool is_misreading(const Finding& finding);

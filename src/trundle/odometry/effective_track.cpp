@@ -6,6 +6,7 @@
 
 #include "trundle/geometry/squared.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/recording/alignment/replay.hpp"
 
 namespace trundle::odometry {
 
@@ -152,25 +153,54 @@ double EffectiveTrack::sigma_m() const {
   return std::sqrt(solve().variance * scatter());
 }
 
+namespace {
+
+/// One entry after the other.
+class TracksAlong {
+ public:
+  TracksAlong(const Chassis& chassis, const EffectiveTrackOptions& options, double start_s)
+      : track_(chassis, options), start_s_(start_s) {}
+
+  void add(const Increment& increment) {
+    if (track_.step(increment)) {
+      finish();
+      start_s_ = increment.time_s;
+    }
+    if (const auto track_m = track_.track_m())
+      last_ = {
+          .start_s = start_s_, .end_s = increment.time_s, .track_m = *track_m, .sigma_m = track_.sigma_m()};
+  }
+  std::vector<TrackOnGround> take() {
+    finish();
+    return std::move(found_);
+  }
+
+ private:
+  void finish() {
+    if (last_.end_s > start_s_) found_.push_back(last_);
+  }
+
+  EffectiveTrack track_;
+  double start_s_;
+  TrackOnGround last_;
+  std::vector<TrackOnGround> found_;
+};
+
+}  // namespace
+
 std::vector<TrackOnGround> effective_tracks(const AlignedReadings& readings, const Chassis& chassis,
                                             const EffectiveTrackOptions& options) {
-  EffectiveTrack track(chassis, options);
-  std::vector<TrackOnGround> found;
-  double start_s = readings.start_s;
-  TrackOnGround last;
-  const auto finish = [&] {
-    if (last.end_s > start_s) found.push_back(last);
-  };
-  for (const Increment& increment : readings.increments) {
-    if (track.step(increment)) {
-      finish();
-      start_s = increment.time_s;
-    }
-    if (const auto track_m = track.track_m())
-      last = {.start_s = start_s, .end_s = increment.time_s, .track_m = *track_m, .sigma_m = track.sigma_m()};
-  }
-  finish();
-  return found;
+  TracksAlong tracks(chassis, options, readings.start_s);
+  for (const Increment& increment : readings.increments) tracks.add(increment);
+  return tracks.take();
+}
+
+std::vector<TrackOnGround> effective_tracks(const Recording& recording, const Robot& robot) {
+  Replay replay(recording, robot);
+  std::optional<AlignedInterval> interval = replay.next();
+  TracksAlong tracks(robot.chassis, {}, replay.start_s());
+  for (; interval; interval = replay.next()) tracks.add(interval->increment);
+  return tracks.take();
 }
 
 }  // namespace trundle::odometry

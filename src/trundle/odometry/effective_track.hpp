@@ -83,5 +83,7 @@ struct TrackOnGround {
 [[nodiscard]] std::vector<TrackOnGround> effective_tracks(const AlignedReadings& readings,
                                                           const Chassis& chassis,
                                                           const EffectiveTrackOptions& options = {});
+/// The same of a recording whose robot EffectiveTrack applies to, reading by reading. Throws as align() does.
+[[nodiscard]] std::vector<TrackOnGround> effective_tracks(const Recording& recording, const Robot& robot);
 
 }  // namespace trundle::odometry

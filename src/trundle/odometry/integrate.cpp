@@ -106,14 +106,15 @@ class Integration {
   }
 
   void reserve(std::size_t intervals) {
-    if (options_.take) return;
+    if (options_.take || options_.keeps) return;
     result_.trajectory.poses.reserve(intervals + 1);
     if (options_.with_covariance) result_.trajectory.covariances.reserve(intervals + 1);
   }
 
   void start(double start_s) { keep(start_s); }
 
-  void step(const Increment& increment, bool bridged) {
+  void step(const Increment& recorded, bool bridged) {
+    const Increment increment = options_.corrected ? options_.corrected(recorded) : recorded;
     ++intervals_;
     if (!increment.has_gyro) without_gyro_.add(increment.time_s);
     if (bridged) {
@@ -154,8 +155,8 @@ class Integration {
   void keep(double time_s) {
     if (smooths_) return keep_for_smoothing(time_s);
     if (!options_.with_covariance) return give({time_s, odometer_.pose()}, Matrix3::Zero());
+    keep_white(odometer_.white_covariance());
     give({time_s, odometer_.pose()}, total_covariance(odometer_, uncertain_.covariance));
-    if (options_.keep_white_covariances) result_.white_covariances.push_back(odometer_.white_covariance());
   }
 
   void keep_for_smoothing(double time_s) {
@@ -166,15 +167,24 @@ class Integration {
                                  : parameter_covariance(odometer_.sensitivity(), uncertain_.covariance));
   }
 
+  bool keeps_next() const { return !options_.keeps || options_.keeps(result_.poses); }
+
+  /// Of the pose that is given next.
+  void keep_white(const Matrix3& covariance) {
+    if (options_.keep_white_covariances && keeps_next()) result_.white_covariances.push_back(covariance);
+  }
+
   /// The next pose of the result.
   void give(const StampedPose& pose, const Matrix3& covariance) {
+    const bool kept = !options_.take && keeps_next();
     if (result_.poses++ == 0)
       result_.start_s = pose.time_s;
     else
       result_.path_length_m += std::hypot(pose.pose.x - result_.end.pose.x, pose.pose.y - result_.end.pose.y);
     result_.end = pose;
     result_.end_covariance = covariance;
-    if (options_.take) return options_.take(pose, covariance);
+    if (options_.take) options_.take(pose, covariance);
+    if (!kept) return;
     result_.trajectory.poses.push_back(pose);
     if (options_.with_covariance) result_.trajectory.covariances.push_back(covariance);
   }
@@ -184,8 +194,8 @@ class Integration {
     smooth(filtered_);
     for (std::size_t i = 0; i < filtered_.size(); ++i) {
       const Matrix3 white = full_matrix(filtered_[i].white);
+      keep_white(white);
       give({stamps_[i], filtered_[i].pose}, white + by_parameters_[i]);
-      if (options_.keep_white_covariances) result_.white_covariances.push_back(white);
     }
     result_.end_white_covariance = full_matrix(filtered_.back().white);
   }

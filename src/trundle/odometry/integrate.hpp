@@ -22,6 +22,10 @@ struct IntegrateOptions {
   bool smooth = false;  ///< every pose by what was learned before and after it (needs learn_gyro_bias)
   bool keep_white_covariances = false;  ///< of every pose, not of the last alone (needs the covariance)
   TakePose take = {};                   ///< has the poses as they come: the result keeps none of them
+  /// Of the poses, by their numbers: those that the result keeps. None: all.
+  std::function<bool(std::size_t pose)> keeps = {};
+  /// What stands for each increment, asked for one after the other: corrected readings.
+  std::function<Increment(const Increment&)> corrected = {};
 };
 
 /// What was believed of the gyro's bias at a time.

@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 /// Where wheels must scrub in turns, the ground sets the track.
 std::vector<TrackOnGround> tracks_of(const Recording& recording, const Robot& robot) {
   if (!has_skid_wheels(robot.chassis) || !EffectiveTrack::applies_to(robot.chassis)) return {};
-  return effective_tracks(align(recording, robot), robot.chassis);
+  return effective_tracks(recording, robot);
 }
 
 Json sigmas_of(const Matrix3& covariance) {

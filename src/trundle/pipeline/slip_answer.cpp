@@ -8,6 +8,8 @@
 #include "trundle/inspection/clocks.hpp"
 #include "trundle/inspection/inspect.hpp"
 #include "trundle/pipeline/sound.hpp"
+#include "trundle/recording/alignment/replay.hpp"
+#include "trundle/recording/gyro_clock.hpp"
 #include "trundle/recording/trajectory_file.hpp"
 
 namespace trundle::pipeline {
@@ -164,9 +166,16 @@ SlipAnswer answer_slip(const Recording& recording, const RobotFile& robot, const
   answer.options.spin_odds = question.spin_odds;
   const CleanDriving clean = clean_driving(robot.robot, question);
   if (!question.learn.empty()) answer.learned = learn(clean, robot.robot, answer.options);
-  AlignedReadings readings = align(recording, robot.robot);
-  const ClockComparison clocks = compare_clocks(recording, readings, robot.robot);
-  answer.report = find_slip(std::move(readings), recording.commands, robot.robot, answer.options);
+  Replay replay(recording, robot.robot);
+  GyroClock gyro_clock(recording, robot.robot);
+  SlipSearch search(robot.robot, recording.commands, answer.options);
+  while (const std::optional<AlignedInterval> interval = replay.next()) {
+    gyro_clock.add(interval->increment, interval->bridged);
+    search.step(interval->increment, interval->bridged);
+  }
+  answer.report = search.finish(replay.start_s());
+  const ClockComparison clocks =
+      compare_clocks(recording, robot.robot, gyro_clock.take_offset(replay.start_s()));
   auto& findings = answer.report.findings;
   if (clocks.problem) findings.push_back(*clocks.problem);
   findings.insert(findings.begin(), recording.findings.begin(), recording.findings.end());
@@ -176,14 +185,17 @@ SlipAnswer answer_slip(const Recording& recording, const RobotFile& robot, const
   return answer;
 }
 
-IntegratedOdometry corrected_odometry(const SlipAnswer& answer, const Robot& robot, const TakePose& take) {
+IntegratedOdometry corrected_odometry(const Recording& recording, const SlipAnswer& answer,
+                                      const Robot& robot, const TakePose& take) {
+  IncrementCorrector corrector(answer.report.corrections, robot.chassis);
   IntegrateOptions options;
+  options.corrected = [&](const Increment& increment) { return corrector.next(increment); };
   if (take)
     options.take = [&](const StampedPose& pose, const Matrix3& covariance) {
       require_sound(pose, covariance, answer.recording);
       take(pose, covariance);
     };
-  IntegratedOdometry corrected = integrate(answer.report.corrected, robot, options);
+  IntegratedOdometry corrected = integrate(recording, robot, options);
   require_sound(corrected.trajectory, answer.recording);
   return corrected;
 }
@@ -191,14 +203,13 @@ IntegratedOdometry corrected_odometry(const SlipAnswer& answer, const Robot& rob
 AlignedReadings corrected_readings(const Recording& recording, const RobotFile& robot,
                                    const std::optional<SlipQuestion>& slip, const SlipAnswer* found,
                                    Provenance& provenance) {
-  if (!slip) return align(recording, robot.robot);
-  if (!found) {
-    SlipAnswer answer = answer_slip(recording, robot, *slip);
-    add_inputs(answer.provenance.inputs, provenance);
-    return std::move(answer.report.corrected);
-  }
-  add_inputs(found->provenance.inputs, provenance);
-  return found->report.corrected;
+  AlignedReadings readings = align(recording, robot.robot);
+  if (!slip) return readings;
+  const std::optional<SlipAnswer> own =
+      found ? std::nullopt : std::optional(answer_slip(recording, robot, *slip));
+  const SlipAnswer& answer = found ? *found : *own;
+  add_inputs(answer.provenance.inputs, provenance);
+  return corrected(std::move(readings), answer.report, robot.robot);
 }
 
 void add_options_of(const std::optional<SlipQuestion>& slip, Provenance& provenance) {

@@ -44,10 +44,10 @@ struct SlipAnswer {
 /// Throws as find_slip, and as learn_residuals or learn_band.
 SlipAnswer answer_slip(const Recording& recording, const RobotFile& robot, const SlipQuestion& question);
 
-/// The odometry of the corrected readings. `take`, where there is one, has the poses as they come. Throws as
-/// integrate, and CannotAnswer where a pose is no number.
-IntegratedOdometry corrected_odometry(const SlipAnswer& answer, const Robot& robot,
-                                      const TakePose& take = {});
+/// The odometry of the recording's corrected readings. `take`, where there is one, has the poses as they
+/// come. Throws as integrate, and CannotAnswer where a pose is no number.
+IntegratedOdometry corrected_odometry(const Recording& recording, const SlipAnswer& answer,
+                                      const Robot& robot, const TakePose& take = {});
 
 /// The recording's readings for those who go on from them: corrected for slip where that is asked, by the
 /// answer `found` to that question where there is one already. What was learned from is added to the

@@ -125,12 +125,12 @@ Found<Slip> find_slips(const RunInputs& inputs, const RobotFile& robot, const Wr
     throw NotApplicable{"slip is not observable: no redundant measurement"};
   SlipAnswer slip = answer_slip(recording, robot, slip_question(inputs));
   IntegratedOdometry odometry;
-  Streamed corrected =
-      streamed({.entry = {"corrected", "trajectory.csv", "odometry with the slips corrected"},
-                .role = TrackRole::corrected,
-                .file = {}},
-               {inputs.in_folder("trajectory.csv"), head_of(slip.provenance)}, write_now,
-               [&](const TakePose& take) { odometry = corrected_odometry(slip, robot.robot, take); });
+  Streamed corrected = streamed(
+      {.entry = {"corrected", "trajectory.csv", "odometry with the slips corrected"},
+       .role = TrackRole::corrected,
+       .file = {}},
+      {inputs.in_folder("trajectory.csv"), head_of(slip.provenance)}, write_now,
+      [&](const TakePose& take) { odometry = corrected_odometry(recording, slip, robot.robot, take); });
   Found<Slip> found{.value = {.answer = {},
                               .result = slip_result_of(slip, robot.robot),
                               .corrected = std::move(corrected.trajectory)},

@@ -32,7 +32,11 @@ std::optional<MotionPath> motion_path(const AlignedReadings& readings, const Rob
   const Rows rows = rows_of(robot.chassis, with_gyro);
   if (readings.increments.empty() || observability(rows).rank < 3) return std::nullopt;
   MotionPath path{.time_s = {readings.start_s}, .poses = {Pose2{}}, .twists = {}, .bridged = {}};
-  for (std::size_t i = 0; i < readings.increments.size(); ++i) {
+  const std::size_t count = readings.increments.size();
+  path.time_s.reserve(count + 1);
+  path.poses.reserve(count + 1);
+  path.twists.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
     const Increment& increment = readings.increments[i];
     path.twists.push_back(twist_of(robot.chassis, rows, increment));
     path.poses.push_back(path.poses.back() * exp(path.twists.back()));

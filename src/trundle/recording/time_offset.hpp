@@ -31,9 +31,6 @@ struct TimeOffsetOptions {
 /// turns do not agree, or no gyro was recorded. Throws as align() does.
 std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Robot& robot,
                                            const TimeOffsetOptions& options = {});
-/// The same of readings that align() gave.
-std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const AlignedReadings& readings,
-                                           const Robot& robot, const TimeOffsetOptions& options = {});
 
 /// How far the reference's clock is from that of the sensors on board, found in one log.
 inline constexpr TimeOffsetOptions kReferenceClock = {

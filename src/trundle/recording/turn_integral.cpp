@@ -1,6 +1,7 @@
 #include "trundle/recording/detail/turn_integral.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace trundle::recording {
 
@@ -10,27 +11,23 @@ constexpr std::size_t kStampsOfAnArea = 16;
 
 }  // namespace
 
-TurnIntegral::TurnIntegral(std::span<const double> time_s) : time_s_(time_s), count_(time_s.size()) {
-  angle_.reserve(count_);
-  area_of_some_.reserve(count_ / kStampsOfAnArea + 1);
-}
-
-TurnIntegral::TurnIntegral(const Increments& increments)
-    : increments_(&increments), count_(increments.size()) {
-  angle_.reserve(count_);
-  area_of_some_.reserve(count_ / kStampsOfAnArea + 1);
-}
-
-void TurnIntegral::add(double turn_rad, bool is_lost) {
-  const std::size_t i = angle_.size();
-  if (is_lost) lost_.push_back(i);
-  angle_.push_back(i == 0 ? 0.0 : angle_.back() + (is_lost ? 0.0 : turn_rad));
-  if (i > 0) area_ += step_area(i);
-  if (i % kStampsOfAnArea == 0) area_of_some_.push_back(area_);
+TurnIntegral::TurnIntegral(Stamps time_s, Turns turns)
+    : time_s_(std::move(time_s)), angle_(std::move(turns.turn_rad)), lost_(std::move(turns.lost)) {
+  area_of_some_.reserve(time_s_.size() / kStampsOfAnArea + 1);
+  auto lost = lost_.begin();
+  double angle = 0.0, area = 0.0;
+  for (std::size_t i = 0; i < time_s_.size(); ++i) {
+    const bool is_lost = lost != lost_.end() && *lost == i;
+    if (is_lost) ++lost;
+    angle = i == 0 ? 0.0 : angle + (is_lost ? 0.0 : angle_[i]);
+    angle_[i] = angle;
+    if (i > 0) area += step_area(i);
+    if (i % kStampsOfAnArea == 0) area_of_some_.push_back(area);
+  }
 }
 
 double TurnIntegral::step_area(std::size_t stamp) const {
-  return 0.5 * (angle_[stamp - 1] + angle_[stamp]) * (time_s(stamp) - time_s(stamp - 1));
+  return 0.5 * (angle_[stamp - 1] + angle_[stamp]) * (time_s_[stamp] - time_s_[stamp - 1]);
 }
 
 double TurnIntegral::area_by(std::size_t stamp) const {
@@ -41,13 +38,13 @@ double TurnIntegral::area_by(std::size_t stamp) const {
 }
 
 TurnIntegral::Reading TurnIntegral::at(double at_s, std::size_t& near) const {
-  while (near > 0 && time_s(near - 1) >= at_s) --near;
-  while (near < count_ && time_s(near) < at_s) ++near;
-  if (near == count_) return {};
-  if (time_s(near) == at_s) return {true, area_by(near), lost_until(near), lost_until(near)};
+  while (near > 0 && time_s_[near - 1] >= at_s) --near;
+  while (near < time_s_.size() && time_s_[near] < at_s) ++near;
+  if (near == time_s_.size()) return {};
+  if (time_s_[near] == at_s) return {true, area_by(near), lost_until(near), lost_until(near)};
   if (near == 0) return {};
-  const double after_s = at_s - time_s(near - 1);
-  const double rate = (angle_[near] - angle_[near - 1]) / (time_s(near) - time_s(near - 1));
+  const double after_s = at_s - time_s_[near - 1];
+  const double rate = (angle_[near] - angle_[near - 1]) / (time_s_[near] - time_s_[near - 1]);
   return {true, area_by(near - 1) + after_s * (angle_[near - 1] + 0.5 * rate * after_s), lost_until(near - 1),
           lost_until(near)};
 }

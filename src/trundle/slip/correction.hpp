@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "trundle/slip/evidence.hpp"
 #include "trundle/slip/parity.hpp"
 
@@ -23,8 +25,34 @@ struct SlipCorrection {
   }
 };
 
+/// Increments of a recording that are corrected alike, by their numbers in it: from `begin` on, before `end`.
+struct CorrectedSpan {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+  SlipCorrection correction;
+};
+
 /// The corrected readings: never fewer than were measured.
 Increment corrected(const Increment& increment, const SlipCorrection& correction, const Chassis& chassis);
+
+/// Corrects a recording's increments one after the other. Spans, in order, and chassis must outlive it.
+class IncrementCorrector {
+ public:
+  IncrementCorrector(std::span<const CorrectedSpan> spans, const Chassis& chassis)
+      : spans_(spans), chassis_(&chassis) {}
+
+  [[nodiscard]] Increment next(const Increment& increment) {
+    const std::size_t i = next_++;
+    while (!spans_.empty() && spans_.front().end <= i) spans_ = spans_.subspan(1);
+    if (spans_.empty() || i < spans_.front().begin) return increment;
+    return corrected(increment, spans_.front().correction, *chassis_);
+  }
+
+ private:
+  std::span<const CorrectedSpan> spans_;
+  const Chassis* chassis_;
+  std::size_t next_ = 0;
+};
 
 /// Variances of which the estimate becomes the mean of the alternatives, weighted with their probabilities,
 /// and its covariance theirs: docs/theory/slip-correction.md, eq. 11. `slipping`: else the slip may have

@@ -15,31 +15,6 @@ namespace {
 // Commands that differ less are the same.
 constexpr double kSameCommand = 0.01;  // [m/s, rad/s]
 
-/// Walks through the commands along with the increments.
-class CommandChanges {
- public:
-  explicit CommandChanges(const VelocityStream& commands) : commands_(commands) {}
-
-  /// What became of the command up to this time, since the last one that was asked for.
-  CommandChange until(double time_s) {
-    CommandChange change;
-    for (; next_ < commands_.time_s.size() && commands_.time_s[next_] <= time_s; ++next_) {
-      if (next_ == 0) continue;
-      const auto differs = [&](const std::vector<double>& v) {
-        return !(std::abs(v[next_] - v[next_ - 1]) < kSameCommand);
-      };
-      if (!differs(commands_.forward_m_s) && !differs(commands_.yaw_rate_rad_s)) continue;
-      const auto speed = [&](std::size_t i) { return std::abs(commands_.forward_m_s[i]); };
-      change = {true, speed(next_) < speed(next_ - 1)};
-    }
-    return change;
-  }
-
- private:
-  const VelocityStream& commands_;
-  std::size_t next_ = 0;
-};
-
 void count(const SlipVerdict& verdict, SlipCounts& counts) {
   ++counts.intervals;
   switch (verdict.status) {
@@ -78,11 +53,9 @@ bool spans_gap(const AlignedReadings& readings, std::size_t i) {
   return i < readings.bridged.size() && readings.bridged[i];
 }
 
-void report_unjudged(const SlipReport& report, const AlignedReadings& readings,
-                     std::vector<Finding>& findings) {
+void report_unjudged(const SlipReport& report, double start_s, std::vector<Finding>& findings) {
   const auto note = [&](std::size_t number, FindingCode code) {
-    if (number > 0)
-      findings.push_back({Severity::note, code, fmt::format("{:.3f} s", readings.start_s), number});
+    if (number > 0) findings.push_back({Severity::note, code, fmt::format("{:.3f} s", start_s), number});
   };
   const SlipCounts& counts = report.counts;
   note(counts.no_gyro, FindingCode::slip_without_gyro);
@@ -102,42 +75,71 @@ void require_judged(const SlipReport& report) {
 
 }  // namespace
 
-SlipReport find_slip(AlignedReadings readings, const VelocityStream& commands, const Robot& robot,
-                     const SlipOptions& options) {
-  SlipOdometer odometer(robot, {.odometry = learning_bias(robot), .slip = options});
-  CommandChanges changes(commands);
-  SlipReport report;
-  std::size_t begin = 0;
-  const auto correct_until = [&](std::size_t end, const SlipCorrection& correction) {
-    if (!correction.none())
-      for (std::size_t i = begin; i < end; ++i)
-        readings.increments.set(i, corrected(readings.increments[i], correction, robot.chassis));
-    begin = end;
-  };
-  for (std::size_t i = 0; i < readings.increments.size(); ++i) {
-    const Increment& increment = readings.increments[i];
-    const CommandChange changed = changes.until(increment.time_s);
-    if (spans_gap(readings, i)) {
-      append_events(odometer.step_across_gap(increment), report.events);
-      begin = i + 1;
-      continue;
-    }
-    const std::optional<SlipVerdict> verdict = odometer.step(increment, changed);
-    if (!verdict) continue;
-    count(*verdict, report.counts);
-    report.intervals.push_back({increment.time_s, verdict->status, verdict->statistic, verdict->slipping});
-    append_events(*verdict, report.events);
-    correct_until(i + 1, verdict->correction);
+CommandChange CommandChanges::until(double time_s) {
+  CommandChange change;
+  for (; next_ < commands_.time_s.size() && commands_.time_s[next_] <= time_s; ++next_) {
+    if (next_ == 0) continue;
+    const auto differs = [&](const std::vector<double>& v) {
+      return !(std::abs(v[next_] - v[next_ - 1]) < kSameCommand);
+    };
+    if (!differs(commands_.forward_m_s) && !differs(commands_.yaw_rate_rad_s)) continue;
+    const auto speed = [&](std::size_t i) { return std::abs(commands_.forward_m_s[i]); };
+    change = {true, speed(next_) < speed(next_ - 1)};
   }
-  correct_until(readings.increments.size(), odometer.applied());
-  append_events(odometer.finish(), report.events);
-  report.chi2_limit = odometer.detector().limit();
-  if (odometer.detector().by_band()) report.band = options.band;
-  report.end = odometer.odometer().pose();
-  require_judged(report);
-  report_unjudged(report, readings, report.findings);
-  report.corrected = std::move(readings);
-  return report;
+  return change;
+}
+
+SlipSearch::SlipSearch(const Robot& robot, const VelocityStream& commands, const SlipOptions& options)
+    : odometer_(robot, {.odometry = learning_bias(robot), .slip = options}),
+      changes_(commands),
+      band_(options.band) {}
+
+void SlipSearch::step(const Increment& increment, bool bridged) {
+  const std::size_t end = ++increments_;
+  const CommandChange changed = changes_.until(increment.time_s);
+  if (bridged) {
+    append_events(odometer_.step_across_gap(increment), report_.events);
+    interval_begin_ = end;
+    return;
+  }
+  const std::optional<SlipVerdict> verdict = odometer_.step(increment, changed);
+  if (!verdict) return;
+  count(*verdict, report_.counts);
+  report_.intervals.push_back({increment.time_s, verdict->status, verdict->statistic, verdict->slipping});
+  append_events(*verdict, report_.events);
+  correct_until(end, verdict->correction);
+}
+
+void SlipSearch::correct_until(std::size_t end, const SlipCorrection& correction) {
+  if (!correction.none() && interval_begin_ < end)
+    report_.corrections.push_back({interval_begin_, end, correction});
+  interval_begin_ = end;
+}
+
+SlipReport SlipSearch::finish(double start_s) {
+  correct_until(increments_, odometer_.applied());
+  append_events(odometer_.finish(), report_.events);
+  report_.chi2_limit = odometer_.detector().limit();
+  if (odometer_.detector().by_band()) report_.band = band_;
+  report_.end = odometer_.odometer().pose();
+  require_judged(report_);
+  report_unjudged(report_, start_s, report_.findings);
+  return std::move(report_);
+}
+
+SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& commands, const Robot& robot,
+                     const SlipOptions& options) {
+  SlipSearch search(robot, commands, options);
+  for (std::size_t i = 0; i < readings.increments.size(); ++i)
+    search.step(readings.increments[i], spans_gap(readings, i));
+  return search.finish(readings.start_s);
+}
+
+AlignedReadings corrected(AlignedReadings readings, const SlipReport& report, const Robot& robot) {
+  for (const CorrectedSpan& span : report.corrections)
+    for (std::size_t i = span.begin; i < span.end; ++i)
+      readings.increments.set(i, corrected(readings.increments[i], span.correction, robot.chassis));
+  return readings;
 }
 
 std::vector<JudgedInterval> clean_intervals(const AlignedReadings& readings, const Robot& robot,

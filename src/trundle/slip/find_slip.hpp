@@ -34,23 +34,61 @@ struct SlipInterval {
   bool slipping = false;
 };
 
-/// The slips of a recording, and its readings corrected for them.
+/// The slips of a recording, and how its readings are corrected for them.
 struct SlipReport {
   std::vector<SlipEvent> events;
   SlipCounts counts;
   std::vector<SlipInterval> intervals;
-  std::optional<Band> band;   ///< δ raises an alarm outside it
-  double chi2_limit = 0.0;    ///< else χ² does beyond this
-  AlignedReadings corrected;  ///< ready for integrate()
-  Pose2 end;                  ///< the pose reached, from the origin
+  std::optional<Band> band;                ///< δ raises an alarm outside it
+  double chi2_limit = 0.0;                 ///< else χ² does beyond this
+  std::vector<CorrectedSpan> corrections;  ///< of increments; the others stay as they are
+  Pose2 end;                               ///< the pose reached, from the origin
   std::vector<Finding> findings;
 };
 
-/// A loop over SlipOdometer::step, which learns the gyro's bias where the robot rests. `commands` may be
-/// empty. Throws as the SlipOdometer does, and CannotAnswer where the robot moves but no interval can be
-/// judged.
-[[nodiscard]] SlipReport find_slip(AlignedReadings readings, const VelocityStream& commands,
+/// Walks through commands along with increments.
+class CommandChanges {
+ public:
+  /// They may be empty, and must outlive it.
+  explicit CommandChanges(const VelocityStream& commands) : commands_(commands) {}
+
+  /// What became of the command up to this time, since the last one that was asked for.
+  CommandChange until(double time_s);
+
+ private:
+  const VelocityStream& commands_;
+  std::size_t next_ = 0;
+};
+
+/// A SlipOdometer that learns the gyro's bias where the robot rests, and what became of its intervals.
+class SlipSearch {
+ public:
+  /// `commands` may be empty, and must outlive it. Throws as the SlipOdometer does.
+  SlipSearch(const Robot& robot, const VelocityStream& commands, const SlipOptions& options = {});
+
+  /// The next increment of the recording. `bridged`: its course is not known.
+  void step(const Increment& increment, bool bridged);
+  /// `start_s`: of the first one. Throws CannotAnswer where the robot moves but no interval can be judged.
+  [[nodiscard]] SlipReport finish(double start_s);
+
+ private:
+  void correct_until(std::size_t end, const SlipCorrection& correction);
+
+  SlipOdometer odometer_;
+  CommandChanges changes_;
+  std::optional<Band> band_;
+  std::size_t increments_ = 0;
+  std::size_t interval_begin_ = 0;  ///< the first one of the interval that is not complete yet
+  SlipReport report_;
+};
+
+/// A loop over SlipSearch::step.
+[[nodiscard]] SlipReport find_slip(const AlignedReadings& readings, const VelocityStream& commands,
                                    const Robot& robot, const SlipOptions& options = {});
+
+/// The readings in which `report` was found, corrected: ready for integrate().
+[[nodiscard]] AlignedReadings corrected(AlignedReadings readings, const SlipReport& report,
+                                        const Robot& robot);
 
 /// What the readings are judged by, interval by interval: for learning from a recording without slip.
 [[nodiscard]] std::vector<JudgedInterval> clean_intervals(const AlignedReadings& readings, const Robot& robot,

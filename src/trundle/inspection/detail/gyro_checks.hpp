@@ -4,21 +4,20 @@
 #include <vector>
 
 #include "trundle/chassis/robot.hpp"
-#include "trundle/recording/alignment/align.hpp"
+#include "trundle/inspection/overview.hpp"
 
 namespace trundle::inspection {
 
 /// Rates in degrees that were taken for radians, or the other way round.
 std::optional<Finding> wrong_gyro_unit(const Recording& recording, const Robot& robot,
-                                       const AlignedReadings& readings);
+                                       const Overview& overview);
 
 /// What else the gyro's turns against the wheels' give away: a sign, a wheel that counts backwards, a track
 /// or counts far off.
-void compare_gyro(const Recording& recording, const Robot& robot, const AlignedReadings& readings,
+void compare_gyro(const Recording& recording, const Robot& robot, const Overview& overview,
                   std::vector<Finding>& problems);
 
 /// A gyro that scatters more, where no wheel turns, than a rest is recognised by: its bias is never learned.
-std::optional<Finding> louder_gyro(const Recording& recording, const Robot& robot,
-                                   const AlignedReadings& readings);
+std::optional<Finding> louder_gyro(const Recording& recording, const Robot& robot, const Overview& overview);
 
 }  // namespace trundle::inspection

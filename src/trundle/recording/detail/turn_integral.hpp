@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -8,19 +9,54 @@
 
 namespace trundle::recording {
 
+/// The stamps of a stream's rows, moved by an offset: none of them is kept as long as those that are added
+/// are the same. The stream must outlive it.
+class Stamps {
+ public:
+  explicit Stamps(std::span<const double> stream_s, double offset_s = 0.0)
+      : stream_s_(stream_s), offset_s_(offset_s) {}
+  /// All of the stream.
+  static Stamps of(std::span<const double> stream_s) {
+    Stamps stamps(stream_s);
+    stamps.size_ = stream_s.size();
+    return stamps;
+  }
+
+  void push_back(double time_s) {
+    own_s_.append(size_++, time_s, stream_s_.size(), [this](std::size_t i) { return moved_s(i); });
+  }
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] double operator[](std::size_t i) const {
+    return own_s_.empty() ? stream_s_[i] + offset_s_ : own_s_[i];
+  }
+
+ private:
+  double moved_s(std::size_t i) const {
+    return i < stream_s_.size() ? stream_s_[i] + offset_s_ : std::numeric_limits<double>::quiet_NaN();
+  }
+
+  std::span<const double> stream_s_;
+  double offset_s_;
+  std::size_t size_ = 0;
+  SparseColumn<double> own_s_;
+};
+
+/// How far something turned from each of its stamps to the next.
+struct Turns {
+  std::vector<double> turn_rad;   ///< of the step that ends at each stamp; of the first it does not count
+  std::vector<std::size_t> lost;  ///< stamps that end steps of which nothing is known, in order
+};
+
 /// What a sensor has turned by each of its stamps, lost steps as none, and the area under that [rad s]: turns
-/// between two times, weighed as one likes, are read off at these. Eight bytes for a stamp, and the stamps
-/// themselves, which must outlive it.
+/// between two times, weighed as one likes, are read off at these. Eight bytes for a stamp, and its own if it
+/// has one.
 class TurnIntegral {
  public:
-  explicit TurnIntegral(std::span<const double> time_s);
-  explicit TurnIntegral(const Increments& increments);  ///< their ends are the stamps
+  TurnIntegral(Stamps time_s, Turns turns);
 
-  /// From the stamp before to the next one; of the first the turn does not count.
-  void add(double turn_rad, bool is_lost);
-
-  [[nodiscard]] double first_s() const { return time_s(0); }
-  [[nodiscard]] double last_s() const { return time_s(count_ - 1); }
+  [[nodiscard]] double first_s() const { return time_s_[0]; }
+  [[nodiscard]] double last_s() const { return time_s_[time_s_.size() - 1]; }
 
   /// The area by one time; not known beyond the stamps.
   struct Reading {
@@ -34,18 +70,12 @@ class TurnIntegral {
   [[nodiscard]] Reading at(double time_s, std::size_t& near) const;
 
  private:
-  double time_s(std::size_t stamp) const {
-    return increments_ != nullptr ? increments_->time_s(stamp) : time_s_[stamp];
-  }
   std::size_t lost_until(std::size_t stamp) const;
   double step_area(std::size_t stamp) const;  ///< of the step that ends there
   double area_by(std::size_t stamp) const;
 
-  std::span<const double> time_s_;
-  const Increments* increments_ = nullptr;
-  std::size_t count_ = 0;  ///< of stamps
-  std::vector<double> angle_;
-  double area_ = 0.0;                 ///< by the last one
+  Stamps time_s_;
+  std::vector<double> angle_;         ///< by each stamp
   std::vector<double> area_of_some_;  ///< by each of so many stamps: a longer way to it is not gone
   std::vector<std::size_t> lost_;     ///< stamps that end lost steps
 };

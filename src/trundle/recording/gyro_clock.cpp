@@ -1,4 +1,4 @@
-#include "trundle/recording/time_offset.hpp"
+#include "trundle/recording/gyro_clock.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,11 +8,11 @@
 
 #include <Eigen/Core>
 
-#include "trundle/chassis/rows.hpp"
 #include "trundle/recording/alignment/gyro_turns.hpp"
+#include "trundle/recording/alignment/replay.hpp"
 #include "trundle/recording/csv/detail/table.hpp"
 #include "trundle/recording/detail/offset_search.hpp"
-#include "trundle/recording/detail/turn_integral.hpp"
+#include "trundle/statistics/nth_smallest.hpp"
 
 namespace trundle::recording {
 namespace {
@@ -86,53 +86,66 @@ double roughness(const OwnTurns& own) {
   return changes > 0.0 ? jumps / changes : 0.0;
 }
 
-TurnIntegral turns_of_wheels(const AlignedReadings& readings, const Chassis& chassis) {
-  TurnIntegral integral(readings.increments);
-  const Rows rows = rows_of(chassis, false);
-  for (std::size_t i = 0; i < readings.increments.size(); ++i)
-    integral.add(twist_of(chassis, rows, readings.increments[i]).dtheta, readings.bridged[i]);
-  return integral;
+TurnIntegral integral_of_gyro(const GyroStream& gyro, const Gyro& sensor) {
+  const GyroSamples samples(gyro, sensor);
+  Turns turns;
+  turns.turn_rad.reserve(gyro.time_s.size());
+  for (std::size_t i = 0; i < gyro.time_s.size(); ++i) {
+    if (samples.is_lost[i]) turns.lost.push_back(i);
+    turns.turn_rad.push_back(i == 0 ? 0.0 : gyro.yaw_rate_rad_s[i] * (gyro.time_s[i] - gyro.time_s[i - 1]));
+  }
+  return {Stamps::of(gyro.time_s), std::move(turns)};
 }
 
-TurnIntegral turns_of_gyro(const GyroStream& gyro, const Gyro& sensor) {
-  const GyroSamples samples(gyro, sensor);
-  TurnIntegral integral(gyro.time_s);
-  for (std::size_t i = 0; i < gyro.time_s.size(); ++i)
-    integral.add(i == 0 ? 0.0 : gyro.yaw_rate_rad_s[i] * (gyro.time_s[i] - gyro.time_s[i - 1]),
-                 samples.is_lost[i]);
-  return integral;
+/// Where increments end, if there is one for each row.
+std::span<const double> rows_after_the_first(const WheelStream& wheels) {
+  return std::span(wheels.time_s).last(std::max<std::size_t>(wheels.time_s.size(), 1) - 1);
 }
 
 }  // namespace
 
-std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Robot& robot,
-                                           const TimeOffsetOptions& options) {
-  if (!robot.chassis.gyro || recording.gyro.time_s.size() < 2) return std::nullopt;
-  return gyro_time_offset(recording, align(recording, robot), robot, options);
+GyroClock::GyroClock(const Recording& recording, const Robot& robot, const TimeOffsetOptions& options)
+    : recording_(recording),
+      robot_(robot),
+      options_(options),
+      rows_(rows_of(robot.chassis, false)),
+      can_tell_(robot.chassis.gyro && recording.gyro.time_s.size() >= 2 && observability(rows_).rank == 3),
+      ends_s_(rows_after_the_first(recording.wheels), robot.chassis.wheels_time_offset_s) {}
+
+void GyroClock::add(const Increment& increment, bool bridged) {
+  if (!can_tell_) return;
+  if (ends_s_.size() == 0) turns_.turn_rad.reserve(recording_.wheels.time_s.size());
+  if (bridged) turns_.lost.push_back(ends_s_.size());
+  turns_.turn_rad.push_back(twist_of(robot_.chassis, rows_, increment).dtheta);
+  ends_s_.push_back(increment.time_s);
 }
 
-std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const AlignedReadings& readings,
-                                           const Robot& robot, const TimeOffsetOptions& options) {
-  if (!robot.chassis.gyro || recording.gyro.time_s.size() < 2) return std::nullopt;
-  if (observability(rows_of(robot.chassis, false)).rank < 3) return std::nullopt;
-  if (readings.increments.size() < 2) return std::nullopt;
-  const double slower_s = std::max(usual_interval_s(readings.increments), median_step(recording.gyro.time_s));
-  const double half_s = std::max(options.window_s, kStepsOfHalfAWindow * slower_s);
-  const auto by_wheels = [&] { return turns_of_wheels(readings, robot.chassis); };
-  const auto by_gyro = [&] { return turns_of_gyro(recording.gyro, *robot.chassis.gyro); };
-  OwnTurns of_wheels = own_turns(by_wheels(), half_s), of_gyro = own_turns(by_gyro(), half_s);
+double GyroClock::usual_interval_s(double start_s) const {
+  const std::size_t count = ends_s_.size();
+  return nth_smallest(count, (count - 1) / 2,
+                      [&](std::size_t i) { return ends_s_[i] - (i == 0 ? start_s : ends_s_[i - 1]); });
+}
+
+std::optional<TimeOffset> GyroClock::take_offset(double start_s) {
+  if (!can_tell_ || ends_s_.size() < 2) return std::nullopt;
+  const double slower_s = std::max(usual_interval_s(start_s), median_step(recording_.gyro.time_s));
+  const double half_s = std::max(options_.window_s, kStepsOfHalfAWindow * slower_s);
+  std::optional<TurnIntegral> wheels(std::in_place, std::move(ends_s_), std::move(turns_));
+  std::optional<TurnIntegral> gyro = integral_of_gyro(recording_.gyro, *robot_.chassis.gyro);
+  OwnTurns of_wheels = own_turns(*wheels, half_s), of_gyro = own_turns(*gyro, half_s);
   // The noisier one stays where it is: its noise would change with the offset.
   const bool gyro_stays = roughness(of_gyro) > roughness(of_wheels);
+  (gyro_stays ? gyro : wheels).reset();  // it has been read off
   OwnTurns& fixed = gyro_stays ? of_gyro : of_wheels;
-  const TurnIntegral moved = gyro_stays ? by_wheels() : by_gyro();
+  const TurnIntegral& moved = gyro_stays ? *wheels : *gyro;
   const double sense = gyro_stays ? -1.0 : 1.0;  // the gyro is late where the wheels are early
-  const double given_s = robot.chassis.gyro->time_offset_s;
+  const double given_s = robot_.chassis.gyro->time_offset_s;
 
   const Windows& windows = fixed.windows;
   for (std::size_t w = 0; w < windows.count; ++w)  // those that the other one reaches at any offset
     fixed.known[w] = fixed.known[w] &&
-                     windows.time_s(w) >= moved.first_s() + sense * given_s + options.largest_s &&
-                     windows.time_s(w + 2) <= moved.last_s() + sense * given_s - options.largest_s;
+                     windows.time_s(w) >= moved.first_s() + sense * given_s + options_.largest_s &&
+                     windows.time_s(w + 2) <= moved.last_s() + sense * given_s - options_.largest_s;
   TwoClocks clocks{.fixed = {std::move(fixed.turns)},
                    .duration_s = Vector::Constant(static_cast<Eigen::Index>(windows.count), half_s),
                    .used = std::move(fixed.known),
@@ -140,11 +153,21 @@ std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Ali
                      return std::vector{turns_in(windows, moved, sense * offset_s, seen)};
                    }};
   return find_offset(std::move(clocks), {.given_s = given_s,
-                                         .largest_s = options.largest_s,
+                                         .largest_s = options_.largest_s,
                                          .step_s = 0.25 * half_s,
                                          .change_s = 0.25 * half_s,
-                                         .largest_sigma_s = options.largest_sigma_s,
-                                         .least_correlation = options.least_correlation});
+                                         .largest_sigma_s = options_.largest_sigma_s,
+                                         .least_correlation = options_.least_correlation});
+}
+
+std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Robot& robot,
+                                           const TimeOffsetOptions& options) {
+  if (!robot.chassis.gyro || recording.gyro.time_s.size() < 2) return std::nullopt;
+  Replay replay(recording, robot);
+  GyroClock clock(recording, robot, options);
+  while (const std::optional<AlignedInterval> interval = replay.next())
+    clock.add(interval->increment, interval->bridged);
+  return clock.take_offset(replay.start_s());
 }
 
 }  // namespace trundle::recording

@@ -1,0 +1,172 @@
+#include "trundle/inspection/overview.hpp"
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "trundle/chassis/rows.hpp"
+#include "trundle/chassis/without_wheel.hpp"
+#include "trundle/recording/alignment/gyro_turns.hpp"
+#include "trundle/recording/alignment/replay.hpp"
+#include "trundle/recording/gyro_clock.hpp"
+#include "trundle/recording/turns.hpp"
+
+namespace trundle::inspection {
+namespace {
+
+/// Finds where a wheel does not turn, and what it rolled there by the other sensors.
+class StandstillSearch {
+ public:
+  StandstillSearch(const Robot& robot, std::size_t wheel)
+      : wheel_(wheel),
+        others_(without_wheel(robot.chassis, wheel)),
+        rolling_row_(rolling_row(robot.chassis.wheels()[wheel])) {
+    for (const bool with_gyro : {false, true}) {
+      if (others_.wheel_count == 0 || (with_gyro && !others_.gyro)) continue;
+      const Rows rows = rows_of(others_, with_gyro);
+      if (observability(rows).rank == 3) rows_[with_gyro ? 1 : 0] = rows;
+    }
+  }
+
+  void add(const Increment& increment, double start_s) {
+    if (increment.turned[wheel_] != 0.0) return finish();
+    if (!current_) current_.emplace().still.start_s = start_s;
+    current_->still.end_s = increment.time_s;
+    for (std::size_t w = 0; w < kMaxWheels; ++w) current_->still.way[w] += std::abs(increment.turned[w]);
+    current_->all_with_gyro = current_->all_with_gyro && increment.has_gyro;
+    const Increment read = without_wheel(increment, wheel_);
+    for (std::size_t i = 0; i < rows_.size(); ++i)
+      if (rows_[i]) current_->rolled_m[i] += rolling_row_.dot(twist_of(others_, *rows_[i], read).vector());
+  }
+
+  /// The wheel turns, or nothing follows.
+  void finish() {
+    constexpr double kShortest_s = 2.0;
+    if (current_ && current_->still.duration_s() >= kShortest_s) {
+      const std::size_t i = others_.gyro && current_->all_with_gyro ? 1 : 0;
+      if (rows_[i]) current_->still.expected_m = current_->rolled_m[i];
+      found_.push_back(current_->still);
+    }
+    current_.reset();
+  }
+
+  [[nodiscard]] std::vector<Standstill>& found() { return found_; }
+
+ private:
+  struct Current {
+    Standstill still;
+    bool all_with_gyro = true;
+    std::array<double, 2> rolled_m{};  ///< without and with the gyro
+  };
+
+  std::size_t wheel_;
+  Chassis others_;
+  Vector3 rolling_row_;
+  std::array<std::optional<Rows>, 2> rows_;  ///< without and with the gyro, where they tell the motion
+  std::optional<Current> current_;
+  std::vector<Standstill> found_;
+};
+
+/// Gathers an Overview, interval by interval.
+class Gathering {
+ public:
+  Gathering(const Recording& recording, const Robot& robot)
+      : robot_(robot),
+        wheels_(robot.chassis.wheels().size()),
+        rows_(rows_of(robot.chassis, false)),
+        clock_(recording, robot) {
+    for (std::size_t w = 0; w < wheels_; ++w) {
+      standstills_.emplace_back(robot, w);
+      for (std::size_t other = 0; other < w; ++other) overview_.read_alike[other][w] = true;
+    }
+    if (!robot.chassis.gyro || recording.gyro.time_s.empty() || observability(rows_).rank < 3) return;
+    compares_gyro_ = true;
+    unlimited_ = *robot.chassis.gyro;  // degrees look like a gyro beyond its limit
+    unlimited_.max_rate_rad_s = std::numeric_limits<double>::infinity();
+    samples_.emplace(recording.gyro, unlimited_);
+  }
+
+  void start(double start_s) {
+    start_s_ = before_s_ = start_s;
+    if (compares_gyro_) turns_.emplace(*samples_, unlimited_.time_offset_s, start_s);
+  }
+
+  void add(const AlignedInterval& interval) {
+    const Increment& increment = interval.increment;
+    clock_.add(increment, interval.bridged);
+    if (compares_gyro_) compare_turns(increment);
+    if (increment.has_gyro) overview_.turned_rad += std::abs(increment.gyro_rad);
+    for (std::size_t w = 0; w < wheels_; ++w) {
+      standstills_[w].add(increment, before_s_);
+      overview_.way[w] += std::abs(increment.turned[w]);
+      for (std::size_t other = 0; other < w; ++other)
+        if (increment.turned[other] != increment.turned[w]) overview_.read_alike[other][w] = false;
+    }
+    if (robot_.chassis.gyro) compare_rates(increment);
+    before_s_ = increment.time_s;
+  }
+
+  Overview finish(std::vector<Finding> findings) {
+    for (std::size_t w = 0; w < wheels_; ++w) {
+      standstills_[w].finish();
+      overview_.standstills[w] = std::move(standstills_[w].found());
+    }
+    overview_.turns = pairs_.sums();
+    overview_.turns_unlimited = pairs_unlimited_.sums();
+    overview_.gyro_time_offset = clock_.take_offset(start_s_);
+    overview_.findings = std::move(findings);
+    return std::move(overview_);
+  }
+
+ private:
+  double rotation(double gyro_rad, const Increment& increment) const {
+    return rotation_of(gyro_rad, increment.duration_s, *robot_.chassis.gyro);
+  }
+
+  void compare_turns(const Increment& increment) {
+    const std::optional<double> unlimited = turns_->until(increment.time_s);
+    if (!increment.has_gyro && !unlimited) return;
+    const double by_wheels = twist_of(robot_.chassis, rows_, increment).dtheta;
+    if (increment.has_gyro)
+      pairs_.add(by_wheels, rotation(increment.gyro_rad, increment), increment.duration_s);
+    if (unlimited) pairs_unlimited_.add(by_wheels, rotation(*unlimited, increment), increment.duration_s);
+  }
+
+  /// White noise of a density adds up to √Δt of it.
+  void compare_rates(const Increment& now) {
+    const bool rests = now.has_gyro && now.duration_s > 0.0 && !any_turns(now);
+    if (rests && resting_) {
+      const double step = now.gyro_rad / now.duration_s - resting_->gyro_rad / resting_->duration_s;
+      overview_.rest_density.push_back(std::abs(step) /
+                                       std::sqrt(1.0 / now.duration_s + 1.0 / resting_->duration_s));
+    }
+    resting_ = rests ? std::optional(now) : std::nullopt;
+  }
+
+  const Robot& robot_;
+  std::size_t wheels_;
+  Rows rows_;
+  GyroClock clock_;
+  TurnPairs pairs_, pairs_unlimited_;
+  std::vector<StandstillSearch> standstills_;
+  bool compares_gyro_ = false;
+  Gyro unlimited_;
+  std::optional<GyroSamples> samples_;
+  std::optional<GyroTurns> turns_;
+  std::optional<Increment> resting_;       ///< the increment before, where no wheel turned
+  double start_s_ = 0.0, before_s_ = 0.0;  ///< of the first increment, and the end of the last one
+  Overview overview_;
+};
+
+}  // namespace
+
+Overview overview_of(const Recording& recording, const Robot& robot) {
+  Replay replay(recording, robot);
+  Gathering gathering(recording, robot);
+  std::optional<AlignedInterval> interval = replay.next();
+  gathering.start(replay.start_s());
+  for (; interval; interval = replay.next()) gathering.add(*interval);
+  return gathering.finish(replay.findings());
+}
+
+}  // namespace trundle::inspection
