@@ -168,10 +168,11 @@ std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot,
   Window window = empty;
   const auto& increments = run.readings.increments;
   for (std::size_t i = 0; i < increments.size(); ++i) {
-    const bool broken = run.readings.bridged[i] || !usable(increments[i], with_gyro);
+    const Increment increment = increments[i];
+    const bool broken = run.readings.bridged[i] || !usable(increment, with_gyro);
     if (!broken) {
-      add(window.sum, increments[i]);
-      add(window.part, increments[i]);
+      add(window.sum, increment);
+      add(window.part, increment);
       if (window.part.duration_s >= part_s - 1e-9) close_part(chassis, rows, window);
     }
     if (!broken && window.sum.duration_s < options.window_s - 1e-9) continue;

@@ -54,7 +54,10 @@ std::optional<double> position_error(const Run& run, const Robot& robot) {
   Robot plain = robot;
   plain.calibration.reset();
   try {
-    const Trajectory odometry = integrate(run.readings, plain, {.learn_gyro_bias = false}).trajectory;
+    const std::vector<bool> compared = poses_about_reference(run, plain);
+    IntegrateOptions options{.learn_gyro_bias = false};
+    options.keeps = [&](std::size_t pose) { return compared[pose]; };
+    const Trajectory odometry = integrate(run.readings, plain, options).trajectory;
     return evaluate(of_reference_sensor(odometry, plain), positions_of(run.reference),
                     {.alignment = Alignment::se2, .distances_m = {}})
         .position_m.rms;

@@ -124,8 +124,8 @@ Standing standing_at(const Run& run, std::size_t epoch, const Robot& robot) {
   standing.samples = 1.0;
   Vector3 sum = Vector3::Zero();
   for (std::size_t i = run.epochs[epoch]; stands_still(run, i); ++i) {
-    const double time_s = run.readings.increments[i].time_s - robot.reference_time_offset_s;
-    if (!is_seen(run.reference, time_s, run.readings.increments[i].duration_s)) continue;
+    const double time_s = run.readings.increments.time_s(i) - robot.reference_time_offset_s;
+    if (!is_seen(run.reference, time_s, run.readings.increments.duration_s(i))) continue;
     const ReferenceSample sample = sample_reference(run.reference, time_s);
     Vector3 step = sample.value - standing.mean.value;
     step.z() = wrap_angle(step.z());

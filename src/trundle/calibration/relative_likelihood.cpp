@@ -25,12 +25,12 @@ Increment part_of(const Increment& increment, double share) {
 bool step_between(const Run& run, double start_s, double end_s, std::size_t& from, Odometer& odometer) {
   const auto& increments = run.readings.increments;
   const double tolerance = 1e-9 * std::max(1.0, std::abs(end_s));
-  while (from > 0 && increments[from - 1].time_s > start_s + tolerance) --from;
-  while (from < increments.size() && increments[from].time_s <= start_s + tolerance) ++from;
+  while (from > 0 && increments.time_s(from - 1) > start_s + tolerance) --from;
+  while (from < increments.size() && increments.time_s(from) <= start_s + tolerance) ++from;
   if (increments.empty() || start_s < run.readings.start_s - tolerance) return false;
   double time = start_s;
   for (std::size_t i = from; i < increments.size() && time < end_s - tolerance; ++i) {
-    const double until = std::min(increments[i].time_s, end_s);
+    const double until = std::min(increments.time_s(i), end_s);
     odometer.step(part_of(increments[i], std::min(1.0, (until - time) / increments[i].duration_s)));
     time = until;
   }

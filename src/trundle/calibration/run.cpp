@@ -89,10 +89,10 @@ std::vector<std::size_t> choose_epochs(const Run& run, double time_offset_s) {
   const double spacing = std::max(kShortestEpochSpacing_s, duration / static_cast<double>(kMostEpochs));
   double next = run.readings.start_s;
   for (std::size_t n = 0; n <= increments.size(); ++n) {
-    const double time = n == 0 ? run.readings.start_s : increments[n - 1].time_s;
+    const double time = n == 0 ? run.readings.start_s : increments.time_s(n - 1);
     const bool last = n == increments.size();
     if (!last && time < next - 1e-9) continue;
-    if (!is_seen(run.reference, time - time_offset_s, n == 0 ? 0.0 : increments[n - 1].duration_s)) continue;
+    if (!is_seen(run.reference, time - time_offset_s, n == 0 ? 0.0 : increments.duration_s(n - 1))) continue;
     if (sample_reference(run.reference, time - time_offset_s).empty()) continue;
     epochs.push_back(n);
     next = time + spacing;
@@ -189,10 +189,26 @@ bool Run::measures_anything() const {
 
 std::optional<Pose2> body_by_reference(const Run& run, std::size_t increments, const Robot& robot) {
   const double time_s =
-      increments == 0 ? run.readings.start_s : run.readings.increments[increments - 1].time_s;
+      increments == 0 ? run.readings.start_s : run.readings.increments.time_s(increments - 1);
   const ReferenceSample sample = sample_reference(run.reference, time_s - robot.reference_time_offset_s);
   if (!sample.has_position() || !sample.has_heading()) return std::nullopt;
   return Pose2{sample.value.x(), sample.value.y(), sample.value.z()} * robot.body_from_reference.inverse();
+}
+
+std::vector<bool> poses_about_reference(const Run& run, const Robot& robot) {
+  const Increments& increments = run.readings.increments;
+  std::vector<bool> about(increments.size() + 1);
+  const auto time_of = [&](std::size_t pose) {
+    return pose == 0 ? run.readings.start_s : increments.time_s(pose - 1);
+  };
+  std::size_t after = 0;
+  for (const double time_s : run.reference.time_s) {
+    while (after < about.size() && time_of(after) < time_s + robot.reference_time_offset_s) ++after;
+    for (std::size_t pose = after - std::min<std::size_t>(after, 2); pose < std::min(after + 2, about.size());
+         ++pose)
+      about[pose] = true;
+  }
+  return about;
 }
 
 void set_gyro_clock(const Robot& robot, Run& run) {

@@ -61,6 +61,10 @@ struct Run {
 /// world_from_body by the reference after so many increments; nothing where position or heading is missing.
 std::optional<Pose2> body_by_reference(const Run& run, std::size_t increments, const Robot& robot);
 
+/// Of the poses that odometry of the run's readings has, the first one at their start: those from which the
+/// motion is interpolated at a stamp of the reference, and their neighbours.
+[[nodiscard]] std::vector<bool> poses_about_reference(const Run& run, const Robot& robot);
+
 /// The gyro's stamps are moved to where the robot has them now.
 void set_gyro_clock(const Robot& robot, Run& run);
 

@@ -78,8 +78,9 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
   SensitivityErrors errors(robot, parameters, odometer.pose(), options.gyro_noise_rad_s_sqrt_hz);
   for (std::size_t epoch = 1; epoch < run.epochs.size(); ++epoch) {
     for (std::size_t i = run.epochs[epoch - 1]; i < run.epochs[epoch]; ++i) {
-      odometer.step(run.readings.increments[i]);
-      errors.follow(run.readings.increments[i], odometer.pose());
+      const Increment increment = run.readings.increments[i];
+      odometer.step(increment);
+      errors.follow(increment, odometer.pose());
     }
     const double time = run.epoch_time(epoch);
     const ReferenceSample sample = sample_reference(run.reference, time - robot.reference_time_offset_s);

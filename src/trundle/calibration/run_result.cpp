@@ -40,13 +40,39 @@ Trajectory reference_of_body(const Run& run, const Robot& robot) {
   return trajectory;
 }
 
+/// Which poses of a run's odometry are looked at: beside the reference's stamps, and those that are drawn.
+struct PosesLookedAt {
+  std::vector<bool> about_reference;
+  std::size_t every;  ///< of all poses one in so many is drawn
+
+  PosesLookedAt(const Run& run, const Robot& robot)
+      : about_reference(poses_about_reference(run, robot)),
+        every(about_reference.size() / kPosesInPictures + 1) {}
+
+  bool is_drawn(std::size_t pose) const { return pose % every == 0; }
+  bool is_kept(std::size_t pose) const { return about_reference[pose] || is_drawn(pose); }
+  /// Of those that were kept.
+  Trajectory drawn(const Trajectory& kept) const {
+    Trajectory picture;
+    auto next = kept.poses.begin();
+    for (std::size_t pose = 0; pose < about_reference.size(); ++pose) {
+      if (!is_kept(pose)) continue;
+      if (is_drawn(pose)) picture.poses.push_back(*next);
+      ++next;
+    }
+    return picture;
+  }
+};
+
 /// Odometry from the reference's first pose on, in that pose's frame.
-IntegratedOdometry odometry_from_start(const Run& run, const Robot& robot, const ReferenceNoise& noise) {
+IntegratedOdometry odometry_from_start(const Run& run, const Robot& robot, const ReferenceNoise& noise,
+                                       const PosesLookedAt& poses) {
   const Vector3 sigma = noise.sigma();
-  return integrate(run.readings, robot,
-                   {.start_covariance = sigma.cwiseAbs2().asDiagonal(),
-                    .learn_gyro_bias = false,
-                    .keep_white_covariances = true});
+  IntegrateOptions options{.start_covariance = sigma.cwiseAbs2().asDiagonal(),
+                           .learn_gyro_bias = false,
+                           .keep_white_covariances = true};
+  options.keeps = [&](std::size_t pose) { return poses.is_kept(pose); };
+  return integrate(run.readings, robot, options);
 }
 
 TrajectoryError error_of(const Trajectory& odometry, const Trajectory& reference) {
@@ -129,8 +155,9 @@ RunResult run_result(const Run& run, const Robot& nominal, const Robot& calibrat
   result.reference_clock = clock_of(run);
   const Trajectory reference = reference_of_body(run, calibrated);
   if (reference.poses.size() < 2) return result;
-  const IntegratedOdometry before = odometry_from_start(run, nominal, noise);
-  const IntegratedOdometry after = odometry_from_start(run, calibrated, noise);
+  const PosesLookedAt poses(run, calibrated);  // by whose clock the reference is
+  const IntegratedOdometry before = odometry_from_start(run, nominal, noise, poses);
+  const IntegratedOdometry after = odometry_from_start(run, calibrated, noise, poses);
   try {
     result.before = error_of(before.trajectory, reference);
     result.after = error_of(after.trajectory, reference);
@@ -144,8 +171,8 @@ RunResult run_result(const Run& run, const Robot& nominal, const Robot& calibrat
     result.nees_white_only = mean_nees(after.trajectory, after.white_covariances, reference, noise);
   }
   result.turn = turn_of(reference);
-  result.nominal = thinned(before.trajectory, kPosesInPictures);
-  result.calibrated = thinned(after.trajectory, kPosesInPictures);
+  result.nominal = poses.drawn(before.trajectory);
+  result.calibrated = poses.drawn(after.trajectory);
   result.reference = thinned(reference, kPosesInPictures);
   return result;
 }

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <iterator>
+#include <set>
+#include <string>
 
 #include "trundle/statistics/distribution.hpp"
 
@@ -16,12 +18,6 @@ struct SessionEstimate {
   Eigen::VectorXd value;
   Eigen::VectorXd sigma;
 };
-
-std::map<std::string, std::vector<Run>> by_session(std::span<const Run> runs) {
-  std::map<std::string, std::vector<Run>> sessions;
-  for (const Run& run : runs) sessions[run.session].push_back(run);
-  return sessions;
-}
 
 bool tells_as_much(const EstimableSpace& one, const EstimableSpace& all) {
   return one.basis.cols() >= all.basis.cols();
@@ -72,11 +68,16 @@ void predict_each_from_the_others(const std::vector<SessionEstimate>& estimates,
 }  // namespace
 
 SessionSpread session_spread(const CalibrationProblem& problem, const EstimableSpace& space) {
-  auto sessions = by_session(problem.runs);
+  std::set<std::string> sessions;
+  for (const Run& run : problem.runs) sessions.insert(run.session);
   std::vector<Estimate> estimates;
   if (sessions.size() > 1)
-    for (auto& [name, own_runs] : sessions)
+    for (const std::string& session : sessions) {
+      std::vector<Run> own_runs;
+      std::ranges::copy_if(problem.runs, std::back_inserter(own_runs),
+                           [&](const Run& run) { return run.session == session; });
       estimates.push_back(estimate_parameters({own_runs, problem.nominal, problem.parameters}));
+    }
   return spread_of(estimates, problem.parameters, space);
 }
 

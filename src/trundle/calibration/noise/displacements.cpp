@@ -70,9 +70,9 @@ void add_displacements(const Run& run, const Robot& robot, double stretch_s,
       end = here;
       last = n;
     }
-    const bool full = increments[n - 1].time_s - start_s >= stretch_s - 1e-9 || n == increments.size();
+    const bool full = increments.time_s(n - 1) - start_s >= stretch_s - 1e-9 || n == increments.size();
     if (start && !full) continue;
-    if (start && end && increments[last - 1].time_s - start_s >= 0.5 * stretch_s) {
+    if (start && end && increments.time_s(last - 1) - start_s >= 0.5 * stretch_s) {
       const Pose2 moved = start->inverse() * *end;
       Displacement& displacement = displacements.emplace_back();
       displacement.run = &run;
@@ -84,7 +84,7 @@ void add_displacements(const Run& run, const Robot& robot, double stretch_s,
     start = here;
     end.reset();
     first = n;
-    start_s = increments[n - 1].time_s;
+    start_s = increments.time_s(n - 1);
   }
 }
 

@@ -70,8 +70,9 @@ Drifts drifts_from(const Pose2& start, const Run& run, const Piece& piece, const
   std::size_t done = run.epochs[piece.first];
   for (std::size_t epoch = piece.first; epoch < piece.end; ++epoch) {
     for (; done < run.epochs[epoch]; ++done) {
-      odometer.step(run.readings.increments[done]);
-      path += mean_travel(robot.chassis, run.readings.increments[done]);
+      const Increment increment = run.readings.increments[done];
+      odometer.step(increment);
+      path += mean_travel(robot.chassis, increment);
     }
     const ReferenceSample sample =
         sample_reference(run.reference, run.epoch_time(epoch) - robot.reference_time_offset_s);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "trundle/recording/alignment/gyro_turns.hpp"
@@ -11,31 +12,25 @@ namespace trundle::recording {
 namespace {
 
 /// What the gyro turned in each increment; NaN where that is not known.
-struct GyroColumn {
+std::vector<double> gyro_turns_of(const Increments& increments) {
   std::vector<double> turn_rad;
-  std::vector<double> duration_s;
-
-  explicit GyroColumn(const Increments& increments) {
-    turn_rad.reserve(increments.size());
-    duration_s.reserve(increments.size());
-    for (const Increment& increment : increments) {
-      turn_rad.push_back(increment.has_gyro ? increment.gyro_rad : kNotMeasured);
-      duration_s.push_back(increment.duration_s);
-    }
-  }
-};
+  turn_rad.reserve(increments.size());
+  for (std::size_t i = 0; i < increments.size(); ++i) turn_rad.push_back(increments.gyro_rad(i));
+  return turn_rad;
+}
 
 /// What it turned in at least so long, from an increment on, forwards or backwards; nothing across gaps.
 struct Turned {
   double gyro_rad = 0.0;
   double duration_s = 0.0;
 
-  static std::optional<Turned> over(const GyroColumn& gyro, std::size_t from, int step) {
+  static std::optional<Turned> over(const Increments& increments, std::span<const double> turn_rad,
+                                    std::size_t from, int step) {
     Turned turned;
-    for (std::size_t i = from; i < gyro.turn_rad.size(); i += static_cast<std::size_t>(step)) {
-      if (std::isnan(gyro.turn_rad[i])) break;
-      turned.gyro_rad += gyro.turn_rad[i];
-      turned.duration_s += gyro.duration_s[i];
+    for (std::size_t i = from; i < turn_rad.size(); i += static_cast<std::size_t>(step)) {
+      if (std::isnan(turn_rad[i])) break;
+      turned.gyro_rad += turn_rad[i];
+      turned.duration_s += increments.duration_s(i);
       if (turned.duration_s >= GyroIntegral::kRateOver_s - 1e-9) return turned;
     }
     return std::nullopt;
@@ -72,18 +67,16 @@ void add_gyro(const GyroStream& gyro, const Robot& robot, AlignedReadings& align
 
 void centre_gyro_changes(AlignedReadings& aligned) {
   Increments& increments = aligned.increments;
-  const GyroColumn gyro(increments);
+  const std::vector<double> turn_rad = gyro_turns_of(increments);
   double before = kNotMeasured;  // rate at the start of the increment
   for (std::size_t i = 0; i < increments.size(); ++i) {
-    const auto later = Turned::over(gyro, i + 1, 1);
-    const auto earlier = Turned::over(gyro, i, -1);
+    const auto later = Turned::over(increments, turn_rad, i + 1, 1);
+    const auto earlier = Turned::over(increments, turn_rad, i, -1);
     const double after =
         later && earlier ? (later->gyro_rad + earlier->gyro_rad) / (later->duration_s + earlier->duration_s)
                          : kNotMeasured;
     const double change = after - before;
-    Increment increment = increments[i];
-    increment.gyro_change_rad_s = std::isnan(change) ? 0.0 : change;
-    increments.set(i, increment);
+    increments.set_gyro_change(i, std::isnan(change) ? 0.0 : change);
     before = after;
   }
 }

@@ -32,6 +32,10 @@ void Increments::set(std::size_t i, const Increment& increment) {
   count_wheels();
 }
 
+void Increments::set_gyro_change(std::size_t i, double change_rad_s) {
+  gyro_change_rad_s_.set(i, change_rad_s, size(), [](std::size_t) { return 0.0; });
+}
+
 void Increments::cut(std::size_t first, std::size_t end) {
   if (first < end) first_duration_s_ = (*this)[first].duration_s;
   duration_s_.cut(first, end);

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -70,6 +71,11 @@ class Increments {
   [[nodiscard]] double duration_s(std::size_t i) const {
     return duration_s_.empty() ? between(i) : duration_s_[i];
   }
+  /// NaN where it has no gyro.
+  [[nodiscard]] double gyro_rad(std::size_t i) const {
+    if (has_gyro_.empty() || !has_gyro_[i]) return std::numeric_limits<double>::quiet_NaN();
+    return gyro_rad_.empty() ? 0.0 : gyro_rad_[i];
+  }
   [[nodiscard]] Increment operator[](std::size_t i) const {
     Increment increment{.time_s = time_s_[i], .duration_s = duration_s(i)};
     visit(*this, increment, wheels_, [&](const auto& column, auto& member, auto) {
@@ -86,6 +92,7 @@ class Increments {
   void push_back(const Increment& increment);
   /// Its stamp and its duration stay.
   void set(std::size_t i, const Increment& increment);
+  void set_gyro_change(std::size_t i, double change_rad_s);
   /// Leaves those from `first` on before `end`.
   void cut(std::size_t first, std::size_t end);
 
