@@ -369,6 +369,18 @@ TEST(LogMapping, values_that_stand_where_they_change_hold_until_the_next) {
 
 // ---- Faults ----
 
+TEST(LogMapping, a_cut_that_is_empty_is_refused_as_of_a_table) {
+  const LogRecording cut(driving_log(), R"([wheels]
+file = "run.bag"
+topic = "/joint_states"
+start_s = 5
+end_s = 2
+columns.left_rad = "position[joint=left]"
+columns.right_rad = "position[joint=right]"
+)");
+  EXPECT_THAT(cut.complaint(), HasSubstr("recording.toml:5: [wheels]: the cut from 5 s to 2 s is empty"));
+}
+
 TEST(LogMapping, what_leads_nowhere_is_refused_with_place_and_what_is_there) {
   const auto complaint = [](const std::string& map) { return LogRecording(driving_log(), map).complaint(); };
   const std::string wheels = "[wheels]\nfile = \"run.bag\"\n";

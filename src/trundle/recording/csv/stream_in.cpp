@@ -130,8 +130,8 @@ void take_columns(StreamKind kind, TomlReader& columns, bool header, StreamSourc
   }
 }
 
-void take_time(StreamKind kind, TomlReader& table, TomlReader& columns, StreamSource& source) {
-  const std::string stamp(stamp_column_of(kind));
+/// The unit and offset of the stamps, and what of the stream is wanted.
+void take_clock_and_cut(TomlReader& table, StreamSource& source) {
   source.time_scale.unit_exponent = unit_exponent_in(table);
   source.time_offset_s = table.number("time_offset_s").value_or(0.0);
   source.start_s = table.number("start_s");
@@ -139,6 +139,11 @@ void take_time(StreamKind kind, TomlReader& table, TomlReader& columns, StreamSo
   if (source.start_s && source.end_s && *source.start_s >= *source.end_s)
     table.fail("end_s", fmt::format("the cut from {} s to {} s is empty", *source.start_s, *source.end_s),
                "end_s after start_s");
+}
+
+void take_time(StreamKind kind, TomlReader& table, TomlReader& columns, StreamSource& source) {
+  const std::string stamp(stamp_column_of(kind));
+  take_clock_and_cut(table, source);
   const auto rate_hz = table.number_above_zero("rate_hz");
   const bool stamped = columns.node(stamp) != nullptr;
   if (stamped && rate_hz)
@@ -234,10 +239,7 @@ void take_known_columns(StreamKind kind, TomlReader& table, std::vector<ColumnSo
 }
 
 void take_log_time(StreamKind kind, TomlReader& table, StreamSource& source) {
-  source.time_scale.unit_exponent = unit_exponent_in(table);
-  source.time_offset_s = table.number("time_offset_s").value_or(0.0);
-  source.start_s = table.number("start_s");
-  source.end_s = table.number("end_s");
+  take_clock_and_cut(table, source);
   std::optional<TomlReader> columns = table.table("columns");
   const std::string stamp(stamp_column_of(kind));
   if (columns && columns->has(stamp)) source.time = column_in(*columns, stamp, true);
