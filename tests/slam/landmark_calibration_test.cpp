@@ -184,6 +184,20 @@ double rms_m(const Trajectory& trajectory, const Scenario& scenario) {
   return std::sqrt(sum / static_cast<double>(trajectory.poses.size()));
 }
 
+/// Each is found within four of its sigmas; the sum of the squares of the errors over these.
+double squared_sigmas(std::span<const Parameter> wanted, const CalibrationResult& result,
+                      const Robot& truth) {
+  double squares = 0.0;
+  for (const Parameter& parameter : wanted) {
+    const ParameterEstimate& e = of(result, parameter);
+    EXPECT_TRUE(e.observable) << e.name;
+    const double z = (e.value - value_of(parameter, truth)) / e.sigma_within;
+    EXPECT_LT(std::abs(z), 4.0) << e.name << " " << e.value << " ± " << e.sigma_within;
+    squares += z * z;
+  }
+  return squares;
+}
+
 TEST(LandmarkCalibration, FindsWhatTheSensorErrsByAndItsClock) {
   const std::vector<Parameter> wanted = {kRangeOffset, kBearingOffset, kClock};
   const int seeds = test::trials(6, 3);
@@ -194,13 +208,7 @@ TEST(LandmarkCalibration, FindsWhatTheSensorErrsByAndItsClock) {
     const CalibrationResult result = calibrate_from_landmarks(
         {&recording, 1}, {}, nominal_robot(),
         {.free = {"sensor.range_offset", "sensor.bearing_offset", "sensor.time_offset"}});
-    for (const Parameter& parameter : wanted) {
-      const ParameterEstimate& e = of(result, parameter);
-      EXPECT_TRUE(e.observable) << e.name;
-      const double z = (e.value - value_of(parameter, scenario.truth)) / e.sigma_within;
-      EXPECT_LT(std::abs(z), 4.0) << e.name << " " << e.value << " ± " << e.sigma_within;
-      squares += z * z;
-    }
+    squares += squared_sigmas(wanted, result, scenario.truth);
     const SlamInput input = slam_input(recording, result.calibrated);
     const SlamResult filtered = slam(input, *result.calibrated.landmark_sensor, {.method = SlamMethod::ekf});
     const SmoothedSlam smoothed = smooth(input, *result.calibrated.landmark_sensor, filtered);
@@ -224,13 +232,7 @@ TEST(LandmarkCalibration, FindsThatACameraReadsDepths) {
     const Recording recording = recorded(scenario);
     const CalibrationResult result =
         calibrate_from_landmarks({&recording, 1}, {}, nominal_robot(), {.free = {"sensor"}});
-    for (const Parameter& parameter : wanted) {
-      const ParameterEstimate& e = of(result, parameter);
-      EXPECT_TRUE(e.observable) << e.name;
-      const double z = (e.value - value_of(parameter, scenario.truth)) / e.sigma_within;
-      EXPECT_LT(std::abs(z), 4.0) << e.name << " " << e.value << " ± " << e.sigma_within;
-      squares += z * z;
-    }
+    squares += squared_sigmas(wanted, result, scenario.truth);
     EXPECT_LT(of(result, kDepthShare).sigma_within, 0.1);
   }
   const double all = static_cast<double>(wanted.size()) * seeds;

@@ -199,6 +199,14 @@ const std::string& FieldReader::unit() const {
   return program_->steps.empty() ? kNone : program_->steps.back().target().unit;
 }
 
+std::optional<FieldReader> reader_if_known(const Layout& layout, Encoding encoding, std::string_view path) {
+  try {
+    return FieldReader(layout, encoding, path);
+  } catch (const UnknownField&) {
+    return std::nullopt;
+  }
+}
+
 bool visit(const Layout& layout, Encoding encoding, std::span<const std::byte> bytes,
            const std::function<void(std::string_view path, const Value&)>& visitor) {
   Wire wire(layout, encoding, bytes);

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -54,6 +55,10 @@ class FieldReader {
   struct Program;
   std::unique_ptr<Program> program_;
 };
+
+/// Nothing where the path leads to no field.
+[[nodiscard]] std::optional<FieldReader> reader_if_known(const Layout& layout, Encoding encoding,
+                                                         std::string_view path);
 
 /// Every field of a message in order, by its path: "position[2]". False where the message ends before its
 /// layout does.

@@ -37,6 +37,8 @@ struct Channel {
   std::string metadata = {};                   ///< what the format says besides, as it stands there (WPILOG)
 };
 
+inline constexpr double kNanosecond_s = 1e-9;
+
 struct Message {
   const Channel* channel = nullptr;
   std::int64_t log_time_ns = 0;      ///< when it was recorded, on the log's clock

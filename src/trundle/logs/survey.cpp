@@ -11,7 +11,6 @@
 namespace trundle::logs {
 namespace {
 
-constexpr double kNanosecond_s = 1e-9;
 constexpr double kShortestGap_s = 0.5;
 constexpr double kGapInMedians = 5.0;
 constexpr std::size_t kMostFieldsOfAll = 1 << 17;  // more than any robot has, and some 30 MB
@@ -146,12 +145,9 @@ class ChannelSurvey {
   }
 
   std::optional<FieldReader> stamp_in(const Layout& layout) const {
-    try {
-      FieldReader stamp(layout, encoding_, "header.stamp");
-      return stamp.is_time() ? std::optional(std::move(stamp)) : std::nullopt;
-    } catch (const UnknownField&) {
-      return std::nullopt;
-    }
+    std::optional<FieldReader> stamp = reader_if_known(layout, encoding_, "header.stamp");
+    if (stamp && !stamp->is_time()) stamp.reset();
+    return stamp;
   }
 
   void take_time(const Message& message) {
@@ -220,21 +216,7 @@ class ChannelSurvey {
       if (field.text.empty()) field.text = text->substr(0, kLongestText);
       return;
     }
-    if (const std::optional<double> number = number_of(value); number && std::isfinite(*number))
-      take_number(*number, field);
-  }
-
-  static void take_number(double number, FieldSummary& field) {
-    if (field.values++ == 0) {
-      field.first = field.least = field.most = field.last = number;
-      return;
-    }
-    field.changes += number != field.last ? 1 : 0;
-    field.falls += number < field.last ? 1 : 0;
-    field.travel += std::abs(number - field.last);
-    field.least = std::min(field.least, number);
-    field.most = std::max(field.most, number);
-    field.last = number;
+    if (const std::optional<double> number = number_of(value)) field.add(*number);
   }
 
   SurveyOptions options_;
@@ -271,6 +253,20 @@ std::string key_of(const Channel& channel) {
 }
 
 }  // namespace
+
+void FieldSummary::add(double number) {
+  if (!std::isfinite(number)) return;
+  if (values++ == 0) {
+    first = least = most = last = number;
+    return;
+  }
+  changes += number != last ? 1 : 0;
+  falls += number < last ? 1 : 0;
+  travel += std::abs(number - last);
+  least = std::min(least, number);
+  most = std::max(most, number);
+  last = number;
+}
 
 LogSummary survey(Log& log, const SurveyOptions& options, const Definitions& definitions) {
   std::map<std::string, ChannelSurvey> surveys;

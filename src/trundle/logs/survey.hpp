@@ -22,6 +22,9 @@ struct FieldSummary {
   double first = 0.0, last = 0.0, least = 0.0, most = 0.0;
   double travel = 0.0;    ///< sum of the sizes of all changes
   std::string text = {};  ///< the first that is not empty
+
+  /// The next number; one that is not finite is none.
+  void add(double number);
 };
 
 /// How often a topic comes, and what its messages hold.

@@ -13,13 +13,11 @@ namespace {
 using LogJson = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-constexpr double kSecondsPerNanosecond = 1e-9;
-
 LogJson json_of(const logs::TopicSummary& topic) {
   LogJson json = {{"topic", topic.topic}, {"type", topic.type}, {"messages", topic.messages}};
   if (topic.messages > 0) {
-    json["start_s"] = static_cast<double>(topic.start_ns) * kSecondsPerNanosecond;
-    json["end_s"] = static_cast<double>(topic.end_ns) * kSecondsPerNanosecond;
+    json["start_s"] = static_cast<double>(topic.start_ns) * logs::kNanosecond_s;
+    json["end_s"] = static_cast<double>(topic.end_ns) * logs::kNanosecond_s;
   }
   if (topic.rate_hz > 0.0) {
     json["rate_hz"] = topic.rate_hz;
@@ -64,8 +62,8 @@ std::optional<LogSpan> span_of(const logs::LogSummary& summary) {
   std::optional<LogSpan> span;
   for (const logs::TopicSummary& topic : summary.topics) {
     if (topic.messages == 0) continue;
-    const double start_s = static_cast<double>(topic.start_ns) * kSecondsPerNanosecond;
-    const double end_s = static_cast<double>(topic.end_ns) * kSecondsPerNanosecond;
+    const double start_s = static_cast<double>(topic.start_ns) * logs::kNanosecond_s;
+    const double end_s = static_cast<double>(topic.end_ns) * logs::kNanosecond_s;
     if (!span) span = LogSpan{start_s, end_s};
     span->start_s = std::min(span->start_s, start_s);
     span->end_s = std::max(span->end_s, end_s);

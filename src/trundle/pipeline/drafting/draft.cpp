@@ -164,7 +164,7 @@ class Drafter {
     std::int64_t written_ns = 0;
     std::uint64_t most = 0;
     const auto is_cyclic = [](const logs::TopicSummary& topic) {
-      const double lasts_s = static_cast<double>(topic.end_ns - topic.start_ns) * 1e-9;
+      const double lasts_s = static_cast<double>(topic.end_ns - topic.start_ns) * logs::kNanosecond_s;
       return topic.unreadable.empty() && static_cast<double>(topic.messages) <= kFastest_hz * lasts_s;
     };
     for (const logs::TopicSummary& topic : question_.summary.topics) {
@@ -322,7 +322,7 @@ class Drafter {
             ? "x_m and y_m (the log numbers the wheels; WPILib's order is front left, front right, rear "
               "left, rear right)"
             : "x_m, y_m and direction_deg (the log numbers the wheels: which is where, it does not say)");
-    add(names([](const DraftWheel& wheel) { return wheel.needs_ticks && !wheel.ticks_per_revolution; }),
+    add(names([](const DraftWheel& wheel) { return wheel.needs_ticks; }),
         "ticks_per_revolution (negative: counts backwards)");
     add(names([](const DraftWheel& wheel) { return wheel.kind == "mecanum"; }), "roller_deg");
   }

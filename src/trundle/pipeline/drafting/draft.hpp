@@ -35,13 +35,11 @@ struct DraftStream {
 struct DraftWheel {
   std::string name;
   std::optional<double> x_m = {}, y_m = {};  ///< in the body frame: x forward, y to the left
-  double direction_deg = 0.0;
-  std::string kind = {};  ///< empty: "fixed"
+  std::string kind = {};                     ///< empty: "fixed"
   bool is_steered = false;
   std::optional<double> diameter_m = {};
   std::optional<double> recorded_diameter_m = {};  ///< with which the log made metres of turns
-  std::optional<double> ticks_per_revolution = {};
-  bool needs_ticks = false;  ///< the log has counts
+  bool needs_ticks = false;                        ///< the log has counts
 };
 
 /// The two files, and what a person has to do with them.
@@ -68,7 +66,6 @@ struct WheelGeometry {
 struct RobotGeometry {
   std::string robot_name = {};
   std::vector<WheelGeometry> wheels = {};         ///< by joint
-  std::vector<std::string> left, right;           ///< joints, of a controller
   std::optional<double> wheel_separation_m = {};  ///< of a controller; negative: left is right
   std::optional<double> wheel_radius_m = {}, right_wheel_radius_m = {};
   bool is_mecanum = false;

@@ -69,6 +69,10 @@ std::vector<std::string> words_of(std::string_view name) {
   return words;
 }
 
+std::vector<std::string> words_of(const logs::TopicSummary& topic, const logs::FieldSummary& field) {
+  return words_of(topic.topic + "/" + (field.path == "value" ? "" : field.path));
+}
+
 bool has_word(const std::vector<std::string>& words, std::initializer_list<std::string_view> any) {
   return std::ranges::any_of(
       words, [&](const std::string& word) { return std::ranges::find(any, word) != any.end(); });

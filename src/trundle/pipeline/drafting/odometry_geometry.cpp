@@ -3,6 +3,7 @@
 #include <cmath>
 #include <memory>
 
+#include "trundle/geometry/angle.hpp"
 #include "trundle/logs/field_reader.hpp"
 #include "trundle/pipeline/drafting/detail/names.hpp"
 #include "trundle/pipeline/drafting/detail/sensors.hpp"
@@ -34,7 +35,7 @@ class TopicReader {
   std::optional<std::vector<double>> read(const logs::Message& message) {
     if (message.channel->topic != topic_) return std::nullopt;
     if (message.channel != channel_) compile(*message.channel);
-    std::vector<double> values = {static_cast<double>(time_of(message)) * 1e-9};
+    std::vector<double> values = {static_cast<double>(time_of(message)) * logs::kNanosecond_s};
     for (const logs::FieldReader& reader : readers_) {
       const std::optional<double> value = logs::number_of(reader.read(message));
       if (!value || !std::isfinite(*value)) return std::nullopt;
@@ -92,11 +93,6 @@ WheelAngles angles_at(const std::vector<WheelAngles>& wheels, double time_s) {
   return {time_s, std::lerp(a.left_rad, b.left_rad, share), std::lerp(a.right_rad, b.right_rad, share)};
 }
 
-double wrapped_angle(double angle) {
-  constexpr double kTurn = 6.283185307179586;
-  return angle - kTurn * std::round(angle / kTurn);
-}
-
 /// Radius and separation with which these poses follow from these angles: those of the controller.
 std::optional<RobotGeometry> geometry_of(const std::vector<WheelAngles>& wheels,
                                          const std::vector<OdometryPose>& poses) {
@@ -106,7 +102,7 @@ std::optional<RobotGeometry> geometry_of(const std::vector<WheelAngles>& wheels,
   double start_s = poses.front().time_s, way_m = 0.0, turn_rad = 0.0;
   for (std::size_t i = 1; i < poses.size(); ++i) {
     const OdometryPose &a = poses[i - 1], &b = poses[i];
-    const double step_rad = wrapped_angle(b.yaw_rad - a.yaw_rad), middle = a.yaw_rad + 0.5 * step_rad;
+    const double step_rad = wrap_angle(b.yaw_rad - a.yaw_rad), middle = a.yaw_rad + 0.5 * step_rad;
     way_m += (b.x_m - a.x_m) * std::cos(middle) + (b.y_m - a.y_m) * std::sin(middle);
     turn_rad += step_rad;
     if (b.time_s - start_s < kWindow_s) continue;

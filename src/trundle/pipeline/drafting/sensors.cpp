@@ -37,7 +37,7 @@ bool is_truth(const TopicSummary& topic) {
 
 bool is_wanted_only(const std::vector<std::string>& words) {
   return has_word(words, {"setpoint", "desired", "target", "goal", "command", "cmd", "covariance", "error",
-                          "error", "joystick", "auto", "optimized", "bias", "wheel", "max", "min"});
+                          "joystick", "auto", "optimized", "bias", "wheel", "max", "min"});
 }
 
 /// "rad_s" and its like: a unit of rates, of whatever words it is made.
@@ -65,7 +65,7 @@ DraftStream stream_of(const char* table, const TopicSummary& topic, std::string 
 }
 
 std::optional<DraftStream> known_gyro(const TopicSummary& topic) {
-  if (short_type(topic.type) == "sensor_msgs/Imu")
+  if (logs::short_type_name(topic.type) == "sensor_msgs/Imu")
     return stream_of("gyro", topic, "a sensor_msgs/Imu; the axis that points up is found by gravity");
   for (const KnownSensor& known : kKnownGyros) {
     const bool is_it = known.type == "IMU" ? topic.type.starts_with(known.type) : topic.type == known.type;
@@ -82,8 +82,7 @@ void add_named_gyros(const TopicSummary& topic, std::vector<DraftStream>& found)
   // Poses and velocities that something has computed.
   if (topic.type.starts_with("nav_msgs/") || topic.type.starts_with("geometry_msgs/")) return;
   for (const FieldSummary& field : topic.fields) {
-    const std::string name = topic.topic + "/" + (field.path == "value" ? "" : field.path);
-    const std::vector<std::string> words = words_of(name);
+    const std::vector<std::string> words = words_of(topic, field);
     if (field.is_text || field.values == 0 || is_wanted_only(words) || !is_yaw_rate(words)) continue;
     DraftStream stream = stream_of("gyro", topic, "by its name");
     const bool is_degrees = has_word(words, {"deg", "degs", "degrees", "dps"});
@@ -118,7 +117,7 @@ DraftStream satellite_stream(const TopicSummary& topic, const char* latitude, co
 }
 
 std::optional<DraftStream> known_reference(const TopicSummary& topic) {
-  const std::string type = short_type(topic.type);
+  const std::string type = logs::short_type_name(topic.type);
   if (type == "sensor_msgs/NavSatFix")
     return stream_of("reference", topic, "satellites: metres of error, no heading");
   if (type == "geometry_msgs/PoseStamped" || type == "geometry_msgs/PoseWithCovarianceStamped" ||
@@ -187,11 +186,6 @@ void drop_unstamped(std::vector<DraftStream>& streams, const DraftQuestion& ques
 
 }  // namespace
 
-std::string short_type(const std::string& type) {
-  const std::size_t middle = type.find("/msg/");
-  return middle == std::string::npos ? type : type.substr(0, middle) + type.substr(middle + 4);
-}
-
 std::vector<DraftStream> gyro_candidates(const DraftQuestion& question) {
   std::vector<DraftStream> found;
   for (const TopicSummary& topic : question.summary.topics) {
@@ -216,7 +210,8 @@ std::vector<DraftStream> reference_candidates(const DraftQuestion& question) {
   }
   drop_unstamped(found, question);
   put_best_first(found, question, [](const DraftStream& stream, const TopicSummary& topic) {
-    const bool is_satellites = short_type(topic.type) == "sensor_msgs/NavSatFix" || topic.type == "GPS" ||
+    const bool is_satellites = logs::short_type_name(topic.type) == "sensor_msgs/NavSatFix" ||
+                               topic.type == "GPS" ||
                                (!stream.columns.empty() && stream.columns.front().column == "latitude_deg");
     return is_truth(topic) ? 2.0 : is_satellites ? 1.0 : 0.0;
   });
@@ -226,7 +221,7 @@ std::vector<DraftStream> reference_candidates(const DraftQuestion& question) {
 std::vector<DraftStream> velocity_candidates(const DraftQuestion& question) {
   std::vector<DraftStream> found;
   for (const TopicSummary& topic : question.summary.topics) {
-    if (short_type(topic.type) == "nav_msgs/Odometry" && topic.messages > 1 && !is_truth(topic))
+    if (logs::short_type_name(topic.type) == "nav_msgs/Odometry" && topic.messages > 1 && !is_truth(topic))
       found.push_back(stream_of("velocity", topic, "odometry as the robot itself computed it"));
     if (std::optional<DraftStream> named = question.is_csv ? named_velocity(topic) : std::nullopt)
       found.push_back(std::move(*named));
@@ -245,8 +240,7 @@ std::vector<std::string> gyro_headings(const DraftQuestion& question) {
   std::vector<std::string> found;
   for (const TopicSummary& topic : question.summary.topics)
     for (const FieldSummary& field : topic.fields) {
-      const std::vector<std::string> words =
-          words_of(topic.topic + "/" + (field.path == "value" ? "" : field.path));
+      const std::vector<std::string> words = words_of(topic, field);
       const bool is_heading = has_word(words, {"gyro", "yaw", "heading", "pigeon", "navx"}) &&
                               !has_word(words, {"roll", "pitch", "offset", "connected", "type", "name"});
       if (!field.is_text && field.changes > 10 && is_heading && !is_wanted_only(words) && !is_yaw_rate(words))

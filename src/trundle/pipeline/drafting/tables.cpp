@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 
 #include <fmt/format.h>
 
@@ -22,27 +21,8 @@ std::string head_of_file(const std::filesystem::path& path) {
   return text.substr(0, text.size() < kHeadOfTable ? text.size() : text.rfind('\n') + 1);
 }
 
-logs::FieldSummary summary_of(const std::string& name, const std::vector<double>& values) {
-  logs::FieldSummary field{.path = name};
-  for (const double value : values) {
-    if (!std::isfinite(value)) continue;
-    if (field.values++ == 0) {
-      field.first = field.last = field.least = field.most = value;
-      continue;
-    }
-    field.changes += value != field.last ? 1 : 0;
-    field.falls += value < field.last ? 1 : 0;
-    field.travel += std::abs(value - field.last);
-    field.least = std::min(field.least, value);
-    field.most = std::max(field.most, value);
-    field.last = value;
-  }
-  return field;
-}
-
-/// Nothing: it has no header, or no rows of numbers.
-std::optional<logs::TopicSummary> summary_of_table(const std::filesystem::path& path,
-                                                   const std::string& name) {
+/// Where it cannot be read, `unreadable` says why.
+logs::TopicSummary summary_of_table(const std::filesystem::path& path, const std::string& name) {
   const std::string text = head_of_file(path);
   logs::TopicSummary table{.topic = name, .type = "CSV"};
   try {
@@ -53,7 +33,8 @@ std::optional<logs::TopicSummary> summary_of_table(const std::filesystem::path& 
     table.messages = rows.count();
     for (std::size_t i = 0; i < columns.size(); ++i) {
       table.paths.push_back(csv.names()[i]);
-      table.fields.push_back(summary_of(csv.names()[i], rows.numbers[i]));
+      logs::FieldSummary& field = table.fields.emplace_back(logs::FieldSummary{.path = csv.names()[i]});
+      for (const double number : rows.numbers[i]) field.add(number);
     }
   } catch (const InputError& error) {
     table.unreadable = error.what();
@@ -75,8 +56,7 @@ logs::LogSummary survey_tables(const std::filesystem::path& folder) {
   logs::LogSummary summary;
   summary.format = "CSV";
   for (const std::filesystem::path& file : files)
-    if (std::optional<logs::TopicSummary> table = summary_of_table(file, file.filename().string()))
-      summary.topics.push_back(std::move(*table));
+    summary.topics.push_back(summary_of_table(file, file.filename().string()));
   return summary;
 }
 

@@ -106,7 +106,7 @@ std::vector<WheelGroup> all_groups(const logs::LogSummary& summary) {
   for (const logs::TopicSummary& topic : summary.topics)
     for (const logs::FieldSummary& field : topic.fields) {
       if (field.is_text || field.values == 0) continue;
-      Words words = words_of(topic.topic + "/" + (field.path == "value" ? "" : field.path));
+      Words words = words_of(topic, field);
       if (is_no_measurement(words)) continue;
       const std::optional<PlacedName> name = placed(words);
       const std::optional<WheelQuantity> quantity = quantity_of(words, field.unit);

@@ -72,16 +72,14 @@ std::string wheel_table(const DraftWheel& wheel, std::size_t count) {
   if (wheel.x_m || count > 2)
     text += number_line("x_m", wheel.x_m, "how far ahead of the middle the wheel stands [m]");
   text += number_line("y_m", wheel.y_m, "how far left of the middle; right: negative [m]");
-  if (wheel.direction_deg != 0.0) text += fmt::format("direction_deg = {:.6g}\n", wheel.direction_deg);
   if (!wheel.kind.empty()) text += fmt::format("kind = {}\n", quoted_toml(wheel.kind));
   if (wheel.kind == "mecanum")
     text += "# roller_deg =    # TO FILL IN: 45 or -45, by how the rollers stand\n";
   if (wheel.is_steered) text += "steered = true\n";
   text += number_line("diameter_m", wheel.diameter_m, "[m]");
   if (wheel.recorded_diameter_m) text += number_line("recorded_diameter_m", wheel.recorded_diameter_m, "");
-  if (wheel.needs_ticks || wheel.ticks_per_revolution)
-    text += number_line("ticks_per_revolution", wheel.ticks_per_revolution,
-                        "counts of a turn; negative: backwards");
+  if (wheel.needs_ticks)
+    text += number_line("ticks_per_revolution", std::nullopt, "counts of a turn; negative: backwards");
   return text;
 }
 

@@ -66,6 +66,14 @@ RowRules rules_of(StreamKind kind, const StreamSource& source) {
   return rules;
 }
 
+bool is_missing(double number) {
+  return std::isnan(number);
+}
+
+bool are_missing(const std::vector<double>& column) {
+  return std::ranges::all_of(column, is_missing);
+}
+
 void store_wheels(const StreamSource& source, Table table, Recording& recording) {
   WheelStream& wheels = recording.wheels;
   wheels.time_s = std::move(table.time_s);
@@ -82,9 +90,8 @@ void store_wheels(const StreamSource& source, Table table, Recording& recording)
 void take_places(Table& sightings) {
   constexpr std::size_t kRange = 1, kBearing = 2, kX = 3, kY = 4;
   if (sightings.numbers.size() <= kY) return;
-  const auto is_missing = [](double x) { return std::isnan(x); };
   for (const std::size_t column : {kRange, kBearing})
-    if (!std::ranges::all_of(sightings.numbers[column], is_missing)) return;
+    if (!are_missing(sightings.numbers[column])) return;
   for (std::size_t row = 0; row < sightings.time_s.size(); ++row) {
     const double x = sightings.numbers[kX][row], y = sightings.numbers[kY][row];
     sightings.numbers[kRange][row] = std::hypot(x, y);
@@ -116,8 +123,7 @@ VelocityStream velocity_of(Table table) {
 /// Where there is no heading, that of a quaternion as ROS writes it: yaw, and of a robot in the plane all.
 void take_quaternions(Table& reference) {
   std::vector<double>& heading = reference.numbers[2];
-  const auto is_missing = [](double x) { return std::isnan(x); };
-  if (!std::ranges::all_of(heading, is_missing)) return;
+  if (!are_missing(heading)) return;
   for (std::size_t row = 0; row < heading.size(); ++row) {
     const auto part = [&](std::size_t column) { return reference.numbers[column][row]; };
     const auto part_or_none = [&](std::size_t column) {
@@ -132,10 +138,7 @@ void take_quaternions(Table& reference) {
 void take_latitudes(Table& reference) {
   constexpr std::size_t kLatitude = 7, kLongitude = 8;
   if (reference.numbers.size() <= kLongitude) return;
-  const auto is_missing = [](double x) { return std::isnan(x); };
-  if (!std::ranges::all_of(reference.numbers[0], is_missing) ||
-      !std::ranges::all_of(reference.numbers[1], is_missing))
-    return;
+  if (!are_missing(reference.numbers[0]) || !are_missing(reference.numbers[1])) return;
   std::optional<LocalFrame> frame;  // at the first fix
   for (std::size_t row = 0; row < reference.time_s.size(); ++row) {
     const double latitude = reference.numbers[kLatitude][row], longitude = reference.numbers[kLongitude][row];

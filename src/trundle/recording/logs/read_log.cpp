@@ -23,7 +23,6 @@ using logs::Layout;
 using logs::Message;
 
 constexpr std::string_view kUp = ".up";
-constexpr double kNanosecond = 1e-9;  // [s]
 
 /// What is read of the messages of one channel.
 struct ChannelReaders {
@@ -190,13 +189,9 @@ class LogStream {
       return reader_or_refuse(layout, channel, source_.time->name, place_of(*source_.time));
     }
     if (holds_) return std::nullopt;
-    try {
-      FieldReader reader(layout, channel.encoding, "header.stamp");
-      is_header_stamp_ = true;
-      return reader;
-    } catch (const logs::UnknownField&) {
-      return std::nullopt;
-    }
+    std::optional<FieldReader> reader = logs::reader_if_known(layout, channel.encoding, "header.stamp");
+    if (reader) is_header_stamp_ = true;
+    return reader;
   }
 
   void take_rows(const Message& message, const ChannelReaders& readers) {
@@ -350,12 +345,12 @@ class LogStream {
     const auto delay = [&](std::size_t i) { return log_times_[i] - stamps_[i]; };
     const std::size_t count = stamps_.size();
     const double median =
-        kNanosecond * static_cast<double>(nth_smallest(count, (count - 1) / 2, [&](std::size_t i) {
+        logs::kNanosecond_s * static_cast<double>(nth_smallest(count, (count - 1) / 2, [&](std::size_t i) {
           return static_cast<double>(delay(i));
         }));
     double farthest = 0.0;
     for (std::size_t i = 0; i < count; ++i)
-      farthest = std::max(farthest, std::abs(kNanosecond * static_cast<double>(delay(i)) - median));
+      farthest = std::max(farthest, std::abs(logs::kNanosecond_s * static_cast<double>(delay(i)) - median));
     findings.push_back(
         {Severity::note, FindingCode::log_stamps, name, count, {}, payload::Range{median, farthest}});
   }

@@ -9,10 +9,10 @@ namespace {
 std::vector<logs::FieldReader> readers_of(const logs::Layout& layout, logs::Encoding encoding,
                                           const std::string& name, std::initializer_list<const char*> parts) {
   std::vector<logs::FieldReader> readers;
-  try {
-    for (const char* const part : parts) readers.emplace_back(layout, encoding, name + "." + part);
-  } catch (const logs::UnknownField&) {
-    return {};
+  for (const char* const part : parts) {
+    std::optional<logs::FieldReader> reader = logs::reader_if_known(layout, encoding, name + "." + part);
+    if (!reader) return {};
+    readers.push_back(std::move(*reader));
   }
   return readers;
 }

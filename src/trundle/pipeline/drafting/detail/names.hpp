@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "trundle/logs/survey.hpp"
 #include "trundle/namespaces.hpp"
 
 namespace trundle::pipeline {
@@ -12,6 +13,9 @@ namespace trundle::pipeline {
 /// The words of a name, in small letters: of "FrontLeft/DrivePositionRad[2]" front, left, drive, position,
 /// rad, 2.
 [[nodiscard]] std::vector<std::string> words_of(std::string_view name);
+/// Of a topic and a field of it; the field of a topic that is a single value has no name of its own.
+[[nodiscard]] std::vector<std::string> words_of(const logs::TopicSummary& topic,
+                                                const logs::FieldSummary& field);
 [[nodiscard]] bool has_word(const std::vector<std::string>& words,
                             std::initializer_list<std::string_view> any);
 

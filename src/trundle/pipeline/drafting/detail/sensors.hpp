@@ -7,9 +7,6 @@
 
 namespace trundle::pipeline {
 
-/// "sensor_msgs/Imu" of "sensor_msgs/msg/Imu".
-[[nodiscard]] std::string short_type(const std::string& type);
-
 /// The candidates for a stream, the best first; without file.
 [[nodiscard]] std::vector<DraftStream> gyro_candidates(const DraftQuestion& question);
 [[nodiscard]] std::vector<DraftStream> reference_candidates(const DraftQuestion& question);
