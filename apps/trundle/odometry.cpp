@@ -20,6 +20,7 @@ struct OdometryArguments {
   std::string robot;
   OdometryQuestion question;
   std::string output;
+  std::string viewer;
   Common common;
 };
 
@@ -78,6 +79,20 @@ std::string text_of(const OdometryAnswer& answer, const Robot& robot) {
   return text;
 }
 
+/// The trajectory, and what a viewer shows of it beside.
+std::vector<OutputFile> files_of(const OdometryArguments& options, const Recording& recording,
+                                 const Provenance& provenance,
+                                 const std::function<void(const TakePose&)>& produce) {
+  const std::filesystem::path path = options.output;
+  std::vector<OutputFile> files = {trajectory_file(path, provenance, produce)};
+  if (const auto format = viewer_format_named(options.viewer))
+    files.push_back(viewer_file(std::filesystem::path(path).replace_extension(options.viewer), *format,
+                                {.provenance = provenance,
+                                 .time_origin_s = recording.time_origin_s,
+                                 .trajectories = {{"odometry", true, produce}}}));
+  return files;
+}
+
 void run(const OdometryArguments& options) {
   OdometryQuestion question = options.question;
   question.start = start_pose_from(question.start_text);
@@ -92,7 +107,7 @@ void run(const OdometryArguments& options) {
   if (options.output.empty())
     integrate_into([](const StampedPose&, const Matrix3&) {});
   else
-    write_files({trajectory_file(options.output, provenance, integrate_into)}, provenance.inputs);
+    write_files(files_of(options, recording, provenance, integrate_into), provenance.inputs);
   print(options.common, document_of(answer), text_of(answer, robot.robot));
 }
 
@@ -112,7 +127,9 @@ void add_odometry(CLI::App& app) {
   add_read_options(*command, options->question.reading);
   command->add_flag("--smooth", options->question.smooth,
                     "Every pose also by what later rests show of the gyro's bias");
-  command->add_option("-o,--output", options->output, "Trajectory: .csv, or .tum by its name");
+  CLI::Option* output =
+      command->add_option("-o,--output", options->output, "Trajectory: .csv, or .tum by its name");
+  add_viewer(*command, options->viewer)->needs(output);
   command->callback([options] { run(*options); });
 }
 

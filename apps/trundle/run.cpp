@@ -10,6 +10,7 @@
 
 #include "command.hpp"
 #include "progress_bar.hpp"
+#include "shared_output.hpp"
 #include "slip_correction.hpp"
 
 namespace trundle::app {
@@ -18,6 +19,7 @@ namespace {
 struct RunArguments {
   RunQuestion question;
   std::string filter = std::string(name_of(SlamMethod::fastslam2));
+  std::string viewer;
   std::string output;
   Common common;
 };
@@ -66,6 +68,7 @@ void run(const RunArguments& options) {
   RunQuestion question = options.question;
   question.output = options.output;
   question.slam.method = *slam_method_named(options.filter);
+  question.viewer = viewer_format_named(options.viewer);
   ProgressBar bar(options.common);
   const RunAnswer answer = pipeline::run(question, progress_of(options.common, bar));
   if (const auto& failure = answer.no_odometry) throw Exit{failure->kind, failure->message};
@@ -100,6 +103,7 @@ void add_run(CLI::App& app) {
   command->add_option("--seed", question.slam.seed, "Seed of the particle filters' random numbers")
       ->check(whole_number())
       ->capture_default_str();
+  add_viewer(*command, options->viewer);
   add_read_options(*command, question.reading);
   command->add_option("-o,--output", options->output, "Folder for all results")->required();
   command->callback([options] { run(*options); });

@@ -31,4 +31,13 @@ OutputFile trajectory_file(const std::filesystem::path& path, const Provenance& 
       }};
 }
 
+CLI::Option* add_viewer(CLI::App& command, std::string& format) {
+  return command
+      .add_option(
+          "--export", format,
+          "Also write trajectories, map and slips for viewers: mcap (Foxglove, PlotJuggler, ros2 bag), "
+          "wpilog (AdvantageScope)")
+      ->check(CLI::IsMember(viewer_format_names()));
+}
+
 }  // namespace trundle::app

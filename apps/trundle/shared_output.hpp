@@ -7,6 +7,7 @@
 #include "trundle/geometry/trajectory.hpp"
 #include "trundle/odometry/integrate.hpp"
 #include "trundle/pipeline/files.hpp"
+#include "trundle/pipeline/viewers/shown.hpp"
 #include "trundle/recording/recording.hpp"
 
 #include "command.hpp"
@@ -22,5 +23,8 @@ OutputFile trajectory_file(const std::filesystem::path& path, const Provenance& 
 /// The same of poses that `produce` hands on while the file is written.
 OutputFile trajectory_file(const std::filesystem::path& path, const Provenance& provenance,
                            std::function<void(const TakePose&)> produce);
+
+/// --export of a command whose result viewers can show: mcap or wpilog, empty where it is not given.
+CLI::Option* add_viewer(CLI::App& command, std::string& format);
 
 }  // namespace trundle::app

@@ -24,6 +24,7 @@ struct SlamArguments {
   std::string filter = "fastslam2";
   std::string estimate;
   std::string output;
+  std::string viewer;
   bool timing = false;
 };
 
@@ -95,6 +96,16 @@ SlamQuestion question_of(const SlamArguments& options) {
   return question;
 }
 
+/// For a viewer: the names of `trundle run`.
+Shown shown_slam(const SlamAnswer& answer, const Recording& recording) {
+  Shown all{.provenance = answer.provenance, .time_origin_s = recording.time_origin_s, .trajectories = {}};
+  all.trajectories.push_back(shown("slam online", answer.result.online));
+  if (answer.result.path) all.trajectories.push_back(shown("slam path", *answer.result.path));
+  if (answer.smoothed) all.trajectories.push_back(shown("slam", answer.smoothed->trajectory));
+  all.landmarks = landmark_rows_of(answer);
+  return all;
+}
+
 void run(const SlamArguments& options) {
   SlamQuestion question = question_of(options);
   const RobotFile robot = read_robot_file(options.robot);
@@ -108,6 +119,11 @@ void run(const SlamArguments& options) {
   bar.clear();
   require_apart(inputs_of(answer, question.checkpoints), slam_files_in(options.output));
   for (const OutputFile& file : files_of(answer, options.output)) results.write(file.path, file.content);
+  if (const auto format = viewer_format_named(options.viewer)) {
+    const OutputFile file = viewer_file(std::filesystem::path(options.output) / ("slam." + options.viewer),
+                                        *format, shown_slam(answer, recording));
+    results.write(file.path, file.content, file.rest);
+  }
   const std::vector<std::string> names = slam_file_names();
   results.commit({names.begin(), names.end()}, "slam.json");
   print(options.common, document_of(answer), text_of(options, answer));
@@ -188,6 +204,7 @@ void add_slam(CLI::App& app) {
   command->add_option("--resume", checkpoints.resume,
                       "Go on from a checkpoint of the same recording, or of its beginning");
   command->add_option("-o,--output", options->output, "Folder for the results")->required();
+  add_viewer(*command, options->viewer);
   command->callback([options] { run(*options); });
 }
 

@@ -471,5 +471,30 @@ TEST_F(RunCommand, WrongInputIsExitCodeThree) {
   EXPECT_FALSE(exists("d"));
 }
 
+/// The file is one of the run, opens as a log, and goes with the next run that is not asked for it.
+TEST_F(RunCommand, WritesWhatViewersRead) {
+  for (const std::string format : {"mcap", "wpilog"}) {
+    ASSERT_EQ(run({"run", "seen", "--robot", "sighted.toml", "--export", format, "-o", "out"}).exit_code, 0);
+    EXPECT_EQ(stage("out", "export").at("outputs"), Json::array({"run." + format}));
+    EXPECT_EQ(json("out/run.json").at("options").at("export"), format);
+    const Outcome info = run({"info", "out/run." + format});
+    EXPECT_EQ(info.exit_code, 0) << info.err;
+    for (const char* what : {"rundle/odometry", "andmarks"}) EXPECT_THAT(info.out, HasSubstr(what));
+    EXPECT_EQ(exists("out/run.mcap"), format == "mcap");
+  }
+  ASSERT_EQ(run({"run", "seen", "--robot", "sighted.toml", "-o", "out"}).exit_code, 0);
+  EXPECT_FALSE(exists("out/run.wpilog"));
+  EXPECT_TRUE(stage("out", "export").is_null());
+}
+
+TEST_F(RunCommand, SingleCommandsWriteWhatViewersReadBesideTheirResults) {
+  ASSERT_EQ(run({"odometry", "seen", "--robot", "sighted.toml", "--export", "mcap", "-o", "t.csv"}).exit_code,
+            0);
+  EXPECT_THAT(run({"info", "t.mcap"}).out, HasSubstr("nav_msgs/msg/Odometry"));
+  ASSERT_EQ(run({"slam", "seen", "--robot", "sighted.toml", "--export", "wpilog", "-o", "map"}).exit_code, 0);
+  EXPECT_THAT(run({"info", "map/slam.wpilog"}).out, HasSubstr("/Trundle/slam online/Pose"));
+  EXPECT_EQ(run({"odometry", "seen", "--robot", "sighted.toml", "--export", "mcap"}).exit_code, 2);
+}
+
 }  // namespace
 }  // namespace trundle::test

@@ -1,4 +1,4 @@
-"""What dump_log.cpp prints of a .wpilog (types that need no schema) or a .bin, with nothing but Python's struct.
+"""What dump_log.cpp prints of a .wpilog (structures of plain numbers among them) or a .bin, with nothing but Python's struct.
 
 Usage: dump_packed.py FILE
 """
@@ -31,9 +31,40 @@ def array(code, payload):
     return [(f"value[{i}]", v) for i, v in enumerate(struct.unpack(f"<{count}{code}", payload[: count * size]))]
 
 
+schemas = {}
+
+
+def plain(name):
+    """Its numbers, by their paths."""
+    for declaration in schemas[name].split(";"):
+        kind, field = declaration.split()
+        if kind in schemas:
+            yield from ((f"{field}.{path}", code) for path, code in plain(kind))
+        else:
+            yield field, {"double": "d", "float": "f", "int32": "i", "int64": "q"}[kind]
+
+
+def structure(kind, payload):
+    name = kind[len("struct:") :].removesuffix("[]")
+    try:
+        fields = list(plain(name))
+    except (KeyError, ValueError):
+        return None
+    code = struct.Struct("<" + "".join(code for _, code in fields))
+    if not kind.endswith("[]"):
+        return [(path, value) for (path, _), value in zip(fields, code.unpack(payload))]
+    return [
+        (f"value[{i}].{path}", value)
+        for i, element in enumerate(code.iter_unpack(payload))
+        for (path, _), value in zip(fields, element)
+    ]
+
+
 def wpilog_fields(kind, payload):
-    if kind in ("string", "json"):
+    if kind in ("string", "json", "structschema"):
         return [("value", payload)]
+    if kind.startswith("struct:"):
+        return structure(kind, payload)
     if kind == "string[]":
         fields, at = [], 4
         for i in range(struct.unpack_from("<I", payload)[0]):
@@ -63,6 +94,8 @@ def wpilog():
         )
         payload = take(size)
         if entry:
+            if entries[entry][1] == "structschema":
+                schemas[entries[entry][0].split("struct:")[1]] = payload.decode()
             show(entries[entry][0], time_us * 1000, wpilog_fields(entries[entry][1], payload), payload)
         elif payload[0] == 0:
             texts, start = [], 5

@@ -28,9 +28,9 @@ constexpr CrcTables kCrcTables = crc_tables();
 
 }  // namespace
 
-std::uint32_t crc32_of(std::span<const std::byte> bytes) {
+std::uint32_t crc32_of(std::span<const std::byte> bytes, std::uint32_t before) {
   const CrcTables& t = kCrcTables;
-  std::uint32_t crc = 0xFFFFFFFF;
+  std::uint32_t crc = ~before;
   for (; bytes.size() >= kSlices; bytes = bytes.subspan(kSlices)) {
     std::array<std::uint32_t, 2> words;
     std::memcpy(words.data(), bytes.data(), sizeof words);

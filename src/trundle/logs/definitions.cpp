@@ -32,7 +32,8 @@ class Collector {
     const std::string_view text =
         found != folders_.end() ? std::string_view(found->second) : built_in_definition(type);
     if (text.empty() && found == folders_.end()) return false;
-    definition_ += seen_.size() == 1 ? std::string(text) : fmt::format("\n===\nMSG: {}\n{}", type, text);
+    definition_ +=
+        seen_.size() == 1 ? std::string(text) : fmt::format("\n{:=<80}\nMSG: {}\n{}", "", type, text);
     const std::string package = type.substr(0, type.find('/'));
     bool is_whole = true;
     for (const RawField& field : parse_msg(text, true).fields) {

@@ -8,28 +8,15 @@
 #include "trundle/logs/detail/file_window.hpp"
 #include "trundle/logs/detail/formats.hpp"
 #include "trundle/logs/detail/inflater.hpp"
+#include "trundle/logs/detail/mcap_format.hpp"
 
 namespace trundle::logs {
 namespace {
 
-// https://mcap.dev/spec: records of an opcode, a length of 64 bits and content; the same ones within chunks.
-
-constexpr std::string_view kMcapMagic{"\x89MCAP0\r\n", 8};
 constexpr std::size_t kMcapHead = 1 + sizeof(std::uint64_t);
 /// From the footer's opcode to the end of the file.
 constexpr std::size_t kMcapFooter =
     kMcapHead + 2 * sizeof(std::uint64_t) + sizeof(std::uint32_t) + kMcapMagic.size();
-
-enum class Opcode : std::uint8_t {
-  none = 0x00,
-  footer = 0x02,
-  schema = 0x03,
-  channel = 0x04,
-  message = 0x05,
-  chunk = 0x06,
-  statistics = 0x0B,
-  data_end = 0x0F,
-};
 
 struct McapRecord {
   Opcode opcode = Opcode::none;

@@ -77,19 +77,6 @@ std::vector<WrittenTrajectory> trajectories_of(const SlamAnswer& slam, const Run
   return all;
 }
 
-std::vector<LandmarkRow> landmarks_of(const SlamAnswer& slam) {
-  std::vector<LandmarkRow> rows;
-  for (const MappedLandmark& landmark : slam.map()) {
-    Matrix2 covariance = landmark.covariance;
-    covariance(1, 0) = covariance(0, 1);  // the half that is written
-    rows.push_back({.name = slam.input.landmarks[static_cast<std::size_t>(landmark.id)],
-                    .position = landmark.position,
-                    .covariance = covariance,
-                    .sightings = static_cast<double>(landmark.sightings)});
-  }
-  return rows;
-}
-
 std::optional<ParticleColumns> particles_of(const SlamAnswer& slam) {
   if (slam.result.particles.empty()) return std::nullopt;
   ParticleColumns columns;
@@ -158,7 +145,7 @@ Found<SlamStage> map_landmarks(const RunInputs& inputs, const RobotFile& robot, 
   const std::vector<OutputFile> files = files_of(slam, inputs.in_folder("slam"));
   return {.value = {.trajectories = trajectories_of(slam, inputs, files),
                     .summary = slam_summary_of(slam),
-                    .landmarks = landmarks_of(slam),
+                    .landmarks = landmark_rows_of(slam),
                     .particles = particles_of(slam),
                     .filter = filter_of(slam),
                     .sightings = sightings_of(slam)},

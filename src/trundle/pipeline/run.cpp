@@ -176,7 +176,8 @@ RunAnswer run_one(const RunInputs& inputs, const ResultFolder& results, const On
   auto slam = stage(StageKind::slam, [&] {
     return map_landmarks(inputs, robot, value_in(slip), stage.steps_of(StageKind::slam));
   });
-  if (slip.value) slip.value->answer.report = {};  // nobody goes on from it any more
+  if (slip.value && !inputs.question.viewer)
+    slip.value->answer.report = {};  // nobody goes on from it any more
   RunFindings found{.robot = robot,
                     .health = value_in(health),
                     .calibration = value_in(calibration),
@@ -188,6 +189,8 @@ RunAnswer run_one(const RunInputs& inputs, const ResultFolder& results, const On
   const auto evaluation =
       stage(StageKind::evaluation, [&] { return evaluate_trajectories(inputs, robot, trajectories); });
   found.evaluation = value_in(evaluation);
+  if (inputs.question.viewer)
+    stage(StageKind::viewer_file, [&] { return write_viewer_file(inputs, found, trajectories, write_now); });
   for (const WrittenTrajectory& trajectory : trajectories) record.trajectories.push_back(trajectory.entry);
   stage(StageKind::report, [&] {
     Results shown = results_of(found, std::move(trajectories), record, inputs.question.output.string());

@@ -11,6 +11,7 @@
 #include "trundle/evaluation/evaluate.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/pipeline/slam_answer.hpp"
+#include "trundle/pipeline/viewers/shown.hpp"
 #include "trundle/recording/recording.hpp"
 #include "trundle/report/run_record.hpp"
 
@@ -27,7 +28,8 @@ struct RunQuestion {
   double spin_odds = SlipOptions{}.spin_odds;  ///< as in SlipQuestion
   std::string map = {};                        ///< of landmarks; empty: landmarks.csv of the recording
   SlamQuestion slam = {};
-  ReadOptions reading = {};  ///< how its recordings are read
+  std::optional<ViewerFormat> viewer = {};  ///< then also run.mcap or run.wpilog
+  ReadOptions reading = {};                 ///< how its recordings are read
   /// The robot before it was calibrated elsewhere, to compare with; empty: `robot`.
   std::string before = {};
   std::string calibrated_on = {};  ///< and on what it was, in words

@@ -8,10 +8,10 @@ namespace {
 
 /// What a run of one recording writes, some of it only of some, besides the folder slam/.
 constexpr std::array kStageFiles = {
-    "calibrated.toml", "calibration.json", "nominal.csv",       "nominal.json",
-    "odometry.csv",    "odometry.json",    "trajectory.csv",    "slip.csv",
-    "slip.json",       "localization.csv", "localization.json", "reference.csv",
-    "evaluation.json", "run.json",         "info.json",         "report.html"};
+    "calibrated.toml",   "calibration.json", "nominal.csv",     "nominal.json", "odometry.csv",
+    "odometry.json",     "trajectory.csv",   "slip.csv",        "slip.json",    "localization.csv",
+    "localization.json", "reference.csv",    "evaluation.json", "run.json",     "info.json",
+    "report.html",       "run.mcap",         "run.wpilog"};
 
 Provenance provenance_of(const RunInputs& inputs, const std::vector<Recording>& learned) {
   const RunQuestion& question = inputs.question;
@@ -31,6 +31,7 @@ Provenance provenance_of(const RunInputs& inputs, const std::vector<Recording>& 
   }
   provenance.options.emplace_back("filter", std::string(name_of(question.slam.method)));
   provenance.options.emplace_back("particles", std::to_string(question.slam.particles));
+  if (question.viewer) provenance.options.emplace_back("export", std::string(name_of(*question.viewer)));
   add_read_options(question.reading, provenance);
   return provenance;
 }

@@ -3,6 +3,13 @@
 #include <algorithm>
 #include <iterator>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "trundle/io/words.hpp"
+#include "trundle/pipeline/odometry_answer.hpp"
+#include "trundle/pipeline/viewers/shown.hpp"
+
 namespace trundle::pipeline {
 namespace {
 
@@ -34,7 +41,50 @@ void add_slam(const SlamStage& slam, Results& results) {
   results.sightings = slam.sightings;
 }
 
+/// With every pose: what is kept of a long one is computed once more.
+ShownTrajectory shown_of(const RunInputs& inputs, const RunFindings& found,
+                         const WrittenTrajectory& trajectory) {
+  const std::string& name = trajectory.entry.name;
+  if (trajectory.file.left_out == 0) return shown(name, trajectory.file.trajectory);
+  const auto produce = [&inputs, &found, role = trajectory.role](const TakePose& take) {
+    if (role == TrackRole::corrected)
+      (void)corrected_odometry(inputs.recording(), found.slip->answer, found.robot.robot, take);
+    else
+      (void)answer_odometry(inputs.recording(), role == TrackRole::nominal ? inputs.given : found.robot,
+                            {.reading = inputs.question.reading}, take);
+  };
+  return {.name = name, .has_covariance = true, .produce = produce};
+}
+
+/// What is in the file.
+std::vector<std::string> names_in(const Shown& all) {
+  std::vector<std::string> names;
+  for (const ShownTrajectory& trajectory : all.trajectories) names.push_back(trajectory.name);
+  if (!all.landmarks.empty()) names.push_back(counted(all.landmarks.size(), "landmark"));
+  if (!all.slips.empty()) names.push_back(counted(all.slips.size(), "slip"));
+  return names;
+}
+
 }  // namespace
+
+Found<std::filesystem::path> write_viewer_file(const RunInputs& inputs, const RunFindings& found,
+                                               const std::vector<WrittenTrajectory>& trajectories,
+                                               const WriteNow& write_now) {
+  if (trajectories.empty()) throw NotApplicable{"there is no trajectory to show"};
+  Shown all{
+      .provenance = inputs.provenance, .time_origin_s = inputs.recording().time_origin_s, .trajectories = {}};
+  for (const WrittenTrajectory& trajectory : trajectories)
+    all.trajectories.push_back(shown_of(inputs, found, trajectory));
+  if (found.evaluation != nullptr)
+    all.trajectories.push_back(shown("reference", found.evaluation->reference));
+  if (found.slam != nullptr) all.landmarks = found.slam->landmarks;
+  if (found.slip != nullptr) all.slips = shown_slips(found.slip->answer.report.events, found.robot.robot);
+  const ViewerFormat format = *inputs.question.viewer;
+  const std::filesystem::path path = inputs.in_folder("run." + std::string(name_of(format)));
+  std::string message = fmt::format("wrote {}: {}", path.string(), fmt::join(names_in(all), ", "));
+  OutputFile file = write_now(viewer_file(path, format, std::move(all)));
+  return {.value = path, .message = std::move(message), .files = {std::move(file)}};
+}
 
 std::vector<WrittenTrajectory> take_trajectories(const RunFindings& found) {
   std::vector<WrittenTrajectory> all;

@@ -22,6 +22,12 @@ struct RunFindings {
 /// Moved out of the stages, in the order in which each improves on the one before: a long run's are large.
 std::vector<WrittenTrajectory> take_trajectories(const RunFindings& found);
 
+/// run.mcap or run.wpilog, whichever is asked for: all trajectories with every pose, the reference, the map
+/// of slam, and the slips. The value is its path.
+Found<std::filesystem::path> write_viewer_file(const RunInputs& inputs, const RunFindings& found,
+                                               const std::vector<WrittenTrajectory>& trajectories,
+                                               const WriteNow& write_now);
+
 /// For the page, with these trajectories: what read_results gives of the folder.
 Results results_of(const RunFindings& found, std::vector<WrittenTrajectory> trajectories,
                    const RunRecord& record, const std::string& label);

@@ -237,10 +237,24 @@ SlamSummary slam_summary_of(const SlamAnswer& answer) {
   return summary;
 }
 
+std::vector<LandmarkRow> landmark_rows_of(const SlamAnswer& answer) {
+  std::vector<LandmarkRow> rows;
+  for (const MappedLandmark& landmark : answer.map()) {
+    Matrix2 covariance = landmark.covariance;
+    covariance(1, 0) = covariance(0, 1);  // the half that is written
+    rows.push_back({.name = answer.input.landmarks[static_cast<std::size_t>(landmark.id)],
+                    .position = landmark.position,
+                    .covariance = covariance,
+                    .sightings = static_cast<double>(landmark.sightings)});
+  }
+  return rows;
+}
+
 std::vector<std::string> slam_file_names() {
   return {"trajectory.csv", "landmarks.csv",   "landmarks_covariance.csv",
           "steps.csv",      "innovations.csv", "slam.json",
-          "online.csv",     "particles.csv",   "path.csv"};
+          "online.csv",     "particles.csv",   "path.csv",
+          "slam.mcap",      "slam.wpilog"};
 }
 
 std::vector<OutputFile> files_of(const SlamAnswer& answer, const std::filesystem::path& folder) {

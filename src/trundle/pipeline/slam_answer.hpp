@@ -70,6 +70,9 @@ nlohmann::ordered_json document_of(const SlamAnswer& answer);
 /// What the page draws of that.
 SlamSummary slam_summary_of(const SlamAnswer& answer);
 
+/// The map, with the names of its landmarks, as landmarks.csv has it.
+std::vector<LandmarkRow> landmark_rows_of(const SlamAnswer& answer);
+
 /// trajectory.csv, landmarks.csv, where the filter knows it landmarks_covariance.csv, steps.csv,
 /// innovations.csv and, where there is one, path.csv; online.csv where trajectory.csv is the smoothed one.
 std::vector<OutputFile> files_of(const SlamAnswer& answer, const std::filesystem::path& folder);

@@ -10,7 +10,8 @@
 namespace trundle::pipeline {
 
 bool forbids(Misread what, StageKind stage) {
-  if (stage == StageKind::health_check || stage == StageKind::report) return false;
+  if (stage == StageKind::health_check || stage == StageKind::viewer_file || stage == StageKind::report)
+    return false;
   switch (what) {
     case Misread::motion:
       return true;

@@ -77,6 +77,7 @@ RecordingMap read_mapped(const fs::path& file, const std::string& run, const fs:
   note_input(file, text, recording);
   const LogContext context{log, logs::Definitions({msg_path.begin(), msg_path.end()})};
   RecordingMap map = parse_recording_map(text, file, run, context);
+  recording.time_origin_s = map.time_origin_s;
   for (const auto& [kind, source] : map.streams)
     if (!is_of_log(source)) read_stream(kind, source, recording);
   read_logs(map, context.definitions, recording);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <optional>
@@ -122,8 +123,9 @@ inline constexpr double kDefaultHeadingSigma = 0.017453292519943295;  ///< [rad]
 
 /// Everything one folder holds. Streams that are absent are empty.
 struct Recording {
-  std::string name;     ///< of the folder
-  std::string session;  ///< recordings of one session share it; default: the parent folder
+  std::string name;                ///< of the folder
+  std::string session;             ///< recordings of one session share it; default: the parent folder
+  std::int64_t time_origin_s = 0;  ///< the second of the files' clock that is 0 of all stamps here
   WheelStream wheels;
   GyroStream gyro;
   VelocityStream velocity;

@@ -16,9 +16,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Texts = std::vector<std::string>;
 
-constexpr std::array<std::string_view, 9> kStageNames = {"health check", "calibration",  "odometry",
-                                                         "slip",         "localization", "slam",
-                                                         "evaluation",   "report",       "recording"};
+constexpr std::array<std::string_view, 10> kStageNames = {
+    "health check", "calibration", "odometry", "slip",   "localization",
+    "slam",         "evaluation",  "export",   "report", "recording"};
 constexpr std::array<std::string_view, 3> kStatusNames = {"done", "skipped", "failed"};
 
 constexpr std::array kRunRules = {

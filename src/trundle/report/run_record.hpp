@@ -20,6 +20,7 @@ enum class StageKind {
   localization,
   slam,
   evaluation,
+  viewer_file,  ///< where one was asked for
   report,
   recording,  ///< of a session: all the stages of one of its recordings
 };

@@ -8,7 +8,7 @@
 
 namespace trundle::logs {
 
-/// CRC-32 of IEEE 802.3, as MCAP and zip have it.
-[[nodiscard]] std::uint32_t crc32_of(std::span<const std::byte> bytes);
+/// CRC-32 of IEEE 802.3, as MCAP and zip have it. `before`: that of the bytes before these.
+[[nodiscard]] std::uint32_t crc32_of(std::span<const std::byte> bytes, std::uint32_t before = 0);
 
 }  // namespace trundle::logs

@@ -109,9 +109,8 @@ void take_time_origin(TomlReader& file, const logs::Definitions& definitions, Re
   if (!first && !origin->is_integer())
     file.fail("time_origin", "time_origin is neither \"first\" nor a whole number",
               "\"first\", or the second that becomes 0");
-  const std::int64_t origin_s =
-      first ? whole_second_before(map.streams, definitions) : *origin->value<std::int64_t>();
-  for (auto& [kind, source] : map.streams) source.time_scale.origin_s = origin_s;
+  map.time_origin_s = first ? whole_second_before(map.streams, definitions) : *origin->value<std::int64_t>();
+  for (auto& [kind, source] : map.streams) source.time_scale.origin_s = map.time_origin_s;
 }
 
 /// What names of files in a recording.toml go by.
