@@ -55,7 +55,8 @@ Robot pods(double direction_of_perpendicular) {
 }
 
 TEST(Export, NamesItsFormats) {
-  EXPECT_THAT(export_formats(), ElementsAre("ros2_control", "road_runner", "ardupilot", "wpilib"));
+  EXPECT_THAT(export_formats(),
+              ElementsAre("ros2_control", "road_runner", "ardupilot", "wpilib", "robot_localization"));
   EXPECT_EQ(export_suffix("ros2_control"), "ros2_control.yaml");
 }
 
@@ -133,6 +134,35 @@ TEST(Export, WpilibHasAModuleForEachWheel) {
   EXPECT_THAT(text, HasSubstr("frOffset = Rotation2d.fromRadians(0.5);"));
   EXPECT_THAT(text,
               HasSubstr("new SwerveDriveKinematics(front_leftLocation, frLocation, rlLocation, rrLocation)"));
+}
+
+/// Of two wheels, each with 1 cm over a metre: the mean of both ahead, and their difference over the track.
+TEST(Export, RobotLocalizationHasTheNoiseOfWheelsAsVelocities) {
+  Robot robot = differential(0.07, 0.07, 0.5);
+  robot.chassis.noise.wheel_per_sqrt_m = 0.01;
+  robot.chassis.noise.lateral_per_sqrt_m = 0.002;
+  robot.chassis.gyro = Gyro{.bias_rad_s = 0.01, .scale = 1.02, .noise_rad_s_sqrt_hz = 0.003};
+  const std::string text = export_robot("robot_localization", robot, robot);
+  const std::size_t at = text.find("twist_covariance_diagonal: [");
+  ASSERT_NE(at, std::string::npos);
+  std::istringstream numbers(text.substr(at + 28));
+  std::vector<double> diagonal(6);
+  for (double& number : diagonal) (numbers >> number).ignore();
+  const double way_per_square_interval = 0.5 * 50.0;  // (v/f) / (1/f)²
+  EXPECT_NEAR(diagonal[0], 0.5e-4 * way_per_square_interval, 1e-7);
+  EXPECT_NEAR(diagonal[1], 0.04e-4 * way_per_square_interval, 1e-8);
+  EXPECT_NEAR(diagonal[5], 2e-4 / 0.25 * way_per_square_interval, 1e-6);
+  EXPECT_THAT(text, HasSubstr("at 100 messages a second: 0.0009 rad2/s2"));
+  // Forward and yaw rate are the 7th and the 12th state.
+  EXPECT_THAT(text, HasSubstr("odom0_config: [false, false, false, false, false, false, true, true, false, "
+                              "false, false, true, false, false, false]"));
+}
+
+TEST(Export, RobotLocalizationNeedsWheelsThatSeeTheMotion) {
+  Robot robot = pods(0.5 * kPi);
+  robot.chassis.wheel_count = 2;
+  robot.wheel_names.resize(2);
+  EXPECT_THROW((void)export_robot("robot_localization", robot, robot), CannotAnswer);
 }
 
 TEST(Export, ArduPilotHasYToTheRightAndWholeCounts) {

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "trundle/calibration/export_noise.hpp"
 #include "trundle/calibration/export_steered.hpp"
 #include "trundle/calibration/export_words.hpp"
 #include "trundle/calibration/squares/square.hpp"
@@ -226,12 +227,18 @@ std::string wpilib(const Robot&, const Robot& calibrated) {
   return wpilib_swerve(calibrated);
 }
 
-constexpr std::array<Format, 4> kFormats = {{{"ros2_control", "ros2_control.yaml", ros2_control},
-                                             {"road_runner", "road_runner.java", road_runner},
-                                             {"ardupilot", "ardupilot.param", ardupilot},
-                                             {"wpilib", "wpilib.java", wpilib}}};
-constexpr std::array<std::string_view, 4> kFormatNames = {kFormats[0].name, kFormats[1].name,
-                                                          kFormats[2].name, kFormats[3].name};
+std::string robot_localization_of(const Robot&, const Robot& calibrated) {
+  return robot_localization(calibrated);
+}
+
+constexpr std::array<Format, 5> kFormats = {
+    {{"ros2_control", "ros2_control.yaml", ros2_control},
+     {"road_runner", "road_runner.java", road_runner},
+     {"ardupilot", "ardupilot.param", ardupilot},
+     {"wpilib", "wpilib.java", wpilib},
+     {"robot_localization", "robot_localization.yaml", robot_localization_of}}};
+constexpr std::array<std::string_view, 5> kFormatNames = {
+    kFormats[0].name, kFormats[1].name, kFormats[2].name, kFormats[3].name, kFormats[4].name};
 
 const Format& format_named(std::string_view name) {
   const auto found = std::ranges::find(kFormats, name, &Format::name);

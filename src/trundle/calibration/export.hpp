@@ -8,10 +8,10 @@
 
 namespace trundle::calibration {
 
-/// "ros2_control", "road_runner", "ardupilot", "wpilib".
+/// "ros2_control", "road_runner", "ardupilot", "wpilib", "robot_localization".
 std::span<const std::string_view> export_formats();
 /// How the name of such a file ends: "ros2_control.yaml", "road_runner.java", "ardupilot.param",
-/// "wpilib.java".
+/// "wpilib.java", "robot_localization.yaml".
 std::string_view export_suffix(std::string_view format);
 
 /// A calibrated robot in the words of another stack: docs/export.md. `nominal` is what that stack has been
