@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <numbers>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -185,6 +186,62 @@ TEST_F(Init, ADraftOfAWpilogSaysWhatItCannotKnow) {
   EXPECT_THAT(recording, HasSubstr("columns.yaw_rate_rad_s = { field = \"value\", unit = \"deg/s\" }"));
   // What is left out is asked for where it stands, and nothing is invented.
   EXPECT_THAT(text("draft/robot.toml"), Not(HasSubstr("\ndiameter_m")));
+}
+
+/// As WPILib and AdvantageKit write modules: structures of an array, beside what was wanted of them.
+TEST_F(Init, ModulesOfASwerveAreSteeredWheels) {
+  WpilogWriter log;
+  log.record(log.start("/.schema/struct:Rotation2d", "structschema"), "double value");
+  log.record(log.start("/.schema/struct:SwerveModulePosition", "structschema"),
+             "double distance;Rotation2d angle");
+  const std::uint32_t measured = log.start("/RealOutputs/ModulePositions", "struct:SwerveModulePosition[]");
+  const std::uint32_t wanted = log.start("/RealOutputs/ModuleSetpoints", "struct:SwerveModulePosition[]");
+  for (int row = 0; row < 100; ++row) {
+    log.time_us += 20'000;
+    std::string modules;
+    for (int module = 0; module < 4; ++module)
+      modules += bytes_of_number(0.01 * row) + bytes_of_number(0.1 * module);
+    log.record(measured, modules);
+    log.record(wanted, modules);
+  }
+  put("swerve.wpilog", log.bytes());
+  const Outcome outcome = run({"init", "swerve.wpilog", "-o", "draft"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string recording = text("draft/recording.toml");
+  EXPECT_THAT(recording, HasSubstr("topic = \"/RealOutputs/ModulePositions\"\n"));
+  EXPECT_THAT(recording, HasSubstr("columns.wheel_3_m = \"value[3].distance\"\n"
+                                   "columns.wheel_3_steering_rad = \"value[3].angle.value\"\n"));
+  EXPECT_THAT(recording, Not(HasSubstr("Setpoints")));
+  EXPECT_THAT(text("draft/robot.toml"), HasSubstr("steered = true"));
+}
+
+/// A gyro whose angle alone is logged: its differences are the rates.
+TEST_F(Init, AnglesOfAGyroAreTakenWhereNoRateIsRecorded) {
+  WpilogWriter log;
+  const std::uint32_t left = log.start("/Drive/LeftPositionMeters", "double");
+  const std::uint32_t right = log.start("/Drive/RightPositionMeters", "double");
+  const std::uint32_t yaw = log.start("/Drive/Gyro/YawDegrees", "double");
+  for (int row = 0; row < 500; ++row) {
+    log.time_us += 20'000;
+    const double turned_rad = std::sin(0.02 * row);
+    log.record(left, bytes_of_number(0.01 * row - 0.25 * turned_rad));
+    log.record(right, bytes_of_number(0.01 * row + 0.25 * turned_rad));
+    log.record(yaw, bytes_of_number(turned_rad * 180.0 / std::numbers::pi));
+  }
+  put("match.wpilog", log.bytes());
+  const Outcome drafted = run({"init", "match.wpilog", "-o", "draft"});
+  ASSERT_EQ(drafted.exit_code, 0) << drafted.err;
+  EXPECT_THAT(drafted.out, HasSubstr("gyro: yaw_rad from /Drive/Gyro/YawDegrees"));
+  EXPECT_THAT(text("draft/recording.toml"),
+              HasSubstr("columns.yaw_rad = { field = \"value\", unit = \"deg\" }"));
+  put("robot.toml",
+      "[[wheel]]\nname = \"left\"\ny_m = 0.25\ndiameter_m = 0.15\n[[wheel]]\nname = \"right\"\n"
+      "y_m = -0.25\ndiameter_m = 0.15\n[gyro]\n");
+  const Outcome odometry = run({"odometry", "draft", "--robot", "robot.toml", "--json"});
+  ASSERT_EQ(odometry.exit_code, 0) << odometry.err;
+  // Wheels and gyro agree to the last digits: both were computed of one turn.
+  EXPECT_NEAR(nlohmann::json::parse(odometry.out).at("end").at("heading_rad").get<double>(),
+              std::sin(0.02 * 499), 1e-3);
 }
 
 TEST_F(Init, ADraftOfArduPilotNeedsNoEdit) {

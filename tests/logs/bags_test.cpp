@@ -298,6 +298,24 @@ TEST(SqliteBag, folders_and_compressed_files_are_read_as_one) {
   EXPECT_EQ(read_bag(folder.path()).lines, lines_of(whole));
 }
 
+/// rosbag2 writes metadata.yaml at its end: killed, it leaves the files alone, named after their folder.
+TEST(Bags, a_folder_that_rosbag2_did_not_finish) {
+  const BagFolder folder;
+  const std::string name = folder.path().filename().string();
+  WrittenLog log = counting_log(6, true);
+  const WrittenLog whole = log;
+  log.messages.erase(log.messages.begin() + 3, log.messages.end());
+  write_sqlite_bag(folder / (name + "_0.db3"), log, "none", false, true);
+  log = whole;
+  log.messages.erase(log.messages.begin(), log.messages.begin() + 3);
+  write_sqlite_bag(folder / (name + "_1.db3"), log, "none", false, true);
+  ASSERT_TRUE(is_log(folder.path()));
+  EXPECT_EQ(read_bag(folder.path()).lines, lines_of(whole));
+  fs::rename(folder / (name + "_0.db3"), folder / "other_0.db3");
+  EXPECT_FALSE(is_log(folder.path()));
+  EXPECT_THROW((void)open_log(folder.path()), InputError);
+}
+
 TEST(Bags, what_is_none_is_refused) {
   const BagFolder folder;
   EXPECT_THROW((void)open_log(folder.write("text", "a,b\n1,2\n")), InputError);

@@ -114,6 +114,51 @@ file = "run.bag"
 topic = "/imu"
 )";
 
+/// An Imu that publishes its orientation alone turns 1 rad in each of three tenths of a second, over ±π and,
+/// in one of them, without a word.
+TEST(LogMapping, rates_of_a_gyro_that_gives_angles_alone) {
+  WrittenLog log{
+      .channels = {joint_states(),
+                   {"/imu", "sensor_msgs/Imu",
+                    std::string("Header header\ngeometry_msgs/Quaternion orientation\n") + kHeader +
+                        "\n===\nMSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\n"
+                        "float64 w\n"}},
+      .messages = {}};
+  for (int i = 0; i < 4; ++i) {
+    log.messages.push_back(
+        {0, recorded(100 * i), joint_state(100 * i, {{"left", 0.5 * i}, {"right", 0.25 * i}})});
+    const double half = i == 2 ? 0.0 : 0.5 * (2.5 + i);
+    RosBytes bytes = stamped(100 * i);
+    bytes.put(0.0).put(0.0).put(std::sin(half)).put(i == 2 ? 0.0 : std::cos(half));
+    log.messages.push_back({1, recorded(100 * i), bytes.bytes()});
+  }
+  const std::string map(kDriving);
+  const Recording recording = LogRecording(log, map + "columns.yaw_rad = \"orientation.yaw\"\n").read();
+  const std::vector<double>& rates = recording.gyro.yaw_rate_rad_s;
+  ASSERT_EQ(rates.size(), 4U);
+  EXPECT_TRUE(std::isnan(rates[0]));
+  for (const std::size_t i : {1, 2, 3}) EXPECT_NEAR(rates[i], 10.0, 1e-6) << i;
+  EXPECT_THAT(LogRecording(log, map + "columns.yaw_rad = \"orientation.yaw\"\n"
+                                      "columns.yaw_rate_rad_s = \"orientation.z\"\n")
+                  .complaint(),
+              HasSubstr("gives yaw_rad besides yaw_rate_rad_s"));
+}
+
+/// Of a table the same, in degrees and counted on.
+TEST(LogMapping, angles_of_a_table_become_rates) {
+  const Folder folder;
+  folder.write("heading.csv", "t,deg\n0,350\n0.1,359\n0.2,8\n0.4,8\n");
+  folder.write("recording.toml",
+               "[gyro]\nfile = \"heading.csv\"\ncolumns.time_s = \"t\"\n"
+               "columns.yaw_rad = { column = \"deg\", unit = \"deg\", sign = -1 }\n");
+  const Recording recording = read_recording(folder.path());
+  const std::vector<double>& rates = recording.gyro.yaw_rate_rad_s;
+  ASSERT_EQ(rates.size(), 4U);
+  EXPECT_NEAR(rates[1], -radians(90.0), 1e-9);
+  EXPECT_NEAR(rates[2], -radians(90.0), 1e-9);
+  EXPECT_NEAR(rates[3], 0.0, 1e-9);
+}
+
 TEST(LogMapping, joints_and_the_axis_that_points_up) {
   const Recording recording = LogRecording(driving_log(), kDriving).read();
   ASSERT_EQ(recording.wheels.series.size(), 2U);

@@ -39,7 +39,8 @@ const Format* format_of(const fs::path& path) {
 
 bool is_rosbag2_folder(const fs::path& path) {
   std::error_code error;
-  return fs::is_directory(path, error) && fs::is_regular_file(path / "metadata.yaml", error);
+  if (!fs::is_directory(path, error)) return false;
+  return fs::is_regular_file(path / "metadata.yaml", error) || !rosbag2_files_in(path).empty();
 }
 
 }  // namespace
@@ -47,7 +48,7 @@ bool is_rosbag2_folder(const fs::path& path) {
 std::unique_ptr<Log> open_log(const fs::path& path, const Limits& limits) {
   if (is_rosbag2_folder(path)) return open_rosbag2(path, limits);
   if (fs::is_directory(path))
-    throw InputError(path.string(), "is a folder without metadata.yaml",
+    throw InputError(path.string(), "is a folder without metadata.yaml, or files named after it",
                      "that of a rosbag2, or the .db3 or .mcap file in it");
   const Format* const format = format_of(path);
   if (format == nullptr)

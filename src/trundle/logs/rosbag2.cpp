@@ -41,7 +41,9 @@ std::vector<std::string> files_named_in(std::string_view yaml) {
 class SplitBag : public Log {
  public:
   SplitBag(const fs::path& folder, const Limits& limits) {
-    const std::vector<std::string> names = files_named_in(read_file(folder / "metadata.yaml"));
+    const std::vector<std::string> names = fs::exists(folder / "metadata.yaml")
+                                               ? files_named_in(read_file(folder / "metadata.yaml"))
+                                               : rosbag2_files_in(folder);
     if (names.empty())
       throw InputError((folder / "metadata.yaml").string(), "names no file under relative_file_paths",
                        "the metadata that rosbag2 writes, or the .db3 or .mcap file itself");
@@ -99,6 +101,21 @@ class SplitBag : public Log {
 };
 
 }  // namespace
+
+std::vector<std::string> rosbag2_files_in(const fs::path& folder) {
+  std::error_code error;
+  const std::string stem = fs::weakly_canonical(folder, error).filename().string() + "_";
+  std::vector<std::string> names;
+  for (const std::string_view ending : {".db3", ".mcap"})
+    for (std::size_t number = 0;; ++number) {
+      const std::string name = fmt::format("{}{}{}", stem, number, ending);
+      if (!fs::is_regular_file(folder / name, error) &&
+          !fs::is_regular_file(folder / (name + ".zstd"), error))
+        break;
+      names.push_back(name);
+    }
+  return names;
+}
 
 std::unique_ptr<Log> open_rosbag2(const fs::path& folder, const Limits& limits) {
   return std::make_unique<SplitBag>(folder, limits);

@@ -13,7 +13,10 @@ namespace trundle::logs {
 [[nodiscard]] std::unique_ptr<Log> open_rosbag(const std::filesystem::path& path, const Limits& limits);
 [[nodiscard]] std::unique_ptr<Log> open_mcap(const std::filesystem::path& path, const Limits& limits);
 [[nodiscard]] std::unique_ptr<Log> open_sqlite_bag(const std::filesystem::path& path, const Limits& limits);
-/// A folder with metadata.yaml.
+/// The files that a folder must hold if rosbag2 was recording into it when it was killed, before it wrote
+/// metadata.yaml: NAME_0.db3, NAME_1.db3, ... of the folder NAME, or .mcap. In their order.
+[[nodiscard]] std::vector<std::string> rosbag2_files_in(const std::filesystem::path& folder);
+/// A folder with metadata.yaml, or such files.
 [[nodiscard]] std::unique_ptr<Log> open_rosbag2(const std::filesystem::path& folder, const Limits& limits);
 [[nodiscard]] std::unique_ptr<Log> open_zstd(const std::filesystem::path& path, const Limits& limits);
 [[nodiscard]] std::unique_ptr<Log> open_wpilog(const std::filesystem::path& path, const Limits& limits);

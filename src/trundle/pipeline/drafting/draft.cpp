@@ -328,13 +328,12 @@ class Drafter {
   }
 
   void take_gyro() {
-    const std::vector<DraftStream> candidates = gyro_candidates(question_);
+    std::vector<DraftStream> candidates = gyro_candidates(question_);
     if (candidates.empty()) {
-      const std::vector<std::string> headings = gyro_headings(question_);
-      if (!headings.empty())
-        draft_.notes.push_back(
-            fmt::format("gyro: no yaw rate is recorded; its heading is: {}", fmt::join(headings, ", ")));
-      return;
+      candidates = gyro_headings(question_);
+      if (candidates.empty()) return;
+      draft_.notes.push_back(
+          "gyro: no yaw rate is recorded: the differences of its angle are taken; a rate would be better");
     }
     draft_.has_gyro = true;
     draft_.streams.push_back(placed_stream(candidates.front()));

@@ -38,8 +38,8 @@ constexpr std::array kPlaceWords = {
     PlaceWord{"rightfront", 1, -1}, PlaceWord{"leftrear", -1, 1},   PlaceWord{"rightrear", -1, -1}};
 
 /// What a number behind tells apart.
-constexpr std::array<std::string_view, 9> kCounted = {"mod",  "module", "swerve", "wheel", "encoder",
-                                                      "dist", "motor",  "speed",  "wheels"};
+constexpr std::array<std::string_view, 10> kCounted = {"value",   "mod",  "module", "swerve", "wheel",
+                                                       "encoder", "dist", "motor",  "speed",  "wheels"};
 
 bool is_number(std::string_view word) {
   return !word.empty() && word.size() < 3 &&

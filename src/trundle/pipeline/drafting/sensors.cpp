@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
 
 #include <fmt/format.h>
@@ -36,8 +37,9 @@ bool is_truth(const TopicSummary& topic) {
 }
 
 bool is_wanted_only(const std::vector<std::string>& words) {
-  return has_word(words, {"setpoint", "desired", "target", "goal", "command", "cmd", "covariance", "error",
-                          "joystick", "auto", "optimized", "bias", "wheel", "max", "min"});
+  return has_word(
+      words, {"setpoint", "setpoints", "desired", "target", "goal", "command", "cmd", "covariance", "error",
+              "joystick", "auto", "optimized", "bias", "wheel", "max", "min"});
 }
 
 /// "rad_s" and its like: a unit of rates, of whatever words it is made.
@@ -64,8 +66,45 @@ DraftStream stream_of(const char* table, const TopicSummary& topic, std::string 
   return stream;
 }
 
+bool is_imu(const TopicSummary& topic) {
+  return logs::short_type_name(topic.type) == "sensor_msgs/Imu";
+}
+
+constexpr std::uint64_t kFewestChanges = 10;  ///< of what moves
+constexpr const char* kOfAngles = "an angle: the rates are its differences";
+
+bool moves(const TopicSummary& topic, std::string_view path) {
+  const FieldSummary* const field = field_of(topic, path);
+  return field != nullptr && field->changes > kFewestChanges;
+}
+
+/// Some drivers publish the orientation of a sensor alone, and leave its rates 0.
+bool has_rates(const TopicSummary& imu) {
+  return moves(imu, "angular_velocity.x") || moves(imu, "angular_velocity.y") ||
+         moves(imu, "angular_velocity.z");
+}
+
+bool has_orientation(const TopicSummary& imu) {
+  return moves(imu, "orientation.z") || moves(imu, "orientation.w");
+}
+
+DraftStream orientation_stream(const TopicSummary& imu) {
+  DraftStream stream = stream_of("gyro", imu, kOfAngles);
+  stream.columns.push_back({.column = "yaw_rad", .field = "orientation.yaw"});
+  return stream;
+}
+
+/// As its name says it, or else its size: in radians an angle is hardly beyond a few turns.
+std::string unit_of_angle(const FieldSummary& field, const std::vector<std::string>& words) {
+  constexpr double kMostRadians = 100.0;
+  if (has_word(words, {"deg", "degs", "degree", "degrees"}) || field.unit == "deg") return "deg";
+  if (has_word(words, {"rot", "rotations", "revolutions"})) return "rev";
+  if (has_word(words, {"rad", "rads", "radians"}) || field.unit == "rad") return {};
+  return std::max(std::abs(field.least), std::abs(field.most)) > kMostRadians ? "deg" : "";
+}
+
 std::optional<DraftStream> known_gyro(const TopicSummary& topic) {
-  if (logs::short_type_name(topic.type) == "sensor_msgs/Imu")
+  if (is_imu(topic) && (has_rates(topic) || !has_orientation(topic)))
     return stream_of("gyro", topic, "a sensor_msgs/Imu; the axis that points up is found by gravity");
   for (const KnownSensor& known : kKnownGyros) {
     const bool is_it = known.type == "IMU" ? topic.type.starts_with(known.type) : topic.type == known.type;
@@ -192,7 +231,7 @@ std::vector<DraftStream> gyro_candidates(const DraftQuestion& question) {
     if (topic.messages == 0) continue;
     if (std::optional<DraftStream> known = known_gyro(topic))
       found.push_back(std::move(*known));
-    else
+    else if (!is_imu(topic))
       add_named_gyros(topic, found);
   }
   drop_unstamped(found, question);
@@ -236,16 +275,27 @@ std::vector<DraftStream> velocity_candidates(const DraftQuestion& question) {
   return found;
 }
 
-std::vector<std::string> gyro_headings(const DraftQuestion& question) {
-  std::vector<std::string> found;
-  for (const TopicSummary& topic : question.summary.topics)
+std::vector<DraftStream> gyro_headings(const DraftQuestion& question) {
+  std::vector<DraftStream> found;
+  for (const TopicSummary& topic : question.summary.topics) {
+    if (is_imu(topic)) {
+      if (has_orientation(topic)) found.push_back(orientation_stream(topic));
+      continue;
+    }
     for (const FieldSummary& field : topic.fields) {
       const std::vector<std::string> words = words_of(topic, field);
       const bool is_heading = has_word(words, {"gyro", "yaw", "heading", "pigeon", "navx"}) &&
                               !has_word(words, {"roll", "pitch", "offset", "connected", "type", "name"});
-      if (!field.is_text && field.changes > 10 && is_heading && !is_wanted_only(words) && !is_yaw_rate(words))
-        found.push_back(topic.topic + (field.path == "value" ? "" : " " + field.path));
+      if (field.is_text || field.changes <= kFewestChanges || !is_heading || is_wanted_only(words) ||
+          is_yaw_rate(words))
+        continue;
+      DraftStream stream = stream_of("gyro", topic, kOfAngles);
+      stream.columns.push_back(
+          {.column = "yaw_rad", .field = field.path, .unit = unit_of_angle(field, words)});
+      found.push_back(std::move(stream));
     }
+  }
+  drop_unstamped(found, question);
   return found;
 }
 

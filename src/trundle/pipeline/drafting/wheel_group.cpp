@@ -13,13 +13,13 @@ using Words = std::vector<std::string>;
 
 /// What was wanted, or is no motion.
 bool is_no_measurement(const Words& words) {
-  return has_word(words, {"setpoint",  "desired", "target",       "goal",    "reference",   "command",
-                          "commanded", "cmd",     "applied",      "voltage", "volts",       "current",
-                          "amps",      "temp",    "effort",       "error",   "temperature", "percentage",
-                          "percent",   "torque",  "joystick",     "stick",   "axis",        "covariance",
-                          "camera",    "vision",  "acceleration", "accel",   "power",       "kp",
-                          "ki",        "kd",      "optimized",    "stddev",  "header",      "qual",
-                          "quality",   "per"}) ||
+  return has_word(words, {"setpoint",   "setpoints", "desired", "target",       "goal",    "reference",
+                          "command",    "commanded", "cmd",     "applied",      "voltage", "volts",
+                          "current",    "amps",      "temp",    "effort",       "error",   "temperature",
+                          "percentage", "percent",   "torque",  "joystick",     "stick",   "axis",
+                          "covariance", "camera",    "vision",  "acceleration", "accel",   "power",
+                          "kp",         "ki",        "kd",      "optimized",    "stddev",  "header",
+                          "qual",       "quality",   "per"}) ||
          (has_word(words, {"motor"}) && has_word(words, {"speed"}) && has_word(words, {"differential"}));
 }
 

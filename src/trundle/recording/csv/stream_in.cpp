@@ -113,7 +113,22 @@ void take_wheel_columns(TomlReader& columns, bool header, StreamSource& source) 
   keep_preferred(source.columns);
 }
 
+/// An angle in place of the rate.
+bool takes_yaw_angle(StreamKind kind, TomlReader& columns) {
+  const std::string angle(kYawAngle);
+  if (kind != StreamKind::gyro || !columns.has(angle)) return false;
+  if (columns.has("yaw_rate_rad_s"))
+    columns.fail(angle, "gives yaw_rad besides yaw_rate_rad_s",
+                 "one of them: the rate, if it is the gyro's own");
+  return true;
+}
+
 void take_columns(StreamKind kind, TomlReader& columns, bool header, StreamSource& source) {
+  if (takes_yaw_angle(kind, columns)) {
+    columns.node(std::string(kYawAngle));
+    source.columns.push_back(column_in(columns, std::string(kYawAngle), header));
+    return;
+  }
   for (ColumnSource column : columns_of(kind)) {
     if (columns.has(column.column)) {
       const CellKind cells = column.kind;

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <unordered_map>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -227,14 +229,35 @@ void read_landmarks(const StreamSource& source, Recording& recording) {
     recording.landmarks.push_back({rows.texts[0][row], {rows.numbers[1][row], rows.numbers[2][row]}});
 }
 
+/// The rates of angles: the turn from one that is known to the next, spread over the time between. Up to the
+/// first there is none.
+void take_differences(const std::vector<double>& time_s, std::vector<double>& angles) {
+  make_continuous(angles);
+  std::optional<std::size_t> known;
+  double before = kNotMeasured;
+  for (std::size_t row = 0; row < angles.size(); ++row) {
+    if (is_missing(angles[row])) continue;
+    const double turn = angles[row] - std::exchange(before, angles[row]);
+    const std::size_t first = known ? *known + 1 : 0;
+    const double rate = known ? turn / (time_s[row] - time_s[*known]) : kNotMeasured;
+    std::fill(angles.begin() + static_cast<std::ptrdiff_t>(first),
+              angles.begin() + static_cast<std::ptrdiff_t>(row) + 1, rate);
+    known = row;
+  }
+}
+
+void store_gyro(const StreamSource& source, Table table, Recording& recording) {
+  if (source.columns[0].column == kYawAngle) take_differences(table.time_s, table.numbers[0]);
+  recording.gyro = {std::move(table.time_s), std::move(table.numbers[0]), std::move(table.origin)};
+}
+
 void store_stream(StreamKind kind, const StreamSource& source, Table table, Recording& recording) {
   switch (kind) {
     case StreamKind::wheels:
       return source.rebuilt ? store_rebuilt_wheels(source, std::move(table), recording)
                             : store_wheels(source, std::move(table), recording);
     case StreamKind::gyro:
-      recording.gyro = {std::move(table.time_s), std::move(table.numbers[0]), std::move(table.origin)};
-      return;
+      return store_gyro(source, std::move(table), recording);
     case StreamKind::commands:
       recording.commands = velocity_of(std::move(table));
       return;

@@ -9,6 +9,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/logs/field_reader.hpp"
 #include "trundle/recording/csv/detail/cells.hpp"
+#include "trundle/recording/csv/detail/quaternion.hpp"
 #include "trundle/recording/logs/detail/held_values.hpp"
 #include "trundle/recording/logs/detail/log_streams.hpp"
 #include "trundle/recording/logs/detail/up_axis.hpp"
@@ -22,7 +23,8 @@ using logs::FieldReader;
 using logs::Layout;
 using logs::Message;
 
-constexpr std::string_view kUp = ".up";
+constexpr std::string_view kUp = ".up";    ///< of three axes, the one that points up
+constexpr std::string_view kYaw = ".yaw";  ///< of a quaternion
 
 /// What is read of the messages of one channel.
 struct ChannelReaders {
@@ -56,14 +58,14 @@ class LogStream {
   LogStream(const StreamSource& source, const logs::Definitions& definitions)
       : source_(source), definitions_(definitions) {
     for (const ColumnSource& column : source.columns) {
-      const bool is_up = column.name.ends_with(kUp);
       first_value_.push_back(paths_.size());
       if (column.name.empty()) continue;  // the stream may have it, the log does not
-      const std::string stem = column.name.substr(0, column.name.size() - (is_up ? kUp.size() : 0));
-      if (is_up)
-        for (const char* const axis : {".x", ".y", ".z"}) paths_.push_back({stem + axis, &column});
+      if (column.name.ends_with(kUp))
+        add_parts(column, kUp, {".x", ".y", ".z"});
+      else if (column.name.ends_with(kYaw))
+        add_parts(column, kYaw, {".x", ".y", ".z", ".w"});
       else
-        paths_.push_back({stem, &column});
+        paths_.push_back({column.name, &column});
       holds_ = holds_ || topic_of(column) != source.topic;
     }
     numbers_.resize(paths_.size());
@@ -106,6 +108,13 @@ class LogStream {
   }
 
  private:
+  /// Of a value that is computed of several fields.
+  void add_parts(const ColumnSource& column, std::string_view ending,
+                 std::initializer_list<std::string_view> parts) {
+    const std::string stem = column.name.substr(0, column.name.size() - ending.size());
+    for (const std::string_view part : parts) paths_.push_back({stem + std::string(part), &column});
+  }
+
   struct PendingRow {
     std::int64_t stamp;
     std::int64_t log_time;
@@ -311,6 +320,7 @@ class LogStream {
       return;
     }
     double factor = column.scale;
+    if (column.name.ends_with(kYaw)) take_yaw(value);
     if (column.name.ends_with(kUp) && up_) {
       const UpAxis::Answer up = up_->answer();
       value += up.axis;
@@ -322,6 +332,15 @@ class LogStream {
     if (factor != 1.0)
       for (double& number : table.numbers.back()) number *= factor;
     require_plausible(table.numbers.back(), column, table.origin);
+  }
+
+  /// In place of the first of a quaternion's four. One of zeros says that there is none.
+  void take_yaw(std::size_t first) {
+    for (std::size_t row = 0; row < numbers_[first].size(); ++row) {
+      const Quaternion q{numbers_[first][row], numbers_[first + 1][row], numbers_[first + 2][row],
+                         numbers_[first + 3][row]};
+      numbers_[first][row] = q.length2() > 0.0 ? yaw_of(q) : kNotMeasured;
+    }
   }
 
   static void report_axis(const UpAxis::Answer& up, std::vector<Finding>& findings, const std::string& name) {

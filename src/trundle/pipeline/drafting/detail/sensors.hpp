@@ -12,8 +12,8 @@ namespace trundle::pipeline {
 [[nodiscard]] std::vector<DraftStream> reference_candidates(const DraftQuestion& question);
 /// Odometry that another program computed.
 [[nodiscard]] std::vector<DraftStream> velocity_candidates(const DraftQuestion& question);
-/// Headings of a gyro of which no rate is recorded: topic and field.
-[[nodiscard]] std::vector<std::string> gyro_headings(const DraftQuestion& question);
+/// Angles of a gyro of which no rate is recorded.
+[[nodiscard]] std::vector<DraftStream> gyro_headings(const DraftQuestion& question);
 
 /// The stamps of a table: its column, and the unit as recording.toml names it. Nothing: no column rises.
 struct StampColumn {

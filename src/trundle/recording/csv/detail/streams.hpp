@@ -34,6 +34,8 @@ std::vector<ColumnSource> columns_of(StreamKind kind);
 /// Of a reference the first are x, y and heading; what follows is a quaternion, latitude and longitude. Of
 /// sightings they are name, range and bearing; what follows is the place in the sensor's frame.
 inline constexpr std::size_t kPoseColumns = 3;
+/// Of a gyro whose angle alone was recorded [rad], in place of its rate: a map may name it.
+inline constexpr std::string_view kYawAngle = "yaw_rad";
 /// "time_s", or "start_s" where rows are intervals.
 std::string_view stamp_column_of(StreamKind kind);
 
