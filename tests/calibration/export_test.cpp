@@ -1,5 +1,6 @@
 #include "trundle/calibration/export.hpp"
 
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <sstream>
@@ -156,6 +157,24 @@ TEST(Export, RobotLocalizationHasTheNoiseOfWheelsAsVelocities) {
   // Forward and yaw rate are the 7th and the 12th state.
   EXPECT_THAT(text, HasSubstr("odom0_config: [false, false, false, false, false, false, true, true, false, "
                               "false, false, true, false, false, false]"));
+}
+
+/// ROS 2 takes 0 and 1 for integers, and refuses them where it wants doubles.
+TEST(Export, NumbersForRos2HaveAPointOrAnExponent) {
+  Robot robot = differential(1.0, 1.0, 2.0);
+  robot.chassis.wheel_storage[0].diameter_m = robot.chassis.wheel_storage[1].diameter_m = 2.0;
+  for (const auto* format : {"ros2_control", "robot_localization"}) {
+    std::istringstream lines(export_robot(format, robot, robot));
+    for (std::string line; std::getline(lines, line);) {
+      if (line.starts_with("#") || line.find("    #") == 0) continue;
+      std::istringstream words(line.substr(line.find(':') == std::string::npos ? 0 : line.find(':') + 1));
+      for (std::string word; words >> word;) {
+        const bool is_number = std::isdigit(static_cast<unsigned char>(word[word[0] == '[' ? 1 : 0])) != 0;
+        EXPECT_TRUE(!is_number || word.find_first_of(".e") != std::string::npos) << line;
+      }
+    }
+  }
+  EXPECT_THAT(export_robot("ros2_control", robot, robot), HasSubstr("wheel_separation: 2.0\n"));
 }
 
 TEST(Export, RobotLocalizationNeedsWheelsThatSeeTheMotion) {

@@ -77,11 +77,13 @@ std::string ros2_control(const Robot& nominal, const Robot& calibrated) {
   text += "diff_drive_controller:\n  ros__parameters:\n";
   text += fmt::format("    left_wheel_names: {}\n", names_on_side(nominal, true));
   text += fmt::format("    right_wheel_names: {}\n", names_on_side(nominal, false));
-  text += fmt::format("    wheel_separation: {:.9g}\n", before.track_m);
-  text += fmt::format("    wheel_radius: {:.9g}\n", radius);
-  text += fmt::format("    wheel_separation_multiplier: {:.9g}\n", after.track_m / before.track_m);
-  text += fmt::format("    left_wheel_radius_multiplier: {:.9g}\n", 0.5 * after.left_diameter_m / radius);
-  text += fmt::format("    right_wheel_radius_multiplier: {:.9g}\n", 0.5 * after.right_diameter_m / radius);
+  text += fmt::format("    wheel_separation: {}\n", ros_double(before.track_m));
+  text += fmt::format("    wheel_radius: {}\n", ros_double(radius));
+  text += fmt::format("    wheel_separation_multiplier: {}\n", ros_double(after.track_m / before.track_m));
+  text +=
+      fmt::format("    left_wheel_radius_multiplier: {}\n", ros_double(0.5 * after.left_diameter_m / radius));
+  text += fmt::format("    right_wheel_radius_multiplier: {}\n",
+                      ros_double(0.5 * after.right_diameter_m / radius));
   return text;
 }
 

@@ -1,6 +1,9 @@
 #include "trundle/calibration/export_noise.hpp"
 
 #include <array>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -21,6 +24,8 @@ constexpr double kFilterRate_hz = 30.0;  ///< robot_localization's own default
 // What wheels and gyro measure follows the robot at these accelerations; nothing here measures them.
 constexpr double kAcceleration_m_s2 = 1.0;
 constexpr double kTurnAcceleration_rad_s2 = 2.0;
+
+constexpr int kDigits = 4;  ///< of a covariance
 
 constexpr std::size_t kStates = 15;  ///< position, angles, their rates, acceleration: three each
 enum State : std::size_t { kForward = 6, kLeft = 7, kYawRate = 11 };  ///< those that wheels and gyro measure
@@ -53,9 +58,10 @@ std::string process_noise(std::initializer_list<std::pair<State, double>> diagon
   std::string text = "    process_noise_covariance: [\n";
   for (std::size_t row = 0; row < kStates; ++row) {
     const std::string_view comma = row + 1 < kStates ? "," : "]";
-    text += fmt::format("      {:.4g}{}\n",
-                        fmt::join(matrix.begin() + row * kStates, matrix.begin() + (row + 1) * kStates, ", "),
-                        comma);
+    std::vector<std::string> numbers;
+    for (std::size_t column = 0; column < kStates; ++column)
+      numbers.push_back(ros_double(matrix[row * kStates + column], kDigits));
+    text += fmt::format("      {}{}\n", fmt::join(numbers, ", "), comma);
   }
   return text;
 }
@@ -76,8 +82,8 @@ std::string robot_localization(const Robot& calibrated) {
   text += fmt::format(
       "diff_drive_controller:  # or whichever publishes the wheels' odometry\n  ros__parameters:\n"
       "    # vx [m2/s2], vy [m2/s2], not used: z, roll, pitch; vyaw [rad2/s2]\n"
-      "    twist_covariance_diagonal: [{:.4g}, {:.4g}, 1e-9, 1e-9, 1e-9, {:.4g}]\n",
-      twist(0, 0), twist(1, 1), twist(2, 2));
+      "    twist_covariance_diagonal: [{}, {}, 1e-9, 1e-9, 1e-9, {}]\n",
+      ros_double(twist(0, 0), kDigits), ros_double(twist(1, 1), kDigits), ros_double(twist(2, 2), kDigits));
   text += fmt::format("ekf_filter_node:\n  ros__parameters:\n    frequency: {:.1f}\n    two_d_mode: true\n",
                       kFilterRate_hz);
   text +=

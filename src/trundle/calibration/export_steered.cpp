@@ -106,8 +106,8 @@ std::string ros2_control_of_steered(const Robot& robot) {
     const std::string& name = wheel_name(robot, driven[0]);
     text += fmt::format(
         "tricycle_controller:\n  ros__parameters:\n    traction_joint_name: \"{0}\"\n"
-        "    steering_joint_name: \"{0}_steering\"\n    wheelbase: {1:.9g}\n    wheel_radius: {2:.9g}\n",
-        name, wheelbase_m, radius_m);
+        "    steering_joint_name: \"{0}_steering\"\n    wheelbase: {1}\n    wheel_radius: {2}\n",
+        name, ros_double(wheelbase_m), ros_double(radius_m));
     return text;
   }
   const bool two = steered.size() == 2;
@@ -118,10 +118,10 @@ std::string ros2_control_of_steered(const Robot& robot) {
   text += fmt::format("{}_steering_controller:\n  ros__parameters:\n", two ? "ackermann" : "tricycle");
   text += fmt::format("    traction_joints_names: {}\n", joints(robot, driven));
   text += fmt::format("    steering_joints_names: {}\n", joints(robot, steered));
-  text += fmt::format("    wheelbase: {:.9g}\n", wheelbase_m);
-  text += fmt::format("    traction_track_width: {:.9g}\n", distance_m(robot, driven));
-  if (two) text += fmt::format("    steering_track_width: {:.9g}\n", distance_m(robot, steered));
-  text += fmt::format("    traction_wheels_radius: {:.9g}\n", radius_m);
+  text += fmt::format("    wheelbase: {}\n", ros_double(wheelbase_m));
+  text += fmt::format("    traction_track_width: {}\n", ros_double(distance_m(robot, driven)));
+  if (two) text += fmt::format("    steering_track_width: {}\n", ros_double(distance_m(robot, steered)));
+  text += fmt::format("    traction_wheels_radius: {}\n", ros_double(radius_m));
   return text;
 }
 

@@ -20,4 +20,12 @@ inline std::string export_head(const Robot& robot, std::string_view comment) {
   return fmt::format("{} {} as calibrated by trundle\n", comment, robot.name.empty() ? "robot" : robot.name);
 }
 
+/// A number of a parameter file of ROS 2, which takes one without a point for an integer, and then refuses it
+/// where it wants a double, or beside doubles in a list.
+inline std::string ros_double(double value, int digits = 9) {
+  std::string text = fmt::format("{:.{}g}", value, digits);
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text;
+}
+
 }  // namespace trundle::calibration
