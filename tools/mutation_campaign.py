@@ -3,9 +3,9 @@
 
     tools/mutation_campaign.py PROGRAM NUMBER [--seed SEED] [--jobs JOBS] [--keep FOLDER]
 
-Three of four cases take the bundled sample (data/demo, shortened) and damage one of its files or the command line at
-random; the others are of a random robot and its recordings (generated_recording.py), a third of them damaged too. Each
-runs one command. It fails on an exit code other than 0, 2, 3 and 4, on an error that is not one line, on a time-out, on
+Of four cases two take the bundled sample (data/demo, shortened), one a log (generated_log.py), and damage one of the
+files or the command line at random; the fourth is of a random robot and its recordings (generated_recording.py), a third
+of them damaged too. Each runs one command. It fails on an exit code other than 0, 2, 3 and 4, on an error that is not one line, on a time-out, on
 control characters or "nan" on the terminal, on "nan" and "inf" in a file of results, and on temporary files that are
 left. The same seed gives the same cases. Cases that fail are kept in --keep (out/campaign), with their command line.
 """
@@ -19,11 +19,13 @@ import pathlib
 import random
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
 from collections import Counter
 
+import generated_log
 import generated_recording
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -54,6 +56,18 @@ COMMANDS = [
     "live --robot robot.toml --json",
     "live --robot robot.toml --checkpoint out/state",
 ]
+LOGS = ["drive.bag", "bz2.bag", "drive.mcap", "drive.db3", "drive.wpilog", "drive.bin", "drive.ulg"]
+ON_LOGS = [
+    "info {}",
+    "info {} --json",
+    "info {} --recording map.toml --robot two_wheels.toml --json",
+    "init {} -o out/draft",
+    "init {} --urdf robot.urdf -o out/draft --json",
+    "init {} --controller controller.yaml -o out/draft",
+    "odometry {} --recording map.toml --robot two_wheels.toml -o out/t.csv",
+    "calibrate {} --recording map.toml --robot two_wheels.toml -o out/calibrated.toml --json",
+    "run {} --recording map.toml --robot two_wheels.toml -o out/all",
+]
 ON_GENERATED = [
     "info run --robot robot.toml",
     "info other --robot robot.toml --json",
@@ -82,6 +96,12 @@ def shortened(path, rows=ROWS):
 def run(program, line, folder, stdin=None):
     return subprocess.run([program, *line], cwd=folder, stdin=stdin or subprocess.DEVNULL, capture_output=True,
                           timeout=TIMEOUT_S)
+
+
+def must_run(program, line, folder):
+    done = run(program, line.split(), folder)
+    if done.returncode != 0:
+        sys.exit(f"{line}: {done.stderr.decode()}")
 
 
 def live_lines(recording):
@@ -114,13 +134,26 @@ def make_sample(program, folder):
         'session = "s"\n[wheels]\nfile = "wheels.csv"\ncolumns.time_s = "time_s"\ncolumns.left_ticks = 2\n'
         'columns.right_ticks = { column = "right_ticks", sign = 1 }\n[reference]\nposition_sigma_m = 0.001\n')
     (folder / "readings.jsonl").write_text(live_lines(folder / "run"))
-    for line in ("run run --robot robot.toml -o results --quiet",
-                 "slam run --robot robot.toml -o unused --filter ekf --checkpoint state"):
-        done = run(program, line.split(), folder)
-        if done.returncode != 0:
-            sys.exit(f"{line}: {done.stderr.decode()}")
+    must_run(program, "run run --robot robot.toml -o results --quiet", folder)
+    must_run(program, "slam run --robot robot.toml -o unused --filter ekf --checkpoint state", folder)
     shutil.rmtree(folder / "unused")
     (folder / "results/report.html").unlink()
+
+
+def make_logs(program, folder):
+    """For each format a folder with its log, the log's map, and what is known of the robot."""
+    whole = folder / "whole"
+    whole.mkdir(parents=True)
+    generated_log.write(whole)
+    for log in LOGS:
+        (folder / log).mkdir()
+        for name in (log, "two_wheels.toml", "robot.urdf", "controller.yaml"):
+            (folder / log / name).hardlink_to(whole / name)
+        must_run(program, f"init {log} -o draft --quiet", folder / log)
+        (folder / log / "map.toml").write_text((folder / log / "draft/recording.toml").read_text().replace("../", ""))
+        shutil.rmtree(folder / log / "draft")
+        must_run(program, f"odometry {log} --recording map.toml --robot two_wheels.toml -o t.csv --quiet", folder / log)
+        (folder / log / "t.csv").unlink()
 
 
 def other_number(number, rng):
@@ -130,11 +163,26 @@ def other_number(number, rng):
         return b"0"
 
 
+def with_other_bytes(content, at, rng):
+    """A binary number in place of what stands at a place, of which any may be out of range."""
+    form, value = rng.choice((
+        *(("<d", value) for value in (math.nan, math.inf, -math.inf, 1e300, -1e300, 1e-300, 0.0, 1e12)),
+        *(("<f", value) for value in (math.nan, math.inf, 3e38, 0.0)),
+        *(("<Q", value) for value in (0, 1, 2**31, 2**32, 2**63, 2**64 - 1)),
+        *(("<I", value) for value in (0, 1, 2**16, 2**31, 2**32 - 1)), *(("<H", value) for value in (0, 2**15, 2**16 - 1))))
+    number = struct.pack(form, value)
+    return content[:at] + number + content[at + len(number):]
+
+
 def mutated(content, rng):
+    binary = b"\0" in content
     for _ in range(rng.choice((1, 1, 1, 2, 4))):
         at = rng.randrange(len(content) + 1)
         end = min(len(content), at + rng.choice((1, 1, 2, 5, 20, 200)))
         kind = rng.choice((0, 1, 1, 1, 1, 2, 3, 4, 5, 6, 7))
+        if binary and kind == 1:
+            content = with_other_bytes(content, at, rng)
+            continue
         numbers = list(re.finditer(rb"-?\d[\d.e+-]*", content)) if kind in (0, 1) else []
         lines = content.splitlines(keepends=True) if kind in (2, 3) else []
         if numbers:  # another number, or what is none
@@ -192,6 +240,9 @@ def faults_of_csv(text):
     return None
 
 
+NO_TOML_NUMBER = re.compile(r"""^[^#"'\n]*[=\[,] ?[+-]?(nan|inf)\b""", re.MULTILINE)
+
+
 def faults_of_file(path):
     if ".tmp" in path.suffixes:
         return "a temporary file is left"
@@ -199,6 +250,8 @@ def faults_of_file(path):
     if path.suffix == ".csv":
         return faults_of_csv(text)
     if path.suffix == ".tum" and re.search(r"\b(nan|inf)\b", text):
+        return "not a finite number"
+    if path.suffix == ".toml" and NO_TOML_NUMBER.search(text):
         return "not a finite number"
     if path.suffix == ".json":
         try:
@@ -225,7 +278,8 @@ def faults(done, folder, line):
         return "control characters on the terminal"
     if done.returncode == 0 and NO_NUMBER.search(done.stdout):
         return "not a finite number on the terminal"
-    if b"--json" in line and done.returncode == 0 and b"--help" not in line:
+    asked_for_json = any(word == b"--json" and not before.startswith(b"-") for before, word in zip(line, line[1:]))
+    if asked_for_json and done.returncode == 0 and b"--help" not in line:
         try:
             json.loads(done.stdout, parse_constant=lambda word: sys.exit(word))
         except (SystemExit, ValueError) as error:
@@ -237,10 +291,10 @@ def faults(done, folder, line):
     return None
 
 
-def damaged_sample(sample, folder, rng):
-    """A command line on a copy of the sample, one of which is damaged, and its file."""
+def damaged(sample, folder, commands, rng):
+    """A command line on a copy of the sample, one of whose files or which itself is damaged, and the file."""
     shutil.copytree(sample, folder, copy_function=lambda a, b: pathlib.Path(b).hardlink_to(a))
-    line = rng.choice(COMMANDS).encode().split()
+    line = rng.choice(commands).encode().split()
     inputs = sorted(path for path in sample.rglob("*") if path.is_file())
     used = [path for path in inputs if any(word.decode() in (path.name, path.relative_to(sample).parts[0]) for word in line)
             or (line[0] == b"live" and path.name == "readings.jsonl")
@@ -271,14 +325,25 @@ def generated(folder, rng):
     return line, path.relative_to(folder)
 
 
-def case(program, sample, keep, seed, number):
+def prepared(scratch, folder, number, rng):
+    """The folder of a case: its command line, and the file that is damaged."""
+    if number % 4 == 3:
+        return generated(folder, rng)
+    if number % 4 == 1:
+        log = rng.choice(LOGS)
+        return damaged(scratch / "logs" / log, folder, [line.format(log) for line in ON_LOGS], rng)
+    return damaged(scratch / "sample", folder, COMMANDS, rng)
+
+
+def case(program, scratch, keep, seed, number):
     """Runs it: its exit code, and what is wrong with it."""
     rng = random.Random(seed * 1_000_003 + number)
-    folder = sample.parent / f"case_{os.getpid()}"
-    line, file = generated(folder, rng) if number % 4 == 3 else damaged_sample(sample, folder, rng)
+    folder = scratch / f"case_{os.getpid()}"
+    line, file = prepared(scratch, folder, number, rng)
     code = None
     try:
-        with open(folder / "readings.jsonl", "rb") as stdin:
+        readings = folder / "readings.jsonl"
+        with open(readings if readings.exists() else os.devnull, "rb") as stdin:
             done = run(program, line, folder, stdin)
         code, fault = done.returncode, faults(done, folder, line)
     except subprocess.TimeoutExpired:
@@ -304,10 +369,11 @@ def main():
     options = parser.parse_args()
     program = options.program.resolve()
     codes, failed = Counter(), 0
-    with tempfile.TemporaryDirectory(dir="/dev/shm" if pathlib.Path("/dev/shm").is_dir() else None) as scratch:
-        sample = pathlib.Path(scratch) / "sample"
-        make_sample(program, sample)
-        one = functools.partial(case, program, sample, options.keep.resolve(), options.seed)
+    with tempfile.TemporaryDirectory(dir="/dev/shm" if pathlib.Path("/dev/shm").is_dir() else None) as name:
+        scratch = pathlib.Path(name)
+        make_sample(program, scratch / "sample")
+        make_logs(program, scratch / "logs")
+        one = functools.partial(case, program, scratch, options.keep.resolve(), options.seed)
         with multiprocessing.Pool(options.jobs) as pool:
             for done, (code, fault) in enumerate(pool.imap_unordered(one, range(options.number), chunksize=20), 1):
                 codes[code] += 1

@@ -1,5 +1,7 @@
 #include "trundle/report/json_text.hpp"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -24,6 +26,15 @@ TEST(JsonText, EmptyOnesStayShort) {
 TEST(JsonText, ParsesBackToTheSame) {
   const Json document = {{"\"key\"\n", {{"x", {{{"y", "</script>\t🤖"}}, {0.1, -1e-300}}}}}, {"", false}};
   EXPECT_EQ(Json::parse(json_text(document)), document);
+}
+
+TEST(JsonText, ControlCharactersAreEscaped) {
+  std::string controls = "a";
+  for (char c = 0; c < 0x20; ++c) controls += c;
+  const Json document = {{controls + "\x7fz", "\x7f\u00fc"}};
+  const std::string text = dumped(document);
+  EXPECT_TRUE(std::ranges::none_of(text, [](unsigned char c) { return c < 0x20 || c == 0x7f; })) << text;
+  EXPECT_EQ(Json::parse(text), document);
 }
 
 }  // namespace

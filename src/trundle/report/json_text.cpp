@@ -9,6 +9,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr char kDelete = '\x7f';
+
 bool on_one_line(const Json& value) {
   return value.empty() || !value.is_structured() ||
          (value.is_array() && std::ranges::none_of(value, [](const Json& v) { return v.is_structured(); }));
@@ -40,7 +42,11 @@ std::string json_text(const Json& document) {
 }
 
 std::string dumped(const Json& document, int indent) {
-  return document.dump(indent, ' ', false, Json::error_handler_t::replace);
+  const std::string text = document.dump(indent, ' ', false, Json::error_handler_t::replace);
+  if (text.find(kDelete) == text.npos) return text;
+  std::string escaped;  // it stands in texts alone, where the standard lets it be and a terminal does not
+  for (const char c : text) escaped += c == kDelete ? "\\u007f" : std::string(1, c);
+  return escaped;
 }
 
 }  // namespace trundle::report

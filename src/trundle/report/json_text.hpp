@@ -12,7 +12,8 @@ namespace trundle::report {
 /// on one line. Ends with a newline. Parses back to the same value.
 std::string json_text(const nlohmann::ordered_json& document);
 
-/// As dump() writes it; text that is not UTF-8, of a path or a column, is repaired.
+/// As dump() writes it, every control character escaped; text that is not UTF-8, of a path or a column, is
+/// repaired.
 std::string dumped(const nlohmann::ordered_json& document, int indent = -1);
 
 }  // namespace trundle::report
