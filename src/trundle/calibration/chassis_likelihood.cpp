@@ -8,28 +8,11 @@
 namespace trundle::calibration {
 namespace {
 
-/// Travel is added up over parts of a window so short that motion does not turn round in them, and so long
-/// that noise does not.
-constexpr double kPartsOfAWindow = 10.0;
-
 /// Readings of a window of intervals, summed, and the variances of their noise.
 struct Window {
   Increment sum;
-  Increment part;  ///< what is not in `variance` yet
   RowVector variance;
 };
-
-bool usable(const Increment& increment, bool with_gyro) {
-  return increment.has_gyro || !with_gyro;
-}
-
-void add(Increment& sum, const Increment& increment) {
-  sum.duration_s += increment.duration_s;
-  sum.gyro_rad += increment.gyro_rad;
-  sum.gyro_change_rad_s += increment.gyro_change_rad_s;
-  sum.steering_rad = increment.steering_rad;
-  for (std::size_t i = 0; i < sum.turned.size(); ++i) sum.turned[i] += increment.turned[i];
-}
 
 /// What a motion makes the wheels read.
 Increment predicted(const Chassis& chassis, const Rows& rows, const Vector3& motion, double duration_s) {
@@ -54,16 +37,13 @@ RowVector rounding_of(const Chassis& chassis, const Rows& rows) {
   return variance;
 }
 
-/// The noise is that of the motion estimated from all readings, not of each reading itself: the error of a
-/// weighted estimate is independent of what no motion explains, that of a reading is not, and a weight that
-/// depends on the residual biases its mean.
-void close_part(const Chassis& chassis, const Rows& rows, Window& window) {
-  if (window.part.duration_s == 0.0) return;
-  const Vector3 motion = twist_of(chassis, rows, window.part).vector();
-  window.variance +=
-      readings_of(chassis, rows, predicted(chassis, rows, motion, window.part.duration_s)).variance -
-      rounding_of(chassis, rows);
-  window.part = {.has_gyro = true};
+/// Of a part of a window, without rounding. The noise is that of the motion estimated from all readings, not
+/// of each reading itself: the error of a weighted estimate is independent of what no motion explains, that
+/// of a reading is not, and a weight that depends on the residual biases its mean.
+RowVector noise_of(const Chassis& chassis, const Rows& rows, const Increment& part) {
+  const Vector3 motion = twist_of(chassis, rows, part).vector();
+  return readings_of(chassis, rows, predicted(chassis, rows, motion, part.duration_s)).variance -
+         rounding_of(chassis, rows);
 }
 
 /// What a window of readings is compared by: the same for all where no wheel is steered.
@@ -130,8 +110,8 @@ void add_steered(const Increment& increment, const Chassis& chassis, std::span<c
   Rows rows = rows_of(standing, chassis.gyro.has_value());
   if (rows_at(chassis, increment, chassis.gyro.has_value()).count() > rows.count()) return;  // not all seen
   rows.measured = rows.count();
-  Window window{increment, increment, rounding_of(standing, rows)};
-  close_part(standing, rows, window);
+  Window window{increment, rounding_of(standing, rows)};
+  window.variance += noise_of(standing, rows, increment);
   add_steering_noise(standing, rows, window);
   add_window(window, context_of(standing, rows, parameters, options), information);
 }
@@ -145,7 +125,7 @@ std::vector<Information> steered_likelihood(const Run& run, const Chassis& chass
   if (rows_of(chassis, with_gyro).count() <= 3) return result;
   const auto& increments = run.readings.increments;
   for (std::size_t i = 0; i < increments.size(); ++i)
-    if (!run.readings.bridged[i] && usable(increments[i], with_gyro) && any_turns(increments[i]))
+    if (!run.readings.bridged[i] && (increments[i].has_gyro || !with_gyro) && any_turns(increments[i]))
       add_steered(increments[i], chassis, parameters, options, result[i * result.size() / increments.size()]);
   return result;
 }
@@ -159,27 +139,18 @@ std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot,
   if (is_steered(chassis)) return steered_likelihood(run, chassis, parameters, options);
   const auto n = static_cast<Eigen::Index>(parameters.size());
   std::vector<Information> result(static_cast<std::size_t>(options.blocks), Information::zero(n));
-  const bool with_gyro = chassis.gyro.has_value();
-  const Rows rows = rows_of(chassis, with_gyro);
-  if (observability(rows).degrees_of_freedom == 0) return result;
+  const std::optional<WindowSums> own =
+      options.sums ? std::nullopt : window_sums(run, chassis, options.window_s);
+  const WindowSums* sums = options.sums ? options.sums : own ? &*own : nullptr;
+  if (!sums) return result;
+  const Rows rows = rows_of(chassis, chassis.gyro.has_value());
   const Context context = context_of(chassis, rows, parameters, options);
-  const double part_s = options.window_s / kPartsOfAWindow;
-  const Window empty{{.has_gyro = true}, {.has_gyro = true}, rounding_of(chassis, rows)};
-  Window window = empty;
-  const auto& increments = run.readings.increments;
-  for (std::size_t i = 0; i < increments.size(); ++i) {
-    const Increment increment = increments[i];
-    const bool broken = run.readings.bridged[i] || !usable(increment, with_gyro);
-    if (!broken) {
-      add(window.sum, increment);
-      add(window.part, increment);
-      if (window.part.duration_s >= part_s - 1e-9) close_part(chassis, rows, window);
-    }
-    if (!broken && window.sum.duration_s < options.window_s - 1e-9) continue;
-    close_part(chassis, rows, window);
-    if (window.sum.duration_s >= 0.5 * options.window_s)
-      add_window(window, context, result[i * result.size() / increments.size()]);
-    window = empty;
+  const RowVector rounding = rounding_of(chassis, rows);
+  std::size_t part = 0;
+  for (std::size_t i = 0; i < sums->windows.size(); ++i) {
+    Window window{sums->windows[i], rounding};
+    for (; part < sums->parts_end[i]; ++part) window.variance += noise_of(chassis, rows, sums->parts[part]);
+    add_window(window, context, result[sums->last[i] * result.size() / sums->increments]);
   }
   return result;
 }

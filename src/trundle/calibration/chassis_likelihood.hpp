@@ -4,6 +4,7 @@
 
 #include "trundle/calibration/information.hpp"
 #include "trundle/calibration/run.hpp"
+#include "trundle/calibration/window_sums.hpp"
 #include "trundle/chassis/parameter.hpp"
 
 namespace trundle::calibration {
@@ -13,6 +14,8 @@ struct ChassisLikelihoodOptions {
   double variance_factor = 1.0;  ///< by which the readings' variances are scaled
   double window_s = 1.0;         ///< over which readings are summed
   double gate = 1e300;           ///< windows whose squared Mahalanobis residual is larger are left out
+  /// window_sums() of the run over `window_s`, where they are known already.
+  const WindowSums* sums = nullptr;
 };
 
 /// What the sensors on board say about each other: the part of their readings that no motion of the chassis

@@ -76,10 +76,11 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
   append(result.blocks,
          likelihood.seeks_clock(run) ? without_clock(stream.blocks, run.clock_moved_s) : stream.blocks);
   append(result.blocks, partial_likelihood(run, noisy, problem.parameters, gyro_noise).blocks);
-  append(result.blocks,
-         chassis_likelihood(
-             run, noisy, problem.parameters,
-             {.blocks = blocks, .variance_factor = likelihood.redundancy_factor, .gate = likelihood.gate}));
+  append(result.blocks, chassis_likelihood(run, noisy, problem.parameters,
+                                           {.blocks = blocks,
+                                            .variance_factor = likelihood.redundancy_factor,
+                                            .gate = likelihood.gate,
+                                            .sums = likelihood.sums_of(index)}));
   if (!run.relative_motions.empty())
     append(result.blocks, relative_information_of(likelihood, run, index, noisy));
   result.outliers = std::move(stream.outliers);
@@ -93,6 +94,10 @@ int Likelihood::blocks_of_a_run() const {
   return runs >= kFewestBlocks ? 1 : static_cast<int>((kFewestBlocks + runs - 1) / runs);
 }
 
+const WindowSums* Likelihood::sums_of(std::size_t run) const {
+  return run < window_sums.size() && window_sums[run] ? &*window_sums[run] : nullptr;
+}
+
 Likelihood likelihood_of(const CalibrationProblem& problem) {
   const std::size_t runs = problem.runs.size();
   Likelihood likelihood{
@@ -101,9 +106,14 @@ Likelihood likelihood_of(const CalibrationProblem& problem) {
       .relative_covariance = std::vector<Matrix3>(runs, Matrix3::Identity() * kUsualRelativeVariance),
       .run_weight = std::vector<double>(runs, 1.0),
       .relative_table = relative_tables(problem),
+      .window_sums = {},
       .clocked = {}};
   if (contains(problem.parameters, ParameterKind::gyro_time_offset))
     likelihood.clocked.assign(problem.runs.begin(), problem.runs.end());
+  else
+    for (const Run& run : problem.runs)
+      likelihood.window_sums.push_back(
+          window_sums(run, problem.nominal.chassis, ChassisLikelihoodOptions{}.window_s));
   return likelihood;
 }
 

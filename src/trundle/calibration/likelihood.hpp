@@ -10,6 +10,7 @@
 #include "trundle/calibration/relative_table.hpp"
 #include "trundle/calibration/run_clock.hpp"
 #include "trundle/calibration/run_likelihood.hpp"
+#include "trundle/calibration/window_sums.hpp"
 
 namespace trundle::calibration {
 
@@ -29,10 +30,14 @@ struct Likelihood {
   bool seeks_reference_clocks = false;
   /// Each run's relative motions as one table, where that holds the whole problem.
   std::vector<std::optional<RelativeTable>> relative_table;
+  /// Each run's redundant readings, summed for chassis_likelihood(); empty if the gyro's time offset is free.
+  std::vector<std::optional<WindowSums>> window_sums;
   /// The runs with the gyro's stamps where the estimate has them; empty unless its time offset is free.
   std::vector<Run> clocked;
 
   std::span<const Run> runs() const { return clocked.empty() ? problem.runs : std::span(clocked); }
+  /// Nothing where they are not known beforehand.
+  const WindowSums* sums_of(std::size_t run) const;
   bool seeks_clock(const Run& run) const {
     return seeks_reference_clocks && has_own_clock(run, problem.parameters);
   }
