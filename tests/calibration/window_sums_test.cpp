@@ -9,7 +9,8 @@ namespace trundle::calibration {
 namespace {
 
 Robot gyro_robot_of_sums() {
-  Robot robot{.chassis = differential_drive({}, 0.4)};
+  Robot robot;
+  robot.chassis = differential_drive({}, 0.4);
   robot.chassis.gyro = Gyro{};
   return robot;
 }
@@ -31,7 +32,7 @@ Run run_of_sums(std::size_t bridged, std::size_t without_gyro) {
 
 TEST(WindowSums, AWindowEndsBeforeAGapAndWhereTheGyroIsMissing) {
   const Robot robot = gyro_robot_of_sums();
-  for (const Run& run : {run_of_sums(16, 99), run_of_sums(99, 16)}) {
+  for (const auto& run : {run_of_sums(16, 99), run_of_sums(99, 16)}) {
     const auto sums = window_sums(run, robot.chassis, 1.0);
     ASSERT_TRUE(sums);
     ASSERT_EQ(sums->windows.size(), 2U);  // a second, what is left before the gap; too little before the end
@@ -58,7 +59,7 @@ TEST(WindowSums, ThereAreNoneWhereMotionExplainsAllReadings) {
 
 TEST(WindowSums, TheLikelihoodOfGivenSumsIsThatOfTheReadings) {
   const Robot robot = gyro_robot_of_sums();
-  const Run run = run_of_sums(16, 99);
+  const auto run = run_of_sums(16, 99);
   const auto sums = window_sums(run, robot.chassis, 1.0);
   ASSERT_TRUE(sums);
   const std::vector<Parameter> parameters = {kGyroBias};

@@ -51,5 +51,12 @@ TEST(RowsForPicture, NoPeakAndNoGapIsLost) {
     EXPECT_TRUE(std::ranges::binary_search(rows, row)) << row;
 }
 
+TEST(PictureRows, ResultsOnOnePageShareWhatAScreenShows) {
+  EXPECT_EQ(rows_in_picture(1), kRowsInPicture);
+  for (const std::size_t results : {2U, 20U, 200U})
+    EXPECT_LE(results * rows_in_picture(results), 2 * rows_in_picture(2)) << results;
+  EXPECT_GE(rows_in_picture(100'000), 2U);
+}
+
 }  // namespace
 }  // namespace trundle::report

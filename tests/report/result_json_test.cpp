@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/report/calibration_json.hpp"
+#include "trundle/report/calibration_parts.hpp"
 #include "trundle/report/json_text.hpp"
 #include "trundle/report/result_parts.hpp"
 
@@ -67,6 +68,46 @@ Json document_of(const std::vector<std::filesystem::path>& folders) {
   std::vector<Json> results;
   for (const auto& folder : folders) results.push_back(read_result(folder));
   return report_json(results, Json::object()).at("results");
+}
+
+TEST(Report, OnAPageOfManyResultsEachKeepsFewRows) {
+  Results results{.label = "long", .tracks = {{.name = "odometry", .role = TrackRole::odometry}}};
+  Trajectory& trajectory = results.tracks[0].trajectory;
+  for (int i = 0; i <= 5000; ++i)
+    trajectory.poses.push_back({0.1 * i, {0.1 * i, i == 1234 ? 7.0 : 0.0, 0.0}});
+  const Json all = result_json(results), few = result_json(results, {}, 100);
+  EXPECT_EQ(all.at("tracks")[0].at("drawn"), 5001);
+  EXPECT_EQ(few.at("tracks")[0].at("poses"), 5001);
+  EXPECT_LE(few.at("tracks")[0].at("drawn"), 102);
+  EXPECT_GT(all.at("tracks")[0].at("marks").size(), few.at("tracks")[0].at("marks").size());
+  EXPECT_FALSE(few.at("tracks")[0].at("marks").empty());
+}
+
+TEST(Report, RunsOfACalibrationAreThinnedEvenly) {
+  Json column = Json::array();
+  for (int i = 0; i < 500; ++i) column.push_back(i);
+  const Json run = {{"trajectories", {{"nominal", {{"x_m", column}}}, {"reference", nullptr}}},
+                    {"deviation", {{"path_m", column}, {"nominal_m", column}}}};
+  const Json document = {{"runs", Json::array({run, {{"trajectories", nullptr}}})}};
+  EXPECT_EQ(with_thinned_runs(document, 500), document);
+  const Json thinned = with_thinned_runs(document, 100).at("runs")[0];
+  for (const Json& values : {thinned.at("trajectories").at("nominal").at("x_m"),
+                             thinned.at("deviation").at("path_m"), thinned.at("deviation").at("nominal_m")}) {
+    EXPECT_LE(values.size(), 101U);
+    EXPECT_GE(values.size(), 80U);
+    EXPECT_EQ(values.front(), 0);
+    EXPECT_EQ(values.back(), 499);
+  }
+}
+
+TEST(Report, WhatSeveralHeadsSayIsSaidOnce) {
+  const Json sources =
+      result_json({.label = "",
+                   .sources = {{.name = "a", .file = {}, .made_by = {"trundle 1", "option a"}},
+                               {.name = "b", .file = {}, .made_by = {"trundle 1", "option b"}}}})
+          .at("sources");
+  EXPECT_EQ(sources[0].at("made_by"), Json::array({"trundle 1", "option a"}));
+  EXPECT_EQ(sources[1].at("made_by"), Json::array({"option b"}));
 }
 
 TEST(Report, GoesByTheRecordingsOwnClockWhereItCanBeRead) {

@@ -23,16 +23,18 @@ ComparedWith compared_with(const ReportQuestion& question, Provenance& provenanc
 }
 
 /// What the page draws of a result: much less than the result.
-nlohmann::ordered_json drawn(Results result, const ComparedWith& with, Provenance& provenance) {
+nlohmann::ordered_json drawn(Results result, const ComparedWith& with, std::size_t rows,
+                             Provenance& provenance) {
   for (const ResultSource& source : result.sources) provenance.inputs.push_back(source.file);
-  return result_json(std::move(result), with);
+  return result_json(std::move(result), with, rows);
 }
 
 }  // namespace
 
 ReportAnswer report_of(std::vector<Results> results, const ComparedWith& with, Provenance provenance) {
   std::vector<nlohmann::ordered_json> documents;
-  for (Results& result : results) documents.push_back(drawn(std::move(result), with, provenance));
+  const std::size_t rows = rows_in_picture(results.size());
+  for (Results& result : results) documents.push_back(drawn(std::move(result), with, rows, provenance));
   return {.provenance = provenance, .document = report_json(documents, to_json(provenance))};
 }
 
@@ -43,7 +45,7 @@ ReportAnswer answer_report(const ReportQuestion& question) {
   for (const std::string& input : question.inputs) {
     Results result = read_results(input);
     if (!with.robot) result.robot = read_robot_used(result.run, input);
-    documents.push_back(drawn(std::move(result), with, provenance));
+    documents.push_back(drawn(std::move(result), with, rows_in_picture(question.inputs.size()), provenance));
   }
   return {.provenance = provenance, .document = report_json(documents, to_json(provenance))};
 }

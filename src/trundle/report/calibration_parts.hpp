@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 
 #include <nlohmann/json_fwd.hpp>
@@ -18,6 +19,8 @@ nlohmann::ordered_json correlation_json(const CalibrationResult& result);
 nlohmann::ordered_json directions_json(const CalibrationResult& result);
 /// "runs": an array, with the trajectories to draw.
 nlohmann::ordered_json runs_json(std::span<const RunResult> runs);
+/// A calibration.json whose runs are drawn with at most about so many rows: every n-th of them and the last.
+nlohmann::ordered_json with_thinned_runs(nlohmann::ordered_json document, std::size_t rows);
 /// "influence": the parameters without each run, and after the first so many; null where it is not known.
 nlohmann::ordered_json influence_json(const CalibrationResult& result);
 /// "errors": before and after, over the training and over the hold-out runs.

@@ -88,9 +88,9 @@ Json particles_json(const ParticleColumns& particles, const Pose2& laid_by) {
           {"weight", column_json(weight)}};
 }
 
-Json filter_json(const FilterColumns& filter) {
+Json filter_json(const FilterColumns& filter, std::size_t most) {
   const std::array<std::span<const double>, 2> pictured = {filter.effective_particles, filter.resampled};
-  const std::vector<std::size_t> rows = rows_for_picture(pictured);
+  const std::vector<std::size_t> rows = rows_for_picture(pictured, most);
   return {{"steps", filter.time_s.size()},
           {"drawn", rows.size()},
           {"resampled_steps", std::ranges::count_if(filter.resampled, [](double r) { return r != 0.0; })},
@@ -101,11 +101,11 @@ Json filter_json(const FilterColumns& filter) {
           {"resampled", column_json(filter.resampled, rows)}};
 }
 
-Json sightings_json(const SightingColumns& sightings) {
+Json sightings_json(const SightingColumns& sightings, std::size_t most) {
   const auto [landmark, names] = numbered(sightings.landmark);
   const std::vector<double> decision = numbers_of(sightings.decision);
   const std::array<std::span<const double>, 2> pictured = {sightings.nis, decision};
-  const std::vector<std::size_t> rows = rows_for_picture(pictured);
+  const std::vector<std::size_t> rows = rows_for_picture(pictured, most);
   Json decisions = Json::array(), counts = Json::object();
   for (int k = 0; k < kDecisions; ++k) {
     const std::string name(name_of(static_cast<Decision>(k)));

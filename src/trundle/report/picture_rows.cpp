@@ -7,6 +7,9 @@
 namespace trundle::report {
 namespace {
 
+constexpr std::size_t kRowsOfAPage = 16'000;
+constexpr std::size_t kFewestRows = 32;  // below that a way is no longer recognised
+
 /// Rows [begin, end) of a column: smallest, largest, one without a value.
 void append_extremes(std::span<const double> column, std::size_t begin, std::size_t end,
                      std::vector<std::size_t>& rows) {
@@ -29,6 +32,10 @@ void sort_unique(std::vector<std::size_t>& rows) {
 }
 
 }  // namespace
+
+std::size_t rows_in_picture(std::size_t results) {
+  return results <= 1 ? kRowsInPicture : std::max(kRowsOfAPage / results, kFewestRows);
+}
 
 std::vector<std::size_t> rows_for_picture(std::span<const std::span<const double>> columns,
                                           std::size_t most) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -9,6 +10,11 @@ namespace trundle::report {
 
 /// A picture keeps at most about so many rows of a table: many more than a screen has columns of pixels.
 inline constexpr std::size_t kRowsInPicture = 40'000;
+
+/// How many rows a picture keeps on a page of so many results. One alone is looked at closely; several share
+/// what one screen can show: the least and the greatest value of two columns in each of 4000 columns of
+/// pixels.
+[[nodiscard]] std::size_t rows_in_picture(std::size_t results);
 
 /// The rows that a picture of these columns needs, in order: all where there are at most `most`. Else the
 /// rows are cut into equal buckets, and of each bucket those with the smallest and the largest value of every

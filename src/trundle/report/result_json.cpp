@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include <nlohmann/json.hpp>
 
+#include "trundle/report/calibration_parts.hpp"
 #include "trundle/report/labels.hpp"
 #include "trundle/report/or_null.hpp"
 #include "trundle/report/result_parts.hpp"
@@ -83,13 +85,19 @@ Json span_of(const std::vector<ResultTrack>& tracks) {
   return span;
 }
 
+/// What the heads of several files say is said by the first of them.
 Json sources_json(const std::vector<ResultSource>& sources) {
   Json all = Json::array();
-  for (const ResultSource& source : sources)
+  std::set<std::string> said;
+  for (const ResultSource& source : sources) {
+    Json made_by = Json::array();
+    for (const std::string& line : source.made_by)
+      if (said.insert(line).second) made_by.push_back(line);
     all.push_back({{"name", source.name},
                    {"path", source.file.path},
                    {"sha256", source.file.sha256},
-                   {"made_by", source.made_by}});
+                   {"made_by", std::move(made_by)}});
+  }
   return all;
 }
 
@@ -111,26 +119,36 @@ Json stages_json(const std::optional<RunRecord>& run) {
 
 constexpr auto whole_document = [](const auto& result) { return result.document; };
 
-Json parts_of(const Results& results) {
+/// The gyro's bias over time is drawn of "gyro".
+constexpr auto without_bias = [](const auto& result) {
+  Json document = result.document;
+  document.erase("gyro_bias_over_time");
+  return document;
+};
+
+Json parts_of(const Results& results, std::size_t rows) {
   const ResultTrack* track = main_track(results.tracks);
   const Pose2 laid_by = map_laid_by(results.tracks);
-  const auto slip = [&](const SlipResult& found) { return slip_json(found, track); };
+  const auto slip = [&](const SlipResult& found) { return slip_json(found, track, rows); };
   const auto map = [&](const auto& landmarks) { return map_json(landmarks, laid_by); };
   const auto particles = [&](const auto& cloud) { return particles_json(cloud, laid_by); };
+  const auto calibration = [&](const auto& found) { return with_thinned_runs(found.document, rows); };
+  const auto filter = [&](const auto& columns) { return filter_json(columns, rows); };
+  const auto sightings = [&](const auto& columns) { return sightings_json(columns, rows); };
   return {{"run", run_json(results.run)},
           {"stages", stages_json(results.run)},
           {"health", or_null(results.info, whole_document)},
-          {"calibration", or_null(results.calibration, whole_document)},
-          {"tracks", tracks_json(results.tracks)},
-          {"errors", errors_json(results.tracks)},
+          {"calibration", or_null(results.calibration, calibration)},
+          {"tracks", tracks_json(results.tracks, rows)},
+          {"errors", errors_json(results.tracks, rows)},
           {"not_compared", not_compared(results.tracks)},
           {"slip", or_null(results.slip, slip)},
           {"gyro", gyro_json(results)},
           {"map", or_null(results.landmarks, map)},
           {"particles", or_null(results.particles, particles)},
-          {"slam", or_null(results.slam, whole_document)},
-          {"filter", or_null(results.filter, filter_json)},
-          {"sightings", or_null(results.sightings, sightings_json)},
+          {"slam", or_null(results.slam, without_bias)},
+          {"filter", or_null(results.filter, filter)},
+          {"sightings", or_null(results.sightings, sightings)},
           {"sources", sources_json(results.sources)}};
 }
 
@@ -151,9 +169,9 @@ double origin_of(const Json& span, std::span<const Json> results) {
 
 }  // namespace
 
-Json result_json(Results results, ComparedWith with) {
+Json result_json(Results results, ComparedWith with, std::size_t rows) {
   compare_all(results, std::move(with));
-  const Json parts = parts_of(results);
+  const Json parts = parts_of(results, rows);
   Json result = {{"label", results.label}, {"origin_s", 0.0}, {"span_s", span_of(results.tracks)}};
   result["answers"] = answers_json(parts);
   result["attention"] = attention_json(parts, results);

@@ -7,6 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "trundle/report/compared_with.hpp"
+#include "trundle/report/picture_rows.hpp"
 #include "trundle/report/results.hpp"
 
 namespace trundle::report {
@@ -17,8 +18,9 @@ inline constexpr int kReportFormatVersion = 1;
 
 /// One result of the document that docs/report-json.md describes, computed for drawing. `with`: what
 /// trajectories are compared with; where the result has a reference of its own, that one, and where `with`
-/// has no robot the one that was used.
-nlohmann::ordered_json result_json(Results results, ComparedWith with = {});
+/// has no robot the one that was used. `rows`: as many as a picture keeps, rows_in_picture().
+nlohmann::ordered_json result_json(Results results, ComparedWith with = {},
+                                   std::size_t rows = kRowsInPicture);
 
 /// The same of a folder of results, or of one file of them. Throws as read_results.
 nlohmann::ordered_json read_result(const std::filesystem::path& input, const ComparedWith& with = {});

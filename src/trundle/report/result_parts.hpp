@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -8,14 +9,15 @@
 
 namespace trundle::report {
 
-// The parts of a result in the report's document (docs/report-json.md), each a value of its own.
+// The parts of a result in the report's document (docs/report-json.md), each a value of its own. `rows`: as
+// many as a picture keeps (picture_rows.hpp).
 
 /// "tracks" and "errors".
-nlohmann::ordered_json tracks_json(const std::vector<ResultTrack>& tracks);
-nlohmann::ordered_json errors_json(const std::vector<ResultTrack>& tracks);
+nlohmann::ordered_json tracks_json(const std::vector<ResultTrack>& tracks, std::size_t rows);
+nlohmann::ordered_json errors_json(const std::vector<ResultTrack>& tracks, std::size_t rows);
 
 /// "slip": each event with its place on the track.
-nlohmann::ordered_json slip_json(const SlipResult& slip, const ResultTrack* track);
+nlohmann::ordered_json slip_json(const SlipResult& slip, const ResultTrack* track, std::size_t rows);
 
 /// "gyro": the bias over time by odometry and by SLAM, the Allan deviation; null where there is nothing.
 nlohmann::ordered_json gyro_json(const Results& results);
@@ -25,8 +27,8 @@ nlohmann::ordered_json map_json(const std::vector<LandmarkRow>& map, const Pose2
 /// "particles": the last cloud of a particle filter, laid as its map is.
 nlohmann::ordered_json particles_json(const ParticleColumns& particles, const Pose2& laid_by);
 /// "filter": N_eff and resampling; "sightings": NIS, decisions.
-nlohmann::ordered_json filter_json(const FilterColumns& filter);
-nlohmann::ordered_json sightings_json(const SightingColumns& sightings);
+nlohmann::ordered_json filter_json(const FilterColumns& filter, std::size_t rows);
+nlohmann::ordered_json sightings_json(const SightingColumns& sightings, std::size_t rows);
 
 /// "answers" and "attention": what stands on the first screen, of results whose other parts are these.
 nlohmann::ordered_json answers_json(const nlohmann::ordered_json& parts);

@@ -84,6 +84,19 @@ Json deviation_json(const RunResult& run) {
           {"calibrated_m", distances_json(run.calibrated, reference)}};
 }
 
+/// Of columns that are equally long.
+void thin(Json& columns, std::size_t rows) {
+  if (!columns.is_object()) return;
+  for (Json& column : columns) {
+    if (!column.is_array() || column.size() <= rows) continue;
+    const std::size_t stride = 1 + (column.size() - 1) / rows;
+    Json thinned = Json::array();
+    for (std::size_t i = 0; i + 1 < column.size(); i += stride) thinned.push_back(column[i]);
+    thinned.push_back(column.back());
+    column = std::move(thinned);
+  }
+}
+
 Json json_of(const std::optional<TimeOffset>& offset) {
   if (!offset) return nullptr;
   return {{"time_offset_s", offset->offset_s}, {"sigma_s", offset->sigma_s}};
@@ -212,6 +225,16 @@ Json runs_json(std::span<const RunResult> runs) {
   Json array = Json::array();
   for (const RunResult& run : runs) array.push_back(run_json(run));
   return array;
+}
+
+Json with_thinned_runs(Json document, std::size_t rows) {
+  if (const auto runs = document.find("runs"); runs != document.end())
+    for (Json& run : *runs) {
+      if (run.contains("deviation")) thin(run["deviation"], rows);
+      if (!run.contains("trajectories") || !run["trajectories"].is_object()) continue;
+      for (Json& trajectory : run["trajectories"]) thin(trajectory, rows);
+    }
+  return document;
 }
 
 Json errors_json(std::span<const RunResult> runs) {

@@ -28,10 +28,10 @@ Json event_json(const SlipRow& event, const ResultTrack* track) {
   return json;
 }
 
-Json timeline_json(const SlipTimeline& timeline) {
+Json timeline_json(const SlipTimeline& timeline, std::size_t most) {
   const std::vector<double> slipping(timeline.slipping.begin(), timeline.slipping.end());
   const std::array<std::span<const double>, 2> pictured = {timeline.value, slipping};
-  const std::vector<std::size_t> rows = rows_for_picture(pictured);
+  const std::vector<std::size_t> rows = rows_for_picture(pictured, most);
   return {{"intervals", timeline.value.size()},
           {"drawn", rows.size()},
           {"statistic", timeline.statistic},
@@ -44,12 +44,12 @@ Json timeline_json(const SlipTimeline& timeline) {
 
 }  // namespace
 
-Json slip_json(const SlipResult& slip, const ResultTrack* track) {
+Json slip_json(const SlipResult& slip, const ResultTrack* track, std::size_t rows) {
   Json events = Json::array();
   for (const SlipRow& event : slip.events) events.push_back(event_json(event, track));
   return {{"events", std::move(events)},
           {"counts", slip.counts},
-          {"timeline", slip.timeline ? timeline_json(*slip.timeline) : Json(nullptr)},
+          {"timeline", slip.timeline ? timeline_json(*slip.timeline, rows) : Json(nullptr)},
           {"learned", slip.learned},
           {"cannot_see", slip.cannot_see}};
 }

@@ -19,8 +19,9 @@ using Json = nlohmann::ordered_json;
 using Column = std::vector<double>;
 using Rows = std::vector<std::size_t>;
 
-/// Time marks along a track: at round times, not more than so many.
+/// Time marks along a track: at round times, not more than so many, nor more than one in so many rows.
 constexpr double kMostMarks = 30.0;
+constexpr std::size_t kRowsOfAMark = 16;
 constexpr std::array kRoundSeconds = {1.0,   2.0,   5.0,    10.0,   20.0,   30.0,  60.0,   120.0,  300.0,
                                       600.0, 900.0, 1800.0, 3600.0, 7200.0, 1.8e4, 8.64e4, 6.048e5};
 
@@ -37,10 +38,11 @@ double across95(const Pose2& pose, const Matrix3& covariance) {
   return kNormalAt95 * std::sqrt(left.dot(covariance.topLeftCorner<2, 2>() * left));
 }
 
-double step_of_marks(double duration_s) {
+double step_of_marks(double duration_s, std::size_t rows) {
+  const double most = std::min(kMostMarks, static_cast<double>(rows / kRowsOfAMark));
   for (const double step : kRoundSeconds)
-    if (duration_s <= step * kMostMarks) return step;
-  return duration_s / kMostMarks;
+    if (duration_s <= step * most) return step;
+  return duration_s / most;
 }
 
 Json mark_json(const Trajectory& trajectory, std::size_t i) {
@@ -53,12 +55,12 @@ Json mark_json(const Trajectory& trajectory, std::size_t i) {
 }
 
 /// At the poses nearest to round times since the start.
-Json marks_json(const Trajectory& trajectory) {
+Json marks_json(const Trajectory& trajectory, std::size_t rows) {
   Json marks = Json::array();
   const auto& poses = trajectory.poses;
   if (poses.size() < 2) return marks;
   const double start = poses.front().time_s;
-  const double step = step_of_marks(poses.back().time_s - start);
+  const double step = step_of_marks(poses.back().time_s - start, rows);
   std::size_t i = 0;
   for (double time = start + step; time < poses.back().time_s; time += step) {
     while (poses[i].time_s < time) ++i;
@@ -67,7 +69,7 @@ Json marks_json(const Trajectory& trajectory) {
   return marks;
 }
 
-Json track_json(const ResultTrack& track) {
+Json track_json(const ResultTrack& track, std::size_t most) {
   const auto& poses = track.trajectory.poses;
   const std::size_t n = poses.size();
   const Column time = column_of(n, [&](std::size_t i) { return poses[i].time_s; });
@@ -75,7 +77,7 @@ Json track_json(const ResultTrack& track) {
   const Column y = column_of(n, [&](std::size_t i) { return poses[i].pose.y; });
   const Column heading = column_of(n, [&](std::size_t i) { return poses[i].pose.heading; });
   const std::array<std::span<const double>, 2> pictured = {x, y};
-  const Rows rows = rows_for_picture(pictured);
+  const Rows rows = rows_for_picture(pictured, most);
   Json json = {{"name", track.name},
                {"role", name_of(track.role)},
                {"poses", n + track.left_out},
@@ -85,7 +87,7 @@ Json track_json(const ResultTrack& track) {
                {"y_m", column_json(y, rows)},
                {"heading_rad", column_json(heading, rows)},
                {"across95_m", nullptr},
-               {"marks", marks_json(track.trajectory)}};
+               {"marks", marks_json(track.trajectory, most)}};
   if (track.trajectory.has_covariance()) {
     const Column across =
         column_of(n, [&](std::size_t i) { return across95(poses[i].pose, track.trajectory.covariances[i]); });
@@ -129,7 +131,7 @@ Json bounds95(int degrees_of_freedom) {
   return {chi_squared_limit(0.975, dof), chi_squared_limit(0.025, dof)};
 }
 
-Json error_json(const ResultTrack& track) {
+Json error_json(const ResultTrack& track, std::size_t most) {
   const auto& at = track.errors.at;
   const std::size_t n = at.size();
   const auto of = [&](double ErrorAt::*member) {
@@ -138,7 +140,7 @@ Json error_json(const ResultTrack& track) {
   const Column position = of(&ErrorAt::position_m), heading = of(&ErrorAt::heading_rad),
                nees = of(&ErrorAt::nees);
   const std::array<std::span<const double>, 3> pictured = {position, heading, nees};
-  const Rows rows = rows_for_picture(pictured);
+  const Rows rows = rows_for_picture(pictured, most);
   return {{"name", track.name},
           {"role", name_of(track.role)},
           {"alignment", alignment_json(*track.evaluation)},
@@ -166,16 +168,16 @@ Json ellipse_json(const Matrix2& covariance) {
           {"angle_rad", ellipse.angle_rad}};
 }
 
-Json tracks_json(const std::vector<ResultTrack>& tracks) {
+Json tracks_json(const std::vector<ResultTrack>& tracks, std::size_t rows) {
   Json all = Json::array();
-  for (const ResultTrack& track : tracks) all.push_back(track_json(track));
+  for (const ResultTrack& track : tracks) all.push_back(track_json(track, rows));
   return all;
 }
 
-Json errors_json(const std::vector<ResultTrack>& tracks) {
+Json errors_json(const std::vector<ResultTrack>& tracks, std::size_t rows) {
   Json all = Json::array();
   for (const ResultTrack& track : tracks)
-    if (track.evaluation) all.push_back(error_json(track));
+    if (track.evaluation) all.push_back(error_json(track, rows));
   return all;
 }
 
