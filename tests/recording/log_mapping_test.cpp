@@ -376,6 +376,20 @@ columns.y_m = { field = "detections[].at.x", sign = -1 }
   EXPECT_EQ(recording.sightings[1].landmark, "9");
 }
 
+TEST(LogMapping, a_clock_that_jumps_by_years_is_no_rest) {
+  WpilogWriter log;
+  const auto left = log.start("/left", "double");
+  for (int i = 0; i < 20; ++i) {
+    constexpr std::uint64_t kYears_us = 50'000'000'000'000;
+    log.time_us = static_cast<std::uint64_t>(i) * 20'000 + (i < 10 ? 0 : kYears_us);
+    log.record(left, bytes_of_number(0.1 * i));
+  }
+  const Folder folder;
+  folder.write("run.wpilog", log.bytes());
+  folder.write("recording.toml", "[wheels]\nfile = \"run.wpilog\"\ncolumns.left_m = { topic = \"/left\" }\n");
+  EXPECT_EQ(read_recording(folder.path()).wheels.time_s.size(), 20U);
+}
+
 TEST(LogMapping, values_that_stand_where_they_change_hold_until_the_next) {
   WpilogWriter log;
   const auto left = log.start("/left", "double"), rate = log.start("/gyro", "double");

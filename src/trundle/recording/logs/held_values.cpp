@@ -15,13 +15,19 @@ bool is_rate(const ColumnSource& column) {
 std::vector<std::pair<double, std::size_t>> filled(const std::vector<double>& time_s) {
   constexpr double kLongest_s =
       0.1;  // between rows of a rest: shorter than any gap, and as often as a rest needs
+  // A robot that rests is not logged for a day: what lasts longer is a clock that jumped, and stays a gap.
+  constexpr double kLongestInAll_s = 86'400.0;
   const double usual_s = median_step(time_s);
   const double step_s = std::max(usual_s, kLongest_s);
+  double left_s = kLongestInAll_s;
   std::vector<std::pair<double, std::size_t>> rows;
   for (std::size_t row = 0; row < time_s.size(); ++row) {
-    if (row > 0 && time_s[row] - time_s[row - 1] > 2.0 * usual_s) {
+    const double rest_s = row > 0 ? time_s[row] - time_s[row - 1] : 0.0;
+    if (rest_s > 2.0 * usual_s && rest_s < left_s) {
+      left_s -= rest_s;
       const double last_s = time_s[row] - usual_s;  // the cycle before the change
-      for (double t = time_s[row - 1] + step_s; t < last_s; t += step_s) rows.emplace_back(t, row - 1);
+      for (double k = 1.0; time_s[row - 1] + k * step_s < last_s; ++k)
+        rows.emplace_back(time_s[row - 1] + k * step_s, row - 1);
       rows.emplace_back(last_s, row - 1);
     }
     rows.emplace_back(time_s[row], row);
