@@ -46,8 +46,11 @@ CLI::Validator whole_number() {
 }
 
 void add_read_options(CLI::App& command, ReadOptions& reading) {
-  command.add_option("--robot-number", reading.robot_number, "Which robot of a folder that holds several")
-      ->check(CLI::Range(1, 1000));
+  command.add_option("--robot-number", reading.robot_number, kRobotNumberHelp)->check(CLI::Range(1, 1000));
+  add_log_options(command, reading);
+}
+
+void add_log_options(CLI::App& command, ReadOptions& reading) {
   command.add_option(
       "--recording", reading.map,
       "Of a log (.bag, .mcap, .db3, ...) given as RECORDING: the recording.toml that maps its topics; "

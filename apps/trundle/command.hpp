@@ -40,6 +40,9 @@ inline constexpr double kLargest = 1e9;
 CLI::Validator whole_number();
 /// How recordings are read: the number of a robot of a folder that holds several, what maps a log.
 void add_read_options(CLI::App& command, ReadOptions& reading);
+/// The same without the number of a robot.
+void add_log_options(CLI::App& command, ReadOptions& reading);
+inline constexpr const char* kRobotNumberHelp = "Which robot of a folder that holds several";
 
 /// No value of an option is empty: a script whose variable is would get something else than it asked for.
 void refuse_empty_values(CLI::App& app);
@@ -59,6 +62,7 @@ void add_umbmark(CLI::App& app);
 void add_odometry(CLI::App& app);
 void add_slip(CLI::App& app);
 void add_slam(CLI::App& app);
+void add_merge(CLI::App& app);
 void add_localize(CLI::App& app);
 void add_evaluate(CLI::App& app);
 void add_simulate(CLI::App& app);

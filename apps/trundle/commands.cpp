@@ -20,6 +20,7 @@ void add_commands(CLI::App& app) {
   add_odometry(app);
   add_slip(app);
   add_slam(app);
+  add_merge(app);
   add_localize(app);
   add_evaluate(app);
   add_simulate(app);

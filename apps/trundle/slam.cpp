@@ -1,10 +1,12 @@
 #include <memory>
+#include <set>
 #include <span>
 
 #include <fmt/format.h>
 
 #include "trundle/io/staging.hpp"
 #include "trundle/pipeline/slam_answer.hpp"
+#include "trundle/pipeline/together_answer.hpp"
 
 #include "command.hpp"
 #include "progress_bar.hpp"
@@ -17,8 +19,10 @@ namespace {
 
 struct SlamArguments {
   Common common;
-  std::string recording;
-  std::string robot;
+  std::vector<std::string> recordings;
+  std::vector<std::string> robots;
+  std::vector<int> robot_numbers;
+  bool together = false;
   SlamQuestion question;
   SlipCorrection slip;
   std::string filter = "fastslam2";
@@ -106,10 +110,104 @@ Shown shown_slam(const SlamAnswer& answer, const Recording& recording) {
   return all;
 }
 
+/// The recordings of several robots; of a folder that holds several, each of them or those of the numbers.
+std::vector<Recording> team_of(const SlamArguments& options, ReadOptions reading) {
+  std::vector<Recording> team;
+  for (const std::string& folder : options.recordings) {
+    std::vector<int> numbers = mrclam_robots(folder);
+    if (!numbers.empty() && !options.robot_numbers.empty()) numbers = options.robot_numbers;
+    if (numbers.empty()) numbers = {0};
+    for (const int number : numbers) {
+      reading.robot_number = number;
+      team.push_back(read_recording(folder, reading));
+    }
+  }
+  return team;
+}
+
+/// Once for all, once for each, or in the folders of the recordings.
+std::vector<RobotFile> robots_of(const SlamArguments& options, std::size_t count) {
+  std::vector<std::string> files = options.robots;
+  if (files.empty() && options.recordings.size() == count)
+    for (const std::string& folder : options.recordings)
+      files.push_back((std::filesystem::path(folder) / "robot.toml").string());
+  if (files.size() == 1) files.resize(count, files.front());
+  if (files.size() != count)
+    throw CLI::ValidationError(
+        "--robot",
+        fmt::format("is given {} times for {} robots: once for all, or once for each", files.size(), count));
+  std::vector<RobotFile> robots;
+  for (const std::string& file : files) robots.push_back(read_robot_file(file));
+  return robots;
+}
+
+std::string text_of(const SlamArguments& options, const TogetherAnswer& answer) {
+  std::string text =
+      fmt::format("{} robots together: {} landmarks\n", answer.names.size(), answer.joint.map.size());
+  for (std::size_t i = 0; i < answer.names.size(); ++i) {
+    const RobotEstimate& robot = answer.joint.robots[i];
+    const Pose2& end = robot.trajectory.poses.back().pose;
+    text += fmt::format(
+        "  {}: {} landmarks in {} sightings ({} outliers), other robots in {} ({} outliers); end pose: x "
+        "{:.4f} m, y "
+        "{:.4f} m, heading {:.3f}°\n",
+        answer.names[i], robot.landmarks, robot.sightings, robot.outliers, robot.robot_sightings,
+        robot.robot_outliers, end.x, end.y, degrees(end.heading));
+  }
+  text += smoother_line(answer.joint.counts);
+  text += fmt::format(
+      "written to {}: landmarks.csv, landmarks_covariance.csv, slam.json, and trajectory.csv in a folder for "
+      "each robot\n",
+      options.output);
+  for (const Finding& problem : answer.findings) text += app::line_of(problem);
+  for (const Finding& finding : answer.inconsistencies) text += app::line_of(finding);
+  return text;
+}
+
+void run_together(const SlamArguments& options, const SlamQuestion& question) {
+  std::vector<Recording> recordings = team_of(options, question.reading);
+  if (recordings.size() < 2)
+    throw CLI::ValidationError("--together", "needs the recordings of two robots at least");
+  require_apart(recordings, {options.output});
+  const std::vector<RobotFile> robots = robots_of(options, recordings.size());
+  std::vector<TeamRobot> team;
+  for (std::size_t i = 0; i < recordings.size(); ++i) team.push_back({std::move(recordings[i]), robots[i]});
+  ResultFolder results(options.output);
+  const TogetherAnswer answer = answer_together(std::move(team), question);
+  std::vector<std::filesystem::path> places;
+  const std::vector<std::string> names = together_file_names(answer);
+  for (const std::string& name : names) places.push_back(std::filesystem::path(options.output) / name);
+  require_apart(answer.provenance.inputs, places);
+  for (const OutputFile& file : files_of(answer, options.output)) results.write(file.path, file.content);
+  std::set<std::string> own(names.begin(), names.end());
+  for (const std::string& name : slam_file_names()) own.insert(name);
+  results.commit(own, "slam.json");
+  print(options.common, document_of(answer), text_of(options, answer));
+}
+
+/// What several robots need is refused for one, and the other way round.
+void check_team(const CLI::App& command, SlamArguments& options) {
+  if (options.together) {
+    for (const char* name : {"--checkpoint", "--resume", "--timing", "--export"})
+      if (command.get_option(name)->count() > 0) throw CLI::ExcludesError("--together", name);
+    if (command.get_option("--filter")->count() == 0) options.filter = name_of(SlamMethod::smoother);
+    return;
+  }
+  if (options.recordings.size() > 1)
+    throw CLI::ValidationError("RECORDING", "is given several times: for several robots there is --together");
+  if (options.robots.size() > 1)
+    throw CLI::ValidationError("--robot", "is given several times for one robot");
+  if (options.robot_numbers.size() > 1)
+    throw CLI::ValidationError("--robot-number", "is given several times for one robot");
+  if (options.robots.empty()) throw CLI::RequiredError("--robot");
+}
+
 void run(const SlamArguments& options) {
   SlamQuestion question = question_of(options);
-  const RobotFile robot = read_robot_file(options.robot);
-  const Recording recording = read_recording(options.recording, question.reading);
+  if (options.together) return run_together(options, question);
+  if (!options.robot_numbers.empty()) question.reading.robot_number = options.robot_numbers.front();
+  const RobotFile robot = read_robot_file(options.robots.front());
+  const Recording recording = read_recording(options.recordings.front(), question.reading);
   require_apart(std::span(&recording, 1), {options.output, question.checkpoints.write});
   ResultFolder results(options.output);
   ProgressBar bar(options.common);
@@ -137,8 +235,19 @@ void add_slam(CLI::App& app) {
   CLI::App* command =
       add_command(app, "slam", "Estimate the trajectory and a map of landmarks from odometry and sightings",
                   "trundle slam recording --robot robot.toml --filter fastslam2 -o out", options->common);
-  command->add_option("RECORDING", options->recording, "Recording folder")->required();
-  command->add_option("--robot", options->robot, "Robot file with [landmark_sensor]")->required();
+  command
+      ->add_option("RECORDING", options->recordings, "Recording folder; with --together one for each robot")
+      ->required();
+  command
+      ->add_option("--robot", options->robots,
+                   "Robot file with [landmark_sensor]; with --together once for all robots or once for each; "
+                   "without it "
+                   "robot.toml in each recording")
+      ->allow_extra_args(false);
+  command->add_flag(
+      "--together", options->together,
+      "Several robots in one world: the most probable trajectories and one map of all, from a filter "
+      "(smoother, where --filter does not say) and a smoother for each");
   command->add_option("--filter", options->filter, "Which filter")
       ->check(CLI::IsMember(slam_method_names()))
       ->capture_default_str();
@@ -169,6 +278,11 @@ void add_slam(CLI::App& app) {
       ->add_option("--start", options->question.start_text,
                    "Pose at the first stamp: X,Y,DEG [m, m, degrees]")
       ->capture_default_str();
+  command
+      ->add_option("--marker-sigma", options->question.marker_sigma_m,
+                   "With --together: 1σ of where on its marker a robot is seen by others, beside the "
+                   "sensor's noise [m]")
+      ->check(number_from(0.0, 100.0));
   command->add_flag("--timing", options->timing, "At the end, on stderr: how long a step took");
   command->add_flag("--smooth", options->question.smooth,
                     "Then the most probable trajectory and map given everything seen, before and after");
@@ -192,7 +306,10 @@ void add_slam(CLI::App& app) {
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   add_slip_correction(*command, options->slip);
-  add_read_options(*command, options->question.reading);
+  command->add_option("--robot-number", options->robot_numbers, kRobotNumberHelp)
+      ->allow_extra_args(false)
+      ->check(CLI::Range(1, 1000));
+  add_log_options(*command, options->question.reading);
   SlamCheckpoints& checkpoints = options->question.checkpoints;
   CLI::Option* checkpoint = command->add_option("--checkpoint", checkpoints.write,
                                                 "File to store the run in, near the end of the recording");
@@ -205,7 +322,10 @@ void add_slam(CLI::App& app) {
                       "Go on from a checkpoint of the same recording, or of its beginning");
   command->add_option("-o,--output", options->output, "Folder for the results")->required();
   add_viewer(*command, options->viewer);
-  command->callback([options] { run(*options); });
+  command->callback([command, options] {
+    check_team(*command, *options);
+    run(*options);
+  });
 }
 
 }  // namespace trundle::app

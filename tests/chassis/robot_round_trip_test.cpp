@@ -76,6 +76,7 @@ Robot any_robot() {
   randomise(kAllWheels, robot.chassis);
   randomise(kNoise, robot.chassis.noise);
   randomise(kReferenceSensor, robot);
+  randomise(kMarker, robot);
   const int wheels = *rc::gen::inRange(0, kMaxWheels + 1);
   for (int i = 0; i < wheels; ++i) {
     robot.chassis.add(any_wheel());

@@ -17,6 +17,13 @@ function mainOf(tracks) {
   return mainRoles.map((role) => tracks.find((track) => track.role === role)).find(Boolean);
 }
 
+// Of several robots in one result each has its own colour, as results have.
+function styleOf(track, result, index, several) {
+  const others = result.tracks.filter(({ role }) => role === 'other');
+  if (several || track.role !== 'other' || others.length < 2) return trackStyle(track.role, index, several);
+  return trackStyle('result', others.indexOf(track), true);
+}
+
 function tracksOf(result, index, several) {
   const main = mainOf(result.tracks);
   const sighted = ['online', 'path', 'localized', 'result'].map((role) => result.tracks.find((track) => track.role === role)).find(Boolean);
@@ -24,7 +31,7 @@ function tracksOf(result, index, several) {
   const sorted = [...result.tracks.filter(({ role }) => role === 'reference'), ...result.tracks.filter(({ role }) => role !== 'reference')];
   return sorted.map((track) => {
     const { time_s: time, x_m: x, y_m: y, heading_rad: heading, across95_m: across } = track.columns();
-    return { label: nameOfTrack(track, result, several), time, x, y, heading, across, marks: track.marks, style: trackStyle(track.role, index, several), isMain: track === main, isSightedFrom: track === sighted, isBare: track.role === 'nominal' && across !== null, poses: track.poses, drawn: track.drawn };
+    return { label: nameOfTrack(track, result, several), time, x, y, heading, across, marks: track.marks, style: styleOf(track, result, index, several), isMain: track === main, isSightedFrom: track === sighted, isBare: track.role === 'nominal' && across !== null, poses: track.poses, drawn: track.drawn };
   });
 }
 

@@ -144,9 +144,10 @@ bool read_section(const Section& file, std::string_view key, const std::array<Nu
 }
 
 Robot read(const Section& file) {
-  static const std::vector<std::string> known = names_of(
-      {"name", "wheel", "wheels", "gyro", "landmark_sensor", "noise", "reference_sensor", "calibration"},
-      kChassis);
+  static const std::vector<std::string> known =
+      names_of({"name", "wheel", "wheels", "gyro", "landmark_sensor", "noise", "reference_sensor", "marker",
+                "calibration"},
+               kChassis);
   check_keys(file, known);
   Robot robot;
   robot.file = file.source.name;
@@ -159,6 +160,7 @@ Robot read(const Section& file) {
     robot.landmark_sensor = sensor;
   read_section(file, "noise", kNoise, robot.chassis.noise);
   read_section(file, "reference_sensor", kReferenceSensor, robot);
+  read_section(file, "marker", kMarker, robot);
   if (const auto section = table(file, "calibration", "[calibration]"))
     robot.calibration = read_calibration(*section, robot);
   return robot;

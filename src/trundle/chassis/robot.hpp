@@ -66,7 +66,8 @@ struct Robot {
   Chassis chassis;
   std::vector<std::string> wheel_names;  ///< one for each wheel with an encoder
   std::optional<LandmarkSensor> landmark_sensor;
-  Pose2 body_from_reference;  ///< where the reference was measured
+  Pose2 body_from_reference;                 ///< where the reference was measured
+  Vector2 marker_on_body = Vector2::Zero();  ///< what other robots see of this one [m]
   double reference_time_offset_s = 0.0;
   std::optional<CalibrationRecord> calibration;
   // For messages, of a robot that was read:

@@ -176,6 +176,7 @@ std::string to_toml(const Robot& robot) {
   if (robot.landmark_sensor) write_section(out, "landmark_sensor", kLandmarkSensor, *robot.landmark_sensor);
   write_noise(out, chassis);
   if (!has_defaults(kReferenceSensor, robot)) write_section(out, "reference_sensor", kReferenceSensor, robot);
+  if (!has_defaults(kMarker, robot)) write_section(out, "marker", kMarker, robot);
   if (robot.calibration) write_calibration(out, *robot.calibration);
   return out;
 }

@@ -26,23 +26,7 @@ using Json = nlohmann::ordered_json;
 Provenance provenance_of(const Recording& recording, const RobotFile& robot, const SlamQuestion& question) {
   Provenance provenance{recording.inputs, {}, question.seed};
   provenance.inputs.push_back(robot.file);
-  provenance.options = {{"filter", std::string(name_of(question.method))}, {"start", question.start_text}};
-  if (has_particles(question.method))
-    provenance.options.emplace_back("particles", std::to_string(question.particles));
-  if (question.swarm.iterations != SwarmOptions{}.iterations)
-    provenance.options.emplace_back("swarm-iterations", std::to_string(question.swarm.iterations));
-  if (question.swarm.target_agreement > 0.0)
-    provenance.options.emplace_back("swarm-agreement", fmt::format("{}", question.swarm.target_agreement));
-  if (question.estimate)
-    provenance.options.emplace_back("estimate", *question.estimate == PointEstimate::best ? "best" : "mean");
-  if (question.unknown_ids) provenance.options.emplace_back("unknown-ids", "true");
-  if (question.systematic_sigma)
-    provenance.options.emplace_back("systematic-sigma", fmt::format("{}", *question.systematic_sigma));
-  if (question.smooth) provenance.options.emplace_back("smooth", "true");
-  if (question.smooth && question.smoother_runs != SlamQuestion{}.smoother_runs)
-    provenance.options.emplace_back("smoother-runs", std::to_string(question.smoother_runs));
-  add_options_of(question.slip, provenance);
-  add_read_options(question.reading, provenance);
+  add_options_of(question, provenance);
   return provenance;
 }
 
@@ -87,14 +71,6 @@ std::string csv_of(const std::vector<WeightedPose>& particles) {
   return text;
 }
 
-Json systematic_of(const SlamAnswer& answer) {
-  Json document = Json::array();
-  for (const NamedError& error : named_errors(answer.input.systematic, answer.last()))
-    document.push_back(
-        {{"name", error.name}, {"unit", error.unit}, {"value", error.value}, {"sigma", error.sigma}});
-  return document;
-}
-
 /// The gyro's, not less that of the robot file.
 Json bias_of(const SlamAnswer& answer) {
   const BiasEstimate& last = answer.bias().back();
@@ -124,17 +100,6 @@ bool knows_bias(const SlamAnswer& answer) {
   return answer.input.systematic.has_bias && !answer.bias().empty();
 }
 
-Json smoother_of(const SmootherCounts& counts) {
-  return {{"poses", counts.poses},
-          {"sightings", counts.sightings},
-          {"outliers", counts.outliers},
-          {"cost", counts.cost},
-          {"degrees_of_freedom", counts.degrees_of_freedom},
-          {"iterations", counts.iterations},
-          {"starts", counts.starts},
-          {"converged", counts.converged}};
-}
-
 /// All that a filter's run depends on besides the steps.
 std::string settings_of(const RobotFile& robot, SlamQuestion question, const SlamInput& input) {
   question.smooth = false;
@@ -147,13 +112,60 @@ std::string settings_of(const RobotFile& robot, SlamQuestion question, const Sla
 
 }  // namespace
 
+SlamInputOptions input_options_of(const SlamQuestion& question) {
+  return {.hide_ids = question.unknown_ids,
+          .names = question.names,
+          .also_at_s = question.also_at_s,
+          .shares = question.systematic_sigma.has_value()};
+}
+
+void add_options_of(const SlamQuestion& question, Provenance& provenance) {
+  provenance.options.emplace_back("filter", std::string(name_of(question.method)));
+  provenance.options.emplace_back("start", question.start_text);
+  if (has_particles(question.method))
+    provenance.options.emplace_back("particles", std::to_string(question.particles));
+  if (question.swarm.iterations != SwarmOptions{}.iterations)
+    provenance.options.emplace_back("swarm-iterations", std::to_string(question.swarm.iterations));
+  if (question.swarm.target_agreement > 0.0)
+    provenance.options.emplace_back("swarm-agreement", fmt::format("{}", question.swarm.target_agreement));
+  if (question.estimate)
+    provenance.options.emplace_back("estimate", *question.estimate == PointEstimate::best ? "best" : "mean");
+  if (question.unknown_ids) provenance.options.emplace_back("unknown-ids", "true");
+  if (question.systematic_sigma)
+    provenance.options.emplace_back("systematic-sigma", fmt::format("{}", *question.systematic_sigma));
+  if (question.smooth) provenance.options.emplace_back("smooth", "true");
+  if (question.smooth && question.smoother_runs != SlamQuestion{}.smoother_runs)
+    provenance.options.emplace_back("smoother-runs", std::to_string(question.smoother_runs));
+  add_options_of(question.slip, provenance);
+  add_read_options(question.reading, provenance);
+}
+
+Json systematic_json(const SystematicErrors& errors, const PoseEstimate& last) {
+  Json document = Json::array();
+  for (const NamedError& error : named_errors(errors, last))
+    document.push_back(
+        {{"name", error.name}, {"unit", error.unit}, {"value", error.value}, {"sigma", error.sigma}});
+  return document;
+}
+
+Json smoother_json(const SmootherCounts& counts) {
+  return {{"poses", counts.poses},
+          {"sightings", counts.sightings},
+          {"outliers", counts.outliers},
+          {"cost", counts.cost},
+          {"degrees_of_freedom", counts.degrees_of_freedom},
+          {"iterations", counts.iterations},
+          {"starts", counts.starts},
+          {"converged", counts.converged}};
+}
+
 SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const SlamQuestion& question,
                        const SlipAnswer* slip_found) {
   SlamAnswer answer;
   answer.provenance = provenance_of(recording, robot, question);
   answer.input = slam_input(
       recording, corrected_readings(recording, robot, question.slip, slip_found, answer.provenance),
-      robot.robot, {.hide_ids = question.unknown_ids, .shares = question.systematic_sigma.has_value()});
+      robot.robot, input_options_of(question));
   require_apart(answer.provenance.inputs, {question.checkpoints.write});
   auto& findings = answer.input.findings;
   findings.insert(findings.begin(), recording.findings.begin(), recording.findings.end());
@@ -218,10 +230,10 @@ Json document_of(const SlamAnswer& answer) {
   document["trajectory"] = answer.smoothed ? "smoothed" : "online estimate";
   if (answer.smoothed) {
     document["online"] = "online estimate";
-    document["smoother"] = smoother_of(answer.smoothed->counts);
+    document["smoother"] = smoother_json(answer.smoothed->counts);
   }
   if (answer.result.path) document["path"] = "whole path of the best particle";
-  document["systematic_errors"] = systematic_of(answer);
+  document["systematic_errors"] = systematic_json(answer.input.systematic, answer.last());
   if (knows_bias(answer)) {
     document["gyro_bias"] = bias_of(answer);
     document["gyro_bias_over_time"] = to_json(bias_over_time(answer));

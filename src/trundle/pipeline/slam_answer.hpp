@@ -38,6 +38,10 @@ struct SlamQuestion {
   ReadOptions reading = {};       ///< how its recordings are read
   SlamCheckpoints checkpoints = {};
   OnSteps on_steps = {};
+  // Of several robots together:
+  std::vector<std::string> names = {};  ///< landmarks' names that all share: SlamInputOptions::names
+  double marker_sigma_m = 0.0;          ///< 1σ of where on its marker a robot is seen
+  std::vector<double> also_at_s = {};   ///< SlamInputOptions::also_at_s
 };
 
 struct SlamAnswer {
@@ -63,6 +67,14 @@ struct SlamAnswer {
 /// where the checkpoint is none, or of another recording, robot file or other options.
 SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const SlamQuestion& question,
                        const SlipAnswer* slip_found = nullptr);
+
+/// How a recording is cut into steps for that.
+SlamInputOptions input_options_of(const SlamQuestion& question);
+/// What was asked, as all outputs name it.
+void add_options_of(const SlamQuestion& question, Provenance& provenance);
+/// What the odometry errs by all along, of `last`.
+nlohmann::ordered_json systematic_json(const SystematicErrors& errors, const PoseEstimate& last);
+nlohmann::ordered_json smoother_json(const SmootherCounts& counts);
 
 /// What `trundle slam --json` prints.
 nlohmann::ordered_json document_of(const SlamAnswer& answer);

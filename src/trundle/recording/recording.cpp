@@ -83,6 +83,7 @@ RecordingMap read_mapped(const fs::path& file, const std::string& run, const fs:
   read_logs(map, context.definitions, recording);
   if (!map.tuple_file.empty()) read_tuples(map.tuple_file, recording);
   if (!map.session.empty()) recording.session = map.session;
+  recording.seen_as = map.seen_as;
   recording.partial = map.partial;
   return map;
 }
@@ -94,6 +95,20 @@ void read_native(const fs::path& folder, const RecordingMap& map, Recording& rec
     if (!fs::exists(file) || std::any_of(map.streams.begin(), map.streams.end(), mapped)) continue;
     read_stream(kind, native_source(kind, file), recording);
   }
+}
+
+/// A robot moves: what was seen of one is no sighting of a landmark.
+void set_robots_aside(const std::vector<std::string>& robots, Recording& recording) {
+  const auto is_landmark = [&](const Sighting& sighting) {
+    return sighting.landmark.empty() || std::ranges::find(robots, sighting.landmark) == robots.end();
+  };
+  const auto of_robots =
+      std::stable_partition(recording.sightings.begin(), recording.sightings.end(), is_landmark);
+  recording.robot_sightings.assign(of_robots, recording.sightings.end());
+  recording.sightings.erase(of_robots, recording.sightings.end());
+  if (!recording.robot_sightings.empty())
+    recording.findings.push_back(
+        {Severity::note, FindingCode::sighting_of_a_robot, "sightings", recording.robot_sightings.size()});
 }
 
 /// By its name: a folder may be large.
@@ -216,7 +231,9 @@ Recording read_recording(const fs::path& path, const ReadOptions& options) {
   recording.name = fs::is_regular_file(whole) ? whole.stem().string() : whole.filename().string();
   recording.session = whole.parent_path().filename().string();
   if (logs::is_log(place)) {
-    read_mapped(map_of_log(place, options.map), "", place, options.msg_path, recording);
+    const RecordingMap map =
+        read_mapped(map_of_log(place, options.map), "", place, options.msg_path, recording);
+    set_robots_aside(map.robots, recording);
   } else if (!options.map.empty()) {
     throw InputError(path.string(), "is no log that a recording.toml could be given for",
                      "a log, or a folder with its own recording.toml");
@@ -231,6 +248,7 @@ Recording read_recording(const fs::path& path, const ReadOptions& options) {
                                                options.msg_path, recording)
                                  : RecordingMap{};
     read_native(place, map, recording);
+    set_robots_aside(map.robots, recording);
   }
   if (is_empty(recording))
     throw InputError(path.string(), "holds no samples", "at least one stream with rows");

@@ -132,6 +132,9 @@ struct Recording {
   VelocityStream commands;
   AccelStream accel;
   std::vector<Sighting> sightings;
+  std::string seen_as = {};  ///< what other robots' sightings of this one name; empty: not said
+  std::vector<Sighting> robot_sightings =
+      {};  ///< of other robots' markers, which are no landmarks: they move
   ReferenceStream reference;
   std::vector<RelativeMotion> relative_motions;
   PartialReference partial;
@@ -154,6 +157,9 @@ struct ReadOptions {
 /// (ROS bags, MCAP, ...) by a recording.toml, whose tables then take their topics from it, whatever log they
 /// name. Throws InputError with file, line, fact and expectation.
 Recording read_recording(const std::filesystem::path& folder, const ReadOptions& options = {});
+
+/// Numbers of the robots that a UTIAS MRCLAM folder holds, in order; none where it is no such folder.
+[[nodiscard]] std::vector<int> mrclam_robots(const std::filesystem::path& folder);
 
 /// The recording.toml in a log's folder, or beside the log; nothing: there is none.
 [[nodiscard]] std::optional<std::filesystem::path> map_beside_log(const std::filesystem::path& log);

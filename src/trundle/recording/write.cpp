@@ -53,6 +53,7 @@ std::string quoted(const std::string& text) {
 void write_map(const Recording& recording, const std::filesystem::path& file) {
   std::string text;
   if (!recording.session.empty()) text += "session = " + quoted(recording.session) + "\n";
+  if (!recording.seen_as.empty()) text += "seen_as = " + quoted(recording.seen_as) + "\n";
   if (!recording.partial.empty()) text += "[reference]\n" + to_toml(recording.partial);
   if (!text.empty()) write_file(file, text);
 }

@@ -53,6 +53,17 @@ void take_roles_from(const RunRecord& run, std::vector<ResultTrack>& tracks) {
   }
 }
 
+/// Of several robots together each path is in a folder of its own, beside slam.json.
+std::vector<ResultFile> paths_of_robots(const std::filesystem::path& folder, const Results& results) {
+  std::vector<ResultFile> files;
+  if (!results.slam) return files;
+  for (const std::string& robot : results.slam->robots) {
+    const std::filesystem::path path = folder / std::filesystem::path(robot).filename() / "trajectory.csv";
+    if (std::filesystem::is_regular_file(path)) files.push_back({robot, path, ResultKind::trajectory});
+  }
+  return files;
+}
+
 /// The lines at the head of a CSV file that say how it was made.
 std::vector<std::string> head_lines(std::string_view content) {
   std::vector<std::string> lines;
@@ -69,7 +80,7 @@ std::vector<std::string> head_lines(std::string_view content) {
 Results read_results(const std::filesystem::path& input) {
   Results results{.label = input.string()};
   Tables tables;
-  const std::vector<ResultFile> files = result_files(input);
+  std::vector<ResultFile> files = result_files(input);
   for (const ResultFile& file : files) {
     if (file.kind == ResultKind::json)
       read_document(file, results);
@@ -77,6 +88,11 @@ Results read_results(const std::filesystem::path& input) {
       results.tracks.push_back(read_track(file.path, file.name));
     else
       tables.try_emplace(file.kind, file.path);
+  }
+  for (ResultFile& robot : paths_of_robots(input, results)) {
+    results.tracks.push_back(read_track(robot.path, robot.name));
+    results.tracks.back().role = TrackRole::other;
+    files.push_back(std::move(robot));
   }
   read_tables(tables, results);
   tell_smoothed(results.tracks);

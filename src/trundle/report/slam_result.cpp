@@ -26,6 +26,9 @@ constexpr std::array kSlamRules = {
     JsonRule{"nis", kObject},
     JsonRule{"nis/mean", kNumber | kNull},
     JsonRule{"smallest_effective_share", kNumber | kNull | kMissing},
+    JsonRule{"robots", kArray | kMissing},
+    JsonRule{"robots/*", kObject},
+    JsonRule{"robots/*/name", kString},
 };
 
 std::optional<Decision> decision_named(const std::string& name) {
@@ -51,6 +54,8 @@ std::string_view name_of(Decision decision) {
 SlamSummary slam_from_json(std::string_view text, std::string_view name, std::string_view file_name) {
   SlamSummary slam{.document = parse_result(text, name, kSlamRules, file_name)};
   slam.bias = bias_from_json(slam.document, file_name);
+  if (slam.document.contains("robots"))
+    for (const Json& robot : slam.document["robots"]) slam.robots.push_back(robot["name"].get<std::string>());
   return slam;
 }
 

@@ -17,6 +17,7 @@ namespace trundle::report {
 struct SlamSummary {
   nlohmann::ordered_json document;  ///< all of it: the page shows it
   std::optional<BiasOverTime> bias = {};
+  std::vector<std::string> robots = {};  ///< of several together: the path of each is in a folder of its name
 };
 
 /// A row of landmarks.csv.

@@ -138,4 +138,10 @@ std::vector<Finding> consistency_checks(const SlamInput& input, const SlamResult
   return findings;
 }
 
+std::vector<Finding> consistency_checks(const SmootherCounts& counts) {
+  std::vector<Finding> findings;
+  check_smoother(counts, findings);
+  return findings;
+}
+
 }  // namespace trundle::slam

@@ -11,4 +11,7 @@ namespace trundle::slam {
 [[nodiscard]] std::vector<Finding> consistency_checks(const SlamInput& input, const SlamResult& filtered,
                                                       const SmoothedSlam* smoothed);
 
+/// Of a smoother's run alone: that it stopped early, or that sigmas are too small.
+[[nodiscard]] std::vector<Finding> consistency_checks(const SmootherCounts& counts);
+
 }  // namespace trundle::slam

@@ -61,6 +61,7 @@ class Cutter {
   SlamInput cut(const AlignedReadings& readings) {
     input_.start_s = now_s_ = last_step_s_ = readings.start_s;
     skip_sightings_before(readings.start_s);
+    while (stop_until(readings.start_s)) ++next_stop_;
     look();
     for (std::size_t i = 0; i < readings.increments.size(); ++i) {
       const bool bridged = i < readings.bridged.size() && readings.bridged[i];
@@ -80,6 +81,10 @@ class Cutter {
     return next_ < sightings_.size() && sightings_[next_].time_s <= time_s;
   }
 
+  bool stop_until(double time_s) const {
+    return next_stop_ < options_.also_at_s.size() && options_.also_at_s[next_stop_] <= time_s;
+  }
+
   void skip_sightings_before(double time_s) {
     while (next_ < sightings_.size() && sightings_[next_].time_s < time_s) ++next_;
     outside_ = next_;
@@ -89,10 +94,16 @@ class Cutter {
   void advance_through(const Increment& increment, bool bridged) {
     const double end_s = increment.time_s;
     const double start_s = end_s - increment.duration_s;
-    while (sighting_until(end_s)) {
-      const double stop_s = sightings_[next_].time_s;
+    while (sighting_until(end_s) || stop_until(end_s)) {
+      double stop_s = end_s;
+      if (sighting_until(end_s)) stop_s = sightings_[next_].time_s;
+      if (stop_until(stop_s)) stop_s = options_.also_at_s[next_stop_];
       move_to(stop_s, share_of(increment, (stop_s - now_s_) / (end_s - start_s)), bridged);
-      look();
+      if (sighting_until(now_s_))
+        look();
+      else if (now_s_ > last_step_s_)
+        finish_step();
+      while (stop_until(now_s_)) ++next_stop_;
     }
     if (end_s <= now_s_) return;
     move_to(end_s, share_of(increment, (end_s - now_s_) / (end_s - start_s)), bridged);
@@ -184,8 +195,9 @@ class Cutter {
   MotionSum motion_;
   std::vector<Sighting> sightings_;
   Names names_;
-  std::size_t next_ = 0;     ///< of sightings_
-  std::size_t outside_ = 0;  ///< sightings without odometry
+  std::size_t next_ = 0;       ///< of sightings_
+  std::size_t next_stop_ = 0;  ///< of SlamInputOptions::also_at_s
+  std::size_t outside_ = 0;    ///< sightings without odometry
   std::size_t repeated_ = 0;
   std::size_t crowded_ = 0;  ///< sightings, of instants with too many
   double now_s_ = 0.0;

@@ -60,6 +60,7 @@ struct SlamInputOptions {
   /// Whose effect on every motion is wanted (SlamInput::by_parameters). Then the gyro's bias is that of the
   /// robot file, at rest too.
   std::vector<Parameter> parameters = {};
+  std::vector<double> also_at_s = {};  ///< on the odometry's clock, in order: where a step ends too
   bool shares = false;  ///< motions by shares of travel and turning, whatever the calibration left open
 };
 

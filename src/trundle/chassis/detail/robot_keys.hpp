@@ -156,6 +156,11 @@ inline constexpr std::array kNoise{
                             [](ChassisNoise& n) -> double& { return n.turn_per_sqrt_rad; }, kShareOfWay},
 };
 
+inline constexpr std::array kMarker{
+    NumberKey<Robot>{"x_m", [](Robot& r) -> double& { return r.marker_on_body.x(); }, kPosition},
+    NumberKey<Robot>{"y_m", [](Robot& r) -> double& { return r.marker_on_body.y(); }, kPosition},
+};
+
 inline constexpr std::array kReferenceSensor{
     NumberKey<Robot>{"x_m", [](Robot& r) -> double& { return r.body_from_reference.x; }, kPosition},
     NumberKey<Robot>{"y_m", [](Robot& r) -> double& { return r.body_from_reference.y; }, kPosition},

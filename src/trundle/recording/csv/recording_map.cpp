@@ -162,6 +162,8 @@ RecordingMap parse_recording_map(std::string_view text, const fs::path& path, co
   const fs::path folder = path.parent_path();
   RecordingMap map;
   map.session = file.text("session").value_or("");
+  map.seen_as = file.text("seen_as").value_or("");
+  map.robots = file.texts("robots");
   if (const auto tuple_file = file.text("tuple_file")) map.tuple_file = *tuple_file;
   for (const StreamKind kind : kStreamKinds)
     if (kind != StreamKind::landmarks) take_table(kind, file, {folder, run, context.log}, map);

@@ -54,6 +54,17 @@ std::optional<std::string> TomlReader::text(const std::string& key) {
   return found->value<std::string>();
 }
 
+std::vector<std::string> TomlReader::texts(const std::string& key) {
+  const toml::node* const found = node(key);
+  if (found == nullptr) return {};
+  const toml::array* const list = found->as_array();
+  if (list == nullptr || !(list->empty() || list->is_homogeneous(toml::node_type::string)))
+    fail(key, fmt::format("{} is no list of texts", key), "a list of texts in quotes, [\"a\", \"b\"]");
+  std::vector<std::string> all;
+  for (const toml::node& entry : *list) all.push_back(*entry.value<std::string>());
+  return all;
+}
+
 std::optional<bool> TomlReader::boolean(const std::string& key) {
   const toml::node* const found = node(key);
   if (found == nullptr) return std::nullopt;

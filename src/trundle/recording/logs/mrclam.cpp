@@ -18,12 +18,16 @@ fs::path file_of(const fs::path& folder, int robot, const char* what) {
   return folder / fmt::format("Robot{}_{}.dat", robot, what);
 }
 
-std::vector<int> robots_in(const fs::path& folder) {
+}  // namespace
+
+std::vector<int> mrclam_robots(const fs::path& folder) {
   std::vector<int> robots;
   for (int robot = 1; robot <= kMostRobots; ++robot)
     if (fs::exists(file_of(folder, robot, "Odometry"))) robots.push_back(robot);
   return robots;
 }
+
+namespace {
 
 /// Columns separated by spaces, without header, '#' comments: time first where there are stamps.
 StreamSource source_of(StreamKind kind, const fs::path& file) {
@@ -80,14 +84,14 @@ void read_measurements(const fs::path& folder, const fs::path& file, Recording& 
   for (std::size_t row = 0; row < columns[0].size(); ++row)
     subject_of[fmt::format("{}", columns[1][row])] = columns[0][row];
   std::vector<Sighting> kept;
-  std::size_t of_robots = 0;
   std::size_t unknown = 0;
   for (Sighting& sighting : recording.sightings) {
     const auto subject = subject_of.find(sighting.landmark);
     if (subject == subject_of.end()) {
       ++unknown;
     } else if (subject->second <= kMostRobots) {
-      ++of_robots;
+      sighting.landmark = fmt::format("{}", subject->second);
+      recording.robot_sightings.push_back(std::move(sighting));
     } else {
       sighting.landmark = fmt::format("{}", subject->second);
       kept.push_back(std::move(sighting));
@@ -97,18 +101,18 @@ void read_measurements(const fs::path& folder, const fs::path& file, Recording& 
   const auto note = [&](FindingCode code, std::size_t count) {
     if (count > 0) recording.findings.push_back({Severity::note, code, file.string(), count});
   };
-  note(FindingCode::sighting_of_a_robot, of_robots);
+  note(FindingCode::sighting_of_a_robot, recording.robot_sightings.size());
   note(FindingCode::unknown_barcode, unknown);
 }
 
 }  // namespace
 
 bool is_mrclam(const fs::path& folder) {
-  return !robots_in(folder).empty();
+  return !mrclam_robots(folder).empty();
 }
 
 void read_mrclam(const fs::path& folder, int robot_number, Recording& recording) {
-  const std::vector<int> robots = robots_in(folder);
+  const std::vector<int> robots = mrclam_robots(folder);
   const int robot = robot_number == 0 && robots.size() == 1 ? robots.front() : robot_number;
   if (std::find(robots.begin(), robots.end(), robot) == robots.end())
     throw InputError(folder.string(),
@@ -116,6 +120,7 @@ void read_mrclam(const fs::path& folder, int robot_number, Recording& recording)
                                        : fmt::format("holds no robot {}", robot_number),
                      fmt::format("--robot-number with one of {}", fmt::join(robots, ", ")));
   recording.name += fmt::format("_Robot{}", robot);
+  recording.seen_as = fmt::format("{}", robot);
   const auto read = [&](StreamKind kind, const fs::path& file) {
     if (kind == StreamKind::sightings) return read_measurements(folder, file, recording);
     read_stream(kind, source_of(kind, file), recording);

@@ -33,7 +33,7 @@ IncrementalSmoother::Innovations IncrementalSmoother::innovations(
     const auto [observation, landmark] = matches[k];
     const auto row = 2 * static_cast<Index>(k);
     const ExpectedReading expected =
-        expected_reading(pose, problem_.sensor.body_from_sensor, landmark_at(landmark));
+        expected_reading(pose, problem_.sensors.front().body_from_sensor, landmark_at(landmark));
     result.innovation.segment<2>(row) = innovation_of(observations[observation], expected);
     derivatives.push_back({map_.landmarks[nth(landmark)].variable, row, expected.by_landmark.transpose()});
     by_body.middleRows<2>(row) = expected.by_pose * axes;
@@ -41,7 +41,7 @@ IncrementalSmoother::Innovations IncrementalSmoother::innovations(
   append_by_body(by_body, 0, derivatives);
   result.S = tree_.projected_covariance(derivatives, numbers);
   result.S += by_body * since_.motion.covariance * by_body.transpose();
-  const Matrix2 R = reading_covariance(problem_.sensor);
+  const Matrix2 R = reading_covariance(problem_.sensors.front());
   for (Index row = 0; row < numbers; row += 2) result.S.block<2, 2>(row, row) += R;
   return result;
 }

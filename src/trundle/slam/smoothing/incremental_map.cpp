@@ -19,7 +19,7 @@ using Eigen::Index;
 void IncrementalSmoother::associate(std::span<const Observation> observations) {
   unidentified_.begin(observations);
   if (unidentified_.observations().empty()) return;
-  if (map_.off_grid_m > kOffGridShare * problem_.sensor.max_range_m) refresh_grid();
+  if (map_.off_grid_m > kOffGridShare * problem_.sensors.front().max_range_m) refresh_grid();
   const auto near = unidentified_.candidates(estimate(), map_.grid, map_.off_grid_m);
   std::vector<Match> matches;
   for (std::size_t k = 0; k < near.size(); ++k)
@@ -68,7 +68,8 @@ int IncrementalSmoother::add_landmark(const Observation& observation) {
   const Pose2& pose = at_.poses.back();
   map_.landmarks.push_back({.variable = add_unknown({Unknown::Kind::landmark, landmark},
                                                     Vector2::Constant(kMatters * linear_.way_m))});
-  at_.landmarks.push_back(sighted_landmark(pose, problem_.sensor.body_from_sensor, observation).in_world);
+  at_.landmarks.push_back(
+      sighted_landmark(pose, problem_.sensors.front().body_from_sensor, observation).in_world);
   Landmark& added = map_.landmarks.back();
   added.is_identified = observation.landmark >= 0;
   if (added.is_identified) {
@@ -212,7 +213,7 @@ bool IncrementalSmoother::merge_duplicates() {
         landmark_at(pairs[p].a) - landmark_at(pairs[p].b);
   const std::vector<double> limits = joint_limits(options_.gate, readings.observations);
   const std::vector<JointExplanation> explanations =
-      most_probable_explanations(readings, {.none = cost_of_any_place(problem_.sensor.max_range_m),
+      most_probable_explanations(readings, {.none = cost_of_any_place(problem_.sensors.front().max_range_m),
                                             .limit = limits,
                                             .most = 2,
                                             .within = 2.0 * options_.unknown.existence.confirmed});

@@ -58,7 +58,7 @@ IncrementalSmoother::IncrementalSmoother(const LandmarkSensor& sensor,
            .visibility = Visibility(sensor.max_range_m, options.unknown.existence)},
       unidentified_(sensor, options.unknown, options.gate) {
   const VectorXd sigma = options.prior.systematic_sigma(free_);
-  problem_.sensor = sensor;
+  problem_.sensors = {sensor};
   problem_.parameter_information = sigma.cwiseAbs2().cwiseInverse();
   problem_.has_bias = options.has_bias;
   problem_.gate = options.gate;
@@ -241,11 +241,11 @@ IncrementalSmoother::Apart IncrementalSmoother::moved_apart(int landmark, int po
 }
 
 double IncrementalSmoother::left_out(const Vector2& apart, const Vector2& sight) const {
-  const double range = std::max(sight.norm(), problem_.sensor.range_sigma_m);
+  const double range = std::max(sight.norm(), problem_.sensors.front().range_sigma_m);
   const double along = apart.dot(sight) / range;
   const double across = (apart.y() * sight.x() - apart.x() * sight.y()) / range;
-  return std::max(across * across / (2.0 * range * problem_.sensor.range_sigma_m),
-                  std::abs(along * across) / (range * range * problem_.sensor.bearing_sigma_rad));
+  return std::max(across * across / (2.0 * range * problem_.sensors.front().range_sigma_m),
+                  std::abs(along * across) / (range * range * problem_.sensors.front().bearing_sigma_rad));
 }
 
 void IncrementalSmoother::linearise(int term, FrontSystem& system) const {

@@ -115,7 +115,7 @@ JointProblem joint_problem(std::span<const AssociatedRecording> all, const Robot
   Eigen::VectorXd information(free.information.size() + shares_of(robot));
   information.head(free.information.size()) = free.information;
   if (shares_of(robot) > 0) information.tail<kShares>() = kUsualShareSigma.cwiseAbs2().cwiseInverse();
-  JointProblem joint{{.sensor = *robot.landmark_sensor,
+  JointProblem joint{{.sensors = {*robot.landmark_sensor},
                       .motions = {},
                       .sightings = {},
                       .parameter_information = std::move(information),
@@ -129,8 +129,10 @@ JointProblem joint_problem(std::span<const AssociatedRecording> all, const Robot
     errors.leftCols(free.columns.cols()) =
         sensor_errors_of(*robot.landmark_sensor, free.parameters) * free.columns;
   }
-  for (const AssociatedRecording& one : all)
-    joint.tracks.emplace_back(track_input(one, robot, free), joint.problem);
+  for (const AssociatedRecording& one : all) {
+    LandmarkNumbers own;  // each recording has its own map
+    joint.tracks.emplace_back(track_input(one, robot, free), joint.problem, own);
+  }
   return joint;
 }
 

@@ -34,6 +34,7 @@ BlockPattern pattern_of(const SmoothingProblem& problem) {
     if (link.from != MotionLink::kKnown) pattern.couplings.emplace_back(link.from, link.to);
   for (const SightingLink& link : problem.sightings)
     pattern.couplings.emplace_back(link.pose, problem.poses + link.landmark);
+  for (const RobotLink& link : problem.robots_seen) pattern.couplings.emplace_back(link.pose, link.seen);
   return pattern;
 }
 
@@ -66,6 +67,7 @@ void Minimiser::build(const SmoothingProblem& problem, const SmoothingState& sta
   Equations equations{*this};
   for (const MotionLink& link : problem.motions) add_to(equations, link, problem, state);
   for (const SightingLink& link : problem.sightings) add_to(equations, link, problem, state);
+  for (const RobotLink& link : problem.robots_seen) add_to(equations, link, problem, state);
   for (const BiasLink& link : problem.bias_readings) add_to(equations, link, problem, state);
   add_parameters_to(equations, problem, state);
 }

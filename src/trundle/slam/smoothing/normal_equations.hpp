@@ -78,6 +78,24 @@ void add_to(T& equations, const SightingLink& link, const SmoothingProblem& prob
 }
 
 template <NormalEquations T>
+void add_to(T& equations, const RobotLink& link, const SmoothingProblem& problem,
+            const SmoothingState& state) {
+  const RobotResidual r = robot_residual(problem, link, state);
+  const double weight = robust_weight(r.error.squaredNorm(), problem.gate);
+  const Eigen::Index n = pose_size(problem);
+  Eigen::Matrix<double, 2, 4> by_pose = Eigen::Matrix<double, 2, 4>::Zero(), by_seen = by_pose;
+  by_pose.leftCols<3>() = r.by_pose;
+  by_seen.leftCols<3>() = r.by_seen;
+  const int pose = equations.pose_block(link.pose);
+  const int seen = equations.pose_block(link.seen);
+  equations.add(pose, pose, (weight * by_pose.transpose() * by_pose).topLeftCorner(n, n));
+  equations.add(seen, seen, (weight * by_seen.transpose() * by_seen).topLeftCorner(n, n));
+  equations.add(pose, seen, (weight * by_pose.transpose() * by_seen).topLeftCorner(n, n));
+  equations.add(pose, -weight * (by_pose.transpose() * r.error).head(n));
+  equations.add(seen, -weight * (by_seen.transpose() * r.error).head(n));
+}
+
+template <NormalEquations T>
 void add_to(T& equations, const BiasLink& link, const SmoothingProblem&, const SmoothingState& state) {
   Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
   information(3, 3) = 1.0 / link.variance;

@@ -4,65 +4,22 @@
 #include <optional>
 
 #include "trundle/io/error.hpp"
+#include "trundle/slam/smoothing/counted_errors.hpp"
 #include "trundle/slam/smoothing/re_association.hpp"
 #include "trundle/slam/smoothing/shown.hpp"
 #include "trundle/slam/smoothing/smoother_start.hpp"
 #include "trundle/slam/smoothing/track.hpp"
-#include "trundle/slam/systematic_errors.hpp"
 
 namespace trundle::slam {
 namespace {
 
-/// What the smoother counts the systematic errors from: what the filter took them for, so that long motions
-/// are those of about the right ones.
-Systematic reference_of(const Systematic& filtered, Eigen::Index count) {
-  Systematic reference = Systematic::Zero(count);
-  const Eigen::Index known = std::min(filtered.size(), count);
-  if (filtered.allFinite()) reference.head(known) = filtered.head(known);
-  return reference;
-}
-
-/// Of a recording: its systematic errors as the problem counts them.
-struct Counted {
-  Systematic sigma;
-  Systematic reference;
-  bool has_bias = false;
-  std::vector<int> free = {};
-
-  double bias() const { return has_bias ? reference[0] : 0.0; }
-};
-
-TrackInput track_input(const SlamInput& input, const ShownObservations& shown, const SlamPrior& prior,
-                       const Counted& systematic) {
-  TrackInput track{.observations = shown, .start = {.pose = prior.start}};
-  track.start_covariance = prior.start_covariance;
-  if (systematic.has_bias) track.start.bias = -systematic.bias();
-  if (systematic.has_bias) track.start.bias_variance = systematic.sigma[0] * systematic.sigma[0];
-  for (const SlamStep& step : input.steps) {
-    const Motion motion = about(systematic.reference, step.motion);
-    const BySystematic by_all = motion.by_first(systematic.sigma.size());
-    FreeMotion free{motion.mean, motion.covariance, by_all(Eigen::all, systematic.free)};
-    track.time_s.push_back(step.time_s);
-    if (systematic.has_bias) {
-      free.by_bias = by_all.col(0);
-      free.walk = motion.walk;
-      free.with_walk = motion.with_walk;
-      track.bias_readings.push_back(step.bias_reading);
-      if (step.bias_reading) track.bias_readings.back()->rad_s -= systematic.bias();
-    }
-    track.motions.push_back(std::move(free));
-  }
-  return track;
-}
-
 SmoothingProblem empty_problem(const LandmarkSensor& sensor, const SmootherOptions& options,
-                               const Counted& systematic) {
-  const Eigen::VectorXd sigma = systematic.sigma(systematic.free);
-  return {.sensor = sensor,
+                               const CountedErrors& systematic) {
+  return {.sensors = {sensor},
           .motions = {},
           .sightings = {},
-          .parameter_information = sigma.cwiseAbs2().cwiseInverse(),
-          .parameter_mean = -systematic.reference(systematic.free),
+          .parameter_information = systematic.information(),
+          .parameter_mean = systematic.mean(),
           .has_bias = systematic.has_bias,
           .gate = options.gate};
 }
@@ -86,37 +43,15 @@ std::size_t outliers_at(const SmoothingProblem& problem, const SmoothingState& s
   }));
 }
 
-/// The systematic errors after the last pose.
-void add_systematic(const SmoothingState& state, const Minimiser& linearised, const Counted& systematic,
-                    PoseEstimate& last) {
-  last.systematic = systematic.reference;
-  last.systematic_covariance = SystematicCovariance::Zero(systematic.sigma.size(), systematic.sigma.size());
-  const Eigen::MatrixXd covariance = linearised.parameter_covariance();
-  for (std::size_t i = 0; i < systematic.free.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    last.systematic[systematic.free[i]] += state.parameters[row];
-    for (std::size_t j = 0; j < systematic.free.size(); ++j)
-      last.systematic_covariance(systematic.free[i], systematic.free[j]) =
-          covariance(row, static_cast<Eigen::Index>(j));
-  }
-  if (!systematic.has_bias) return;
-  const int pose = static_cast<int>(state.poses.size()) - 1;
-  last.systematic[0] += state.bias_at(pose);
-  last.systematic_covariance(0, 0) = linearised.pose_covariance(pose)(3, 3);
-  for (std::size_t i = 0; i < systematic.free.size(); ++i)
-    last.systematic_covariance(0, systematic.free[i]) = last.systematic_covariance(systematic.free[i], 0) =
-        linearised.pose_parameter_covariance(pose)(3, static_cast<Eigen::Index>(i));
-}
-
 /// The recording as a smoothing problem, with what its sightings are said to show.
 class Smoothing {
  public:
   Smoothing(const SlamInput& input, const ShownObservations& shown, const LandmarkSensor& sensor,
             const SmootherOptions& options, const Systematic& reference)
       : options_(options),
-        systematic_(counted(input, options, reference)),
+        systematic_(counted_errors(input, options.prior, reference)),
         problem_(empty_problem(sensor, options, systematic_)),
-        track_(track_input(input, shown, options.prior, systematic_), problem_) {
+        track_(track_input(input, shown, options.prior, systematic_), problem_, numbers_) {
     if (problem_.sightings.empty())
       throw CannotAnswer("nothing was seen whose landmark is known: nothing to smooth");
     minimiser_.emplace(problem_);
@@ -141,15 +76,6 @@ class Smoothing {
   }
 
  private:
-  static Counted counted(const SlamInput& input, const SmootherOptions& options, const Systematic& filtered) {
-    Counted systematic;
-    systematic.sigma = options.prior.systematic_sigma;
-    systematic.has_bias = input.systematic.has_bias;
-    if (systematic.sigma.size() == 0) systematic.sigma = input.systematic.sigma(kUsualShareSigma);
-    systematic.reference = reference_of(filtered, systematic.sigma.size());
-    systematic.free = free_of(systematic.sigma, systematic.has_bias);
-    return systematic;
-  }
   MinimiseOptions minimise_options() const {
     return {.most_iterations = options_.most_iterations, .enough = options_.enough};
   }
@@ -160,8 +86,9 @@ class Smoothing {
   SmoothedSlam result(const Found& found);
 
   SmootherOptions options_;
-  Counted systematic_;
+  CountedErrors systematic_;
   SmoothingProblem problem_;
+  LandmarkNumbers numbers_;
   Track track_;
   std::optional<Minimiser> minimiser_;
 };
@@ -175,7 +102,7 @@ SmoothedSlam Smoothing::result(const Found& found) {
   result.map = map_of(track_, problem_, state, *minimiser_);
   result.last.pose = result.trajectory.poses.back().pose;
   result.last.covariance = result.trajectory.covariances.back();
-  add_systematic(state, *minimiser_, systematic_, result.last);
+  add_systematic(state, *minimiser_, systematic_, static_cast<int>(state.poses.size()) - 1, result.last);
   result.bias = track_.biases(state, *minimiser_);
   for (BiasEstimate& bias : result.bias) bias.rad_s += systematic_.bias();
   result.sensor = sensor_scores(problem_, state, *minimiser_);

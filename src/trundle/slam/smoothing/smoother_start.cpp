@@ -32,7 +32,7 @@ SmoothingState state_at(const SmoothingProblem& problem, const Trajectory& at_ke
 
 /// The first poses of a problem, with what was seen from them.
 SmoothingProblem beginning_of(const SmoothingProblem& problem, int poses) {
-  SmoothingProblem part{.sensor = problem.sensor,
+  SmoothingProblem part{.sensors = problem.sensors,
                         .poses = poses,
                         .motions = {},
                         .sightings = {},
@@ -45,6 +45,8 @@ SmoothingProblem beginning_of(const SmoothingProblem& problem, int poses) {
     if (link.pose < poses) part.bias_readings.push_back(link);
   for (const MotionLink& link : problem.motions)
     if (link.to < poses) part.motions.push_back(link);
+  for (const RobotLink& link : problem.robots_seen)
+    if (link.pose < poses && link.seen < poses) part.robots_seen.push_back(link);
   for (const SightingLink& link : problem.sightings) {
     if (link.pose >= poses) continue;
     part.sightings.push_back(link);
@@ -57,9 +59,9 @@ SmoothingProblem beginning_of(const SmoothingProblem& problem, int poses) {
 void extend(const SmoothingProblem& part, SmoothingState& state) {
   for (std::size_t i = state.poses.size(); i < part.motions.size(); ++i) {
     const MotionLink& link = part.motions[i];
-    const Pose2 from =
-        link.from == MotionLink::kKnown ? link.start : state.poses[static_cast<std::size_t>(link.from)];
-    const double bias = state.biases.empty() ? 0.0 : state.biases.back();
+    const bool known = link.from == MotionLink::kKnown;
+    const Pose2 from = known ? link.start : state.poses[static_cast<std::size_t>(link.from)];
+    const double bias = known ? link.start_bias : state.bias_at(link.from);
     state.poses.push_back(from * link.mean *
                           exp(Twist2::from(link.by_parameters * state.parameters + link.by_bias * bias)));
     if (part.has_bias) state.biases.push_back(bias);
@@ -83,6 +85,8 @@ SmoothingProblem eased(const SmoothingProblem& problem) {
 }
 
 /// First of the eased problem, then of the problem.
+}  // namespace
+
 Minimum minimum_near(const SmoothingProblem& problem, SmoothingState start, Minimiser& minimiser,
                      const MinimiseOptions& options) {
   Minimum rough = minimiser.minimise(eased(problem), std::move(start), options);
@@ -90,6 +94,8 @@ Minimum minimum_near(const SmoothingProblem& problem, SmoothingState start, Mini
   minimum.iterations += rough.iterations;
   return minimum;
 }
+
+namespace {
 
 /// χ² with so many degrees of freedom is above the cost with a probability of more than kNoiseTail.
 bool is_explained_by_noise(const SmoothingProblem& problem, const Minimum& minimum) {
@@ -100,10 +106,15 @@ bool is_explained_by_noise(const SmoothingProblem& problem, const Minimum& minim
 }  // namespace
 
 SmoothingState grown_from_odometry(const SmoothingProblem& problem) {
-  SmoothingState state;
-  state.parameters = Eigen::VectorXd::Zero(problem.parameter_information.size());
-  for (int poses = 0; poses < problem.poses;) {
-    poses = std::min(problem.poses, poses + std::max(1, poses / kGrowth));
+  SmoothingState nothing;
+  nothing.parameters = Eigen::VectorXd::Zero(problem.parameter_information.size());
+  return grown_from(problem, std::move(nothing));
+}
+
+SmoothingState grown_from(const SmoothingProblem& problem, SmoothingState state) {
+  const int known = static_cast<int>(state.poses.size());
+  for (int poses = known; poses < problem.poses;) {
+    poses = std::min(problem.poses, poses + std::max(1, (poses - known) / kGrowth));
     const SmoothingProblem part = beginning_of(problem, poses);
     extend(part, state);
     state = Minimiser(part).minimise(part, std::move(state), kWhileGrowing).state;
@@ -112,17 +123,20 @@ SmoothingState grown_from_odometry(const SmoothingProblem& problem) {
 }
 
 int degrees_of_freedom(const SmoothingProblem& problem) {
-  return 2 * (static_cast<int>(problem.sightings.size()) - problem.landmarks) +
-         static_cast<int>(problem.bias_readings.size()) + problem.parameter_evidence.count;
+  return 2 * (static_cast<int>(problem.sightings.size() + problem.robots_seen.size()) - problem.landmarks) -
+         3 * problem.free_starts + static_cast<int>(problem.bias_readings.size()) +
+         problem.parameter_evidence.count;
 }
 
 std::vector<Vector2> landmarks_seen_from(const SmoothingProblem& problem, const std::vector<Pose2>& poses) {
   std::vector<std::vector<double>> x(static_cast<std::size_t>(problem.landmarks));
   std::vector<std::vector<double>> y(x.size());
   for (const SightingLink& link : problem.sightings) {
-    const Vector2 seen = sighted_landmark(poses[static_cast<std::size_t>(link.pose)],
-                                          problem.sensor.body_from_sensor, link.observation)
-                             .in_world;
+    const Vector2 seen =
+        sighted_landmark(poses[static_cast<std::size_t>(link.pose)],
+                         problem.sensors[static_cast<std::size_t>(link.sensor)].body_from_sensor,
+                         link.observation)
+            .in_world;
     x[static_cast<std::size_t>(link.landmark)].push_back(seen.x());
     y[static_cast<std::size_t>(link.landmark)].push_back(seen.y());
   }

@@ -5,7 +5,8 @@
 
 namespace trundle::slam {
 
-/// Two for each sighting, less two for each landmark, one for each reading of the bias: what the cost is near
+/// Two for each sighting, of a robot too, less two for each landmark and three for each track whose start is
+/// free, one for each reading of the bias: what the cost is near
 /// when the noise is as it is said to be.
 [[nodiscard]] int degrees_of_freedom(const SmoothingProblem& problem);
 
@@ -13,6 +14,9 @@ namespace trundle::slam {
 [[nodiscard]] std::vector<Vector2> landmarks_seen_from(const SmoothingProblem& problem,
                                                        const std::vector<Pose2>& poses);
 
+/// The minimum near a state.
+Minimum minimum_near(const SmoothingProblem& problem, SmoothingState start, Minimiser& minimiser,
+                     const MinimiseOptions& options);
 /// The minimum near a trajectory of the problem's poses.
 Minimum minimum_near(const SmoothingProblem& problem, const Trajectory& at_keyframes, Minimiser& minimiser,
                      const MinimiseOptions& options);
@@ -25,6 +29,10 @@ struct Found {
 /// A start without a filter: the odometry, a few poses at a time, each time with the minimum of all so far.
 /// The problem's landmarks are numbered in the order in which they are first seen.
 [[nodiscard]] SmoothingState grown_from_odometry(const SmoothingProblem& problem);
+
+/// The same from a state of the first poses: the others are appended. Every link is from the pose before its
+/// own, or from one that is known, and motions[i] leads to pose i.
+[[nodiscard]] SmoothingState grown_from(const SmoothingProblem& problem, SmoothingState state);
 
 /// The lowest minimum found from a trajectory of the problem's poses; and from the odometry, where the first
 /// leaves more than noise explains. docs/theory/smoother.md, section 'Where to start'.

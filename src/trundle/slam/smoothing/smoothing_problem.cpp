@@ -122,8 +122,27 @@ SightingResidual sighting_residual(const SmoothingProblem& problem, const Sighti
                                    const SmoothingState& state) {
   SensorErrors errors = SensorErrors::Zero();
   if (problem.sensor_errors.cols() > 0) errors = problem.sensor_errors * state.parameters;
-  return sighting_residual(problem.sensor, link.observation, state.poses[static_cast<std::size_t>(link.pose)],
+  return sighting_residual(problem.sensors[static_cast<std::size_t>(link.sensor)], link.observation,
+                           state.poses[static_cast<std::size_t>(link.pose)],
                            state.landmarks[static_cast<std::size_t>(link.landmark)], errors);
+}
+
+RobotResidual robot_residual(const SmoothingProblem& problem, const RobotLink& link,
+                             const SmoothingState& state) {
+  const Pose2& seen = state.poses[static_cast<std::size_t>(link.seen)];
+  const SightingResidual r =
+      sighting_residual(problem.sensors[static_cast<std::size_t>(link.sensor)], link.observation,
+                        state.poses[static_cast<std::size_t>(link.pose)], seen * link.marker_on_seen);
+  const LandmarkSensor& sensor = problem.sensors[static_cast<std::size_t>(link.sensor)];
+  const double across_rad = link.marker_sigma_m / link.observation.range_m;
+  const Vector2 share(sensor.range_sigma_m / std::hypot(sensor.range_sigma_m, link.marker_sigma_m),
+                      sensor.bearing_sigma_rad / std::hypot(sensor.bearing_sigma_rad, across_rad));
+  const Vector2 by_turn(-link.marker_on_seen.y(), link.marker_on_seen.x());
+  Matrix23 marker_by_seen;
+  marker_by_seen << Matrix2::Identity(), by_turn;
+  const Matrix2 by_marker = r.by_landmark * rotation(seen.heading);
+  return {share.cwiseProduct(r.error), share.asDiagonal() * r.by_pose,
+          share.asDiagonal() * by_marker * marker_by_seen};
 }
 
 double cost_of(const SmoothingProblem& problem, const SmoothingState& state) {
@@ -149,6 +168,8 @@ double cost_of(const SmoothingProblem& problem, const SmoothingState& state) {
     cost += std::pow(state.bias_at(link.pose) - link.value, 2) / link.variance;
   for (const SightingLink& link : problem.sightings)
     cost += robust_cost(sighting_residual(problem, link, state).error.squaredNorm(), problem.gate);
+  for (const RobotLink& link : problem.robots_seen)
+    cost += robust_cost(robot_residual(problem, link, state).error.squaredNorm(), problem.gate);
   return cost;
 }
 

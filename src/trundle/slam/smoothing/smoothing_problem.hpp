@@ -65,11 +65,22 @@ struct SightingLink {
   int pose = 0;
   int landmark = 0;
   Observation observation;
+  int sensor = 0;  ///< of SmoothingProblem::sensors; always 0 where this is stored
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
     archive(self.pose, self.landmark, self.observation);
   }
+};
+
+/// One robot seen by another: the sensor's reading of a marker on the seen one, at the same instant.
+struct RobotLink {
+  int pose = 0;  ///< of the robot that sees
+  int seen = 0;  ///< pose of the other
+  Observation observation;
+  int sensor = 0;                            ///< as of SightingLink
+  Vector2 marker_on_seen = Vector2::Zero();  ///< [m], in the body frame of the seen one
+  double marker_sigma_m = 0.0;               ///< 1σ along and across of where on the marker it is seen
 };
 
 /// A reading of the bias at a pose.
@@ -92,11 +103,14 @@ using SensorErrorsBy = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
 /// All that is known of poses, landmarks and parameters. docs/theory/smoother.md, eq. 1-4.
 struct SmoothingProblem {
-  LandmarkSensor sensor;
+  std::vector<LandmarkSensor> sensors;  ///< one for each robot
   int poses = 0;
   int landmarks = 0;
   std::vector<MotionLink> motions;
   std::vector<SightingLink> sightings;
+  std::vector<RobotLink> robots_seen =
+      {};                                 ///< what SensorErrors do to them is left out: calibration has none
+  int free_starts = 0;                    ///< tracks of which nobody knows where they start
   Eigen::VectorXd parameter_information;  ///< prior of each parameter, about its mean; 0: none
   Eigen::VectorXd parameter_mean = {};    ///< none: 0
   /// What else is known of the parameters, linearised at 0: −2 log p = χ² − 2 gradientᵀ p + pᵀ matrix p.
@@ -147,6 +161,16 @@ struct SightingResidual {
                                                  const SensorErrors& errors = SensorErrors::Zero());
 [[nodiscard]] SightingResidual sighting_residual(const SmoothingProblem& problem, const SightingLink& link,
                                                  const SmoothingState& state);
+
+/// Reading of the other robot's marker minus expectation over its sigmas, and derivatives by moves of both
+/// poses. docs/theory/together.md, eq. 25, 26.
+struct RobotResidual {
+  Vector2 error;
+  Matrix23 by_pose;
+  Matrix23 by_seen;
+};
+[[nodiscard]] RobotResidual robot_residual(const SmoothingProblem& problem, const RobotLink& link,
+                                           const SmoothingState& state);
 
 /// What a squared residual counts for: itself up to the gate, then its logarithm; and the derivative. Eq. 3.
 [[nodiscard]] inline double robust_cost(double squared, double gate) {

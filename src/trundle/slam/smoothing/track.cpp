@@ -1,7 +1,6 @@
 #include "trundle/slam/smoothing/track.hpp"
 
 #include <algorithm>
-#include <map>
 
 #include <Eigen/LU>
 
@@ -22,20 +21,22 @@ FreeMotion no_motion(const Matrix3& covariance, Eigen::Index parameters) {
 
 }  // namespace
 
-Track::Track(const TrackInput& input, SmoothingProblem& problem)
+Track::Track(const TrackInput& input, SmoothingProblem& problem, LandmarkNumbers& number_of)
     : time_s_(input.time_s),
       start_(input.start),
       first_pose_(problem.poses),
       first_landmark_(problem.landmarks) {
   const Eigen::Index parameters = problem.parameter_information.size();
-  std::map<LandmarkId, int> number_of;
+  std::size_t next_also = 0;
   FreeMotion since = no_motion(body_covariance(input.start.pose, input.start_covariance), parameters);
   for (std::size_t step = 0; step < input.motions.size(); ++step) {
     since = since * input.motions[step];
     since_.push_back(since);
     next_keyframe_.push_back(keyframes());
     const bool reads = step < input.bias_readings.size() && input.bias_readings[step].has_value();
-    if (!reads && !shows_something(input.observations[step])) continue;
+    const bool also = next_also < input.also_keyframes.size() && input.also_keyframes[next_also] == step;
+    next_also += also ? 1 : 0;
+    if (!reads && !also && !shows_something(input.observations[step])) continue;
     const int pose = problem.poses++;
     problem.motions.push_back(keyframe_steps_.empty() ? link_from(start_, pose, since)
                                                       : link_of(pose - 1, pose, since));
@@ -49,7 +50,7 @@ Track::Track(const TrackInput& input, SmoothingProblem& problem)
         landmarks_.push_back(observation.landmark);
         ++problem.landmarks;
       }
-      problem.sightings.push_back({pose, at->second, observation});
+      problem.sightings.push_back({pose, at->second, observation, input.sensor});
     }
     keyframe_steps_.push_back(step);
     since = no_motion(Matrix3::Zero(), parameters);

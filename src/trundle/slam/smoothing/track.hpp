@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <span>
 
@@ -19,14 +20,20 @@ struct TrackInput {
   KnownStart start = {};
   Matrix3 start_covariance = Matrix3::Zero();                  ///< of (x, y, heading) in world axes
   std::vector<std::optional<BiasReading>> bias_readings = {};  ///< by step; none: there are none
+  std::vector<std::size_t> also_keyframes = {};  ///< steps, in order, at which a robot was seen, or sees one
+  int sensor = 0;                                ///< of the problem
 };
+
+/// The problem's numbers of landmarks, by the caller's.
+using LandmarkNumbers = std::map<LandmarkId, int>;
 
 /// A recording as part of a smoothing problem: its keyframes, the steps at which something was seen, or the
 /// bias read, are poses of the problem; all other steps lie between two of them, and follow from them.
 class Track {
  public:
-  /// Appends keyframes, landmarks and links to the problem.
-  Track(const TrackInput& input, SmoothingProblem& problem);
+  /// Appends keyframes, links and those landmarks to the problem that have no number yet: the others are seen
+  /// from tracks before it too.
+  Track(const TrackInput& input, SmoothingProblem& problem, LandmarkNumbers& numbers);
 
   [[nodiscard]] std::size_t keyframes() const { return keyframe_steps_.size(); }
   /// Steps at which they are.
@@ -38,8 +45,15 @@ class Track {
   [[nodiscard]] const FreeMotion& motion_to(std::size_t keyframe) const {
     return since_[keyframe_steps_[keyframe]];
   }
-  /// The caller's numbers of the landmarks, as the problem's from first_landmark() on.
+  /// The problem's pose at a step that is a keyframe.
+  [[nodiscard]] int pose_at(std::size_t step) const {
+    return first_pose_ + static_cast<int>(next_keyframe_[step]);
+  }
+  /// The caller's numbers of the landmarks that no track before it saw, as the problem's from
+  /// first_landmark() on.
   [[nodiscard]] std::span<const LandmarkId> landmarks() const { return landmarks_; }
+  /// Before its first step, as it was given.
+  [[nodiscard]] const KnownStart& start() const { return start_; }
   [[nodiscard]] int first_pose() const { return first_pose_; }
   [[nodiscard]] int first_landmark() const { return first_landmark_; }
 

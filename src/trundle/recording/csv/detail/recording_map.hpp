@@ -13,8 +13,10 @@ namespace trundle::recording {
 
 /// What recording.toml says: docs/recording.md explains its keys.
 struct RecordingMap {
-  std::string session;             ///< empty: not said
-  std::int64_t time_origin_s = 0;  ///< the second of the files' clock that is 0 of the recording's
+  std::string session;                   ///< empty: not said
+  std::int64_t time_origin_s = 0;        ///< the second of the files' clock that is 0 of the recording's
+  std::string seen_as = {};              ///< likewise
+  std::vector<std::string> robots = {};  ///< names in sightings that are robots
   std::vector<std::pair<StreamKind, StreamSource>> streams;
   PartialReference partial;
   std::filesystem::path tuple_file;  ///< empty: none

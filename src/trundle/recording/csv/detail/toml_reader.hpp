@@ -26,6 +26,8 @@ class TomlReader {
   std::optional<double> number_above_zero(const std::string& key);
   std::optional<std::int64_t> integer(const std::string& key);
   std::optional<std::string> text(const std::string& key);
+  /// None where the key is missing.
+  std::vector<std::string> texts(const std::string& key);
   std::optional<bool> boolean(const std::string& key);
   std::optional<TomlReader> table(const std::string& key);
   /// Keys in the order of their names, known ones or not.

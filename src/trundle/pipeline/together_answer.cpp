@@ -1,0 +1,337 @@
+#include "trundle/pipeline/together_answer.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <tuple>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "trundle/io/error.hpp"
+#include "trundle/pipeline/sound.hpp"
+#include "trundle/recording/landmark_file.hpp"
+#include "trundle/recording/trajectory_file.hpp"
+#include "trundle/report/json_text.hpp"
+#include "trundle/slam/consistency_checks.hpp"
+#include "trundle/slam/map_file.hpp"
+
+namespace trundle::pipeline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Folders of results are called so.
+std::vector<std::string> robot_names(const std::vector<TeamRobot>& team) {
+  std::vector<std::string> names;
+  for (const TeamRobot& one : team) {
+    std::string name = one.recording.name;
+    for (int n = 2; std::ranges::find(names, name) != names.end(); ++n)
+      name = fmt::format("{}_{}", one.recording.name, n);
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+/// Which robot is seen under a name.
+std::map<std::string, std::size_t> robots_by_name(const std::vector<TeamRobot>& team) {
+  std::map<std::string, std::size_t> robots;
+  for (std::size_t i = 0; i < team.size(); ++i) {
+    const std::string& name = team[i].recording.seen_as;
+    if (!name.empty() && !robots.try_emplace(name, i).second)
+      throw InputError(team[i].recording.name,
+                       fmt::format("is seen as '{}', and so is {}", name, team[robots[name]].recording.name),
+                       "a name for each robot: 'seen_as' of recording.toml");
+  }
+  return robots;
+}
+
+/// A sighting of a robot by another, on the clocks of their odometries.
+struct Meeting {
+  double time_s = 0.0;       ///< of the seer
+  double seen_time_s = 0.0;  ///< of the other: the same instant, where recordings count from other seconds
+  std::size_t seer = 0;
+  std::size_t seen = 0;
+  double range_m = 0.0;
+  double bearing_rad = 0.0;
+
+  auto key() const { return std::tie(time_s, seer, seen, range_m, bearing_rad); }
+};
+
+const LandmarkSensor& sensor_of(const TeamRobot& one) {
+  if (!one.robot.robot.landmark_sensor)
+    throw InputError(place_of(one.robot.robot), "has no landmark sensor", "[landmark_sensor]");
+  return *one.robot.robot.landmark_sensor;
+}
+
+/// What is seen of the team's robots, taken out of its recordings: what is left there is of landmarks.
+std::vector<Meeting> take_meetings(std::vector<TeamRobot>& team) {
+  const std::map<std::string, std::size_t> robots = robots_by_name(team);
+  std::vector<Meeting> meetings;
+  for (std::size_t i = 0; i < team.size(); ++i) {
+    Recording& recording = team[i].recording;
+    const double offset_s = sensor_of(team[i]).time_offset_s;
+    const auto since = [&](std::size_t robot) {
+      return static_cast<double>(recording.time_origin_s - team[robot].recording.time_origin_s);
+    };
+    const auto take = [&](const Sighting& sighting) {
+      const auto robot = robots.find(sighting.landmark);
+      if (robot == robots.end()) return false;
+      if (robot->second != i)
+        meetings.push_back({sighting.time_s + offset_s, sighting.time_s + offset_s + since(robot->second), i,
+                            robot->second, sighting.range_m, sighting.bearing_rad});
+      return true;
+    };
+    std::erase_if(recording.sightings, take);
+    const std::size_t before = recording.robot_sightings.size();
+    std::erase_if(recording.robot_sightings, take);
+    std::erase_if(recording.findings,
+                  [&](const Finding& finding) { return finding.code == FindingCode::sighting_of_a_robot; });
+    if (const std::size_t left = recording.robot_sightings.size(); left > 0 && before > 0)
+      recording.findings.push_back({Severity::note, FindingCode::sighting_of_a_robot, recording.name, left});
+  }
+  std::ranges::sort(meetings, {}, &Meeting::key);
+  const auto repeated = std::ranges::unique(meetings, {}, &Meeting::key);
+  meetings.erase(repeated.begin(), repeated.end());
+  return meetings;
+}
+
+std::vector<std::string> landmark_names_in(const std::vector<TeamRobot>& team) {
+  std::vector<std::string> names;
+  std::set<std::string> known;
+  for (const TeamRobot& one : team)
+    for (const Sighting& sighting : one.recording.sightings)
+      if (!sighting.landmark.empty() && known.insert(sighting.landmark).second)
+        names.push_back(sighting.landmark);
+  return names;
+}
+
+std::vector<double> stamps_of(const std::vector<Meeting>& meetings, std::size_t robot) {
+  std::set<double> stamps;
+  for (const Meeting& meeting : meetings) {
+    if (meeting.seer == robot) stamps.insert(meeting.time_s);
+    if (meeting.seen == robot) stamps.insert(meeting.seen_time_s);
+  }
+  return {stamps.begin(), stamps.end()};
+}
+
+/// A robot alone.
+struct Alone {
+  SlamInput input;
+  ShownObservations shown;
+  Trajectory path;
+  Systematic systematic = {};
+  std::vector<Finding> inconsistencies = {};
+};
+
+/// Without landmarks: where its odometry takes it.
+Alone by_odometry(SlamInput input) {
+  Alone alone{.input = std::move(input), .shown = {}, .path = {}};
+  Pose2 pose;
+  for (SlamStep& step : alone.input.steps) {
+    pose = pose * step.motion.mean;
+    alone.path.poses.push_back({step.time_s, pose});
+    alone.shown.push_back(step.observations);
+  }
+  return alone;
+}
+
+Alone alone(const TeamRobot& one, const SlamQuestion& question) {
+  const Recording& recording = one.recording;
+  Provenance ignored;
+  SlamInput input =
+      slam_input(recording, corrected_readings(recording, one.robot, question.slip, nullptr, ignored),
+                 one.robot.robot, input_options_of(question));
+  if (input.steps.empty()) throw CannotAnswer(fmt::format("{}: its odometry does not run", recording.name));
+  if (input.observations() == 0) {
+    Alone blind = by_odometry(std::move(input));
+    auto& findings = blind.input.findings;
+    findings.insert(findings.begin(), recording.findings.begin(), recording.findings.end());
+    return blind;
+  }
+  SlamAnswer answer = answer_slam(recording, one.robot, question);
+  if (!answer.smoothed) return by_odometry(std::move(answer.input));
+  return {.input = std::move(answer.input),
+          .shown = std::move(answer.smoothed->shown),
+          .path = std::move(answer.smoothed->trajectory),
+          .systematic = answer.smoothed->last.systematic,
+          .inconsistencies = std::move(answer.inconsistencies)};
+}
+
+/// What has no name is a landmark of this robot alone: from `next` on.
+void number_unidentified(LandmarkId named, LandmarkId& next, ShownObservations& shown) {
+  std::map<LandmarkId, LandmarkId> numbers;
+  for (auto& step : shown)
+    for (Observation& observation : step) {
+      if (observation.landmark < named) continue;
+      const auto [at, is_new] = numbers.try_emplace(observation.landmark, next);
+      next += is_new ? 1 : 0;
+      observation.landmark = at->second;
+    }
+}
+
+/// The step at a stamp that the odometry was cut at.
+std::optional<std::size_t> step_at(const SlamInput& input, double time_s) {
+  const auto at = std::ranges::lower_bound(input.steps, time_s, {}, &SlamStep::time_s);
+  if (at == input.steps.end() || at->time_s != time_s) return std::nullopt;
+  return static_cast<std::size_t>(at - input.steps.begin());
+}
+
+std::vector<RobotSighting> sightings_of_robots(const std::vector<Meeting>& meetings,
+                                               const std::vector<TeamRobot>& team,
+                                               const std::vector<Alone>& robots,
+                                               std::vector<Finding>& findings) {
+  std::vector<RobotSighting> seen;
+  std::size_t outside = 0;
+  for (const Meeting& meeting : meetings) {
+    const auto seer_step = step_at(robots[meeting.seer].input, meeting.time_s);
+    const auto seen_step = step_at(robots[meeting.seen].input, meeting.seen_time_s);
+    const Observation observation =
+        observation_of(sensor_of(team[meeting.seer]), kUnknownLandmark, meeting.range_m, meeting.bearing_rad);
+    if (!seer_step || !seen_step)
+      ++outside;
+    else if (is_valid(observation))
+      seen.push_back({meeting.seer, *seer_step, meeting.seen, *seen_step, observation});
+  }
+  if (outside > 0)
+    findings.push_back(
+        {Severity::note, FindingCode::sighting_without_odometry, "sightings of robots", outside});
+  return seen;
+}
+
+Json robot_json(const TogetherAnswer& answer, std::size_t i) {
+  const RobotEstimate& robot = answer.joint.robots[i];
+  const StampedPose& end = robot.trajectory.poses.back();
+  Json document = {
+      {"name", answer.names[i]},
+      {"trajectory", answer.names[i] + "/trajectory.csv"},
+      {"steps", robot.trajectory.poses.size()},
+      {"landmarks", robot.landmarks},
+      {"sightings", robot.sightings},
+      {"outliers", robot.outliers},
+      {"robot_sightings", robot.robot_sightings},
+      {"robot_outliers", robot.robot_outliers},
+      {"nis", robot.nis},
+      {"robot_nis", robot.robot_nis},
+      {"end",
+       {{"time_s", end.time_s}, {"x_m", end.pose.x}, {"y_m", end.pose.y}, {"heading_rad", end.pose.heading}}},
+      {"systematic_errors", systematic_json(answer.systematic[i], robot.last)}};
+  if (!robot.bias.empty())
+    document["gyro_bias"] = {{"rad_s", answer.gyro_bias_rad_s[i] + robot.bias.back().rad_s},
+                             {"sigma_rad_s", std::sqrt(std::max(0.0, robot.bias.back().variance))}};
+  return document;
+}
+
+std::vector<std::string> names_of_map(const TogetherAnswer& answer) {
+  std::vector<std::string> names;
+  for (const MappedLandmark& landmark : answer.joint.map)
+    names.push_back(answer.landmarks[static_cast<std::size_t>(landmark.id)]);
+  return names;
+}
+
+/// Of all that was seen.
+double mean_nis(const JointSlam& joint) {
+  double sum = 0.0;
+  for (const RobotEstimate& robot : joint.robots)
+    sum += robot.nis * static_cast<double>(robot.sightings) +
+           robot.robot_nis * static_cast<double>(robot.robot_sightings);
+  return sum / std::max(1.0, static_cast<double>(joint.counts.sightings));
+}
+
+}  // namespace
+
+TogetherAnswer answer_together(std::vector<TeamRobot> team, const SlamQuestion& question) {
+  TogetherAnswer answer{.provenance = {{}, {{"together", "true"}}, question.seed}};
+  add_options_of(question, answer.provenance);
+  if (question.marker_sigma_m > 0.0)
+    answer.provenance.options.emplace_back("marker-sigma", fmt::format("{}", question.marker_sigma_m));
+  for (const TeamRobot& one : team) add_inputs(one.recording.inputs, answer.provenance);
+  for (const TeamRobot& one : team) add_inputs({one.robot.file}, answer.provenance);
+  answer.names = robot_names(team);
+  const std::vector<Meeting> meetings = take_meetings(team);
+  SlamQuestion of_one = question;
+  of_one.smooth = true;
+  of_one.names = landmark_names_in(team);
+  const auto named = static_cast<LandmarkId>(of_one.names.size());
+  LandmarkId next = named;
+  std::vector<Alone> robots;
+  for (std::size_t i = 0; i < team.size(); ++i) {
+    of_one.also_at_s = stamps_of(meetings, i);
+    robots.push_back(alone(team[i], of_one));
+    number_unidentified(named, next, robots.back().shown);
+    for (Finding& finding : robots.back().input.findings) {
+      finding.place = answer.names[i] + ": " + finding.place;
+      answer.findings.push_back(std::move(finding));
+    }
+    for (Finding& finding : robots.back().inconsistencies) {
+      finding.place = answer.names[i] + ": " + finding.place;
+      answer.inconsistencies.push_back(std::move(finding));
+    }
+  }
+  answer.landmarks = landmark_names(of_one.names, next - 1);
+  const std::vector<RobotSighting> seen = sightings_of_robots(meetings, team, robots, answer.findings);
+  std::optional<Vector3> shares = kUsualShareSigma;
+  if (question.systematic_sigma) shares = Vector3::Constant(*question.systematic_sigma);
+  std::vector<RobotRecording> recordings;
+  for (std::size_t i = 0; i < team.size(); ++i) {
+    const SystematicErrors& systematic = robots[i].input.systematic;
+    recordings.push_back({.input = robots[i].input,
+                          .sensor = sensor_of(team[i]),
+                          .prior = {.start = question.start, .systematic_sigma = systematic.sigma(shares)},
+                          .name = answer.names[i],
+                          .shown = std::move(robots[i].shown),
+                          .path = std::move(robots[i].path),
+                          .systematic = robots[i].systematic,
+                          .marker_sigma_m = question.marker_sigma_m,
+                          .marker_on_body = team[i].robot.robot.marker_on_body});
+    answer.systematic.push_back(systematic);
+    const auto& gyro = team[i].robot.robot.chassis.gyro;
+    answer.gyro_bias_rad_s.push_back(gyro ? gyro->bias_rad_s : 0.0);
+  }
+  answer.joint = smooth_together(recordings, seen);
+  for (Finding& finding : consistency_checks(answer.joint.counts)) {
+    finding.place = "all robots";
+    answer.inconsistencies.push_back(std::move(finding));
+  }
+  for (std::size_t i = 0; i < team.size(); ++i)
+    require_sound(answer.joint.robots[i].trajectory, answer.names[i]);
+  require_sound(answer.joint.map, "the map of all robots");
+  return answer;
+}
+
+Json document_of(const TogetherAnswer& answer) {
+  const SmootherCounts& counts = answer.joint.counts;
+  Json document = to_json(answer.provenance);
+  document["status"] = answer.inconsistencies.empty() ? "ok" : name_of(answer.inconsistencies.front().code);
+  document["doubts"] = to_json(answer.inconsistencies);
+  document["landmarks"] = answer.joint.map.size();
+  document["sightings"] = {{"matched", counts.sightings - counts.outliers}, {"rejected", counts.outliers}};
+  document["nis"] = {{"mean", mean_nis(answer.joint)}};
+  document["trajectory"] = "smoothed, all robots together";
+  document["smoother"] = smoother_json(counts);
+  document["robots"] = Json::array();
+  for (std::size_t i = 0; i < answer.names.size(); ++i) document["robots"].push_back(robot_json(answer, i));
+  document["problems"] = to_json(answer.findings);
+  return document;
+}
+
+std::vector<std::string> together_file_names(const TogetherAnswer& answer) {
+  std::vector<std::string> names = {"slam.json", "landmarks.csv", "landmarks_covariance.csv"};
+  for (const std::string& robot : answer.names) names.push_back(robot + "/trajectory.csv");
+  return names;
+}
+
+std::vector<OutputFile> files_of(const TogetherAnswer& answer, const std::filesystem::path& folder) {
+  const std::string head = head_of(answer.provenance);
+  std::vector<OutputFile> files = {
+      {folder / "landmarks.csv", head + to_csv(answer.joint.map, answer.landmarks)},
+      {folder / "landmarks_covariance.csv",
+       head + landmark_covariance_csv(names_of_map(answer), answer.joint.map_covariance)},
+      {folder / "slam.json", dumped(document_of(answer), 2) + "\n"}};
+  for (std::size_t i = 0; i < answer.names.size(); ++i)
+    files.push_back(
+        {folder / answer.names[i] / "trajectory.csv", head + to_csv(answer.joint.robots[i].trajectory)});
+  return files;
+}
+
+}  // namespace trundle::pipeline

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "trundle/pipeline/slam_answer.hpp"
+#include "trundle/slam/smoothing/together.hpp"
+
+namespace trundle::pipeline {
+
+/// A robot of several that drove in one world, all by one clock.
+struct TeamRobot {
+  Recording recording;
+  RobotFile robot;
+};
+
+/// What `trundle slam --together` gives.
+struct TogetherAnswer {
+  Provenance provenance;
+  std::vector<std::string> names = {};            ///< of the robots: their recordings', each once
+  std::vector<SystematicErrors> systematic = {};  ///< by robot: what its errors are
+  std::vector<double> gyro_bias_rad_s = {};       ///< by robot: the robot file's; 0 without a gyro
+  std::vector<std::string> landmarks = {};        ///< name of each LandmarkId
+  JointSlam joint = {};
+  std::vector<Finding> findings = {};
+  std::vector<Finding> inconsistencies = {};  ///< of the run, with its own sigmas
+};
+
+/// Each robot alone first (answer_slam, with --smooth), then all at once (smooth_together). Sightings whose
+/// name is another recording's `seen_as` are of that robot. Throws as those, and InputError where two
+/// recordings are seen under one name.
+TogetherAnswer answer_together(std::vector<TeamRobot> team, const SlamQuestion& question);
+
+nlohmann::ordered_json document_of(const TogetherAnswer& answer);
+
+/// slam.json, landmarks.csv, landmarks_covariance.csv, and trajectory.csv in a folder for each robot.
+std::vector<OutputFile> files_of(const TogetherAnswer& answer, const std::filesystem::path& folder);
+/// Their names below the folder.
+std::vector<std::string> together_file_names(const TogetherAnswer& answer);
+
+}  // namespace trundle::pipeline

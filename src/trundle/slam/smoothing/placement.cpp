@@ -1,0 +1,267 @@
+#include "trundle/slam/smoothing/placement.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "trundle/io/error.hpp"
+#include "trundle/slam/smoothing/counted_errors.hpp"
+#include "trundle/slam/smoothing/robust_alignment.hpp"
+#include "trundle/slam/smoothing/smoother_start.hpp"
+#include "trundle/statistics/median.hpp"
+
+namespace trundle::slam {
+namespace {
+
+// A robot that is led along starts with a heading good to 0.2 rad, where two places are so many sigmas of a
+// range apart: an error that least squares corrects at once.
+constexpr double kApartInSigmas = 10.0;
+
+using Places = std::map<LandmarkId, Vector2>;
+
+/// Where a robot's sightings put each landmark: the median, in the frame of its path.
+Places landmarks_of(const RobotRecording& robot, const Trajectory& path) {
+  std::map<LandmarkId, std::pair<std::vector<double>, std::vector<double>>> seen;
+  for (std::size_t k = 0; k < robot.shown.size(); ++k)
+    for (const Observation& observation : robot.shown[k]) {
+      if (observation.landmark < 0 || !is_valid(observation)) continue;
+      const Vector2 place =
+          sighted_landmark(path.poses[k].pose, robot.sensor.body_from_sensor, observation).in_world;
+      seen[observation.landmark].first.push_back(place.x());
+      seen[observation.landmark].second.push_back(place.y());
+    }
+  Places places;
+  for (auto& [landmark, xy] : seen)
+    places[landmark] = {median(std::move(xy.first)), median(std::move(xy.second))};
+  return places;
+}
+
+/// Places robots one after the other.
+class FramePlacement {
+ public:
+  FramePlacement(std::span<const RobotRecording> robots, std::span<const RobotSighting> seen,
+                 const SmootherOptions& options)
+      : robots_(robots), seen_(seen), options_(options), placed_(robots.size()) {
+    for (const RobotRecording& robot : robots) own_.push_back(landmarks_of(robot, robot.path));
+  }
+
+  std::vector<PlacedPath> run() {
+    place(first(), {});
+    for (std::size_t i = 1; i < robots_.size(); ++i) {
+      const std::size_t next = nearest();
+      if (own_[next].empty())
+        lead(next);
+      else
+        place(next, frame_of(next));
+    }
+    return in_first_frame();
+  }
+
+ private:
+  /// The first that saw a landmark: its path is better than odometry.
+  std::size_t first() const {
+    const auto found = std::ranges::find_if(own_, [](const Places& places) { return !places.empty(); });
+    return found == own_.end() ? 0 : static_cast<std::size_t>(found - own_.begin());
+  }
+
+  Pose2 own_start(std::size_t robot) const {
+    const RobotRecording& recording = robots_[robot];
+    return recording.path.poses.front().pose * recording.input.steps.front().motion.mean.inverse();
+  }
+
+  void place(std::size_t robot, const Pose2& world_from_own) {
+    PlacedPath placed{world_from_own * own_start(robot), robots_[robot].path};
+    for (StampedPose& pose : placed.path.poses) pose.pose = world_from_own * pose.pose;
+    add(robot, std::move(placed));
+  }
+
+  void add(std::size_t robot, PlacedPath placed) {
+    for (const auto& [landmark, place] : landmarks_of(robots_[robot], placed.path))
+      map_.try_emplace(landmark, place);
+    placed_[robot] = std::move(placed);
+  }
+
+  bool links_to_placed(const RobotSighting& sighting, std::size_t robot) const {
+    return (sighting.seer == robot && placed_[sighting.seen]) ||
+           (sighting.seen == robot && placed_[sighting.seer]);
+  }
+
+  /// Landmarks that it shares with those that are placed.
+  std::vector<PointPair> landmark_pairs(std::size_t robot) const {
+    std::vector<PointPair> pairs;
+    for (const auto& [landmark, place] : own_[robot])
+      if (const auto there = map_.find(landmark); there != map_.end())
+        pairs.push_back({place, there->second});
+    return pairs;
+  }
+
+  /// One of the two is placed, and the point is where it sees the other, or is seen by it.
+  PointPair pair_of(const RobotSighting& sighting, std::size_t robot) const {
+    const RobotRecording& seer = robots_[sighting.seer];
+    const auto pose = [&](std::size_t of, std::size_t step) {
+      return (of == robot ? robots_[of].path : placed_[of]->path).poses[step].pose;
+    };
+    const Vector2 by_seer = sighted_landmark(pose(sighting.seer, sighting.seer_step),
+                                             seer.sensor.body_from_sensor, sighting.observation)
+                                .in_world;
+    const Vector2 by_seen = pose(sighting.seen, sighting.seen_step) * robots_[sighting.seen].marker_on_body;
+    return sighting.seer == robot ? PointPair{by_seer, by_seen} : PointPair{by_seen, by_seer};
+  }
+
+  std::vector<PointPair> robot_pairs(std::size_t robot) const {
+    std::vector<PointPair> pairs;
+    for (const RobotSighting& sighting : seen_)
+      if (links_to_placed(sighting, robot)) pairs.push_back(pair_of(sighting, robot));
+    return pairs;
+  }
+
+  /// The next to be placed: with the most landmarks in common, then with the most sightings of robots.
+  std::size_t nearest() const {
+    std::pair<std::size_t, std::size_t> most{};
+    std::size_t next = robots_.size();
+    std::size_t left = robots_.size();
+    for (std::size_t i = 0; i < robots_.size(); ++i) {
+      if (placed_[i]) continue;
+      left = std::min(left, i);
+      const std::pair shared(landmark_pairs(i).size(), robot_pairs(i).size());
+      if (shared <= most) continue;
+      most = shared;
+      next = i;
+    }
+    if (next == robots_.size())
+      throw CannotAnswer(
+          fmt::format("{}: no overlap: it shares no landmark and no sighting of a robot with {}",
+                      robots_[left].name, names_of_placed()));
+    return next;
+  }
+
+  std::string names_of_placed() const {
+    std::string names;
+    for (std::size_t i = 0; i < robots_.size(); ++i)
+      if (placed_[i]) names += (names.empty() ? "" : ", ") + robots_[i].name;
+    return names;
+  }
+
+  [[noreturn]] void throw_undetermined(std::size_t robot) const {
+    throw CannotAnswer(fmt::format(
+        "{}: what it shares with {} lies in one place: that does not tell how their frames are turned",
+        robots_[robot].name, names_of_placed()));
+  }
+
+  /// Landmarks alone where there are three: that many sightings of robots would outvote them.
+  Pose2 frame_of(std::size_t robot) const {
+    constexpr std::size_t kEnough = 3;
+    std::vector<PointPair> pairs = landmark_pairs(robot);
+    if (pairs.size() < kEnough) {
+      const std::vector<PointPair> more = robot_pairs(robot);
+      pairs.insert(pairs.end(), more.begin(), more.end());
+    }
+    const std::optional<Pose2> frame = robust_rigid_motion(pairs);
+    if (!frame) throw_undetermined(robot);
+    return *frame;
+  }
+
+  /// From the first sightings that link it with placed ones, until their places are far enough apart.
+  Pose2 frame_at_first(std::size_t robot) const {
+    std::vector<PointPair> pairs;
+    double sigma_m = 0.0, apart_m = 0.0;
+    for (const RobotSighting& sighting : seen_) {
+      if (!links_to_placed(sighting, robot)) continue;
+      pairs.push_back(pair_of(sighting, robot));
+      sigma_m = std::max(sigma_m, robots_[sighting.seer].sensor.range_sigma_m);
+      apart_m = std::max(apart_m, (pairs.back().from - pairs.front().from).norm());
+      if (apart_m > kApartInSigmas * sigma_m) break;
+    }
+    const std::optional<Pose2> frame = robust_rigid_motion(pairs);
+    if (!frame) throw_undetermined(robot);
+    return *frame;
+  }
+
+  void lead(std::size_t robot);
+
+  std::vector<PlacedPath> in_first_frame() const {
+    const Pose2 first_from_world = robots_.front().prior.start * placed_.front()->start.inverse();
+    std::vector<PlacedPath> all;
+    for (const std::optional<PlacedPath>& placed : placed_) {
+      all.push_back(*placed);
+      all.back().start = first_from_world * all.back().start;
+      for (StampedPose& pose : all.back().path.poses) pose.pose = first_from_world * pose.pose;
+    }
+    return all;
+  }
+
+  std::span<const RobotRecording> robots_;
+  std::span<const RobotSighting> seen_;
+  SmootherOptions options_;
+  std::vector<Places> own_;                        ///< by robot, in its own frame
+  Places map_;                                     ///< of those that are placed
+  std::vector<std::optional<PlacedPath>> placed_;  ///< by robot; nothing: not yet
+};
+
+// The poses of placed robots at its sightings are known; its chain grows along them.
+void FramePlacement::lead(std::size_t robot) {
+  const RobotRecording& recording = robots_[robot];
+  const Pose2 frame = frame_at_first(robot);
+  SlamPrior prior = recording.prior;
+  prior.start = frame * own_start(robot);
+  prior.start_covariance = free_start_covariance();
+  const CountedErrors errors = counted_errors(recording.input, prior, recording.systematic);
+  SmoothingProblem problem{.sensors = {},
+                           .motions = {},
+                           .sightings = {},
+                           .parameter_information = errors.information(),
+                           .parameter_mean = errors.mean(),
+                           .has_bias = errors.has_bias,
+                           .gate = options_.gate};
+  for (const RobotRecording& each : robots_) problem.sensors.push_back(each.sensor);
+  SmoothingState state;
+  state.parameters = Eigen::VectorXd::Zero(problem.parameter_information.size());
+  std::vector<std::pair<const RobotSighting*, int>> known;  // and the pose of the placed robot
+  std::vector<std::size_t> steps;
+  for (const RobotSighting& sighting : seen_) {
+    if (!links_to_placed(sighting, robot)) continue;
+    const bool sees = sighting.seer == robot;
+    const Pose2 pose = sees ? placed_[sighting.seen]->path.poses[sighting.seen_step].pose
+                            : placed_[sighting.seer]->path.poses[sighting.seer_step].pose;
+    FreeMotion none{{}, Matrix3::Zero(), Eigen::Matrix3Xd::Zero(3, state.parameters.size())};
+    problem.motions.push_back(link_from({.pose = pose}, problem.poses, none));
+    state.poses.push_back(pose);
+    if (problem.has_bias) state.biases.push_back(0.0);
+    known.emplace_back(&sighting, problem.poses++);
+    steps.push_back(sees ? sighting.seer_step : sighting.seen_step);
+  }
+  std::ranges::sort(steps);
+  steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
+  TrackInput input = track_input(recording.input, recording.shown, prior, errors);
+  input.also_keyframes = steps;
+  LandmarkNumbers numbers;
+  const Track track(input, problem, numbers);
+  for (const auto& [sighting, pose] : known) {
+    const bool sees = sighting->seer == robot;
+    const int own = track.pose_at(sees ? sighting->seer_step : sighting->seen_step);
+    problem.robots_seen.push_back({.pose = sees ? own : pose,
+                                   .seen = sees ? pose : own,
+                                   .observation = sighting->observation,
+                                   .sensor = static_cast<int>(sighting->seer),
+                                   .marker_on_seen = robots_[sighting->seen].marker_on_body,
+                                   .marker_sigma_m = robots_[sighting->seen].marker_sigma_m});
+  }
+  Minimiser minimiser(problem);
+  const Minimum minimum =
+      minimum_near(problem, grown_from(problem, std::move(state)), minimiser,
+                   {.most_iterations = options_.most_iterations, .enough = options_.enough});
+  if (!minimiser.linearise(problem, minimum.state)) throw_undetermined(robot);
+  PlacedPath placed{.start = {}, .path = track.trajectory(minimum.state, minimiser)};
+  placed.start = placed.path.poses.front().pose * recording.input.steps.front().motion.mean.inverse();
+  add(robot, std::move(placed));
+}
+
+}  // namespace
+
+std::vector<PlacedPath> placed_paths(std::span<const RobotRecording> robots,
+                                     std::span<const RobotSighting> seen, const SmootherOptions& options) {
+  return FramePlacement(robots, seen, options).run();
+}
+
+}  // namespace trundle::slam

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "trundle/slam/smoothing/together.hpp"
+
+namespace trundle::slam {
+
+/// Of one robot, in the frame that all share: where it starts, and after each of its steps.
+struct PlacedPath {
+  Pose2 start;
+  Trajectory path;
+};
+
+/// A start for the minimisation: from robot to robot, each is laid where what it shares with those before it
+/// fits (robust_rigid_motion); one that saw no landmark is led along by the sightings of robots.
+/// docs/theory/together.md. Throws CannotAnswer where a robot shares nothing with the others.
+[[nodiscard]] std::vector<PlacedPath> placed_paths(std::span<const RobotRecording> robots,
+                                                   std::span<const RobotSighting> seen,
+                                                   const SmootherOptions& options);
+
+/// 1 σ of the start of a track of which nobody knows where it starts: beyond any place that robots meet in,
+/// and any turn.
+inline constexpr double kFreeStart_m = 1e3;
+inline constexpr double kFreeStart_rad = 1e2;
+[[nodiscard]] inline Matrix3 free_start_covariance() {
+  return Vector3(kFreeStart_m * kFreeStart_m, kFreeStart_m * kFreeStart_m, kFreeStart_rad * kFreeStart_rad)
+      .asDiagonal();
+}
+
+}  // namespace trundle::slam

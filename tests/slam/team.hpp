@@ -1,0 +1,127 @@
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "trundle/slam/slam.hpp"
+#include "trundle/slam/smoothing/together.hpp"
+#include "trundle/statistics/random.hpp"
+
+namespace trundle::test {
+using namespace slam;
+
+struct TeamOptions {
+  int robots = 2;
+  int steps = 60;
+  int landmarks = 10;
+  bool see_robots = true;
+  int blind = -1;  ///< this robot sees no landmark
+  Vector3 systematic_sigma = {0.01, 0.02, 0.01};
+  double depth_share = 0.0;       ///< of all sensors
+  Vector2 marker = {0.15, -0.1};  ///< on every body
+  std::uint64_t seed = 1;
+};
+
+/// Robots on circles about neighbouring centres, among landmarks: their readings, and the truth behind them.
+/// The first starts at the world's origin.
+struct Team {
+  LandmarkSensor sensor{{0.2, 0.05, 0.1}, 0.05, radians(1.0), 7.0, 0.0};
+  Vector2 marker;
+  Vector3 systematic_sigma;
+  std::vector<Vector2> landmarks;
+  std::vector<SlamInput> inputs;
+  std::vector<std::vector<Pose2>> truth;  ///< by robot, after each step
+  std::vector<RobotSighting> seen;
+};
+
+/// What the sensor reads of a place: as a camera does, whose ranges are depths by `depth_share`.
+inline Observation reading_of(const LandmarkSensor& sensor, const Pose2& body, const Vector2& place,
+                              LandmarkId id, Random& random) {
+  const Vector2 ahead = (body * sensor.body_from_sensor).inverse() * place;
+  const double bearing = std::atan2(ahead.y(), ahead.x());
+  const double read = ahead.norm() * (1.0 - sensor.depth_share * (1.0 - std::cos(bearing)));
+  return observation_of(sensor, id, read + random.normal(sensor.range_sigma_m),
+                        wrap_angle(bearing + random.normal(sensor.bearing_sigma_rad)));
+}
+
+inline Team team_of(const TeamOptions& options = {}) {
+  Team team{.marker = options.marker,
+            .systematic_sigma = options.systematic_sigma,
+            .landmarks = {},
+            .inputs = {},
+            .truth = {},
+            .seen = {}};
+  team.sensor.depth_share = options.depth_share;
+  Random random(options.seed, 91);
+  for (int i = 0; i < options.landmarks; ++i)
+    team.landmarks.emplace_back(random.uniform(-5.0, 7.0), random.uniform(-2.0, 8.0));
+  Matrix3 Q = Matrix3::Zero();
+  Q.diagonal() << std::pow(0.02, 2), std::pow(0.004, 2), std::pow(0.01, 2);
+  for (int r = 0; r < options.robots; ++r) {
+    Pose2 pose{1.5 * r, -0.5 * r, 2.0 * r};
+    const double radius = (r % 2 == 0 ? 1.0 : -1.0) * (3.0 + 0.3 * r);
+    const Twist2 twist{0.3, 0.0, 0.3 / radius};
+    const Vector3 s(random.normal(options.systematic_sigma[0]), random.normal(options.systematic_sigma[1]),
+                    random.normal(options.systematic_sigma[2]));
+    SlamInput input;
+    std::vector<Pose2> truth;
+    for (int k = 0; k < options.steps; ++k) {
+      const Twist2 really{twist.dx * (1.0 + s[0]), 0.0, twist.dtheta * (1.0 + s[1]) + twist.dx * s[2]};
+      pose = pose * exp(really) * exp({random.normal(0.02), random.normal(0.004), random.normal(0.01)});
+      truth.push_back(pose);
+      SlamStep step{0.1 * (k + 1), motion_of(twist, Q), {}};
+      for (std::size_t i = 0; i < team.landmarks.size() && r != options.blind; ++i)
+        if ((team.landmarks[i] - pose.translation()).norm() < team.sensor.max_range_m)
+          step.observations.push_back(
+              reading_of(team.sensor, pose, team.landmarks[i], static_cast<LandmarkId>(i), random));
+      input.steps.push_back(std::move(step));
+    }
+    for (int i = 0; i < options.landmarks; ++i) input.landmarks.push_back(std::to_string(i));
+    team.inputs.push_back(std::move(input));
+    team.truth.push_back(std::move(truth));
+  }
+  for (std::size_t a = 0; options.see_robots && a < team.truth.size(); ++a)
+    for (std::size_t b = 0; b < team.truth.size(); ++b)
+      for (std::size_t k = 0; k < team.truth[a].size(); ++k)
+        if (a != b && (k + a) % 2 == 0 &&
+            (team.truth[b][k].translation() - team.truth[a][k].translation()).norm() <
+                team.sensor.max_range_m)
+          team.seen.push_back({a, k, b, k,
+                               reading_of(team.sensor, team.truth[a][k], team.truth[b][k] * team.marker,
+                                          kUnknownLandmark, random)});
+  return team;
+}
+
+/// Each robot as it is found alone, in a frame of its own.
+inline std::vector<RobotRecording> recordings_of(const Team& team) {
+  std::vector<RobotRecording> robots;
+  for (std::size_t i = 0; i < team.inputs.size(); ++i) {
+    const SlamInput& input = team.inputs[i];
+    RobotRecording robot{.input = input,
+                         .sensor = team.sensor,
+                         .prior = {.systematic_sigma = team.systematic_sigma},
+                         .name = "robot " + std::to_string(i),
+                         .marker_on_body = team.marker};
+    if (input.observations() == 0) {
+      Pose2 pose;
+      for (const SlamStep& step : input.steps) {
+        pose = pose * step.motion.mean;
+        robot.path.poses.push_back({step.time_s, pose});
+        robot.shown.emplace_back();
+      }
+    } else {
+      const SlamPrior prior{.systematic_sigma = team.systematic_sigma};
+      SmoothedSlam alone =
+          smooth(input, team.sensor,
+                 trundle::slam::slam(input, team.sensor, {.method = SlamMethod::smoother, .prior = prior}),
+                 {.prior = prior});
+      robot.shown = std::move(alone.shown);
+      robot.path = std::move(alone.trajectory);
+      robot.systematic = alone.last.systematic;
+    }
+    robots.push_back(std::move(robot));
+  }
+  return robots;
+}
+
+}  // namespace trundle::test
