@@ -1,0 +1,475 @@
+#include "trundle/slam/merge.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+
+#include <Eigen/LU>
+#include <fmt/format.h>
+
+#include "trundle/geometry/decompositions.hpp"
+#include "trundle/geometry/rigid_motion.hpp"
+#include "trundle/io/error.hpp"
+#include "trundle/statistics/distribution.hpp"
+
+namespace trundle::slam {
+namespace {
+
+using Index = Eigen::Index;
+
+// No landmark is known better than to a micrometre.
+constexpr double kLeastVariance = 1e-12;  // [m²]
+constexpr int kMostNewtonSteps = 20;      // of Gauss-Newton, which takes three or four
+// Of each landmark so many baselines are tried, the longest: they tell a frame best, and a map of hundreds of
+// landmarks takes a second.
+constexpr std::size_t kMostBaselines = 12;
+
+/// A landmark of one map that is one of another.
+struct Match {
+  std::size_t a = 0;
+  std::size_t b = 0;
+  friend bool operator==(const Match&, const Match&) = default;
+};
+
+/// Where the frame of map a lies in that of b, and which landmarks they share there.
+struct SharedFrame {
+  Pose2 b_from_a;
+  std::vector<Match> matches = {};
+  double log_likelihood =
+      -std::numeric_limits<double>::infinity();  ///< against: no landmark of a is one of b
+};
+
+Matrix2 block_of(const Eigen::MatrixXd& covariance, std::size_t i, std::size_t j) {
+  return covariance.block<2, 2>(2 * static_cast<Index>(i), 2 * static_cast<Index>(j));
+}
+
+/// Of the difference of two landmarks of a map.
+Matrix2 difference_covariance(const JointMap& map, std::size_t i, std::size_t j) {
+  return block_of(map.covariance, i, i) + block_of(map.covariance, j, j) - block_of(map.covariance, i, j) -
+         block_of(map.covariance, j, i) + 2.0 * kLeastVariance * Matrix2::Identity();
+}
+
+/// Between two landmarks of a map.
+struct Baseline {
+  std::size_t first = 0;
+  std::size_t second = 0;
+  double length_m = 0.0;
+  double variance = 0.0;
+};
+
+Baseline baseline_of(const JointMap& map, std::size_t i, std::size_t j) {
+  const Vector2 d = map.positions[j] - map.positions[i];
+  const double length = d.norm();
+  if (length == 0.0) return {i, j};
+  const Vector2 along = d / length;
+  return {i, j, length, along.dot(difference_covariance(map, i, j) * along)};
+}
+
+/// Of each landmark the longest.
+std::vector<Baseline> long_baselines(const JointMap& map) {
+  std::vector<Baseline> all;
+  for (std::size_t i = 0; i < map.positions.size(); ++i) {
+    std::vector<Baseline> own;
+    for (std::size_t j = 0; j < map.positions.size(); ++j)
+      if (j != i) own.push_back(baseline_of(map, i, j));
+    std::ranges::sort(own, std::greater<>(), &Baseline::length_m);
+    own.resize(std::min(own.size(), kMostBaselines));
+    for (const Baseline& baseline : own) {
+      const bool is_there = std::ranges::any_of(all, [&](const Baseline& other) {
+        return other.first == baseline.second && other.second == baseline.first;
+      });
+      if (!is_there && baseline.length_m > 0.0) all.push_back(baseline);
+    }
+  }
+  return all;
+}
+
+std::vector<Baseline> all_baselines(const JointMap& map) {
+  std::vector<Baseline> all;
+  for (std::size_t i = 0; i < map.positions.size(); ++i)
+    for (std::size_t j = 0; j < map.positions.size(); ++j)
+      if (j != i) all.push_back(baseline_of(map, i, j));
+  std::ranges::sort(all, {}, &Baseline::length_m);
+  return all;
+}
+
+/// The area that a map's landmarks take, and the least that a sighting of one tells.
+double area_of(const JointMap& map) {
+  Vector2 low = map.positions.front(), high = low;
+  for (const Vector2& position : map.positions) {
+    low = low.cwiseMin(position);
+    high = high.cwiseMax(position);
+  }
+  const Vector2 size = (high - low).cwiseMax(Vector2::Constant(1e-3));
+  return size.x() * size.y();
+}
+
+/// χ² of matched landmarks, the frame being the best for them: all that errs in common is in the covariances.
+struct JointFit {
+  Pose2 b_from_a;
+  double cost = std::numeric_limits<double>::infinity();
+};
+
+Eigen::MatrixXd covariance_of(const JointMap& map, const std::vector<std::size_t>& which) {
+  std::vector<Index> rows;
+  for (const std::size_t i : which) {
+    rows.push_back(2 * static_cast<Index>(i));
+    rows.push_back(2 * static_cast<Index>(i) + 1);
+  }
+  return map.covariance(rows, rows);
+}
+
+JointFit joint_fit(const JointMap& a, const JointMap& b, const std::vector<Match>& matches, Pose2 b_from_a) {
+  std::vector<std::size_t> of_a, of_b;
+  for (const Match& match : matches) {
+    of_a.push_back(match.a);
+    of_b.push_back(match.b);
+  }
+  const Eigen::MatrixXd P_a = covariance_of(a, of_a), P_b = covariance_of(b, of_b);
+  const Index n = P_a.rows();
+  JointFit fit{b_from_a};
+  for (int round = 0; round < kMostNewtonSteps; ++round) {
+    const Matrix2 R = rotation(b_from_a.heading);
+    Eigen::MatrixXd C = P_b + kLeastVariance * Eigen::MatrixXd::Identity(n, n);
+    Eigen::VectorXd e(n);
+    Eigen::MatrixX3d J(n, 3);
+    for (Index i = 0; i < n; i += 2) {
+      const Match& match = matches[static_cast<std::size_t>(i / 2)];
+      const Vector2 turned = R * a.positions[match.a];
+      e.segment<2>(i) = turned + b_from_a.translation() - b.positions[match.b];
+      J.block<2, 3>(i, 0) << 1.0, 0.0, -turned.y(), 0.0, 1.0, turned.x();
+      for (Index k = 0; k < n; k += 2) C.block<2, 2>(i, k) += R * P_a.block<2, 2>(i, k) * R.transpose();
+    }
+    Eigen::MatrixXd right(n, 4);
+    right << J, e;
+    const Eigen::MatrixXd solved = solve_ldlt_columns(C, right);
+    const Vector3 step = -inverse_of(J.transpose() * solved.leftCols<3>()) * (J.transpose() * solved.col(3));
+    if (!step.allFinite()) return fit;
+    fit = {b_from_a, e.dot(solved.col(3)) + step.dot(J.transpose() * solved.col(3))};
+    b_from_a = {b_from_a.x + step.x(), b_from_a.y + step.y(), b_from_a.heading + step.z()};
+    fit.b_from_a = b_from_a;
+    if (step.norm() < 1e-9) break;
+  }
+  return fit;
+}
+
+/// Searches the frame of a map among the landmarks of another.
+class FrameSearch {
+ public:
+  FrameSearch(const JointMap& a, const JointMap& b, const MergeOptions& options)
+      : a_(a),
+        b_(b),
+        options_(options),
+        gate_(chi_squared_limit(options.tail, 2.0)),
+        gate_of_length_(chi_squared_limit(options.tail, 1.0)),
+        log_area_(std::log(area_of(b))) {}
+
+  /// The best, and then the best of those that share less than half of its matches.
+  std::vector<SharedFrame> run() {
+    const std::vector<Baseline> of_b = all_baselines(b_);
+    for (const Baseline& baseline : long_baselines(a_)) {
+      const double reach_m = reach_of(baseline, of_b);
+      const auto from = std::ranges::lower_bound(of_b, baseline.length_m - reach_m, {}, &Baseline::length_m);
+      for (auto at = from; at != of_b.end() && at->length_m <= baseline.length_m + reach_m; ++at)
+        try_frame(baseline, *at);
+    }
+    std::ranges::sort(frames_, std::greater<>(), &SharedFrame::log_likelihood);
+    std::vector<SharedFrame> best;
+    for (const SharedFrame& frame : frames_)
+      if (best.empty() || (best.size() == 1 && is_another(frame, best.front()))) best.push_back(frame);
+    return best;
+  }
+
+  /// log of how many frames were tried: one of so many fits as well by chance.
+  double log_tried() const { return std::log(std::max<double>(1.0, static_cast<double>(tried_))); }
+
+ private:
+  double reach_of(const Baseline& baseline, const std::vector<Baseline>& others) {
+    if (most_variance_ < 0.0)
+      for (const Baseline& other : others) most_variance_ = std::max(most_variance_, other.variance);
+    return std::sqrt(gate_of_length_ * (baseline.variance + most_variance_));
+  }
+
+  bool may_match(std::size_t i, std::size_t j) const {
+    return options_.unknown_ids || a_.names[i] == b_.names[j];
+  }
+
+  void try_frame(const Baseline& of_a, const Baseline& of_b) {
+    if (!may_match(of_a.first, of_b.first) || !may_match(of_a.second, of_b.second)) return;
+    const double off = of_a.length_m - of_b.length_m;
+    if (off * off > gate_of_length_ * (of_a.variance + of_b.variance)) return;
+    ++tried_;
+    const auto frame =
+        rigid_motion(std::array{PointPair{a_.positions[of_a.first], b_.positions[of_b.first]},
+                                PointPair{a_.positions[of_a.second], b_.positions[of_b.second]}});
+    if (!frame) return;
+    SharedFrame shared{*frame, matches_at(*frame, of_a, of_b)};
+    if (std::ranges::any_of(frames_,
+                            [&](const SharedFrame& other) { return other.matches == shared.matches; }))
+      return;
+    if (refine(shared)) frames_.push_back(std::move(shared));
+  }
+
+  /// One to one, the nearest first; besides their own a frame of two points is as uncertain as those are, the
+  /// more the farther away.
+  std::vector<Match> matches_at(const Pose2& frame, const Baseline& of_a, const Baseline& of_b) const {
+    std::vector<std::pair<double, Match>> near;
+    const Matrix2 R = rotation(frame.heading);
+    const Vector2 middle = 0.5 * (a_.positions[of_a.first] + a_.positions[of_a.second]);
+    const double sideways = difference_covariance(a_, of_a.first, of_a.second).trace() +
+                            difference_covariance(b_, of_b.first, of_b.second).trace();
+    for (std::size_t i = 0; i < a_.positions.size(); ++i) {
+      const double lever = (a_.positions[i] - middle).norm() / of_a.length_m;
+      const double of_frame = sideways * (0.25 + lever * lever);
+      for (std::size_t j = 0; j < b_.positions.size(); ++j) {
+        if (!may_match(i, j)) continue;
+        const Vector2 off = frame * a_.positions[i] - b_.positions[j];
+        const Matrix2 C = R * difference_covariance(a_, i, of_a.first) * R.transpose() +
+                          difference_covariance(b_, j, of_b.first) + of_frame * Matrix2::Identity();
+        const double squared = off.dot(C.inverse() * off);
+        if (squared <= gate_) near.push_back({squared, {i, j}});
+      }
+    }
+    std::ranges::sort(near, {}, [](const auto& one) { return one.first; });
+    std::vector<Match> matches;
+    for (const auto& [squared, match] : near)
+      if (std::ranges::none_of(matches, [&](const Match& m) { return m.a == match.a || m.b == match.b; }))
+        matches.push_back(match);
+    std::ranges::sort(matches, {}, &Match::a);
+    return matches;
+  }
+
+  /// By all its matches, without those that keep them from fitting together.
+  bool refine(SharedFrame& shared) const {
+    while (shared.matches.size() >= 2) {
+      const JointFit fit = joint_fit(a_, b_, shared.matches, shared.b_from_a);
+      const double freedom = 2.0 * static_cast<double>(shared.matches.size()) - 3.0;
+      if (fit.cost <= chi_squared_limit(options_.tail, freedom)) {
+        shared.b_from_a = fit.b_from_a;
+        shared.log_likelihood = log_likelihood_of(shared, fit.cost);
+        return true;
+      }
+      if (shared.matches.size() == 2) return false;
+      drop_worst(shared);
+    }
+    return false;
+  }
+
+  void drop_worst(SharedFrame& shared) const {
+    std::size_t worst = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < shared.matches.size(); ++i) {
+      std::vector<Match> others = shared.matches;
+      others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+      const double cost = joint_fit(a_, b_, others, shared.b_from_a).cost;
+      if (!(cost < least)) continue;
+      least = cost;
+      worst = i;
+    }
+    shared.matches.erase(shared.matches.begin() + static_cast<std::ptrdiff_t>(worst));
+  }
+
+  /// Of the landmarks beyond those that the frame takes, one and a half: each lies as near as it does, where
+  /// by chance it would lie anywhere in the area.
+  double log_likelihood_of(const SharedFrame& shared, double cost) const {
+    double sum = -0.5 * cost;
+    double per_landmark = 0.0;
+    for (const Match& match : shared.matches) {
+      const Matrix2 C = block_of(a_.covariance, match.a, match.a) +
+                        block_of(b_.covariance, match.b, match.b) + kLeastVariance * Matrix2::Identity();
+      per_landmark += log_area_ - std::log(2.0 * kPi) - 0.5 * std::log(C.determinant());
+    }
+    const double count = static_cast<double>(shared.matches.size());
+    return sum + per_landmark * (count - 1.5) / count;
+  }
+
+  static bool is_another(const SharedFrame& one, const SharedFrame& other) {
+    const auto common = std::ranges::count_if(one.matches, [&](const Match& match) {
+      return std::ranges::find(other.matches, match) != other.matches.end();
+    });
+    return 2 * static_cast<std::size_t>(common) < std::min(one.matches.size(), other.matches.size());
+  }
+
+  const JointMap& a_;
+  const JointMap& b_;
+  MergeOptions options_;
+  double gate_, gate_of_length_, log_area_;
+  double most_variance_ = -1.0;
+  std::size_t tried_ = 0;
+  std::vector<SharedFrame> frames_;
+};
+
+/// Throws where none, or not one alone, explains what the two maps share.
+SharedFrame frame_between(const JointMap& a, const JointMap& b, const MergeOptions& options) {
+  FrameSearch search(a, b, options);
+  const std::vector<SharedFrame> found = search.run();
+  const double sure = -std::log(options.tail);
+  if (found.empty())
+    throw CannotAnswer(
+        fmt::format("{}: no overlap with {}: no two landmarks lie in both alike", a.from, b.from));
+  const SharedFrame& best = found.front();
+  if (options.unknown_ids && best.log_likelihood < sure + search.log_tried())
+    throw CannotAnswer(
+        fmt::format("{}: no overlap with {}: {} landmarks lie alike in both, no more than by chance", a.from,
+                    b.from, best.matches.size()));
+  if (found.size() > 1 && best.log_likelihood - found[1].log_likelihood < sure)
+    throw CannotAnswer(
+        fmt::format("{}: ambiguous: {} landmarks lie as in {}, and {} others as well elsewhere in it", a.from,
+                    best.matches.size(), b.from, found[1].matches.size()));
+  return best;
+}
+
+/// All maps about one set of landmarks: frames of all but the first, then positions.
+class JointMerge {
+ public:
+  JointMerge(std::span<const JointMap> maps, MergedMap& merged) : maps_(maps), merged_(merged) {
+    for (const JointMap& map : maps) {
+      const Index n = map.covariance.rows();
+      weights_.push_back(inverse_of(map.covariance + kLeastVariance * Eigen::MatrixXd::Identity(n, n)));
+    }
+  }
+
+  void run() {
+    const Index frames = 3 * (static_cast<Index>(maps_.size()) - 1);
+    const Index n = frames + 2 * static_cast<Index>(merged_.map.positions.size());
+    Eigen::MatrixXd A;
+    for (int round = 0; round < kMostNewtonSteps; ++round) {
+      A = Eigen::MatrixXd::Zero(n, n);
+      Eigen::VectorXd g = Eigen::VectorXd::Zero(n);
+      merged_.cost = 0.0;
+      for (std::size_t k = 0; k < maps_.size(); ++k) add(k, frames, A, g);
+      const Eigen::VectorXd step = -solve_ldlt(A, g);
+      move(step, frames);
+      if (step.norm() < 1e-10) break;
+    }
+    const Eigen::MatrixXd covariance = inverse_of(A);
+    merged_.map.covariance = covariance.bottomRightCorner(n - frames, n - frames);
+    merged_.map.covariance = (0.5 * (merged_.map.covariance + merged_.map.covariance.transpose())).eval();
+    merged_.frame_covariance.assign(1, Matrix3::Zero());
+    for (Index k = 0; k < frames; k += 3) merged_.frame_covariance.push_back(covariance.block<3, 3>(k, k));
+    merged_.degrees_of_freedom = -static_cast<int>(n);
+    for (const JointMap& map : maps_)
+      merged_.degrees_of_freedom += 2 * static_cast<int>(map.positions.size());
+  }
+
+ private:
+  /// e = Tᵀ m − x of each of its landmarks.
+  void add(std::size_t k, Index frames, Eigen::MatrixXd& A, Eigen::VectorXd& g) {
+    const JointMap& map = maps_[k];
+    const Pose2& frame = merged_.first_from_map[k];
+    const Matrix2 to_map = rotation(-frame.heading);
+    const Index rows = map.covariance.rows();
+    Eigen::VectorXd e(rows);
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(rows, A.cols());
+    for (std::size_t i = 0; i < map.positions.size(); ++i) {
+      const auto row = 2 * static_cast<Index>(i);
+      const std::size_t number = merged_.landmark_of[k][i];
+      const Vector2 off = merged_.map.positions[number] - frame.translation();
+      const Vector2 in_map = to_map * off;
+      e.segment<2>(row) = in_map - map.positions[i];
+      J.block<2, 2>(row, frames + 2 * static_cast<Index>(number)) = to_map;
+      if (k == 0) continue;
+      const Index at = 3 * static_cast<Index>(k - 1);
+      J.block<2, 2>(row, at) = -to_map;
+      J.block<2, 1>(row, at + 2) = Vector2(in_map.y(), -in_map.x());
+    }
+    const Eigen::MatrixXd W_J = weights_[k] * J;
+    A += J.transpose() * W_J;
+    g += W_J.transpose() * e;
+    merged_.cost += e.dot(weights_[k] * e);
+  }
+
+  void move(const Eigen::VectorXd& step, Index frames) {
+    for (std::size_t k = 1; k < maps_.size(); ++k) {
+      const Index at = 3 * static_cast<Index>(k - 1);
+      Pose2& frame = merged_.first_from_map[k];
+      frame = {frame.x + step[at], frame.y + step[at + 1], frame.heading + step[at + 2]};
+    }
+    for (std::size_t i = 0; i < merged_.map.positions.size(); ++i)
+      merged_.map.positions[i] += step.segment<2>(frames + 2 * static_cast<Index>(i));
+  }
+
+  std::span<const JointMap> maps_;
+  MergedMap& merged_;
+  std::vector<Eigen::MatrixXd> weights_;
+};
+
+/// Names of the merged map: those that maps give; one that two landmarks have is the first one's, the others
+/// get that of their map before it.
+std::string free_name(const std::vector<std::string>& taken, const std::string& name, std::size_t map) {
+  std::string free = name;
+  for (int n = 0; std::ranges::find(taken, free) != taken.end(); ++n)
+    free = n == 0 ? fmt::format("{}/{}", map + 1, name) : fmt::format("{}/{}/{}", map + 1, name, n);
+  return free;
+}
+
+/// Adds a map's landmarks: matched ones are there already.
+void append(const JointMap& map, std::size_t k, const Pose2& frame, const std::vector<Match>& matches,
+            MergedMap& merged) {
+  merged.first_from_map[k] = frame;
+  std::vector<std::size_t>& numbers = merged.landmark_of[k];
+  for (std::size_t i = 0; i < map.positions.size(); ++i) {
+    const auto match = std::ranges::find(matches, i, &Match::a);
+    if (match != matches.end()) {
+      numbers.push_back(match->b);
+      continue;
+    }
+    numbers.push_back(merged.map.positions.size());
+    merged.map.positions.push_back(frame * map.positions[i]);
+    merged.map.names.push_back(free_name(merged.map.names, map.names[i], k));
+  }
+}
+
+/// Those of the maps that are placed so far, as one.
+MergedMap merged_of(std::span<const JointMap> maps, const std::vector<std::size_t>& order,
+                    const MergedMap& all) {
+  std::vector<JointMap> placed;
+  MergedMap part{.map = all.map};
+  for (const std::size_t k : order) {
+    placed.push_back(maps[k]);
+    part.first_from_map.push_back(all.first_from_map[k]);
+    part.landmark_of.push_back(all.landmark_of[k]);
+  }
+  JointMerge(placed, part).run();
+  return part;
+}
+
+}  // namespace
+
+MergedMap merge_maps(std::span<const JointMap> maps, const MergeOptions& options) {
+  MergedMap merged{.map = {.from = maps.front().from}};
+  merged.first_from_map.resize(maps.size());
+  merged.landmark_of.resize(maps.size());
+  std::vector<std::size_t> order = {0};
+  append(maps[0], 0, {}, {}, merged);
+  merged.map.covariance = maps[0].covariance;
+  std::vector<std::size_t> left;
+  for (std::size_t k = 1; k < maps.size(); ++k) left.push_back(k);
+  while (!left.empty()) {
+    std::optional<std::pair<std::size_t, SharedFrame>> best;
+    std::optional<CannotAnswer> why;
+    for (const std::size_t k : left) try {
+        SharedFrame frame = frame_between(maps[k], merged.map, options);
+        if (!best || frame.log_likelihood > best->second.log_likelihood) best = {k, std::move(frame)};
+      } catch (const CannotAnswer& error) {
+        if (!why) why = error;
+      }
+    if (!best) throw CannotAnswer(*why);
+    const auto& [k, frame] = *best;
+    append(maps[k], k, frame.b_from_a, frame.matches, merged);
+    merged.map.from += ", " + maps[k].from;
+    order.push_back(k);
+    std::erase(left, k);
+    const MergedMap part = merged_of(maps, order, merged);
+    merged.map.positions = part.map.positions;
+    merged.map.covariance = part.map.covariance;
+    for (std::size_t i = 0; i < order.size(); ++i) merged.first_from_map[order[i]] = part.first_from_map[i];
+  }
+  JointMerge(maps, merged).run();
+  return merged;
+}
+
+}  // namespace trundle::slam
