@@ -51,7 +51,40 @@ TEST(Mrclam, is_recognised_and_its_barcodes_become_subjects) {
     return std::size_t{0};
   };
   EXPECT_EQ(count(FindingCode::sighting_of_a_robot), 2U);
+  EXPECT_EQ(recording.seen_as, "3");
+  ASSERT_THAT(recording.robot_sightings, SizeIs(2));
+  EXPECT_EQ(recording.robot_sightings[0].landmark, "1");
+  EXPECT_EQ(recording.robot_sightings[1].landmark, "2");
+  EXPECT_THAT(mrclam_robots(folder.path()), ElementsAre(3));
   EXPECT_EQ(count(FindingCode::unknown_barcode), 1U);
+}
+
+TEST(Robots, are_kept_apart_from_landmarks) {
+  const test::Folder folder;
+  folder.write("velocity.csv", "time_s,forward_m_s,yaw_rate_rad_s\n0,1,0\n1,1,0\n");
+  folder.write("sightings.csv", "time_s,landmark,range_m,bearing_rad\n0.1,tree,1,0\n0.2,b,2,0\n0.3,,3,0\n");
+  folder.write("recording.toml", "seen_as = \"a\"\nrobots = [\"b\", \"c\"]\n");
+  const Recording recording = read_recording(folder.path());
+  EXPECT_EQ(recording.seen_as, "a");
+  ASSERT_THAT(recording.sightings, SizeIs(2));
+  EXPECT_EQ(recording.sightings[0].landmark, "tree");
+  ASSERT_THAT(recording.robot_sightings, SizeIs(1));
+  EXPECT_EQ(recording.robot_sightings[0].landmark, "b");
+  EXPECT_EQ(recording.robot_sightings[0].range_m, 2.0);
+}
+
+TEST(Robots, are_a_list_of_names) {
+  const test::Folder folder;
+  folder.write("velocity.csv", "time_s,forward_m_s,yaw_rate_rad_s\n0,1,0\n1,1,0\n");
+  for (const char* list : {"robots = \"b\"\n", "robots = [1]\n", "robots = [\"b\", 2]\n"}) {
+    folder.write("recording.toml", list);
+    try {
+      (void)read_recording(folder.path());
+      ADD_FAILURE() << list;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("robots is no list of texts"));
+    }
+  }
 }
 
 TEST(Mrclam, holds_a_velocity_until_the_next_row) {

@@ -1,5 +1,6 @@
 #include "trundle/slam/steps.hpp"
 
+#include <algorithm>
 #include <set>
 
 #include <gtest/gtest.h>
@@ -53,6 +54,24 @@ TEST(Steps, ComposeToTheOdometry) {
   const Matrix3 expected = odometry.end_white_covariance;
   // Each cut adds the floors of the readings' noise once more.
   EXPECT_LT((world_covariance(sum) - expected).norm(), 1e-3 * expected.norm());
+}
+
+// Where another robot is seen, or sees this one: between rows, at a stamp of a sighting, and beyond the
+// odometry.
+TEST(Steps, AreCutWhereAsked) {
+  const Robot robot = robot_with_sensor();
+  const Recording recording = drive(robot);
+  const double seen_s = recording.sightings.front().time_s;
+  const std::vector<double> asked = {-1.0, 0.7123, seen_s, 2.34567, 1e6};
+  const SlamInput plain = slam_input(recording, robot);
+  const SlamInput cut = slam_input(recording, robot, {.also_at_s = asked});
+  const auto at = [&](double time_s) { return std::ranges::count(cut.steps, time_s, &SlamStep::time_s); };
+  EXPECT_EQ(at(0.7123), 1);
+  EXPECT_EQ(at(2.34567), 1);
+  EXPECT_EQ(at(seen_s), 1);
+  EXPECT_EQ(at(-1.0) + at(1e6), 0);
+  EXPECT_EQ(cut.observations(), plain.observations());
+  EXPECT_LT((end_of(cut).translation() - end_of(plain).translation()).norm(), 1e-9);
 }
 
 TEST(Steps, AreCutWhereSomethingIsSeen) {
