@@ -94,7 +94,7 @@ void expect_chi_squared(double sum, int freedom) {
 }
 
 TEST(Merge, ErrorsAreAsLargeAsItsCovariancesSay) {
-  const int trials = test::trials(100, 10);
+  const int trials = test::trials(30, 5);
   for (const bool unknown_ids : {false, true}) {
     double frames = 0.0, landmarks = 0.0, cost = 0.0;
     int freedom = 0, merged_trials = 0;

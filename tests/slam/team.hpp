@@ -44,6 +44,14 @@ inline Observation reading_of(const LandmarkSensor& sensor, const Pose2& body, c
                         wrap_angle(bearing + random.normal(sensor.bearing_sigma_rad)));
 }
 
+/// Near enough; by a camera, which reads depths, also not beside its picture.
+inline bool is_seen(const LandmarkSensor& sensor, const Pose2& body, const Vector2& place) {
+  constexpr double kHalfPicture_rad = 1.2;
+  const Vector2 ahead = (body * sensor.body_from_sensor).inverse() * place;
+  return ahead.norm() < sensor.max_range_m &&
+         (sensor.depth_share == 0.0 || std::abs(std::atan2(ahead.y(), ahead.x())) < kHalfPicture_rad);
+}
+
 inline Team team_of(const TeamOptions& options = {}) {
   Team team{.marker = options.marker,
             .systematic_sigma = options.systematic_sigma,
@@ -71,7 +79,7 @@ inline Team team_of(const TeamOptions& options = {}) {
       truth.push_back(pose);
       SlamStep step{0.1 * (k + 1), motion_of(twist, Q), {}};
       for (std::size_t i = 0; i < team.landmarks.size() && r != options.blind; ++i)
-        if ((team.landmarks[i] - pose.translation()).norm() < team.sensor.max_range_m)
+        if (is_seen(team.sensor, pose, team.landmarks[i]))
           step.observations.push_back(
               reading_of(team.sensor, pose, team.landmarks[i], static_cast<LandmarkId>(i), random));
       input.steps.push_back(std::move(step));
@@ -84,8 +92,7 @@ inline Team team_of(const TeamOptions& options = {}) {
     for (std::size_t b = 0; b < team.truth.size(); ++b)
       for (std::size_t k = 0; k < team.truth[a].size(); ++k)
         if (a != b && (k + a) % 2 == 0 &&
-            (team.truth[b][k].translation() - team.truth[a][k].translation()).norm() <
-                team.sensor.max_range_m)
+            is_seen(team.sensor, team.truth[a][k], team.truth[b][k] * team.marker))
           team.seen.push_back({a, k, b, k,
                                reading_of(team.sensor, team.truth[a][k], team.truth[b][k] * team.marker,
                                           kUnknownLandmark, random)});

@@ -22,7 +22,7 @@ using Index = Eigen::Index;
 
 // No landmark is known better than to a micrometre.
 constexpr double kLeastVariance = 1e-12;  // [m²]
-constexpr int kMostNewtonSteps = 20;      // of Gauss-Newton, which takes three or four
+constexpr int kMostMergeRounds = 20;      // of Gauss-Newton, which takes three or four
 // Of each landmark so many baselines are tried, the longest: they tell a frame best, and a map of hundreds of
 // landmarks takes a second.
 constexpr std::size_t kMostBaselines = 12;
@@ -131,7 +131,7 @@ JointFit joint_fit(const JointMap& a, const JointMap& b, const std::vector<Match
   const Eigen::MatrixXd P_a = covariance_of(a, of_a), P_b = covariance_of(b, of_b);
   const Index n = P_a.rows();
   JointFit fit{b_from_a};
-  for (int round = 0; round < kMostNewtonSteps; ++round) {
+  for (int round = 0; round < kMostMergeRounds; ++round) {
     const Matrix2 R = rotation(b_from_a.heading);
     Eigen::MatrixXd C = P_b + kLeastVariance * Eigen::MatrixXd::Identity(n, n);
     Eigen::VectorXd e(n);
@@ -336,7 +336,7 @@ class JointMerge {
     const Index frames = 3 * (static_cast<Index>(maps_.size()) - 1);
     const Index n = frames + 2 * static_cast<Index>(merged_.map.positions.size());
     Eigen::MatrixXd A;
-    for (int round = 0; round < kMostNewtonSteps; ++round) {
+    for (int round = 0; round < kMostMergeRounds; ++round) {
       A = Eigen::MatrixXd::Zero(n, n);
       Eigen::VectorXd g = Eigen::VectorXd::Zero(n);
       merged_.cost = 0.0;

@@ -1,6 +1,7 @@
 #include "trundle/slam/smoothing/together.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 
 #include <fmt/format.h>
@@ -166,8 +167,11 @@ std::vector<MappedLandmark> joint_map_of(const RobotsProblem& all, const Smoothi
 
 }  // namespace
 
-JointSlam smooth_together(std::span<const RobotRecording> robots, std::span<const RobotSighting> seen,
+JointSlam smooth_together(std::span<const RobotRecording> robots, std::span<const RobotSighting> all_seen,
                           const SmootherOptions& options) {
+  std::vector<RobotSighting> seen;
+  std::ranges::copy_if(all_seen, std::back_inserter(seen),
+                       [](const RobotSighting& one) { return is_valid(one.observation); });
   const RobotsProblem all = problem_of(robots, seen, options);
   Minimiser minimiser(all.problem);
   const Minimum minimum =
