@@ -229,15 +229,6 @@ std::vector<std::string> names_of_map(const TogetherAnswer& answer) {
   return names;
 }
 
-/// Of all that was seen.
-double mean_nis(const JointSlam& joint) {
-  double sum = 0.0;
-  for (const RobotEstimate& robot : joint.robots)
-    sum += robot.nis * static_cast<double>(robot.sightings) +
-           robot.robot_nis * static_cast<double>(robot.robot_sightings);
-  return sum / std::max(1.0, static_cast<double>(joint.counts.sightings));
-}
-
 }  // namespace
 
 TogetherAnswer answer_together(std::vector<TeamRobot> team, const SlamQuestion& question) {
@@ -306,7 +297,7 @@ Json document_of(const TogetherAnswer& answer) {
   document["doubts"] = to_json(answer.inconsistencies);
   document["landmarks"] = answer.joint.map.size();
   document["sightings"] = {{"matched", counts.sightings - counts.outliers}, {"rejected", counts.outliers}};
-  document["nis"] = {{"mean", mean_nis(answer.joint)}};
+  document["nis"] = {{"mean", nullptr}};
   document["trajectory"] = "smoothed, all robots together";
   document["smoother"] = smoother_json(counts);
   document["robots"] = Json::array();

@@ -11,6 +11,7 @@
 #include "trundle/slam/smoothing/nth.hpp"
 #include "trundle/slam/smoothing/placement.hpp"
 #include "trundle/slam/smoothing/smoother_start.hpp"
+#include "trundle/statistics/median.hpp"
 
 namespace trundle::slam {
 namespace {
@@ -117,14 +118,14 @@ void require_known_frames(std::span<const RobotRecording> robots, const RobotsPr
 /// What its sightings leave.
 void count_sightings(const RobotsProblem& all, const SmoothingState& state,
                      std::vector<RobotEstimate>& robots) {
-  std::vector<double> sum(robots.size(), 0.0), of_robots(robots.size(), 0.0);
+  std::vector<std::vector<double>> nis(robots.size()), robot_nis(robots.size());
   std::vector<std::set<int>> landmarks(robots.size());
   for (const SightingLink& link : all.problem.sightings) {
     RobotEstimate& robot = robots[nth(link.sensor)];
     const double squared = sighting_residual(all.problem, link, state).error.squaredNorm();
     ++robot.sightings;
     robot.outliers += squared > all.problem.gate ? 1 : 0;
-    sum[nth(link.sensor)] += squared;
+    nis[nth(link.sensor)].push_back(squared);
     landmarks[nth(link.sensor)].insert(link.landmark);
   }
   for (const RobotLink& link : all.problem.robots_seen) {
@@ -132,12 +133,12 @@ void count_sightings(const RobotsProblem& all, const SmoothingState& state,
     const double squared = robot_residual(all.problem, link, state).error.squaredNorm();
     ++robot.robot_sightings;
     robot.robot_outliers += squared > all.problem.gate ? 1 : 0;
-    of_robots[nth(link.sensor)] += squared;
+    robot_nis[nth(link.sensor)].push_back(squared);
   }
   for (std::size_t i = 0; i < robots.size(); ++i) {
     robots[i].landmarks = landmarks[i].size();
-    robots[i].nis = sum[i] / std::max(1.0, static_cast<double>(robots[i].sightings));
-    robots[i].robot_nis = of_robots[i] / std::max(1.0, static_cast<double>(robots[i].robot_sightings));
+    if (!nis[i].empty()) robots[i].nis = median(std::move(nis[i]));
+    if (!robot_nis[i].empty()) robots[i].robot_nis = median(std::move(robot_nis[i]));
   }
 }
 

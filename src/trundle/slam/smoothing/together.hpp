@@ -41,7 +41,7 @@ struct RobotEstimate {
   std::size_t outliers = 0;         ///< of them
   std::size_t robot_sightings = 0;  ///< of other robots
   std::size_t robot_outliers = 0;   ///< of them
-  double robot_nis = 0.0;           ///< mean |f|² of what it saw of robots; 2 if consistent
+  double robot_nis = 0.0;           ///< median |f|² of what it saw of robots; 1.39 if consistent
   double nis = 0.0;                 ///< the same of landmarks; 0: it saw nothing
 };
 
