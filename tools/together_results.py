@@ -142,9 +142,8 @@ degrees of freedom {smoother['cost'] / smoother['degrees_of_freedom']:.2f}. Of r
 
 ## Where on its marker a robot is seen
 
-`--marker-sigma` is what a robot's sightings scatter by beside the sensor's noise: its barcodes are on a drum as wide as
-the robot, and the two clocks differ. The one of these with which the median NIS of sightings of robots, of the middle robot, is nearest to 1.39 is
-used above and below: {chosen_m} m. No reference tells it.
+`--marker-sigma` is what sightings of robots scatter by beside the sensor's noise. The one of these with which their median NIS,
+of the middle robot, is nearest to 1.39 is used above and below: {chosen_m} m. No reference tells it.
 
 | `--marker-sigma` | NIS of sightings of robots | map | path of each robot, in the map's frame |
 |---|---|---|---|""")
