@@ -27,8 +27,8 @@ constexpr std::array kSlamRules = {
     JsonRule{"nis/mean", kNumber | kNull},
     JsonRule{"smallest_effective_share", kNumber | kNull | kMissing},
     JsonRule{"robots", kArray | kMissing},
-    JsonRule{"robots/*", kObject},
-    JsonRule{"robots/*/name", kString},
+    JsonRule{"robots/*", kObject | kMissing},
+    JsonRule{"robots/*/name", kString | kMissing},
 };
 
 std::optional<Decision> decision_named(const std::string& name) {
@@ -55,7 +55,9 @@ SlamSummary slam_from_json(std::string_view text, std::string_view name, std::st
   SlamSummary slam{.document = parse_result(text, name, kSlamRules, file_name)};
   slam.bias = bias_from_json(slam.document, file_name);
   if (slam.document.contains("robots"))
-    for (const Json& robot : slam.document["robots"]) slam.robots.push_back(robot["name"].get<std::string>());
+    for (const Json& robot : slam.document["robots"])
+      if (const auto called = robot.find("name"); called != robot.end())
+        slam.robots.push_back(called->get<std::string>());
   return slam;
 }
 
