@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <span>
@@ -41,8 +42,9 @@ std::string line_of(const char* name, const Sigmas& sigmas) {
 std::string taken_as_exact(const IntegratedOdometry& odometry, const Robot& robot) {
   std::vector<std::string> names;
   for (const Parameter& parameter : parameters_of(robot)) {
-    const bool is_size =
-        parameter.kind == ParameterKind::diameter || parameter.kind == ParameterKind::gyro_scale;
+    constexpr std::array kSizes = {ParameterKind::diameter, ParameterKind::gyro_scale,
+                                   ParameterKind::velocity_forward_scale, ParameterKind::velocity_yaw_scale};
+    const bool is_size = std::ranges::find(kSizes, parameter.kind) != kSizes.end();
     const std::string name = name_of(parameter, robot);
     if (is_size && std::ranges::find(odometry.parameters, name) == odometry.parameters.end())
       names.push_back(name);

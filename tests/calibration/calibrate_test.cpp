@@ -378,27 +378,5 @@ TEST(Calibrate, RunsThatTellNothingChangeNothingAndAreNamed) {
   EXPECT_THAT(found.warnings, testing::Contains(testing::HasSubstr("run blind tells nothing")));
 }
 
-TEST(Calibrate, VelocitiesOfSomebodyElseAreTakenAsTheyAre) {
-  Robot wheelless;
-  wheelless.name = "cart";
-  Recording run;
-  for (int k = 0; k <= 100; ++k) {
-    const double time_s = 0.1 * k;
-    run.velocity.time_s.push_back(time_s);
-    run.velocity.forward_m_s.push_back(1.0);
-    run.velocity.yaw_rate_rad_s.push_back(0.0);
-    run.reference.time_s.push_back(time_s);
-    run.reference.x_m.push_back(time_s);
-    run.reference.y_m.push_back(0.0);
-    run.reference.heading_rad.push_back(0.0);
-  }
-  try {
-    calibrate(std::vector{run}, {}, wheelless);
-    FAIL();
-  } catch (const CannotAnswer& reason) {
-    EXPECT_THAT(reason.what(), testing::HasSubstr("'cart': velocity input used unchanged"));
-  }
-}
-
 }  // namespace
 }  // namespace trundle::calibration

@@ -42,7 +42,7 @@ Motions simulated(const Robot& truth, std::size_t rows, double turn_rad) {
   std::uniform_real_distribution<double> any(-1.0, 1.0);
   Motions motions;
   const bool gyro = truth.chassis.gyro.has_value();
-  const auto wheels = static_cast<std::size_t>(truth.chassis.wheel_count);
+  const auto wheels = static_cast<std::size_t>(truth.chassis.wheel_count > 0 ? truth.chassis.wheel_count : 2);
   for (std::size_t i = 0; i < rows; ++i) {
     Increment increment{.duration_s = 0.1, .gyro_rad = turn_rad * any(random), .has_gyro = gyro};
     for (double& turned : increment.turned) turned = (gyro ? 0.2 : turn_rad) * any(random);
@@ -50,9 +50,10 @@ Motions simulated(const Robot& truth, std::size_t rows, double turn_rad) {
     motions.increments.push_back(increment);
     motions.measured.push_back({motion.x + 0.003 * any(random), motion.y + 0.003 * any(random),
                                 wrap_angle(motion.heading + 0.01 * any(random))});
+    const bool timed = gyro || truth.chassis.wheel_count == 0;
     for (std::size_t k = 0; k < wheels; ++k) motions.input[k].push_back(increment.turned[k]);
-    if (gyro) motions.input[wheels].push_back(increment.gyro_rad);
-    if (gyro) motions.input[wheels + 1].push_back(increment.duration_s);
+    if (timed) motions.input[wheels].push_back(increment.gyro_rad);
+    if (timed) motions.input[wheels + 1].push_back(increment.duration_s);
     motions.column[0].push_back(motions.measured.back().x);
     motions.column[1].push_back(motions.measured.back().y);
     motions.column[2].push_back(motions.measured.back().heading);

@@ -85,6 +85,16 @@ TEST(Parameter, skid_wheels_have_a_centre_of_rotation_and_a_gyro_scale_and_bias)
   EXPECT_THAT(names, testing::IsSupersetOf({"track", "icr_x", "gyro.scale", "gyro.bias"}));
 }
 
+TEST(Parameter, a_velocity_has_scales_a_turn_with_travel_and_a_bias_and_wheels_have_none) {
+  Chassis chassis = test::velocity_robot();
+  chassis.gyro.reset();
+  EXPECT_THAT(names_of(robot_of(chassis)),
+              ElementsAre("velocity.forward_scale", "velocity.yaw_scale", "velocity.yaw_per_forward",
+                          "velocity.yaw_bias", "reference.x", "reference.y", "reference.heading",
+                          "reference.time_offset"));
+  EXPECT_FALSE(parameter_named("velocity.yaw_bias", robot_of(differential_drive(kSize, 0.4))));
+}
+
 TEST(Parameter, names_are_unique_and_found_again) {
   for (const Robot& robot : every_robot()) {
     std::set<std::string> seen;
@@ -111,6 +121,9 @@ TEST(Parameter, has_units_by_its_kind) {
   EXPECT_EQ(unit_of({ParameterKind::reference_heading}), "rad");
   EXPECT_EQ(unit_of({ParameterKind::gyro_scale}), "1");
   EXPECT_EQ(unit_of({ParameterKind::gyro_bias}), "rad/s");
+  EXPECT_EQ(unit_of({ParameterKind::velocity_yaw_scale}), "1");
+  EXPECT_EQ(unit_of({ParameterKind::velocity_yaw_per_forward}), "rad/m");
+  EXPECT_EQ(unit_of({ParameterKind::velocity_yaw_bias}), "rad/s");
   EXPECT_EQ(unit_of({ParameterKind::time_offset}), "s");
   EXPECT_EQ(unit_of({ParameterKind::steering_zero, 0}), "rad");
   EXPECT_EQ(unit_of({ParameterKind::steering_scale, 0}), "1");

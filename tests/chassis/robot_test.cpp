@@ -144,6 +144,16 @@ TEST(Robot, a_file_without_wheels_is_a_robot_of_a_velocity_stream) {
   }
 }
 
+TEST(Robot, a_velocity_has_its_correction) {
+  const Robot robot = parse_robot(
+      "[velocity]\nforward_scale = 1.02\nyaw_per_forward_rad_m = -0.03\nyaw_bias_rad_s = 0.004\n", "r");
+  EXPECT_EQ(
+      robot.chassis.velocity,
+      (VelocityCorrection{
+          .forward_scale = 1.02, .yaw_scale = 1.0, .yaw_per_forward_rad_m = -0.03, .yaw_bias_rad_s = 0.004}));
+  EXPECT_EQ(to_toml(Robot{}).find("[velocity]"), std::string::npos);
+}
+
 TEST(Robot, lines_may_end_as_on_windows) {
   const Robot robot = parse_robot("[[wheel]]\r\nname = 'l'\r\ndiameter_m = 1\r\ndirection_deg = 30\r\n", "r");
   EXPECT_EQ(robot.chassis.wheels()[0].direction_rad, radians(30));

@@ -83,7 +83,10 @@ inline Chassis odd_steered_chassis() {
 }
 
 inline Chassis velocity_robot() {
-  return with_gyro({});
+  Chassis chassis = with_gyro({});
+  chassis.velocity = {
+      .forward_scale = 1.04, .yaw_scale = 0.93, .yaw_per_forward_rad_m = 0.03, .yaw_bias_rad_s = -0.004};
+  return chassis;
 }
 
 /// What the wheels and the gyro of a chassis read, without noise, over a motion of the body.
@@ -94,7 +97,10 @@ inline Increment increment_of(const Chassis& chassis, const Twist2& motion, doub
     const Wheel& wheel = chassis.wheels()[i];
     increment.turned[i] = rolling_row(wheel).dot(motion.vector()) / (kPi * wheel.diameter_m);
   }
-  if (chassis.wheel_count == 0) increment.turned = {motion.dx, motion.dtheta};
+  if (chassis.wheel_count == 0) {
+    const ForwardAndTurn read = read_as(chassis.velocity, {motion.dx, motion.dtheta}, duration_s);
+    increment.turned = {read.forward_m, read.turn_rad};
+  }
   if (chassis.gyro) {
     increment.has_gyro = true;
     increment.gyro_rad = motion.dtheta / chassis.gyro->scale + chassis.gyro->bias_rad_s * duration_s;

@@ -196,6 +196,26 @@ TEST(Readings, velocity_stream_is_noisy_in_travel_and_turn) {
   EXPECT_DOUBLE_EQ(readings.variance[1], 16e-4 * 0.1 + 9e-4 * 0.25 + 1e-18);
 }
 
+TEST(Readings, velocity_stream_is_corrected_and_its_noise_is_that_of_what_was_read) {
+  Chassis chassis = test::velocity_robot();
+  chassis.gyro.reset();
+  chassis.noise = {.wheel_per_sqrt_m = 0.02, .turn_per_sqrt_m = 0.03, .turn_per_sqrt_rad = 0.04};
+  const Increment increment{.duration_s = 0.5, .turned = {-0.25, 0.1}};
+  const Readings readings = readings_of(chassis, rows_of(chassis, false), increment);
+  EXPECT_DOUBLE_EQ(readings.z[0], 1.04 * -0.25);
+  EXPECT_DOUBLE_EQ(readings.z[1], 0.93 * 0.1 + 0.03 * -0.25 - 0.004 * 0.5);
+  EXPECT_DOUBLE_EQ(readings.variance[0], 4e-4 * 1.04 * 0.25 + 1e-12);
+  EXPECT_DOUBLE_EQ(readings.variance[1], 16e-4 * 0.93 * 0.1 + 9e-4 * 1.04 * 0.25 + 1e-18);
+}
+
+TEST(Readings, a_velocity_is_read_as_what_it_is_corrected_from) {
+  const VelocityCorrection velocity = test::velocity_robot().velocity;
+  const ForwardAndTurn read = read_as(velocity, {0.4, -0.2}, 0.3);
+  const ForwardAndTurn truth = corrected(velocity, read, 0.3);
+  EXPECT_DOUBLE_EQ(truth.forward_m, 0.4);
+  EXPECT_DOUBLE_EQ(truth.turn_rad, -0.2);
+}
+
 TEST(Chassis, takes_eight_wheels_and_no_more) {
   Chassis chassis;
   for (int i = 0; i < kMaxWheels; ++i) chassis.add({});

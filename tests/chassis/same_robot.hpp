@@ -56,6 +56,7 @@ inline bool same(const Robot& a, const Robot& b) {
          same(robot_file::kChassis, a.chassis, b.chassis) &&
          same(robot_file::kAllWheels, a.chassis, b.chassis) &&
          same(robot_file::kNoise, a.chassis.noise, b.chassis.noise) &&
+         same(robot_file::kVelocity, a.chassis.velocity, b.chassis.velocity) &&
          same(robot_file::kReferenceSensor, a, b) && same(robot_file::kMarker, a, b) &&
          same(a.chassis.gyro, b.chassis.gyro,
               [](auto& x, auto& y) { return same(robot_file::kGyro, x, y); }) &&

@@ -22,9 +22,8 @@ struct Columns {
         turned[k].push_back(increment.turned[k]);
         steering_rad[k].push_back(increment.steering_rad[k]);
       }
-      if (!increment.has_gyro) continue;
-      gyro_rad.push_back(increment.gyro_rad);
       duration_s.push_back(increment.duration_s);
+      if (increment.has_gyro) gyro_rad.push_back(increment.gyro_rad);
     }
     x_m.resize(increments.size());
     y_m.resize(increments.size());
@@ -58,12 +57,18 @@ void expect_same_bits(const Robot& robot, const std::vector<Increment>& incremen
   }
 }
 
+Chassis velocity_without_gyro() {
+  Chassis chassis = test::velocity_robot();
+  chassis.gyro.reset();
+  return chassis;
+}
+
 TEST(DeadReckon, GivesTheBitsOfTheStepOnEveryInstructionSet) {
   for (const Chassis& chassis :
        {differential_drive(test::kSize, 0.5), omni3(test::kSize, 0.2), test::two_pods(),
-        mecanum(test::kSize, 0.4, 0.5), Chassis{}, tricycle(test::kSize, 0.6),
-        ackermann(test::kSize, 0.4, 0.6, 0.3), swerve(test::kSize, 0.4, 0.5), test::odd_steered_chassis(),
-        test::with_gyro(tricycle(test::kSize, 0.6))}) {
+        mecanum(test::kSize, 0.4, 0.5), Chassis{}, velocity_without_gyro(), test::velocity_robot(),
+        tricycle(test::kSize, 0.6), ackermann(test::kSize, 0.4, 0.6, 0.3), swerve(test::kSize, 0.4, 0.5),
+        test::odd_steered_chassis(), test::with_gyro(tricycle(test::kSize, 0.6))}) {
     const Robot robot = test::robot_of(chassis);
     for (const int rows : {1, 7, 256, 257, 1000})
       expect_same_bits(robot, test::wandering(robot, rows), {0.3, -0.1, 2.0});

@@ -69,6 +69,13 @@ TEST(Sensitivity, AllKindsOfWheel) {
   expect_sensitivities(test::odd_chassis());
 }
 
+TEST(Sensitivity, Velocity) {
+  Chassis chassis = test::velocity_robot();
+  expect_sensitivities(chassis);
+  chassis.gyro.reset();
+  expect_sensitivities(chassis);
+}
+
 TEST(Sensitivity, Tricycle) {
   expect_sensitivities(tricycle(test::kSize, 0.6, test::kSteering));
 }

@@ -27,6 +27,14 @@ Robot quiet(const Chassis& chassis) {
 
 constexpr WheelSize kSize{.diameter_m = 0.1, .ticks_per_revolution = 1000.0};
 
+Robot velocity_robot(const VelocityCorrection& velocity) {
+  Robot robot = quiet({});
+  robot.chassis.velocity = velocity;
+  return robot;
+}
+constexpr VelocityCorrection kCorrection{
+    .forward_scale = 1.04, .yaw_scale = 0.93, .yaw_per_forward_rad_m = 0.03, .yaw_bias_rad_s = -0.004};
+
 /// The increment between two moments, as exact sensors read it.
 Increment increment_between(const Moment& before, const Moment& after) {
   Increment increment{after.time_s, after.time_s - before.time_s};
@@ -112,6 +120,30 @@ INSTANTIATE_TEST_SUITE_P(Chassis, EveryChassis,
                                          NamedChassis{"mecanum", mecanum(kSize, 0.4, 0.3), true},
                                          NamedChassis{"pods", pods(), true}),
                          [](const auto& test) { return std::string(test.param.name); });
+
+TEST(Drive, AVelocityIsReadSoThatItsCorrectionEndsAtTheTruth) {
+  const Robot truth = velocity_robot(kCorrection), nominal = velocity_robot({});
+  Random random(9);
+  Scenario s = exact_scenario(nominal, truth, random_tour({.length_m = 15.0}, {}, random));
+  for (const Steering steering : {Steering::odometry, Steering::truth}) {
+    s.steering = steering;
+    const Drive driven = drive(s);
+    const Pose2 odometry = dead_reckoned(driven, truth.chassis);
+    const Pose2 end = driven.moments.back().body;
+    EXPECT_NEAR(odometry.x, end.x, 1e-9);
+    EXPECT_NEAR(odometry.y, end.y, 1e-9);
+    EXPECT_NEAR(odometry.heading, end.heading, 1e-9);
+    const Pose2 believed = dead_reckoned(driven, nominal.chassis);
+    EXPECT_GT((believed.translation() - end.translation()).norm(), 0.1);
+    if (steering == Steering::truth) continue;
+    s.truth = nominal;
+    const Pose2 asked = drive(s).moments.back().body;
+    s.truth = truth;
+    EXPECT_NEAR(believed.x, asked.x, 1e-9);
+    EXPECT_NEAR(believed.y, asked.y, 1e-9);
+    EXPECT_NEAR(believed.heading, asked.heading, 1e-9);
+  }
+}
 
 TEST(Drive, PodsOfAnLRunEndWhereTheInstallationAngleSays) {
   // docs/theory/simulation.md: the robot ends at (S, S (1 − sin α)/cos α).

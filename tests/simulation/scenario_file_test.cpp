@@ -50,6 +50,24 @@ class Folder {
 const std::string kHead = "robot = \"robot.toml\"\n";
 const std::string kRun = "[[run]]\n[[run.path]]\ndrive = \"straight\"\nlength_m = 1\n";
 
+TEST(ScenarioFile, AVelocityErrsWhereItSaysSoAndScattersBetweenSessions) {
+  const Folder folder;
+  write_file(folder.path() / "robot.toml", "[noise]\nwheel_per_sqrt_m = 0.01\n");
+  const Plan plan = folder.plan(kHead +
+                                "sessions = 200\n[truth.velocity]\nforward_scale = 1.03\n"
+                                "yaw_bias_rad_s = 0.002\n[session_spread.velocity]\nyaw_scale = 0.01\n" +
+                                kRun);
+  ASSERT_EQ(plan.runs.size(), 200u);
+  double squares = 0.0;
+  for (const auto& run : plan.runs) {
+    const VelocityCorrection& velocity = run.scenario.truth.chassis.velocity;
+    EXPECT_EQ(velocity.forward_scale, 1.03);
+    EXPECT_EQ(velocity.yaw_bias_rad_s, 0.002);
+    squares += (velocity.yaw_scale - 1.0) * (velocity.yaw_scale - 1.0) / 200.0;
+  }
+  EXPECT_NEAR(squares / 1e-4, 1.0, 4.0 * std::sqrt(2.0 / 200.0));  // a mean square of so many numbers
+}
+
 TEST(ScenarioFile, TruthDiffersWhereItSaysSo) {
   const Folder folder;
   const Plan plan = folder.plan(kHead + R"(
@@ -282,6 +300,8 @@ INSTANTIATE_TEST_SUITE_P(
                 kHead + "[[run]]\n[[run.path]]\ndrive = \"waypoints\"\npoints = [[1, 2, 3]]\n", 5, "pair"},
         Mistake{"UnknownWheel", kHead + "[truth.wheel.lefft]\ndiameter_m = 1\n" + kRun, 2, "'left'"},
         Mistake{"UnknownTruth", kHead + "[truth]\ntrak_m = 1\n" + kRun, 3, "'track_m'"},
+        Mistake{"VelocityOfWheels", kHead + "[truth.velocity]\nforward_scale = 1.1\n" + kRun, 2,
+                "no [[wheel]]"},
         Mistake{"UnknownSpread", kHead + "[session_spread.gyro]\nscal = 1\n" + kRun, 3, "'scale'"},
         Mistake{"TextForNumber", kHead + "[encoders]\nrate_hz = \"fast\"\n" + kRun, 3, "rate_hz"},
         Mistake{"NoRate", kHead + "[encoders]\nrate_hz = 0\n" + kRun, 3, "above 0"},

@@ -6,9 +6,11 @@
 #include <gtest/gtest.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/odometry/integrate.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
 
 #include "calibration/simulated_runs.hpp"
+#include "calibration/velocity_runs.hpp"
 #include "scale.hpp"
 
 namespace trundle::slam {
@@ -272,6 +274,56 @@ TEST(LandmarkCalibration, FindsAScaleOfRangesOnlyAgainstKnownWheels) {
       calibrate_from_landmarks({&centred, 1}, {}, scenario.nominal, {.free = {"sensor.range_scale"}});
   EXPECT_EQ(both.status, CalibrationStatus::some_held);
   EXPECT_FALSE(both.unobservable.empty());
+}
+
+/// A robot whose motion somebody else computed, among landmarks.
+Scenario velocity_scenario(std::uint64_t seed) {
+  Scenario scenario = scenario_of(nominal_robot(), tour(40.0, seed), seed);
+  scenario.nominal = test::nominal_velocity();
+  scenario.truth = test::true_velocity(seed);
+  scenario.nominal.landmark_sensor = scenario.truth.landmark_sensor = nominal_robot().landmark_sensor;
+  return scenario;
+}
+
+TEST(LandmarkCalibration, FindsWhatAVelocityErrsByWithinItsOwnSigmas) {
+  test::VelocityEvidence evidence;
+  for (int seed = 1; seed <= test::trials(40, 10); ++seed) {
+    const Scenario scenario = velocity_scenario(static_cast<std::uint64_t>(seed));
+    const Recording recording = recorded(scenario);
+    const CalibrationResult result = calibrate_from_landmarks({&recording, 1}, {}, scenario.nominal);
+    EXPECT_EQ(result.status, CalibrationStatus::all_estimated);
+    evidence.add(result.calibrated, result.covariance_within, scenario.truth);
+  }
+  evidence.expect_consistent();
+}
+
+TEST(LandmarkCalibration, FindsTheScaleOfAVelocityOrThatOfRangesAndNotBoth) {
+  Scenario scenario = velocity_scenario(3);
+  scenario.nominal.landmark_sensor->body_from_sensor = {};
+  scenario.truth.landmark_sensor->body_from_sensor = {};
+  const Recording recording = recorded(scenario);
+  const CalibrationResult both =
+      calibrate_from_landmarks({&recording, 1}, {}, scenario.nominal, {.free = {"sensor.range_scale"}});
+  EXPECT_EQ(both.status, CalibrationStatus::some_held);
+  EXPECT_THAT(both.unobservable,
+              Contains(testing::AnyOf(HasSubstr("velocity.forward_scale"), HasSubstr("sensor.range_scale"))));
+  EXPECT_THAT(calibrate_from_landmarks({&recording, 1}, {}, scenario.nominal).notes,
+              Contains(HasSubstr("a common error of its ranges is one of velocity.forward_scale")));
+}
+
+// What the calibration leaves open stays a systematic error of the smoother, and there is no other.
+TEST(LandmarkCalibration, MakesOdometryOfAVelocityAndTheSmootherBetter) {
+  double before_m = 0.0, after_m = 0.0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Scenario scenario = velocity_scenario(seed);
+    const Recording recording = recorded(scenario);
+    const Robot found = calibrate_from_landmarks({&recording, 1}, {}, scenario.nominal).calibrated;
+    before_m += rms_m(odometry::integrate(recording, scenario.nominal).trajectory, scenario);
+    after_m += rms_m(odometry::integrate(recording, found).trajectory, scenario);
+    EXPECT_FALSE(slam_input(recording, found).systematic.has_shares);
+    EXPECT_TRUE(slam_input(recording, scenario.nominal).systematic.has_shares);
+  }
+  EXPECT_LT(after_m, 0.3 * before_m);
 }
 
 TEST(LandmarkCalibration, HoldsWhatTheRunCannotShow) {

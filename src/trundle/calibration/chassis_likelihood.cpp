@@ -22,9 +22,11 @@ Increment predicted(const Chassis& chassis, const Rows& rows, const Vector3& mot
     const auto wheel = static_cast<std::size_t>(std::max(row.wheel, 0));
     const double z = rows.H.row(i).dot(motion);
     if (row.kind == RowKind::wheel) increment.turned[wheel] = z / (kPi * chassis.wheels()[wheel].diameter_m);
-    if (row.kind == RowKind::forward) increment.turned[0] = z;
-    if (row.kind == RowKind::turn) increment.turned[1] = z;
   }
+  if (chassis.wheel_count > 0) return increment;
+  const ForwardAndTurn read = read_as(chassis.velocity, {motion.x(), motion.z()}, duration_s);
+  increment.turned[0] = read.forward_m;
+  increment.turned[1] = read.turn_rad;
   return increment;
 }
 
@@ -58,11 +60,14 @@ struct Context {
 };
 
 /// ∂(z / σ)/∂p · σ with z as the motion predicts it: a diameter scales reading and noise alike.
-RowVector predicted_derivative(const Context& context, const Parameter& parameter, const RowVector& predicted,
+RowVector predicted_derivative(const Context& context, const Parameter& parameter, const Vector3& twist,
                                const Increment& sum) {
+  if (is_of_velocity(parameter.kind))
+    return reading_derivative(parameter, context.chassis, context.rows,
+                              predicted(context.chassis, context.rows, twist, sum.duration_s));
   if (parameter.kind == ParameterKind::gyro_bias || parameter.kind == ParameterKind::gyro_time_offset)
     return reading_derivative(parameter, context.chassis, context.rows, sum);
-  return reading_growth(parameter, context.chassis, context.rows).cwiseProduct(predicted);
+  return reading_growth(parameter, context.chassis, context.rows).cwiseProduct(context.rows.H * twist);
 }
 
 /// y = Pᵀz, of covariance S = Pᵀ V P, and its derivatives: docs/theory/calibration.md, eq. 7.
@@ -71,12 +76,11 @@ void add_window(const Window& window, const Context& context, Information& infor
   const RowVector z = readings_of(context.chassis, context.rows, window.sum).z;
   const RowVector variance = context.variance_factor * window.variance;
   const Vector3 twist = estimate_twist(context.rows, {z, variance}).twist.vector();
-  const RowVector predicted = context.rows.H * twist;
   const Eigen::MatrixXd P = context.P;
   const Eigen::MatrixXd S = combined_covariance(context.P, variance);
   Eigen::MatrixXd J(P.cols(), static_cast<Eigen::Index>(context.parameters.size()));
   for (std::size_t j = 0; j < context.parameters.size(); ++j) {
-    const RowVector dz = predicted_derivative(context, context.parameters[j], predicted, window.sum);
+    const RowVector dz = predicted_derivative(context, context.parameters[j], twist, window.sum);
     J.col(static_cast<Eigen::Index>(j)) =
         P.transpose() * (context.row_derivatives[j].topRows(n) * twist - dz.head(n));
   }

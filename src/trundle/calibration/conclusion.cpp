@@ -166,11 +166,6 @@ void require_told(std::span<const ParameterEstimate> parameters) {
 
 }  // namespace
 
-std::string nothing_to_calibrate(const Chassis& chassis) {
-  return chassis.wheels().empty() && !chassis.gyro ? "velocity input used unchanged: no wheels to calibrate"
-                                                   : "";
-}
-
 void require_something_free(std::span<const Parameter> parameters, std::span<const Recording> training,
                             const Robot& nominal) {
   if (!parameters.empty()) return;
@@ -179,8 +174,6 @@ void require_something_free(std::span<const Parameter> parameters, std::span<con
     throw CannotAnswer(
         "no parameter is free: nothing was measured from outside, and the robot file has no [gyro] although "
         "the recording has one: write [gyro] to calibrate with it");
-  if (const std::string words = nothing_to_calibrate(nominal.chassis); !words.empty())
-    throw CannotAnswer(fmt::format("robot '{}': {}", nominal.name, words));
   throw CannotAnswer("no parameter is free: these recordings measure nothing to calibrate with");
 }
 
@@ -208,8 +201,10 @@ CalibrationResult result_of(const Estimate& estimate, const SessionSpread& sprea
       estimate.space.held.empty() ? CalibrationStatus::all_estimated : CalibrationStatus::some_held;
   result.nominal = nominal;
   result.calibrated = estimate.robot;
-  if (estimate.noise.from_runs)
+  if (estimate.noise.from_runs && nominal.chassis.wheel_count > 0)
     set_typical_wheel_noise(estimate.noise.levels.wheel_per_sqrt_m, result.calibrated.chassis);
+  else if (estimate.noise.from_runs)
+    result.calibrated.chassis.noise = with_noise(estimate.robot, estimate.noise.levels).chassis.noise;
   result.parameters = parameter_estimates(estimate, spread, parameters, nominal);
   require_told(result.parameters);
   const std::vector<Eigen::Index> estimated = estimated_of(estimate);

@@ -9,8 +9,6 @@
 
 namespace trundle::calibration {
 
-/// Where a robot gives nothing that a calibration could change: that it does not, in words; else empty.
-std::string nothing_to_calibrate(const Chassis& chassis);
 /// Throws CannotAnswer, in words, when there is none to estimate.
 void require_something_free(std::span<const Parameter> parameters, std::span<const Recording> training,
                             const Robot& nominal);

@@ -1,7 +1,6 @@
 #include "trundle/calibration/defaults.hpp"
 
 #include <algorithm>
-#include <functional>
 
 #include <fmt/format.h>
 
@@ -21,6 +20,7 @@ bool is_default(const Parameter& parameter, const Robot& robot, const FromOutsid
   };
   switch (parameter.kind) {
     case ParameterKind::diameter:
+    case ParameterKind::velocity_forward_scale:
       return measured.length;
     case ParameterKind::direction:
     case ParameterKind::lever:
@@ -32,6 +32,10 @@ bool is_default(const Parameter& parameter, const Robot& robot, const FromOutsid
     case ParameterKind::track:
       return !stands_alone(robot.chassis.wheels().front()) &&
              (measured.anything || robot.chassis.gyro.has_value());
+    case ParameterKind::velocity_yaw_scale:
+    case ParameterKind::velocity_yaw_per_forward:  // the gyro checks both
+      return measured.anything || robot.chassis.gyro.has_value();
+    case ParameterKind::velocity_yaw_bias:
     case ParameterKind::gyro_scale:
       return measured.anything;
     case ParameterKind::gyro_bias:
@@ -47,14 +51,20 @@ bool is_told_by_sightings(const Parameter& parameter) {
   return is_of_landmark_sensor(parameter.kind) && parameter.kind != ParameterKind::sensor_range_scale;
 }
 
-/// One parameter, or those of the group "sensor".
+/// Those of the group "velocity" or "sensor"; of another name none.
+std::vector<Parameter> group_named(const std::string& name, const Robot& robot) {
+  std::vector<Parameter> group = parameters_of(robot);
+  std::erase_if(group, [&](const Parameter& parameter) {
+    return !(name == "sensor" && is_told_by_sightings(parameter)) &&
+           !(name == "velocity" && is_of_velocity(parameter.kind));
+  });
+  return group;
+}
+
+/// One parameter, or those of a group.
 std::vector<Parameter> named(const std::string& name, const char* option, const Robot& robot) {
   if (const auto parameter = parameter_named(name, robot)) return {*parameter};
-  if (name == "sensor" && robot.landmark_sensor) {
-    std::vector<Parameter> group = parameters_of(robot);
-    std::erase_if(group, std::not_fn(is_told_by_sightings));
-    return group;
-  }
+  if (std::vector<Parameter> group = group_named(name, robot); !group.empty()) return group;
   std::vector<std::string> known;
   for (const Parameter& parameter : parameters_of(robot)) known.push_back(name_of(parameter, robot));
   const std::string nearest = nearest_name(name, known);

@@ -122,10 +122,11 @@ bool stretches_agree(std::span<const Run> runs, const Robot& given) {
 std::optional<ScaleFault> scale_fault(std::span<const Run> runs, const Robot& robot) {
   const auto scale = initial_scale(runs, robot);
   if (!scale || *scale == 0.0 || !is_far_off(*scale)) return std::nullopt;
-  const bool is_of_unit = std::ranges::any_of(robot.chassis.wheels(), [&](const Wheel& wheel) {
+  const bool is_of_size = std::ranges::any_of(robot.chassis.wheels(), [&](const Wheel& wheel) {
     const double diameter_m = *scale * std::abs(wheel.diameter_m);
     return diameter_m < kLeastDiameter_m || diameter_m > kGreatestDiameter_m;
   });
+  const bool is_of_unit = is_of_size || (robot.chassis.wheels().empty() && unit_of(*scale) != nullptr);
   const LengthUnit* const unit = is_of_unit ? unit_of(*scale) : nullptr;
   payload::LengthRatio ratio{.factor = *scale};
   if (unit != nullptr) ratio = {*scale, unit->name, unit->symbol};
@@ -134,7 +135,7 @@ std::optional<ScaleFault> scale_fault(std::span<const Run> runs, const Robot& ro
 
 void scale_wheels(double factor, Robot& robot) {
   for (const Parameter& parameter : parameters_of(robot))
-    if (parameter.kind == ParameterKind::diameter)
+    if (parameter.kind == ParameterKind::diameter || parameter.kind == ParameterKind::velocity_forward_scale)
       set_value(parameter, factor * value_of(parameter, robot), robot);
 }
 

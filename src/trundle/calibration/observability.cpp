@@ -111,6 +111,14 @@ std::string advice(const HeldCombination& held, std::span<const Parameter> param
     case ParameterKind::place_x:
     case ParameterKind::place_y:
       return "drive curves of very different radii, the tightest that it can";
+    case ParameterKind::velocity_forward_scale:
+      return measures_length ? "drive straight ahead, and back" : "add one straight run of known length";
+    case ParameterKind::velocity_yaw_scale:
+      return "turn on the spot, or drive circles, both ways";
+    case ParameterKind::velocity_yaw_per_forward:
+      return "drive straight ahead, and back, with the heading measured";
+    case ParameterKind::velocity_yaw_bias:
+      return "drive longer, and at different speeds, with the heading measured";
     case ParameterKind::icr_x:
       return "turn on the spot with the position measured";
     case ParameterKind::gyro_scale:
@@ -127,7 +135,8 @@ std::string advice(const HeldCombination& held, std::span<const Parameter> param
     case ParameterKind::sensor_range_offset:
       return "see landmarks from near and from far, from all sides";
     case ParameterKind::sensor_range_scale:
-      return "fix the diameters, which lengths come from as well";
+      return nominal.chassis.wheel_count == 0 ? "fix velocity.forward_scale, which lengths come from as well"
+                                              : "fix the diameters, which lengths come from as well";
     case ParameterKind::sensor_depth_share:
       return "see landmarks far ahead and at the edges of the field of view";
     case ParameterKind::sensor_bearing_offset:

@@ -187,7 +187,13 @@ std::string set_sensor_heading(std::span<const Run> runs, Robot& robot) {
 std::string set_scale(std::span<const Run> runs, Robot& robot) {
   const std::optional<ScaleFault> fault = scale_fault(runs, robot);
   if (!fault) return {};
-  std::string words = describe({.code = FindingCode::scale, .payload = fault->ratio});
+  std::string words =
+      robot.chassis.wheels().empty()
+          ? fmt::format(
+                "the reference moves {:.3g} times as far as velocity.csv with the robot file as given: "
+                "check their units, and forward_scale under [velocity]",
+                fault->ratio.factor)
+          : describe({.code = FindingCode::scale, .payload = fault->ratio});
   if (fault->is_of_unit) throw CannotAnswer(words);
   scale_wheels(fault->times, robot);
   return words;

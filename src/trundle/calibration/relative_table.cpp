@@ -29,7 +29,7 @@ void append(RelativeTable& table, std::size_t wheels, const Increment& increment
             const RelativeMotion& motion) {
   const double share = (motion.end_s - motion.start_s) / increment.duration_s;
   for (std::size_t k = 0; k < wheels; ++k) table.input[k].push_back(share * increment.turned[k]);
-  if (table.with_gyro) {
+  if (table.with_duration) {
     table.input[wheels].push_back(share * increment.gyro_rad);
     table.input[wheels + 1].push_back(share * increment.duration_s);
   }
@@ -75,6 +75,7 @@ std::optional<RelativeTable> relative_table(const Run& run, const Robot& robot) 
   if (run.relative_motions.empty() || run.readings.increments.empty()) return std::nullopt;
   RelativeTable table;
   table.with_gyro = robot.chassis.gyro.has_value() && run.readings.increments.front().has_gyro;
+  table.with_duration = table.with_gyro || robot.chassis.wheel_count == 0;
   if (!MotionModel(robot.chassis, {}, table.with_gyro).square()) return std::nullopt;
   const std::size_t wheels = inputs_without_gyro(robot.chassis);
   for (const RelativeMotion& motion : run.relative_motions) {

@@ -15,6 +15,7 @@ struct RelativeTable {
   std::array<std::vector<double>, kMaxInputs> input;
   std::array<std::vector<double>, 3> motion;  ///< x [m], y [m], heading [rad]
   bool with_gyro = false;
+  bool with_duration = false;  ///< the gyro's integral and the duration stand behind the wheels
 
   std::size_t rows() const { return motion[0].size(); }
 };

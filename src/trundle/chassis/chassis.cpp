@@ -63,6 +63,19 @@ bool has_skid_wheels(const Chassis& chassis) {
   return std::ranges::any_of(chassis.wheels(), [](const Wheel& w) { return w.kind == WheelKind::skid; });
 }
 
+ForwardAndTurn corrected(const VelocityCorrection& velocity, const ForwardAndTurn& read, double duration_s) {
+  return {velocity.forward_scale * read.forward_m, velocity.yaw_scale * read.turn_rad +
+                                                       velocity.yaw_per_forward_rad_m * read.forward_m +
+                                                       velocity.yaw_bias_rad_s * duration_s};
+}
+
+ForwardAndTurn read_as(const VelocityCorrection& velocity, const ForwardAndTurn& truth, double duration_s) {
+  const double forward_m = truth.forward_m / velocity.forward_scale;
+  const double turn_rad =
+      truth.turn_rad - velocity.yaw_per_forward_rad_m * forward_m - velocity.yaw_bias_rad_s * duration_s;
+  return {forward_m, turn_rad / velocity.yaw_scale};
+}
+
 double wheel_noise(const Chassis& chassis, std::size_t wheel) {
   const double own = chassis.wheels()[wheel].noise_per_sqrt_m;
   return std::isnan(own) ? chassis.noise.wheel_per_sqrt_m : own;

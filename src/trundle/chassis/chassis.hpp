@@ -54,6 +54,18 @@ struct Gyro {
   double bias_sigma_rad_s = 0.02;  ///< 1σ of the bias about bias_rad_s before the first rest shows it
 };
 
+/// What a velocity that somebody else computed errs by: truth = forward_scale · v and
+/// yaw_scale · ω + yaw_per_forward_rad_m · v + yaw_bias_rad_s of the readings v and ω.
+/// docs/theory/velocity.md, eq. 1.
+struct VelocityCorrection {
+  double forward_scale = 1.0;          ///< negative: forwards reads backwards
+  double yaw_scale = 1.0;              ///< negative: counter-clockwise reads clockwise
+  double yaw_per_forward_rad_m = 0.0;  ///< turn per metre that is read
+  double yaw_bias_rad_s = 0.0;         ///< added at rest too
+
+  bool operator==(const VelocityCorrection&) const = default;
+};
+
 struct ChassisNoise {
   double wheel_per_sqrt_m = 0.01;     ///< 1σ of the travel of a wheel without a noise of its own [m/√m]
   double lateral_per_sqrt_m = 0.001;  ///< 1σ of 'does not skid sideways' [m/√m]
@@ -70,6 +82,7 @@ struct Chassis {
   int wheel_count = 0;    ///< with an encoder
   int passive_count = 0;  ///< without
   std::optional<Gyro> gyro;
+  VelocityCorrection velocity;  ///< without wheels
   ChassisNoise noise;
   double icr_x_m = 0.0;  ///< `skid` wheels: x of the point that does not move sideways in a turn
   double wheels_time_offset_s = 0.0;
@@ -105,6 +118,21 @@ struct Chassis {
 /// Wheels that must scrub in turns.
 [[nodiscard]] bool has_skid_wheels(const Chassis& chassis);
 
+/// Of both scales, in size.
+inline constexpr double kLeastVelocityScale = 1e-6;
+inline constexpr double kGreatestVelocityScale = 100.0;
+
+/// Forward travel and turn over an interval.
+struct ForwardAndTurn {
+  double forward_m = 0.0;
+  double turn_rad = 0.0;
+};
+/// What the integrals of a velocity stream mean, and which ones mean that. docs/theory/velocity.md, eq. 1.
+[[nodiscard]] ForwardAndTurn corrected(const VelocityCorrection& velocity, const ForwardAndTurn& read,
+                                       double duration_s);
+[[nodiscard]] ForwardAndTurn read_as(const VelocityCorrection& velocity, const ForwardAndTurn& truth,
+                                     double duration_s);
+
 /// 1σ of a wheel's travel [m/√m]: its own, or that of all wheels.
 [[nodiscard]] double wheel_noise(const Chassis& chassis, std::size_t wheel);
 /// Root mean square of that over the wheels; without wheels, the noise of the forward travel.
@@ -116,7 +144,8 @@ void set_typical_wheel_noise(double per_sqrt_m, Chassis& chassis);
 struct Increment {
   double time_s = 0.0;      ///< end of the interval
   double duration_s = 0.0;  ///< [s]
-  /// Per wheel: revolutions, forwards positive. Without wheels: [0] forward travel [m], [1] turn [rad].
+  /// Per wheel: revolutions, forwards positive. Without wheels, as the velocity stream reads them:
+  /// [0] forward travel [m], [1] turn [rad].
   std::array<double, kMaxWheels> turned{};
   /// Of each steered wheel, as Chassis::all_wheels(): what its steering reads in the middle [rad].
   std::array<double, kMaxWheels> steering_rad{};

@@ -21,6 +21,10 @@ constexpr std::pair<ParameterKind, std::string_view> kWheelParameters[] = {
 constexpr std::pair<ParameterKind, std::string_view> kRobotParameters[] = {
     {ParameterKind::track, "track"},
     {ParameterKind::icr_x, "icr_x"},
+    {ParameterKind::velocity_forward_scale, "velocity.forward_scale"},
+    {ParameterKind::velocity_yaw_scale, "velocity.yaw_scale"},
+    {ParameterKind::velocity_yaw_per_forward, "velocity.yaw_per_forward"},
+    {ParameterKind::velocity_yaw_bias, "velocity.yaw_bias"},
     {ParameterKind::gyro_scale, "gyro.scale"},
     {ParameterKind::gyro_bias, "gyro.bias"},
     {ParameterKind::gyro_time_offset, "gyro.time_offset"},
@@ -53,6 +57,7 @@ void set_track(Chassis& chassis, double track) {
 bool exists(const Parameter& parameter, const Robot& robot) {
   const Chassis& chassis = robot.chassis;
   if (is_of_landmark_sensor(parameter.kind)) return robot.landmark_sensor.has_value();
+  if (is_of_velocity(parameter.kind)) return chassis.wheel_count == 0;
   switch (parameter.kind) {
     case ParameterKind::diameter:
       return parameter.wheel < chassis.wheel_count;
@@ -93,6 +98,21 @@ double largest_lever(const Chassis& chassis) {
   double largest = 0.0;
   for (const Wheel& wheel : chassis.wheels()) largest = std::max(largest, std::abs(rolling_row(wheel).z()));
   return largest;
+}
+
+/// The number of a velocity's correction that a parameter is.
+template <class Correction>
+auto& velocity_value(ParameterKind kind, Correction& velocity) {
+  switch (kind) {
+    case ParameterKind::velocity_forward_scale:
+      return velocity.forward_scale;
+    case ParameterKind::velocity_yaw_scale:
+      return velocity.yaw_scale;
+    case ParameterKind::velocity_yaw_per_forward:
+      return velocity.yaw_per_forward_rad_m;
+    default:
+      return velocity.yaw_bias_rad_s;
+  }
 }
 
 /// The number of a landmark sensor that a parameter is.
@@ -144,6 +164,10 @@ bool is_of_landmark_sensor(ParameterKind kind) {
   return kind >= ParameterKind::sensor_range_offset && kind <= ParameterKind::sensor_time_offset;
 }
 
+bool is_of_velocity(ParameterKind kind) {
+  return kind >= ParameterKind::velocity_forward_scale && kind <= ParameterKind::velocity_yaw_bias;
+}
+
 std::string name_of(const Parameter& parameter, const Robot& robot) {
   for (const auto& [kind, word] : kWheelParameters)
     if (kind == parameter.kind)
@@ -165,8 +189,13 @@ std::string_view unit_of(const Parameter& parameter) {
     case ParameterKind::sensor_range_scale:
     case ParameterKind::sensor_depth_share:
     case ParameterKind::gyro_scale:
+    case ParameterKind::velocity_forward_scale:
+    case ParameterKind::velocity_yaw_scale:
       return "1";
+    case ParameterKind::velocity_yaw_per_forward:
+      return "rad/m";
     case ParameterKind::gyro_bias:
+    case ParameterKind::velocity_yaw_bias:
       return "rad/s";
     case ParameterKind::gyro_time_offset:
     case ParameterKind::time_offset:
@@ -196,6 +225,7 @@ std::optional<Parameter> parameter_named(std::string_view name, const Robot& rob
 
 double value_of(const Parameter& parameter, const Robot& robot) {
   const Chassis& chassis = robot.chassis;
+  if (is_of_velocity(parameter.kind)) return velocity_value(parameter.kind, chassis.velocity);
   switch (parameter.kind) {
     case ParameterKind::diameter:
       return wheel_of(parameter, chassis).diameter_m;
@@ -237,6 +267,10 @@ double value_of(const Parameter& parameter, const Robot& robot) {
 
 void set_value(const Parameter& parameter, double value, Robot& robot) {
   Chassis& chassis = robot.chassis;
+  if (is_of_velocity(parameter.kind)) {
+    velocity_value(parameter.kind, chassis.velocity) = value;
+    return;
+  }
   Wheel& wheel = chassis.wheel_storage[static_cast<std::size_t>(std::max(parameter.wheel, 0))];
   switch (parameter.kind) {
     case ParameterKind::diameter:
@@ -313,6 +347,14 @@ double prior_sigma(const Parameter& parameter, const Robot& robot) {
       return 0.2 * value_of(parameter, robot);
     case ParameterKind::icr_x:  // [m]: as the load lies
       return 0.2;
+    case ParameterKind::velocity_forward_scale:  // the diameters of somebody else's wheels
+      return 0.05;
+    case ParameterKind::velocity_yaw_scale:  // and their track, which scrubbing adds to
+      return 0.1;
+    case ParameterKind::velocity_yaw_per_forward:  // [rad/m]: diameters apart by 2 % on a track of 40 cm
+      return 0.05;
+    case ParameterKind::velocity_yaw_bias:  // [rad/s]: of a gyro's turns before its first rest
+      return Gyro{}.bias_sigma_rad_s;
     case ParameterKind::gyro_scale:  // data sheets of MEMS: 3 %
       return 0.05;
     case ParameterKind::gyro_bias:  // [rad/s]: data sheets of MEMS, some degrees per second

@@ -63,6 +63,23 @@ bool is_scale_of(const Parameter& parameter, const Row& row) {
   return parameter.kind == ParameterKind::gyro_scale && row.kind == RowKind::gyro;
 }
 
+/// ∂z/∂p of a velocity's row. docs/theory/velocity.md, eq. 1.
+double velocity_derivative(ParameterKind kind, RowKind row, const Increment& increment) {
+  const bool is_turn = row == RowKind::turn;
+  switch (kind) {
+    case ParameterKind::velocity_forward_scale:
+      return row == RowKind::forward ? increment.turned[0] : 0.0;
+    case ParameterKind::velocity_yaw_scale:
+      return is_turn ? increment.turned[1] : 0.0;
+    case ParameterKind::velocity_yaw_per_forward:
+      return is_turn ? increment.turned[0] : 0.0;
+    case ParameterKind::velocity_yaw_bias:
+      return is_turn ? increment.duration_s : 0.0;
+    default:
+      return 0.0;
+  }
+}
+
 }  // namespace
 
 RowMatrix row_derivative(const Parameter& parameter, const Chassis& chassis, const Rows& rows) {
@@ -90,6 +107,10 @@ RowVector reading_growth(const Parameter& parameter, const Chassis& chassis, con
     if (is_diameter_of(parameter, row))
       growth[i] = 1.0 / chassis.wheels()[static_cast<std::size_t>(row.wheel)].diameter_m;
     if (is_scale_of(parameter, row)) growth[i] = 1.0 / chassis.gyro->scale;
+    if (parameter.kind == ParameterKind::velocity_forward_scale && row.kind == RowKind::forward)
+      growth[i] = 1.0 / chassis.velocity.forward_scale;
+    if (parameter.kind == ParameterKind::velocity_yaw_scale && row.kind == RowKind::turn)
+      growth[i] = 1.0 / chassis.velocity.yaw_scale;
   }
   return growth;
 }
@@ -99,6 +120,8 @@ RowVector reading_derivative(const Parameter& parameter, const Chassis& chassis,
   RowVector derivative = RowVector::Zero(rows.count());
   for (int i = 0; i < rows.count(); ++i) {
     const Row& row = rows.row[static_cast<std::size_t>(i)];
+    if (is_of_velocity(parameter.kind))
+      derivative[i] = velocity_derivative(parameter.kind, row.kind, increment);
     if (is_diameter_of(parameter, row))
       derivative[i] = kPi * increment.turned[static_cast<std::size_t>(row.wheel)];
     if (is_scale_of(parameter, row))

@@ -143,10 +143,18 @@ bool read_section(const Section& file, std::string_view key, const std::array<Nu
   return true;
 }
 
+/// Of a robot without wheels.
+void read_velocity(const Section& file, Robot& robot) {
+  if (!read_section(file, "velocity", kVelocity, robot.chassis.velocity)) return;
+  if (robot.wheel_names.empty()) return;
+  fail(file.source, file.table.get("velocity")->source(), "[velocity] of a robot with wheels",
+       "either [[wheel]] or [velocity]: its motion comes from the one or the other");
+}
+
 Robot read(const Section& file) {
   static const std::vector<std::string> known =
-      names_of({"name", "wheel", "wheels", "gyro", "landmark_sensor", "noise", "reference_sensor", "marker",
-                "calibration"},
+      names_of({"name", "wheel", "wheels", "velocity", "gyro", "landmark_sensor", "noise", "reference_sensor",
+                "marker", "calibration"},
                kChassis);
   check_keys(file, known);
   Robot robot;
@@ -155,6 +163,7 @@ Robot read(const Section& file) {
   read_numbers(file, kChassis, robot.chassis);
   read_wheels(file, robot);
   read_section(file, "wheels", kAllWheels, robot.chassis);
+  read_velocity(file, robot);
   if (Gyro gyro; read_section(file, "gyro", kGyro, gyro)) robot.chassis.gyro = gyro;
   if (LandmarkSensor sensor; read_section(file, "landmark_sensor", kLandmarkSensor, sensor))
     robot.landmark_sensor = sensor;

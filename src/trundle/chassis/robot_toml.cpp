@@ -172,6 +172,7 @@ std::string to_toml(const Robot& robot) {
   for (std::size_t i = 0; i < chassis.all_wheels().size(); ++i)
     write_wheel(out, wheel_name(robot, i), chassis.all_wheels()[i], i >= chassis.wheels().size());
   if (!has_defaults(kAllWheels, chassis)) write_section(out, "wheels", kAllWheels, chassis);
+  if (!has_defaults(kVelocity, chassis.velocity)) write_section(out, "velocity", kVelocity, chassis.velocity);
   if (chassis.gyro) write_section(out, "gyro", kGyro, *chassis.gyro);
   if (robot.landmark_sensor) write_section(out, "landmark_sensor", kLandmarkSensor, *robot.landmark_sensor);
   write_noise(out, chassis);

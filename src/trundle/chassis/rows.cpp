@@ -112,6 +112,11 @@ double noise_variance(const Chassis& chassis, const Row& row, const Way& way) {
   return 0.0;
 }
 
+/// Of a robot without wheels.
+ForwardAndTurn by_velocity(const Chassis& chassis, const Increment& increment) {
+  return corrected(chassis.velocity, {increment.turned[0], increment.turned[1]}, increment.duration_s);
+}
+
 double reading_of(const Chassis& chassis, const Row& row, const Increment& increment) {
   switch (row.kind) {
     case RowKind::wheel: {
@@ -121,9 +126,9 @@ double reading_of(const Chassis& chassis, const Row& row, const Increment& incre
     case RowKind::gyro:
       return (increment.gyro_rad - chassis.gyro->bias_rad_s * increment.duration_s) * chassis.gyro->scale;
     case RowKind::forward:
-      return increment.turned[0];
+      return by_velocity(chassis, increment).forward_m;
     case RowKind::turn:
-      return increment.turned[1];
+      return by_velocity(chassis, increment).turn_rad;
     case RowKind::lateral:
     case RowKind::skid_lateral:
     case RowKind::unobserved:
@@ -207,7 +212,7 @@ double lateral_variance(const Chassis& chassis, double mean_travel_m) {
 }
 
 double mean_travel(const Chassis& chassis, const Increment& increment) {
-  if (chassis.wheel_count == 0) return std::abs(increment.turned[0]);
+  if (chassis.wheel_count == 0) return std::abs(chassis.velocity.forward_scale * increment.turned[0]);
   double sum = 0.0;
   for (std::size_t i = 0; i < chassis.wheels().size(); ++i)
     sum += std::abs(travel_of(chassis.wheels()[i], increment.turned[i]));
@@ -216,7 +221,9 @@ double mean_travel(const Chassis& chassis, const Increment& increment) {
 
 Readings readings_of(const Chassis& chassis, const Rows& rows, const Increment& increment) {
   const double all_m = mean_travel(chassis, increment);
-  const double turn_rad = chassis.wheel_count == 0 ? std::abs(increment.turned[1]) : 0.0;
+  // The noise is that of what was read; a turn that comes with travel or with time brings none of its own.
+  const double turn_rad =
+      chassis.wheel_count == 0 ? std::abs(chassis.velocity.yaw_scale * increment.turned[1]) : 0.0;
   const int own_rows =
       chassis.wheel_count > 0 ? chassis.wheel_count : 2;  // of wheels, or of forward and turn
   Readings readings{RowVector(rows.count()), RowVector(rows.count())};

@@ -18,6 +18,11 @@ void require_length(std::size_t length, std::size_t expected, const std::string&
                      fmt::format("{} as the first column", expected));
 }
 
+/// Of a velocity whose turn has a bias: over time.
+bool drifts(const Chassis& chassis) {
+  return chassis.wheel_count == 0 && chassis.velocity.yaw_bias_rad_s != 0.0;
+}
+
 std::array<const double*, kMaxInputs> inputs_of(const Chassis& chassis, const TravelColumns& travel,
                                                 bool with_gyro) {
   std::array<const double*, kMaxInputs> inputs{};
@@ -26,11 +31,13 @@ std::array<const double*, kMaxInputs> inputs_of(const Chassis& chassis, const Tr
     inputs[i] = travel.turned[i].data();
     require_length(travel.turned[i].size(), travel.rows(), fmt::format("turned[{}]", i));
   }
+  if (!with_gyro && !drifts(chassis)) return inputs;
+  require_length(travel.duration_s.size(), travel.rows(), "duration_s");
+  inputs[wheels + 1] = travel.duration_s.data();
+  inputs[wheels] = inputs[wheels + 1];  // without a gyro its column has no gain
   if (!with_gyro) return inputs;
   inputs[wheels] = travel.gyro_rad.data();
-  inputs[wheels + 1] = travel.duration_s.data();
   require_length(travel.gyro_rad.size(), travel.rows(), "gyro_rad");
-  require_length(travel.duration_s.size(), travel.rows(), "duration_s");
   return inputs;
 }
 
@@ -93,9 +100,8 @@ void dead_reckon(const Robot& robot, const TravelColumns& travel, const Pose2& s
         poses);
   if (!model.has_one_gain()) return step_through(robot, travel, start, poses);
   const LinearisedChassis linearised = model.linearised();
-  reckon(
-      {linearised.twist.data(), inputs, static_cast<std::size_t>(linearised.inputs()), travel.rows(), start},
-      poses);
+  const auto given = static_cast<std::size_t>(std::ranges::find(inputs, nullptr) - inputs.begin());
+  reckon({linearised.twist.data(), inputs, given, travel.rows(), start}, poses);
 }
 
 }  // namespace trundle::odometry

@@ -14,7 +14,7 @@ struct TravelColumns {
   /// Of each steered wheel, as Chassis::all_wheels(): its steering in the middle of the interval [rad].
   std::array<std::span<const double>, kMaxWheels> steering_rad{};
   std::span<const double> gyro_rad = {};    ///< integral of the raw reading; empty: the gyro is not used
-  std::span<const double> duration_s = {};  ///< needed with the gyro
+  std::span<const double> duration_s = {};  ///< needed with the gyro, and where a velocity has a bias
 
   [[nodiscard]] std::size_t rows() const { return turned[0].size(); }
 };

@@ -62,7 +62,8 @@ Triple product(const Symmetric3& s, const Triple& v) {
 MotionModel::MotionModel(const Chassis& chassis, std::span<const Parameter> parameters, bool with_gyro)
     : parameters_(parameters.size()),
       wheels_(chassis.wheel_count > 0 ? chassis.wheels().size() : 2),
-      with_gyro_(with_gyro && chassis.gyro.has_value()) {
+      with_gyro_(with_gyro && chassis.gyro.has_value()),
+      with_duration_(with_gyro_ || chassis.wheel_count == 0) {
   assert(parameters.size() <= kMaxModelParameters);
   if (is_steered(chassis)) {
     steered_.emplace(chassis, parameters, with_gyro_);
@@ -70,7 +71,7 @@ MotionModel::MotionModel(const Chassis& chassis, std::span<const Parameter> para
   }
   const Rows rows = rows_of(chassis, with_gyro_);
   rows_ = static_cast<std::size_t>(rows.count());
-  inputs_ = wheels_ + (with_gyro_ ? 2 : 0);
+  inputs_ = wheels_ + (with_duration_ ? 2 : 0);
   square_ = rows_ == 3;
   for (std::size_t i = 0; i < rows_; ++i) Eigen::Map<Vector3>(h_[i].data()) = rows.H.row(static_cast<int>(i));
   probe_readings(chassis, rows);

@@ -108,6 +108,8 @@ class MotionModel {
   std::size_t parameters_ = 0;
   std::size_t wheels_ = 0;  ///< inputs, and rows of H, that are wheels (without wheels: forward and turn)
   bool with_gyro_ = false;
+  /// The gyro's integral and the duration are inputs: of a gyro, or of a velocity, whose turn has a bias.
+  bool with_duration_ = false;
   bool square_ = false;
   std::array<Triple, kMaxRows> h_{};
   std::array<Inputs, kMaxRows> reading_{};   ///< Z
@@ -140,7 +142,7 @@ inline std::array<double, 3> MotionModel::twist_by(const Gain& gain, const Incre
   add(gain.by_input[0], increment.turned[0]);  // the first two without a loop: most robots have no more
   add(gain.by_input[1], increment.turned[1]);
   for (std::size_t k = 2; k < wheels_; ++k) add(gain.by_input[k], increment.turned[k]);
-  if (with_gyro_) {
+  if (with_duration_) {
     add(gain.by_input[kMaxWheels], increment.gyro_rad);
     add(gain.by_input[kMaxWheels + 1], increment.duration_s);
   }

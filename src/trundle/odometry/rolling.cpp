@@ -33,12 +33,14 @@ RollingGauge::RollingGauge(const Chassis& chassis) {
   double grain_m = 0.0;
   if (chassis.wheel_count == 0) {  // forward and turn; the turn's noise comes of both
     inputs_ = 2;
-    grain_ = {noise_length(noise.wheel_per_sqrt_m), noise_length(noise.turn_per_sqrt_rad)};
+    const double forward = std::abs(chassis.velocity.forward_scale);
+    const double yaw = std::abs(chassis.velocity.yaw_scale);
+    grain_m = noise_length(noise.wheel_per_sqrt_m);
+    grain_ = {grain_m / forward, noise_length(noise.turn_per_sqrt_rad) / yaw};
     const double by_travel = squared(noise.turn_per_sqrt_m);
     const double by_turn = squared(noise.turn_per_sqrt_rad);
     const double both = by_travel + by_turn;
-    metres_ = both > 0.0 ? Rolled{by_travel / both, by_turn / both} : Rolled{1.0, 0.0};
-    grain_m = grain_[0];
+    metres_ = both > 0.0 ? Rolled{forward * by_travel / both, yaw * by_turn / both} : Rolled{forward, 0.0};
   }
   for (std::size_t i = 0; i < chassis.wheels().size(); ++i) {
     const Wheel& wheel = chassis.wheels()[i];

@@ -19,8 +19,6 @@ void require_something_to_learn_from(const RunInputs& inputs) {
     throw NotApplicable{fmt::format("the robot was calibrated on {}", inputs.question.calibrated_on)};
   if (inputs.question.calibrate_on.empty() && inputs.robot.robot.calibration)
     throw NotApplicable{"the robot file has a [calibration] already: it is used as it is"};
-  if (std::string words = nothing_to_calibrate(inputs.given.robot.chassis); !words.empty())
-    throw NotApplicable{std::move(words)};
 }
 
 /// The recording itself has passed the health check; those that others are learned from have not.

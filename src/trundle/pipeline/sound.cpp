@@ -46,13 +46,18 @@ void require_sound(const CalibrationResult& calibration) {
     if (!std::isfinite(estimate.value) || !std::isfinite(estimate.sigma_total) || estimate.sigma_total < 0.0)
       throw CannotAnswer(fmt::format("{} comes out as {} ± {} {}, which is no number; {}", estimate.name,
                                      estimate.value, estimate.sigma_total, estimate.unit, kAdvice));
-    const double size_m = std::abs(estimate.value);
+    const double size = std::abs(estimate.value);
     if (estimate.parameter.kind == ParameterKind::diameter &&
-        (size_m < kLeastDiameter_m || size_m > kGreatestDiameter_m))
+        (size < kLeastDiameter_m || size > kGreatestDiameter_m))
       throw CannotAnswer(
           fmt::format("{} comes out as {:.4g} m, which no wheel has: check the reference's unit, "
                       "ticks_per_revolution, gears and diameters",
                       estimate.name, estimate.value));
+    const bool is_scale = estimate.parameter.kind == ParameterKind::velocity_forward_scale ||
+                          estimate.parameter.kind == ParameterKind::velocity_yaw_scale;
+    if (is_scale && (size < kLeastVelocityScale || size > kGreatestVelocityScale))
+      throw CannotAnswer(fmt::format("{} comes out as {:.4g}: check the units of velocity.csv", estimate.name,
+                                     estimate.value));
   }
 }
 

@@ -127,10 +127,16 @@ class ErrorSource {
 
 Moment moved(const Moment& before, double time_s, const Motion& motion, const Chassis& truth) {
   Moment after{time_s, before.body * exp(motion.twist), before.turned, {}};
+  if (truth.wheel_count == 0) {
+    const ForwardAndTurn read =
+        read_as(truth.velocity, {motion.travel[0], motion.travel[1]}, time_s - before.time_s);
+    after.turned[0] += read.forward_m;
+    after.turned[1] += read.turn_rad;
+    return after;
+  }
   for (int i = 0; i < motion.travel.size(); ++i) {
     const auto w = static_cast<std::size_t>(i);
-    const double metres_per_unit = truth.wheel_count == 0 ? 1.0 : kPi * truth.wheels()[w].diameter_m;
-    after.turned[w] += motion.travel[i] / metres_per_unit;
+    after.turned[w] += motion.travel[i] / (kPi * truth.wheels()[w].diameter_m);
   }
   return after;
 }
@@ -153,9 +159,10 @@ Drive drive(const Scenario& scenario) {
     const TimeSpan interval{before.time_s, cuts[i] - before.time_s};
     if (steered) kinematics.steer(steering.within[i - 1]);
     const Twist2 commanded = command.over(interval);
-    const RowErrors errors = error_source.draw(kinematics.ideal_travel(commanded), interval);
-    result.moments.push_back(
-        moved(before, cuts[i], kinematics.move(commanded, errors), scenario.truth.chassis));
+    const RowErrors errors =
+        error_source.draw(kinematics.ideal_travel(commanded, interval.duration_s), interval);
+    result.moments.push_back(moved(before, cuts[i], kinematics.move(commanded, errors, interval.duration_s),
+                                   scenario.truth.chassis));
     if (steered) result.moments.back().steering_rad = steering.at[i];
   }
   result.slips = error_source.slips();

@@ -121,21 +121,25 @@ Twist2 Kinematics::ideal_twist(const Twist2& commanded) const {
       without_skidding(unsteered_rows_, commanded, RowVector::Zero(lateral_count(unsteered_rows_))));
 }
 
-RowVector Kinematics::ideal_travel(const Twist2& commanded) const {
+RowVector Kinematics::ideal_travel(const Twist2& commanded, double duration_s) const {
   const Rows& rows = steering_ == Steering::odometry ? nominal_rows_ : true_rows_;
   const RowVector travel = rows.H.topRows(rows.measured) * ideal_twist(commanded).vector();
   if (steering_ == Steering::truth) return travel;
-  return diameter_ratio_.cwiseProduct(travel);  // the same revolutions of the true wheels
+  if (truth_.wheel_count > 0)
+    return diameter_ratio_.cwiseProduct(travel);  // the same revolutions of the true wheels
+  const ForwardAndTurn read = read_as(nominal_.velocity, {travel[0], travel[1]}, duration_s);
+  const ForwardAndTurn meant = corrected(truth_.velocity, read, duration_s);
+  return Eigen::Vector2d(meant.forward_m, meant.turn_rad);
 }
 
-Motion Kinematics::move(const Twist2& commanded, const RowErrors& errors) const {
+Motion Kinematics::move(const Twist2& commanded, const RowErrors& errors, double duration_s) const {
   const auto H = true_rows_.H.topRows(true_rows_.measured);
   if (steering_ == Steering::truth) {
     const Vector3 xi = is_steered_ ? solve({}, errors.lateral, commanded)
                                    : without_skidding(true_rows_, commanded, errors.lateral);
     return {Twist2::from(xi), H * xi + errors.measured};
   }
-  const RowVector asked = ideal_travel(commanded);
+  const RowVector asked = ideal_travel(commanded, duration_s);
   const Vector3 xi = solve(asked - errors.measured, errors.lateral, commanded);
   const Vector3 xi_without_errors = solve(asked, RowVector::Zero(errors.lateral.size()), commanded);
   return {Twist2::from(xi), asked + errors.measured - H * (xi_without_errors - xi)};

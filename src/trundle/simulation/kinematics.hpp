@@ -35,8 +35,8 @@ class Kinematics {
   /// The motion that is asked for, without what wheels that are not steered forbid.
   Twist2 ideal_twist(const Twist2& commanded) const;
   /// The measured rows' readings of a motion without errors.
-  RowVector ideal_travel(const Twist2& commanded) const;
-  Motion move(const Twist2& commanded, const RowErrors& errors) const;
+  RowVector ideal_travel(const Twist2& commanded, double duration_s) const;
+  Motion move(const Twist2& commanded, const RowErrors& errors, double duration_s) const;
 
   const Rows& rows() const { return true_rows_; }
 

@@ -59,14 +59,23 @@ void read_wheels(const Section& section, Robot& robot) {
   }
 }
 
+void read_velocity(const Section& section, Robot& robot) {
+  if (!read_subsection(section, "velocity", kVelocity, robot.chassis.velocity)) return;
+  if (!robot.wheel_names.empty())
+    fail(section.source, section.table.get("velocity")->source(),
+         in(section, "velocity of a robot with wheels"), "it only where the robot file has no [[wheel]]");
+}
+
 /// The sections that [truth] and [session_spread] share: numbers of the robot file under the same names.
 void read_robot_numbers(const Section& section, Robot& robot) {
   static const std::vector<std::string> known = names_with(
-      {"track_m", "wheel", "wheels", "gyro", "noise", "landmark_sensor", "reference_sensor"}, kChassis);
+      {"track_m", "wheel", "wheels", "velocity", "gyro", "noise", "landmark_sensor", "reference_sensor"},
+      kChassis);
   check_keys(section, known);
   read_numbers(section, kChassis, robot.chassis);
   read_wheels(section, robot);
   read_subsection(section, "wheels", kAllWheels, robot.chassis);
+  read_velocity(section, robot);
   Gyro gyro = robot.chassis.gyro.value_or(Gyro{});
   if (read_subsection(section, "gyro", kGyro, gyro)) robot.chassis.gyro = gyro;
   LandmarkSensor sensor = robot.landmark_sensor.value_or(LandmarkSensor{});
@@ -91,6 +100,7 @@ Robot zero_robot(const Robot& like) {
     if (like.chassis.all_wheels()[i].steering)
       zero(kSteering, robot.chassis.all_wheels()[i].steering.emplace());
   zero(kNoise, robot.chassis.noise);
+  zero(kVelocity, robot.chassis.velocity);
   zero(kGyro, robot.chassis.gyro.emplace());
   zero(kLandmarkSensor, robot.landmark_sensor.emplace());
   return robot;
@@ -134,6 +144,7 @@ Robot SessionSpread::drawn(const Robot& truth, Random& random) const {
   }
   scatter(kChassis, sigma_.chassis, robot.chassis, random);
   scatter(kAllWheels, sigma_.chassis, robot.chassis, random);
+  scatter(kVelocity, sigma_.chassis.velocity, robot.chassis.velocity, random);
   if (robot.chassis.gyro) scatter(kGyro, *sigma_.chassis.gyro, *robot.chassis.gyro, random);
   if (robot.landmark_sensor)
     scatter(kLandmarkSensor, *sigma_.landmark_sensor, *robot.landmark_sensor, random);

@@ -28,6 +28,11 @@ NoiseLevels noise_levels_of(const Robot& robot) {
 Robot with_noise(const Robot& robot, const NoiseLevels& levels) {
   Robot result = robot;
   ChassisNoise& noise = result.chassis.noise;
+  if (result.chassis.wheel_count == 0 && noise.wheel_per_sqrt_m > 0.0) {  // they keep their proportions
+    const double times = levels.wheel_per_sqrt_m / noise.wheel_per_sqrt_m;
+    noise.turn_per_sqrt_m *= times;
+    noise.turn_per_sqrt_rad *= times;
+  }
   noise.wheel_per_sqrt_m = levels.wheel_per_sqrt_m;
   const auto wheels = result.chassis.wheels();
   for (std::size_t i = 0; i < wheels.size(); ++i)
@@ -53,6 +58,14 @@ Robot with_noise_of_readings(const Robot& robot, const Chassis& nominal) {
   for (std::size_t i = 0; i < wheels.size(); ++i)
     wheels[i].noise_per_sqrt_m = wheel_noise(robot.chassis, i) *
                                  std::sqrt(std::abs(wheels[i].diameter_m / nominal.wheels()[i].diameter_m));
+  if (!wheels.empty()) return result;
+  const VelocityCorrection& now = robot.chassis.velocity;
+  const double forward = std::sqrt(std::abs(now.forward_scale / nominal.velocity.forward_scale));
+  const double yaw = std::sqrt(std::abs(now.yaw_scale / nominal.velocity.yaw_scale));
+  ChassisNoise& noise = result.chassis.noise;
+  noise.wheel_per_sqrt_m *= forward;
+  noise.turn_per_sqrt_rad *= yaw;
+  noise.turn_per_sqrt_m *= yaw * yaw / forward;
   return result;
 }
 

@@ -32,6 +32,10 @@ inline constexpr Range kSensorSigma{[](double v) { return v > 0.0 && v <= 1000.0
                                     "a number above 0 and at most 1000"};
 inline constexpr Range kRangeScale{[](double v) { return v >= 0.01 && v <= 100.0; },
                                    "a number from 0.01 to 100"};
+inline constexpr Range kVelocityScale{
+    [](double v) { return std::abs(v) >= kLeastVelocityScale && std::abs(v) <= kGreatestVelocityScale; },
+    "a number from 0.000001 to 100, or the negative of one"};
+inline constexpr Range kTurn{[](double v) { return std::abs(v) <= 100.0; }, "a number from -100 to 100"};
 inline constexpr Range kDepthShare{[](double v) { return v >= -1.0 && v <= 2.0; }, "a number from -1 to 2"};
 inline constexpr Range kPositive{[](double v) { return v > 0.0; }, "a number above 0"};
 inline constexpr Range kNotZero{[](double v) { return v != 0.0; }, "a number other than 0"};
@@ -103,6 +107,19 @@ inline constexpr std::array kChassis{
 inline constexpr std::array kAllWheels{
     NumberKey<Chassis>{"time_offset_s", [](Chassis& c) -> double& { return c.wheels_time_offset_s; }, kAny,
                        Presence::rare},
+};
+
+/// Of a robot without wheels.
+inline constexpr std::array kVelocity{
+    NumberKey<VelocityCorrection>{
+        "forward_scale", [](VelocityCorrection& v) -> double& { return v.forward_scale; }, kVelocityScale},
+    NumberKey<VelocityCorrection>{"yaw_scale", [](VelocityCorrection& v) -> double& { return v.yaw_scale; },
+                                  kVelocityScale},
+    NumberKey<VelocityCorrection>{"yaw_per_forward_rad_m",
+                                  [](VelocityCorrection& v) -> double& { return v.yaw_per_forward_rad_m; },
+                                  kTurn},
+    NumberKey<VelocityCorrection>{"yaw_bias_rad_s",
+                                  [](VelocityCorrection& v) -> double& { return v.yaw_bias_rad_s; }, kTurn},
 };
 
 inline constexpr std::array kGyro{

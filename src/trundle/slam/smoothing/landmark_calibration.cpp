@@ -186,10 +186,10 @@ void add_words(const AssociatedFit& found, CalibrationResult& result) {
   const double scatter = found.fit.scatter;
   std::size_t sightings = 0;
   for (const AssociatedRecording& one : found.all) sightings += one.recording.sightings.size();
-  result.notes.push_back(
-      fmt::format("from {} sightings, without any reference: lengths are those of the landmark sensor, a "
-                  "common error of its ranges is one of all diameters",
-                  sightings));
+  result.notes.push_back(fmt::format(
+      "from {} sightings, without any reference: lengths are those of the landmark sensor, a "
+      "common error of its ranges is one of {}",
+      sightings, result.nominal.chassis.wheel_count == 0 ? "velocity.forward_scale" : "all diameters"));
   if (found.unsettled >= kSameRobot)
     result.warnings.push_back(
         fmt::format("which sighting shows which landmark did not settle: told apart {} times, a parameter "

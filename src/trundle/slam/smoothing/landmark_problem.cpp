@@ -13,11 +13,6 @@ namespace {
 // A window of readings whose parity residual chance makes once in 10⁶ is slip.
 constexpr double kParityGate = 30.0;
 
-/// Unknowns that are no parameters of the robot: of a velocity stream what a robot file does not have.
-Eigen::Index shares_of(const Robot& robot) {
-  return robot.chassis.wheel_count == 0 ? kShares : 0;
-}
-
 /// Those that the motion depends on, and where they are among all.
 struct MotionParameters {
   std::vector<Parameter> parameters;
@@ -66,9 +61,7 @@ ShownObservations shown_in(const SlamInput& input, std::span<const LandmarkId> b
 
 TrackInput track_input(const AssociatedRecording& one, const Robot& robot, const FreeColumns& free) {
   const MotionParameters moving = of_motion(free.parameters);
-  const SlamInput input =
-      slam_input(one.recording, robot, {.parameters = moving.parameters, .shares = shares_of(robot) > 0});
-  const Eigen::Index own = free.columns.cols();
+  const SlamInput input = slam_input(one.recording, robot, {.parameters = moving.parameters});
   const auto clock = std::ranges::find(free.parameters, ParameterKind::sensor_time_offset, &Parameter::kind);
   const auto n = static_cast<Eigen::Index>(free.parameters.size());
   TrackInput track{.observations = shown_in(input, one.shown)};
@@ -78,12 +71,8 @@ TrackInput track_input(const AssociatedRecording& one, const Robot& robot, const
     if (!moving.rows.empty()) by_parameters(Eigen::all, moving.rows) = input.by_parameters[k];
     if (clock != free.parameters.end())
       by_parameters.col(clock - free.parameters.begin()) = input.by_sensor_clock[k];
-    Eigen::Matrix3Xd by_all(3, own + shares_of(robot));
-    by_all.leftCols(own) = by_parameters * free.columns;
-    if (shares_of(robot) > 0)
-      by_all.rightCols(kShares) = motion.by_first(input.systematic.count()).rightCols(kShares);
     track.time_s.push_back(input.steps[k].time_s);
-    track.motions.push_back({motion.mean, motion.covariance, std::move(by_all)});
+    track.motions.push_back({motion.mean, motion.covariance, by_parameters * free.columns});
   }
   return track;
 }
@@ -99,35 +88,24 @@ Information redundancy_of(std::span<const AssociatedRecording> all, const Robot&
     for (const Information& block :
          chassis_likelihood(one.run, noisy, free.parameters, {.gate = kParityGate}))
       sum.add(block);
-  const Eigen::Index own = free.columns.cols();
-  const Eigen::Index unknowns = own + shares_of(robot);
-  Information evidence{Eigen::MatrixXd::Zero(unknowns, unknowns), Eigen::VectorXd::Zero(unknowns), sum.chi2,
-                       sum.count};
-  evidence.matrix.topLeftCorner(own, own) = free.columns.transpose() * sum.matrix * free.columns;
-  evidence.gradient.head(own) = free.columns.transpose() * sum.gradient;
-  return evidence;
+  return {free.columns.transpose() * sum.matrix * free.columns, free.columns.transpose() * sum.gradient,
+          sum.chi2, sum.count};
 }
 
 }  // namespace
 
 JointProblem joint_problem(std::span<const AssociatedRecording> all, const Robot& robot,
                            const FreeColumns& free) {
-  Eigen::VectorXd information(free.information.size() + shares_of(robot));
-  information.head(free.information.size()) = free.information;
-  if (shares_of(robot) > 0) information.tail<kShares>() = kUsualShareSigma.cwiseAbs2().cwiseInverse();
   JointProblem joint{{.sensors = {*robot.landmark_sensor},
                       .motions = {},
                       .sightings = {},
-                      .parameter_information = std::move(information),
+                      .parameter_information = free.information,
                       .parameter_evidence = redundancy_of(all, robot, free),
                       .gate = kDefaultGate},
                      {}};
   if (std::ranges::any_of(free.parameters,
                           [](const Parameter& p) { return is_of_landmark_sensor(p.kind); })) {
-    auto& errors = joint.problem.sensor_errors;
-    errors.setZero(6, joint.problem.parameter_information.size());
-    errors.leftCols(free.columns.cols()) =
-        sensor_errors_of(*robot.landmark_sensor, free.parameters) * free.columns;
+    joint.problem.sensor_errors = sensor_errors_of(*robot.landmark_sensor, free.parameters) * free.columns;
   }
   for (const AssociatedRecording& one : all) {
     LandmarkNumbers own;  // each recording has its own map

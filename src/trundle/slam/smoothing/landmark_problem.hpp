@@ -22,8 +22,7 @@ struct AssociatedRecording {
   double duration_s() const { return path.poses.back().time_s - path.poses.front().time_s; }
 };
 
-/// Parameters are sought as those of a robot + columns · q, q about 0 with `information`. Of a velocity
-/// stream, three shares (motion_of, with kUsualShareSigma) are unknown beside them.
+/// Parameters are sought as those of a robot + columns · q, q about 0 with `information`.
 struct FreeColumns {
   Chassis nominal = {};
   std::vector<Parameter> parameters = {};
@@ -31,7 +30,7 @@ struct FreeColumns {
   Eigen::VectorXd information = {};
 };
 
-/// All recordings as one problem; each is a track of its own. Its parameters are q, then the shares.
+/// All recordings as one problem; each is a track of its own. Its parameters are q.
 struct JointProblem {
   SmoothingProblem problem;
   std::vector<Track> tracks;
