@@ -167,7 +167,7 @@ void require_output_makes_sense(const InfoArguments& options, std::size_t record
 }
 
 std::string line_of(const logs::TopicSummary& topic, std::size_t width, bool on_change) {
-  constexpr std::uint64_t kEnoughForRate = 10;
+  constexpr std::uint64_t kEnoughForRate = 10;  // messages: the median of nine steps is one that repeats
   std::string line = fmt::format("  {:<{}}  {:<32} {:>7} {:<8}", topic.topic, width, topic.type,
                                  topic.messages, topic.messages == 1 ? "message" : "messages");
   if (topic.rate_hz > 0.0 && topic.messages >= kEnoughForRate) {

@@ -34,7 +34,7 @@ void open_closed_streams() {
 
 /// What is left for the way out when memory is spent: destructors, of JSON among others, allocate.
 std::unique_ptr<char[]>& reserve() {
-  constexpr std::size_t kBytes = 1 << 20;
+  constexpr std::size_t kBytes = 1 << 20;  // as much as a deep JSON takes to be taken apart
   static auto bytes = std::make_unique_for_overwrite<char[]>(kBytes);
   return bytes;
 }

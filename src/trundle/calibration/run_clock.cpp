@@ -13,7 +13,7 @@
 namespace trundle::calibration {
 namespace {
 
-constexpr double kPriorPrecision = 1.0 / (kClockPrior_s * kClockPrior_s);
+constexpr double kPriorPrecision = 1.0 / (kClockPrior_s * kClockPrior_s);  // s^-2
 
 void leave_out_unseen_epochs(const Robot& robot, Run& run) {
   std::vector<std::size_t> epochs, jumps;

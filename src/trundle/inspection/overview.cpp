@@ -41,7 +41,7 @@ class StandstillSearch {
 
   /// The wheel turns, or nothing follows.
   void finish() {
-    constexpr double kShortest_s = 2.0;
+    constexpr double kShortest_s = 2.0;  // a shorter stop is one before a turn, and tells no bias
     if (current_ && current_->still.duration_s() >= kShortest_s) {
       const std::size_t i = others_.gyro && current_->all_with_gyro ? 1 : 0;
       if (rows_[i]) current_->still.expected_m = current_->rolled_m[i];

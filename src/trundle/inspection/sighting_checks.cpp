@@ -20,7 +20,7 @@ using Column = Eigen::VectorXcd;
 // Between two sightings of a landmark that are compared: far more than a sensor errs, little for odometry to
 // drift.
 constexpr double kBaseline_m = 1.0;
-constexpr Eigen::Index kFewestPairs = 20;
+constexpr Eigen::Index kFewestPairs = 20;  // of three unknowns: lever and sign of the bearing
 // Of the squared motion: what noise and a robot that is not calibrated leave, and a mistake does not.
 constexpr double kWrong = 0.2;
 // Of that misfit, the most that the mistake which explains it may leave.

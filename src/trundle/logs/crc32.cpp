@@ -6,7 +6,7 @@
 namespace trundle::logs {
 namespace {
 
-constexpr std::size_t kSlices = 8;
+constexpr std::size_t kSlices = 8;  // bytes at once: a word of the machine
 using CrcTables = std::array<std::array<std::uint32_t, 256>, kSlices>;
 
 /// Slicing by 8: table k is of a byte that k more follow.

@@ -21,7 +21,7 @@ constexpr std::array kSync = {std::byte{0xa3}, std::byte{0x95}};
 constexpr std::size_t kDataFlashHead = 3;  // sync and type
 constexpr std::uint8_t kFormatType = 128;  // of the message FMT, which lays itself out, too
 constexpr std::size_t kFormatLength = 89;
-constexpr std::size_t kTypes = 256;
+constexpr std::size_t kTypes = 256;  // one byte names them
 /// So many zeros, or bytes of ones, are no numbers of a message but memory that holds nothing.
 constexpr std::size_t kErased = 64;
 /// How far it looks for the next message at once [bytes].
@@ -138,7 +138,8 @@ std::optional<TimeField> time_field_of(const MessageFormat& format) {
       return std::nullopt;
     return TimeField{*format.offset_of(field), type, tick_ns};
   };
-  constexpr std::int64_t kMicro_ns = 1'000, kMilli_ns = 1'000'000;
+  constexpr std::int64_t kMicro_ns = 1'000,
+                         kMilli_ns = 1'000'000;  // TimeUS counts these, GMS and TimeMS those
   if (format.characters.empty()) return std::nullopt;
   if (format.label(0) == "TimeUS") return of_field(0, kMicro_ns);
   if (format.name == "GPS" || format.name == "GPS2")

@@ -27,7 +27,7 @@ constexpr std::array kFormats = {
     Format{"\xa3\x95"sv, open_dataflash},
     Format{"ULog\x01\x12\x35"sv, open_ulog},
 };
-constexpr std::size_t kLongestMagic = 16;
+constexpr std::size_t kLongestMagic = 16;  // SQLite's
 
 const Format* format_of(const fs::path& path) {
   FileWindow file(path);

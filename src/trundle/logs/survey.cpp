@@ -11,8 +11,9 @@
 namespace trundle::logs {
 namespace {
 
+// A gap: as in a recording no value is interpolated across it, and a slow topic is not all gaps.
 constexpr double kShortestGap_s = 0.5;
-constexpr double kGapInMedians = 5.0;
+constexpr double kGapInMedians = 5.0;              // steps
 constexpr std::size_t kMostFieldsOfAll = 1 << 17;  // more than any robot has, and some 30 MB
 
 /// Steps of time, of which only how many are about as long as each other is kept: eight classes from one
@@ -46,8 +47,8 @@ class Steps {
     double sum_s = 0.0;
   };
   static int class_of(double step_s) {
-    constexpr double kPerDouble = 8.0;
-    constexpr double kLeast_s = 1e-9;
+    constexpr double kPerDouble = 8.0;  // classes: a median is right to 9 %
+    constexpr double kLeast_s = 1e-9;   // what stamps are given in
     return static_cast<int>(std::floor(kPerDouble * std::log2(std::max(step_s, kLeast_s))));
   }
 

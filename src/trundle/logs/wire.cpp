@@ -8,7 +8,7 @@ namespace {
 /// The bits of a bit-field, its sign carried on.
 template <class Integer>
 Integer bits_of(Integer stored, const LayoutField& field, bool is_signed) {
-  constexpr unsigned kBits = 64;
+  constexpr unsigned kBits = 64;  // of what it is shifted in
   const unsigned above = kBits - field.bits - field.first_bit;
   const auto raised = static_cast<std::uint64_t>(stored) << above;
   const unsigned down = kBits - field.bits;

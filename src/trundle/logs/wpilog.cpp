@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kHeadSize = 12;           // magic, version, length of the extra header
 constexpr std::size_t kLongestRecordHead = 16;  // a byte of lengths, identifier 4, size 4, time 7
 constexpr std::int64_t kNanosecondsOfTick = 1000;
-constexpr std::uint16_t kMajorVersion = 1;
+constexpr std::uint16_t kMajorVersion = 1;  // the only one there is
 constexpr std::string_view kStruct = "struct:";
 constexpr std::string_view kSchemaOfStruct = ".schema/struct:";
 

@@ -143,11 +143,9 @@ RunAnswer run_session(const RunInputs& inputs, const CalibratedRobot* calibrated
   stage(StageKind::report, [&] {
     if (calibrated == nullptr)
       throw NotApplicable{"nothing was calibrated; each recording has a page of its own"};
-    Results shown{.label = inputs.in_folder("calibration.json").string(),
-                  .calibration = calibrated->document};
-    for (const ResultSource& source : stage.sources())
-      if (source.name == "calibration") shown.sources.push_back(source);
-    return draw_page(inputs, std::move(shown));
+    return draw_page(inputs, {.label = inputs.in_folder("calibration.json").string(),
+                              .calibration = calibrated->document,
+                              .sources = stage.sources_of(StageKind::calibration)});
   });
   write_record(inputs, results, record);
   return {.record = record, .no_odometry = runs.failure};

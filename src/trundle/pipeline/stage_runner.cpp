@@ -127,4 +127,13 @@ std::vector<ResultSource> StageRunner::sources() const {
   return sorted;
 }
 
+std::vector<ResultSource> StageRunner::sources_of(StageKind kind) const {
+  const std::vector<std::string>& outputs = std::ranges::find(record_.stages, kind, &Stage::kind)->outputs;
+  std::vector<ResultSource> found = sources();
+  std::erase_if(found, [&](const ResultSource& one) {
+    return std::ranges::find(outputs, name_in_folder(one.file.path)) == outputs.end();
+  });
+  return found;
+}
+
 }  // namespace trundle::pipeline

@@ -107,6 +107,8 @@ class StageRunner {
   OnSteps steps_of(StageKind kind) const;
   /// The files that were written and the page draws, in the order of their names.
   std::vector<ResultSource> sources() const;
+  /// Those of a stage that is done.
+  std::vector<ResultSource> sources_of(StageKind kind) const;
 
  private:
   void begin(StageKind kind) const;

@@ -7,7 +7,7 @@ namespace trundle::recording {
 
 namespace {
 
-constexpr std::size_t kStampsOfAnArea = 16;
+constexpr std::size_t kStampsOfAnArea = 16;  // half a byte a stamp, and eight steps to add on average
 
 }  // namespace
 

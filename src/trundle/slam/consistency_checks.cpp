@@ -30,7 +30,7 @@ constexpr double kLeastOffset = 0.5;
 // Median of χ² with three degrees of freedom, and how many times of it the smoothed trajectory may be off the
 // online one, squared: both are wrong by no more than twice their sigmas then.
 constexpr double kMedianOfThree = 2.366;
-constexpr double kGreatestContradiction = 4.0;
+constexpr double kGreatestContradiction = 4.0;  // twice, squared
 
 Finding warning(FindingCode code, std::size_t count, const Payload& payload) {
   return {Severity::warning, code, "sightings", count, {}, payload};

@@ -252,9 +252,9 @@ class Drafter {
     const bool is_mecanum =
         (controller() != nullptr && controller()->is_mecanum) || has_word(words, {"mecanum"});
     if (is_mecanum)
-      wheel.kind = "mecanum";
+      wheel.kind = chassis::WheelKind::mecanum;
     else if (all.wheels.size() >= 4 && !wheel.is_steered)
-      wheel.kind = "skid";
+      wheel.kind = chassis::WheelKind::skid;
     take_geometry(found.joint, found.place, all.wheels.size(), wheel);
     return wheel;
   }
@@ -324,7 +324,8 @@ class Drafter {
             : "x_m, y_m and direction_deg (the log numbers the wheels: which is where, it does not say)");
     add(names([](const DraftWheel& wheel) { return wheel.needs_ticks; }),
         "ticks_per_revolution (negative: counts backwards)");
-    add(names([](const DraftWheel& wheel) { return wheel.kind == "mecanum"; }), "roller_deg");
+    add(names([](const DraftWheel& wheel) { return wheel.kind == chassis::WheelKind::mecanum; }),
+        "roller_deg");
   }
 
   void take_gyro() {

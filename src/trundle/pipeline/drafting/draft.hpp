@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "trundle/chassis/chassis.hpp"
 #include "trundle/logs/survey.hpp"
 
 namespace trundle::pipeline {
@@ -35,7 +36,7 @@ struct DraftStream {
 struct DraftWheel {
   std::string name;
   std::optional<double> x_m = {}, y_m = {};  ///< in the body frame: x forward, y to the left
-  std::string kind = {};                     ///< empty: "fixed"
+  chassis::WheelKind kind = chassis::WheelKind::fixed;
   bool is_steered = false;
   std::optional<double> diameter_m = {};
   std::optional<double> recorded_diameter_m = {};  ///< with which the log made metres of turns

@@ -7,7 +7,7 @@ namespace trundle::pipeline {
 
 LogParameters read_parameters(const std::filesystem::path& path) {
   LogParameters parameters;
-  constexpr std::size_t kMostParameters = 100'000;
+  constexpr std::size_t kMostParameters = 100'000;  // ArduPilot has some 1500: what has more is damaged
   const std::unique_ptr<logs::Log> log = logs::open_log(path);
   while (const std::optional<logs::Message> message = log->next()) {
     if (message->channel->type != "PARM" || !message->channel->layout) continue;

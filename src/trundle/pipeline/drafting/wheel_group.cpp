@@ -82,7 +82,9 @@ bool is_usable(const WheelGroup& group) {
 }
 
 int score_of(const WheelGroup& group, const Words& words) {
-  constexpr int kMoves = 100, kWord = 20, kQuantity = 10, kLeftAndRight = 30;
+  // An order, not a measure: what moves before what has the name of a wheel, sides before names, names before
+  // units.
+  constexpr int kMoves = 100, kWord = 20, kQuantity = 10, kLeftAndRight = 30;  // points
   int score = group.moves ? kMoves : 0;
   score += kQuantity * (static_cast<int>(WheelQuantity::rate) - static_cast<int>(group.quantity));
   for (const std::string_view word :

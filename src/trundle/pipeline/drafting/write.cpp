@@ -67,14 +67,27 @@ std::string number_line(std::string_view key, const std::optional<double>& value
                : fmt::format("# {} =    # TO FILL IN: {}\n", key, what);
 }
 
+/// A fixed wheel goes without saying.
+std::string_view kind_lines(chassis::WheelKind kind) {
+  switch (kind) {
+    case chassis::WheelKind::skid:
+      return "kind = \"skid\"\n";
+    case chassis::WheelKind::omni:
+      return "kind = \"omni\"\n";
+    case chassis::WheelKind::mecanum:
+      return "kind = \"mecanum\"\n# roller_deg =    # TO FILL IN: 45 or -45, by how the rollers stand\n";
+    case chassis::WheelKind::fixed:
+      break;
+  }
+  return "";
+}
+
 std::string wheel_table(const DraftWheel& wheel, std::size_t count) {
   std::string text = fmt::format("\n[[wheel]]\nname = {}\n", quoted_toml(wheel.name));
   if (wheel.x_m || count > 2)
     text += number_line("x_m", wheel.x_m, "how far ahead of the middle the wheel stands [m]");
   text += number_line("y_m", wheel.y_m, "how far left of the middle; right: negative [m]");
-  if (!wheel.kind.empty()) text += fmt::format("kind = {}\n", quoted_toml(wheel.kind));
-  if (wheel.kind == "mecanum")
-    text += "# roller_deg =    # TO FILL IN: 45 or -45, by how the rollers stand\n";
+  text += kind_lines(wheel.kind);
   if (wheel.is_steered) text += "steered = true\n";
   text += number_line("diameter_m", wheel.diameter_m, "[m]");
   if (wheel.recorded_diameter_m) text += number_line("recorded_diameter_m", wheel.recorded_diameter_m, "");

@@ -111,7 +111,7 @@ double in_seconds(Wide difference, int places) {
 }  // namespace
 
 double seconds_of(std::int64_t nanoseconds, std::int64_t origin_s) {
-  constexpr int kPlaces = 9;
+  constexpr int kPlaces = 9;  // of nanoseconds in a second
   return in_seconds(Wide{nanoseconds} - Wide{origin_s} * 1'000'000'000, kPlaces);
 }
 

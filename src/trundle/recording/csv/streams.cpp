@@ -90,7 +90,7 @@ void store_wheels(const StreamSource& source, Table table, Recording& recording)
 
 /// Range and bearing, where a file has places in the sensor's frame instead: x forward, y to the left.
 void take_places(Table& sightings) {
-  constexpr std::size_t kRange = 1, kBearing = 2, kX = 3, kY = 4;
+  constexpr std::size_t kRange = 1, kBearing = 2, kX = 3, kY = 4;  // columns
   if (sightings.numbers.size() <= kY) return;
   for (const std::size_t column : {kRange, kBearing})
     if (!are_missing(sightings.numbers[column])) return;
@@ -138,7 +138,7 @@ void take_quaternions(Table& reference) {
 
 /// Where there is no position, that of latitudes and longitudes.
 void take_latitudes(Table& reference) {
-  constexpr std::size_t kLatitude = 7, kLongitude = 8;
+  constexpr std::size_t kLatitude = 7, kLongitude = 8;  // columns
   if (reference.numbers.size() <= kLongitude) return;
   if (!are_missing(reference.numbers[0]) || !are_missing(reference.numbers[1])) return;
   std::optional<LocalFrame> frame;  // at the first fix

@@ -24,7 +24,7 @@ constexpr int kMostAssociations = 10;
 constexpr double kSameRobot = 0.1;
 // How often noise and robot are found in turn, and how many sigmas no noise moves by once that stays.
 constexpr int kMostNoiseRounds = 10;
-constexpr double kSameNoise = 0.1;
+constexpr double kSameNoise = 0.1;  // sigmas
 // Sightings or odometry scatter by so much more, or less, than their sigmas that a person should know.
 constexpr double kScattersMore = 1.5;
 

@@ -131,8 +131,8 @@ class NoiseSearch {
     const ComponentEvidence evidence = component_evidence(joint_.problem, state_, minimiser_, derivatives());
     redundancy_ = evidence.redundancy;
     const auto n = static_cast<Index>(noises_.size());
-    constexpr double kPrior = 1.0 / (kPriorSigma * kPriorSigma);
-    Eigen::MatrixXd information = 4.0 * evidence.information;  // by log σ = half of log σ²
+    constexpr double kPrior = 1.0 / (kPriorSigma * kPriorSigma);  // information
+    Eigen::MatrixXd information = 4.0 * evidence.information;     // by log σ = half of log σ²
     VectorXd gradient = 2.0 * evidence.score;
     for (Index c = 0; c < n; ++c) {
       const auto i = static_cast<std::size_t>(c);
