@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "trundle/evaluation/evaluate.hpp"
+#include "trundle/slam/fastslam/particle_slam.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
 #include "trundle/statistics/distribution.hpp"
 

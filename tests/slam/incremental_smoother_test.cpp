@@ -6,7 +6,9 @@
 #include <gtest/gtest.h>
 
 #include "trundle/io/archive.hpp"
+#include "trundle/slam/ekf/ekf.hpp"
 #include "trundle/slam/slam.hpp"
+#include "trundle/slam/smoothing/incremental_smoother.hpp"
 #include "trundle/slam/smoothing/minimise.hpp"
 #include "trundle/statistics/distribution.hpp"
 

@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <variant>
 
 #include "trundle/io/error.hpp"
+#include "trundle/slam/ekf/ekf.hpp"
+#include "trundle/slam/fastslam/particle_slam.hpp"
+#include "trundle/slam/smoothing/incremental_smoother.hpp"
 #include "trundle/statistics/median.hpp"
 
 namespace trundle::slam {
@@ -28,8 +32,9 @@ const Method& entry_of(SlamMethod method) {
   return *std::ranges::find(kMethods, method, &Method::method);
 }
 
-std::variant<EkfSlam, ParticleSlam, IncrementalSmoother> made(const LandmarkSensor& sensor,
-                                                              const SlamOptions& options) {
+using Filters = std::variant<EkfSlam, ParticleSlam, IncrementalSmoother>;
+
+Filters made(const LandmarkSensor& sensor, const SlamOptions& options) {
   if (options.method == SlamMethod::ekf)
     return EkfSlam(
         sensor,
@@ -151,12 +156,31 @@ SlamOptions slam_options_for(const SlamInput& input, SlamOptions options) {
   return options;
 }
 
+struct SlamFilter::AnyFilter {
+  Filters one;
+};
+
 SlamFilter::SlamFilter(const LandmarkSensor& sensor, const SlamOptions& options)
-    : filter_(made(sensor, options)) {}
+    : filter_(std::make_unique<AnyFilter>(AnyFilter{made(sensor, options)})) {}
+SlamFilter::SlamFilter(const SlamFilter& other) : filter_(std::make_unique<AnyFilter>(*other.filter_)) {}
+SlamFilter::SlamFilter(SlamFilter&& other) noexcept = default;
+SlamFilter& SlamFilter::operator=(SlamFilter other) noexcept {
+  filter_.swap(other.filter_);
+  return *this;
+}
+SlamFilter::~SlamFilter() = default;
+
+void SlamFilter::persist(io::StateWriter& archive, const SlamFilter& self) {
+  std::visit([&](const auto& filter) { archive(filter); }, self.filter_->one);
+}
+
+void SlamFilter::persist(io::StateReader& archive, SlamFilter& self) {
+  std::visit([&](auto& filter) { archive(filter); }, self.filter_->one);
+}
 
 const StepReport& SlamFilter::step(const Motion& motion, std::span<const Observation> observations) {
   return std::visit([&](auto& filter) -> const StepReport& { return filter.step(motion, observations); },
-                    filter_);
+                    filter_->one);
 }
 
 const StepReport& SlamFilter::step(const SlamStep& step) {
@@ -166,15 +190,15 @@ const StepReport& SlamFilter::step(const SlamStep& step) {
 }
 
 void SlamFilter::read_bias(const BiasReading& reading) {
-  std::visit([&](auto& filter) { filter.read_bias(reading); }, filter_);
+  std::visit([&](auto& filter) { filter.read_bias(reading); }, filter_->one);
 }
 
 PoseEstimate SlamFilter::estimate() const {
-  return std::visit([](const auto& filter) { return filter.estimate(); }, filter_);
+  return std::visit([](const auto& filter) { return filter.estimate(); }, filter_->one);
 }
 
 std::vector<MappedLandmark> SlamFilter::map() const {
-  return std::visit([](const auto& filter) { return landmarks_of(filter, true); }, filter_);
+  return std::visit([](const auto& filter) { return landmarks_of(filter, true); }, filter_->one);
 }
 
 Eigen::MatrixXd SlamFilter::map_covariance() const {
@@ -189,25 +213,25 @@ Eigen::MatrixXd SlamFilter::map_covariance() const {
           return filter.map_covariance(confirmed);
         }
       },
-      filter_);
+      filter_->one);
 }
 
 LandmarkId SlamFilter::merged(LandmarkId id) const {
-  const auto* smoother = std::get_if<IncrementalSmoother>(&filter_);
+  const auto* smoother = std::get_if<IncrementalSmoother>(&filter_->one);
   return smoother ? smoother->merged(id) : id;
 }
 
 std::vector<MappedLandmark> SlamFilter::tentative() const {
-  return std::visit([](const auto& filter) { return landmarks_of(filter, false); }, filter_);
+  return std::visit([](const auto& filter) { return landmarks_of(filter, false); }, filter_->one);
 }
 
 std::vector<Pose2> SlamFilter::best_path() const {
-  const auto* particles = std::get_if<ParticleSlam>(&filter_);
+  const auto* particles = std::get_if<ParticleSlam>(&filter_->one);
   return particles ? particles->best_path() : std::vector<Pose2>{};
 }
 
 std::vector<WeightedPose> SlamFilter::particles() const {
-  const auto* particles = std::get_if<ParticleSlam>(&filter_);
+  const auto* particles = std::get_if<ParticleSlam>(&filter_->one);
   if (!particles) return {};
   const std::vector<Pose2> poses = particles->poses();
   const std::vector<double> weights = particles->weights();

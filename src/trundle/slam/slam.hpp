@@ -1,14 +1,15 @@
 #pragma once
 
+#include <memory>
 #include <optional>
+#include <span>
 #include <string_view>
-#include <variant>
 #include <vector>
 
 #include "trundle/geometry/trajectory.hpp"
-#include "trundle/slam/ekf/ekf.hpp"
-#include "trundle/slam/fastslam/particle_slam.hpp"
-#include "trundle/slam/smoothing/incremental_smoother.hpp"
+#include "trundle/io/archive.hpp"
+#include "trundle/slam/fastslam/particle_options.hpp"
+#include "trundle/slam/report.hpp"
 #include "trundle/slam/steps.hpp"
 
 namespace trundle::slam {
@@ -58,6 +59,10 @@ struct WeightedPose {
 class SlamFilter {
  public:
   SlamFilter(const LandmarkSensor& sensor, const SlamOptions& options);
+  SlamFilter(const SlamFilter& other);
+  SlamFilter(SlamFilter&& other) noexcept;
+  SlamFilter& operator=(SlamFilter other) noexcept;
+  ~SlamFilter();
 
   /// One motion and what was seen at its end.
   const StepReport& step(const Motion& motion, std::span<const Observation> observations);
@@ -82,13 +87,12 @@ class SlamFilter {
 
   /// Its state, for io/archive.hpp: a filter of the same sensor and options continues with it to the last
   /// bit.
-  template <class Archive, class Self>
-  static void persist(Archive& archive, Self& self) {
-    std::visit([&](auto& filter) { archive(filter); }, self.filter_);
-  }
+  static void persist(io::StateWriter& archive, const SlamFilter& self);
+  static void persist(io::StateReader& archive, SlamFilter& self);
 
  private:
-  std::variant<EkfSlam, ParticleSlam, IncrementalSmoother> filter_;
+  struct AnyFilter;
+  std::unique_ptr<AnyFilter> filter_;
 };
 
 /// Sightings by what became of them, and what their innovations say.

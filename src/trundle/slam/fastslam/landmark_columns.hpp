@@ -5,12 +5,9 @@
 
 #include "trundle/slam/fastslam/columns.hpp"
 #include "trundle/slam/fastslam/particle_landmark.hpp"
+#include "trundle/slam/fastslam/particle_options.hpp"
 
 namespace trundle::slam {
-
-/// Of the numbers of a map. Landmarks are kept relative to a place of their own, so single precision holds
-/// micrometres wherever the robot is.
-enum class Precision { float32, float64 };
 
 /// In the column of a landmark that a particle does not have; no variance is negative.
 inline constexpr double kAbsent = -1.0;

@@ -13,12 +13,6 @@
 
 namespace trundle::slam {
 
-/// What a filter gives for its pose.
-enum class PointEstimate {
-  mean,  ///< of all particles, by their weights
-  best,  ///< the particle of greatest weight
-};
-
 /// Of a particle filter.
 struct ParticleSlamOptions {
   Proposal proposal = Proposal::linearised;

@@ -4,21 +4,11 @@
 #include <vector>
 
 #include "trundle/slam/fastslam/particle_kernels.hpp"
+#include "trundle/slam/fastslam/particle_options.hpp"
 #include "trundle/slam/fastslam/swarm_kernels.hpp"
 #include "trundle/slam/fastslam/thread_pool.hpp"
 
 namespace trundle::slam {
-
-/// Of the swarm: letters as in docs/theory/swarm.md.
-struct SwarmOptions {
-  int iterations = 5;             ///< K; with target_agreement an upper bound
-  double target_agreement = 0.0;  ///< W_set: stop once the mean of exp(−½ d²) is above; 0: never
-  double first_inertia = 0.9;     ///< w, falling linearly
-  double last_inertia = 0.4;
-  double cognitive = 1.7;      ///< c1
-  double social = 1.7;         ///< c2
-  double search_radius = 0.5;  ///< of the best agent's first search [σ of the motion]; halves each time
-};
 
 /// The agents' lattice: the most nearly square factorisation of the particles; of a prime number of them one
 /// is left out.
