@@ -160,7 +160,8 @@ ENVIRONMENTS = {
     "4 open files at most": (LOST, always(limit(resource.RLIMIT_NOFILE, 4))),
     "6 open files at most": (LOST, always(limit(resource.RLIMIT_NOFILE, 6))),
     "10 open files at most": (LOST, always(limit(resource.RLIMIT_NOFILE, 10))),
-    "20 MB of addresses": (LOST, always(limit(resource.RLIMIT_AS, 20_000_000))),
+    # Into less than 23 MB the loader does not get the program and its libraries.
+    "24 MB of addresses": (LOST, always(limit(resource.RLIMIT_AS, 24_000_000))),
     "25 MB of addresses": (LOST, always(limit(resource.RLIMIT_AS, 25_000_000))),
     "30 MB of addresses": (LOST, always(limit(resource.RLIMIT_AS, 30_000_000))),
     "40 MB of addresses": (LOST, always(limit(resource.RLIMIT_AS, 40_000_000))),
