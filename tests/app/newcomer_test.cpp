@@ -539,6 +539,38 @@ TEST(NewcomersCalibration, NamesAGyroThatTheRobotFileHasNot) {
   EXPECT_THAT(outcome.err, HasSubstr("the robot file has no [gyro] although the recording has one"));
 }
 
+// Three tenths of a second, in which a wheel counts one tick, and motions that one turning rate explains.
+TEST(NewcomersCalibration, IsNotSureOfWhatLeavesNoResiduals) {
+  const Sample sample;
+  std::string wheels = "time_s,w0_ticks,w1_ticks\n", reference = "time_s,x_m,y_m,heading_rad\n";
+  std::string relative = "start_s,end_s,dx_m,dy_m,dheading_rad\n";
+  for (int i = 0; i < 30; ++i) wheels += fmt::format("{:.2f},0,{}\n", 0.01 * i, -(i / 20));
+  for (int i = 0; i < 15; ++i)
+    reference += fmt::format("{:.2f},{:.3f},0,{:.2f}\n", 0.02 * i, 0.013 * i, -0.03 * i);
+  for (int i = 0; i < 9; ++i)
+    relative += fmt::format("{:.2f},{:.2f},0.02,0,-0.045\n", 0.03 * i, 0.03 * (i + 1));
+  write_file(sample.folder() / "short/wheels.csv", wheels);
+  write_file(sample.folder() / "short/reference.csv", reference);
+  write_file(sample.folder() / "short/relative.csv", relative);
+  write_file(sample.folder() / "short.toml", R"([[wheel]]
+name = "w0"
+y_m = 0.141
+diameter_m = 0.0515
+ticks_per_revolution = 12
+[[wheel]]
+name = "w1"
+y_m = -0.141
+diameter_m = 0.0515
+ticks_per_revolution = 12
+[gyro]
+)");
+  const Outcome outcome =
+      run_program(sample.folder(), {"calibrate", "short", "--robot", "short.toml", "-o", "c.toml"});
+  EXPECT_EQ(outcome.exit_code, 4) << outcome.out;
+  EXPECT_THAT(outcome.err, HasSubstr("of which nothing is sure"));
+  EXPECT_FALSE(std::filesystem::exists(sample.folder() / "c.toml"));
+}
+
 TEST(NewcomersRun, FindsNoMotionInOneRow) {
   Files files = drive();
   files.log = line(files.log, 0);

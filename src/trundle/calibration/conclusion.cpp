@@ -153,15 +153,22 @@ std::string summary_of(const CalibrationResult& result) {
                      result.unobservable.empty() ? "" : "; not everything is observable in these runs");
 }
 
-/// What runs said before the search may no longer hold where it ended: then nothing is known of anything.
+/// What runs said before the search may no longer hold where it ended: then nothing is known of anything. Of
+/// runs so short that all residuals vanish the scatter says nothing either.
 void require_told(std::span<const ParameterEstimate> parameters) {
   constexpr double kWorse = 3.0;  // than the prior: by more than the scatter of the runs alone makes it
-  for (const ParameterEstimate& e : parameters)
-    if (e.observable && !(e.sigma_within < kWorse * e.sigma_prior))
-      throw CannotAnswer(fmt::format(
-          "{} would be {:.4g} ± {:.2g} {}, worse than it is known without these runs (± {:.2g}): they do not "
-          "tell it; measure more closely, or drive more",
-          e.name, e.value, e.sigma_within, e.unit == "1" ? "" : e.unit, e.sigma_prior));
+  for (const ParameterEstimate& e : parameters) {
+    const bool has_sigma = std::isfinite(e.sigma_within) && e.sigma_within > 0.0;
+    if (!e.observable || (has_sigma && e.sigma_within < kWorse * e.sigma_prior)) continue;
+    const std::string_view unit = e.unit == "1" ? "" : e.unit;
+    const std::string found =
+        has_sigma ? fmt::format("{:.4g} ± {:.2g} {}, worse than it is known", e.value, e.sigma_within, unit)
+                  : fmt::format("{:.4g} {}, of which nothing is sure, where it is known", e.value, unit);
+    throw CannotAnswer(fmt::format(
+        "{} would be {} without these runs (± {:.2g}): they do not tell it; measure more closely, "
+        "or drive more",
+        e.name, found, e.sigma_prior));
+  }
 }
 
 }  // namespace
