@@ -18,12 +18,12 @@ namespace {
 // one speed and rate. The rate is the usual one of ros2_control's odometry.
 constexpr double kSpeed_m_s = 0.5;
 constexpr double kOdometryRate_hz = 50.0;
-constexpr double kGyroRate_hz = 100.0;
+constexpr double kGyroRate_hz = 100.0;   ///< of most drivers of an IMU
 constexpr double kFilterRate_hz = 30.0;  ///< robot_localization's own default
 
 // What wheels and gyro measure follows the robot at these accelerations; nothing here measures them.
 constexpr double kAcceleration_m_s2 = 1.0;
-constexpr double kTurnAcceleration_rad_s2 = 2.0;
+constexpr double kTurnAcceleration_rad_s2 = 2.0;  ///< of a wheel half a metre from the axis
 
 constexpr int kDigits = 4;  ///< of a covariance
 
@@ -35,7 +35,7 @@ Matrix3 covariance_per_metre(const Robot& robot) {
   const Rows rows = rows_of(robot.chassis, false);
   if (robot.chassis.wheel_count == 0 || observability(rows).rank < 3)
     refuse_export("robot_localization", robot, "its wheels alone do not see all of the motion");
-  constexpr double kMetre = 1.0, kSecond = 1.0;
+  constexpr double kMetre = 1.0, kSecond = 1.0;  // units
   return estimate_twist(
              rows, {RowVector::Zero(rows.count()), weighing_variances(robot.chassis, rows, kMetre, kSecond)})
       .covariance;

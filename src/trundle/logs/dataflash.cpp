@@ -138,8 +138,8 @@ std::optional<TimeField> time_field_of(const MessageFormat& format) {
       return std::nullopt;
     return TimeField{*format.offset_of(field), type, tick_ns};
   };
-  constexpr std::int64_t kMicro_ns = 1'000,
-                         kMilli_ns = 1'000'000;  // TimeUS counts these, GMS and TimeMS those
+  // What TimeUS counts, and what GMS and TimeMS count.
+  constexpr std::int64_t kMicro_ns = 1'000, kMilli_ns = 1'000'000;
   if (format.characters.empty()) return std::nullopt;
   if (format.label(0) == "TimeUS") return of_field(0, kMicro_ns);
   if (format.name == "GPS" || format.name == "GPS2")

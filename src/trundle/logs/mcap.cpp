@@ -13,7 +13,7 @@
 namespace trundle::logs {
 namespace {
 
-constexpr std::size_t kMcapHead = 1 + sizeof(std::uint64_t);
+constexpr std::size_t kMcapHead = 1 + sizeof(std::uint64_t);  // opcode, length
 /// From the footer's opcode to the end of the file.
 constexpr std::size_t kMcapFooter =
     kMcapHead + 2 * sizeof(std::uint64_t) + sizeof(std::uint32_t) + kMcapMagic.size();

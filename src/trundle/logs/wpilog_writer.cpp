@@ -6,9 +6,9 @@
 namespace trundle::logs {
 namespace {
 
-constexpr std::uint16_t kVersion10 = 0x0100;
-constexpr std::size_t kPendingBytes = std::size_t{1} << 16;
-constexpr std::uint32_t kControlEntry = 0;
+constexpr std::uint16_t kVersion10 = 0x0100;                 // 1.0
+constexpr std::size_t kPendingBytes = std::size_t{1} << 16;  // as much as is written at once
+constexpr std::uint32_t kControlEntry = 0;                   // entries of the log itself
 
 /// Bytes that a number needs, at least one.
 unsigned bytes_needed(std::uint64_t number) {
@@ -27,7 +27,7 @@ WpilogWriter::WpilogWriter(const TakeText& take, std::string_view extra_header) 
 }
 
 std::uint32_t WpilogWriter::start(std::string_view name, std::string_view type, std::int64_t time_us) {
-  constexpr std::uint8_t kStartRecord = 0;
+  constexpr std::uint8_t kStartRecord = 0;  // of the control entry
   const std::uint32_t entry = ++entries_;
   add(kControlEntry, time_us,
       ByteWriter()

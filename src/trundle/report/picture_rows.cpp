@@ -7,8 +7,8 @@
 namespace trundle::report {
 namespace {
 
-constexpr std::size_t kRowsOfAPage = 16'000;
-constexpr std::size_t kFewestRows = 32;  // below that a way is no longer recognised
+constexpr std::size_t kRowsOfAPage = 16'000;  // four for each column of pixels of a large screen
+constexpr std::size_t kFewestRows = 32;       // below that a way is no longer recognised
 
 /// Rows [begin, end) of a column: smallest, largest, one without a value.
 void append_extremes(std::span<const double> column, std::size_t begin, std::size_t end,

@@ -21,7 +21,7 @@ using Rows = std::vector<std::size_t>;
 
 /// Time marks along a track: at round times, not more than so many, nor more than one in so many rows.
 constexpr double kMostMarks = 30.0;
-constexpr std::size_t kRowsOfAMark = 16;
+constexpr std::size_t kRowsOfAMark = 16;  // marks nearer than that hide the track
 constexpr std::array kRoundSeconds = {1.0,   2.0,   5.0,    10.0,   20.0,   30.0,  60.0,   120.0,  300.0,
                                       600.0, 900.0, 1800.0, 3600.0, 7200.0, 1.8e4, 8.64e4, 6.048e5};
 

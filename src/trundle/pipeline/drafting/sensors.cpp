@@ -96,7 +96,7 @@ DraftStream orientation_stream(const TopicSummary& imu) {
 
 /// As its name says it, or else its size: in radians an angle is hardly beyond a few turns.
 std::string unit_of_angle(const FieldSummary& field, const std::vector<std::string>& words) {
-  constexpr double kMostRadians = 100.0;
+  constexpr double kMostRadians = 100.0;  // sixteen turns
   if (has_word(words, {"deg", "degs", "degree", "degrees"}) || field.unit == "deg") return "deg";
   if (has_word(words, {"rot", "rotations", "revolutions"})) return "rev";
   if (has_word(words, {"rad", "rads", "radians"}) || field.unit == "rad") return {};

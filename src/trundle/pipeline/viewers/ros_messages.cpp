@@ -12,7 +12,7 @@
 namespace trundle::pipeline {
 namespace {
 
-constexpr std::int64_t kNsOfSecond = 1'000'000'000;
+constexpr std::int64_t kNsOfSecond = 1'000'000'000;  // a ROS stamp has both apart
 
 void put_stamp(CdrWriter& out, const RosStamp& stamp) {
   out.put(static_cast<std::int32_t>(stamp.time_ns / kNsOfSecond));
@@ -142,7 +142,7 @@ void put_ellipses(CdrWriter& out, const RosStamp& stamp, std::string_view what,
 }
 
 void put_slip(CdrWriter& out, const RosStamp& stamp, const ShownSlip& slip, bool begins) {
-  constexpr std::uint8_t kOk = 0, kWarn = 1;
+  constexpr std::uint8_t kOk = 0, kWarn = 1;  // levels of a DiagnosticStatus
   const SlipEvent& event = slip.event;
   put_stamp(out, stamp);
   out.count(1);

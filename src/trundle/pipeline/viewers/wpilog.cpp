@@ -13,7 +13,7 @@ namespace trundle::pipeline {
 namespace {
 
 std::int64_t microseconds_of(double time_s, const Shown& shown) {
-  constexpr std::int64_t kNsOfMicrosecond = 1000;
+  constexpr std::int64_t kNsOfMicrosecond = 1000;  // WPILOG counts microseconds
   return (nanoseconds_of(time_s, shown) + kNsOfMicrosecond / 2) / kNsOfMicrosecond;
 }
 

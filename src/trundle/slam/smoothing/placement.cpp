@@ -151,7 +151,7 @@ class FramePlacement {
 
   /// Landmarks alone where there are three: that many sightings of robots would outvote them.
   Pose2 frame_of(std::size_t robot) const {
-    constexpr std::size_t kEnough = 3;
+    constexpr std::size_t kEnough = 3;  // two give a frame, the third contradicts a wrong one
     std::vector<PointPair> pairs = landmark_pairs(robot);
     if (pairs.size() < kEnough) {
       const std::vector<PointPair> more = robot_pairs(robot);
