@@ -1,4 +1,6 @@
 // The smoother that goes along, against the batch over everything so far, and against the truth.
+#include "trundle/slam/smoothing/incremental_smoother.hpp"
+
 #include <cmath>
 #include <set>
 
@@ -8,7 +10,6 @@
 #include "trundle/io/archive.hpp"
 #include "trundle/slam/ekf/ekf.hpp"
 #include "trundle/slam/slam.hpp"
-#include "trundle/slam/smoothing/incremental_smoother.hpp"
 #include "trundle/slam/smoothing/minimise.hpp"
 #include "trundle/statistics/distribution.hpp"
 
