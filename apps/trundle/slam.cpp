@@ -228,6 +228,49 @@ void run(const SlamArguments& options) {
   if (options.timing) print_times(answer.result.step_times);
 }
 
+void add_particle_options(CLI::App& command, SlamArguments& options) {
+  command.add_option("--particles", options.question.particles, "Particles of the particle filters")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  command
+      .add_option("--swarm-iterations", options.question.swarm.iterations,
+                  "Rounds of the swarm in a step: mapso, mapso_proposal")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command
+      .add_option(
+          "--swarm-agreement", options.question.swarm.target_agreement,
+          "Stop the swarm earlier, once the mean of exp(-d²/2) over particles and sightings is above; 0: "
+          "never")
+      ->check(number_from(0.0, 1.0))
+      ->capture_default_str();
+  command
+      .add_option("--estimate", options.estimate,
+                  "Pose of the particle filters: their mean or the best particle; default: best for mapso, "
+                  "mean for the others")
+      ->check(CLI::IsMember({"mean", "best"}));
+  command.add_option("--seed", options.question.seed, "Seed of the particle filters' random numbers")
+      ->check(whole_number())
+      ->capture_default_str();
+  command
+      .add_option("--threads", options.question.threads,
+                  "Threads of the particle filters; results do not depend on it")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+}
+
+void add_checkpoints(CLI::App& command, SlamCheckpoints& checkpoints) {
+  CLI::Option* checkpoint = command.add_option("--checkpoint", checkpoints.write,
+                                               "File to store the run in, near the end of the recording");
+  command
+      .add_option("--checkpoint-every-s", checkpoints.every_s,
+                  "Store it also whenever so much of the recording's time has passed")
+      ->needs(checkpoint)
+      ->check(number_from(kSmallest, kLargest));
+  command.add_option("--resume", checkpoints.resume,
+                     "Go on from a checkpoint of the same recording, or of its beginning");
+}
+
 }  // namespace
 
 void add_slam(CLI::App& app) {
@@ -251,29 +294,7 @@ void add_slam(CLI::App& app) {
   command->add_option("--filter", options->filter, "Which filter")
       ->check(CLI::IsMember(slam_method_names()))
       ->capture_default_str();
-  command->add_option("--particles", options->question.particles, "Particles of the particle filters")
-      ->check(CLI::Range(1, 1'000'000))
-      ->capture_default_str();
-  command
-      ->add_option("--swarm-iterations", options->question.swarm.iterations,
-                   "Rounds of the swarm in a step: mapso, mapso_proposal")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  command
-      ->add_option(
-          "--swarm-agreement", options->question.swarm.target_agreement,
-          "Stop the swarm earlier, once the mean of exp(-d²/2) over particles and sightings is above; 0: "
-          "never")
-      ->check(number_from(0.0, 1.0))
-      ->capture_default_str();
-  command
-      ->add_option("--estimate", options->estimate,
-                   "Pose of the particle filters: their mean or the best particle; default: best for mapso, "
-                   "mean for the others")
-      ->check(CLI::IsMember({"mean", "best"}));
-  command->add_option("--seed", options->question.seed, "Seed of the particle filters' random numbers")
-      ->check(whole_number())
-      ->capture_default_str();
+  add_particle_options(*command, *options);
   command
       ->add_option("--start", options->question.start_text,
                    "Pose at the first stamp: X,Y,DEG [m, m, degrees]")
@@ -300,26 +321,12 @@ void add_slam(CLI::App& app) {
           "Estimate the odometry's systematic errors with this prior: share of travel, share of turns, "
           "turn per metre [1, 1, rad/m]")
       ->check(number_from(0.0, 10.0));
-  command
-      ->add_option("--threads", options->question.threads,
-                   "Threads of the particle filters; results do not depend on it")
-      ->check(CLI::Range(1, 256))
-      ->capture_default_str();
   add_slip_correction(*command, options->slip);
   command->add_option("--robot-number", options->robot_numbers, kRobotNumberHelp)
       ->allow_extra_args(false)
       ->check(CLI::Range(1, 1000));
   add_log_options(*command, options->question.reading);
-  SlamCheckpoints& checkpoints = options->question.checkpoints;
-  CLI::Option* checkpoint = command->add_option("--checkpoint", checkpoints.write,
-                                                "File to store the run in, near the end of the recording");
-  command
-      ->add_option("--checkpoint-every-s", checkpoints.every_s,
-                   "Store it also whenever so much of the recording's time has passed")
-      ->needs(checkpoint)
-      ->check(number_from(kSmallest, kLargest));
-  command->add_option("--resume", checkpoints.resume,
-                      "Go on from a checkpoint of the same recording, or of its beginning");
+  add_checkpoints(*command, options->question.checkpoints);
   command->add_option("-o,--output", options->output, "Folder for the results")->required();
   add_viewer(*command, options->viewer);
   command->callback([command, options] {
