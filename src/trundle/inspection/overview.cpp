@@ -30,7 +30,10 @@ class StandstillSearch {
 
   void add(const Increment& increment, double start_s) {
     if (increment.turned[wheel_] != 0.0) return finish();
-    if (!current_) current_.emplace().still.start_s = start_s;
+    if (!current_) {
+      current_ = Current{};
+      current_->still.start_s = start_s;
+    }
     current_->still.end_s = increment.time_s;
     for (std::size_t w = 0; w < kMaxWheels; ++w) current_->still.way[w] += std::abs(increment.turned[w]);
     current_->all_with_gyro = current_->all_with_gyro && increment.has_gyro;

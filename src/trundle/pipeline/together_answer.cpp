@@ -91,8 +91,8 @@ std::vector<Meeting> take_meetings(std::vector<TeamRobot>& team) {
       recording.findings.push_back({Severity::note, FindingCode::sighting_of_a_robot, recording.name, left});
   }
   std::ranges::sort(meetings, {}, &Meeting::key);
-  const auto repeated = std::ranges::unique(meetings, {}, &Meeting::key);
-  meetings.erase(repeated.begin(), repeated.end());
+  const auto are_same = [](const Meeting& a, const Meeting& b) { return a.key() == b.key(); };
+  meetings.erase(std::unique(meetings.begin(), meetings.end(), are_same), meetings.end());
   return meetings;
 }
 

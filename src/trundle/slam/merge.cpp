@@ -235,9 +235,11 @@ class FrameSearch {
     }
     std::ranges::sort(near, {}, [](const auto& one) { return one.first; });
     std::vector<Match> matches;
-    for (const auto& [squared, match] : near)
+    for (const auto& one : near) {
+      const Match& match = one.second;
       if (std::ranges::none_of(matches, [&](const Match& m) { return m.a == match.a || m.b == match.b; }))
         matches.push_back(match);
+    }
     std::ranges::sort(matches, {}, &Match::a);
     return matches;
   }

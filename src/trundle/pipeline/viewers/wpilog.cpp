@@ -127,8 +127,8 @@ void add_slip_values(WpilogWriter& file, const Shown& shown, std::int64_t first_
   };
   for (const auto& [event, wheel] : shown.slips) {
     auto [entries, is_new] = wheels.try_emplace(wheel);
-    const auto start = [&](std::string_view what, std::string_view type) {
-      return file.start(entry_name("Slip", without_slashes(wheel) + std::string(what)), type, first_us);
+    const auto start = [&, name = without_slashes(wheel)](std::string_view what, std::string_view type) {
+      return file.start(entry_name("Slip", name + std::string(what)), type, first_us);
     };
     if (is_new) {
       entries->second = {start("/Kind", "string"), start("/ExcessMeters", "double"),
