@@ -160,7 +160,7 @@ void require_told(std::span<const ParameterEstimate> parameters) {
   for (const ParameterEstimate& e : parameters) {
     const bool has_sigma = std::isfinite(e.sigma_within) && e.sigma_within > 0.0;
     if (!e.observable || (has_sigma && e.sigma_within < kWorse * e.sigma_prior)) continue;
-    const std::string_view unit = e.unit == "1" ? "" : e.unit;
+    const std::string unit = e.unit == "1" ? "" : e.unit;
     const std::string found =
         has_sigma ? fmt::format("{:.4g} ± {:.2g} {}, worse than it is known", e.value, e.sigma_within, unit)
                   : fmt::format("{:.4g} {}, of which nothing is sure, where it is known", e.value, unit);
