@@ -324,42 +324,49 @@ SharedFrame frame_between(const JointMap& a, const JointMap& b, const MergeOptio
   return best;
 }
 
-/// All maps about one set of landmarks: frames of all but the first, then positions.
+/// The maps that are placed, about one set of landmarks: frames of all but the first, then positions.
 class JointMerge {
  public:
-  JointMerge(std::span<const JointMap> maps, MergedMap& merged) : maps_(maps), merged_(merged) {
-    for (const JointMap& map : maps) {
-      const Index n = map.covariance.rows();
-      weights_.push_back(inverse_of(map.covariance + kLeastVariance * Eigen::MatrixXd::Identity(n, n)));
+  JointMerge(std::span<const JointMap> maps, const std::vector<std::size_t>& placed, MergedMap& merged)
+      : maps_(maps), placed_(placed), merged_(merged) {
+    for (const std::size_t k : placed) {
+      const Index n = maps[k].covariance.rows();
+      weights_.push_back(inverse_of(maps[k].covariance + kLeastVariance * Eigen::MatrixXd::Identity(n, n)));
     }
   }
 
   void run() {
-    const Index frames = 3 * (static_cast<Index>(maps_.size()) - 1);
+    const Index frames = 3 * (static_cast<Index>(placed_.size()) - 1);
     const Index n = frames + 2 * static_cast<Index>(merged_.map.positions.size());
     Eigen::MatrixXd A;
     for (int round = 0; round < kMostMergeRounds; ++round) {
       A = Eigen::MatrixXd::Zero(n, n);
       Eigen::VectorXd g = Eigen::VectorXd::Zero(n);
       merged_.cost = 0.0;
-      for (std::size_t k = 0; k < maps_.size(); ++k) add(k, frames, A, g);
+      for (std::size_t p = 0; p < placed_.size(); ++p) add(p, frames, A, g);
       const Eigen::VectorXd step = -solve_ldlt(A, g);
       move(step, frames);
       if (step.norm() < 1e-10) break;
     }
     const Eigen::MatrixXd covariance = inverse_of(A);
-    merged_.map.covariance = covariance.bottomRightCorner(n - frames, n - frames);
-    merged_.map.covariance = (0.5 * (merged_.map.covariance + merged_.map.covariance.transpose())).eval();
-    merged_.frame_covariance.assign(1, Matrix3::Zero());
-    for (Index k = 0; k < frames; k += 3) merged_.frame_covariance.push_back(covariance.block<3, 3>(k, k));
+    const Eigen::MatrixXd of_map = covariance.bottomRightCorner(n - frames, n - frames);
+    merged_.map.covariance = 0.5 * (of_map + of_map.transpose());
     merged_.degrees_of_freedom = -static_cast<int>(n);
-    for (const JointMap& map : maps_)
-      merged_.degrees_of_freedom += 2 * static_cast<int>(map.positions.size());
+    for (std::size_t p = 0; p < placed_.size(); ++p) {
+      const auto at = frame_column(p);
+      merged_.frame_covariance[placed_[p]] =
+          p == 0 ? Matrix3::Zero() : Matrix3(covariance.block<3, 3>(at, at));
+      merged_.degrees_of_freedom += 2 * static_cast<int>(maps_[placed_[p]].positions.size());
+    }
   }
 
  private:
+  /// Of the frame of the p-th that was placed; the first one's is no unknown.
+  static Index frame_column(std::size_t p) { return 3 * (static_cast<Index>(p) - 1); }
+
   /// e = Tᵀ m − x of each of its landmarks.
-  void add(std::size_t k, Index frames, Eigen::MatrixXd& A, Eigen::VectorXd& g) {
+  void add(std::size_t p, Index frames, Eigen::MatrixXd& A, Eigen::VectorXd& g) {
+    const std::size_t k = placed_[p];
     const JointMap& map = maps_[k];
     const Pose2& frame = merged_.first_from_map[k];
     const Matrix2 to_map = rotation(-frame.heading);
@@ -369,34 +376,33 @@ class JointMerge {
     for (std::size_t i = 0; i < map.positions.size(); ++i) {
       const auto row = 2 * static_cast<Index>(i);
       const std::size_t number = merged_.landmark_of[k][i];
-      const Vector2 off = merged_.map.positions[number] - frame.translation();
-      const Vector2 in_map = to_map * off;
+      const Vector2 in_map = to_map * (merged_.map.positions[number] - frame.translation());
       e.segment<2>(row) = in_map - map.positions[i];
       J.block<2, 2>(row, frames + 2 * static_cast<Index>(number)) = to_map;
-      if (k == 0) continue;
-      const Index at = 3 * static_cast<Index>(k - 1);
-      J.block<2, 2>(row, at) = -to_map;
-      J.block<2, 1>(row, at + 2) = Vector2(in_map.y(), -in_map.x());
+      if (p == 0) continue;
+      J.block<2, 2>(row, frame_column(p)) = -to_map;
+      J.block<2, 1>(row, frame_column(p) + 2) = Vector2(in_map.y(), -in_map.x());
     }
-    const Eigen::MatrixXd W_J = weights_[k] * J;
+    const Eigen::MatrixXd W_J = weights_[p] * J;
     A += J.transpose() * W_J;
     g += W_J.transpose() * e;
-    merged_.cost += e.dot(weights_[k] * e);
+    merged_.cost += e.dot(weights_[p] * e);
   }
 
   void move(const Eigen::VectorXd& step, Index frames) {
-    for (std::size_t k = 1; k < maps_.size(); ++k) {
-      const Index at = 3 * static_cast<Index>(k - 1);
-      Pose2& frame = merged_.first_from_map[k];
-      frame = {frame.x + step[at], frame.y + step[at + 1], frame.heading + step[at + 2]};
+    for (std::size_t p = 1; p < placed_.size(); ++p) {
+      const Vector3 by = step.segment<3>(frame_column(p));
+      Pose2& frame = merged_.first_from_map[placed_[p]];
+      frame = {frame.x + by.x(), frame.y + by.y(), frame.heading + by.z()};
     }
     for (std::size_t i = 0; i < merged_.map.positions.size(); ++i)
       merged_.map.positions[i] += step.segment<2>(frames + 2 * static_cast<Index>(i));
   }
 
   std::span<const JointMap> maps_;
+  const std::vector<std::size_t>& placed_;  ///< in the order in which they were
   MergedMap& merged_;
-  std::vector<Eigen::MatrixXd> weights_;
+  std::vector<Eigen::MatrixXd> weights_;  ///< in that order
 };
 
 /// Names of the merged map: those that maps give; one that two landmarks have is the first one's, the others
@@ -425,31 +431,17 @@ void append(const JointMap& map, std::size_t k, const Pose2& frame, const std::v
   }
 }
 
-/// Those of the maps that are placed so far, as one.
-MergedMap merged_of(std::span<const JointMap> maps, const std::vector<std::size_t>& order,
-                    const MergedMap& all) {
-  std::vector<JointMap> placed;
-  MergedMap part{.map = all.map};
-  for (const std::size_t k : order) {
-    placed.push_back(maps[k]);
-    part.first_from_map.push_back(all.first_from_map[k]);
-    part.landmark_of.push_back(all.landmark_of[k]);
-  }
-  JointMerge(placed, part).run();
-  return part;
-}
-
 }  // namespace
 
 MergedMap merge_maps(std::span<const JointMap> maps, const MergeOptions& options) {
   MergedMap merged{.map = {.from = maps.front().from}};
   merged.first_from_map.resize(maps.size());
+  merged.frame_covariance.resize(maps.size());
   merged.landmark_of.resize(maps.size());
-  std::vector<std::size_t> order = {0};
-  append(maps[0], 0, {}, {}, merged);
-  merged.map.covariance = maps[0].covariance;
-  std::vector<std::size_t> left;
+  std::vector<std::size_t> placed = {0}, left;
   for (std::size_t k = 1; k < maps.size(); ++k) left.push_back(k);
+  append(maps[0], 0, {}, {}, merged);
+  JointMerge(maps, placed, merged).run();
   while (!left.empty()) {
     std::optional<std::pair<std::size_t, SharedFrame>> best;
     std::optional<CannotAnswer> why;
@@ -463,14 +455,10 @@ MergedMap merge_maps(std::span<const JointMap> maps, const MergeOptions& options
     const auto& [k, frame] = *best;
     append(maps[k], k, frame.b_from_a, frame.matches, merged);
     merged.map.from += ", " + maps[k].from;
-    order.push_back(k);
+    placed.push_back(k);
     std::erase(left, k);
-    const MergedMap part = merged_of(maps, order, merged);
-    merged.map.positions = part.map.positions;
-    merged.map.covariance = part.map.covariance;
-    for (std::size_t i = 0; i < order.size(); ++i) merged.first_from_map[order[i]] = part.first_from_map[i];
+    JointMerge(maps, placed, merged).run();
   }
-  JointMerge(maps, merged).run();
   return merged;
 }
 
