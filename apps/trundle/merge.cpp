@@ -1,12 +1,11 @@
 #include <memory>
-#include <set>
 
 #include <fmt/format.h>
 
-#include "trundle/io/staging.hpp"
 #include "trundle/pipeline/merge_answer.hpp"
 
 #include "command.hpp"
+#include "shared_output.hpp"
 
 namespace trundle::app {
 namespace {
@@ -35,16 +34,8 @@ std::string text_of(const MergeArguments& options, const MergeAnswer& answer) {
 void run_merge(const MergeArguments& options) {
   ResultFolder results(options.output);
   const MergeAnswer answer = answer_merge(options.question);
-  std::vector<std::filesystem::path> places;
-  const std::vector<OutputFile> files = files_of(answer, options.output);
-  std::set<std::string> own;
-  for (const OutputFile& file : files) {
-    places.push_back(file.path);
-    own.insert(file.path.filename().string());
-  }
-  require_apart(answer.provenance.inputs, places);
-  for (const OutputFile& file : files) results.write(file.path, file.content);
-  results.commit(own, "merge.json");
+  write_set(results, options.output, files_of(answer, options.output), answer.provenance.inputs, {},
+            "merge.json");
   print(options.common, document_of(answer), text_of(options, answer));
 }
 

@@ -1,5 +1,7 @@
 #include "shared_output.hpp"
 
+#include <set>
+
 #include <fmt/format.h>
 
 #include "trundle/io/words.hpp"
@@ -29,6 +31,18 @@ OutputFile trajectory_file(const std::filesystem::path& path, const Provenance& 
         produce([&](const StampedPose& pose, const Matrix3& covariance) { writer.add(pose, covariance); });
         writer.finish();
       }};
+}
+
+void write_set(ResultFolder& results, const std::filesystem::path& folder,
+               const std::vector<OutputFile>& files, const std::vector<InputFile>& inputs,
+               const std::vector<std::string>& earlier, const std::string& index) {
+  std::set<std::string> names(earlier.begin(), earlier.end());
+  for (const OutputFile& file : files) names.insert(file.path.lexically_relative(folder).generic_string());
+  std::vector<std::filesystem::path> places;
+  for (const std::string& name : names) places.push_back(folder / name);
+  require_apart(inputs, places);
+  for (const OutputFile& file : files) results.write(file.path, file.content, file.rest);
+  results.commit(names, index);
 }
 
 CLI::Option* add_viewer(CLI::App& command, std::string& format) {

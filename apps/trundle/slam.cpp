@@ -1,10 +1,8 @@
 #include <memory>
-#include <set>
 #include <span>
 
 #include <fmt/format.h>
 
-#include "trundle/io/staging.hpp"
 #include "trundle/pipeline/slam_answer.hpp"
 #include "trundle/pipeline/together_answer.hpp"
 
@@ -82,12 +80,6 @@ std::vector<InputFile> inputs_of(const SlamAnswer& answer, const SlamCheckpoints
   for (const std::filesystem::path& path : {checkpoints.resume, checkpoints.write})
     inputs.push_back({path.string(), {}});
   return inputs;
-}
-
-std::vector<std::filesystem::path> slam_files_in(const std::filesystem::path& folder) {
-  std::vector<std::filesystem::path> files;
-  for (const std::string& name : slam_file_names()) files.push_back(folder / name);
-  return files;
 }
 
 SlamQuestion question_of(const SlamArguments& options) {
@@ -174,14 +166,8 @@ void run_together(const SlamArguments& options, const SlamQuestion& question) {
   for (std::size_t i = 0; i < recordings.size(); ++i) team.push_back({std::move(recordings[i]), robots[i]});
   ResultFolder results(options.output);
   const TogetherAnswer answer = answer_together(std::move(team), question);
-  std::vector<std::filesystem::path> places;
-  const std::vector<std::string> names = together_file_names(answer);
-  for (const std::string& name : names) places.push_back(std::filesystem::path(options.output) / name);
-  require_apart(answer.provenance.inputs, places);
-  for (const OutputFile& file : files_of(answer, options.output)) results.write(file.path, file.content);
-  std::set<std::string> own(names.begin(), names.end());
-  for (const std::string& name : slam_file_names()) own.insert(name);
-  results.commit(own, "slam.json");
+  write_set(results, options.output, files_of(answer, options.output), answer.provenance.inputs,
+            slam_file_names(), "slam.json");
   print(options.common, document_of(answer), text_of(options, answer));
 }
 
@@ -215,15 +201,12 @@ void run(const SlamArguments& options) {
   question.on_steps = [&](std::size_t done, std::size_t of) { bar.update(done, of); };
   const SlamAnswer answer = answer_slam(recording, robot, question);
   bar.clear();
-  require_apart(inputs_of(answer, question.checkpoints), slam_files_in(options.output));
-  for (const OutputFile& file : files_of(answer, options.output)) results.write(file.path, file.content);
-  if (const auto format = viewer_format_named(options.viewer)) {
-    const OutputFile file = viewer_file(std::filesystem::path(options.output) / ("slam." + options.viewer),
-                                        *format, shown_slam(answer, recording));
-    results.write(file.path, file.content, file.rest);
-  }
-  const std::vector<std::string> names = slam_file_names();
-  results.commit({names.begin(), names.end()}, "slam.json");
+  std::vector<OutputFile> files = files_of(answer, options.output);
+  if (const auto format = viewer_format_named(options.viewer))
+    files.push_back(viewer_file(std::filesystem::path(options.output) / ("slam." + options.viewer), *format,
+                                shown_slam(answer, recording)));
+  write_set(results, options.output, files, inputs_of(answer, question.checkpoints), slam_file_names(),
+            "slam.json");
   print(options.common, document_of(answer), text_of(options, answer));
   if (options.timing) print_times(answer.result.step_times);
 }
@@ -284,8 +267,7 @@ void add_slam(CLI::App& app) {
   command
       ->add_option("--robot", options->robots,
                    "Robot file with [landmark_sensor]; with --together once for all robots or once for each; "
-                   "without it "
-                   "robot.toml in each recording")
+                   "without it robot.toml in each recording")
       ->allow_extra_args(false);
   command->add_flag(
       "--together", options->together,

@@ -25,8 +25,7 @@ JointMap read_joint_map(const std::string& given, Provenance& provenance) {
   if (!fs::exists(beside))
     throw CannotAnswer(
         fmt::format("{}: no covariance of all its landmarks together ({}): how they err in common is what "
-                    "merging rests on; 'slam "
-                    "--smooth', '--filter ekf' and '--filter smoother' write it",
+                    "merging rests on; 'slam --smooth', '--filter ekf' and '--filter smoother' write it",
                     file.string(), beside.filename().string()));
   JointMap map{.from = given};
   map.covariance = read_landmark_covariance(beside, landmarks);
@@ -107,7 +106,8 @@ std::vector<OutputFile> files_of(const MergeAnswer& answer, const fs::path& fold
   const std::string head = head_of(answer.provenance);
   const JointMap& map = answer.merged.map;
   return {{folder / "landmarks.csv", head + to_csv(mapped(answer.merged), map.names)},
-          {folder / "landmarks_covariance.csv", head + landmark_covariance_csv(map.names, map.covariance)},
+          {covariance_file_of(folder / "landmarks.csv"),
+           head + landmark_covariance_csv(map.names, map.covariance)},
           {folder / "merge.json", dumped(document_of(answer), 2) + "\n"}};
 }
 

@@ -112,13 +112,6 @@ std::string settings_of(const RobotFile& robot, SlamQuestion question, const Sla
 
 }  // namespace
 
-SlamInputOptions input_options_of(const SlamQuestion& question) {
-  return {.hide_ids = question.unknown_ids,
-          .names = question.names,
-          .also_at_s = question.also_at_s,
-          .shares = question.systematic_sigma.has_value()};
-}
-
 void add_options_of(const SlamQuestion& question, Provenance& provenance) {
   provenance.options.emplace_back("filter", std::string(name_of(question.method)));
   provenance.options.emplace_back("start", question.start_text);
@@ -159,16 +152,31 @@ Json smoother_json(const SmootherCounts& counts) {
           {"converged", counts.converged}};
 }
 
-SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const SlamQuestion& question,
-                       const SlipAnswer* slip_found) {
+SlamAnswer begun_slam(const Recording& recording, const RobotFile& robot, const SlamQuestion& question,
+                      const SlipAnswer* slip_found) {
   SlamAnswer answer;
   answer.provenance = provenance_of(recording, robot, question);
   answer.input = slam_input(
       recording, corrected_readings(recording, robot, question.slip, slip_found, answer.provenance),
-      robot.robot, input_options_of(question));
+      robot.robot,
+      {.hide_ids = question.unknown_ids,
+       .names = question.names,
+       .also_at_s = question.also_at_s,
+       .shares = question.systematic_sigma.has_value()});
   require_apart(answer.provenance.inputs, {question.checkpoints.write});
   auto& findings = answer.input.findings;
   findings.insert(findings.begin(), recording.findings.begin(), recording.findings.end());
+  return answer;
+}
+
+SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const SlamQuestion& question,
+                       const SlipAnswer* slip_found) {
+  return finished_slam(recording, robot, question, begun_slam(recording, robot, question, slip_found));
+}
+
+SlamAnswer finished_slam(const Recording& recording, const RobotFile& robot, const SlamQuestion& question,
+                         SlamAnswer answer) {
+  auto& findings = answer.input.findings;
   if (answer.input.observations() == 0)
     throw CannotAnswer(fmt::format("{}: no sightings while the robot's odometry runs", recording.name));
   const LandmarkSensor& sensor = *robot.robot.landmark_sensor;

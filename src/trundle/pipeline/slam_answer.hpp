@@ -68,8 +68,13 @@ struct SlamAnswer {
 SlamAnswer answer_slam(const Recording& recording, const RobotFile& robot, const SlamQuestion& question,
                        const SlipAnswer* slip_found = nullptr);
 
-/// How a recording is cut into steps for that.
-SlamInputOptions input_options_of(const SlamQuestion& question);
+/// The same in two steps: the recording cut into those of a filter, its slips corrected where that is asked;
+/// and the estimate.
+SlamAnswer begun_slam(const Recording& recording, const RobotFile& robot, const SlamQuestion& question,
+                      const SlipAnswer* slip_found = nullptr);
+SlamAnswer finished_slam(const Recording& recording, const RobotFile& robot, const SlamQuestion& question,
+                         SlamAnswer begun);
+
 /// What was asked, as all outputs name it.
 void add_options_of(const SlamQuestion& question, Provenance& provenance);
 /// What the odometry errs by all along, of `last`.

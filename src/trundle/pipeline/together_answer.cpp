@@ -137,19 +137,11 @@ Alone by_odometry(SlamInput input) {
 }
 
 Alone alone(const TeamRobot& one, const SlamQuestion& question) {
-  const Recording& recording = one.recording;
-  Provenance ignored;
-  SlamInput input =
-      slam_input(recording, corrected_readings(recording, one.robot, question.slip, nullptr, ignored),
-                 one.robot.robot, input_options_of(question));
-  if (input.steps.empty()) throw CannotAnswer(fmt::format("{}: its odometry does not run", recording.name));
-  if (input.observations() == 0) {
-    Alone blind = by_odometry(std::move(input));
-    auto& findings = blind.input.findings;
-    findings.insert(findings.begin(), recording.findings.begin(), recording.findings.end());
-    return blind;
-  }
-  SlamAnswer answer = answer_slam(recording, one.robot, question);
+  SlamAnswer answer = begun_slam(one.recording, one.robot, question);
+  if (answer.input.steps.empty())
+    throw CannotAnswer(fmt::format("{}: its odometry does not run", one.recording.name));
+  if (answer.input.observations() > 0)
+    answer = finished_slam(one.recording, one.robot, question, std::move(answer));
   if (!answer.smoothed) return by_odometry(std::move(answer.input));
   return {.input = std::move(answer.input),
           .shown = std::move(answer.smoothed->shown),
@@ -306,17 +298,11 @@ Json document_of(const TogetherAnswer& answer) {
   return document;
 }
 
-std::vector<std::string> together_file_names(const TogetherAnswer& answer) {
-  std::vector<std::string> names = {"slam.json", "landmarks.csv", "landmarks_covariance.csv"};
-  for (const std::string& robot : answer.names) names.push_back(robot + "/trajectory.csv");
-  return names;
-}
-
 std::vector<OutputFile> files_of(const TogetherAnswer& answer, const std::filesystem::path& folder) {
   const std::string head = head_of(answer.provenance);
   std::vector<OutputFile> files = {
       {folder / "landmarks.csv", head + to_csv(answer.joint.map, answer.landmarks)},
-      {folder / "landmarks_covariance.csv",
+      {covariance_file_of(folder / "landmarks.csv"),
        head + landmark_covariance_csv(names_of_map(answer), answer.joint.map_covariance)},
       {folder / "slam.json", dumped(document_of(answer), 2) + "\n"}};
   for (std::size_t i = 0; i < answer.names.size(); ++i)

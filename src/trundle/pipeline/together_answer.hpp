@@ -39,7 +39,5 @@ nlohmann::ordered_json document_of(const TogetherAnswer& answer);
 
 /// slam.json, landmarks.csv, landmarks_covariance.csv, and trajectory.csv in a folder for each robot.
 std::vector<OutputFile> files_of(const TogetherAnswer& answer, const std::filesystem::path& folder);
-/// Their names below the folder.
-std::vector<std::string> together_file_names(const TogetherAnswer& answer);
 
 }  // namespace trundle::pipeline

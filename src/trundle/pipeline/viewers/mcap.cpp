@@ -1,5 +1,5 @@
 #include <algorithm>
-#include <map>
+#include <optional>
 
 #include <nlohmann/json.hpp>
 
@@ -39,8 +39,8 @@ class RosTrajectory {
         path_(file.add_channel("/trundle/" + name_ + "/path", "nav_msgs/msg/Path")),
         kept_(kMostPathPoses, has_covariance_) {}
 
-  void add(const StampedPose& pose, const Matrix3& covariance) {
-    const RosStamp stamp{nanoseconds_of(pose.time_s, shown_), kMapFrame};
+  void add(std::int64_t time_ns, const StampedPose& pose, const Matrix3& covariance) {
+    const RosStamp stamp{time_ns, kMapFrame};
     Twist2 motion;
     double duration_s = 0.0;
     if (last_) {
@@ -146,7 +146,7 @@ void write_mcap(const Shown& shown, const TakeText& take) {
     trajectory.produce([&](const StampedPose& pose, const Matrix3& covariance) {
       const std::int64_t time_ns = nanoseconds_of(pose.time_s, shown);
       first_ns = std::min(first_ns.value_or(time_ns), time_ns);
-      messages.add(pose, covariance);
+      messages.add(time_ns, pose, covariance);
     });
     messages.finish();
   }

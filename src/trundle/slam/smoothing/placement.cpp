@@ -1,7 +1,9 @@
 #include "trundle/slam/smoothing/placement.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -9,7 +11,6 @@
 #include "trundle/slam/smoothing/counted_errors.hpp"
 #include "trundle/slam/smoothing/robust_alignment.hpp"
 #include "trundle/slam/smoothing/smoother_start.hpp"
-#include "trundle/statistics/median.hpp"
 
 namespace trundle::slam {
 namespace {
@@ -22,19 +23,20 @@ using Places = std::map<LandmarkId, Vector2>;
 
 /// Where a robot's sightings put each landmark: the median, in the frame of its path.
 Places landmarks_of(const RobotRecording& robot, const Trajectory& path) {
-  std::map<LandmarkId, std::pair<std::vector<double>, std::vector<double>>> seen;
+  std::map<LandmarkId, MedianPlace> seen;
   for (std::size_t k = 0; k < robot.shown.size(); ++k)
-    for (const Observation& observation : robot.shown[k]) {
-      if (observation.landmark < 0 || !is_valid(observation)) continue;
-      const Vector2 place =
-          sighted_landmark(path.poses[k].pose, robot.sensor.body_from_sensor, observation).in_world;
-      seen[observation.landmark].first.push_back(place.x());
-      seen[observation.landmark].second.push_back(place.y());
-    }
+    for (const Observation& observation : robot.shown[k])
+      if (observation.landmark >= 0 && is_valid(observation))
+        seen[observation.landmark].add(
+            sighted_landmark(path.poses[k].pose, robot.sensor.body_from_sensor, observation).in_world);
   Places places;
-  for (auto& [landmark, xy] : seen)
-    places[landmark] = {median(std::move(xy.first)), median(std::move(xy.second))};
+  for (auto& [landmark, places_seen] : seen) places[landmark] = places_seen.take();
   return places;
+}
+
+/// Where a path after each step of a robot began.
+Pose2 start_of(const RobotRecording& robot, const Trajectory& path) {
+  return path.poses.front().pose * robot.input.steps.front().motion.mean.inverse();
 }
 
 /// Places robots one after the other.
@@ -65,13 +67,8 @@ class FramePlacement {
     return found == own_.end() ? 0 : static_cast<std::size_t>(found - own_.begin());
   }
 
-  Pose2 own_start(std::size_t robot) const {
-    const RobotRecording& recording = robots_[robot];
-    return recording.path.poses.front().pose * recording.input.steps.front().motion.mean.inverse();
-  }
-
   void place(std::size_t robot, const Pose2& world_from_own) {
-    PlacedPath placed{world_from_own * own_start(robot), robots_[robot].path};
+    PlacedPath placed{world_from_own * start_of(robots_[robot], robots_[robot].path), robots_[robot].path};
     for (StampedPose& pose : placed.path.poses) pose.pose = world_from_own * pose.pose;
     add(robot, std::move(placed));
   }
@@ -202,9 +199,8 @@ class FramePlacement {
 // The poses of placed robots at its sightings are known; its chain grows along them.
 void FramePlacement::lead(std::size_t robot) {
   const RobotRecording& recording = robots_[robot];
-  const Pose2 frame = frame_at_first(robot);
   SlamPrior prior = recording.prior;
-  prior.start = frame * own_start(robot);
+  prior.start = frame_at_first(robot) * start_of(recording, recording.path);
   prior.start_covariance = free_start_covariance();
   const CountedErrors errors = counted_errors(recording.input, prior, recording.systematic);
   SmoothingProblem problem{.sensors = {},
@@ -217,47 +213,58 @@ void FramePlacement::lead(std::size_t robot) {
   for (const RobotRecording& each : robots_) problem.sensors.push_back(each.sensor);
   SmoothingState state;
   state.parameters = Eigen::VectorXd::Zero(problem.parameter_information.size());
-  std::vector<std::pair<const RobotSighting*, int>> known;  // and the pose of the placed robot
-  std::vector<std::size_t> steps;
-  for (const RobotSighting& sighting : seen_) {
-    if (!links_to_placed(sighting, robot)) continue;
-    const bool sees = sighting.seer == robot;
-    const Pose2 pose = sees ? placed_[sighting.seen]->path.poses[sighting.seen_step].pose
-                            : placed_[sighting.seer]->path.poses[sighting.seer_step].pose;
+  std::vector<RobotSighting> linking;  // the n-th, from the n-th pose or to it
+  std::ranges::copy_if(seen_, std::back_inserter(linking),
+                       [&](const RobotSighting& sighting) { return links_to_placed(sighting, robot); });
+  for (const RobotSighting& sighting : linking) {
+    const Pose2 pose = sighting.seer == robot ? placed_[sighting.seen]->path.poses[sighting.seen_step].pose
+                                              : placed_[sighting.seer]->path.poses[sighting.seer_step].pose;
     FreeMotion none{{}, Matrix3::Zero(), Eigen::Matrix3Xd::Zero(3, state.parameters.size())};
-    problem.motions.push_back(link_from({.pose = pose}, problem.poses, none));
+    problem.motions.push_back(link_from({.pose = pose}, problem.poses++, none));
     state.poses.push_back(pose);
     if (problem.has_bias) state.biases.push_back(0.0);
-    known.emplace_back(&sighting, problem.poses++);
-    steps.push_back(sees ? sighting.seer_step : sighting.seen_step);
   }
-  std::ranges::sort(steps);
-  steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
   TrackInput input = track_input(recording.input, recording.shown, prior, errors);
-  input.also_keyframes = steps;
+  input.also_keyframes = meetings_of(robot, linking);
   LandmarkNumbers numbers;
   const Track track(input, problem, numbers);
-  for (const auto& [sighting, pose] : known) {
-    const bool sees = sighting->seer == robot;
-    const int own = track.pose_at(sees ? sighting->seer_step : sighting->seen_step);
-    problem.robots_seen.push_back({.pose = sees ? own : pose,
-                                   .seen = sees ? pose : own,
-                                   .observation = sighting->observation,
-                                   .sensor = static_cast<int>(sighting->seer),
-                                   .marker_on_seen = robots_[sighting->seen].marker_on_body,
-                                   .marker_sigma_m = robots_[sighting->seen].marker_sigma_m});
+  for (std::size_t n = 0; n < linking.size(); ++n) {
+    const RobotSighting& sighting = linking[n];
+    const int known = static_cast<int>(n);
+    problem.robots_seen.push_back(sighting.seer == robot
+                                      ? link_of(sighting, robots_, track.pose_at(sighting.seer_step), known)
+                                      : link_of(sighting, robots_, known, track.pose_at(sighting.seen_step)));
   }
   Minimiser minimiser(problem);
   const Minimum minimum =
       minimum_near(problem, grown_from(problem, std::move(state)), minimiser,
                    {.most_iterations = options_.most_iterations, .enough = options_.enough});
   if (!minimiser.linearise(problem, minimum.state)) throw_undetermined(robot);
-  PlacedPath placed{.start = {}, .path = track.trajectory(minimum.state, minimiser)};
-  placed.start = placed.path.poses.front().pose * recording.input.steps.front().motion.mean.inverse();
-  add(robot, std::move(placed));
+  Trajectory path = track.trajectory(minimum.state, minimiser);
+  const Pose2 start = start_of(recording, path);
+  add(robot, {start, std::move(path)});
 }
 
 }  // namespace
+
+std::vector<std::size_t> meetings_of(std::size_t robot, std::span<const RobotSighting> seen) {
+  std::set<std::size_t> steps;
+  for (const RobotSighting& sighting : seen) {
+    if (sighting.seer == robot) steps.insert(sighting.seer_step);
+    if (sighting.seen == robot) steps.insert(sighting.seen_step);
+  }
+  return {steps.begin(), steps.end()};
+}
+
+RobotLink link_of(const RobotSighting& sighting, std::span<const RobotRecording> robots, int pose_of_seer,
+                  int pose_of_seen) {
+  return {.pose = pose_of_seer,
+          .seen = pose_of_seen,
+          .observation = sighting.observation,
+          .sensor = static_cast<int>(sighting.seer),
+          .marker_on_seen = robots[sighting.seen].marker_on_body,
+          .marker_sigma_m = robots[sighting.seen].marker_sigma_m};
+}
 
 std::vector<PlacedPath> placed_paths(std::span<const RobotRecording> robots,
                                      std::span<const RobotSighting> seen, const SmootherOptions& options) {

@@ -14,6 +14,12 @@ struct PlacedPath {
   Trajectory path;
 };
 
+/// Steps of a robot at which it sees another, or is seen.
+[[nodiscard]] std::vector<std::size_t> meetings_of(std::size_t robot, std::span<const RobotSighting> seen);
+/// A sighting as a term between the poses of the two.
+[[nodiscard]] RobotLink link_of(const RobotSighting& sighting, std::span<const RobotRecording> robots,
+                                int pose_of_seer, int pose_of_seen);
+
 /// A start for the minimisation: from robot to robot, each is laid where what it shares with those before it
 /// fits (robust_rigid_motion); one that saw no landmark is led along by the sightings of robots.
 /// docs/theory/together.md. Throws CannotAnswer where a robot shares nothing with the others.

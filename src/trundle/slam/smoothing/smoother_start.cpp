@@ -84,7 +84,12 @@ SmoothingProblem eased(const SmoothingProblem& problem) {
   return eased;
 }
 
-/// First of the eased problem, then of the problem.
+/// χ² with so many degrees of freedom is above the cost with a probability of more than kNoiseTail.
+bool is_explained_by_noise(const SmoothingProblem& problem, const Minimum& minimum) {
+  const double freedom = degrees_of_freedom(problem);
+  return minimum.converged && minimum.cost <= chi_squared_limit(kNoiseTail, std::max(freedom, 1.0));
+}
+
 }  // namespace
 
 Minimum minimum_near(const SmoothingProblem& problem, SmoothingState start, Minimiser& minimiser,
@@ -94,16 +99,6 @@ Minimum minimum_near(const SmoothingProblem& problem, SmoothingState start, Mini
   minimum.iterations += rough.iterations;
   return minimum;
 }
-
-namespace {
-
-/// χ² with so many degrees of freedom is above the cost with a probability of more than kNoiseTail.
-bool is_explained_by_noise(const SmoothingProblem& problem, const Minimum& minimum) {
-  const double freedom = degrees_of_freedom(problem);
-  return minimum.converged && minimum.cost <= chi_squared_limit(kNoiseTail, std::max(freedom, 1.0));
-}
-
-}  // namespace
 
 SmoothingState grown_from_odometry(const SmoothingProblem& problem) {
   SmoothingState nothing;
@@ -128,20 +123,20 @@ int degrees_of_freedom(const SmoothingProblem& problem) {
          problem.parameter_evidence.count;
 }
 
+Vector2 MedianPlace::take() {
+  return {median(std::move(x_)), median(std::move(y_))};
+}
+
 std::vector<Vector2> landmarks_seen_from(const SmoothingProblem& problem, const std::vector<Pose2>& poses) {
-  std::vector<std::vector<double>> x(static_cast<std::size_t>(problem.landmarks));
-  std::vector<std::vector<double>> y(x.size());
-  for (const SightingLink& link : problem.sightings) {
-    const Vector2 seen =
+  std::vector<MedianPlace> places(static_cast<std::size_t>(problem.landmarks));
+  for (const SightingLink& link : problem.sightings)
+    places[static_cast<std::size_t>(link.landmark)].add(
         sighted_landmark(poses[static_cast<std::size_t>(link.pose)],
                          problem.sensors[static_cast<std::size_t>(link.sensor)].body_from_sensor,
                          link.observation)
-            .in_world;
-    x[static_cast<std::size_t>(link.landmark)].push_back(seen.x());
-    y[static_cast<std::size_t>(link.landmark)].push_back(seen.y());
-  }
+            .in_world);
   std::vector<Vector2> landmarks;
-  for (std::size_t i = 0; i < x.size(); ++i) landmarks.emplace_back(median(x[i]), median(y[i]));
+  for (MedianPlace& place : places) landmarks.push_back(place.take());
   return landmarks;
 }
 

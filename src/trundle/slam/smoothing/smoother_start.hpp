@@ -6,15 +6,28 @@
 namespace trundle::slam {
 
 /// Two for each sighting, of a robot too, less two for each landmark and three for each track whose start is
-/// free, one for each reading of the bias: what the cost is near
-/// when the noise is as it is said to be.
+/// free, one for each reading of the bias: what the cost is near when the noise is as it is said to be.
 [[nodiscard]] int degrees_of_freedom(const SmoothingProblem& problem);
+
+/// Where several sightings put a landmark: the median of each coordinate.
+class MedianPlace {
+ public:
+  void add(const Vector2& place) {
+    x_.push_back(place.x());
+    y_.push_back(place.y());
+  }
+  /// Once; of at least one.
+  [[nodiscard]] Vector2 take();
+
+ private:
+  std::vector<double> x_, y_;
+};
 
 /// The landmarks as seen from given poses: the median of where their sightings put them.
 [[nodiscard]] std::vector<Vector2> landmarks_seen_from(const SmoothingProblem& problem,
                                                        const std::vector<Pose2>& poses);
 
-/// The minimum near a state.
+/// The minimum near a state: first of the problem eased, then of the problem itself.
 Minimum minimum_near(const SmoothingProblem& problem, SmoothingState start, Minimiser& minimiser,
                      const MinimiseOptions& options);
 /// The minimum near a trajectory of the problem's poses.

@@ -60,16 +60,6 @@ SmoothingProblem empty_problem_of(std::span<const RobotRecording> robots,
   return problem;
 }
 
-/// Steps of a robot at which it sees another, or is seen.
-std::vector<std::size_t> meetings_of(std::size_t robot, std::span<const RobotSighting> seen) {
-  std::set<std::size_t> steps;
-  for (const RobotSighting& sighting : seen) {
-    if (sighting.seer == robot) steps.insert(sighting.seer_step);
-    if (sighting.seen == robot) steps.insert(sighting.seen_step);
-  }
-  return {steps.begin(), steps.end()};
-}
-
 RobotsProblem problem_of(std::span<const RobotRecording> robots, std::span<const RobotSighting> seen,
                          const SmootherOptions& options) {
   std::vector<CountedErrors> errors = errors_of(robots);
@@ -92,12 +82,9 @@ RobotsProblem problem_of(std::span<const RobotRecording> robots, std::span<const
     all.landmarks.insert(all.landmarks.end(), track.landmarks().begin(), track.landmarks().end());
   }
   for (const RobotSighting& sighting : seen)
-    all.problem.robots_seen.push_back({.pose = all.tracks[sighting.seer].pose_at(sighting.seer_step),
-                                       .seen = all.tracks[sighting.seen].pose_at(sighting.seen_step),
-                                       .observation = sighting.observation,
-                                       .sensor = static_cast<int>(sighting.seer),
-                                       .marker_on_seen = robots[sighting.seen].marker_on_body,
-                                       .marker_sigma_m = robots[sighting.seen].marker_sigma_m});
+    all.problem.robots_seen.push_back(link_of(sighting, robots,
+                                              all.tracks[sighting.seer].pose_at(sighting.seer_step),
+                                              all.tracks[sighting.seen].pose_at(sighting.seen_step)));
   return all;
 }
 
@@ -109,36 +96,43 @@ void require_known_frames(std::span<const RobotRecording> robots, const RobotsPr
     if (variance < kUnknownHeading_rad * kUnknownHeading_rad) continue;
     throw CannotAnswer(
         fmt::format("{}: what it shares with the other robots does not tell how it stands among them: its "
-                    "heading is known to "
-                    "±{:.0f}° alone",
+                    "heading is known to ±{:.0f}° alone",
                     robots[i].name, degrees(std::sqrt(variance))));
   }
 }
 
-/// What its sightings leave.
+/// What the sightings of landmarks or of robots leave.
+struct Residuals {
+  std::vector<double> squared = {};
+  std::size_t outliers = 0;
+
+  void add(double one, double gate) {
+    squared.push_back(one);
+    outliers += one > gate ? 1 : 0;
+  }
+  double median_squared() const { return squared.empty() ? 0.0 : median(squared); }
+};
+
 void count_sightings(const RobotsProblem& all, const SmoothingState& state,
                      std::vector<RobotEstimate>& robots) {
-  std::vector<std::vector<double>> nis(robots.size()), robot_nis(robots.size());
+  const SmoothingProblem& problem = all.problem;
+  std::vector<Residuals> of_landmarks(robots.size()), of_robots(robots.size());
   std::vector<std::set<int>> landmarks(robots.size());
-  for (const SightingLink& link : all.problem.sightings) {
-    RobotEstimate& robot = robots[nth(link.sensor)];
-    const double squared = sighting_residual(all.problem, link, state).error.squaredNorm();
-    ++robot.sightings;
-    robot.outliers += squared > all.problem.gate ? 1 : 0;
-    nis[nth(link.sensor)].push_back(squared);
+  for (const SightingLink& link : problem.sightings) {
+    of_landmarks[nth(link.sensor)].add(sighting_residual(problem, link, state).error.squaredNorm(),
+                                       problem.gate);
     landmarks[nth(link.sensor)].insert(link.landmark);
   }
-  for (const RobotLink& link : all.problem.robots_seen) {
-    RobotEstimate& robot = robots[nth(link.sensor)];
-    const double squared = robot_residual(all.problem, link, state).error.squaredNorm();
-    ++robot.robot_sightings;
-    robot.robot_outliers += squared > all.problem.gate ? 1 : 0;
-    robot_nis[nth(link.sensor)].push_back(squared);
-  }
+  for (const RobotLink& link : problem.robots_seen)
+    of_robots[nth(link.sensor)].add(robot_residual(problem, link, state).error.squaredNorm(), problem.gate);
   for (std::size_t i = 0; i < robots.size(); ++i) {
     robots[i].landmarks = landmarks[i].size();
-    if (!nis[i].empty()) robots[i].nis = median(std::move(nis[i]));
-    if (!robot_nis[i].empty()) robots[i].robot_nis = median(std::move(robot_nis[i]));
+    robots[i].sightings = of_landmarks[i].squared.size();
+    robots[i].outliers = of_landmarks[i].outliers;
+    robots[i].nis = of_landmarks[i].median_squared();
+    robots[i].robot_sightings = of_robots[i].squared.size();
+    robots[i].robot_outliers = of_robots[i].outliers;
+    robots[i].robot_nis = of_robots[i].median_squared();
   }
 }
 
