@@ -59,6 +59,24 @@ TEST_P(EveryFilter, ContinuesFromAStoredStateToTheLastBit) {
   }
 }
 
+// Who reads a map holds its landmarks' covariances against the joint one.
+TEST_P(EveryFilter, GivesOneCovarianceOfEachLandmark) {
+  const test::SlamWorld world = test::slam_world({.steps = 160});
+  SlamRun run(world.sensor, options());
+  for (const SlamStep& step : world.steps) run.step(step);
+  const SlamResult result = run.result();
+  ASSERT_FALSE(result.map.empty());
+  if (has_particles(GetParam())) {
+    EXPECT_EQ(result.map_covariance.size(), 0);
+    return;
+  }
+  for (std::size_t i = 0; i < result.map.size(); ++i) {
+    const auto at = 2 * static_cast<Eigen::Index>(i);
+    const Matrix2 joint = result.map_covariance.block<2, 2>(at, at);
+    EXPECT_LE((joint - result.map[i].covariance).norm(), 1e-12 * joint.norm()) << "landmark " << i;
+  }
+}
+
 TEST_P(EveryFilter, SurvivesNonsense) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<Observation> nonsense = {

@@ -271,6 +271,12 @@ SlamResult SlamRun::result() const {
   result.last = filter_.estimate();
   result.map = filter_.map();
   result.map_covariance = filter_.map_covariance();
+  if (result.map_covariance.size() >
+      0)  // linearised where all stands now: the landmarks' own may be of earlier
+    for (std::size_t i = 0; i < result.map.size(); ++i) {
+      const auto at = 2 * static_cast<Eigen::Index>(i);
+      result.map[i].covariance = result.map_covariance.block<2, 2>(at, at);
+    }
   result.tentative = filter_.tentative();
   result.particles = filter_.particles();
   result.reports = reports_;
