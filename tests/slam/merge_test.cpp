@@ -1,4 +1,4 @@
-#include "trundle/slam/merge.hpp"
+#include "trundle/slam/merging/merge.hpp"
 
 #include <Eigen/Cholesky>
 #include <gmock/gmock.h>

@@ -8,7 +8,7 @@
 
 #include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/provenance.hpp"
-#include "trundle/slam/merge.hpp"
+#include "trundle/slam/merging/merge.hpp"
 
 namespace trundle::pipeline {
 

@@ -1,11 +1,8 @@
-#include "trundle/slam/merge.hpp"
+#include "trundle/slam/merging/shared_frame.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
-#include <map>
-#include <optional>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
@@ -20,27 +17,9 @@ namespace {
 
 using Index = Eigen::Index;
 
-// No landmark is known better than to a micrometre.
-constexpr double kLeastVariance = 1e-12;  // [m²]
-constexpr int kMostMergeRounds = 20;      // of Gauss-Newton, which takes three or four
 // Of each landmark so many baselines are tried, the longest: they tell a frame best, and a map of hundreds of
 // landmarks takes a second.
 constexpr std::size_t kMostBaselines = 12;
-
-/// A landmark of one map that is one of another.
-struct Match {
-  std::size_t a = 0;
-  std::size_t b = 0;
-  friend bool operator==(const Match&, const Match&) = default;
-};
-
-/// Where the frame of map a lies in that of b, and which landmarks they share there.
-struct SharedFrame {
-  Pose2 b_from_a;
-  std::vector<Match> matches = {};
-  double log_likelihood =
-      -std::numeric_limits<double>::infinity();  ///< against: no landmark of a is one of b
-};
 
 Matrix2 block_of(const Eigen::MatrixXd& covariance, std::size_t i, std::size_t j) {
   return covariance.block<2, 2>(2 * static_cast<Index>(i), 2 * static_cast<Index>(j));
@@ -49,7 +28,7 @@ Matrix2 block_of(const Eigen::MatrixXd& covariance, std::size_t i, std::size_t j
 /// Of the difference of two landmarks of a map.
 Matrix2 difference_covariance(const JointMap& map, std::size_t i, std::size_t j) {
   return block_of(map.covariance, i, i) + block_of(map.covariance, j, j) - block_of(map.covariance, i, j) -
-         block_of(map.covariance, j, i) + 2.0 * kLeastVariance * Matrix2::Identity();
+         block_of(map.covariance, j, i) + 2.0 * kLeastMapVariance * Matrix2::Identity();
 }
 
 /// Between two landmarks of a map.
@@ -122,9 +101,10 @@ Eigen::MatrixXd covariance_of(const JointMap& map, const std::vector<std::size_t
   return map.covariance(rows, rows);
 }
 
-JointFit joint_fit(const JointMap& a, const JointMap& b, const std::vector<Match>& matches, Pose2 b_from_a) {
+JointFit joint_fit(const JointMap& a, const JointMap& b, const std::vector<LandmarkMatch>& matches,
+                   Pose2 b_from_a) {
   std::vector<std::size_t> of_a, of_b;
-  for (const Match& match : matches) {
+  for (const LandmarkMatch& match : matches) {
     of_a.push_back(match.a);
     of_b.push_back(match.b);
   }
@@ -133,11 +113,11 @@ JointFit joint_fit(const JointMap& a, const JointMap& b, const std::vector<Match
   JointFit fit{b_from_a};
   for (int round = 0; round < kMostMergeRounds; ++round) {
     const Matrix2 R = rotation(b_from_a.heading);
-    Eigen::MatrixXd C = P_b + kLeastVariance * Eigen::MatrixXd::Identity(n, n);
+    Eigen::MatrixXd C = P_b + kLeastMapVariance * Eigen::MatrixXd::Identity(n, n);
     Eigen::VectorXd e(n);
     Eigen::MatrixX3d J(n, 3);
     for (Index i = 0; i < n; i += 2) {
-      const Match& match = matches[static_cast<std::size_t>(i / 2)];
+      const LandmarkMatch& match = matches[static_cast<std::size_t>(i / 2)];
       const Vector2 turned = R * a.positions[match.a];
       e.segment<2>(i) = turned + b_from_a.translation() - b.positions[match.b];
       J.block<2, 3>(i, 0) << 1.0, 0.0, -turned.y(), 0.0, 1.0, turned.x();
@@ -215,8 +195,9 @@ class FrameSearch {
 
   /// One to one, the nearest first; besides their own a frame of two points is as uncertain as those are, the
   /// more the farther away.
-  std::vector<Match> matches_at(const Pose2& frame, const Baseline& of_a, const Baseline& of_b) const {
-    std::vector<std::pair<double, Match>> near;
+  std::vector<LandmarkMatch> matches_at(const Pose2& frame, const Baseline& of_a,
+                                        const Baseline& of_b) const {
+    std::vector<std::pair<double, LandmarkMatch>> near;
     const Matrix2 R = rotation(frame.heading);
     const Vector2 middle = 0.5 * (a_.positions[of_a.first] + a_.positions[of_a.second]);
     const double sideways = difference_covariance(a_, of_a.first, of_a.second).trace() +
@@ -234,13 +215,14 @@ class FrameSearch {
       }
     }
     std::ranges::sort(near, {}, [](const auto& one) { return one.first; });
-    std::vector<Match> matches;
+    std::vector<LandmarkMatch> matches;
     for (const auto& one : near) {
-      const Match& match = one.second;
-      if (std::ranges::none_of(matches, [&](const Match& m) { return m.a == match.a || m.b == match.b; }))
+      const LandmarkMatch& match = one.second;
+      if (std::ranges::none_of(matches,
+                               [&](const LandmarkMatch& m) { return m.a == match.a || m.b == match.b; }))
         matches.push_back(match);
     }
-    std::ranges::sort(matches, {}, &Match::a);
+    std::ranges::sort(matches, {}, &LandmarkMatch::a);
     return matches;
   }
 
@@ -264,7 +246,7 @@ class FrameSearch {
     std::size_t worst = 0;
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < shared.matches.size(); ++i) {
-      std::vector<Match> others = shared.matches;
+      std::vector<LandmarkMatch> others = shared.matches;
       others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
       const double cost = joint_fit(a_, b_, others, shared.b_from_a).cost;
       if (!(cost < least)) continue;
@@ -279,9 +261,9 @@ class FrameSearch {
   double log_likelihood_of(const SharedFrame& shared, double cost) const {
     double sum = -0.5 * cost;
     double per_landmark = 0.0;
-    for (const Match& match : shared.matches) {
+    for (const LandmarkMatch& match : shared.matches) {
       const Matrix2 C = block_of(a_.covariance, match.a, match.a) +
-                        block_of(b_.covariance, match.b, match.b) + kLeastVariance * Matrix2::Identity();
+                        block_of(b_.covariance, match.b, match.b) + kLeastMapVariance * Matrix2::Identity();
       per_landmark += log_area_ - std::log(2.0 * kPi) - 0.5 * std::log(C.determinant());
     }
     const double count = static_cast<double>(shared.matches.size());
@@ -289,7 +271,7 @@ class FrameSearch {
   }
 
   static bool is_another(const SharedFrame& one, const SharedFrame& other) {
-    const auto common = std::ranges::count_if(one.matches, [&](const Match& match) {
+    const auto common = std::ranges::count_if(one.matches, [&](const LandmarkMatch& match) {
       return std::ranges::find(other.matches, match) != other.matches.end();
     });
     return 2 * static_cast<std::size_t>(common) < std::min(one.matches.size(), other.matches.size());
@@ -304,7 +286,8 @@ class FrameSearch {
   std::vector<SharedFrame> frames_;
 };
 
-/// Throws where none, or not one alone, explains what the two maps share.
+}  // namespace
+
 SharedFrame frame_between(const JointMap& a, const JointMap& b, const MergeOptions& options) {
   FrameSearch search(a, b, options);
   const std::vector<SharedFrame> found = search.run();
@@ -322,144 +305,6 @@ SharedFrame frame_between(const JointMap& a, const JointMap& b, const MergeOptio
         fmt::format("{}: ambiguous: {} landmarks lie as in {}, and {} others as well elsewhere in it", a.from,
                     best.matches.size(), b.from, found[1].matches.size()));
   return best;
-}
-
-/// The maps that are placed, about one set of landmarks: frames of all but the first, then positions.
-class JointMerge {
- public:
-  JointMerge(std::span<const JointMap> maps, const std::vector<std::size_t>& placed, MergedMap& merged)
-      : maps_(maps), placed_(placed), merged_(merged) {
-    for (const std::size_t k : placed) {
-      const Index n = maps[k].covariance.rows();
-      weights_.push_back(inverse_of(maps[k].covariance + kLeastVariance * Eigen::MatrixXd::Identity(n, n)));
-    }
-  }
-
-  void run() {
-    const Index frames = 3 * (static_cast<Index>(placed_.size()) - 1);
-    const Index n = frames + 2 * static_cast<Index>(merged_.map.positions.size());
-    Eigen::MatrixXd A;
-    for (int round = 0; round < kMostMergeRounds; ++round) {
-      A = Eigen::MatrixXd::Zero(n, n);
-      Eigen::VectorXd g = Eigen::VectorXd::Zero(n);
-      merged_.cost = 0.0;
-      for (std::size_t p = 0; p < placed_.size(); ++p) add(p, frames, A, g);
-      const Eigen::VectorXd step = -solve_ldlt(A, g);
-      move(step, frames);
-      if (step.norm() < 1e-10) break;
-    }
-    const Eigen::MatrixXd covariance = inverse_of(A);
-    const Eigen::MatrixXd of_map = covariance.bottomRightCorner(n - frames, n - frames);
-    merged_.map.covariance = 0.5 * (of_map + of_map.transpose());
-    merged_.degrees_of_freedom = -static_cast<int>(n);
-    for (std::size_t p = 0; p < placed_.size(); ++p) {
-      const auto at = frame_column(p);
-      merged_.frame_covariance[placed_[p]] =
-          p == 0 ? Matrix3::Zero() : Matrix3(covariance.block<3, 3>(at, at));
-      merged_.degrees_of_freedom += 2 * static_cast<int>(maps_[placed_[p]].positions.size());
-    }
-  }
-
- private:
-  /// Of the frame of the p-th that was placed; the first one's is no unknown.
-  static Index frame_column(std::size_t p) { return 3 * (static_cast<Index>(p) - 1); }
-
-  /// e = Tᵀ m − x of each of its landmarks.
-  void add(std::size_t p, Index frames, Eigen::MatrixXd& A, Eigen::VectorXd& g) {
-    const std::size_t k = placed_[p];
-    const JointMap& map = maps_[k];
-    const Pose2& frame = merged_.first_from_map[k];
-    const Matrix2 to_map = rotation(-frame.heading);
-    const Index rows = map.covariance.rows();
-    Eigen::VectorXd e(rows);
-    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(rows, A.cols());
-    for (std::size_t i = 0; i < map.positions.size(); ++i) {
-      const auto row = 2 * static_cast<Index>(i);
-      const std::size_t number = merged_.landmark_of[k][i];
-      const Vector2 in_map = to_map * (merged_.map.positions[number] - frame.translation());
-      e.segment<2>(row) = in_map - map.positions[i];
-      J.block<2, 2>(row, frames + 2 * static_cast<Index>(number)) = to_map;
-      if (p == 0) continue;
-      J.block<2, 2>(row, frame_column(p)) = -to_map;
-      J.block<2, 1>(row, frame_column(p) + 2) = Vector2(in_map.y(), -in_map.x());
-    }
-    const Eigen::MatrixXd W_J = weights_[p] * J;
-    A += J.transpose() * W_J;
-    g += W_J.transpose() * e;
-    merged_.cost += e.dot(weights_[p] * e);
-  }
-
-  void move(const Eigen::VectorXd& step, Index frames) {
-    for (std::size_t p = 1; p < placed_.size(); ++p) {
-      const Vector3 by = step.segment<3>(frame_column(p));
-      Pose2& frame = merged_.first_from_map[placed_[p]];
-      frame = {frame.x + by.x(), frame.y + by.y(), frame.heading + by.z()};
-    }
-    for (std::size_t i = 0; i < merged_.map.positions.size(); ++i)
-      merged_.map.positions[i] += step.segment<2>(frames + 2 * static_cast<Index>(i));
-  }
-
-  std::span<const JointMap> maps_;
-  const std::vector<std::size_t>& placed_;  ///< in the order in which they were
-  MergedMap& merged_;
-  std::vector<Eigen::MatrixXd> weights_;  ///< in that order
-};
-
-/// Names of the merged map: those that maps give; one that two landmarks have is the first one's, the others
-/// get that of their map before it.
-std::string free_name(const std::vector<std::string>& taken, const std::string& name, std::size_t map) {
-  std::string free = name;
-  for (int n = 0; std::ranges::find(taken, free) != taken.end(); ++n)
-    free = n == 0 ? fmt::format("{}/{}", map + 1, name) : fmt::format("{}/{}/{}", map + 1, name, n);
-  return free;
-}
-
-/// Adds a map's landmarks: matched ones are there already.
-void append(const JointMap& map, std::size_t k, const Pose2& frame, const std::vector<Match>& matches,
-            MergedMap& merged) {
-  merged.first_from_map[k] = frame;
-  std::vector<std::size_t>& numbers = merged.landmark_of[k];
-  for (std::size_t i = 0; i < map.positions.size(); ++i) {
-    const auto match = std::ranges::find(matches, i, &Match::a);
-    if (match != matches.end()) {
-      numbers.push_back(match->b);
-      continue;
-    }
-    numbers.push_back(merged.map.positions.size());
-    merged.map.positions.push_back(frame * map.positions[i]);
-    merged.map.names.push_back(free_name(merged.map.names, map.names[i], k));
-  }
-}
-
-}  // namespace
-
-MergedMap merge_maps(std::span<const JointMap> maps, const MergeOptions& options) {
-  MergedMap merged{.map = {.from = maps.front().from}};
-  merged.first_from_map.resize(maps.size());
-  merged.frame_covariance.resize(maps.size());
-  merged.landmark_of.resize(maps.size());
-  std::vector<std::size_t> placed = {0}, left;
-  for (std::size_t k = 1; k < maps.size(); ++k) left.push_back(k);
-  append(maps[0], 0, {}, {}, merged);
-  JointMerge(maps, placed, merged).run();
-  while (!left.empty()) {
-    std::optional<std::pair<std::size_t, SharedFrame>> best;
-    std::optional<CannotAnswer> why;
-    for (const std::size_t k : left) try {
-        SharedFrame frame = frame_between(maps[k], merged.map, options);
-        if (!best || frame.log_likelihood > best->second.log_likelihood) best = {k, std::move(frame)};
-      } catch (const CannotAnswer& error) {
-        if (!why) why = error;
-      }
-    if (!best) throw CannotAnswer(*why);
-    const auto& [k, frame] = *best;
-    append(maps[k], k, frame.b_from_a, frame.matches, merged);
-    merged.map.from += ", " + maps[k].from;
-    placed.push_back(k);
-    std::erase(left, k);
-    JointMerge(maps, placed, merged).run();
-  }
-  return merged;
 }
 
 }  // namespace trundle::slam
