@@ -82,8 +82,8 @@ endfunction()
 # declares the library trundle::NAME from the folder NAME: all its sources (headers alone are fine). It may depend only on
 # modules declared before it. Each of its headers must compile alone; those that belong to the public ones are installed,
 # and so are the texts that these include, *.inl. MANY_EIGEN_TYPES: in batches of 12. Each of Eigen's types names `double`
-# anew, and for each name GCC goes through all that there are: batches of 48 take a sixth longer than those of 12 then,
-# where others take two thirds of their time.
+# anew, and for each name GCC goes through all that there are: batches of 36 and more take 6 % longer than those of 12
+# then, where others take two thirds of their time.
 function(trundle_module name)
   cmake_parse_arguments(arg "MANY_EIGEN_TYPES" "" "DEPENDS;PRIVATE_DEPENDS" ${ARGN})
   if(arg_MANY_EIGEN_TYPES)
