@@ -187,6 +187,14 @@ TEST(Merge, SaysThatThereIsNoOverlap) {
   EXPECT_THAT(reason_of(maps, {.unknown_ids = true}), HasSubstr("no overlap"));
 }
 
+// One of two sensors reads a tenth too long, which no covariance knows of.
+TEST(Merge, SaysThatMapsContradictEachOther) {
+  Maps all = three_maps(6);
+  for (Vector2& position : all.maps[1].positions) position *= 1.1;
+  EXPECT_THAT(reason_of(std::span(all.maps).first(2), {}),
+              AnyOf(HasSubstr("contradicts"), HasSubstr("no overlap")));
+}
+
 // A square of squares looks the same from four sides.
 TEST(Merge, SaysThatItIsAmbiguous) {
   Random random(9, 1);
