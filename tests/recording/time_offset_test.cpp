@@ -110,6 +110,16 @@ TEST(TimeOffset, slip_does_not_move_it) {
   EXPECT_LT(found->sigma_s, 0.01);
 }
 
+// Windows of a tenth of a second over fifty years would be the memory of the machine; the other half tells.
+TEST(TimeOffset, is_found_beside_stamps_that_are_years_off) {
+  Recording recording = tour_with_offset(0.05, {10.0, 10.0}, 1);
+  for (std::size_t i = recording.wheels.time_s.size() / 2; i < recording.wheels.time_s.size(); ++i)
+    recording.wheels.time_s[i] += 1.7e9;
+  const auto offset = gyro_time_offset(recording, robot_with_offset(0.0));
+  ASSERT_TRUE(offset);
+  EXPECT_NEAR(offset->offset_s, 0.05, 4.0 * offset->sigma_s);
+}
+
 TEST(TimeOffset, cannot_be_told_where_the_robot_does_not_turn) {
   Scenario scenario;
   scenario.nominal = scenario.truth = robot_with_offset(0.04);

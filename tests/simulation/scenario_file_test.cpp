@@ -325,6 +325,7 @@ INSTANTIATE_TEST_SUITE_P(
         // They would be held in memory, simulated for ever, or written elsewhere.
         Mistake{"PlanThatIsNoFolder", kHead + "name = \"../a\"\n" + kRun, 2, "folder"},
         Mistake{"RunWithoutEnd", kHead + "[pace]\nforward_m_s = 1e-300\n" + kRun, 4, "samples"},
+        Mistake{"RowsOfYears", kHead + "[encoders]\nrate_hz = 1e-8\n" + kRun, 4, "samples"},
         Mistake{"TourInAPoint",
                 kHead + "[[run]]\n[[run.path]]\ndrive = \"tour\"\nlength_m = 1\nbox_x_m = 1e-300\n", 6,
                 "box_x_m"},

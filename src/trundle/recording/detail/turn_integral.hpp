@@ -55,6 +55,7 @@ class TurnIntegral {
  public:
   TurnIntegral(Stamps time_s, Turns turns);
 
+  [[nodiscard]] std::size_t stamps() const { return time_s_.size(); }
   [[nodiscard]] double first_s() const { return time_s_[0]; }
   [[nodiscard]] double last_s() const { return time_s_[time_s_.size() - 1]; }
 
