@@ -13,6 +13,15 @@ pkg_check_modules(hwy REQUIRED IMPORTED_TARGET libhwy)
 pkg_check_modules(liblz4 REQUIRED IMPORTED_TARGET liblz4)
 pkg_check_modules(libzstd REQUIRED IMPORTED_TARGET libzstd)
 
+if(TRUNDLE_BUILD_PYTHON)
+  # Debian's, which has NumPy and pandas, and not what may stand before it on PATH.
+  if(NOT DEFINED Python_EXECUTABLE AND EXISTS /usr/bin/python3)
+    set(Python_EXECUTABLE /usr/bin/python3)
+  endif()
+  find_package(Python 3.11 COMPONENTS Interpreter Development.Module)
+  find_package(pybind11 2.10)
+endif()
+
 find_program(CCACHE ccache)
 if(CCACHE)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})

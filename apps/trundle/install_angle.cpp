@@ -1,5 +1,3 @@
-#include "trundle/calibration/install_angle.hpp"
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -7,12 +5,12 @@
 
 #include <fmt/format.h>
 
+#include "trundle/pipeline/install_angle_answer.hpp"
+
 #include "command.hpp"
 
 namespace trundle::app {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 struct InstallAngleArguments {
   std::vector<std::string> recordings;
@@ -25,12 +23,6 @@ struct InstallAngleArguments {
   double sigma_m = kDefaultPositionSigma;
   double sigma_heading_deg = degrees(kDefaultHeadingSigma);
   Common common;
-};
-
-/// Runs and what they were read from.
-struct LinesDriven {
-  std::vector<LRun> runs;
-  std::vector<InputFile> files;
 };
 
 [[noreturn]] void refuse_repeat(const std::string& text) {
@@ -93,16 +85,8 @@ LinesDriven from_recordings(const InstallAngleArguments& options) {
                                "hold the side and the end of each run: leave out --side-m, --end-x-m, "
                                "--end-y-m and --repeat X,Y");
   if (options.robot.empty()) throw CLI::RequiredError("--robot (which wheel is which pod)");
-  LinesDriven input;
-  for (const std::string& folder : options.recordings) {
-    for (const auto& path : recordings_below(folder)) {
-      const Recording recording = read_recording(path);
-      input.runs.push_back(l_run_of(recording, read_robot(options.robot)));
-      input.files.insert(input.files.end(), recording.inputs.begin(), recording.inputs.end());
-    }
-  }
+  LinesDriven input = lines_driven(options.recordings, options.robot);
   require_count(options, input.runs.size(), "a recording of each");
-  input.files.push_back(input_file(options.robot));
   return input;
 }
 
@@ -125,34 +109,6 @@ Provenance provenance_of(const InstallAngleArguments& options, const LinesDriven
   return provenance;
 }
 
-Json document_of(const Provenance& provenance, const LinesDriven& input, const InstallAngle& angle) {
-  Json document = report::to_json(provenance);
-  document["alpha_rad"] = angle.alpha_rad;
-  document["alpha_deg"] = degrees(angle.alpha_rad);
-  document["theta_rad"] = angle.theta_rad;
-  document["theta_deg"] = degrees(angle.theta_rad);
-  document["sigma_alpha_rad"] = angle.sigma_rad;
-  document["sigma_alpha_deg"] = degrees(angle.sigma_rad);
-  document["x_over_s"] = angle.scale;
-  document["x_over_s_sigma"] = angle.scale_sigma;
-  document["sigma_from"] = angle.sigma_from_scatter ? "scatter of the runs" : "measuring sigmas";
-  document["scatter_deg"] = angle.scatter_rad ? Json(degrees(*angle.scatter_rad)) : Json();
-  document["scatter_degrees_of_freedom"] = angle.scatter_freedom;
-  document["measuring_deg"] = degrees(angle.measuring_rad);
-  document["pod1_over_pod2"] = angle.between_senses_rad ? Json(1.0 + *angle.between_senses_rad) : Json();
-  document["runs"] = Json::array();
-  for (std::size_t i = 0; i < input.runs.size(); ++i) {
-    const LRun& run = input.runs[i];
-    document["runs"].push_back({{"side_m", run.side_m},
-                                {"end_x_m", run.end_x_m},
-                                {"end_y_m", run.end_y_m},
-                                {"mirrored", run.mirrored()},
-                                {"alpha_deg", degrees(angle.run_alpha_rad[i])}});
-  }
-  document["warnings"] = angle.warnings;
-  return document;
-}
-
 /// Where ± comes from, where several runs leave a choice.
 std::string words_of_sigma(const InstallAngle& angle, StartHeading start_heading) {
   std::string text;
@@ -170,12 +126,13 @@ std::string words_of_sigma(const InstallAngle& angle, StartHeading start_heading
   return text;
 }
 
-std::string text_of(const LinesDriven& input, const InstallAngle& angle, StartHeading start_heading) {
+std::string text_of(const InstallAngleAnswer& answer, StartHeading start_heading) {
+  const InstallAngle& angle = answer.angle;
   std::string text;
-  for (std::size_t i = 0; input.runs.size() > 1 && i < input.runs.size(); ++i)
+  for (std::size_t i = 0; answer.runs.size() > 1 && i < answer.runs.size(); ++i)
     text += fmt::format("run {}: side {:.4f} m, end ({:.4f}, {:.4f}) m{}: alpha {:.3f}°\n", i + 1,
-                        input.runs[i].side_m, input.runs[i].end_x_m, input.runs[i].end_y_m,
-                        input.runs[i].mirrored() ? ", mirrored" : "", degrees(angle.run_alpha_rad[i]));
+                        answer.runs[i].side_m, answer.runs[i].end_x_m, answer.runs[i].end_y_m,
+                        answer.runs[i].mirrored() ? ", mirrored" : "", degrees(angle.run_alpha_rad[i]));
   text += fmt::format("mounting error alpha  {:9.4f}° ± {:.4f}°\n", degrees(angle.alpha_rad),
                       degrees(angle.sigma_rad));
   text += fmt::format("pod 1 rolls at theta  {:9.4f}° from pod 2: its direction_deg, if pod 2 has 0\n",
@@ -193,12 +150,12 @@ std::string text_of(const LinesDriven& input, const InstallAngle& angle, StartHe
 void run(const InstallAngleArguments& options) {
   const LinesDriven input =
       options.recordings.empty() ? LinesDriven{runs_by_hand(options), {}} : from_recordings(options);
-  const InstallAngle angle =
+  const InstallAngleAnswer answer = {
+      provenance_of(options, input), input.runs,
       install_angle(input.runs, {.sigma_m = options.sigma_m,
                                  .sigma_heading_rad = radians(options.sigma_heading_deg),
-                                 .start_heading = start_heading_of(options)});
-  print(options.common, document_of(provenance_of(options, input), input, angle),
-        text_of(input, angle, start_heading_of(options)));
+                                 .start_heading = start_heading_of(options)})};
+  print(options.common, document_of(answer), text_of(answer, start_heading_of(options)));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "trundle/pipeline/localize_answer.hpp"
+#include "trundle/pipeline/outputs.hpp"
 
 #include "command.hpp"
 #include "shared_output.hpp"

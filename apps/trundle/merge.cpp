@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "trundle/pipeline/merge_answer.hpp"
+#include "trundle/pipeline/outputs.hpp"
 
 #include "command.hpp"
 #include "shared_output.hpp"

@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "trundle/pipeline/odometry_answer.hpp"
+#include "trundle/pipeline/outputs.hpp"
 
 #include "command.hpp"
 #include "shared_output.hpp"

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "trundle/simulation/scenario_file.hpp"
+#include "trundle/pipeline/simulation_answer.hpp"
 
 #include "command.hpp"
 
@@ -15,22 +15,6 @@ struct SimulateArguments {
   std::string output;
   std::optional<std::uint64_t> seed;
 };
-
-Provenance provenance_of(const Plan& plan) {
-  return {.inputs = plan.inputs, .options = {}, .seed = plan.seed};
-}
-
-nlohmann::ordered_json document_of(const Plan& plan, const SimulateArguments& options) {
-  nlohmann::ordered_json document = to_json(provenance_of(plan));
-  document["recordings"] = nlohmann::ordered_json::array();
-  for (const PlannedRun& run : plan.runs)
-    document["recordings"].push_back({{"folder", folder_of(plan, run, options.output).string()},
-                                      {"session", run.session},
-                                      {"length_m", length_of(run.scenario.path)},
-                                      {"duration_s", duration_of(run.scenario.path)}});
-  if (plan.sheet) document["sheet"] = (std::filesystem::path(options.output) / "sheet.csv").string();
-  return document;
-}
 
 std::string text_of(const Plan& plan, const SimulateArguments& options) {
   std::string text;
@@ -46,8 +30,8 @@ std::string text_of(const Plan& plan, const SimulateArguments& options) {
 
 void run(const SimulateArguments& options) {
   const Plan plan = read_plan(options.scenario, options.seed);
-  write_plan(plan, options.output, to_lines(provenance_of(plan)));
-  print(options.common, document_of(plan, options), text_of(plan, options));
+  write_simulation(plan, options.output);
+  print(options.common, document_of(plan, options.output), text_of(plan, options));
 }
 
 }  // namespace

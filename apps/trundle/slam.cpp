@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "trundle/pipeline/outputs.hpp"
 #include "trundle/pipeline/slam_answer.hpp"
 #include "trundle/pipeline/together_answer.hpp"
 

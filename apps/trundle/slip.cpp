@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "trundle/pipeline/outputs.hpp"
 #include "trundle/pipeline/sentences.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
 

@@ -1,7 +1,7 @@
 # Fails where a source is not as clang-format would write it. cmake -DROOT=<checkout> -DCLANG_FORMAT=<program>
 cmake_minimum_required(VERSION 3.25)
 set(globs "")
-foreach(folder IN ITEMS src apps tests fuzz bench examples)
+foreach(folder IN ITEMS src apps tests fuzz bench examples python)
   list(APPEND globs ${ROOT}/${folder}/*.hpp ${ROOT}/${folder}/*.cpp)
 endforeach()
 file(GLOB_RECURSE files ${globs})

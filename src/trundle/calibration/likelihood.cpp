@@ -6,6 +6,7 @@
 
 #include "trundle/calibration/chassis_likelihood.hpp"
 #include "trundle/calibration/relative_likelihood.hpp"
+#include "trundle/io/interruption.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -149,9 +150,11 @@ RunInformation run_information(const Likelihood& likelihood, std::size_t index, 
 
 Information total_information(const Likelihood& likelihood, const Robot& robot) {
   Information total = Information::zero(likelihood.problem.size());
-  for (std::size_t i = 0; i < likelihood.runs().size(); ++i)
+  for (std::size_t i = 0; i < likelihood.runs().size(); ++i) {
+    check_interruption();
     for (const Information& block : run_information(likelihood, i, robot).blocks)
       total.add(block, likelihood.run_weight[i]);
+  }
   return total;
 }
 

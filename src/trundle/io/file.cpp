@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/interruption.hpp"
 #include "trundle/io/pieces.hpp"
 #include "trundle/io/sha256.hpp"
 #include "trundle/io/staging.hpp"
@@ -25,6 +26,7 @@ FilePieces::FilePieces(const std::filesystem::path& path) : path_(path) {
 }
 
 std::string_view FilePieces::next() {
+  check_interruption();
   if (!in_) return {};
   in_.read(piece_.data(), static_cast<std::streamsize>(piece_.size()));
   if (in_.bad()) throw InputError(path_.string(), std::strerror(errno), "a readable file");

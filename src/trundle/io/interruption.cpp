@@ -18,7 +18,22 @@ bool ends_program(int signal) {
   return ::sigaction(signal, nullptr, &now) == 0 && now.sa_handler == SIG_DFL;
 }
 
+/// Signals are of a process, and who computes does not know who asked: the one thing here that is passed on
+/// beside the arguments.
+thread_local const std::function<void()>* check_of_thread = nullptr;
+
 }  // namespace
+
+InterruptionCheck::InterruptionCheck(std::function<void()> check)
+    : check_(std::move(check)), before_(std::exchange(check_of_thread, &check_)) {}
+
+InterruptionCheck::~InterruptionCheck() {
+  check_of_thread = before_;
+}
+
+void check_interruption() {
+  if (check_of_thread != nullptr) (*check_of_thread)();
+}
 
 OnInterruption::OnInterruption(std::function<void()> clean_up) : clean_up_(std::move(clean_up)) {
   sigemptyset(&signals_);

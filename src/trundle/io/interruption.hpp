@@ -33,4 +33,20 @@ class OnInterruption {
   std::thread waiting_;
 };
 
+/// While this lives, long computations of its thread call `check` now and then, some times in a second at
+/// least; what that throws ends them.
+class InterruptionCheck {
+ public:
+  explicit InterruptionCheck(std::function<void()> check);
+  ~InterruptionCheck();
+  InterruptionCheck(const InterruptionCheck&) = delete;
+  InterruptionCheck& operator=(const InterruptionCheck&) = delete;
+
+ private:
+  std::function<void()> check_;
+  const std::function<void()>* before_;
+};
+/// What long computations call: as often as they like, for it costs next to nothing.
+void check_interruption();
+
 }  // namespace trundle::io

@@ -200,17 +200,17 @@ std::vector<fs::path> found_below(const fs::path& folder) {
   return found;
 }
 
+}  // namespace
+
+bool PartialReference::empty() const {
+  return !closed && !closed_heading && !distance_m && !turns && !end_x_m && !end_y_m && !end_heading_rad;
+}
+
 bool is_empty(const Recording& recording) {
   return recording.wheels.time_s.empty() && recording.gyro.time_s.empty() &&
          recording.velocity.time_s.empty() && recording.commands.time_s.empty() &&
          recording.accel.time_s.empty() && recording.sightings.empty() && recording.landmarks.empty() &&
          !recording.has_reference();
-}
-
-}  // namespace
-
-bool PartialReference::empty() const {
-  return !closed && !closed_heading && !distance_m && !turns && !end_x_m && !end_y_m && !end_heading_rad;
 }
 
 bool Recording::has_reference() const {

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/interruption.hpp"
 #include "trundle/slam/ekf/ekf.hpp"
 #include "trundle/slam/fastslam/particle_slam.hpp"
 #include "trundle/slam/smoothing/incremental_smoother.hpp"
@@ -252,6 +253,7 @@ SlamRun::SlamRun(const LandmarkSensor& sensor, const SlamOptions& options)
     : particles_(options.particles), filter_(sensor, options) {}
 
 void SlamRun::step(const SlamStep& step) {
+  check_interruption();
   using Clock = std::chrono::steady_clock;
   const Clock::time_point before = Clock::now();
   reports_.push_back(filter_.step(step));

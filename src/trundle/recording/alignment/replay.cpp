@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/interruption.hpp"
 #include "trundle/io/words.hpp"
 
 namespace trundle::recording {
@@ -88,6 +89,7 @@ Replay::Replay(const Recording& recording, const Robot& robot)
 }
 
 std::optional<AlignedInterval> Replay::next() {
+  check_interruption();
   do {
     if (std::optional<AlignedInterval> interval = aligner_.next()) {
       note(*interval);

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/interruption.hpp"
 #include "trundle/statistics/median.hpp"
 
 namespace trundle::slam {
@@ -261,6 +262,7 @@ Localization localize(const SlamInput& input, const KnownMap& map, const Landmar
   Localizer localizer(map, sensor, known);
   Collector collector(map);
   for (const SlamStep& step : input.steps) {
+    check_interruption();
     const LocalizerReport& report = localizer.step(step.motion, step.observations);
     if (step.bias_reading) localizer.read_bias(*step.bias_reading);
     collector.add(step, localizer, report);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "trundle/io/interruption.hpp"
 #include "trundle/slam/smoothing/normal_equations.hpp"
 #include "trundle/statistics/descent.hpp"
 
@@ -62,6 +63,7 @@ struct Minimiser::Equations {
 };
 
 void Minimiser::build(const SmoothingProblem& problem, const SmoothingState& state) {
+  check_interruption();
   normal_.clear();
   gradient_ = Eigen::VectorXd::Zero(normal_.size());
   Equations equations{*this};

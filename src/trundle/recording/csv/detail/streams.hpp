@@ -66,4 +66,7 @@ void read_stream(StreamKind kind, const StreamSource& source, Recording& recordi
 /// The same of rows that were read already, from a log.
 void take_stream(StreamKind kind, const StreamSource& source, Table rows, Recording& recording);
 
+/// No stream has a row.
+[[nodiscard]] bool is_empty(const Recording& recording);
+
 }  // namespace trundle::recording

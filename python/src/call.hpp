@@ -1,0 +1,47 @@
+/// A long call: other threads of Python run meanwhile, and Ctrl-C ends it.
+#pragma once
+
+#include <chrono>
+
+#include <pybind11/pybind11.h>
+
+#include "trundle/io/interruption.hpp"
+
+namespace trundle::python {
+
+namespace py = pybind11;
+
+/// No std::exception: whoever goes on after an error does not go on after this.
+struct Interrupted {};
+
+/// Throws what Python raises on a signal that came, if it did; looks some times in a second.
+class SignalCheck {
+ public:
+  void operator()() {
+    const Clock::time_point now = Clock::now();
+    if (now < next_) return;
+    next_ = now + kBetweenLooks;
+    const py::gil_scoped_acquire gil;
+    if (PyErr_CheckSignals() != 0) throw Interrupted{};
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::milliseconds kBetweenLooks{50};
+
+  Clock::time_point next_ = Clock::now() + kBetweenLooks;
+};
+
+/// What `compute` returns, computed without the GIL.
+template <class Compute>
+auto without_gil(const Compute& compute) {
+  try {
+    const py::gil_scoped_release released;
+    const InterruptionCheck check{SignalCheck()};
+    return compute();
+  } catch (const Interrupted&) {
+    throw py::error_already_set();  // what PyErr_CheckSignals has set
+  }
+}
+
+}  // namespace trundle::python

@@ -1,0 +1,225 @@
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <pybind11/stl.h>
+
+#include "trundle/pipeline/info_answer.hpp"
+#include "trundle/pipeline/provenance.hpp"
+#include "trundle/recording/columns.hpp"
+
+#include "binding.hpp"
+#include "call.hpp"
+#include "views.hpp"
+
+namespace trundle::python {
+namespace {
+
+std::vector<double> numbers_of(const py::handle& values) {
+  const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(values);
+  if (!array) throw py::error_already_set();
+  return {array.data(), array.data() + array.size()};
+}
+
+std::vector<std::string> texts_of(const py::handle& values) {
+  std::vector<std::string> names;
+  for (const py::handle& value : values) {
+    const bool is_unknown = value.is_none() || (py::isinstance<py::float_>(value) &&
+                                                std::isnan(value.cast<double>()));  // as pandas has it
+    names.push_back(is_unknown ? "" : py::str(value).cast<std::string>());
+  }
+  return names;
+}
+
+/// Of a mapping of names to columns: a dictionary, a DataFrame, a structured array.
+StreamColumns stream_of(const std::string& name, const py::object& columns) {
+  StreamColumns stream{.stream = name, .numbers = {}};
+  const py::object names = py::hasattr(columns, "keys") ? py::object(columns.attr("keys")())
+                                                        : py::object(columns.attr("dtype").attr("names"));
+  for (const py::handle& key : names) {
+    const auto column = py::str(key).cast<std::string>();
+    if (column == "landmark")
+      stream.landmarks = texts_of(columns[key]);
+    else if (has_column(name, column))
+      stream.numbers.emplace_back(column, numbers_of(columns[key]));
+  }
+  return stream;
+}
+
+RecordingFile from_arrays(const std::string& name, const py::kwargs& streams) {
+  std::vector<StreamColumns> columns;
+  for (const auto& [stream, values] : streams)
+    if (!values.is_none())
+      columns.push_back(
+          stream_of(py::str(stream).cast<std::string>(), py::reinterpret_borrow<py::object>(values)));
+  return {without_gil([&] { return recording_of(name, std::move(columns)); }), {}};
+}
+
+RecordingFile read_file_of(const std::filesystem::path& path, int robot_number,
+                           const std::filesystem::path& map,
+                           const std::vector<std::filesystem::path>& msg_path) {
+  if (robot_number != 0) require_from("robot_number", robot_number, 1, 1000);
+  ReadOptions reading{.robot_number = robot_number, .map = map.string(), .msg_path = {}};
+  for (const std::filesystem::path& folder : msg_path) reading.msg_path.push_back(folder.string());
+  return {without_gil([&] { return read_recording(path, reading); }), reading};
+}
+
+std::vector<RecordingFile> read_below(const std::filesystem::path& folder) {
+  std::vector<RecordingFile> recordings;
+  for (Recording& recording : without_gil([&] { return read_recordings({folder.string()}); }))
+    recordings.push_back({std::move(recording), {}});
+  return recordings;
+}
+
+py::dict wheels_of(const py::object& self) {
+  const WheelStream& wheels = self.cast<const RecordingFile&>().recording.wheels;
+  py::dict columns;
+  if (wheels.time_s.empty()) return columns;
+  columns["time_s"] = view(self, wheels.time_s);
+  for (const auto& [name, values] : columns_of(wheels)) columns[py::str(name)] = view(self, *values);
+  return columns;
+}
+
+using NamedVector = std::pair<const char*, const std::vector<double>*>;
+py::dict dictionary_of(const py::object& self, std::initializer_list<NamedVector> vectors) {
+  py::dict columns;
+  for (const auto& [name, values] : vectors)
+    if (!vectors.begin()->second->empty()) columns[name] = view(self, *values);
+  return columns;
+}
+
+py::dict velocity_of(const py::object& self, const VelocityStream& stream) {
+  return dictionary_of(self, {{"time_s", &stream.time_s},
+                              {"forward_m_s", &stream.forward_m_s},
+                              {"yaw_rate_rad_s", &stream.yaw_rate_rad_s}});
+}
+
+py::dict sightings_of(const py::object& self) {
+  const std::vector<Sighting>& sightings = self.cast<const RecordingFile&>().recording.sightings;
+  py::dict columns;
+  if (sightings.empty()) return columns;
+  py::list names;
+  for (const Sighting& sighting : sightings) names.append(sighting.landmark);
+  columns["time_s"] = column(self, sightings, [](const Sighting& s) -> const double& { return s.time_s; });
+  columns["landmark"] = names;
+  columns["range_m"] = column(self, sightings, [](const Sighting& s) -> const double& { return s.range_m; });
+  columns["bearing_rad"] =
+      column(self, sightings, [](const Sighting& s) -> const double& { return s.bearing_rad; });
+  return columns;
+}
+
+py::dict landmarks_of(const RecordingFile& self) {
+  py::dict places;
+  for (const Landmark& landmark : self.recording.landmarks)
+    places[py::str(landmark.name)] = py::make_tuple(landmark.position.x(), landmark.position.y());
+  return places;
+}
+
+py::object info_of(const RecordingFile& self, const RobotFile* robot, bool gyro_noise) {
+  InfoQuestion question{.robot = {}, .gyro_noise = gyro_noise, .reading = self.reading};
+  if (robot != nullptr) question.robot = *robot;
+  const std::vector<Recording> recordings = {self.recording};
+  return python_of(without_gil([&] { return document_of(answer_info(recordings, question)); }));
+}
+
+void bind_finding(py::module_& module) {
+  py::class_<Finding>(module, "Finding",
+                      "Something that is wrong with a recording or a result, or worth knowing.")
+      .def_property_readonly(
+          "severity", [](const Finding& self) { return word_of(self.severity); }, "'warning' or 'note'.")
+      .def_property_readonly(
+          "kind", [](const Finding& self) { return std::string(name_of(self.code)); },
+          "As docs/log-faults.md lists them.")
+      .def_readonly("place", &Finding::place, "'file:line' of the first.")
+      .def_readonly("count", &Finding::count, "Of rows, intervals or sightings.")
+      .def_property_readonly(
+          "message", [](const Finding& self) { return describe(self); }, "One sentence that can be acted on.")
+      .def("__repr__", [](const Finding& self) {
+        return fmt::format("<{}: {}: {}>", word_of(self.severity), self.place, describe(self));
+      });
+}
+
+}  // namespace
+
+std::vector<Recording> recordings_of(const py::iterable& runs) {
+  std::vector<Recording> recordings;
+  for (const py::handle& run : runs) {
+    if (py::isinstance<RecordingFile>(run)) {
+      recordings.push_back(run.cast<const RecordingFile&>().recording);
+      continue;
+    }
+    const auto folder = run.cast<std::filesystem::path>();
+    for (Recording& recording : without_gil([&] { return read_recordings({folder.string()}); }))
+      recordings.push_back(std::move(recording));
+  }
+  return recordings;
+}
+
+void bind_recording(py::module_& module) {
+  bind_finding(module);
+  py::class_<RecordingFile> recording(
+      module, "Recording",
+      "What a robot's sensors recorded: a folder of CSV files, a log that a recording.toml maps, or arrays.\n"
+      "Each stream is a dictionary of its columns, empty where it was not recorded; the arrays show the\n"
+      "recording's own memory.");
+  recording
+      .def(py::init(&read_file_of), py::arg("path"), py::kw_only(), py::arg("robot_number") = 0,
+           py::arg("map") = "", py::arg("msg_path") = std::vector<std::filesystem::path>{})
+      .def_static("from_arrays", &from_arrays, py::arg("name") = "recording",
+                  "The recording of streams that are in memory: see trundle.Recording.from_arrays.")
+      .def_static("below", &read_below, py::arg("folder"), "All recordings in and below a folder, in order.")
+      .def_property_readonly("name", [](const RecordingFile& self) { return self.recording.name; })
+      .def_property_readonly("session", [](const RecordingFile& self) { return self.recording.session; })
+      .def_property_readonly("wheels", &wheels_of)
+      .def_property_readonly(
+          "gyro",
+          [](const py::object& self) {
+            const GyroStream& gyro = self.cast<const RecordingFile&>().recording.gyro;
+            return dictionary_of(self, {{"time_s", &gyro.time_s}, {"yaw_rate_rad_s", &gyro.yaw_rate_rad_s}});
+          })
+      .def_property_readonly("velocity",
+                             [](const py::object& self) {
+                               return velocity_of(self, self.cast<const RecordingFile&>().recording.velocity);
+                             })
+      .def_property_readonly("commands",
+                             [](const py::object& self) {
+                               return velocity_of(self, self.cast<const RecordingFile&>().recording.commands);
+                             })
+      .def_property_readonly(
+          "accel",
+          [](const py::object& self) {
+            const AccelStream& accel = self.cast<const RecordingFile&>().recording.accel;
+            return dictionary_of(
+                self, {{"time_s", &accel.time_s}, {"x_m_s2", &accel.x_m_s2}, {"y_m_s2", &accel.y_m_s2}});
+          })
+      .def_property_readonly("sightings", &sightings_of)
+      .def_property_readonly("reference",
+                             [](const py::object& self) {
+                               const ReferenceStream& reference =
+                                   self.cast<const RecordingFile&>().recording.reference;
+                               return dictionary_of(self, {{"time_s", &reference.time_s},
+                                                           {"x_m", &reference.x_m},
+                                                           {"y_m", &reference.y_m},
+                                                           {"heading_rad", &reference.heading_rad}});
+                             })
+      .def_property_readonly("landmarks", &landmarks_of, "Known places, by name: (x_m, y_m).")
+      .def_property_readonly(
+          "findings", [](const RecordingFile& self) { return self.recording.findings; },
+          "What was noticed when it was read.")
+      .def("info", &info_of, py::arg("robot") = nullptr, py::kw_only(), py::arg("gyro_noise") = false,
+           "What `trundle info --json` prints of it.")
+      .def(
+          "save",
+          [](const RecordingFile& self, const std::filesystem::path& folder) {
+            without_gil([&] { write_recording(self.recording, folder); });
+          },
+          py::arg("folder"), "Writes it as a folder of CSV files.")
+      .def("__repr__", [](const RecordingFile& self) {
+        return fmt::format("<Recording '{}', {} rows of wheels, {} of the gyro, {} sightings>",
+                           self.recording.name, self.recording.wheels.time_s.size(),
+                           self.recording.gyro.time_s.size(), self.recording.sightings.size());
+      });
+  add_python_methods(recording, "A DataFrame of one stream: `to_pandas('wheels')`.");
+}
+
+}  // namespace trundle::python

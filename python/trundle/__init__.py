@@ -1,0 +1,491 @@
+"""Wheels calibrated, slip found, trajectories and maps with honest covariances: from a robot's own recordings.
+
+Every function does what the command of its name does, with the same numbers to the last bit, and returns an
+object with named fields. Their arrays are NumPy views of the result's memory. Where a recording or a robot is
+asked for, its path will do.
+
+>>> import trundle
+>>> found = trundle.odometry("data/demo/session_03/tour", "data/demo/robot.toml")
+>>> len(found.trajectory), f"{found.path_length_m:.2f} m"
+(1775, '41.10 m')
+
+Wrong input raises ValueError with the line that the program would end with, and data that cannot answer
+raise CannotAnswer.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from typing import Any, Optional, Union
+
+from . import _trundle
+from ._trundle import (
+    Calibration,
+    CannotAnswer,
+    ErrorBeforeAfter,
+    ErrorStatistics,
+    Estimate,
+    Evaluation,
+    Finding,
+    IncrementalSmoother,
+    InstallAngle,
+    KnownStretch,
+    Localization,
+    Nees,
+    Odometer,
+    Odometry,
+    ParameterEstimate,
+    Pose,
+    PositionError,
+    Recording,
+    RelativePoseError,
+    Report,
+    Robot,
+    Run,
+    SightingReport,
+    Slam,
+    SlamCounts,
+    Slip,
+    SlipEvent,
+    Stage,
+    Step,
+    Trajectory,
+    __version__,
+)
+
+Path = Union[str, "os.PathLike[str]"]
+Start = tuple[float, float, float]  # x and y [m], heading [degrees]
+Runs = Union[Path, Recording, Iterable[Union[Path, Recording]]]
+
+__all__ = [
+    "Calibration",
+    "CannotAnswer",
+    "ErrorBeforeAfter",
+    "ErrorStatistics",
+    "Estimate",
+    "Evaluation",
+    "Finding",
+    "IncrementalSmoother",
+    "InstallAngle",
+    "KnownStretch",
+    "Localization",
+    "Nees",
+    "Odometer",
+    "Odometry",
+    "ParameterEstimate",
+    "Pose",
+    "PositionError",
+    "Recording",
+    "RelativePoseError",
+    "Report",
+    "Robot",
+    "Run",
+    "SightingReport",
+    "Slam",
+    "SlamCounts",
+    "Slip",
+    "SlipEvent",
+    "Stage",
+    "Step",
+    "Trajectory",
+    "__version__",
+    "calibrate",
+    "evaluate",
+    "install_angle",
+    "localize",
+    "odometry",
+    "report",
+    "run",
+    "simulate",
+    "slam",
+    "slip",
+    "smooth",
+    "steps",
+    "umbmark",
+]
+
+
+def _recording(given: Union[Path, Recording]) -> Recording:
+    return given if isinstance(given, Recording) else Recording(given)
+
+
+def _robot(given: Union[Path, Robot]) -> Robot:
+    return given if isinstance(given, Robot) else Robot(given)
+
+
+def _many(given: Any) -> list[Any]:
+    """One, or several of them."""
+    return [given] if isinstance(given, (str, os.PathLike, Recording)) else list(given)
+
+
+def _paths(given: Union[Path, Iterable[Path]]) -> list[str]:
+    return [os.fspath(path) for path in _many(given)]
+
+
+def calibrate(
+    runs: Runs,
+    robot: Union[Path, Robot],
+    *,
+    hold_out: Runs = (),
+    free: Sequence[str] = (),
+    fix: Sequence[str] = (),
+    learn_noise: bool = False,
+    landmarks: bool = False,
+) -> Calibration:
+    """Calibrates a robot from recordings with references, or `landmarks`: from what it saw of them.
+
+    `runs` and `hold_out`: recordings, or folders of them; the latter are only evaluated. `free`, `fix`: names
+    of parameters to estimate besides the usual ones, or to leave as they are. docs/calibration.md.
+
+    >>> import trundle
+    >>> found = trundle.calibrate("data/demo/session_01", "data/demo/robot.toml",
+    ...                           hold_out="data/demo/session_03/tour")
+    >>> print(f"{found['left.diameter'].value:.4f} m")
+    0.1007 m
+    >>> better = trundle.odometry("data/demo/session_03/tour", found.robot)
+    """
+    return _trundle.calibrate(
+        _many(runs),
+        _robot(robot),
+        hold_out=_many(hold_out),
+        free=list(free),
+        fix=list(fix),
+        learn_noise=learn_noise,
+        landmarks=landmarks,
+    )
+
+
+def odometry(
+    recording: Union[Path, Recording],
+    robot: Union[Path, Robot],
+    *,
+    start: Optional[Start] = None,
+    smooth: bool = False,
+) -> Odometry:
+    """Integrates wheels and gyro to a trajectory with covariance.
+
+    `start`: the pose at the first stamp. `smooth`: every pose also by what later rests show of the gyro's
+    bias. docs/odometry.md.
+
+    >>> import trundle
+    >>> found = trundle.odometry("data/demo/session_03/tour", "data/demo/robot.toml", start=(1, 2, 90))
+    >>> found.trajectory.x_m[0], found.trajectory.covariance.shape
+    (1.0, (1775, 3, 3))
+    """
+    return _trundle.odometry(_recording(recording), _robot(robot), start=start, smooth=smooth)
+
+
+def slip(
+    recording: Union[Path, Recording],
+    robot: Union[Path, Robot],
+    *,
+    learn: Union[Path, Iterable[Path]] = (),
+    probability: float = 0.01,
+    method: str = "general",
+    interval_s: float = 0.25,
+    spin_odds: float = 10.0,
+) -> Slip:
+    """Finds where wheels slip, and corrects the odometry for it.
+
+    `learn`: recordings without slip, to measure the noise on. `probability`: that an interval without slip is
+    flagged. docs/slip.md.
+
+    >>> import trundle
+    >>> robot = trundle.calibrate("data/demo/slip", "data/demo/robot.toml").robot
+    >>> for event in trundle.slip("data/demo/slip", robot).events:
+    ...     print(f"{event.start_s:.1f} s: {event.wheel}, {event.kind}")
+    20.1 s: left, spin
+    40.1 s: ambiguous, unknown
+    55.1 s: right, spin
+    """
+    return _trundle.slip(
+        _recording(recording),
+        _robot(robot),
+        learn=_paths(learn),
+        probability=probability,
+        method=method,
+        interval_s=interval_s,
+        spin_odds=spin_odds,
+    )
+
+
+def slam(
+    recording: Union[Path, Recording],
+    robot: Union[Path, Robot],
+    *,
+    filter: str = "fastslam2",
+    particles: int = 100,
+    seed: int = 1,
+    start: Optional[Start] = None,
+    smooth: bool = False,
+    smoother_runs: int = 5,
+    unknown_ids: bool = False,
+    estimate: Optional[str] = None,
+    systematic_sigma: Optional[float] = None,
+    swarm_iterations: int = 5,
+    swarm_agreement: float = 0.0,
+    correct_slip: bool = False,
+    learn: Union[Path, Iterable[Path]] = (),
+    spin_odds: float = 10.0,
+    threads: int = 1,
+) -> Slam:
+    """Estimates the trajectory and a map of landmarks from odometry and sightings.
+
+    `filter`: 'fastslam1', 'fastslam2', 'mapso', 'mapso_proposal', 'ekf' or 'smoother'. `smooth`: then also the
+    most probable trajectory and map of all that was seen. docs/slam.md.
+
+    >>> import trundle
+    >>> found = trundle.slam("data/demo/session_03/tour", "data/demo/robot.toml", filter="ekf")
+    >>> found.positions.shape == (len(found.landmarks), 2)
+    True
+    """
+    return _trundle.slam(
+        _recording(recording),
+        _robot(robot),
+        filter=filter,
+        particles=particles,
+        seed=seed,
+        start=start,
+        smooth=smooth,
+        smoother_runs=smoother_runs,
+        unknown_ids=unknown_ids,
+        estimate=estimate,
+        systematic_sigma=systematic_sigma,
+        swarm_iterations=swarm_iterations,
+        swarm_agreement=swarm_agreement,
+        correct_slip=correct_slip,
+        learn=_paths(learn),
+        spin_odds=spin_odds,
+        threads=threads,
+    )
+
+
+def smooth(recording: Union[Path, Recording], robot: Union[Path, Robot], **options: Any) -> Slam:
+    """The most probable trajectory and map of a whole recording: `slam` with smooth=True.
+
+    >>> import trundle
+    >>> found = trundle.smooth("data/demo/session_03/tour", "data/demo/robot.toml")
+    >>> len(found.trajectory) == len(found.online)
+    True
+    """
+    return slam(recording, robot, smooth=True, **options)
+
+
+def localize(
+    recording: Union[Path, Recording],
+    robot: Union[Path, Robot],
+    map: Union[Path, Slam],
+    *,
+    start: Optional[Start] = None,
+    start_sigma_m: float = 0.5,
+    start_sigma_deg: float = 10.0,
+    filter: str = "particles",
+    particles: int = _trundle.DEFAULT_LOCALIZATION_PARTICLES,
+    seed: int = 1,
+    unknown_ids: bool = False,
+    correct_slip: bool = False,
+    learn: Union[Path, Iterable[Path]] = (),
+    spin_odds: float = 10.0,
+) -> Localization:
+    """Finds and follows the robot on a known map: landmarks.csv, or what `slam` found.
+
+    Without `start` the pose is searched. docs/localization.md.
+
+    >>> import trundle
+    >>> map = trundle.smooth("data/demo/session_02/tour", "data/demo/robot.toml")
+    >>> found = trundle.localize("data/demo/session_03/tour", "data/demo/robot.toml", map)
+    >>> found.known[0].loss_noticed_s is None
+    True
+    """
+    return _trundle.localize(
+        _recording(recording),
+        _robot(robot),
+        map,
+        start=start,
+        start_sigma_m=start_sigma_m,
+        start_sigma_deg=start_sigma_deg,
+        filter=filter,
+        particles=particles,
+        seed=seed,
+        unknown_ids=unknown_ids,
+        correct_slip=correct_slip,
+        learn=_paths(learn),
+        spin_odds=spin_odds,
+    )
+
+
+def evaluate(
+    estimate: Any,
+    reference: Union[Path, Recording, Trajectory],
+    *,
+    align: str = "start",
+    longest_gap_s: float = 0.5,
+    robot: Union[Path, Robot, None] = None,
+) -> Evaluation:
+    """How far an estimated trajectory is from a reference.
+
+    `estimate`: a trajectory, a result that has one, or a file. `align`: 'none', 'start' (first common poses laid
+    on each other) or 'se2' (least squares over all positions). `robot`: says where the reference was measured
+    on it. docs/evaluation.md.
+
+    >>> import trundle
+    >>> tour = trundle.Recording("data/demo/session_03/tour")
+    >>> found = trundle.evaluate(trundle.odometry(tour, "data/demo/robot.toml"), tour)
+    >>> print(f"{found.position_m.rms:.4f} m")
+    0.1300 m
+    """
+    return _trundle.evaluate(
+        getattr(estimate, "trajectory", estimate),
+        reference,
+        align=align,
+        longest_gap_s=longest_gap_s,
+        robot=None if robot is None else _robot(robot),
+    )
+
+
+def simulate(scenario: Path, folder: Path, *, seed: Optional[int] = None) -> list[Recording]:
+    """Writes recordings of a robot whose truth is known into a folder, and returns them. docs/simulation.md.
+
+    >>> import tempfile, trundle
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     runs = trundle.simulate("data/demo/slip.toml", folder)
+    >>> len(runs), len(runs[0].reference["x_m"]) > 100
+    (1, True)
+    """
+    written = _trundle.simulate(os.fspath(scenario), os.fspath(folder), seed=seed)
+    return [Recording(run["folder"]) for run in written["recordings"]]
+
+
+def run(
+    recording: Path,
+    robot: Path,
+    folder: Path,
+    *,
+    calibrate_on: Union[Path, Iterable[Path]] = (),
+    free: Sequence[str] = (),
+    fix: Sequence[str] = (),
+    learn: Union[Path, Iterable[Path]] = (),
+    spin_odds: float = 10.0,
+    map: Optional[Path] = None,
+    filter: str = "fastslam2",
+    particles: int = 100,
+    seed: int = 1,
+    export: Optional[str] = None,
+    robot_number: int = 0,
+    recording_map: Optional[Path] = None,
+) -> Run:
+    """All in one go: health, calibration, odometry, slip, map, errors, one page; all of it into a folder.
+
+    `calibrate_on`: recordings to calibrate on, in place of the recording itself. docs/run.md.
+
+    >>> import tempfile, trundle
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     found = trundle.run("data/demo/slip", "data/demo/robot.toml", folder)
+    >>> [stage.status for stage in found.stages if stage.name == "odometry"]
+    ['done']
+    """
+    return _trundle.run(
+        os.fspath(recording),
+        os.fspath(robot),
+        os.fspath(folder),
+        calibrate_on=_paths(calibrate_on),
+        free=list(free),
+        fix=list(fix),
+        learn=_paths(learn),
+        spin_odds=spin_odds,
+        map="" if map is None else os.fspath(map),
+        filter=filter,
+        particles=particles,
+        seed=seed,
+        export=export,
+        robot_number=robot_number,
+        recording_map="" if recording_map is None else os.fspath(recording_map),
+    )
+
+
+def report(
+    results: Union[Path, Iterable[Path]],
+    *,
+    reference: Optional[Path] = None,
+    robot: Optional[Path] = None,
+) -> Report:
+    """Draws folders of results, or files of them, as one page that opens from disk. docs/report.md.
+
+    >>> import tempfile, trundle
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = trundle.slip("data/demo/slip", "data/demo/robot.toml").save(folder + "/slip.csv")
+    ...     page = trundle.report(folder)
+    >>> "</html>" in page.html
+    True
+    """
+    return _trundle.report(
+        _paths(results),
+        reference="" if reference is None else os.fspath(reference),
+        robot="" if robot is None else os.fspath(robot),
+    )
+
+
+def umbmark(
+    inputs: Union[Path, Iterable[Path]],
+    robot: Union[Path, Robot],
+    *,
+    side_m: Optional[float] = None,
+    method: str = "orientation",
+) -> Calibration:
+    """Calibrates from squares driven both ways: a sheet that was measured by hand, or recordings of them.
+
+    `method`: 'classic', 'orientation' or 'ml'. docs/umbmark.md.
+
+    >>> import trundle
+    >>> found = trundle.umbmark("data/umbmark/sheet.csv", "data/umbmark/robot.toml")
+    >>> found.method
+    'orientation'
+    """
+    return _trundle.umbmark(_paths(inputs), _robot(robot), side_m=side_m, method=method)
+
+
+def install_angle(
+    recordings: Union[Path, Iterable[Path]] = (),
+    robot: Optional[Path] = None,
+    *,
+    side_m: Optional[float] = None,
+    ends: Iterable[tuple[float, float]] = (),
+    sigma_m: float = 0.005,
+    sigma_heading_deg: float = 1.0,
+    start_heading: str = "one-alignment",
+) -> InstallAngle:
+    """The mounting angle of two dead wheels from L-shaped runs: recordings, or `side_m` and `ends`.
+
+    `ends`: where each run really ended, ahead of its start and to the left of it [m]. `start_heading`:
+    'each-run' where the robot was aligned anew for each. docs/dead-wheels.md.
+
+    >>> import trundle
+    >>> found = trundle.install_angle(side_m=2, ends=[(1.998, 1.931), (2.001, 1.935)])
+    >>> print(f"{found.alpha_rad:.4f} rad")
+    0.0338 rad
+    """
+    return _trundle.install_angle(
+        recordings=_paths(recordings),
+        robot="" if robot is None else os.fspath(robot),
+        side_m=side_m,
+        ends=list(ends),
+        sigma_m=sigma_m,
+        sigma_heading_deg=sigma_heading_deg,
+        start_heading=start_heading,
+    )
+
+
+def steps(
+    recording: Union[Path, Recording], robot: Union[Path, Robot], *, unknown_ids: bool = False
+) -> list[Step]:
+    """A recording cut into what a filter is given at once: motions, and what was seen at the end of each.
+
+    >>> import trundle
+    >>> smoother = trundle.IncrementalSmoother(trundle.Robot("data/demo/robot.toml"))
+    >>> for step in trundle.steps("data/demo/session_03/tour", "data/demo/robot.toml")[:50]:
+    ...     _ = smoother.step(step)
+    >>> smoother.covariance.shape
+    (3, 3)
+    """
+    return _trundle.steps(_recording(recording), _robot(robot), unknown_ids=unknown_ids)

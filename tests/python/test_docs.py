@@ -1,0 +1,53 @@
+"""What docstrings, docs/python.md and the notebook show is what comes out."""
+
+import doctest
+import json
+import re
+import unittest
+from pathlib import Path
+
+import trundle
+from common import WithFolder
+
+try:
+    import matplotlib.pyplot
+except ImportError as missing:
+    raise unittest.SkipTest(f"{missing}: apt-get install python3-pandas python3-matplotlib") from missing
+
+FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+
+
+class Docs(WithFolder):
+    def test_docstrings(self):
+        failed, tried = doctest.testmod(trundle, optionflags=FLAGS)
+        self.assertEqual(failed, 0)
+        self.assertGreater(tried, 20)
+
+    def test_every_public_name_is_described(self):
+        for name in trundle.__all__:
+            if not name.startswith("__"):
+                self.assertTrue(getattr(trundle, name).__doc__, name)
+
+    def test_the_page(self):
+        """Its console sessions, one after the other."""
+        page = Path("docs/python.md").read_text(encoding="utf-8")
+        sessions = re.findall(r"^```pycon\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+        self.assertGreater(len(sessions), 3)
+        test = doctest.DocTestParser().get_doctest("\n".join(sessions), {"OUT": str(self.folder)}, "docs/python.md", None, 0)
+        self.assertEqual(doctest.DocTestRunner(optionflags=FLAGS).run(test).failed, 0)
+
+    def test_the_notebook(self):
+        """Its cells by this interpreter; results are shown as a notebook would ask for them."""
+        notebook = json.loads(Path("examples/notebook.ipynb").read_text(encoding="utf-8"))
+        self.assertEqual((notebook["nbformat"], [c for c in notebook["cells"] if c.get("outputs")]), (4, []))
+        names = {}
+        cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+        self.assertGreater(len(cells), 4)
+        for number, cell in enumerate(cells, 1):
+            source = "".join(cell["source"])
+            exec(compile(source, f"examples/notebook.ipynb, cell {number}", "exec"), names)
+        matplotlib.pyplot.close("all")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,135 @@
+"""Errors are the program's lines; long calls leave other threads alone, and Ctrl-C ends them."""
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+from pathlib import Path
+
+import trundle
+from common import DEMO, ROBOT, TOUR, program
+
+
+class Lines(unittest.TestCase):
+    def assert_same_line(self, kind, code, call, *arguments):
+        done = program(*arguments, check=False)
+        self.assertEqual(done.returncode, code)
+        with self.assertRaises(kind) as caught:
+            call()
+        self.assertEqual(f"trundle: {caught.exception}\n", done.stderr)
+
+    def test_wrong_input_is_a_value_error(self):
+        self.assert_same_line(ValueError, 3, lambda: trundle.odometry("nowhere", ROBOT),
+                              "odometry", "nowhere", "--robot", ROBOT)
+        self.assert_same_line(ValueError, 3, lambda: trundle.odometry(TOUR, "nowhere.toml"),
+                              "odometry", TOUR, "--robot", "nowhere.toml")
+        self.assert_same_line(ValueError, 3, lambda: trundle.calibrate(TOUR, ROBOT, fix=["trck"]),
+                              "calibrate", TOUR, "--robot", ROBOT, "--fix", "trck")
+
+    def test_a_line_of_a_file_is_named(self):
+        with tempfile.TemporaryDirectory() as folder:
+            Path(folder, "wheels.csv").write_text("time_s,left_ticks,right_ticks\n0,1,2\n1,a,2\n2,3,4\n")
+            self.assert_same_line(ValueError, 3, lambda: trundle.Recording(folder), "info", folder)
+
+    def test_data_that_cannot_answer(self):
+        squares = f"{DEMO}/session_01/straight"
+        self.assert_same_line(trundle.CannotAnswer, 4, lambda: trundle.umbmark(squares, ROBOT, side_m=2),
+                              "umbmark", squares, "--robot", ROBOT, "--side-m", 2)
+        self.assertTrue(issubclass(trundle.CannotAnswer, RuntimeError))
+
+    def test_options_are_checked_as_the_program_s(self):
+        for call, line in (
+            (lambda: trundle.slip(TOUR, ROBOT, probability=2), "probability: is 2; expected a number from 1e-12 to 0.5"),
+            (lambda: trundle.slam(TOUR, ROBOT, filter="pf"), "filter: is 'pf'; expected one of 'fastslam1'"),
+            (lambda: trundle.slam(TOUR, ROBOT, particles=0), "particles: is 0; expected a number from 1 to 1e"),
+            (lambda: trundle.odometry(TOUR, ROBOT, start=(float("nan"), 0, 0)), "start: (nan, 0, 0) is no pose"),
+            (lambda: trundle.evaluate(TOUR, TOUR, align="best"), "align: is 'best'; expected 'none', 'start' or 'se2'"),
+            (lambda: trundle.odometry(TOUR, ROBOT).save(f"{TOUR}/wheels.csv"), f"{TOUR}/wheels.csv: "),
+        ):
+            with self.subTest(line), self.assertRaises(ValueError) as caught:
+                call()
+            self.assertTrue(str(caught.exception).startswith(line), str(caught.exception))
+
+    def test_wrong_types_are_type_errors(self):
+        with self.assertRaises(TypeError):
+            trundle.odometry(TOUR, ROBOT, start=(1, 2))
+        with self.assertRaises(TypeError):
+            trundle.Recording(3)
+
+
+def long_call():
+    """Half a minute, or more."""
+    return trundle.slam(TOUR, ROBOT, filter="fastslam2", particles=20000)
+
+
+class LongCalls(unittest.TestCase):
+    def test_other_threads_run_meanwhile(self):
+        ticks = []
+        done = threading.Event()
+
+        def tick():
+            while not done.is_set():
+                ticks.append(time.monotonic())
+                time.sleep(0.001)
+
+        thread = threading.Thread(target=tick)
+        thread.start()
+        try:
+            start = time.monotonic()
+            trundle.slam(TOUR, ROBOT, particles=1000)
+            spent = time.monotonic() - start
+        finally:
+            done.set()
+            thread.join()
+        during = [t for t in ticks if start < t < start + spent]
+        longest = max((b - a for a, b in zip(during, during[1:])), default=spent)
+        self.assertGreater(len(during), 10)
+        self.assertLess(longest, max(0.5 * spent, 0.1))
+
+    def test_control_c_ends_a_long_call(self):
+        code = ("import sys, trundle\nprint('ready', flush=True)\n"
+                "try:\n    trundle.slam(*sys.argv[1:3], particles=50000)\n"
+                "except KeyboardInterrupt:\n    print('interrupted', flush=True)\n")
+        with subprocess.Popen([sys.executable, "-c", code, TOUR, ROBOT], stdout=subprocess.PIPE, text=True,
+                              env=os.environ) as process:
+            self.assertEqual(process.stdout.readline(), "ready\n")
+            time.sleep(0.5)
+            start = time.monotonic()
+            process.send_signal(signal.SIGINT)
+            self.assertEqual(process.stdout.readline(), "interrupted\n")
+            self.assertEqual(process.wait(), 0)
+            self.assertLess(time.monotonic() - start, 5.0)  # a step of so many particles takes a part of a second
+
+    def test_control_c_of_other_calls(self):
+        """Every long loop looks: a signal that came before is seen in its first look."""
+        for call in ("trundle.calibrate([data] * 60, robot)", "trundle.smooth(data, robot, particles=1)",
+                     "trundle.odometry(long, robot)", "trundle.slip(long, robot)"):
+            code = f"""
+import signal, sys, threading, time, numpy, trundle
+data, robot = trundle.Recording(sys.argv[1]), trundle.Robot(sys.argv[2])
+time_s = numpy.arange(0.0, 40000.0, 0.02)
+ticks = numpy.mod(time_s * 300.0, 65536.0).round()
+long = trundle.Recording.from_arrays(wheels=dict(time_s=time_s, left_ticks=ticks, right_ticks=ticks),
+                                     gyro=dict(time_s=time_s, yaw_rate_rad_s=0.0 * time_s))
+threading.Timer(0.1, lambda: signal.raise_signal(signal.SIGINT)).start()
+start = time.monotonic()
+try:
+    {call}
+    print("done", time.monotonic() - start)
+except KeyboardInterrupt:
+    print("interrupted", time.monotonic() - start)
+"""
+            with self.subTest(call):
+                done = subprocess.run([sys.executable, "-c", code, TOUR, ROBOT], capture_output=True, text=True)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                word, seconds = done.stdout.split()
+                self.assertEqual(word, "interrupted")
+                self.assertLess(float(seconds), 5.0)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,108 @@
+"""On every real recording there is, Python's numbers are the program's, to the last bit.
+
+The recordings are laid out as tools/run_all.py does."""
+
+import contextlib
+import importlib.util
+import io
+import json
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy
+import trundle
+from common import REAL_DATA, program
+
+if not REAL_DATA.exists():
+    raise unittest.SkipTest(f"real data not found: {REAL_DATA}")
+
+
+def tool(name):
+    """tools/NAME.py as a module."""
+    spec = importlib.util.spec_from_file_location(name, Path("tools", f"{name}.py"))
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+class RealRecordings(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.out = Path(folder.name)
+        run_all = tool("run_all")
+        with contextlib.redirect_stdout(io.StringIO()):
+            run_all.lay_out(REAL_DATA.resolve(), cls.out)
+        cls.jobs = list(run_all.jobs(REAL_DATA.resolve(), cls.out))
+
+    def assert_same(self, command, call, *arguments):
+        """The document of a command, or its line."""
+        done = program(command, *arguments, "--json", check=False)
+        try:
+            found = call()
+        except (ValueError, trundle.CannotAnswer) as error:
+            self.assertEqual(f"trundle: {error}\n", done.stderr)
+            self.assertEqual(done.returncode, 4 if isinstance(error, trundle.CannotAnswer) else 3)
+            return None
+        self.assertEqual(done.returncode, 0, done.stderr)
+        theirs = json.loads(done.stdout)
+        theirs.pop("outputs", None)
+        self.assertEqual(found.to_dict(), theirs)
+        return found
+
+    def recordings(self):
+        """Of each session its first recording, with the options of how it is read."""
+        for job in self.jobs:
+            number = int(job.options[job.options.index("--robot-number") + 1]) if "--robot-number" in job.options else 0
+            folders = [p for p in sorted(Path(job.folder).glob("*/")) if (p / "recording.toml").exists() or (p / "wheels.csv").exists()]
+            yield job, folders[0] if folders else Path(job.folder), number
+
+    def test_odometry_and_slip(self):
+        compared = 0
+        for job, folder, number in self.recordings():
+            with self.subTest(job.title):
+                options = ["--robot", job.robot, *(["--robot-number", number] if number else [])]
+                read = lambda: trundle.Recording(folder, robot_number=number)
+                for name in ("odometry", "slip"):
+                    found = self.assert_same(name, lambda: getattr(trundle, name)(read(), job.robot), folder, *options)
+                    compared += found is not None
+                    if name == "odometry" and found is not None:
+                        with tempfile.TemporaryDirectory() as place:
+                            program("odometry", folder, *options, "-o", f"{place}/theirs.csv")
+                            found.save(f"{place}/ours.csv")
+                            self.assertEqual(Path(place, "ours.csv").read_bytes(), Path(place, "theirs.csv").read_bytes())
+        print(f"{compared} answers compared")
+        self.assertGreater(compared, len(self.jobs))
+
+    def test_calibrate(self):
+        compared = set()
+        for job in self.jobs:
+            name = job.title.split("/")[0]
+            if name in compared or job.calibrate_on is None:
+                continue
+            compared.add(name)
+            with self.subTest(job.title):
+                self.assert_same("calibrate", lambda: trundle.calibrate(job.calibrate_on, job.robot),
+                                 job.calibrate_on, "--robot", job.robot)
+        print(f"calibrated: {', '.join(sorted(compared))}")
+        self.assertGreater(len(compared), 3)
+
+    def test_slam(self):
+        for job, folder, number in self.recordings():
+            if number > 1 or not job.title.startswith(("mrclam", "lost_in_the_woods")):
+                continue
+            with self.subTest(job.title), tempfile.TemporaryDirectory() as place:
+                options = ["--robot", job.robot, *(["--robot-number", number] if number else []), "--filter", "ekf"]
+                recording = trundle.Recording(folder, robot_number=number)
+                program("slam", folder, *options, "-o", place)
+                found = trundle.slam(recording, job.robot, filter="ekf")
+                self.assertEqual(found.to_dict(), json.loads(Path(place, "slam.json").read_text()))
+                written = trundle.Trajectory(Path(place, "trajectory.csv"))
+                numpy.testing.assert_array_equal(found.trajectory.x_m, written.x_m)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,104 @@
+"""Recordings of arrays are those of files, faults included."""
+
+import csv
+import unittest
+
+import numpy
+import trundle
+from common import ROBOT, TOUR, WithFolder
+
+STREAMS = ("wheels", "gyro", "sightings", "reference")
+
+
+def streams_of(recording):
+    return {name: getattr(recording, name) for name in STREAMS}
+
+
+class FromArrays(WithFolder):
+    def setUp(self):
+        super().setUp()
+        self.file = trundle.Recording(TOUR)
+
+    def test_gives_the_same_odometry_and_map(self):
+        arrays = trundle.Recording.from_arrays("tour", **streams_of(self.file))
+        for compute in (lambda r: trundle.odometry(r, ROBOT), lambda r: trundle.slip(r, ROBOT),
+                        lambda r: trundle.slam(r, ROBOT, filter="ekf")):
+            mine, theirs = compute(arrays), compute(self.file)
+            numpy.testing.assert_array_equal(mine.trajectory.x_m, theirs.trajectory.x_m)
+            numpy.testing.assert_array_equal(mine.trajectory.covariance, theirs.trajectory.covariance)
+        mine, theirs = (trundle.calibrate([r], ROBOT) for r in (arrays, self.file))
+        numpy.testing.assert_array_equal(mine.covariance, theirs.covariance)
+        self.assertEqual([p.value for p in mine.parameters], [p.value for p in theirs.parameters])
+
+    def test_data_frames_and_other_types(self):
+        pandas = self.pandas()
+        wheels = pandas.read_csv(f"{TOUR}/wheels.csv", comment="#")
+        gyro = pandas.read_csv(f"{TOUR}/gyro.csv", comment="#").to_records(index=False)
+        wheels["note"] = "not a number"
+        recording = trundle.Recording.from_arrays(wheels=wheels.astype({"left_ticks": "int32"}), gyro=gyro)
+        numpy.testing.assert_array_equal(recording.wheels["left_ticks"], self.file.wheels["left_ticks"])
+        numpy.testing.assert_array_equal(recording.gyro["yaw_rate_rad_s"], self.file.gyro["yaw_rate_rad_s"])
+
+    def pandas(self):
+        try:
+            import pandas
+        except ImportError as missing:
+            self.skipTest(f"{missing}: apt-get install python3-pandas")
+        return pandas
+
+    def test_landmarks_and_unknown_ones(self):
+        recording = trundle.Recording.from_arrays(
+            sightings={"time_s": [0.0, 1.0, 2.0], "landmark": ["a", None, float("nan")], "range_m": [1.0, 2.0, 3.0],
+                       "bearing_rad": [0.0, 0.1, 0.2]},
+            landmarks={"landmark": ["a"], "x_m": [1.0], "y_m": [2.0]})
+        self.assertEqual(recording.sightings["landmark"], ["a", "", ""])
+        self.assertEqual(recording.landmarks, {"a": (1.0, 2.0)})
+
+    def test_what_is_wrong_with_rows_is_found_as_in_a_file(self):
+        time_s = numpy.arange(100) * 0.02
+        ticks = numpy.arange(100.0)
+        time_s[50], ticks[70] = time_s[49], numpy.inf
+        recording = trundle.Recording.from_arrays(wheels={"time_s": time_s, "left_ticks": ticks, "right_ticks": ticks})
+        with open(self.folder / "wheels.csv", "w", newline="") as file:
+            csv.writer(file).writerows([["time_s", "left_ticks", "right_ticks"], *zip(time_s, ticks, ticks)])
+        same = trundle.Recording(self.folder)
+        self.assertEqual([(f.kind, f.count) for f in recording.findings], [(f.kind, f.count) for f in same.findings])
+        self.assertIn("wheels:51", [f.place for f in recording.findings])
+        numpy.testing.assert_array_equal(recording.wheels["time_s"], same.wheels["time_s"])
+
+    def test_errors_name_the_stream_and_the_column(self):
+        for streams, line in (
+            ({"wheel": {"time_s": [0.0]}}, "wheel: is no stream of a recording; expected one of wheels, gyro"),
+            ({"wheels": {"time_s": [0.0]}}, "wheels: has no column of a wheel; expected <wheel>_ticks"),
+            ({"gyro": {"time_s": [0.0]}}, "gyro: has no column 'yaw_rate_rad_s'"),
+            ({"gyro": {"time_s": [0.0], "yaw_rate_rad_s": [0.0, 1.0]}}, "gyro: column 'yaw_rate_rad_s' has 2 rows"),
+            ({"gyro": {"time_s": [0.0], "yaw_rate_rad_s": [1e12]}}, "gyro:1: yaw_rate_rad_s is 1000000000000"),
+            ({}, "recording: holds no samples"),
+        ):
+            with self.subTest(line), self.assertRaises(ValueError) as caught:
+                trundle.Recording.from_arrays(**streams)
+            self.assertTrue(str(caught.exception).startswith(line), str(caught.exception))
+
+    def test_saved_and_read_again(self):
+        self.file.save(self.folder / "copy")
+        again = trundle.Recording(self.folder / "copy")
+        for name in STREAMS:
+            for column, values in getattr(self.file, name).items():
+                numpy.testing.assert_array_equal(getattr(again, name)[column], values)
+
+    def test_below(self):
+        self.assertEqual([r.name for r in trundle.Recording.below("data/demo/session_01")],
+                         ["square_ccw_01", "square_ccw_02", "square_cw_01", "square_cw_02", "straight", "tour"])
+
+    def test_robots(self):
+        robot = trundle.Robot(ROBOT)
+        self.assertEqual(robot.wheels, ["left", "right"])
+        larger = robot.with_parameters({"left.diameter": 0.2})
+        self.assertEqual((robot.parameters["left.diameter"], larger.parameters["left.diameter"]), (0.1, 0.2))
+        self.assertEqual(trundle.Robot.parse(larger.to_toml()).parameters, larger.parameters)
+        with self.assertRaisesRegex(ValueError, "has no parameter 'left.diametre'; expected 'left.diameter'"):
+            robot.with_parameters({"left.diametre": 0.2})
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,159 @@
+"""On the bundled recordings every function gives what its command does: the same bytes in files, the same
+documents, and arrays with the bits of the files' numbers."""
+
+import csv
+import json
+import unittest
+
+import numpy
+import trundle
+from common import DEMO, ROBOT, TOUR, WithFolder, document_of, program
+
+
+def columns_of(path):
+    with open(path, newline="") as lines:
+        rows = list(csv.reader(line for line in lines if not line.startswith("#")))
+    return {name: [row[i] for row in rows[1:]] for i, name in enumerate(rows[0])}
+
+
+class SameAsProgram(WithFolder):
+    def assert_same_document(self, result, *arguments):
+        self.assertEqual(result.to_dict(), document_of(*arguments))
+
+    def test_odometry(self):
+        for options, named in (([], {}), (["--start", "1,2,90"], {"start": (1, 2, 90)}), (["--smooth"], {"smooth": True})):
+            arguments = ["odometry", TOUR, "--robot", ROBOT, *options]
+            found = trundle.odometry(TOUR, ROBOT, **named)
+            self.assert_same_document(found, *arguments)
+            for name in ("trajectory.csv", "trajectory.tum"):
+                program(*arguments, "-o", self.theirs / name)
+                found.save(self.ours / name)
+            self.assert_same_files()
+
+    def test_arrays_have_the_bits_of_the_file(self):
+        program("odometry", TOUR, "--robot", ROBOT, "-o", self.theirs / "trajectory.csv")
+        written = {name: numpy.array(cells, float) for name, cells in columns_of(self.theirs / "trajectory.csv").items()}
+        trajectory = trundle.odometry(TOUR, ROBOT).trajectory
+        for name in ("time_s", "x_m", "y_m", "heading_rad"):
+            numpy.testing.assert_array_equal(getattr(trajectory, name), written[name])
+        for i, row in enumerate("xyh"):
+            for j, column in enumerate("xyh"[i:], i):
+                numpy.testing.assert_array_equal(trajectory.covariance[:, i, j], written[f"var_{row}{column}"])
+        read = trundle.Trajectory(self.theirs / "trajectory.csv")
+        numpy.testing.assert_array_equal(read.x_m, trajectory.x_m)
+
+    def test_slip(self):
+        clean = f"{DEMO}/session_01/straight"
+        for options, named in (([], {}), (["--learn", clean], {"learn": clean}),
+                               (["--method", "published", "--probability", "0.05", "--learn", clean],
+                                {"method": "published", "probability": 0.05, "learn": [clean]})):
+            arguments = ["slip", f"{DEMO}/slip", "--robot", ROBOT, *options]
+            program(*arguments, "-o", self.theirs / "slip.csv", "--corrected", self.theirs / "corrected.csv")
+            found = trundle.slip(f"{DEMO}/slip", ROBOT, **named)
+            found.save(self.ours / "slip.csv", corrected=self.ours / "corrected.csv")
+            self.assert_same_files()
+            self.assert_same_document(found, *arguments)
+
+    def test_calibrate(self):
+        for options, named in (([], {}), (["--hold-out", TOUR], {"hold_out": TOUR}),
+                               (["--fix", "track", "--free", "reference.x"], {"fix": ["track"], "free": ["reference.x"]}),
+                               (["--learn-noise"], {"learn_noise": True})):
+            runs = [f"{DEMO}/session_01", f"{DEMO}/session_02"]
+            arguments = ["calibrate", *runs, "--robot", ROBOT, *options]
+            program(*arguments, "-o", self.theirs / "calibrated.toml", "--export", "ros2_control")
+            found = trundle.calibrate(runs, ROBOT, **named)
+            found.save(self.ours / "calibrated.toml", export="ros2_control")
+            self.assert_same_files()
+            self.assert_same_document(found, *arguments)
+
+    def test_calibrated_robot_is_that_of_its_file(self):
+        found = trundle.calibrate(f"{DEMO}/session_01", ROBOT)
+        found.save(self.ours / "calibrated.toml")
+        read = trundle.Robot(self.ours / "calibrated.toml")
+        self.assertEqual(found.robot.parameters, read.parameters)
+        before, after = trundle.odometry(TOUR, found.robot), trundle.odometry(TOUR, read)
+        numpy.testing.assert_array_equal(before.trajectory.covariance, after.trajectory.covariance)
+
+    def test_slam(self):
+        for method in ("fastslam1", "fastslam2", "mapso", "mapso_proposal", "ekf", "smoother"):
+            with self.subTest(method):
+                options = ["--filter", method, "--seed", "7", "--particles", "20"]
+                program("slam", TOUR, "--robot", ROBOT, *options, "-o", self.theirs)
+                found = trundle.slam(TOUR, ROBOT, filter=method, seed=7, particles=20)
+                found.save(self.ours)
+                self.assert_same_files()
+                self.assertEqual(found.to_dict(), json.loads((self.theirs / "slam.json").read_text()))
+
+    def test_smooth(self):
+        program("slam", TOUR, "--robot", ROBOT, "--smooth", "--unknown-ids", "--correct-slip", "-o", self.theirs)
+        trundle.smooth(TOUR, ROBOT, unknown_ids=True, correct_slip=True).save(self.ours)
+        self.assert_same_files()
+
+    def test_localize(self):
+        found = trundle.slam(f"{DEMO}/session_02/tour", ROBOT, filter="ekf")
+        found.save(self.folder / "map")
+        map = self.folder / "map/landmarks.csv"
+        for options, named in (([], {}), (["--filter", "ekf", "--start", "0,0,0"], {"filter": "ekf", "start": (0, 0, 0)})):
+            program("localize", TOUR, "--robot", ROBOT, "--map", map, *options, "-o", self.theirs / "localized.csv",
+                    "--steps", self.theirs / "steps.csv", "--innovations", self.theirs / "innovations.csv")
+            trundle.localize(TOUR, ROBOT, map, **named).save(
+                self.ours / "localized.csv", steps=self.ours / "steps.csv", innovations=self.ours / "innovations.csv")
+            self.assert_same_files()
+
+    def test_a_map_that_was_never_written(self):
+        found = trundle.slam(f"{DEMO}/session_02/tour", ROBOT, filter="ekf")
+        found.save(self.folder / "map")
+        here = trundle.localize(TOUR, ROBOT, found)
+        there = trundle.localize(TOUR, ROBOT, self.folder / "map/landmarks.csv")
+        numpy.testing.assert_array_equal(here.trajectory.x_m, there.trajectory.x_m)
+        numpy.testing.assert_array_equal(here.trajectory.covariance, there.trajectory.covariance)
+
+    def test_evaluate(self):
+        program("odometry", TOUR, "--robot", ROBOT, "-o", self.folder / "trajectory.csv")
+        estimate = self.folder / "trajectory.csv"
+        for align in ("none", "start", "se2"):
+            found = trundle.evaluate(estimate, TOUR, align=align, robot=ROBOT)
+            self.assert_same_document(found, "evaluate", estimate, TOUR, "--align", align, "--robot", ROBOT)
+            in_memory = trundle.evaluate(trundle.odometry(TOUR, ROBOT), trundle.Recording(TOUR), align=align, robot=ROBOT)
+            self.assertEqual(in_memory.position_m.rms, found.position_m.rms)
+            self.assertEqual(in_memory.to_dict()["nees"], found.to_dict()["nees"])
+
+    def test_umbmark(self):
+        for method in ("classic", "orientation", "ml"):
+            arguments = ["umbmark", "data/umbmark/sheet.csv", "--robot", "data/umbmark/robot.toml", "--method", method]
+            program(*arguments, "-o", self.theirs / "calibrated.toml")
+            found = trundle.umbmark("data/umbmark/sheet.csv", "data/umbmark/robot.toml", method=method)
+            found.save(self.ours / "calibrated.toml")
+            self.assert_same_files()
+            self.assert_same_document(found, *arguments)
+
+    def test_install_angle(self):
+        found = trundle.install_angle(side_m=2, ends=[(1.998, 1.931), (2.001, 1.935)], start_heading="each-run")
+        self.assert_same_document(found, "install-angle", "--side-m", 2, "--end-x-m", 1.998, "--end-x-m", 2.001,
+                                  "--end-y-m", 1.931, "--end-y-m", 1.935, "--start-heading", "each-run")
+
+    def test_simulate(self):
+        program("simulate", f"{DEMO}/slip.toml", "--seed", "5", "-o", self.theirs)
+        runs = trundle.simulate(f"{DEMO}/slip.toml", self.ours, seed=5)
+        self.assertEqual(len(runs), 1)
+        self.assert_same_files()
+
+    def test_run_and_report(self):
+        arguments = ["run", f"{DEMO}/slip", "--robot", ROBOT, "--calibrate-on", f"{DEMO}/session_01", "--filter", "ekf"]
+        place = self.folder / "results"
+        program(*arguments, "-o", place)
+        place.rename(self.theirs / "results")
+        found = trundle.run(f"{DEMO}/slip", ROBOT, place, calibrate_on=f"{DEMO}/session_01", filter="ekf")
+        self.assertEqual(found.to_dict(), json.loads((place / "run.json").read_text()))
+        program("report", place, "-o", self.theirs / "page.html")
+        trundle.report(place).save(self.ours / "page.html")
+        place.rename(self.ours / "results")
+        self.assert_same_files()
+
+    def test_info(self):
+        found = trundle.Recording(TOUR).info(trundle.Robot(ROBOT))
+        self.assertEqual(found, document_of("info", TOUR, "--robot", ROBOT))
+
+
+if __name__ == "__main__":
+    unittest.main()
