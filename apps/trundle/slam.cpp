@@ -54,9 +54,6 @@ std::string text_of(const SlamArguments& options, const SlamAnswer& answer) {
         fmt::format("  resampled in {} steps; effective particles at worst {:.1f} of {}\n", counts.resampled,
                     counts.smallest_effective_share * static_cast<double>(options.question.particles),
                     options.question.particles);
-  if (counts.closed_loops > 0)
-    text +=
-        fmt::format("  map bent to close a loop: {} times (steps.csv, closed_loop)\n", counts.closed_loops);
   if (answer.smoothed) text += smoother_line(answer.smoothed->counts);
   text += fmt::format("end pose: x {:.4f} m, y {:.4f} m, heading {:.3f}°\n", end.pose.x, end.pose.y,
                       degrees(end.pose.heading));

@@ -11,17 +11,15 @@
 namespace trundle::slam {
 namespace {
 
-using Index = Ancestry::Index;
-
-std::vector<Index> random_parents(std::size_t count, Random& random) {
-  std::vector<Index> parents(count);
-  for (Index& parent : parents) parent = static_cast<Index>(random.below(count));
+std::vector<Ancestry::Index> random_parents(std::size_t count, Random& random) {
+  std::vector<Ancestry::Index> parents(count);
+  for (Ancestry::Index& parent : parents) parent = static_cast<Ancestry::Index>(random.below(count));
   std::ranges::sort(parents);
   return parents;
 }
 
 template <class T>
-void copy_from_parents(std::vector<T>& values, const std::vector<Index>& parents) {
+void copy_from_parents(std::vector<T>& values, const std::vector<Ancestry::Index>& parents) {
   const std::vector<T> before = values;
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = before[parents[i]];
 }
@@ -46,10 +44,10 @@ TEST(Ancestry, GatheringLateIsCopyingAtOnce) {
     ancestry.resample(parents);
     for (Column& column : columns) copy_from_parents(column.copied, parents);
     Column& seen = columns[random.below(columns.size())];
-    for (Index i = 0; i < kParticles; ++i)
+    for (Ancestry::Index i = 0; i < kParticles; ++i)
       ASSERT_EQ(seen.lazy[ancestry.ancestor(seen.epoch, i)], seen.copied[i]);
     const std::vector<double> old = seen.lazy;
-    std::vector<Index> ancestors(kParticles);
+    std::vector<Ancestry::Index> ancestors(kParticles);
     ancestry.write_ancestors(seen.epoch, ancestors);
     for (std::size_t i = 0; i < kParticles; ++i) seen.lazy[i] = old[ancestors[i]];
     ancestry.hold(ancestry.now());
@@ -89,12 +87,13 @@ TEST(ParticlePaths, AreThoseOfACopyingFilter) {
   std::vector<std::vector<double>> copied(kParticles);
   std::size_t most_stored = 0;
   for (int step = 0; step < 2000; ++step) {
-    std::vector<Pose2> poses;
+    PoseColumns poses(kParticles);
     for (std::size_t i = 0; i < kParticles; ++i) {
-      poses.push_back({random.uniform(), 0.0, 0.0});
-      copied[i].push_back(poses.back().x);
+      poses.set(i, {random.uniform(), 0.0, 0.0});
+      copied[i].push_back(poses.at(i).x);
     }
-    paths.add_keyframe({}, poses, ancestry, {});
+    paths.add({});
+    paths.add_keyframe(poses, ancestry);
     if (random.below(3) == 0) {
       const auto parents = random_parents(kParticles, random);
       ancestry.resample(parents);
@@ -103,7 +102,7 @@ TEST(ParticlePaths, AreThoseOfACopyingFilter) {
     }
     most_stored = std::max(most_stored, paths.stored());
   }
-  for (Index i = 0; i < kParticles; ++i) {
+  for (Ancestry::Index i = 0; i < kParticles; ++i) {
     std::vector<double> path;
     for (const Pose2& pose : paths.path_of({.particle = i}, ancestry)) path.push_back(pose.x);
     ASSERT_EQ(path, copied[i]);
@@ -127,15 +126,11 @@ TEST(ParticlePaths, StepsBetweenKeyframesAreAsProbableAsPossible) {
   const Pose2 keyframe = end.mean * exp(error);
   Ancestry ancestry(1);
   ParticlePaths paths;
-  Motion since;
-  for (int k = 0; k < 6; ++k) {
-    since = since * motion;
-    if (k < 5)
-      paths.propagate(since);
-    else
-      paths.add_keyframe(since, std::vector<Pose2>{keyframe}, ancestry, {});
-  }
-  paths.propagate(motion);
+  for (int k = 0; k < 6; ++k) paths.add(motion);
+  PoseColumns there(1);
+  there.set(0, keyframe);
+  paths.add_keyframe(there, ancestry);
+  paths.add(motion);
   const std::vector<Pose2> path = paths.path_of({}, ancestry);
   ASSERT_EQ(path.size(), 7U);
   EXPECT_EQ(path[5].x, keyframe.x);

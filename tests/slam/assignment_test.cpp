@@ -58,7 +58,7 @@ TEST(CheapestAssignment, IsTheCheapestOfAllWithTies) {
 }
 
 TEST(CheapestAssignment, GreedyWouldFail) {
-  const Eigen::MatrixXd cost = (Eigen::MatrixXd(2, 2) << 1.0, 2.0, 1.1, 100.0).finished();
+  const Eigen::MatrixXd cost = (Eigen::Matrix2d() << 1.0, 2.0, 1.1, 100.0).finished();
   EXPECT_EQ(CheapestAssignment().solve(cost), (Columns{1, 0}));
 }
 

@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/slam/ekf/ekf.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 #include "scale.hpp"
 #include "slam/copying_fastslam.hpp"
@@ -161,6 +163,86 @@ TEST_P(EveryProposal, SurvivesWhateverItIsShown) {
 }
 
 INSTANTIATE_TEST_SUITE_P(, EveryProposal, test::every_proposal(), test::name_of_proposal);
+
+/// Once around a room.
+test::SlamWorld room(int seed, int steps = 315) {
+  return test::slam_world({.steps = steps,
+                           .step_m = 0.1,
+                           .sigma_along_m = 0.005,
+                           .sigma_across_m = 0.001,
+                           .sigma_turn_rad = 0.004,
+                           .seed = static_cast<std::uint64_t>(seed)});
+}
+
+double ekf_error(const test::SlamWorld& world) {
+  EkfSlam filter(world.sensor, {});
+  double squares = 0.0;
+  for (std::size_t k = 0; k < world.steps.size(); ++k) {
+    filter.step(world.steps[k].motion, world.steps[k].observations);
+    squares += (filter.estimate().pose.translation() - world.truth[k].translation()).squaredNorm();
+  }
+  return std::sqrt(squares / static_cast<double>(world.steps.size()));
+}
+
+class InARoom : public testing::TestWithParam<Proposal> {};
+
+/// What resampling has taken from the particles is no longer in their covariance (docs/theory/fastslam.md,
+/// what resampling loses): before the first resampling it is consistent, later their error is all that can be
+/// asked for.
+TEST_P(InARoom, CovarianceIsConsistentBeforeAnyResampling) {
+  const int runs = test::trials(40, 10);
+  double nees = 0.0;
+  for (int seed = 1; seed <= runs; ++seed) {
+    const test::SlamWorld world = room(seed, 20);
+    ParticleSlam filter(world.sensor, {.proposal = GetParam(),
+                                       .particles = 2000,
+                                       .seed = static_cast<std::uint64_t>(seed),
+                                       .resample_below = 0.0});
+    for (const SlamStep& step : world.steps) filter.step(step.motion, step.observations);
+    const PoseEstimate estimate = filter.estimate();
+    const Vector3 e = log(estimate.pose.inverse() * world.truth.back()).vector();
+    nees += e.dot(body_covariance(estimate.pose, estimate.covariance).ldlt().solve(e));
+  }
+  RecordProperty("nees", std::to_string(nees / runs));
+  EXPECT_GT(nees, chi_squared_limit(0.9995, 3.0 * runs));
+  EXPECT_LT(nees, chi_squared_limit(0.0005, 3.0 * runs));
+}
+
+TEST_P(InARoom, IsAtMostHalfAsFarOffAgainAsTheEkf) {
+  const int runs = test::trials(20, 5);
+  double squares = 0.0;
+  double of_ekf = 0.0;
+  for (int seed = 1; seed <= runs; ++seed) {
+    const test::SlamWorld world = room(seed);
+    const double error = end_error(world, {.proposal = GetParam(), .seed = static_cast<std::uint64_t>(seed)});
+    squares += error * error / runs;
+    of_ekf += ekf_error(world) * ekf_error(world) / runs;
+  }
+  RecordProperty("ratio", std::to_string(std::sqrt(squares / of_ekf)));
+  EXPECT_LT(std::sqrt(squares), 1.5 * std::sqrt(of_ekf));
+}
+
+/// One sighting in twenty bears another landmark's name.
+TEST_P(InARoom, WrongNamesMakeItAtMostTwiceAsFarOff) {
+  const int runs = test::trials(10, 4);
+  double squares = 0.0;
+  double without = 0.0;
+  for (int seed = 1; seed <= runs; ++seed) {
+    test::SlamWorld world = room(seed);
+    const ParticleSlamOptions options{.proposal = GetParam(), .seed = static_cast<std::uint64_t>(seed)};
+    without += std::pow(end_error(world, options), 2.0) / runs;
+    Random random(static_cast<std::uint64_t>(seed), 9);
+    for (SlamStep& step : world.steps)
+      for (Observation& seen : step.observations)
+        if (random.uniform() < 0.05) seen.landmark = static_cast<LandmarkId>(random.below(20));
+    squares += std::pow(end_error(world, options), 2.0) / runs;
+  }
+  RecordProperty("ratio", std::to_string(std::sqrt(squares / without)));
+  EXPECT_LT(std::sqrt(squares), 2.0 * std::sqrt(without));
+}
+
+INSTANTIATE_TEST_SUITE_P(, InARoom, testing::Values(Proposal::linearised, Proposal::swarm_gaussian),
+                         test::name_of_proposal);
 
 TEST(ParticleSlam, LearnsTheOdometrysSystematicErrors) {
   // On one circle turning and turning per metre look alike: the sum of both is what can be told.

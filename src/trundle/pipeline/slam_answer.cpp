@@ -45,12 +45,11 @@ std::vector<std::string> names_of(const SlamAnswer& answer) {
 }
 
 std::string csv_of_steps(const SlamAnswer& answer) {
-  std::string text = "time_s,sightings,effective_particles,resampled,greatest_weight,closed_loop\n";
+  std::string text = "time_s,sightings,effective_particles,resampled,greatest_weight\n";
   for (std::size_t k = 0; k < answer.input.steps.size(); ++k) {
     const StepReport& report = answer.result.reports[k];
-    text += fmt::format("{},{},{},{},{},{}\n", answer.input.steps[k].time_s, report.observations.size(),
-                        report.effective_particles, report.resampled ? 1 : 0, report.greatest_weight,
-                        report.closed_loop ? 1 : 0);
+    text += fmt::format("{},{},{},{},{}\n", answer.input.steps[k].time_s, report.observations.size(),
+                        report.effective_particles, report.resampled ? 1 : 0, report.greatest_weight);
   }
   return text;
 }
@@ -231,7 +230,6 @@ Json document_of(const SlamAnswer& answer) {
                            {"invalid", counts.invalid}};
   document["nis"] = {{"mean", counts.mean_nis}, {"median", counts.median_nis}, {"honest_mean", 2.0}};
   document["resampled_steps"] = counts.resampled;
-  document["closed_loops"] = counts.closed_loops;
   document["smallest_effective_share"] = counts.smallest_effective_share;
   document["end"] = {
       {"time_s", end.time_s}, {"x_m", end.pose.x}, {"y_m", end.pose.y}, {"heading_rad", end.pose.heading}};

@@ -49,7 +49,8 @@ Stretch worst_stretch(const std::vector<StepReport>& reports) {
     for (const ObservationReport& observation : reports[k].observations) {
       const bool is_rejected = observation.decision == Decision::rejected;
       if (!is_rejected && observation.decision != Decision::matched) continue;
-      const bool is_unfit = is_rejected || observation.nis > kDefaultGate;  // all together may pass: eq. 6a
+      // Of particles the NIS is that of the most probable one, and most of them decide.
+      const bool is_unfit = is_rejected || observation.nis > kDefaultGate;
       if (here.excess <= 0) here = {.first = k};
       here.last = k;
       here.excess += is_unfit ? 1 : -1;

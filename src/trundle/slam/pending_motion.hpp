@@ -45,9 +45,6 @@ class PendingMotion {
   /// All particles have been drawn; `mean` of their ŝ.
   void drawn(const Systematic& mean);
 
-  /// s are known less well than was thought.
-  void widen(const SystematicCovariance& by) { of_systematic_ += by; }
-
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {

@@ -35,12 +35,10 @@ struct StepReport {
   double effective_particles = 0.0;             ///< 1/Σw² before resampling; 0: the filter has no particles
   double greatest_weight = 0.0;                 ///< of one particle, likewise
   bool resampled = false;
-  bool closed_loop = false;  ///< the map was corrected by a revisit; `ekf`: the pose was, eq. 6a
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.observations, self.effective_particles, self.greatest_weight, self.resampled,
-            self.closed_loop);
+    archive(self.observations, self.effective_particles, self.greatest_weight, self.resampled);
   }
 };
 

@@ -65,7 +65,6 @@ class CountsOfRun {
   void add(const StepReport& report, std::size_t particles) {
     for (const ObservationReport& observation : report.observations) add(observation);
     counts_.resampled += report.resampled ? 1 : 0;
-    counts_.closed_loops += report.closed_loop ? 1 : 0;
     if (report.effective_particles > 0.0)
       counts_.smallest_effective_share = std::min(
           counts_.smallest_effective_share, report.effective_particles / static_cast<double>(particles));

@@ -102,7 +102,6 @@ struct SlamCounts {
   std::size_t rejected = 0;
   std::size_t invalid = 0;
   std::size_t resampled = 0;              ///< steps
-  std::size_t closed_loops = 0;           ///< steps in which the map was corrected by a revisit
   double mean_nis = 0.0;                  ///< of matched and rejected sightings; 2 if consistent
   double median_nis = 0.0;                ///< 1.39 if consistent
   double smallest_effective_share = 1.0;  ///< of the particles, over all steps

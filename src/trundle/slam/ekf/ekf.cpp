@@ -7,12 +7,6 @@
 #include <Eigen/LU>
 
 namespace trundle::slam {
-namespace {
-
-// Probability of what is not taken for chance, as that of the gate.
-constexpr double kRelocalizationTail = 1e-3;
-
-}  // namespace
 
 EkfSlam::EkfSlam(const LandmarkSensor& sensor, const EkfSlamOptions& options)
     : sensor_(sensor),
@@ -23,7 +17,6 @@ EkfSlam::EkfSlam(const LandmarkSensor& sensor, const EkfSlamOptions& options)
 
 const StepReport& EkfSlam::step(const Motion& motion, std::span<const Observation> observations) {
   report_.observations.assign(observations.size(), {});
-  report_.closed_loop = false;
   observations_ = observations;
   predict(motion, belief_);
   associate();
@@ -80,8 +73,7 @@ void EkfSlam::set_innovation_covariance() {
   for (Index row = 0; row < 2 * static_cast<Index>(H.size()); row += 2) S.block<2, 2>(row, row) += R_;
 }
 
-/// Eq. 6: reports every match, and leaves those that pass the gate. Where the pose is wrong and not they, all
-/// of them pass: eq. 6a.
+/// Eq. 6: reports every match, and leaves those that pass the gate.
 void EkfSlam::gate() {
   auto& [matches, H, PHt, S, innovation] = stacked_;
   set_innovation_covariance();
@@ -92,11 +84,9 @@ void EkfSlam::gate() {
     report_.observations[matches[k].observation] = {
         nis <= options_.gate ? Decision::matched : Decision::rejected, kUnknownLandmark, nu, nis};
   }
-  const bool is_relocalized = relocalize();
   std::size_t kept = 0;
   for (std::size_t k = 0; k < matches.size(); ++k) {
     ObservationReport& report = report_.observations[matches[k].observation];
-    if (is_relocalized) report.decision = Decision::matched;
     if (report.decision == Decision::rejected) continue;
     EkfBelief::Landmark& landmark = belief_.landmarks[matches[k].landmark];
     report.landmark = landmark.id;
@@ -108,26 +98,6 @@ void EkfSlam::gate() {
   matches.resize(kept);
   H.resize(kept);
   set_innovation_covariance();
-}
-
-/// Where most matches fail the gate and agree on another pose, the pose becomes as uncertain as that is far:
-/// eq. 6a. The map is taken to be as sure as the readings.
-bool EkfSlam::relocalize() {
-  std::vector<PointMatch> outliers;
-  for (const EkfMatches::Match& match : stacked_.matches) {
-    const Observation& seen = observations_[match.observation];
-    if (report_.observations[match.observation].decision != Decision::rejected) continue;
-    const SightedLandmark in_body = sighted_landmark({}, sensor_.body_from_sensor, seen);
-    const SightedLandmark in_world = sighted_landmark(belief_.joint.pose(), sensor_.body_from_sensor, seen);
-    outliers.push_back(
-        {in_body.in_world, in_body.spread(R_), belief_.joint.landmark(match.landmark), in_world.spread(R_)});
-  }
-  if (2 * outliers.size() <= stacked_.matches.size()) return false;
-  const std::optional<PoseFit> fit = fit_pose(outliers);
-  if (!fit || !is_jointly_compatible(*fit, kRelocalizationTail)) return false;
-  inflate_towards(fit->map_from_body, belief_);
-  set_innovation_covariance();
-  return report_.closed_loop = true;
 }
 
 /// Eq. 7.

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "trundle/slam/association/association.hpp"
-#include "trundle/slam/association/relocalization.hpp"
 #include "trundle/slam/association/unidentified.hpp"
 #include "trundle/slam/ekf/ekf_belief.hpp"
 
@@ -72,7 +71,6 @@ class EkfSlam {
   void associate();
   bool match();
   void gate();
-  bool relocalize();
   void update();
   void augment();
   void update_existence();

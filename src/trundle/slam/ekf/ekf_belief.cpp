@@ -44,13 +44,6 @@ void read_bias(const BiasReading& reading, EkfBelief& belief) {
   if (belief.joint.systematic() > 0) belief.joint.read_systematic(reading.rad_s, reading.variance);
 }
 
-void inflate_towards(const Pose2& pose, EkfBelief& belief) {
-  const Pose2 here = belief.joint.pose();
-  const Vector3 off(pose.x - here.x, pose.y - here.y, wrap_angle(pose.heading - here.heading));
-  belief.joint.predict(
-      {here, Matrix3::Identity(), BySystematic::Zero(3, belief.joint.systematic()), off * off.transpose()});
-}
-
 std::size_t augment(const Observation& observation, const LandmarkSensor& sensor, EkfBelief& belief) {
   const Pose2 pose = belief.joint.pose();
   const SightedLandmark sighted = sighted_landmark(pose, sensor.body_from_sensor, observation);

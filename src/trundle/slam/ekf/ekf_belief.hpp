@@ -56,8 +56,6 @@ struct EkfBelief {
 void predict(const Motion& motion, EkfBelief& belief);
 /// What the gyro reads at rest, after a step.
 void read_bias(const BiasReading& reading, EkfBelief& belief);
-/// As if the pose had never been known better than by its distance from `pose`: P_xx grows by the square.
-void inflate_towards(const Pose2& pose, EkfBelief& belief);
 
 /// A new landmark, with the id of its sighting or the next one: docs/theory/ekf.md, eq. 8. Returns its
 /// number.

@@ -72,19 +72,6 @@ std::size_t Ancestry::survivors(Epoch epoch) const {
   return epoch == now_ ? particles_ : runs(epoch).size();
 }
 
-double Ancestry::coalescence_probability(Epoch epoch) const {
-  if (epoch == now_ || particles_ < 2) return 0.0;
-  const auto families = runs(epoch);
-  double pairs = 0.0;
-  for (std::size_t k = 0; k < families.size(); ++k) {
-    const std::size_t end = k + 1 < families.size() ? families[k + 1].first : particles_;
-    const auto members = static_cast<double>(end - families[k].first);
-    pairs += members * (members - 1.0);
-  }
-  const auto count = static_cast<double>(particles_);
-  return pairs / (count * (count - 1.0));
-}
-
 void Ancestry::write_ancestors(Epoch epoch, std::span<Index> ancestors) const {
   if (epoch == now_)
     return std::iota(ancestors.begin(), ancestors.begin() + static_cast<std::ptrdiff_t>(particles_),

@@ -51,8 +51,6 @@ class Ancestry {
   [[nodiscard]] Index ancestor(Epoch epoch, Index particle) const;
   /// How many particles of a held epoch have descendants.
   [[nodiscard]] std::size_t survivors(Epoch epoch) const;
-  /// The probability that two particles descend from the same one of a held epoch.
-  [[nodiscard]] double coalescence_probability(Epoch epoch) const;
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>

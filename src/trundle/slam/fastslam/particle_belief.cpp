@@ -6,29 +6,22 @@ namespace trundle::slam {
 
 void predict(const Motion& motion, ParticleBelief& belief) {
   belief.pending.add(motion);
-  belief.since_drawn = belief.since_drawn * motion;
-}
-
-void propagate(ParticleBelief& belief) {
-  if (belief.keeps_paths) belief.paths.propagate(belief.since_drawn);
-}
-
-void add_keyframe(const FrameCovariance& drift, ParticleBelief& belief) {
-  ParticleSet& particles = belief.particles;
-  if (belief.keeps_paths)
-    belief.paths.add_keyframe(belief.since_drawn, poses_of(particles), particles.ancestry, drift);
-  belief.since_drawn = {};
-  belief.pending.drawn(particles.mean_systematic());
+  belief.paths.add(motion);
 }
 
 void learn_systematic(ParticleBelief& belief) {
   const PendingMotion& pending = belief.pending;
   if (pending.systematic() == 0) return;
   ParticleSet& particles = belief.particles;
-  const auto by_n = (pending.gain() * semidefinite_root(belief.predicted_covariance())).eval();
+  const auto by_n = (pending.gain() * semidefinite_root(pending.covariance())).eval();
   for (std::size_t i = 0; i < particles.count; ++i)
     particles.systematic.set(
         i, pending.systematic_of(particles.systematic.at(i)) + by_n * particles.noise.at(i));
+}
+
+void add_keyframe(ParticleBelief& belief) {
+  belief.paths.add_keyframe(belief.particles.poses, belief.particles.ancestry);
+  belief.pending.drawn(belief.particles.mean_systematic());
 }
 
 void read_bias(const BiasReading& reading, ParticleBelief& belief) {

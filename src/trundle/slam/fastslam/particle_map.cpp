@@ -15,19 +15,12 @@ LandmarkId ParticleMap::find(LandmarkId name) const {
   return i < named_.size() ? named_[i] : kUnknownLandmark;
 }
 
-LandmarkId ParticleMap::number_of(LandmarkId id) const {
-  const auto unidentified = unidentified_.find(id);
-  return unidentified != unidentified_.end() ? unidentified->second : find(id);
-}
-
 /// One without a name that has this number gets another.
 LandmarkId ParticleMap::add(LandmarkId name, const Vector2& origin, Ancestry& ancestry) {
   next_unidentified_ = std::max(next_unidentified_, name + 1);
   if (const auto unidentified = unidentified_.extract(name)) number_unidentified(unidentified.mapped());
   const LandmarkId landmark = occupy(origin, ancestry);
-  Entry& entry = entries_[static_cast<std::size_t>(landmark)];
-  entry.id = name;
-  entry.has_name = true;
+  entries_[static_cast<std::size_t>(landmark)].id = name;
   const auto i = static_cast<std::size_t>(name);
   if (named_.size() <= i) named_.resize(i + 1, kUnknownLandmark);
   named_[i] = landmark;
@@ -128,71 +121,31 @@ bool ParticleMap::has(LandmarkId landmark, std::size_t particle, const Ancestry&
          is_there(entry.columns.at(ancestry.ancestor(entry.epoch, static_cast<Ancestry::Index>(particle))));
 }
 
-void ParticleMap::set_frame(LandmarkId landmark, const FrameCovariance& frame) {
-  Entry& entry = entries_[static_cast<std::size_t>(landmark)];
-  const LandmarkEstimate one = entry.columns.at(0);  // others have it nearby
-  entry.place_covariance = frame.about({one.x, one.y}).covariance.topLeftCorner<2, 2>();
-}
-
-void ParticleMap::correct(const LoopCorrection& correction, const Twists& twists, const Ancestry& ancestry) {
-  for (Entry& entry : entries_) {
-    if (!entry.is_there) continue;
-    const Matrix3 share = correction.share(entry.seen_in.drift);
-    if (share.isZero(0.0)) continue;
-    Vector2 place = Vector2::Zero();
-    twists.for_ancestors(ancestry, entry.epoch, [&](std::size_t ancestor, const Vector3& twist) {
-      const Pose2 motion = correction.motion(share * twist);
-      const LandmarkEstimate m = entry.columns.at(ancestor);
-      const Matrix2 R = rotation(motion.heading);
-      const Matrix2 P = R * (Matrix2() << m.xx, m.xy, m.xy, m.yy).finished() * R.transpose();
-      place = motion * Vector2(m.x, m.y);
-      entry.columns.set(ancestor, {place.x(), place.y(), P(0, 0), P(0, 1), P(1, 1)});
-    });
-    entry.seen_in.frame = correction.frame_after(entry.seen_in.drift);
-    entry.place_covariance = entry.seen_in.frame.about(place).covariance.topLeftCorner<2, 2>();
-  }
-}
-
-ParticleMap::Mean ParticleMap::mean(LandmarkId landmark, std::span<const double> weights,
+MappedLandmark ParticleMap::mixture(LandmarkId landmark, std::span<const double> weights,
                                     const Ancestry& ancestry) const {
   const Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  MappedLandmark result{entry.id, Vector2::Zero(), Matrix2::Zero(), entry.sightings};
+  if (!entry.is_there) return result;
   const auto estimate_of = [&](std::size_t particle) {
     return entry.columns.at(ancestry.ancestor(entry.epoch, static_cast<Ancestry::Index>(particle)));
   };
-  Mean result;
-  double share = 1.0;
+  double share = 1.0;  // of the weight, that has it
   for (std::size_t i = 0; i < particles_; ++i) {
     const LandmarkEstimate m = estimate_of(i);
-    if (!is_there(m)) {
+    if (is_there(m))
+      result.position += weights[i] * Vector2(m.x, m.y);
+    else
       share -= weights[i];
-      continue;
-    }
-    result.position += weights[i] * Vector2(m.x, m.y);
   }
-  result.share = std::max(share, 1e-12);
-  result.position /= result.share;
+  share = std::max(share, 1e-12);
+  result.position /= share;
   for (std::size_t i = 0; i < particles_; ++i) {
     const LandmarkEstimate m = estimate_of(i);
     if (!is_there(m)) continue;
     const Vector2 apart = Vector2(m.x, m.y) - result.position;
-    const Matrix2 within = (Matrix2() << m.xx, m.xy, m.xy, m.yy).finished();
-    result.within += weights[i] / result.share * within;
-    result.scatter += weights[i] / result.share * apart * apart.transpose();
+    const Matrix2 own = (Matrix2() << m.xx, m.xy, m.xy, m.yy).finished();
+    result.covariance += weights[i] / share * (own + apart * apart.transpose());
   }
-  return result;
-}
-
-MappedLandmark ParticleMap::mixture(LandmarkId landmark, std::span<const double> weights,
-                                    const Ancestry& ancestry, const LostCovariance& lost) const {
-  const Entry& entry = entries_[static_cast<std::size_t>(landmark)];
-  MappedLandmark result{entry.id, Vector2::Zero(), Matrix2::Zero(), entry.sightings};
-  if (!entry.is_there) return result;
-  const Mean of = mean(landmark, weights, ancestry);
-  result.position = of.position;
-  result.covariance = of.within + of.scatter;
-  result.covariance += entry.place_covariance
-                           ? beyond_scatter(*entry.place_covariance, of.scatter)
-                           : Matrix2(lost.beyond_scatter(result.position).topLeftCorner<2, 2>());
   return result;
 }
 

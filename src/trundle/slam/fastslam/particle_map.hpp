@@ -1,15 +1,12 @@
 #pragma once
 
 #include <map>
-#include <optional>
 #include <span>
 #include <type_traits>
 #include <vector>
 
 #include "trundle/slam/fastslam/ancestry.hpp"
 #include "trundle/slam/fastslam/landmark_columns.hpp"
-#include "trundle/slam/fastslam/loop_correction.hpp"
-#include "trundle/slam/fastslam/lost_covariance.hpp"
 #include "trundle/slam/report.hpp"
 
 namespace trundle::slam {
@@ -22,12 +19,8 @@ class ParticleMap {
   ParticleMap(std::size_t particles, Precision precision, LandmarkId first_unidentified = 0);
 
   [[nodiscard]] std::size_t landmarks() const { return entries_.size(); }
-  /// Number of a landmark in this map; kUnknownLandmark: none.
-  [[nodiscard]] LandmarkId number_of(LandmarkId id) const;
-  /// The same, of one that callers have named.
+  /// Number in this map of a landmark that callers have named; kUnknownLandmark: none.
   [[nodiscard]] LandmarkId find(LandmarkId name) const;
-  /// Whether there are others.
-  [[nodiscard]] bool has_unidentified() const { return !unidentified_.empty(); }
   /// Its columns are counted from `origin`, which should be near it.
   LandmarkId add(LandmarkId name, const Vector2& origin, Ancestry& ancestry);
   /// A landmark as it was last written, and whose of its numbers each of today's particles has.
@@ -52,32 +45,12 @@ class ParticleMap {
   }
   /// Whether a particle has it.
   [[nodiscard]] bool has(LandmarkId landmark, std::size_t particle, const Ancestry& ancestry) const;
-  /// The total covariance of the map frame, now that the landmark is in view.
-  void set_frame(LandmarkId landmark, const FrameCovariance& frame);
-  /// The submap in which it was last seen.
-  [[nodiscard]] const Submap& seen_in(LandmarkId landmark) const {
-    return entries_[static_cast<std::size_t>(landmark)].seen_in;
-  }
-  void set_seen_in(LandmarkId landmark, const Submap& submap) {
-    entries_[static_cast<std::size_t>(landmark)].seen_in = submap;
-  }
-  /// Every landmark follows by its share, in whatever epoch it was written.
-  void correct(const LoopCorrection& correction, const Twists& twists, const Ancestry& ancestry);
   void count_sighting(LandmarkId landmark) { ++entries_[static_cast<std::size_t>(landmark)].sightings; }
 
-  /// Over all particles that have it, with these weights.
-  struct Mean {
-    double share = 0.0;  ///< of the weight, that has it
-    Vector2 position = Vector2::Zero();
-    Matrix2 within = Matrix2::Zero();   ///< what each particle is unsure of
-    Matrix2 scatter = Matrix2::Zero();  ///< what they differ in
-  };
-  [[nodiscard]] Mean mean(LandmarkId landmark, std::span<const double> weights,
-                          const Ancestry& ancestry) const;
-  /// Mean and covariance over all particles that have it, with these weights: eq. 17, and with what they have
-  /// lost of its place by resampling, eq. 62. Of one that was removed: no sightings.
+  /// Mean and covariance over all particles that have it, with these weights: eq. 17. Of one that was
+  /// removed: no sightings.
   [[nodiscard]] MappedLandmark mixture(LandmarkId landmark, std::span<const double> weights,
-                                       const Ancestry& ancestry, const LostCovariance& lost) const;
+                                       const Ancestry& ancestry) const;
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
@@ -92,15 +65,11 @@ class ParticleMap {
     Ancestry::Epoch epoch;
     LandmarkColumns columns;
     std::size_t sightings;
-    std::optional<Matrix2> place_covariance = {};  ///< V there, when it was last in view
-    bool has_name = false;
     bool is_there = true;
-    Submap seen_in = {};
 
     template <class Archive, class Self>
     static void persist(Archive& archive, Self& self) {
-      archive(self.id, self.epoch, self.columns, self.sightings, self.place_covariance, self.has_name,
-              self.is_there, self.seen_in);
+      archive(self.id, self.epoch, self.columns, self.sightings, self.is_there);
     }
   };
   LandmarkId occupy(const Vector2& origin, Ancestry& ancestry);

@@ -7,9 +7,9 @@
 
 namespace trundle::slam {
 
-std::size_t ParticlePaths::Segment::index(std::size_t keyframe, Ancestry::Index particle) const {
+const Pose2& ParticlePaths::Segment::at(std::size_t keyframe, Ancestry::Index particle) const {
   const auto column = std::ranges::lower_bound(particles, particle) - particles.begin();
-  return keyframe * particles.size() + static_cast<std::size_t>(column);
+  return poses[keyframe * particles.size() + static_cast<std::size_t>(column)];
 }
 
 void ParticlePaths::Segment::keep(std::span<const Ancestry::Run> survivors) {
@@ -22,23 +22,24 @@ void ParticlePaths::Segment::keep(std::span<const Ancestry::Run> survivors) {
   for (const Ancestry::Run& run : survivors) particles.push_back(run.ancestor);
 }
 
-void ParticlePaths::propagate(const Motion& since_keyframe) {
-  steps_.push_back({since_keyframe});
+void ParticlePaths::add(const Motion& motion) {
+  if (!keeps_) return;
+  since_keyframe_ = since_keyframe_ * motion;
+  steps_.push_back({since_keyframe_});
 }
 
-void ParticlePaths::add_keyframe(const Motion& since_keyframe, std::span<const Pose2> poses,
-                                 Ancestry& ancestry, const FrameCovariance& drift) {
-  steps_.push_back({since_keyframe, true});
-  drifts_.push_back(drift);
+void ParticlePaths::add_keyframe(const PoseColumns& poses, Ancestry& ancestry) {
+  if (!keeps_) return;
+  steps_.back().is_keyframe = true;
+  since_keyframe_ = {};
   if (segments_.empty() || segments_.back().epoch != ancestry.now()) {
     Segment& segment = segments_.emplace_back();
     segment.epoch = ancestry.now();
-    segment.particles.resize(poses.size());
+    segment.particles.resize(ancestry.particles());
     std::iota(segment.particles.begin(), segment.particles.end(), Ancestry::Index{0});
     ancestry.hold(segment.epoch);
   }
-  auto& stored = segments_.back().poses;
-  stored.insert(stored.end(), poses.begin(), poses.end());
+  for (std::size_t i = 0; i < ancestry.particles(); ++i) segments_.back().poses.push_back(poses.at(i));
 }
 
 void ParticlePaths::resampled(Ancestry& ancestry) {
@@ -54,21 +55,6 @@ void ParticlePaths::resampled(Ancestry& ancestry) {
     ancestry.release(oldest.epoch);
     segments_.pop_front();
   }
-}
-
-void ParticlePaths::correct(const LoopCorrection& correction, const Twists& twists,
-                            const Ancestry& ancestry) {
-  auto drift = drifts_.begin();
-  const Vector3 of_all = twists.mean(0, ancestry.particles());
-  for (Pose2& pose : common_) pose = correction.motion(correction.share(*drift++) * of_all) * pose;
-  for (Segment& segment : segments_)
-    for (std::size_t keyframe = 0; keyframe < segment.keyframes(); ++keyframe) {
-      const Matrix3 share = correction.share(*drift++);
-      twists.for_ancestors(ancestry, segment.epoch, [&](std::size_t ancestor, const Vector3& twist) {
-        Pose2& pose = segment.poses[segment.index(keyframe, static_cast<Ancestry::Index>(ancestor))];
-        pose = correction.motion(share * twist) * pose;
-      });
-    }
 }
 
 std::vector<Pose2> ParticlePaths::keyframes_of(Ancestry::Index particle, const Ancestry& ancestry) const {

@@ -4,8 +4,7 @@
 #include <vector>
 
 #include "trundle/slam/fastslam/ancestry.hpp"
-#include "trundle/slam/fastslam/loop_correction.hpp"
-#include "trundle/slam/motion.hpp"
+#include "trundle/slam/fastslam/columns.hpp"
 
 namespace trundle::slam {
 
@@ -15,14 +14,13 @@ namespace trundle::slam {
 /// up.
 class ParticlePaths {
  public:
-  /// A step without sightings: how the body has moved since the last keyframe.
-  void propagate(const Motion& since_keyframe);
-  /// A keyframe: every particle's pose, `since_keyframe` after the one before. `ancestry` is that of them
-  /// all; `drift`: what the odometry may have erred by up to it.
-  void add_keyframe(const Motion& since_keyframe, std::span<const Pose2> poses, Ancestry& ancestry,
-                    const FrameCovariance& drift);
-  /// Every keyframe by its share.
-  void correct(const LoopCorrection& correction, const Twists& twists, const Ancestry& ancestry);
+  /// Whether paths are kept at all: without, memory does not grow with time.
+  explicit ParticlePaths(bool keeps = true) : keeps_(keeps) {}
+
+  /// A step.
+  void add(const Motion& motion);
+  /// Something was seen at the end of the last one: every particle's pose there.
+  void add_keyframe(const PoseColumns& poses, Ancestry& ancestry);
   /// After ancestry.resample().
   void resampled(Ancestry& ancestry);
 
@@ -42,7 +40,7 @@ class ParticlePaths {
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.steps_, self.common_, self.segments_, self.drifts_);
+    archive(self.since_keyframe_, self.steps_, self.common_, self.segments_);
   }
 
  private:
@@ -53,11 +51,7 @@ class ParticlePaths {
     std::vector<Pose2> poses;                ///< keyframe by keyframe
 
     [[nodiscard]] std::size_t keyframes() const { return poses.size() / particles.size(); }
-    /// Of a pose.
-    [[nodiscard]] std::size_t index(std::size_t keyframe, Ancestry::Index particle) const;
-    [[nodiscard]] const Pose2& at(std::size_t keyframe, Ancestry::Index particle) const {
-      return poses[index(keyframe, particle)];
-    }
+    [[nodiscard]] const Pose2& at(std::size_t keyframe, Ancestry::Index particle) const;
     void keep(std::span<const Ancestry::Run> survivors);
 
     template <class Archive, class Self>
@@ -77,10 +71,11 @@ class ParticlePaths {
 
   [[nodiscard]] std::vector<Pose2> keyframes_of(Ancestry::Index particle, const Ancestry& ancestry) const;
 
+  bool keeps_;
+  Motion since_keyframe_;
   std::vector<Step> steps_;
   std::vector<Pose2> common_;
   std::deque<Segment> segments_;
-  std::vector<FrameCovariance> drifts_;  ///< up to each keyframe
 };
 
 }  // namespace trundle::slam

@@ -15,9 +15,8 @@ ParticleBelief belief_at(const SlamPrior& prior, const ParticleSlamOptions& opti
   const Systematic& sigma = prior.systematic_sigma;
   return {.particles = {options.particles, sigma.size()},
           .map = {options.particles, options.map_precision, options.first_unidentified},
-          .paths = {},
-          .pending = PendingMotion(sigma),
-          .keeps_paths = options.keep_paths};
+          .paths = ParticlePaths(options.keep_paths),
+          .pending = PendingMotion(sigma)};
 }
 
 }  // namespace
@@ -30,8 +29,7 @@ ParticleSlam::ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptio
       proposal_(options.proposal, options.swarm, options.particles),
       resampling_(options.seed, options.particles),
       gating_sample_(options.particles, options.map_precision, options.prior.systematic_sigma.size()),
-      association_(sensor, {options.particles, options.map_precision}),
-      common_error_(sensor, options.particles) {
+      association_(sensor, {options.particles, options.map_precision}) {
   if (options.particles == 0) throw InputError("particle filter", "has 0 particles", "at least 1");
   ParticleSet& particles = belief_.particles;
   const Pose2& start = options.prior.start;
@@ -40,53 +38,57 @@ ParticleSlam::ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptio
   const Matrix3 L = semidefinite_root(body_covariance(start, options.prior.start_covariance));
   place(particles.predicted, particles.noise, {L, sensor.body_from_sensor}, particles.all(), particles.poses,
         particles.sensors);
-  weigh();
+  normalise_weights();
 }
 
 const StepReport& ParticleSlam::step(const Motion& motion, std::span<const Observation> observations) {
   report_.observations.assign(observations.size(), {});
-  report_.resampled = report_.closed_loop = false;
+  report_.resampled = false;
   predict(motion, belief_);
-  common_error_.predict(motion, belief_);
   gate(observations);
-  common_error_.add_sightings(matched_, report_, belief_);
-  if (sees_something()) {
-    propose_and_weigh();  // associate, propose, weigh, update
-    learn_systematic(belief_);
-    create_landmarks(observations);
-    weigh();
-    add_keyframe(common_error_.drift(), belief_);
-    resample_if_poor();
-  } else {
-    propagate(belief_);
-  }
-  if (const auto closed = common_error_.close_loop(observations, report_, belief_)) {
-    correct_loop(*closed, next_draw(), belief_);
-    report_.closed_loop = true;
-  }
+  if (!sees_something()) return report_;
+  Drawing drawing{next_draw(), {seen_.near, placement(), next_draw()}};
+  associate(drawing);
+  propose_together(drawing);
+  // All that is done to one block of the particles, while it is in the cache.
+  thread_pool_.for_all_particles([&](ParticleRange block) {
+    propose(drawing, block);
+    weigh_and_update(block);
+  });
+  belief_.map.all_have_inherited();
+  learn_systematic(belief_);
+  create_landmarks(observations);
+  normalise_weights();
+  add_keyframe(belief_);
+  resample_if_poor();
   return report_;
+}
+
+/// The motion since poses were drawn, of the body.
+Placement ParticleSlam::placement() const {
+  return {semidefinite_root(belief_.pending.covariance()), sensor_.body_from_sensor};
 }
 
 /// Eq. 14: observations of landmarks in the map that are no outliers, and those of others. Reports what the
 /// most probable particle finds, before this step has moved or weighed any.
 void ParticleSlam::gate(std::span<const Observation> observations) {
   ParticleSet& particles = belief_.particles;
-  matched_.clear();
-  unmapped_.clear();
+  seen_.matched.clear();
+  seen_.unmapped.clear();
   for (std::size_t i = 0; i < observations.size(); ++i) {
     if (!is_valid(observations[i]) || observations[i].landmark < 0) continue;
     const LandmarkId landmark = belief_.map.find(observations[i].landmark);
     if (landmark < 0)
-      unmapped_.push_back(i);
+      seen_.unmapped.push_back(i);
     else
-      matched_.push_back({i, landmark, reading_terms(observations[i], sensor_)});
+      seen_.matched.push_back({i, landmark, reading_terms(observations[i], sensor_)});
   }
   association_.collect(observations);
-  if (!matched_.empty() || association_.sees_something())
+  if (!seen_.matched.empty() || association_.sees_something())
     gating_sample_.select({particles.poses, particles.systematic, belief_.pending.prediction(),
-                           particles.weights, particles.best(), belief_.predicted_covariance(),
+                           particles.weights, particles.best(), belief_.pending.covariance(),
                            sensor_.body_from_sensor});
-  std::erase_if(matched_, [&](const MatchedSighting& s) {
+  std::erase_if(seen_.matched, [&](const MatchedSighting& s) {
     const GatingSample::Gated gated =
         gating_sample_.gate(s.reading, belief_.map.inherited(s.landmark, particles.ancestry), options_.gate);
     report_.observations[s.observation] = {gated.rejected ? Decision::rejected : Decision::matched,
@@ -97,33 +99,7 @@ void ParticleSlam::gate(std::span<const Observation> observations) {
 }
 
 bool ParticleSlam::sees_something() const {
-  return !matched_.empty() || !unmapped_.empty() || association_.sees_something();
-}
-
-/// Poses are drawn, take their weights and improve their landmarks: all of it for one block of the particles
-/// at a time, unless something has to be decided about all of them in between.
-void ParticleSlam::propose_and_weigh() {
-  ParticleSet& particles = belief_.particles;
-  const Placement placement{semidefinite_root(belief_.predicted_covariance()), sensor_.body_from_sensor};
-  const Draw draw = next_draw();
-  const PoseProposal::Step step{near_, placement, next_draw()};
-  expect_landmarks();
-  const bool is_associated = associate(draw);
-  const bool is_up = is_associated || proposal_.needs_all();
-  if (is_up && !is_associated)
-    thread_pool_.for_all_particles([&](ParticleRange block) { predict_range(draw, block); });
-  association_.add_readings(readings_);
-  near_.set(readings_, particles.sensors.origin);
-  proposal_.refine(step, thread_pool_, particles);
-  const bool is_placed = is_associated && proposal_.is_motion();
-  thread_pool_.for_all_particles([&](ParticleRange block) {
-    if (!is_up) predict_range(draw, block);
-    proposal_.draw(step, block, particles);
-    if (!is_placed)
-      place(particles.predicted, particles.noise, placement, block, particles.poses, particles.sensors);
-    weigh_and_improve(near_, particles.sensors, block, particles.log_weights.data());
-  });
-  belief_.map.all_have_inherited();
+  return !seen_.matched.empty() || !seen_.unmapped.empty() || association_.sees_something();
 }
 
 /// The landmarks that are seen will be needed by all particles; sensors are counted from where they are.
@@ -132,34 +108,40 @@ void ParticleSlam::expect_landmarks() {
   predict(particles.poses, particles.systematic, belief_.pending.prediction(), {0, kParticleLanes},
           particles.predicted);
   particles.sensors.origin = particles.predicted.at(0).translation();
-  readings_.clear();
-  for (const MatchedSighting& s : matched_) {
-    readings_.push_back({s.reading, &belief_.map.expect(s.landmark, particles.ancestry)});
+  seen_.readings.clear();
+  for (const MatchedSighting& s : seen_.matched) {
+    seen_.readings.push_back({s.reading, &belief_.map.expect(s.landmark, particles.ancestry)});
     belief_.map.count_sighting(s.landmark);
   }
 }
 
 /// Each particle finds out what sightings without names show: where it will be drawn if that depends on the
-/// motion alone, else at its prediction with the motion's uncertainty. False where there are none.
-bool ParticleSlam::associate(const Draw& draw) {
-  if (!association_.sees_something()) return false;
+/// motion alone, else at its prediction with the motion's uncertainty.
+void ParticleSlam::associate(Drawing& drawing) {
+  expect_landmarks();
   ParticleSet& particles = belief_.particles;
-  const Matrix3& covariance = belief_.predicted_covariance();
-  const bool stays = proposal_.is_motion();
-  const Matrix3 Ad = adjoint(sensor_.body_from_sensor.inverse());
-  const Matrix3 L = stays ? semidefinite_root(covariance) : Matrix3(Matrix3::Zero());
-  const Matrix3 unsure = stays ? Matrix3(Matrix3::Zero()) : Matrix3(Ad * covariance * Ad.transpose());
-  const ParticleAssociation::View view{
-      particles.sensors, unsure, particles.best(), draw, particles.log_weights.data(), gating_sample_};
-  association_.look_up(view, belief_.map, particles.ancestry);
-  thread_pool_.for_all_particles([&](ParticleRange block) {
-    predict_range(draw, block);
-    place(particles.predicted, particles.noise, {L, sensor_.body_from_sensor}, block, particles.poses,
-          particles.sensors);
-    association_.choose(view, block);
-  });
-  association_.decide(view);
-  return true;
+  if (association_.sees_something()) {
+    const Matrix3& covariance = belief_.pending.covariance();
+    const bool stays = proposal_.is_motion();
+    const Matrix3 Ad = adjoint(sensor_.body_from_sensor.inverse());
+    const Matrix3 L = stays ? drawing.proposal.placement.L : Matrix3(Matrix3::Zero());
+    const Matrix3 unsure = stays ? Matrix3(Matrix3::Zero()) : Matrix3(Ad * covariance * Ad.transpose());
+    const ParticleAssociation::View view{
+        particles.sensors, unsure, particles.best(), drawing.of_motion, particles.log_weights.data(),
+        gating_sample_};
+    association_.look_up(view, belief_.map, particles.ancestry);
+    thread_pool_.for_all_particles([&](ParticleRange block) {
+      predict_range(drawing.of_motion, block);
+      place(particles.predicted, particles.noise, {L, sensor_.body_from_sensor}, block, particles.poses,
+            particles.sensors);
+      association_.choose(view, block);
+    });
+    association_.decide(view);
+    drawing.is_predicted = true;
+    drawing.is_placed = stays;
+    association_.add_readings(seen_.readings);
+  }
+  seen_.near.set(seen_.readings, particles.sensors.origin);
 }
 
 /// Predictions, the landmarks that will be needed, and random numbers, up to this step.
@@ -170,11 +152,35 @@ void ParticleSlam::predict_range(const Draw& draw, ParticleRange range) {
   draw_normals(draw, range, particles.noise);
 }
 
+/// What all particles find out together, of proposals that need all.
+void ParticleSlam::propose_together(Drawing& drawing) {
+  if (!proposal_.needs_all()) return;
+  if (!drawing.is_predicted)
+    thread_pool_.for_all_particles([&](ParticleRange block) { predict_range(drawing.of_motion, block); });
+  drawing.is_predicted = true;
+  proposal_.refine(drawing.proposal, thread_pool_, belief_.particles);
+}
+
+/// Eq. 15 and 16.
+void ParticleSlam::propose(const Drawing& drawing, ParticleRange block) {
+  ParticleSet& particles = belief_.particles;
+  if (!drawing.is_predicted) predict_range(drawing.of_motion, block);
+  proposal_.draw(drawing.proposal, block, particles);
+  if (!drawing.is_placed)
+    place(particles.predicted, particles.noise, drawing.proposal.placement, block, particles.poses,
+          particles.sensors);
+}
+
+/// Eq. 11 to 13.
+void ParticleSlam::weigh_and_update(ParticleRange block) {
+  weigh_and_improve(seen_.near, belief_.particles.sensors, block, belief_.particles.log_weights.data());
+}
+
 /// Sightings without names find their way back into the map; then come the landmarks that are new.
 void ParticleSlam::create_landmarks(std::span<const Observation> observations) {
   ParticleSet& particles = belief_.particles;
   const auto add_named = [&] {
-    for (const std::size_t i : unmapped_) add_landmark(observations[i], i);
+    for (const std::size_t i : seen_.unmapped) add_landmark(observations[i], i);
   };
   if (!association_.sees_something()) return add_named();
   const auto best = static_cast<std::size_t>(std::ranges::max_element(particles.log_weights) -
@@ -208,29 +214,27 @@ void ParticleSlam::add_landmark(const Observation& observation, std::size_t inde
   set_first_estimates(reading, particles.sensors, particles.all(), map.current(landmark, particles.ancestry));
 }
 
-void ParticleSlam::weigh() {
+void ParticleSlam::normalise_weights() {
   report_.effective_particles = normalise(belief_.particles);
   report_.greatest_weight = belief_.particles.weights[belief_.particles.leading];
 }
 
 void ParticleSlam::resample_if_poor() {
   const double limit = options_.resample_below * static_cast<double>(options_.particles);
-  if (report_.effective_particles >= limit) return;
-  common_error_.before_resampling(belief_);
+  report_.resampled = report_.effective_particles < limit;
+  if (!report_.resampled) return;
   resampling_.resample(belief_.particles);
-  if (belief_.keeps_paths) belief_.paths.resampled(belief_.particles.ancestry);
-  report_.resampled = true;
-  common_error_.after_resampling(report_, belief_);
+  belief_.paths.resampled(belief_.particles.ancestry);
 }
 
 void ParticleSlam::read_bias(const BiasReading& reading) {
   if (belief_.pending.systematic() == 0) return;
   trundle::slam::read_bias(reading, belief_);
-  weigh();
+  normalise_weights();
 }
 
 PoseEstimate ParticleSlam::estimate() const {
-  PoseEstimate estimate = common_error_.estimate(belief_);
+  PoseEstimate estimate = mean_of(belief_.particles, belief_.pending);
   if (options_.estimate == PointEstimate::mean) return estimate;
   const Pose2 pose = pose_of(belief_.particles.leading, belief_.particles, belief_.pending);
   const Vector3 apart(pose.x - estimate.pose.x, pose.y - estimate.pose.y,
@@ -242,7 +246,7 @@ PoseEstimate ParticleSlam::estimate() const {
 
 MappedLandmark ParticleSlam::landmark(std::size_t index) const {
   return belief_.map.mixture(static_cast<LandmarkId>(index), belief_.particles.weights,
-                             belief_.particles.ancestry, common_error_.lost());
+                             belief_.particles.ancestry);
 }
 
 bool ParticleSlam::has_landmark(std::size_t index) const {

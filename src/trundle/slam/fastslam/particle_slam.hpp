@@ -3,7 +3,6 @@
 #include <span>
 #include <vector>
 
-#include "trundle/slam/fastslam/common_error.hpp"
 #include "trundle/slam/fastslam/gating_sample.hpp"
 #include "trundle/slam/fastslam/particle_association.hpp"
 #include "trundle/slam/fastslam/particle_belief.hpp"
@@ -31,7 +30,8 @@ struct ParticleSlamOptions {
 };
 
 /// FastSLAM: a Rao–Blackwellised particle filter. Poses are drawn when there is something to draw them with.
-/// Equations: docs/theory/fastslam.md.
+/// Its covariance is the scatter of the particles: too small once all of them descend from one, as in any
+/// such filter. Equations: docs/theory/fastslam.md.
 class ParticleSlam {
  public:
   /// Throws InputError when there is no particle.
@@ -43,12 +43,10 @@ class ParticleSlam {
   void read_bias(const BiasReading& reading);
 
   /// The particles' mean or best where the motion since they were last drawn has brought them, and the
-  /// covariance about it of both, with what was lost by resampling. The best is that before a
-  /// resampling.
+  /// covariance about it of both. The best is that before a resampling.
   [[nodiscard]] PoseEstimate estimate() const;
   [[nodiscard]] std::size_t landmarks() const { return belief_.map.landmarks(); }
-  /// Over all particles. The covariance is their scatter, what of it was lost by resampling, and the mean of
-  /// their own.
+  /// Over all particles. The covariance is their scatter and the mean of their own.
   [[nodiscard]] MappedLandmark landmark(std::size_t index) const;
   /// Whether the most probable particle has it: of the unidentified ones not all have.
   [[nodiscard]] bool has_landmark(std::size_t index) const;
@@ -73,20 +71,44 @@ class ParticleSlam {
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.draws_, self.resampling_, self.belief_, self.association_, self.common_error_, self.report_);
+    archive(self.draws_, self.resampling_, self.belief_, self.association_, self.report_);
   }
 
  private:
+  /// A sighting of a landmark that is in the map, and no outlier.
+  struct MatchedSighting {
+    std::size_t observation;
+    LandmarkId landmark;
+    ReadingTerms reading;
+  };
+  /// What a step sees; room is kept from step to step.
+  struct Sightings {
+    std::vector<MatchedSighting> matched;
+    std::vector<std::size_t> unmapped;   ///< valid observations of names that the map has not
+    std::vector<KnownReading> readings;  ///< of those matched, by their names or without
+    NearReadings near;                   ///< the same
+  };
+  /// How the poses of a step are drawn, and how far that has come.
+  struct Drawing {
+    Draw of_motion;
+    PoseProposal::Step proposal;
+    bool is_predicted = false;  ///< all particles are, and their motion's noise is drawn
+    bool is_placed = false;     ///< they stand there
+  };
+
+  [[nodiscard]] Placement placement() const;
   void gate(std::span<const Observation> observations);
   [[nodiscard]] bool sees_something() const;
+  void associate(Drawing& drawing);
   void expect_landmarks();
-  bool associate(const Draw& draw);
-  void propose_and_weigh();
+  void predict_range(const Draw& draw, ParticleRange range);
+  void propose_together(Drawing& drawing);
+  void propose(const Drawing& drawing, ParticleRange block);
+  void weigh_and_update(ParticleRange block);
   void create_landmarks(std::span<const Observation> observations);
   void add_landmark(const Observation& observation, std::size_t index);
-  void weigh();
+  void normalise_weights();
   void resample_if_poor();
-  void predict_range(const Draw& draw, ParticleRange range);
   Draw next_draw() { return {options_.seed, draws_++, 0}; }
 
   LandmarkSensor sensor_;
@@ -98,14 +120,8 @@ class ParticleSlam {
   SystematicResampling resampling_;
   GatingSample gating_sample_;
   ParticleAssociation association_;
-  CommonError common_error_;
   StepReport report_;
-
-  // Of one step.
-  std::vector<MatchedSighting> matched_;
-  std::vector<KnownReading> readings_;  ///< of those matched, by their names or without
-  NearReadings near_;                   ///< the same
-  std::vector<std::size_t> unmapped_;   ///< valid observations of names that the map has not
+  Sightings seen_;
 };
 
 }  // namespace trundle::slam

@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "trundle/slam/association/relocalization.hpp"
+#include "trundle/slam/localization/pose_fit.hpp"
 #include "trundle/slam/localization/sighted_pairs.hpp"
 
 namespace trundle::slam {

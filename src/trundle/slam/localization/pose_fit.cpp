@@ -1,4 +1,4 @@
-#include "trundle/slam/association/relocalization.hpp"
+#include "trundle/slam/localization/pose_fit.hpp"
 
 #include <cmath>
 #include <vector>
@@ -6,7 +6,6 @@
 #include <Eigen/LU>
 
 #include "trundle/geometry/rigid_motion.hpp"
-#include "trundle/statistics/distribution.hpp"
 
 namespace trundle::slam {
 namespace {
@@ -53,10 +52,6 @@ std::optional<PoseFit> fit_pose(std::span<const PointMatch> matches) {
     pose = {pose.x + change.x(), pose.y + change.y(), pose.heading + change.z()};
   }
   return fit;
-}
-
-bool is_jointly_compatible(const PoseFit& fit, double tail) {
-  return fit.degrees_of_freedom > 1.0 && fit.misfit < chi_squared_limit(tail, fit.degrees_of_freedom);
 }
 
 }  // namespace trundle::slam

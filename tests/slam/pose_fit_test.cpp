@@ -1,4 +1,4 @@
-#include "trundle/slam/association/relocalization.hpp"
+#include "trundle/slam/localization/pose_fit.hpp"
 
 #include <vector>
 
@@ -11,7 +11,6 @@ namespace trundle::slam {
 namespace {
 
 constexpr double kSigma_m = 0.1;
-constexpr double kTail = 1e-3;
 
 /// Landmarks around a body at a pose, as it sees them and as a map has them: both err.
 std::vector<PointMatch> matches_from(const Pose2& map_from_body, int count, Random& random) {
@@ -31,12 +30,7 @@ Pose2 anywhere(Random& random) {
   return {random.uniform(-50.0, 50.0), random.uniform(-50.0, 50.0), random.uniform(-kPi, kPi)};
 }
 
-bool is_compatible(const std::vector<PointMatch>& matches) {
-  const auto fit = fit_pose(matches);
-  return fit && is_jointly_compatible(*fit, kTail);
-}
-
-TEST(Relocalization, CovarianceAndMisfitAreThoseOfTheErrors) {
+TEST(PoseFit, CovarianceAndMisfitAreThoseOfTheErrors) {
   Random random(5);
   constexpr int kTrials = 2000;
   double nees = 0.0, misfit = 0.0, freedom = 0.0;
@@ -54,7 +48,7 @@ TEST(Relocalization, CovarianceAndMisfitAreThoseOfTheErrors) {
   EXPECT_NEAR(misfit, freedom, 0.31);
 }
 
-TEST(Relocalization, ASurerMatchCountsMore) {
+TEST(PoseFit, ASurerMatchCountsMore) {
   // Two of three landmarks determine the pose; the third, known to 10 m, is wrong by a metre.
   std::vector<PointMatch> matches;
   for (const Vector2& place : {Vector2(5.0, 0.0), Vector2(-5.0, 1.0), Vector2(0.0, 6.0)})
@@ -66,39 +60,11 @@ TEST(Relocalization, ASurerMatchCountsMore) {
   EXPECT_LT(fit->map_from_body.translation().norm(), 1e-4);
 }
 
-TEST(Relocalization, WhatOnePoseExplainsIsCompatibleButInOneOfAThousand) {
-  Random random(1);
-  int refused = 0;
-  constexpr int kTrials = 4000;
-  for (int trial = 0; trial < kTrials; ++trial)
-    refused += is_compatible(matches_from(anywhere(random), 3 + trial % 8, random)) ? 0 : 1;
-  EXPECT_LE(refused, 13);  // 4 expected; more in one run of 10 000
-}
-
-TEST(Relocalization, WrongNamesAreNotCompatible) {
-  Random random(2);
-  int compatible = 0;
-  for (int trial = 0; trial < 2000; ++trial) {
-    std::vector<PointMatch> matches = matches_from({}, 4, random);
-    for (PointMatch& m : matches) m.in_body = {random.uniform(-10.0, 10.0), random.uniform(-10.0, 10.0)};
-    compatible += is_compatible(matches) ? 1 : 0;
-  }
-  EXPECT_LE(compatible, 2);
-}
-
-TEST(Relocalization, OneOutlierAmongManyIsEnoughToWait) {
-  Random random(3);
-  std::vector<PointMatch> matches = matches_from({3.0, -2.0, 0.4}, 8, random);
-  ASSERT_TRUE(is_compatible(matches));
-  matches[2].in_body.x() += 2.0;
-  EXPECT_FALSE(is_compatible(matches));
-}
-
-TEST(Relocalization, TwoAreNotEnough) {
+TEST(PoseFit, NeedsTwoMatches) {
   Random random(4);
-  EXPECT_FALSE(is_compatible(matches_from({}, 2, random)));
   EXPECT_FALSE(fit_pose({}));
   EXPECT_FALSE(fit_pose(matches_from({}, 1, random)));
+  EXPECT_TRUE(fit_pose(matches_from({}, 2, random)));
 }
 
 }  // namespace

@@ -38,9 +38,4 @@ struct PoseFit {
 /// place. docs/theory/global-localization.md, eq. 47, 48.
 [[nodiscard]] std::optional<PoseFit> fit_pose(std::span<const PointMatch> matches);
 
-/// Whether noise alone explains what the fit leaves: a misfit that is exceeded with a probability of `tail`
-/// or more. Needs three matches, for two are taken to where two others are by some pose nearly always.
-/// docs/theory/ekf.md, eq. 6a.
-[[nodiscard]] bool is_jointly_compatible(const PoseFit& fit, double tail);
-
 }  // namespace trundle::slam
