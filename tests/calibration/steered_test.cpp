@@ -7,148 +7,57 @@
 #include <gtest/gtest.h>
 
 #include "trundle/calibration/calibrate.hpp"
-#include "trundle/calibration/defaults.hpp"
-#include "trundle/calibration/estimator.hpp"
-#include "trundle/simulation/scenario.hpp"
 
-#include "chassis/robots.hpp"
+#include "calibration/steered_drives.hpp"
 #include "real_data.hpp"
 #include "recording/folder.hpp"
 #include "scale.hpp"
 
 namespace trundle::calibration {
 namespace {
-using namespace simulation;
-
-constexpr double kStep_s = 0.05;
-constexpr double kSpeed_m_s = 0.8;
-constexpr double kPositionSigma_m = 0.002;
-constexpr double kHeadingSigma_rad = 0.005;
-
-/// Straight on, wide and tight curves both ways, back; some of it sideways.
-Path rich_drive(double tightest_m, bool sideways = false) {
-  Path path;
-  const auto go = [&](double length_m, double curvature_1_m, double crab_rad = 0.0) {
-    path.push_back({{length_m * std::cos(crab_rad), length_m * std::sin(crab_rad), length_m * curvature_1_m},
-                    std::abs(length_m) / kSpeed_m_s});
-  };
-  for (const double sense : {1.0, -1.0}) {
-    go(3.0, 0.0);
-    go(6.0 * tightest_m, sense / tightest_m);
-    go(3.0, sense / (3.0 * tightest_m));
-    go(-2.0, 0.0);
-    go(-3.0, -sense / (2.0 * tightest_m));
-    if (!sideways) continue;
-    go(2.0, 0.0, sense * 1.2);
-    go(2.0, 0.5, sense * 0.6);
-  }
-  return path;
-}
+using test::kHalfAStepEarlier, test::rich_drive, test::simulated_drive, test::steered_robot;
 
 Path circles(double radius_m, double length_m) {
-  return {Segment{{length_m, 0.0, length_m / radius_m}, length_m / kSpeed_m_s}};
-}
-
-/// What the robot `truth` records on that drive, with the reference at every fifth step.
-Recording recorded_drive(const Robot& truth, const Path& drive, std::uint64_t seed) {
-  Scenario scenario;
-  scenario.nominal = scenario.truth = truth;
-  scenario.path = drive;
-  scenario.steering = Steering::truth;
-  scenario.encoders = {.rate_hz = 1.0 / kStep_s, .unit = WheelUnit::radians};
-  scenario.reference.rate_hz = 0.2 / kStep_s;
-  scenario.reference.position_sigma_m = kPositionSigma_m;
-  scenario.reference.heading_sigma_rad = kHeadingSigma_rad;
-  scenario.seed = seed;
-  Recording recording = simulate(scenario).recording;
-  recording.name = fmt::format("drive {}", seed);
-  recording.session = "one";
-  return recording;
-}
-
-/// A reading of the steering is that of the interval before its stamp.
-constexpr SteeringSensor kHalfAStepEarlier{.sigma_rad = 0.005, .time_offset_s = -0.5 * kStep_s};
-
-Robot robot_of(const Chassis& chassis) {
-  Robot robot = test::robot_of(chassis);
-  for (Wheel& wheel : robot.chassis.wheels()) wheel.ticks_per_revolution = 0.0;
-  robot.chassis.noise.wheel_per_sqrt_m = 0.003;
-  return robot;
-}
-
-Robot nominal_tricycle() {
-  return robot_of(tricycle(test::kSize, 0.6, kHalfAStepEarlier));
-}
-Robot nominal_car() {
-  return robot_of(ackermann(test::kSize, 0.4, 0.6, 0.0, kHalfAStepEarlier));
-}
-
-Robot nominal_swerve() {
-  return robot_of(swerve(test::kSize, 0.4, 0.6, kHalfAStepEarlier));
-}
-
-/// Each of its default parameters off by some of its prior.
-Robot off(const Robot& nominal) {
-  Robot truth = nominal;
-  int sign = 1;
-  for (const Parameter& parameter : default_parameters(nominal, {.length = true, .anything = true})) {
-    const double share = parameter.kind == ParameterKind::place_x ? 0.1 : 0.3;
-    const double moved = (sign = -sign) * share * prior_sigma(parameter, nominal);
-    set_value(parameter, value_of(parameter, nominal) + moved, truth);
-  }
-  return truth;
+  return {Segment{{length_m, 0.0, length_m / radius_m}, length_m / test::kSpeed_m_s}};
 }
 
 /// The share of 95 % intervals that hold the truth, parameter by parameter.
-void expect_intervals_to_hold(const Robot& nominal, int full, bool sideways = false) {
-  const Robot truth = off(nominal);
+void expect_intervals_to_hold(std::string_view kind, bool blind, int full) {
   const int times = test::trials(full, 4);
-  Eigen::VectorXd covered;
-  std::vector<Parameter> parameters;
-  for (int i = 0; i < times; ++i) {
-    const auto seed = 100 + 2 * static_cast<std::uint64_t>(i);
-    std::vector<Run> runs;
-    for (const Recording& recording : {recorded_drive(truth, rich_drive(1.0, sideways), seed),
-                                       recorded_drive(truth, rich_drive(0.7, sideways), seed + 1)})
-      runs.push_back(prepare_run(recording, nominal));
-    parameters = default_parameters(nominal, from_outside(runs));
-    if (covered.size() == 0) covered = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(parameters.size()));
-    const Estimate estimate = estimate_parameters({runs, nominal, parameters});
-    for (Eigen::Index j = 0; j < covered.size(); ++j) {
-      const Parameter& parameter = parameters[static_cast<std::size_t>(j)];
-      const double error = value_of(parameter, estimate.robot) - value_of(parameter, truth);
-      if (std::abs(error) <= 1.959964 * std::sqrt(estimate.covariance(j, j))) covered[j] += 1.0 / times;
-    }
-  }
+  const test::SteeredSeries series = test::steered_series(kind, blind, times);
   // 93 to 97 % over a thousand; with fewer, 3 σ of the binomial are added to both sides.
   const double missing = times < 1000 ? 3.0 * std::sqrt(0.95 * 0.05 / times) : 0.0;
-  for (Eigen::Index j = 0; j < covered.size(); ++j) {
-    const std::string name = name_of(parameters[static_cast<std::size_t>(j)], nominal);
-    std::printf("%s: %.3f\n", name.c_str(), covered[j]);
-    EXPECT_GE(covered[j], 0.93 - missing) << name;
-    EXPECT_LE(covered[j], 0.97 + missing) << name;
+  for (std::size_t j = 0; j < series.names.size(); ++j) {
+    const double held = series.held[static_cast<Eigen::Index>(j)];
+    std::printf("%s: %.3f\n", series.names[j].c_str(), held);
+    EXPECT_GE(held, 0.93 - missing) << series.names[j];
+    EXPECT_LE(held, 0.97 + missing) << series.names[j];
   }
 }
 
 TEST(Steered, intervals_of_a_tricycle_hold) {
-  expect_intervals_to_hold(nominal_tricycle(), 40);
+  expect_intervals_to_hold("tricycle", false, 40);
+}
+
+TEST(Steered, intervals_of_a_tricycle_hold_by_another_simulation) {
+  expect_intervals_to_hold("tricycle", true, 40);
 }
 
 TEST(Steered, intervals_of_a_car_hold) {
-  expect_intervals_to_hold(nominal_car(), 40);
+  expect_intervals_to_hold("car", false, 40);
 }
 
 TEST(Steered, intervals_of_a_swerve_hold) {
-  expect_intervals_to_hold(nominal_swerve(), 24, true);
+  expect_intervals_to_hold("swerve", false, 24);
 }
 
 TEST(Steered, circles_of_one_radius_do_not_show_wheelbase_and_scale_apart) {
-  const Robot nominal = nominal_tricycle();
+  const Robot nominal = steered_robot("tricycle");
   Robot truth = nominal;  // so wrong that a calibration holds beyond its runs
   truth.chassis.wheels()[0].diameter_m *= 1.02;
   truth.chassis.wheels()[0].steering->zero_rad = 0.03;
-  const std::vector<Recording> runs = {recorded_drive(truth, circles(8.0, 40.0), 1),
-                                       recorded_drive(truth, circles(-8.0, 40.0), 2)};
+  const std::vector<Recording> runs = {simulated_drive(truth, circles(8.0, 40.0), 1),
+                                       simulated_drive(truth, circles(-8.0, 40.0), 2)};
   const CalibrationResult result = calibrate(runs, {}, nominal, {.learn_noise = false});
   EXPECT_THAT(result.unobservable,
               testing::Contains(testing::AllOf(
@@ -157,10 +66,10 @@ TEST(Steered, circles_of_one_radius_do_not_show_wheelbase_and_scale_apart) {
 }
 
 TEST(Steered, a_wrong_zero_is_found_without_a_word_of_noise) {
-  Robot truth = nominal_tricycle();
+  Robot truth = steered_robot("tricycle");
   truth.chassis.wheels()[0].steering->zero_rad = 0.05;
-  const std::vector<Recording> runs = {recorded_drive(truth, rich_drive(1.0), 3)};
-  const CalibrationResult result = calibrate(runs, {}, nominal_tricycle());
+  const std::vector<Recording> runs = {simulated_drive(truth, rich_drive(1.0), 3)};
+  const CalibrationResult result = calibrate(runs, {}, steered_robot("tricycle"));
   const SteeringSensor& steering = *result.calibrated.chassis.wheels()[0].steering;
   EXPECT_NEAR(steering.zero_rad, 0.05, 0.001);
   EXPECT_EQ(parse_robot(to_toml(result.calibrated), "r").chassis.wheels()[0].steering->zero_rad,

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include <Eigen/QR>
 
@@ -67,6 +69,18 @@ class Random {
 
 enum class Motion { straight, turning, stop_and_go, reversing };
 
+/// At one velocity, for so long.
+struct Piece {
+  Vector3 velocity;  ///< of the body [m/s, rad/s]
+  double duration_s = 0.0;
+};
+
+inline double length_of(std::span<const Piece> pieces) {
+  double sum = 0.0;
+  for (const Piece& piece : pieces) sum += piece.duration_s;
+  return sum;
+}
+
 /// How the body is driven.
 struct Drive {
   Motion motion = Motion::straight;
@@ -74,6 +88,7 @@ struct Drive {
   double duration_s = 20.0;  ///< of moving, without that rest
   double speed_m_s = 0.3;
   double crab_rad = 0.0;  ///< direction of travel in the body frame; not 0 for chassis that can move sideways
+  std::vector<Piece> pieces = {};  ///< instead of all that, where there are any
 };
 
 /// 0 to 1 over `ramp`, 1, and back to 0 at the end of `length`; 0 outside.
@@ -99,6 +114,8 @@ inline double speed_share(const Drive& drive, double t) {
 /// Body velocity [m/s, rad/s] at a time of the drive. Turns are arcs of 1/1.5 m radius, left and right in
 /// turn, each of which would last 1.5 rad at full speed.
 inline Vector3 velocity_at(const Drive& drive, double t) {
+  for (const Piece& piece : drive.pieces)
+    if ((t -= piece.duration_s) < 0.0) return piece.velocity;
   const double speed = drive.speed_m_s * speed_share(drive, t);
   double curvature = 0.0;
   if (drive.motion == Motion::turning) curvature = std::fmod(t * drive.speed_m_s, 2.0) < 1.0 ? 1.5 : -1.5;
@@ -133,7 +150,8 @@ inline double skid_noise(const Chassis& chassis) {
 ///   wheels    φ ← φ + s + N(0, k² |s|), s = h · ξ;  reading: difference of round(φ/q + phase)
 ///   gyro      dθ/scale + bias · dt + N(0, density² dt);  bias ← bias + N(0, walk² dt)
 ///
-///   steering  atan2 of the velocity of its place, halfway in the interval, + N(0, σ²)
+///   steering  zero + angle/scale + N(0, σ²), angle: atan2 of the velocity of its place, halfway in the
+///   interval
 ///
 /// All fixed or skid wheels must have the lateral row (0, 1, −x_icr), but for steered ones: with such the
 /// skids of all fixed wheels, N(0, k_l² · mean |s|) each, move the body by the least motion that has them.
@@ -147,7 +165,8 @@ class SimulatedDrive {
     steer(Vector3::Zero());
     for (const Wheel& wheel : chassis.wheels()) {
       const auto i = counters_++;
-      tick_m_[i] = kPi * wheel.diameter_m / wheel.ticks_per_revolution;
+      const double ticks = wheel.ticks_per_revolution == 0.0 ? kManyTicks : wheel.ticks_per_revolution;
+      tick_m_[i] = kPi * wheel.diameter_m / ticks;
       phase_[i] = random_.uniform();
     }
     if (chassis.gyro) bias_ = chassis.gyro->bias_rad_s + gyro_bias_error;
@@ -170,12 +189,13 @@ class SimulatedDrive {
     reading.time_s = static_cast<double>(done_) * dt_;
     reading.duration_s = dt_;
     for (std::size_t i = 0; i < counters_; ++i) {
-      reading.turned[i] = count(i) / chassis_.wheels()[i].ticks_per_revolution;
+      reading.turned[i] = count(i) * tick_m_[i] / (kPi * chassis_.wheels()[i].diameter_m);
     }
     if (chassis_.gyro) read_gyro(twist.z(), reading);
     for (std::size_t i = 0; i < chassis_.all_wheels().size(); ++i)
       if (const auto& steering = chassis_.all_wheels()[i].steering)
-        reading.steering_rad[i] = angle_[i] + steering->sigma_rad * random_.normal();
+        reading.steering_rad[i] =
+            steering->zero_rad + angle_[i] / steering->scale + steering->sigma_rad * random_.normal();
     return reading;
   }
 
@@ -250,6 +270,8 @@ class SimulatedDrive {
         turn / gyro.scale + bias_ * dt_ + gyro.noise_rad_s_sqrt_hz * root_dt * random_.normal();
     bias_ += gyro.bias_walk_rad_s_sqrt_s * root_dt * random_.normal();
   }
+
+  static constexpr double kManyTicks = 1e9;  ///< of a revolution: of encoders that do not round
 
   Chassis chassis_;
   Drive drive_;

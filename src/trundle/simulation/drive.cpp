@@ -163,7 +163,9 @@ Drive drive(const Scenario& scenario) {
         error_source.draw(kinematics.ideal_travel(commanded, interval.duration_s), interval);
     result.moments.push_back(moved(before, cuts[i], kinematics.move(commanded, errors, interval.duration_s),
                                    scenario.truth.chassis));
-    if (steered) result.moments.back().steering_rad = steering.at[i];
+    if (!steered) continue;
+    result.moments.back().steering_rad = steering.at[i];
+    result.moments.back().steering_within_rad = steering.within[i - 1];
   }
   result.slips = error_source.slips();
   return result;

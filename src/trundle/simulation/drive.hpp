@@ -14,7 +14,8 @@ struct Moment {
   /// What the measured rows have seen since time 0, as Increment::turned: revolutions of each wheel; without
   /// wheels forward travel [m] and turn [rad].
   std::array<double, kMaxWheels> turned{};
-  std::array<double, kMaxWheels> steering_rad{};  ///< what each steering reads without noise
+  std::array<double, kMaxWheels> steering_rad{};         ///< what each steering reads without noise
+  std::array<double, kMaxWheels> steering_within_rad{};  ///< and halfway since the moment before
 };
 
 /// The true motion, from time 0 on. Among its moments are all sampling times of the encoders.

@@ -66,7 +66,8 @@ double reading_at(const SteeringSensor& steering, double direction_rad, double z
   return steering.zero_rad + (direction_rad - zero_direction_rad) / steering.scale;
 }
 
-/// At any time, later from call to call: straight lines between the moments.
+/// At any time, later from call to call: straight lines between the moments and the middles between them, in
+/// which the rows of the motion stand as they do there.
 class SteeringFollower {
  public:
   SteeringFollower(const Drive& drive, std::size_t wheel) : moments_(drive.moments), wheel_(wheel) {}
@@ -75,9 +76,11 @@ class SteeringFollower {
     while (next_ + 1 < moments_.size() && moments_[next_].time_s < time_s) ++next_;
     const Moment& after = moments_[next_];
     const Moment& before = moments_[next_ == 0 ? 0 : next_ - 1];
-    const double step_s = after.time_s - before.time_s;
-    const double share = step_s > 0.0 ? std::clamp((time_s - before.time_s) / step_s, 0.0, 1.0) : 0.0;
-    return before.steering_rad[wheel_] + share * (after.steering_rad[wheel_] - before.steering_rad[wheel_]);
+    const double half_s = 0.5 * (after.time_s - before.time_s);
+    const double halves = half_s > 0.0 ? std::clamp((time_s - before.time_s) / half_s, 0.0, 2.0) : 0.0;
+    const double from = before.steering_rad[wheel_], middle = after.steering_within_rad[wheel_];
+    if (halves <= 1.0) return from + halves * (middle - from);
+    return middle + (halves - 1.0) * (after.steering_rad[wheel_] - middle);
   }
 
  private:
