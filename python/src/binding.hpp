@@ -12,6 +12,7 @@
 
 #include "trundle/geometry/pose2.hpp"
 #include "trundle/pipeline/files.hpp"
+#include "trundle/pipeline/slip_answer.hpp"
 #include "trundle/recording/recording.hpp"
 
 namespace trundle::python {
@@ -41,6 +42,12 @@ struct RecordingFile {
 
 /// Recordings, or the paths of folders that hold some: what a command takes as RECORDING...
 std::vector<Recording> recordings_of(const py::iterable& runs);
+
+/// Recordings without slip, or their paths, for the question that learns from them.
+void take_clean(const py::iterable& learn, SlipQuestion& question);
+/// What --correct-slip, --learn and --spin-odds say.
+std::optional<SlipQuestion> slip_question_of(const RecordingFile& recording, bool correct_slip,
+                                             const py::iterable& learn, double spin_odds);
 
 /// A JSON document as Python's own values: numbers keep their bits.
 py::object python_of(const nlohmann::ordered_json& document);

@@ -82,7 +82,7 @@ void bind_localization(py::module_& module) {
       [](const RecordingFile& recording, const RobotFile& robot, const py::object& map,
          const std::optional<StartTuple>& start, double start_sigma_m, double start_sigma_deg,
          const std::string& filter, std::size_t particles, std::uint64_t seed, bool unknown_ids,
-         bool correct_slip, std::vector<std::string> learn, double spin_odds) {
+         bool correct_slip, const py::iterable& learn, double spin_odds) {
         LocalizeQuestion question{.particles = particles,
                                   .seed = seed,
                                   .start_sigma_m = start_sigma_m,
@@ -93,9 +93,7 @@ void bind_localization(py::module_& module) {
           question.start = from.pose;
           question.start_text = from.text;
         }
-        if (correct_slip)
-          question.slip =
-              SlipQuestion{.learn = std::move(learn), .spin_odds = spin_odds, .reading = recording.reading};
+        question.slip = slip_question_of(recording, correct_slip, learn, spin_odds);
         return localize(recording, robot, map, std::move(question), filter);
       },
       py::arg("recording"), py::arg("robot"), py::arg("map"), py::kw_only(), py::arg("start"),

@@ -165,8 +165,16 @@ void bind_recording(py::module_& module) {
   recording
       .def(py::init(&read_file_of), py::arg("path"), py::kw_only(), py::arg("robot_number") = 0,
            py::arg("map") = "", py::arg("msg_path") = std::vector<std::filesystem::path>{})
-      .def_static("from_arrays", &from_arrays, py::arg("name") = "recording",
-                  "The recording of streams that are in memory: see trundle.Recording.from_arrays.")
+      .def_static(
+          "from_arrays", &from_arrays, py::arg("name") = "recording",
+          "The recording of streams that are in memory, each a mapping of its columns: a dictionary of "
+          "arrays, a\n"
+          "DataFrame, a structured array. Streams and columns are those of a folder's files "
+          "(docs/recording.md):\n"
+          "wheels (time_s, <wheel>_ticks, _m or _rad_s), gyro (time_s, yaw_rate_rad_s), sightings (time_s,\n"
+          "landmark, range_m, bearing_rad), reference (time_s, x_m, y_m, heading_rad), landmarks (landmark, "
+          "x_m,\n"
+          "y_m), velocity, commands, accel, relative. NaN: not measured. Other columns are left out.")
       .def_static("below", &read_below, py::arg("folder"), "All recordings in and below a folder, in order.")
       .def_property_readonly("name", [](const RecordingFile& self) { return self.recording.name; })
       .def_property_readonly("session", [](const RecordingFile& self) { return self.recording.session; })

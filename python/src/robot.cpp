@@ -65,6 +65,15 @@ void bind_robot(py::module_& module) {
             write_file(path, to_toml(self.robot));
           },
           py::arg("path"), "Writes the robot file.")
+      .def(py::pickle(
+          [](const RobotFile& self) {
+            return py::make_tuple(to_toml(self.robot), self.file.path, self.file.sha256);
+          },
+          [](const py::tuple& state) {
+            const auto path = state[1].cast<std::string>();
+            return RobotFile{parse_robot(state[0].cast<std::string>(), path),
+                             {path, state[2].cast<std::string>()}};
+          }))
       .def("__repr__", [](const RobotFile& self) {
         return fmt::format("<Robot '{}', {} wheels{}>", self.robot.name, self.robot.wheel_names.size(),
                            self.robot.calibration ? ", calibrated" : "");

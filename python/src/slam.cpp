@@ -19,9 +19,7 @@ struct SlamArguments {
   std::string filter;
   std::optional<StartTuple> start;
   std::optional<std::string> estimate;
-  bool correct_slip = false;
-  std::vector<std::string> learn;
-  double spin_odds = 0.0;
+  std::optional<SlipQuestion> slip;
 };
 
 SlamMethod method_named(const std::string& name) {
@@ -49,9 +47,7 @@ SlamAnswer slam(const RecordingFile& recording, const RobotFile& robot, SlamQues
   require_from("swarm_agreement", question.swarm.target_agreement, 0.0, 1.0);
   if (question.systematic_sigma) require_from("systematic_sigma", *question.systematic_sigma, 0.0, 10.0);
   question.reading = recording.reading;
-  if (arguments.correct_slip)
-    question.slip = SlipQuestion{
-        .learn = arguments.learn, .spin_odds = arguments.spin_odds, .reading = recording.reading};
+  question.slip = arguments.slip;
   return without_gil([&] { return answer_slam(recording.recording, robot, question); });
 }
 
@@ -139,7 +135,7 @@ void bind_slam(py::module_& module) {
          std::size_t particles, std::uint64_t seed, const std::optional<StartTuple>& start, bool smooth,
          std::size_t smoother_runs, bool unknown_ids, const std::optional<std::string>& estimate,
          std::optional<double> systematic_sigma, int swarm_iterations, double swarm_agreement,
-         bool correct_slip, const std::vector<std::string>& learn, double spin_odds, std::size_t threads) {
+         bool correct_slip, const py::iterable& learn, double spin_odds, std::size_t threads) {
         SlamQuestion question;
         question.particles = particles;
         question.seed = seed;
@@ -151,7 +147,7 @@ void bind_slam(py::module_& module) {
         question.swarm.target_agreement = swarm_agreement;
         question.threads = threads;
         return slam(recording, robot, std::move(question),
-                    {filter, start, estimate, correct_slip, learn, spin_odds});
+                    {filter, start, estimate, slip_question_of(recording, correct_slip, learn, spin_odds)});
       },
       py::arg("recording"), py::arg("robot"), py::kw_only(), py::arg("filter"), py::arg("particles"),
       py::arg("seed"), py::arg("start"), py::arg("smooth"), py::arg("smoother_runs"), py::arg("unknown_ids"),

@@ -77,6 +77,23 @@ void bind_slip_event(py::module_& module) {
 
 }  // namespace
 
+void take_clean(const py::iterable& learn, SlipQuestion& question) {
+  for (const py::handle& one : learn)
+    if (py::isinstance<RecordingFile>(one))
+      question.clean.push_back(one.cast<const RecordingFile&>().recording);
+    else
+      question.learn.push_back(one.cast<std::filesystem::path>().string());
+}
+
+std::optional<SlipQuestion> slip_question_of(const RecordingFile& recording, bool correct_slip,
+                                             const py::iterable& learn, double spin_odds) {
+  if (!correct_slip) return std::nullopt;
+  require_from("spin_odds", spin_odds, 1e-6, 1e6);
+  SlipQuestion question{.spin_odds = spin_odds, .reading = recording.reading};
+  take_clean(learn, question);
+  return question;
+}
+
 void bind_slip(py::module_& module) {
   bind_slip_event(module);
   py::class_<Slip> bound(module, "Slip", "Where wheels slip, and the odometry that is corrected for it.");
@@ -111,12 +128,10 @@ void bind_slip(py::module_& module) {
 
   module.def(
       "slip",
-      [](const RecordingFile& recording, const RobotFile& robot, std::vector<std::string> learn,
+      [](const RecordingFile& recording, const RobotFile& robot, const py::iterable& learn,
          double probability, const std::string& method, double interval_s, double spin_odds) {
-        SlipQuestion question{.learn = std::move(learn),
-                              .probability = probability,
-                              .interval_s = interval_s,
-                              .spin_odds = spin_odds};
+        SlipQuestion question{.probability = probability, .interval_s = interval_s, .spin_odds = spin_odds};
+        take_clean(learn, question);
         return slip(recording, robot, std::move(question), method);
       },
       py::arg("recording"), py::arg("robot"), py::kw_only(), py::arg("learn"), py::arg("probability"),

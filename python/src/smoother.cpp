@@ -186,15 +186,13 @@ void bind_smoother(py::module_& module) {
       .def(py::init<const RobotFile&, const std::optional<StartTuple>&>(), py::arg("robot"), py::kw_only(),
            py::arg("start") = py::none())
       .def(
-          "step",
-          [](Smoother& self, const Step& step) { return without_gil([&] { return self.step(step); }); },
-          py::arg("step"), "One of trundle.steps().")
+          "step", [](Smoother& self, const Step& step) { return self.step(step); }, py::arg("step"),
+          "One of trundle.steps().")
       .def(
           "add",
           [](Smoother& self, const Pose2& motion, const py::array_t<double, py::array::forcecast>& covariance,
              const std::vector<Smoother::Sighting>& sightings) {
-            const Matrix3 matrix = matrix3_of(covariance);
-            return without_gil([&] { return self.add(motion, matrix, sightings); });
+            return self.add(motion, matrix3_of(covariance), sightings);
           },
           py::arg("motion"), py::arg("covariance"), py::arg("sightings") = std::vector<Smoother::Sighting>{},
           "A motion, its covariance of (forward, left, turn) in the frame at its end, and what was seen\n"

@@ -180,7 +180,7 @@ def slip(
     recording: Union[Path, Recording],
     robot: Union[Path, Robot],
     *,
-    learn: Union[Path, Iterable[Path]] = (),
+    learn: Runs = (),
     probability: float = 0.01,
     method: str = "general",
     interval_s: float = 0.25,
@@ -202,7 +202,7 @@ def slip(
     return _trundle.slip(
         _recording(recording),
         _robot(robot),
-        learn=_paths(learn),
+        learn=_many(learn),
         probability=probability,
         method=method,
         interval_s=interval_s,
@@ -226,7 +226,7 @@ def slam(
     swarm_iterations: int = 5,
     swarm_agreement: float = 0.0,
     correct_slip: bool = False,
-    learn: Union[Path, Iterable[Path]] = (),
+    learn: Runs = (),
     spin_odds: float = 10.0,
     threads: int = 1,
 ) -> Slam:
@@ -255,7 +255,7 @@ def slam(
         swarm_iterations=swarm_iterations,
         swarm_agreement=swarm_agreement,
         correct_slip=correct_slip,
-        learn=_paths(learn),
+        learn=_many(learn),
         spin_odds=spin_odds,
         threads=threads,
     )
@@ -285,7 +285,7 @@ def localize(
     seed: int = 1,
     unknown_ids: bool = False,
     correct_slip: bool = False,
-    learn: Union[Path, Iterable[Path]] = (),
+    learn: Runs = (),
     spin_odds: float = 10.0,
 ) -> Localization:
     """Finds and follows the robot on a known map: landmarks.csv, or what `slam` found.
@@ -310,7 +310,7 @@ def localize(
         seed=seed,
         unknown_ids=unknown_ids,
         correct_slip=correct_slip,
-        learn=_paths(learn),
+        learn=_many(learn),
         spin_odds=spin_odds,
     )
 

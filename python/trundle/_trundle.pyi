@@ -109,6 +109,8 @@ class Robot:
     def with_parameters(self, values: Mapping[str, float]) -> Robot: ...
     def to_toml(self) -> str: ...
     def save(self, path: _Path) -> None: ...
+    def __getstate__(self) -> tuple[str, str, str]: ...
+    def __setstate__(self, state: tuple[str, str, str]) -> None: ...
 
 class ParameterEstimate:
     @property
@@ -513,7 +515,7 @@ def slip(
     recording: Recording,
     robot: Robot,
     *,
-    learn: Sequence[str],
+    learn: Iterable[Union[_Path, Recording]],
     probability: float,
     method: str,
     interval_s: float,
@@ -535,7 +537,7 @@ def slam(
     swarm_iterations: int,
     swarm_agreement: float,
     correct_slip: bool,
-    learn: Sequence[str],
+    learn: Iterable[Union[_Path, Recording]],
     spin_odds: float,
     threads: int,
 ) -> Slam: ...
@@ -552,7 +554,7 @@ def localize(
     seed: int,
     unknown_ids: bool,
     correct_slip: bool,
-    learn: Sequence[str],
+    learn: Iterable[Union[_Path, Recording]],
     spin_odds: float,
 ) -> Localization: ...
 def evaluate(

@@ -54,16 +54,17 @@ class RealRecordings(unittest.TestCase):
         return found
 
     def recordings(self):
-        """Of each session its first recording, with the options of how it is read."""
+        """Each of every session, with the number of the robot where the folder holds several."""
         for job in self.jobs:
             number = int(job.options[job.options.index("--robot-number") + 1]) if "--robot-number" in job.options else 0
             folders = [p for p in sorted(Path(job.folder).glob("*/")) if (p / "recording.toml").exists() or (p / "wheels.csv").exists()]
-            yield job, folders[0] if folders else Path(job.folder), number
+            for folder in folders or [Path(job.folder)]:
+                yield job, folder, number
 
     def test_odometry_and_slip(self):
         compared = 0
         for job, folder, number in self.recordings():
-            with self.subTest(job.title):
+            with self.subTest(str(folder)):
                 options = ["--robot", job.robot, *(["--robot-number", number] if number else [])]
                 read = lambda: trundle.Recording(folder, robot_number=number)
                 for name in ("odometry", "slip"):

@@ -1,6 +1,7 @@
 """Recordings of arrays are those of files, faults included."""
 
 import csv
+import pickle
 import unittest
 
 import numpy
@@ -29,6 +30,14 @@ class FromArrays(WithFolder):
         mine, theirs = (trundle.calibrate([r], ROBOT) for r in (arrays, self.file))
         numpy.testing.assert_array_equal(mine.covariance, theirs.covariance)
         self.assertEqual([p.value for p in mine.parameters], [p.value for p in theirs.parameters])
+
+    def test_learns_from_arrays(self):
+        clean = trundle.Recording("data/demo/session_01/straight")
+        arrays = trundle.Recording.from_arrays("straight", wheels=clean.wheels, gyro=clean.gyro)
+        for given in (arrays, [clean]):
+            mine, theirs = (trundle.slip("data/demo/slip", ROBOT, learn=l) for l in (given, "data/demo/session_01/straight"))
+            self.assertEqual(mine.limit, theirs.limit)
+            numpy.testing.assert_array_equal(mine.statistic, theirs.statistic)
 
     def test_data_frames_and_other_types(self):
         pandas = self.pandas()
@@ -96,6 +105,8 @@ class FromArrays(WithFolder):
         larger = robot.with_parameters({"left.diameter": 0.2})
         self.assertEqual((robot.parameters["left.diameter"], larger.parameters["left.diameter"]), (0.1, 0.2))
         self.assertEqual(trundle.Robot.parse(larger.to_toml()).parameters, larger.parameters)
+        again = pickle.loads(pickle.dumps(larger))
+        self.assertEqual((again.to_toml(), again.path), (larger.to_toml(), larger.path))
         with self.assertRaisesRegex(ValueError, "has no parameter 'left.diametre'; expected 'left.diameter'"):
             robot.with_parameters({"left.diametre": 0.2})
 

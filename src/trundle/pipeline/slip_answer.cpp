@@ -25,14 +25,20 @@ struct CleanDriving {
 
 CleanDriving clean_driving(const Robot& robot, const SlipQuestion& question) {
   CleanDriving clean;
-  for (const std::string& folder : question.learn) {
-    const Recording recording = read_recording(folder, question.reading);
+  const auto take = [&](const Recording& recording) {
     const std::vector<JudgedInterval> more =
         clean_intervals(align(recording, robot), robot, question.interval_s);
     clean.intervals.insert(clean.intervals.end(), more.begin(), more.end());
     clean.inputs.insert(clean.inputs.end(), recording.inputs.begin(), recording.inputs.end());
-  }
+  };
+  for (const std::string& folder : question.learn) take(read_recording(folder, question.reading));
+  for (const Recording& recording : question.clean) take(recording);
   return clean;
+}
+
+/// Where one is, to say what is wrong with all of them.
+std::string first_learned(const SlipQuestion& question) {
+  return question.learn.empty() ? question.clean.front().name : question.learn.front();
 }
 
 LearnedSlip learn(const CleanDriving& clean, const Robot& robot, SlipOptions& options) {
@@ -67,7 +73,7 @@ void warn_of_learning(const SlipQuestion& question, SlipAnswer& answer) {
   if (!answer.learned || !answer.learned->empirical) return;
   answer.report.findings.push_back({.severity = Severity::warning,
                                     .code = FindingCode::not_normal,
-                                    .place = question.learn.front(),
+                                    .place = first_learned(question),
                                     .count = answer.learned->normality.moments.count,
                                     .payload = answer.learned->beyond_sample
                                                    ? Payload(payload::Amount{question.probability})
@@ -165,7 +171,8 @@ SlipAnswer answer_slip(const Recording& recording, const RobotFile& robot, const
   answer.options.interval_s = question.interval_s;
   answer.options.spin_odds = question.spin_odds;
   const CleanDriving clean = clean_driving(robot.robot, question);
-  if (!question.learn.empty()) answer.learned = learn(clean, robot.robot, answer.options);
+  if (!question.learn.empty() || !question.clean.empty())
+    answer.learned = learn(clean, robot.robot, answer.options);
   Replay replay(recording, robot.robot);
   GyroClock gyro_clock(recording, robot.robot);
   SlipSearch search(robot.robot, recording.commands, answer.options);

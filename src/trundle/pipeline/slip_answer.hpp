@@ -22,7 +22,8 @@ struct SlipQuestion {
   double spin_odds =
       SlipOptions{}.spin_odds;  ///< that a wheel which slips while it pushes spins, to its skidding
   SlipMethod method = SlipMethod::general;
-  ReadOptions reading = {};  ///< how its recordings are read
+  ReadOptions reading = {};           ///< how its recordings are read
+  std::vector<Recording> clean = {};  ///< more without slip, which are read already
 };
 
 /// What clean recordings taught.

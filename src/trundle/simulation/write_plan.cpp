@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "trundle/io/file.hpp"
+#include "trundle/io/interruption.hpp"
 #include "trundle/io/staging.hpp"
 #include "trundle/recording/reference_noise.hpp"
 #include "trundle/recording/trajectory_file.hpp"
@@ -106,6 +107,7 @@ void write_run(const PlannedRun& run, const std::filesystem::path& folder, const
 std::vector<std::filesystem::path> outputs_of(const Plan& plan, const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files = {folder / "sheet.csv", folder / "truth.toml"};
   for (const PlannedRun& run : plan.runs) {
+    check_interruption();
     const auto its_folder = folder_of(plan, run, folder);
     for (const char* name : {"recording.toml", "truth.csv", "truth_slip.csv"})
       files.push_back(its_folder / name);
@@ -129,6 +131,7 @@ constexpr std::array kFilesOfARun = {"wheels.csv",    "gyro.csv",      "velocity
 std::set<std::string> left_in(const Plan& plan, const std::filesystem::path& folder) {
   std::set<std::string> names;
   for (const PlannedRun& run : plan.runs) {
+    check_interruption();
     const auto its_folder = folder_of(plan, run, folder);
     if (!std::filesystem::exists(its_folder / "truth.csv")) continue;
     for (const char* name : kFilesOfARun)
@@ -141,6 +144,7 @@ std::set<std::string> left_in(const Plan& plan, const std::filesystem::path& fol
 void write_all(const Plan& plan, const std::filesystem::path& folder, bool with_robot,
                const std::string& head) {
   for (const PlannedRun& run : plan.runs) {
+    check_interruption();
     const auto its_folder = folder_of(plan, run, folder);
     write_run(run, its_folder, head);
     const auto beside = plan.runs.size() == 1 ? folder : its_folder.parent_path();
