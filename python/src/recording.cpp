@@ -157,6 +157,14 @@ std::vector<Recording> recordings_of(const py::iterable& runs) {
 
 void bind_recording(py::module_& module) {
   bind_finding(module);
+  module.def(
+      "recordings_below",
+      [](const std::filesystem::path& folder) {
+        std::vector<std::string> paths;
+        for (const std::filesystem::path& path : recordings_below(folder)) paths.push_back(path.string());
+        return paths;
+      },
+      py::arg("folder"));
   py::class_<RecordingFile> recording(
       module, "Recording",
       "What a robot's sensors recorded: a folder of CSV files, a log that a recording.toml maps, or arrays.\n"
