@@ -105,6 +105,8 @@ TEST(EstimateTwist, of_a_skid_steer_moves_sideways_around_its_centre_of_rotation
   chassis.icr_x_m = 0.03;
   const Rows rows = rows_of(chassis, false);
   const Twist2 motion{0.1, 0.03 * 0.2, 0.2};
+  const double still_x_m = -chassis.icr_x_m;  // as docs/robot.md says
+  EXPECT_EQ(motion.dy + still_x_m * motion.dtheta, 0.0);
   const TwistEstimate estimate =
       estimate_twist(rows, readings_of(chassis, rows, increment_of(chassis, motion)));
   EXPECT_LT((estimate.twist.vector() - motion.vector()).norm(), 1e-13);

@@ -84,7 +84,7 @@ struct Chassis {
   std::optional<Gyro> gyro;
   VelocityCorrection velocity;  ///< without wheels
   ChassisNoise noise;
-  double icr_x_m = 0.0;  ///< `skid` wheels: x of the point that does not move sideways in a turn
+  double icr_x_m = 0.0;  ///< `skid` wheels: the point that does not move sideways in a turn is at −icr_x_m
   double wheels_time_offset_s = 0.0;
 
   [[nodiscard]] std::span<Wheel> wheels() {
