@@ -2,14 +2,22 @@
 // each pose as it was known at its time [m, rms], mean NEES (3 if consistent), processor time of a step, and,
 // every hundredth step, how far it is from the batch over everything so far.
 //   online_smoother_bench [seeds, default 3] [landmarks, default both 100 and 1000] [steps, default 2000]
+// Or with a window, for a long drive: the same, with the time of a step and the memory of the process after
+// each 10 000 steps, and nothing compared.
+//   online_smoother_bench window [window, default 60 s] [landmarks, default 1000] [steps, default 100 000]
+//     [seed, default 1]
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
+#include <fstream>
+#include <string_view>
 
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include "trundle/io/archive.hpp"
 #include "trundle/slam/smoothing/incremental_smoother.hpp"
 #include "trundle/slam/smoothing/minimise.hpp"
 
@@ -71,6 +79,45 @@ Run run_of(const bench::W1& work) {
   return run;
 }
 
+/// Of the process, resident.
+double memory_mb() {
+  long pages = 0;
+  std::ifstream("/proc/self/statm") >> pages >> pages;
+  return static_cast<double>(pages) * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
+}
+
+void long_drive(double window_s, int landmarks, int steps, std::uint64_t seed) {
+  const int piece = std::max(1, std::min(steps, 10'000));
+  fmt::print(
+      "\nM = {}, window of {} s, seed {}\n\n| steps | rms | NEES | step: mean, median, 99 %, longest [ms] | "
+      "memory: process, state [MB] |\n|---|---|---|---|---|\n",
+      landmarks, window_s, seed);
+  const bench::W1 work = bench::w1({.landmarks = landmarks, .steps = steps, .seed = seed});
+  const double before_mb = memory_mb();
+  IncrementalSmoother smoother(work.sensor, {.window_s = window_s});
+  Run run;
+  for (std::size_t k = 0; k < work.steps.size(); ++k) {
+    const double before = processor_s();
+    smoother.step(work.steps[k].motion, work.steps[k].observations, work.steps[k].time_s);
+    const PoseEstimate estimate = smoother.estimate();
+    run.seconds.push_back(processor_s() - before);
+    const Vector3 error = error_of(estimate.pose, work.truth[k]);
+    run.squared_m += error.head<2>().squaredNorm();
+    if (k > 0) run.nees += nees(error, estimate.covariance);
+    if (static_cast<int>(run.seconds.size()) < piece) continue;
+    double total_s = 0.0;
+    for (const double s : run.seconds) total_s += s;
+    std::ranges::sort(run.seconds);
+    const std::size_t last = run.seconds.size() - 1;
+    fmt::print("| {} | {:.3f} | {:.2f} | {:.3f}, {:.3f}, {:.2f}, {:.1f} | {:.1f}, {:.1f} |\n", k + 1,
+               std::sqrt(run.squared_m / piece), run.nees / piece, 1e3 * total_s / piece,
+               1e3 * run.seconds[last / 2], 1e3 * run.seconds[last * 99 / 100], 1e3 * run.seconds[last],
+               memory_mb() - before_mb, 1e-6 * static_cast<double>(trundle::io::state_of(smoother).size()));
+    std::fflush(stdout);
+    run = {};
+  }
+}
+
 void table(int landmarks, int seeds, int steps) {
   fmt::print(
       "\nM = {}, {} steps\n\n| seed | rms | NEES | rms over that of the batch | furthest from it [sigma] | "
@@ -98,6 +145,11 @@ void table(int landmarks, int seeds, int steps) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == "window") {
+    const auto given = [&](int i, int usual) { return argc > i ? std::atoi(argv[i]) : usual; };
+    long_drive(given(2, 60), given(3, 1000), given(4, 100'000), static_cast<std::uint64_t>(given(5, 1)));
+    return 0;
+  }
   const int seeds = argc > 1 ? std::atoi(argv[1]) : 3;
   const int steps = argc > 3 ? std::atoi(argv[3]) : 2000;
   for (const int landmarks : {100, 1000})

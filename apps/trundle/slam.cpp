@@ -171,8 +171,10 @@ void run_together(const SlamArguments& options, const SlamQuestion& question) {
 
 /// What several robots need is refused for one, and the other way round.
 void check_team(const CLI::App& command, SlamArguments& options) {
+  if (options.question.window_s && options.filter != name_of(SlamMethod::smoother))
+    throw CLI::ValidationError("--window", "needs --filter smoother");
   if (options.together) {
-    for (const char* name : {"--checkpoint", "--resume", "--timing", "--export"})
+    for (const char* name : {"--checkpoint", "--resume", "--timing", "--export", "--window"})
       if (command.get_option(name)->count() > 0) throw CLI::ExcludesError("--together", name);
     if (command.get_option("--filter")->count() == 0) options.filter = name_of(SlamMethod::smoother);
     return;
@@ -301,6 +303,11 @@ void add_slam(CLI::App& app) {
           "Estimate the odometry's systematic errors with this prior: share of travel, share of turns, "
           "turn per metre [1, 1, rad/m]")
       ->check(number_from(0.0, 10.0));
+  command
+      ->add_option("--window", options->question.window_s,
+                   "Of --filter smoother: marginalise poses that are older, so that memory and the time of a "
+                   "step stay bounded [s]")
+      ->check(number_from(0.0, kLargest));
   add_slip_correction(*command, options->slip);
   command->add_option("--robot-number", options->robot_numbers, kRobotNumberHelp)
       ->allow_extra_args(false)

@@ -4,6 +4,7 @@
 #include <set>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 #include "trundle/io/archive.hpp"
@@ -24,7 +25,8 @@ class GrowingSystem {
   void add_variable() {
     const int size = 2 + static_cast<int>(random_.below(3));
     const std::vector<double> tolerance(static_cast<std::size_t>(size), 0.0);
-    const int variable = tree_.add_variable(tolerance);
+    const int variable = static_cast<int>(sizes_.size());
+    id_.push_back(tree_.add_variable(tolerance));
     begin_.push_back(total_);
     total_ += size;
     sizes_.push_back(size);
@@ -33,7 +35,7 @@ class GrowingSystem {
     if (!is_removed(variable - 1)) add_term({variable - 1, variable});
     if (random_.below(4) == 0) {
       const int other = any_variable();
-      if (!is_removed(other)) add_term({other, variable});
+      if (!is_removed(other) && !old_.contains(other)) add_term({other, variable});
     }
   }
   /// A variable goes, with all its terms.
@@ -41,36 +43,51 @@ class GrowingSystem {
     if (is_removed(variable)) return;
     for (std::size_t t = 0; t < terms_.size(); ++t) {
       if (std::ranges::find(terms_[t].variables, variable) == terms_[t].variables.end()) continue;
-      tree_.remove_term(static_cast<int>(t));
+      tree_.remove_term(terms_[t].id);
       terms_[t] = {};
     }
-    tree_.remove_variable(variable);
+    tree_.remove_variable(id(variable));
     removed_.insert(variable);
+  }
+  /// No further terms.
+  void leave_alone(const std::vector<int>& variables) { old_.insert(variables.begin(), variables.end()); }
+  /// Variables go, and what their terms say of others becomes a term.
+  void marginalise(std::vector<int> variables) {
+    std::erase_if(variables, [&](int variable) { return is_removed(variable); });
+    std::vector<int> ids;
+    for (const int variable : variables) ids.push_back(id(variable));
+    const EliminationTree::Sum sum = tree_.take_out(ids, linearise());
+    for (const int gone : sum.terms) *std::ranges::find(terms_, gone, &Term::id) = {};
+    Index columns = 0;
+    for (const int variable : variables) columns += size(variable);
+    const Index rows = sum.matrix.rows() - columns;
+    const MatrixXd G =
+        sum.matrix.bottomLeftCorner(rows, columns) * sum.matrix.topLeftCorner(columns, columns).inverse();
+    std::vector<int> others;
+    for (std::size_t i = variables.size(); i < sum.variables.size(); ++i)
+      others.push_back(static_cast<int>(std::ranges::find(id_, sum.variables[i]) - id_.begin()));
+    for (const int variable : variables) {
+      removed_.insert(variable);
+      id_[static_cast<std::size_t>(variable)] = -1;
+    }
+    add_term(others, sum.matrix.bottomRightCorner(rows, rows) - G * sum.matrix.topRightCorner(columns, rows),
+             sum.right.tail(rows) - G * sum.right.head(columns));
   }
   bool is_removed(int variable) const { return removed_.contains(variable); }
   /// Another value of the terms of a variable.
   void change(int variable) {
     for (Term& term : terms_)
       if (std::ranges::find(term.variables, variable) != term.variables.end()) term.b = vector(term.b.size());
-    tree_.move(variable, VectorXd::Zero(sizes_[static_cast<std::size_t>(variable)]));
+    tree_.move(id(variable), VectorXd::Zero(sizes_[static_cast<std::size_t>(variable)]));
   }
 
   bool update() {
     std::vector<int> last{static_cast<int>(sizes_.size()) - 1};
-    if (is_removed(last.front())) last.clear();
-    return tree_.update(last, [&](int t, FrontSystem& system) {
-      const Term& term = terms_[static_cast<std::size_t>(t)];
-      Index row = 0;
-      for (const int i : term.variables) {
-        Index column = 0;
-        for (const int j : term.variables) {
-          if (column <= row) system.add(i, j, term.A.block(row, column, size(i), size(j)));
-          column += size(j);
-        }
-        system.add(i, term.b.segment(row, size(i)));
-        row += size(i);
-      }
-    });
+    if (is_removed(last.front()))
+      last.clear();
+    else
+      last.front() = id(last.front());
+    return tree_.update(last, linearise());
   }
 
   void dense(MatrixXd& A, VectorXd& b) const {
@@ -91,7 +108,9 @@ class GrowingSystem {
   VectorXd solution() {
     tree_.solve();
     VectorXd x(total_);
-    for (int i = 0; i < tree_.variables(); ++i) x.segment(begin(i), size(i)) = tree_.solution(i);
+    x.setZero();
+    for (int i = 0; i < static_cast<int>(sizes_.size()); ++i)
+      if (!is_removed(i)) x.segment(begin(i), size(i)) = tree_.solution(id(i));
     return x;
   }
   EliminationTree& tree() { return tree_; }
@@ -104,10 +123,27 @@ class GrowingSystem {
 
  private:
   struct Term {
+    int id = -1;  ///< of the tree; variables are our own
     std::vector<int> variables;
     MatrixXd A;
     VectorXd b;
   };
+  int id(int variable) const { return id_[static_cast<std::size_t>(variable)]; }
+  EliminationTree::Linearise linearise() const {
+    return [this](int t, FrontSystem& system) {
+      const Term& term = *std::ranges::find(terms_, t, &Term::id);
+      Index row = 0;
+      for (const int i : term.variables) {
+        Index column = 0;
+        for (const int j : term.variables) {
+          if (column <= row) system.add(id(i), id(j), term.A.block(row, column, size(i), size(j)));
+          column += size(j);
+        }
+        system.add(id(i), term.b.segment(row, size(i)));
+        row += size(i);
+      }
+    };
+  }
   VectorXd vector(Index rows) {
     return VectorXd::NullaryExpr(rows, [&] { return random_.normal(1.0); });
   }
@@ -116,17 +152,24 @@ class GrowingSystem {
     Index rows = 0;
     for (const int i : variables) rows += size(i);
     const MatrixXd J = matrix(rows + 1, rows);
-    tree_.add_term(variables);
-    terms_.push_back({std::move(variables), J.transpose() * J, vector(rows)});
+    add_term(std::move(variables), J.transpose() * J, vector(rows));
+  }
+  void add_term(std::vector<int> variables, const MatrixXd& A, const VectorXd& b) {
+    std::vector<int> ids;
+    for (const int i : variables) ids.push_back(id(i));
+    const int term = tree_.add_term(ids);
+    terms_.push_back({term, std::move(variables), A, b});
   }
 
   Random random_;
   EliminationTree tree_;
   std::vector<int> sizes_;
+  std::vector<int> id_;  ///< of the tree, by variable
   std::vector<Index> begin_;
   Index total_ = 0;
   std::vector<Term> terms_;
   std::set<int> removed_;
+  std::set<int> old_;
 };
 
 void expect_solved_as_from_scratch(GrowingSystem& system) {
@@ -159,6 +202,32 @@ TEST(EliminationTree, ForgetsWhatIsRemoved) {
       if (step % 5 == 4) system.remove(system.any_variable());
       expect_solved_as_from_scratch(system);
     }
+  }
+}
+
+// What is taken out and put back for the others: a tree of bounded size, and the same solution as that of
+// all terms ever.
+TEST(EliminationTree, MarginalisesExactly) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    GrowingSystem windowed(seed), whole(seed);
+    for (int step = 0; step < 60 && !testing::Test::HasFailure(); ++step) {
+      SCOPED_TRACE(step);
+      windowed.add_variable();
+      whole.add_variable();
+      if (step % 4 == 3 && step > 8) {
+        for (GrowingSystem* system : {&windowed, &whole}) system->leave_alone({step - 8, step - 7});
+        windowed.marginalise({step - 8, step - 7});
+      }
+      expect_solved_as_from_scratch(windowed);
+      ASSERT_TRUE(whole.update());
+      const VectorXd x = windowed.solution(), all = whole.solution();
+      for (int i = 0; i <= step; ++i)
+        if (!windowed.is_removed(i)) {
+          const Index from = windowed.begin(i), count = windowed.size(i);
+          EXPECT_LT((x - all).segment(from, count).norm(), 1e-9 * (1.0 + all.norm()));
+        }
+    }
+    EXPECT_LT(windowed.tree().variables(), whole.tree().variables());
   }
 }
 

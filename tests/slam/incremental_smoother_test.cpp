@@ -19,6 +19,7 @@
 namespace trundle::slam {
 namespace {
 
+using Eigen::MatrixXd;
 using test::slam_world;
 using test::SlamWorld;
 
@@ -155,6 +156,128 @@ TEST(IncrementalSmoother, LandmarksMappedTwiceBecomeOne) {
   IncrementalSmoother again(world.sensor, {});
   resume_state(again, state_of(smoother));
   EXPECT_TRUE(state_of(again) == state_of(smoother));
+}
+
+IncrementalSmoother run_of(const SlamWorld& world, const IncrementalSmootherOptions& options) {
+  IncrementalSmoother smoother(world.sensor, options);
+  for (const SlamStep& step : world.steps) smoother.step(step.motion, step.observations, step.time_s);
+  return smoother;
+}
+
+constexpr double kWindow_s = 1.2;  // of 63 steps of 0.1 s that make a loop
+
+TEST(IncrementalSmoother, AWindowLongerThanTheDriveChangesNothing) {
+  const SlamWorld world = slam_world({.steps = 100, .seed = 11});
+  EXPECT_TRUE(state_of(run_of(world, {.window_s = 10.1})) == state_of(run_of(world, {})));
+}
+
+// With noise so small that everything is linear, and so few landmarks that all of them stay tied to the pose:
+// the window is that of the batch over everything.
+TEST(IncrementalSmoother, AWindowLosesNothingOfALinearProblem) {
+  SlamWorld world = slam_world({.steps = 130,
+                                .sigma_along_m = 2e-5,
+                                .sigma_across_m = 4e-6,
+                                .sigma_turn_rad = 1e-5,
+                                .seed = 12,
+                                .systematic = {1e-5, 2e-5, 1e-5}});
+  world.sensor.range_sigma_m = 1e-4;
+  world.sensor.bearing_sigma_rad = 2e-5;
+  Random random(13, 1);
+  for (std::size_t k = 0; k < world.steps.size(); ++k)
+    world.steps[k].observations = test::look_around(world, world.truth[k], random);
+  IncrementalSmootherOptions options{.prior = {.systematic_sigma = Systematic::Constant(3, 3e-5)},
+                                     .gate = 1e9};
+  const IncrementalSmoother all = run_of(world, options);
+  options.window_s = kWindow_s;
+  const IncrementalSmoother windowed = run_of(world, options);
+  EXPECT_LT(windowed.problem().poses, 25);
+  Minimiser batch(all.problem());
+  const SmoothingState minimum = batch.minimise(all.problem(), all.state(), {.enough = 1e-9}).state;
+  const PoseEstimate expected = all.estimate(), estimate = windowed.estimate();
+  EXPECT_LT(in_sigmas(error_of(estimate.pose, minimum.poses.back()), expected.covariance), 0.01);
+  EXPECT_LT((estimate.covariance - expected.covariance).norm(), 0.001 * expected.covariance.norm());
+  const Vector3 systematic = estimate.systematic - minimum.parameters;
+  EXPECT_LT(in_sigmas(systematic, expected.systematic_covariance), 0.01);
+  ASSERT_EQ(all.landmarks(), windowed.landmarks());
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < all.landmarks(); ++i) {
+    numbers.push_back(i);
+    EXPECT_EQ(windowed.landmark(i).sightings, all.landmark(i).sightings);
+  }
+  const MatrixXd map = all.map_covariance(numbers), windowed_map = windowed.map_covariance(numbers);
+  EXPECT_LT((windowed_map - map).norm(), 0.001 * map.norm());
+  for (const Observation& seen : world.steps.back().observations)  // far ones are as when they last mattered
+    for (const std::size_t i : numbers) {
+      const MappedLandmark landmark = windowed.landmark(i);
+      if (landmark.id != seen.landmark) continue;
+      EXPECT_LT((landmark.position - minimum.landmarks[i]).norm(),
+                0.01 * std::sqrt(landmark.covariance.trace()));
+    }
+}
+
+/// 95 steps make a loop around 100 landmarks, of which a sixth is in view: a map of several submaps.
+SlamWorld large_world(int steps, std::uint64_t seed) {
+  return slam_world({.steps = steps, .landmarks = 100, .radius_m = 15.0, .step_m = 1.0, .seed = seed});
+}
+
+// A loop closes to landmarks that no pose in the window has seen.
+TEST(IncrementalSmoother, WithAWindowIsConsistent) {
+  const int runs = test::trials(200);
+  double sum = 0.0;
+  for (int run = 0; run < runs; ++run) {
+    const SlamWorld world = large_world(105, 300 + static_cast<std::uint64_t>(run));
+    const IncrementalSmoother smoother = run_of(world, {.window_s = kWindow_s});
+    const PoseEstimate estimate = smoother.estimate();
+    sum += std::pow(in_sigmas(error_of(estimate.pose, world.truth.back()), estimate.covariance), 2);
+  }
+  EXPECT_GT(sum, chi_squared_limit(1.0 - 5e-4, 3.0 * runs));
+  EXPECT_LT(sum, chi_squared_limit(5e-4, 3.0 * runs));
+}
+
+// Lap after lap through the same country: once all submaps are there, its state stays as large as it is.
+TEST(IncrementalSmoother, WithAWindowDoesNotGrow) {
+  const SlamWorld world = large_world(1330, 14);
+  IncrementalSmoother smoother(world.sensor, {.window_s = kWindow_s});
+  double early = 0.0, late = 0.0;
+  for (std::size_t k = 0; k < world.steps.size(); ++k) {
+    smoother.step(world.steps[k].motion, world.steps[k].observations, world.steps[k].time_s);
+    if (k >= 630) (k < 980 ? early : late) += static_cast<double>(state_of(smoother).size());
+  }
+  EXPECT_LT(late, 1.1 * early);
+}
+
+TEST(IncrementalSmoother, WithAWindowGoesOnFromItsState) {
+  const SlamWorld world = large_world(120, 15);
+  const IncrementalSmootherOptions options{.window_s = kWindow_s};
+  SlamWorld first = world;
+  first.steps.resize(70);
+  IncrementalSmoother smoother(world.sensor, options);
+  resume_state(smoother, state_of(run_of(first, options)));
+  for (std::size_t k = 70; k < world.steps.size(); ++k)
+    smoother.step(world.steps[k].motion, world.steps[k].observations, world.steps[k].time_s);
+  EXPECT_TRUE(state_of(smoother) == state_of(run_of(world, options)));
+}
+
+// What is mapped twice becomes one also where the first of the two is known by what was marginalised alone;
+// as long as what was driven in between is in the window, it is as if it had had names.
+TEST(IncrementalSmoother, WithAWindowLandmarksMappedTwiceBecomeOne) {
+  SlamWorld world = slam_world({.steps = 120, .sigma_turn_rad = 0.15, .seed = 2});
+  SlamWorld named = world;
+  const IncrementalSmootherOptions options{.window_s = 3.0};
+  std::set<LandmarkId> shown;
+  for (std::size_t k = 0; k < world.steps.size(); ++k) {
+    std::vector<Observation>& sightings = world.steps[k].observations;
+    if (k > 20 && k < 62) sightings.clear();
+    named.steps[k] = world.steps[k];
+    for (Observation& sighting : sightings) {
+      shown.insert(sighting.landmark);
+      sighting.landmark = kUnknownLandmark;
+    }
+  }
+  const PoseEstimate expected = run_of(named, options).estimate();
+  const IncrementalSmoother smoother = run_of(world, options);
+  EXPECT_EQ(smoother.landmarks(), shown.size());
+  EXPECT_LT(in_sigmas(error_of(smoother.estimate().pose, expected.pose), expected.covariance), 0.5);
 }
 
 // One reading in twenty shows nothing: it hardly moves the estimate.

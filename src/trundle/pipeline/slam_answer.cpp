@@ -122,6 +122,7 @@ void add_options_of(const SlamQuestion& question, Provenance& provenance) {
     provenance.options.emplace_back("swarm-agreement", fmt::format("{}", question.swarm.target_agreement));
   if (question.estimate)
     provenance.options.emplace_back("estimate", *question.estimate == PointEstimate::best ? "best" : "mean");
+  if (question.window_s) provenance.options.emplace_back("window", fmt::format("{}", *question.window_s));
   if (question.unknown_ids) provenance.options.emplace_back("unknown-ids", "true");
   if (question.systematic_sigma)
     provenance.options.emplace_back("systematic-sigma", fmt::format("{}", *question.systematic_sigma));
@@ -190,7 +191,8 @@ SlamAnswer finished_slam(const Recording& recording, const RobotFile& robot, con
                                                              .prior = prior,
                                                              .threads = question.threads,
                                                              .swarm = question.swarm,
-                                                             .estimate = question.estimate});
+                                                             .estimate = question.estimate,
+                                                             .window_s = question.window_s});
   answer.result =
       slam_with_checkpoints(answer.input, SlamRun(sensor, filter), settings_of(robot, question, answer.input),
                             question.checkpoints, question.on_steps);

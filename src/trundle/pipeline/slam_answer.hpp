@@ -30,12 +30,13 @@ struct SlamQuestion {
   std::optional<double> systematic_sigma = {};
   std::optional<PointEstimate> estimate = {};  ///< of the particle filters; nothing: as is usual
   SwarmOptions swarm = {};                     ///< of the filters that have one
-  bool unknown_ids = false;                    ///< forget the landmarks' names and find out which is which
-  std::optional<SlipQuestion> slip = {};       ///< then the odometry is corrected for slip first, found so
-  bool smooth = false;                         ///< then also the most probable trajectory and map of all
-  std::size_t smoother_runs = 5;  ///< of a filter, from which that starts where names are missing
-  std::size_t threads = 1;        ///< results do not depend on it
-  ReadOptions reading = {};       ///< how its recordings are read
+  std::optional<double> window_s = {};    ///< of the smoother that goes along: older poses are marginalised
+  bool unknown_ids = false;               ///< forget the landmarks' names and find out which is which
+  std::optional<SlipQuestion> slip = {};  ///< then the odometry is corrected for slip first, found so
+  bool smooth = false;                    ///< then also the most probable trajectory and map of all
+  std::size_t smoother_runs = 5;          ///< of a filter, from which that starts where names are missing
+  std::size_t threads = 1;                ///< results do not depend on it
+  ReadOptions reading = {};               ///< how its recordings are read
   SlamCheckpoints checkpoints = {};
   OnSteps on_steps = {};
   // Of several robots together:

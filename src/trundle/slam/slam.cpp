@@ -44,6 +44,7 @@ Filters made(const LandmarkSensor& sensor, const SlamOptions& options) {
     return IncrementalSmoother(sensor, {.prior = options.prior,
                                         .has_bias = options.has_bias,
                                         .gate = options.gate,
+                                        .window_s = options.window_s,
                                         .first_unidentified = options.first_unidentified});
   return ParticleSlam(sensor, {.proposal = entry_of(options.method).proposal,
                                .particles = options.particles,
@@ -184,7 +185,9 @@ const StepReport& SlamFilter::step(const Motion& motion, std::span<const Observa
 }
 
 const StepReport& SlamFilter::step(const SlamStep& step) {
-  const StepReport& report = this->step(step.motion, step.observations);
+  auto* smoother = std::get_if<IncrementalSmoother>(&filter_->one);
+  const StepReport& report = smoother ? smoother->step(step.motion, step.observations, step.time_s)
+                                      : this->step(step.motion, step.observations);
   if (step.bias_reading) read_bias(*step.bias_reading);
   return report;
 }

@@ -42,6 +42,7 @@ struct SlamOptions {
   std::size_t threads = 1;                       ///< results do not depend on it
   SwarmOptions swarm = {};                       ///< of `mapso` and `mapso_proposal`
   std::optional<PointEstimate> estimate = {};    ///< nothing: best of `mapso`, as published, mean of others
+  std::optional<double> window_s = {};           ///< of `smoother`: older poses are marginalised [s]
   LandmarkId first_unidentified = 0;             ///< ids of unidentified landmarks: above all given ones
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <set>
 
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/slam/smoothing/elimination.hpp"
@@ -22,20 +23,32 @@ constexpr double kMostRidge = 1e-9;  // of which rounding, 1e-16, leaves seven d
 }  // namespace
 
 int EliminationTree::add_variable(std::span<const double> tolerance) {
-  const int variable = variables();
-  variables_.push_back({.size = static_cast<int>(tolerance.size()),
-                        .offset = static_cast<int>(numbers_.delta.size()),
-                        .terms = {}});
-  numbers_.tolerance.insert(numbers_.tolerance.end(), tolerance.begin(), tolerance.end());
-  numbers_.delta.resize(numbers_.tolerance.size());
-  numbers_.handed_down.resize(numbers_.tolerance.size());
+  const int size = static_cast<int>(tolerance.size());
+  int variable = variables();
+  if (std::vector<int>& unused = unused_.variables[size]; !unused.empty()) {
+    variable = unused.back();
+    unused.pop_back();
+    variables_[nth(variable)] = {.size = size, .offset = offset(variable), .terms = {}};
+    std::ranges::copy(tolerance, numbers_.tolerance.begin() + offset(variable));
+  } else {
+    variables_.push_back({.size = size, .offset = static_cast<int>(numbers_.delta.size()), .terms = {}});
+    numbers_.tolerance.insert(numbers_.tolerance.end(), tolerance.begin(), tolerance.end());
+    numbers_.delta.resize(numbers_.tolerance.size());
+    numbers_.handed_down.resize(numbers_.tolerance.size());
+  }
   changes_.variables.push_back(variable);
   return variable;
 }
 
 int EliminationTree::add_term(std::span<const int> variables) {
-  const int term = static_cast<int>(variables_of_.size());
-  variables_of_.emplace_back(variables.begin(), variables.end());
+  int term = static_cast<int>(variables_of_.size());
+  if (unused_.terms.empty()) {
+    variables_of_.emplace_back(variables.begin(), variables.end());
+  } else {
+    term = unused_.terms.back();
+    unused_.terms.pop_back();
+    variables_of_[nth(term)].assign(variables.begin(), variables.end());
+  }
   for (const int variable : variables) variables_[nth(variable)].terms.push_back(term);
   changes_.terms.push_back(term);
   return term;
@@ -45,6 +58,7 @@ void EliminationTree::remove_term(int term) {
   std::vector<int>& variables = variables_of_[nth(term)];
   for (const int variable : variables) std::erase(variables_[nth(variable)].terms, term);
   changes_.touched.insert(changes_.touched.end(), variables.begin(), variables.end());
+  changes_.removed_terms.push_back(term);
   variables.clear();
 }
 
@@ -52,8 +66,29 @@ void EliminationTree::remove_variable(int variable) {
   assert(variables_[nth(variable)].terms.empty());
   variables_[nth(variable)].is_removed = true;
   changes_.touched.push_back(variable);
+  changes_.removed_variables.push_back(variable);
   for (int i = offset(variable); i < offset(variable) + size(variable); ++i)
     numbers_.delta[nth(i)] = numbers_.handed_down[nth(i)] = 0.0;
+}
+
+EliminationTree::Sum EliminationTree::take_out(std::span<const int> variables, const Linearise& linearise) {
+  std::set<int> terms, others;
+  for (const int variable : variables)
+    terms.insert(variables_[nth(variable)].terms.begin(), variables_[nth(variable)].terms.end());
+  for (const int term : terms)
+    others.insert(variables_of_[nth(term)].begin(), variables_of_[nth(term)].end());
+  for (const int variable : variables) others.erase(variable);
+  Node all;
+  all.terms.assign(terms.begin(), terms.end());
+  all.variables.assign(variables.begin(), variables.end());
+  all.variables.insert(all.variables.end(), others.begin(), others.end());
+  for (const int variable : all.variables) all.size += size(variable);
+  work_.place.resize(variables_.size());
+  add_terms(all, linearise);
+  for (const int term : terms) remove_term(term);
+  for (const int variable : variables) remove_variable(variable);
+  return {std::move(all.terms), std::move(all.variables), work_.matrix.selfadjointView<Eigen::Lower>(),
+          work_.right};
 }
 
 void EliminationTree::move(int variable, const Eigen::VectorXd& by) {
@@ -117,6 +152,9 @@ EliminationTree::Affected EliminationTree::take_affected(std::span<const int> la
   std::erase_if(affected.variables, [&](int v) { return std::ranges::find(last, v) != last.end(); });
   std::ranges::sort(affected.variables);
   affected.variables.insert(affected.variables.end(), last.begin(), last.end());
+  for (const int variable : std::exchange(changes_.removed_variables, {}))
+    unused_.variables[size(variable)].push_back(variable);
+  for (const int term : std::exchange(changes_.removed_terms, {})) unused_.terms.push_back(term);
   return affected;
 }
 
@@ -183,8 +221,8 @@ std::vector<int> EliminationTree::make_nodes(const Affected& affected, std::size
   return made;
 }
 
-// docs/theory/online-smoother.md, eq. 21.
-bool EliminationTree::eliminate(Node& front, const Linearise& linearise, double ridge) {
+/// To the matrix at hand.
+void EliminationTree::add_terms(const Node& front, const Linearise& linearise) {
   int begin = 0;
   for (const int variable : front.variables) {
     work_.place[nth(variable)] = begin;
@@ -194,6 +232,11 @@ bool EliminationTree::eliminate(Node& front, const Linearise& linearise, double 
   work_.right.setZero(front.size);
   FrontSystem system(work_.matrix, work_.right, work_.place);
   for (const int term : front.terms) linearise(term, system);
+}
+
+// docs/theory/online-smoother.md, eq. 21.
+bool EliminationTree::eliminate(Node& front, const Linearise& linearise, double ridge) {
+  add_terms(front, linearise);
   for (const int child : front.children) add_update_of(node(child));
 
   auto diagonal = work_.matrix.diagonal().head(front.columns);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <span>
 #include <vector>
 
@@ -46,9 +47,9 @@ class FrontSystem {
 class EliminationTree {
  public:
   /// A new variable, by how much each of its numbers may change before it matters to what hangs on it.
-  /// Returns which it is: 0, 1, 2, ...
+  /// Returns which it is: 0, 1, 2, ..., or the number of one that was removed before the last update().
   int add_variable(std::span<const double> tolerance);
-  /// A new term among variables. Returns which it is: 0, 1, 2, ...
+  /// A new term among variables. Returns which it is: as of variables.
   int add_term(std::span<const int> variables);
   /// A term that is a term no longer.
   void remove_term(int term);
@@ -62,6 +63,16 @@ class EliminationTree {
   /// Eliminates what has changed anew; `last`: these variables last, in this order. False: the matrix is not
   /// positive definite, and the tree is of no use any more.
   bool update(std::span<const int> last, const Linearise& linearise);
+
+  /// A sum of terms, dense.
+  struct Sum {
+    std::vector<int> terms;
+    std::vector<int> variables;  ///< in the order of the rows
+    Eigen::MatrixXd matrix;
+    Eigen::VectorXd right;
+  };
+  /// Removes variables, and all terms that they are in; returns the sum of these, with those variables first.
+  [[nodiscard]] Sum take_out(std::span<const int> variables, const Linearise& linearise);
 
   /// Solves for δ from the root down: all of it, or as far as what is above has changed by more than its
   /// tolerance since it was handed down. Returns the variables that were solved for.
@@ -88,7 +99,7 @@ class EliminationTree {
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
     archive(self.variables_, self.numbers_, self.variables_of_, self.nodes_, self.free_, self.roots_,
-            self.changes_, self.eliminated_, self.largest_);
+            self.unused_, self.changes_, self.eliminated_, self.largest_);
   }
 
  private:
@@ -150,10 +161,22 @@ class EliminationTree {
     std::vector<int> variables;  ///< that are new
     std::vector<int> terms;      ///< likewise
     std::vector<int> touched;    ///< variables
+    std::vector<int> removed_variables;
+    std::vector<int> removed_terms;
 
     template <class Archive, class Self>
     static void persist(Archive& archive, Self& self) {
-      archive(self.variables, self.terms, self.touched);
+      archive(self.variables, self.terms, self.touched, self.removed_variables, self.removed_terms);
+    }
+  };
+  /// Numbers of variables and terms that are none.
+  struct Unused {
+    std::map<int, std::vector<int>> variables;  ///< by their size
+    std::vector<int> terms;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.variables, self.terms);
     }
   };
   /// Room to work in.
@@ -183,6 +206,7 @@ class EliminationTree {
   Affected take_affected(std::span<const int> last);
   std::vector<int> make_nodes(const Affected& affected, std::size_t last);
   int new_node();
+  void add_terms(const Node& front, const Linearise& linearise);
   bool eliminate(Node& front, const Linearise& linearise, double ridge);
   void add_update_of(const Node& child);
   void solve_columns(const Node& front);
@@ -195,6 +219,7 @@ class EliminationTree {
   std::vector<Node> nodes_;
   std::vector<int> free_;  ///< nodes that are none
   std::vector<int> roots_;
+  Unused unused_;
   Changes changes_;
   std::int64_t eliminated_ = 0;
   double largest_ = 0.0;  ///< on the diagonals of all fronts so far

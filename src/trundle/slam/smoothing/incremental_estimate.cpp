@@ -124,10 +124,11 @@ MappedLandmark IncrementalSmoother::landmark(std::size_t index) const {
   const Landmark& landmark = map_.landmarks[index];
   const std::array<EliminationTree::Derivative, 1> itself{{{landmark.variable, 0, Matrix2::Identity()}}};
   return {landmark.id, landmark_at(static_cast<int>(index)), tree_.projected_covariance(itself, 2),
-          landmark.sightings.size()};
+          landmark.sightings.size() + landmark.marginalised};
 }
 
 MatrixXd IncrementalSmoother::map_covariance(std::span<const std::size_t> landmarks) const {
+  if (!past_.parts.empty()) return map_covariance_of_tree(landmarks);
   Minimiser all(problem_);
   if (problem_.landmarks == 0 || !all.linearise(problem_, state())) return {};
   std::vector<Index> rows;
@@ -136,6 +137,14 @@ MatrixXd IncrementalSmoother::map_covariance(std::span<const std::size_t> landma
     rows.insert(rows.end(), {row, row + 1});
   }
   return all.map_covariance(0, problem_.landmarks)(rows, rows);
+}
+
+MatrixXd IncrementalSmoother::map_covariance_of_tree(std::span<const std::size_t> landmarks) const {
+  std::vector<EliminationTree::Derivative> derivatives;
+  for (const std::size_t landmark : landmarks)
+    derivatives.push_back(
+        {map_.landmarks[landmark].variable, 2 * static_cast<Index>(derivatives.size()), Matrix2::Identity()});
+  return tree_.projected_covariance(derivatives, 2 * static_cast<Index>(landmarks.size()));
 }
 
 PoseEstimate IncrementalSmoother::estimate() const {

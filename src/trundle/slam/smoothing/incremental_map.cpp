@@ -53,8 +53,7 @@ void IncrementalSmoother::add_sighting(std::size_t i, const Observation& observa
   const int pose = problem_.poses - 1;
   Landmark& seen = map_.landmarks[nth(landmark)];
   report_.observations[i].landmark = seen.id;
-  term_of_.push_back(static_cast<int>(parts_.size()));
-  add_part({Part::Kind::sighting, sighting}, {{pose_variables_.back(), seen.variable}});
+  term_of_.push_back(add_part({Part::Kind::sighting, sighting}, {{pose_variables_.back(), seen.variable}}));
   problem_.sightings.push_back({pose, landmark, observation});
   seen.seen_from = pose;
   seen.sightings.push_back(sighting);
@@ -109,11 +108,13 @@ void IncrementalSmoother::remove_sighting(std::size_t sighting) {
   term_of_.pop_back();
 }
 
-/// An unidentified one, with what was taken for it; the last landmark takes its number.
+/// An unidentified one, with what was taken for it as far as that is in the window; the last landmark takes
+/// its number.
 void IncrementalSmoother::remove_landmark(int landmark) {
   while (!map_.landmarks[nth(landmark)].sightings.empty())
     remove_sighting(map_.landmarks[nth(landmark)].sightings.back());
   const int variable = map_.landmarks[nth(landmark)].variable;
+  remove_from_past(variable);
   tree_.remove_variable(variable);
   unknown_of_[nth(variable)] = {Unknown::Kind::removed, 0};
   std::erase(in_view_, variable);
@@ -146,8 +147,8 @@ void IncrementalSmoother::merge(int kept, int gone) {
   for (const std::size_t sighting : goes.sightings) {
     SightingLink& link = problem_.sightings[sighting];
     tree_.remove_term(term_of_[sighting]);
-    term_of_[sighting] = static_cast<int>(parts_.size());
-    add_part({Part::Kind::sighting, sighting}, {{pose_variables_[nth(link.pose)], stays.variable}});
+    term_of_[sighting] =
+        add_part({Part::Kind::sighting, sighting}, {{pose_variables_[nth(link.pose)], stays.variable}});
     link.landmark = kept;
     if (sees_[nth(link.pose)] == gone) sees_[nth(link.pose)] = kept;
   }
@@ -155,6 +156,8 @@ void IncrementalSmoother::merge(int kept, int gone) {
   stays.seen_from = std::max(stays.seen_from, goes.seen_from);
   if (goes.existence.log_odds > stays.existence.log_odds) stays.existence = goes.existence;
   goes.sightings.clear();
+  stays.marginalised += goes.marginalised;
+  merge_past(stays.variable, goes.variable);
   if (std::ranges::find(in_view_, stays.variable) == in_view_.end())
     std::ranges::replace(in_view_, goes.variable, stays.variable);
   map_.merged_into[goes.id] = stays.id;
@@ -240,6 +243,10 @@ bool IncrementalSmoother::merge(const JointExplanation& explanation, std::span<c
 
 /// Then they are two.
 bool IncrementalSmoother::are_seen_together(int a, int b) const {
+  const auto past = past_.seen_with.find(map_.landmarks[nth(a)].variable);
+  if (past != past_.seen_with.end() &&
+      std::ranges::binary_search(past->second, map_.landmarks[nth(b)].variable))
+    return true;
   const auto seen_from = [&](int landmark) {
     std::vector<int> poses;
     for (const std::size_t sighting : map_.landmarks[nth(landmark)].sightings)

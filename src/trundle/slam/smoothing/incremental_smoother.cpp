@@ -71,7 +71,9 @@ IncrementalSmoother::IncrementalSmoother(const LandmarkSensor& sensor,
   add_part({Part::Kind::parameters, 0}, {{parameter_variable_}});
 }
 
-const StepReport& IncrementalSmoother::step(const Motion& motion, std::span<const Observation> observations) {
+const StepReport& IncrementalSmoother::step(const Motion& motion, std::span<const Observation> observations,
+                                            double time_s) {
+  time_s_ = time_s;
   report_.observations.assign(observations.size(), {});
   add_motion(motion);
   associate(observations);
@@ -123,6 +125,7 @@ void IncrementalSmoother::add_keyframe() {
       kMatters * Eigen::Vector4d(linear_.way_m, linear_.way_m, linear_.turn_rad, kMatters * bias_sigma);
   pose_variables_.push_back(add_unknown({Unknown::Kind::pose, pose}, tolerance.head(pose_size(problem_))));
   sees_.push_back(-1);
+  stamps_.push_back(time_s_);
 
   MotionLink link;
   if (pose == 0) {
@@ -163,22 +166,28 @@ Pose2 IncrementalSmoother::linearisation_of(const Pose2& now) const {
 }
 
 int IncrementalSmoother::add_unknown(const Unknown& unknown, const VectorXd& tolerance) {
-  unknown_of_.push_back(unknown);
-  return tree_.add_variable({tolerance.data(), static_cast<std::size_t>(tolerance.size())});
+  const int variable = tree_.add_variable({tolerance.data(), static_cast<std::size_t>(tolerance.size())});
+  if (nth(variable) == unknown_of_.size()) unknown_of_.emplace_back();
+  unknown_of_[nth(variable)] = unknown;
+  return variable;
 }
 
-void IncrementalSmoother::add_part(const Part& part, std::span<const int> variables) {
-  parts_.push_back(part);
-  tree_.add_term(variables);
+/// The number of its term.
+int IncrementalSmoother::add_part(const Part& part, std::span<const int> variables) {
+  const int term = tree_.add_term(variables);
+  if (nth(term) == parts_.size()) parts_.emplace_back();
+  parts_[nth(term)] = part;
+  return term;
 }
 
 /// Gauss-Newton, where anything has moved by more than what is linear.
 void IncrementalSmoother::settle() {
+  marginalise_old();
   std::vector<int> last = in_view_;
   if (parameter_variable_ >= 0) last.push_back(parameter_variable_);
   last.push_back(pose_variables_.back());
   for (int round = 1;; ++round) {
-    if (!tree_.update(last, [this](int term, FrontSystem& system) { linearise(term, system); }))
+    if (!tree_.update(last, [this](int term, FrontSystem& system) { linearise(term, at_, system); }))
       throw CannotAnswer("the sightings leave poses or landmarks undetermined");
     const std::vector<int>& solved = tree_.solve();
     note_moved(solved);
@@ -202,6 +211,7 @@ bool IncrementalSmoother::relinearise(std::span<const int> solved) {
       moved = true;
       continue;
     }
+    if (map_.landmarks[nth(unknown.index)].seen_from < 0) continue;  // known by what is marginalised: linear
     const Apart apart = moved_apart(unknown.index, map_.landmarks[nth(unknown.index)].seen_from);
     if (apart.left_out <= kLinear) continue;
     move_linearisation(variable, apart.moved);
@@ -248,18 +258,22 @@ double IncrementalSmoother::left_out(const Vector2& apart, const Vector2& sight)
                   std::abs(along * across) / (range * range * problem_.sensors.front().bearing_sigma_rad));
 }
 
-void IncrementalSmoother::linearise(int term, FrontSystem& system) const {
+void IncrementalSmoother::linearise(int term, const SmoothingState& at, FrontSystem& system) const {
   const Part& part = parts_[nth(term)];
   Equations equations{*this, system};
   switch (part.kind) {
     case Part::Kind::motion:
-      return add_to(equations, problem_.motions[part.index], problem_, at_);
+      return add_to(equations, problem_.motions[part.index], problem_, at);
     case Part::Kind::sighting:
-      return add_to(equations, problem_.sightings[part.index], problem_, at_);
+      return add_to(equations, problem_.sightings[part.index], problem_, at);
     case Part::Kind::bias:
-      return add_to(equations, problem_.bias_readings[part.index], problem_, at_);
+      return add_to(equations, problem_.bias_readings[part.index], problem_, at);
     case Part::Kind::parameters:
-      return add_parameters_to(equations, problem_, at_);
+      return add_parameters_to(equations, problem_, at);
+    case Part::Kind::past:
+      return past_.parts[part.index]
+          .prior.at([&](int variable) { return value_of(variable, at); })
+          .add_to(system);
   }
 }
 

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "trundle/slam/association/unidentified.hpp"
 #include "trundle/slam/report.hpp"
 #include "trundle/slam/smoothing/elimination_tree.hpp"
+#include "trundle/slam/smoothing/marginal_prior.hpp"
 #include "trundle/slam/smoothing/smoothing_problem.hpp"
 
 namespace trundle::slam {
@@ -17,6 +19,9 @@ struct IncrementalSmootherOptions {
   bool has_bias = false;       ///< the first of the systematic errors walks: the gyro's bias
   double gate = kDefaultGate;  ///< NIS beyond which a sighting has less weight than its square: an outlier
   int most_rounds = 10;        ///< linearisations in one step; what is left is done in the next one
+  /// How long poses stay unknowns [s]: older ones are marginalised, so that neither memory nor the time of a
+  /// step grow as it drives on. Nothing: always.
+  std::optional<double> window_s = {};
   UnknownIdOptions unknown = {};
   LandmarkId first_unidentified =
       0;  ///< unidentified landmarks are numbered from here on: above all given ids
@@ -30,8 +35,9 @@ class IncrementalSmoother {
   IncrementalSmoother(const LandmarkSensor& sensor, const IncrementalSmootherOptions& options);
 
   /// One motion and what was seen at its end. Sightings without an id show what explains all of them best;
-  /// landmarks that turn out to be one become one.
-  const StepReport& step(const Motion& motion, std::span<const Observation> observations);
+  /// landmarks that turn out to be one become one. The stamp is for the window alone.
+  const StepReport& step(const Motion& motion, std::span<const Observation> observations,
+                         double time_s = 0.0);
   /// What the gyro reads at rest, after a step.
   void read_bias(const BiasReading& reading);
 
@@ -52,6 +58,7 @@ class IncrementalSmoother {
   [[nodiscard]] LandmarkId merged(LandmarkId id) const;
 
   /// What it solves, and its solution so far: of what is far from here as it was when that last mattered.
+  /// Of poses in the window alone; what was marginalised is no part of it.
   [[nodiscard]] const SmoothingProblem& problem() const { return problem_; }
   [[nodiscard]] SmoothingState state() const;
 
@@ -60,8 +67,8 @@ class IncrementalSmoother {
   static void persist(Archive& archive, Self& self) {
     archive(self.problem_.poses, self.problem_.landmarks, self.problem_.motions, self.problem_.sightings,
             self.problem_.bias_readings, self.at_, self.tree_, self.parts_, self.unknown_of_,
-            self.pose_variables_, self.sees_, self.term_of_, self.map_, self.in_view_, self.since_,
-            self.report_);
+            self.pose_variables_, self.sees_, self.stamps_, self.term_of_, self.map_, self.past_,
+            self.in_view_, self.since_, self.time_s_, self.report_);
   }
 
  private:
@@ -69,13 +76,15 @@ class IncrementalSmoother {
     LandmarkId id = kUnknownLandmark;
     int variable = -1;
     bool is_identified = false;  ///< the caller gave its id: it exists
-    int seen_from = -1;          ///< the last pose
+    int seen_from = -1;          ///< the last pose; below 0: as many before the window
     std::vector<std::size_t> sightings = {};
+    std::size_t marginalised = 0;  ///< further sightings
     Existence existence = {};
 
     template <class Archive, class Self>
     static void persist(Archive& archive, Self& self) {
-      archive(self.id, self.variable, self.is_identified, self.seen_from, self.sightings, self.existence);
+      archive(self.id, self.variable, self.is_identified, self.seen_from, self.sightings, self.marginalised,
+              self.existence);
     }
   };
   /// Which landmark each of the problem's is.
@@ -96,7 +105,7 @@ class IncrementalSmoother {
   };
   /// A part of the problem, which is a term of the tree.
   struct Part {
-    enum class Kind { motion, sighting, bias, parameters } kind;
+    enum class Kind { motion, sighting, bias, parameters, past } kind;
     std::size_t index;
 
     template <class Archive, class Self>
@@ -112,6 +121,26 @@ class IncrementalSmoother {
     template <class Archive, class Self>
     static void persist(Archive& archive, Self& self) {
       archive(self.kind, self.index);
+    }
+  };
+  /// A part of what was marginalised.
+  struct PastPart {
+    MarginalPrior prior;
+    int term = -1;
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.prior, self.term);
+    }
+  };
+  /// What sightings and motions before the window say.
+  struct Past {
+    std::vector<PastPart> parts;  ///< the first knows the first pose of the window, the others are submaps
+    std::map<int, std::vector<int>> seen_with;  ///< variables of landmarks, of which one has no name
+
+    template <class Archive, class Self>
+    static void persist(Archive& archive, Self& self) {
+      archive(self.parts, self.seen_with);
     }
   };
   /// Since the last keyframe; its motion is about the systematic errors that were known there.
@@ -178,9 +207,21 @@ class IncrementalSmoother {
   void note_moved(std::span<const int> solved);
   void refresh_grid();
   int add_unknown(const Unknown& unknown, const Eigen::VectorXd& tolerance);
-  void add_part(const Part& part, std::span<const int> variables);
+  int add_part(const Part& part, std::span<const int> variables);
   void settle();
-  void linearise(int term, FrontSystem& system) const;
+  void marginalise_old();
+  void marginalise_first(int poses);
+  [[nodiscard]] MarginalPrior::Unknown past_unknown(int variable, const SmoothingState& state) const;
+  [[nodiscard]] MarginalPrior::NextPose next_pose(const MotionLink& link, const SmoothingState& state) const;
+  void forget_first(int poses);
+  void note_seen_together(int poses);
+  void divide_past();
+  void add_submap(MarginalPrior submap);
+  void put_past(std::size_t part, MarginalPrior prior);
+  void merge_past(int kept, int gone);
+  void remove_from_past(int variable);
+  [[nodiscard]] Eigen::VectorXd value_of(int variable, const SmoothingState& state) const;
+  void linearise(int term, const SmoothingState& at, FrontSystem& system) const;
   bool relinearise(std::span<const int> solved);
   [[nodiscard]] bool has_moved_alone(int pose) const;
   bool relinearise_all();
@@ -192,6 +233,7 @@ class IncrementalSmoother {
   void move_linearisation(int variable, const Eigen::VectorXd& by);
 
   [[nodiscard]] bool is_between_keyframes() const { return since_.has_moved || pose_variables_.empty(); }
+  [[nodiscard]] Eigen::MatrixXd map_covariance_of_tree(std::span<const std::size_t> landmarks) const;
   [[nodiscard]] Eigen::MatrixXd covariance_with_systematic() const;
   [[nodiscard]] Pose2 pose_at(int keyframe) const;
   [[nodiscard]] double bias_at(int keyframe) const;
@@ -209,13 +251,16 @@ class IncrementalSmoother {
   std::vector<Part> parts_;          ///< by term
   std::vector<Unknown> unknown_of_;  ///< by variable
   std::vector<int> pose_variables_;
-  std::vector<int> sees_;     ///< by pose: a landmark; −1: none
-  std::vector<int> term_of_;  ///< by sighting
+  std::vector<int> sees_;       ///< by pose: a landmark; −1: none
+  std::vector<double> stamps_;  ///< by pose [s]
+  std::vector<int> term_of_;    ///< by sighting
   Map map_;
+  Past past_;
   UnidentifiedSightings unidentified_;  ///< of the step at hand
   int parameter_variable_ = -1;
   std::vector<int> in_view_;  ///< variables of landmarks of the last keyframe
   SinceKeyframe since_;
+  double time_s_ = 0.0;  ///< of the last step
   StepReport report_;
 };
 
