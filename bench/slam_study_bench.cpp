@@ -1,6 +1,6 @@
 // What particles buy, and what they cost in honesty: workload W1 (w1.hpp), two loops from a known start, in a
 // room (20 landmarks, loops of 31 m, half the room in view) and around a block (100 landmarks, loops of 157
-// m, a tenth in view). As markdown, for docs/results/particles-tables.md.
+// m, a tenth in view). As markdown, for docs/results/particles.md.
 //   slam_study_bench [seeds, default 3] [landmarks, default both 20 and 100]
 #include <algorithm>
 #include <cstdio>

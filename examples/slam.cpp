@@ -20,9 +20,8 @@ int main(int argc, char** argv) try {
   const Recording recording = read_recording(argv[2]);
   const SlamInput input = slam_input(recording, robot);
 
-  // The EKF's cost grows with the square of the map: SlamMethod::fastslam2 for large ones.
-  SlamFilter filter(*robot.landmark_sensor,
-                    slam_options_for(input, {.method = SlamMethod::ekf, .keep_paths = false}));
+  // The smoother, which remembers the whole drive; SlamMethod::ekf needs memory for pose and map alone.
+  SlamFilter filter(*robot.landmark_sensor, slam_options_for(input));
   for (const SlamStep& step : input.steps) {
     filter.step(step);
     if (step.observations.empty()) continue;

@@ -18,7 +18,7 @@ namespace {
 
 struct RunArguments {
   RunQuestion question;
-  std::string filter = std::string(name_of(SlamMethod::fastslam2));
+  std::string filter = std::string(name_of(SlamQuestion{}.method));
   std::string viewer;
   std::string output;
   Common common;

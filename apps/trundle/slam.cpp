@@ -24,7 +24,7 @@ struct SlamArguments {
   bool together = false;
   SlamQuestion question;
   SlipCorrection slip;
-  std::string filter = "fastslam2";
+  std::string filter = std::string(name_of(SlamQuestion{}.method));
   std::string estimate;
   std::string output;
   std::string viewer;
@@ -176,7 +176,6 @@ void check_team(const CLI::App& command, SlamArguments& options) {
   if (options.together) {
     for (const char* name : {"--checkpoint", "--resume", "--timing", "--export", "--window"})
       if (command.get_option(name)->count() > 0) throw CLI::ExcludesError("--together", name);
-    if (command.get_option("--filter")->count() == 0) options.filter = name_of(SlamMethod::smoother);
     return;
   }
   if (options.recordings.size() > 1)
@@ -260,7 +259,7 @@ void add_slam(CLI::App& app) {
   auto options = std::make_shared<SlamArguments>();
   CLI::App* command =
       add_command(app, "slam", "Estimate the trajectory and a map of landmarks from odometry and sightings",
-                  "trundle slam recording --robot robot.toml --filter fastslam2 -o out", options->common);
+                  "trundle slam recording --robot robot.toml -o out", options->common);
   command
       ->add_option("RECORDING", options->recordings, "Recording folder; with --together one for each robot")
       ->required();
@@ -271,8 +270,8 @@ void add_slam(CLI::App& app) {
       ->allow_extra_args(false);
   command->add_flag(
       "--together", options->together,
-      "Several robots in one world: the most probable trajectories and one map of all, from a filter "
-      "(smoother, where --filter does not say) and a smoother for each");
+      "Several robots in one world: the most probable trajectories and one map of all, from a filter and a "
+      "smoother for each");
   command->add_option("--filter", options->filter, "Which filter")
       ->check(CLI::IsMember(slam_method_names()))
       ->capture_default_str();

@@ -5,7 +5,7 @@ if(NOT DEFINED MOST_WORDS)
   set(MOST_WORDS 1500)
 endif()
 # Longer all the same: tables that a command prints, and pages that list every key or message.
-set(longer docs/report-json.md docs/results/particles-tables.md docs/results/real-recordings.md docs/robot.md
+set(longer docs/report-json.md docs/results/real-recordings.md docs/robot.md
            docs/troubleshooting.md)
 set(faults "")
 

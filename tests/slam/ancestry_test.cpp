@@ -18,6 +18,15 @@ std::vector<Ancestry::Index> random_parents(std::size_t count, Random& random) {
   return parents;
 }
 
+/// As Ancestry::resample wants it, of ascending parents.
+std::vector<Ancestry::Index> first_children(const std::vector<Ancestry::Index>& parents) {
+  std::vector<Ancestry::Index> first;
+  for (Ancestry::Index parent = 0; parent <= parents.size(); ++parent)
+    first.push_back(
+        static_cast<Ancestry::Index>(std::ranges::lower_bound(parents, parent) - parents.begin()));
+  return first;
+}
+
 template <class T>
 void copy_from_parents(std::vector<T>& values, const std::vector<Ancestry::Index>& parents) {
   const std::vector<T> before = values;
@@ -41,7 +50,7 @@ TEST(Ancestry, GatheringLateIsCopyingAtOnce) {
   }
   for (int generation = 0; generation < 500; ++generation) {
     const auto parents = random_parents(kParticles, random);
-    ancestry.resample(parents);
+    ancestry.resample(first_children(parents));
     for (Column& column : columns) copy_from_parents(column.copied, parents);
     Column& seen = columns[random.below(columns.size())];
     for (Ancestry::Index i = 0; i < kParticles; ++i)
@@ -68,7 +77,7 @@ TEST(Ancestry, OldMapsShrinkToFewAncestors) {
   ancestry.hold(0);
   std::size_t before = kParticles;
   for (int generation = 0; generation < 4000; ++generation) {
-    ancestry.resample(random_parents(kParticles, random));
+    ancestry.resample(first_children(random_parents(kParticles, random)));
     ASSERT_LE(ancestry.survivors(0), before);
     before = ancestry.survivors(0);
     // Wright–Fisher: about 2N/g ancestors remain of g generations ago.
@@ -96,7 +105,7 @@ TEST(ParticlePaths, AreThoseOfACopyingFilter) {
     paths.add_keyframe(poses, ancestry);
     if (random.below(3) == 0) {
       const auto parents = random_parents(kParticles, random);
-      ancestry.resample(parents);
+      ancestry.resample(first_children(parents));
       paths.resampled(ancestry);
       copy_from_parents(copied, parents);
     }

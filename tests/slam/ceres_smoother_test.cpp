@@ -156,8 +156,9 @@ Both smoothed_world(int wrong) {
   }
   SlamInput input;
   input.steps = both.world.steps;
-  both.ours =
-      smooth(input, both.world.sensor, slam(input, both.world.sensor, {.particles = 50}), {.enough = 1e-12});
+  both.ours = smooth(input, both.world.sensor,
+                     slam(input, both.world.sensor, {.method = SlamMethod::fastslam2, .particles = 50}),
+                     {.enough = 1e-12});
   return both;
 }
 

@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include "trundle/slam/fastslam/particle_kernels.hpp"
-#include "trundle/slam/fastslam/pose_target.hpp"
 #include "trundle/statistics/random.hpp"
 
 namespace trundle::slam {

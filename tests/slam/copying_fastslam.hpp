@@ -3,7 +3,6 @@
 #include <map>
 
 #include "trundle/slam/fastslam/particle_slam.hpp"
-#include "trundle/slam/fastslam/pose_target.hpp"
 #include "trundle/slam/steps.hpp"
 
 namespace trundle::test {

@@ -60,7 +60,7 @@ TEST(ManyStarts, AreNoUseWhereAllHaveNamesOrThereIsOne) {
   const test::SlamWorld world = blind_world(2);
   SlamInput named;
   named.steps = world.steps;
-  const SlamOptions filter{.particles = 20, .seed = 2};
+  const SlamOptions filter{.method = SlamMethod::fastslam2, .particles = 20, .seed = 2};
   const SlamResult filtered = slam(named, world.sensor, filter);
   EXPECT_TRUE(are_same(smooth_from_many(named, world.sensor, filtered, filter, 5),
                        smooth(named, world.sensor, filtered)));
@@ -71,7 +71,7 @@ TEST(ManyStarts, AreNoUseWhereAllHaveNamesOrThereIsOne) {
 }
 
 TEST(ManyStarts, TheMostProbableExplanationIsKept) {
-  const SlamOptions filter{.particles = 20, .seed = 2};
+  const SlamOptions filter{.method = SlamMethod::fastslam2, .particles = 20, .seed = 2};
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     const test::SlamWorld world = blind_world(seed);
     const SlamInput input = hidden(world);

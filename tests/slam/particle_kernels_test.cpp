@@ -9,9 +9,9 @@
 #include "trundle/slam/cholesky.hpp"
 #include "trundle/slam/fastslam/landmark_kernels.hpp"
 #include "trundle/slam/fastslam/particle_slam.hpp"
-#include "trundle/slam/fastslam/pose_target.hpp"
 #include "trundle/slam/fastslam/swarm_kernels.hpp"
 
+#include "slam/pose_target.hpp"
 #include "slam/world.hpp"
 
 namespace trundle::slam {
@@ -230,7 +230,7 @@ TEST_P(LanesIn, FitnessIsTheTarget) {
   }
   const Matrix3 Q = Vector3(0.01, 0.02, 0.5).asDiagonal();
   const Matrix3 L = semidefinite_root(Q);
-  const PoseTarget target(predicted, Q, sensor.body_from_sensor, readings);
+  const test::PoseTarget target(predicted, Q, sensor.body_from_sensor, readings);
   SensorColumns bodies(kParticles);
   PoseColumns poses(kParticles);
   place(predicted, TripleColumns(kParticles), {}, {0, padded(kParticles)}, poses, bodies);
@@ -240,7 +240,7 @@ TEST_P(LanesIn, FitnessIsTheTarget) {
       {near, bodies, L, L.inverse(), 3.0 * L.rowwise().norm(), sensor_at({}, sensor.body_from_sensor), true},
       n, {0, padded(kParticles)}, swarm);
   for (std::size_t i = 0; i < kParticles; ++i) {
-    const PoseTarget::Value value = target.at(i, target.clamped(n.at(i)));
+    const test::PoseTarget::Value value = target.at(i, target.clamped(n.at(i)));
     EXPECT_NEAR(swarm.value[i], value.log_density, tolerance * std::abs(value.log_density));
     EXPECT_NEAR(swarm.best_agreement[i], value.agreement, tolerance);
   }

@@ -3,8 +3,9 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
-#include "trundle/slam/fastslam/pose_target.hpp"
 #include "trundle/statistics/random.hpp"
+
+#include "slam/pose_target.hpp"
 
 namespace trundle::slam {
 namespace {
@@ -86,8 +87,8 @@ TEST(PoseTarget, GaussianIsTheTargetsCurvature) {
   }
   PoseColumns poses(1);
   poses.set(0, predicted);
-  const PoseTarget target(poses, Q, sensor.body_from_sensor, readings);
-  const WhitenedGaussian at = target.gaussian_at(0, Vector3::Zero());
+  const test::PoseTarget target(poses, Q, sensor.body_from_sensor, readings);
+  const test::WhitenedGaussian at = target.gaussian_at(0, Vector3::Zero());
   EXPECT_LT(at.mean.norm(), 1e-9);
   const Matrix3 information = at.information_root * at.information_root.transpose();
   const double h = 1e-3;
@@ -110,14 +111,14 @@ TEST(PoseTarget, InnovationIsTheInnovationInAllItsCovariance) {
   columns.set(0, {4.0, 3.0, 0.02, 0.005, 0.03});
   const Observation observation{0, 3.0, 0.1};
   const std::vector<KnownReading> readings = {{reading_terms(observation, sensor), &columns}};
-  const PoseTarget target(predicted, Q, sensor.body_from_sensor, readings);
+  const test::PoseTarget target(predicted, Q, sensor.body_from_sensor, readings);
   const ExpectedReading expected = expected_reading(predicted.at(0), sensor.body_from_sensor, {4.0, 3.0});
   const Matrix3 in_world = world_covariance({predicted.at(0), Q});
   const Matrix2 P = (Matrix2() << 0.02, 0.005, 0.005, 0.03).finished();
   const Matrix2 S = expected.by_pose * in_world * expected.by_pose.transpose() +
                     expected.by_landmark * P * expected.by_landmark.transpose() + reading_covariance(sensor);
   const Vector2 innovation = innovation_of(observation, expected);
-  const PoseTarget::Innovation found = target.innovation(0, readings[0]);
+  const test::PoseTarget::Innovation found = target.innovation(0, readings[0]);
   EXPECT_LT((found.innovation - innovation).norm(), 1e-12);
   EXPECT_NEAR(found.nis, innovation.dot(S.inverse() * innovation), 1e-9);
 }

@@ -36,13 +36,14 @@ TEST(PoseFit, CovarianceAndMisfitAreThoseOfTheErrors) {
   double nees = 0.0, misfit = 0.0, freedom = 0.0;
   for (int trial = 0; trial < kTrials; ++trial) {
     const Pose2 truth = anywhere(random);
-    const auto fit = fit_pose(matches_from(truth, 3 + trial % 4, random));
+    const int matches = 3 + trial % 4;
+    const auto fit = fit_pose(matches_from(truth, matches, random));
     ASSERT_TRUE(fit);
     const Pose2& pose = fit->map_from_body;
     const Vector3 error(pose.x - truth.x, pose.y - truth.y, wrap_angle(pose.heading - truth.heading));
     nees += error.dot(fit->covariance.inverse() * error) / kTrials;
     misfit += fit->misfit / kTrials;
-    freedom += fit->degrees_of_freedom / kTrials;
+    freedom += (2.0 * matches - 3.0) / kTrials;
   }
   EXPECT_NEAR(nees, 3.0, 0.22);  // 4 σ of a mean of χ²₃ over all trials
   EXPECT_NEAR(misfit, freedom, 0.31);

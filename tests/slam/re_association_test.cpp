@@ -134,7 +134,7 @@ TEST(ReAssociation, WhatWasMappedTwiceIsMerged) {
   SlamInput input, unidentified;
   input.steps = unidentified.steps = world.steps;
   for (SlamStep& step : unidentified.steps) step.observations = hidden(step.observations);
-  const SlamResult filtered = slam(input, world.sensor, {.particles = 30});
+  const SlamResult filtered = slam(input, world.sensor, {.method = SlamMethod::fastslam2, .particles = 30});
   const SmoothedSlam with_names = smooth(input, world.sensor, filtered);
   const SmoothedSlam without = smooth(unidentified, world.sensor, confused(filtered, 12));
   EXPECT_EQ(without.map.size(), 12U);
@@ -161,7 +161,7 @@ TEST(ReAssociation, WithoutNamesTheSmootherFindsWhatItFindsWithThem) {
       if (k % 63 > 42) input.steps[k].observations.clear();
     SlamInput unidentified = input;
     for (SlamStep& step : unidentified.steps) step.observations = hidden(step.observations);
-    const SlamOptions options{.particles = 50, .seed = 2};
+    const SlamOptions options{.method = SlamMethod::fastslam2, .particles = 50, .seed = 2};
     with_names += test::position_rms(
         smooth(input, world.sensor, slam(input, world.sensor, options)).trajectory, world.truth);
     const SmoothedSlam smoothed =

@@ -34,7 +34,7 @@ void see_every(int n, test::SlamWorld& world) {
 TEST(Smoother, IsCloserToTheTruthThanItsFilter) {
   const test::SlamWorld world = test::slam_world({.steps = 400, .seed = 3});
   const SlamInput input = input_of(world);
-  const SlamResult filtered = slam(input, world.sensor, {.particles = 30});
+  const SlamResult filtered = slam(input, world.sensor, {.method = SlamMethod::fastslam2, .particles = 30});
   const SmoothedSlam smoothed = smooth(input, world.sensor, filtered);
   EXPECT_TRUE(smoothed.counts.converged);
   EXPECT_LT(test::position_rms(smoothed.trajectory, world.truth),
@@ -65,8 +65,10 @@ TEST(Smoother, ErrorsAreAsLargeAsItsCovariancesSay) {
     const test::SlamWorld world = world_with_errors(trial, sigma);
     const SlamInput input = input_of(world);
     const SlamPrior prior{.systematic_sigma = sigma};
-    const SmoothedSlam smoothed = smooth(
-        input, world.sensor, slam(input, world.sensor, {.particles = 50, .prior = prior}), {.prior = prior});
+    const SmoothedSlam smoothed =
+        smooth(input, world.sensor,
+               slam(input, world.sensor, {.method = SlamMethod::fastslam2, .particles = 50, .prior = prior}),
+               {.prior = prior});
     for (std::size_t i = 0; i < steps.size(); ++i)
       pose_nees[i] += nees_of(smoothed.trajectory.poses[steps[i]].pose,
                               smoothed.trajectory.covariances[steps[i]], world.truth[steps[i]]);
@@ -96,7 +98,7 @@ TEST(Smoother, FindsTheSameMinimumWhereItsFilterIsLost) {
   for (int trial = 0; trial < test::trials(50, 15); ++trial) {
     const test::SlamWorld world = world_with_errors(trial, kUsualShareSigma);
     const SlamInput input = input_of(world);
-    SlamResult filtered = slam(input, world.sensor, {.particles = 50});
+    SlamResult filtered = slam(input, world.sensor, {.method = SlamMethod::fastslam2, .particles = 50});
     const SmoothedSlam smoothed = smooth(input, world.sensor, filtered);
     lost += smoothed.counts.starts > 1 ? 1 : 0;
     for (std::size_t k = 0; k < world.truth.size(); ++k) filtered.path->poses[k].pose = world.truth[k];
@@ -131,7 +133,8 @@ TEST(Smoother, NeedsFewStepsWhereTheRobotDoesNotSkid) {
 TEST(Smoother, IsNotPulledByOutliers) {
   test::SlamWorld world = test::slam_world({.steps = 300, .seed = 4});
   const SlamInput clean = input_of(world);
-  const SmoothedSlam expected = smooth(clean, world.sensor, slam(clean, world.sensor, {.particles = 50}));
+  const SmoothedSlam expected = smooth(
+      clean, world.sensor, slam(clean, world.sensor, {.method = SlamMethod::fastslam2, .particles = 50}));
   Random random(9, 9);
   std::size_t wrong = 0;
   for (SlamStep& step : world.steps)
@@ -141,7 +144,8 @@ TEST(Smoother, IsNotPulledByOutliers) {
         ++wrong;
       }
   const SlamInput spoilt = input_of(world);
-  const SmoothedSlam smoothed = smooth(spoilt, world.sensor, slam(spoilt, world.sensor, {.particles = 50}));
+  const SmoothedSlam smoothed = smooth(
+      spoilt, world.sensor, slam(spoilt, world.sensor, {.method = SlamMethod::fastslam2, .particles = 50}));
   EXPECT_GE(smoothed.counts.outliers, wrong);
   EXPECT_LT(smoothed.counts.outliers, wrong + wrong / 4);
   EXPECT_LT(test::position_rms(smoothed.trajectory, world.truth),
@@ -152,7 +156,9 @@ TEST(Smoother, TakesNothingSeenForNoAnswer) {
   test::SlamWorld world = test::slam_world({.steps = 5});
   for (SlamStep& step : world.steps) step.observations.clear();
   const SlamInput input = input_of(world);
-  EXPECT_THROW(smooth(input, world.sensor, slam(input, world.sensor, {.particles = 5})), CannotAnswer);
+  EXPECT_THROW(smooth(input, world.sensor,
+                      slam(input, world.sensor, {.method = SlamMethod::fastslam2, .particles = 5})),
+               CannotAnswer);
 }
 
 TEST(Smoother, ReadingsThatAreNoNumbersChangeNothing) {

@@ -3,7 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "trundle/slam/cholesky.hpp"
-#include "trundle/slam/fastslam/pose_target.hpp"
+
+#include "slam/pose_target.hpp"
 
 namespace trundle::slam {
 namespace {
@@ -57,7 +58,7 @@ struct Scene {
     }
     draw_normals({.seed = 5}, {0, padded(particles)}, n);
   }
-  PoseTarget target() const { return {predicted, Q, sensor.body_from_sensor, readings}; }
+  test::PoseTarget target() const { return {predicted, Q, sensor.body_from_sensor, readings}; }
   void refine(const SwarmOptions& options) {
     const Matrix3 L = semidefinite_root(Q);
     ThreadPool alone(1, count);
@@ -69,7 +70,7 @@ struct Scene {
 
 TEST(Swarm, NoParticleEndsWorseAndTheBestFindsTheMode) {
   Scene scene(36);
-  const PoseTarget target = scene.target();
+  const test::PoseTarget target = scene.target();
   std::vector<double> before;
   for (std::size_t i = 0; i < 36; ++i)
     before.push_back(target.at(i, target.clamped(scene.n.at(i))).log_density);

@@ -30,7 +30,7 @@ enum class SlamMethod { fastslam1, fastslam2, mapso, mapso_proposal, ekf, smooth
 
 /// Of any filter; what one has no use for it ignores.
 struct SlamOptions {
-  SlamMethod method = SlamMethod::fastslam2;
+  SlamMethod method = SlamMethod::smoother;
   std::size_t particles = 100;  ///< `ekf` and `smoother` have none
   std::uint64_t seed = 1;       ///< nor do they need one
   SlamPrior prior = {};

@@ -37,8 +37,7 @@ class JointGaussian {
   [[nodiscard]] bool is_active(std::size_t landmark) const { return active_of_[landmark] >= 0; }
   /// Mean of an active landmark.
   [[nodiscard]] Vector2 active(Index at) const { return mean_.segment<2>(at); }
-  /// Covariance of the active part: its first size() rows and columns count.
-  [[nodiscard]] const Eigen::MatrixXd& active_covariance() const { return A_; }
+  /// Rows of the active part.
   [[nodiscard]] Index size() const { return size_; }
 
   [[nodiscard]] Index systematic() const { return body_ - kPose; }

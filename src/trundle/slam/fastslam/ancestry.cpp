@@ -19,16 +19,7 @@ void Ancestry::release(Epoch epoch) {
   if (--at->second.holders == 0) generations_.erase(at);
 }
 
-void Ancestry::resample(std::span<const Index> parents) {
-  assert(parents.size() == particles_ && std::ranges::is_sorted(parents));
-  std::vector<Index> first_child(particles_ + 1, static_cast<Index>(particles_));
-  for (std::size_t child = particles_; child-- > 0;) first_child[parents[child]] = static_cast<Index>(child);
-  for (std::size_t parent = particles_; parent-- > 0;)
-    first_child[parent] = std::min(first_child[parent], first_child[parent + 1]);
-  resample_families(first_child);
-}
-
-void Ancestry::resample_families(std::span<const Index> first_child) {
+void Ancestry::resample(std::span<const Index> first_child) {
   assert(first_child.size() == particles_ + 1 && std::ranges::is_sorted(first_child));
   std::ranges::copy(first_child, first_child_.begin());
   for (auto at = generations_.rbegin(); at != generations_.rend(); ++at) {

@@ -40,11 +40,9 @@ class Ancestry {
   void hold(Epoch epoch);
   void release(Epoch epoch);
 
-  /// Particle i continues parents[i]; `parents` must ascend. A new epoch begins.
-  void resample(std::span<const Index> parents);
-  /// The same, given the first child of each, or where it has none that of the next; at the end the number
-  /// of all.
-  void resample_families(std::span<const Index> first_child);
+  /// A new epoch begins. Of each particle its first child, or where it has none that of the next; at the end
+  /// the number of all.
+  void resample(std::span<const Index> first_child);
 
   /// The map from today's particles to those of a held epoch.
   [[nodiscard]] std::span<const Run> runs(Epoch epoch) const;

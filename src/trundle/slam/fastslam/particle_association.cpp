@@ -5,8 +5,6 @@
 
 #include <Eigen/LU>
 
-#include "trundle/slam/fastslam/pose_target.hpp"
-
 namespace trundle::slam {
 namespace {
 

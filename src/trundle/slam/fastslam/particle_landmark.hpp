@@ -1,6 +1,8 @@
 #pragma once
 
+#include "trundle/odometry/arc.hpp"
 #include "trundle/simd/scalar.hpp"
+#include "trundle/slam/observation.hpp"
 
 namespace trundle::slam {
 
@@ -20,6 +22,15 @@ struct SensorAt {
   double cos, sin;
 };
 
+[[nodiscard]] inline SensorAt sensor_at(const Pose2& world_from_body, const Pose2& body_from_sensor) {
+  const auto body = sin_cos_of(world_from_body.heading);
+  const double bc = std::cos(body_from_sensor.heading);
+  const double bs = std::sin(body_from_sensor.heading);
+  return {world_from_body.x + body.cos * body_from_sensor.x - body.sin * body_from_sensor.y,
+          world_from_body.y + body.sin * body_from_sensor.x + body.cos * body_from_sensor.y,
+          body.cos * bc - body.sin * bs, body.sin * bc + body.cos * bs};
+}
+
 /// A reading with what the sensor is worth.
 struct ReadingTerms {
   double range;
@@ -27,6 +38,11 @@ struct ReadingTerms {
   double range_variance;  ///< [m²]
   double bearing_variance;
 };
+[[nodiscard]] inline ReadingTerms reading_terms(const Observation& observation,
+                                                const LandmarkSensor& sensor) {
+  return {observation.range_m, std::cos(observation.bearing_rad), std::sin(observation.bearing_rad),
+          sensor.range_sigma_m * sensor.range_sigma_m, sensor.bearing_sigma_rad * sensor.bearing_sigma_rad};
+}
 
 /// What a particle makes of a reading of one of its landmarks.
 struct Sight {

@@ -125,7 +125,7 @@ void SystematicResampling::resample(ParticleSet& particles) {
   for (Ancestry::Index& parent : parents) parent = last = std::max(last, parent);
   particles.poses.permute(parents, spare_);
   if (particles.systematic.count() > 0) particles.systematic.permute(parents, spare_);
-  particles.ancestry.resample_families(first_child_);
+  particles.ancestry.resample(first_child_);
   std::fill_n(particles.log_weights.begin(), count, 0.0);
   std::fill_n(particles.weights.begin(), count, 1.0 / static_cast<double>(count));
   particles.leading = first_child_[particles.leading];

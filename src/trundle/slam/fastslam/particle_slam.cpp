@@ -6,7 +6,6 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/slam/cholesky.hpp"
-#include "trundle/slam/fastslam/pose_target.hpp"
 
 namespace trundle::slam {
 namespace {

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "trundle/slam/fastslam/pose_target.hpp"
-
 namespace trundle::slam {
 namespace {
 

@@ -32,7 +32,7 @@ std::optional<PoseFit> fit_pose(std::span<const PointMatch> matches) {
   for (const PointMatch& match : matches) places.push_back({match.in_body, match.in_map});
   const std::optional<Pose2> start = rigid_motion(places);
   if (!start) return std::nullopt;
-  PoseFit fit{.map_from_body = *start, .degrees_of_freedom = 2.0 * static_cast<double>(matches.size()) - 3.0};
+  PoseFit fit{.map_from_body = *start};
   Pose2& pose = fit.map_from_body;
   for (int round = 0; round < kGaussNewtonRounds; ++round) {
     Matrix3 information = Matrix3::Zero();

@@ -28,9 +28,10 @@ struct PointInnovation {
 struct PoseFit {
   Pose2 map_from_body;
   Matrix3 covariance = Matrix3::Zero();  ///< of (x, y, heading) in the map's axes
-  double misfit = 0.0;                   ///< what remains of the residuals squared in their covariance: χ²
-  double degrees_of_freedom = 0.0;       ///< of the misfit: two for each match, less three
-  double log_noise = 0.0;                ///< Σ log |noise| over the matches: their density's scale
+  /// What remains of the residuals squared in their covariance: χ² with two degrees of freedom for each
+  /// match, less three.
+  double misfit = 0.0;
+  double log_noise = 0.0;  ///< Σ log |noise| over the matches: their density's scale
 };
 
 /// The most probable pose of a body that is nowhere known, by weighted least squares: Gauss–Newton from the
