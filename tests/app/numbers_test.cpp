@@ -43,6 +43,8 @@ const std::vector<Wrong> kWrong = {
     {"CheckpointEveryNan", joined(kSlam, {"--checkpoint", "s", "--checkpoint-every-s", "nan"}), "nan"},
     {"NoSwarmIterations", joined(kSlam, {"--swarm-iterations", "0"}), "--swarm-iterations"},
     {"SwarmAgreementNan", joined(kSlam, {"--swarm-agreement", "nan"}), "a number from 0 to 1"},
+    {"WindowNan", joined(kSlam, {"--filter", "smoother", "--window", "nan"}), "nan"},
+    {"WindowOfAnotherFilter", joined(kSlam, {"--filter", "ekf", "--window", "60"}), "--filter smoother"},
     {"StartFarAway", joined(kSlam, {"--start", "1e300,0,0"}), "1e300"},
     {"StartFarTurned", joined(kSlam, {"--start", "0,0,-1e300"}), "1e300"},
     {"SeedBelowZero", joined(kSlam, {"--seed", "-1"}), "whole number"},

@@ -39,7 +39,7 @@ struct Dense {
 
 const std::vector<int> kSizes = {2, 2, 2, 3};  // three landmarks and a pose
 
-VectorXd value_of(int variable) {
+VectorXd place_of_unknown(int variable) {
   switch (variable) {
     case 0:
       return Vector2(1.0, 2.0);
@@ -57,7 +57,8 @@ MarginalPrior any_prior(std::uint64_t seed, const MatrixXd& J, double off = 1.0)
   const VectorXd b = VectorXd::NullaryExpr(9, [&] { return off * random.normal(1.0); });
   std::vector<MarginalPrior::Unknown> unknowns;
   for (int variable = 0; variable < 4; ++variable)
-    unknowns.push_back({variable, variable < 3 ? PriorKind::landmark : PriorKind::pose, value_of(variable)});
+    unknowns.push_back(
+        {variable, variable < 3 ? PriorKind::landmark : PriorKind::pose, place_of_unknown(variable)});
   return {unknowns, J.transpose() * J, J.transpose() * (J * b)};
 }
 
@@ -69,11 +70,11 @@ MatrixXd any_matrix(std::uint64_t seed, Index rows, Index columns) {
 // Of landmarks as the pose sees them, by moves of all: what does not change when all are moved together.
 MatrixXd relative_jacobian() {
   MatrixXd J = MatrixXd::Zero(6, 9);
-  const VectorXd pose = value_of(3);
+  const VectorXd pose = place_of_unknown(3);
   const Matrix2 back = rotation(-pose[2]);
   for (Index k = 0; k < 3; ++k) {
     J.block<2, 2>(2 * k, 2 * k) = back;
-    const Vector2 seen = back * (value_of(static_cast<int>(k)) - pose.head<2>());
+    const Vector2 seen = back * (place_of_unknown(static_cast<int>(k)) - pose.head<2>());
     J.block<2, 3>(2 * k, 6) << -1.0, 0.0, seen.y(), 0.0, -1.0, -seen.x();
   }
   return J;
@@ -83,7 +84,7 @@ TEST(MarginalPrior, MovesWithItsLandmarks) {
   const MarginalPrior prior = any_prior(1, any_matrix(2, 6, 6) * relative_jacobian());
   const Pose2 moved{7.0, -4.0, 1.1};
   const MarginalPrior there = prior.at([&](int variable) -> VectorXd {
-    const VectorXd value = value_of(variable);
+    const VectorXd value = place_of_unknown(variable);
     const Vector2 place = moved * Vector2(value.head<2>());
     if (variable < 3) return place;
     return Vector3(place.x(), place.y(), value[2] + moved.heading);
@@ -100,7 +101,7 @@ TEST(MarginalPrior, IsTheSameAboutAnotherPoint) {
   const MarginalPrior prior = any_prior(3, any_matrix(4, 9, 9), 0.0);
   const VectorXd by = 1e-5 * any_matrix(5, 9, 1);
   const MarginalPrior there = prior.at([&](int variable) -> VectorXd {
-    VectorXd value = value_of(variable);
+    VectorXd value = place_of_unknown(variable);
     if (variable < 3) return value + by.segment<2>(2 * variable);
     value.head<2>() += rotation(value[2]) * by.segment<2>(6);
     value[2] += by[8];
@@ -128,7 +129,7 @@ TEST(MarginalPrior, MovesOnToTheNextPose) {
   const VectorXd error = any_matrix(12, 3, 1);
   const MatrixXd W = Vector3(4.0, 1e12, 25.0).asDiagonal();
   const MarginalPrior next = prior.moved_on({.from = 3,
-                                             .to = {4, PriorKind::pose, value_of(3)},
+                                             .to = {4, PriorKind::pose, place_of_unknown(3)},
                                              .parameters = {},
                                              .error = error,
                                              .by_from = by_from,
@@ -161,7 +162,7 @@ TEST(MarginalPrior, TwoLandmarksBecomeOne) {
   T.block<2, 2>(4, 4).setZero();
   T.block<2, 2>(4, 0).setIdentity();
   VectorXd offset = VectorXd::Zero(9);
-  offset.segment<2>(4) = value_of(0) - value_of(2);
+  offset.segment<2>(4) = place_of_unknown(0) - place_of_unknown(2);
   const Dense after(prior, kSizes);
   EXPECT_LT((after.matrix - T.transpose() * before.matrix * T).norm(), 1e-12 * before.matrix.norm());
   EXPECT_LT((after.right - T.transpose() * (before.right - before.matrix * offset)).norm(),

@@ -1,4 +1,4 @@
-// IncrementalSmoother: what is older than the window. docs/theory/marginalisation.md, eq. 26 to 28.
+// IncrementalSmoother: what is older than the window. docs/theory/marginalisation.md, eq. 33 to 35.
 #include <algorithm>
 #include <iterator>
 
@@ -158,7 +158,7 @@ void IncrementalSmoother::forget_first(int poses) {
 }
 
 /// Where the first pose of the window is tied to many landmarks, those that were seen longest ago are tied to
-/// the other landmarks alone, in a submap. Eq. 28.
+/// the other landmarks alone, in a submap. Eq. 35.
 void IncrementalSmoother::divide_past() {
   const MarginalPrior& past = past_.parts.front().prior;
   std::vector<const Landmark*> landmarks;

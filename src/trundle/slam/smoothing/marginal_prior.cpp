@@ -58,11 +58,18 @@ struct FirstEliminated {
   VectorXd reduced;
   MatrixXd rest;
 };
-// Eq. 21.
-FirstEliminated eliminate_first(MatrixXd A, const VectorXd& right, Index columns) {
-  const Index rows = A.rows() - columns;
-  const bool is_determined = geometry::eliminate_columns(A, columns);
-  if (!is_determined) throw CannotAnswer("what is marginalised is not determined");
+// Eq. 21. What hardly anything is known of, as a landmark that others are given by, may have less than
+// nothing by rounding: then the least share of the largest is added that makes it something.
+FirstEliminated eliminate_first(const MatrixXd& matrix, const VectorXd& right, Index columns) {
+  constexpr double kLeastRidge = 1e-15, kMostRidge = 1e-9;
+  const Index rows = matrix.rows() - columns;
+  const double largest = matrix.diagonal().head(columns).maxCoeff();
+  MatrixXd A = matrix;
+  for (double ridge = kLeastRidge; !geometry::eliminate_columns(A, columns); ridge *= 10.0) {
+    if (ridge > kMostRidge) throw CannotAnswer("the sightings leave poses or landmarks undetermined");
+    A = matrix;
+    A.diagonal().head(columns).array() += ridge * largest;
+  }
   VectorXd reduced = right.head(columns);
   A.topLeftCorner(columns, columns).triangularView<Eigen::Lower>().solveInPlace(reduced);
   return {A.bottomLeftCorner(rows, columns), std::move(reduced),
@@ -90,7 +97,7 @@ Index MarginalPrior::begin_of(std::size_t unknown) const {
   return begin;
 }
 
-// Eq. 27.
+// Eq. 34.
 MarginalPrior MarginalPrior::at(const Value& value) const {
   std::vector<VectorXd> now;
   bool is_same = true;
@@ -178,7 +185,7 @@ std::pair<MarginalPrior, Index> MarginalPrior::led_by(const std::vector<int>& va
 MarginalPrior MarginalPrior::without(const std::vector<int>& variables) const {
   auto [result, columns] = led_by(variables);
   if (columns == 0) return result;
-  const FirstEliminated parts = eliminate_first(std::move(result.information_), result.right_, columns);
+  const FirstEliminated parts = eliminate_first(result.information_, result.right_, columns);
   result.information_ = parts.rest;
   result.right_ = (result.right_.tail(parts.rest.rows()) - parts.L2 * parts.reduced).eval();
   std::erase_if(result.unknowns_, [&](const Unknown& unknown) {
@@ -187,8 +194,8 @@ MarginalPrior MarginalPrior::without(const std::vector<int>& variables) const {
   return result;
 }
 
-/// Eq. 26. The motion's error takes the place of the pose, and is eliminated: of poses that hardly move against each
-/// other nothing would be left of what is known but the rounding of their stiff tie.
+/// Eq. 33. Eliminating the pose instead of the motion's error would leave, of poses that hardly move against
+/// each other, the rounding of their stiff tie.
 MarginalPrior MarginalPrior::moved_on(const NextPose& next) const {
   MarginalPrior result = *this;
   const Index from = result.begin_of(*std::ranges::find(unknowns_, next.from, &Unknown::variable));

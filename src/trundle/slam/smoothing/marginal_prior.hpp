@@ -12,7 +12,7 @@ namespace trundle::slam {
 
 /// What terms that are not kept say of landmarks, a pose and the systematic errors: a Gaussian about where
 /// all of these were when the terms were linearised. It turns with its landmarks, so that it is as true
-/// wherever they are moved together. docs/theory/marginalisation.md, eq. 27.
+/// wherever they are moved together. docs/theory/marginalisation.md, eq. 34.
 class MarginalPrior {
  public:
   enum class Kind { landmark, pose, parameters };
