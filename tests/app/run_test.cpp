@@ -78,6 +78,14 @@ constexpr std::array kFiles = {"info.json",
                                "slam/innovations.csv",
                                "slam/landmarks_covariance.csv"};
 
+TEST_F(RunCommand, SlipIsLearnedFromAFolderOfRecordings) {
+  const std::string tour = (kDemo / "session_01/tour").string();
+  const Outcome outcome =
+      run({"slip", tour, "--robot", kDemoRobot, "--learn", (kDemo / "session_02").string()});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, testing::HasSubstr("learned from"));
+}
+
 TEST_F(RunCommand, GivesTheBytesOfTheSingleCommandsInTurn) {
   const std::string tour = (kDemo / "session_01/tour").string();
   const std::string squares = (kDemo / "session_02").string();

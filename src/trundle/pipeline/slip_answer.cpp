@@ -7,6 +7,7 @@
 
 #include "trundle/inspection/clocks.hpp"
 #include "trundle/inspection/inspect.hpp"
+#include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/sound.hpp"
 #include "trundle/recording/alignment/replay.hpp"
 #include "trundle/recording/gyro_clock.hpp"
@@ -31,7 +32,7 @@ CleanDriving clean_driving(const Robot& robot, const SlipQuestion& question) {
     clean.intervals.insert(clean.intervals.end(), more.begin(), more.end());
     clean.inputs.insert(clean.inputs.end(), recording.inputs.begin(), recording.inputs.end());
   };
-  for (const std::string& folder : question.learn) take(read_recording(folder, question.reading));
+  for (const Recording& recording : read_recordings(question.learn, question.reading)) take(recording);
   for (const Recording& recording : question.clean) take(recording);
   return clean;
 }
