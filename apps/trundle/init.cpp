@@ -41,6 +41,8 @@ std::string text_of(const InitAnswer& answer, const InitArguments& options) {
   text += lines_of("notes:", answer.draft.notes);
   text += lines_of("to fill in:", answer.draft.to_fill_in);
   for (const OutputFile& file : answer.files) text += fmt::format("wrote {}\n", file.path.string());
+  if (answer.draft.streams.empty())
+    return text + "next: name columns in recording.toml (docs/recording.md): nothing was recognised\n";
   return text + fmt::format("next: trundle run {0} --robot {0}/robot.toml -o out\n", options.folder);
 }
 

@@ -279,6 +279,35 @@ TEST_F(Init, TablesAndAUrdfMakeARecordingThatRuns) {
   EXPECT_EQ(odometry.exit_code, 0) << odometry.err;
 }
 
+// As loggers of small robots export them: names of two words, a semicolon, a column of text, degrees.
+TEST_F(Init, ColumnsOfASimpleLoggerAreKnown) {
+  std::string wheels = "time;left_rpm;right_rpm;status\n", imu = "time,gyro_x,gyro_y,gyro_z\n",
+              fixes = "time;lat;lon\n";
+  drive_along([&](int row, const Driven& driven) {
+    wheels += fmt::format("{};{};{};OK\n", kStep_s * row, driven.left_m, driven.right_m);
+    imu +=
+        fmt::format("{},{},{},{}\n", kStep_s * row, 0.1 * row, -0.2 * row, driven.yaw_rate_rad_s * 57.2958);
+    fixes += fmt::format("{};48.{:06};11.575\n", kStep_s * row, row);
+  });
+  put("logger/wheels.csv", wheels);
+  put("logger/imu.csv", imu);
+  put("logger/gps.csv", fixes);
+  ASSERT_EQ(run({"init", "logger", "-o", "mine"}).exit_code, 0);
+  const std::string draft = text("mine/recording.toml");
+  EXPECT_THAT(draft, HasSubstr("delimiter = \";\""));
+  EXPECT_THAT(draft, HasSubstr("columns.left_rad_s = { column = \"left_rpm\", unit = \"rpm\" }"));
+  EXPECT_THAT(draft, HasSubstr("columns.yaw_rate_rad_s = { column = \"gyro_z\", unit = \"deg/s\" }"));
+  EXPECT_THAT(draft, Not(HasSubstr("gyro_x")));
+  EXPECT_THAT(draft, HasSubstr("columns.latitude_deg = \"lat\""));
+}
+
+TEST_F(Init, WhereNothingIsRecognisedNoRunIsAdvised) {
+  put("empty/data.csv", "a,b\n1,2\n3,4\n");
+  const Outcome drafted = run({"init", "empty", "-o", "mine"});
+  EXPECT_EQ(drafted.exit_code, 0);
+  EXPECT_THAT(drafted.out, Not(HasSubstr("trundle run")));
+}
+
 TEST_F(Init, AControllerSaysTrackAndRadii) {
   put("drive/log.csv", table());
   put("controller.yaml", kController);

@@ -135,6 +135,7 @@ class Drafter {
       if (const std::optional<StampColumn> stamps = stamps_of(*table)) {
         stream.columns.insert(stream.columns.begin(), {.column = "time_s", .field = stamps->name});
         stream.time_unit = stamps->unit;
+        stream.format = table->metadata;
       }
     stream.topic.clear();
     return stream;

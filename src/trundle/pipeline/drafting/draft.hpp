@@ -27,6 +27,7 @@ struct DraftStream {
   std::string topic = {};  ///< empty: a CSV file, or each column has its own
   std::vector<DraftColumn> columns = {};
   std::string time_unit = {};  ///< of CSV files: "ns"; empty: seconds
+  std::string format = {};     ///< of CSV files: its lines in recording.toml; empty: the usual one
   std::optional<double> rebuilt_separation_m =
       {};                   ///< wheels from poses, and the distance they are computed with
   std::string reason = {};  ///< why it was taken, for whoever reads the draft
@@ -99,7 +100,8 @@ struct DraftQuestion {
                                                                   const Draft& draft,
                                                                   const std::string& odometry_topic);
 
-/// The CSV files of a folder as if they were topics of a log. Throws InputError where there is none.
+/// The CSV files of a folder as if they were topics of a log; `metadata` is what recording.toml has to say of
+/// their format. Throws InputError where there is none.
 [[nodiscard]] logs::LogSummary survey_tables(const std::filesystem::path& folder);
 
 }  // namespace trundle::pipeline

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "trundle/chassis/chassis.hpp"
 #include "trundle/pipeline/drafting/detail/names.hpp"
 
 namespace trundle::pipeline {
@@ -50,6 +51,9 @@ bool ends_with_rate(const std::vector<std::string>& words) {
 
 /// A yaw rate, as its name says it, and whether in degrees.
 bool is_yaw_rate(const std::vector<std::string>& words) {
+  const std::size_t count = words.size();
+  if (count > 1 && words[count - 1] == "z" && has_word({words[count - 2]}, {"gyro", "gyr", "gyroscope"}))
+    return true;  // an axis of a gyro by itself is what it reads
   const bool is_rate = has_word(words, {"rate", "velocity", "vel", "omega", "dps", "speed"}) ||
                        (has_word(words, {"per"}) && has_word(words, {"sec", "second"})) ||
                        has_word(words, {"gyr", "rads"}) || ends_with_rate(words);
@@ -94,6 +98,13 @@ DraftStream orientation_stream(const TopicSummary& imu) {
   return stream;
 }
 
+/// As its name says it, or else its size: no gyro of ours reads so many radians a second.
+bool is_in_degrees(const FieldSummary& field, const std::vector<std::string>& words) {
+  if (has_word(words, {"deg", "degs", "degrees", "dps"}) || field.unit == "deg/s") return true;
+  if (has_word(words, {"rad", "rads", "radians"}) || field.unit == "rad/s") return false;
+  return std::max(std::abs(field.least), std::abs(field.most)) > chassis::Gyro{}.max_rate_rad_s;
+}
+
 /// As its name says it, or else its size: in radians an angle is hardly beyond a few turns.
 std::string unit_of_angle(const FieldSummary& field, const std::vector<std::string>& words) {
   constexpr double kMostRadians = 100.0;  // sixteen turns
@@ -117,16 +128,27 @@ std::optional<DraftStream> known_gyro(const TopicSummary& topic) {
   return std::nullopt;
 }
 
+/// "wz" beside "wx": three axes of a gyro. Odometry has the one that is up alone.
+bool is_axis_of_three(const TopicSummary& topic, const FieldSummary& field) {
+  const std::vector<std::string> own = words_of(field.path);
+  return !own.empty() && own.back() == "wz" &&
+         std::ranges::any_of(topic.fields, [](const FieldSummary& other) {
+           const std::vector<std::string> words = words_of(other.path);
+           return !words.empty() && words.back() == "wx";
+         });
+}
+
 void add_named_gyros(const TopicSummary& topic, std::vector<DraftStream>& found) {
   // Poses and velocities that something has computed.
   if (topic.type.starts_with("nav_msgs/") || topic.type.starts_with("geometry_msgs/")) return;
   for (const FieldSummary& field : topic.fields) {
     const std::vector<std::string> words = words_of(topic, field);
-    if (field.is_text || field.values == 0 || is_wanted_only(words) || !is_yaw_rate(words)) continue;
+    if (field.is_text || field.values == 0 || is_wanted_only(words)) continue;
+    if (!is_yaw_rate(words) && !is_axis_of_three(topic, field)) continue;
     DraftStream stream = stream_of("gyro", topic, "by its name");
-    const bool is_degrees = has_word(words, {"deg", "degs", "degrees", "dps"});
-    stream.columns.push_back(
-        {.column = "yaw_rate_rad_s", .field = field.path, .unit = is_degrees ? "deg/s" : ""});
+    stream.columns.push_back({.column = "yaw_rate_rad_s",
+                              .field = field.path,
+                              .unit = is_in_degrees(field, words) ? "deg/s" : ""});
     found.push_back(std::move(stream));
   }
 }
@@ -189,6 +211,12 @@ std::optional<DraftStream> named_reference(const TopicSummary& topic) {
     }
     return false;
   };
+  if (take("latitude_deg", {"lat", "latitude"}, "") &&
+      take("longitude_deg", {"lon", "lng", "long", "longitude"}, "")) {
+    stream.reason = "satellites: metres of error, no heading";
+    return stream;
+  }
+  stream.columns.clear();
   const bool has_x = take("x_m", {"x", "px", "pos", "position"}, ""), has_y = take("y_m", {"y", "py"}, "");
   if (!has_x || !has_y) return std::nullopt;
   take("heading_rad", {"heading", "yaw", "theta", "th", "phi", "psi"}, "deg");
@@ -284,8 +312,9 @@ std::vector<DraftStream> gyro_headings(const DraftQuestion& question) {
     }
     for (const FieldSummary& field : topic.fields) {
       const std::vector<std::string> words = words_of(topic, field);
-      const bool is_heading = has_word(words, {"gyro", "yaw", "heading", "pigeon", "navx"}) &&
-                              !has_word(words, {"roll", "pitch", "offset", "connected", "type", "name"});
+      const bool is_heading =
+          has_word(words, {"gyro", "yaw", "heading", "pigeon", "navx"}) &&
+          !has_word(words, {"x", "y", "roll", "pitch", "offset", "connected", "type", "name"});
       if (field.is_text || field.changes <= kFewestChanges || !is_heading || is_wanted_only(words) ||
           is_yaw_rate(words))
         continue;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -21,25 +22,69 @@ std::string head_of_file(const std::filesystem::path& path) {
   return text.substr(0, text.size() < kHeadOfTable ? text.size() : text.rfind('\n') + 1);
 }
 
+using recording::CsvFormat;
+using recording::CsvTable;
+
+/// The first delimiter that makes columns of the text.
+CsvFormat format_of(const std::string& text, const std::string& file) {
+  for (const char delimiter : {',', ';', '\t', '|'})
+    if (CsvTable(text, file, {.delimiter = delimiter}).columns() > 1) return {.delimiter = delimiter};
+  return {};
+}
+
+/// As recording.toml says it; what goes without saying is left out.
+std::string lines_of(const CsvFormat& format) {
+  std::string lines;
+  if (format.delimiter != ',')
+    lines += fmt::format("delimiter = \"{}\"\n",
+                         format.delimiter == '\t' ? "\\t" : std::string(1, format.delimiter));
+  if (format.decimal != '.') lines += fmt::format("decimal = \"{}\"\n", format.decimal);
+  return lines;
+}
+
+/// Each column by itself where they do not all hold numbers: a column of text is none of a stream.
+void add_fields(const CsvTable& csv, logs::TopicSummary& table) {
+  std::optional<InputError> fault;
+  for (std::size_t i = 0; i < csv.names().size(); ++i) {
+    const recording::CsvColumn column{i};
+    logs::FieldSummary field{.path = csv.names()[i]};
+    try {
+      const recording::CsvRows rows = csv.read({&column, 1});
+      table.messages = rows.count();
+      for (const double number : rows.numbers.front()) field.add(number);
+    } catch (const InputError& error) {
+      field.is_text = true;
+      if (!fault) fault = error;
+    }
+    table.paths.push_back(field.path);
+    table.fields.push_back(std::move(field));
+  }
+  if (fault && std::ranges::all_of(table.fields, &logs::FieldSummary::is_text)) throw InputError(*fault);
+}
+
+std::size_t numbers_in(const logs::TopicSummary& table) {
+  return static_cast<std::size_t>(std::ranges::count(table.fields, false, &logs::FieldSummary::is_text));
+}
+
 /// Where it cannot be read, `unreadable` says why.
 logs::TopicSummary summary_of_table(const std::filesystem::path& path, const std::string& name) {
   const std::string text = head_of_file(path);
-  logs::TopicSummary table{.topic = name, .type = "CSV"};
+  const auto read = [&](const CsvFormat& format) {
+    logs::TopicSummary table{.topic = name, .type = "CSV", .metadata = lines_of(format)};
+    add_fields(CsvTable(text, path.string(), format), table);
+    return table;
+  };
   try {
-    const recording::CsvTable csv(text, path.string(), {});
-    std::vector<recording::CsvColumn> columns;
-    for (std::size_t i = 0; i < csv.names().size(); ++i) columns.push_back({i});
-    const recording::CsvRows rows = csv.read(columns);
-    table.messages = rows.count();
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      table.paths.push_back(csv.names()[i]);
-      logs::FieldSummary& field = table.fields.emplace_back(logs::FieldSummary{.path = csv.names()[i]});
-      for (const double number : rows.numbers[i]) field.add(number);
-    }
+    const CsvFormat format = format_of(text, path.string());
+    logs::TopicSummary table = read(format);
+    if (format.delimiter == ',') return table;
+    CsvFormat with_comma = format;
+    with_comma.decimal = ',';
+    logs::TopicSummary other = read(with_comma);
+    return numbers_in(other) > numbers_in(table) ? other : table;
   } catch (const InputError& error) {
-    table.unreadable = error.what();
+    return {.topic = name, .type = "CSV", .unreadable = error.what()};
   }
-  return table;
 }
 
 }  // namespace

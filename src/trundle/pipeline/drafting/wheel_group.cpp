@@ -129,6 +129,11 @@ std::vector<WheelGroup> all_groups(const logs::LogSummary& summary) {
         has_word(mine.words,
                  {"wheel", "wheels", "whl", "drivewhl", "drive", "drivetrain", "encoder", "encoders", "enc",
                   "odometer", "mod", "module", "swerve", "track", "tread", "chassis", "dist", "distance"});
+    // "left_rpm" alone is a wheel's; that of a shooter has more of a name.
+    if (mine.group.unit == "rpm" && std::ranges::all_of(mine.group.wheels, [](const WheelSource& wheel) {
+          return wheel.place.side != 0 && words_of(wheel.field->path).size() == 2;
+        }))
+      mine.group.is_of_wheels = true;
     usable.push_back(std::move(mine.group));
   }
   std::ranges::stable_sort(usable, std::ranges::greater(), &WheelGroup::score);

@@ -44,6 +44,7 @@ std::string table_of(const DraftStream& stream) {
       std::ranges::any_of(stream.columns, [](const DraftColumn& c) { return c.column == "time_s"; });
   std::string text = fmt::format("[{}]\nfile = {}\n", stream.table, quoted_toml(stream.file));
   if (!stream.topic.empty()) text += fmt::format("topic = {}\n", quoted_toml(stream.topic));
+  text += stream.format;
   if (!stream.time_unit.empty()) text += fmt::format("time_unit = {}\n", quoted_toml(stream.time_unit));
   if (stream.rebuilt_separation_m)
     text += fmt::format("rebuild = {{ wheel_separation_m = {} }}\n", *stream.rebuilt_separation_m);
