@@ -161,6 +161,10 @@ void tell_missing_sensors(const Recording& recording, const Robot& robot, std::v
 
 std::string missing_reference(const Recording& recording, const Robot* robot) {
   const bool gyro = !recording.gyro.time_s.empty() && (robot == nullptr || robot->chassis.gyro);
+  if (robot != nullptr && robot->landmark_sensor && !recording.sightings.empty())
+    return "a reference: nothing was measured from outside the robot; calibrate --landmarks learns from what "
+           "it "
+           "saw instead, in proportion to the landmark sensor's ranges";
   if (!gyro)
     return "a reference: nothing was measured from outside the robot and there is no gyro, so nothing can be "
            "calibrated; add reference.csv or "

@@ -37,8 +37,13 @@ Finding disagreement(const Recording& recording, const Robot& robot) {
   const AlignedReadings readings = align(recording, robot);
   for (std::size_t w = 0; w < robot.wheel_names.size(); ++w) {
     if (with_reversed(w, robot, readings).correlation() <= kMuchBetter) continue;
+    const Wheel& wheel = robot.chassis.wheels()[w];
     finding.subjects = {robot.wheel_names[w]};
-    finding.payload = payload::Amount{-robot.chassis.wheels()[w].ticks_per_revolution};
+    finding.payload = payload::Amount{-wheel.ticks_per_revolution};
+    if (wheel.ticks_per_revolution == 0.0) {  // what is no count has no sign of its own
+      finding.code = FindingCode::reversed_wheel;
+      finding.payload = payload::Amount{degrees(wrap_angle(wheel.direction_rad + kPi))};
+    }
     break;
   }
   return finding;
