@@ -44,6 +44,20 @@ TEST(ConsistencyChecks, ReportAFilterThatDiverged) {
   EXPECT_THAT(describe(findings.front()), testing::StartsWith("from 120.0 s to "));
 }
 
+TEST(ConsistencyChecks, DoNotDoubtASmootherWhoseFilterAloneWasLost) {
+  const test::SlamWorld world = test::slam_world({.steps = 200});
+  const SlamInput input = input_of(world);
+  SlamResult filtered = slam(input, world.sensor, {.method = SlamMethod::ekf});
+  const SmoothedSlam smoothed = smooth(input, world.sensor, filtered);
+  for (std::size_t k = 120; k < 200; ++k)
+    for (ObservationReport& report : filtered.reports[k].observations) report.decision = Decision::rejected;
+  EXPECT_EQ(consistency_checks(input, filtered, nullptr).front().severity, Severity::warning);
+  const std::vector<Finding> findings = consistency_checks(input, filtered, &smoothed);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings.front().code, FindingCode::lost);
+  EXPECT_EQ(findings.front().severity, Severity::note);
+}
+
 TEST(ConsistencyChecks, ReportSigmasThatAreTooSmall) {
   test::SlamWorld world = test::slam_world({.steps = 200});
   world.sensor.range_sigma_m /= 2.5;

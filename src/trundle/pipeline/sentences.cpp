@@ -63,7 +63,7 @@ std::string sentence_of(const SlamAnswer& slam) {
       "{} mapped from {}{}, {}{}", counted(slam.map().size(), "landmark"),
       counted(slam.input.observations(), "sighting"), median_sigma_of(std::move(sigmas_m)),
       slam.smoothed ? "smoothed" : "which leave too much open to be smoothed",
-      slam.inconsistencies.empty() ? "" : "; INCONSISTENT: " + describe(slam.inconsistencies.front()));
+      slam.is_doubtful() ? "; INCONSISTENT: " + describe(slam.inconsistencies.front()) : "");
 }
 
 }  // namespace trundle::pipeline

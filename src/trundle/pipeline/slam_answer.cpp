@@ -221,7 +221,7 @@ Json document_of(const SlamAnswer& answer) {
   const SlamCounts& counts = answer.result.counts;
   const StampedPose& end = answer.trajectory().poses.back();
   Json document = to_json(answer.provenance);
-  document["status"] = answer.inconsistencies.empty() ? "ok" : name_of(answer.inconsistencies.front().code);
+  document["status"] = answer.is_doubtful() ? name_of(answer.inconsistencies.front().code) : "ok";
   document["doubts"] = to_json(answer.inconsistencies);
   document["steps"] = answer.input.steps.size();
   document["landmarks"] = answer.map().size();

@@ -51,8 +51,11 @@ struct SlamAnswer {
   SlamResult result;
   std::optional<SmoothedSlam> smoothed;
   double gyro_bias_rad_s = 0.0;               ///< the robot file's, where it has a gyro
-  std::vector<Finding> inconsistencies = {};  ///< of the run, with its own sigmas
+  std::vector<Finding> inconsistencies = {};  ///< of the run, with its own sigmas; notes last
 
+  bool is_doubtful() const {
+    return !inconsistencies.empty() && inconsistencies.front().severity == Severity::warning;
+  }
   /// The smoothed ones where there are such.
   const Trajectory& trajectory() const { return smoothed ? smoothed->trajectory : result.online; }
   const std::vector<MappedLandmark>& map() const { return smoothed ? smoothed->map : result.map; }

@@ -100,14 +100,18 @@ void check_offset(FindingCode code, const SensorScore& score, double dispersion,
     findings.push_back(warning(code, count, payload::Offset{score.value / unit, sigma / unit, of_reading}));
 }
 
-/// Against the filter that it started from, and against its own sigmas.
-void check_contradictions(const SlamResult& filtered, const SmoothedSlam& smoothed,
-                          std::vector<Finding>& findings) {
-  const SmootherCounts& counts = smoothed.counts;
+/// Against the filter that it started from.
+void check_contradiction(const SlamResult& filtered, const SmoothedSlam& smoothed,
+                         std::vector<Finding>& findings) {
   if (const auto squared = median_contradiction(filtered.online, smoothed.trajectory);
       squared && *squared > kGreatestContradiction * kMedianOfThree)
-    findings.push_back(warning(FindingCode::smoother_contradicts, counts.sightings,
+    findings.push_back(warning(FindingCode::smoother_contradicts, smoothed.counts.sightings,
                                payload::Times{*squared / kMedianOfThree}));
+}
+
+/// Against its own sigmas.
+void check_offsets(const SmoothedSlam& smoothed, std::vector<Finding>& findings) {
+  const SmootherCounts& counts = smoothed.counts;
   const double dispersion = counts.cost / std::max(1, counts.degrees_of_freedom);
   check_offset(FindingCode::range_offset, smoothed.sensor.range, dispersion, 1.0, counts.sightings, findings);
   check_offset(FindingCode::bearing_offset, smoothed.sensor.bearing, dispersion, radians(1.0),
@@ -115,13 +119,16 @@ void check_contradictions(const SlamResult& filtered, const SmoothedSlam& smooth
   check_offset(FindingCode::depths, smoothed.sensor.depth, dispersion, 1.0, counts.sightings, findings);
 }
 
+bool has_many_outliers(const SmootherCounts& counts) {
+  return static_cast<double>(counts.outliers) > kMostOutliers * static_cast<double>(counts.sightings);
+}
+
 void check_smoother(const SmootherCounts& counts, std::vector<Finding>& findings) {
   if (!counts.converged)
     findings.push_back(warning(FindingCode::not_converged, counts.sightings,
                                payload::Amount{static_cast<double>(counts.iterations)}));
   const double freedom = counts.degrees_of_freedom;
-  const double outliers = static_cast<double>(counts.outliers) / static_cast<double>(counts.sightings);
-  if (freedom <= 0.0 || outliers > kMostOutliers) return;  // they cost, and do not make the rest worse
+  if (freedom <= 0.0 || has_many_outliers(counts)) return;  // they cost, and do not make the rest worse
   const double ratio = counts.cost / freedom;
   if (ratio > kGreatestCostRatio && ratio > 1.0 + kSigmasOfChance * std::sqrt(2.0 / freedom))
     findings.push_back(warning(FindingCode::noise, counts.sightings, payload::Times{ratio}));
@@ -134,8 +141,16 @@ std::vector<Finding> consistency_checks(const SlamInput& input, const SlamResult
   std::vector<Finding> findings;
   check_filter(input, filtered, findings);
   if (smoothed == nullptr) return findings;
-  check_smoother(smoothed->counts, findings);
-  check_contradictions(filtered, *smoothed, findings);
+  const std::vector<Finding> of_smoother = consistency_checks(smoothed->counts);
+  const bool was_lost = !findings.empty() && findings.front().code == FindingCode::lost;
+  // Where all that was seen fits together the filter alone was wrong: good to know, and no doubt of the
+  // result.
+  const bool has_recovered = was_lost && of_smoother.empty() && !has_many_outliers(smoothed->counts);
+  if (has_recovered) findings.front().severity = Severity::note;
+  findings.insert(findings.end(), of_smoother.begin(), of_smoother.end());
+  if (!has_recovered) check_contradiction(filtered, *smoothed, findings);
+  check_offsets(*smoothed, findings);
+  std::ranges::stable_sort(findings, {}, [](const Finding& f) { return f.severity == Severity::note; });
   return findings;
 }
 
