@@ -221,6 +221,41 @@ TEST(LandmarkCalibration, FindsWhatTheSensorErrsByAndItsClock) {
   EXPECT_LT(squares / (3.0 * seeds), 1.0 + 4.0 * std::sqrt(2.0 / (3.0 * seeds)));
 }
 
+TEST(LandmarkCalibration, SetsTheClockOfTheSensorWhereTheLogShowsItOff) {
+  Scenario scenario = scenario_of(true_robot(1), tour(40.0, 1), 1);
+  scenario.sightings.rate_hz = 5.0;
+  Recording recording = recorded(scenario);
+  EXPECT_FALSE(calibrate_from_landmarks({&recording, 1}, {}, nominal_robot()).sensor_clock);
+  scenario.truth.landmark_sensor->time_offset_s = -0.12;
+  recording = recorded(scenario);
+  const CalibrationResult result = calibrate_from_landmarks({&recording, 1}, {}, nominal_robot());
+  EXPECT_THAT(result.sensor_clock.value_or(""), HasSubstr("landmark_sensor.time_offset_s -0.1"));
+  EXPECT_NEAR(result.calibrated.landmark_sensor->time_offset_s, -0.12, 0.02);
+  for (const Parameter& parameter : {kLeft, kRight, kTrack}) {
+    const ParameterEstimate& e = of(result, parameter);
+    EXPECT_NEAR(e.value, value_of(parameter, scenario.truth), 4.0 * e.sigma_within) << e.name;
+  }
+}
+
+// What is ahead of wheels that are free in all directions is anybody's choice, and so it stays as given.
+TEST(LandmarkCalibration, HoldsTheDirectionThatWheelsAndSensorHaveInCommon) {
+  Robot nominal;
+  nominal.chassis = mecanum({0.1, 0.0}, 0.3, 0.4);
+  nominal.wheel_names = {"fl", "fr", "rl", "rr"};
+  nominal.landmark_sensor = nominal_robot().landmark_sensor;
+  nominal.landmark_sensor->body_from_sensor = {0.15, 0.0, 0.0};
+  Scenario scenario = scenario_of(nominal, tour(20.0, 2), 2);
+  scenario.nominal = nominal;
+  const Recording seen = recorded(scenario);
+  const CalibrationResult result =
+      calibrate_from_landmarks({&seen, 1}, {}, nominal, {.free = {"sensor.bearing_offset"}});
+  EXPECT_EQ(result.status, CalibrationStatus::some_held);
+  EXPECT_THAT(result.unobservable, Contains(HasSubstr("rr.direction in common")));
+  double common = 0.0;
+  for (const Wheel& wheel : result.calibrated.chassis.wheels()) common += wheel.direction_rad;
+  EXPECT_NEAR(common, 0.0, 1e-9);
+}
+
 // A camera that tells depths, all of it unknown: with the errors of the one above, all at once.
 TEST(LandmarkCalibration, FindsThatACameraReadsDepths) {
   const std::vector<Parameter> wanted = {kDepthShare, kRangeOffset, kBearingOffset,

@@ -60,6 +60,25 @@ std::vector<std::string> free_besides(const CalibrateOptions& options, const Pre
   return names;
 }
 
+/// The wheels start as large as the references have them. Where the runs then do not tell how large they are,
+/// they would stay at a size that nobody gave and nothing measured.
+void require_scale_told(const Preparation& ready, const Estimate& estimate,
+                        std::span<const Parameter> parameters) {
+  if (ready.scale.empty()) return;
+  Eigen::VectorXd common = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(parameters.size()));
+  for (std::size_t j = 0; j < parameters.size(); ++j)
+    if (parameters[j].kind == ParameterKind::diameter ||
+        parameters[j].kind == ParameterKind::velocity_forward_scale)
+      common[static_cast<Eigen::Index>(j)] = 1.0;
+  const Eigen::MatrixXd& told = estimate.space.basis;  // in prior sigmas: of diameters one share of each
+  constexpr double kSame = 1e-6;                       // rounding
+  if (!common.isZero() && (common - told * (told.transpose() * common)).norm() <= kSame * common.norm())
+    return;
+  throw CannotAnswer(ready.scale +
+                     "; and beyond that these runs do not tell how large the wheels are: is the clock of the "
+                     "reference right, and each column that of its wheel?");
+}
+
 std::string names_of(std::span<const Parameter> parameters, const Robot& robot) {
   std::vector<std::string> names;
   for (const Parameter& parameter : parameters) names.push_back(name_of(parameter, robot));
@@ -88,12 +107,6 @@ void add_validation(const ValidatedEstimate& validated, const Robot& nominal, Ca
 void add_sensor_place(const SensorPlace& place, CalibrationResult& result) {
   if (!place.elsewhere.empty()) result.warnings.push_back(place.elsewhere);
   if (!place.unobservable.empty()) result.unobservable.push_back(place.unobservable);
-}
-
-/// Notes something, here and in the robot file.
-void note(const std::string& words, CalibrationResult& result) {
-  result.notes.push_back(words);
-  result.calibrated.calibration->provenance.push_back(words);
 }
 
 void add_learned_noise(std::span<const Run> runs, CalibrationResult& result) {
@@ -129,6 +142,7 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   problem.parameters = validated.parameters;
   const Estimate& estimate = validated.estimate;
   require_something_estimated(estimate, problem.parameters, nominal);
+  require_scale_told(ready, estimate, problem.parameters);
   const SessionSpread spread = session_spread(problem, estimate.space);
 
   CalibrationResult result = result_of(estimate, spread, problem.parameters, nominal);

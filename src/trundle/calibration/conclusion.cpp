@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "trundle/calibration/run_result.hpp"
+#include "trundle/geometry/angle.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/io/words.hpp"
 
@@ -33,7 +34,7 @@ Eigen::MatrixXd total_covariance(const Estimate& estimate, const SessionSpread& 
 
 std::vector<ParameterEstimate> parameter_estimates(const Estimate& estimate, const SessionSpread& spread,
                                                    std::span<const Parameter> parameters,
-                                                   const Robot& nominal) {
+                                                   const Robot& nominal, const Robot& calibrated) {
   const Eigen::MatrixXd total = total_covariance(estimate, spread);
   std::vector<ParameterEstimate> result;
   for (std::size_t j = 0; j < parameters.size(); ++j) {
@@ -43,7 +44,7 @@ std::vector<ParameterEstimate> parameter_estimates(const Estimate& estimate, con
     e.name = name_of(parameters[j], nominal);
     e.unit = unit_of(parameters[j]);
     e.nominal = value_of(parameters[j], nominal);
-    e.value = value_of(parameters[j], estimate.robot);
+    e.value = value_of(parameters[j], calibrated);
     e.sigma_data = estimate.space.sigma_data[k] * std::sqrt(estimate.dispersion);
     e.sigma_prior = estimate.space.scale[k];
     e.observable = estimate.space.estimates(static_cast<int>(j));
@@ -171,6 +172,26 @@ void require_told(std::span<const ParameterEstimate> parameters) {
   }
 }
 
+/// A search that still moves by more than its own sigmas has found nothing that they are the sigmas of.
+void require_settled(const Descent& descent, std::span<const Parameter> parameters, const Robot& nominal) {
+  if (descent.converged || descent.last_step <= 1.0) return;
+  throw CannotAnswer(
+      fmt::format("the search does not settle: after {} steps it still moves by {:.2g} σ, in {}; these runs "
+                  "do not fit the "
+                  "robot file: check units, clocks and columns, or --fix it",
+                  descent.iterations, descent.last_step,
+                  name_of(parameters[static_cast<std::size_t>(descent.parameter)], nominal)));
+}
+
+/// A direction that the search has led around whole turns, near where it was given.
+void unwind(std::span<const Parameter> parameters, const Robot& nominal, Robot& robot) {
+  for (const Parameter& parameter : parameters) {
+    if (parameter.kind != ParameterKind::direction) continue;
+    const double given = value_of(parameter, nominal), found = value_of(parameter, robot);
+    if (std::abs(found - given) > kPi) set_value(parameter, given + wrap_angle(found - given), robot);
+  }
+}
+
 }  // namespace
 
 void require_something_free(std::span<const Parameter> parameters, std::span<const Recording> training,
@@ -203,16 +224,18 @@ void require_something_estimated(const Estimate& estimate, std::span<const Param
 
 CalibrationResult result_of(const Estimate& estimate, const SessionSpread& spread,
                             std::span<const Parameter> parameters, const Robot& nominal) {
+  require_settled(estimate.descent, parameters, nominal);
   CalibrationResult result;
   result.status =
       estimate.space.held.empty() ? CalibrationStatus::all_estimated : CalibrationStatus::some_held;
   result.nominal = nominal;
   result.calibrated = estimate.robot;
+  unwind(parameters, nominal, result.calibrated);
   if (estimate.noise.from_runs && nominal.chassis.wheel_count > 0)
     set_typical_wheel_noise(estimate.noise.levels.wheel_per_sqrt_m, result.calibrated.chassis);
   else if (estimate.noise.from_runs)
     result.calibrated.chassis.noise = with_noise(estimate.robot, estimate.noise.levels).chassis.noise;
-  result.parameters = parameter_estimates(estimate, spread, parameters, nominal);
+  result.parameters = parameter_estimates(estimate, spread, parameters, nominal, result.calibrated);
   require_told(result.parameters);
   const std::vector<Eigen::Index> estimated = estimated_of(estimate);
   result.covariance_within = estimate.covariance(estimated, estimated);
@@ -229,6 +252,11 @@ CalibrationResult result_of(const Estimate& estimate, const SessionSpread& sprea
         descent.last_step, name_of(parameters[static_cast<std::size_t>(descent.parameter)], nominal)));
   result.calibrated.calibration = record_of(result, estimate);
   return result;
+}
+
+void note(const std::string& words, CalibrationResult& result) {
+  result.notes.push_back(words);
+  result.calibrated.calibration->provenance.push_back(words);
 }
 
 void conclude(const ConcludedRuns& runs, const Estimate& estimate, const SessionSpread& spread,

@@ -21,6 +21,9 @@ void require_something_estimated(const Estimate& estimate, std::span<const Param
 CalibrationResult result_of(const Estimate& estimate, const SessionSpread& spread,
                             std::span<const Parameter> parameters, const Robot& nominal);
 
+/// Notes something, in the result and in its robot file.
+void note(const std::string& words, CalibrationResult& result);
+
 struct ConcludedRuns {
   std::span<const Run> training;
   std::span<const Run> hold_out;

@@ -16,6 +16,8 @@ namespace {
 constexpr double kNoInformation = 1e-9;
 // A parameter belongs to a held combination if its share is at least this part of the largest.
 constexpr double kMember = 0.3;
+// Shares that differ by less are equal.
+constexpr double kSameShare = 1e-6;
 
 /// Orthonormal columns orthogonal to all held combinations.
 Eigen::MatrixXd complement(const std::vector<HeldCombination>& held, Eigen::Index n) {
@@ -39,8 +41,9 @@ bool are_alike(const Parameter& a, const Parameter& b) {
 /// The part of a badly seen direction that belongs to the kind of parameter it is mostly made of.
 HeldCombination combination_of(const Eigen::VectorXd& direction, std::span<const Parameter> parameters,
                                const std::vector<HeldCombination>& held) {
-  Eigen::Index largest = 0;
-  const double peak = direction.cwiseAbs().maxCoeff(&largest);
+  const double peak = direction.cwiseAbs().maxCoeff();
+  Eigen::Index largest = 0;  // of equals the first: which one rounding makes the largest is chance
+  while (std::abs(direction[largest]) < (1.0 - kSameShare) * peak) ++largest;
   HeldCombination result{Eigen::VectorXd::Zero(direction.size()), direction, {}};
   for (Eigen::Index i = 0; i < direction.size(); ++i) {
     const bool alike =

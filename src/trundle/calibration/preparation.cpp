@@ -24,24 +24,6 @@ constexpr double kElsewhere_rad = radians(20.0);
 // Of χ²: offsets of one clock scatter more in one case of a hundred.
 constexpr double kNotByChance = 0.01;
 
-/// The mean offset of a clock in several logs, each with its weight.
-struct MeanOffset {
-  TimeOffset offset;
-  std::size_t recordings = 0;
-};
-
-std::optional<MeanOffset> mean_of(const std::vector<TimeOffset>& offsets) {
-  if (offsets.empty()) return std::nullopt;
-  double weights = 0.0;
-  double sum = 0.0;
-  for (const TimeOffset& offset : offsets) {
-    const double weight = 1.0 / (offset.sigma_s * offset.sigma_s);
-    weights += weight;
-    sum += weight * offset.offset_s;
-  }
-  return MeanOffset{{.offset_s = sum / weights, .sigma_s = 1.0 / std::sqrt(weights)}, offsets.size()};
-}
-
 /// Sets the gyro's clock by the logs, where they show it wrong. Returns what was done, in words.
 std::optional<std::string> set_gyro_clock(std::span<const Recording> recordings, Robot& robot) {
   std::vector<TimeOffset> offsets;
@@ -51,11 +33,11 @@ std::optional<std::string> set_gyro_clock(std::span<const Recording> recordings,
   if (!mean) return std::nullopt;
   double& time_offset_s = robot.chassis.gyro->time_offset_s;
   const double given_s = time_offset_s;
-  if (!is_off(mean->offset, given_s)) return std::nullopt;
-  time_offset_s = mean->offset.offset_s;
+  if (!is_off(*mean, given_s)) return std::nullopt;
+  time_offset_s = mean->offset_s;
   return fmt::format("gyro.time_offset_s {} s (was {}), from the turns of gyro and wheels in {}",
-                     with_sigma(time_offset_s, mean->offset.sigma_s), fixed(given_s, 4),
-                     counted(mean->recordings, "recording"));
+                     with_sigma(time_offset_s, mean->sigma_s), fixed(given_s, 4),
+                     counted(offsets.size(), "recording"));
 }
 
 /// Where one offset of the reference's clock is sought for all runs: from what they say in the mean, for the
@@ -65,7 +47,7 @@ void start_reference_clock(std::span<const Recording> recordings, Robot& robot) 
   for (const Recording& recording : recordings)
     if (const auto offset = reference_time_offset(recording.reference, align(recording, robot), robot))
       offsets.push_back(*offset);
-  if (const auto mean = mean_of(offsets)) robot.reference_time_offset_s = mean->offset.offset_s;
+  if (const auto mean = mean_of(offsets)) robot.reference_time_offset_s = mean->offset_s;
 }
 
 /// Whether offsets that differ differ by chance.
@@ -80,7 +62,7 @@ bool is_one_offset(const std::vector<TimeOffset>& offsets, double mean_s) {
 /// of them may blur all alike: the sigma is that of the best.
 std::optional<TimeOffset> common_offset(const std::vector<TimeOffset>& offsets) {
   if (offsets.size() < 2) return std::nullopt;
-  const double mean_s = mean_of(offsets)->offset.offset_s;
+  const double mean_s = mean_of(offsets)->offset_s;
   if (!is_one_offset(offsets, mean_s)) return std::nullopt;
   return TimeOffset{.offset_s = mean_s,
                     .sigma_s = std::ranges::min(offsets, {}, &TimeOffset::sigma_s).sigma_s};

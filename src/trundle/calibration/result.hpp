@@ -99,6 +99,7 @@ struct CalibrationResult {
   /// Those of the notes that say how clocks were set by the logs; nothing: they stay as given.
   std::optional<std::string> gyro_clock;
   std::optional<std::string> reference_clocks;
+  std::optional<std::string> sensor_clock;
   int sessions = 0;
   std::vector<RunResult> runs;
   /// What the estimate would be with other runs, an entry for each training run: values of `parameters`.

@@ -78,6 +78,7 @@ Found<HealthCheck> check_health(const RunInputs& inputs) {
         ++notes;
       if (told.is_warning && told.is_of_gyro_clock) health.gyro_clock.push_back("warning: " + words);
     }
+  if (!inputs.is_session()) health.sensor_clock = info.recordings.front().findings.sighting_time_offset;
   std::ranges::move(unused_in_any(inputs), std::back_inserter(found.remarks));
   found.message = found.remarks.empty() && notes == 0
                       ? "no fault found"

@@ -13,6 +13,7 @@
 #include "trundle/io/words.hpp"
 #include "trundle/pipeline/run_results.hpp"
 #include "trundle/pipeline/stages.hpp"
+#include "trundle/slam/sensor_clock.hpp"
 
 namespace trundle::pipeline {
 namespace {
@@ -162,17 +163,23 @@ RunAnswer run_one(const RunInputs& inputs, const ResultFolder& results, const On
   if (inputs.is_session())
     return run_session(inputs, value_in(calibration), results, record, stage, on_progress);
 
-  const RobotFile& robot = calibration.value ? calibration.value->robot : inputs.robot;
+  RobotFile robot = calibration.value ? calibration.value->robot : inputs.robot;
+  std::optional<std::string> sensor_clock;
+  if (health.value) sensor_clock = set_sensor_clock(health.value->sensor_clock, robot.robot);
+  const auto say_clock = [&](auto landmarks) {
+    if (sensor_clock) landmarks.remarks.push_back("note: corrected: " + *sensor_clock);
+    return landmarks;
+  };
   const WriteNow write_now = [&](OutputFile file) { return stage.write_now(std::move(file)); };
   auto odometry = stage(StageKind::odometry,
                         [&] { return integrate_odometry(inputs, robot, value_in(health), write_now); });
   auto slip = stage(StageKind::slip, [&] { return find_slips(inputs, robot, write_now); });
   if (odometry.value && !slip.value)  // then it is the best trajectory there is
     stage.add_copy(StageKind::odometry, inputs.in_folder("odometry.csv"), inputs.in_folder("trajectory.csv"));
-  auto localization =
-      stage(StageKind::localization, [&] { return localize_on_map(inputs, robot, value_in(slip)); });
+  auto localization = stage(StageKind::localization,
+                            [&] { return say_clock(localize_on_map(inputs, robot, value_in(slip))); });
   auto slam = stage(StageKind::slam, [&] {
-    return map_landmarks(inputs, robot, value_in(slip), stage.steps_of(StageKind::slam));
+    return say_clock(map_landmarks(inputs, robot, value_in(slip), stage.steps_of(StageKind::slam)));
   });
   if (slip.value && !inputs.question.viewer)
     slip.value->answer.report = {};  // nobody goes on from it any more

@@ -17,6 +17,20 @@ bool is_sound(const Covariance& covariance) {
   return covariance.allFinite() && covariance.diagonal().minCoeff() >= 0.0;
 }
 
+/// What a robot file cannot say is no robot: that is better told here, of the data, than by whoever reads the
+/// file.
+void require_writable(const Robot& calibrated) {
+  try {
+    (void)parse_robot(to_toml(calibrated), "calibrated");
+  } catch (const InputError& fault) {
+    const std::string_view words = fault.what();  // behind the line of a file that is not there
+    throw CannotAnswer(
+        fmt::format("the calibrated robot would be none: {}; check units, levers and clocks of "
+                    "what it was learned from",
+                    words.substr(words.find(": ") + 2)));
+  }
+}
+
 }  // namespace
 
 void require_sound(const Trajectory& trajectory, std::string_view what) {
@@ -53,12 +67,18 @@ void require_sound(const CalibrationResult& calibration) {
           fmt::format("{} comes out as {:.4g} m, which no wheel has: check the reference's unit, "
                       "ticks_per_revolution, gears and diameters",
                       estimate.name, estimate.value));
+    if (estimate.parameter.kind == ParameterKind::track && size < kLeastDiameter_m)
+      throw CannotAnswer(
+          fmt::format("track comes out as {:.2g} m, which no robot has: the wheels do not show "
+                      "the turns; is each column that of its wheel?",
+                      estimate.value));
     const bool is_scale = estimate.parameter.kind == ParameterKind::velocity_forward_scale ||
                           estimate.parameter.kind == ParameterKind::velocity_yaw_scale;
     if (is_scale && (size < kLeastVelocityScale || size > kGreatestVelocityScale))
       throw CannotAnswer(fmt::format("{} comes out as {:.4g}: check the units of velocity.csv", estimate.name,
                                      estimate.value));
   }
+  require_writable(calibration.calibrated);
 }
 
 }  // namespace trundle::pipeline

@@ -163,6 +163,18 @@ double sigma_at(Comparer& compare, double offset_s, double step_s) {
 
 }  // namespace
 
+std::optional<TimeOffset> mean_of(std::span<const TimeOffset> offsets) {
+  if (offsets.empty()) return std::nullopt;
+  double weights = 0.0;
+  double sum = 0.0;
+  for (const TimeOffset& offset : offsets) {
+    const double weight = 1.0 / (offset.sigma_s * offset.sigma_s);
+    weights += weight;
+    sum += weight * offset.offset_s;
+  }
+  return TimeOffset{.offset_s = sum / weights, .sigma_s = 1.0 / std::sqrt(weights)};
+}
+
 bool is_off(const TimeOffset& found, double given_s) {
   return std::abs(found.offset_s - given_s) > std::max(found.least_s, kSignificant * found.sigma_s);
 }

@@ -62,6 +62,9 @@ std::optional<TimeOffset> sighting_time_offset(const std::vector<Sighting>& sigh
                                                const AlignedReadings& readings, const Robot& robot,
                                                const TimeOffsetOptions& options = kSightingClock);
 
+/// What several logs that have one clock say of it, by the weights of their sigmas; nothing: there is none.
+[[nodiscard]] std::optional<TimeOffset> mean_of(std::span<const TimeOffset> offsets);
+
 /// Whether an offset is so far from what is written that it does harm, and is no chance (three sigmas).
 [[nodiscard]] bool is_off(const TimeOffset& found, double given_s);
 

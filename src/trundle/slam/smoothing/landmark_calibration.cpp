@@ -10,9 +10,9 @@
 #include "trundle/calibration/defaults.hpp"
 #include "trundle/calibration/preparation.hpp"
 #include "trundle/io/words.hpp"
+#include "trundle/slam/sensor_clock.hpp"
 #include "trundle/slam/smoothing/landmark_noise.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
-#include "trundle/statistics/median.hpp"
 
 namespace trundle::slam {
 namespace {
@@ -90,18 +90,24 @@ std::vector<AssociatedRecording> associated(std::span<const Recording> recording
   return all;
 }
 
-/// The clock is sought from where bearings follow the robot's turns: a start beside it may end in another
-/// minimum.
-Robot with_clock_of(std::span<const Recording> recordings, std::span<const Parameter> parameters,
-                    const Robot& robot) {
-  Robot start = robot;
-  if (!robot.landmark_sensor || !contains(parameters, ParameterKind::sensor_time_offset)) return start;
-  std::vector<double> offsets;
-  for (const Recording& recording : recordings)
-    if (const auto offset = sighting_time_offset(recording.sightings, align(recording, robot), robot))
-      offsets.push_back(offset->offset_s);
-  if (!offsets.empty()) start.landmark_sensor->time_offset_s = median(std::move(offsets));
-  return start;
+/// What the logs say of the sensor's clock together.
+std::optional<TimeOffset> sensor_clock_of(std::span<const Recording> recordings, const Robot& robot) {
+  std::vector<TimeOffset> offsets;
+  if (robot.landmark_sensor)
+    for (const Recording& recording : recordings)
+      if (const auto offset = sighting_time_offset(recording.sightings, align(recording, robot), robot))
+        offsets.push_back(*offset);
+  return mean_of(offsets);
+}
+
+/// Sets the sensor's clock where the logs show it wrong, and where it is a parameter: a start beside it may
+/// end in another minimum. Returns what was done, in words; nothing: it stays as it is, or is sought.
+std::optional<std::string> prepare_sensor_clock(std::span<const Recording> recordings,
+                                                std::span<const Parameter> parameters, Robot& robot) {
+  const std::optional<TimeOffset> found = sensor_clock_of(recordings, robot);
+  if (!contains(parameters, ParameterKind::sensor_time_offset)) return set_sensor_clock(found, robot);
+  if (found) robot.landmark_sensor->time_offset_s = found->offset_s;
+  return std::nullopt;
 }
 
 /// Associated recordings, and the robot that was found from them.
@@ -215,12 +221,9 @@ std::string words_of(const NoiseLevel& level) {
                      level.given);
 }
 
-/// The noises, here and in the robot file, and what they do not stand for.
+/// The noises, and what they do not stand for.
 void add_noise(const LandmarkNoise& noise, CalibrationResult& result) {
-  for (const NoiseLevel& level : noise.levels) {
-    result.notes.push_back(words_of(level));
-    result.calibrated.calibration->provenance.push_back(words_of(level));
-  }
+  for (const NoiseLevel& level : noise.levels) note(words_of(level), result);
   for (const LastingError& lasting : noise.lasting)
     result.warnings.push_back(fmt::format(
         "errors of {} last: neighbours, {:.2g} s apart, correlate by {:.2f}, so that what many of "
@@ -237,7 +240,8 @@ CalibrationResult calibrate_from_landmarks(std::span<const Recording> training,
       choose_parameters(nominal, {.length = true, .anything = true}, options.free, options.fix);
   const bool only_noise = parameters.empty() && options.learn_noise;
   if (!only_noise) require_something_free(parameters, training, nominal);
-  const Robot start = with_clock_of(training, parameters, nominal);
+  Robot start = nominal;
+  const std::optional<std::string> sensor_clock = prepare_sensor_clock(training, parameters, start);
   AssociatedFit found = fit_in_turn(training, start, parameters);
   if (!only_noise) require_something_estimated(found.fit.estimate, parameters, nominal);
   Robot noisy = start;
@@ -248,6 +252,8 @@ CalibrationResult calibrate_from_landmarks(std::span<const Recording> training,
   CalibrationResult result = result_of(estimate, spread, parameters, nominal);
   result.method = "landmarks";
   add_words(found, result);
+  result.sensor_clock = sensor_clock;
+  if (sensor_clock) note(*sensor_clock, result);
   if (noise) add_noise(*noise, result);
   conclude({prepare_runs(training, nominal), prepare_runs(hold_out, nominal)}, estimate, spread, result);
   if (only_noise) result.summary = "noise alone is learned";

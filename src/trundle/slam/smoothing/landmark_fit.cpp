@@ -1,6 +1,7 @@
 #include "trundle/slam/smoothing/landmark_fit.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/io/error.hpp"
@@ -23,6 +24,30 @@ Eigen::MatrixXd information_without_prior(const Eigen::MatrixXd& covariance) {
   const double rounding = kRounding * information.cwiseAbs().maxCoeff();
   information -= Eigen::MatrixXd::Identity(n, n);
   return (information.array().abs() < rounding).select(0.0, information);
+}
+
+/// Where the directions of all wheels and of the sensor are free what is ahead is anybody's choice: all of
+/// them turn together, and only where the sensor stands would tell, which is known by tape.
+std::optional<Eigen::VectorXd> choice_of_ahead(std::span<const Parameter> parameters, const Robot& nominal) {
+  Eigen::VectorXd turned = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(parameters.size()));
+  std::size_t wheels = 0;
+  bool has_sensor = false;
+  for (std::size_t j = 0; j < parameters.size(); ++j) {
+    const ParameterKind kind = parameters[j].kind;
+    wheels += kind == ParameterKind::direction ? 1 : 0;
+    has_sensor = has_sensor || kind == ParameterKind::sensor_bearing_offset;
+    if (kind == ParameterKind::direction || kind == ParameterKind::sensor_bearing_offset)
+      turned[static_cast<Eigen::Index>(j)] = kind == ParameterKind::direction ? 1.0 : -1.0;  // [rad]
+  }
+  const std::size_t all = nominal.chassis.all_wheels().size();
+  return has_sensor && all > 0 && wheels == all ? std::optional(turned) : std::nullopt;
+}
+
+/// The information without what it says along a direction.
+Eigen::MatrixXd without(const Eigen::VectorXd& direction, const Eigen::MatrixXd& information) {
+  const Eigen::VectorXd along = information * direction;
+  const double size = direction.dot(along);
+  return size > 0.0 ? (information - along * along.transpose() / size).eval() : information;
 }
 
 /// The parameters of the robot among those of a problem come first.
@@ -68,9 +93,9 @@ RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nomina
   require_determined(minimiser.linearise(start.problem, found.minimum.state));
   const Eigen::MatrixXd information = information_without_prior(covariance_of_own(minimiser, scale.size()));
   const Eigen::VectorXd inverse_scale = scale.cwiseInverse();
-  return {found.minimum.state,
-          estimable_space(inverse_scale.asDiagonal() * information * inverse_scale.asDiagonal(), parameters,
-                          nominal)};
+  Eigen::MatrixXd told = inverse_scale.asDiagonal() * information * inverse_scale.asDiagonal();
+  if (const auto ahead = choice_of_ahead(parameters, nominal)) told = without(*ahead, told);
+  return {found.minimum.state, estimable_space(told, parameters, nominal)};
 }
 
 RunEvidence evidence_of(const JointProblem& joint, std::size_t index, const SmoothingState& state) {
