@@ -240,7 +240,7 @@ TEST(LandmarkCalibration, SetsTheClockOfTheSensorWhereTheLogShowsItOff) {
 // What is ahead of wheels that are free in all directions is anybody's choice, and so it stays as given.
 TEST(LandmarkCalibration, HoldsTheDirectionThatWheelsAndSensorHaveInCommon) {
   Robot nominal;
-  nominal.chassis = mecanum({0.1, 0.0}, 0.3, 0.4);
+  nominal.chassis = mecanum({0.1, 1000.0}, 0.3, 0.4);
   nominal.wheel_names = {"fl", "fr", "rl", "rr"};
   nominal.landmark_sensor = nominal_robot().landmark_sensor;
   nominal.landmark_sensor->body_from_sensor = {0.15, 0.0, 0.0};
