@@ -63,8 +63,7 @@ TEST(CheapestAssignment, GreedyWouldFail) {
 }
 
 TEST(CheapestAssignment, WhoGivesWayMayMakeAnotherGiveWay) {
-  const Eigen::MatrixXd cost =
-      (Eigen::MatrixXd(3, 3) << 1.0, 9.0, 9.0, 1.0, 2.0, 9.0, 9.0, 1.0, 3.0).finished();
+  const Eigen::MatrixXd cost = (Eigen::Matrix3d() << 1.0, 9.0, 9.0, 1.0, 2.0, 9.0, 9.0, 1.0, 3.0).finished();
   EXPECT_EQ(CheapestAssignment().solve(cost), (Columns{0, 1, 2}));
 }
 
