@@ -64,9 +64,10 @@ void collect(const Json& value, const std::string& path, const std::map<std::str
 TEST(ReportJson, TheDocumentationNamesEveryKeyAndNoOther) {
   const Sample sample;
   const std::string demo = (kSource / "data/demo").string();
-  const Outcome run = run_program(
-      sample.folder(), {"run", demo + "/slip", "--robot", demo + "/robot.toml", "--calibrate-on",
-                        demo + "/session_01", "--learn", demo + "/session_01/tour", "-o", "d", "--quiet"});
+  const Outcome run =
+      run_program(sample.folder(), {"run", demo + "/slip", "--robot", demo + "/robot.toml", "--calibrate-on",
+                                    demo + "/session_01", "--learn", demo + "/session_01/tour", "--filter",
+                                    "fastslam2", "-o", "d", "--quiet"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const Outcome report = run_program(sample.folder(), {"report", "d", "-o", "r.json"});
   ASSERT_EQ(report.exit_code, 0) << report.err;

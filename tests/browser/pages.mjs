@@ -64,7 +64,7 @@ export function makePages() {
   mkdirSync(work, { recursive: true });
   const file = (name) => join(work, name);
   for (const name of ['demo', 'other', 'hostile', 'alone', 'still', 'unmeasured', 'unmeasured_run']) rmSync(file(name), { recursive: true, force: true });
-  trundle('run', join(demo, 'slip'), '--robot', join(demo, 'robot.toml'), '--calibrate-on', ...[1, 2, 3].map((i) => join(demo, `session_0${i}`)),
+  trundle('run', join(demo, 'slip'), '--filter', 'fastslam2', '--robot', join(demo, 'robot.toml'), '--calibrate-on', ...[1, 2, 3].map((i) => join(demo, `session_0${i}`)),
     '--learn', join(demo, 'session_01/tour'), '-o', file('demo'));
   trundle('slam', join(demo, 'slip'), '--robot', join(file('demo'), 'calibrated.toml'), '--filter', 'ekf', '-o', file('other'));
   cpSync(join(file('demo'), 'reference.csv'), join(file('other'), 'reference.csv'));

@@ -92,7 +92,7 @@ class LongCalls(unittest.TestCase):
 
     def test_control_c_ends_a_long_call(self):
         code = ("import sys, trundle\nprint('ready', flush=True)\n"
-                "try:\n    trundle.slam(*sys.argv[1:3], particles=50000)\n"
+                "try:\n    trundle.slam(*sys.argv[1:3], filter='fastslam2', particles=50000)\n"
                 "except KeyboardInterrupt:\n    print('interrupted', flush=True)\n")
         with subprocess.Popen([sys.executable, "-c", code, TOUR, ROBOT], stdout=subprocess.PIPE, text=True,
                               env=os.environ) as process:
@@ -106,7 +106,7 @@ class LongCalls(unittest.TestCase):
 
     def test_control_c_of_other_calls(self):
         """Every long loop looks: a signal that came before is seen in its first look."""
-        for call in ("trundle.calibrate([data] * 60, robot)", "trundle.smooth(data, robot, particles=1)",
+        for call in ("trundle.calibrate([data] * 60, robot)", "trundle.smooth(data, robot, filter='fastslam1', particles=20000)",
                      "trundle.odometry(long, robot)", "trundle.slip(long, robot)"):
             code = f"""
 import signal, sys, threading, time, numpy, trundle

@@ -59,11 +59,10 @@ std::string sentence_of(const LocalizeAnswer& answer) {
 std::string sentence_of(const SlamAnswer& slam) {
   std::vector<double> sigmas_m;
   for (const auto& landmark : slam.map()) sigmas_m.push_back(position_sigma(landmark.covariance));
-  return fmt::format(
-      "{} mapped from {}{}, {}{}", counted(slam.map().size(), "landmark"),
-      counted(slam.input.observations(), "sighting"), median_sigma_of(std::move(sigmas_m)),
-      slam.smoothed ? "smoothed" : "which leave too much open to be smoothed",
-      slam.is_doubtful() ? "; INCONSISTENT: " + describe(slam.inconsistencies.front()) : "");
+  return fmt::format("{} mapped from {}{}, {}{}", counted(slam.map().size(), "landmark"),
+                     counted(slam.input.observations(), "sighting"), median_sigma_of(std::move(sigmas_m)),
+                     slam.smoothed ? "smoothed" : "which leave too much open to be smoothed",
+                     slam.is_doubtful() ? "; INCONSISTENT: " + describe(slam.inconsistencies.front()) : "");
 }
 
 }  // namespace trundle::pipeline

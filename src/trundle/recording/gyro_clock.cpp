@@ -33,7 +33,8 @@ struct Windows {
   double time_s(std::size_t half) const { return start_s + half_s * static_cast<double>(half); }
 };
 
-/// None of a stream that is mostly gap, with fewer stamps than halves of windows: one wrong stamp makes years.
+/// None of a stream that is mostly gap, with fewer stamps than halves of windows: one wrong stamp makes
+/// years.
 Windows windows_of(const TurnIntegral& sensor, double half_s) {
   const double halves = std::floor((sensor.last_s() - sensor.first_s()) / half_s);
   if (halves > static_cast<double>(sensor.stamps())) return {sensor.first_s(), half_s, 0};

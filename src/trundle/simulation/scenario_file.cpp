@@ -86,8 +86,8 @@ void require_finite_run(const Section& run, const Scenario& scenario) {
   const double rate_hz = std::max({scenario.encoders.rate_hz, scenario.gyro.rate_hz,
                                    scenario.reference.rate_hz, scenario.sightings.rate_hz});
   // Every segment, and the ramp at the end, may take up to a row of the encoders more.
-  const double duration_s = duration_of(scenario.path) +
-                            static_cast<double>(scenario.path.size() + 2) / scenario.encoders.rate_hz;
+  const double duration_s =
+      duration_of(scenario.path) + static_cast<double>(scenario.path.size() + 2) / scenario.encoders.rate_hz;
   if (!(duration_s * rate_hz <= kMostSamples))
     fail(run.source, run.table.source(),
          in(run, fmt::format("{:.3g} s at up to {:g} Hz", duration_s, rate_hz)),

@@ -288,9 +288,8 @@ class FrameSearch {
 
 /// Names that both maps have.
 std::size_t shared_names(const JointMap& a, const JointMap& b) {
-  return static_cast<std::size_t>(std::ranges::count_if(a.names, [&](const std::string& name) {
-    return std::ranges::find(b.names, name) != b.names.end();
-  }));
+  return static_cast<std::size_t>(std::ranges::count_if(
+      a.names, [&](const std::string& name) { return std::ranges::find(b.names, name) != b.names.end(); }));
 }
 
 }  // namespace
@@ -309,10 +308,12 @@ SharedFrame frame_between(const JointMap& a, const JointMap& b, const MergeOptio
                     b.from, best.matches.size()));
   const std::size_t shared = options.unknown_ids ? 0 : shared_names(a, b);
   if (2 * best.matches.size() < shared)
-    throw CannotAnswer(fmt::format(
-        "{}: contradicts {}: of {} landmarks of the same names {} lie alike in both: names that are wrong, or "
-        "covariances that do not know of an error all distances have in common; calibrate the landmark sensors",
-        a.from, b.from, shared, best.matches.size()));
+    throw CannotAnswer(
+        fmt::format("{}: contradicts {}: of {} landmarks of the same names {} lie alike in both: names that "
+                    "are wrong, or "
+                    "covariances that do not know of an error all distances have in common; calibrate the "
+                    "landmark sensors",
+                    a.from, b.from, shared, best.matches.size()));
   if (found.size() > 1 && best.log_likelihood - found[1].log_likelihood < sure)
     throw CannotAnswer(
         fmt::format("{}: ambiguous: {} landmarks lie as in {}, and {} others as well elsewhere in it", a.from,
