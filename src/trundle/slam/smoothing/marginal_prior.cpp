@@ -176,9 +176,9 @@ std::pair<MarginalPrior, Index> MarginalPrior::led_by(const std::vector<int>& va
   const auto leads = [&](std::size_t i) {
     return std::ranges::find(variables, unknowns_[i].variable) != variables.end();
   };
-  const auto others = std::ranges::stable_partition(order, leads);
+  const auto others = std::stable_partition(order.begin(), order.end(), leads);
   Index columns = 0;
-  for (auto i = order.begin(); i != others.begin(); ++i) columns += unknowns_[*i].at.size();
+  for (auto i = order.begin(); i != others; ++i) columns += unknowns_[*i].at.size();
   return {in_order(order), columns};
 }
 
