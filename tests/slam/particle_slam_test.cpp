@@ -209,7 +209,7 @@ TEST_P(InARoom, CovarianceIsConsistentBeforeAnyResampling) {
 }
 
 TEST_P(InARoom, IsAtMostHalfAsFarOffAgainAsTheEkf) {
-  const int runs = test::trials(20, 5);
+  constexpr int runs = 20;  // under sanitizers too: of five, one room decides the ratio
   double squares = 0.0;
   double of_ekf = 0.0;
   for (int seed = 1; seed <= runs; ++seed) {
