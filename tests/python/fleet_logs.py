@@ -7,7 +7,9 @@ import random
 import tempfile
 from pathlib import Path
 
+import sqlalchemy
 import trundle
+from trundle.fleet import store
 
 _SCENARIO = """
 robot = "{robot}"
@@ -59,3 +61,15 @@ def make_logs(folder: Path, robots: range, logs: int, robot_file: Path, length_m
             for number in range(logs):
                 day = datetime.date(2026, 3, 2) + datetime.timedelta(7 * number)
                 trundle.simulate(scenario, folder / f"robot_{robot:04}" / day.isoformat(), seed=1000 * robot + number)
+
+
+def finals(url: str) -> list[list[str]]:
+    """Every final row of runs, parameters and findings, in the order of their logs."""
+    database = store.Store(url)
+    paths = {row.id: row.path for row in database.rows(sqlalchemy.select(store.logs))}
+
+    def rows_of(table: sqlalchemy.Table) -> list[str]:
+        rows = database.rows(sqlalchemy.select(table))
+        return sorted(repr((paths[row.log_id], *[value for key, value in row._mapping.items() if key != "log_id"])) for row in rows)
+
+    return [rows_of(table) for table in (store.runs, store.parameters, store.findings)]

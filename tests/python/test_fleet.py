@@ -16,26 +16,13 @@ try:
 except ImportError as missing:
     raise unittest.SkipTest(f"{missing}: apt-get install python3-sqlalchemy") from missing
 
-from fleet_logs import make_logs
+from fleet_logs import finals, make_logs
 from trundle.fleet import store, worker
 from trundle.fleet.__main__ import main
 from trundle.fleet.host import Limits
 from trundle.fleet.logs import date_of, find_logs, in_shard
 
 SHORT_M = 0.6  # of way: logs that take a worker little time
-
-
-def finals(url):
-    """Every final row, without the order in which they came."""
-    database = store.Store(url)
-    tables = (store.runs, store.parameters, store.findings)
-
-    def read(connection):
-        ids = {row.id: row.path for row in connection.execute(sqlalchemy.select(store.logs))}
-        named = lambda row: (ids[row.log_id], *[value for key, value in row._mapping.items() if key != "log_id"])
-        return [sorted(map(repr, map(named, connection.execute(sqlalchemy.select(table))))) for table in tables]
-
-    return database.transact(read)
 
 
 class WithLogs(WithFolder):

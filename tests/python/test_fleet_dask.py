@@ -12,6 +12,7 @@ try:
 except ImportError as missing:
     raise unittest.SkipTest(f"{missing}: apt-get install python3-distributed") from missing
 
+import fleet_logs
 import sqlalchemy
 import test_fleet
 
@@ -22,12 +23,12 @@ class OnDask(test_fleet.WithLogs):
     def setUp(self):
         super().setUp()
         self.fleet()
-        self.expected = test_fleet.finals(self.url)
+        self.expected = fleet_logs.finals(self.url)
         self.url = f"sqlite:///{self.folder}/dask.db"
 
     def test_a_local_cluster(self):
         self.fleet("--workers", "2")
-        self.assertEqual(test_fleet.finals(self.url), self.expected)
+        self.assertEqual(fleet_logs.finals(self.url), self.expected)
 
     def test_a_scheduler_that_is_killed_with_its_worker(self):
         port = _free_port()
@@ -49,7 +50,7 @@ class OnDask(test_fleet.WithLogs):
             process.wait()
         processes[:] = [scheduler(), work()]
         client.join()
-        self.assertEqual(test_fleet.finals(self.url), self.expected)
+        self.assertEqual(fleet_logs.finals(self.url), self.expected)
 
     def any_done(self):
         try:

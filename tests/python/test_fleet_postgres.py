@@ -9,6 +9,7 @@ try:
 except ImportError as missing:
     raise unittest.SkipTest(f"{missing}: apt-get install python3-psycopg2") from missing
 
+import fleet_logs
 import postgres
 import test_fleet
 from trundle.fleet import store
@@ -42,7 +43,7 @@ class LeasesOnPostgres(test_fleet.Leases, test_fleet.WithFolder):
 class OnPostgres(test_fleet.WithLogs):
     def test_same_rows_as_on_sqlite_though_the_server_is_killed(self):
         self.fleet()
-        expected = test_fleet.finals(self.url)
+        expected = fleet_logs.finals(self.url)
         self.url = SERVER.url
         empty()
         working = threading.Thread(target=self.fleet)
@@ -51,7 +52,7 @@ class OnPostgres(test_fleet.WithLogs):
         SERVER.kill()
         SERVER.start()
         working.join()
-        self.assertEqual(test_fleet.finals(self.url), expected)
+        self.assertEqual(fleet_logs.finals(self.url), expected)
 
 
 if __name__ == "__main__":

@@ -132,7 +132,9 @@ def _work_on(log: str, robot_file: str, limits: Limits) -> dict[str, Any]:
 
 
 def main() -> int:
-    from . import work  # noqa: F401  before the forks
+    import numpy  # noqa: F401  which the extension imports when it first needs it: once here, not in every child
+
+    from . import work  # noqa: F401
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for who started it
     for line in iter(lambda: os.read(0, 1 << 16), b""):
