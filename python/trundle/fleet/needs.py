@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 _WITH_REFERENCE = "a run with a reference: straight, squares or turns whose ends are measured"
-_ANOTHER_DAY = "the same on another day: the variation between sessions is unknown"
+ANOTHER_DAY = "the same on another day: the variation between sessions is unknown"
 _RUNS = (  # by the end, or the start, of the parameter's name
     (".diameter", "a straight run of measured length"),
     ("track", "ten turns on the spot each way, the heading measured at the end"),
@@ -32,4 +32,4 @@ def runs_for(unobservable: Iterable[str], calibrated_days: int) -> list[str]:
     if calibrated_days == 0:
         return [_WITH_REFERENCE]
     runs = list(dict.fromkeys(run_for(parameter) for parameter in unobservable))
-    return runs + [_ANOTHER_DAY] if calibrated_days == 1 else runs
+    return runs + [ANOTHER_DAY] if calibrated_days == 1 else runs

@@ -75,7 +75,8 @@ def run_scores(x: Array, s2: Array, omega2: float, mean: float, spread: float, s
             prior = 1.0 / max(spread**2, 1e-300)
             whole = prior + weight.sum(axis=1)
             expected = (prior * mean + (weight * numpy.where(others, x, 0.0)).sum(axis=1)) / whole
-            score[:, j] = numpy.where(kept[:, j], (x[:, j] - expected) / numpy.sqrt(s2[:, j] + omega2 + 1.0 / whole), numpy.nan)
+            judged = kept[:, j] & others.any(axis=1)  # a run alone is judged as the robot
+            score[:, j] = numpy.where(judged, (x[:, j] - expected) / numpy.sqrt(s2[:, j] + omega2 + 1.0 / whole), numpy.nan)
         size = numpy.nan_to_num(numpy.abs(score), nan=-1.0)
         worst = size.argmax(axis=1)
         stands_out = size[numpy.arange(robots), worst] > limit
