@@ -2,7 +2,7 @@
 
 Z(k, n) is the difference of the means of runs 1..k and k+1..n in its own sigma. A change is reported at the first n at
 which the largest |Z(k, n)| exceeds a limit. The limit is such that an unchanged robot gets no more than FALSE_ALARMS
-reports a year in all its parameters together. docs/fleet.md; [Siegmund 1985; Naiman & Priebe 2001].
+reports a year in all its parameters together. docs/theory/fleet.md, eq. 5, 6; [Siegmund 1985; Naiman & Priebe 2001].
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 The last axis of arrays runs over robots, the first over what the variance between runs may be, equally probable values
 (see series.py) that y and v are computed with; axes between over independent fleets. A robot without an estimate has
-v = inf. docs/fleet.md; [Hartung & Knapp 2001; Viechtbauer 2007; Weerahandi 1993; Morris 1983; Huber 1981].
+v = inf. docs/theory/fleet.md, eq. 3, 4; [Hartung & Knapp 2001; Viechtbauer 2007; Weerahandi 1993; Morris 1983; Huber 1981].
 """
 
 from __future__ import annotations

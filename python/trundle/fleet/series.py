@@ -1,6 +1,7 @@
 """Runs of robots over dates as arrays: x[robot, run] with variance of its own s2[robot, run]; inf where there is no run.
 
 x_ij ~ N(theta_i, s2_ij + omega^2): omega is what runs of one unchanged robot differ by beyond their own uncertainty.
+docs/theory/fleet.md, eq. 1, 2.
 """
 
 from __future__ import annotations
