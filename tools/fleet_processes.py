@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -14,6 +15,12 @@ ROBOT = ROOT / "data/demo/robot.toml"
 _TICK = os.sysconf("SC_CLK_TCK")
 
 
+def end_as_asked() -> None:
+    """SIGTERM and SIGINT run what stands under `finally`, from a shell's background too, where SIGINT is ignored."""
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: sys.exit(1))
+
+
 def free_port() -> int:
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
@@ -21,8 +28,9 @@ def free_port() -> int:
 
 
 def start(*words: str, log: Path) -> subprocess.Popen[bytes]:
+    environment = {**os.environ, "FLEET_FOLDER": str(log.parent), "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False"}  # as docs/fleet.md says
     with open(log, "ab") as out:
-        return subprocess.Popen([sys.executable, "-m", *words], stdout=out, stderr=out, stdin=subprocess.DEVNULL)
+        return subprocess.Popen([sys.executable, "-m", *words], stdout=out, stderr=out, stdin=subprocess.DEVNULL, env=environment)
 
 
 def start_scheduler(port: int, folder: Path) -> subprocess.Popen[bytes]:
@@ -50,6 +58,19 @@ def children_of(pid: int) -> list[int]:
                 found.append(int(folder.name))
         except (OSError, IndexError):
             continue  # it ended
+    return found
+
+
+def processes_with(mark: str, words: str) -> list[int]:
+    """Those whose environment has the mark, and whose command line has the words."""
+    found = []
+    for folder in Path("/proc").iterdir():
+        try:
+            if folder.name.isdigit() and mark in (folder / "environ").read_bytes().decode(errors="replace"):
+                if words in (folder / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace"):
+                    found.append(int(folder.name))
+        except OSError:
+            continue  # it ended, or is another user's
     return found
 
 

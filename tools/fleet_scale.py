@@ -13,7 +13,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from fleet_processes import ROBOT, children_of, cpu_s, free_port, memory_mb, start_client, start_scheduler, start_worker
+from fleet_processes import ROBOT, children_of, cpu_s, end_as_asked, free_port, memory_mb, start_client, start_scheduler, start_worker
 
 import postgres
 import sqlalchemy
@@ -57,6 +57,7 @@ def watch(client, named: dict[str, int], total: int, database: store.Store) -> t
 
 
 def main() -> None:
+    end_as_asked()
     robots = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
     folder, server, processes = Path(tempfile.mkdtemp(prefix="fleet_scale_")), postgres.Postgres(), []
     try:

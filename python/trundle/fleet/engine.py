@@ -81,7 +81,7 @@ def work_on_scheduler(job: Job, database: store.Store, watch: Watch, address: st
 
     while True:
         try:
-            with Client(address, timeout=10, set_as_default=False) as client:  # type: ignore[no-untyped-call]
+            with Client(address, timeout=10, set_as_default=False) as client:
                 return _with_client(client, job, database, noting)
         except (OSError, TimeoutError, CancelledError) as error:  # CommClosedError is an OSError
             counts = store.progress(database, job.request)
@@ -94,12 +94,13 @@ def work_on_scheduler(job: Job, database: store.Store, watch: Watch, address: st
 
 def work_on_cluster(job: Job, database: store.Store, watch: Watch, workers: int) -> dict[str, int]:
     """On a Dask cluster of this machine's processes, which ends with the work."""
+    import dask
     from distributed import Client, LocalCluster
 
-    with LocalCluster(  # type: ignore[no-untyped-call]
-            n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None,
+    dask.config.set({"distributed.worker.profile.enabled": False})  # it looks 100 times a second, and keeps an hour of it
+    with LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0",
                       silence_logs=50, memory_limit=0) as cluster:
-        with Client(cluster, set_as_default=False) as client:  # type: ignore[no-untyped-call]
+        with Client(cluster, set_as_default=False) as client:
             return _with_client(client, job, database, watch)
 
 
