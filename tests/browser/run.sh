@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The report page in a real browser: makes pages with the program, then looks at them (*.test.mjs).
+# The report page in a real browser: makes pages with the program, then looks at them (page.test.mjs); with
+# TRUNDLE_BROWSER_TEST=fleet the fleet page, made by TRUNDLE_PYTHON (fleet.test.mjs).
 # tests/browser/run.sh PROGRAM WORK_FOLDER [OPTIONS OF node --test]
 # exit code 77: skipped, where browser or packages are not to be had
 set -euo pipefail
@@ -34,4 +35,4 @@ CHROMIUM=$(browser) || skip 'no browser: apt-get install chromium'
 install || { rm -f "$work/package-lock.json"; cat "$work/npm.log" >&2; skip 'npm cannot install playwright-core and axe-core'; }
 
 export CHROMIUM TRUNDLE_PROGRAM=$program TRUNDLE_BROWSER_WORK=$work
-exec node --test --test-reporter=spec "${@:3}" "$here"/*.test.mjs
+exec node --test --test-reporter=spec "${@:3}" "$here/${TRUNDLE_BROWSER_TEST:-page}.test.mjs"

@@ -32,14 +32,18 @@ def mypy(*arguments):
 
 
 class Types(unittest.TestCase):
-    def check(self, text):
+    def check(self, text, *options):
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder, "user.py")
             file.write_text(text)
-            return mypy("mypy", "--strict", "--ignore-missing-imports", "--cache-dir", folder, str(file))
+            return mypy("mypy", "--strict", "--ignore-missing-imports", "--cache-dir", folder, *options, str(file))
 
     def test_the_package_and_a_use_of_it(self):
         code, said = self.check(USE)
+        self.assertEqual(code, 0, said)
+
+    def test_the_fleet(self):
+        code, said = self.check("import trundle.fleet.__main__, trundle.fleet.page\n", "--config-file", "python/pyproject.toml")
         self.assertEqual(code, 0, said)
 
     def test_a_misuse(self):

@@ -1,0 +1,133 @@
+"""`python3 -m trundle.fleet`: the command line."""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import hashlib
+import json
+import sys
+from typing import Optional
+
+import trundle
+
+_EXAMPLE = """example:
+  python3 -m trundle.fleet logs/ --database sqlite:///fleet.db -o fleet/
+  python3 -m trundle.fleet logs/ --database postgresql://db/fleet --scheduler tcp://head:8786 -o fleet/
+"""
+
+
+def _shard(text: str) -> tuple[int, int]:
+    try:
+        number, of = map(int, text.split("/"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"is '{text}'; expected K/N, as 3/16") from None
+    if not 1 <= number <= of:
+        raise argparse.ArgumentTypeError(f"is '{text}'; expected K from 1 to N")
+    return number, of
+
+
+def _from(least: float, kind: type = int) -> "functools.partial[float]":
+    def parse(least: float, kind: type, text: str) -> float:
+        try:
+            value: float = kind(text)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"is '{text}'; expected a number") from None
+        if not least <= value < 1e9:
+            raise argparse.ArgumentTypeError(f"is {text}; expected at least {least:g}")
+        return value
+
+    return functools.partial(parse, least, kind)
+
+
+def parser() -> argparse.ArgumentParser:
+    made = argparse.ArgumentParser(
+        prog="trundle-fleet", description="Calibration, health, slip and odometry of many logs, and what the fleet shows.",
+        epilog=_EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
+    add = made.add_argument
+    add("logs", nargs="*", metavar="LOGS", help="folders, lists (.txt, .csv), patterns or logs; none: only -o, of what the database holds")
+    add("--robot", metavar="FILE", help="robot.toml of all logs; without it, the one beside or above each")
+    add("--database", required=True, metavar="URL", help="sqlite:///FILE or postgresql://[USER@]HOST/NAME")
+    add("--scheduler", metavar="ADDRESS", help="of a Dask scheduler; without it, a cluster of this machine's processes")
+    add("--workers", type=_from(0), default=2, metavar="N", help="processes of that cluster (2); 0: none, in this process without Dask")
+    add("--shard", type=_shard, metavar="K/N", help="only the K-th of N parts of the logs: for arrays of jobs")
+    add("--memory-limit-mb", type=_from(1), default=2048, metavar="MB", help="of one log (2048)")
+    add("--time-limit-s", type=_from(0.1, float), default=300.0, metavar="S", help="of one log (300)")
+    add("--lease-s", type=_from(1, float), default=30.0, metavar="S", help="after which the logs of a lost worker are others' (30)")
+    add("-o", dest="output", metavar="FOLDER", help="write fleet.html, the CSV files and fleet.prom there")
+    add("--reports", choices=("attention", "all", "none"), default="attention", help="which robots get a report of their own")
+    add("--json", action="store_true", help="print the counts as one JSON document")
+    add("--quiet", action="store_true", help="no progress")
+    add("--version", action="version", version=trundle.__version__)
+    return made
+
+
+def _types_of() -> "functools._lru_cache_wrapper[str]":
+    @functools.lru_cache(maxsize=None)
+    def name_of(robot_file: str) -> str:
+        try:
+            return trundle.Robot(robot_file).name
+        except ValueError:
+            return ""  # each of its logs will say why
+
+    return name_of
+
+
+def _analyse(given: argparse.Namespace) -> dict[str, int]:
+    from . import engine, store
+    from .host import Limits
+    from .logs import find_logs, in_shard
+    from .progress import Bar
+    from .worker import Job
+
+    found = [log for log in find_logs(given.logs, given.robot) if given.shard is None or in_shard(log.path, *given.shard)]
+    limits = Limits(given.memory_limit_mb, given.time_limit_s)
+    wish = [sorted(given.logs), given.robot, given.shard, limits]
+    request = hashlib.sha256(json.dumps(wish).encode()).hexdigest()[:16]
+    job = Job(given.database, request, limits, given.lease_s)
+    database = store.Store(given.database, patience_s=10.0)
+    database.create_tables()
+    name_of = _types_of()
+    store.register(database, request, found, lambda log: name_of(log.robot_file))
+    with Bar(len(found), given.quiet) as bar:
+        return engine.work_on(job, bar, workers=given.workers, scheduler=given.scheduler)
+
+
+def run(given: argparse.Namespace) -> int:
+    counts = _analyse(given) if given.logs else {}
+    done, failed = counts.get("done", 0), counts.get("failed", 0)
+    if failed and not given.quiet:
+        print(f"trundle-fleet: {failed} of {done + failed} logs failed; their lines are in the table run", file=sys.stderr)
+    document = {"program": "trundle-fleet", "version": trundle.__version__, "done": done, "failed": failed}
+    if given.output:
+        from .page import write_page
+
+        document["outputs"] = write_page(given.database, given.output, given.reports)
+    if given.json:
+        print(json.dumps(document))
+    elif not given.quiet:
+        for path in document.get("outputs", []):  # type: ignore[attr-defined]
+            print(f"wrote {path}")
+    return 3 if failed and not done else 0
+
+
+def main(arguments: Optional[list[str]] = None) -> int:
+    made = parser()
+    given = made.parse_args(arguments)
+    if not given.logs and not given.output:
+        made.error("LOGS: none given; expected logs to work on, or -o FOLDER for the page of what the database holds")
+    try:
+        return run(given)
+    except ImportError as missing:
+        print(f"trundle-fleet: {missing}; expected Debian's python3-sqlalchemy, python3-distributed, python3-psycopg2", file=sys.stderr)
+        return 3
+    except (ValueError, OSError) as error:
+        print(f"trundle-fleet: {str(error).splitlines()[0]}", file=sys.stderr)
+        return 3
+    except KeyboardInterrupt:
+        print("trundle-fleet: interrupted; the same command goes on where it was", file=sys.stderr)
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,148 @@
+"""A process that works on one log at a time, each in a child of its own with a limit of memory and of time.
+
+The host has imported all that the work needs, so that a child is a fork of a few milliseconds; it has one thread, as
+a fork needs. It is spoken to in lines of JSON on its standard streams, and ends with whoever started it.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import resource
+import select
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any, NamedTuple, NoReturn, Optional
+
+
+class Limits(NamedTuple):
+    memory_mb: int = 2048
+    time_s: float = 300.0
+
+
+class HostLost(RuntimeError):
+    """The host process is gone."""
+
+
+class Host:
+    """The other side: asks a host process, and starts it anew where it is gone."""
+
+    def __init__(self) -> None:
+        self._process: Optional[subprocess.Popen[bytes]] = None
+
+    def ask(self, log: str, robot_file: str, limits: Limits) -> dict[str, Any]:
+        """{"document": ...} or {"line": why there is none}."""
+        if self._process is None or self._process.poll() is not None:
+            self.close()
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "trundle.fleet.host"], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        process = self._process
+        assert process.stdin is not None and process.stdout is not None
+        try:
+            process.stdin.write(json.dumps([log, robot_file, *limits]).encode() + b"\n")
+            process.stdin.flush()
+            answer = process.stdout.readline()
+        except OSError:
+            answer = b""
+        if not answer.endswith(b"\n"):
+            self.close()
+            raise HostLost(f"{log}: the process that worked on it is gone")
+        found: dict[str, Any] = json.loads(answer)
+        return found
+
+    def close(self) -> None:
+        if self._process is None:
+            return
+        process, self._process = self._process, None
+        for stream in (process.stdin, process.stdout):
+            if stream is not None:
+                try:
+                    stream.close()
+                except OSError:
+                    pass
+        process.kill()
+        process.wait()
+
+
+def _child(log: str, robot_file: str, limits: Limits, out: int) -> NoReturn:
+    own = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()  # before the log
+    limit = own + (limits.memory_mb << 20)
+    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    import trundle
+    from .work import analyse
+
+    answer: dict[str, Any]
+    try:
+        answer = {"document": analyse(log, robot_file)}
+    except (MemoryError, ValueError, OSError, trundle.CannotAnswer) as error:
+        no_memory = isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM
+        needs = f"{log}: needs more than the memory limit of {limits.memory_mb} MB"
+        answer = {"line": needs if no_memory else str(error).splitlines()[0]}
+    with os.fdopen(out, "wb") as stream:
+        stream.write(json.dumps(answer, allow_nan=False).encode())
+    os._exit(0)
+
+
+def _fork(log: str, robot_file: str, limits: Limits) -> tuple[int, int]:
+    readable, writable = os.pipe()
+    pid = os.fork()
+    if pid == 0:
+        try:
+            os.close(readable)
+            os.dup2(os.open(os.devnull, os.O_RDWR), 0)
+            os.dup2(2, 1)  # whatever a library prints does not get among the answers
+            _child(log, robot_file, limits, writable)
+        except BaseException as error:
+            os.write(2, f"trundle-fleet: {log}: {type(error).__name__}: {error}\n".encode())
+            os._exit(1)
+    os.close(writable)
+    return pid, readable
+
+
+def _work_on(log: str, robot_file: str, limits: Limits) -> dict[str, Any]:
+    pid, readable = _fork(log, robot_file, limits)
+    end, parts, timed_out = time.monotonic() + limits.time_s, [], False
+    while True:
+        left = end - time.monotonic()
+        ready = select.select([readable, 0], [], [], max(left, 0.0))[0]
+        if readable in ready:
+            part = os.read(readable, 1 << 16)
+            if not part:
+                break
+            parts.append(part)
+        elif 0 in ready or left <= 0.0:  # nothing is sent while an answer is due: the asker is gone
+            timed_out = left <= 0.0
+            os.kill(pid, signal.SIGKILL)
+            break
+    os.close(readable)
+    status = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+    if timed_out:
+        return {"line": f"{log}: takes longer than the time limit of {limits.time_s:g} s"}
+    if status < 0:
+        return {"line": f"{log}: the program was ended by {signal.Signals(-status).name}"}
+    if status > 0 or not parts:
+        return {"line": f"{log}: the program failed; its error is on the worker's standard error"}
+    answer: dict[str, Any] = json.loads(b"".join(parts))
+    return answer
+
+
+def main() -> int:
+    import numpy  # noqa: F401  which the extension imports when it first needs it: once here, not in every child
+
+    from . import work  # noqa: F401
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for who started it
+    for line in iter(lambda: os.read(0, 1 << 16), b""):
+        log, robot_file, memory_mb, time_s = json.loads(line)
+        answer = _work_on(log, robot_file, Limits(memory_mb, time_s))
+        os.write(1, json.dumps(answer).encode() + b"\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

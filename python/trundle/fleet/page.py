@@ -1,0 +1,248 @@
+"""The fleet page, and beside it the same as CSV and for Prometheus. The same database gives the same bytes."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import os
+import re
+import tempfile
+import zlib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, Optional
+
+import trundle
+
+from . import outliers, store
+from .needs import ANOTHER_DAY
+from .summary import Fleet, Run, TypeParameter, load, needs_of, summarise
+
+
+def _number(value: Any) -> Optional[float]:
+    """Seven digits: the page shows fewer."""
+    return float(f"{value:.7g}") if value is not None and math.isfinite(value) else None
+
+
+def change_in_words(parameter: TypeParameter, run: Run, step: float, sigma: float) -> str:
+    """'left.diameter −0.8 % (± 0.1 %) since 2026-03-03'"""
+    share = parameter.nominal != 0.0 and parameter.unit in ("m", "1")
+    factor, unit = (100.0 / abs(parameter.nominal), "%") if share else (1.0, parameter.unit)
+    decimals = min(9, max(0, 1 - math.floor(math.log10(sigma * factor)))) if sigma > 0.0 else 3
+    signed = f"{step * factor:+.{decimals}f}".replace("-", "−")
+    return f"{parameter.name} {signed} {unit} (± {sigma * factor:.{decimals}f} {unit}) since {run.date}"
+
+
+class _Attention:
+    """Why each robot stands out."""
+
+    def __init__(self, fleet: Fleet) -> None:
+        self.reasons: dict[str, list[str]] = {robot: [] for robot in fleet.robots}
+        self.changes: dict[str, list[list[str]]] = {robot: [] for robot in fleet.robots}
+        self.needs = {robot: needs_of(runs) for robot, runs in fleet.robots.items()}
+        for parameters in fleet.parameters.values():
+            for parameter in parameters:
+                self._of_parameter(parameter)
+        for robot, runs in fleet.robots.items():
+            self._add(robot, "failed", runs[-1].status == "failed")
+            self._add(robot, "warning", runs[-1].warnings > 0)
+            self._add(robot, "run_needed", any(need != ANOTHER_DAY for need in self.needs[robot]))
+
+    def _add(self, robot: str, reason: str, holds: bool = True) -> None:
+        if holds and reason not in self.reasons[robot]:
+            self.reasons[robot].append(reason)
+
+    def _of_parameter(self, parameter: TypeParameter) -> None:
+        for robot, run, change in parameter.changes:
+            self._add(robot, "change")
+            self.changes[robot].append([parameter.name, run.date or "", run.log, change_in_words(parameter, run, change.step, change.sigma)])
+        for robot, estimate in zip(parameter.robots, parameter.estimates):
+            self._add(robot, "outlier", estimate.outlying)
+        for run, _ in parameter.outlying_runs:
+            self._add(run.robot, "run")
+
+
+def _types(fleet: Fleet) -> list[dict[str, Any]]:
+    def parameter(one: TypeParameter) -> dict[str, Any]:
+        fit = None if one.fit is None else [_number(float(value)) for value in one.fit[1:]]
+        return {"name": one.name, "unit": one.unit, "nominal": one.nominal, "fit": fit, "run_spread": _number(one.run_spread)}
+
+    return [{"name": kind, "parameters": list(map(parameter, parameters))} for kind, parameters in fleet.parameters.items()]
+
+
+def _values(fleet: Fleet) -> dict[str, list[Any]]:
+    """[value, low, high, z, outlying] for each parameter of the robot's type; null where it is not known."""
+    values: dict[str, list[Any]] = {robot: [] for robot in fleet.robots}
+    for parameters in fleet.parameters.values():
+        for parameter in parameters:
+            for robot, one in zip(parameter.robots, parameter.estimates):
+                known = math.isfinite(one.value)
+                values[robot].append([*map(_number, (one.value, one.low, one.high, one.z)), int(one.outlying)] if known else None)
+    return values
+
+
+def _last(runs: list[Run], name: str) -> Optional[float]:
+    return next((_number(run.measures[name]) for run in reversed(runs) if run.measures.get(name) is not None), None)
+
+
+def _data(fleet: Fleet, attention: _Attention, reports: dict[str, str]) -> dict[str, Any]:
+    types = list(fleet.parameters)
+    runs = [run for of_robot in fleet.robots.values() for run in of_robot]
+    dates = sorted(run.date for run in runs if run.date)
+    needs = list(dict.fromkeys(need for robot in attention.needs.values() for need in robot))
+    values, robots = _values(fleet), fleet.robots
+    return {
+        "version": trundle.__version__, "logs": len(runs), "failed": sum(run.status == "failed" for run in runs),
+        "first": dates[0] if dates else None, "last": dates[-1] if dates else None, "rate": outliers.RATE,
+        "types": _types(fleet), "needs": needs,
+        "robots": {
+            "name": list(robots),
+            "type": [types.index(runs[-1].type) for runs in robots.values()],
+            "runs": [len(runs) for runs in robots.values()],
+            "last": [runs[-1].date for runs in robots.values()],
+            "rms": [_last(runs, "position_rms_after_m") for runs in robots.values()],
+            "slip": [_last(runs, "slip_share") for runs in robots.values()],
+            "reasons": [attention.reasons[robot] for robot in robots],
+            "score": [len(attention.reasons[robot]) for robot in robots],
+            "changes": [attention.changes[robot] for robot in robots],
+            "needs": [[needs.index(need) for need in attention.needs[robot]] for robot in robots],
+            "values": [values[robot] for robot in robots],
+            "report": [reports.get(robot, "") for robot in robots],
+        },
+    }
+
+
+def _history(fleet: Fleet) -> list[Any]:
+    """Of each robot's runs: date, log, status, warnings, [value, sigma] by parameter, remark."""
+    def row(run: Run, names: list[str]) -> list[Any]:
+        rows = [run.parameters.get(name) for name in names]
+        known = [[_number(one.value), _number(one.sigma)] if one is not None and one.observable else None for one in rows]
+        return [run.date, run.log, run.status, run.warnings, known, run.line]
+
+    names = {kind: [parameter.name for parameter in parameters] for kind, parameters in fleet.parameters.items()}
+    return [[row(run, names[runs[-1].type]) for run in runs] for runs in fleet.robots.values()]
+
+
+def _for_script(document: Any) -> str:
+    """'<' occurs only inside strings, where this means the same."""
+    return json.dumps(document, ensure_ascii=False, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+
+
+def page(data: Any, history: Any) -> str:
+    template = Path(__file__).with_name("page.html").read_text(encoding="utf-8")
+    head, rest = template.split("{{data}}")
+    middle, tail = rest.split("{{history}}")
+    return head + _for_script(data) + middle + _for_script(history) + tail
+
+
+def _csv(head: list[str], rows: Iterable[Iterable[Any]]) -> str:
+    def cell(value: Any) -> Any:
+        # A sheet must not take a name for a formula.
+        return f"'{value}" if isinstance(value, str) and value[:1] in ("=", "+", "-", "@", "\t") else value
+
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(head)
+    writer.writerows([cell(value) for value in row] for row in rows)
+    return text.getvalue()
+
+
+def _tables(fleet: Fleet, attention: _Attention) -> dict[str, str]:
+    parameters = [one for of_type in fleet.parameters.values() for one in of_type]
+    robots = [[robot, runs[-1].type, len(runs), runs[-1].date, runs[-1].status, " ".join(attention.reasons[robot]),
+               "; ".join(attention.needs[robot])] for robot, runs in fleet.robots.items()]
+    values = [[robot, one.name, one.unit, *map(_number, (e.value, e.sigma, e.low, e.high, e.z)), int(e.outlying)]
+              for one in parameters for robot, e in zip(one.robots, one.estimates) if math.isfinite(e.value)]
+    changes = [[robot, one.name, one.unit, run.date, run.log, _number(change.step), _number(change.sigma)]
+               for one in parameters for robot, run, change in one.changes]
+    runs = [[run.robot, one.name, run.date, run.log, _number(z)] for one in parameters for run, z in one.outlying_runs]
+    return {
+        "robots.csv": _csv(["robot", "type", "runs", "last_run", "last_status", "attention", "next_run"], robots),
+        "parameters.csv": _csv(["robot", "parameter", "unit", "value", "sigma", "low_95", "high_95", "z", "outlying"], values),
+        "changes.csv": _csv(["robot", "parameter", "unit", "since", "log", "step", "sigma"], changes),
+        "outlying_runs.csv": _csv(["robot", "parameter", "date", "log", "z"], runs),
+    }
+
+
+def _metric(name: str, text: str, rows: list[tuple[dict[str, str], float]]) -> list[str]:
+    def escaped(value: str) -> str:
+        return value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+
+    labels = [",".join(f'{key}="{escaped(value)}"' for key, value in row.items()) for row, _ in rows]
+    return [f"# HELP {name} {text}", f"# TYPE {name} gauge", *(f"{name}{{{label}}} {value:.10g}" for label, (_, value) in zip(labels, rows))]
+
+
+def _prometheus(fleet: Fleet, attention: _Attention) -> str:
+    runs = [run for of_robot in fleet.robots.values() for run in of_robot]
+    fits = [(kind, one) for kind, parameters in fleet.parameters.items() for one in parameters if one.fit is not None]
+    reasons = sorted({reason for of_robot in attention.reasons.values() for reason in of_robot})
+    lines = [
+        *_metric("trundle_fleet_robots", "Robots by type.", [
+            ({"type": kind}, float(sum(of[-1].type == kind for of in fleet.robots.values()))) for kind in fleet.parameters]),
+        *_metric("trundle_fleet_logs", "Logs by status.", [
+            ({"status": status}, float(sum(run.status == status for run in runs))) for status in ("done", "failed")]),
+        *_metric("trundle_fleet_attention_robots", "Robots that need attention, by reason.", [
+            ({"reason": reason}, float(sum(reason in of for of in attention.reasons.values()))) for reason in reasons]),
+        *_metric("trundle_fleet_attention", "1 for each robot and reason.", [
+            ({"robot": robot, "reason": reason}, 1.0) for robot, of in attention.reasons.items() for reason in of]),
+        *_metric("trundle_fleet_parameter_mean", "Mean over the robots of a type, in SI units.", [
+            ({"type": kind, "parameter": one.name}, float(one.fit.mean)) for kind, one in fits if one.fit]),
+        *_metric("trundle_fleet_parameter_spread", "Standard deviation between robots of a type, in SI units.", [
+            ({"type": kind, "parameter": one.name}, float(one.fit.spread)) for kind, one in fits if one.fit]),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _write(path: Path, text: str) -> str:
+    """A run that is killed leaves the old file or none."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    temporary.write_text(text, encoding="utf-8")
+    temporary.replace(path)
+    return str(path)
+
+
+def _own_report(runs: list[Run], robot_file: str) -> Optional[str]:
+    """The report page of a robot: calibrated on all of its runs, with odometry and slip of the last."""
+    logs = [run.log for run in runs if run.status == "done"]
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            robot = trundle.Robot(robot_file)
+            calibration = trundle.calibrate([run.log for run in runs if run.parameters], robot)
+            calibration.save(Path(folder, "calibrated.toml"))
+            trundle.odometry(logs[-1], calibration.robot).save(Path(folder, "odometry.csv"))
+            trundle.slip(logs[-1], calibration.robot).save(Path(folder, "slip.csv"))
+            return trundle.report(folder).html
+        except (ValueError, IndexError, OSError, trundle.CannotAnswer):
+            return None  # the page itself has what is known of it
+
+
+def _write_reports(fleet: Fleet, attention: _Attention, robot_files: dict[str, str], folder: Path, which: str) -> dict[str, str]:
+    links = {}
+    for robot, runs in fleet.robots.items():
+        if which == "none" or (which == "attention" and not attention.reasons[robot]):
+            continue
+        html = _own_report(runs, robot_files.get(robot, ""))
+        if html is not None:
+            name = f"robots/{re.sub('[^A-Za-z0-9_.-]', '_', robot)}_{zlib.crc32(robot.encode()):08x}.html"
+            links[robot] = name
+            _write(folder / name, html)
+    return links
+
+
+def write_page(url: str, folder: str, reports: str) -> list[str]:
+    """Returns the files that it wrote, without the reports of single robots."""
+    database, place = store.Store(url, patience_s=10.0), Path(folder)
+    database.create_tables()
+    robots = load(database)
+    if not robots:
+        raise ValueError(f"{url}: has no run; expected logs to work on first")
+    fleet = summarise(robots)
+    attention = _Attention(fleet)
+    files = {row.name: row.robot_file for row in database.rows(store.robots.select())}
+    links = _write_reports(fleet, attention, files, place, reports)
+    written = [_write(place / "fleet.html", page(_data(fleet, attention, links), _history(fleet)))]
+    written += [_write(place / name, text) for name, text in _tables(fleet, attention).items()]
+    return [*written, _write(place / "fleet.prom", _prometheus(fleet, attention))]

@@ -1,0 +1,235 @@
+"""Many logs on one database: found, computed once, each with one final row, whoever dies."""
+
+import os
+import shutil
+import subprocess
+import sys
+import threading
+import time
+import unittest
+from pathlib import Path
+
+from common import ROBOT, WithFolder
+
+try:
+    import sqlalchemy
+except ImportError as missing:
+    raise unittest.SkipTest(f"{missing}: apt-get install python3-sqlalchemy") from missing
+
+from fleet_logs import finals, make_logs
+from trundle.fleet import store, worker
+from trundle.fleet.__main__ import main
+from trundle.fleet.host import Limits
+from trundle.fleet.logs import date_of, find_logs, in_shard
+
+SHORT_M = 0.6  # of way: logs that take a worker little time
+
+
+class WithLogs(WithFolder):
+    ROBOTS, LOGS = 3, 2
+
+    def setUp(self):
+        super().setUp()
+        self.logs = self.folder / "logs"
+        make_logs(self.logs, range(1, self.ROBOTS + 1), self.LOGS, Path(ROBOT), SHORT_M)
+        self.url = f"sqlite:///{self.folder}/fleet.db"
+
+    def fleet(self, *arguments, code=0):
+        given = [str(self.logs), "--database", self.url, "--workers", "0", "--quiet", *map(str, arguments)]
+        self.assertEqual(main(given), code)
+
+    def rows(self, statement):
+        return store.Store(self.url).transact(lambda connection: connection.execute(sqlalchemy.text(statement)).all())
+
+
+class Logs(WithLogs):
+    def test_of_a_folder_a_pattern_and_a_list(self):
+        found = find_logs([str(self.logs)])
+        self.assertEqual([(log.robot, log.date) for log in found[:3]],
+                         [("robot_0001", "2026-03-02"), ("robot_0001", "2026-03-09"), ("robot_0002", "2026-03-02")])
+        self.assertEqual(found, find_logs([f"{self.logs}/*/*"]))
+        rows = "".join(f"{Path(log.path).relative_to(self.folder)},{log.robot},{log.date},{log.robot_file}\n" for log in found)
+        (self.folder / "list.csv").write_text("log,robot,date,robot_file\n" + rows)
+        self.assertEqual(found, find_logs([str(self.folder / "list.csv")]))
+        (self.folder / "list.txt").write_text("# those of today\n" + "".join(f"{log.path}\n" for log in found))
+        self.assertEqual([log.path for log in found], [log.path for log in find_logs([str(self.folder / "list.txt")])])
+
+    def test_the_robot_file(self):
+        one = self.logs / "robot_0001/2026-03-02/robot.toml"
+        shutil.copy(one, self.logs / "robot_0001/robot.toml")
+        one.unlink()
+        self.assertEqual(find_logs([str(self.logs)])[0].robot_file, str(self.logs / "robot_0001/robot.toml"))
+        self.assertEqual({log.robot_file for log in find_logs([str(self.logs)], ROBOT)}, {str(Path(ROBOT).resolve())})
+        (self.logs / "robot_0001/robot.toml").unlink()
+        with self.assertRaisesRegex(ValueError, "no robot.toml beside or above"):
+            find_logs([str(self.logs)])
+        with self.assertRaisesRegex(ValueError, "does not exist"):
+            find_logs([str(self.folder / "nowhere")])
+
+    def test_dates(self):
+        self.assertEqual(date_of("/2024-01-01/r/log_20260303T120000.bag"), "2026-03-03")
+        self.assertEqual(date_of("/runs/2026_12_24/a"), "2026-12-24")
+        self.assertIsNone(date_of("/runs/2026-02-30/120260303"))
+
+    def test_shards_are_all_of_it_and_disjoint(self):
+        paths = [f"/logs/robot_{i}" for i in range(1000)]
+        parts = [[path for path in paths if in_shard(path, k, 7)] for k in range(1, 8)]
+        self.assertEqual(sorted(sum(parts, [])), sorted(paths))
+        self.assertLess(max(map(len, parts)), 2 * len(paths) // 7)
+
+
+class OnSqlite(WithLogs):
+    def test_rows(self):
+        self.fleet()
+        self.assertEqual(self.rows("SELECT status, count(*) FROM run GROUP BY status"), [("done", 6)])
+        self.assertEqual(self.rows("SELECT count(*) FROM robot"), [(3,)])
+        self.assertEqual(self.rows("SELECT count(DISTINCT name) FROM parameter"), [(5,)])
+        self.assertEqual(self.rows("SELECT count(*) FROM run WHERE length(log_sha256) = 64 AND version != ''"), [(6,)])
+        self.assertGreater(self.rows("SELECT count(*) FROM finding")[0][0], 0)
+
+    def test_what_is_unchanged_is_not_done_again(self):
+        """By SHA-256: neither size nor time tell."""
+        self.fleet()
+        before = finals(self.url)
+        asked = []
+        ask = worker.Host.ask
+        self.addCleanup(setattr, worker.Host, "ask", ask)
+        worker.Host.ask = lambda host, log, *rest: asked.append(log) or ask(host, log, *rest)
+        self.fleet()
+        self.assertEqual((asked, finals(self.url)), ([], before))
+        wheels = self.logs / "robot_0002/2026-03-09/wheels.csv"
+        stat, text = wheels.stat(), wheels.read_bytes()
+        middle = text.index(b"\n", len(text) // 2)
+        digit = text[middle - 1 : middle]
+        wheels.write_bytes(text[: middle - 1] + (b"4" if digit != b"4" else b"5") + text[middle:])
+        os.utime(wheels, ns=(stat.st_atime_ns, stat.st_mtime_ns))
+        self.assertEqual((wheels.stat().st_size, wheels.stat().st_mtime_ns), (stat.st_size, stat.st_mtime_ns))
+        self.fleet()
+        self.assertEqual(asked, [str(wheels.parent)])
+        self.assertNotEqual(finals(self.url), before)
+        (wheels.parent / "robot.toml").write_text((wheels.parent / "robot.toml").read_text() + "\n# looked at\n")
+        self.fleet()
+        self.assertEqual(asked, 2 * [str(wheels.parent)])
+
+    def test_a_poisoned_log_is_tried_three_times_and_stops_nobody(self):
+        wheels = self.logs / "robot_0001/2026-03-02/wheels.csv"
+        wheels.write_text("time_s,left_ticks\n0,1\n")
+        asked = []
+        ask = worker.Host.ask
+        self.addCleanup(setattr, worker.Host, "ask", ask)
+        worker.Host.ask = lambda host, log, *rest: asked.append(log) or ask(host, log, *rest)
+        self.fleet()
+        self.assertEqual(asked.count(str(wheels.parent)), 3)
+        self.assertEqual(len(asked), 5 + 3)
+        [(line,)] = self.rows("SELECT line FROM run WHERE status = 'failed'")
+        self.assertIn("right", line)
+        self.assertEqual(self.rows("SELECT count(*) FROM run WHERE status = 'done'"), [(5,)])
+
+    def test_limits(self):
+        make_logs(self.folder / "slow", range(9, 10), 1, Path(ROBOT), 60.0)
+        host = worker.Host()
+        self.addCleanup(host.close)
+        log = str(self.folder / "slow/robot_0009/2026-03-02")
+        line = host.ask(log, ROBOT, Limits(2048, 0.05))["line"]
+        self.assertRegex(line, "takes longer than the time limit of 0.05 s")
+        self.assertRegex(host.ask(log, ROBOT, Limits(1, 60.0))["line"], "needs more than the memory limit of 1 MB")
+        self.assertIn("document", host.ask(log, ROBOT, Limits(2048, 60.0)))
+
+    def test_a_host_that_dies_is_started_again(self):
+        host = worker.Host()
+        self.addCleanup(host.close)
+        log = str(self.logs / "robot_0001/2026-03-02")
+        first = host.ask(log, ROBOT, Limits())
+        host._process.kill()
+        host._process.wait()
+        self.assertEqual(host.ask(log, ROBOT, Limits()), first)
+
+    def test_errors_are_one_line(self):
+        for given, code in ((["nowhere", "--database", self.url], 3), ([str(self.logs), "--database", "nothing"], 3)):
+            done = subprocess.run([sys.executable, "-m", "trundle.fleet", *given], capture_output=True, text=True)
+            self.assertEqual((done.returncode, len(done.stderr.strip().splitlines())), (code, 1), done.stderr)
+        for given in (["--database", self.url], ["x", "--database", self.url, "--shard", "3/2"], ["x"]):
+            done = subprocess.run([sys.executable, "-m", "trundle.fleet", *given], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 2, done.stderr)
+
+
+class Leases:
+    """The same laws on every database."""
+
+    def prepared(self, logs=20):
+        database = store.Store(self.url)
+        database.create_tables()
+        found = [store.Log(f"/logs/{i:03}", "/robot.toml", f"r{i}", None) for i in range(logs)]
+        store.register(database, "request", found, lambda log: "type")
+        return database
+
+    def final(self, claim, mark):
+        row = {column.name: None for column in store.runs.columns}
+        row.update(log_id=claim.id, log=claim.path, robot=claim.robot, type="", status="done", line=mark, log_sha256="", robot_sha256="",
+                   version="", limits="", document="{}")
+        return store.Final(claim.id, "done", row)
+
+    def test_a_log_is_claimed_once(self):
+        database = self.prepared(60)
+        claims = [[] for _ in range(4)]
+
+        def take(mine):
+            while got := store.claim(store.Store(self.url), "request", f"lease {id(mine)}", 3, 60.0):
+                mine.extend(claim.id for claim in got)
+
+        threads = [threading.Thread(target=take, args=(mine,)) for mine in claims]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        taken = sum(claims, [])
+        self.assertEqual((len(taken), len(set(taken))), (60, 60))
+        self.assertEqual(store.progress(database, "request"), {"leased": 60})
+
+    def test_who_lost_the_lease_stores_nothing(self):
+        database = self.prepared(1)
+        [first] = store.claim(database, "request", "a", 1, 0.2)
+        self.assertEqual(store.claim(database, "request", "b", 1, 60.0), [])
+        time.sleep(0.3)
+        [second] = store.claim(database, "request", "b", 1, 60.0)
+        self.assertEqual((second.id, first.losses, second.losses), (first.id, 0, 1))
+        self.assertEqual(store.finish(database, "a", [self.final(first, "late")]), 0)
+        self.assertEqual(store.finish(database, "b", [self.final(second, "in time")]), 1)
+        self.assertEqual(store.finish(database, "b", [self.final(second, "again")]), 0)
+        lines = database.transact(lambda connection: connection.execute(sqlalchemy.select(store.runs.c.line)).all())
+        self.assertEqual(lines, [("in time",)])
+
+    def test_a_heartbeat_keeps_the_lease(self):
+        database = self.prepared(1)
+        store.claim(database, "request", "a", 1, 0.6)
+        with worker._heartbeat(database, "a", 0.6):
+            time.sleep(1.0)
+            self.assertEqual(store.claim(database, "request", "b", 1, 60.0), [])
+        time.sleep(0.8)
+        self.assertEqual(len(store.claim(database, "request", "b", 1, 60.0)), 1)
+
+    def test_a_log_that_kills_its_workers_is_recorded(self):
+        database = self.prepared(1)
+        for _ in range(store.MOST_LOSSES):
+            store.claim(database, "request", "a", 1, -1.0)
+        job = worker.Job(self.url, "request", Limits())
+        self.assertEqual(worker.work_off(job, 1), 1)
+        [run] = database.transact(lambda connection: connection.execute(sqlalchemy.select(store.runs)).all())
+        self.assertEqual((run.status, run.line), ("failed", "/logs/000: 10 workers ended while they worked on it"))
+
+    def test_registering_again_leaves_leases(self):
+        database = self.prepared(2)
+        [claim] = store.claim(database, "request", "a", 1, 60.0)
+        self.prepared(2)
+        self.assertEqual(store.progress(database, "request"), {"leased": 1, "waiting": 1})
+        self.assertEqual(store.finish(database, "a", [self.final(claim, "")]), 1)
+
+
+class LeasesOnSqlite(Leases, WithFolder):
+    def setUp(self):
+        super().setUp()
+        self.url = f"sqlite:///{self.folder}/fleet.db"
+
+
+if __name__ == "__main__":
+    unittest.main()

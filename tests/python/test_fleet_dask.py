@@ -1,0 +1,69 @@
+"""The same on Dask: a cluster of this machine, and a scheduler that somebody else keeps; both lose processes."""
+
+import socket
+import subprocess
+import sys
+import threading
+import time
+import unittest
+
+try:
+    import distributed  # noqa: F401
+except ImportError as missing:
+    raise unittest.SkipTest(f"{missing}: apt-get install python3-distributed") from missing
+
+import fleet_logs
+import sqlalchemy
+import test_fleet
+
+
+class OnDask(test_fleet.WithLogs):
+    ROBOTS, LOGS = 12, 2
+
+    def setUp(self):
+        super().setUp()
+        self.fleet()
+        self.expected = fleet_logs.finals(self.url)
+        self.url = f"sqlite:///{self.folder}/dask.db"
+
+    def test_a_local_cluster(self):
+        self.fleet("--workers", "2")
+        self.assertEqual(fleet_logs.finals(self.url), self.expected)
+
+    def test_a_scheduler_that_is_killed_with_its_worker(self):
+        port = _free_port()
+        address = f"tcp://127.0.0.1:{port}"
+        start = lambda *words: subprocess.Popen([sys.executable, "-m", "distributed.cli." + words[0], *words[1:]],
+                                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        scheduler = lambda: start("dask_scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard")
+        work = lambda: start("dask_worker", address, "--nthreads", "1", "--no-dashboard", "--no-nanny", "--death-timeout", "20",
+                             "--local-directory", str(self.folder))
+        processes = [scheduler(), work()]
+        self.addCleanup(lambda: [(process.kill(), process.wait()) for process in processes])
+        client = threading.Thread(target=self.fleet, args=("--scheduler", address, "--lease-s", "1"))
+        client.start()
+        end = time.monotonic() + 60
+        while time.monotonic() < end and not self.any_done():
+            time.sleep(0.05)
+        for process in processes:
+            process.kill()
+            process.wait()
+        processes[:] = [scheduler(), work()]
+        client.join()
+        self.assertEqual(fleet_logs.finals(self.url), self.expected)
+
+    def any_done(self):
+        try:
+            return self.rows("SELECT count(*) FROM log WHERE state = 'done'")[0][0]
+        except sqlalchemy.exc.OperationalError:  # the client has made no tables yet
+            return 0
+
+
+def _free_port():
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return free.getsockname()[1]
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,95 @@
+"""The fleet page and what stands beside it, made of a database."""
+
+import csv
+import json
+import re
+import unittest
+from pathlib import Path
+
+from common import ROBOT, WithFolder
+
+try:
+    import sqlalchemy
+except ImportError as missing:
+    raise unittest.SkipTest(f"{missing}: apt-get install python3-sqlalchemy") from missing
+
+import fleet_page
+from fleet_logs import make_logs
+from trundle.fleet import needs, store
+from trundle.fleet.__main__ import main
+
+HOSTILE = '=1+1</script><script>"\\\n{{history}}'
+
+
+def data_of(page, name):
+    return json.loads(re.search(rf'<script type="application/json" id="{name}">(.*?)</script>', page.read_text(), re.DOTALL).group(1))
+
+
+def samples(text):
+    """Of the text format of Prometheus: name and labels to value; each name has HELP and TYPE before it."""
+    found, typed = {}, set()
+    for line in text.splitlines():
+        if line.startswith("# TYPE "):
+            typed.add(line.split()[2])
+        elif not line.startswith("#"):
+            name, labels, value = re.fullmatch(r'(\w+)\{((?:\w+="(?:[^"\\\n]|\\["\\n])*",?)*)\} (\S+)', line).groups()
+            assert name in typed, line
+            found[f"{name}{{{labels}}}"] = float(value)
+    return found
+
+
+class Page(WithFolder):
+    def test_same_database_same_bytes_and_one_truth_in_all_files(self):
+        for folder in (self.ours, self.theirs):
+            fleet_page.write(folder, 60, 6)
+            (folder / "fleet.db").unlink()
+        self.assert_same_files()
+        data = data_of(self.ours / "fleet.html", "data")
+        self.assertEqual((len(data["robots"]["name"]), len(data_of(self.ours / "fleet.html", "history"))), (60, 60))
+        prom = samples((self.ours / "fleet.prom").read_text())
+        self.assertEqual(prom['trundle_fleet_robots{type="husky"}'], 6)
+        self.assertEqual(prom['trundle_fleet_attention_robots{reason="change"}'], sum("change" in of for of in data["robots"]["reasons"]))
+        changes = list(csv.DictReader((self.ours / "changes.csv").open()))
+        self.assertIn(("robot_00003", "left.diameter", "2026-01-26"), [(row["robot"], row["parameter"], row["since"]) for row in changes])
+        mean = prom['trundle_fleet_parameter_mean{type="kobuki",parameter="track"}']
+        fit = next(one for one in next(t for t in data["types"] if t["name"] == "kobuki")["parameters"] if one["name"] == "track")["fit"]
+        self.assertAlmostEqual(mean, fit[0], 6)
+        self.assertTrue(fit[1] < mean < fit[2] and abs(mean - 0.3) < 1e-3)
+
+    def test_hostile_names_are_text(self):
+        fleet_page.write(self.ours, 5, 2)
+        url = f"sqlite:///{self.ours}/fleet.db"
+        database = store.Store(url)
+        for table, column in ((store.robots, store.robots.c.name), (store.runs, store.runs.c.robot)):
+            database.change(table.update().where(column == "robot_00001").values({column.name: HOSTILE}))
+        self.assertEqual(main(["--database", url, "-o", str(self.ours), "--quiet", "--reports", "none"]), 0)
+        self.assertIn(HOSTILE, data_of(self.ours / "fleet.html", "data")["robots"]["name"])
+        self.assertNotIn("</script><script>\"", (self.ours / "fleet.html").read_text())
+        with (self.ours / "robots.csv").open(newline="") as file:
+            self.assertIn("'" + HOSTILE, [row["robot"] for row in csv.DictReader(file)])
+        samples((self.ours / "fleet.prom").read_text())
+
+    def test_logs_to_page_with_a_report_for_each_robot(self):
+        make_logs(self.theirs, range(1, 3), 2, Path(ROBOT), 3.0)
+        given = [str(self.theirs), "--database", f"sqlite:///{self.folder}/fleet.db", "--workers", "0", "--quiet",
+                 "-o", str(self.ours), "--reports", "all"]
+        self.assertEqual(main(given), 0)
+        links = data_of(self.ours / "fleet.html", "data")["robots"]["report"]
+        self.assertEqual(len(links), 2)
+        for link in links:
+            self.assertIn("</html>", (self.ours / link).read_text())
+
+    def test_nothing_in_the_database(self):
+        self.assertEqual(main(["--database", f"sqlite:///{self.folder}/empty.db", "-o", str(self.ours)]), 3)
+
+
+class Needs(unittest.TestCase):
+    def test_the_run_that_shows_it(self):
+        self.assertEqual(needs.runs_for([], 3), [])
+        self.assertEqual(needs.runs_for([], 0)[0][:20], "a run with a referen")
+        self.assertEqual(needs.runs_for(["left.diameter", "right.diameter"], 2), ["a straight run of measured length"])
+        self.assertEqual(needs.runs_for(["track"], 1)[-1], needs.ANOTHER_DAY)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+"""What the engine of trundle.fleet costs: ROBOTS simulated robots with three logs of a minute each, on PostgreSQL, a
+scheduler and two workers of this machine. Prints time of the processor against that of the work alone, time in all,
+and the memory of each process while it goes.
+
+PYTHONPATH=build/python /usr/bin/python3 tools/fleet_scale.py [ROBOTS]"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from fleet_processes import ROBOT, children_of, cpu_s, end_as_asked, free_port, memory_mb, start_client, start_scheduler, start_worker
+
+import postgres
+import sqlalchemy
+from fleet_logs import make_logs
+from trundle.fleet import store
+from trundle.fleet.logs import find_logs
+from trundle.fleet.work import analyse
+
+LOGS = 3
+_SAMPLE = 150  # logs by which the work alone is measured
+_EACH_S = 5.0
+
+
+def work_alone(logs: Path) -> float:
+    """Seconds of the processor for a log, in a plain loop."""
+    found = find_logs([str(logs)])
+    some = found[:: max(1, len(found) // _SAMPLE)][:_SAMPLE]
+    analyse(some[0].path, some[0].robot_file)
+    start = time.process_time()
+    for log in some:
+        analyse(log.path, log.robot_file)
+    return (time.process_time() - start) / len(some)
+
+
+def watch(client, named: dict[str, int], total: int, database: store.Store) -> tuple[dict[str, float], float]:
+    """Prints memory now and then; returns seconds of the processor by process, and in all."""
+    started, cpu, next_line = time.monotonic(), {}, 0.0
+    print(f"{'time s':>7} {'logs':>7} " + " ".join(f"{name:>12}" for name in [*named, "host 1", "host 2"]) + "   (MB)")
+    while client.poll() is None:
+        hosts = [child for name in ("worker 1", "worker 2") for child in children_of(named[name])]
+        processes = {**named, **{f"host {i + 1}": pid for i, pid in enumerate(hosts)}}
+        cpu.update({name: cpu_s(pid) for name, pid in processes.items() if cpu_s(pid)})
+        passed = time.monotonic() - started
+        if passed >= next_line:
+            done = sum(number for state, number in database.rows(
+                sqlalchemy.select(store.logs.c.state, sqlalchemy.func.count()).group_by(store.logs.c.state)) if state in ("done", "failed"))
+            print(f"{passed:7.0f} {done:7d} " + " ".join(f"{memory_mb(pid):12.1f}" for pid in processes.values()), flush=True)
+            next_line = max(passed + _EACH_S, 1.25 * passed)
+        time.sleep(0.5)
+    return cpu, time.monotonic() - started
+
+
+def main() -> None:
+    end_as_asked()
+    robots = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
+    folder, server, processes = Path(tempfile.mkdtemp(prefix="fleet_scale_")), postgres.Postgres(), []
+    try:
+        server.start()
+        start = time.process_time()
+        make_logs(folder / "logs", range(1, robots + 1), LOGS, ROBOT)
+        total = robots * LOGS
+        print(f"{robots} robots, {total} logs of a minute; simulated in {time.process_time() - start:.0f} s of the processor")
+        each = work_alone(folder / "logs")
+        store.Store(server.url).create_tables()
+        port = free_port()
+        processes = [start_scheduler(port, folder), start_worker(port, folder), start_worker(port, folder)]
+        client = start_client(port, folder, folder / "logs", server.url)
+        processes.append(client)
+        named = {"client": client.pid, "scheduler": processes[0].pid, "worker 1": processes[1].pid, "worker 2": processes[2].pid}
+        cpu, wall = watch(client, named, total, store.Store(server.url))
+        cpu["PostgreSQL"] = cpu_s(server.pid) + sum(cpu_s(child) for child in children_of(server.pid))
+        counts = dict(store.Store(server.url).rows(sqlalchemy.select(store.runs.c.status, sqlalchemy.func.count()).group_by(store.runs.c.status)))
+        print(f"rows: {counts}; exit {client.returncode}")
+        work, whole = each * total, sum(cpu.values())
+        print("seconds of the processor: " + ", ".join(f"{name} {seconds:.1f}" for name, seconds in cpu.items()))
+        print(f"work alone {1e3 * each:.1f} ms a log, {work:.0f} s in all; with the engine {whole:.0f} s: {100 * (whole / work - 1):.1f} % more")
+        print(f"{wall:.0f} s in all, {total / wall:.1f} logs/s; 10 000 robots at this rate: {3e4 / (total / wall) / 3600:.2f} h")
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+        server.close()
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+if __name__ == "__main__":
+    main()
