@@ -112,11 +112,11 @@ Vector2 IncrementalSmoother::landmark_at(int landmark) const {
 }
 
 /// What is known of the systematic errors may have changed since the keyframe.
-Pose2 IncrementalSmoother::pose_now() const {
-  if (pose_variables_.empty()) return options_.prior.start * since_.motion.mean;
-  const Vector3 effect = since_.motion.by_parameters * (parameters() - since_.parameters) +
-                         since_.motion.by_bias * (keyframe_bias() - since_.bias);
-  return pose_at(static_cast<int>(pose_variables_.size()) - 1) * since_.motion.mean *
+Pose2 IncrementalSmoother::pose_after(const SinceKeyframe& since) const {
+  if (pose_variables_.empty()) return options_.prior.start * since.motion.mean;
+  const Vector3 effect = since.motion.by_parameters * (parameters() - since.parameters) +
+                         since.motion.by_bias * (keyframe_bias() - since.bias);
+  return pose_at(static_cast<int>(pose_variables_.size()) - 1) * since.motion.mean *
          exp(Twist2::from(effect));
 }
 
@@ -147,15 +147,15 @@ MatrixXd IncrementalSmoother::map_covariance_of_tree(std::span<const std::size_t
   return tree_.projected_covariance(derivatives, 2 * static_cast<Index>(landmarks.size()));
 }
 
-PoseEstimate IncrementalSmoother::estimate() const {
+PoseEstimate IncrementalSmoother::estimate_after(const SinceKeyframe& since) const {
   const Index systematic = options_.prior.systematic_sigma.size();
-  PoseEstimate estimate{.pose = pose_now()};
+  PoseEstimate estimate{.pose = pose_after(since)};
   estimate.systematic = Systematic::Zero(systematic);
   if (problem_.has_bias) estimate.systematic[0] = keyframe_bias();
   const VectorXd p = parameters();
   for (std::size_t i = 0; i < free_.size(); ++i) estimate.systematic[free_[i]] = p[static_cast<Index>(i)];
 
-  const MatrixXd P = covariance_with_systematic();
+  const MatrixXd P = covariance_with_systematic(since.motion);
   const Matrix3 axes = world_from_body_axes(estimate.pose);
   estimate.covariance = axes * P.topLeftCorner<3, 3>() * axes.transpose();
   estimate.with_systematic = axes * P.topRightCorner(3, systematic);
@@ -165,22 +165,22 @@ PoseEstimate IncrementalSmoother::estimate() const {
 
 /// Of (e, s): what of it is of the motion since the keyframe, and what is of the keyframe, or of the prior
 /// where there is none yet, and of the systematic errors.
-MatrixXd IncrementalSmoother::covariance_with_systematic() const {
+MatrixXd IncrementalSmoother::covariance_with_systematic(const FreeMotion& motion) const {
   const Systematic& sigma = options_.prior.systematic_sigma;
   const Index numbers = 3 + sigma.size();
   MatrixXd P = MatrixXd::Zero(numbers, numbers);
-  P.topLeftCorner<3, 3>() = since_.motion.covariance;
+  P.topLeftCorner<3, 3>() = motion.covariance;
   MatrixXd by_pose = MatrixXd::Zero(numbers, pose_size(problem_));
-  by_pose.topLeftCorner<3, 3>() = adjoint(since_.motion.mean.inverse());
+  by_pose.topLeftCorner<3, 3>() = adjoint(motion.mean.inverse());
   if (problem_.has_bias) {
-    P.block<3, 1>(0, 3) = since_.motion.with_walk;
-    P.block<1, 3>(3, 0) = since_.motion.with_walk.transpose();
-    P(3, 3) = since_.motion.walk;
-    by_pose.block<3, 1>(0, 3) = since_.motion.by_bias;
+    P.block<3, 1>(0, 3) = motion.with_walk;
+    P.block<1, 3>(3, 0) = motion.with_walk.transpose();
+    P(3, 3) = motion.walk;
+    by_pose.block<3, 1>(0, 3) = motion.by_bias;
     by_pose(3, 3) = 1.0;
   }
   MatrixXd by_parameters = MatrixXd::Zero(numbers, static_cast<Index>(free_.size()));
-  by_parameters.topRows<3>() = since_.motion.by_parameters;
+  by_parameters.topRows<3>() = motion.by_parameters;
   for (std::size_t i = 0; i < free_.size(); ++i) by_parameters(3 + free_[i], static_cast<Index>(i)) = 1.0;
   if (pose_variables_.empty()) {
     const MatrixXd of_parameters = by_parameters * sigma(free_).asDiagonal();

@@ -75,7 +75,7 @@ const StepReport& IncrementalSmoother::step(const Motion& motion, std::span<cons
                                             double time_s) {
   time_s_ = time_s;
   report_.observations.assign(observations.size(), {});
-  add_motion(motion);
+  since_ = moved_on(motion);
   associate(observations);
   std::vector<std::size_t> shown;
   for (std::size_t i = 0; i < observations.size(); ++i)
@@ -101,7 +101,7 @@ void IncrementalSmoother::read_bias(const BiasReading& reading) {
 }
 
 /// The mean is that of what is known of the systematic errors at the keyframe.
-void IncrementalSmoother::add_motion(const Motion& motion) {
+IncrementalSmoother::SinceKeyframe IncrementalSmoother::moved_on(const Motion& motion) const {
   const BySystematic by_all = motion.by_first(options_.prior.systematic_sigma.size());
   FreeMotion step{motion.mean, motion.covariance, by_all(Eigen::all, free_)};
   if (problem_.has_bias) {
@@ -111,8 +111,7 @@ void IncrementalSmoother::add_motion(const Motion& motion) {
   }
   const Vector3 effect = step.by_parameters * since_.parameters + step.by_bias * since_.bias;
   step.mean = step.mean * exp(Twist2::from(effect));
-  since_.motion = since_.motion * step;
-  since_.has_moved = true;
+  return {since_.motion * step, since_.bias, since_.parameters, true};
 }
 
 void IncrementalSmoother::add_keyframe() {

@@ -42,7 +42,11 @@ class IncrementalSmoother {
   void read_bias(const BiasReading& reading);
 
   /// Of now, in the world, given everything so far.
-  [[nodiscard]] PoseEstimate estimate() const;
+  [[nodiscard]] PoseEstimate estimate() const { return estimate_after(since_); }
+  /// The same after a further motion, of which no step is made.
+  [[nodiscard]] PoseEstimate estimate_after(const Motion& motion) const {
+    return estimate_after(moved_on(motion));
+  }
   [[nodiscard]] std::size_t landmarks() const { return map_.landmarks.size(); }
   [[nodiscard]] MappedLandmark landmark(std::size_t index) const;
   /// Of some landmarks, x and y of each [m²]: as costly as smoothing all of it once. Empty without landmarks.
@@ -185,7 +189,7 @@ class IncrementalSmoother {
   };
 
   static LinearMoves linear_moves(const LandmarkSensor& sensor);
-  void add_motion(const Motion& motion);
+  [[nodiscard]] SinceKeyframe moved_on(const Motion& motion) const;
   void associate(std::span<const Observation> observations);
   [[nodiscard]] int landmark_of(std::size_t i, const Observation& observation) const;
   [[nodiscard]] Innovations innovations(std::span<const Match> matches,
@@ -234,13 +238,15 @@ class IncrementalSmoother {
 
   [[nodiscard]] bool is_between_keyframes() const { return since_.has_moved || pose_variables_.empty(); }
   [[nodiscard]] Eigen::MatrixXd map_covariance_of_tree(std::span<const std::size_t> landmarks) const;
-  [[nodiscard]] Eigen::MatrixXd covariance_with_systematic() const;
+  [[nodiscard]] PoseEstimate estimate_after(const SinceKeyframe& since) const;
+  [[nodiscard]] Eigen::MatrixXd covariance_with_systematic(const FreeMotion& motion) const;
   [[nodiscard]] Pose2 pose_at(int keyframe) const;
   [[nodiscard]] double bias_at(int keyframe) const;
   [[nodiscard]] double keyframe_bias() const;
   [[nodiscard]] Eigen::VectorXd parameters() const;
   [[nodiscard]] Vector2 landmark_at(int landmark) const;
-  [[nodiscard]] Pose2 pose_now() const;
+  [[nodiscard]] Pose2 pose_now() const { return pose_after(since_); }
+  [[nodiscard]] Pose2 pose_after(const SinceKeyframe& since) const;
 
   IncrementalSmootherOptions options_;
   LinearMoves linear_;
