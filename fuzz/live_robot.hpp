@@ -1,12 +1,13 @@
 #pragma once
 
+#include <string>
+#include <string_view>
+
 #include "trundle/chassis/robot.hpp"
 
 namespace trundle::fuzz {
 
-/// Four wheels and a gyro: slip can show.
-inline chassis::Robot live_robot() {
-  return chassis::parse_robot(R"(
+constexpr std::string_view kLiveRobot = R"(
 [[wheel]]
 name = "a"
 x_m = 0.2
@@ -43,7 +44,16 @@ ticks_per_revolution = 1000
 [gyro]
 noise_rad_s_sqrt_hz = 0.0003
 bias_walk_rad_s_sqrt_s = 1e-5
-)",
+)";
+constexpr std::string_view kLiveSensor = R"([landmark_sensor]
+range_sigma_m = 0.1
+bearing_sigma_deg = 2
+max_range_m = 10
+)";
+
+/// Four wheels and a gyro: slip can show.
+inline chassis::Robot live_robot(bool with_landmark_sensor = false) {
+  return chassis::parse_robot(std::string(kLiveRobot) + std::string(with_landmark_sensor ? kLiveSensor : ""),
                               "robot.toml");
 }
 

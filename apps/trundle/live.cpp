@@ -29,6 +29,7 @@ struct LiveArguments {
   double probability = SlipOptions{}.probability;
   double spin_odds = SlipOptions{}.spin_odds;
   double longest_step_s = AlignerOptions{}.shortest_gap_s;
+  LiveSlamOptions slam;
   std::string checkpoint;
   double checkpoint_every_s = 5.0;
   std::string resume;
@@ -36,12 +37,17 @@ struct LiveArguments {
 };
 
 Provenance provenance_of(const LiveArguments& options, const RobotFile& robot) {
-  return {{robot.file},
-          {{"start", options.start},
-           {"probability", fmt::format("{}", options.probability)},
-           {"spin-odds", fmt::format("{}", options.spin_odds)},
-           {"longest-step-s", fmt::format("{}", options.longest_step_s)}},
-          std::nullopt};
+  Provenance provenance{{robot.file},
+                        {{"start", options.start},
+                         {"probability", fmt::format("{}", options.probability)},
+                         {"spin-odds", fmt::format("{}", options.spin_odds)},
+                         {"longest-step-s", fmt::format("{}", options.longest_step_s)}},
+                        std::nullopt};
+  if (!robot.robot.landmark_sensor) return provenance;
+  provenance.options.emplace_back("window", fmt::format("{}", options.slam.window_s));
+  provenance.options.emplace_back("late-s", fmt::format("{}", options.slam.late_s));
+  if (options.slam.unknown_ids) provenance.options.emplace_back("unknown-ids", "true");
+  return provenance;
 }
 
 /// Lines to stdout, each as soon as it is known; with --json as the members of one document.
@@ -109,7 +115,8 @@ class Session {
         printer_(options.common),
         odometer_(robot.robot, {.start = start_pose_from(options.start),
                                 .slip = {.probability = options.probability, .spin_odds = options.spin_odds},
-                                .alignment = {.shortest_gap_s = options.longest_step_s}}) {}
+                                .alignment = {.shortest_gap_s = options.longest_step_s},
+                                .slam = options.slam}) {}
 
   void run(std::istream& input) {
     if (!options_.resume.empty()) read_live_checkpoint(options_.resume, settings_, odometer_);
@@ -124,8 +131,7 @@ class Session {
       if (options_.timing) timing_.add(Timing::Clock::now() - begin);
     }
     const LiveOdometer waiting = odometer_;  // as one that goes on needs it
-    odometer_.finish(estimates_);
-    print_estimates();
+    finish();
     printer_.end();
     store(waiting);
     if (options_.timing) print_error(timing_.text());
@@ -159,18 +165,33 @@ class Session {
       odometer_.take(line, place, estimates_);
       repeats_ = false;
       last_s_ = line.time_s;
+      print_estimates();
+      if (line.wants_map) printer_.line(pipeline::line_of(line.time_s, odometer_.map()));
+      return;
     } catch (const InputError& error) {
+      tell(error);
+    } catch (const CannotAnswer& error) {
       tell(error);
     }
     print_estimates();
   }
 
-  void tell(const InputError& error) {
+  void finish() {
+    try {
+      odometer_.finish(estimates_);
+    } catch (const CannotAnswer& error) {
+      tell(error);
+    }
+    print_estimates();
+  }
+
+  void tell(const std::exception& error) {
     ++problems_;
     print_error(fmt::format("trundle: {}\n", error.what()));
   }
 
   void print_estimates() {
+    for (const LiveSighted& sighted : odometer_.take_sighted()) printer_.line(pipeline::line_of(sighted));
     for (const LiveEstimate& estimate : estimates_) printer_.line(line_of(estimate, robot_));
     estimates_.clear();
   }
@@ -233,6 +254,19 @@ void add_live(CLI::App& app) {
                    "Longer steps of a stream are gaps; a gyro silent for longer is not waited for [s]")
       ->check(number_from(kSmallest, kLargest))
       ->capture_default_str();
+  command
+      ->add_option("--window", options->slam.window_s,
+                   "With sightings: marginalise poses that are older, so that memory and the time of a line "
+                   "stay bounded [s]")
+      ->check(number_from(0.0, kLargest))
+      ->capture_default_str();
+  command
+      ->add_option("--late-s", options->slam.late_s,
+                   "So much later than its stamp a sighting may come; the map waits so long for it [s]")
+      ->check(number_from(0.0, 60.0))
+      ->capture_default_str();
+  command->add_flag("--unknown-ids", options->slam.unknown_ids,
+                    "Forget the landmarks' names and find out which is which");
   CLI::Option* checkpoint =
       command->add_option("--checkpoint", options->checkpoint, "File to store the state in, as it runs");
   command->add_option("--checkpoint-every-s", options->checkpoint_every_s, "How often, by the stamps [s]")

@@ -48,8 +48,19 @@ std::vector<std::vector<std::string>> rows_of(const std::filesystem::path& file)
   return rows;
 }
 
+/// Of all that is seen at one stamp.
+std::map<std::string, std::string> sightings_of_tour() {
+  std::map<std::string, std::string> seen;
+  for (const auto& row : rows_of(std::filesystem::path(kDemoTour) / "sightings.csv")) {
+    std::string& at = seen[row[0]];
+    at += fmt::format(R"({}{{"landmark":"{}","range_m":{},"bearing_rad":{}}})", at.empty() ? "" : ",", row[1],
+                      row[2], row[3]);
+  }
+  return seen;
+}
+
 /// The demo's tour as the robot would have told it: each reading of wheels or gyro at its stamp.
-std::string tour_as_lines() {
+std::string tour_as_lines(bool with_sightings = false) {
   std::multimap<double, std::string> lines;
   for (const auto& row : rows_of(std::filesystem::path(kDemoTour) / "wheels.csv"))
     lines.emplace(std::stod(row[0]),
@@ -57,6 +68,9 @@ std::string tour_as_lines() {
                               row[1], row[2]));
   for (const auto& row : rows_of(std::filesystem::path(kDemoTour) / "gyro.csv"))
     lines.emplace(std::stod(row[0]), fmt::format(R"({{"time_s":{},"gyro":{}}})", row[0], row[1]));
+  if (with_sightings)
+    for (const auto& [time_s, seen] : sightings_of_tour())
+      lines.emplace(std::stod(time_s), fmt::format(R"({{"time_s":{},"sightings":[{}]}})", time_s, seen));
   std::string text;
   for (const auto& [time_s, line] : lines) text += line + "\n";
   return text;
@@ -105,7 +119,36 @@ TEST_F(LiveCommand, GivesTheTextOfTheTrajectoryFile) {
   }
 }
 
+TEST_F(LiveCommand, GivesTheTextOfTheMapperForSightings) {
+  keep("seen.jsonl", tour_as_lines(true) + R"({"time_s": 1000, "map": true})" + "\n");
+  const Outcome outcome = live({"--window", "20"}, {.input = "seen.jsonl"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.err, IsEmpty());
+  run_program(sample_.folder(), {"slam", kDemoTour, "--robot", kDemoRobot, "--window", "20", "-o", "slam"});
+  std::map<std::string, std::vector<std::string>> expected;
+  for (const auto& row : rows_of(sample_.folder() / "slam/trajectory.csv")) expected[row[0]] = row;
+  std::size_t seen = 0;
+  std::string without;
+  for (const std::string& line : lines_in(outcome.out)) {
+    const Json document = Json::parse(line);
+    if (document.contains("map")) {
+      EXPECT_EQ(document["map"].size(), rows_of(sample_.folder() / "slam/landmarks.csv").size() - 1);
+    } else if (document.contains("sightings")) {
+      ++seen;
+      const std::string time_s = line.substr(10, line.find(',') - 10);
+      const auto& row = expected.at(time_s);
+      EXPECT_THAT(line, HasSubstr(fmt::format(R"("slam":{{"x_m":{},"y_m":{},"heading_rad":{},"var_xx":{},)",
+                                              row[1], row[2], row[3], row[4])));
+    } else {
+      without += line.substr(0, line.find(R"(,"slam":)")) + (document.contains("slam") ? "}\n" : "\n");
+    }
+  }
+  EXPECT_EQ(seen, sightings_of_tour().size());
+  EXPECT_EQ(without, live().out);  // sightings change nothing of the odometry
+}
+
 TEST_F(LiveCommand, KilledAtAnyMomentItGoesOnAsIfNothingHadHappened) {
+  keep("tour.jsonl", tour_as_lines(true));
   const std::string whole = live().out;
   int cut_short = 0;
   for (int delay_us = 2'000; delay_us < 200'000; delay_us = delay_us * 4 / 3) {
@@ -219,6 +262,17 @@ TEST_F(LiveCommand, ACheckpointOfAnotherRobotIsRefused) {
   EXPECT_EQ(live({"--resume", "state"}).exit_code, 3);
   EXPECT_EQ(live({"--resume", "nowhere"}).exit_code, 3);
   EXPECT_EQ(live({"--resume", "tour.jsonl"}).exit_code, 3);
+}
+
+TEST_F(LiveCommand, SightingsThatComeTooLateAreNamedAndLeftOut) {
+  keep("late.jsonl",
+       tour_with_line_8(R"({"time_s": 0.04, "sightings": [{"range_m": 1, "bearing_rad": 0}]})"));
+  const Outcome outcome = live({}, {.input = "late.jsonl"});
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_THAT(outcome.err, StartsWith("trundle: stdin:8: 'sightings' at 0.04 s come 0.06"));
+  EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1);
+  EXPECT_EQ(outcome.out, live().out);
+  EXPECT_EQ(live({"--late-s", "0.2"}, {.input = "late.jsonl"}).exit_code, 0);
 }
 
 TEST_F(LiveCommand, JsonIsOneDocumentAndQuietIsQuiet) {

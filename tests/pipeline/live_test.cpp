@@ -11,6 +11,7 @@
 #include "trundle/io/archive.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/pipeline/odometry_answer.hpp"
+#include "trundle/pipeline/slam_answer.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
 
 #include "kobuki.hpp"
@@ -38,6 +39,11 @@ std::vector<LiveLine> lines_of(const Recording& recording) {
     LiveLine& line = lines.emplace_back();
     line.time_s = recording.gyro.time_s[row];
     line.yaw_rate_rad_s = recording.gyro.yaw_rate_rad_s[row];
+  }
+  for (const Sighting& sighting : recording.sightings) {
+    if (lines.back().sightings.empty() || lines.back().time_s != sighting.time_s)
+      lines.emplace_back().time_s = sighting.time_s;
+    lines.back().sightings.push_back(sighting);
   }
   std::ranges::stable_sort(lines, {}, &LiveLine::time_s);
   return lines;
@@ -112,6 +118,138 @@ TEST(Live, GivesTheOdometryAndTheSlipsOfTheWholeRecording) {
   }
 }
 
+SlamAnswer offline_slam(const Recording& recording, const RobotFile& robot, bool unknown_ids = false) {
+  return answer_slam(
+      recording, robot,
+      {.method = SlamMethod::smoother, .window_s = LiveSlamOptions{}.window_s, .unknown_ids = unknown_ids});
+}
+
+void expect_same(const std::vector<LiveSighted>& live, const SlamAnswer& offline) {
+  std::size_t next = 0;
+  for (std::size_t k = 0; k < offline.input.steps.size(); ++k) {
+    const auto& reports = offline.result.reports[k].observations;
+    if (reports.empty()) continue;
+    ASSERT_LT(next, live.size());
+    const LiveSighted& sighted = live[next++];
+    ASSERT_EQ(row_of(sighted.time_s, sighted.slam.pose, sighted.slam.covariance),
+              row_of(offline.result.online, k));
+    ASSERT_EQ(sighted.sightings.size(), reports.size());
+    for (std::size_t i = 0; i < reports.size(); ++i) {
+      EXPECT_EQ(sighted.sightings[i].report.nis, reports[i].nis);
+      EXPECT_EQ(sighted.sightings[i].report.decision, reports[i].decision);
+    }
+  }
+  EXPECT_EQ(next, live.size());
+}
+
+/// A robot that says everything so much later than it was, and sightings later than the rest.
+std::vector<LiveSighted> sighted_of(std::vector<LiveLine> lines, LiveOdometer& odometer,
+                                    double late_s = 0.0) {
+  const auto said_s = [&](const LiveLine& line) {
+    return line.time_s + (line.sightings.empty() ? 0.0 : late_s);
+  };
+  std::ranges::stable_sort(lines,
+                           [&](const LiveLine& a, const LiveLine& b) { return said_s(a) < said_s(b); });
+  std::vector<LiveEstimate> estimates;
+  std::vector<LiveSighted> all;
+  const auto keep = [&] { std::ranges::move(odometer.take_sighted(), std::back_inserter(all)); };
+  for (const LiveLine& line : lines) {
+    odometer.take(line, "test", estimates);
+    keep();
+  }
+  odometer.finish(estimates);
+  keep();
+  return all;
+}
+
+TEST(Live, GivesTheSmootherOfTheWholeRecording) {
+  const RobotFile robot = read_robot_file(kDemo / "robot.toml");
+  const Recording recording = read_recording(kDemo / "session_01/tour");
+  for (const bool unknown_ids : {false, true}) {
+    SCOPED_TRACE(unknown_ids);
+    const SlamAnswer offline = offline_slam(recording, robot, unknown_ids);
+    LiveOdometer odometer(robot.robot, {.slam = {.unknown_ids = unknown_ids}});
+    expect_same(sighted_of(lines_of(recording), odometer), offline);
+    const std::vector<LandmarkRow> expected = landmark_rows_of(offline);
+    const std::vector<LandmarkRow> map = odometer.map();
+    ASSERT_EQ(map.size(), expected.size());
+    for (std::size_t i = 0; i < map.size(); ++i) {
+      EXPECT_EQ(map[i].name, expected[i].name);
+      EXPECT_EQ(map[i].position, expected[i].position);
+      EXPECT_EQ(map[i].sightings, expected[i].sightings);
+      EXPECT_EQ((*map[i].covariance)(0, 1), (*expected[i].covariance)(0, 1));
+    }
+  }
+}
+
+// Wheels, gyro and sightings of the tour have stamps in common: no order among them matters.
+TEST(Live, SightingsOfOneStampMayComeBeforeTheRestOrAfterIt) {
+  const RobotFile robot = read_robot_file(kDemo / "robot.toml");
+  const Recording recording = read_recording(kDemo / "session_01/tour");
+  std::vector<LiveLine> lines = lines_of(recording);
+  std::ranges::reverse(lines);
+  LiveOdometer odometer(robot.robot, {});
+  expect_same(sighted_of(lines, odometer), offline_slam(recording, robot));
+}
+
+TEST(Live, SightingsThatComeLateAreWaitedForAndAnyClockIsMinded) {
+  RobotFile robot = read_robot_file(kDemo / "robot.toml");
+  const Recording recording = read_recording(kDemo / "session_01/tour");
+  for (const double clock_s : {-0.13, 0.0, 0.07}) {
+    SCOPED_TRACE(clock_s);
+    robot.robot.landmark_sensor->time_offset_s = clock_s;
+    LiveOdometer odometer(robot.robot, {.slam = {.late_s = 0.25}});
+    expect_same(sighted_of(lines_of(recording), odometer, 0.25), offline_slam(recording, robot));
+  }
+}
+
+TEST(Live, SightingsThatComeTooLateAreRefusedAndNothingIsLost) {
+  const RobotFile robot = read_robot_file(kDemo / "robot.toml");
+  LiveOdometer odometer(robot.robot, {});
+  std::vector<LiveEstimate> estimates;
+  const auto take = [&](const char* text) {
+    odometer.take(parse_live_line(text, "here"), "here", estimates);
+  };
+  for (const char* line : {R"({"time_s": 1, "wheels": {"left_ticks": 0, "right_ticks": 0}, "gyro": 0})",
+                           R"({"time_s": 1.1, "wheels": {"left_ticks": 9, "right_ticks": 9}, "gyro": 0})",
+                           R"({"time_s": 1.2, "wheels": {"left_ticks": 9, "right_ticks": 9}, "gyro": 0,
+            "sightings": [{"landmark": 7, "range_m": 1, "bearing_rad": 0}]})"})
+    take(line);
+  const std::string before = state_of(odometer);
+  for (const char* wrong :
+       {R"({"time_s": 1.15, "sightings": [{"range_m": 1, "bearing_rad": 0}]})",
+        R"({"time_s": 1.2, "sightings": [{"range_m": 1, "bearing_rad": 0}]})",
+        R"({"time_s": 1.3, "sightings": [{"range_m": 1}]})", R"({"time_s": 1.3, "sightings": [3]})",
+        R"({"time_s": 1.3, "sightings": [{"landmark": 1.5, "range_m": 1, "bearing_rad": 0}]})",
+        R"({"time_s": 1.3, "sightings": [{"range_m": 1, "bearing_rad": null}]})",
+        R"({"time_s": 1.3, "sightings": {"range_m": 1}})", R"({"time_s": 1.3, "map": 1})"}) {
+    EXPECT_THROW(take(wrong), InputError) << wrong;
+    EXPECT_EQ(state_of(odometer), before) << wrong;
+  }
+  const std::vector<LiveSighted> sighted = odometer.take_sighted();
+  ASSERT_EQ(sighted.size(), 1U);  // all of its line's stamp counts at once
+  EXPECT_EQ(sighted[0].sightings[0].landmark, "7");
+  ASSERT_TRUE(estimates.back().slam);
+  EXPECT_EQ(estimates.back().slam->landmarks, 1U);
+  EXPECT_EQ(odometer.map().size(), 1U);
+}
+
+TEST(Live, BetweenSightingsThePoseMovesOnWithTheWheels) {
+  const RobotFile robot = read_robot_file(kDemo / "robot.toml");
+  LiveOdometer odometer(robot.robot, {});
+  const std::vector<LiveEstimate> live =
+      estimates_of(lines_of(read_recording(kDemo / "session_01/tour")), odometer);
+  for (std::size_t i = 2; i < live.size(); ++i) {
+    ASSERT_TRUE(live[i].slam);
+    const Pose2 driven = live[i - 1].pose.inverse() * live[i].pose;
+    const Pose2 moved = live[i - 1].slam->pose.inverse() * live[i].slam->pose;
+    const Pose2 apart = driven.inverse() * moved;
+    // What sightings correct is within what was not known.
+    const double sigma_m = std::sqrt(live[i - 1].slam->covariance.topLeftCorner<2, 2>().trace());
+    EXPECT_LT(std::hypot(apart.x, apart.y), 5.0 * sigma_m + 0.002) << live[i].time_s;
+  }
+}
+
 TEST(Live, IncludesTheUncertaintyOfACalibration) {
   const test::Folder folder;
   Robot robot = read_robot_file(kDemo / "robot.toml").robot;
@@ -141,6 +279,7 @@ TEST(Live, AGyroThatIsNeverHeardIsNotWaitedFor) {
   const RobotFile robot = read_robot_file(kDemo / "robot.toml");
   Recording recording = read_recording(kDemo / "session_01/tour");
   recording.gyro = {};
+  recording.sightings = {};
   LiveOdometer odometer(robot.robot, {});
   std::vector<LiveEstimate> estimates;
   const std::vector<LiveLine> lines = lines_of(recording);
@@ -185,12 +324,11 @@ TEST(Live, GapsAreBridgedAndCountersThatStartAnewAreNoTravel) {
 
 TEST(Live, GoesOnFromItsStateAtAnyLine) {
   const RobotFile robot = read_robot_file(kDemo / "robot.toml");
-  const std::vector<LiveLine> lines = lines_of(read_recording(kDemo / "slip"));
+  const std::vector<LiveLine> lines = lines_of(read_recording(kDemo / "session_01/tour"));
   std::mt19937 random(1);
   std::vector<std::size_t> cuts(20);
   for (std::size_t& cut : cuts) cut = random() % lines.size();
   LiveOdometer whole(robot.robot, {});
-  std::vector<std::string> states;
   std::vector<LiveEstimate> all;
   for (std::size_t i = 0; i < lines.size(); ++i) {
     if (std::ranges::count(cuts, i) > 0) {

@@ -58,6 +58,11 @@ void require_later(std::string_view sensor, double time_s, const std::optional<d
                      "stamps that grow");
 }
 
+std::optional<LiveSlam> live_slam_of(const Robot& robot, const LiveOptions& options) {
+  if (!robot.landmark_sensor) return std::nullopt;
+  return LiveSlam(robot, options.start, options.slam);
+}
+
 constexpr std::string_view kLiveState = "live";
 constexpr double kLongestSilence_s = 86400.0;  // of a log that goes on
 
@@ -70,20 +75,25 @@ LiveOdometer::LiveOdometer(const Robot& robot, const LiveOptions& options)
       uncertain_(uncertain_parameters(robot, true)),
       odometer_(robot, odometer_options(robot, uncertain_, options.start)),
       slip_(slip_odometer_of(
-          robot, {.odometry = odometer_options(robot, uncertain_, options.start), .slip = options.slip})) {}
+          robot, {.odometry = odometer_options(robot, uncertain_, options.start), .slip = options.slip})),
+      slam_(live_slam_of(robot, options)) {}
 
 void LiveOdometer::take(const LiveLine& line, std::string_view place, std::vector<LiveEstimate>& estimates) {
-  if (line.wheels.empty() && !line.yaw_rate_rad_s) return;
+  sighted_.clear();
+  if (!has_reading(line)) return;
   require_near(line.time_s, place);
   require_suitable(line, place);
   const double before_s = last_s().value_or(line.time_s);
   if (!line.wheels.empty()) take_wheels(line, place);
+  if (slam_ && !line.sightings.empty()) slam_->see(line.time_s, line.sightings);
+  if (line.wants_map) map_s_ = line.time_s;
   if (line.yaw_rate_rad_s) {
     aligner_.add(GyroReading{line.time_s, *line.yaw_rate_rad_s});
     gyro_s_ = line.time_s;
   }
   moves_on_ = moves_on_ || line.time_s > before_s;
   take_intervals(estimates);
+  advance_slam();
 }
 
 void LiveOdometer::require_suitable(const LiveLine& line, std::string_view place) const {
@@ -91,6 +101,27 @@ void LiveOdometer::require_suitable(const LiveLine& line, std::string_view place
     throw InputError(place, "'wheels' of a robot without any", "a robot file with [[wheel]]");
   if (line.yaw_rate_rad_s) require_later("gyro", line.time_s, gyro_s_, place);
   if (!line.wheels.empty()) require_later("wheels", line.time_s, wheels_s_, place);
+  if (line.wants_map && !robot_.landmark_sensor)
+    throw InputError(place, "'map' of a robot without a landmark sensor",
+                     "a robot file with [landmark_sensor]");
+  if (line.wants_map) require_later("map", line.time_s, map_s_, place);
+  if (slam_ && !line.sightings.empty()) slam_->require_timely(line.time_s, place);
+}
+
+std::optional<double> LiveOdometer::last_s() const {
+  const std::optional<double> last_s = std::max({wheels_s_, gyro_s_, map_s_});
+  return slam_ ? std::max(last_s, slam_->last_s()) : last_s;
+}
+
+/// Where that fails the odometry goes on.
+void LiveOdometer::advance_slam() {
+  if (!slam_ || !last_s()) return;
+  try {
+    slam_->advance(*last_s(), sighted_);
+  } catch (const CannotAnswer&) {
+    slam_.reset();
+    throw;
+  }
 }
 
 // A garbled stamp that were believed would make all later ones too early.
@@ -105,16 +136,29 @@ void LiveOdometer::require_near(double time_s, std::string_view place) {
   if (is_far && time_s < *last_s && !moves_on_) *this = LiveOdometer(robot_, options_);
 }
 
+bool LiveOdometer::has_reading(const LiveLine& line) const {
+  return !line.wheels.empty() || line.yaw_rate_rad_s || line.wants_map || (slam_ && !line.sightings.empty());
+}
+
 bool LiveOdometer::is_known(const LiveLine& line) const {
-  if (line.wheels.empty() && !line.yaw_rate_rad_s) return true;
+  if (!has_reading(line)) return true;
+  const bool old_map = line.wants_map && map_s_ && line.time_s <= *map_s_;
+  const bool old_sightings =
+      slam_ && !line.sightings.empty() && slam_->last_s() && line.time_s <= *slam_->last_s();
   const bool old_gyro = line.yaw_rate_rad_s && gyro_s_ && line.time_s <= *gyro_s_;
   const bool old_wheels = !line.wheels.empty() && wheels_s_ && line.time_s <= *wheels_s_;
-  return old_gyro || old_wheels;
+  return old_gyro || old_wheels || old_sightings || old_map;
 }
 
 void LiveOdometer::finish(std::vector<LiveEstimate>& estimates) {
+  sighted_.clear();
   aligner_.finish();
   take_intervals(estimates);
+  if (slam_) slam_->finish(sighted_);
+}
+
+std::vector<LandmarkRow> LiveOdometer::map() const {
+  return slam_ ? slam_->map() : std::vector<LandmarkRow>{};
 }
 
 void LiveOdometer::take_wheels(const LiveLine& line, std::string_view place) {
@@ -147,6 +191,8 @@ void LiveOdometer::take_wheels(const LiveLine& line, std::string_view place) {
 void LiveOdometer::take_intervals(std::vector<LiveEstimate>& estimates) {
   std::optional<AlignedInterval> interval = aligner_.next();
   if (!started_ && aligner_.start_s()) {
+    if (slam_) slam_->start(*aligner_.start_s());
+    advance_slam();
     estimates.push_back(estimate_at(*aligner_.start_s()));
     started_ = true;
   }
@@ -165,6 +211,8 @@ LiveEstimate LiveOdometer::step(const AlignedInterval& interval) {
     if (slip_) verdict = slip_->step(increment);
   }
   if (verdict) slipping_ = verdict->slipping;
+  if (slam_) slam_->add(interval);
+  advance_slam();
   LiveEstimate estimate = estimate_at(increment.time_s);
   estimate.at_rest = at_rest;
   if (slip_) estimate.slip->verdict = verdict;
@@ -176,7 +224,8 @@ LiveEstimate LiveOdometer::estimate_at(double time_s) const {
                         .pose = odometer_.pose(),
                         .covariance = total_covariance(odometer_, uncertain_.covariance),
                         .gyro_bias = {},
-                        .slip = {}};
+                        .slip = {},
+                        .slam = slam_ ? slam_->estimate() : std::nullopt};
   if (robot_.chassis.gyro) estimate.gyro_bias = odometer_.gyro_bias();
   if (slip_)
     estimate.slip = {.pose = slip_->odometer().pose(),

@@ -67,6 +67,46 @@ std::optional<double> gyro_in(const Line& line, std::string_view place) {
   return reading(*rate, "yaw_rate_rad_s", false, place);
 }
 
+/// {"landmark": ..., "range_m": ..., "bearing_rad": ...}; a landmark may be a number, or none.
+Sighting sighting_in(const Line& one, std::string_view place) {
+  Sighting sighting;
+  if (!one.is_object())
+    throw InputError(place, "a sighting is no object",
+                     R"({"landmark": ..., "range_m": ..., "bearing_rad": ...})");
+  for (const auto& [name, to] :
+       {std::pair("range_m", &sighting.range_m), std::pair("bearing_rad", &sighting.bearing_rad)}) {
+    const auto value = one.find(name);
+    if (value == one.end())
+      throw InputError(place, fmt::format("a sighting has no '{}'", name), "range and bearing");
+    *to = reading(*value, name, false, place);
+  }
+  const auto landmark = one.find("landmark");
+  if (landmark == one.end() || landmark->is_null()) return sighting;
+  if (landmark->is_number_integer())
+    sighting.landmark = landmark->dump();
+  else if (landmark->is_string())
+    sighting.landmark = landmark->get<std::string>();
+  else
+    throw InputError(place, "'landmark' is no name", "a text, a whole number or null");
+  return sighting;
+}
+
+std::vector<Sighting> sightings_in(const Line& line, std::string_view place) {
+  std::vector<Sighting> sightings;
+  const auto at = line.find("sightings");
+  if (at == line.end()) return sightings;
+  if (!at->is_array()) throw InputError(place, "'sightings' is no array", "one object for each sighting");
+  for (const Line& one : *at) sightings.push_back(sighting_in(one, place));
+  return sightings;
+}
+
+bool wants_map(const Line& line, std::string_view place) {
+  const auto at = line.find("map");
+  if (at == line.end()) return false;
+  if (!at->is_boolean()) throw InputError(place, "'map' is neither true nor false", R"("map": true)");
+  return at->get<bool>();
+}
+
 void print_pose(std::string& text, const Pose2& pose, const Matrix3& P) {
   text += fmt::format(R"("x_m":{},"y_m":{},"heading_rad":{},"var_xx":{},"var_xy":{},"var_xh":{},"var_yy":{},)"
                       R"("var_yh":{},"var_hh":{})",
@@ -105,6 +145,23 @@ void print_slip(std::string& text, const LiveSlip& slip, const Robot& robot) {
   text += "}}";
 }
 
+void print_slam(std::string& text, const LiveSlamPose& slam) {
+  text += R"(,"slam":{)";
+  print_pose(text, slam.pose, slam.covariance);
+  text += fmt::format(R"(,"landmarks":{}}})", slam.landmarks);
+}
+
+void print_sighting(std::string& text, const LiveSightingReport& sighting) {
+  const ObservationReport& report = sighting.report;
+  text += fmt::format(R"({{"landmark":{},"decision":"{}")",
+                      sighting.landmark.empty() ? "null" : dumped(sighting.landmark),
+                      report::name_of(report.decision));
+  if (report.nis > 0.0)
+    text += fmt::format(R"(,"range_innovation_m":{},"bearing_innovation_rad":{},"nis":{})",
+                        report.innovation.x(), report.innovation.y(), report.nis);
+  text += '}';
+}
+
 }  // namespace
 
 LiveLine parse_live_line(std::string_view line, std::string_view place) {
@@ -114,7 +171,9 @@ LiveLine parse_live_line(std::string_view line, std::string_view place) {
   result.time_s = time_of(document, place);
   result.wheels = wheels_in(document, place);
   result.yaw_rate_rad_s = gyro_in(document, place);
-  if (result.wheels.empty() && !result.yaw_rate_rad_s && !document.contains("sightings"))
+  result.sightings = sightings_in(document, place);
+  result.wants_map = wants_map(document, place);
+  if (result.wheels.empty() && !result.yaw_rate_rad_s && !document.contains("sightings") && !result.wants_map)
     throw InputError(place, "has no reading", kForm);
   return result;
 }
@@ -130,7 +189,31 @@ std::string line_of(const LiveEstimate& estimate, const Robot& robot) {
     print_slip(text, *estimate.slip, robot);
   else
     text += R"(,"slip":null)";
+  if (estimate.slam) print_slam(text, *estimate.slam);
   return text + "}";
+}
+
+std::string line_of(const LiveSighted& sighted) {
+  std::string text = fmt::format(R"({{"time_s":{},"sightings":[)", sighted.time_s);
+  for (std::size_t i = 0; i < sighted.sightings.size(); ++i) {
+    if (i > 0) text += ',';
+    print_sighting(text, sighted.sightings[i]);
+  }
+  text += ']';
+  print_slam(text, sighted.slam);
+  return text + "}";
+}
+
+std::string line_of(double time_s, const std::vector<LandmarkRow>& map) {
+  std::string text = fmt::format(R"({{"time_s":{},"map":[)", time_s);
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    const Matrix2 P = map[i].covariance.value_or(Matrix2::Zero());
+    text += fmt::format(
+        R"({}{{"landmark":{},"x_m":{},"y_m":{},"var_xx":{},"var_xy":{},"var_yy":{},"sightings":{}}})",
+        i > 0 ? "," : "", dumped(map[i].name), map[i].position.x(), map[i].position.y(), P(0, 0), P(0, 1),
+        P(1, 1), map[i].sightings.value_or(0.0));
+  }
+  return text + "]}";
 }
 
 }  // namespace trundle::pipeline

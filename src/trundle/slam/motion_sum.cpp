@@ -65,10 +65,16 @@ void MotionSum::add(const Increment& increment, bool bridged) {
 
 /// The rounding of the last counts is that of this step; that of the counts before was told by the step
 /// before.
+Motion MotionSum::so_far() const {
+  Motion motion = sum_;
+  if (counted_) motion.covariance += body_covariance(odometer_.pose(), full_matrix(odometer_.rounding()));
+  return motion;
+}
+
 void MotionSum::finish_step(double time_s, SlamInput& input) {
-  if (std::exchange(counted_, false))
-    sum_.covariance += body_covariance(odometer_.pose(), full_matrix(odometer_.rounding()));
-  input.steps.push_back({time_s, std::exchange(sum_, {}), {}, std::exchange(reading_, {})});
+  input.steps.push_back({time_s, so_far(), {}, std::exchange(reading_, {})});
+  sum_ = {};
+  counted_ = false;
   if (by_parameters_.cols() == 0) return;
   input.by_parameters.push_back(by_parameters_);
   by_parameters_.setZero();

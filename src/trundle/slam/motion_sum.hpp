@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "trundle/odometry/odometer.hpp"
+#include "trundle/odometry/persist.hpp"
 #include "trundle/slam/steps.hpp"
 
 namespace trundle::slam {
@@ -14,11 +15,20 @@ class MotionSum {
   MotionSum(const Robot& robot, const SlamInputOptions& options, const SystematicErrors& systematic);
 
   void add(const Increment& increment, bool bridged);
+  /// The motion since finish_step, with the rounding of the last counts.
+  [[nodiscard]] Motion so_far() const;
   /// Appends the motion since the last call, and what was seen at its end, to come.
   void finish_step(double time_s, SlamInput& input);
   [[nodiscard]] double rest_s() const { return rest_s_; }
   /// Twist of the last interval [m/s, m/s, rad/s]; zero before the first.
   [[nodiscard]] const Vector3& rate() const { return rate_; }
+
+  /// Its state, for io/archive.hpp; of parameters nothing is stored.
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    odometry::persist_odometer(archive, self.odometer_);
+    archive(self.sum_, self.counted_, self.reading_, self.rest_s_, self.rate_);
+  }
 
  private:
   void begin_interval();

@@ -200,6 +200,25 @@ PoseEstimate SlamFilter::estimate() const {
   return std::visit([](const auto& filter) { return filter.estimate(); }, filter_->one);
 }
 
+PoseEstimate SlamFilter::estimate_after(const Motion& motion) const {
+  if (const auto* smoother = std::get_if<IncrementalSmoother>(&filter_->one))
+    return smoother->estimate_after(motion);
+  SlamFilter ahead = *this;
+  ahead.step(motion, {});
+  return ahead.estimate();
+}
+
+std::size_t SlamFilter::landmarks() const {
+  return std::visit(
+      [](const auto& filter) {
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < filter.landmarks(); ++i)
+          count += filter.has_landmark(i) && filter.is_confirmed(i) ? 1 : 0;
+        return count;
+      },
+      filter_->one);
+}
+
 std::vector<MappedLandmark> SlamFilter::map() const {
   return std::visit([](const auto& filter) { return landmarks_of(filter, true); }, filter_->one);
 }
@@ -251,6 +270,16 @@ LandmarkId SlamResult::last_landmark() const {
   return greatest;
 }
 
+std::vector<MappedLandmark> map_with(const Eigen::MatrixXd& covariance, const SlamFilter& filter) {
+  std::vector<MappedLandmark> map = filter.map();
+  if (covariance.size() == 0) return map;
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    const auto at = 2 * static_cast<Eigen::Index>(i);
+    map[i].covariance = covariance.block<2, 2>(at, at);
+  }
+  return map;
+}
+
 SlamRun::SlamRun(const LandmarkSensor& sensor, const SlamOptions& options)
     : particles_(options.particles), filter_(sensor, options) {}
 
@@ -273,14 +302,8 @@ SlamResult SlamRun::result() const {
   result.online = online_;
   result.path = with_stamps(filter_.best_path(), online_);
   result.last = filter_.estimate();
-  result.map = filter_.map();
   result.map_covariance = filter_.map_covariance();
-  if (result.map_covariance.size() >
-      0)  // linearised where all stands now: the landmarks' own may be of earlier
-    for (std::size_t i = 0; i < result.map.size(); ++i) {
-      const auto at = 2 * static_cast<Eigen::Index>(i);
-      result.map[i].covariance = result.map_covariance.block<2, 2>(at, at);
-    }
+  result.map = map_with(result.map_covariance, filter_);
   result.tentative = filter_.tentative();
   result.particles = filter_.particles();
   result.reports = reports_;

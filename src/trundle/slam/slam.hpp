@@ -74,7 +74,11 @@ class SlamFilter {
 
   /// Of the body in the world, from what was seen up to now.
   [[nodiscard]] PoseEstimate estimate() const;
+  /// The same after a further motion, of which no step is made.
+  [[nodiscard]] PoseEstimate estimate_after(const Motion& motion) const;
   [[nodiscard]] std::vector<MappedLandmark> map() const;
+  /// How many that has.
+  [[nodiscard]] std::size_t landmarks() const;
   /// Of all of map() together, x and y of each in its order; empty where the filter has no such.
   [[nodiscard]] Eigen::MatrixXd map_covariance() const;
   /// Unidentified landmarks that are not confirmed, or not any more. They are no part of the map.
@@ -95,6 +99,11 @@ class SlamFilter {
   struct AnyFilter;
   std::unique_ptr<AnyFilter> filter_;
 };
+
+/// Its map with the covariances that map_covariance() has of them, where it has one: linearised where all
+/// stands now, while the landmarks' own may be of earlier.
+[[nodiscard]] std::vector<MappedLandmark> map_with(const Eigen::MatrixXd& covariance,
+                                                   const SlamFilter& filter);
 
 /// Sightings by what became of them, and what their innovations say.
 struct SlamCounts {

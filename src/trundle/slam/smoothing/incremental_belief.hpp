@@ -57,9 +57,13 @@ void settle(IncrementalBelief& belief);
 /// Takes back what the last sightings make improbable: that two landmarks are two, or that one is there.
 void revise_map(IncrementalBelief& belief);
 
+/// The motion since the last keyframe, with a further one behind it.
+[[nodiscard]] SinceKeyframe moved_on(const Motion& motion, const IncrementalBelief& belief);
 /// By what is known of the systematic errors, which may have changed since the keyframe.
 [[nodiscard]] Pose2 pose_now(const IncrementalBelief& belief);
 [[nodiscard]] PoseEstimate estimate_of(const IncrementalBelief& belief);
+/// The same, had the body moved so since the last keyframe.
+[[nodiscard]] PoseEstimate estimate_of(const IncrementalBelief& belief, const SinceKeyframe& since);
 /// How numbers that depend on a move of the body now depend on the last keyframe and the systematic errors.
 void append_by_body(const IncrementalBelief& belief, const Eigen::MatrixXd& by_body, Eigen::Index column,
                     std::vector<EliminationTree::Derivative>& derivatives);

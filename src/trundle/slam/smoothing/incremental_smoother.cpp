@@ -28,22 +28,6 @@ bool is_between_keyframes(const IncrementalBelief& belief) {
   return belief.since.has_moved || belief.graph.poses() == 0;
 }
 
-/// The mean is that of what is known of the systematic errors at the keyframe.
-void add_motion(const Motion& motion, IncrementalBelief& belief) {
-  SinceKeyframe& since = belief.since;
-  const BySystematic by_all = motion.by_first(belief.options.prior.systematic_sigma.size());
-  FreeMotion step{motion.mean, motion.covariance, by_all(Eigen::all, belief.free)};
-  if (belief.options.has_bias) {
-    step.by_bias = by_all.col(0);
-    step.walk = motion.walk;
-    step.with_walk = motion.with_walk;
-  }
-  const Vector3 effect = step.by_parameters * since.parameters + step.by_bias * since.bias;
-  step.mean = step.mean * exp(Twist2::from(effect));
-  since.motion = since.motion * step;
-  since.has_moved = true;
-}
-
 void add_keyframe(IncrementalBelief& belief) {
   SinceKeyframe& since = belief.since;
   const SlamPrior& prior = belief.options.prior;
@@ -101,7 +85,7 @@ const StepReport& IncrementalSmoother::step(const Motion& motion, std::span<cons
   StepReport& report = belief.report;
   belief.time_s = time_s;
   report.observations.assign(observations.size(), {});
-  add_motion(motion, belief);
+  belief.since = moved_on(motion, belief);
   associate(observations, belief);
   std::vector<std::size_t> shown;
   for (std::size_t i = 0; i < observations.size(); ++i)
@@ -138,6 +122,10 @@ IncrementalSmoother::~IncrementalSmoother() = default;
 
 PoseEstimate IncrementalSmoother::estimate() const {
   return estimate_of(*belief_);
+}
+
+PoseEstimate IncrementalSmoother::estimate_after(const Motion& motion) const {
+  return estimate_of(*belief_, moved_on(motion, *belief_));
 }
 
 std::size_t IncrementalSmoother::landmarks() const {

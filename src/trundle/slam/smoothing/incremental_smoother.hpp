@@ -49,6 +49,8 @@ class IncrementalSmoother {
 
   /// Of now, in the world, given everything so far.
   [[nodiscard]] PoseEstimate estimate() const;
+  /// The same after a further motion, of which no step is made.
+  [[nodiscard]] PoseEstimate estimate_after(const Motion& motion) const;
   [[nodiscard]] std::size_t landmarks() const;
   [[nodiscard]] MappedLandmark landmark(std::size_t index) const;
   /// Of some landmarks, x and y of each [m²]: as costly as smoothing all of it once. Empty without landmarks.

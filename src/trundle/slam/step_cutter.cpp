@@ -1,0 +1,155 @@
+#include "trundle/slam/step_cutter.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace trundle::slam {
+namespace {
+
+/// Stamps closer than their own resolution (nanoseconds in every log) are one instant.
+constexpr double kSameTime_s = 1e-9;
+
+/// The share u of an interval of constant twist.
+Increment share_of(Increment increment, double u) {
+  increment.duration_s *= u;
+  increment.gyro_rad *= u;
+  for (double& turned : increment.turned) turned *= u;
+  for (double& variance : increment.slip_variance) variance *= u;
+  return increment;
+}
+
+/// Evenly. How many go.
+std::size_t thin_out(std::vector<std::size_t>& seen) {
+  const std::size_t all = seen.size();
+  if (all <= kMostSightingsAtOnce) return 0;
+  for (std::size_t i = 0; i < kMostSightingsAtOnce; ++i) seen[i] = seen[i * all / kMostSightingsAtOnce];
+  seen.resize(kMostSightingsAtOnce);
+  return all - kMostSightingsAtOnce;
+}
+
+}  // namespace
+
+LandmarkId StepCutter::Names::id_of(const std::string& name) {
+  const auto [at, is_new] = ids.try_emplace(name, static_cast<LandmarkId>(list.size()));
+  if (is_new) list.push_back(name);
+  return at->second;
+}
+
+StepCutter::StepCutter(const Robot& robot, const SlamInputOptions& options)
+    : options_(options),
+      sensor_(*robot.landmark_sensor),
+      systematic_(systematic_errors_of(robot, options.shares)),
+      motion_(robot, options, systematic_) {
+  for (const std::string& name : options.names) names_.id_of(name);
+}
+
+void StepCutter::see(const Sighting& sighting) {
+  waiting_.push_back({sighting.time_s, sighting.landmark, sighting.range_m, sighting.bearing_rad});
+}
+
+void StepCutter::start(double time_s) {
+  now_s_ = last_step_s_ = time_s;
+  const auto inside =
+      std::ranges::find_if(waiting_, [&](const Waiting& sighting) { return !(sighting.time_s < time_s); });
+  outside_ += static_cast<std::size_t>(inside - waiting_.begin());
+  forget_first(static_cast<std::size_t>(inside - waiting_.begin()));
+  while (stop_until(time_s)) ++next_stop_;
+  look();
+}
+
+void StepCutter::advance(const Increment& increment, bool bridged) {
+  const double end_s = increment.time_s;
+  const double start_s = end_s - increment.duration_s;
+  while (sighting_until(end_s) || stop_until(end_s)) {
+    double stop_s = end_s;
+    if (sighting_until(end_s)) stop_s = waiting_.front().time_s;
+    if (stop_until(stop_s)) stop_s = options_.also_at_s[next_stop_];
+    move_to(stop_s, share_of(increment, (stop_s - now_s_) / (end_s - start_s)), bridged);
+    if (sighting_until(now_s_))
+      look();
+    else if (now_s_ > last_step_s_)
+      finish_step();
+    while (stop_until(now_s_)) ++next_stop_;
+  }
+  if (end_s <= now_s_) return;
+  move_to(end_s, share_of(increment, (end_s - now_s_) / (end_s - start_s)), bridged);
+  if (end_s - last_step_s_ >= options_.longest_step_s - kSameTime_s) finish_step();
+}
+
+void StepCutter::finish() {
+  if (now_s_ > last_step_s_) finish_step();
+  outside_ += waiting_.size();
+  forget_first(waiting_.size());
+}
+
+SlamInput StepCutter::take() {
+  return std::exchange(input_, {});
+}
+
+std::vector<Finding> StepCutter::findings() const {
+  std::vector<Finding> findings;
+  const auto note = [&](std::size_t count, FindingCode code, const Payload& payload = {}) {
+    if (count > 0) findings.push_back({Severity::note, code, "sightings", count, {}, payload});
+  };
+  note(outside_, FindingCode::sighting_without_odometry);
+  note(repeated_, FindingCode::repeated_sighting);
+  note(crowded_, FindingCode::crowded_instant, payload::Amount{static_cast<double>(kMostSightingsAtOnce)});
+  return findings;
+}
+
+bool StepCutter::sighting_until(double time_s) const {
+  return !waiting_.empty() && waiting_.front().time_s <= time_s;
+}
+
+bool StepCutter::stop_until(double time_s) const {
+  return next_stop_ < options_.also_at_s.size() && options_.also_at_s[next_stop_] <= time_s;
+}
+
+void StepCutter::move_to(double time_s, const Increment& part, bool bridged) {
+  if (time_s > now_s_) motion_.add(part, bridged);
+  now_s_ = time_s;
+}
+
+/// `sees`: something is seen at its end. That moves with the sensor's clock, and the motion's end with it.
+void StepCutter::finish_step(bool sees) {
+  motion_.finish_step(now_s_, input_);
+  last_step_s_ = now_s_;
+  const Vector3 at_end = sees ? motion_.rate() : Vector3::Zero();
+  input_.by_sensor_clock.push_back(at_end -
+                                   adjoint(input_.steps.back().motion.mean.inverse()) * at_last_end_);
+  at_last_end_ = at_end;
+}
+
+/// All that is seen now, if anything is; what is told twice counts once.
+void StepCutter::look() {
+  if (!sighting_until(now_s_)) return;
+  finish_step(true);
+  std::vector<std::size_t> seen;
+  std::size_t next = 0;
+  for (; next < waiting_.size() && waiting_[next].time_s <= now_s_; ++next) {
+    const auto end = waiting_.begin() + static_cast<std::ptrdiff_t>(next);
+    if (std::find(waiting_.begin(), end, waiting_[next]) != end)
+      ++repeated_;
+    else
+      seen.push_back(next);
+  }
+  crowded_ += thin_out(seen);
+  for (const std::size_t i : seen) {
+    input_.steps.back().observations.push_back(observed(waiting_[i]));
+    input_.sighting_numbers.push_back(first_ + i);
+  }
+  forget_first(next);
+}
+
+Observation StepCutter::observed(const Waiting& sighting) {
+  const bool has_name = !options_.hide_ids && !sighting.landmark.empty();
+  return observation_of(sensor_, has_name ? names_.id_of(sighting.landmark) : kUnknownLandmark,
+                        sighting.range_m, sighting.bearing_rad);
+}
+
+void StepCutter::forget_first(std::size_t count) {
+  waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(count));
+  first_ += count;
+}
+
+}  // namespace trundle::slam
