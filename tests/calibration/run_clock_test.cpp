@@ -44,11 +44,15 @@ Information sum_of(const std::vector<Information>& blocks) {
   return sum;
 }
 
+OwnParameter a_clock(double moved_s) {
+  return {{ParameterKind::time_offset, -1}, kClockPrior_s, moved_s};
+}
+
 TEST(RunClock, EliminatedItIsTheMinimumOverIt) {
   Random random(7, 1);
   constexpr double kMoved_s = 0.3;
   const std::vector<Information> blocks = random_blocks(random);
-  const Information all = sum_of(blocks), rest = sum_of(without_clock(blocks, kMoved_s));
+  const Information all = sum_of(blocks), rest = sum_of(without_own(blocks, {{a_clock(kMoved_s)}}));
   // χ²(p, t) of all, with the prior of the clock, minimised over t by brute force.
   const auto chi2_at = [&](const Eigen::Vector3d& p) {
     double least = std::numeric_limits<double>::infinity();
@@ -68,9 +72,8 @@ TEST(RunClock, EliminatedItIsTheMinimumOverIt) {
 TEST(RunClock, ItFollowsTheOthersToWhereItFitsBest) {
   Random random(8, 1);
   const Information all = sum_of(random_blocks(random));
-  const ClockStep step = clock_step(all, 0.0);
-  const double slope =
-      all.gradient[3] - step.step_s * all.matrix(3, 3) - step.step_s / (kClockPrior_s * kClockPrior_s);
+  const double step_s = own_step(all, {{a_clock(0.0)}}).step[0];
+  const double slope = all.gradient[3] - step_s * all.matrix(3, 3) - step_s / (kClockPrior_s * kClockPrior_s);
   EXPECT_NEAR(slope, 0.0, 1e-12);
 }
 
@@ -166,7 +169,7 @@ TEST(RunClock, OneOffsetForAllIsNotSoughtTwice) {
   auto runs = test::prepared(nominal_differential(), true_differential(), differential_paths(), 4);
   runs[0].reference_clock = TimeOffset{.offset_s = 0.2};
   EXPECT_TRUE(has_own_clock(runs[0], default_parameters(nominal_differential(), from_outside(runs))));
-  EXPECT_FALSE(has_own_clock(runs[0], with_clock({})));
+  EXPECT_FALSE(has_own_clock(runs[0], with_own({}, {{a_clock(0.0)}})));
 }
 
 }  // namespace

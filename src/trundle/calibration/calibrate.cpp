@@ -14,6 +14,7 @@
 #include "trundle/calibration/preparation.hpp"
 #include "trundle/calibration/previous_calibration.hpp"
 #include "trundle/calibration/run_clock.hpp"
+#include "trundle/calibration/run_gyro_bias.hpp"
 #include "trundle/calibration/sensor_heading.hpp"
 #include "trundle/calibration/sessions.hpp"
 #include "trundle/io/error.hpp"
@@ -136,6 +137,7 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   const FromOutside measured = from_outside(ready.runs);
   CalibrationProblem problem{ready.runs, ready.start,
                              choose_parameters(nominal, measured, free_besides(options, ready), options.fix)};
+  problem.share_gyro_bias = !contains(problem.parameters, ParameterKind::gyro_bias);
   require_something_free(problem.parameters, training, nominal);
   const ValidatedEstimate validated = estimate_what_holds(problem);
   require_something_holds(validated, nominal);
@@ -159,6 +161,8 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   result.reference_clocks = words_of_clocks(ready.runs, ready.reference_clock);
   for (const auto& clock : {result.gyro_clock, result.reference_clocks})
     if (clock) note(*clock, result);
+  result.gyro_biases = words_of_biases(ready.runs, estimate.gyro_biases);
+  if (result.gyro_biases) note(*result.gyro_biases, result);
   conclude({ready.runs, prepare_runs(hold_out, ready.start)}, estimate, spread, result);
   add_influence(estimate, problem, nominal, result);
   return result;

@@ -25,17 +25,39 @@ std::vector<Eigen::Index> estimated_of(const Estimate& estimate) {
   return indices;
 }
 
+/// Of the gyro's bias [rad²/s²].
+double between_runs(const Estimate& estimate) {
+  return estimate.gyro_bias_spread.found_rad_s * estimate.gyro_bias_spread.found_rad_s;
+}
+
 /// The covariance of what a further session's parameters will be: noise of the estimate, spread of sessions
 /// about their mean, and the uncertainty of that mean.
-Eigen::MatrixXd total_covariance(const Estimate& estimate, const SessionSpread& spread) {
-  if (spread.covariance.size() == 0) return estimate.covariance;
-  return estimate.covariance + spread.covariance * (1.0 + 1.0 / spread.calibrated);
+Eigen::MatrixXd total_covariance(const Estimate& estimate, const SessionSpread& spread,
+                                 std::span<const Parameter> parameters) {
+  Eigen::MatrixXd total = estimate.covariance;
+  if (spread.covariance.size() > 0) total += spread.covariance * (1.0 + 1.0 / spread.calibrated);
+  for (std::size_t j = 0; j < parameters.size(); ++j) {
+    const auto k = static_cast<Eigen::Index>(j);
+    if (parameters[j] == kGyroBias && estimate.space.estimates(static_cast<int>(j)))
+      total(k, k) = std::max(total(k, k), estimate.covariance(k, k) + between_runs(estimate));
+  }
+  return total;
+}
+
+/// From session to session, or from run to run where that is more; nothing: not known.
+std::optional<double> spread_of(const Parameter& parameter, Eigen::Index k, const Estimate& estimate,
+                                const SessionSpread& spread) {
+  std::optional<double> variance;
+  if (spread.covariance.size() > 0) variance = spread.covariance(k, k);
+  if (parameter == kGyroBias && between_runs(estimate) > 0.0)
+    variance = std::max(variance.value_or(0.0), between_runs(estimate));
+  return variance ? std::optional(std::sqrt(*variance)) : std::nullopt;
 }
 
 std::vector<ParameterEstimate> parameter_estimates(const Estimate& estimate, const SessionSpread& spread,
                                                    std::span<const Parameter> parameters,
                                                    const Robot& nominal, const Robot& calibrated) {
-  const Eigen::MatrixXd total = total_covariance(estimate, spread);
+  const Eigen::MatrixXd total = total_covariance(estimate, spread, parameters);
   std::vector<ParameterEstimate> result;
   for (std::size_t j = 0; j < parameters.size(); ++j) {
     const auto k = static_cast<Eigen::Index>(j);
@@ -49,7 +71,7 @@ std::vector<ParameterEstimate> parameter_estimates(const Estimate& estimate, con
     e.sigma_prior = estimate.space.scale[k];
     e.observable = estimate.space.estimates(static_cast<int>(j));
     e.sigma_within = std::sqrt(std::max(estimate.covariance(k, k), 0.0));
-    if (e.observable && spread.covariance.size() > 0) e.sigma_between = std::sqrt(spread.covariance(k, k));
+    if (e.observable) e.sigma_between = spread_of(parameters[j], k, estimate, spread);
     if (e.observable) e.sigma_total = std::sqrt(std::max(total(k, k), 0.0));
     result.push_back(std::move(e));
   }
@@ -88,7 +110,9 @@ void add_runs(std::span<const Run> training, std::span<const Run> hold_out, cons
               CalibrationResult& result) {
   for (std::size_t i = 0; i < training.size(); ++i) {
     RunResult run =
-        run_result(training[i], result.nominal, result.calibrated, estimate.noise.levels.reference, false);
+        run_result(training[i], result.nominal, result.calibrated, estimate.noise.levels.reference,
+                   {.hold_out = false,
+                    .gyro_bias = i < estimate.gyro_biases.size() ? estimate.gyro_biases[i] : std::nullopt});
     run.weight = estimate.runs[i].weight;
     run.chi2_per_dof = estimate.runs[i].chi2_per_dof;
     const std::string remark = remark_of(estimate.runs[i]);
@@ -100,8 +124,8 @@ void add_runs(std::span<const Run> training, std::span<const Run> hold_out, cons
     result.runs.push_back(std::move(run));
   }
   for (const Run& run : hold_out)
-    result.runs.push_back(
-        run_result(run, result.nominal, result.calibrated, estimate.noise.levels.reference, true));
+    result.runs.push_back(run_result(run, result.nominal, result.calibrated, estimate.noise.levels.reference,
+                                     {.hold_out = true}));
 }
 
 /// References that are worse than the robot's own odometry spoil what is learned from them.
@@ -239,7 +263,7 @@ CalibrationResult result_of(const Estimate& estimate, const SessionSpread& sprea
   require_told(result.parameters);
   const std::vector<Eigen::Index> estimated = estimated_of(estimate);
   result.covariance_within = estimate.covariance(estimated, estimated);
-  result.covariance_total = total_covariance(estimate, spread)(estimated, estimated);
+  result.covariance_total = total_covariance(estimate, spread, parameters)(estimated, estimated);
   result.directions = estimate.space.directions;
   for (const HeldCombination& held : estimate.space.held) {
     std::string words = words_for(held, parameters, nominal, estimate.measures_length);

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "trundle/calibration/influence.hpp"
+#include "trundle/calibration/run_gyro_bias.hpp"
 #include "trundle/evaluation/evaluate.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/odometry/integrate.hpp"
@@ -48,14 +49,14 @@ std::vector<Run> halves_of(const Run& run) {
 }
 
 /// Position error of odometry with this robot [m], rms, laid on the reference as well as can be; nothing
-/// without positions to compare.
-std::optional<double> position_error(const Run& run, const Robot& robot) {
+/// without positions to compare. Of the bias of its gyro a run that was left out knows what its rests show.
+std::optional<double> position_error(const Run& run, const Robot& robot, bool learn_gyro_bias) {
   if (run.epochs.empty()) return std::nullopt;
   Robot plain = robot;
   plain.calibration.reset();
   try {
     const std::vector<bool> compared = poses_about_reference(run, plain);
-    IntegrateOptions options{.learn_gyro_bias = false};
+    IntegrateOptions options{.learn_gyro_bias = learn_gyro_bias};
     options.keeps = [&](std::size_t pose) { return compared[pose]; };
     const Trajectory odometry = integrate(run.readings, plain, options).trajectory;
     return evaluate(of_reference_sensor(odometry, plain), positions_of(run.reference),
@@ -90,16 +91,19 @@ std::optional<CrossValidation> cross_validate(const CalibrationProblem& problem,
   std::vector<Run> halves = validation.of_halves ? halves_of(problem.runs.front()) : std::vector<Run>{};
   const std::span<Run> parts = validation.of_halves ? std::span(halves) : problem.runs;
   if (parts.size() < 2) return std::nullopt;
-  const CalibrationProblem of_parts{parts, problem.nominal, problem.parameters};
+  const CalibrationProblem of_parts{parts, problem.nominal, problem.parameters,
+                                    validation.of_halves || problem.share_gyro_bias};
   const Influence influence = influence_of(validation.of_halves ? estimate_parameters(of_parts) : estimate,
                                            problem.nominal, problem.parameters);
   if (influence.without.empty()) return std::nullopt;
   double given = 0.0;
   double calibrated = 0.0;
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    const auto before = position_error(parts[i], problem.nominal);
+    const Run run = as_recorded(parts[i]);
+    const bool learn = !of_parts.share_gyro_bias;
+    const auto before = position_error(run, problem.nominal, learn);
     const auto after =
-        position_error(parts[i], robot_with(problem.nominal, problem.parameters, influence.without[i]));
+        position_error(run, robot_with(problem.nominal, problem.parameters, influence.without[i]), learn);
     if (!before || !after) continue;
     given += *before * *before;
     calibrated += *after * *after;

@@ -47,11 +47,12 @@ Robot rough_robot(Likelihood& likelihood) {
     set_noise(rough, noise, likelihood);
     approach(likelihood, rough);
   }
-  set_clocks(rough, likelihood);
+  set_own_parameters(rough, likelihood);
   find_noise(rough, likelihood);
   likelihood.seeks_reference_clocks = true;
-  if (std::ranges::any_of(likelihood.runs(), [&](const Run& run) { return likelihood.seeks_clock(run); })) {
-    set_clocks(rough, likelihood);
+  if (std::ranges::any_of(likelihood.runs(),
+                          [&](const Run& run) { return !likelihood.own_of(run).empty(); })) {
+    set_own_parameters(rough, likelihood);
     find_noise(rough, likelihood);
   }
   return rough;
@@ -74,8 +75,9 @@ bool is_weighed_by_noise(const Chassis& chassis) {
 void settle_noise(const EstimableSpace& space, Likelihood& likelihood, Robot& robot) {
   for (int round = 0; round < kMostNoiseRounds; ++round) {
     const NoiseLevels before = likelihood.noise.levels;
-    set_clocks(robot, likelihood);
+    set_own_parameters(robot, likelihood);
     find_noise(robot, likelihood);
+    likelihood.gyro_bias_spread_rad_s = gyro_bias_spread(likelihood, robot).prior_rad_s;
     solve(likelihood, space, robot);
     if (about_same(before, likelihood.noise.levels)) break;
   }
@@ -86,11 +88,34 @@ Descent settle_weights(const EstimableSpace& space, Likelihood& likelihood, Robo
   Descent descent;
   likelihood.gate = kGate;
   for (int round = 0; round < kWeightRounds; ++round) {
-    set_clocks(robot, likelihood);
+    set_own_parameters(robot, likelihood);
     descent = solve(likelihood, space, robot);
     likelihood.run_weight = run_weights(likelihood, robot, space);
   }
   return descent;
+}
+
+/// The gyro's bias of each run: the shared one, and where its own fits best with the others, which are
+/// uncertain themselves.
+std::vector<std::optional<GyroBias>> gyro_biases_of(const Likelihood& likelihood, const Estimate& estimate) {
+  std::vector<std::optional<GyroBias>> biases;
+  if (likelihood.gyro_bias_spread_rad_s == 0.0) return biases;
+  const auto& parameters = likelihood.problem.parameters;
+  const auto shared = std::ranges::find(parameters, kGyroBias) - parameters.begin();
+  const bool is_shared = contains(parameters, ParameterKind::gyro_bias);
+  for (std::size_t i = 0; i < likelihood.runs().size(); ++i) {
+    std::optional<GyroBias>& bias = biases.emplace_back();
+    const Run& run = likelihood.runs()[i];
+    if (!run.has_gyro()) continue;
+    const std::vector<OwnParameter> own = likelihood.own_of(run);
+    const auto n = likelihood.problem.size() + static_cast<Eigen::Index>(own.size());
+    const OwnStep step = own_step(information_with_own(likelihood, i, estimate.robot).total(n), own);
+    Eigen::VectorXd by_others = step.follows.row(0);
+    if (is_shared) by_others[shared] += 1.0;
+    bias = {value_of(kGyroBias, estimate.robot) + run.gyro_bias_moved_rad_s + step.step[0],
+            estimate.dispersion * step.covariance(0, 0) + by_others.dot(estimate.covariance * by_others)};
+  }
+  return biases;
 }
 
 }  // namespace
@@ -121,6 +146,8 @@ Estimate estimate_parameters(const CalibrationProblem& problem) {
   estimate.covariance =
       dispersion.factor *
       constrained_inverse(total_information(likelihood, estimate.robot).matrix, estimate.space);
+  estimate.gyro_bias_spread = gyro_bias_spread(likelihood, estimate.robot);
+  estimate.gyro_biases = gyro_biases_of(likelihood, estimate);
   return estimate;
 }
 

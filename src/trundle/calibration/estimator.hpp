@@ -1,8 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "trundle/calibration/gyro_bias_spread.hpp"
 #include "trundle/calibration/observability.hpp"
 #include "trundle/calibration/problem.hpp"
 #include "trundle/calibration/scores.hpp"
@@ -14,11 +16,14 @@ namespace trundle::calibration {
 struct Estimate {
   Robot robot;  ///< with the parameters found
   NoiseEstimate noise;
+  GyroBiasSpread gyro_bias_spread = {};
   EstimableSpace space;
   Eigen::MatrixXd covariance;  ///< of all parameters in their own units; zero rows where held
   double dispersion = 1.0;     ///< by which the runs scatter more than their noise: part of the covariance
   int degrees_of_freedom = 0;  ///< behind the dispersion
   std::vector<RunEvidence> runs;
+  /// Of the gyro in each run, where runs have biases of their own; nothing: the run has no gyro.
+  std::vector<std::optional<GyroBias>> gyro_biases = {};
   Descent descent;
   bool measures_length = false;  ///< the runs were measured in metres, from outside
 };

@@ -1,11 +1,14 @@
 #include "trundle/calibration/likelihood.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <Eigen/LU>
 
 #include "trundle/calibration/chassis_likelihood.hpp"
+#include "trundle/calibration/gyro_bias_spread.hpp"
 #include "trundle/calibration/relative_likelihood.hpp"
+#include "trundle/calibration/run_gyro_bias.hpp"
 #include "trundle/io/interruption.hpp"
 
 namespace trundle::calibration {
@@ -16,9 +19,16 @@ constexpr std::size_t kFewestBlocks = 12;
 // Of relative motions before their residuals are looked at: 1 cm and 0.6°, as of a scan matcher.
 constexpr double kUsualRelativeVariance = 1e-4;
 
-void append(std::vector<Information>& all, const std::vector<Information>& more) {
-  for (const Information& information : more)
-    if (information.count > 0) all.push_back(information);
+/// Of so many parameters: it says nothing of those behind its own.
+void append(std::vector<Information>& all, Eigen::Index parameters, const std::vector<Information>& more) {
+  for (const Information& information : more) {
+    if (information.count == 0) continue;
+    all.push_back(information);
+    const Eigen::Index missing = parameters - information.gradient.size();
+    if (missing == 0) continue;
+    all.back().matrix.conservativeResizeLike(Eigen::MatrixXd::Zero(parameters, parameters));
+    all.back().gradient.conservativeResizeLike(Eigen::VectorXd::Zero(parameters));
+  }
 }
 
 /// Which readings belong to a motion, and what they are, is fixed unless an offset of clocks is estimated.
@@ -34,16 +44,17 @@ std::vector<std::optional<RelativeTable>> relative_tables(const CalibrationProbl
 
 /// Of one run: in one fast pass where a table holds the whole problem, else motion by motion.
 std::vector<Information> relative_information_of(const Likelihood& likelihood, const Run& run,
-                                                 std::size_t index, const Robot& robot) {
+                                                 std::size_t index, const Robot& robot,
+                                                 std::span<const Parameter> parameters) {
   const Matrix3 W = likelihood.relative_covariance[index].inverse();
-  const std::vector<Parameter>& parameters = likelihood.problem.parameters;
   const auto blocks = static_cast<std::size_t>(likelihood.blocks_of_a_run());
   if (likelihood.relative_table[index])
     return relative_information(*likelihood.relative_table[index], robot, parameters, {W, likelihood.gate},
                                 blocks);
   std::vector<Information> result;
   result.reserve(blocks);
-  for (std::size_t i = 0; i < blocks; ++i) result.push_back(Information::zero(likelihood.problem.size()));
+  for (std::size_t i = 0; i < blocks; ++i)
+    result.push_back(Information::zero(static_cast<Eigen::Index>(parameters.size())));
   const RelativeResiduals r = relative_residuals(run, robot, parameters);
   for (std::size_t i = 0; i < r.residual.size(); ++i)
     add_within(result[i * blocks / r.residual.size()], r.jacobian[i], W, r.residual[i], likelihood.gate);
@@ -56,36 +67,51 @@ std::optional<double> own_gyro_noise(const CalibrationProblem& problem) {
   return gyro ? std::optional(gyro->noise_rad_s_sqrt_hz) : std::nullopt;
 }
 
-/// Of the reference's poses; the run's own clock is the last parameter, where it has one.
-RunLikelihood stream_of(const Likelihood& likelihood, const Run& run, const Robot& noisy) {
-  const std::vector<Parameter>& parameters = likelihood.problem.parameters;
-  return stream_likelihood(run, noisy, likelihood.seeks_clock(run) ? with_clock(parameters) : parameters,
-                           {.reference_noise = likelihood.noise.levels.reference,
-                            .blocks = likelihood.blocks_of_a_run(),
-                            .gyro_noise_rad_s_sqrt_hz = own_gyro_noise(likelihood.problem),
-                            .gate = likelihood.gate});
+/// The clock of its reference is the last parameter, and moves nothing else that was measured.
+std::size_t without_clock(std::span<const Parameter> parameters, std::span<const OwnParameter> own) {
+  const bool has_clock = !own.empty() && own.back().parameter.kind == ParameterKind::time_offset;
+  return parameters.size() - (has_clock ? 1 : 0);
 }
 
 RunInformation information_of(const Likelihood& likelihood, const Run& run, std::size_t index,
                               const Robot& robot) {
-  const CalibrationProblem& problem = likelihood.problem;
+  const std::vector<OwnParameter> own = likelihood.own_of(run);
+  const std::vector<Parameter> all = with_own(likelihood.problem.parameters, own);
+  const auto n = static_cast<Eigen::Index>(all.size());
+  const auto parameters = std::span(all).first(without_clock(all, own));
   const Robot noisy = noisy_robot(robot, likelihood);
   const int blocks = likelihood.blocks_of_a_run();
-  const std::optional<double> gyro_noise = own_gyro_noise(problem);
+  const std::optional<double> gyro_noise = own_gyro_noise(likelihood.problem);
   RunInformation result;
-  RunLikelihood stream = stream_of(likelihood, run, noisy);
-  append(result.blocks,
-         likelihood.seeks_clock(run) ? without_clock(stream.blocks, run.clock_moved_s) : stream.blocks);
-  append(result.blocks, partial_likelihood(run, noisy, problem.parameters, gyro_noise).blocks);
-  append(result.blocks, chassis_likelihood(run, noisy, problem.parameters,
-                                           {.blocks = blocks,
-                                            .variance_factor = likelihood.redundancy_factor,
-                                            .gate = likelihood.gate,
-                                            .sums = likelihood.sums_of(index)}));
+  RunLikelihood stream = stream_likelihood(run, noisy, all,
+                                           {.reference_noise = likelihood.noise.levels.reference,
+                                            .blocks = blocks,
+                                            .gyro_noise_rad_s_sqrt_hz = gyro_noise,
+                                            .gate = likelihood.gate});
+  append(result.blocks, n, stream.blocks);
+  append(result.blocks, n, partial_likelihood(run, noisy, parameters, gyro_noise).blocks);
+  append(result.blocks, n,
+         chassis_likelihood(run, noisy, parameters,
+                            {.blocks = blocks,
+                             .variance_factor = likelihood.redundancy_factor,
+                             .gate = likelihood.gate,
+                             .sums = likelihood.sums_of(index)}));
   if (!run.relative_motions.empty())
-    append(result.blocks, relative_information_of(likelihood, run, index, noisy));
+    append(result.blocks, n, relative_information_of(likelihood, run, index, noisy, parameters));
   result.outliers = std::move(stream.outliers);
   return result;
+}
+
+/// All that is kept of the run's readings.
+void move_gyro_bias(double step_rad_s, std::size_t index, Likelihood& likelihood) {
+  Run& run = likelihood.problem.runs[index];
+  calibration::move_gyro_bias(step_rad_s, run);
+  if (!likelihood.clocked.empty()) calibration::move_gyro_bias(step_rad_s, likelihood.clocked[index]);
+  if (likelihood.relative_table[index])
+    likelihood.relative_table[index] = relative_table(run, likelihood.problem.nominal);
+  if (index >= likelihood.window_sums.size() || !likelihood.window_sums[index]) return;
+  calibration::move_gyro_bias(step_rad_s, likelihood.window_sums[index]->windows);
+  calibration::move_gyro_bias(step_rad_s, likelihood.window_sums[index]->parts);
 }
 
 }  // namespace
@@ -106,6 +132,7 @@ Likelihood likelihood_of(const CalibrationProblem& problem) {
       .noise = {noise_levels_of(problem.nominal)},
       .relative_covariance = std::vector<Matrix3>(runs, Matrix3::Identity() * kUsualRelativeVariance),
       .run_weight = std::vector<double>(runs, 1.0),
+      .gyro_bias_spread_rad_s = given_gyro_bias_spread(problem),
       .relative_table = relative_tables(problem),
       .window_sums = {},
       .clocked = {}};
@@ -118,15 +145,31 @@ Likelihood likelihood_of(const CalibrationProblem& problem) {
   return likelihood;
 }
 
-void set_clocks(const Robot& robot, Likelihood& likelihood) {
+std::vector<OwnParameter> Likelihood::own_of(const Run& run) const {
+  std::vector<OwnParameter> own;
+  if (gyro_bias_spread_rad_s > 0.0 && run.has_gyro())
+    own.push_back({kGyroBias, gyro_bias_spread_rad_s, run.gyro_bias_moved_rad_s});
+  if (seeks_clock(run)) own.push_back({{ParameterKind::time_offset, -1}, kClockPrior_s, run.clock_moved_s});
+  return own;
+}
+
+void set_own_parameters(const Robot& robot, Likelihood& likelihood) {
   for (Run& run : likelihood.clocked) set_gyro_clock(robot, run);
-  const Robot noisy = noisy_robot(robot, likelihood);
   for (std::size_t i = 0; i < likelihood.problem.runs.size(); ++i) {
-    const Run& run = likelihood.runs()[i];
-    if (!likelihood.seeks_clock(run)) continue;
-    const ClockStep step = clock_step(stream_of(likelihood, run, noisy).total(), run.clock_moved_s);
-    move_clock(step, robot, likelihood.problem.runs[i]);
-    if (!likelihood.clocked.empty()) move_clock(step, robot, likelihood.clocked[i]);
+    const std::vector<OwnParameter> own = likelihood.own_of(likelihood.runs()[i]);
+    if (own.empty()) continue;
+    const auto n = likelihood.problem.size() + static_cast<Eigen::Index>(own.size());
+    const OwnStep step = own_step(information_of(likelihood, likelihood.runs()[i], i, robot).total(n), own);
+    for (std::size_t j = 0; j < own.size(); ++j) {
+      const auto k = static_cast<Eigen::Index>(j);
+      if (own[j].parameter == kGyroBias) {
+        move_gyro_bias(step.step[k], i, likelihood);
+        continue;
+      }
+      const ClockStep clock{step.step[k], std::sqrt(step.covariance(k, k))};
+      move_clock(clock, robot, likelihood.problem.runs[i]);
+      if (!likelihood.clocked.empty()) move_clock(clock, robot, likelihood.clocked[i]);
+    }
   }
 }
 
@@ -141,11 +184,17 @@ Information RunInformation::total(Eigen::Index parameters) const {
   return sum;
 }
 
-RunInformation run_information(const Likelihood& likelihood, std::size_t index, const Robot& robot) {
+RunInformation information_with_own(const Likelihood& likelihood, std::size_t index, const Robot& robot) {
   if (likelihood.clocked.empty()) return information_of(likelihood, likelihood.runs()[index], index, robot);
   Run run = likelihood.runs()[index];
   set_gyro_clock(robot, run);
   return information_of(likelihood, run, index, robot);
+}
+
+RunInformation run_information(const Likelihood& likelihood, std::size_t index, const Robot& robot) {
+  RunInformation information = information_with_own(likelihood, index, robot);
+  information.blocks = without_own(information.blocks, likelihood.own_of(likelihood.runs()[index]));
+  return information;
 }
 
 Information total_information(const Likelihood& likelihood, const Robot& robot) {

@@ -10,6 +10,7 @@
 #include "trundle/calibration/relative_table.hpp"
 #include "trundle/calibration/run_clock.hpp"
 #include "trundle/calibration/run_likelihood.hpp"
+#include "trundle/calibration/run_parameters.hpp"
 #include "trundle/calibration/window_sums.hpp"
 
 namespace trundle::calibration {
@@ -28,6 +29,8 @@ struct Likelihood {
                                                           ///< distance are left out
   /// Each run's reference has a clock of its own. Until the noise is known, which would pass for it, none.
   bool seeks_reference_clocks = false;
+  /// 1σ of the gyro's bias of each run about the one that all share [rad/s]; 0: there is only that.
+  double gyro_bias_spread_rad_s = 0.0;
   /// Each run's relative motions as one table, where that holds the whole problem.
   std::vector<std::optional<RelativeTable>> relative_table;
   /// Each run's redundant readings, summed for chassis_likelihood(); empty if the gyro's time offset is free.
@@ -41,6 +44,8 @@ struct Likelihood {
   bool seeks_clock(const Run& run) const {
     return seeks_reference_clocks && has_own_clock(run, problem.parameters);
   }
+  /// What is estimated of a run alone: the gyro's bias before the reference's clock.
+  std::vector<OwnParameter> own_of(const Run& run) const;
   /// Parts into which each run is cut, so that all together are enough to see how they scatter.
   int blocks_of_a_run() const;
 };
@@ -48,9 +53,9 @@ struct Likelihood {
 /// With the noise of the robot file, and all runs trusted alike.
 [[nodiscard]] Likelihood likelihood_of(const CalibrationProblem& problem);
 
-/// Moves the gyro's stamps to where the robot has them, if its time offset is free, and those of each run's
-/// reference to where they fit best.
-void set_clocks(const Robot& robot, Likelihood& likelihood);
+/// Moves the gyro's stamps to where the robot has them, if its time offset is free, and what is each run's
+/// own to where it fits best.
+void set_own_parameters(const Robot& robot, Likelihood& likelihood);
 
 /// The robot with the noise that the likelihood weighs its readings by.
 [[nodiscard]] Robot noisy_robot(const Robot& robot, const Likelihood& likelihood);
@@ -62,6 +67,10 @@ struct RunInformation {
 
   Information total(Eigen::Index parameters) const;
 };
+/// With the run's own parameters behind those that all share.
+[[nodiscard]] RunInformation information_with_own(const Likelihood& likelihood, std::size_t run,
+                                                  const Robot& robot);
+/// Of the shared parameters alone.
 [[nodiscard]] RunInformation run_information(const Likelihood& likelihood, std::size_t run,
                                              const Robot& robot);
 

@@ -16,6 +16,8 @@ struct CalibrationProblem {
   std::span<Run> runs;
   Robot nominal;                      ///< where the search starts; the mean of the prior
   std::vector<Parameter> parameters;  ///< that are free
+  /// As parts of one run do. Else the gyro's bias is another one in each run, about what is estimated.
+  bool share_gyro_bias = false;
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(parameters.size()); }
 };

@@ -8,6 +8,7 @@
 
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/geometry/trajectory.hpp"
+#include "trundle/odometry/rest.hpp"
 #include "trundle/recording/time_offset.hpp"
 
 namespace trundle::calibration {
@@ -54,7 +55,9 @@ struct RunResult {
   double weight = 1.0;        ///< 1: fully trusted; smaller: down-weighted as an outlier
   double chi2_per_dof = 0.0;  ///< of its residuals after calibration
   std::optional<TimeOffset> reference_clock =
-      {};              ///< to which the reference's stamps were moved; nothing: they were not
+      {};  ///< to which the reference's stamps were moved; nothing: they were not
+  /// Of its gyro, where each run has one of its own.
+  std::optional<GyroBias> gyro_bias = {};
   std::string remark;  ///< why it was down-weighted, where the reference jumps
   std::optional<TrajectoryError>
       before;                            ///< with the nominal robot; nothing without a trajectory or end pose
@@ -100,6 +103,7 @@ struct CalibrationResult {
   std::optional<std::string> gyro_clock;
   std::optional<std::string> reference_clocks;
   std::optional<std::string> sensor_clock;
+  std::optional<std::string> gyro_biases;  ///< in which runs it is another one
   int sessions = 0;
   std::vector<RunResult> runs;
   /// What the estimate would be with other runs, an entry for each training run: values of `parameters`.

@@ -187,6 +187,10 @@ bool Run::measures_anything() const {
   return !epochs.empty() || !relative_motions.empty() || !partial.empty();
 }
 
+bool Run::has_gyro() const {
+  return std::ranges::any_of(readings.increments, &Increment::has_gyro);
+}
+
 std::optional<Pose2> body_by_reference(const Run& run, std::size_t increments, const Robot& robot) {
   const double time_s =
       increments == 0 ? run.readings.start_s : run.readings.increments.time_s(increments - 1);

@@ -43,6 +43,9 @@ struct Run {
   /// By which the estimate moved the reference's stamps beyond that, and 1σ of where they belong [s].
   double clock_moved_s = 0.0;
   double clock_sigma_s = std::numeric_limits<double>::infinity();
+  /// By how much the bias of the gyro is taken out of `gyro` and `readings` that this run has beyond the one
+  /// that runs share [rad/s].
+  double gyro_bias_moved_rad_s = 0.0;
   PartialReference partial;
   std::vector<RelativeMotion> relative_motions;
   /// Number of increments before each epoch; the first epoch is the start. Empty: no reference stream.
@@ -56,6 +59,7 @@ struct Run {
   }
   bool measures_length() const;  ///< a reference in metres: the only thing that can show a wheel diameter
   bool measures_anything() const;
+  bool has_gyro() const;  ///< anywhere
 };
 
 /// world_from_body by the reference after so many increments; nothing where position or heading is missing.

@@ -1,8 +1,8 @@
 #include "trundle/calibration/run_clock.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -12,8 +12,6 @@
 
 namespace trundle::calibration {
 namespace {
-
-constexpr double kPriorPrecision = 1.0 / (kClockPrior_s * kClockPrior_s);  // s^-2
 
 void leave_out_unseen_epochs(const Robot& robot, Run& run) {
   std::vector<std::size_t> epochs, jumps;
@@ -35,44 +33,6 @@ void leave_out_unseen_epochs(const Robot& robot, Run& run) {
 bool has_own_clock(const Run& run, std::span<const Parameter> parameters) {
   return run.reference_clock && !run.epochs.empty() && parameters.size() < kMaxParameters &&
          !contains(parameters, ParameterKind::time_offset);
-}
-
-std::vector<Parameter> with_clock(std::span<const Parameter> parameters) {
-  std::vector<Parameter> all(parameters.begin(), parameters.end());
-  all.push_back({ParameterKind::time_offset, -1});
-  return all;
-}
-
-ClockStep clock_step(const Information& with_clock, double moved_s) {
-  const Eigen::Index t = with_clock.gradient.size() - 1;
-  const double precision = with_clock.matrix(t, t) + kPriorPrecision;
-  return {(with_clock.gradient[t] - kPriorPrecision * moved_s) / precision, 1.0 / std::sqrt(precision)};
-}
-
-std::vector<Information> without_clock(const std::vector<Information>& blocks, double moved_s) {
-  Information sum = Information::zero(blocks.front().gradient.size());
-  for (const Information& block : blocks) sum.add(block);
-  const Eigen::Index n = sum.gradient.size() - 1;
-  const auto [step_s, sigma_s] = clock_step(sum, moved_s);
-  const Eigen::VectorXd follows = -sigma_s * sigma_s * sum.matrix.col(n).head(n);  // ∂clock/∂p
-
-  std::vector<Information> result;
-  for (const Information& block : blocks) {
-    const Eigen::VectorXd shared = block.matrix.col(n).head(n);
-    const double own = block.matrix(n, n);
-    const double gradient = block.gradient[n] - step_s * own;  // where the clock fits best
-    result.push_back({.matrix = block.matrix.topLeftCorner(n, n) + shared * follows.transpose() +
-                                follows * shared.transpose() + own * follows * follows.transpose(),
-                      .gradient = block.gradient.head(n) - step_s * shared + gradient * follows,
-                      .chi2 = block.chi2 - step_s * (block.gradient[n] + gradient),
-                      .count = block.count});
-  }
-  const double from_prior_s = moved_s + step_s;  // one residual more
-  result.push_back({.matrix = kPriorPrecision * follows * follows.transpose(),
-                    .gradient = -kPriorPrecision * from_prior_s * follows,
-                    .chi2 = kPriorPrecision * from_prior_s * from_prior_s,
-                    .count = 1});
-  return result;
 }
 
 void move_clock(const ClockStep& step, const Robot& robot, Run& run) {

@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 
 #include "trundle/calibration/run_clock.hpp"
+#include "trundle/calibration/run_gyro_bias.hpp"
 #include "trundle/evaluation/evaluate.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/odometry/integrate.hpp"
@@ -66,13 +67,26 @@ struct PosesLookedAt {
 
 /// Odometry from the reference's first pose on, in that pose's frame.
 IntegratedOdometry odometry_from_start(const Run& run, const Robot& robot, const ReferenceNoise& noise,
-                                       const PosesLookedAt& poses) {
+                                       const PosesLookedAt& poses, bool learn_gyro_bias) {
   const Vector3 sigma = noise.sigma();
   IntegrateOptions options{.start_covariance = sigma.cwiseAbs2().asDiagonal(),
-                           .learn_gyro_bias = false,
+                           .learn_gyro_bias = learn_gyro_bias,
                            .keep_white_covariances = true};
   options.keeps = [&](std::size_t pose) { return poses.is_kept(pose); };
   return integrate(run.readings, robot, options);
+}
+
+/// The robot as it was in a run whose own gyro bias is known apart from that of others.
+Robot in_run(Robot robot, const std::optional<GyroBias>& own) {
+  if (!own || !robot.calibration) return robot;
+  const std::vector<Parameter> parameters = calibrated_parameters(robot);
+  const auto at = std::ranges::find(parameters, kGyroBias) - parameters.begin();
+  Eigen::MatrixXd& covariance = robot.calibration->covariance;
+  if (at >= covariance.rows()) return robot;
+  covariance.row(at).setZero();
+  covariance.col(at).setZero();
+  covariance(at, at) = own->variance;
+  return robot;
 }
 
 TrajectoryError error_of(const Trajectory& odometry, const Trajectory& reference) {
@@ -147,17 +161,20 @@ struct Centre {
 }  // namespace
 
 RunResult run_result(const Run& run, const Robot& nominal, const Robot& calibrated,
-                     const ReferenceNoise& noise, bool hold_out) {
+                     const ReferenceNoise& noise, const RunUse& use) {
   RunResult result;
   result.name = run.name;
   result.session = run.session;
-  result.hold_out = hold_out;
+  result.hold_out = use.hold_out;
+  result.gyro_bias = use.gyro_bias;
   result.reference_clock = clock_of(run);
   const Trajectory reference = reference_of_body(run, calibrated);
   if (reference.poses.size() < 2) return result;
   const PosesLookedAt poses(run, calibrated);  // by whose clock the reference is
-  const IntegratedOdometry before = odometry_from_start(run, nominal, noise, poses);
-  const IntegratedOdometry after = odometry_from_start(run, calibrated, noise, poses);
+  const IntegratedOdometry before =
+      odometry_from_start(as_recorded(run), nominal, noise, poses, use.hold_out);
+  const IntegratedOdometry after =
+      odometry_from_start(run, in_run(calibrated, use.gyro_bias), noise, poses, use.hold_out);
   try {
     result.before = error_of(before.trajectory, reference);
     result.after = error_of(after.trajectory, reference);

@@ -51,7 +51,8 @@ bool all_places_are_free(const CalibrationProblem& problem) {
 Likelihood likelihood_at(const Estimate& estimate, const CalibrationProblem& problem) {
   Likelihood likelihood = likelihood_of(problem);
   set_noise(estimate.robot, estimate.noise, likelihood);
-  set_clocks(estimate.robot, likelihood);
+  likelihood.gyro_bias_spread_rad_s = estimate.gyro_bias_spread.prior_rad_s;
+  set_own_parameters(estimate.robot, likelihood);
   for (std::size_t i = 0; i < estimate.runs.size(); ++i) likelihood.run_weight[i] = estimate.runs[i].weight;
   return likelihood;
 }

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <set>
 #include <string>
 
+#include "trundle/calibration/run_gyro_bias.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 namespace trundle::calibration {
@@ -74,9 +74,10 @@ SessionSpread session_spread(const CalibrationProblem& problem, const EstimableS
   if (sessions.size() > 1)
     for (const std::string& session : sessions) {
       std::vector<Run> own_runs;
-      std::ranges::copy_if(problem.runs, std::back_inserter(own_runs),
-                           [&](const Run& run) { return run.session == session; });
-      estimates.push_back(estimate_parameters({own_runs, problem.nominal, problem.parameters}));
+      for (const Run& run : problem.runs)
+        if (run.session == session) own_runs.push_back(as_recorded(run));
+      estimates.push_back(
+          estimate_parameters({own_runs, problem.nominal, problem.parameters, problem.share_gyro_bias}));
     }
   return spread_of(estimates, problem.parameters, space);
 }

@@ -48,6 +48,7 @@ std::vector<std::string> remarks_of(const CalibrationResult& result) {
   for (const std::string& words : result.unobservable) remarks.push_back("note: " + words);
   for (const auto& clock : {result.gyro_clock, result.reference_clocks, result.sensor_clock})
     if (clock) remarks.push_back("note: corrected: " + *clock);
+  if (result.gyro_biases) remarks.push_back("note: " + *result.gyro_biases);
   return remarks;
 }
 

@@ -102,6 +102,11 @@ Json json_of(const std::optional<TimeOffset>& offset) {
   return {{"time_offset_s", offset->offset_s}, {"sigma_s", offset->sigma_s}};
 }
 
+Json json_of(const std::optional<GyroBias>& bias) {
+  if (!bias) return nullptr;
+  return {{"rad_s", bias->rad_s}, {"sigma_rad_s", std::sqrt(bias->variance)}};
+}
+
 Json run_json(const RunResult& run) {
   return {{"name", run.name},
           {"session", run.session},
@@ -111,6 +116,7 @@ Json run_json(const RunResult& run) {
           {"outlier", run.weight < kOutlierWeight},
           {"chi2_per_dof", run.hold_out ? Json(nullptr) : Json(run.chi2_per_dof)},
           {"reference_clock", json_of(run.reference_clock)},
+          {"gyro_bias", json_of(run.gyro_bias)},
           {"remark", run.remark},
           {"before", json_of(run.before)},
           {"after", json_of(run.after)},
