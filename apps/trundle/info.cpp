@@ -166,6 +166,14 @@ void require_output_makes_sense(const InfoArguments& options, std::size_t record
   if (recordings != 1) throw CLI::ValidationError("--output", "needs one recording");
 }
 
+std::string stamps_of(const logs::TopicSummary::StampLag& lag) {
+  constexpr double kDay_s = 86'400.0;  // no message travels so long
+  if (std::abs(lag.mean_s) > kDay_s)
+    return fmt::format("  stamped by another clock than the log's: {:.0f} s apart, to {:.3g} s", lag.mean_s,
+                       lag.most_s - lag.least_s);
+  return fmt::format("  stamped {:.3g} s before ({:.3g} to {:.3g})", lag.mean_s, lag.least_s, lag.most_s);
+}
+
 std::string line_of(const logs::TopicSummary& topic, std::size_t width, bool on_change) {
   constexpr std::uint64_t kEnoughForRate = 10;  // messages: the median of nine steps is one that repeats
   std::string line = fmt::format("  {:<{}}  {:<32} {:>7} {:<8}", topic.topic, width, topic.type,
@@ -175,9 +183,7 @@ std::string line_of(const logs::TopicSummary& topic, std::size_t width, bool on_
     if (!on_change)
       line += fmt::format("  {}, longest step {:.3g} s", counted(topic.gaps, "gap"), topic.longest_step_s);
   }
-  if (topic.stamp_lag)
-    line += fmt::format("  stamped {:.3g} s before ({:.3g} to {:.3g})", topic.stamp_lag->mean_s,
-                        topic.stamp_lag->least_s, topic.stamp_lag->most_s);
+  if (topic.stamp_lag) line += stamps_of(*topic.stamp_lag);
   if (!topic.unreadable.empty() && topic.messages > 0)
     line += fmt::format("  cannot be read: {}", topic.unreadable);
   return line + "\n";

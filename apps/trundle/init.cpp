@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <memory>
 
 #include <fmt/format.h>
@@ -33,6 +34,21 @@ std::string lines_of(const char* title, const std::vector<std::string>& lines) {
   return text.empty() ? text : std::string(title) + "\n" + text;
 }
 
+/// What a person does now.
+std::string next_step(const Draft& draft, const std::string& folder) {
+  if (draft.streams.empty())
+    return "next: name columns in recording.toml (docs/recording.md): nothing was recognised\n";
+  const bool says_motion = std::ranges::any_of(draft.streams, [](const DraftStream& stream) {
+    return stream.table == "wheels" || stream.table == "velocity";
+  });
+  if (!says_motion)
+    return "next: nothing in the log says how the robot moved: name the columns of its wheels in "
+           "recording.toml, if "
+           "they are there by other names (trundle info --verbose lists all fields), or record them\n";
+  return fmt::format("next: {1}trundle run {0} --robot {0}/robot.toml -o out\n", folder,
+                     draft.to_fill_in.empty() ? "" : "fill that in, then ");
+}
+
 std::string text_of(const InitAnswer& answer, const InitArguments& options) {
   std::string text;
   for (const DraftStream& stream : answer.draft.streams) text += line_of(stream);
@@ -41,9 +57,7 @@ std::string text_of(const InitAnswer& answer, const InitArguments& options) {
   text += lines_of("notes:", answer.draft.notes);
   text += lines_of("to fill in:", answer.draft.to_fill_in);
   for (const OutputFile& file : answer.files) text += fmt::format("wrote {}\n", file.path.string());
-  if (answer.draft.streams.empty())
-    return text + "next: name columns in recording.toml (docs/recording.md): nothing was recognised\n";
-  return text + fmt::format("next: trundle run {0} --robot {0}/robot.toml -o out\n", options.folder);
+  return text + next_step(answer.draft, options.folder);
 }
 
 void run(const InitArguments& options) {

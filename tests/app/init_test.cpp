@@ -12,10 +12,12 @@
 
 #include "trundle/io/file.hpp"
 
+#include "app/driven_logs.hpp"
 #include "app/one_line_of_error.hpp"
 #include "app/process.hpp"
 #include "app/sample.hpp"
 #include "logs/packed_writers.hpp"
+#include "logs/ros_writers.hpp"
 #include "real_data.hpp"
 
 namespace trundle::test {
@@ -29,69 +31,6 @@ using testing::Not;
 void put_file(const std::filesystem::path& path, std::string_view content) {
   std::filesystem::create_directories(path.parent_path());
   std::ofstream(path, std::ios::binary) << content;
-}
-
-constexpr double kStep_s = 0.02;
-constexpr int kRows = 1500;
-
-/// Half a minute that begins and ends at rest: travel of the left and of the right wheel [m], of a track of
-/// 0.5 m.
-struct Driven {
-  double left_m = 0.0, right_m = 0.0, yaw_rate_rad_s = 0.0;
-};
-template <class Take>
-void drive_along(Take take) {
-  double left_m = 0.0, right_m = 0.0;
-  for (int row = 0; row < kRows; ++row) {
-    const double t = kStep_s * row;
-    const bool drives = t > 3.0 && t < 27.0;
-    const double speed_m_s = drives ? 0.5 : 0.0, rate_rad_s = drives ? 0.8 * std::sin(0.5 * t) : 0.0;
-    left_m += kStep_s * (speed_m_s - 0.25 * rate_rad_s);
-    right_m += kStep_s * (speed_m_s + 0.25 * rate_rad_s);
-    take(row, Driven{left_m, right_m, rate_rad_s});
-  }
-}
-
-std::string wpilog() {
-  WpilogWriter log;
-  const std::uint32_t left = log.start("NT:/Drive/LeftDistanceMeters", "double");
-  const std::uint32_t right = log.start("NT:/Drive/RightDistanceMeters", "double");
-  const std::uint32_t gyro = log.start("NT:/Drive/Gyro/YawRateDegPerSec", "double");
-  const std::uint32_t volts = log.start("NT:/Drive/LeftVoltage", "double");
-  double before_m = -1.0;
-  drive_along([&](int row, const Driven& driven) {
-    log.time_us = 1'000'000 + 20'000 * static_cast<std::uint64_t>(row);
-    if (driven.left_m != before_m) log.record(left, bytes_of_number(driven.left_m));  // on change alone
-    if (driven.left_m != before_m) log.record(right, bytes_of_number(driven.right_m));
-    before_m = driven.left_m;
-    log.record(gyro, bytes_of_number(driven.yaw_rate_rad_s * 180.0 / 3.14159265358979));
-    log.record(volts, bytes_of_number(12.0 + 0.001 * row));
-  });
-  return log.bytes();
-}
-
-std::string dataflash() {
-  DataFlashWriter log;
-  log.format(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns");
-  log.format(129, 3 + 8 + 16 + 4, "PARM", "QNf", "TimeUS,Name,Value");
-  log.format(130, 3 + 8 + 4 + 1 + 4 + 1, "WENC", "QfBfB", "TimeUS,Dist0,Qual0,Dist1,Qual1");
-  log.format(131, 3 + 8 + 4 + 4 + 4, "IMU", "Qfff", "TimeUS,GyrX,GyrY,GyrZ");
-  const auto parameter = [&](const char* name, float value) {
-    log.message(129, bytes_of_number(std::uint64_t{1}) + padded(name, 16) + bytes_of_number(value));
-  };
-  parameter("WENC_RADIUS", 0.1F);
-  parameter("WENC_CPR", 3200.0F);
-  parameter("WENC_POS_Y", -0.25F);
-  parameter("WENC2_RADIUS", 0.1F);
-  parameter("WENC2_POS_Y", 0.25F);
-  drive_along([&](int row, const Driven& driven) {
-    const std::string time = bytes_of_number(1'000'000 + 20'000 * static_cast<std::uint64_t>(row));
-    log.message(130, time + bytes_of_number(static_cast<float>(driven.left_m)) + "d" +
-                         bytes_of_number(static_cast<float>(driven.right_m)) + "d");
-    log.message(131, time + bytes_of_number(0.0F) + bytes_of_number(0.0F) +
-                         bytes_of_number(static_cast<float>(-driven.yaw_rate_rad_s)));  // z down
-  });
-  return log.bytes();
 }
 
 std::string table() {
@@ -144,6 +83,107 @@ class Init : public testing::Test {
   Sample sample_;
 };
 
+/// A bag of a robot with an Imu that hangs upside down and a camera that looks to the left, by its static
+/// transforms.
+std::string bag_with_frames() {
+  const std::string header = "\n===\nMSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n";
+  const std::string vector = "===\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n",
+                    quaternion =
+                        "===\nMSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n",
+                    transform =
+                        "===\nMSG: geometry_msgs/Transform\nVector3 translation\nQuaternion rotation\n";
+  WrittenLog log{
+      .channels =
+          {{"/joint_states", "sensor_msgs/JointState",
+            "Header header\nstring[] name\nfloat64[] position\n" + header},
+           {"/imu", "sensor_msgs/Imu",
+            "Header header\ngeometry_msgs/Vector3 angular_velocity\n" + header + vector},
+           {"/tf_static", "tf2_msgs/TFMessage",
+            "geometry_msgs/TransformStamped[] transforms\n===\nMSG: geometry_msgs/TransformStamped\nHeader "
+            "header\nstring child_frame_id\nTransform transform" +
+                header + vector + quaternion + transform},
+           {"/fiducial_transforms", "fiducial_msgs/FiducialTransformArray",
+            "Header header\nFiducialTransform[] transforms\n===\nMSG: fiducial_msgs/FiducialTransform\nint32 "
+            "fiducial_id\ngeometry_msgs/Transform transform" +
+                header + vector + quaternion + transform}},
+      .messages = {}};
+  const auto stamped = [](int row, const char* frame) {
+    RosBytes bytes;
+    bytes.put(std::uint32_t{0}).put(std::uint32_t{1'700'000'000} + static_cast<std::uint32_t>(row / 50));
+    return bytes.put(static_cast<std::uint32_t>(row % 50 * 20'000'000)).text(frame);
+  };
+  const auto frame = [&](const char* child, std::array<double, 3> at, std::array<double, 4> xyzw) {
+    RosBytes bytes = stamped(0, "base_link");
+    bytes.text(child);
+    for (const double number : at) bytes.put(number);
+    for (const double number : xyzw) bytes.put(number);
+    return bytes.bytes();
+  };
+  log.messages.push_back(
+      {2, 1'700'000'000'000'000'000,
+       RosBytes()
+           .put(std::uint32_t{2})
+           .raw(frame("imu_link", {0.1, 0.0, 0.2}, {1.0, 0.0, 0.0, 0.0}))
+           // Optical: z ahead, x right; that is base_link's y, x
+           .raw(frame("camera_optical", {0.2, 0.1, 0.3}, {-0.7071067811865476, 0.0, 0.0, 0.7071067811865476}))
+           .bytes()});
+  drive_along([&](int row, const Driven& driven) {
+    const std::int64_t time_ns = 1'700'000'000'000'000'000 + std::int64_t{row} * 20'000'000;
+    RosBytes joints = stamped(row, "");
+    joints.put(std::uint32_t{2}).text("left_wheel").text("right_wheel").put(std::uint32_t{2});
+    log.messages.push_back({0, time_ns, joints.put(driven.left_m / 0.1).put(driven.right_m / 0.1).bytes()});
+    log.messages.push_back(
+        {1, time_ns, stamped(row, "imu_link").put(0.0).put(0.0).put(-driven.yaw_rate_rad_s).bytes()});
+    RosBytes tags = stamped(row, "camera_optical");
+    tags.put(std::uint32_t{1}).put(std::int32_t{7});
+    for (const double number : {-0.5, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0}) tags.put(number);
+    if (row % 10 == 0) log.messages.push_back({3, time_ns, tags.bytes()});
+  });
+  return bag_of(log);
+}
+
+/// No accelerometer says here which axis of the Imu is up, and no file where the camera is: the transforms
+/// do.
+TEST_F(Init, StaticTransformsSayHowSensorsAreMounted) {
+  put("drive.bag", bag_with_frames());
+  put("robot.urdf",
+      R"(<robot name="r"><joint name="left_wheel" type="continuous"><origin xyz="0 0.25 0"/><child link="l"/></joint>
+    <joint name="right_wheel" type="continuous"><origin xyz="0 -0.25 0"/><child link="r"/></joint>
+    <link name="l"><visual><geometry><cylinder radius="0.1"/></geometry></visual></link>
+    <link name="r"><visual><geometry><cylinder radius="0.1"/></geometry></visual></link></robot>)");
+  const Outcome outcome = run({"init", "drive.bag", "--urdf", "robot.urdf", "-o", "draft"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, Not(HasSubstr("to fill in"))) << outcome.out;
+  EXPECT_THAT(text("draft/recording.toml"), HasSubstr("topic = \"/imu\"\nbody_frame = \"base_link\"\n"));
+  EXPECT_THAT(text("draft/recording.toml"),
+              HasSubstr("topic = \"/fiducial_transforms\"\ncolumns.landmark = \"transforms[].fiducial_id\"\n"
+                        "columns.x_m = \"transforms[].transform.translation.z\"\n"
+                        "columns.y_m = { field = \"transforms[].transform.translation.x\", sign = -1 }\n"));
+  EXPECT_THAT(text("draft/robot.toml"),
+              HasSubstr("[landmark_sensor]\nx_m = 0.2\ny_m = 0.1\nheading_deg = 90\n"));
+  const Outcome calibrated =
+      run({"calibrate", "draft", "--robot", "draft/robot.toml", "-o", "calibrated.toml", "--json"});
+  EXPECT_EQ(calibrated.exit_code, 0) << calibrated.err;
+  const Outcome info = run({"info", "draft", "--robot", "draft/robot.toml"});
+  EXPECT_THAT(info.out, HasSubstr("the transform from base_link to imu_link"));
+  EXPECT_THAT(info.out, Not(HasSubstr("gyro and wheels turn against each other")));
+}
+
+TEST_F(Init, WhatIsDoneNextDependsOnWhatIsThere) {
+  WpilogWriter gyro;
+  const std::uint32_t rate = gyro.start("/Gyro/YawRate", "double");
+  for (int row = 0; row < 100; ++row) {
+    gyro.time_us += 20'000;
+    gyro.record(rate, bytes_of_number(0.01 * row));
+  }
+  put("gyro.wpilog", gyro.bytes());
+  const Outcome alone = run({"init", "gyro.wpilog", "-o", "alone"});
+  EXPECT_THAT(alone.out, HasSubstr("next: nothing in the log says how the robot moved"));
+  put("match.wpilog", wpilog());
+  EXPECT_THAT(run({"init", "match.wpilog", "-o", "match"}).out,
+              HasSubstr("next: fill that in, then trundle run match"));
+}
+
 TEST_F(Init, InfoListsTheTopicsOfALogAndWhereItIsCut) {
   const std::string whole = wpilog();
   put("match.wpilog", whole.substr(0, whole.size() - 1));
@@ -159,7 +199,7 @@ TEST_F(Init, InfoListsTheTopicsOfALogAndWhereItIsCut) {
   ASSERT_EQ(document.at("topics").size(), 4U);
   const auto& topic = document.at("topics").at(0);
   EXPECT_EQ(topic.at("topic"), "NT:/Drive/Gyro/YawRateDegPerSec");
-  EXPECT_EQ(topic.at("messages"), kRows);
+  EXPECT_EQ(topic.at("messages"), kDrivenRows);
   EXPECT_NEAR(topic.at("rate_hz").get<double>(), 50.0, 1e-6);
   EXPECT_EQ(document.at("cut").at("reason"), "the file ends within a record");
 }
@@ -284,10 +324,10 @@ TEST_F(Init, ColumnsOfASimpleLoggerAreKnown) {
   std::string wheels = "time;left_rpm;right_rpm;status\n", imu = "time,gyro_x,gyro_y,gyro_z\n",
               fixes = "time;lat;lon\n";
   drive_along([&](int row, const Driven& driven) {
-    wheels += fmt::format("{};{};{};OK\n", kStep_s * row, driven.left_m, driven.right_m);
-    imu +=
-        fmt::format("{},{},{},{}\n", kStep_s * row, 0.1 * row, -0.2 * row, driven.yaw_rate_rad_s * 57.2958);
-    fixes += fmt::format("{};48.{:06};11.575\n", kStep_s * row, row);
+    wheels += fmt::format("{};{};{};OK\n", kDrivenStep_s * row, driven.left_m, driven.right_m);
+    imu += fmt::format("{},{},{},{}\n", kDrivenStep_s * row, 0.1 * row, -0.2 * row,
+                       driven.yaw_rate_rad_s * 57.2958);
+    fixes += fmt::format("{};48.{:06};11.575\n", kDrivenStep_s * row, row);
   });
   put("logger/wheels.csv", wheels);
   put("logger/imu.csv", imu);
@@ -306,6 +346,95 @@ TEST_F(Init, WhereNothingIsRecognisedNoRunIsAdvised) {
   const Outcome drafted = run({"init", "empty", "-o", "mine"});
   EXPECT_EQ(drafted.exit_code, 0);
   EXPECT_THAT(drafted.out, Not(HasSubstr("trundle run")));
+}
+
+/// As robots' packages write them: Husky's leaves its wheels to the URDF, TurtleBot 3 has a node of its own.
+TEST_F(Init, ControllersOfSeveralRobotsAreUnderstood) {
+  put("drive/log.csv", table());
+  put("robot.urdf", kUrdf);
+  put("husky.yaml", R"(husky_velocity_controller:
+  type: "diff_drive_controller/DiffDriveController"
+  left_wheel: ['front_left_wheel', 'rear_left_wheel']
+  right_wheel: ['front_right_wheel', 'rear_right_wheel']
+  publish_rate: 50
+  pose_covariance_diagonal: [0.001, 0.001, 0.001, 0.001, 0.001, 0.03]
+  cmd_vel_timeout: 0.25
+  # Wheel separation and radius multipliers
+  wheel_separation_multiplier: 1.875 # default: 1.0
+  linear:
+    x:
+      max_velocity: 1.0   # m/s
+)");
+  put("burger.yaml", R"(/**:
+  turtlebot3_node:
+    ros__parameters:
+      wheels:
+        separation: 0.160
+        radius: 0.033
+      motors:
+        profile_acceleration_constant: 214.577
+      sensors:
+        bumper_1: false
+)");
+  put("two.yaml", "a:\n  wheel_radius: 0.1\n  wheel_separation: 0.5\nb:\n  wheel_radius: 0.2\n");
+  ASSERT_EQ(
+      run({"init", "drive", "--urdf", "robot.urdf", "--controller", "husky.yaml", "-o", "husky"}).exit_code,
+      0);
+  EXPECT_THAT(text("husky/robot.toml"),
+              HasSubstr("name = \"left\"\nx_m = 0.1\ny_m = 0.46875\ndiameter_m = 0.2\n"));
+  ASSERT_EQ(run({"init", "drive", "--controller", "burger.yaml", "-o", "burger"}).exit_code, 0);
+  EXPECT_THAT(text("burger/robot.toml"), HasSubstr("y_m = -0.08\ndiameter_m = 0.066\n"));
+  const Outcome two = run({"init", "drive", "--controller", "two.yaml", "-o", "two"});
+  EXPECT_EQ(two.exit_code, 3);
+  EXPECT_THAT(two.err, HasSubstr("wheel_radius is there twice, as 0.1 and 0.2"));
+}
+
+/// As xacro expands a robot's description: wheels below a footprint, meshes, casters that turn without end,
+/// too.
+TEST_F(Init, AUrdfAsXacroWritesItGivesWheelsAloneByTheirJoints) {
+  put("drive/log.csv", table());
+  put("robot.urdf", R"(<?xml version="1.0" ?>
+<!-- =================================================================================== -->
+<!-- |    This document was autogenerated by xacro from rover.urdf.xacro                | -->
+<robot name="rover">
+  <material name="light black"><color rgba="0.4 0.4 0.4 1.0"/></material>
+  <link name="base_footprint"/>
+  <joint name="base_joint" type="fixed">
+    <parent link="base_footprint"/><child link="base_link"/>
+    <origin rpy="0 0 0" xyz="0 0 0.010"/>
+  </joint>
+  <link name="base_link">
+    <visual><geometry><mesh filename="package://rover/meshes/base.stl" scale="0.001 0.001 0.001"/></geometry></visual>
+    <collision><geometry><box size="0.140 0.140 0.143"/></geometry></collision>
+  </link>
+  <joint name="wheel_left_joint" type="continuous">
+    <parent link="base_link"/><child link="wheel_left_link"/>
+    <origin rpy="-1.57 0 0" xyz="0.0 0.08 0.023"/><axis xyz="0 0 1"/>
+  </joint>
+  <link name="wheel_left_link">
+    <visual><origin rpy="1.57 0 0" xyz="0 0 0"/><geometry><mesh filename="package://rover/left.stl"/></geometry></visual>
+    <collision><geometry><cylinder length="0.018" radius="0.033"/></geometry></collision>
+    <inertial><mass value="2.8498940e-02"/><inertia ixx="1.1175580e-05" ixy="0" ixz="0" iyy="1.1192413e-05" iyz="0" izz="2.0712558e-05"/></inertial>
+  </link>
+  <joint name="wheel_right_joint" type="continuous">
+    <parent link="base_link"/><child link="wheel_right_link"/>
+    <origin rpy="-1.57 0 0" xyz="0.0 -0.080 0.023"/><axis xyz="0 0 1"/>
+  </joint>
+  <link name="wheel_right_link"><collision><geometry><cylinder length="0.018" radius="0.033"/></geometry></collision></link>
+  <joint name="caster_back_joint" type="continuous">
+    <parent link="base_link"/><child link="caster_back_link"/><origin xyz="-0.081 0 -0.004"/>
+  </joint>
+  <link name="caster_back_link"><collision><geometry><sphere radius="0.005"/></geometry></collision></link>
+  <gazebo><plugin filename="libgazebo_ros_diff_drive.so" name="drive"><wheel_separation>0.16</wheel_separation></plugin></gazebo>
+  <transmission name="left"><joint name="wheel_left_joint"><hardwareInterface>x</hardwareInterface></joint></transmission>
+</robot>
+)");
+  const Outcome outcome = run({"init", "drive", "--urdf", "robot.urdf", "-o", "draft"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, Not(HasSubstr("to fill in")));
+  const std::string robot = text("draft/robot.toml");
+  EXPECT_THAT(robot, HasSubstr("name = \"left\"\nx_m = 0\ny_m = 0.08\ndiameter_m = 0.066\n"));
+  EXPECT_THAT(robot, HasSubstr("name = \"right\"\nx_m = 0\ny_m = -0.08\ndiameter_m = 0.066\n"));
 }
 
 TEST_F(Init, AControllerSaysTrackAndRadii) {

@@ -1,6 +1,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <set>
 
 #include <fmt/format.h>
@@ -8,10 +9,13 @@
 #include <gtest/gtest.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/io/file.hpp"
 #include "trundle/logs/definitions.hpp"
 #include "trundle/logs/field_reader.hpp"
 
 #include "../real_data.hpp"
+#include "packed_writers.hpp"
+#include "read_log.hpp"
 #include "ros_writers.hpp"
 
 namespace trundle::test {
@@ -155,6 +159,7 @@ TEST_P(EveryBag, cut_off_anywhere_gives_the_messages_before_and_says_so) {
     }
   }
   EXPECT_GE(counts.size(), 3U);  // chunks that are whole are used, of others what can be
+  EXPECT_LT(peak_memory_mb(), kMostMemory_mb);
 }
 
 TEST_P(EveryBag, damaged_anywhere_ends_in_order) {
@@ -175,6 +180,18 @@ TEST_P(EveryBag, damaged_anywhere_ends_in_order) {
 
 INSTANTIATE_TEST_SUITE_P(Logs, EveryBag, testing::ValuesIn(bag_kinds()),
                          [](const auto& of) { return of.param.name; });
+
+TEST(Bags, messages_of_another_encoding_than_ROS_has_are_said_to_be_it) {
+  const BagFolder folder;
+  const fs::path path =
+      folder.write("log", mcap_of(counting_log(3), {.schema = "protobuf", .encoding = "protobuf"}));
+  try {
+    (void)read_bag(path);
+    FAIL() << "it was read";
+  } catch (const BadDefinition& error) {
+    EXPECT_THAT(error.what(), HasSubstr("encoded as 'protobuf'"));
+  }
+}
 
 TEST(Bags, a_wrong_checksum_ends_a_log_of_mcap) {
   const BagFolder folder;
@@ -227,6 +244,21 @@ TEST(Bags, definitions_that_are_large_together_are_refused) {
   }
 }
 
+/// Differences of such times would be beyond 64 bits.
+TEST(Bags, a_time_that_is_none_ends_a_log) {
+  const BagFolder folder;
+  WrittenLog log = counting_log(6, true);
+  log.messages[4].time_ns = std::numeric_limits<std::int64_t>::min() + 7;
+  const WrittenHow how{.schema = "ros2msg", .encoding = "cdr"};
+  write_sqlite_bag(folder / "log.db3", log, "none", false, true);
+  for (const fs::path& path : {folder.write("log.mcap", mcap_of(log, how)), folder / "log.db3"}) {
+    const WhatCame came = read_bag(path);
+    EXPECT_EQ(came.lines.size(), 4U) << path;
+    ASSERT_TRUE(came.cut) << path;
+    EXPECT_EQ(came.cut->reason, "the time of a message is no time");
+  }
+}
+
 // ---- rosbag2 ----
 
 TEST(SqliteBag, gives_every_message_with_and_without_definitions) {
@@ -253,24 +285,133 @@ TEST(SqliteBag, what_a_crash_left_is_read_and_nothing_is_changed) {
   EXPECT_FALSE(fs::exists(folder / "crashed.db3-shm"));
 }
 
-TEST(SqliteBag, cut_off_or_damaged_ends_in_order) {
+/// A bag as rosbag2 writes it, in one of the ways that it compresses.
+std::string sqlite_file(const BagFolder& folder, const WrittenLog& log, const std::string& how) {
+  write_sqlite_bag(folder / "whole.db3", log, how == "message" ? "zstd" : "none", false, true);
+  std::string whole = read_file(folder / "whole.db3");
+  return how == "file" ? compressed("zstd", whole) : whole;
+}
+
+class EverySqliteBag : public testing::TestWithParam<const char*> {};
+
+TEST_P(EverySqliteBag, cut_off_anywhere_gives_messages_from_the_front_and_says_so) {
   const BagFolder folder;
-  const WrittenLog log = counting_log(400, true);
+  const WrittenLog log = counting_log(40, true);
   const std::vector<std::string> lines = lines_of(log);
-  write_sqlite_bag(folder / "log.db3", log, "none", false, true);
-  std::string whole(fs::file_size(folder / "log.db3"), '\0');
-  std::ifstream(folder / "log.db3", std::ios::binary)
-      .read(whole.data(), static_cast<std::streamsize>(whole.size()));
-  constexpr std::size_t kStep = 251;  // a prime: all places in a page are met
-  for (std::size_t size = 0; size < whole.size(); size += kStep) {
-    const fs::path path = folder.write("cut.db3", whole.substr(0, size));
+  const std::string whole = sqlite_file(folder, log, GetParam());
+  EXPECT_EQ(read_bag(folder.write("log", whole)).lines, lines);
+  std::set<std::size_t> counts;
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const fs::path path = folder.write("log", whole.substr(0, size));
     try {
       const WhatCame came = read_bag(path);
+      ASSERT_LE(came.lines.size(), lines.size()) << size;
       ASSERT_TRUE(std::equal(came.lines.begin(), came.lines.end(), lines.begin())) << size;
-      ASSERT_TRUE(came.cut || came.lines.size() == lines.size()) << size;
+      ASSERT_TRUE(came.cut) << size;
+      counts.insert(came.lines.size());
+    } catch (const InputError&) {  // without its tables there is nothing to read
+    } catch (const BadDefinition&) {
+    }
+  }
+  // A file that is compressed as a whole is one block as long as it is so small.
+  if (std::string_view(GetParam()) != "file") {
+    EXPECT_GE(counts.size(), 3U);
+  }
+  EXPECT_LT(peak_memory_mb(), kMostMemory_mb);
+}
+
+TEST_P(EverySqliteBag, damaged_anywhere_ends_in_order) {
+  const BagFolder folder;
+  const std::string whole = sqlite_file(folder, counting_log(10, true), GetParam());
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    std::string damaged = whole;
+    damaged[at] = '\xff';
+    try {
+      (void)read_bag(folder.write("log", damaged));
     } catch (const InputError&) {
     } catch (const BadDefinition&) {
     }
+  }
+  EXPECT_LT(peak_memory_mb(), kMostMemory_mb);
+}
+
+INSTANTIATE_TEST_SUITE_P(Logs, EverySqliteBag, testing::Values("none", "message", "file"),
+                         [](const auto& of) { return std::string(of.param); });
+
+/// The files of a folder, one of which is cut.
+TEST(SqliteBag, a_folder_whose_last_file_is_cut_gives_what_comes_before) {
+  const BagFolder folder;
+  const WrittenLog log = counting_log(40, true);
+  write_sqlite_bag(folder / "log_0.db3", log, "none", false, true);
+  const std::string whole = read_file(folder / "log_0.db3");
+  folder.write("metadata.yaml",
+               "rosbag2_bagfile_information:\n  relative_file_paths:\n    - log_0.db3\n    - log_1.db3\n");
+  constexpr std::size_t kStep = 61;  // a prime: all places in a page are met
+  for (std::size_t size = 0; size < whole.size(); size += kStep) {
+    folder.write("log_1.db3", whole.substr(0, size));
+    try {
+      const WhatCame came = read_bag(folder.path());
+      ASSERT_GE(came.lines.size(), 40U) << size;
+      ASSERT_TRUE(came.cut) << size;
+    } catch (const InputError&) {
+    }
+  }
+}
+
+// ---- What asks for too much ----
+
+TEST(SqliteBag, what_becomes_too_much_is_refused) {
+  const BagFolder folder;
+  write_sqlite_bag(folder / "log.db3", counting_log(3, true), "none", false, true);
+  const fs::path packed = folder.write("log.db3.zstd", compressed("zstd", read_file(folder / "log.db3")));
+  EXPECT_EQ(read_bag(packed).lines.size(), 3U);
+  EXPECT_THROW(read_bag(packed, {.largest_database = 1000}), InputError);
+  WrittenLog large = counting_log(2, true);
+  large.messages[1].bytes = CdrBytes().put(std::int32_t{1}).bytes() + std::string(1 << 20, '\0');
+  write_sqlite_bag(folder / "large.db3", large, "zstd", false, true);
+  EXPECT_EQ(read_bag(folder / "large.db3").lines.size(), 2U);
+  const WhatCame came = read_bag(folder / "large.db3", {.largest_message = 1000});
+  EXPECT_EQ(came.lines.size(), 1U);
+  EXPECT_TRUE(came.cut);
+}
+
+TEST(Bags, a_chunk_of_mcap_that_becomes_too_much_is_not_decompressed) {
+  const BagFolder folder;
+  const std::string records(1 << 20, '\0');
+  for (const char* const compression : {"lz4", "zstd"})
+    for (const bool announces : {false, true}) {
+      const std::string packed = compressed(compression, records);
+      const std::uint64_t size = announces ? records.size() : 64;
+      const std::string chunk = mcap_record(6, RosBytes()
+                                                   .put(std::uint64_t{0})
+                                                   .put(std::uint64_t{0})
+                                                   .put(size)
+                                                   .put(std::uint32_t{0})
+                                                   .text(compression)
+                                                   .put(static_cast<std::uint64_t>(packed.size()))
+                                                   .raw(packed)
+                                                   .bytes());
+      const fs::path path = folder.write("log", std::string("\x89MCAP0\r\n", 8) + chunk);
+      const WhatCame came =
+          read_bag(path, {.largest_chunk = announces ? std::size_t{1} << 19 : std::size_t{1} << 22});
+      EXPECT_TRUE(came.lines.empty());
+      ASSERT_TRUE(came.cut);
+      if (announces) {
+        EXPECT_THAT(came.cut->reason, HasSubstr("once they are decompressed"));
+      }
+    }
+  EXPECT_LT(peak_memory_mb(), kMostMemory_mb);
+}
+
+TEST(Bags, a_message_beyond_the_limit_ends_a_log) {
+  const BagFolder folder;
+  WrittenLog log = counting_log(3);
+  log.messages[1].bytes = RosBytes().put(std::int32_t{1}).raw(std::string(5000, 'x')).bytes();
+  for (const std::string& file : {bag_of(log), mcap_of(log, {.chunked = false})}) {
+    const WhatCame came = read_bag(folder.write("log", file), {.largest_message = 1000});
+    EXPECT_EQ(came.lines.size(), 1U);
+    ASSERT_TRUE(came.cut);
+    EXPECT_THAT(came.cut->reason, HasSubstr("a message has 50"));
   }
 }
 

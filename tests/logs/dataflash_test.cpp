@@ -41,7 +41,7 @@ TEST(DataFlash, HoldsFieldsOfEveryCharacter) {
   describe_formats(log);
   log.format(1, 3 + 1 + 1 + 2 + 2 + 4 + 4 + 4 + 8 + 8 + 8, "INTS", "bBhHiIfdqQ", "a,b,c,d,e,f,g,h,i,j");
   log.format(2, 3 + 64 + 4 + 16 + 64, "TEXT", "anNZ", "array,n,N,Z");
-  log.format(3, 3 + 2 + 2 + 4 + 4 + 4 + 1 + 2, "SCAL", "cCeELMg", "c,C,e,E,Lat,M,half");
+  log.format(3, 3 + 2 + 2 + 4 + 4 + 4 + 1 + 4 * 2, "SCAL", "cCeELMgggg", "c,C,e,E,Lat,M,half,tiny,most,none");
   log.message(1, "\xff\xff" + bytes_of_number(std::int16_t{-300}) + bytes_of_number(std::uint16_t{65535}) +
                      bytes_of_number(std::int32_t{-70000}) + bytes_of_number(std::uint32_t{4'000'000'000}) +
                      bytes_of_number(1.5F) + bytes_of_number(0.1) +
@@ -52,7 +52,10 @@ TEST(DataFlash, HoldsFieldsOfEveryCharacter) {
   log.message(2, array + "abcd" + padded("name", 16) + std::string(64, 'z'));
   log.message(3, bytes_of_number(std::int16_t{-12345}) + bytes_of_number(std::uint16_t{12345}) +
                      bytes_of_number(std::int32_t{-1234567}) + bytes_of_number(std::uint32_t{1234567}) +
-                     bytes_of_number(std::int32_t{473000000}) + '\7' + "??");
+                     bytes_of_number(std::int32_t{473000000}) + '\7' +
+                     // -1.5, the least above 0, the largest, and no number
+                     bytes_of_number(std::uint16_t{0xbe00}) + bytes_of_number(std::uint16_t{1}) +
+                     bytes_of_number(std::uint16_t{0x7bff}) + bytes_of_number(std::uint16_t{0x7e00}));
   const LogContent content = read_log(log.bytes());
   EXPECT_FALSE(content.cut);
   ASSERT_THAT(content.lines, SizeIs(7));
@@ -62,8 +65,10 @@ TEST(DataFlash, HoldsFieldsOfEveryCharacter) {
   EXPECT_NE(content.lines[5].find("array[31]=-31 n='abcd' N='name' Z='" + std::string(64, 'z') + "'"),
             std::string::npos)
       << content.lines[5];
-  EXPECT_EQ(content.lines[6], fmt::format("0 SCAL: c={} C={} e={} E={} Lat={} M=7", -12345 * 0.01,
-                                          12345 * 0.01, -1234567 * 0.01, 1234567 * 0.01, 473000000 * 1e-7));
+  EXPECT_EQ(content.lines[6],
+            fmt::format("0 SCAL: c={} C={} e={} E={} Lat={} M=7 half=-1.5 tiny={} most=65504 none=nan",
+                        -12345 * 0.01, 12345 * 0.01, -1234567 * 0.01, 1234567 * 0.01, 473000000 * 1e-7,
+                        1.0 / (1 << 24)));
 }
 
 TEST(DataFlash, TimeIsThatOfTheLogsOwnClock) {
@@ -161,6 +166,7 @@ TEST(DataFlash, EveryCutIsToldAndWhatIsBeforeItIsRead) {
     silent += content.cut ? 0 : 1;
   }
   EXPECT_EQ(silent, 2U + 2U);  // behind each message the file is whole
+  EXPECT_LT(peak_memory_mb(), kMostMemory_mb);
 }
 
 TEST(DataFlash, AFormatThatContradictsItselfDescribesNothing) {

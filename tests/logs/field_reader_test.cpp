@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -103,12 +104,143 @@ TEST_P(Cdr, a_message_that_breaks_off_gives_what_comes_before) {
 INSTANTIATE_TEST_SUITE_P(FieldReader, Cdr, testing::Bool(),
                          [](const auto& of) { return of.param ? "big_endian" : "little_endian"; });
 
-TEST(FieldReader, other_encodings_than_plain_cdr_are_not_guessed) {
+TEST(FieldReader, parameter_lists_and_unknown_encapsulations_are_refused_in_words) {
   const Layout layout = parse_ros2msg("a/Root", "int32 x\n");
-  for (const int kind : {2, 3, 6, 7, 8, 9, 10, 11}) {
+  for (const int kind : {2, 3, 10, 11, 4, 0x12, 0x7f}) {
     const std::string bytes{'\0', static_cast<char>(kind), '\0', '\0', '\1', '\0', '\0', '\0'};
-    EXPECT_FALSE(
-        visit(layout, Encoding::cdr, std::as_bytes(std::span(bytes)), [](std::string_view, const Value&) {}));
+    const auto message = std::as_bytes(std::span(bytes));
+    EXPECT_FALSE(visit(layout, Encoding::cdr, message, [](std::string_view, const Value&) {}));
+    EXPECT_THAT(fault_of_encapsulation(Encoding::cdr, message),
+                HasSubstr(kind == 4 || kind == 0x7f ? "none of CDR's" : "parameter lists"))
+        << kind;
+  }
+  EXPECT_EQ(fault_of_encapsulation(Encoding::cdr, std::as_bytes(std::span("\0\1\0\0", 4))), "");
+}
+
+// ---- XCDR2 ----
+
+constexpr const char* kStates = R"(builtin_interfaces/Time stamp
+float64 x
+int8 flag
+float64 y
+Inner[] inner
+string[] name
+float32[3] fixed
+int32 last
+===
+MSG: a/Inner
+int8 id
+float64 value
+)";
+
+/// By the rules of XTypes: 8 bytes aligned to 4, lengths before arrays of what are no numbers and, where
+/// structures may grow, before each of them. `more`: fields of a later definition at the end of each
+/// structure.
+std::string states(bool big_endian, int kind, bool more = false) {
+  const bool is_delimited = kind == 8 || kind == 0x14;
+  CdrBytes bytes(big_endian, kind);
+  const auto structure = [&](auto write) {
+    if (!is_delimited) return write();
+    bytes.delimited([&] {
+      write();
+      if (more) bytes.put(std::int8_t{99}).put(0.5);
+    });
+  };
+  structure([&] {
+    structure([&] { bytes.put(std::int32_t{3}).put(std::uint32_t{4}); });
+    bytes.put(1.5).put(std::int8_t{-1}).put(2.5);
+    bytes.delimited([&] {
+      bytes.put(std::uint32_t{2});
+      structure([&] { bytes.put(std::int8_t{7}).put(0.25); });
+      structure([&] { bytes.put(std::int8_t{8}).put(0.75); });
+    });
+    bytes.delimited([&] { bytes.put(std::uint32_t{2}).text("left").text("right"); });
+    bytes.put(1.0F).put(2.0F).put(3.0F).put(std::int32_t{-9});
+  });
+  return bytes.bytes();
+}
+
+TEST(FieldReader, version_2_of_cdr_is_read_where_structures_are_final_or_may_grow) {
+  const Layout layout = parse_ros2msg("a/Root", kStates);
+  for (const bool big_endian : {false, true})
+    for (const int kind : {6, 8, 0x10, 0x14})
+      for (const bool more : {false, true}) {
+        const std::string bytes = states(big_endian, kind, more);
+        const Message message{nullptr, 0, std::as_bytes(std::span(bytes))};
+        std::string fields;
+        EXPECT_TRUE(
+            visit(layout, Encoding::cdr, message.bytes, [&](std::string_view path, const Value& value) {
+              const auto* const text = std::get_if<std::string_view>(&value);
+              fields +=
+                  fmt::format("{}={} ", path,
+                              text != nullptr ? std::string(*text) : fmt::format("{}", *number_of(value)));
+            }));
+        EXPECT_EQ(fields,
+                  "stamp=3000000004 x=1.5 flag=-1 y=2.5 inner[0].id=7 inner[0].value=0.25 inner[1].id=8 "
+                  "inner[1].value=0.75 name[0]=left name[1]=right fixed[0]=1 fixed[1]=2 fixed[2]=3 last=-9 ")
+            << kind;
+        const auto read = [&](const char* path) {
+          return FieldReader(layout, Encoding::cdr, path).read(message);
+        };
+        EXPECT_EQ(read("inner[id=8].value"), Value(0.75));
+        EXPECT_EQ(read("inner[1].value"), Value(0.75));
+        EXPECT_EQ(read("fixed[2]"), Value(3.0));
+        EXPECT_EQ(read("last"), Value(std::int64_t{-9}));
+      }
+}
+
+TEST(FieldReader, a_structure_of_an_earlier_version_lacks_its_last_fields_alone) {
+  const Layout layout =
+      parse_ros2msg("a/Root", "Inner inner\nint32 last\n===\nMSG: a/Inner\nint32 a\nint32 b\n");
+  CdrBytes bytes(false, 8);
+  bytes.delimited([&] { bytes.delimited([&] { bytes.put(std::int32_t{1}); }).put(std::int32_t{2}); });
+  const std::string text = bytes.bytes();
+  const Message message{nullptr, 0, std::as_bytes(std::span(text))};
+  std::string paths;
+  EXPECT_TRUE(visit(layout, Encoding::cdr, message.bytes,
+                    [&](std::string_view path, const Value&) { paths += std::string(path) + " "; }));
+  EXPECT_EQ(paths, "inner.a last ");
+  EXPECT_EQ(FieldReader(layout, Encoding::cdr, "inner.b").read(message), Value());
+  EXPECT_EQ(FieldReader(layout, Encoding::cdr, "last").read(message), Value(std::int64_t{2}));
+}
+
+/// Annotations of IDL go before what the message's header says of structures without any.
+TEST(FieldReader, idl_says_which_structures_may_grow) {
+  const Layout layout = parse_ros2idl("a/msg/Root", R"idl(module a { module msg {
+    @appendable struct Grows { long a; };
+    @extensibility(FINAL) struct Stays { long b; };
+    struct Root { Grows grows; Stays stays; long last; };
+  }; };)idl");
+  for (const int kind : {6, 8}) {
+    CdrBytes bytes(false, kind);
+    const auto root = [&] {
+      bytes.delimited([&] { bytes.put(std::int32_t{1}); });
+      bytes.put(std::int32_t{2}).put(std::int32_t{3});
+    };
+    kind == 8 ? (void)bytes.delimited(root) : root();
+    const std::string text = bytes.bytes();
+    const Message message{nullptr, 0, std::as_bytes(std::span(text))};
+    EXPECT_EQ(FieldReader(layout, Encoding::cdr, "stays.b").read(message), Value(std::int64_t{2}));
+    EXPECT_EQ(FieldReader(layout, Encoding::cdr, "last").read(message), Value(std::int64_t{3}));
+  }
+  for (const char* const refused :
+       {"@mutable struct Root { long a; };", "@extensibility(MUTABLE) struct Root { long a; };",
+        "struct Root { @optional long a; };", "@bit_bound(8) enum E { A }; struct Root { E a; };"})
+    EXPECT_THROW((void)parse_ros2idl("Root", refused), BadDefinition) << refused;
+}
+
+TEST(FieldReader, no_cut_or_damage_of_version_2_is_read_beyond_its_end) {
+  const Layout layout = parse_ros2msg("a/Root", kStates);
+  const std::string whole = states(false, 8);
+  for (std::size_t size = 0; size < whole.size(); ++size)
+    EXPECT_FALSE(visit(layout, Encoding::cdr, std::as_bytes(std::span(whole).first(size)),
+                       [](std::string_view, const Value&) {}))
+        << size;
+  for (std::size_t at = 4; at < whole.size(); ++at) {
+    std::string damaged = whole;
+    damaged[at] = '\xff';
+    (void)visit(layout, Encoding::cdr, std::as_bytes(std::span(damaged)),
+                [](std::string_view, const Value&) {});
   }
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include "trundle/logs/definitions.hpp"
 #include "trundle/logs/field_reader.hpp"
@@ -17,6 +18,18 @@
 
 namespace trundle::test {
 using namespace logs;
+
+/// What reading may take at most, whatever a log holds, of all that the process has had [MB].
+constexpr double kMostMemory_mb = 256.0;
+inline double peak_memory_mb() {
+#if defined(__SANITIZE_ADDRESS__)
+  return 0.0;  // the sanitizer's own is more
+#else
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return 1e-3 * static_cast<double>(usage.ru_maxrss);
+#endif
+}
 
 /// A log in a file of its own, gone with it.
 class LogFile {

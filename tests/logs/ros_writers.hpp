@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <string>
@@ -37,16 +38,25 @@ class RosBytes {
   std::string bytes_;
 };
 
-/// A message in CDR, of either order of bytes, with its padding.
+/// A message in CDR, of either order of bytes, with its padding. `kind`: that of the big-endian
+/// encapsulation; from 6 on it is XCDR2.
 class CdrBytes {
  public:
-  explicit CdrBytes(bool big_endian = false) : big_(big_endian) {}
+  explicit CdrBytes(bool big_endian = false, int kind = 0) : big_(big_endian), kind_(kind) {}
   template <class Number>
   CdrBytes& put(Number number) {
-    body_.append((sizeof number - body_.size() % sizeof number) % sizeof number, '\0');
-    std::string bytes(reinterpret_cast<const char*>(&number), sizeof number);
-    if (big_) bytes.assign(bytes.rbegin(), bytes.rend());
-    body_ += bytes;
+    const std::size_t unit = kind_ < 6 ? sizeof number : std::min<std::size_t>(sizeof number, 4);
+    body_.append((unit - body_.size() % unit) % unit, '\0');
+    body_ += in_order(number);
+    return *this;
+  }
+  /// What `write` writes, after its length in bytes.
+  template <class Write>
+  CdrBytes& delimited(Write write) {
+    put(std::uint32_t{0});
+    const std::size_t start = body_.size();
+    write();
+    body_.replace(start - 4, 4, in_order(static_cast<std::uint32_t>(body_.size() - start)));
     return *this;
   }
   CdrBytes& text(std::string_view text) {
@@ -55,10 +65,20 @@ class CdrBytes {
     body_ += '\0';
     return *this;
   }
-  std::string bytes() const { return std::string(big_ ? "\0\0\0\0" : "\0\1\0\0", 4) + body_; }
+  std::string bytes() const {
+    return std::string{'\0', static_cast<char>(kind_ + (big_ ? 0 : 1)), '\0', '\0'} + body_;
+  }
 
  private:
+  template <class Number>
+  std::string in_order(Number number) const {
+    std::string bytes(reinterpret_cast<const char*>(&number), sizeof number);
+    if (big_) bytes.assign(bytes.rbegin(), bytes.rend());
+    return bytes;
+  }
+
   bool big_;
+  int kind_;
   std::string body_;
 };
 
@@ -267,6 +287,7 @@ inline sqlite3* write_sqlite_bag(const std::string& path, const WrittenLog& log,
   const auto run = [&](const std::string& sql) {
     sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr);
   };
+  run("PRAGMA page_size=512");  // so that a small file has many
   if (crash) run("PRAGMA journal_mode=WAL; PRAGMA wal_autocheckpoint=0;");
   run("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, "
       "serialization_format TEXT "

@@ -92,5 +92,17 @@ TEST(Survey, NamesJointsAndComparesStampsWithTheClockOfTheLog) {
   }));
 }
 
+TEST(Survey, SaysOfATopicThatItsMessagesAreParameterLists) {
+  WrittenLog written{.channels = {{"/x", "a/msg/X", "int32 x\n"}}, .messages = {}};
+  for (int i = 0; i < 3; ++i)
+    written.messages.push_back({0, i, CdrBytes(false, 10).put(std::int32_t{i}).bytes()});
+  const LogFile file(mcap_of(written, {.schema = "ros2msg", .encoding = "cdr"}));
+  const LogSummary summary = survey(*open_log(file.path()), {.fields = true});
+  ASSERT_EQ(summary.topics.size(), 1U);
+  EXPECT_EQ(summary.topics[0].messages, 3U);
+  EXPECT_EQ(summary.topics[0].unreadable,
+            "they are parameter lists (PL_CDR2, encapsulation 0x000b), which are not read");
+}
+
 }  // namespace
 }  // namespace trundle::test

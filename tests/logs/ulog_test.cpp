@@ -136,6 +136,7 @@ TEST(Ulog, EveryCutIsToldAndWhatIsBeforeItIsRead) {
     silent += content.cut ? 0 : 1;
   }
   EXPECT_EQ(silent, 2U + 3U);  // behind the head, the definition, the subscription and two rows
+  EXPECT_LT(peak_memory_mb(), kMostMemory_mb);
   for (std::size_t size = 7; size < 16; ++size) EXPECT_THROW(read_log(whole.substr(0, size)), InputError);
 }
 

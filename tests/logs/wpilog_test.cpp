@@ -30,7 +30,7 @@ TEST(Wpilog, HoldsValuesOfEveryTypeOfItsOwn) {
     log.record(log.start("d", "double"), doubles({-2.25}));
     log.record(log.start("e", "string"), "words of it");
     log.record(log.start("f", "json"), "{}");
-    log.time_us = (std::uint64_t{1} << 53) - 1;  // 285 years
+    log.time_us = (std::uint64_t{1} << 52) - 1;  // 142 years
     log.record(log.start("g", "boolean[]"), std::string("\0\1", 2));
     log.record(log.start("h", "int64[]"),
                bytes_of_number(std::int64_t{7}) + bytes_of_number(std::int64_t{-7}));
@@ -45,9 +45,9 @@ TEST(Wpilog, HoldsValuesOfEveryTypeOfItsOwn) {
         content.lines,
         ElementsAre("1234567 a: value=1", "1234567 b: value=-5000000000000000001", "1234567 c: value=1.5",
                     "1234567 d: value=-2.25", "1234567 e: value='words of it'", "1234567 f: value='{}'",
-                    "9007199254740991 g: value[0]=0 value[1]=1", "9007199254740991 h: value[0]=7 value[1]=-7",
-                    "9007199254740991 i: value[0]=0.5", "9007199254740991 j: ",
-                    "9007199254740991 k: value[0]='left' value[1]=''", "9007199254740991 l: ?"));
+                    "4503599627370495 g: value[0]=0 value[1]=1", "4503599627370495 h: value[0]=7 value[1]=-7",
+                    "4503599627370495 i: value[0]=0.5", "4503599627370495 j: ",
+                    "4503599627370495 k: value[0]='left' value[1]=''", "4503599627370495 l: ?"));
   }
 }
 
@@ -144,6 +144,7 @@ TEST(Wpilog, EveryCutIsToldAndWhatIsBeforeItIsRead) {
     silent += content.cut ? 0 : 1;  // exactly behind a record the file is whole
   }
   EXPECT_EQ(silent, 4U);  // behind the head, the start and two rows
+  EXPECT_LT(peak_memory_mb(), kMostMemory_mb);
   for (std::size_t size = 6; size < 17; ++size) EXPECT_THROW(read_log(whole.substr(0, size)), InputError);
 }
 
@@ -154,6 +155,22 @@ TEST(Wpilog, ALengthBeyondTheLimitIsACut) {
   EXPECT_THAT(content.lines, IsEmpty());
   ASSERT_TRUE(content.cut);
   EXPECT_EQ(content.cut->reason, "a record of 100 bytes is larger than any");
+}
+
+TEST(Wpilog, EntriesAndSchemasWithoutEndAreRefused) {
+  WpilogWriter log;
+  for (int i = 0; i < 100; ++i)
+    (void)log.start(fmt::format("entry {} ", i) + std::string(1000, 'x'), "double");
+  const LogContent content = read_log(log.bytes(), {.all_definitions = 50'000});
+  ASSERT_TRUE(content.cut);
+  EXPECT_EQ(content.cut->reason, "it starts more entries than any");
+  WpilogWriter schemas;
+  for (int i = 0; i < 100; ++i)
+    schemas.record(schemas.start(fmt::format("/.schema/struct:S{}", i), "structschema"),
+                   "double x;" + std::string(1000, ' '));
+  schemas.record(schemas.start("last", "struct:S99"), doubles({1}));
+  EXPECT_EQ(read_log(schemas.bytes()).lines.back(), "0 last: x=1");
+  EXPECT_EQ(read_log(schemas.bytes(), {.all_definitions = 50'000}).lines.back(), "0 last: ?");
 }
 
 TEST(Wpilog, RefusesAnotherVersion) {

@@ -316,7 +316,7 @@ TEST(Align, refuses_a_recording_that_lacks_what_the_robot_needs) {
   one.wheels.series.pop_back();
   refused(one, two_wheels(), "has no column of the wheel 'right'");
   refused(Recording{}, two_wheels(), "has no wheels.csv");
-  refused(Recording{}, Robot{}, "has no velocity.csv");
+  refused(Recording{}, Robot{}, "says nothing of how the robot moved");
   Robot uncounted = two_wheels();
   uncounted.chassis.wheels()[0].ticks_per_revolution = 0.0;
   refused(wheels({0, 1}, {0, 1}, {0, 1}), uncounted, "has no ticks_per_revolution");

@@ -62,6 +62,11 @@ std::string imu_message(int milliseconds, std::array<double, 3> rate, std::array
   return bytes.bytes();
 }
 
+/// Where the other frame is, seen from that of the reference's pose.
+Pose2 inverse_of_pose(const ReferenceStream& reference, std::size_t row) {
+  return Pose2{reference.x_m[row], reference.y_m[row], reference.heading_rad[row]}.inverse();
+}
+
 /// A recording of one log and a recording.toml.
 class LogRecording {
  public:
@@ -205,6 +210,21 @@ TEST(LogMapping, the_logs_time_where_it_is_asked_for_or_headers_hold_none) {
   EXPECT_THAT(describe(recording.findings.front()), HasSubstr("hold no stamps"));
 }
 
+/// A simulation's clock, which began at 0 and is slower.
+TEST(LogMapping, stamps_of_another_clock_are_said_to_be_it) {
+  WrittenLog log{.channels = {joint_states()}, .messages = {}};
+  for (int i = 0; i < 3; ++i)
+    log.messages.push_back(
+        {0, recorded(1000 * i) + 400'000'000 * kSecond_ns, joint_state(600 * i, {{"left", 1.0}})});
+  const Recording recording =
+      LogRecording(
+          log,
+          "[wheels]\nfile = \"run.bag\"\ntopic = \"/joint_states\"\ncolumns.left_rad = \"position[0]\"\n")
+          .read();
+  EXPECT_THAT(describe(recording.findings.front()),
+              HasSubstr("of another clock than the log's, against which it runs up to 0.4 s"));
+}
+
 TEST(LogMapping, columns_of_several_topics_hold_their_last_value) {
   WrittenLog log{.channels = {{"/left", "std_msgs/Float64", "float64 data\n"},
                               {"/right", "std_msgs/Float64", "float64 data\n"},
@@ -324,6 +344,107 @@ TEST(LogMapping, a_pair_of_frames_is_a_reference) {
   EXPECT_THAT(recording.reference.heading_rad, ElementsAre(0.0, 0.0, 0.0));
 }
 
+// ---- Chains of frames ----
+
+WrittenChannel transforms(const char* topic) {
+  return {
+      topic, "tf2_msgs/TFMessage",
+      std::string("geometry_msgs/TransformStamped[] transforms\n===\nMSG: geometry_msgs/TransformStamped\n"
+                  "Header header\nstring child_frame_id\nTransform transform\n===\nMSG: "
+                  "geometry_msgs/Transform\nVector3 translation\nQuaternion rotation\n===\nMSG: "
+                  "geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n") +
+          kHeader + kVector};
+}
+
+struct WrittenTransform {
+  const char *parent, *child;
+  double x_m, y_m, yaw_rad;
+  double roll_rad = 0.0;
+};
+
+/// One message of one transform: Rz(yaw) Rx(roll).
+std::string transform_message(int milliseconds, const WrittenTransform& t) {
+  const double cz = std::cos(t.yaw_rad / 2), sz = std::sin(t.yaw_rad / 2), cx = std::cos(t.roll_rad / 2),
+               sx = std::sin(t.roll_rad / 2);
+  RosBytes bytes;
+  bytes.put(std::uint32_t{1}).put(std::uint32_t{0});
+  bytes.put(static_cast<std::uint32_t>(1'700'000'000 + milliseconds / 1000));
+  bytes.put(static_cast<std::uint32_t>(milliseconds % 1000 * 1'000'000)).text(t.parent).text(t.child);
+  bytes.put(t.x_m).put(t.y_m).put(0.0);
+  return bytes.put(cz * sx).put(sz * sx).put(sz * cx).put(cz * cx).bytes();
+}
+
+/// A robot that drives a circle in `odom`, which drifts in `map`; a mast on it that is mounted turned by 90°.
+WrittenLog driving_frames() {
+  WrittenLog log{.channels = {transforms("/tf"), transforms("/tf_static")}, .messages = {}};
+  log.messages.push_back({1, recorded(0), transform_message(0, {"base_link", "mast", 0.1, 0.2, kPi / 2})});
+  for (int i = 0; i <= 100; ++i) {
+    if (i % 20 == 0)  // seldom, and its stamps are none of the others
+      log.messages.push_back({0, recorded(10 * i),
+                              transform_message(10 * i + 5, {"/map", "/odom", 0.002 * (10 * i + 5), 1.0,
+                                                             0.001 * (10 * i + 5)})});
+    const double heading = 0.01 * i;
+    log.messages.push_back({0, recorded(10 * i),
+                            transform_message(10 * i, {"odom", "base_link", 2.0 * std::sin(heading),
+                                                       2.0 - 2.0 * std::cos(heading), heading})});
+  }
+  return log;
+}
+
+TEST(LogMapping, a_chain_of_frames_is_composed_at_the_stamps_of_the_one_that_comes_most_often) {
+  const std::string map =
+      "time_origin = 1700000000\n[reference]\nfile = \"run.bag\"\ntopic = \"/tf\"\nframes = ";
+  const Recording recording = LogRecording(driving_frames(), map + "[\"map\", \"mast\"]\n").read();
+  const ReferenceStream& reference = recording.reference;
+  ASSERT_EQ(reference.time_s.size(), 100U);  // not before the first of map -> odom, at 5 ms
+  for (std::size_t row = 0; row < reference.time_s.size(); ++row) {
+    const double t_s = reference.time_s[row], heading = t_s, drift_rad = t_s;
+    const Pose2 map_from_odom{2.0 * t_s, 1.0, drift_rad};
+    const Pose2 odom_from_base{2.0 * std::sin(heading), 2.0 - 2.0 * std::cos(heading), heading};
+    const Pose2 expected = map_from_odom * odom_from_base * Pose2{0.1, 0.2, kPi / 2};
+    EXPECT_NEAR(reference.x_m[row], expected.x, 1e-9) << t_s;
+    EXPECT_NEAR(reference.y_m[row], expected.y, 1e-9) << t_s;
+    EXPECT_NEAR(wrap_angle(reference.heading_rad[row] - expected.heading), 0.0, 1e-9) << t_s;
+  }
+  EXPECT_THAT(codes_of(recording), ElementsAre(FindingCode::log_stamps));
+  // Against the arrows, too: where odom is, seen from the mast.
+  const Recording inverse = LogRecording(driving_frames(), map + "[\"mast\", \"odom\"]\n").read();
+  const Pose2 first = inverse_of_pose(inverse.reference, 0);
+  EXPECT_NEAR(first.x, 0.1, 1e-9);
+  EXPECT_NEAR(first.y, 0.2, 1e-9);
+}
+
+TEST(LogMapping, frames_that_are_not_connected_or_do_not_move_are_refused) {
+  const auto complaint = [](const std::string& frames) {
+    return LogRecording(driving_frames(),
+                        "[reference]\nfile = \"run.bag\"\ntopic = \"/tf\"\nframes = " + frames + "\n")
+        .complaint();
+  };
+  EXPECT_THAT(
+      complaint("[\"map\", \"camera\"]"),
+      HasSubstr("recording.toml:4: 'map' and 'camera' are not connected by the transforms of /tf; expected "
+                "frames of one tree: odom -> base_link, base_link -> mast, map -> odom"));
+  EXPECT_THAT(complaint("[\"base_link\", \"mast\"]"), HasSubstr("do not move against each other"));
+  EXPECT_THAT(complaint("[\"map\"]"), HasSubstr("frames is no pair"));
+}
+
+/// Mounted on its side and 30° off: the rate about the body's vertical is a mixture of two axes.
+TEST(LogMapping, the_mounting_of_a_gyro_is_that_of_the_static_transforms) {
+  WrittenLog log{.channels = {imu(), transforms("/tf_static")}, .messages = {}};
+  for (int i = 0; i < 3; ++i)
+    log.messages.push_back({0, recorded(10 * i), imu_message(10 * i, {5.0, 0.6, 0.8}, {0.0, 9.8, 0.0})});
+  const double roll = radians(60.0);
+  log.messages.push_back({1, recorded(30), transform_message(0, {"base_link", "deck", 1.0, 0.0, 0.3})});
+  log.messages.push_back({1, recorded(30), transform_message(0, {"deck", "base", 0.0, 0.0, 0.0, roll})});
+  const std::string map = "[gyro]\nfile = \"run.bag\"\ntopic = \"/imu\"\nbody_frame = ";
+  const Recording recording = LogRecording(log, map + "\"base_link\"\n").read();
+  for (const double rate : recording.gyro.yaw_rate_rad_s)
+    EXPECT_NEAR(rate, 0.6 * std::sin(roll) + 0.8 * std::cos(roll), 1e-12);
+  EXPECT_THAT(describe(recording.findings.back()), HasSubstr("the transform from base_link to base"));
+  EXPECT_THAT(LogRecording(log, map + "\"chassis\"\n").complaint(),
+              HasSubstr("'chassis' and 'base' are not connected"));
+}
+
 TEST(LogMapping, fixes_are_metres_east_and_north_of_the_first) {
   WrittenLog log{.channels = {{"/fix", "sensor_msgs/NavSatFix",
                                std::string("Header header\nNavSatStatus status\nfloat64 latitude\nfloat64 "
@@ -423,7 +544,32 @@ TEST(LogMapping, values_that_stand_where_they_change_hold_until_the_next) {
   double turn = 0.0;
   for (std::size_t row = 1; row < gyro.time_s.size(); ++row)
     turn += gyro.yaw_rate_rad_s[row] * (gyro.time_s[row] - gyro.time_s[row - 1]);
-  EXPECT_NEAR(turn, 0.5 - 0.02, 1e-6);
+  // What a row says was measured at its stamp: 0.48 s at 1 rad/s, then the two cycles of the other rates.
+  EXPECT_NEAR(turn, 0.48 - 0.02 - 0.03, 1e-6);
+}
+
+/// The rate of a gyro that is written on change is what a table of all its cycles has: not one cycle later.
+TEST(LogMapping, rates_that_are_written_on_change_stay_at_their_stamps) {
+  WpilogWriter log;
+  const auto rate = log.start("/gyro", "double");
+  std::vector<double> written;
+  for (int i = 0; i < 200; ++i) {
+    const double value = i < 50 || i > 150 ? 0.0 : std::sin(0.05 * (i - 50));
+    if (written.empty() || value != written.back()) {
+      log.time_us = static_cast<std::uint64_t>(i) * 20'000;
+      log.record(rate, bytes_of_number(value));
+    }
+    written.push_back(value);
+  }
+  const Folder folder;
+  folder.write("run.wpilog", log.bytes());
+  folder.write("recording.toml",
+               "[gyro]\nfile = \"run.wpilog\"\ncolumns.yaw_rate_rad_s = { topic = \"/gyro\" }\n");
+  const GyroStream gyro = read_recording(folder.path()).gyro;
+  for (std::size_t row = 0; row < gyro.time_s.size(); ++row)
+    EXPECT_EQ(gyro.yaw_rate_rad_s[row],
+              written[static_cast<std::size_t>(std::lround(gyro.time_s[row] / 0.02 - 1e-6))])
+        << gyro.time_s[row];
 }
 
 // ---- Faults ----

@@ -3,7 +3,6 @@
 // units. https://ardupilot.org/copter/docs/common-logs.html, libraries/AP_Logger/LogStructure.h
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <map>
 #include <utility>
 #include <vector>
@@ -44,7 +43,7 @@ constexpr std::array<FieldCharacter, 21> kFieldCharacters = {{
     {'e', FieldType::int32, 1, 0.01}, {'E', FieldType::uint32, 1, 0.01},
     {'L', FieldType::int32, 1, 1e-7}, {'M', FieldType::uint8},
     {'q', FieldType::int64},          {'Q', FieldType::uint64},
-    {'g', FieldType::uint16},  // of 16 bits, a float: nothing that this program computes with
+    {'g', FieldType::float16},
 }};
 
 const FieldCharacter* field_character(char character) {
@@ -56,6 +55,7 @@ std::size_t size_of(const FieldCharacter& field) {
   switch (field.type) {
     case FieldType::int16:
     case FieldType::uint16:
+    case FieldType::float16:
       return 2 * field.count;
     case FieldType::int32:
     case FieldType::uint32:
@@ -263,7 +263,7 @@ class DataFlashLog final : public Log {
     ByteCursor cursor(fields.subspan(type.time->offset));
     const std::uint64_t ticks =
         type.time->type == FieldType::uint32 ? cursor.take<std::uint32_t>() : cursor.take<std::uint64_t>();
-    if (ticks <= std::numeric_limits<std::int64_t>::max() / static_cast<std::uint64_t>(type.time->tick_ns))
+    if (ticks <= kLatestTime_ns / static_cast<std::uint64_t>(type.time->tick_ns))
       time_ns_ = static_cast<std::int64_t>(ticks) * type.time->tick_ns;
   }
 
@@ -332,7 +332,6 @@ class DataFlashLog final : public Log {
       field.count = character.count;
       field.scale = character.scale;
       field.unit = unit_of(format, i);
-      field.is_padding = character.character == 'g';
       fields.push_back(std::move(field));
     }
     return Layout({{.name = format.name, .fields = std::move(fields)}});
@@ -355,6 +354,7 @@ class DataFlashLog final : public Log {
     made.id = id;
     made.topic = type.instance_at ? fmt::format("{}[{}]", name, instance) : name;
     made.type = name;
+    made.has_time = type.time.has_value();
     made.encoding = Encoding::packed;
     made.layout = layout_of(type.format);
     channel = &channels_.add(std::move(made));

@@ -72,6 +72,7 @@ std::string Definitions::find(std::string_view type) const {
 }
 
 Layout layout_of(const Channel& channel, const Definitions& definitions) {
+  if (!channel.unreadable.empty()) throw BadDefinition(channel.unreadable);
   if (channel.layout) return *channel.layout;
   switch (channel.language) {
     case SchemaLanguage::ros1msg:

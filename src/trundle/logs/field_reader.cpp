@@ -75,6 +75,7 @@ bool take_elements(Wire& wire, std::uint64_t count, std::span<const FieldStep> s
 template <class Take>
 bool follow(Wire wire, std::span<const FieldStep> steps, const Take& take) {
   const FieldStep& step = steps.front();
+  wire.enter(*step.structure);
   const LayoutField& target = step.target();
   std::optional<std::uint64_t> index = step.index;
   if (step.selector == ElementSelector::by_sibling) index = index_beside(wire, step);
@@ -96,13 +97,16 @@ class FieldVisit {
       : layout_(layout), visitor_(visitor) {}
 
   void visit_structure(Wire& wire, const LayoutStructure& structure) {
+    const std::byte* const outer_end = wire.enter(structure);
     for (const LayoutField& field : structure.fields) {
       if (!wire.is_good()) return;
+      if (outer_end != nullptr && wire.left() == 0) break;  // its writer knew no more fields
       if (field.is_padding || has_no_bytes(field))
         wire.skip_field(field);
       else
         visit_field(wire, field);
     }
+    wire.leave(outer_end);
   }
 
  private:

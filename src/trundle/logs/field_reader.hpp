@@ -56,6 +56,9 @@ class FieldReader {
   std::unique_ptr<Program> program_;
 };
 
+/// Why a message's own header says that it cannot be decoded, whatever its layout; empty: it can.
+[[nodiscard]] std::string fault_of_encapsulation(Encoding encoding, std::span<const std::byte> bytes);
+
 /// Nothing where the path leads to no field.
 [[nodiscard]] std::optional<FieldReader> reader_if_known(const Layout& layout, Encoding encoding,
                                                          std::string_view path);

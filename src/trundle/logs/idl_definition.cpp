@@ -1,6 +1,7 @@
 #include <cctype>
 #include <charconv>
 #include <set>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -21,6 +22,8 @@ class IdlTokens {
 
   [[nodiscard]] const std::string& peek() const { return token_; }
   [[nodiscard]] bool is_end() const { return token_.empty(); }
+  /// Those before the token that is next: "appendable", "extensibility(APPENDABLE)".
+  std::vector<std::string> take_annotations() { return std::exchange(annotations_, {}); }
   std::string take() {
     std::string token = std::move(token_);
     advance();
@@ -41,13 +44,14 @@ class IdlTokens {
       skip_blank();
       if (!rest_.starts_with('@')) break;
       rest_.remove_prefix(1);
-      take_raw();
+      std::string annotation = take_raw();
       while (rest_.starts_with("::")) {
         rest_.remove_prefix(2);
-        take_raw();
+        annotation = take_raw();
       }
       skip_blank();
-      if (rest_.starts_with('(')) skip_parentheses();
+      if (rest_.starts_with('(')) annotation += take_parentheses();
+      annotations_.push_back(std::move(annotation));
     }
     token_ = take_raw();
   }
@@ -67,15 +71,18 @@ class IdlTokens {
     }
   }
 
-  void skip_parentheses() {
+  std::string take_parentheses() {
     std::size_t depth = 0;
+    std::string text;
     do {
       const std::string token = take_raw();
+      text += token;
       if (token.empty()) throw BadDefinition("an annotation does not end");
       if (token == "(") ++depth;
       if (token == ")") --depth;
       skip_blank();
     } while (depth > 0);
+    return text;
   }
 
   std::string take_raw() {
@@ -96,6 +103,7 @@ class IdlTokens {
 
   std::string_view rest_;
   std::string token_;
+  std::vector<std::string> annotations_;
 };
 
 constexpr std::array<std::pair<std::string_view, FieldType>, 22> kIdlTypes = {{
@@ -122,11 +130,16 @@ class IdlParser {
 
  private:
   void parse_declaration() {
+    const std::vector<std::string> annotations = tokens_.take_annotations();
     if (tokens_.take_if(";")) return;
     if (tokens_.take_if("module")) return parse_module();
-    if (tokens_.take_if("struct")) return parse_struct();
+    if (tokens_.take_if("struct")) return parse_struct(extensibility_in(annotations));
     if (tokens_.take_if("typedef")) return parse_typedef();
-    if (tokens_.take_if("enum")) return parse_enum();
+    if (tokens_.take_if("enum")) {
+      for (const std::string& annotation : annotations)
+        if (annotation.starts_with("bit_bound")) throw BadDefinition("an enum of another size than 32 bits");
+      return parse_enum();
+    }
     if (tokens_.take_if("const")) return skip_to_semicolon();
     throw BadDefinition(fmt::format("'{}' is no declaration that ROS 2 writes", tokens_.peek()));
   }
@@ -142,9 +155,21 @@ class IdlParser {
     scope_.pop_back();
   }
 
-  void parse_struct() {
+  static Extensibility extensibility_in(const std::vector<std::string>& annotations) {
+    for (const std::string& annotation : annotations) {
+      if (annotation == "final" || annotation == "extensibility(FINAL)") return Extensibility::final;
+      if (annotation == "appendable" || annotation == "extensibility(APPENDABLE)")
+        return Extensibility::appendable;
+      if (annotation == "mutable" || annotation == "extensibility(MUTABLE)")
+        throw BadDefinition("a struct is mutable: parameter lists are not read");
+    }
+    return Extensibility::unspecified;
+  }
+
+  void parse_struct(Extensibility extensibility) {
     const std::string name = full_name(tokens_.take());
     RawType type;
+    type.extensibility = extensibility;
     tokens_.expect("{");
     while (!tokens_.take_if("}")) {
       if (tokens_.is_end()) throw BadDefinition(fmt::format("struct {} does not end", name));
@@ -154,6 +179,9 @@ class IdlParser {
   }
 
   void parse_members(std::vector<RawField>& fields) {
+    for (const std::string& annotation : tokens_.take_annotations())
+      if (annotation == "optional" || annotation == "optional(TRUE)" || annotation == "optional(true)")
+        throw BadDefinition("a member is optional: whether it is there is not read");
     const RawField type = parse_type();
     do {
       RawField field = type;

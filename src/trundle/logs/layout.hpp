@@ -30,6 +30,7 @@ enum class FieldType : std::uint8_t {
   uint32,
   int64,
   uint64,
+  float16,
   float32,
   float64,
   string,       ///< after its length
@@ -66,12 +67,17 @@ struct LayoutConstant {
   std::string value;  ///< as it is written
 };
 
+/// Whether a structure may have more fields in a later version of its definition, as IDL says it. Of one that
+/// may, XCDR2 writes the length before the fields.
+enum class Extensibility : std::uint8_t { unspecified, final, appendable };
+
 struct LayoutStructure {
   std::string name;  ///< "geometry_msgs/Vector3"
   std::vector<LayoutField> fields;
   std::vector<LayoutConstant> constants = {};
   /// One time of seconds and nanoseconds, as ROS 2 has it: a field of this structure is a value.
   bool is_time = false;
+  Extensibility extensibility = Extensibility::unspecified;
 };
 
 /// What the bytes of a message mean: structures of fields, the outermost last.

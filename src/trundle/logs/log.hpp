@@ -15,7 +15,7 @@ namespace trundle::logs {
 /// How the bytes of a message stand for its fields.
 enum class Encoding {
   ros1,    ///< little-endian without padding; strings and dynamic arrays after their length, as 32 bits
-  cdr,     ///< OMG's Common Data Representation, version 1 or plain version 2, after its header of four bytes
+  cdr,     ///< OMG's Common Data Representation, XCDR1 or XCDR2, after its header of four bytes
   packed,  ///< as ros1 with what Layout says besides: WPILOG, DataFlash, ULog
   json,
   unknown,
@@ -35,9 +35,13 @@ struct Channel {
   std::optional<Layout> layout = {};  ///< where the format itself lays messages out, not a definition
   std::optional<std::uint64_t> messages = {};  ///< as the log's index counts them, where it has one
   std::string metadata = {};                   ///< what the format says besides, as it stands there (WPILOG)
+  bool has_time = true;         ///< its messages bear one; else they have that of the message before
+  std::string unreadable = {};  ///< why its messages cannot be decoded; empty: the definition decides
 };
 
 inline constexpr double kNanosecond_s = 1e-9;
+/// In 2115, and so that differences of times are no overflow either: what is later, or before 0, is damage.
+inline constexpr std::int64_t kLatestTime_ns = 4'600'000'000'000'000'000;
 
 struct Message {
   const Channel* channel = nullptr;

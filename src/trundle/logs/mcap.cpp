@@ -13,6 +13,7 @@
 namespace trundle::logs {
 namespace {
 
+constexpr std::size_t kLongestName = 64;                      // of a compression or an encoding
 constexpr std::size_t kMcapHead = 1 + sizeof(std::uint64_t);  // opcode, length
 /// From the footer's opcode to the end of the file.
 constexpr std::size_t kMcapFooter =
@@ -128,7 +129,11 @@ class Mcap : public Log {
     const auto id = cursor.take<std::uint16_t>();
     const auto schema_id = cursor.take<std::uint16_t>();
     Channel channel{.id = id, .topic = std::string(cursor.take_text())};
-    channel.encoding = encoding_named(cursor.take_text());
+    const std::string encoding(cursor.take_text().substr(0, kLongestName));
+    channel.encoding = encoding_named(encoding);
+    if (channel.encoding != Encoding::ros1 && channel.encoding != Encoding::cdr)
+      channel.unreadable =
+          fmt::format("its messages are encoded as '{}': those of ROS, ros1 and cdr, are read", encoding);
     if (!cursor.is_good()) return end(file_.position(), "a channel is damaged");
     if (by_id_.contains(id)) return;
     if (const auto schema = schemas_.find(schema_id); schema != schemas_.end()) {
@@ -208,11 +213,14 @@ class Mcap : public Log {
       end(place, cursor.is_good() ? "a message is of no channel" : "a message is damaged");
       return std::nullopt;
     }
+    if (log_time > static_cast<std::uint64_t>(kLatestTime_ns)) {
+      end(place, "the time of a message is no time");
+      return std::nullopt;
+    }
     return Message{found->second, static_cast<std::int64_t>(log_time), cursor.rest()};
   }
 
   void open_chunk(const McapRecord& record, std::uint64_t start) {
-    constexpr std::size_t kLongestName = 64;  // of a compression
     constexpr std::size_t kBeforeName = 3 * sizeof(std::uint64_t) + sizeof(std::uint32_t);
     ByteCursor cursor(file_.peek(kBeforeName + sizeof(std::uint32_t) + kLongestName + sizeof(std::uint64_t)));
     cursor.take_bytes(2 * sizeof(std::uint64_t));  // first and last time

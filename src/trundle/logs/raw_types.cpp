@@ -58,6 +58,7 @@ class Resolver {
       throw BadDefinition(
           fmt::format("{} nests deeper than {} structures, or contains itself", full, Layout::kDeepest));
     LayoutStructure structure{.name = full, .fields = {}, .constants = type->constants};
+    structure.extensibility = type->extensibility;
     const std::string inner_package = full.substr(0, full.find('/'));
     for (const RawField& raw : type->fields) {
       structure.fields.push_back(raw.field);

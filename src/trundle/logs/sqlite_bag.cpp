@@ -5,6 +5,7 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/logs/detail/byte_cursor.hpp"
+#include "trundle/logs/detail/file_window.hpp"
 #include "trundle/logs/detail/formats.hpp"
 #include "trundle/logs/detail/inflater.hpp"
 #include "trundle/logs/detail/temporary_folder.hpp"
@@ -25,6 +26,39 @@ std::vector<fs::path> leftovers_of(const fs::path& path) {
     if (fs::is_regular_file(beside, error) && fs::file_size(beside, error) > 0) found.push_back(beside);
   }
   return found;
+}
+
+/// How many pages a database has, by its head, and how many of them the file holds whole.
+struct Pages {
+  std::uint64_t size = 0;  ///< of one [bytes]; 0: the head says none
+  std::uint64_t announced = 0;
+  std::uint64_t whole = 0;
+  bool breaks_off_within = false;  ///< one of them
+
+  [[nodiscard]] bool is_cut() const { return whole < announced || breaks_off_within; }
+};
+
+/// https://www.sqlite.org/fileformat.html#the_database_header: the size of a page at 16, the number of pages
+/// at 28, which is right where the counters at 24 and 92 are the same.
+Pages pages_of(const fs::path& path) {
+  constexpr std::size_t kHead = 100, kSizeAt = 16, kCountAt = 28, kChangesAt = 24, kValidForAt = 92;
+  FileWindow file(path);
+  const std::span<const std::byte> head = file.peek(kHead);
+  Pages pages;
+  if (head.size() < kHead) return pages;
+  const auto number = [&](std::size_t at, std::size_t bytes) {
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < bytes; ++i)
+      value = value << 8U | std::to_integer<std::uint64_t>(head[at + i]);
+    return value;
+  };
+  pages.size = number(kSizeAt, 2);
+  if (pages.size == 1) pages.size = 1 << 16;
+  if (pages.size == 0) return pages;
+  if (number(kChangesAt, 4) == number(kValidForAt, 4)) pages.announced = number(kCountAt, 4);
+  pages.whole = file.size() / pages.size;
+  pages.breaks_off_within = file.size() % pages.size != 0;
+  return pages;
 }
 
 class Statement {
@@ -54,16 +88,22 @@ class Database {
  public:
   /// Nothing is written beside it: a database that was closed is opened as one that nobody changes, another
   /// is recovered in a copy.
-  Database(const fs::path& path, const Limits& limits) : path_(path) {
+  Database(const fs::path& path, const Limits& limits) : path_(path), pages_(pages_of(path)) {
     const std::vector<fs::path> leftovers = leftovers_of(path);
-    if (leftovers.empty()) {
-      open("file:" + escaped(path) + "?immutable=1", SQLITE_OPEN_READONLY);
-    } else {
+    if (!leftovers.empty()) {
+      pages_ = {};  // of those that it lacks some stand beside it
       open_copy(path, leftovers, limits);
+    } else if (pages_.breaks_off_within) {
+      open_whole_pages(limits);
+    } else {
+      open("file:" + escaped(path) + "?immutable=1", SQLITE_OPEN_READONLY);
     }
+    // Without it a database that lacks pages is refused as a whole; with it those are missing that are not
+    // there.
+    if (pages_.is_cut()) sqlite3_exec(database_, "PRAGMA writable_schema = ON", nullptr, nullptr, nullptr);
     sqlite3_limit(database_, SQLITE_LIMIT_LENGTH,
                   static_cast<int>(std::min<std::size_t>(limits.largest_message, std::size_t{1} << 30)));
-    sqlite3_db_config(database_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+    sqlite3_db_config(database_, SQLITE_DBCONFIG_DEFENSIVE, pages_.is_cut() ? 0 : 1, nullptr);
     sqlite3_db_config(database_, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   }
   ~Database() { sqlite3_close(database_); }
@@ -72,6 +112,7 @@ class Database {
 
   sqlite3* get() const { return database_; }
   std::string fault() const { return sqlite3_errmsg(database_); }
+  const Pages& pages() const { return pages_; }
   /// A table, no view that computes its rows.
   bool has_table(const std::string& name) const {
     Statement found(database_, "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = '" + name + "'");
@@ -98,6 +139,18 @@ class Database {
     open("file:" + escaped(copy), SQLITE_OPEN_READWRITE);
   }
 
+  /// SQLite takes the rest of a page that breaks off for zeros, and so rows for others than they were.
+  void open_whole_pages(const Limits& limits) {
+    const std::uint64_t size = pages_.whole * pages_.size;
+    if (size > limits.largest_database)
+      throw InputError(path_.string(), "breaks off, and is too large for a copy", "a bag that was closed");
+    copy_ = std::make_unique<TemporaryFolder>();
+    const fs::path copy = copy_->path() / "bag.db3";
+    fs::copy_file(path_, copy);
+    fs::resize_file(copy, size);
+    open("file:" + escaped(copy) + "?immutable=1", SQLITE_OPEN_READONLY);
+  }
+
   void open(const std::string& uri, int flags) {
     const int status =
         sqlite3_open_v2(uri.c_str(), &database_, flags | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX, nullptr);
@@ -109,6 +162,7 @@ class Database {
   }
 
   fs::path path_;
+  Pages pages_;
   std::unique_ptr<TemporaryFolder> copy_;
   sqlite3* database_ = nullptr;
 };
@@ -134,7 +188,11 @@ class SqliteBag : public Log {
     const int status = messages_->step();
     if (status != SQLITE_ROW) {
       is_at_end_ = true;
-      if (status != SQLITE_DONE) end(fmt::format("the database cannot be read on: {}", database_.fault()));
+      if (database_.pages().is_cut())
+        end(fmt::format("the file breaks off: it holds {} of its {} pages", database_.pages().whole,
+                        database_.pages().announced));
+      else if (status != SQLITE_DONE)
+        end(fmt::format("the database cannot be read on: {}", database_.fault()));
       return std::nullopt;
     }
     const auto found = by_id_.find(messages_->integer(0));
@@ -142,9 +200,14 @@ class SqliteBag : public Log {
       end("a message is of no topic");
       return std::nullopt;
     }
+    const std::int64_t time_ns = messages_->integer(1);
+    if (time_ns < 0 || time_ns > kLatestTime_ns) {
+      end("the time of a message is no time");
+      return std::nullopt;
+    }
     const std::span<const std::byte> bytes = plain(messages_->bytes(2));
     if (cut_) return std::nullopt;
-    return Message{found->second, messages_->integer(1), bytes};
+    return Message{found->second, time_ns, bytes};
   }
 
  private:
@@ -177,7 +240,10 @@ class SqliteBag : public Log {
     while ((status = rows.step()) == SQLITE_ROW) {
       const std::int64_t id = rows.integer(0);
       Channel channel{.id = static_cast<std::uint32_t>(id), .topic = rows.text(1), .type = rows.text(2)};
-      channel.encoding = rows.text(3) == "cdr" ? Encoding::cdr : Encoding::unknown;
+      if (rows.text(3) == "cdr")
+        channel.encoding = Encoding::cdr;
+      else
+        channel.unreadable = "its messages are not encoded as cdr";
       if (const auto found = definitions.find(channel.type); found != definitions.end()) {
         channel.language = found->second.language;
         channel.definition = found->second.text;

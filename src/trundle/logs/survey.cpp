@@ -103,6 +103,10 @@ class ChannelSurvey {
 
   void add(const Message& message, const Definitions& definitions) {
     const Channel& channel = *message.channel;
+    if (summary_.messages == 0 && !is_refused_) {
+      refusal_ = fault_of_encapsulation(channel.encoding, message.bytes);
+      is_refused_ = !refusal_.empty();
+    }
     if (!layout_ && !is_refused_) take_layout(channel, definitions);
     take_time(message);
     if (!layout_) return;
@@ -115,6 +119,7 @@ class ChannelSurvey {
   TopicSummary finish(const Channel& channel) {
     is_finished_ = true;
     summary_.metadata = channel.metadata;
+    summary_.has_time = channel.has_time;
     if (!layout_ && summary_.unreadable.empty()) summary_.unreadable = refusal_;
     const double median_s = steps_.median_s();
     if (median_s > 0.0) {

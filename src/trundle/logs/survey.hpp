@@ -33,6 +33,7 @@ struct TopicSummary {
   std::string type;
   std::string metadata = {};
   std::string unreadable = {};  ///< why its messages cannot be decoded; empty: they can
+  bool has_time = true;         ///< as of the channel
   std::uint64_t messages = 0;
   std::uint64_t broken = 0;  ///< that end before their layout does; only where fields were asked for
   std::int64_t start_ns = 0, end_ns = 0;  ///< earliest and latest, on the log's clock

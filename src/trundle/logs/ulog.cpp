@@ -2,7 +2,6 @@
 // that which their definition names. https://docs.px4.io/main/en/dev_log/ulog_file_format.html
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <map>
 #include <set>
 #include <string>
@@ -166,7 +165,7 @@ class UlogLog final : public Log {
   }
 
  private:
-  static constexpr std::uint64_t kLatest_us = std::numeric_limits<std::int64_t>::max() / kMicrosecond_ns;
+  static constexpr std::uint64_t kLatest_us = kLatestTime_ns / kMicrosecond_ns;
 
   struct Record {
     char type = 0;
@@ -274,13 +273,12 @@ class UlogLog final : public Log {
     const std::size_t colon = text.find(':');
     if (colon == std::string_view::npos) return;
     definition_bytes_ += text.size();
-    if (definitions_.size() >= limits_.most_channels || definition_bytes_ > kMostDefinitions) {
+    if (definitions_.size() >= limits_.most_channels || definition_bytes_ > limits_.all_definitions) {
       end_here("it defines more messages than any");
       return;
     }
     definitions_.insert_or_assign(std::string(text.substr(0, colon)), std::string(text.substr(colon + 1)));
   }
-  static constexpr std::size_t kMostDefinitions = std::size_t{16} << 20;  ///< of all [bytes]
 
   void subscribe(std::span<const std::byte> bytes) {
     ByteCursor cursor(bytes);
@@ -301,6 +299,7 @@ class UlogLog final : public Log {
       try {
         channel.layout = layout_of_ulog(name, definitions_);
         channel.encoding = Encoding::packed;
+        channel.has_time = is_stamped(*channel.layout);
         channel.definition = definitions_.find(name)->second;
       } catch (const BadDefinition&) {  // layout_of() says that there is none
       }

@@ -1,7 +1,6 @@
 // WPILOG 1.0, the data log of WPILib: entries that are started, written to and finished, each record with the
 // identifier of its entry, a length and a time in microseconds, all of as many bytes as they need.
 // https://github.com/wpilibsuite/allwpilib/blob/main/wpiutil/doc/datalog.adoc
-#include <limits>
 #include <map>
 #include <string>
 #include <unordered_map>
@@ -131,7 +130,7 @@ class WpilogLog final : public Log {
       return end_here(fmt::format("a record of {} bytes is larger than any", size));
     if (size > file_.left() - head_size) return end_here("the file ends within a record");
     // Beyond that no clock since its start counts: 292 years in nanoseconds.
-    constexpr std::int64_t kLatest = std::numeric_limits<std::int64_t>::max() / kNanosecondsOfTick;
+    constexpr std::int64_t kLatest = kLatestTime_ns / kNanosecondsOfTick;
     if (record.time_ns < 0 || record.time_ns > kLatest) return end_here("the time of a record is no time");
     record.time_ns *= kNanosecondsOfTick;
     record.payload =
@@ -168,7 +167,7 @@ class WpilogLog final : public Log {
     Channel*& same = by_name_[channel.topic + '\0' + channel.type];
     if (same == nullptr) {
       text_bytes_ += channel.topic.size() + channel.type.size() + channel.metadata.size();
-      if (channels_.size() == limits_.most_channels || text_bytes_ > kMostText) {
+      if (channels_.size() == limits_.most_channels || text_bytes_ > limits_.all_definitions) {
         end_here("it starts more entries than any");
         return;
       }
@@ -184,7 +183,7 @@ class WpilogLog final : public Log {
     const std::size_t at = channel.topic.find(kSchemaOfStruct);
     if (at == std::string::npos || channel.type != "structschema") return;
     schema_bytes_ += payload.size();
-    if (schema_bytes_ > kMostText) return;
+    if (schema_bytes_ > limits_.all_definitions) return;
     schemas_[channel.topic.substr(at + kSchemaOfStruct.size())] = text_of(payload);
     ++schema_count_;
   }
@@ -203,8 +202,6 @@ class WpilogLog final : public Log {
     } catch (const BadDefinition&) {  // perhaps later; layout_of() says that there is none
     }
   }
-
-  static constexpr std::size_t kMostText = std::size_t{16} << 20;  ///< of names and types [bytes]
 
   FileWindow file_;
   Limits limits_;

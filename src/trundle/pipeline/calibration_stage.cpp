@@ -21,6 +21,17 @@ void require_something_to_learn_from(const RunInputs& inputs) {
     throw NotApplicable{"the robot file has a [calibration] already: it is used as it is"};
 }
 
+/// Odometry that was computed elsewhere can be corrected by a gyro or a reference alone.
+void require_something_to_compare(std::span<const Recording> training, const Robot& robot) {
+  if (robot.chassis.wheel_count > 0) return;
+  const bool has_any = std::ranges::any_of(training, [](const Recording& recording) {
+    return !recording.gyro.time_s.empty() || recording.has_reference() || !recording.sightings.empty();
+  });
+  if (!has_any)
+    throw NotApplicable{
+        "velocity input used unchanged: no wheels to calibrate, and no gyro or reference to compare it with"};
+}
+
 /// The recording itself has passed the health check; those that others are learned from have not.
 void require_read_rightly(std::span<const Recording> training, const Robot& robot) {
   for (const Recording& recording : training)
@@ -67,6 +78,7 @@ Found<CalibratedRobot> calibrate_robot(const RunInputs& inputs) {
   if (apart) std::ranges::copy_if(inputs.recordings, std::back_inserter(hold_out), &Recording::has_reference);
   if (apart) require_read_rightly(inputs.training, inputs.given.robot);
   const std::vector<Recording>& training = apart ? inputs.training : inputs.recordings;
+  require_something_to_compare(training, inputs.given.robot);
   const auto answer =
       only_landmarks(training, inputs.given.robot) ? answer_landmark_calibration : answer_calibration;
   const CalibrationAnswer calibration = answer(training, hold_out, inputs.given, inputs.question.calibrate);

@@ -39,6 +39,9 @@ DraftQuestion draft_question_of(const InitQuestion& question, Provenance& proven
     draft.summary = logs::survey(*log, {.fields = true}, logs::Definitions(question.message_folders));
     const bool has_parameters = std::ranges::any_of(
         draft.summary.topics, [](const logs::TopicSummary& topic) { return topic.type == "PARM"; });
+    draft.mounting_of = [log = question.log](const std::string& topic) {
+      return recording::mounting_of(log, topic);
+    };
     if (has_parameters) draft.parameters = read_parameters(question.log);
     add_inputs(inputs_of_log(question.log), provenance);
   } else if (fs::is_directory(question.log)) {
@@ -67,6 +70,7 @@ InitJson json_of(const DraftStream& stream) {
   InitJson json = {{"stream", stream.table}, {"file", stream.file}};
   if (!stream.topic.empty()) json["topic"] = stream.topic;
   if (stream.rebuilt_separation_m) json["rebuilt_wheel_separation_m"] = *stream.rebuilt_separation_m;
+  if (!stream.body_frame.empty()) json["body_frame"] = stream.body_frame;
   for (const DraftColumn& column : stream.columns) {
     InitJson source = {{"field", column.field}};
     if (!column.topic.empty()) source["topic"] = column.topic;

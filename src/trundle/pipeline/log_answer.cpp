@@ -60,8 +60,11 @@ LogAnswer answer_log(const LogQuestion& question) {
 
 std::optional<LogSpan> span_of(const logs::LogSummary& summary) {
   std::optional<LogSpan> span;
+  // What comes once tells when something was set, be it long before the log or, as in PX4, at no time at all.
+  const auto lasts = [](const logs::TopicSummary& topic) { return topic.has_time && topic.messages > 1; };
+  const bool any_lasts = std::ranges::any_of(summary.topics, lasts);
   for (const logs::TopicSummary& topic : summary.topics) {
-    if (topic.messages == 0) continue;
+    if (topic.messages == 0 || (any_lasts && !lasts(topic))) continue;
     const double start_s = static_cast<double>(topic.start_ns) * logs::kNanosecond_s;
     const double end_s = static_cast<double>(topic.end_ns) * logs::kNanosecond_s;
     if (!span) span = LogSpan{start_s, end_s};

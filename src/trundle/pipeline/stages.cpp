@@ -121,6 +121,8 @@ Found<Odometry> integrate_odometry(const RunInputs& inputs, const RobotFile& rob
 
 Found<Slip> find_slips(const RunInputs& inputs, const RobotFile& robot, const WriteNow& write_now) {
   const Recording& recording = inputs.recording();
+  if (robot.robot.chassis.wheel_count == 0)
+    throw NotApplicable{"the robot file has no wheels: none of them can slip"};
   if (!can_show_slip(robot.robot.chassis, !recording.gyro.time_s.empty()))
     throw NotApplicable{"slip is not observable: no redundant measurement"};
   SlipAnswer slip = answer_slip(recording, robot, slip_question(inputs));

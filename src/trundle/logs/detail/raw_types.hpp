@@ -18,6 +18,7 @@ struct RawField {
 struct RawType {
   std::vector<RawField> fields;
   std::vector<LayoutConstant> constants = {};
+  Extensibility extensibility = Extensibility::unspecified;
 };
 
 /// By "package/Type".

@@ -13,8 +13,8 @@
 namespace trundle::logs {
 
 /// Bytes of one element, by FieldType: of text its length, of structures none.
-inline constexpr std::array<std::uint8_t, 17> kElementBytes = {1, 1, 1, 2, 2, 4, 4, 8, 8,
-                                                               4, 8, 4, 4, 1, 8, 8, 0};
+inline constexpr std::array<std::uint8_t, 18> kElementBytes = {1, 1, 1, 2, 2, 4, 4, 8, 8,
+                                                               2, 4, 8, 4, 4, 1, 8, 8, 0};
 [[nodiscard]] inline std::size_t bytes_of(FieldType type) {
   return kElementBytes[static_cast<std::size_t>(type)];
 }
@@ -35,6 +35,11 @@ class Wire {
   Value take_value(const LayoutField& field);
   void skip_elements(const LayoutField& field, std::uint64_t count);
   void skip_field(const LayoutField& field);
+  /// Into a structure. Where its length stands before it (XCDR2), nothing behind its end is taken until
+  /// leave(), which goes there: a writer with a later definition has written more fields, one with an earlier
+  /// fewer. Of others null.
+  const std::byte* enter(const LayoutStructure& structure);
+  void leave(const std::byte* outer_end);
   /// A field that is a value though it is an array: text of a fixed length.
   [[nodiscard]] static bool is_text_array(const LayoutField& field) {
     return field.type == FieldType::character && field.arity != FieldArity::dynamic;
@@ -53,10 +58,12 @@ class Wire {
     std::memcpy(&number, bytes.data(), sizeof number);
     return number;
   }
+  void take_header(std::span<const std::byte> bytes);
   const std::byte* take_bytes(std::uint64_t count, std::size_t alignment);
   void skip_structures(const LayoutStructure& structure, std::uint64_t count);
   Value take_text();
   Value take_fixed_text(const LayoutField& field);
+  Value take_time_structure(const LayoutStructure& structure);
   Value take_time(bool is_signed);
   Value take_number(const LayoutField& field);
   Value take_plain_number(FieldType type);
@@ -69,7 +76,10 @@ class Wire {
   const std::byte* origin_ = nullptr;  ///< that alignment counts from
   const std::byte* at_ = nullptr;
   const std::byte* end_ = nullptr;
-  bool is_aligned_ = false;
+  std::size_t most_alignment_ = 1;  ///< of CDR: XCDR2 aligns numbers of 8 bytes to 4
+  bool is_cdr_ = false;
+  bool is_version_2_ = false;
+  bool delimits_unspecified_ = false;  ///< structures whose extensibility is not said
   bool is_big_endian_ = false;
   bool is_good_ = true;
 };

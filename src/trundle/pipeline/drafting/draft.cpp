@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "trundle/geometry/angle.hpp"
 #include "trundle/pipeline/drafting/detail/names.hpp"
 #include "trundle/pipeline/drafting/detail/sensors.hpp"
 #include "trundle/pipeline/drafting/detail/wheel_group.hpp"
@@ -115,6 +117,7 @@ class Drafter {
     take_wheels();
     take_gyro();
     take_reference();
+    take_sightings();
     return std::move(draft_);
   }
 
@@ -273,6 +276,8 @@ class Drafter {
         if (known.radius_m) wheel.diameter_m = 2.0 * *known.radius_m;
       }
     if (controller() == nullptr || place.side == 0) return;
+    if (!controller()->wheel_separation_m && wheel.y_m)
+      *wheel.y_m *= controller()->separation_multiplier.value_or(1.0);
     if (controller()->wheel_separation_m) wheel.y_m = place.side * *controller()->wheel_separation_m / 2.0;
     if (!wheel.x_m && count == 2) wheel.x_m = 0.0;
     const std::optional<double>& radius_m =
@@ -338,8 +343,37 @@ class Drafter {
           "gyro: no yaw rate is recorded: the differences of its angle are taken; a rate would be better");
     }
     draft_.has_gyro = true;
+    draft_.streams.push_back(mounted(placed_stream(candidates.front())));
+    add_alternatives(candidates);
+  }
+
+  /// A gyro whose place on the robot the log says needs no gravity to tell its axis.
+  DraftStream mounted(DraftStream stream) const {
+    if (!question_.mounting_of || !stream.columns.empty()) return stream;
+    const auto mounting = question_.mounting_of(stream.topic);
+    if (!mounting) return stream;
+    stream.body_frame = mounting->body_frame;
+    stream.reason = "a sensor_msgs/Imu; its mounting is that of the static transforms";
+    return stream;
+  }
+
+  void take_sightings() {
+    const std::vector<DraftStream> candidates = sighting_candidates(question_);
+    if (candidates.empty()) return;
     draft_.streams.push_back(placed_stream(candidates.front()));
     add_alternatives(candidates);
+    draft_.has_landmark_sensor = true;
+    const auto mounting =
+        question_.mounting_of ? question_.mounting_of(candidates.front().topic) : std::nullopt;
+    if (!mounting) {
+      draft_.to_fill_in.push_back(
+          "robot.toml: [landmark_sensor]: x_m, y_m and heading_deg: where the camera stands");
+      return;
+    }
+    const Eigen::Vector3d at = mounting->body_from_sensor.translation(),
+                          ahead = mounting->body_from_sensor.linear() * Eigen::Vector3d::UnitZ();
+    draft_.landmark_sensor = DraftMount{at.x(), at.y(), degrees(std::atan2(ahead.y(), ahead.x()))};
+    draft_.sources.push_back("[landmark_sensor]: by the log's transform from " + mounting->body_frame);
   }
 
   void take_reference() {

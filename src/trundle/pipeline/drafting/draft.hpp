@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -8,6 +9,7 @@
 
 #include "trundle/chassis/chassis.hpp"
 #include "trundle/logs/survey.hpp"
+#include "trundle/recording/logs/detail/transforms.hpp"
 
 namespace trundle::pipeline {
 
@@ -29,8 +31,9 @@ struct DraftStream {
   std::string time_unit = {};  ///< of CSV files: "ns"; empty: seconds
   std::string format = {};     ///< of CSV files: its lines in recording.toml; empty: the usual one
   std::optional<double> rebuilt_separation_m =
-      {};                   ///< wheels from poses, and the distance they are computed with
-  std::string reason = {};  ///< why it was taken, for whoever reads the draft
+      {};                       ///< wheels from poses, and the distance they are computed with
+  std::string reason = {};      ///< why it was taken, for whoever reads the draft
+  std::string body_frame = {};  ///< of a gyro whose mounting on it the log's transforms say
 };
 
 /// A wheel of robot.toml; what is not known is written as a comment, and named among what to fill in.
@@ -44,11 +47,18 @@ struct DraftWheel {
   bool needs_ticks = false;                        ///< the log has counts
 };
 
+/// Where a landmark sensor stands and points.
+struct DraftMount {
+  double x_m = 0.0, y_m = 0.0, heading_deg = 0.0;
+};
+
 /// The two files, and what a person has to do with them.
 struct Draft {
   std::string robot_name;
   std::vector<DraftWheel> wheels;
   bool has_gyro = false;
+  bool has_landmark_sensor = false;
+  std::optional<DraftMount> landmark_sensor = {};  ///< nothing: the log does not say
   std::vector<DraftStream> streams;
   std::vector<DraftStream> alternatives;  ///< what might be a stream as well: comments
   std::vector<std::string> to_fill_in;    ///< one line each; empty: no edit is needed
@@ -67,8 +77,9 @@ struct WheelGeometry {
 /// What a URDF or the parameters of a controller say of a robot.
 struct RobotGeometry {
   std::string robot_name = {};
-  std::vector<WheelGeometry> wheels = {};         ///< by joint
-  std::optional<double> wheel_separation_m = {};  ///< of a controller; negative: left is right
+  std::vector<WheelGeometry> wheels = {};            ///< by joint
+  std::optional<double> wheel_separation_m = {};     ///< of a controller; negative: left is right
+  std::optional<double> separation_multiplier = {};  ///< of what the URDF says, where it names no separation
   std::optional<double> wheel_radius_m = {}, right_wheel_radius_m = {};
   bool is_mecanum = false;
 };
@@ -83,12 +94,16 @@ struct RobotGeometry {
 using LogParameters = std::map<std::string, double, std::less<>>;
 [[nodiscard]] LogParameters read_parameters(const std::filesystem::path& log);
 
+/// Of a topic's sensor, nothing where the log does not say where it stands.
+using MountingOf = std::function<std::optional<recording::Mounting>(const std::string& topic)>;
+
 struct DraftQuestion {
   std::string file;  ///< as recording.toml names it: the log, or what comes before the names of CSV files
   logs::LogSummary summary = {};
   LogParameters parameters = {};
   std::optional<RobotGeometry> urdf = {}, controller = {};
-  bool is_csv = false;  ///< the topics are files, the fields their columns
+  bool is_csv = false;          ///< the topics are files, the fields their columns
+  MountingOf mounting_of = {};  ///< empty: nothing says
 };
 /// Which topics and fields look like which streams. Never fails: what is not found is named in `to_fill_in`.
 [[nodiscard]] Draft draft_of(const DraftQuestion& question);

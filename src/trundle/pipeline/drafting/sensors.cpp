@@ -285,6 +285,32 @@ std::vector<DraftStream> reference_candidates(const DraftQuestion& question) {
   return found;
 }
 
+std::vector<DraftStream> sighting_candidates(const DraftQuestion& question) {
+  struct KnownTags {
+    std::string_view type, id, position;
+  };
+  constexpr std::array kKnownTags = {
+      KnownTags{"apriltag_ros/AprilTagDetectionArray", "detections[].id[0]",
+                "detections[].pose.pose.pose.position"},
+      KnownTags{"fiducial_msgs/FiducialTransformArray", "transforms[].fiducial_id",
+                "transforms[].transform.translation"},
+      KnownTags{"aruco_msgs/MarkerArray", "markers[].id", "markers[].pose.pose.position"},
+      KnownTags{"aruco_opencv_msgs/ArucoDetection", "markers[].marker_id", "markers[].pose.position"},
+      KnownTags{"ros2_aruco_interfaces/ArucoMarkers", "marker_ids[]", "poses[].position"}};
+  std::vector<DraftStream> found;
+  for (const TopicSummary& topic : question.summary.topics) {
+    const auto known = std::ranges::find(kKnownTags, logs::short_type_name(topic.type), &KnownTags::type);
+    if (known == kKnownTags.end() || topic.messages == 0 || !topic.unreadable.empty()) continue;
+    DraftStream stream = stream_of("sightings", topic, "tags; x of the camera points right, z ahead");
+    const std::string position(known->position);
+    stream.columns = {{.column = "landmark", .field = std::string(known->id)},
+                      {.column = "x_m", .field = position + ".z"},
+                      {.column = "y_m", .field = position + ".x", .scale = -1.0}};
+    found.push_back(std::move(stream));
+  }
+  return found;
+}
+
 std::vector<DraftStream> velocity_candidates(const DraftQuestion& question) {
   std::vector<DraftStream> found;
   for (const TopicSummary& topic : question.summary.topics) {

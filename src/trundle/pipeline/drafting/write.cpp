@@ -44,6 +44,7 @@ std::string table_of(const DraftStream& stream) {
       std::ranges::any_of(stream.columns, [](const DraftColumn& c) { return c.column == "time_s"; });
   std::string text = fmt::format("[{}]\nfile = {}\n", stream.table, quoted_toml(stream.file));
   if (!stream.topic.empty()) text += fmt::format("topic = {}\n", quoted_toml(stream.topic));
+  if (!stream.body_frame.empty()) text += fmt::format("body_frame = {}\n", quoted_toml(stream.body_frame));
   text += stream.format;
   if (!stream.time_unit.empty()) text += fmt::format("time_unit = {}\n", quoted_toml(stream.time_unit));
   if (stream.rebuilt_separation_m)
@@ -99,12 +100,27 @@ std::string wheel_table(const DraftWheel& wheel, std::size_t count) {
 
 }  // namespace
 
+namespace {
+
+std::string landmark_sensor_table(const std::optional<DraftMount>& mount) {
+  std::string text = "\n[landmark_sensor]\n";
+  if (!mount)
+    return text + "# x_m, y_m, heading_deg =    # TO FILL IN: where the sensor stands and where it looks\n";
+  for (const auto& [key, value] : {std::pair("x_m", mount->x_m), std::pair("y_m", mount->y_m),
+                                   std::pair("heading_deg", mount->heading_deg)})
+    text += number_line(key, value, "");
+  return text;
+}
+
+}  // namespace
+
 std::string robot_toml(const Draft& draft) {
   std::string text = "# Drafted by trundle init. docs/robot.md explains every key.\n";
   for (const std::string& source : draft.sources) text += as_comment(source);
   text += fmt::format("name = {}\n", quoted_toml(draft.robot_name));
   for (const DraftWheel& wheel : draft.wheels) text += wheel_table(wheel, draft.wheels.size());
   if (draft.has_gyro) text += "\n[gyro]\n";
+  if (draft.has_landmark_sensor) text += landmark_sensor_table(draft.landmark_sensor);
   return text;
 }
 

@@ -51,7 +51,10 @@ Replay::MotionStream Replay::motion_of(const Recording& recording, const Robot& 
   if (robot.chassis.wheel_count == 0) {
     const VelocityStream& velocity = recording.velocity;
     if (velocity.time_s.empty())
-      throw InputError(recording.name, "has no velocity.csv", "a velocity stream: the robot has no wheels");
+      throw InputError(recording.name,
+                       "says nothing of how the robot moved: the robot file has no wheels, and there is no "
+                       "velocity stream",
+                       "wheels in both, or velocity.csv, [velocity] of recording.toml");
     return {&velocity.time_s, {&velocity.forward_m_s, &velocity.yaw_rate_rad_s}, {}, {}, {}};
   }
   if (recording.wheels.time_s.empty())

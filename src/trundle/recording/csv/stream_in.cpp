@@ -10,6 +10,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/recording/csv/units.hpp"
 #include "trundle/recording/logs/detail/log_streams.hpp"
+#include "trundle/recording/logs/detail/transforms.hpp"
 
 namespace trundle::recording {
 namespace {
@@ -233,10 +234,10 @@ void take_known_columns(StreamKind kind, TomlReader& table, std::vector<ColumnSo
     const toml::array* const pair = frames->as_array();
     if (pair == nullptr || pair->size() != 2 || !(*pair)[0].is_string() || !(*pair)[1].is_string())
       table.fail("frames", "frames is no pair", "[\"odom\", \"base_link\"]: parent and child of a transform");
-    const std::string path = path_of_transform(**(*pair)[0].as_string(), **(*pair)[1].as_string());
+    source.frames = {**(*pair)[0].as_string(), **(*pair)[1].as_string()};
+    source.transforms = find_transforms(
+        {source.file, source.topic, source.frames.front(), source.frames.back(), table.place_of("frames")});
     known = columns_of_type(kind, "geometry_msgs/TransformStamped");
-    for (ColumnSource& column : known) column.name = path + "." + column.name;
-    if (!source.time) source.time = ColumnSource{.column = "time_s", .name = path + ".header.stamp"};
   }
   if (known.empty()) known = columns_of_type(kind, type);
   if (known.empty())
@@ -251,6 +252,19 @@ void take_known_columns(StreamKind kind, TomlReader& table, std::vector<ColumnSo
     column.name = found == known.end() ? "" : found->name;
     source.columns.push_back(std::move(column));
   }
+}
+
+/// `body_frame = "base_link"`: the mounting of an Imu is that of the log's static transforms.
+void take_mounting(StreamKind kind, TomlReader& table, StreamSource& source) {
+  if (kind != StreamKind::gyro || !table.has("body_frame")) return;
+  const std::string body = *table.text("body_frame");
+  const std::string sensor = frame_of_topic(source.file, source.topic);
+  const std::string place = table.place_of("body_frame");
+  if (sensor.empty())
+    throw InputError(place, fmt::format("the messages of '{}' name no frame", source.topic),
+                     "messages with header.frame_id, or no body_frame");
+  source.vertical = vertical_in_sensor({source.file, "/tf", body, sensor, place});
+  source.vertical_evidence = fmt::format("transform from {} to {}", body, sensor);
 }
 
 void take_log_time(StreamKind kind, TomlReader& table, StreamSource& source) {
@@ -270,6 +284,7 @@ StreamSource log_stream_in(StreamKind kind, TomlReader& table, const fs::path& f
   refuse_stray_columns(kind, table);
   take_log_time(kind, table, source);
   take_rebuilt(kind, table, source);
+  take_mounting(kind, table, source);
   source.increments = kind == StreamKind::wheels && table.boolean("increments").value_or(false);
   if (source.rebuilt) kind = StreamKind::reference;
   std::optional<TomlReader> columns = table.table("columns");

@@ -39,6 +39,10 @@ inline constexpr Sentence kSentences[] = {
      "stamps are those in the messages' headers; messages were recorded {low:.3g} s after them (median; at "
      "most "
      "{high:.3g} s more or less)"},
+    {log_stamps, with<Amount>,
+     "stamps are those in the messages' headers, of another clock than the log's, against which it runs up "
+     "to "
+     "{value:.3g} s ahead or behind (a simulation's clock, or one that was not set)"},
     {log_stamps, alone,
      "the messages' headers hold no stamps: those at which they were recorded were taken, with the delays "
      "of the network"},

@@ -6,11 +6,6 @@
 namespace trundle::recording {
 namespace {
 
-/// Rates end in "_s" or "_s2", what adds up does not.
-bool is_rate(const ColumnSource& column) {
-  return column.column.ends_with("_s") || column.column.ends_with("_s2");
-}
-
 /// The stamps to be, each with the row that it is or repeats.
 std::vector<std::pair<double, std::size_t>> filled(const std::vector<double>& time_s) {
   constexpr double kLongest_s =
@@ -50,11 +45,7 @@ void hold_between_changes(StreamKind kind, const StreamSource& source, Table& ro
   }
   for (std::size_t i = 0; i < rows.numbers.size(); ++i) {
     std::vector<double>& column = held.numbers.emplace_back();
-    const bool shifts = is_rate(source.columns[i]);
-    for (const auto& [time_s, row] : wanted) {
-      const bool is_new = time_s == rows.time_s[row];
-      column.push_back(rows.numbers[i][shifts && is_new && row > 0 ? row - 1 : row]);
-    }
+    for (const auto& [time_s, row] : wanted) column.push_back(rows.numbers[i][row]);
   }
   held.texts.resize(rows.texts.size());
   if (wanted.size() > rows.time_s.size())

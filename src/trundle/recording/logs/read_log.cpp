@@ -3,6 +3,7 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <variant>
 
 #include <fmt/format.h>
 
@@ -12,6 +13,7 @@
 #include "trundle/recording/csv/detail/quaternion.hpp"
 #include "trundle/recording/logs/detail/held_values.hpp"
 #include "trundle/recording/logs/detail/log_streams.hpp"
+#include "trundle/recording/logs/detail/transforms.hpp"
 #include "trundle/recording/logs/detail/up_axis.hpp"
 #include "trundle/statistics/nth_smallest.hpp"
 
@@ -37,7 +39,7 @@ struct ChannelReaders {
 
 /// The nanoseconds of a stamp that is a number in the stream's unit.
 std::optional<std::int64_t> nanoseconds_of(const logs::Value& value, bool is_time, int unit_exponent) {
-  constexpr double kMost = 9.2e18;  // that 64 bits hold
+  constexpr auto kMost = static_cast<double>(logs::kLatestTime_ns);
   const auto* const whole = std::get_if<std::int64_t>(&value);
   if (is_time) return whole == nullptr ? std::nullopt : std::optional(*whole);
   const std::optional<double> number = logs::number_of(value);
@@ -74,7 +76,7 @@ class LogStream {
   }
 
   void take(const Message& message) {
-    ChannelReaders* const readers = readers_of(*message.channel);
+    ChannelReaders* const readers = readers_of(message);
     if (readers == nullptr) return;
     ++messages_;
     if (readers->status && logs::number_of(readers->status->read(message)).value_or(-1.0) < 0.0) return;
@@ -140,14 +142,21 @@ class LogStream {
   }
 
   /// Compiled when a channel is met first; nullptr: nothing of it is wanted.
-  ChannelReaders* readers_of(const Channel& channel) {
+  ChannelReaders* readers_of(const Message& message) {
+    const Channel& channel = *message.channel;
     if (const auto found = readers_.find(&channel); found != readers_.end()) return found->second.get();
     std::unique_ptr<ChannelReaders>& readers = readers_[&channel];
     const bool is_wanted =
         channel.topic == source_.topic || std::ranges::any_of(paths_, [&](const Path& path) {
           return topic_of(*path.column) == channel.topic;
         });
-    if (is_wanted) readers = compile(channel);
+    if (!is_wanted) return nullptr;
+    if (const std::string fault = logs::fault_of_encapsulation(channel.encoding, message.bytes);
+        !fault.empty())
+      throw InputError(source_.file.string(),
+                       fmt::format("{}: its messages cannot be read: {}", channel.topic, fault),
+                       "messages in CDR without parameter lists");
+    readers = compile(channel);
     return readers.get();
   }
 
@@ -321,7 +330,10 @@ class LogStream {
     }
     double factor = column.scale;
     if (column.name.ends_with(kYaw)) take_yaw(value);
-    if (column.name.ends_with(kUp) && up_) {
+    if (column.name.ends_with(kUp) && source_.vertical) {
+      take_vertical(value, *source_.vertical);
+      report_axis(table, findings);
+    } else if (column.name.ends_with(kUp) && up_) {
       const UpAxis::Answer up = up_->answer();
       value += up.axis;
       factor *= up.sign;
@@ -343,6 +355,23 @@ class LogStream {
     }
   }
 
+  /// In place of the first of three axes: what of them is about the vertical.
+  void take_vertical(std::size_t first, const std::array<double, 3>& vertical) {
+    for (std::size_t row = 0; row < numbers_[first].size(); ++row)
+      numbers_[first][row] = vertical[0] * numbers_[first][row] + vertical[1] * numbers_[first + 1][row] +
+                             vertical[2] * numbers_[first + 2][row];
+  }
+
+  void report_axis(const Table& table, std::vector<Finding>& findings) const {
+    const auto& [x, y, z] = *source_.vertical;
+    findings.push_back({Severity::note,
+                        FindingCode::gyro_axis,
+                        table.origin.file,
+                        1,
+                        {fmt::format("({:.3g}, {:.3g}, {:.3g})", x, y, z)},
+                        payload::Names{{source_.vertical_evidence}}});
+  }
+
   static void report_axis(const UpAxis::Answer& up, std::vector<Finding>& findings, const std::string& name) {
     const std::string axis = fmt::format("{}{}", up.sign < 0.0 ? '-' : '+', "xyz"[up.axis]);
     if (up.evidence.empty())
@@ -361,17 +390,7 @@ class LogStream {
       findings.push_back({Severity::note, FindingCode::log_stamps, name, stamps_.size(), {}, {}});
       return;
     }
-    const auto delay = [&](std::size_t i) { return log_times_[i] - stamps_[i]; };
-    const std::size_t count = stamps_.size();
-    const double median =
-        logs::kNanosecond_s * static_cast<double>(nth_smallest(count, (count - 1) / 2, [&](std::size_t i) {
-          return static_cast<double>(delay(i));
-        }));
-    double farthest = 0.0;
-    for (std::size_t i = 0; i < count; ++i)
-      farthest = std::max(farthest, std::abs(logs::kNanosecond_s * static_cast<double>(delay(i)) - median));
-    findings.push_back(
-        {Severity::note, FindingCode::log_stamps, name, count, {}, payload::Range{median, farthest}});
+    findings.push_back(finding_of_stamps(stamps_, log_times_, name));
   }
 
   [[noreturn]] void refuse_empty() const {
@@ -405,14 +424,41 @@ class LogStream {
   std::vector<const Channel*> written_;  ///< in its instant
 };
 
+/// A stream of one log, of either kind.
+using AnyStream = std::variant<LogStream, TransformStream>;
+
+AnyStream stream_of(const StreamSource& source, const logs::Definitions& definitions) {
+  if (!source.transforms.empty()) return AnyStream(std::in_place_type<TransformStream>, source);
+  return AnyStream(std::in_place_type<LogStream>, source, definitions);
+}
+
+void take_message(AnyStream& stream, const Message& message) {
+  std::visit([&](auto& one) { one.take(message); }, stream);
+}
+
 }  // namespace
+
+Finding finding_of_stamps(const std::vector<std::int64_t>& stamps, const std::vector<std::int64_t>& log_times,
+                          const std::string& place) {
+  const auto delay = [&](std::size_t i) { return static_cast<double>(log_times[i] - stamps[i]); };
+  const std::size_t count = stamps.size();
+  const double median = logs::kNanosecond_s * nth_smallest(count, (count - 1) / 2, delay);
+  double farthest = 0.0;
+  for (std::size_t i = 0; i < count; ++i)
+    farthest = std::max(farthest, std::abs(logs::kNanosecond_s * delay(i) - median));
+  constexpr double kDay_s = 86'400.0;  // no message travels so long
+  if (std::abs(median) > kDay_s)
+    return {Severity::note, FindingCode::log_stamps, place, count, {}, payload::Amount{farthest}};
+  return {Severity::note, FindingCode::log_stamps, place, count, {}, payload::Range{median, farthest}};
+}
 
 std::optional<double> first_stamp_of_log(const StreamSource& source, const logs::Definitions& definitions) {
   const auto log = logs::open_log(source.file);
-  LogStream stream(source, definitions);
+  AnyStream stream = stream_of(source, definitions);
   while (const std::optional<Message> message = log->next()) {
-    stream.take(*message);
-    if (const std::optional<std::int64_t> stamp = stream.first_stamp()) return seconds_of(*stamp, 0);
+    take_message(stream, *message);
+    if (const auto stamp = std::visit([](const auto& one) { return one.first_stamp(); }, stream))
+      return seconds_of(*stamp, 0);
   }
   return std::nullopt;
 }
@@ -420,10 +466,10 @@ std::optional<double> first_stamp_of_log(const StreamSource& source, const logs:
 std::vector<Table> read_log(std::span<const LogStreamSource> sources, const logs::Definitions& definitions,
                             std::vector<Finding>& findings) {
   const auto log = logs::open_log(sources.front().source->file);
-  std::deque<LogStream> streams;
-  for (const LogStreamSource& stream : sources) streams.emplace_back(*stream.source, definitions);
+  std::deque<AnyStream> streams;
+  for (const LogStreamSource& stream : sources) streams.push_back(stream_of(*stream.source, definitions));
   while (const std::optional<Message> message = log->next())
-    for (LogStream& stream : streams) stream.take(*message);
+    for (AnyStream& stream : streams) take_message(stream, *message);
   const auto is_same = [](const Finding& a, const Finding& b) {
     return a.code == b.code && a.place == b.place;
   };
@@ -448,7 +494,7 @@ std::vector<Table> read_log(std::span<const LogStreamSource> sources, const logs
   std::vector<Table> tables;
   for (std::size_t i = 0; i < streams.size(); ++i) {
     std::vector<Finding> of_stream;
-    Table table = streams[i].finish(of_stream);
+    Table table = std::visit([&](auto& stream) { return stream.finish(of_stream); }, streams[i]);
     if (log->is_written_on_change())
       hold_between_changes(sources[i].kind, *sources[i].source, table, of_stream);
     tables.push_back(std::move(table));

@@ -95,8 +95,4 @@ std::vector<ColumnSource> columns_of_type(StreamKind kind, std::string_view type
   }
 }
 
-std::string path_of_transform(const std::string& parent, const std::string& child) {
-  return fmt::format("transforms[header.frame_id={},child_frame_id={}]", parent, child);
-}
-
 }  // namespace trundle::recording

@@ -10,6 +10,9 @@ namespace trundle::pipeline {
 /// The candidates for a stream, the best first; without file.
 [[nodiscard]] std::vector<DraftStream> gyro_candidates(const DraftQuestion& question);
 [[nodiscard]] std::vector<DraftStream> reference_candidates(const DraftQuestion& question);
+/// Sightings of tags, by the types of messages that detectors publish. Their cameras look along z, x to the
+/// right.
+[[nodiscard]] std::vector<DraftStream> sighting_candidates(const DraftQuestion& question);
 /// Odometry that another program computed.
 [[nodiscard]] std::vector<DraftStream> velocity_candidates(const DraftQuestion& question);
 /// Angles of a gyro of which no rate is recorded.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -32,6 +33,12 @@ struct RebuiltWheels {
   std::string right = "right";
 };
 
+/// A transform of a log between a frame and its parent, or its inverse.
+struct TransformStep {
+  std::string parent, child;
+  bool is_inverse = false;
+};
+
 /// How a file is read as a stream.
 struct StreamSource {
   std::filesystem::path file;
@@ -47,6 +54,12 @@ struct StreamSource {
   std::string topic = {};         ///< of a log; empty: the file is a table, or each column has its own
   std::optional<RebuiltWheels> rebuilt = {};  ///< the columns are those of a reference: a pose
   std::vector<ColumnSource> columns;
+  /// Of a log: poses of the last frame in the first, through these; none: the columns are fields.
+  std::vector<TransformStep> transforms = {};
+  std::vector<std::string> frames = {};  ///< the pair that recording.toml names
+  /// Of an Imu whose mounting is known: the body's vertical in the sensor's axes.
+  std::optional<std::array<double, 3>> vertical = {};
+  std::string vertical_evidence = {};  ///< what says so: "transform from base_link"
 };
 
 /// The rows of a stream; one entry in `numbers` or `texts` for each of the source's columns, in their order.

@@ -19,8 +19,10 @@ namespace trundle::recording {
 /// What the columns of a stream are in messages of a known type; empty where nothing is known.
 [[nodiscard]] std::vector<ColumnSource> columns_of_type(StreamKind kind, std::string_view type);
 
-/// The transform of a pair of frames in a tf2_msgs/TFMessage: the path of its structure.
-[[nodiscard]] std::string path_of_transform(const std::string& parent, const std::string& child);
+/// How far stamps are from the times at which their messages were recorded: the median, and the farthest from
+/// it.
+[[nodiscard]] Finding finding_of_stamps(const std::vector<std::int64_t>& stamps,
+                                        const std::vector<std::int64_t>& log_times, const std::string& place);
 
 struct LogStreamSource {
   StreamKind kind;
