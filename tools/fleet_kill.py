@@ -23,7 +23,7 @@ from fleet_logs import finals, make_logs
 from trundle.fleet import store
 
 _SHORT_M = 0.3  # of way: what is tested is the engine
-_FIRST_S, _LAST_S = 0.5, 4.0  # between two kills
+_FIRST_S, _LAST_S = 1.0, 8.0  # between two kills: what was started has to have time to do something
 TARGETS = ("worker", "host", "scheduler", "client", "postgresql")
 
 

@@ -20,6 +20,7 @@ from fleet_logs import finals, make_logs
 from trundle.fleet import store, worker
 from trundle.fleet.__main__ import main
 from trundle.fleet.host import Limits
+from trundle.fleet.progress import Bar
 from trundle.fleet.logs import date_of, find_logs, in_shard
 
 SHORT_M = 0.6  # of way: logs that take a worker little time
@@ -144,8 +145,35 @@ class OnSqlite(WithLogs):
         host._process.wait()
         self.assertEqual(host.ask(log, ROBOT, Limits()), first)
 
+    def test_a_host_that_dies_costs_no_attempt(self):
+        ask, lost = worker.Host.ask, []
+        self.addCleanup(setattr, worker.Host, "ask", ask)
+
+        def dies_at_first(host, log, *rest):
+            if lost.count(log) < 4:
+                lost.append(log)
+                raise worker.HostLost(log)
+            return ask(host, log, *rest)
+
+        worker.Host.ask = dies_at_first
+        self.fleet()
+        self.assertEqual(self.rows("SELECT status, count(*) FROM run GROUP BY status"), [("done", 6)])
+
+    def test_shards_together_are_all(self):
+        for number in (1, 2, 3):
+            self.fleet("--shard", f"{number}/3")
+        self.assertEqual(self.rows("SELECT status, count(*) FROM run GROUP BY status"), [("done", 6)])
+
+    def test_the_progress_bar(self):
+        bar = Bar(200, True)
+        self.assertEqual(bar.line({"waiting": 200}, 0.0), f"[{30 * ' '}] 0 of 200 logs, 0.0/s")
+        self.assertEqual(bar.line({"done": 99, "failed": 1, "waiting": 100}, 50.0),
+                         f"[{15 * '#'}{15 * ' '}] 100 of 200 logs, 1 failed, 2.0/s 50 s left")
+        self.assertEqual(Bar(20000, True).line({"done": 100}, 0.0).split(", ")[1], "0.0/s")
+
     def test_errors_are_one_line(self):
-        for given, code in ((["nowhere", "--database", self.url], 3), ([str(self.logs), "--database", "nothing"], 3)):
+        for given, code in ((["nowhere", "--database", self.url], 3), ([str(self.logs), "--database", "nothing"], 3),
+                            ([str(self.logs), "--database", f"sqlite:///{self.folder}/no/folder.db"], 3)):
             done = subprocess.run([sys.executable, "-m", "trundle.fleet", *given], capture_output=True, text=True)
             self.assertEqual((done.returncode, len(done.stderr.strip().splitlines())), (code, 1), done.stderr)
         for given in (["--database", self.url], ["x", "--database", self.url, "--shard", "3/2"], ["x"]):

@@ -26,8 +26,9 @@ class Wheel(unittest.TestCase):
             where, poses = said.split()
             self.assertTrue(where.startswith(folder), where)
             self.assertEqual(poses, "1775")
-            for name in ("py.typed", "_trundle.pyi", "plotting.py"):
-                self.assertTrue(Path(where).with_name(name).exists(), name)
+            self.assertIn("--database", run(str(Path(folder, "bin/trundle-fleet")), "--help"))
+            for name in ("py.typed", "_trundle.pyi", "plotting.py", "fleet/page.html"):
+                self.assertTrue(Path(where).parent.joinpath(name).exists(), name)
 
 
 if __name__ == "__main__":

@@ -48,6 +48,9 @@ class Host:
             answer = process.stdout.readline()
         except OSError:
             answer = b""
+        except BaseException:  # Ctrl-C: its answer would be taken for that of the next log
+            self.close()
+            raise
         if not answer.endswith(b"\n"):
             self.close()
             raise HostLost(f"{log}: the process that worked on it is gone")

@@ -118,7 +118,7 @@ class Store:
             arguments = {"timeout": 60.0} if self.is_sqlite else {"connect_timeout": 10}
             self.engine = sql.create_engine(parsed, connect_args=arguments, pool_pre_ping=not self.is_sqlite)
         except (sql.exc.ArgumentError, ImportError) as error:
-            raise DatabaseUnreachable(f"{url}: {_one_line(error)}; expected sqlite:///FILE or postgresql://...") from None
+            raise DatabaseUnreachable(f"--database: {_one_line(error)}; expected sqlite:///FILE or postgresql://...") from None
         if self.is_sqlite:
             sql.event.listen(self.engine, "connect", _prepare_sqlite)
             sql.event.listen(self.engine, "begin", lambda connection: connection.exec_driver_sql("BEGIN IMMEDIATE"))
@@ -134,7 +134,8 @@ class Store:
                 with self.engine.begin() as connection:
                     return work(connection)
             except (sql.exc.OperationalError, sql.exc.InterfaceError) as error:
-                if time.monotonic() - started > self.patience_s:
+                in_vain = self.is_sqlite and "locked" not in str(error)  # no server that could come back
+                if in_vain or time.monotonic() - started > self.patience_s:
                     raise DatabaseUnreachable(f"{self.engine.url!r}: {_one_line(error)}; expected a database that answers") from None
             time.sleep(pause)
             pause = min(2.0 * pause, 2.0)
@@ -230,10 +231,10 @@ def renew(store: Store, lease: str, lease_s: float) -> None:
     store.change(logs.update().where(held).values(lease_until_s=store.now() + lease_s))
 
 
-def release(store: Store, lease: str, ids: list[int], attempts: int = 0) -> None:
-    """Puts logs back: untouched, or with one more failed attempt."""
+def release(store: Store, lease: str, ids: list[int], *, attempts: int = 0, losses: int = 0) -> None:
+    """Puts logs back, with so many more failed attempts, or processes that were lost at work on them."""
     held = sql.and_(logs.c.id.in_(ids), logs.c.lease == lease, logs.c.state == "leased")
-    back = {"state": "waiting", "lease": None, "attempts": logs.c.attempts + attempts}
+    back = {"state": "waiting", "lease": None, "attempts": logs.c.attempts + attempts, "losses": logs.c.losses + losses}
     store.change(logs.update().where(held).values(back))
 
 

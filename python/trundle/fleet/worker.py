@@ -121,8 +121,6 @@ def _look_at(claim: store.Claim, known: Any, job: Job) -> Optional[store.Final]:
             answer = {"line": f"{claim.path}: changed while it was read"}
     except OSError as error:
         answer = {"line": f"{error.filename or claim.path}: {error.strerror or error}"}
-    except HostLost as lost:
-        answer = {"line": str(lost)}
     if "document" in answer:
         return _done(claim, row, answer["document"])
     return _without_answer(claim, row, answer["line"])
@@ -133,7 +131,11 @@ def _work_on_claims(database: store.Store, job: Job, lease: str, claims: list[st
     finals: list[store.Final] = []
     stored, last = 0, time.monotonic()
     for claim in claims:
-        final = _look_at(claim, known.get(claim.id), job)
+        try:
+            final = _look_at(claim, known.get(claim.id), job)
+        except HostLost:  # as if this worker had been
+            store.release(database, lease, [claim.id], losses=1)
+            continue
         if final is None:
             store.release(database, lease, [claim.id], attempts=1)
         else:
