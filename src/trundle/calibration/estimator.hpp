@@ -22,7 +22,7 @@ struct Estimate {
   double dispersion = 1.0;     ///< by which the runs scatter more than their noise: part of the covariance
   int degrees_of_freedom = 0;  ///< behind the dispersion
   std::vector<RunEvidence> runs;
-  /// Of the gyro in each run, where runs have biases of their own; nothing: the run has no gyro.
+  /// Of the gyro in each run, where runs have biases of their own; nothing: the run does not tell it.
   std::vector<std::optional<GyroBias>> gyro_biases = {};
   Descent descent;
   bool measures_length = false;  ///< the runs were measured in metres, from outside

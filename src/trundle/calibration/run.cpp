@@ -26,6 +26,9 @@ constexpr double kHalfRateWindow_s = 0.1;
 constexpr double kJump = 15.0;
 constexpr double kSmallestJump_m = 0.1;     // the least that is called one
 constexpr double kSmallestJump_rad = 0.35;  // 20°
+// Ten intervals between epochs, as for the growth of differences (noise/growth.cpp): with fewer, what goes as
+// the time and what goes as its root are alike.
+constexpr double kShortestForBias_s = 10.0 * kShortestEpochSpacing_s;
 // For a median of what is usual.
 constexpr std::size_t kFewestEpochsForJumps = 10;
 
@@ -187,8 +190,10 @@ bool Run::measures_anything() const {
   return !epochs.empty() || !relative_motions.empty() || !partial.empty();
 }
 
-bool Run::has_gyro() const {
-  return std::ranges::any_of(readings.increments, &Increment::has_gyro);
+bool Run::tells_gyro_bias() const {
+  const Increments& increments = readings.increments;
+  return !increments.empty() && increments.back().time_s - readings.start_s >= kShortestForBias_s &&
+         std::ranges::any_of(increments, &Increment::has_gyro);
 }
 
 std::optional<Pose2> body_by_reference(const Run& run, std::size_t increments, const Robot& robot) {

@@ -59,7 +59,9 @@ struct Run {
   }
   bool measures_length() const;  ///< a reference in metres: the only thing that can show a wheel diameter
   bool measures_anything() const;
-  bool has_gyro() const;  ///< anywhere
+  /// Whether it has a gyro, and is so long that a bias, by which headings are off in proportion to the time,
+  /// is told from noise, by which they are off as its root.
+  bool tells_gyro_bias() const;
 };
 
 /// world_from_body by the reference after so many increments; nothing where position or heading is missing.

@@ -10,7 +10,7 @@
 namespace trundle::calibration {
 
 /// Whether the bias of the gyro is a parameter of each run (run_parameters.hpp), about the one that all runs
-/// share: more than one has a gyro.
+/// share: more than one tells it.
 [[nodiscard]] bool have_own_gyro_bias(const CalibrationProblem& problem);
 
 /// Takes so much more of the gyro's bias out of the readings of a run.
@@ -21,7 +21,7 @@ void move_gyro_bias(double step_rad_s, Increments& increments);
 [[nodiscard]] Run as_recorded(Run run);
 
 /// Where runs have biases that differ by more than chance: which, in words; nothing: they do not. Each is
-/// nothing where its run has no gyro.
+/// nothing where its run does not tell it.
 [[nodiscard]] std::optional<std::string> words_of_biases(std::span<const Run> runs,
                                                          std::span<const std::optional<GyroBias>> biases);
 
