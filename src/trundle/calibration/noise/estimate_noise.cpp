@@ -89,16 +89,22 @@ double grown(double wheel_per_sqrt_m, const Growth& growth) {
   return std::max(wheel_per_sqrt_m * growth.odometry, kSmallestWheelNoise);
 }
 
-/// Where a gyro tells the heading, the wheels' noise shows in the position, and the heading shows the gyro's.
+/// Where a gyro shows the heading, the heading shows the gyro's noise, and the position the wheels'.
 bool set_by_growth_with_gyro(std::span<const Run> runs, const Robot& robot, NoiseLevels& levels) {
   if (!have_lags(runs)) return false;
-  const auto of_position = growth_of_position(runs, with_perfect_gyro(noisy_robot(robot, levels)));
-  if (of_position) levels.wheel_per_sqrt_m = grown(levels.wheel_per_sqrt_m, *of_position);
+  const auto set_wheels = [&] {
+    const auto growth = growth_of_position(runs, with_perfect_gyro(noisy_robot(robot, levels)),
+                                           {levels.gyro_rad_s_sqrt_hz, levels.reference.heading_rad});
+    if (growth) levels.wheel_per_sqrt_m = grown(levels.wheel_per_sqrt_m, *growth);
+    return growth.has_value();
+  };
+  if (!set_wheels()) return false;  // as far as headings are known by the robot file
   if (const auto of_heading = growth_of_heading(runs, noisy_robot(robot, levels))) {
     levels.reference.heading_rad = std::max(of_heading->reference_sigma, kSmallestHeadingNoise_rad);
     levels.gyro_rad_s_sqrt_hz *= std::max(of_heading->odometry, 1.0);
+    set_wheels();
   }
-  return of_position.has_value();
+  return true;
 }
 
 bool set_by_growth_of_wheels(std::span<const Run> runs, const Robot& robot, NoiseLevels& levels) {

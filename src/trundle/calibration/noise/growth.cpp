@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
+#include <optional>
 #include <vector>
 
 #include "trundle/calibration/run_likelihood.hpp"
@@ -37,6 +37,7 @@ struct Drift {
   std::vector<double> path_m;
   std::vector<double> error;
   double model_variance = 0.0;  ///< of odometry at the end for the noise it was run with
+  double other_variance = 0.0;  ///< of what else is known to have grown by then
 
   void add(double path, double value) {
     path_m.push_back(path);
@@ -62,43 +63,86 @@ std::vector<Piece> pieces_of(const Run& run) {
   return pieces;
 }
 
-Drifts drifts_from(const Pose2& start, const Run& run, const Piece& piece, const Robot& robot) {
+/// A heading that a gyro carries on and that headings of the reference correct, and what its errors make of
+/// the position meanwhile: a Kalman filter of the heading alone, for a position that it corrected would not
+/// drift. docs/theory/calibration-noise.md, eq. 8a.
+class CarriedHeading {
+ public:
+  explicit CarriedHeading(const HeadingNoise& noise)
+      : gyro_density_(noise.gyro_rad_s_sqrt_hz * noise.gyro_rad_s_sqrt_hz),
+        reference_variance_(noise.reference_rad * noise.reference_rad),
+        variance_(reference_variance_) {}
+
+  /// By so much in the world [m], in so long.
+  void move(const Vector2& way, double duration_s) {
+    const Vector2 swings(-way.y(), way.x());  // by a turn of 1
+    position_ += variance_ * swings * swings.transpose() + swings * with_position_.transpose() +
+                 with_position_ * swings.transpose();
+    with_position_ += variance_ * swings;
+    variance_ += gyro_density_ * duration_s;
+  }
+  /// By how much to turn it, of how much the reference's heading is further. Lost tracking counts as much as
+  /// the largest error that is none.
+  double correct(double difference) {
+    const double total = variance_ + reference_variance_;
+    if (total <= 0.0) return 0.0;
+    const double gain = variance_ / total, largest = kLargestDeviation * std::sqrt(total);
+    variance_ *= 1.0 - gain;
+    with_position_ *= 1.0 - gain;
+    return gain * std::clamp(difference, -largest, largest);
+  }
+  /// Of x and y, by errors of headings alone [m²].
+  [[nodiscard]] Vector2 position_variance() const { return position_.diagonal(); }
+
+ private:
+  double gyro_density_;
+  double reference_variance_;
+  double variance_;
+  Vector2 with_position_ = Vector2::Zero();
+  Matrix2 position_ = Matrix2::Zero();
+};
+
+/// Free-running odometry against the reference; with `carried`, its headings are corrected by those.
+Drifts drifts_of(const Run& run, const Piece& piece, const Robot& robot,
+                 std::optional<CarriedHeading> carried = {}) {
   Drifts drifts;
   auto& [x, y, heading] = drifts;
-  Odometer odometer(robot, {.start = start});
+  Pose2 body = body_at(run, piece.first, robot);
+  Odometer odometer(robot, {.start = body});
   double path = 0.0;
   std::size_t done = run.epochs[piece.first];
   for (std::size_t epoch = piece.first; epoch < piece.end; ++epoch) {
+    const Pose2 before = odometer.pose();
+    double duration_s = 0.0;
     for (; done < run.epochs[epoch]; ++done) {
       const Increment increment = run.readings.increments[done];
       odometer.step(increment);
       path += mean_travel(robot.chassis, increment);
+      duration_s += increment.duration_s;
     }
+    const Pose2 from = body;
+    body = body * (before.inverse() * odometer.pose());
     const ReferenceSample sample =
         sample_reference(run.reference, run.epoch_time(epoch) - robot.reference_time_offset_s);
-    const Pose2 sensor = odometer.pose() * robot.body_from_reference;
+    const Pose2 sensor = body * robot.body_from_reference;
     if (sample.has_position()) {
       x.add(path, sample.value.x() - sensor.x);
       y.add(path, sample.value.y() - sensor.y);
     }
-    if (sample.has_heading())
-      heading.add(path, unwrap_angle(sample.value.z() - sensor.heading,
-                                     heading.error.empty() ? 0.0 : heading.error.back()));
+    if (carried) carried->move(body.translation() - from.translation(), duration_s);
+    if (!sample.has_heading() || (carried && epoch == piece.first)) continue;  // it began with that one
+    const double difference = sample.value.z() - sensor.heading;
+    if (carried)
+      body.heading += carried->correct(wrap_angle(difference));
+    else
+      heading.add(path, unwrap_angle(difference, heading.error.empty() ? 0.0 : heading.error.back()));
   }
   const Vector3 variance = odometer.white_covariance().diagonal();
   for (std::size_t i = 0; i < 3; ++i) drifts[i].model_variance = variance[static_cast<Eigen::Index>(i)];
+  if (!carried) return drifts;
+  x.other_variance = carried->position_variance().x();
+  y.other_variance = carried->position_variance().y();
   return drifts;
-}
-
-/// An error of the start heading swings the whole piece, and would pass for noise that grows: the mean of all
-/// headings shows it better than the first of them.
-Drifts drifts_of(const Run& run, const Piece& piece, const Robot& robot) {
-  Pose2 start = body_at(run, piece.first, robot);
-  Drifts drifts = drifts_from(start, run, piece, robot);
-  const std::vector<double>& error = drifts[2].error;
-  if (!robot.chassis.gyro || error.empty()) return drifts;
-  start.heading += std::accumulate(error.begin(), error.end(), 0.0) / static_cast<double>(error.size());
-  return drifts_from(start, run, piece, robot);
 }
 
 /// One point of the variogram.
@@ -166,41 +210,50 @@ std::optional<Growth> growth_of(std::span<const Drift> drifts) {
   if (points.size() < 3) return std::nullopt;
   const Line line = fit_line(points);
   double model = 0.0;
+  double other = 0.0;
   double path = 0.0;
   for (const Drift& drift : drifts) {
     model += drift.model_variance;
+    other += drift.other_variance;
     if (!drift.path_m.empty()) path += drift.path_m.back();
   }
-  return Growth{std::sqrt(line.slope * path / std::max(model, 1e-30)), std::sqrt(0.5 * line.intercept)};
+  const double grown = std::max(line.slope * path - other, 0.0);
+  return Growth{std::sqrt(grown / std::max(model, 1e-30)), std::sqrt(0.5 * line.intercept)};
 }
 
-struct RunDrifts {
-  std::vector<Drift> position;  ///< x and y of every piece
-  std::vector<Drift> heading;
-};
+/// Calls `take` with each piece of each run.
+template <class Take>
+void for_each_piece(std::span<const Run> runs, const Take& take) {
+  for (const Run& run : runs)
+    if (!run.epochs.empty())
+      for (const Piece& piece : pieces_of(run)) take(run, piece);
+}
 
-RunDrifts drifts_of(std::span<const Run> runs, const Robot& robot) {
-  RunDrifts all;
-  for (const Run& run : runs) {
-    if (run.epochs.empty()) continue;
-    for (const Piece& piece : pieces_of(run)) {
-      Drifts drifts = drifts_of(run, piece, robot);
-      all.position.push_back(std::move(drifts[0]));
-      all.position.push_back(std::move(drifts[1]));
-      all.heading.push_back(std::move(drifts[2]));
-    }
-  }
-  return all;
+/// Whether the reference knows headings; elsewhere nothing corrects those of the gyro.
+bool has_headings(const Run& run) {
+  return std::ranges::any_of(run.reference.heading_rad, [](double h) { return std::isfinite(h); });
 }
 
 }  // namespace
 
-std::optional<Growth> growth_of_position(std::span<const Run> runs, const Robot& robot) {
-  return growth_of(drifts_of(runs, robot).position);
+std::optional<Growth> growth_of_heading(std::span<const Run> runs, const Robot& robot) {
+  std::vector<Drift> all;
+  for_each_piece(runs, [&](const Run& run, const Piece& piece) {
+    all.push_back(std::move(drifts_of(run, piece, robot)[2]));
+  });
+  return growth_of(all);
 }
 
-std::optional<Growth> growth_of_heading(std::span<const Run> runs, const Robot& robot) {
-  return growth_of(drifts_of(runs, robot).heading);
+std::optional<Growth> growth_of_position(std::span<const Run> runs, const Robot& robot,
+                                         const HeadingNoise& noise) {
+  std::vector<Drift> all;  // x and y of every piece
+  for_each_piece(runs, [&](const Run& run, const Piece& piece) {
+    const auto carried = has_headings(run) ? std::optional(CarriedHeading(noise)) : std::nullopt;
+    Drifts drifts = drifts_of(run, piece, robot, carried);
+    all.push_back(std::move(drifts[0]));
+    all.push_back(std::move(drifts[1]));
+  });
+  return growth_of(all);
 }
 
 bool have_lags(std::span<const Run> runs) {

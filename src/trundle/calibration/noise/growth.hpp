@@ -15,9 +15,18 @@ struct Growth {
   double reference_sigma = 0.0;  ///< of what is alike at all lags [m] or [rad]
 };
 
-/// Of x and y together; of the heading. Nothing where runs are too short or too few.
-[[nodiscard]] std::optional<Growth> growth_of_position(std::span<const Run> runs, const Robot& robot);
+/// Of the heading. Nothing where runs are too short or too few.
 [[nodiscard]] std::optional<Growth> growth_of_heading(std::span<const Run> runs, const Robot& robot);
+
+/// 1σ of what a heading is known by that the gyro carries on from epoch to epoch.
+struct HeadingNoise {
+  double gyro_rad_s_sqrt_hz = 0.0;
+  double reference_rad = 0.0;
+};
+/// Of x and y together, of a robot whose gyro the model takes for perfect: its headings are corrected by the
+/// reference's, and what they are still off by is no noise of the wheels. Nothing as above.
+[[nodiscard]] std::optional<Growth> growth_of_position(std::span<const Run> runs, const Robot& robot,
+                                                       const HeadingNoise& noise);
 
 /// Whether runs have so many reference epochs that lags differ.
 [[nodiscard]] bool have_lags(std::span<const Run> runs);
