@@ -88,6 +88,12 @@ SmoothingState IncrementalSmoother::state() const {
   return state;
 }
 
+std::vector<StampedPose> IncrementalSmoother::path() const {
+  std::vector<StampedPose> path;
+  for (int i = 0; i < problem_.poses; ++i) path.push_back({stamps_[nth(i)], pose_at(i)});
+  return path;
+}
+
 Pose2 IncrementalSmoother::pose_at(int keyframe) const {
   return moved_by(tree_.solution(pose_variables_[nth(keyframe)]).head<3>(), at_.poses[nth(keyframe)]);
 }

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "trundle/geometry/trajectory.hpp"
 #include "trundle/slam/association/unidentified.hpp"
 #include "trundle/slam/report.hpp"
 #include "trundle/slam/smoothing/elimination_tree.hpp"
@@ -47,6 +48,8 @@ class IncrementalSmoother {
   [[nodiscard]] PoseEstimate estimate_after(const Motion& motion) const {
     return estimate_after(moved_on(motion));
   }
+  /// Where it was at its keyframes, with their stamps; of those in the window.
+  [[nodiscard]] std::vector<StampedPose> path() const;
   [[nodiscard]] std::size_t landmarks() const { return map_.landmarks.size(); }
   [[nodiscard]] MappedLandmark landmark(std::size_t index) const;
   /// Of some landmarks, x and y of each [m²]: as costly as smoothing all of it once. Empty without landmarks.
