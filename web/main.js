@@ -12,6 +12,7 @@ import { filters } from './figures/filters.js';
 import { firstScreen } from './figures/first_screen.js';
 import { gyro } from './figures/gyro.js';
 import { health } from './figures/health.js';
+import { growth } from './figures/growth.js';
 import { headline } from './figures/headline.js';
 import { influence } from './figures/influence.js';
 import { learned } from './figures/learned.js';
@@ -31,7 +32,7 @@ import { drawUnseen, fitAll, forgetListeners, soon, whenSeen } from './shared.js
 import { text } from './strings/en.js';
 
 const ofCalibration = (figure) => ([{ calibration }]) => (calibration ? figure(calibration) : null);
-const figures = [health, fromAbove, accuracy, errorAlong, nees, slip, learned, gyro, filter, nis, ...[headline, parameters, influence, endpoints, trajectories, errors, residuals, observability, correlation].map(ofCalibration), provenance];
+const figures = [health, fromAbove, growth, accuracy, errorAlong, nees, slip, learned, gyro, filter, nis, ...[headline, parameters, influence, endpoints, trajectories, errors, residuals, observability, correlation].map(ofCalibration), provenance];
 const together = [filters, accuracy, fromAbove, errorAlong, nees];
 
 function titleOf({ run, health: info, calibration, label }) {

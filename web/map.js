@@ -25,21 +25,21 @@ function boundsOf(spec) {
 }
 
 // Metres to pixels at one scale for both axes, y up.
-function viewOf(bounds, width, height) {
+export function viewOf(bounds, width, height) {
   const inner = { left: margin.left, right: width - margin.right, top: margin.top, bottom: height - margin.bottom };
   const span = (range) => Math.max(range[1] - range[0], 0.05) * 1.1;
   const scale = Math.min((inner.right - inner.left) / span(bounds.x), (inner.bottom - inner.top) / span(bounds.y));
   return { inner, scale, centre: { x: (bounds.x[0] + bounds.x[1]) / 2, y: (bounds.y[0] + bounds.y[1]) / 2 } };
 }
 
-function projection({ inner, scale, centre }) {
+export function projection({ inner, scale, centre }) {
   const [middleX, middleY] = [(inner.left + inner.right) / 2, (inner.top + inner.bottom) / 2];
   return { x: (metres) => middleX + (metres - centre.x) * scale, y: (metres) => middleY - (metres - centre.y) * scale,
     toX: (pixels) => centre.x + (pixels - middleX) / scale, toY: (pixels) => centre.y - (pixels - middleY) / scale };
 }
 
 // Points of a track that make a difference of so many pixels, with a pen lifted far outside the picture.
-function line(track, to, inner, { from = 0, end = track.x.length, finest = 1.2, stride = 1 } = {}) {
+export function line(track, to, inner, { from = 0, end = track.x.length, finest = 1.2, stride = 1 } = {}) {
   const flat = [];
   const [x0, y0, scale] = [to.x(0), to.y(0), to.x(1) - to.x(0)];
   let [lastX, lastY, wasOut] = [NaN, NaN, false];
@@ -84,7 +84,7 @@ function paintTube(pen, track, to, inner) {
   }
 }
 
-function paintGrid(pen, to, inner, unit) {
+export function paintGrid(pen, to, inner, unit) {
   const soft = { colour: colour('soft'), size: 12 };
   const grid = { colour: colour('grid') };
   const stepOf = (values) => (values.length > 1 ? values[1] - values[0] : 1);
@@ -104,7 +104,7 @@ function paintGrid(pen, to, inner, unit) {
   pen.text(12, (inner.top + inner.bottom) / 2, `y [${unit.unit}]`, { ...soft, align: 'center', turn: -Math.PI / 2 });
 }
 
-function paintEllipse(pen, to, scale, x, y, ellipse, given) {
+export function paintEllipse(pen, to, scale, x, y, ellipse, given) {
   if (ellipse) pen.ellipse(to.x(x), to.y(y), Math.max(0.5, ellipse.semi_major_m * scale), Math.max(0.5, ellipse.semi_minor_m * scale), -ellipse.angle_rad, given);
 }
 
@@ -223,7 +223,7 @@ function paintMoment(pen, spec, view, hidden, time) {
   pen.unclip();
 }
 
-function penOn(canvas, width, height) {
+export function penOn(canvas, width, height) {
   const ratio = devicePixelRatio;
   canvas.width = width * ratio;
   canvas.height = height * ratio;

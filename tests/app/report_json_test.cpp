@@ -69,7 +69,11 @@ TEST(ReportJson, TheDocumentationNamesEveryKeyAndNoOther) {
                                     demo + "/session_01", "--learn", demo + "/session_01/tour", "--filter",
                                     "fastslam2", "-o", "d", "--quiet"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  const Outcome report = run_program(sample.folder(), {"report", "d", "-o", "r.json"});
+  const Outcome grown =
+      run_program(sample.folder(), {"slam", demo + "/session_01/tour", "--robot", demo + "/robot.toml",
+                                    "--window", "30", "-o", "g", "--quiet"});
+  ASSERT_EQ(grown.exit_code, 0) << grown.err;
+  const Outcome report = run_program(sample.folder(), {"report", "d", "g", "-o", "r.json"});
   ASSERT_EQ(report.exit_code, 0) << report.err;
 
   const auto documented = documented_keys();

@@ -58,25 +58,12 @@ std::map<std::string, std::string> files_below(const std::filesystem::path& fold
 }
 
 /// What the folder of a run must hold, file by file.
-constexpr std::array kFiles = {"info.json",
-                               "calibrated.toml",
-                               "calibration.json",
-                               "nominal.csv",
-                               "nominal.json",
-                               "odometry.csv",
-                               "odometry.json",
-                               "slip.csv",
-                               "slip.json",
-                               "trajectory.csv",
-                               "localization.csv",
-                               "localization.json",
-                               "slam/trajectory.csv",
-                               "slam/online.csv",
-                               "slam/slam.json",
-                               "slam/landmarks.csv",
-                               "slam/steps.csv",
-                               "slam/innovations.csv",
-                               "slam/landmarks_covariance.csv"};
+constexpr std::array kFiles = {
+    "info.json",           "calibrated.toml",      "calibration.json", "nominal.csv",
+    "nominal.json",        "odometry.csv",         "odometry.json",    "slip.csv",
+    "slip.json",           "trajectory.csv",       "localization.csv", "localization.json",
+    "slam/trajectory.csv", "slam/online.csv",      "slam/slam.json",   "slam/landmarks.csv",
+    "slam/steps.csv",      "slam/innovations.csv", "slam/growth.json", "slam/landmarks_covariance.csv"};
 
 TEST_F(RunCommand, SlipIsLearnedFromAFolderOfRecordings) {
   const std::string tour = (kDemo / "session_01/tour").string();

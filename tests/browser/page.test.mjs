@@ -76,6 +76,37 @@ describe('the report page', { concurrency: 3 }, () => {
     }
   });
 
+  look('the online estimate plays as it grew', 'grown', {}, async (page) => {
+    const figure = section(page, 'The online estimate as it grew');
+    await figure.scrollIntoViewIfNeeded();
+    await drawn(page);
+    const [slider, readout, canvas] = [figure.locator('input'), figure.locator('output'), figure.locator('.growth canvas')];
+    const end = (await pixelsOf(canvas, 'track-online')).coloured;
+    assert.ok((await pixelsOf(canvas, 'landmark')).coloured > 30);
+    await slider.focus();
+    await page.keyboard.press('Home');
+    assert.match(await readout.innerText(), /^t 0\.0 s · 12 landmarks$/);
+    const start = (await pixelsOf(canvas, 'track-online')).coloured;
+    assert.ok(start > 10 && start < end / 4, `${start} of ${end}`);
+    await figure.getByRole('button', { name: 'Play' }).click();
+    const frames = await page.evaluate(async () => {
+      const times = [];
+      for (let last = performance.now(), end = last + 3000; last < end;) {
+        await new Promise(requestAnimationFrame);
+        const now = performance.now();
+        times.push(now - last);
+        last = now;
+      }
+      return times.sort((a, b) => a - b);
+    });
+    assert.ok(frames[frames.length >> 1] < 50, `a frame takes ${frames[frames.length >> 1]} ms`);
+    await figure.getByRole('button', { name: 'Pause' }).click();
+    const stopped = await readout.innerText();
+    assert.ok(Number(/^t ([\d.]+)/.exec(stopped)[1]) > 10, stopped);
+    await page.waitForTimeout(200);
+    assert.equal(await readout.innerText(), stopped);
+  });
+
   look('the cursor is shared by all plots', 'demo', {}, async (page) => {
     const chart = section(page, 'Slip over time').locator('.u-over');
     await chart.scrollIntoViewIfNeeded();

@@ -117,6 +117,31 @@ TEST(EvaluationSummary, MayLackWhatAnEarlierVersionDidNotWrite) {
   EXPECT_FALSE(summary.noise.stated());
 }
 
+TEST(GrowthResult, IsReadAsItWasWritten) {
+  GrowthResult growth{.snapshots = {}, .moved_time_s = {1.0, 2.5}, .moved_m = {0.0, 0.25}};
+  growth.snapshots.push_back(
+      {.time_s = 2.5,
+       .pose = {1.0, -2.0, 0.5},
+       .covariance = Matrix2::Identity(),
+       .path = {{0.0, 0.0}, {1.0, -2.0}},
+       .landmarks = {{.name = "a", .position = {3.0, 4.0}, .covariance = Matrix2::Identity()}}});
+  const Json document = to_json(growth);
+  EXPECT_EQ(to_json(growth_from_json(document.dump(), "growth.json")), document);
+}
+
+TEST(GrowthResult, RefusesWhatIsNone) {
+  GrowthResult growth;
+  growth.snapshots.emplace_back().path = {{0.0, 0.0}};
+  Json document = to_json(growth);
+  const auto error = [&] { return error_of([&] { growth_from_json(document.dump(), "g.json"); }); };
+  document["snapshots"][0]["path"]["y_m"] = Json::array();
+  EXPECT_THAT(error(), HasSubstr("\"path.y_m\" has 0 entries"));
+  document["snapshots"][0]["path"] = 3;
+  EXPECT_THAT(error(), HasSubstr("\"snapshots[0].path\" is a number"));
+  document.erase("snapshots");
+  EXPECT_THAT(error(), HasSubstr("g.json"));
+}
+
 TEST(EvaluationSummary, IsReadAsItWasWritten) {
   for (const Alignment alignment : {Alignment::none, Alignment::start, Alignment::se2}) {
     const EvaluationSummary summary{.alignment = alignment,

@@ -107,6 +107,12 @@ export const text = {
     bias: 'bias', bySlam: 'bias by SLAM', allanTitle: 'Gyro noise by averaging time',
     allan: 'Allan deviation: a slope of −½ is white noise, where it turns upward the bias walks. Both axes are logarithmic.', tau: 'averaging time [s]', deviation: 'Allan deviation',
   },
+  growth: {
+    title: 'The online estimate as it grew', contents: 'Growth',
+    how: 'Path and map as they were known at the moment that the slider shows, with ellipses that hold 95 %: drag it, or play. Grey: the reference. Below: how far sightings moved the pose. It jumps where a loop closes, and where the robot saw nothing for long.',
+    label: 'Path and map as they were known at a moment, from above', slider: 'Moment', play: 'Play', pause: 'Pause',
+    at: (time, landmarks) => `t ${time} s · ${count(landmarks, 'landmark', 'landmarks')}`, moved: 'pose moved by',
+  },
   filter: {
     title: 'Effective particles', contents: 'Filter',
     how: 'How many particles still matter: near their number all are equally likely, near one a single one carries the belief. Dashed: one over the greatest weight, the same of the weightiest particle alone. Marks below: resampling.',

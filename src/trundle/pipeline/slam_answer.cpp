@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -42,6 +43,46 @@ std::vector<std::string> names_of(const SlamAnswer& answer) {
   for (const MappedLandmark& landmark : answer.map())
     names.push_back(answer.input.landmarks[static_cast<std::size_t>(landmark.id)]);
   return names;
+}
+
+std::vector<LandmarkRow> rows_of(const std::vector<MappedLandmark>& map,
+                                 const std::vector<std::string>& names) {
+  std::vector<LandmarkRow> rows;
+  for (const MappedLandmark& landmark : map) {
+    Matrix2 covariance = landmark.covariance;
+    covariance(1, 0) = covariance(0, 1);  // the half that is written
+    rows.push_back({.name = names[static_cast<std::size_t>(landmark.id)],
+                    .position = landmark.position,
+                    .covariance = covariance,
+                    .sightings = static_cast<double>(landmark.sightings)});
+  }
+  return rows;
+}
+
+/// To a tenth of a millimetre: it is for a picture, and the page of a run is that of its files.
+double drawn(double metres) {
+  return std::round(1e4 * metres) / 1e4;
+}
+
+Vector2 drawn(const Vector2& place) {
+  return {drawn(place.x()), drawn(place.y())};
+}
+
+/// Of steps with sightings; of many the one of each stretch that moved the pose most.
+void add_largest_moves(const SlamAnswer& answer, GrowthResult& growth) {
+  constexpr std::size_t kMostMoves = 2000;
+  std::vector<std::size_t> sees;
+  for (std::size_t k = 0; k < answer.input.steps.size(); ++k)
+    if (!answer.input.steps[k].observations.empty()) sees.push_back(k);
+  const std::size_t stretches = std::min(sees.size(), kMostMoves);
+  const auto moved = [&](std::size_t k) { return answer.result.moved_m[k]; };
+  for (std::size_t i = 0; i < stretches; ++i) {
+    const auto first = sees.begin() + static_cast<std::ptrdiff_t>(i * sees.size() / stretches);
+    const auto last = sees.begin() + static_cast<std::ptrdiff_t>((i + 1) * sees.size() / stretches);
+    const std::size_t most = *std::ranges::max_element(first, last, {}, moved);
+    growth.moved_time_s.push_back(answer.input.steps[most].time_s);
+    growth.moved_m.push_back(drawn(moved(most)));
+  }
 }
 
 std::string csv_of_steps(const SlamAnswer& answer) {
@@ -189,6 +230,7 @@ SlamAnswer finished_slam(const Recording& recording, const RobotFile& robot, con
                                                              .particles = question.particles,
                                                              .seed = question.seed,
                                                              .prior = prior,
+                                                             .keep_growth = true,
                                                              .threads = question.threads,
                                                              .swarm = question.swarm,
                                                              .estimate = question.estimate,
@@ -257,24 +299,37 @@ SlamSummary slam_summary_of(const SlamAnswer& answer) {
   return summary;
 }
 
-std::vector<LandmarkRow> landmark_rows_of(const SlamAnswer& answer) {
-  std::vector<LandmarkRow> rows;
-  for (const MappedLandmark& landmark : answer.map()) {
-    Matrix2 covariance = landmark.covariance;
+std::optional<GrowthResult> growth_of(const SlamAnswer& answer) {
+  if (answer.result.growth.empty()) return std::nullopt;
+  GrowthResult growth;
+  for (const Snapshot& snapshot : answer.result.growth) {
+    growth.snapshots.push_back({.time_s = snapshot.time_s,
+                                .pose = snapshot.pose,
+                                .covariance = snapshot.covariance.topLeftCorner<2, 2>(),
+                                .path = {},
+                                .landmarks = rows_of(snapshot.map, answer.input.landmarks)});
+    Matrix2& covariance = growth.snapshots.back().covariance;
     covariance(1, 0) = covariance(0, 1);  // the half that is written
-    rows.push_back({.name = answer.input.landmarks[static_cast<std::size_t>(landmark.id)],
-                    .position = landmark.position,
-                    .covariance = covariance,
-                    .sightings = static_cast<double>(landmark.sightings)});
+    for (const StampedPose& pose : snapshot.path)
+      growth.snapshots.back().path.push_back(drawn(pose.pose.translation()));
+    for (LandmarkRow& landmark : growth.snapshots.back().landmarks) {
+      landmark.position = drawn(landmark.position);
+      landmark.sightings.reset();
+    }
   }
-  return rows;
+  add_largest_moves(answer, growth);
+  return growth;
+}
+
+std::vector<LandmarkRow> landmark_rows_of(const SlamAnswer& answer) {
+  return rows_of(answer.map(), answer.input.landmarks);
 }
 
 std::vector<std::string> slam_file_names() {
   return {"trajectory.csv", "landmarks.csv",   "landmarks_covariance.csv",
           "steps.csv",      "innovations.csv", "slam.json",
-          "online.csv",     "particles.csv",   "path.csv",
-          "slam.mcap",      "slam.wpilog"};
+          "growth.json",    "online.csv",      "particles.csv",
+          "path.csv",       "slam.mcap",       "slam.wpilog"};
 }
 
 std::vector<OutputFile> files_of(const SlamAnswer& answer, const std::filesystem::path& folder) {
@@ -285,6 +340,11 @@ std::vector<OutputFile> files_of(const SlamAnswer& answer, const std::filesystem
       {folder / "steps.csv", head + csv_of_steps(answer)},
       {folder / "innovations.csv", head + csv_of_innovations(answer)},
       {folder / "slam.json", dumped(document_of(answer), 2) + "\n"}};
+  if (const auto growth = growth_of(answer)) {
+    Json document = to_json(answer.provenance);
+    document.update(to_json(*growth));
+    files.push_back({folder / "growth.json", dumped(document) + "\n"});
+  }
   if (answer.smoothed) files.push_back({folder / "online.csv", head + to_csv(answer.result.online)});
   if (const Eigen::MatrixXd& covariance = answer.map_covariance(); covariance.size() > 0)
     files.push_back({covariance_file_of(folder / "landmarks.csv"),

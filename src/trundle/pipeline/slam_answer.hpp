@@ -12,6 +12,7 @@
 #include "trundle/pipeline/slam_checkpoint.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
 #include "trundle/recording/recording.hpp"
+#include "trundle/report/growth_result.hpp"
 #include "trundle/report/slam_result.hpp"
 #include "trundle/slam/slam.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
@@ -90,6 +91,9 @@ nlohmann::ordered_json document_of(const SlamAnswer& answer);
 
 /// What the page draws of that.
 SlamSummary slam_summary_of(const SlamAnswer& answer);
+
+/// How the online estimate grew: growth.json. Nothing of a filter that keeps no such.
+std::optional<GrowthResult> growth_of(const SlamAnswer& answer);
 
 /// The map, with the names of its landmarks, as landmarks.csv has it.
 std::vector<LandmarkRow> landmark_rows_of(const SlamAnswer& answer);

@@ -50,6 +50,7 @@ struct SlamStage {
   SlamSummary summary;
   std::vector<LandmarkRow> landmarks;
   std::optional<ParticleColumns> particles;
+  std::optional<GrowthResult> growth;
   FilterColumns filter;
   SightingColumns sightings;
 };

@@ -10,8 +10,8 @@
 namespace trundle::report {
 namespace {
 
-constexpr std::array<std::string_view, 7> kDocuments = {"run",  "info", "calibration", "odometry",
-                                                        "slip", "slam", "evaluation"};
+constexpr std::array<std::string_view, 8> kDocuments = {"run",  "info", "calibration", "odometry",
+                                                        "slip", "slam", "evaluation",  "growth"};
 /// A header holds all of these words.
 struct Sign {
   ResultKind kind;

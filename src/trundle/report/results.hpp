@@ -10,6 +10,7 @@
 #include "trundle/io/file.hpp"
 #include "trundle/report/calibration_json.hpp"
 #include "trundle/report/evaluation_result.hpp"
+#include "trundle/report/growth_result.hpp"
 #include "trundle/report/info_result.hpp"
 #include "trundle/report/odometry_result.hpp"
 #include "trundle/report/result_track.hpp"
@@ -40,6 +41,7 @@ struct Results {
   std::vector<ResultTrack> tracks = {};  ///< as they were estimated, the reference among them
   std::optional<std::vector<LandmarkRow>> landmarks = {};
   std::optional<ParticleColumns> particles = {};
+  std::optional<GrowthResult> growth = {};
   std::optional<FilterColumns> filter = {};
   std::optional<SightingColumns> sightings = {};
   std::optional<Robot> robot = {};  ///< that was used: where its reference sensor is

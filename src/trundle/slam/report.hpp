@@ -92,6 +92,11 @@ struct MappedLandmark {
   Vector2 position = Vector2::Zero();    ///< in the world [m]
   Matrix2 covariance = Matrix2::Zero();  ///< [m²]
   std::size_t sightings = 0;             ///< matched, and the one that created it
+
+  template <class Archive, class Self>
+  static void persist(Archive& archive, Self& self) {
+    archive(self.id, self.position, self.covariance, self.sightings);
+  }
 };
 
 /// χ² with two degrees of freedom is above it in one consistent sighting out of a thousand.

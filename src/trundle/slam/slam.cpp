@@ -262,6 +262,10 @@ std::vector<WeightedPose> SlamFilter::particles() const {
   return weighted;
 }
 
+const IncrementalSmoother* SlamFilter::smoother() const {
+  return std::get_if<IncrementalSmoother>(&filter_->one);
+}
+
 LandmarkId SlamResult::last_landmark() const {
   LandmarkId greatest = kUnknownLandmark;
   for (const StepReport& report : reports)
@@ -281,7 +285,7 @@ std::vector<MappedLandmark> map_with(const Eigen::MatrixXd& covariance, const Sl
 }
 
 SlamRun::SlamRun(const LandmarkSensor& sensor, const SlamOptions& options)
-    : particles_(options.particles), filter_(sensor, options) {}
+    : particles_(options.particles), keep_growth_(options.keep_growth), filter_(sensor, options) {}
 
 void SlamRun::step(const SlamStep& step) {
   check_interruption();
@@ -291,10 +295,20 @@ void SlamRun::step(const SlamStep& step) {
   const PoseEstimate estimate = filter_.estimate();
   if (!step.observations.empty())
     seconds_.push_back(std::chrono::duration<double>(Clock::now() - before).count());
+  moved_m_.push_back(moved_m(step, estimate));
+  systematic_ = estimate.systematic;
   online_.poses.push_back({step.time_s, estimate.pose});
   online_.covariances.push_back(estimate.covariance);
   if (estimate.systematic.size() > 0)
     bias_.push_back({estimate.systematic[0], estimate.systematic_covariance(0, 0)});
+  if (keep_growth_ && filter_.smoother()) growth_.add(*filter_.smoother(), step.time_s);
+}
+
+/// From where the motion alone would have taken it, with what was known of its errors.
+double SlamRun::moved_m(const SlamStep& step, const PoseEstimate& estimate) const {
+  if (step.observations.empty() || online_.poses.empty()) return 0.0;
+  const Pose2 expected = online_.poses.back().pose * about(systematic_, step.motion).mean;
+  return (estimate.pose.translation() - expected.translation()).norm();
 }
 
 SlamResult SlamRun::result() const {
@@ -310,6 +324,9 @@ SlamResult SlamRun::result() const {
   for (StepReport& report : result.reports)
     for (ObservationReport& observation : report.observations)
       observation.landmark = filter_.merged(observation.landmark);
+  result.moved_m = moved_m_;
+  if (keep_growth_ && filter_.smoother() && !online_.poses.empty())
+    result.growth = growth_.with_last(*filter_.smoother(), online_.poses.back().time_s);
   result.bias = bias_;
   CountsOfRun counter;
   for (const StepReport& report : reports_) counter.add(report, particles_);

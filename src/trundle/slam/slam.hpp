@@ -10,6 +10,7 @@
 #include "trundle/io/archive.hpp"
 #include "trundle/slam/fastslam/particle_options.hpp"
 #include "trundle/slam/report.hpp"
+#include "trundle/slam/smoothing/growth.hpp"
 #include "trundle/slam/steps.hpp"
 
 namespace trundle::slam {
@@ -38,6 +39,7 @@ struct SlamOptions {
   double gate = kDefaultGate;   ///< NIS above which a sighting is an outlier
   double resample_below = 0.5;  ///< effective particles, as a share of all
   bool keep_paths = true;       ///< false: no best path, and memory does not grow with time
+  bool keep_growth = false;     ///< of `smoother`: SlamResult::growth
   Precision map_precision = Precision::float32;  ///< of the particles' maps
   std::size_t threads = 1;                       ///< results do not depend on it
   SwarmOptions swarm = {};                       ///< of `mapso` and `mapso_proposal`
@@ -89,6 +91,8 @@ class SlamFilter {
   [[nodiscard]] std::vector<Pose2> best_path() const;
   /// Where something was last seen; empty for `ekf`.
   [[nodiscard]] std::vector<WeightedPose> particles() const;
+  /// Null where it is another filter.
+  [[nodiscard]] const IncrementalSmoother* smoother() const;
 
   /// Its state, for io/archive.hpp: a filter of the same sensor and options continues with it to the last
   /// bit.
@@ -134,6 +138,8 @@ struct SlamResult {
   std::vector<MappedLandmark> tentative;  ///< without names and not surely there: no part of the map
   std::vector<WeightedPose> particles;    ///< where something was last seen; empty for `ekf`
   std::vector<StepReport> reports;        ///< one for each step
+  std::vector<double> moved_m;            ///< likewise: how far what was seen moved the pose
+  std::vector<Snapshot> growth;           ///< of the smoother, where it was asked to keep that
   std::vector<BiasEstimate> bias;         ///< after each step: the first of the systematic errors, if any
   SlamCounts counts;
   StepTimes step_times;
@@ -156,15 +162,22 @@ class SlamRun {
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.filter_, self.online_, self.reports_, self.bias_);
+    archive(self.filter_, self.online_, self.reports_, self.bias_, self.moved_m_, self.systematic_,
+            self.growth_);
   }
 
  private:
+  [[nodiscard]] double moved_m(const SlamStep& step, const PoseEstimate& estimate) const;
+
   std::size_t particles_;
+  bool keep_growth_;
   SlamFilter filter_;
   Trajectory online_;
   std::vector<StepReport> reports_;
   std::vector<BiasEstimate> bias_;
+  std::vector<double> moved_m_;
+  Systematic systematic_;  ///< as known after the last step
+  Growth growth_;
   std::vector<double> seconds_;  ///< of steps with sightings; of this process, and no part of the state
 };
 

@@ -128,6 +128,13 @@ PoseEstimate IncrementalSmoother::estimate_after(const Motion& motion) const {
   return estimate_of(*belief_, moved_on(motion, *belief_));
 }
 
+std::vector<StampedPose> IncrementalSmoother::path() const {
+  std::vector<StampedPose> path;
+  for (int i = 0; i < belief_->graph.poses(); ++i)
+    path.push_back({belief_->stamps[nth(i)], belief_->graph.pose_at(i)});
+  return path;
+}
+
 std::size_t IncrementalSmoother::landmarks() const {
   return nth(belief_->graph.landmarks());
 }

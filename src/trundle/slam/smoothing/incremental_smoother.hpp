@@ -3,7 +3,9 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
+#include "trundle/geometry/trajectory.hpp"
 #include "trundle/io/archive.hpp"
 #include "trundle/slam/association/association.hpp"
 #include "trundle/slam/report.hpp"
@@ -51,6 +53,8 @@ class IncrementalSmoother {
   [[nodiscard]] PoseEstimate estimate() const;
   /// The same after a further motion, of which no step is made.
   [[nodiscard]] PoseEstimate estimate_after(const Motion& motion) const;
+  /// Where it was at its keyframes, with their stamps; of those in the window.
+  [[nodiscard]] std::vector<StampedPose> path() const;
   [[nodiscard]] std::size_t landmarks() const;
   [[nodiscard]] MappedLandmark landmark(std::size_t index) const;
   /// Of some landmarks, x and y of each [m²]: as costly as smoothing all of it once. Empty without landmarks.
