@@ -20,7 +20,8 @@ void add_calibration_output(CLI::App& command, CalibrationOutput& output);
 void finish_calibration(const CalibrationAnswer& answer, const CalibrationOutput& output,
                         const Common& common);
 
-/// Parameters before and after with their sigmas, errors before and after, what cannot be told, warnings.
+/// Parameters before and after with their sigmas, errors before and after, what cannot be determined,
+/// warnings.
 std::string table_of(const CalibrationResult& result);
 
 }  // namespace trundle::app

@@ -55,7 +55,7 @@ std::string list(const std::string& title, const std::vector<std::string>& lines
 
 std::string walk_text_of(const GyroNoise& noise) {
   if (!noise.bias_walk_rad_s_sqrt_s)
-    return fmt::format("the rests are too short to tell the walk of the bias: below {:.2g} rad/s/√s\n",
+    return fmt::format("the rests are too short to show the walk of the bias: below {:.2g} rad/s/√s\n",
                        noise.bias_walk_limit);
   return fmt::format("bias walk {:.3g} rad/s/√s, {}\n", *noise.bias_walk_rad_s_sqrt_s,
                      noise.walk_between_rests ? "from one rest to the next" : "by the Allan deviation");
@@ -72,11 +72,11 @@ std::string text_of(const GyroNoise& noise) {
 }
 
 std::string line_of_clock(std::string_view sensor, const std::optional<TimeOffset>& offset) {
-  return offset
-             ? fmt::format("{} against wheels: time_offset_s = {} s\n", sensor,
-                           with_sigma(offset->offset_s, offset->sigma_s))
-             : fmt::format("{} against wheels: the time offset cannot be told; change the turn rate often\n",
-                           sensor);
+  return offset ? fmt::format("{} against wheels: time_offset_s = {} s\n", sensor,
+                              with_sigma(offset->offset_s, offset->sigma_s))
+                : fmt::format(
+                      "{} against wheels: the time offset is not observable; change the turn rate often\n",
+                      sensor);
 }
 
 std::string text_of(const RecordingInfo& info) {
@@ -211,7 +211,7 @@ std::string text_of(const LogAnswer& answer, bool verbose) {
   return text + "trundle init drafts the files that map it to a recording\n";
 }
 
-/// A log whose mapping does not stand beside it has topics, and nothing more can be told.
+/// A log whose mapping does not stand beside it has topics, and nothing more can be determined.
 bool is_bare_log(const InfoArguments& options) {
   const std::filesystem::path path = options.recording;
   if (!logs::is_log(path)) return false;

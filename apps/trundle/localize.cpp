@@ -103,8 +103,7 @@ void add_localize(CLI::App& app) {
   command->add_option("--filter", options->filter, "What follows the pose")
       ->check(CLI::IsMember({"ekf", "particles"}))
       ->capture_default_str();
-  command
-      ->add_option("--particles", options->question.particles, "At most so many; their spread tells how many")
+  command->add_option("--particles", options->question.particles, "At most so many; adapted to their spread")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
   command->add_option("--seed", options->question.seed, "Seed of the particles' random numbers")

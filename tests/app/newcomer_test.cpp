@@ -170,7 +170,7 @@ const Mistake kMistakes[] = {
                          f.recording.find("[gyro]") - f.recording.find("[reference]"));
        replace(f.robot, "1000", "-1000");
      },
-     0, "'left' counts backwards, as the gyro tells: write ticks_per_revolution = 1000"},
+     0, "'left' counts backwards, as the gyro shows: write ticks_per_revolution = 1000"},
     {"track_for_half_of_it",
      [](Files& f) {
        f.recording.erase(f.recording.find("[reference]"),

@@ -177,15 +177,15 @@ TEST(ChannelAssignment, what_cannot_be_told_apart_is_said) {
   const auto straight_run =
       test::recorded(test::nominal_differential(), test::true_differential(), {straight(5.0)}, 8);
   EXPECT_THAT(check_channels(straight_run, test::nominal_differential()).ambiguous,
-              ElementsAre(says("'left' and 'right' cannot be told apart by these runs")));
+              ElementsAre(says("'left' and 'right' cannot be distinguished by these runs")));
   const CalibrationResult result = calibrate(straight_run, {}, test::nominal_differential());
-  EXPECT_THAT(result.unobservable, Contains(HasSubstr("cannot be told apart")));
+  EXPECT_THAT(result.unobservable, Contains(HasSubstr("cannot be distinguished")));
   // Two pods one behind the other read alike whatever the robot does.
   const std::array<Pod, 3> pods{{{0.1, 0.0, 0.0}, {-0.1, 0.0, 0.0}, {0.0, 0.1, 0.5 * kPi}}};
   const Robot in_line =
       test::robot_of(dead_wheels({0.05, 2048.0, 0}, pods, Gyro{}), {"front", "rear", "across"});
   EXPECT_THAT(check_channels(test::recorded(in_line, in_line, rich_paths(), 9), in_line).ambiguous,
-              ElementsAre(says("'front' and 'rear' cannot be told apart by any run")));
+              ElementsAre(says("'front' and 'rear' cannot be distinguished by any run")));
 }
 
 }  // namespace

@@ -63,7 +63,7 @@ TEST(WrongPartialReference, TurnsInDegreesOrTheOtherWayRoundAreNamed) {
 }
 
 TEST(OneColumnForTwo, IsNamedWhereTheRobotTurns) {
-  const auto is_named = Contains(Field(&Finding::code, FindingCode::wheels_not_told_apart));
+  const auto is_named = Contains(Field(&Finding::code, FindingCode::indistinguishable_wheels));
   const Robot robot = test::with_gyro(kRobot);
   Scenario scenario;
   scenario.nominal = scenario.truth = robot;

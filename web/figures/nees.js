@@ -1,4 +1,4 @@
-// Errors in units of the stated covariance, with the bounds of an honest one.
+// Errors in units of the stated covariance, with the bounds of a consistent one.
 import { chart } from '../chart.js';
 import { lineLegend, section, tooled } from '../section.js';
 import { text } from '../strings/en.js';

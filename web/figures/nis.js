@@ -1,4 +1,4 @@
-// Each sighting's innovation in units of its noise, with the bounds of honest noise, and what was made of it.
+// Each sighting's innovation in units of its noise, with the bounds of consistent noise, and what was made of it.
 import { chart } from '../chart.js';
 import { html } from '../dom.js';
 import { significant } from '../format.js';

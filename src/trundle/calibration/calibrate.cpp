@@ -61,10 +61,10 @@ std::vector<std::string> free_besides(const CalibrateOptions& options, const Pre
   return names;
 }
 
-/// The wheels start as large as the references have them. Where the runs then do not tell how large they are,
+/// The wheels start as large as the references have them. Where the runs then do not show how large they are,
 /// they would stay at a size that nobody gave and nothing measured.
-void require_scale_told(const Preparation& ready, const Estimate& estimate,
-                        std::span<const Parameter> parameters) {
+void require_scale_determined(const Preparation& ready, const Estimate& estimate,
+                              std::span<const Parameter> parameters) {
   if (ready.scale.empty()) return;
   Eigen::VectorXd common = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(parameters.size()));
   for (std::size_t j = 0; j < parameters.size(); ++j)
@@ -144,7 +144,7 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   problem.parameters = validated.parameters;
   const Estimate& estimate = validated.estimate;
   require_something_estimated(estimate, problem.parameters, nominal);
-  require_scale_told(ready, estimate, problem.parameters);
+  require_scale_determined(ready, estimate, problem.parameters);
   const SessionSpread spread = session_spread(problem, estimate.space);
 
   CalibrationResult result = result_of(estimate, spread, problem.parameters, nominal);

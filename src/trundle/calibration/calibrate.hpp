@@ -18,7 +18,7 @@ struct CalibrateOptions {
 
 /// The general estimator: the parameters of any chassis from any mix of recordings whose references are
 /// trajectories, partial measurements, relative motions of a sensor, or only what the sensors on board say of
-/// each other; with error bars within and between sessions, and what the runs cannot tell. The hold-out
+/// each other; with error bars within and between sessions, and what the runs cannot determine. The hold-out
 /// recordings are only evaluated. Swapped ports, reversed counts and a gyro upside down are corrected first,
 /// with a warning (channel_assignment.hpp). docs/calibration.md. Throws CannotAnswer when nothing can be
 /// estimated or where gyro and wheels turn opposite ways and no reference tells which is right, InputError

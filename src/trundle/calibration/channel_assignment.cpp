@@ -19,7 +19,7 @@ constexpr std::size_t kMostToPermute = 5;
 constexpr double kWrong = 0.1;
 // Of such a misfit, the most that another assignment may leave: half its size, E being squared.
 constexpr double kFarLess = 0.25;
-// Misfits, or rows, that differ by less cannot tell two assignments apart: calibration changes each by 0.01.
+// Misfits, or rows, that differ by less do not distinguish two assignments: calibration changes each by 0.01.
 constexpr double kAlike = 0.02;
 
 /// Between two epochs: how the body moved by the reference, and what was read.
@@ -183,7 +183,7 @@ void name_ambiguous_pairs(const std::vector<ReadMotion>& motions, ChannelAssignm
       const bool one_line = (rolling_row(wheels[i]) - rolling_row(wheels[j])).norm() < kAlike;
       channels.ambiguous.push_back(
           {.severity = Severity::note,
-           .code = one_line ? FindingCode::parallel_wheels : FindingCode::wheels_not_told_apart,
+           .code = one_line ? FindingCode::parallel_wheels : FindingCode::indistinguishable_wheels,
            .subjects = {channels.robot.wheel_names[i], channels.robot.wheel_names[j]}});
     }
 }

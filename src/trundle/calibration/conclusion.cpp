@@ -180,7 +180,7 @@ std::string summary_of(const CalibrationResult& result) {
 
 /// What runs said before the search may no longer hold where it ended: then nothing is known of anything. Of
 /// runs so short that all residuals vanish the scatter says nothing either.
-void require_told(std::span<const ParameterEstimate> parameters) {
+void require_determined(std::span<const ParameterEstimate> parameters) {
   constexpr double kWorse = 3.0;  // than the prior: by more than the scatter of the runs alone makes it
   for (const ParameterEstimate& e : parameters) {
     const bool has_sigma = std::isfinite(e.sigma_within) && e.sigma_within > 0.0;
@@ -260,7 +260,7 @@ CalibrationResult result_of(const Estimate& estimate, const SessionSpread& sprea
   else if (estimate.noise.from_runs)
     result.calibrated.chassis.noise = with_noise(estimate.robot, estimate.noise.levels).chassis.noise;
   result.parameters = parameter_estimates(estimate, spread, parameters, nominal, result.calibrated);
-  require_told(result.parameters);
+  require_determined(result.parameters);
   const std::vector<Eigen::Index> estimated = estimated_of(estimate);
   result.covariance_within = estimate.covariance(estimated, estimated);
   result.covariance_total = total_covariance(estimate, spread, parameters)(estimated, estimated);

@@ -12,12 +12,12 @@ namespace trundle::calibration {
 /// Throws CannotAnswer, in words, when there is none to estimate.
 void require_something_free(std::span<const Parameter> parameters, std::span<const Recording> training,
                             const Robot& nominal);
-/// The same when the runs can tell no parameter.
+/// The same when the runs can determine no parameter.
 void require_something_estimated(const Estimate& estimate, std::span<const Parameter> parameters,
                                  const Robot& nominal);
 
-/// What an estimate says of the parameters: values with error bars, what cannot be told, the calibrated robot
-/// and its record. Runs, errors and summary are still missing: conclude().
+/// What an estimate says of the parameters: values with error bars, what cannot be determined, the calibrated
+/// robot and its record. Runs, errors and summary are still missing: conclude().
 CalibrationResult result_of(const Estimate& estimate, const SessionSpread& spread,
                             std::span<const Parameter> parameters, const Robot& nominal);
 

@@ -47,7 +47,7 @@ bool is_default(const Parameter& parameter, const Robot& robot, const FromOutsid
 
 /// All that sightings tell of a landmark sensor. Of the scale of its ranges they tell nothing where no length
 /// is known otherwise: that is named by itself.
-bool is_told_by_sightings(const Parameter& parameter) {
+bool is_observable_from_sightings(const Parameter& parameter) {
   return is_of_landmark_sensor(parameter.kind) && parameter.kind != ParameterKind::sensor_range_scale;
 }
 
@@ -55,7 +55,7 @@ bool is_told_by_sightings(const Parameter& parameter) {
 std::vector<Parameter> group_named(const std::string& name, const Robot& robot) {
   std::vector<Parameter> group = parameters_of(robot);
   std::erase_if(group, [&](const Parameter& parameter) {
-    return !(name == "sensor" && is_told_by_sightings(parameter)) &&
+    return !(name == "sensor" && is_observable_from_sightings(parameter)) &&
            !(name == "velocity" && is_of_velocity(parameter.kind));
   });
   return group;

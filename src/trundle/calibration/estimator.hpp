@@ -22,14 +22,14 @@ struct Estimate {
   double dispersion = 1.0;     ///< by which the runs scatter more than their noise: part of the covariance
   int degrees_of_freedom = 0;  ///< behind the dispersion
   std::vector<RunEvidence> runs;
-  /// Of the gyro in each run, where runs have biases of their own; nothing: the run does not tell it.
+  /// Of the gyro in each run, where runs have biases of their own; nothing: the run does not show it.
   std::vector<std::optional<GyroBias>> gyro_biases = {};
   Descent descent;
   bool measures_length = false;  ///< the runs were measured in metres, from outside
 };
 
-/// Gauss–Newton on the information of all runs, in the space that they can tell; noise levels and weights of
-/// outlying runs are found in between. docs/theory/calibration.md.
+/// Gauss–Newton on the information of all runs, in the space that they can determine; noise levels and
+/// weights of outlying runs are found in between. docs/theory/calibration.md.
 [[nodiscard]] Estimate estimate_parameters(const CalibrationProblem& problem);
 
 }  // namespace trundle::calibration

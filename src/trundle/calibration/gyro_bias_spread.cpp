@@ -20,39 +20,39 @@ constexpr double kLargestShare = 100.0;
 constexpr double kFinestLog = 0.01;
 
 /// What each run says of the shared parameters and its own.
-struct RunsTold {
-  std::vector<Information> runs;
+struct RunsInformation {
+  std::vector<Information> information;
   std::vector<std::vector<OwnParameter>> own;
   Eigen::VectorXd scale;  ///< of the shared ones: prior sigmas
 };
 
-RunsTold told_by(const Likelihood& likelihood, const Robot& robot) {
-  RunsTold told{.runs = {},
-                .own = {},
-                .scale = prior_sigmas(likelihood.problem.parameters, likelihood.problem.nominal)};
+RunsInformation information_of_runs(const Likelihood& likelihood, const Robot& robot) {
+  RunsInformation runs{.information = {},
+                       .own = {},
+                       .scale = prior_sigmas(likelihood.problem.parameters, likelihood.problem.nominal)};
   for (std::size_t i = 0; i < likelihood.runs().size(); ++i) {
     std::vector<OwnParameter> own = likelihood.own_of(likelihood.runs()[i]);
-    told.runs.push_back(information_with_own(likelihood, i, robot)
-                            .total(likelihood.problem.size() + static_cast<Eigen::Index>(own.size())));
-    told.own.push_back(std::move(own));
+    runs.information.push_back(information_with_own(likelihood, i, robot)
+                                   .total(likelihood.problem.size() + static_cast<Eigen::Index>(own.size())));
+    runs.own.push_back(std::move(own));
   }
-  return told;
+  return runs;
 }
 
 /// −2 log of the restricted likelihood of the spread, the shared parameters integrated over.
-double deviance_of(double spread_rad_s, RunsTold& told) {
-  const Eigen::Index n = told.scale.size();
+double deviance_of(double spread_rad_s, RunsInformation& runs) {
+  const Eigen::Index n = runs.scale.size();
   Information sum = Information::zero(n);
   double deviance = 0.0;
-  for (std::size_t i = 0; i < told.runs.size(); ++i) {
-    for (OwnParameter& one : told.own[i])
+  for (std::size_t i = 0; i < runs.information.size(); ++i) {
+    for (OwnParameter& one : runs.own[i])
       if (one.parameter == kGyroBias) one.prior_sigma = spread_rad_s;
-    if (!told.own[i].empty()) deviance += log_determinant_of_own(told.runs[i], told.own[i]);
-    for (const Information& part : without_own({told.runs[i]}, told.own[i])) sum.add(part);
+    if (!runs.own[i].empty()) deviance += log_determinant_of_own(runs.information[i], runs.own[i]);
+    for (const Information& part : without_own({runs.information[i]}, runs.own[i])) sum.add(part);
   }
-  Eigen::MatrixXd A = told.scale.asDiagonal() * sum.matrix * told.scale.asDiagonal();
-  A.diagonal().array() += 1.0;  // what the runs do not tell is as the robot file says
-  const auto misfit = gaussian_misfit(told.scale.cwiseProduct(sum.gradient), A);
+  Eigen::MatrixXd A = runs.scale.asDiagonal() * sum.matrix * runs.scale.asDiagonal();
+  A.diagonal().array() += 1.0;  // what the runs do not show is as the robot file says
+  const auto misfit = gaussian_misfit(runs.scale.cwiseProduct(sum.gradient), A);
   if (!misfit) return std::numeric_limits<double>::infinity();
   return deviance + sum.chi2 - misfit->squared_mahalanobis + misfit->log_determinant;
 }
@@ -66,9 +66,9 @@ double given_gyro_bias_spread(const CalibrationProblem& problem) {
 GyroBiasSpread gyro_bias_spread(const Likelihood& likelihood, const Robot& robot) {
   const double given = given_gyro_bias_spread(likelihood.problem);
   if (given == 0.0) return {};
-  RunsTold told = told_by(likelihood, robot);
+  RunsInformation runs = information_of_runs(likelihood, robot);
   const Bracket bracket{std::log(kSmallestShare * given), std::log(kLargestShare * given), kFinestLog};
-  const auto found = [&](double log_spread) { return deviance_of(std::exp(log_spread), told); };
+  const auto found = [&](double log_spread) { return deviance_of(std::exp(log_spread), runs); };
   // Of a gamma distribution with the shape 2 [Chung et al. 2013], whose mode is the robot file's.
   const auto with_prior = [&](double log_spread) {
     return found(log_spread) - 2.0 * log_spread + 2.0 * std::exp(log_spread) / given;

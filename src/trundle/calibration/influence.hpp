@@ -18,7 +18,7 @@ struct Influence {
   std::vector<Eigen::VectorXd> sigma_after;  ///< 1σ of `after`; what no run has told yet: its prior's
 };
 
-/// What is not told by the runs that are left stays at its nominal value, known to its prior sigma.
+/// What is not determined by the runs that are left stays at its nominal value, known to its prior sigma.
 Influence influence_of(const Estimate& estimate, const Robot& nominal, std::span<const Parameter> parameters);
 
 }  // namespace trundle::calibration

@@ -10,14 +10,14 @@
 
 namespace trundle::calibration {
 
-/// A combination of parameters that the runs cannot tell: it is held at its nominal value.
+/// A combination of parameters that the runs cannot determine: it is held at its nominal value.
 struct HeldCombination {
   Eigen::VectorXd combination;  ///< unit vector, parameters in units of their prior sigmas
   Eigen::VectorXd direction;    ///< the worst seen direction, which it stands for
   std::vector<int> members;     ///< indices of the parameters in it
 };
 
-/// Which directions of parameter space the runs can tell.
+/// Which directions of parameter space the runs can determine.
 struct EstimableSpace {
   Eigen::VectorXd scale;  ///< prior sigmas
   Eigen::MatrixXd basis;  ///< columns span what is estimated, in units of prior sigmas
@@ -36,7 +36,8 @@ EstimableSpace estimable_space(const Eigen::MatrixXd& information, std::span<con
 /// (information)⁻¹ within the estimable space, zero outside; in the parameters' own units.
 Eigen::MatrixXd constrained_inverse(const Eigen::MatrixXd& information, const EstimableSpace& space);
 
-/// What cannot be told, and what to drive. `measures_length`: runs were measured in metres from outside.
+/// What cannot be determined, and what to drive. `measures_length`: runs were measured in metres from
+/// outside.
 struct HeldWords {
   std::string names;
   std::string advice;

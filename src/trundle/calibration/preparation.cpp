@@ -68,7 +68,7 @@ std::optional<TimeOffset> common_offset(const std::vector<TimeOffset>& offsets) 
                     .sigma_s = std::ranges::min(offsets, {}, &TimeOffset::sigma_s).sigma_s};
 }
 
-/// Where references are late by one and the same: less than a stamp says of one run is told by all of them
+/// Where references are late by one and the same: less than a stamp says of one run follows from all of them
 /// together, and so is what each is too short for. Set in both robots, for the clock is none of what a robot
 /// is judged by. Runs whose clock is clearly off have one of their own. Returns what was done, in words.
 std::optional<std::string> set_shared_reference_clock(std::span<const Run> runs, Robot& start,
@@ -112,7 +112,7 @@ void turn_gyro_by_positions(std::span<const Recording> recordings, ChannelAssign
 }
 
 /// A fit would take one of two explanations, and a robot mirrored in its own middle is one of them: what only
-/// somebody who looks at the robot can tell is not decided here.
+/// somebody who looks at the robot can determine is not decided here.
 void require_one_sense_of_turning(std::span<const Recording> recordings, std::span<const Run> runs,
                                   const Robot& robot) {
   for (std::size_t i = 0; i < runs.size(); ++i)
@@ -127,7 +127,7 @@ void require_one_sense_of_turning(std::span<const Recording> recordings, std::sp
 }
 
 /// Whether the run measures anything from outside, or its readings check each other.
-bool tells_something(const Run& run, const Robot& robot) {
+bool is_informative(const Run& run, const Robot& robot) {
   const bool with_gyro = robot.chassis.gyro.has_value();
   const auto is_complete = [&](const Increment& increment) { return increment.has_gyro || !with_gyro; };
   return run.measures_anything() ||
@@ -138,7 +138,7 @@ bool tells_something(const Run& run, const Robot& robot) {
 /// Runs that tell nothing are no evidence of little scatter: they do not count among those that tell. Returns
 /// which, in words; where no run tells anything all stay, to be told what is missing.
 std::vector<std::string> leave_out_silent(const Robot& robot, std::vector<Run>& runs) {
-  const auto is_silent = [&](const Run& run) { return !tells_something(run, robot); };
+  const auto is_silent = [&](const Run& run) { return !is_informative(run, robot); };
   std::vector<std::string> words;
   if (std::ranges::all_of(runs, is_silent)) return words;
   for (const Run& run : runs)

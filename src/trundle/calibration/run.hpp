@@ -36,9 +36,9 @@ struct Run {
   std::string session;
   AlignedReadings readings;
   GyroStream gyro;                            ///< for other time offsets than that of `readings`
-  ReferenceStream reference;                  ///< on the clock of `readings`, as far as the motion tells
+  ReferenceStream reference;                  ///< on the clock of `readings`, as far as the motion shows
   std::optional<TimeOffset> reference_clock;  ///< by which it was off, as the motion as a whole shows
-  /// Where that motion shows it, off or not; nothing: it does not tell.
+  /// Where that motion shows it, off or not; nothing: it does not show.
   std::optional<TimeOffset> seen_reference_clock;
   /// By which the estimate moved the reference's stamps beyond that, and 1σ of where they belong [s].
   double clock_moved_s = 0.0;

@@ -21,7 +21,7 @@ void move_gyro_bias(double step_rad_s, Increments& increments);
 [[nodiscard]] Run as_recorded(Run run);
 
 /// Where runs have biases that differ by more than chance: which, in words; nothing: they do not. Each is
-/// nothing where its run does not tell it.
+/// nothing where its run does not show it.
 [[nodiscard]] std::optional<std::string> words_of_biases(std::span<const Run> runs,
                                                          std::span<const std::optional<GyroBias>> biases);
 

@@ -19,7 +19,7 @@ struct SessionEstimate {
   Eigen::VectorXd sigma;
 };
 
-bool tells_as_much(const EstimableSpace& one, const EstimableSpace& all) {
+bool observes_as_much(const EstimableSpace& one, const EstimableSpace& all) {
   return one.basis.cols() >= all.basis.cols();
 }
 
@@ -88,7 +88,7 @@ SessionSpread spread_of(std::span<const Estimate> sessions, std::span<const Para
   spread.sessions = std::max(1, static_cast<int>(sessions.size()));
   std::vector<SessionEstimate> estimates;
   for (const Estimate& estimate : sessions)
-    if (tells_as_much(estimate.space, space)) estimates.push_back(estimate_of(estimate, parameters));
+    if (observes_as_much(estimate.space, space)) estimates.push_back(estimate_of(estimate, parameters));
   spread.calibrated = static_cast<int>(estimates.size());
   if (estimates.size() < 2) return spread;
   spread.covariance = scatter_of(estimates).covariance;

@@ -13,7 +13,7 @@ namespace trundle::calibration {
 /// suggests.
 struct SessionSpread {
   int sessions = 0;    ///< all that were given
-  int calibrated = 0;  ///< those that can tell every estimated parameter by themselves
+  int calibrated = 0;  ///< those that can determine every estimated parameter by themselves
   Eigen::MatrixXd
       covariance;  ///< of a session's parameters about their mean; empty with fewer than two sessions
   /// With four or more sessions: each left out in turn and predicted from the others by

@@ -6,8 +6,8 @@
 
 namespace trundle::calibration {
 
-/// Maximum likelihood by Gauss–Newton from where the robot is, in the space that the runs can tell; without
-/// prior. docs/theory/calibration.md, eq. 6.
+/// Maximum likelihood by Gauss–Newton from where the robot is, in the space that the runs can determine;
+/// without prior. docs/theory/calibration.md, eq. 6.
 Descent solve(const Likelihood& likelihood, const EstimableSpace& space, Robot& robot);
 
 /// Maximum a posteriori from where the robot is, of all parameters: the prior keeps there what is not seen. A

@@ -109,7 +109,7 @@ struct ResidualTest {
 };
 [[nodiscard]] ResidualTest residual_test(const Rows& rows, const Readings& readings);
 
-/// What the sensors of a chassis can and cannot tell, in words and as numbers.
+/// What the sensors of a chassis can and cannot determine, in words and as numbers.
 struct Observability {
   int rank = 0;
   int degrees_of_freedom = 0;         ///< of the slip test

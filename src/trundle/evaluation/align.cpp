@@ -102,7 +102,7 @@ Pose2 align_se2(const std::vector<PosePair>& pairs) {
   const std::optional<Pose2> motion = rigid_motion(places);
   if (!motion)
     throw CannotAnswer(
-        "all common positions are in one place, which tells no rotation: align with start or none");
+        "all common positions are in one place, which fixes no rotation: align with start or none");
   return *motion;
 }
 

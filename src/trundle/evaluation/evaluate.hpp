@@ -51,10 +51,11 @@ struct RelativePoseError {
 /// Errors along one trajectory are correlated: the mean of a single run scatters far more than that of
 /// independent ones.
 struct Nees {
-  int degrees_of_freedom = 3;  ///< what an honest estimate has as its mean; 2: the reference has no heading
+  int degrees_of_freedom =
+      3;  ///< what a consistent estimate has as its mean; 2: the reference has no heading
   double mean = 0.0;
   double bound_95 = 0.0;         ///< the 95 % quantile of χ² with these degrees of freedom
-  double share_inside_95 = 0.0;  ///< of poses below it; honest: 0.95
+  double share_inside_95 = 0.0;  ///< of poses below it; 0.95 if consistent
   std::size_t poses = 0;
   std::size_t before_motion = 0;  ///< compared poses left out with Alignment::start: nothing has happened yet
   std::size_t without_covariance = 0;  ///< compared poses left out: their covariance is not positive definite
@@ -109,7 +110,7 @@ struct PosePair {
                                                  double longest_gap_s);
 
 /// The rigid motion T that minimises Σ |p_reference − T p_estimate|²: rigid_motion. Throws CannotAnswer when
-/// the positions do not tell a rotation (all in one place).
+/// the positions do not show a rotation (all in one place).
 [[nodiscard]] Pose2 align_se2(const std::vector<PosePair>& pairs);
 
 }  // namespace trundle::evaluation

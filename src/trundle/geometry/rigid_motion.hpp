@@ -14,7 +14,7 @@ struct PointPair {
 };
 
 /// The rigid motion T that minimises Σ |to − T from|², in closed form [Umeyama 1991, in the plane]: about the
-/// centroids, by the angle of the summed products. Nothing where the points do not tell a rotation (all in
+/// centroids, by the angle of the summed products. Nothing where the points do not show a rotation (all in
 /// one place, or there are none).
 std::optional<Pose2> rigid_motion(std::span<const PointPair> pairs);
 

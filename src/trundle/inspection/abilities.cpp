@@ -43,7 +43,7 @@ bool excludes_sideways(const Rows& rows, const Chassis& chassis) {
   });
 }
 
-void tell_motion(const Rows& rows, const Observability& seen, const Robot& robot, Abilities& abilities) {
+void add_motion(const Rows& rows, const Observability& seen, const Robot& robot, Abilities& abilities) {
   if (seen.rank == 3)
     abilities.can.push_back(
         excludes_sideways(rows, robot.chassis)
@@ -53,7 +53,7 @@ void tell_motion(const Rows& rows, const Observability& seen, const Robot& robot
     abilities.cannot.push_back(fmt::format("{} motion: no sensor sees it", in_words(direction)));
 }
 
-void tell_steering(const Robot& robot, Abilities& abilities) {
+void add_steering(const Robot& robot, Abilities& abilities) {
   for (std::size_t i = 0; i < robot.chassis.all_wheels().size(); ++i) {
     const bool passive = i >= robot.chassis.wheels().size();
     const auto& steering = robot.chassis.all_wheels()[i].steering;
@@ -72,9 +72,9 @@ std::string name_of(const Fault& fault, const Robot& robot) {
                      robot.wheel_names[static_cast<std::size_t>(fault.wheel)]);
 }
 
-/// What residuals do not tell in a curve, as wide as twice the robot, they tell nowhere; straight ahead it is
+/// What residuals do not show in a curve, as wide as twice the robot, they show nowhere; straight ahead it is
 /// more.
-void tell_indistinct_faults(Robot robot, bool with_gyro, Abilities& abilities) {
+void add_indistinct_faults(Robot robot, bool with_gyro, Abilities& abilities) {
   if (!with_gyro) robot.chassis.gyro.reset();
   const Parity parity(robot);
   std::vector<std::string> told;
@@ -95,8 +95,8 @@ void tell_indistinct_faults(Robot robot, bool with_gyro, Abilities& abilities) {
   tell({1.0, 0.0, 0.0}, "straight ahead, ");
 }
 
-void tell_slip(const Rows& rows, const Observability& seen, const Robot& robot, bool with_gyro,
-               Abilities& abilities) {
+void add_slip(const Rows& rows, const Observability& seen, const Robot& robot, bool with_gyro,
+              Abilities& abilities) {
   if (seen.degrees_of_freedom == 0) {
     abilities.cannot.push_back(
         fmt::format("whether a wheel slips: no redundant measurement; a gyro or another wheel{} would be one",
@@ -108,7 +108,7 @@ void tell_slip(const Rows& rows, const Observability& seen, const Robot& robot, 
   if (seen.degrees_of_freedom == 1 && robot.chassis.wheel_count > 0)
     abilities.can.emplace_back(
         "which wheel slips, while the motion is steady: by its change against its own recent travel");
-  if (has_steered_encoders(robot.chassis)) return tell_indistinct_faults(robot, with_gyro, abilities);
+  if (has_steered_encoders(robot.chassis)) return add_indistinct_faults(robot, with_gyro, abilities);
   std::vector<std::string> unchecked;
   for (const int row : seen.undetectable)
     unchecked.push_back(name_of(rows.row[static_cast<std::size_t>(row)], robot));
@@ -122,7 +122,7 @@ void tell_slip(const Rows& rows, const Observability& seen, const Robot& robot, 
 }
 
 /// Errors of several wheels together that fit a motion leave no residual.
-void tell_common_slip(const Robot& robot, bool with_gyro, Abilities& abilities) {
+void add_common_slip(const Robot& robot, bool with_gyro, Abilities& abilities) {
   if (robot.chassis.wheel_count < 2) return;
   abilities.cannot.emplace_back(
       with_gyro
@@ -136,7 +136,7 @@ bool has_wheel(const Recording& recording, const std::string& wheel) {
   return std::any_of(series.begin(), series.end(), [&](const WheelSeries& s) { return s.wheel == wheel; });
 }
 
-void tell_missing_sensors(const Recording& recording, const Robot& robot, std::vector<std::string>& missing) {
+void add_missing_sensors(const Recording& recording, const Robot& robot, std::vector<std::string>& missing) {
   for (const std::string& wheel : robot.wheel_names)
     if (!recording.wheels.time_s.empty() && !has_wheel(recording, wheel))
       missing.push_back(
@@ -187,10 +187,10 @@ Abilities abilities_of(const Robot& robot, bool with_gyro) {
                                                         : rows_of(robot.chassis, with_gyro);
   const Observability seen = observability(rows);
   Abilities abilities;
-  tell_motion(rows, seen, robot, abilities);
-  tell_steering(robot, abilities);
-  tell_slip(rows, seen, robot, with_gyro, abilities);
-  tell_common_slip(robot, with_gyro, abilities);
+  add_motion(rows, seen, robot, abilities);
+  add_steering(robot, abilities);
+  add_slip(rows, seen, robot, with_gyro, abilities);
+  add_common_slip(robot, with_gyro, abilities);
   return abilities;
 }
 
@@ -206,7 +206,7 @@ std::vector<std::string> unused_in(const Recording& recording, const Robot& robo
 
 std::vector<std::string> missing_in(const Recording& recording, const Robot* robot) {
   std::vector<std::string> missing;
-  if (robot != nullptr) tell_missing_sensors(recording, *robot, missing);
+  if (robot != nullptr) add_missing_sensors(recording, *robot, missing);
   if (robot == nullptr && recording.wheels.time_s.empty() && recording.velocity.time_s.empty())
     missing.emplace_back("wheels.csv or velocity.csv: there is no motion to integrate");
   if (!recording.has_reference()) missing.push_back(missing_reference(recording, robot));

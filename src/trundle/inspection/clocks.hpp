@@ -11,7 +11,7 @@ namespace trundle::inspection {
 /// The clock of the gyro, of the reference or of the landmark sensor, against the wheels'.
 struct ClockComparison {
   bool is_possible = false;          ///< both are there, and may show the same motion
-  std::optional<TimeOffset> offset;  ///< none: it cannot be told
+  std::optional<TimeOffset> offset;  ///< none: it cannot be determined
   std::optional<Finding> problem;    ///< it is not what the files say, and does harm
 };
 /// `offset`: of the gyro, as gyro_time_offset() gives it.

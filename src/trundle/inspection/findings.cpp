@@ -128,7 +128,7 @@ void find_one_column_for_two(const Recording& recording, const Overview& overvie
     for (std::size_t j = i + 1; j < wheels.size(); ++j) {
       const bool roll_alike = std::abs(rolling_row(wheels[i]).z() - rolling_row(wheels[j]).z()) < 1e-9;
       if (overview.read_alike[i][j] && !roll_alike)
-        problems.push_back({.code = FindingCode::wheels_not_told_apart,
+        problems.push_back({.code = FindingCode::indistinguishable_wheels,
                             .place = recording.wheels.origin.file,
                             .subjects = {robot.wheel_names[i], robot.wheel_names[j]},
                             .payload = payload::Amount{turned}});
@@ -199,7 +199,7 @@ std::vector<Finding> folded(const std::vector<Finding>& problems) {
 }
 
 /// One cause is told once: the reference knows better than the gyro, and wires before sizes.
-void forget_what_is_told_already(bool are_misassigned, std::vector<Finding>& problems) {
+void drop_consequences(bool are_misassigned, std::vector<Finding>& problems) {
   const auto forget = [&](FindingCode code) {
     std::erase_if(problems, [&](const Finding& problem) { return problem.code == code; });
   };
@@ -271,7 +271,7 @@ void compare(const Recording& recording, const Robot& robot, Findings& findings)
   if (is_misread(findings)) return;
   const bool are_misassigned = all && all->run && robot.chassis.wheel_count > 0 &&
                                compare_channels(recording, *all->run, robot, findings);
-  forget_what_is_told_already(are_misassigned, findings.problems);
+  drop_consequences(are_misassigned, findings.problems);
   compare_all_clocks(recording, *overview, all, robot, findings);
   find_tracks(recording, robot, findings);
 }

@@ -11,7 +11,7 @@
 
 namespace trundle::inspection {
 
-/// All that can be told of one recording before anything is done with it.
+/// All that can be determined of one recording before anything is done with it.
 struct Findings {
   std::vector<StreamSummary> streams;
   std::vector<SteeringSummary> steerings;

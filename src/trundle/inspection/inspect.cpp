@@ -52,7 +52,7 @@ int guessed_bits(const Recording& recording, const WheelSeries& series) {
 }
 
 /// The bits of a counter that the robot file tells; 0: none.
-int told_bits(const WheelSeries& series, const Robot& robot) {
+int given_bits(const WheelSeries& series, const Robot& robot) {
   const auto named = std::ranges::find(robot.wheel_names, series.wheel);
   if (series.unit != WheelUnit::ticks || named == robot.wheel_names.end()) return 0;
   return robot.chassis.wheels()[static_cast<std::size_t>(named - robot.wheel_names.begin())].tick_bits;
@@ -87,10 +87,10 @@ void find_stuck(const Recording& recording, const std::vector<std::string>& whee
 void find_stuck(const Recording& recording, const Robot& robot, const Overview& overview,
                 std::vector<Finding>& problems) {
   constexpr double kLeastTravel = 0.05;  // [m]
-  bool all_can_be_told = true;
+  bool all_expected = true;
   for (std::size_t w = 0; w < robot.wheel_names.size(); ++w)
     for (const Standstill& still : overview.standstills[w]) {
-      all_can_be_told = all_can_be_told && still.expected_m.has_value();
+      all_expected = all_expected && still.expected_m.has_value();
       if (!still.expected_m || std::abs(*still.expected_m) < kLeastTravel) continue;
       problems.push_back({.code = FindingCode::stuck_encoder,
                           .place = place_at(recording, still.start_s - robot.chassis.wheels_time_offset_s),
@@ -98,7 +98,7 @@ void find_stuck(const Recording& recording, const Robot& robot, const Overview& 
                           .payload = payload::Standstill{.duration_s = still.duration_s(),
                                                          .expected_m = *still.expected_m}});
     }
-  if (!all_can_be_told) find_stuck(recording, robot.wheel_names, overview, problems);
+  if (!all_expected) find_stuck(recording, robot.wheel_names, overview, problems);
 }
 
 /// Counts are whole: a column of metres or of speeds that is taken for them hardly turns its wheel.
@@ -165,7 +165,7 @@ std::vector<Finding> inspect(const Recording& recording, const Robot* robot) {
   Robot columns = robot_of_columns(series);
   std::vector<int> guessed(series.size());
   for (std::size_t i = 0; i < guessed.size(); ++i) {
-    const int told = robot == nullptr ? 0 : told_bits(series[i], *robot);
+    const int told = robot == nullptr ? 0 : given_bits(series[i], *robot);
     guessed[i] = told > 0 ? 0 : guessed_bits(recording, series[i]);
     columns.chassis.wheels()[i].tick_bits = std::max(told, guessed[i]);
   }

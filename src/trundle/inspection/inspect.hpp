@@ -54,7 +54,7 @@ std::vector<std::string> missing_in(const Recording& recording, const Robot* rob
 /// Of that, what the robot file lacks of sensors that were recorded.
 std::vector<std::string> unused_in(const Recording& recording, const Robot& robot);
 
-/// What the robot's sensors can and cannot tell, in sentences.
+/// What the robot's sensors can and cannot determine, in sentences.
 struct Abilities {
   std::vector<std::string> can;
   std::vector<std::string> cannot;

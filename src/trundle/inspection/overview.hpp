@@ -17,7 +17,7 @@ struct Standstill {
   double end_s = 0.0;
   std::array<double, kMaxWheels>
       way{};                         ///< of each wheel meanwhile, there and back counted twice [revolutions]
-  std::optional<double> expected_m;  ///< that it rolled by the other sensors; nothing: they cannot tell
+  std::optional<double> expected_m;  ///< that it rolled by the other sensors; nothing: they do not show it
 
   double duration_s() const { return end_s - start_s; }
 };
@@ -26,7 +26,7 @@ struct Standstill {
 struct Overview {
   std::vector<Finding> findings;  ///< of aligning: wraps, resets, a missing gyro
   /// How far the robot turns over pieces of half a second, by its wheels (x) and by its gyro (y) [rad]; zero
-  /// where one of them does not tell.
+  /// where one of them does not show it.
   PairedSums turns;
   PairedSums turns_unlimited;  ///< the same of a gyro that is never beyond its range
   double turned_rad = 0.0;     ///< by the gyro, there and back counted twice

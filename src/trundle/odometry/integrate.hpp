@@ -61,7 +61,7 @@ struct IntegratedOdometry {
 
 /// The odometry of a recording: a loop over Odometer::step, from `start` at the first stamp.
 /// The parameters' covariance is that of robot.calibration where present.
-/// Throws CannotAnswer when the chassis, or what the recording holds of it, cannot tell the motion,
+/// Throws CannotAnswer when the chassis, or what the recording holds of it, cannot determine the motion,
 /// InputError when the calibration names a parameter that the robot does not have.
 IntegratedOdometry integrate(const AlignedReadings& readings, const Robot& robot,
                              const IntegrateOptions& options = {});

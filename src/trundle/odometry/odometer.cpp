@@ -51,7 +51,7 @@ void require_observable(const Robot& robot, bool with_gyro) {
   for (const Vector3& direction : seen.unobservable)
     words += (words.empty() ? "" : "; ") + words_of(direction);
   throw CannotAnswer(
-      fmt::format("robot '{}' cannot tell its motion: no wheel{} measures {}; add a sensor that does",
+      fmt::format("robot '{}' cannot determine its motion: no wheel{} measures {}; add a sensor that does",
                   robot.name, with_gyro ? " or gyro" : "", words));
 }
 

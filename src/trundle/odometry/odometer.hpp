@@ -74,11 +74,10 @@ class Odometer {
   /// kMaxParameters, or when the bias of the gyro is both learned and a parameter.
   Odometer(const Robot& robot, const Options& options);
 
-  /// Where an interval lacks the gyro, the wheels alone are used; if they cannot tell the turn, the last turn
-  /// rate is kept, with σ = kUnmeasuredTurn · √duration.
-  /// With learn_gyro_bias the pose does not move while the robot may stand still: what the sensors read then
-  /// is withheld until it is clear that it moved after all (RestOptions::block_s at most); what the wheels
-  /// turned, until it is clear that it stands.
+  /// Where an interval lacks the gyro, the wheels alone are used; if they cannot determine the turn, the last
+  /// turn rate is kept, with σ = kUnmeasuredTurn · √duration. With learn_gyro_bias the pose does not move
+  /// while the robot may stand still: what the sensors read then is withheld until it is clear that it moved
+  /// after all (RestOptions::block_s at most); what the wheels turned, until it is clear that it stands.
   Verdict step(const Increment& increment) {
     if (learns_) return judged_step(increment);
     advance(increment);
@@ -88,7 +87,7 @@ class Odometer {
   /// are steered and no gyro says how far it turned, of the turn too.
   void step_across_gap(const Increment& increment);
 
-  /// The bias that the gyro is believed to have now; without learn_gyro_bias the robot file's, and its walk.
+  /// The bias that the gyro is estimated to have now; without learn_gyro_bias the robot file's, and its walk.
   [[nodiscard]] GyroBias gyro_bias() const {
     return {gyro_.bias_rad_s + state_.bias_rad_s, state_.bias_variance};
   }

@@ -108,7 +108,7 @@ RecordingInfo inform(const Recording& recording, const Robot* robot, bool with_g
   if (!info.noise)
     throw CannotAnswer(
         info.recording.name +
-        ": the gyro's noise cannot be told: the robot never rests for 1.4 s while its gyro runs");
+        ": the gyro's noise is not observable: the robot never rests for 1.4 s while its gyro runs");
   return info;
 }
 

@@ -20,7 +20,7 @@ struct RecordingInfo {
   Findings findings;
   std::optional<GyroNoise> noise;  ///< where it was asked for
 };
-/// Throws CannotAnswer where the gyro's noise is asked for and cannot be told.
+/// Throws CannotAnswer where the gyro's noise is asked for and cannot be determined.
 RecordingInfo inform(const Recording& recording, const Robot* robot, bool with_gyro_noise);
 
 struct InfoAnswer {

@@ -128,9 +128,9 @@ void LiveOdometer::advance_slam() {
 void LiveOdometer::require_near(double time_s, std::string_view place) {
   const std::optional<double> last_s = this->last_s();
   const bool is_far = last_s && std::abs(time_s - *last_s) > kLongestSilence_s;
-  const bool is_confirmed = doubted_s_ && std::abs(time_s - *doubted_s_) <= kLongestSilence_s;
-  doubted_s_ = is_far && !is_confirmed ? std::optional(time_s) : std::nullopt;
-  if (doubted_s_)
+  const bool is_confirmed = suspect_s_ && std::abs(time_s - *suspect_s_) <= kLongestSilence_s;
+  suspect_s_ = is_far && !is_confirmed ? std::optional(time_s) : std::nullopt;
+  if (suspect_s_)
     throw InputError(place, fmt::format("a stamp of {} s, after a reading at {} s", time_s, *last_s),
                      "one within a day, or a second one there");
   if (is_far && time_s < *last_s && !moves_on_) *this = LiveOdometer(robot_, options_);

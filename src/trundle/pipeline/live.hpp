@@ -29,7 +29,7 @@ struct LiveOptions {
 /// the state (io/archive.hpp).
 class LiveOdometer {
  public:
-  /// Throws CannotAnswer where the robot's sensors cannot tell its motion.
+  /// Throws CannotAnswer where the robot's sensors cannot determine its motion.
   LiveOdometer(const Robot& robot, const LiveOptions& options);
 
   /// Appends what the line completes to `estimates`: usually one for each reading of the wheels. Throws
@@ -50,7 +50,7 @@ class LiveOdometer {
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
     archive(self.aligner_, self.started_, self.slipping_, self.wheels_s_, self.gyro_s_, self.map_s_,
-            self.doubted_s_, self.moves_on_, self.units_, self.steering_units_);
+            self.suspect_s_, self.moves_on_, self.units_, self.steering_units_);
     persist_odometer(archive, self.odometer_);
     if (self.slip_) archive(*self.slip_);
     bool has_slam = self.slam_.has_value();
@@ -84,7 +84,7 @@ class LiveOdometer {
   std::optional<double> wheels_s_;  ///< stamps of the latest readings
   std::optional<double> gyro_s_;
   std::optional<double> map_s_;      ///< when the map was asked for
-  std::optional<double> doubted_s_;  ///< a stamp far away that was refused: another one there confirms it
+  std::optional<double> suspect_s_;  ///< a stamp far away that was refused: another one there confirms it
   bool moves_on_ = false;            ///< a second stamp came after the first
   WheelUnits units_{};
   WheelUnits steering_units_{};

@@ -62,7 +62,7 @@ KnownMap known_map_of(const MapFile& map, const LandmarkSensor& sensor) {
 [[noreturn]] void refuse(const std::string& recording, const LocalizeAnswer& answer) {
   const std::size_t unmapped = answer.result.counts.unmapped;
   throw CannotAnswer(
-      fmt::format("{}: {} sightings and the {} landmarks of the map never told where the robot is; {}",
+      fmt::format("{}: {} sightings and the {} landmarks of the map never determined the robot's pose; {}",
                   recording, answer.input.observations(), answer.landmarks,
                   unmapped > 0 ? fmt::format("{} of them name landmarks that the map does not have", unmapped)
                                : std::string("a --start may help")));

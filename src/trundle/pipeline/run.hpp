@@ -66,7 +66,7 @@ struct RunAnswer {
 };
 
 /// Health check, calibration, gyro and slip, corrected odometry, localization and mapping, evaluation,
-/// report: docs/run.md. A stage that cannot run says why, and the rest goes on; all that can be told is
+/// report: docs/run.md. A stage that cannot run says why, and the rest goes on; all that can be determined is
 /// written. Throws InputError where recording or robot cannot be read, or a result cannot be written.
 RunAnswer run(const RunQuestion& question, const OnProgress& on_progress = {});
 

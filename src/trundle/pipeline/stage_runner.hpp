@@ -46,7 +46,7 @@ struct StageResult {
 
 /// The readings that were misread.
 enum class Misread {
-  motion,     ///< of wheels, gyro or velocity: nothing can be told of the motion
+  motion,     ///< of wheels, gyro or velocity: nothing can be determined of the motion
   reference,  ///< what others are compared with
   other,      ///< sightings, or clocks that differ: wheels and gyro alone are right
 };

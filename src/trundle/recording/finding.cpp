@@ -56,7 +56,7 @@ constexpr std::pair<FindingCode, std::string_view> kNames[] = {
     {FindingCode::reversed_wheel, "wiring"},
     {FindingCode::reversed_gyro, "wiring"},
     {FindingCode::parallel_wheels, "wiring"},
-    {FindingCode::wheels_not_told_apart, "wiring"},
+    {FindingCode::indistinguishable_wheels, "wiring"},
     {FindingCode::scale, "scale"},
     {FindingCode::geometry, "geometry"},
     {FindingCode::reference_axes, "reference axes"},

@@ -62,13 +62,13 @@ enum class FindingCode {
   gyro_against_wheels,
   // of the robot file
   unknown_wheel,
-  swapped_channels,       ///< of two encoders
-  misplaced_channel,      ///< it carries the signal of another encoder
-  reversed_counter,       ///< of a wheel that is recorded in counts
-  reversed_wheel,         ///< of one that is recorded otherwise
-  reversed_gyro,          ///< it is mounted upside down
-  parallel_wheels,        ///< no run shows whether their channels are swapped
-  wheels_not_told_apart,  ///< these runs do not show it
+  swapped_channels,          ///< of two encoders
+  misplaced_channel,         ///< it carries the signal of another encoder
+  reversed_counter,          ///< of a wheel that is recorded in counts
+  reversed_wheel,            ///< of one that is recorded otherwise
+  reversed_gyro,             ///< it is mounted upside down
+  parallel_wheels,           ///< no run shows whether their channels are swapped
+  indistinguishable_wheels,  ///< these runs do not show it
   scale,
   geometry,
   reference_axes,

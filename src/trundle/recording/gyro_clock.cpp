@@ -112,11 +112,12 @@ GyroClock::GyroClock(const Recording& recording, const Robot& robot, const TimeO
       robot_(robot),
       options_(options),
       rows_(rows_of(robot.chassis, false)),
-      can_tell_(robot.chassis.gyro && recording.gyro.time_s.size() >= 2 && observability(rows_).rank == 3),
+      is_observable_(robot.chassis.gyro && recording.gyro.time_s.size() >= 2 &&
+                     observability(rows_).rank == 3),
       ends_s_(rows_after_the_first(recording.wheels), robot.chassis.wheels_time_offset_s) {}
 
 void GyroClock::add(const Increment& increment, bool bridged) {
-  if (!can_tell_) return;
+  if (!is_observable_) return;
   if (ends_s_.size() == 0) turns_.turn_rad.reserve(recording_.wheels.time_s.size());
   if (bridged) turns_.lost.push_back(ends_s_.size());
   turns_.turn_rad.push_back(twist_of(robot_.chassis, rows_, increment).dtheta);
@@ -130,7 +131,7 @@ double GyroClock::usual_interval_s(double start_s) const {
 }
 
 std::optional<TimeOffset> GyroClock::take_offset(double start_s) {
-  if (!can_tell_ || ends_s_.size() < 2) return std::nullopt;
+  if (!is_observable_ || ends_s_.size() < 2) return std::nullopt;
   const double slower_s = std::max(usual_interval_s(start_s), median_step(recording_.gyro.time_s));
   const double half_s = std::max(options_.window_s, kStepsOfHalfAWindow * slower_s);
   std::optional<TurnIntegral> wheels(std::in_place, std::move(ends_s_), std::move(turns_));

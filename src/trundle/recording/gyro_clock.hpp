@@ -30,7 +30,7 @@ class GyroClock {
   const Robot& robot_;
   TimeOffsetOptions options_;
   Rows rows_;  ///< without the gyro
-  bool can_tell_;
+  bool is_observable_;
   Stamps ends_s_;
   Turns turns_;  ///< by the wheels, until each end
 };

@@ -53,7 +53,7 @@ std::vector<ReferenceStep> steps_of(const ReferenceStream& reference, double win
   return steps;
 }
 
-/// The same step by the sensors on board; NaN where they do not tell.
+/// The same step by the sensors on board; NaN where they do not show it.
 ReferenceStep step_on_board(const ReferenceStep& step, const MotionPath& path, const Pose2& mount,
                             double offset_s) {
   ReferenceStep moved{.start_s = step.start_s + offset_s,

@@ -27,8 +27,8 @@ struct TimeOffsetOptions {
 
 /// The offset at which the turns of the gyro explain those of the wheels best, their scale and the gyro's
 /// bias being free; windows where a wheel slips are left out. docs/theory/alignment.md. Nothing where it
-/// cannot be told: the wheels alone do not see the robot turn, it hardly turns or always at one rate, the
-/// turns do not agree, or no gyro was recorded. Throws as align() does.
+/// cannot be determined: the wheels alone do not see the robot turn, it hardly turns or always at one rate,
+/// the turns do not agree, or no gyro was recorded. Throws as align() does.
 std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Robot& robot,
                                            const TimeOffsetOptions& options = {});
 
@@ -38,7 +38,8 @@ inline constexpr TimeOffsetOptions kReferenceClock = {
 
 /// The offset at which the ways and turns that the reference shows explain those of the robot best, each with
 /// a scale and a drift of its own, to be reference.time_offset_s. Searched on at most a sixth of the log.
-/// docs/theory/alignment.md. Nothing where it cannot be told: too little of the reference, or of its motion.
+/// docs/theory/alignment.md. Nothing where it cannot be determined: too little of the reference, or of its
+/// motion.
 std::optional<TimeOffset> reference_time_offset(const ReferenceStream& reference,
                                                 const AlignedReadings& readings, const Robot& robot,
                                                 const TimeOffsetOptions& options = kReferenceClock);
@@ -57,7 +58,7 @@ inline constexpr TimeOffsetOptions kSightingClock = {
 
 /// The offset at which the robot's motion explains best how the bearings of landmarks change from one
 /// sighting to the next, to be the landmark sensor's time_offset_s. Only landmarks with a name tell. Nothing
-/// where it cannot be told.
+/// where it cannot be determined.
 std::optional<TimeOffset> sighting_time_offset(const std::vector<Sighting>& sightings,
                                                const AlignedReadings& readings, const Robot& robot,
                                                const TimeOffsetOptions& options = kSightingClock);

@@ -191,7 +191,7 @@ Json slip_answer(const Json& result) {
   const Json& slip = result.at("slip");
   if (slip.is_null()) return nullptr;
   double lost_m = 0.0;
-  double variance_m2 = 0.0;  // NaN: an event does not tell
+  double variance_m2 = 0.0;  // NaN: an event does not hold it
   std::map<std::string, double> by_wheel;
   for (const Json& event : slip.at("events")) {
     const Json given = event.value("excess_sigma_m", Json(nullptr));
@@ -245,8 +245,8 @@ void attend_calibration(const Json& calibration, Json& attention) {
       attention.push_back(wheels);
   for (const Json& parameter : calibration.at("parameters")) {
     const std::string name = parameter.at("name");
-    const bool told_by_ratio = !ratio.is_null() && name.ends_with(".diameter");
-    if (told_by_ratio || std::abs(number_or_zero(parameter.at("sigmas_from_nominal"))) <= kFarSigmas)
+    const bool covered_by_ratio = !ratio.is_null() && name.ends_with(".diameter");
+    if (covered_by_ratio || std::abs(number_or_zero(parameter.at("sigmas_from_nominal"))) <= kFarSigmas)
       continue;
     add(parameter_answer(calibration, name), attention);
   }
@@ -261,7 +261,7 @@ bool is_superseded(const std::string& role, const Json& result) {
   return role == "nominal" || (role == "odometry" && error_of(result, {"corrected"}) != nullptr);
 }
 
-void attend_honesty(const Json& result, Json& attention) {
+void attend_consistency(const Json& result, Json& attention) {
   for (const Json& error : result.at("errors")) {
     const Json& share = error.at("summary").at("share_inside_95");
     if (is_superseded(error.at("role"), result) || !share.is_number() || share.get<double>() >= kHonestShare)
@@ -322,7 +322,7 @@ Json attention_json(const Json& parts, const Results& results) {
   if (results.calibration) attend_calibration(results.calibration->document, attention);
   const Json slip = slip_answer(parts);
   if (!slip.is_null() && slip.at("count") > 0) attention.push_back(slip);
-  attend_honesty(parts, attention);
+  attend_consistency(parts, attention);
   attend_health(results, attention);
   return attention;
 }

@@ -7,7 +7,7 @@
 
 namespace trundle::report {
 
-/// The parts of paths that tell them apart: without the folders that all of them start and end with.
+/// The parts of paths that distinguish them: without the folders that all of them start and end with.
 std::vector<std::string> shortest_labels(const std::vector<std::string>& paths);
 
 }  // namespace trundle::report

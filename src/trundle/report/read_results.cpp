@@ -38,7 +38,7 @@ void read_tables(const Tables& tables, Results& results) {
 }
 
 /// Where an online estimate of its own is there, slam/trajectory.csv is the smoothed one.
-void tell_smoothed(std::vector<ResultTrack>& tracks) {
+void mark_smoothed(std::vector<ResultTrack>& tracks) {
   const bool smoothed = std::ranges::find(tracks, "slam/online", &ResultTrack::name) != tracks.end();
   const auto found = std::ranges::find(tracks, "slam/trajectory", &ResultTrack::name);
   if (smoothed && found != tracks.end()) found->role = TrackRole::smoothed;
@@ -96,7 +96,7 @@ Results read_results(const std::filesystem::path& input) {
     files.push_back(std::move(robot));
   }
   read_tables(tables, results);
-  tell_smoothed(results.tracks);
+  mark_smoothed(results.tracks);
   if (results.run) take_roles_from(*results.run, results.tracks);
   for (const ResultFile& file : files)
     if (file.name != "run")  // run.json is written after the page

@@ -16,7 +16,7 @@ using SystematicCovariance =
 /// Of (forward, left, turn) by s, or their covariance with s.
 using BySystematic = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostSystematic>;
 
-/// How the body moved over some time, as the odometry tells it:
+/// How the body moved over some time, as odometry shows it:
 /// truth = mean · exp(by_systematic · s + e), e ~ N(0, covariance). docs/theory/motion-and-sensor.md, eq. 1.
 /// The first of s may walk: meanwhile it changes by w of variance `walk`, which goes with e. Eq. 1a.
 struct Motion {

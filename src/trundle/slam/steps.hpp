@@ -67,7 +67,7 @@ struct SlamInputOptions {
 /// Cuts the recording's increments at the stamps of its sightings (time_offset_s of the landmark sensor
 /// applied) and composes what lies between: docs/theory/motion-and-sensor.md, eq. 1. Sightings outside the
 /// odometry's time are left out and reported. Throws InputError when the robot has no landmark sensor;
-/// CannotAnswer when the chassis cannot tell its motion.
+/// CannotAnswer when the chassis cannot determine its motion.
 [[nodiscard]] SlamInput slam_input(const Recording& recording, const Robot& robot,
                                    const SlamInputOptions& options = {});
 /// The same with the recording's readings as someone corrected them (SlipReport::corrected).

@@ -45,8 +45,7 @@ double misread_by(double chord_m, double travel_m) {
 
 Rows checked_rows(const Robot& robot) {
   if (robot.chassis.wheel_count == 0)
-    throw CannotAnswer(
-        fmt::format("robot '{}' has no wheels: which of them slips cannot be told", robot.name));
+    throw CannotAnswer(fmt::format("robot '{}' has no wheels: slip cannot be attributed", robot.name));
   Rows rows = checking_rows(robot.chassis, true);
   if (observability(rows).degrees_of_freedom == 0)
     throw CannotAnswer(

@@ -94,7 +94,7 @@ struct Contradiction {
   double longest_slip_m = std::numeric_limits<double>::infinity();
 };
 
-/// Faults that residuals do not tell.
+/// Faults that residuals do not show.
 struct IndistinctFaults {
   std::vector<Fault> unseen;                   ///< leave no residual
   std::vector<std::pair<Fault, Fault>> alike;  ///< leave the same one

@@ -13,8 +13,8 @@ namespace {
 // Less is below the resolution of any encoder or reference: it would only make matrices singular.
 constexpr double kSmallestWheelNoise = 1e-5;  // [m/√m]
 constexpr double kSmallestHeadingNoise_rad = 1e-5;
-constexpr double kSmallestPositionNoise_m = 1e-5;  // to 1 m: where the reference's noise is looked for
-constexpr double kLargestPositionNoise_m = 1.0;    // by 20 bisections: to 1e-5 of its logarithm
+constexpr double kSmallestPositionNoise_m = 1e-5;  // to 1 m or rad: where the reference's noise is looked for
+constexpr double kLargestReferenceNoise = 1.0;     // by 20 bisections: to 1e-5 of its logarithm
 // Correlation of neighbouring innovations beyond which they are taken for one error, 39 times as long.
 constexpr double kLargestCorrelation = 0.95;
 // Squared innovations beyond this (1e-6 by chance, of three numbers) count as that much: lost tracking.
@@ -38,16 +38,45 @@ double innovation_size(std::span<const Run> runs, const Robot& robot, const Refe
   return count == 0 ? 1.0 : sum / count;
 }
 
-/// The position noise that makes the innovations as large as expected: bisection on its logarithm.
-double consistent_position_noise(std::span<const Run> runs, const Robot& robot, ReferenceNoise noise) {
-  double low = std::log(kSmallestPositionNoise_m);
-  double high = std::log(kLargestPositionNoise_m);
+/// The same of the headings alone.
+double heading_innovation_size(std::span<const Run> runs, const Robot& robot, const ReferenceNoise& noise) {
+  double sum = 0.0, count = 0.0;
+  for (const Run& run : runs)
+    for (const Innovation& innovation :
+         stream_likelihood(run, robot, {}, {.reference_noise = noise}).innovations)
+      if (const double z = innovation.normalised.z(); z != 0.0) {
+        sum += std::min(z * z, kLargestInnovation);
+        count += 1.0;
+      }
+  return count == 0.0 ? 1.0 : sum / count;
+}
+
+/// The noise that makes innovations as large as expected: bisection on its logarithm.
+template <class SizeWith>
+double consistent_noise(double smallest, const SizeWith& size_with) {
+  double low = std::log(smallest);
+  double high = std::log(kLargestReferenceNoise);
   for (int i = 0; i < 20; ++i) {
     const double middle = 0.5 * (low + high);
-    noise.position_m = std::exp(middle);
-    (innovation_size(runs, robot, noise) > 1.0 ? low : high) = middle;
+    (size_with(std::exp(middle)) > 1.0 ? low : high) = middle;
   }
   return std::exp(high);
+}
+
+double consistent_position_noise(std::span<const Run> runs, const Robot& robot, ReferenceNoise noise) {
+  return consistent_noise(kSmallestPositionNoise_m, [&](double sigma_m) {
+    noise.position_m = sigma_m;
+    return innovation_size(runs, robot, noise);
+  });
+}
+
+/// Where growth shows none, as over short lags what a gyro walks hides it. Taken for none, it would have to
+/// be the positions that make up for it.
+double consistent_heading_noise(std::span<const Run> runs, const Robot& robot, ReferenceNoise noise) {
+  return consistent_noise(kSmallestHeadingNoise_rad, [&](double sigma_rad) {
+    noise.heading_rad = sigma_rad;
+    return heading_innovation_size(runs, robot, noise);
+  });
 }
 
 /// Correlation of each normalised innovation with the one before it; 0 where it may be chance.
@@ -135,6 +164,8 @@ NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot) {
     if (const auto levels = levels_by_likelihood(runs, robot)) return {*levels, true};
   const Robot noisy = noisy_robot(robot, noise.levels);
   ReferenceNoise& reference = noise.levels.reference;
+  if (noise.from_runs && reference.heading_rad <= kSmallestHeadingNoise_rad)
+    reference.heading_rad = consistent_heading_noise(runs, noisy, reference);
   reference.position_m = consistent_position_noise(runs, noisy, reference);
   allow_for_correlation(runs, noisy, reference);
   return noise;

@@ -14,7 +14,7 @@ struct NoiseEstimate {
 };
 
 /// The one estimate of the variance components. Where runs are long, by the growth of differences: what is
-/// alike at all lags is the reference's, what grows is the wheels'; where a gyro tells the heading, its
+/// alike at all lags is the reference's, what grows is the wheels'; where a gyro shows the heading, its
 /// growth says nothing of the wheels, theirs is then that of the position, and the heading's is the gyro's
 /// (growth.hpp, eq. 8). Where they are too short for lags, by the likelihood of displacements
 /// (learn_noise.hpp, eq. 9 and 10). The reference's position noise is what makes the innovations consistent.

@@ -37,7 +37,6 @@ struct Drift {
   std::vector<double> path_m;
   std::vector<double> error;
   double model_variance = 0.0;  ///< of odometry at the end for the noise it was run with
-  double other_variance = 0.0;  ///< of what else is known to have grown by then
 
   void add(double path, double value) {
     path_m.push_back(path);
@@ -63,9 +62,9 @@ std::vector<Piece> pieces_of(const Run& run) {
   return pieces;
 }
 
-/// A heading that a gyro carries on and that headings of the reference correct, and what its errors make of
-/// the position meanwhile: a Kalman filter of the heading alone, for a position that it corrected would not
-/// drift. docs/theory/calibration-noise.md, eq. 8a.
+/// How well a heading is known that a gyro carries on and that headings of the reference correct: a Kalman
+/// filter of the heading alone, for a position that it corrected would not drift.
+/// docs/theory/calibration-noise.md, eq. 8a.
 class CarriedHeading {
  public:
   explicit CarriedHeading(const HeadingNoise& noise)
@@ -73,14 +72,7 @@ class CarriedHeading {
         reference_variance_(noise.reference_rad * noise.reference_rad),
         variance_(reference_variance_) {}
 
-  /// By so much in the world [m], in so long.
-  void move(const Vector2& way, double duration_s) {
-    const Vector2 swings(-way.y(), way.x());  // by a turn of 1
-    position_ += variance_ * swings * swings.transpose() + swings * with_position_.transpose() +
-                 with_position_ * swings.transpose();
-    with_position_ += variance_ * swings;
-    variance_ += gyro_density_ * duration_s;
-  }
+  void carry_on(double duration_s) { variance_ += gyro_density_ * duration_s; }
   /// By how much to turn it, of how much the reference's heading is further. Lost tracking counts as much as
   /// the largest error that is none.
   double correct(double difference) {
@@ -88,18 +80,13 @@ class CarriedHeading {
     if (total <= 0.0) return 0.0;
     const double gain = variance_ / total, largest = kLargestDeviation * std::sqrt(total);
     variance_ *= 1.0 - gain;
-    with_position_ *= 1.0 - gain;
     return gain * std::clamp(difference, -largest, largest);
   }
-  /// Of x and y, by errors of headings alone [m²].
-  [[nodiscard]] Vector2 position_variance() const { return position_.diagonal(); }
 
  private:
   double gyro_density_;
   double reference_variance_;
   double variance_;
-  Vector2 with_position_ = Vector2::Zero();
-  Matrix2 position_ = Matrix2::Zero();
 };
 
 /// Free-running odometry against the reference; with `carried`, its headings are corrected by those.
@@ -113,14 +100,11 @@ Drifts drifts_of(const Run& run, const Piece& piece, const Robot& robot,
   std::size_t done = run.epochs[piece.first];
   for (std::size_t epoch = piece.first; epoch < piece.end; ++epoch) {
     const Pose2 before = odometer.pose();
-    double duration_s = 0.0;
     for (; done < run.epochs[epoch]; ++done) {
       const Increment increment = run.readings.increments[done];
       odometer.step(increment);
       path += mean_travel(robot.chassis, increment);
-      duration_s += increment.duration_s;
     }
-    const Pose2 from = body;
     body = body * (before.inverse() * odometer.pose());
     const ReferenceSample sample =
         sample_reference(run.reference, run.epoch_time(epoch) - robot.reference_time_offset_s);
@@ -129,19 +113,17 @@ Drifts drifts_of(const Run& run, const Piece& piece, const Robot& robot,
       x.add(path, sample.value.x() - sensor.x);
       y.add(path, sample.value.y() - sensor.y);
     }
-    if (carried) carried->move(body.translation() - from.translation(), duration_s);
-    if (!sample.has_heading() || (carried && epoch == piece.first)) continue;  // it began with that one
+    const bool is_start = epoch == piece.first;
+    if (carried && !is_start) carried->carry_on(run.epoch_time(epoch) - run.epoch_time(epoch - 1));
+    if (!sample.has_heading()) continue;
     const double difference = sample.value.z() - sensor.heading;
-    if (carried)
+    if (carried && !is_start)
       body.heading += carried->correct(wrap_angle(difference));
-    else
+    else if (!carried)
       heading.add(path, unwrap_angle(difference, heading.error.empty() ? 0.0 : heading.error.back()));
   }
   const Vector3 variance = odometer.white_covariance().diagonal();
   for (std::size_t i = 0; i < 3; ++i) drifts[i].model_variance = variance[static_cast<Eigen::Index>(i)];
-  if (!carried) return drifts;
-  x.other_variance = carried->position_variance().x();
-  y.other_variance = carried->position_variance().y();
   return drifts;
 }
 
@@ -210,15 +192,12 @@ std::optional<Growth> growth_of(std::span<const Drift> drifts) {
   if (points.size() < 3) return std::nullopt;
   const Line line = fit_line(points);
   double model = 0.0;
-  double other = 0.0;
   double path = 0.0;
   for (const Drift& drift : drifts) {
     model += drift.model_variance;
-    other += drift.other_variance;
     if (!drift.path_m.empty()) path += drift.path_m.back();
   }
-  const double grown = std::max(line.slope * path - other, 0.0);
-  return Growth{std::sqrt(grown / std::max(model, 1e-30)), std::sqrt(0.5 * line.intercept)};
+  return Growth{std::sqrt(line.slope * path / std::max(model, 1e-30)), std::sqrt(0.5 * line.intercept)};
 }
 
 /// Calls `take` with each piece of each run.

@@ -24,7 +24,7 @@ struct HeadingNoise {
   double reference_rad = 0.0;
 };
 /// Of x and y together, of a robot whose gyro the model takes for perfect: its headings are corrected by the
-/// reference's, and what they are still off by is no noise of the wheels. Nothing as above.
+/// reference's, or what they walk would pass for noise of the wheels. Nothing as above.
 [[nodiscard]] std::optional<Growth> growth_of_position(std::span<const Run> runs, const Robot& robot,
                                                        const HeadingNoise& noise);
 

@@ -24,7 +24,8 @@ constexpr std::size_t kFewestDisplacements = 20;
 constexpr int kRounds = 4;
 // To which the logarithm of a level is sought: far within the 5 % that 200 displacements tell it to.
 constexpr double kFinestLog = 0.02;
-// Wheels are told apart where that is likelier than one level for all by what chance gives once in so many.
+// Wheels are distinguished where that is likelier than one level for all by what chance gives once in so
+// many.
 constexpr double kChance = 1e-3;
 constexpr double kLeastWheelNoise = 1e-5;  // [m/√m]
 constexpr double kAlikeWithin = 0.7;    // logarithm: wheels of one robot are alike within a factor of 2 (1σ)
@@ -130,8 +131,8 @@ LogRatios most_likely_ratios(Displacements displacements, const Robot& robot, co
 }
 
 /// Is a level for each wheel likelier than one for all, beyond what chance gives?
-bool tells_wheels_apart(Displacements displacements, const Robot& robot, const NoiseLevels& levels,
-                        const LogRatios& ratio) {
+bool distinguishes_wheels(Displacements displacements, const Robot& robot, const NoiseLevels& levels,
+                          const LogRatios& ratio) {
   const auto least_alike = least({1.0 / kLargestRatio, kLargestRatio}, [&](double common) {
     return deviance_of_wheels(displacements, robot, levels, LogRatios::Constant(ratio.size(), common));
   });
@@ -160,7 +161,7 @@ Eigen::VectorXd sigmas_of(Displacements displacements, const Robot& robot, const
   return (2.0 * inverse_of(curvature).diagonal()).cwiseMax(0.0).cwiseSqrt();
 }
 
-/// Levels and, where wheels are told apart, the sigmas of the logarithms of theirs.
+/// Levels and, where wheels are distinguished, the sigmas of the logarithms of theirs.
 struct MostLikely {
   NoiseLevels levels;
   Eigen::VectorXd wheel_log_sigma;
@@ -170,7 +171,7 @@ MostLikely learn(Displacements displacements, const Robot& robot, bool per_wheel
   MostLikely learned{most_likely(displacements, robot), {}};
   if (!per_wheel || robot.chassis.wheel_count < 2) return learned;
   const LogRatios ratio = most_likely_ratios(displacements, robot, learned.levels);
-  if (!tells_wheels_apart(displacements, robot, learned.levels, ratio)) return learned;
+  if (!distinguishes_wheels(displacements, robot, learned.levels, ratio)) return learned;
   learned.wheel_log_sigma = sigmas_of(displacements, robot, learned.levels, ratio);
   learned.levels = with_ratios(learned.levels, ratio);
   improve(displacements, robot, kRounds / 2, learned.levels);

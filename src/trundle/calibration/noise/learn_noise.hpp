@@ -12,10 +12,10 @@ namespace trundle::calibration {
 
 struct LearnNoiseOptions {
   double stretch_s = 2.0;  ///< over which errors are made consistent: runs are cut into stretches of it
-  bool per_wheel = true;   ///< wheels may differ, where the displacements tell them apart
+  bool per_wheel = true;   ///< wheels may differ, where the displacements distinguish them
 };
 
-/// The noise of one wheel, where wheels were told apart [m/√m].
+/// The noise of one wheel, where wheels were distinguished [m/√m].
 struct WheelNoise {
   double per_sqrt_m = 0.0;
   double sigma = 0.0;
@@ -25,7 +25,7 @@ struct WheelNoise {
 /// stretches most likely.
 struct LearnedNoise {
   NoiseLevels levels;
-  /// Of each wheel; empty: the displacements do not tell them apart, or they are alike.
+  /// Of each wheel; empty: the displacements do not distinguish them, or they are alike.
   std::vector<WheelNoise> wheels = {};
   int displacements = 0;   ///< that they were learned from
   double inside_95 = 0.0;  ///< share of those whose position error lies inside the 95 % ellipse

@@ -16,7 +16,7 @@ enum class Turn { cw, ccw };
 
 std::string_view name_of(Turn turn);
 
-/// One run around the square: measured end pose minus the end pose the robot believed in. Frame: origin at
+/// One run around the square: measured end pose minus the end pose of its odometry. Frame: origin at
 /// the start, x along the first leg, the same for both senses.
 struct SquareRun {
   Turn turn = Turn::cw;

@@ -49,11 +49,11 @@ void start_at_origin(Trajectory& trajectory) {
 
 SquareTracks common_tracks(const Trajectory& odometry, const Trajectory& reference) {
   SquareTracks tracks;
-  for (const StampedPose& believed : odometry.poses) {
-    const auto measured = pose_at(reference, believed.time_s, kLongestReferenceGap_s);
+  for (const StampedPose& estimated : odometry.poses) {
+    const auto measured = pose_at(reference, estimated.time_s, kLongestReferenceGap_s);
     if (!measured) continue;
-    tracks.odometry.poses.push_back(believed);
-    tracks.reference.poses.push_back({believed.time_s, *measured});
+    tracks.odometry.poses.push_back(estimated);
+    tracks.reference.poses.push_back({estimated.time_s, *measured});
   }
   return tracks;
 }
@@ -118,9 +118,9 @@ std::optional<double> leg_ratio(const SquareTracks& tracks, double leg_heading, 
   if (last - first < 2) return std::nullopt;
   const auto i = static_cast<std::size_t>(first - odometry.begin());
   const auto j = static_cast<std::size_t>(last - odometry.begin()) - 1;
-  const double believed = distance(odometry[i].pose, odometry[j].pose);
-  if (believed < 0.5 * side_m) return std::nullopt;
-  return distance(tracks.reference.poses[i].pose, tracks.reference.poses[j].pose) / believed;
+  const double estimated = distance(odometry[i].pose, odometry[j].pose);
+  if (estimated < 0.5 * side_m) return std::nullopt;
+  return distance(tracks.reference.poses[i].pose, tracks.reference.poses[j].pose) / estimated;
 }
 
 std::optional<double> mean_leg(const SquareTracks& tracks, Turn turn, double side_m) {
@@ -135,11 +135,11 @@ std::optional<double> mean_leg(const SquareTracks& tracks, Turn turn, double sid
 }
 
 SquareRun run_of(const Recording& recording, const SquareTracks& tracks, double side_m) {
-  const Pose2 believed = tracks.odometry.poses.back().pose;
+  const Pose2 estimated = tracks.odometry.poses.back().pose;
   const Pose2 measured = tracks.reference.poses.back().pose;
   SquareRun run;
   run.turn = sense_of(recording, tracks);
-  run.error = {measured.x - believed.x, measured.y - believed.y, measured.heading - believed.heading};
+  run.error = {measured.x - estimated.x, measured.y - estimated.y, measured.heading - estimated.heading};
   run.leg_m = mean_leg(tracks, run.turn, side_m);
   run.name = recording.name;
   return run;
@@ -150,20 +150,20 @@ TrajectoryError error_of(const SquareTracks& tracks) {
   const std::size_t offset = tracks.odometry.poses.size() - tracks.reference.poses.size();
   const double count = static_cast<double>(tracks.reference.poses.size());
   for (std::size_t i = 0; i < tracks.reference.poses.size(); ++i) {
-    const Pose2& believed = tracks.odometry.poses[i + offset].pose;
+    const Pose2& estimated = tracks.odometry.poses[i + offset].pose;
     const Pose2& measured = tracks.reference.poses[i].pose;
-    const double off = distance(believed, measured);
+    const double off = distance(estimated, measured);
     error.position_rms_m += off * off / count;
     error.position_max_m = std::max(error.position_max_m, off);
-    error.heading_rms_rad += std::pow(measured.heading - believed.heading, 2) / count;
+    error.heading_rms_rad += std::pow(measured.heading - estimated.heading, 2) / count;
   }
   error.position_rms_m = std::sqrt(error.position_rms_m);
   error.heading_rms_rad = std::sqrt(error.heading_rms_rad);
   const Pose2& end = tracks.reference.poses.back().pose;
-  const Pose2& believed_end = tracks.odometry.poses.back().pose;
-  error.end_x_m = end.x - believed_end.x;
-  error.end_y_m = end.y - believed_end.y;
-  error.end_heading_rad = end.heading - believed_end.heading;
+  const Pose2& estimated_end = tracks.odometry.poses.back().pose;
+  error.end_x_m = end.x - estimated_end.x;
+  error.end_y_m = end.y - estimated_end.y;
+  error.end_heading_rad = end.heading - estimated_end.heading;
   error.path_m = path_lengths(tracks.odometry).back();
   return error;
 }

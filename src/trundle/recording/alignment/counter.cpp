@@ -6,7 +6,7 @@ namespace trundle::recording {
 namespace {
 
 constexpr double kFaster = 0.02;       // share of the steps that are faster than what counts as the top speed
-constexpr std::uint64_t kEnough = 50;  // steps: one in fifty can be told from then on
+constexpr std::uint64_t kEnough = 50;  // steps: of which one is known from then on
 // A suspicious step that its neighbour goes on with at so much of its speed is a wheel that drives: a burst.
 constexpr double kSustained = 0.25;
 

@@ -113,7 +113,7 @@ bool WheelSums::is_known(const Row& row) const {
                       [](double sum) { return std::isnan(sum); });
 }
 
-/// Whether no further reading can tell what a wheel had turned by then.
+/// Whether no further reading can determine what a wheel had turned by then.
 bool WheelSums::stays_unknown(const Row& row) const {
   for (std::size_t i = 0; i < sums_.size(); ++i) {
     if (!std::isnan(row.sum[i])) continue;

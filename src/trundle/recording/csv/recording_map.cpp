@@ -65,7 +65,7 @@ std::map<std::string, fs::path> files_by_run(TomlReader& table, const fs::path& 
         table.fail("file",
                    fmt::format("'{}' and '{}' are both run '{}'", same->second.filename().string(),
                                entry.path().filename().string(), *run),
-                   "a pattern whose stars tell all files apart");
+                   "a pattern whose stars distinguish all files");
     }
   if (files.empty())
     table.fail("file", fmt::format("no file matches '{}'", pattern),

@@ -52,7 +52,7 @@ inline constexpr Sentence kSentences[] = {
      "changes were added"},
     {gyro_axis, with<Names>, "the turn rate is that about {subject}, the axis that points up by the {names}"},
     {gyro_axis, alone,
-     "the turn rate is that about {subject}: the messages hold neither gravity nor an orientation that tells "
+     "the turn rate is that about {subject}: the messages hold neither gravity nor an orientation that shows "
      "which "
      "axis points up"},
     {rebuilt_wheels, with<Amount>,
@@ -191,7 +191,7 @@ inline constexpr Sentence kSentences[] = {
      "the wheels do not turn the robot as the gyro sees it turn: is every column that of its wheel, and "
      "time_offset_s of the gyro right?"},
     {gyro_against_wheels, with<Amount>,
-     "'{subject}' counts backwards, as the gyro tells: write ticks_per_revolution = {value:g}"},
+     "'{subject}' counts backwards, as the gyro shows: write ticks_per_revolution = {value:g}"},
     {gyro_against_wheels, with<Times>,
      "the gyro turns {factor:.3g} times as far as the wheels with the robot file as given: check y_m (half "
      "the track), ticks_per_revolution, gears and diameters"},
@@ -211,9 +211,9 @@ inline constexpr Sentence kSentences[] = {
     {reversed_wheel, with<Amount>, "'{subject}' reads backwards: direction_deg = {value:.6g}"},
     {reversed_gyro, with<Amount>, "the gyro is mounted upside down: scale = {value:.6g}"},
     {parallel_wheels, alone,
-     "'{subject}' and '{other}' cannot be told apart by any run: they roll along the same line"},
-    {wheels_not_told_apart, alone,
-     "'{subject}' and '{other}' cannot be told apart by these runs: both read alike; move ahead, sideways "
+     "'{subject}' and '{other}' cannot be distinguished by any run: they roll along the same line"},
+    {indistinguishable_wheels, alone,
+     "'{subject}' and '{other}' cannot be distinguished by these runs: both read alike; move ahead, sideways "
      "and "
      "turn, one after the other"},
     {scale, with<LengthRatio>,
@@ -224,7 +224,7 @@ inline constexpr Sentence kSentences[] = {
      "landmarks stay where they are if the landmark sensor stands at x_m = {low:.1f}, y_m = {high:.1f}: "
      "check "
      "[landmark_sensor]"},
-    {wheels_not_told_apart, with<Amount>,
+    {indistinguishable_wheels, with<Amount>,
      "'{subject}' and '{other}' read the same in every row, though the robot turns by {value:.1f} rad: is "
      "one "
      "column of the file given to both?"},
@@ -239,7 +239,7 @@ inline constexpr Sentence kSentences[] = {
     // of sightings
     {sighting_of_a_robot, alone, "{count} sightings of other robots were left out"},
     {sighting_without_name, alone,
-     "{count} sightings name no landmark, others do: where they point tells them apart"},
+     "{count} sightings name no landmark, others do: their directions distinguish them"},
     {sighting_without_odometry, alone,
      "{count} sightings lie before or after the odometry and were left out"},
     {repeated_sighting, alone,

@@ -52,8 +52,8 @@ double Visibility::for_seen(double range_m, double bearing_rad) const {
   return std::max(0.0, std::log(detection(range_m, bearing_rad) / options_.false_sighting));
 }
 
-// Of two landmarks that cannot be told apart one alone is seen in 2p(1 − p) of the cases, of a single one in
-// p.
+// Of two landmarks that cannot be distinguished one alone is seen in 2p(1 − p) of the cases, of a single one
+// in p.
 double Visibility::for_missed(double range_m, double bearing_rad, bool neighbour_seen) const {
   const double ways = neighbour_seen ? 2.0 : 1.0;
   return std::min(0.0,

@@ -25,7 +25,7 @@ struct SightedPoint {
   }
 };
 
-/// Nothing tells them apart: sightings of one landmark, or of neighbours, whose errors are the same.
+/// Nothing distinguishes them: sightings of one landmark, or of neighbours, whose errors are the same.
 [[nodiscard]] bool are_one_place(const SightedPoint& a, const SightedPoint& b);
 
 /// What bounds a local map.

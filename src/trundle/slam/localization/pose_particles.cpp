@@ -240,7 +240,7 @@ void PoseParticles::resample() {
 
 /// Eq. 52: moves each particle a little towards the mean and scatters it by as much, so that mean and
 /// covariance stay and no two particles do. A robot that stands still and looks around has no motion noise to
-/// tell them apart.
+/// distinguish them.
 void PoseParticles::spread() {
   constexpr double kDimensions = 3.0;  // x, y, heading
   const double h =

@@ -152,7 +152,7 @@ AssociatedFit fit_in_turn(std::span<const Recording> recordings, const Robot& no
 double largest_shift(const LandmarkNoise& before, const LandmarkNoise& after) {
   double largest = 0.0;
   for (std::size_t i = 0; i < after.levels.size(); ++i)
-    if (const NoiseLevel& now = after.levels[i]; now.is_told)
+    if (const NoiseLevel& now = after.levels[i]; now.is_determined)
       largest = std::max(largest, std::abs(now.value - before.levels[i].value) / now.sigma);
   return largest;
 }
@@ -198,7 +198,7 @@ void add_words(const AssociatedFit& found, CalibrationResult& result) {
       sightings, result.nominal.chassis.wheel_count == 0 ? "velocity.forward_scale" : "all diameters"));
   if (found.unsettled >= kSameRobot)
     result.warnings.push_back(
-        fmt::format("which sighting shows which landmark did not settle: told apart {} times, a parameter "
+        fmt::format("data association did not settle: repeated {} times, a parameter "
                     "still moved by {:.1f} of its sigmas; the error bars do not allow for it",
                     kMostAssociations, found.unsettled));
   if (scatter > kScattersMore)
@@ -214,7 +214,7 @@ void add_words(const AssociatedFit& found, CalibrationResult& result) {
 }
 
 std::string words_of(const NoiseLevel& level) {
-  if (level.is_told)
+  if (level.is_determined)
     return fmt::format("{} {} (was {:.4g}), from the smoother's residuals", level.name,
                        with_sigma(level.value, level.sigma), level.given);
   return fmt::format("{} stays {:.4g}: these sightings leave it open by more than half of itself", level.name,

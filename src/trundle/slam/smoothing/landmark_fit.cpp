@@ -55,7 +55,7 @@ Eigen::MatrixXd covariance_of_own(const Minimiser& linearised, Eigen::Index own)
   return linearised.parameter_covariance().topLeftCorner(own, own);
 }
 
-/// From nominal, held near it by the prior: a state to start from, and what can be told at all.
+/// From nominal, held near it by the prior: a state to start from, and what can be determined at all.
 struct RoughFit {
   SmoothingState state;  ///< parameters in prior sigmas
   EstimableSpace space;
@@ -73,7 +73,8 @@ void require_same_sightings(const SmoothingProblem& problem, const SmoothingStat
     return;
   throw CannotAnswer(
       "what the landmark sensor errs by comes out so large that sightings are beyond the odometry, or no "
-      "distance is left of their ranges: they do not tell it; leave sensor.time_offset, sensor.range_offset "
+      "distance is left of their ranges: they do not determine it; leave sensor.time_offset, "
+      "sensor.range_offset "
       "or "
       "sensor.depth_share as it is");
 }

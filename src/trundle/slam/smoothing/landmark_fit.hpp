@@ -11,12 +11,12 @@ namespace trundle::slam {
 struct LandmarkFit {
   Estimate estimate;
   double scatter = 1.0;  ///< cost for each degree of freedom
-  FreeColumns free;      ///< what could be told
+  FreeColumns free;      ///< what could be determined
   SmoothingState state;  ///< with those parameters about the estimate's
 };
 
 /// Poses, landmarks and a robot's parameters from all recordings, each with a map of its own: Gauss–Newton
-/// without prior in what can be told; in every round the motions are those of the robot found so far.
+/// without prior in what can be determined; in every round the motions are those of the robot found so far.
 /// docs/theory/landmark-calibration.md. Throws CannotAnswer when nothing is seen, or sightings leave
 /// something undetermined. Without parameters: poses and landmarks alone.
 [[nodiscard]] LandmarkFit fit_landmarks(std::span<const AssociatedRecording> all, const Robot& nominal,

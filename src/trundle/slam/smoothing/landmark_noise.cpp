@@ -17,8 +17,8 @@ using Eigen::VectorXd;
 
 // 1σ of the prior of log σ: a robot file is right within a factor of ten.
 constexpr double kPriorSigma = 2.302585092994046;
-// 1σ of log σ beyond which a noise is not told: by two readings it is known to a half.
-constexpr double kToldSigma = 0.5;
+// 1σ of log σ beyond which a noise is not determined: by two readings it is known to a half.
+constexpr double kDeterminedSigma = 0.5;
 constexpr double kNoiseSettled = 0.1;  // sigmas of each noise by which a round moves it, at most
 constexpr int kMostNewtonSteps = 50;   // each halves the distance at least
 constexpr double kMostStep = 0.7;  // of log σ in a round: residuals and weights are those of the round before
@@ -91,7 +91,7 @@ class NoiseSearch {
 
   LandmarkNoise found() {
     for (int round = 0; round < kMostNewtonSteps; ++round)
-      if (step() < kNoiseSettled && !leaves_out_the_least_told()) break;
+      if (step() < kNoiseSettled && !drop_least_determined()) break;
     LandmarkNoise result{.robot = robot_, .levels = {}, .lasting = {}};
     for (std::size_t c = 0; c < noises_.size(); ++c) {
       const double value = noises_[c].of(robot_);
@@ -152,10 +152,10 @@ class NoiseSearch {
     return by.cwiseQuotient(sigma_).cwiseAbs().maxCoeff();
   }
 
-  bool leaves_out_the_least_told() {
+  bool drop_least_determined() {
     std::size_t least = noises_.size();
     for (std::size_t i = 0; i < noises_.size(); ++i)
-      if (is_sought_[i] && sigma_[static_cast<Index>(i)] > kToldSigma &&
+      if (is_sought_[i] && sigma_[static_cast<Index>(i)] > kDeterminedSigma &&
           (least == noises_.size() || sigma_[static_cast<Index>(i)] > sigma_[static_cast<Index>(least)]))
         least = i;
     if (least == noises_.size()) return false;

@@ -11,12 +11,12 @@ namespace trundle::slam {
 
 /// One noise of a robot, as its file has it.
 struct NoiseLevel {
-  std::string name;         ///< of its key, with the table: "noise.wheel_per_sqrt_m"
-  double given = 0.0;       ///< [the key's unit]
-  double value = 0.0;       ///< equal to `given` where it is not told
-  double sigma = 0.0;       ///< of `value`
-  double redundancy = 0.0;  ///< readings behind it, less those that poses, map and parameters took
-  bool is_told = false;     ///< false: the sightings leave it open by more than half of itself
+  std::string name;            ///< of its key, with the table: "noise.wheel_per_sqrt_m"
+  double given = 0.0;          ///< [the key's unit]
+  double value = 0.0;          ///< equal to `given` where it is not determined
+  double sigma = 0.0;          ///< of `value`
+  double redundancy = 0.0;     ///< readings behind it, less those that poses, map and parameters took
+  bool is_determined = false;  ///< false: the sightings leave it open by more than half of itself
 };
 
 /// Noises that make the residuals of a smoother most likely.
@@ -28,7 +28,7 @@ struct LandmarkNoise {
 
 /// The variance components of ranges, bearings and odometry by restricted maximum likelihood, from what the
 /// smoother leaves of sightings and motions at a fit's minimum, near those of `given` if they show little;
-/// what cannot be told stays as there. The search starts from the fit's own.
+/// what cannot be determined stays as there. The search starts from the fit's own.
 /// docs/theory/landmark-noise.md.
 [[nodiscard]] LandmarkNoise learn_landmark_noise(std::span<const AssociatedRecording> all,
                                                  const LandmarkFit& fit, const Robot& given);

@@ -142,7 +142,7 @@ class FramePlacement {
 
   [[noreturn]] void throw_undetermined(std::size_t robot) const {
     throw CannotAnswer(fmt::format(
-        "{}: what it shares with {} lies in one place: that does not tell how their frames are turned",
+        "{}: what it shares with {} lies in one place: that does not fix the rotation between their frames",
         robots_[robot].name, names_of_placed()));
   }
 

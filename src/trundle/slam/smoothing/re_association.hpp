@@ -20,7 +20,7 @@ namespace trundle::slam {
 using DifferenceCovariance = std::function<Matrix2(LandmarkId, LandmarkId)>;
 using LandmarkPair = std::pair<LandmarkId, LandmarkId>;
 
-/// Pairs of landmarks that are, as far as the map can tell, the same one mapped twice; the clearest first, no
+/// Pairs of landmarks that are, as far as the map shows, the same one mapped twice; the clearest first, no
 /// landmark in two of them, none that were seen in the same instant; the second of each has no name. Eq. 15.
 [[nodiscard]] std::vector<LandmarkPair> duplicates_in(const ShownObservations& shown,
                                                       std::span<const MappedLandmark> map,

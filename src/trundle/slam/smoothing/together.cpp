@@ -95,7 +95,7 @@ void require_known_frames(std::span<const RobotRecording> robots, const RobotsPr
     const double variance = linearised.pose_covariance(all.tracks[i].first_pose())(2, 2);
     if (variance < kUnknownHeading_rad * kUnknownHeading_rad) continue;
     throw CannotAnswer(
-        fmt::format("{}: what it shares with the other robots does not tell how it stands among them: its "
+        fmt::format("{}: what it shares with the other robots does not determine its pose among them: its "
                     "heading is known to ±{:.0f}° alone",
                     robots[i].name, degrees(std::sqrt(variance))));
   }
