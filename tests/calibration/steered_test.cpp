@@ -29,10 +29,10 @@ Path circles(double radius_m, double length_m) {
 std::pair<double, double> held_limits(int times) {
   using boost::math::binomial, boost::math::complement, boost::math::quantile;
   if (times >= 1000) return {0.93, 0.97};
-  constexpr double kChance = 0.00135;
+  constexpr double kBeyond = 0.00135;
   const binomial held(times, 0.95);
   // Boost rounds outwards: as few as the first are already too rare.
-  return {(quantile(held, kChance) + 1.0) / times, quantile(complement(held, kChance)) / times};
+  return {(quantile(held, kBeyond) + 1.0) / times, quantile(complement(held, kBeyond)) / times};
 }
 
 /// The share of 95 % intervals that hold the truth, parameter by parameter.

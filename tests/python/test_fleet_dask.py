@@ -13,8 +13,8 @@ except ImportError as missing:
     raise unittest.SkipTest(f"{missing}: apt-get install python3-distributed") from missing
 
 import fleet_logs
-import sqlalchemy
 import test_fleet
+from trundle.fleet import store
 
 
 class OnDask(test_fleet.WithLogs):
@@ -55,7 +55,7 @@ class OnDask(test_fleet.WithLogs):
     def any_done(self):
         try:
             return self.rows("SELECT count(*) FROM log WHERE state = 'done'")[0][0]
-        except sqlalchemy.exc.OperationalError:  # the client has made no tables yet
+        except store.DatabaseUnreachable:  # the client has made no tables yet
             return 0
 
 

@@ -79,10 +79,10 @@ LiveOdometer::LiveOdometer(const Robot& robot, const LiveOptions& options)
       slam_(live_slam_of(robot, options)) {}
 
 void LiveOdometer::take(const LiveLine& line, std::string_view place, std::vector<LiveEstimate>& estimates) {
-  sighted_.clear();
   if (!has_reading(line)) return;
   require_near(line.time_s, place);
   require_suitable(line, place);
+  sighted_.clear();  // of the line before
   const double before_s = last_s().value_or(line.time_s);
   if (!line.wheels.empty()) take_wheels(line, place);
   if (slam_ && !line.sightings.empty()) slam_->see(line.time_s, line.sightings);

@@ -1,8 +1,8 @@
 #include "trundle/calibration/noise/growth.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -44,9 +44,6 @@ struct Drift {
   }
 };
 
-/// Of x and y [m] and of the heading [rad].
-using Drifts = std::array<Drift, 3>;
-
 /// Epochs between two jumps of the reference.
 struct Piece {
   std::size_t first = 0;
@@ -62,69 +59,91 @@ std::vector<Piece> pieces_of(const Run& run) {
   return pieces;
 }
 
-/// How well a heading is known that a gyro carries on and that headings of the reference correct: a Kalman
-/// filter of the heading alone, for a position that it corrected would not drift.
-/// docs/theory/calibration-noise.md, eq. 8a.
-class CarriedHeading {
- public:
-  explicit CarriedHeading(const HeadingNoise& noise)
-      : gyro_density_(noise.gyro_rad_s_sqrt_hz * noise.gyro_rad_s_sqrt_hz),
-        reference_variance_(noise.reference_rad * noise.reference_rad),
-        variance_(reference_variance_) {}
-
-  void carry_on(double duration_s) { variance_ += gyro_density_ * duration_s; }
-  /// By how much to turn it, of how much the reference's heading is further. Lost tracking counts as much as
-  /// the largest error that is none.
-  double correct(double difference) {
-    const double total = variance_ + reference_variance_;
-    if (total <= 0.0) return 0.0;
-    const double gain = variance_ / total, largest = kLargestDeviation * std::sqrt(total);
-    variance_ *= 1.0 - gain;
-    return gain * std::clamp(difference, -largest, largest);
-  }
-
- private:
-  double gyro_density_;
-  double reference_variance_;
-  double variance_;
+/// Where free-running odometry goes, against the reference, at the epochs of a piece.
+struct FreeRun {
+  std::vector<Pose2> body;
+  std::vector<ReferenceSample> reference;
+  std::vector<double> path_m, time_s;
+  Vector3 variance = Vector3::Zero();  ///< at the end, of the noise it was run with
 };
 
-/// Free-running odometry against the reference; with `carried`, its headings are corrected by those.
-Drifts drifts_of(const Run& run, const Piece& piece, const Robot& robot,
-                 std::optional<CarriedHeading> carried = {}) {
-  Drifts drifts;
-  auto& [x, y, heading] = drifts;
-  Pose2 body = body_at(run, piece.first, robot);
-  Odometer odometer(robot, {.start = body});
-  double path = 0.0;
+FreeRun free_run(const Run& run, const Piece& piece, const Robot& robot) {
+  FreeRun free;
+  Odometer odometer(robot, {.start = body_at(run, piece.first, robot)});
+  double path_m = 0.0;
   std::size_t done = run.epochs[piece.first];
   for (std::size_t epoch = piece.first; epoch < piece.end; ++epoch) {
-    const Pose2 before = odometer.pose();
     for (; done < run.epochs[epoch]; ++done) {
       const Increment increment = run.readings.increments[done];
       odometer.step(increment);
-      path += mean_travel(robot.chassis, increment);
+      path_m += mean_travel(robot.chassis, increment);
     }
-    body = body * (before.inverse() * odometer.pose());
-    const ReferenceSample sample =
-        sample_reference(run.reference, run.epoch_time(epoch) - robot.reference_time_offset_s);
-    const Pose2 sensor = body * robot.body_from_reference;
-    if (sample.has_position()) {
-      x.add(path, sample.value.x() - sensor.x);
-      y.add(path, sample.value.y() - sensor.y);
-    }
-    const bool is_start = epoch == piece.first;
-    if (carried && !is_start) carried->carry_on(run.epoch_time(epoch) - run.epoch_time(epoch - 1));
-    if (!sample.has_heading()) continue;
-    const double difference = sample.value.z() - sensor.heading;
-    if (carried && !is_start)
-      body.heading += carried->correct(wrap_angle(difference));
-    else if (!carried)
-      heading.add(path, unwrap_angle(difference, heading.error.empty() ? 0.0 : heading.error.back()));
+    const double time_s = run.epoch_time(epoch);
+    free.body.push_back(odometer.pose());
+    free.reference.push_back(sample_reference(run.reference, time_s - robot.reference_time_offset_s));
+    free.path_m.push_back(path_m);
+    free.time_s.push_back(time_s);
   }
-  const Vector3 variance = odometer.white_covariance().diagonal();
-  for (std::size_t i = 0; i < 3; ++i) drifts[i].model_variance = variance[static_cast<Eigen::Index>(i)];
-  return drifts;
+  free.variance = odometer.white_covariance().diagonal();
+  return free;
+}
+
+/// By how much the reference's heading is further, at each epoch; NaN where it has none.
+std::vector<double> heading_differences(const FreeRun& free, const Robot& robot) {
+  std::vector<double> differences;
+  double last = 0.0;
+  for (std::size_t i = 0; i < free.body.size(); ++i) {
+    const bool is_known = free.reference[i].has_heading();
+    if (is_known)
+      last = unwrap_angle(free.reference[i].value.z() - (free.body[i] * robot.body_from_reference).heading,
+                          last);
+    differences.push_back(is_known ? last : kNotMeasured);
+  }
+  return differences;
+}
+
+/// What the gyro's walk is of those differences, the rest being the reference's noise: the fixed-interval
+/// smoother [Rauch, Tung & Striebel 1965] of one number. docs/theory/calibration-noise.md, eq. 8a.
+std::vector<double> smoothed(const std::vector<double>& differences, const std::vector<double>& time_s,
+                             const HeadingNoise& noise) {
+  const double density = noise.gyro_rad_s_sqrt_hz * noise.gyro_rad_s_sqrt_hz;
+  const double r = noise.reference_rad * noise.reference_rad;
+  const std::size_t n = differences.size();
+  std::vector<double> x(n), variance(n), predicted(n);
+  double at = 0.0, p = std::numeric_limits<double>::max();  // nothing is known at first
+  for (std::size_t i = 0; i < n; ++i) {
+    if (i > 0) p += density * (time_s[i] - time_s[i - 1]);
+    predicted[i] = p;
+    if (const double total = p + r; std::isfinite(differences[i]) && total > 0.0) {
+      const double gain = p / total, largest = kLargestDeviation * std::sqrt(total);
+      at += gain * std::clamp(differences[i] - at, -largest, largest);  // lost tracking counts as that much
+      p *= 1.0 - gain;
+      if (gain == 1.0) p = r;  // of what was not known at all
+    }
+    x[i] = at;
+    variance[i] = p;
+  }
+  for (std::size_t i = n - 1; i-- > 0;)
+    if (predicted[i + 1] > 0.0) x[i] += variance[i] / predicted[i + 1] * (x[i + 1] - x[i]);
+  return x;
+}
+
+/// Of odometry that is turned, from epoch to epoch, by what its headings are off.
+void add_positions(const FreeRun& free, const std::vector<double>& turned_rad, const Robot& robot, Drift& x,
+                   Drift& y) {
+  Pose2 body = free.body.front();
+  for (std::size_t i = 0; i < free.body.size(); ++i) {
+    if (i > 0) {
+      body.heading = free.body[i - 1].heading + 0.5 * (turned_rad[i - 1] + turned_rad[i]);
+      body = body * (free.body[i - 1].inverse() * free.body[i]);
+    }
+    if (!free.reference[i].has_position()) continue;
+    const Pose2 sensor = body * robot.body_from_reference;
+    x.add(free.path_m[i], free.reference[i].value.x() - sensor.x);
+    y.add(free.path_m[i], free.reference[i].value.y() - sensor.y);
+  }
+  x.model_variance = free.variance.x();
+  y.model_variance = free.variance.y();
 }
 
 /// One point of the variogram.
@@ -208,29 +227,30 @@ void for_each_piece(std::span<const Run> runs, const Take& take) {
       for (const Piece& piece : pieces_of(run)) take(run, piece);
 }
 
-/// Whether the reference knows headings; elsewhere nothing corrects those of the gyro.
-bool has_headings(const Run& run) {
-  return std::ranges::any_of(run.reference.heading_rad, [](double h) { return std::isfinite(h); });
-}
-
 }  // namespace
 
 std::optional<Growth> growth_of_heading(std::span<const Run> runs, const Robot& robot) {
   std::vector<Drift> all;
   for_each_piece(runs, [&](const Run& run, const Piece& piece) {
-    all.push_back(std::move(drifts_of(run, piece, robot)[2]));
+    const FreeRun free = free_run(run, piece, robot);
+    const std::vector<double> differences = heading_differences(free, robot);
+    Drift& heading = all.emplace_back();
+    heading.model_variance = free.variance.z();
+    for (std::size_t i = 0; i < differences.size(); ++i)
+      if (std::isfinite(differences[i])) heading.add(free.path_m[i], differences[i]);
   });
   return growth_of(all);
 }
 
 std::optional<Growth> growth_of_position(std::span<const Run> runs, const Robot& robot,
                                          const HeadingNoise& noise) {
-  std::vector<Drift> all;  // x and y of every piece
+  std::vector<Drift> all;
   for_each_piece(runs, [&](const Run& run, const Piece& piece) {
-    const auto carried = has_headings(run) ? std::optional(CarriedHeading(noise)) : std::nullopt;
-    Drifts drifts = drifts_of(run, piece, robot, carried);
-    all.push_back(std::move(drifts[0]));
-    all.push_back(std::move(drifts[1]));
+    const FreeRun free = free_run(run, piece, robot);
+    Drift x, y;
+    add_positions(free, smoothed(heading_differences(free, robot), free.time_s, noise), robot, x, y);
+    all.push_back(std::move(x));
+    all.push_back(std::move(y));
   });
   return growth_of(all);
 }

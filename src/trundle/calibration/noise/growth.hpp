@@ -18,13 +18,13 @@ struct Growth {
 /// Of the heading. Nothing where runs are too short or too few.
 [[nodiscard]] std::optional<Growth> growth_of_heading(std::span<const Run> runs, const Robot& robot);
 
-/// 1σ of what a heading is known by that the gyro carries on from epoch to epoch.
+/// 1σ of what headings are known by.
 struct HeadingNoise {
   double gyro_rad_s_sqrt_hz = 0.0;
   double reference_rad = 0.0;
 };
-/// Of x and y together, of a robot whose gyro the model takes for perfect: its headings are corrected by the
-/// reference's, or what they walk would pass for noise of the wheels. Nothing as above.
+/// Of x and y together, of a robot whose gyro the model takes for perfect: what its headings walk is taken
+/// out of them as the reference's show it, or it would pass for noise of the wheels. Nothing as above.
 [[nodiscard]] std::optional<Growth> growth_of_position(std::span<const Run> runs, const Robot& robot,
                                                        const HeadingNoise& noise);
 
