@@ -227,6 +227,13 @@ void for_each_piece(std::span<const Run> runs, const Take& take) {
       for (const Piece& piece : pieces_of(run)) take(run, piece);
 }
 
+bool has_gyro_mostly(const Run& run) {
+  const Increments& increments = run.readings.increments;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < increments.size(); ++i) count += increments[i].has_gyro ? 1 : 0;
+  return 2 * count > increments.size();
+}
+
 }  // namespace
 
 std::optional<Growth> growth_of_heading(std::span<const Run> runs, const Robot& robot) {
@@ -248,7 +255,9 @@ std::optional<Growth> growth_of_position(std::span<const Run> runs, const Robot&
   for_each_piece(runs, [&](const Run& run, const Piece& piece) {
     const FreeRun free = free_run(run, piece, robot);
     Drift x, y;
-    add_positions(free, smoothed(heading_differences(free, robot), free.time_s, noise), robot, x, y);
+    // Where the gyro is away what headings walk is the wheels', and only the start's error is taken out.
+    const HeadingNoise walk = {has_gyro_mostly(run) ? noise.gyro_rad_s_sqrt_hz : 0.0, noise.reference_rad};
+    add_positions(free, smoothed(heading_differences(free, robot), free.time_s, walk), robot, x, y);
     all.push_back(std::move(x));
     all.push_back(std::move(y));
   });
