@@ -100,7 +100,7 @@ std::optional<CrossValidation> cross_validate(const CalibrationProblem& problem,
   double calibrated = 0.0;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const Run run = as_recorded(parts[i]);
-    const bool learn = !of_parts.share_gyro_bias && run.tells_gyro_bias();
+    const bool learn = !of_parts.share_gyro_bias && run.shows_gyro_bias();
     const auto before = position_error(run, problem.nominal, learn);
     const auto after =
         position_error(run, robot_with(problem.nominal, problem.parameters, influence.without[i]), learn);

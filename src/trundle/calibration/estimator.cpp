@@ -106,7 +106,7 @@ std::vector<std::optional<GyroBias>> gyro_biases_of(const Likelihood& likelihood
   for (std::size_t i = 0; i < likelihood.runs().size(); ++i) {
     std::optional<GyroBias>& bias = biases.emplace_back();
     const Run& run = likelihood.runs()[i];
-    if (!run.tells_gyro_bias()) continue;
+    if (!run.shows_gyro_bias()) continue;
     const std::vector<OwnParameter> own = likelihood.own_of(run);
     const auto n = likelihood.problem.size() + static_cast<Eigen::Index>(own.size());
     const OwnStep step = own_step(information_with_own(likelihood, i, estimate.robot).total(n), own);

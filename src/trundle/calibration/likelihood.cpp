@@ -147,7 +147,7 @@ Likelihood likelihood_of(const CalibrationProblem& problem) {
 
 std::vector<OwnParameter> Likelihood::own_of(const Run& run) const {
   std::vector<OwnParameter> own;
-  if (gyro_bias_spread_rad_s > 0.0 && run.tells_gyro_bias())
+  if (gyro_bias_spread_rad_s > 0.0 && run.shows_gyro_bias())
     own.push_back({kGyroBias, gyro_bias_spread_rad_s, run.gyro_bias_moved_rad_s});
   if (seeks_clock(run)) own.push_back({{ParameterKind::time_offset, -1}, kClockPrior_s, run.clock_moved_s});
   return own;

@@ -190,7 +190,7 @@ bool Run::measures_anything() const {
   return !epochs.empty() || !relative_motions.empty() || !partial.empty();
 }
 
-bool Run::tells_gyro_bias() const {
+bool Run::shows_gyro_bias() const {
   const Increments& increments = readings.increments;
   return !increments.empty() && increments.back().time_s - readings.start_s >= kShortestForBias_s &&
          std::ranges::any_of(increments, &Increment::has_gyro);

@@ -38,7 +38,7 @@ struct Run {
   GyroStream gyro;                            ///< for other time offsets than that of `readings`
   ReferenceStream reference;                  ///< on the clock of `readings`, as far as the motion shows
   std::optional<TimeOffset> reference_clock;  ///< by which it was off, as the motion as a whole shows
-  /// Where that motion shows it, off or not; nothing: it does not show.
+  /// Where that motion shows it, off or not; nothing: it does not show it.
   std::optional<TimeOffset> seen_reference_clock;
   /// By which the estimate moved the reference's stamps beyond that, and 1σ of where they belong [s].
   double clock_moved_s = 0.0;
@@ -60,8 +60,8 @@ struct Run {
   bool measures_length() const;  ///< a reference in metres: the only thing that can show a wheel diameter
   bool measures_anything() const;
   /// Whether it has a gyro, and is so long that a bias, by which headings are off in proportion to the time,
-  /// is told from noise, by which they are off as its root.
-  bool tells_gyro_bias() const;
+  /// is distinguished from noise, by which they are off as its root.
+  bool shows_gyro_bias() const;
 };
 
 /// world_from_body by the reference after so many increments; nothing where position or heading is missing.

@@ -43,7 +43,7 @@ bool differ(const std::vector<NamedBias>& biases) {
 bool have_own_gyro_bias(const CalibrationProblem& problem) {
   return !problem.share_gyro_bias && problem.nominal.chassis.gyro &&
          problem.parameters.size() + 1 < kMaxParameters &&
-         std::ranges::count_if(problem.runs, &Run::tells_gyro_bias) > 1;
+         std::ranges::count_if(problem.runs, &Run::shows_gyro_bias) > 1;
 }
 
 void move_gyro_bias(double step_rad_s, Increments& increments) {

@@ -171,7 +171,7 @@ RunResult run_result(const Run& run, const Robot& nominal, const Robot& calibrat
   const Trajectory reference = reference_of_body(run, calibrated);
   if (reference.poses.size() < 2) return result;
   const PosesLookedAt poses(run, calibrated);  // by whose clock the reference is
-  const bool learns = use.hold_out && run.tells_gyro_bias();
+  const bool learns = use.hold_out && run.shows_gyro_bias();
   const IntegratedOdometry before = odometry_from_start(as_recorded(run), nominal, noise, poses, learns);
   const IntegratedOdometry after =
       odometry_from_start(run, in_run(calibrated, use.gyro_bias), noise, poses, learns);
