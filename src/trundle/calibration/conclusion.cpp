@@ -190,7 +190,7 @@ void require_determined(std::span<const ParameterEstimate> parameters) {
         has_sigma ? fmt::format("{:.4g} ± {:.2g} {}, worse than it is known", e.value, e.sigma_within, unit)
                   : fmt::format("{:.4g} {}, of which nothing is sure, where it is known", e.value, unit);
     throw CannotAnswer(fmt::format(
-        "{} would be {} without these runs (± {:.2g}): they do not tell it; measure more closely, "
+        "{} would be {} without these runs (± {:.2g}): they do not determine it; measure more closely, "
         "or drive more",
         e.name, found, e.sigma_prior));
   }

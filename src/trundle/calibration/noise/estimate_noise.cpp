@@ -17,37 +17,32 @@ constexpr double kSmallestPositionNoise_m = 1e-5;  // to 1 m or rad: where the r
 constexpr double kLargestReferenceNoise = 1.0;     // by 20 bisections: to 1e-5 of its logarithm
 // Correlation of neighbouring innovations beyond which they are taken for one error, 39 times as long.
 constexpr double kLargestCorrelation = 0.95;
-// Squared innovations beyond this (1e-6 by chance, of three numbers) count as that much: lost tracking.
-constexpr double kLargestInnovation = 30.0;
+// Squared innovations beyond this (1e-6 by chance) count as that much: lost tracking.
+constexpr double kLargestInnovation = 24.0;
 
 Robot noisy_robot(const Robot& robot, const NoiseLevels& levels) {
   return without_rounding(with_noise(robot, levels));
 }
 
-/// Mean squared innovation per scalar, outliers cut; 1 is consistent.
-double innovation_size(std::span<const Run> runs, const Robot& robot, const ReferenceNoise& noise) {
-  double sum = 0.0;
-  int count = 0;
-  for (const Run& run : runs) {
-    for (const Innovation& innovation :
-         stream_likelihood(run, robot, {}, {.reference_noise = noise}).innovations) {
-      sum += std::min(innovation.squared_mahalanobis, kLargestInnovation);
-      count += innovation.count;
-    }
-  }
-  return count == 0 ? 1.0 : sum / count;
-}
+/// Which of x, y, heading an innovation is judged by.
+struct Components {
+  int first, end;
+};
+constexpr Components kPosition{0, 2};
+constexpr Components kHeading{2, 3};
 
-/// The same of the headings alone.
-double heading_innovation_size(std::span<const Run> runs, const Robot& robot, const ReferenceNoise& noise) {
+/// Mean squared innovation per scalar, outliers cut; 1 is consistent.
+double innovation_size(std::span<const Run> runs, const Robot& robot, const ReferenceNoise& noise,
+                       Components components) {
   double sum = 0.0, count = 0.0;
   for (const Run& run : runs)
     for (const Innovation& innovation :
          stream_likelihood(run, robot, {}, {.reference_noise = noise}).innovations)
-      if (const double z = innovation.normalised.z(); z != 0.0) {
-        sum += std::min(z * z, kLargestInnovation);
-        count += 1.0;
-      }
+      for (int i = components.first; i < components.end; ++i)
+        if (const double z = innovation.normalised(i); z != 0.0) {
+          sum += std::min(z * z, kLargestInnovation);
+          count += 1.0;
+        }
   return count == 0.0 ? 1.0 : sum / count;
 }
 
@@ -66,7 +61,7 @@ double consistent_noise(double smallest, const SizeWith& size_with) {
 double consistent_position_noise(std::span<const Run> runs, const Robot& robot, ReferenceNoise noise) {
   return consistent_noise(kSmallestPositionNoise_m, [&](double sigma_m) {
     noise.position_m = sigma_m;
-    return innovation_size(runs, robot, noise);
+    return innovation_size(runs, robot, noise, kPosition);
   });
 }
 
@@ -75,7 +70,7 @@ double consistent_position_noise(std::span<const Run> runs, const Robot& robot, 
 double consistent_heading_noise(std::span<const Run> runs, const Robot& robot, ReferenceNoise noise) {
   return consistent_noise(kSmallestHeadingNoise_rad, [&](double sigma_rad) {
     noise.heading_rad = sigma_rad;
-    return heading_innovation_size(runs, robot, noise);
+    return innovation_size(runs, robot, noise, kHeading);
   });
 }
 
@@ -115,7 +110,7 @@ Robot with_perfect_gyro(Robot robot) {
 }
 
 double grown(double wheel_per_sqrt_m, const Growth& growth) {
-  return std::max(wheel_per_sqrt_m * growth.odometry, kSmallestWheelNoise);
+  return std::max(wheel_per_sqrt_m * growth.possible, kSmallestWheelNoise);
 }
 
 /// Where a gyro shows the heading, the heading shows the gyro's noise, and the position the wheels'.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -150,7 +151,7 @@ void add_positions(const FreeRun& free, const std::vector<double>& turned_rad, c
 struct LagVariance {
   double lag_m = 0.0;
   double variance = 0.0;
-  double weight = 0.0;
+  double stretches = 0.0;  ///< so many that do not overlap: what counts as independent evidence
 };
 
 std::vector<LagVariance> variogram(std::span<const Drift> drifts) {
@@ -163,9 +164,10 @@ std::vector<LagVariance> variogram(std::span<const Drift> drifts) {
   for (const double share : {1.0 / 64, 1.0 / 32, 1.0 / 16, 3.0 / 32, 1.0 / 8, 3.0 / 16}) {
     const double lag = share * longest;
     std::vector<double> differences;
-    double lags = 0.0;
+    double lags = 0.0, path_m = 0.0;
     for (const Drift& e : drifts) {
       std::size_t j = 0;
+      const std::size_t before = differences.size();
       for (std::size_t i = 0; i < e.path_m.size(); ++i) {
         while (j < e.path_m.size() && e.path_m[j] < e.path_m[i] + lag) ++j;
         if (j == e.path_m.size()) break;
@@ -173,36 +175,53 @@ std::vector<LagVariance> variogram(std::span<const Drift> drifts) {
         differences.push_back(e.error[j] - e.error[i]);
         lags += e.path_m[j] - e.path_m[i];
       }
+      if (differences.size() > before) path_m += e.path_m.back() - e.path_m.front();
     }
     if (differences.size() < kFewestPairs) continue;
     const double mean_lag = lags / static_cast<double>(differences.size());
-    const double variance = mean_square(differences);
-    // Stretches that do not overlap are what counts as independent evidence.
-    points.push_back({mean_lag, variance, 1.0 / share});
+    points.push_back({mean_lag, mean_square(differences), path_m / mean_lag});
   }
   return points;
 }
 
+/// Neither coefficient is negative.
 struct Line {
   double intercept = 0.0;
   double slope = 0.0;
+  double possible_slope = 0.0;  ///< its mean, given that it is not negative
 };
 
-/// Weighted least squares with both coefficients non-negative.
+/// Mean of a normal distribution of which only what is not negative is possible.
+double mean_not_negative(double mean, double sigma) {
+  if (sigma <= 0.0) return std::max(mean, 0.0);
+  const double z = std::max(mean / sigma, -30.0);  // beyond, exp and erfc are zero
+  return sigma * (z + std::sqrt(2.0 / std::numbers::pi) * std::exp(-0.5 * z * z) /
+                          std::erfc(-z * std::numbers::sqrt2 / 2.0));
+}
+
+/// Weighted least squares. docs/theory/calibration-noise.md, eq. 8b.
 Line fit_line(const std::vector<LagVariance>& points) {
   double w = 0, x = 0, y = 0, xx = 0, xy = 0;
   for (const LagVariance& p : points) {
-    w += p.weight;
-    x += p.weight * p.lag_m;
-    y += p.weight * p.variance;
-    xx += p.weight * p.lag_m * p.lag_m;
-    xy += p.weight * p.lag_m * p.variance;
+    w += p.stretches;
+    x += p.stretches * p.lag_m;
+    y += p.stretches * p.variance;
+    xx += p.stretches * p.lag_m * p.lag_m;
+    xy += p.stretches * p.lag_m * p.variance;
   }
-  const double slope = (w * xy - x * y) / (w * xx - x * x);
-  const double intercept = (y - slope * x) / w;
-  if (slope < 0.0) return {y / w, 0.0};
-  if (intercept < 0.0) return {0.0, xy / xx};
-  return {intercept, slope};
+  const double determinant = w * xx - x * x;
+  const double slope = (w * xy - x * y) / determinant;
+  if (slope > 0.0 && y < slope * x) return {0.0, xy / xx, xy / xx};
+  Line line{y / w, 0.0, 0.0};
+  if (slope > 0.0) line = {(y - slope * x) / w, slope, 0.0};
+  double variance = 0.0;  // of the slope: the relative one of each point is 2 / stretches
+  for (const LagVariance& p : points) {
+    const double share = (w * p.lag_m - x) * p.stretches / determinant;
+    const double expected = line.intercept + line.slope * p.lag_m;
+    variance += share * share * expected * expected * 2.0 / p.stretches;
+  }
+  line.possible_slope = mean_not_negative(slope, std::sqrt(variance));
+  return line;
 }
 
 /// Eq. 8.
@@ -216,7 +235,9 @@ std::optional<Growth> growth_of(std::span<const Drift> drifts) {
     model += drift.model_variance;
     if (!drift.path_m.empty()) path += drift.path_m.back();
   }
-  return Growth{std::sqrt(line.slope * path / std::max(model, 1e-30)), std::sqrt(0.5 * line.intercept)};
+  const double per_slope = path / std::max(model, 1e-30);
+  return Growth{std::sqrt(line.slope * per_slope), std::sqrt(line.possible_slope * per_slope),
+                std::sqrt(0.5 * line.intercept)};
 }
 
 /// Calls `take` with each piece of each run.

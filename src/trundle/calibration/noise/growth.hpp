@@ -11,7 +11,8 @@ namespace trundle::calibration {
 /// 2 σ² + q s. What is alike at all lags (body wobble, tracking) is the reference's; what grows is the
 /// odometry's. A moment estimate, robust and of long lags. docs/theory/calibration-noise.md, eq. 8.
 struct Growth {
-  double odometry = 1.0;         ///< σ of what grows, over that of the robot's noise
+  double odometry = 1.0;         ///< σ of what is seen to grow, over that of the robot's noise
+  double possible = 1.0;         ///< the same of what may grow (mean of what is not negative): never nothing
   double reference_sigma = 0.0;  ///< of what is alike at all lags [m] or [rad]
 };
 
