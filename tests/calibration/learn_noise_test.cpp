@@ -105,7 +105,7 @@ TEST(LearnNoise, wheels_that_are_alike_are_not_told_apart) {
   const Robot truth = noisy_differential();
   const LearnedNoise learned = learn_noise(tours(truth, 40), truth);
   EXPECT_TRUE(learned.wheels.empty()) << learned.how;
-  EXPECT_THAT(learned.how, testing::HasSubstr("no wheel is told to differ"));
+  EXPECT_THAT(learned.how, testing::HasSubstr("no wheel shows one of its own"));
 }
 
 TEST(LearnNoise, needs_enough_displacements) {

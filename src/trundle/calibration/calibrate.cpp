@@ -76,7 +76,7 @@ void require_scale_determined(const Preparation& ready, const Estimate& estimate
   if (!common.isZero() && (common - told * (told.transpose() * common)).norm() <= kSame * common.norm())
     return;
   throw CannotAnswer(ready.scale +
-                     "; and beyond that these runs do not tell how large the wheels are: is the clock of the "
+                     "; and beyond that these runs do not show how large the wheels are: is the clock of the "
                      "reference right, and each column that of its wheel?");
 }
 
@@ -90,7 +90,7 @@ std::string names_of(std::span<const Parameter> parameters, const Robot& robot) 
 void require_something_holds(const ValidatedEstimate& validated, const Robot& nominal) {
   if (!validated.parameters.empty()) return;
   throw CannotAnswer(fmt::format(
-      "what these runs say does not hold beyond them ({}): {} cannot be told from them. Are the references "
+      "what these runs say does not hold beyond them ({}): they do not determine {}. Are the references "
       "coarse, are clocks off, or did wheels slip? Drive longer, or more runs",
       validated.before->words(), names_of(validated.refused, nominal)));
 }

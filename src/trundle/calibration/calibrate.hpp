@@ -21,7 +21,7 @@ struct CalibrateOptions {
 /// each other; with error bars within and between sessions, and what the runs cannot determine. The hold-out
 /// recordings are only evaluated. Swapped ports, reversed counts and a gyro upside down are corrected first,
 /// with a warning (channel_assignment.hpp). docs/calibration.md. Throws CannotAnswer when nothing can be
-/// estimated or where gyro and wheels turn opposite ways and no reference tells which is right, InputError
+/// estimated or where gyro and wheels turn opposite ways and no reference shows which is right, InputError
 /// for unknown parameter names.
 CalibrationResult calibrate(std::span<const Recording> training, std::span<const Recording> hold_out,
                             const Robot& given, const CalibrateOptions& options = {});

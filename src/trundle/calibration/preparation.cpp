@@ -119,7 +119,7 @@ void require_one_sense_of_turning(std::span<const Recording> recordings, std::sp
     if (turns_contradict(recordings[i], robot, runs[i].readings))
       throw CannotAnswer(fmt::format(
           "run {}: the gyro turns the other way than the wheels, and nothing measured from outside "
-          "tells which of them is right: if the gyro is upside down write scale = {:g} under "
+          "shows which of them is right: if the gyro is upside down write scale = {:g} under "
           "[gyro] of the robot file; if left and right are swapped swap their columns in "
           "recording.toml, or the wheels in the robot file; if all wheels count backwards turn "
           "the sign of ticks_per_revolution",
@@ -144,7 +144,7 @@ std::vector<std::string> leave_out_silent(const Robot& robot, std::vector<Run>& 
   for (const Run& run : runs)
     if (is_silent(run))
       words.push_back(
-          fmt::format("run {} tells nothing of what is calibrated: no reference{}; it is left out", run.name,
+          fmt::format("run {} shows nothing of what is calibrated: no reference{}; it is left out", run.name,
                       robot.chassis.gyro ? ", no gyro" : ", and no readings that check each other"));
   std::erase_if(runs, is_silent);
   return words;

@@ -184,7 +184,7 @@ std::string words_of_wheels(const LearnedNoise& learned, const Robot& robot) {
     return fmt::format("wheel {:.3g} m/√m{}", typical,
                        typical < 2.0 * kLeastWheelNoise
                            ? " (the least that is looked for: the reference's own noise hides it)"
-                       : robot.chassis.wheel_count > 1 ? " (no wheel is told to differ)"
+                       : robot.chassis.wheel_count > 1 ? " (no wheel shows one of its own)"
                                                        : "");
   std::string text = "wheels";
   for (std::size_t i = 0; i < learned.wheels.size(); ++i)

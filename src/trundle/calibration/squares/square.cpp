@@ -126,7 +126,7 @@ Pose2 mean_error(const SquareSheet& sheet, Turn turn) {
   }
   if (count == 0.0)
     throw CannotAnswer(
-        fmt::format("{} has no {} runs: one sense alone cannot tell the track from unequal wheels; drive "
+        fmt::format("{} has no {} runs: one sense alone cannot separate the track from unequal wheels; drive "
                     "the square both ways",
                     sheet.name, name_of(turn)));
   sum /= count;

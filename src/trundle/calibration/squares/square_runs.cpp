@@ -214,7 +214,7 @@ CalibrationResult umbmark(std::span<const Recording> recordings, const Robot& no
   const int sessions = sessions_of(recordings);
   if (sessions > 1)
     result.warnings.push_back(
-        fmt::format("runs of {} sessions are taken as one: calibrate tells the sessions apart", sessions));
+        fmt::format("runs of {} sessions are taken as one: calibrate keeps the sessions apart", sessions));
   finish_square_result(result);
   return result;
 }
