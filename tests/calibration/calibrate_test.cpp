@@ -375,7 +375,7 @@ TEST(Calibrate, RunsThatTellNothingChangeNothingAndAreNamed) {
   }
   EXPECT_EQ(found.sessions, 1);
   EXPECT_EQ(found.runs.size(), 1U);
-  EXPECT_THAT(found.warnings, testing::Contains(testing::HasSubstr("run blind tells nothing")));
+  EXPECT_THAT(found.warnings, testing::Contains(testing::HasSubstr("run blind shows nothing")));
 }
 
 }  // namespace

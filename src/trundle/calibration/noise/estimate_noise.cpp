@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "trundle/calibration/noise/growth.hpp"
 #include "trundle/calibration/noise/learn_noise.hpp"
@@ -65,12 +66,19 @@ double consistent_position_noise(std::span<const Run> runs, const Robot& robot, 
   });
 }
 
-/// Where growth shows none, as over short lags what a gyro walks hides it. Taken for none, it would have to
-/// be the positions that make up for it.
-double consistent_heading_noise(std::span<const Run> runs, const Robot& robot, ReferenceNoise noise) {
-  return consistent_noise(kSmallestHeadingNoise_rad, [&](double sigma_rad) {
+/// Of the reference's headings, by the growth of their differences; where that shows none, as over short lags
+/// what a gyro walks hides it, by innovations. Taken for none, it would have to be the positions that make up
+/// for it.
+void set_heading_noise(std::span<const Run> runs, const Robot& robot, const std::optional<Growth>& growth,
+                       NoiseLevels& levels) {
+  ReferenceNoise& reference = levels.reference;
+  reference.heading_rad = growth ? growth->reference_sigma : 0.0;
+  if (reference.heading_rad > kSmallestHeadingNoise_rad) return;
+  const Robot noisy = noisy_robot(robot, levels);
+  ReferenceNoise noise = reference;
+  reference.heading_rad = consistent_noise(kSmallestHeadingNoise_rad, [&](double sigma_rad) {
     noise.heading_rad = sigma_rad;
-    return innovation_size(runs, robot, noise, kHeading);
+    return innovation_size(runs, noisy, noise, kHeading);
   });
 }
 
@@ -123,11 +131,10 @@ bool set_by_growth_with_gyro(std::span<const Run> runs, const Robot& robot, Nois
     return growth.has_value();
   };
   if (!set_wheels()) return false;  // as far as headings are known by the robot file
-  if (const auto of_heading = growth_of_heading(runs, noisy_robot(robot, levels))) {
-    levels.reference.heading_rad = std::max(of_heading->reference_sigma, kSmallestHeadingNoise_rad);
-    levels.gyro_rad_s_sqrt_hz *= std::max(of_heading->odometry, 1.0);
-    set_wheels();
-  }
+  const auto of_heading = growth_of_heading(runs, noisy_robot(robot, levels));
+  if (of_heading) levels.gyro_rad_s_sqrt_hz *= std::max(of_heading->odometry, 1.0);
+  set_heading_noise(runs, robot, of_heading, levels);
+  set_wheels();
   return true;
 }
 
@@ -135,7 +142,7 @@ bool set_by_growth_of_wheels(std::span<const Run> runs, const Robot& robot, Nois
   const auto growth = growth_of_heading(runs, noisy_robot(robot, levels));
   if (!growth) return false;
   levels.wheel_per_sqrt_m = grown(levels.wheel_per_sqrt_m, *growth);
-  levels.reference.heading_rad = std::max(growth->reference_sigma, kSmallestHeadingNoise_rad);
+  set_heading_noise(runs, robot, growth, levels);
   return true;
 }
 
@@ -159,8 +166,6 @@ NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot) {
     if (const auto levels = levels_by_likelihood(runs, robot)) return {*levels, true};
   const Robot noisy = noisy_robot(robot, noise.levels);
   ReferenceNoise& reference = noise.levels.reference;
-  if (noise.from_runs && reference.heading_rad <= kSmallestHeadingNoise_rad)
-    reference.heading_rad = consistent_heading_noise(runs, noisy, reference);
   reference.position_m = consistent_position_noise(runs, noisy, reference);
   allow_for_correlation(runs, noisy, reference);
   return noise;
