@@ -1,6 +1,7 @@
 #include "trundle/calibration/chassis_likelihood.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "trundle/chassis/contact.hpp"
 #include "trundle/geometry/decompositions.hpp"
@@ -87,12 +88,13 @@ void add_window(const Window& window, const Context& context, Information& infor
   add_within(information, J, inverse_of(S), P.transpose() * z.head(n), context.gate);
 }
 
-Context context_of(const Chassis& chassis, const Rows& rows, std::span<const Parameter> parameters,
-                   const ChassisLikelihoodOptions& options) {
+/// `driven`: the chassis as it moved; where no wheel is steered, the same.
+Context context_of(const Chassis& chassis, const Rows& rows, const Chassis& driven,
+                   std::span<const Parameter> parameters, const ChassisLikelihoodOptions& options) {
   Context context{chassis,     rows, parameters, {}, left_null_space(rows), options.variance_factor,
                   options.gate};
   for (const Parameter& parameter : parameters)
-    context.row_derivatives.push_back(row_derivative(parameter, chassis, rows));
+    context.row_derivatives.push_back(row_derivative(parameter, driven, rows));
   return context;
 }
 
@@ -106,6 +108,25 @@ void add_steering_noise(const Chassis& standing, const Rows& rows, Window& windo
   }
 }
 
+/// With its wheels at the angles at which the motion by all readings has them, as far as those may be
+/// misread. Derivatives at what was read go with the very error that y is made of: of a tricycle's wheelbase
+/// and steering scale together they were nothing else, and made them zero. docs/theory/calibration.md, eq.
+/// 7a.
+Chassis at_estimated_angles(Chassis standing, const Rows& rows, const Window& window) {
+  const RowVector z = readings_of(standing, rows, window.sum).z;
+  const Vector3 motion = estimate_twist(rows, {z, window.variance}).twist.vector();
+  for (int i = 0; i < rows.count(); ++i) {
+    const Row& row = rows.row[static_cast<std::size_t>(i)];
+    if (row.kind != RowKind::lateral) continue;
+    Wheel& wheel = standing.all_wheels()[static_cast<std::size_t>(row.wheel)];
+    const double rolled_m = rolling_row(wheel).dot(motion), skid_m = rows.H.row(i).dot(motion);
+    if (!wheel.steering || rolled_m == 0.0) continue;
+    const double share = std::min(1.0, misreading_variance(wheel, rolled_m) / window.variance[i]);
+    wheel.steering->reading_rad += share * std::atan(skid_m / rolled_m) / wheel.steering->scale;
+  }
+  return standing;
+}
+
 /// One interval of steered wheels, whose rows contradict each other in another way at every angle. That a
 /// wheel does not skid is a reading here: of its angle.
 void add_steered(const Increment& increment, const Chassis& chassis, std::span<const Parameter> parameters,
@@ -117,7 +138,9 @@ void add_steered(const Increment& increment, const Chassis& chassis, std::span<c
   Window window{increment, rounding_of(standing, rows)};
   window.variance += noise_of(standing, rows, increment);
   add_steering_noise(standing, rows, window);
-  add_window(window, context_of(standing, rows, parameters, options), information);
+  add_window(window,
+             context_of(standing, rows, at_estimated_angles(standing, rows, window), parameters, options),
+             information);
 }
 
 std::vector<Information> steered_likelihood(const Run& run, const Chassis& chassis,
@@ -148,7 +171,7 @@ std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot,
   const WindowSums* sums = options.sums ? options.sums : own ? &*own : nullptr;
   if (!sums) return result;
   const Rows rows = rows_of(chassis, chassis.gyro.has_value());
-  const Context context = context_of(chassis, rows, parameters, options);
+  const Context context = context_of(chassis, rows, chassis, parameters, options);
   const RowVector rounding = rounding_of(chassis, rows);
   std::size_t part = 0;
   for (std::size_t i = 0; i < sums->windows.size(); ++i) {
