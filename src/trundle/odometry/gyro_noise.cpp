@@ -125,12 +125,17 @@ std::vector<Rest> pieces_of(const Rest& rest, std::size_t fewest) {
 /// Without the pieces in which the gyro scatters by far more than in most: there the robot was moved on
 /// wheels that stood. A rest is cut where there is one.
 std::vector<Rest> undisturbed(const std::vector<Rest>& rests, double step_s, double rounded) {
-  constexpr double kMuchMore = 4.0;  // in variance: with 7 degrees of freedom by chance once in 5000 pieces
+  constexpr double kMuchMore = 4.0;      // in variance: noise that is twice as large is another one
+  constexpr double kNotByChance = 1e-3;  // that one of all pieces is cut out
   const auto fewest = std::max(kFewestSamples + 1, static_cast<std::size_t>(kShortest_s / step_s));
   std::vector<double> variances;
   for (const Rest& rest : rests)
     for (const Rest& piece : pieces_of(rest, fewest)) variances.push_back(variance_of(piece.samples));
-  const double most = kMuchMore * (median(variances) + rounded);
+  // Steps of n samples that are independent of each other have 2/3 n degrees of freedom.
+  const double degrees = 2.0 / 3.0 * static_cast<double>(fewest);
+  const double chance = kNotByChance / static_cast<double>(variances.size());
+  const double most =
+      std::max(kMuchMore, chi_squared_limit(chance, degrees) / degrees) * (median(variances) + rounded);
   std::vector<Rest> kept;
   for (const Rest& rest : rests) {
     bool goes_on = false;
