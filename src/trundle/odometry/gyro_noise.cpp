@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "trundle/geometry/squared.hpp"
 #include "trundle/recording/csv/detail/table.hpp"
 #include "trundle/statistics/distribution.hpp"
 #include "trundle/statistics/median.hpp"
