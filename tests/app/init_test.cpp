@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/file.hpp"
+#include "trundle/statistics/random.hpp"
 
 #include "app/driven_logs.hpp"
 #include "app/one_line_of_error.hpp"
@@ -317,6 +318,35 @@ TEST_F(Init, TablesAndAUrdfMakeARecordingThatRuns) {
   const Outcome odometry =
       run({"odometry", "draft", "--robot", "draft/robot.toml", "-o", "trajectory.csv", "--json"});
   EXPECT_EQ(odometry.exit_code, 0) << odometry.err;
+}
+
+/// Five seconds in which no wheel turns, of a gyro of 50 Hz: its noise is known to 6 %.
+TEST_F(Init, TheRestsOfALogShowTheNoiseOfItsGyro) {
+  constexpr double kBias = 0.012, kDensity = 4e-4;  // [rad/s], [rad/s/√Hz]
+  const auto logged = [&](double resolution) {
+    statistics::Random random(1, 2);
+    std::string text = "stamp_ms,left_wheel_m,right_wheel_m,gyro_z_rad_s\n";
+    drive_along([&](int row, const Driven& driven) {
+      const double rate = driven.yaw_rate_rad_s + kBias + random.normal(kDensity / std::sqrt(kDrivenStep_s));
+      text += fmt::format("{},{},{},{}\n", 20 * row, driven.left_m, driven.right_m,
+                          resolution * std::round(rate / resolution));
+    });
+    return text;
+  };
+  put("drive/log.csv", logged(1e-6));
+  const Outcome outcome = run({"init", "drive", "-o", "mine", "--json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const nlohmann::json gyro = nlohmann::json::parse(outcome.out).at("gyro");
+  const double sigma = gyro.at("noise_sigma");
+  EXPECT_NEAR(gyro.at("noise_rad_s_sqrt_hz").get<double>(), kDensity, 4.0 * sigma);
+  EXPECT_LT(sigma, 0.1 * kDensity);
+  EXPECT_NEAR(gyro.at("bias_rad_s").get<double>(), kBias, 4.0 * kDensity / std::sqrt(5.0));
+  EXPECT_THAT(text("mine/robot.toml"), HasSubstr("[gyro]\n# From 5 s in which no wheel turns"));
+  EXPECT_THAT(text("mine/robot.toml"), HasSubstr("\nnoise_rad_s_sqrt_hz = 0.0004"));
+  // In steps that hide the noise, or without a rest, it stays as it is by default.
+  put("coarse/log.csv", logged(0.01));
+  ASSERT_EQ(run({"init", "coarse", "-o", "rough"}).exit_code, 0);
+  EXPECT_THAT(text("rough/robot.toml"), Not(HasSubstr("noise_rad_s_sqrt_hz")));
 }
 
 // As loggers of small robots export them: names of two words, a semicolon, a column of text, degrees.

@@ -54,6 +54,27 @@ TEST(Calibrate, FindsTheTrueRobotAndSaysHowSure) {
             0.3 * result.calibrated.calibration->errors[0].before);
 }
 
+/// A column that somebody left empty who filled a stream by hand; it was read beyond its end.
+TEST(Calibrate, AColumnOfAnotherLengthIsRefused) {
+  const auto runs = recorded(nominal_differential(), true_differential(), test::differential_paths(), 1);
+  const auto message_with = [&](auto change) {
+    auto changed = runs;
+    change(changed.front());
+    try {
+      (void)calibrate(changed, {}, nominal_differential());
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_THAT(message_with([](Recording& run) { run.reference.heading_rad.clear(); }),
+              HasSubstr("reference: column 'heading_rad' has 0 rows"));
+  EXPECT_THAT(message_with([](Recording& run) { run.reference.x_m.pop_back(); }),
+              HasSubstr("what was not measured is NaN"));
+  EXPECT_THAT(message_with([](Recording& run) { run.wheels.series[1].value.pop_back(); }),
+              HasSubstr("wheels: column"));
+}
+
 /// Its best track is none: a step that puts both wheels in one place is shortened, and does not end the
 /// program.
 TEST(Calibrate, OneColumnForTwoWheelsIsSurvived) {

@@ -25,6 +25,10 @@ inline constexpr double kReferencePosition_m = 0.002;
 inline constexpr double kReferenceHeading_rad = 0.005;
 inline constexpr double kReferenceRate_hz = 5.0;
 inline constexpr double kRest_s = 5.0;
+inline constexpr double kSightingRate_hz = 2.0;
+inline constexpr double kRange_m = 0.03, kBearing_rad = 0.02;  // 1σ of a sighting
+inline constexpr double kFarthest_m = 4.0;                     // that is seen
+inline constexpr double kLandmarkSpacing_m = 2.5;              // of a square grid
 inline constexpr double kDegree = M_PI / 180.0;
 
 /// A wheel's travel over a body motion (dx, dy, dθ) is cos ψ dx + sin ψ dy + lever dθ.
@@ -49,6 +53,7 @@ struct Conditions {
   double gyro_noise = kGyroNoise;
   int sessions = 1, runs = 4;  ///< of each session
   double slip_m = 0.0;         ///< of one wheel, in half a second in the middle of each run
+  bool landmarks = false;      ///< are seen, from the middle of the body, in place of the reference
 };
 
 /// A gyro so good that the path's error is the wheels' alone.
@@ -87,6 +92,16 @@ inline Machine differential_machine() {
               machine.truth);
   set_value({ParameterKind::track, -1}, 0.306, machine.truth);
   set_true_gyro(machine.truth);
+  return machine;
+}
+
+/// It sees landmarks too.
+inline Machine with_landmark_sensor(Machine machine) {
+  for (Robot* robot : {&machine.nominal, &machine.truth})
+    robot->landmark_sensor = LandmarkSensor{.body_from_sensor = {},
+                                            .range_sigma_m = kRange_m,
+                                            .bearing_sigma_rad = kBearing_rad,
+                                            .max_range_m = kFarthest_m + 1.0};
   return machine;
 }
 
@@ -145,9 +160,10 @@ class Drive {
     const double end_s = conditions_.duration_s + 2.0 * rest_s;
     const auto steps = static_cast<int>(std::lround(end_s * conditions_.rate_hz));
     const auto per_reference = static_cast<int>(std::lround(conditions_.rate_hz / kReferenceRate_hz));
+    const auto per_sighting = static_cast<int>(std::lround(conditions_.rate_hz / kSightingRate_hz));
     const auto per_second = static_cast<int>(std::lround(conditions_.rate_hz));
     read(0.0, 0.0);
-    measure(0.0);
+    if (!conditions_.landmarks) measure(0.0);
     for (int i = 1; i <= steps; ++i) {
       const double time_s = i * dt;
       const bool drives = time_s > rest_s && time_s < end_s - rest_s;
@@ -160,7 +176,8 @@ class Drive {
       const bool slips = time_s > middle_s && time_s <= middle_s + 0.5;
       step(dt, slips ? conditions_.slip_m * dt / 0.5 : 0.0);
       read(time_s, dt);
-      if (i % per_reference == 0) measure(time_s);
+      if (conditions_.landmarks && i % per_sighting == 0) see(time_s);
+      if (!conditions_.landmarks && i % per_reference == 0) measure(time_s);
     }
     mean_bias_ = bias_sum_ / steps;
     return recording_;
@@ -218,6 +235,22 @@ class Drive {
     reference.y_m.push_back(y_ + normal(kReferencePosition_m));
     const double heading = heading_ + normal(kReferenceHeading_rad);
     reference.heading_rad.push_back(conditions_.headings ? heading : std::nan(""));
+  }
+
+  void see(double time_s) {
+    const auto reach = static_cast<int>(std::ceil(kFarthest_m / kLandmarkSpacing_m));
+    const auto column = static_cast<int>(std::lround(x_ / kLandmarkSpacing_m)),
+               row = static_cast<int>(std::lround(y_ / kLandmarkSpacing_m));
+    for (int i = column - reach; i <= column + reach; ++i)
+      for (int j = row - reach; j <= row + reach; ++j) {
+        const double dx = kLandmarkSpacing_m * i - x_, dy = kLandmarkSpacing_m * j - y_;
+        const double range = std::hypot(dx, dy);
+        if (range > kFarthest_m || range < 0.5) continue;
+        const double bearing = std::atan2(dy, dx) - heading_ + normal(kBearing_rad);
+        recording_.sightings.push_back({time_s, std::to_string(i) + "/" + std::to_string(j),
+                                        range + normal(kRange_m),
+                                        std::atan2(std::sin(bearing), std::cos(bearing))});
+      }
   }
 
   const Machine& machine_;

@@ -1,5 +1,6 @@
 #include "trundle/calibration/install_angle.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gmock/gmock.h>
@@ -255,7 +256,9 @@ TEST(InstallAngle, refuses_recordings_of_other_runs) {
   EXPECT_THAT(refusal_of(nothing, {{{1.0, 1.0, 0.0}, 5.0}}), HasSubstr("roll at the same time"));
   EXPECT_THAT(refusal_of(nothing, pause(5.0)), HasSubstr("never roll"));
   EXPECT_THAT(refusal_of([](Recording& r) { r.reference = {}; }), HasSubstr("not measured"));
-  EXPECT_THAT(refusal_of([](Recording& r) { r.reference.heading_rad.clear(); }), HasSubstr("no heading"));
+  EXPECT_THAT(refusal_of([](Recording& r) { std::ranges::fill(r.reference.heading_rad, kNotMeasured); }),
+              HasSubstr("no heading"));
+  EXPECT_THROW(refusal_of([](Recording& r) { r.reference.heading_rad.clear(); }), InputError);
   Robot three = two_pods(0.0);
   three.chassis.add(three.chassis.wheels()[0]);
   three.wheel_names.push_back("third");

@@ -1,5 +1,7 @@
 #include "trundle/inspection/findings.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include <gmock/gmock.h>
@@ -68,6 +70,27 @@ TEST(Findings, a_gyro_louder_than_a_rest_is_recognised_by_is_named) {
                                   Not(Contains(Field(&Finding::code, FindingCode::noise)))))
         << times;
   }
+}
+
+/// A gyro slower than the wheels, whose readings between are interpolated, and a faster one.
+TEST(Findings, a_louder_gyro_is_named_at_any_rate) {
+  const Robot robot = robot_with_gyro(0.0);
+  for (const double rate_hz : {10.0, 100.0})
+    for (const double times : {1.0, 3.0}) {
+      Recording recording = parked_now_and_then(robot);
+      GyroStream& gyro = recording.gyro;
+      gyro.yaw_rate_rad_s.clear();
+      Random random(3, 4);
+      const double end_s = gyro.time_s.back();
+      gyro.time_s.clear();
+      for (double time_s = 0.0; time_s < end_s; time_s += 1.0 / rate_hz) {
+        gyro.time_s.push_back(time_s);
+        gyro.yaw_rate_rad_s.push_back(random.normal(times * 3e-4 * std::sqrt(rate_hz)));
+      }
+      const auto is_noise = [](const Finding& finding) { return finding.code == FindingCode::noise; };
+      EXPECT_EQ(std::ranges::any_of(find_in(recording, &robot).problems, is_noise), times > 2.0)
+          << rate_hz << " Hz, " << times;
+    }
 }
 
 TEST(Findings, wheels_in_one_place_are_named) {

@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "trundle/inspection/gyro_noise.hpp"
+#include "trundle/odometry/gyro_noise.hpp"
 
 #include "recording/findings.hpp"
 #include "recording/robots.hpp"

@@ -18,7 +18,7 @@ class UnknownIds : public testing::TestWithParam<SlamMethod> {
   }
 };
 
-std::vector<Observation> hidden(std::vector<Observation> observations) {
+std::vector<Observation> without_names(std::vector<Observation> observations) {
   std::ranges::reverse(observations);
   for (Observation& observation : observations) observation.landmark = kUnknownLandmark;
   return observations;
@@ -67,7 +67,7 @@ TEST_P(UnknownIds, TheMapAndThePathAreFound) {
     SlamFilter unidentified = filter(world);
     for (std::size_t k = 0; k < world.steps.size(); ++k) {
       named.step(world.steps[k].motion, world.steps[k].observations);
-      unidentified.step(world.steps[k].motion, hidden(world.steps[k].observations));
+      unidentified.step(world.steps[k].motion, without_names(world.steps[k].observations));
       named_error += distance(named, world.truth[k]);
       unidentified_error += distance(unidentified, world.truth[k]);
     }
@@ -85,7 +85,7 @@ TEST_P(UnknownIds, SpuriousSightingsDoNotBreakIt) {
   Random random(5);
   double worst = 0.0;
   for (std::size_t k = 0; k < world.steps.size(); ++k) {
-    std::vector<Observation> seen = hidden(world.steps[k].observations);
+    std::vector<Observation> seen = without_names(world.steps[k].observations);
     if (k % 2 == 0) seen.push_back({kUnknownLandmark, random.uniform(0.5, 8.0), random.uniform(-kPi, kPi)});
     unidentified.step(world.steps[k].motion, seen);
     worst = std::max(worst, distance(unidentified, world.truth[k]));
@@ -122,7 +122,7 @@ TEST_P(UnknownIds, InvalidReadingsAreCountedAndChangeNothing) {
   SlamFilter without = filter(world);
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   for (const SlamStep& step : world.steps) {
-    const std::vector<Observation> seen = hidden(step.observations);
+    const std::vector<Observation> seen = without_names(step.observations);
     std::vector<Observation> spoilt = seen;
     spoilt.push_back({kUnknownLandmark, kNan, 0.0});
     spoilt.push_back({kUnknownLandmark, 1.0, kNan});
@@ -140,7 +140,7 @@ TEST_P(UnknownIds, DuplicatesAreOneLandmarkSeenTwice) {
   const test::SlamWorld world = clear_world(120);
   SlamFilter unidentified = filter(world);
   for (std::size_t k = 0; k < world.steps.size(); ++k) {
-    std::vector<Observation> seen = hidden(world.steps[k].observations);
+    std::vector<Observation> seen = without_names(world.steps[k].observations);
     const std::vector<Observation> once = seen;
     seen.insert(seen.end(), once.begin(), once.end());
     unidentified.step(world.steps[k].motion, seen);
@@ -170,7 +170,7 @@ TEST_P(UnknownIds, NothingSeenForLong) {
   for (std::size_t k = 0; k < world.steps.size(); ++k) {
     const bool blind = k > 60 && k < 100;
     unidentified.step(world.steps[k].motion,
-                      blind ? std::vector<Observation>{} : hidden(world.steps[k].observations));
+                      blind ? std::vector<Observation>{} : without_names(world.steps[k].observations));
   }
   EXPECT_LT(distance(unidentified, world.truth.back()), 0.6);
   EXPECT_LE(unidentified.map().size(), world.landmarks.size() + 3);
@@ -247,7 +247,7 @@ TEST_P(UnknownIds, ANumberThatBecomesANameIsThatOfTheNamedOne) {
 TEST_P(UnknownIds, OneParticle) {
   const test::SlamWorld world = clear_world(60);
   SlamFilter unidentified = filter(world, 1);
-  for (const SlamStep& step : world.steps) unidentified.step(step.motion, hidden(step.observations));
+  for (const SlamStep& step : world.steps) unidentified.step(step.motion, without_names(step.observations));
   EXPECT_GE(right_ones(unidentified, world), 10U);
 }
 
@@ -266,7 +266,7 @@ TEST_P(UnknownIds, ALandmarkThatIsTakenAwayLeavesTheMap) {
     // Occluded for a moment, and after two thirds of the way gone for good.
     const bool is_hidden = (k >= 130 && k < 132) || k >= 200;
     if (is_hidden) std::erase_if(seen, [&](const Observation& o) { return o.landmark == number; });
-    unidentified.step(world.steps[k].motion, hidden(seen));
+    unidentified.step(world.steps[k].motion, without_names(seen));
     if (k == 140) {
       EXPECT_TRUE(is_mapped());
     }
@@ -280,8 +280,8 @@ TEST_P(UnknownIds, SameSeedSameResult) {
   SlamFilter first = filter(world);
   SlamFilter second = filter(world);
   for (const SlamStep& step : world.steps) {
-    first.step(step.motion, hidden(step.observations));
-    second.step(step.motion, hidden(step.observations));
+    first.step(step.motion, without_names(step.observations));
+    second.step(step.motion, without_names(step.observations));
     ASSERT_EQ(first.estimate().pose.x, second.estimate().pose.x);
   }
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "trundle/calibration/likelihood.hpp"
 
 namespace trundle::calibration {
@@ -14,6 +16,10 @@ struct GyroBiasSpread {
   double prior_rad_s = 0.0;
 };
 [[nodiscard]] GyroBiasSpread gyro_bias_spread(const Likelihood& likelihood, const Robot& robot);
+
+/// By what −2 log of the restricted likelihood is with a spread; `given_rad_s`: the robot file's.
+[[nodiscard]] GyroBiasSpread most_likely_spread(double given_rad_s,
+                                                const std::function<double(double spread_rad_s)>& deviance);
 
 /// What is taken for it before the runs were looked at: that of the robot file.
 [[nodiscard]] double given_gyro_bias_spread(const CalibrationProblem& problem);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -12,6 +13,7 @@
 #include "trundle/chassis/rows.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/io/words.hpp"
+#include "trundle/odometry/gyro_noise.hpp"
 #include "trundle/recording/time_offset.hpp"
 #include "trundle/recording/turns.hpp"
 #include "trundle/statistics/distribution.hpp"
@@ -183,6 +185,21 @@ std::string set_scale(std::span<const Run> runs, Robot& robot) {
 
 }  // namespace
 
+std::optional<std::string> set_gyro_noise(std::span<const Recording> recordings, Robot& robot) {
+  if (!robot.chassis.gyro) return std::nullopt;
+  std::vector<GyroNoise> at_rest;
+  for (const Recording& recording : recordings)
+    if (const auto noise = gyro_noise(recording, robot.chassis)) at_rest.push_back(*noise);
+  if (at_rest.empty()) return std::nullopt;
+  const GyroNoise seen = pooled(at_rest);
+  double& density = robot.chassis.gyro->noise_rad_s_sqrt_hz;
+  if (!is_louder(seen, density)) return std::nullopt;
+  const double given = std::exchange(density, seen.noise_rad_s_sqrt_hz);
+  return fmt::format("gyro.noise_rad_s_sqrt_hz {} (was {:.3g}), from {:.0f} s at rest in {}",
+                     with_sigma(density, seen.noise_sigma), given, seen.rest_s,
+                     counted(at_rest.size(), "recording"));
+}
+
 std::vector<Run> prepare_runs(std::span<const Recording> recordings, const Robot& robot) {
   std::vector<Run> runs;
   for (const Recording& recording : recordings) runs.push_back(prepare_run(recording, robot));
@@ -194,6 +211,7 @@ Preparation prepare(std::span<const Recording> recordings, const Robot& given, b
                     .start = {},
                     .runs = {},
                     .gyro_clock = {},
+                    .gyro_noise = {},
                     .reference_clock = {},
                     .sensor_heading = {},
                     .scale = {},
@@ -201,6 +219,7 @@ Preparation prepare(std::span<const Recording> recordings, const Robot& given, b
   turn_gyro_by_positions(recordings, ready.channels);
   ready.start = ready.channels.robot;
   ready.gyro_clock = set_gyro_clock(recordings, ready.start);
+  ready.gyro_noise = set_gyro_noise(recordings, ready.start);
   if (frees_reference_clock) start_reference_clock(recordings, ready.start);
   ready.runs = prepare_runs(recordings, ready.start);
   if (!frees_reference_clock)

@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "trundle/evaluation/evaluate.hpp"
+#include "trundle/recording/lengths.hpp"
 
 namespace trundle::evaluation {
 
@@ -22,6 +23,7 @@ Trajectory of_reference_sensor(const Trajectory& world_from_body, const Robot& r
 }
 
 Trajectory positions_of(const ReferenceStream& reference) {
+  require_equal_lengths(reference);
   Trajectory trajectory;
   for (std::size_t i = 0; i < reference.time_s.size(); ++i) {
     if (std::isnan(reference.x_m[i]) || std::isnan(reference.y_m[i])) continue;

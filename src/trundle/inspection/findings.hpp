@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "trundle/inspection/gyro_noise.hpp"
 #include "trundle/inspection/inspect.hpp"
 #include "trundle/odometry/effective_track.hpp"
+#include "trundle/odometry/gyro_noise.hpp"
 #include "trundle/recording/time_offset.hpp"
 
 namespace trundle::inspection {

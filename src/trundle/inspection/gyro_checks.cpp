@@ -2,11 +2,10 @@
 
 #include <cmath>
 
+#include "trundle/odometry/gyro_noise.hpp"
 #include "trundle/odometry/rest.hpp"
 #include "trundle/recording/alignment/align.hpp"
 #include "trundle/recording/turns.hpp"
-#include "trundle/statistics/median.hpp"
-#include "trundle/statistics/nth_smallest.hpp"
 
 namespace trundle::inspection {
 namespace {
@@ -68,17 +67,14 @@ std::optional<Finding> wrong_gyro_unit(const Recording& recording, const Robot& 
   return finding;
 }
 
-std::optional<Finding> louder_gyro(const Recording& recording, const Robot& robot, const Overview& overview) {
-  constexpr std::size_t kFewest = 100;  // differences: their median is known to 8 %
-  if (!robot.chassis.gyro || recording.gyro.time_s.empty()) return std::nullopt;
-  const std::vector<double>& density = overview.rest_density;
-  if (density.size() < kFewest) return std::nullopt;
-  const double told = robot.chassis.gyro->noise_rad_s_sqrt_hz,
-               seen = kSigmaOfMedian * nth_smallest(density.size(), density.size() / 2,
-                                                    [&](std::size_t i) { return density[i]; });
-  if (seen <= RestOptions{}.gyro_noise_factor * told) return std::nullopt;
-  return Finding{
-      .code = FindingCode::noise, .place = recording.gyro.origin.file, .payload = payload::Range{told, seen}};
+std::optional<Finding> louder_gyro(const Recording& recording, const Robot& robot) {
+  if (!robot.chassis.gyro) return std::nullopt;
+  const double told = robot.chassis.gyro->noise_rad_s_sqrt_hz;
+  const std::optional<GyroNoise> seen = gyro_noise(recording, robot.chassis);
+  if (!seen || !is_louder(*seen, RestOptions{}.gyro_noise_factor * told)) return std::nullopt;
+  return Finding{.code = FindingCode::noise,
+                 .place = recording.gyro.origin.file,
+                 .payload = payload::Range{told, seen->noise_rad_s_sqrt_hz}};
 }
 
 void compare_gyro(const Recording& recording, const Robot& robot, const Overview& overview,

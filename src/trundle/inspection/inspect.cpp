@@ -193,7 +193,7 @@ std::vector<Finding> inspect(const Recording& recording, const Robot& robot, con
     name_wraps(recording, robot, problems);
     find_stuck(recording, robot, overview, problems);
     compare_gyro(recording, robot, overview, problems);
-    if (const auto loud = louder_gyro(recording, robot, overview)) problems.push_back(*loud);
+    if (const auto loud = louder_gyro(recording, robot)) problems.push_back(*loud);
   }
   return problems;
 }

@@ -105,7 +105,6 @@ class Gathering {
       for (std::size_t other = 0; other < w; ++other)
         if (increment.turned[other] != increment.turned[w]) overview_.read_alike[other][w] = false;
     }
-    if (robot_.chassis.gyro) compare_rates(increment);
     before_s_ = increment.time_s;
   }
 
@@ -135,17 +134,6 @@ class Gathering {
     if (unlimited) pairs_unlimited_.add(by_wheels, rotation(*unlimited, increment), increment.duration_s);
   }
 
-  /// White noise of a density adds up to √Δt of it.
-  void compare_rates(const Increment& now) {
-    const bool rests = now.has_gyro && now.duration_s > 0.0 && !any_turns(now);
-    if (rests && resting_) {
-      const double step = now.gyro_rad / now.duration_s - resting_->gyro_rad / resting_->duration_s;
-      overview_.rest_density.push_back(std::abs(step) /
-                                       std::sqrt(1.0 / now.duration_s + 1.0 / resting_->duration_s));
-    }
-    resting_ = rests ? std::optional(now) : std::nullopt;
-  }
-
   const Robot& robot_;
   std::size_t wheels_;
   Rows rows_;
@@ -156,7 +144,6 @@ class Gathering {
   Gyro unlimited_;
   std::optional<GyroSamples> samples_;
   std::optional<GyroTurns> turns_;
-  std::optional<Increment> resting_;       ///< the increment before, where no wheel turned
   double start_s_ = 0.0, before_s_ = 0.0;  ///< of the first increment, and the end of the last one
   Overview overview_;
 };

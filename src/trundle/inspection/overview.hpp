@@ -30,8 +30,6 @@ struct Overview {
   PairedSums turns;
   PairedSums turns_unlimited;  ///< the same of a gyro that is never beyond its range
   double turned_rad = 0.0;     ///< by the gyro, there and back counted twice
-  /// What one rate of the gyro differs from the next by where no wheel turns, as densities of white noise.
-  std::vector<double> rest_density;  ///< [rad/s/√Hz]
   std::array<std::vector<Standstill>, kMaxWheels> standstills;
   std::array<double, kMaxWheels> way{};                               ///< of each wheel [revolutions]
   std::array<std::array<bool, kMaxWheels>, kMaxWheels> read_alike{};  ///< two wheels in every interval

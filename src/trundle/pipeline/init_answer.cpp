@@ -66,6 +66,12 @@ DraftQuestion draft_question_of(const InitQuestion& question, Provenance& proven
   return draft;
 }
 
+std::vector<std::string> texts_of(const std::vector<fs::path>& paths) {
+  std::vector<std::string> texts;
+  for (const fs::path& path : paths) texts.push_back(path.string());
+  return texts;
+}
+
 InitJson json_of(const DraftStream& stream) {
   InitJson json = {{"stream", stream.table}, {"file", stream.file}};
   if (!stream.topic.empty()) json["topic"] = stream.topic;
@@ -118,8 +124,10 @@ InitAnswer answer_init(const InitQuestion& question) {
   Draft draft = draft_of(draft_question);
   answer.draft = completed(std::move(draft), std::move(draft_question), question.log);
   const std::string head = head_of(answer.provenance);
+  const fs::path map = question.folder / "recording.toml";
+  answer.draft.gyro = gyro_at_rest(answer.draft, map, texts_of(question.message_folders));
   answer.files.push_back({question.folder / "robot.toml", head + robot_toml(answer.draft)});
-  answer.files.push_back({question.folder / "recording.toml", head + recording_toml(answer.draft)});
+  answer.files.push_back({map, head + recording_toml(answer.draft)});
   for (const OutputFile& file : answer.files) require_unedited(file);
   return answer;
 }
@@ -131,6 +139,11 @@ InitJson document_of(const InitAnswer& answer) {
   document["alternatives"] = InitJson::array();
   for (const DraftStream& stream : answer.draft.alternatives)
     document["alternatives"].push_back(json_of(stream));
+  if (const auto& gyro = answer.draft.gyro)
+    document["gyro"] = {{"bias_rad_s", gyro->bias_rad_s},
+                        {"noise_rad_s_sqrt_hz", gyro->noise_rad_s_sqrt_hz},
+                        {"noise_sigma", gyro->noise_sigma},
+                        {"rest_s", gyro->rest_s}};
   document["to_fill_in"] = answer.draft.to_fill_in;
   document["notes"] = answer.draft.notes;
   document["files"] = InitJson::array();

@@ -69,6 +69,18 @@ void read_logs(const RecordingMap& map, const logs::Definitions& definitions, Re
   }
 }
 
+/// All that a recording.toml maps.
+void read_streams(const RecordingMap& map, const logs::Definitions& definitions, Recording& recording) {
+  recording.time_origin_s = map.time_origin_s;
+  for (const auto& [kind, source] : map.streams)
+    if (!is_of_log(source)) read_stream(kind, source, recording);
+  read_logs(map, definitions, recording);
+  if (!map.tuple_file.empty()) read_tuples(map.tuple_file, recording);
+  if (!map.session.empty()) recording.session = map.session;
+  recording.seen_as = map.seen_as;
+  recording.partial = map.partial;
+}
+
 /// The streams that a recording.toml maps; `run`: by patterns; `log`: that it is applied to, empty: those it
 /// names.
 RecordingMap read_mapped(const fs::path& file, const std::string& run, const fs::path& log,
@@ -77,14 +89,7 @@ RecordingMap read_mapped(const fs::path& file, const std::string& run, const fs:
   note_input(file, text, recording);
   const LogContext context{log, logs::Definitions({msg_path.begin(), msg_path.end()})};
   RecordingMap map = parse_recording_map(text, file, run, context);
-  recording.time_origin_s = map.time_origin_s;
-  for (const auto& [kind, source] : map.streams)
-    if (!is_of_log(source)) read_stream(kind, source, recording);
-  read_logs(map, context.definitions, recording);
-  if (!map.tuple_file.empty()) read_tuples(map.tuple_file, recording);
-  if (!map.session.empty()) recording.session = map.session;
-  recording.seen_as = map.seen_as;
-  recording.partial = map.partial;
+  read_streams(map, context.definitions, recording);
   return map;
 }
 
@@ -252,6 +257,14 @@ Recording read_recording(const fs::path& path, const ReadOptions& options) {
   }
   if (is_empty(recording))
     throw InputError(path.string(), "holds no samples", "at least one stream with rows");
+  return recording;
+}
+
+Recording read_mapped_by(std::string_view text, const fs::path& file,
+                         const std::vector<std::string>& msg_path) {
+  const LogContext context{{}, logs::Definitions({msg_path.begin(), msg_path.end()})};
+  Recording recording;
+  read_streams(parse_recording_map(text, file, {}, context), context.definitions, recording);
   return recording;
 }
 

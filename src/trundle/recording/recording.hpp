@@ -158,6 +158,10 @@ struct ReadOptions {
 /// name. Throws InputError with file, line, fact and expectation.
 Recording read_recording(const std::filesystem::path& folder, const ReadOptions& options = {});
 
+/// What the text of a recording.toml maps, were it in that file. Throws as read_recording() does.
+Recording read_mapped_by(std::string_view text, const std::filesystem::path& file,
+                         const std::vector<std::string>& msg_path = {});
+
 /// Numbers of the robots that a UTIAS MRCLAM folder holds, in order; none where it is no such folder.
 [[nodiscard]] std::vector<int> mrclam_robots(const std::filesystem::path& folder);
 

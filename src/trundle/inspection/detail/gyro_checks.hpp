@@ -17,7 +17,8 @@ std::optional<Finding> wrong_gyro_unit(const Recording& recording, const Robot& 
 void compare_gyro(const Recording& recording, const Robot& robot, const Overview& overview,
                   std::vector<Finding>& problems);
 
-/// A gyro that scatters more, where no wheel turns, than a rest is recognised by: its bias is never learned.
-std::optional<Finding> louder_gyro(const Recording& recording, const Robot& robot, const Overview& overview);
+/// A gyro whose samples scatter more, where no wheel turns, than a rest is recognised by, and more than
+/// chance and their resolution explain: its bias is not learned.
+std::optional<Finding> louder_gyro(const Recording& recording, const Robot& robot);
 
 }  // namespace trundle::inspection

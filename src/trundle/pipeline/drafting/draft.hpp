@@ -52,11 +52,20 @@ struct DraftMount {
   double x_m = 0.0, y_m = 0.0, heading_deg = 0.0;
 };
 
+/// What a gyro reads at rest.
+struct DraftGyro {
+  double bias_rad_s = 0.0;
+  double noise_rad_s_sqrt_hz = 0.0;
+  double noise_sigma = 0.0;
+  double rest_s = 0.0;  ///< how long it was seen at rest
+};
+
 /// The two files, and what a person has to do with them.
 struct Draft {
   std::string robot_name;
   std::vector<DraftWheel> wheels;
   bool has_gyro = false;
+  std::optional<DraftGyro> gyro = {};  ///< nothing: its rests do not show it
   bool has_landmark_sensor = false;
   std::optional<DraftMount> landmark_sensor = {};  ///< nothing: the log does not say
   std::vector<DraftStream> streams;
@@ -114,6 +123,12 @@ struct DraftQuestion {
 [[nodiscard]] std::optional<RobotGeometry> geometry_from_odometry(const std::filesystem::path& log,
                                                                   const Draft& draft,
                                                                   const std::string& odometry_topic);
+
+/// What the rests of the drafted recording, which is to be in that file, show of its gyro. Nothing where they
+/// leave the noise open by more than a tenth, where the resolution of its readings hides it, or where they
+/// are differences of angles, which say nothing of a rate's noise.
+[[nodiscard]] std::optional<DraftGyro> gyro_at_rest(const Draft& draft, const std::filesystem::path& file,
+                                                    const std::vector<std::string>& msg_path);
 
 /// The CSV files of a folder as if they were topics of a log; `metadata` is what recording.toml has to say of
 /// their format. Throws InputError where there is none.

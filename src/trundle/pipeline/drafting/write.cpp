@@ -102,6 +102,14 @@ std::string wheel_table(const DraftWheel& wheel, std::size_t count) {
 
 namespace {
 
+std::string gyro_table(const std::optional<DraftGyro>& gyro) {
+  if (!gyro) return "\n[gyro]\n";
+  return fmt::format(
+      "\n[gyro]\n# From {:.0f} s in which no wheel turns: the mean, and the noise ± {:.1g}.\n"
+      "bias_rad_s = {:.4g}\nnoise_rad_s_sqrt_hz = {:.3g}\n",
+      gyro->rest_s, gyro->noise_sigma, gyro->bias_rad_s, gyro->noise_rad_s_sqrt_hz);
+}
+
 std::string landmark_sensor_table(const std::optional<DraftMount>& mount) {
   std::string text = "\n[landmark_sensor]\n";
   if (!mount)
@@ -119,7 +127,7 @@ std::string robot_toml(const Draft& draft) {
   for (const std::string& source : draft.sources) text += as_comment(source);
   text += fmt::format("name = {}\n", quoted_toml(draft.robot_name));
   for (const DraftWheel& wheel : draft.wheels) text += wheel_table(wheel, draft.wheels.size());
-  if (draft.has_gyro) text += "\n[gyro]\n";
+  if (draft.has_gyro) text += gyro_table(draft.gyro);
   if (draft.has_landmark_sensor) text += landmark_sensor_table(draft.landmark_sensor);
   return text;
 }

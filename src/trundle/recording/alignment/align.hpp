@@ -18,7 +18,7 @@ struct AlignedReadings {
 
 /// A recording through an Aligner, reading by reading as the stamps order them: the same as while it was
 /// driven. Throws InputError when a wheel of the robot has no column, or the recording has neither wheels nor
-/// velocity.
+/// velocity, or where columns of a stream differ in length.
 AlignedReadings align(const Recording& recording, const Robot& robot);
 
 /// Fills in anew what the gyro turned over each increment, its stamps moved as this robot says. Nothing

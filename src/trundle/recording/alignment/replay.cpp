@@ -8,6 +8,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/io/interruption.hpp"
 #include "trundle/io/words.hpp"
+#include "trundle/recording/lengths.hpp"
 
 namespace trundle::recording {
 namespace {
@@ -88,6 +89,7 @@ Replay::Replay(const Recording& recording, const Robot& robot)
       motion_(motion_of(recording, robot)),
       aligner_(robot),
       counters_(robot.wheel_names.size()) {
+  require_equal_lengths(recording);
   aligner_.set_units(motion_.units, motion_.steering_units);
 }
 

@@ -13,7 +13,7 @@ namespace trundle::recording {
 class Replay {
  public:
   /// Throws InputError when a wheel of the robot has no column, or the recording has neither wheels nor
-  /// velocity.
+  /// velocity, or where columns of a stream differ in length.
   Replay(const Recording& recording, const Robot& robot);
 
   /// The intervals in order; nothing after the last.

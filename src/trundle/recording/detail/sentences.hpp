@@ -267,10 +267,8 @@ inline constexpr Sentence kSentences[] = {
      "[landmark_sensor] or [noise] are too small, and so is every ±"},
     {noise, with<Range>,
      "the gyro scatters by {high:.2g} rad/s/√Hz where no wheel turns, by [gyro] in the robot file by "
-     "{low:.2g}: "
-     "so no rest is recognised, and its bias not learned; write noise_rad_s_sqrt_hz = {high:.2g} (trundle "
-     "info "
-     "--gyro-noise measures it)"},
+     "{low:.2g}: rests are not recognised, its bias is not learned, and headings err by more than they say; "
+     "write noise_rad_s_sqrt_hz = {high:.2g} (trundle info --gyro-noise measures it)"},
     {noise, with<Times>,
      "the smoother's cost is {factor:.1f} times its degrees of freedom: what was seen does not fit together "
      "as well as the noise settings say, and every ± is at least {root:.1f} times too small"},

@@ -9,6 +9,7 @@
 #include "trundle/calibration/conclusion.hpp"
 #include "trundle/calibration/defaults.hpp"
 #include "trundle/calibration/preparation.hpp"
+#include "trundle/calibration/run_gyro_bias.hpp"
 #include "trundle/io/words.hpp"
 #include "trundle/slam/sensor_clock.hpp"
 #include "trundle/slam/smoothing/landmark_noise.hpp"
@@ -242,6 +243,7 @@ CalibrationResult calibrate_from_landmarks(std::span<const Recording> training,
   if (!only_noise) require_something_free(parameters, training, nominal);
   Robot start = nominal;
   const std::optional<std::string> sensor_clock = prepare_sensor_clock(training, parameters, start);
+  const std::optional<std::string> gyro_noise = set_gyro_noise(training, start);
   AssociatedFit found = fit_in_turn(training, start, parameters);
   if (!only_noise) require_something_estimated(found.fit.estimate, parameters, nominal);
   Robot noisy = start;
@@ -251,11 +253,15 @@ CalibrationResult calibrate_from_landmarks(std::span<const Recording> training,
   const SessionSpread spread = session_spread(found.all, noisy, parameters, estimate.space);
   CalibrationResult result = result_of(estimate, spread, parameters, nominal);
   result.method = "landmarks";
+  const std::vector<Run> runs = prepare_runs(training, nominal);
   add_words(found, result);
   result.sensor_clock = sensor_clock;
   if (sensor_clock) note(*sensor_clock, result);
+  if (gyro_noise) note(*gyro_noise, result);
+  result.gyro_biases = words_of_biases(runs, estimate.gyro_biases);
+  if (result.gyro_biases) note(*result.gyro_biases, result);
   if (noise) add_noise(*noise, result);
-  conclude({prepare_runs(training, nominal), prepare_runs(hold_out, nominal)}, estimate, spread, result);
+  conclude({runs, prepare_runs(hold_out, nominal)}, estimate, spread, result);
   if (only_noise) result.summary = "noise alone is learned";
   return result;
 }

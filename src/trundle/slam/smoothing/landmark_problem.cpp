@@ -59,7 +59,26 @@ ShownObservations shown_in(const SlamInput& input, std::span<const LandmarkId> b
   return shown;
 }
 
-TrackInput track_input(const AssociatedRecording& one, const Robot& robot, const FreeColumns& free) {
+/// By all that is sought, what of a recording's parameters moves.
+Eigen::MatrixXd columns_of(const FreeColumns& free, std::size_t recording) {
+  const Eigen::Index n = free.columns.cols();
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(free.columns.rows(), n + free.own.count());
+  columns.leftCols(n) = free.columns;
+  if (const auto place = free.own.place_of(recording))
+    columns(std::ranges::find(free.parameters, kGyroBias) - free.parameters.begin(), n + *place) =
+        free.own.unit_rad_s;
+  return columns;
+}
+
+/// With its own bias.
+Robot robot_in(const Robot& robot, const FreeColumns& free, std::size_t recording) {
+  Robot own = robot;
+  if (own.chassis.gyro) own.chassis.gyro->bias_rad_s += free.own.of(recording);
+  return own;
+}
+
+TrackInput track_input(const AssociatedRecording& one, const Robot& robot, const FreeColumns& free,
+                       const Eigen::MatrixXd& columns) {
   const MotionParameters moving = of_motion(free.parameters);
   const SlamInput input = slam_input(one.recording, robot, {.parameters = moving.parameters});
   const auto clock = std::ranges::find(free.parameters, ParameterKind::sensor_time_offset, &Parameter::kind);
@@ -72,7 +91,7 @@ TrackInput track_input(const AssociatedRecording& one, const Robot& robot, const
     if (clock != free.parameters.end())
       by_parameters.col(clock - free.parameters.begin()) = input.by_sensor_clock[k];
     track.time_s.push_back(input.steps[k].time_s);
-    track.motions.push_back({motion.mean, motion.covariance, by_parameters * free.columns});
+    track.motions.push_back({motion.mean, motion.covariance, by_parameters * columns});
   }
   return track;
 }
@@ -81,15 +100,30 @@ TrackInput track_input(const AssociatedRecording& one, const Robot& robot, const
 /// motion explains shows it.
 Information redundancy_of(std::span<const AssociatedRecording> all, const Robot& robot,
                           const FreeColumns& free) {
-  const auto n = static_cast<Eigen::Index>(free.parameters.size());
-  Information sum = Information::zero(n);
+  Information sum = Information::zero(free.columns.cols() + free.own.count());
   const Robot noisy = with_noise_of_readings(robot, free.nominal);
-  for (const AssociatedRecording& one : all)
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Eigen::MatrixXd columns = columns_of(free, i);
     for (const Information& block :
-         chassis_likelihood(one.run, noisy, free.parameters, {.gate = kParityGate}))
-      sum.add(block);
-  return {free.columns.transpose() * sum.matrix * free.columns, free.columns.transpose() * sum.gradient,
-          sum.chi2, sum.count};
+         chassis_likelihood(all[i].run, robot_in(noisy, free, i), free.parameters, {.gate = kParityGate}))
+      sum.add({columns.transpose() * block.matrix * columns, columns.transpose() * block.gradient, block.chi2,
+               block.count});
+  }
+  return sum;
+}
+
+Eigen::VectorXd information_of(const FreeColumns& free) {
+  const Eigen::Index n = free.columns.cols(), own = free.own.count();
+  Eigen::VectorXd information = Eigen::VectorXd::Constant(n + own, free.own.information);
+  information.head(n) = free.information;
+  return information;
+}
+
+/// Of the priors: what is sought is about 0, so are biases, and they are sought from where they are.
+Eigen::VectorXd mean_of(const FreeColumns& free) {
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(free.columns.cols() + free.own.count());
+  mean.tail(free.own.count()) = -free.own.values();
+  return mean;
 }
 
 }  // namespace
@@ -99,17 +133,20 @@ JointProblem joint_problem(std::span<const AssociatedRecording> all, const Robot
   JointProblem joint{{.sensors = {*robot.landmark_sensor},
                       .motions = {},
                       .sightings = {},
-                      .parameter_information = free.information,
+                      .parameter_information = information_of(free),
+                      .parameter_mean = mean_of(free),
                       .parameter_evidence = redundancy_of(all, robot, free),
                       .gate = kDefaultGate},
                      {}};
   if (std::ranges::any_of(free.parameters,
                           [](const Parameter& p) { return is_of_landmark_sensor(p.kind); })) {
-    joint.problem.sensor_errors = sensor_errors_of(*robot.landmark_sensor, free.parameters) * free.columns;
+    joint.problem.sensor_errors = sensor_errors_of(*robot.landmark_sensor, free.parameters) *
+                                  columns_of(free, all.size());  // of no recording
   }
-  for (const AssociatedRecording& one : all) {
+  for (std::size_t i = 0; i < all.size(); ++i) {
     LandmarkNumbers own;  // each recording has its own map
-    joint.tracks.emplace_back(track_input(one, robot, free), joint.problem, own);
+    joint.tracks.emplace_back(track_input(all[i], robot_in(robot, free, i), free, columns_of(free, i)),
+                              joint.problem, own);
   }
   return joint;
 }

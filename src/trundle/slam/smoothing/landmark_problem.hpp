@@ -6,6 +6,7 @@
 #include "trundle/calibration/run.hpp"
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/recording/recording.hpp"
+#include "trundle/slam/smoothing/own_biases.hpp"
 #include "trundle/slam/smoothing/shown.hpp"
 #include "trundle/slam/smoothing/track.hpp"
 
@@ -22,15 +23,18 @@ struct AssociatedRecording {
   double duration_s() const { return path.poses.back().time_s - path.poses.front().time_s; }
 };
 
-/// Parameters are sought as those of a robot + columns · q, q about 0 with `information`.
+/// Parameters are sought as those of a robot + columns · q, q about 0 with `information`; the gyro's bias of
+/// each recording with them.
 struct FreeColumns {
   Chassis nominal = {};
   std::vector<Parameter> parameters = {};
   Eigen::MatrixXd columns = {};
   Eigen::VectorXd information = {};
+  OwnBiases own = {};
 };
 
-/// All recordings as one problem; each is a track of its own. Its parameters are q.
+/// All recordings as one problem; each is a track of its own. Its parameters are q, and behind it the biases
+/// of recordings (OwnBiases).
 struct JointProblem {
   SmoothingProblem problem;
   std::vector<Track> tracks;

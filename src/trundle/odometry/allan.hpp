@@ -6,7 +6,7 @@
 
 #include "trundle/namespaces.hpp"
 
-namespace trundle::inspection {
+namespace trundle::odometry {
 
 /// Allan deviation at one averaging time.
 struct AllanPoint {
@@ -30,4 +30,4 @@ struct NoiseFit {
 /// Weighted fit of σ²(τ) = N²/τ + K² τ/3. docs/theory/gyro.md, eq. 10. Nothing with fewer than two points.
 std::optional<NoiseFit> fit_noise(std::span<const AllanPoint> points);
 
-}  // namespace trundle::inspection
+}  // namespace trundle::odometry

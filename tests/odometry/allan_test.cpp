@@ -1,4 +1,4 @@
-#include "trundle/inspection/allan.hpp"
+#include "trundle/odometry/allan.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,12 +6,12 @@
 
 #include <gtest/gtest.h>
 
-#include "trundle/inspection/gyro_noise.hpp"
+#include "trundle/odometry/gyro_noise.hpp"
 #include "trundle/statistics/random.hpp"
 
 #include "scale.hpp"
 
-namespace trundle::inspection {
+namespace trundle::odometry {
 namespace {
 
 /// A gyro at rest: white noise of this density and a bias that walks.
@@ -154,4 +154,4 @@ TEST(Allan, AGyroAloneIsTakenAsStandingStill) {
 }
 
 }  // namespace
-}  // namespace trundle::inspection
+}  // namespace trundle::odometry

@@ -1,4 +1,4 @@
-#include "trundle/inspection/allan.hpp"
+#include "trundle/odometry/allan.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "trundle/statistics/distribution.hpp"
 
-namespace trundle::inspection {
+namespace trundle::odometry {
 namespace {
 
 constexpr double kFewestDegrees = 3.0;  // a deviation is then known within 1/√6 = 41 %, 1σ
@@ -151,4 +151,4 @@ std::optional<NoiseFit> fit_noise(std::span<const AllanPoint> points) {
   return fit;
 }
 
-}  // namespace trundle::inspection
+}  // namespace trundle::odometry
