@@ -118,6 +118,31 @@ std::vector<std::optional<GyroBias>> gyro_biases_of(const Likelihood& likelihood
   return biases;
 }
 
+/// Whether anything shows which way the robot's own axes point: a heading, or where on it a reference sits.
+bool shows_ahead(const CalibrationProblem& problem) {
+  const bool has_headings = std::ranges::any_of(problem.runs, [](const Run& run) {
+    return !run.relative_motions.empty() || run.partial.end_heading_rad ||
+           std::ranges::any_of(run.reference.heading_rad, [](double rad) { return std::isfinite(rad); });
+  });
+  const Pose2& place = problem.nominal.body_from_reference;
+  const bool is_aside = place.x != 0.0 || place.y != 0.0;
+  const bool places = contains(problem.parameters, ParameterKind::reference_x) &&
+                      contains(problem.parameters, ParameterKind::reference_y);
+  return (has_headings && !contains(problem.parameters, ParameterKind::reference_heading)) ||
+         (is_aside && !places);
+}
+
+/// Of a robot near what the runs say. A filter that linearises at headings that it learns on the way takes
+/// some from them of what is anybody's choice: that is taken out.
+EstimableSpace space_at(const Likelihood& likelihood, const Robot& rough) {
+  const CalibrationProblem& problem = likelihood.problem;
+  Eigen::MatrixXd information = total_information(likelihood, rough).matrix;
+  if (!shows_ahead(problem))
+    if (const auto turned = axes_turned(problem.parameters, problem.nominal))
+      information = without(*turned, information);
+  return estimable_space(information, problem.parameters, problem.nominal);
+}
+
 }  // namespace
 
 Estimate estimate_parameters(const CalibrationProblem& problem) {
@@ -132,8 +157,7 @@ Estimate estimate_parameters(const CalibrationProblem& problem) {
                     .runs = {},
                     .descent = {},
                     .measures_length = from_outside(problem.runs).length};
-  estimate.space =
-      estimable_space(total_information(likelihood, rough).matrix, problem.parameters, problem.nominal);
+  estimate.space = space_at(likelihood, rough);
   solve(likelihood, estimate.space, estimate.robot);
   if (is_weighed_by_noise(problem.nominal.chassis)) settle_noise(estimate.space, likelihood, estimate.robot);
   estimate.descent = settle_weights(estimate.space, likelihood, estimate.robot);

@@ -103,9 +103,20 @@ std::string motion_to_drive(const HeldCombination& held, std::span<const Paramet
   return measures_length ? "drive straight ahead, and back" : "add one straight run of known length";
 }
 
+/// The directions of all wheels in common: which way the robot's own axes point.
+bool is_ahead(const HeldCombination& held, std::span<const Parameter> parameters, const Robot& nominal) {
+  if (held.members.size() != nominal.chassis.all_wheels().size()) return false;
+  const double sign = held.combination[held.members.front()];
+  return std::ranges::all_of(held.members, [&](int member) {
+    return parameters[static_cast<std::size_t>(member)].kind == ParameterKind::direction &&
+           held.combination[member] * sign > 0.0;
+  });
+}
+
 std::string advice(const HeldCombination& held, std::span<const Parameter> parameters, const Robot& nominal,
                    bool measures_length) {
   const ParameterKind kind = parameters[static_cast<std::size_t>(held.members.front())].kind;
+  if (is_ahead(held, parameters, nominal)) return "measure headings too: no path shows which way it looks";
   if (is_of_wheels(kind)) return motion_to_drive(held, parameters, nominal, measures_length);
   switch (kind) {
     case ParameterKind::steering_zero:
@@ -203,6 +214,42 @@ EstimableSpace estimable_space(const Eigen::MatrixXd& information, std::span<con
     space.held.push_back(combination_of(vectors.col(0), parameters, space.held));
   }
   return space;
+}
+
+std::optional<Eigen::VectorXd> axes_turned(std::span<const Parameter> parameters, const Robot& robot) {
+  Eigen::VectorXd turned = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(parameters.size()));
+  std::size_t wheels = 0;
+  for (std::size_t j = 0; j < parameters.size(); ++j) {
+    double& change = turned[static_cast<Eigen::Index>(j)];
+    switch (parameters[j].kind) {
+      case ParameterKind::direction:
+        change = 1.0;
+        ++wheels;
+        break;
+      case ParameterKind::reference_heading:
+        change = 1.0;
+        break;
+      case ParameterKind::reference_x:
+        change = -robot.body_from_reference.y;
+        break;
+      case ParameterKind::reference_y:
+        change = robot.body_from_reference.x;
+        break;
+      case ParameterKind::sensor_bearing_offset:
+        change = -1.0;
+        break;
+      default:
+        break;
+    }
+  }
+  const bool all_free = wheels > 0 && wheels == robot.chassis.all_wheels().size();
+  return all_free ? std::optional(turned) : std::nullopt;
+}
+
+Eigen::MatrixXd without(const Eigen::VectorXd& direction, const Eigen::MatrixXd& information) {
+  const Eigen::VectorXd along = information * direction;
+  const double size = direction.dot(along);
+  return size > 0.0 ? (information - along * along.transpose() / size).eval() : information;
 }
 
 Eigen::MatrixXd constrained_inverse(const Eigen::MatrixXd& information, const EstimableSpace& space) {

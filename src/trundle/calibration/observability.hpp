@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -32,6 +33,14 @@ struct EstimableSpace {
 /// know every parameter better than its prior sigma. `information` is Jᵀ W J in the parameters' own units.
 EstimableSpace estimable_space(const Eigen::MatrixXd& information, std::span<const Parameter> parameters,
                                const Robot& nominal);
+
+/// How the parameters change, in their own units, where the robot's own axes are turned by one radian: with
+/// the directions of all wheels free what is ahead is anybody's choice, unless a sensor on board is known to
+/// look there. Nothing where a wheel's direction is not among them.
+std::optional<Eigen::VectorXd> axes_turned(std::span<const Parameter> parameters, const Robot& robot);
+
+/// The information without what it says along a direction.
+Eigen::MatrixXd without(const Eigen::VectorXd& direction, const Eigen::MatrixXd& information);
 
 /// (information)⁻¹ within the estimable space, zero outside; in the parameters' own units.
 Eigen::MatrixXd constrained_inverse(const Eigen::MatrixXd& information, const EstimableSpace& space);

@@ -30,30 +30,6 @@ Eigen::MatrixXd information_without_prior(const Eigen::MatrixXd& covariance) {
   return (information.array().abs() < rounding).select(0.0, information);
 }
 
-/// Where the directions of all wheels and of the sensor are free what is ahead is anybody's choice: all of
-/// them turn together, and only where the sensor stands would tell, which is known by tape.
-std::optional<Eigen::VectorXd> choice_of_ahead(std::span<const Parameter> parameters, const Robot& nominal) {
-  Eigen::VectorXd turned = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(parameters.size()));
-  std::size_t wheels = 0;
-  bool has_sensor = false;
-  for (std::size_t j = 0; j < parameters.size(); ++j) {
-    const ParameterKind kind = parameters[j].kind;
-    wheels += kind == ParameterKind::direction ? 1 : 0;
-    has_sensor = has_sensor || kind == ParameterKind::sensor_bearing_offset;
-    if (kind == ParameterKind::direction || kind == ParameterKind::sensor_bearing_offset)
-      turned[static_cast<Eigen::Index>(j)] = kind == ParameterKind::direction ? 1.0 : -1.0;  // [rad]
-  }
-  const std::size_t all = nominal.chassis.all_wheels().size();
-  return has_sensor && all > 0 && wheels == all ? std::optional(turned) : std::nullopt;
-}
-
-/// The information without what it says along a direction.
-Eigen::MatrixXd without(const Eigen::VectorXd& direction, const Eigen::MatrixXd& information) {
-  const Eigen::VectorXd along = information * direction;
-  const double size = direction.dot(along);
-  return size > 0.0 ? (information - along * along.transpose() / size).eval() : information;
-}
-
 /// The parameters of the robot among those of a problem come first.
 Eigen::MatrixXd covariance_of_own(const Minimiser& linearised, Eigen::Index own) {
   return linearised.parameter_covariance().topLeftCorner(own, own);
@@ -113,7 +89,9 @@ RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nomina
   const Eigen::MatrixXd information = information_without_prior(covariance_of_own(minimiser, scale.size()));
   const Eigen::VectorXd inverse_scale = scale.cwiseInverse();
   Eigen::MatrixXd told = inverse_scale.asDiagonal() * information * inverse_scale.asDiagonal();
-  if (const auto ahead = choice_of_ahead(parameters, nominal)) told = without(*ahead, told);
+  // Only where the sensor stands would show what is ahead, which is known by tape.
+  const auto turned = axes_turned(parameters, nominal);
+  if (turned && contains(parameters, ParameterKind::sensor_bearing_offset)) told = without(*turned, told);
   own.move(found.minimum.state.parameters.tail(own.count()));
   return {found.minimum.state, estimable_space(told, parameters, nominal), std::move(own)};
 }
