@@ -14,3 +14,9 @@ inline int trials(int full, int least = 20) {
 }
 
 }  // namespace trundle::test
+
+/// Skips the test, and says so, where trials are scaled down: a long calculation that nothing scales, of code
+/// that other tests bring to the sanitizers.
+#define TRUNDLE_NEEDS_ALL_TRIALS()     \
+  if (trundle::test::trials(2, 1) < 2) \
+  GTEST_SKIP() << "TRUNDLE_TEST_SCALE is set: this test takes long and nothing in it scales"

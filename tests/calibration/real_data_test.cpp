@@ -13,6 +13,7 @@
 #include "trundle/calibration/relative_likelihood.hpp"
 
 #include "recording/folder.hpp"
+#include "scale.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -85,6 +86,7 @@ TEST(RealData, OneSessionOfSquaresPredictsAFreeRun) {
 }
 
 TEST(RealData, AllSessionsPredictItBetterThanTheTypicalOne) {
+  TRUNDLE_NEEDS_ALL_TRIALS();
   TRUNDLE_NEEDS_REAL_DATA("optiodom_diff");
   const std::vector<Recording> free_run = differential("free/020120212354");
   const std::vector<Recording> all = joined(differential("square"), differential("circular"));

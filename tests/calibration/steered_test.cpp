@@ -1,9 +1,7 @@
 // Robots with steered wheels: simulated ones, whose truth is known, and a real tricycle.
 #include <cmath>
 #include <cstdio>
-#include <utility>
 
-#include <boost/math/distributions/binomial.hpp>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,6 +9,7 @@
 #include "trundle/calibration/calibrate.hpp"
 
 #include "calibration/steered_drives.hpp"
+#include "held_limits.hpp"
 #include "real_data.hpp"
 #include "recording/folder.hpp"
 #include "scale.hpp"
@@ -23,23 +22,11 @@ Path circles(double radius_m, double length_m) {
   return {Segment{{length_m, 0.0, length_m / radius_m}, length_m / test::kSpeed_m_s}};
 }
 
-/// Least and largest share of 95 % intervals that hold the truth: 93 to 97 % over a thousand; of fewer, what
-/// the binomial itself goes beyond as rarely as 3σ (of four calibrations it is far from a normal
-/// distribution).
-std::pair<double, double> held_limits(int times) {
-  using boost::math::binomial, boost::math::complement, boost::math::quantile;
-  if (times >= 1000) return {0.93, 0.97};
-  constexpr double kBeyond = 0.00135;
-  const binomial held(times, 0.95);
-  // Boost rounds outwards: as few as the first are already too rare.
-  return {(quantile(held, kBeyond) + 1.0) / times, quantile(complement(held, kBeyond)) / times};
-}
-
 /// The share of 95 % intervals that hold the truth, parameter by parameter.
 void expect_intervals_to_hold(std::string_view kind, bool blind, int full) {
-  const int times = test::trials(full, 4);
+  const int times = test::trials(full, 3);
   const test::SteeredSeries series = test::steered_series(kind, blind, times);
-  const auto [least, most] = held_limits(times);
+  const auto [least, most] = test::held_limits(times);
   for (std::size_t j = 0; j < series.names.size(); ++j) {
     const double held = series.held[static_cast<Eigen::Index>(j)];
     std::printf("%s: %.3f\n", series.names[j].c_str(), held);
@@ -120,6 +107,7 @@ columns = {{ time_s = 1, x_m = 2, y_m = 3, heading_rad = 4 }}
 }
 
 TEST(Steered, squares_and_circles_of_a_real_tricycle_predict_its_free_runs) {
+  TRUNDLE_NEEDS_ALL_TRIALS();
   TRUNDLE_NEEDS_REAL_DATA("optiodom_tricyc");
   Robot nominal;
   nominal.wheel_names = {"front"};

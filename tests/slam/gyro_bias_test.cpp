@@ -205,7 +205,7 @@ void PrintTo(const Subject& subject, std::ostream* out) {
 class GyroBias : public testing::TestWithParam<Subject> {};
 
 TEST_P(GyroBias, MakesNoEstimateWorseOrSurerThanItIs) {
-  const int runs = test::trials(20, 5);
+  const int runs = test::trials(20, 2);
   for (const int rest_s : {10, 0}) {
     double without_m = 0.0;
     for (const double bias_rad_s : {0.0, 0.003, 0.02}) {

@@ -248,7 +248,7 @@ TEST(IncrementalSmoother, WithAWindowDoesNotGrow) {
   double early = 0.0, late = 0.0;
   for (std::size_t k = 0; k < world.steps.size(); ++k) {
     smoother.step(world.steps[k].motion, world.steps[k].observations, world.steps[k].time_s);
-    if (k >= 630) (k < 980 ? early : late) += static_cast<double>(state_of(smoother).size());
+    if (k >= 630 && k % 5 == 0) (k < 980 ? early : late) += static_cast<double>(state_of(smoother).size());
   }
   EXPECT_LT(late, 1.1 * early);
 }

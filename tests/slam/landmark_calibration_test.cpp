@@ -11,6 +11,7 @@
 
 #include "calibration/simulated_runs.hpp"
 #include "calibration/velocity_runs.hpp"
+#include "held_limits.hpp"
 #include "scale.hpp"
 
 namespace trundle::slam {
@@ -80,10 +81,10 @@ class Honesty {
     }
   }
   /// With an honest interval 95 % of the runs hold the truth; what is asked for is 90 % of at least so many
-  /// that chance does not decide, and that the intervals are not merely wide: four times the standard
-  /// deviation of the mean of so many squares of normal numbers.
+  /// that chance does not decide, of fewer what it leaves, and that the intervals are not merely wide: four
+  /// times the standard deviation of the mean of so many squares of normal numbers.
   void expect_honest() const {
-    EXPECT_GE(inside_, 0.9 * all_);
+    EXPECT_GE(inside_, (all_ < 30 ? test::held_limits(all_).first : 0.9) * all_ - 1e-9);
     EXPECT_NEAR(squares_ / all_, 1.0, 4.0 * std::sqrt(2.0 / all_));
   }
 
@@ -95,7 +96,7 @@ class Honesty {
 
 TEST(LandmarkCalibration, RecoversTheTrueRobotWithinItsOwnIntervals) {
   Honesty honesty;
-  const int seeds = test::trials(40, 10);
+  const int seeds = test::trials(40, 4);
   for (int seed = 1; seed <= seeds; ++seed) {
     const auto s = static_cast<std::uint64_t>(seed);
     const Robot truth = true_robot(s);
@@ -125,7 +126,7 @@ TEST(LandmarkCalibration, FindsScaleAndBiasOfTheGyroToo) {
 
 TEST(LandmarkCalibration, ManagesWithoutTheLandmarksNames) {
   Honesty honesty;
-  const int seeds = test::trials(10, 10);
+  const int seeds = test::trials(10, 4);
   for (int seed = 1; seed <= seeds; ++seed) {
     const auto s = static_cast<std::uint64_t>(seed);
     Scenario scenario = scenario_of(true_robot(s), tour(40.0, s), s);
@@ -140,7 +141,7 @@ TEST(LandmarkCalibration, ManagesWithoutTheLandmarksNames) {
 // what the filter takes landmarks for at first is often wrong.
 TEST(LandmarkCalibration, TellsLandmarksApartAgainWithTheRobotThatItFound) {
   Honesty honesty;
-  const int seeds = test::trials(16, 8);
+  const int seeds = test::trials(16, 4);
   for (int seed = 1; seed <= seeds; ++seed) {
     const auto s = static_cast<std::uint64_t>(seed);
     Scenario scenario = scenario_of(true_robot(s), tour(40.0, s), s);
@@ -202,7 +203,7 @@ double squared_sigmas(std::span<const Parameter> wanted, const CalibrationResult
 
 TEST(LandmarkCalibration, FindsWhatTheSensorErrsByAndItsClock) {
   const std::vector<Parameter> wanted = {kRangeOffset, kBearingOffset, kClock};
-  const int seeds = test::trials(6, 3);
+  const int seeds = test::trials(6, 1);
   double squares = 0.0, smoothed_m = 0.0, filtered_m = 0.0;
   for (int seed = 1; seed <= seeds; ++seed) {
     const Scenario scenario = crooked_scenario(static_cast<std::uint64_t>(seed));
@@ -260,7 +261,7 @@ TEST(LandmarkCalibration, HoldsTheDirectionThatWheelsAndSensorHaveInCommon) {
 TEST(LandmarkCalibration, FindsThatACameraReadsDepths) {
   const std::vector<Parameter> wanted = {kDepthShare, kRangeOffset, kBearingOffset,
                                          kSensorX,    kSensorY,     kClock};
-  const int seeds = test::trials(8, 4);
+  const int seeds = test::trials(8, 2);
   double squares = 0.0;
   for (int seed = 1; seed <= seeds; ++seed) {
     Scenario scenario = crooked_scenario(static_cast<std::uint64_t>(seed));
@@ -322,7 +323,7 @@ Scenario velocity_scenario(std::uint64_t seed) {
 
 TEST(LandmarkCalibration, FindsWhatAVelocityErrsByWithinItsOwnSigmas) {
   test::VelocityEvidence evidence;
-  for (int seed = 1; seed <= test::trials(40, 10); ++seed) {
+  for (int seed = 1; seed <= test::trials(40, 4); ++seed) {
     const Scenario scenario = velocity_scenario(static_cast<std::uint64_t>(seed));
     const Recording recording = recorded(scenario);
     const CalibrationResult result = calibrate_from_landmarks({&recording, 1}, {}, scenario.nominal);

@@ -6,6 +6,7 @@
 
 #include "trundle/slam/slam.hpp"
 
+#include "scale.hpp"
 #include "slam/world.hpp"
 
 namespace trundle::slam {
@@ -150,7 +151,7 @@ TEST_P(UnknownIds, DuplicatesAreOneLandmarkSeenTwice) {
 }
 
 TEST_P(UnknownIds, AllSightingsWrong) {
-  const test::SlamWorld world = clear_world(150);
+  const test::SlamWorld world = clear_world(test::trials(150, 50));
   SlamFilter unidentified = filter(world);
   Random random(7);
   for (std::size_t k = 0; k < world.steps.size(); ++k) {

@@ -15,11 +15,11 @@ namespace trundle::calibration {
 namespace {
 
 // robot_localization's covariances are constants, a wheel's is in proportion to its way: they are equal at
-// one speed and rate. The rate is the usual one of ros2_control's odometry.
+// one speed and rate.
 constexpr double kSpeed_m_s = 0.5;
-constexpr double kOdometryRate_hz = 50.0;
-constexpr double kGyroRate_hz = 100.0;   ///< of most drivers of an IMU
-constexpr double kFilterRate_hz = 30.0;  ///< robot_localization's own default
+constexpr double kOdometryRate_hz = 50.0;  ///< of ros2_control's wheel odometry
+constexpr double kGyroRate_hz = 100.0;     ///< of most drivers of an IMU
+constexpr double kFilterRate_hz = 30.0;    ///< robot_localization's own default
 
 // What wheels and gyro measure follows the robot at these accelerations; nothing here measures them.
 constexpr double kAcceleration_m_s2 = 1.0;

@@ -12,10 +12,9 @@
 namespace trundle::calibration {
 namespace {
 
-// Where it is looked for, times the robot file's: to a millionth of what a data sheet says of MEMS, which is
-// less than any run shows, and to where a gyro is broken.
-constexpr double kSmallestShare = 1e-6;
-constexpr double kLargestShare = 100.0;
+// Where it is looked for, times the robot file's, which is what a data sheet says of MEMS.
+constexpr double kSmallestShare = 1e-6;  // less than any run shows
+constexpr double kLargestShare = 100.0;  // the gyro is broken
 // To which its logarithm is sought.
 constexpr double kFinestLog = 0.01;
 

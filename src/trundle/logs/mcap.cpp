@@ -221,6 +221,7 @@ class Mcap : public Log {
   }
 
   void open_chunk(const McapRecord& record, std::uint64_t start) {
+    // Of a chunk's record: first and last time, size, and the check sum.
     constexpr std::size_t kBeforeName = 3 * sizeof(std::uint64_t) + sizeof(std::uint32_t);
     ByteCursor cursor(file_.peek(kBeforeName + sizeof(std::uint32_t) + kLongestName + sizeof(std::uint64_t)));
     cursor.take_bytes(2 * sizeof(std::uint64_t));  // first and last time

@@ -38,9 +38,10 @@ struct Pages {
   [[nodiscard]] bool is_cut() const { return whole < announced || breaks_off_within; }
 };
 
-/// https://www.sqlite.org/fileformat.html#the_database_header: the size of a page at 16, the number of pages
-/// at 28, which is right where the counters at 24 and 92 are the same.
+/// As its header says.
 Pages pages_of(const fs::path& path) {
+  // https://www.sqlite.org/fileformat.html#the_database_header: 100 bytes. The number of pages at 28 is right
+  // where the counters of changes, at 24, and of the change it is valid for, at 92, are the same.
   constexpr std::size_t kHead = 100, kSizeAt = 16, kCountAt = 28, kChangesAt = 24, kValidForAt = 92;
   FileWindow file(path);
   const std::span<const std::byte> head = file.peek(kHead);

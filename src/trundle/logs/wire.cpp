@@ -33,8 +33,8 @@ Value part_of(const Value& stored, const LayoutField& field) {
 
 /// IEEE 754's binary16.
 double half_of(std::uint16_t bits) {
-  constexpr unsigned kFraction = 10, kExponentMask = 31;
-  constexpr int kBias = 15;
+  constexpr unsigned kFraction = 10, kExponentMask = 31;  // 10 bits of fraction, 5 of exponent
+  constexpr int kBias = 15;                               // 2^4 − 1
   const unsigned fraction = bits & ((1U << kFraction) - 1), exponent = bits >> kFraction & kExponentMask;
   const double sign = (bits & 0x8000U) != 0 ? -1.0 : 1.0;
   if (exponent == kExponentMask)

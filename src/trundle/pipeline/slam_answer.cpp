@@ -70,7 +70,7 @@ Vector2 drawn(const Vector2& place) {
 
 /// Of steps with sightings; of many the one of each stretch that moved the pose most.
 void add_largest_moves(const SlamAnswer& answer, GrowthResult& growth) {
-  constexpr std::size_t kMostMoves = 2000;
+  constexpr std::size_t kMostMoves = 2000;  // more than a chart has pixels across
   std::vector<std::size_t> sees;
   for (std::size_t k = 0; k < answer.input.steps.size(); ++k)
     if (!answer.input.steps[k].observations.empty()) sees.push_back(k);

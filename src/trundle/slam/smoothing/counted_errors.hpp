@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "trundle/slam/smoothing/minimise.hpp"
 #include "trundle/slam/smoothing/shown.hpp"
 #include "trundle/slam/smoothing/track.hpp"
 

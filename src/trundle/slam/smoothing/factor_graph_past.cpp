@@ -13,9 +13,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Landmarks that the first pose of the window stays tied to, at least, when a submap is cut off; and how many
-// a submap may have, where another stretch of the way is added to it.
+// Landmarks that the first pose of the window stays tied to, at least, when a submap is cut off.
 constexpr std::size_t kTiedTo = 15;
+// Landmarks of a submap, at most, where another stretch of the way is added to it: each that is cut off has
+// more than kTiedTo, so two of them find room, and three that overlap.
 constexpr std::size_t kMostInSubmap = 3 * kTiedTo;
 // There is at most one submap for so many landmarks; from then on they grow instead.
 constexpr std::size_t kLandmarksOfSubmap = kTiedTo / 2;

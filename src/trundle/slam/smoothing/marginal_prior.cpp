@@ -61,6 +61,7 @@ struct FirstEliminated {
 // Eq. 21. What hardly anything is known of, as a landmark that others are given by, may have less than
 // nothing by rounding: then the least share of the largest is added that makes it something.
 FirstEliminated eliminate_first(const MatrixXd& matrix, const VectorXd& right, Index columns) {
+  // From a few roundings of the largest (2⁻⁵² = 2.2e-16) to a million times that, which no rounding makes.
   constexpr double kLeastRidge = 1e-15, kMostRidge = 1e-9;
   const Index rows = matrix.rows() - columns;
   const double largest = matrix.diagonal().head(columns).maxCoeff();

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "trundle/geometry/decompositions.hpp"
+#include "trundle/slam/smoothing/minimise.hpp"
 
 namespace trundle::slam {
 

@@ -1,8 +1,10 @@
 #pragma once
 
-#include "trundle/slam/smoothing/minimise.hpp"
+#include "trundle/slam/smoothing/smoothing_problem.hpp"
 
 namespace trundle::slam {
+
+class Minimiser;
 
 /// What a systematic error of all readings would be that nothing was estimated of.
 struct SensorScore {

@@ -8,6 +8,7 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/slam/smoothing/counted_errors.hpp"
+#include "trundle/slam/smoothing/minimise.hpp"
 #include "trundle/slam/smoothing/nth.hpp"
 #include "trundle/slam/smoothing/placement.hpp"
 #include "trundle/slam/smoothing/smoother_start.hpp"
