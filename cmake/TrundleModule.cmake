@@ -19,11 +19,6 @@ if(TRUNDLE_SANITIZE)
                                                            -fno-sanitize=null,alignment,object-size,vptr
                                                            -fno-sanitize-recover=all -fno-omit-frame-pointer
                                                            -Wno-maybe-uninitialized -Wno-restrict)
-  # To watch where the scope of each of Eigen's temporaries ends keeps them out of registers: arithmetic takes twice as
-  # long, and the compiler a fifth longer. The fuzzers watch it in all that reads.
-  if(NOT TRUNDLE_SANITIZE_SCOPES AND NOT TRUNDLE_FUZZ)
-    target_compile_options(trundle_compile_options INTERFACE -fno-sanitize-address-use-after-scope)
-  endif()
   # Under AddressSanitizer Eigen allocates by hand what it takes from malloc elsewhere; Ceres was built without it, and
   # memory that one of the two allocates the other may free.
   target_compile_definitions(trundle_compile_options INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
