@@ -120,9 +120,8 @@ Chassis at_estimated_angles(Chassis standing, const Rows& rows, const Window& wi
     if (row.kind != RowKind::lateral) continue;
     Wheel& wheel = standing.all_wheels()[static_cast<std::size_t>(row.wheel)];
     const double rolled_m = rolling_row(wheel).dot(motion), skid_m = rows.H.row(i).dot(motion);
-    if (!wheel.steering || rolled_m == 0.0) continue;
-    const double share = std::min(1.0, misreading_variance(wheel, rolled_m) / window.variance[i]);
-    wheel.steering->reading_rad += share * std::atan(skid_m / rolled_m) / wheel.steering->scale;
+    if (wheel.steering && rolled_m != 0.0)
+      wheel.steering->reading_rad += std::atan(skid_m / rolled_m) / wheel.steering->scale;
   }
   return standing;
 }
