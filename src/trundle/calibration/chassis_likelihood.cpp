@@ -54,8 +54,11 @@ struct Context {
   const Chassis& chassis;
   const Rows& rows;
   std::span<const Parameter> parameters;
-  std::vector<RowMatrix> row_derivatives;
   Combinations P;
+  const Chassis& driven;    ///< as it moved, by which derivatives are taken: at_estimated_angles()
+  const Rows& driven_rows;  ///< of it
+  Eigen::MatrixXd driven_P;
+  std::vector<RowMatrix> row_derivatives;
   double variance_factor;
   double gate;
 };
@@ -63,12 +66,13 @@ struct Context {
 /// ∂(z / σ)/∂p · σ with z as the motion predicts it: a diameter scales reading and noise alike.
 RowVector predicted_derivative(const Context& context, const Parameter& parameter, const Vector3& twist,
                                const Increment& sum) {
+  const Rows& rows = context.driven_rows;
   if (is_of_velocity(parameter.kind))
-    return reading_derivative(parameter, context.chassis, context.rows,
-                              predicted(context.chassis, context.rows, twist, sum.duration_s));
+    return reading_derivative(parameter, context.driven, rows,
+                              predicted(context.driven, rows, twist, sum.duration_s));
   if (parameter.kind == ParameterKind::gyro_bias || parameter.kind == ParameterKind::gyro_time_offset)
-    return reading_derivative(parameter, context.chassis, context.rows, sum);
-  return reading_growth(parameter, context.chassis, context.rows).cwiseProduct(context.rows.H * twist);
+    return reading_derivative(parameter, context.driven, rows, sum);
+  return reading_growth(parameter, context.driven, rows).cwiseProduct(rows.H * twist);
 }
 
 /// y = Pᵀz, of covariance S = Pᵀ V P, and its derivatives: docs/theory/calibration.md, eq. 7.
@@ -83,18 +87,20 @@ void add_window(const Window& window, const Context& context, Information& infor
   for (std::size_t j = 0; j < context.parameters.size(); ++j) {
     const RowVector dz = predicted_derivative(context, context.parameters[j], twist, window.sum);
     J.col(static_cast<Eigen::Index>(j)) =
-        P.transpose() * (context.row_derivatives[j].topRows(n) * twist - dz.head(n));
+        context.driven_P.transpose() * (context.row_derivatives[j].topRows(n) * twist - dz.head(n));
   }
   add_within(information, J, inverse_of(S), P.transpose() * z.head(n), context.gate);
 }
 
-/// `driven`: the chassis as it moved; where no wheel is steered, the same.
-Context context_of(const Chassis& chassis, const Rows& rows, const Chassis& driven,
+/// `driven`, of `driven_rows`: the chassis as it moved; where no wheel is steered, the same.
+Context context_of(const Chassis& chassis, const Rows& rows, const Chassis& driven, const Rows& driven_rows,
                    std::span<const Parameter> parameters, const ChassisLikelihoodOptions& options) {
-  Context context{chassis,     rows, parameters, {}, left_null_space(rows), options.variance_factor,
-                  options.gate};
+  Context context{chassis,     rows, parameters, left_null_space(rows),   driven,
+                  driven_rows, {},   {},         options.variance_factor, options.gate};
+  const Eigen::MatrixXd null_space = left_null_space(driven_rows);
+  context.driven_P = null_space * (null_space.transpose() * context.P);  // the nearest to P
   for (const Parameter& parameter : parameters)
-    context.row_derivatives.push_back(row_derivative(parameter, driven, rows));
+    context.row_derivatives.push_back(row_derivative(parameter, driven, driven_rows));
   return context;
 }
 
@@ -137,9 +143,11 @@ void add_steered(const Increment& increment, const Chassis& chassis, std::span<c
   Window window{increment, rounding_of(standing, rows)};
   window.variance += noise_of(standing, rows, increment);
   add_steering_noise(standing, rows, window);
-  add_window(window,
-             context_of(standing, rows, at_estimated_angles(standing, rows, window), parameters, options),
-             information);
+  const Chassis driven = at_estimated_angles(standing, rows, window);
+  Rows driven_rows = rows_of(driven, chassis.gyro.has_value());
+  if (driven_rows.count() != rows.count()) return;
+  driven_rows.measured = rows.measured;
+  add_window(window, context_of(standing, rows, driven, driven_rows, parameters, options), information);
 }
 
 std::vector<Information> steered_likelihood(const Run& run, const Chassis& chassis,
@@ -170,7 +178,7 @@ std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot,
   const WindowSums* sums = options.sums ? options.sums : own ? &*own : nullptr;
   if (!sums) return result;
   const Rows rows = rows_of(chassis, chassis.gyro.has_value());
-  const Context context = context_of(chassis, rows, chassis, parameters, options);
+  const Context context = context_of(chassis, rows, chassis, rows, parameters, options);
   const RowVector rounding = rounding_of(chassis, rows);
   std::size_t part = 0;
   for (std::size_t i = 0; i < sums->windows.size(); ++i) {
