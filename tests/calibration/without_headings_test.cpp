@@ -1,0 +1,80 @@
+// References that have positions alone, of robots that can drive any way.
+#include <cstdio>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "trundle/calibration/calibrate.hpp"
+#include "trundle/statistics/distribution.hpp"
+
+#include "calibration/gyro_bias_oracle.hpp"
+#include "scale.hpp"
+
+namespace trundle::calibration {
+namespace {
+
+using namespace test::drifting_gyro;
+
+struct Squares {
+  double nees = 0.0;
+  double expected = 0.0;
+};
+
+/// Of all but the gyro's bias, which walks; of directions what they differ from their mean by, which no path
+/// shows.
+Squares squares_of(const CalibrationResult& result, const Machine& machine) {
+  std::vector<Eigen::Index> kept, directions;
+  std::vector<double> errors;
+  Eigen::Index row = 0;
+  for (const ParameterEstimate& e : result.parameters) {
+    if (!e.observable) continue;
+    if (e.parameter.kind == ParameterKind::direction)
+      directions.push_back(static_cast<Eigen::Index>(errors.size()));
+    if (e.parameter.kind != ParameterKind::gyro_bias) {
+      kept.push_back(row);
+      errors.push_back(e.value - value_of(e.parameter, machine.truth));
+    }
+    ++row;
+  }
+  Eigen::VectorXd error =
+      Eigen::Map<const Eigen::VectorXd>(errors.data(), static_cast<Eigen::Index>(errors.size()));
+  error(directions).array() -= error(directions).mean();
+  const Eigen::MatrixXd covariance = result.covariance_within(kept, kept);
+  const Eigen::VectorXd sigma = covariance.diagonal().cwiseSqrt();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+      covariance.cwiseQuotient(sigma * sigma.transpose()));
+  const Eigen::VectorXd along = eigen.eigenvectors().transpose() * error.cwiseQuotient(sigma);
+  Squares squares;
+  for (Eigen::Index i = 1; i < along.size(); ++i) {  // the first is the common direction, of no variance
+    squares.nees += along[i] * along[i] / eigen.eigenvalues()[i];
+    squares.expected += 1.0;
+  }
+  return squares;
+}
+
+/// It went round by whole radians, with a sigma of a tenth.
+TEST(WithoutHeadings, WhatIsAheadStaysAsGiven) {
+  const int trials = test::trials(4, 2);
+  for (const Machine& machine : {omni_machine(), pods_machine()}) {
+    Squares all;
+    for (int trial = 0; trial < trials; ++trial) {
+      const Driven runs =
+          driven(machine, {.rate_hz = 50.0, .headings = false, .runs = 3}, static_cast<std::uint64_t>(trial));
+      const CalibrationResult result = calibrate(runs.recordings, {}, machine.nominal);
+      EXPECT_THAT(result.unobservable,
+                  testing::Contains(testing::HasSubstr("in common: not observable from these runs: measure "
+                                                       "headings too")));
+      const Squares squares = squares_of(result, machine);
+      all.nees += squares.nees;
+      all.expected += squares.expected;
+    }
+    std::printf("%s: NEES %.1f, expected %.0f\n", machine.nominal.wheel_names.front().c_str(), all.nees,
+                all.expected);
+    EXPECT_LT(all.nees, chi_squared_limit(1e-3, all.expected));
+  }
+}
+
+}  // namespace
+}  // namespace trundle::calibration
