@@ -11,6 +11,7 @@
 #include "trundle/statistics/distribution.hpp"
 
 #include "calibration/gyro_bias_oracle.hpp"
+#include "calibration/stated_errors.hpp"
 #include "scale.hpp"
 
 namespace trundle::calibration {
@@ -59,17 +60,9 @@ TEST(NoisyGyro, ItsNoiseIsThatOfItsRests) {
     EXPECT_NEAR(result.calibrated.chassis.gyro->noise_rad_s_sqrt_hz, 10.0 * kGyroNoise,
                 0.25 * 10.0 * kGyroNoise);
     EXPECT_THAT(result.notes, testing::Contains(testing::StartsWith("gyro.noise_rad_s_sqrt_hz 0.00")));
-    std::vector<Eigen::Index> kept;
-    Eigen::VectorXd error(static_cast<Eigen::Index>(result.parameters.size()));
-    for (std::size_t j = 0; j < result.parameters.size(); ++j) {
-      const ParameterEstimate& parameter = result.parameters[j];
-      if (parameter.parameter == kGyroBias) continue;
-      kept.push_back(static_cast<Eigen::Index>(j));
-      error[kept.back()] = parameter.value - value_of(parameter.parameter, machine.truth);
-    }
-    const Eigen::VectorXd e = error(kept);
-    nees += e.dot(result.covariance_within(kept, kept).ldlt().solve(e));
-    degrees += static_cast<double>(kept.size());
+    const test::StatedErrors stated = test::stated_errors(result, machine.truth);
+    nees += stated.nees();
+    degrees += stated.expected_nees();
   }
   std::printf("squared errors over their sigmas: %.2f of each parameter\n", nees / degrees);
   EXPECT_LT(nees, chi_squared_limit(kChance, degrees));

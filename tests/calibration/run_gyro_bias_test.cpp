@@ -13,6 +13,7 @@
 #include "trundle/statistics/random.hpp"
 
 #include "calibration/gyro_bias_oracle.hpp"
+#include "calibration/stated_errors.hpp"
 #include "scale.hpp"
 
 namespace trundle::calibration {
@@ -65,24 +66,14 @@ struct Consistency {
 };
 
 void add(const CalibrationResult& result, const Driven& driven, const Machine& machine, Consistency& sum) {
-  std::vector<Eigen::Index> kept;
-  std::vector<double> errors;
-  Eigen::Index row = 0;
-  for (const ParameterEstimate& e : result.parameters) {
-    if (!e.observable) continue;
-    if (e.parameter != kGyroBias) {
-      kept.push_back(row);
-      errors.push_back(e.value - value_of(e.parameter, machine.truth));
-      ++sum.intervals;
-      sum.inside += std::abs(errors.back()) <= kNormalAt95 * e.sigma_within ? 1 : 0;
-    }
-    ++row;
+  const test::StatedErrors stated = test::stated_errors(result, machine.truth);
+  for (std::size_t i = 0; i < stated.parameters.size(); ++i) {
+    ++sum.intervals;
+    const double error = stated.error[static_cast<Eigen::Index>(i)];
+    sum.inside += std::abs(error) <= kNormalAt95 * stated.parameters[i].sigma_within ? 1 : 0;
   }
-  const Eigen::VectorXd error =
-      Eigen::Map<const Eigen::VectorXd>(errors.data(), static_cast<Eigen::Index>(errors.size()));
-  const Eigen::MatrixXd covariance = result.covariance_within(kept, kept);
-  sum.nees += error.dot(solve_ldlt(covariance, error));
-  sum.nees_expected += static_cast<double>(errors.size());
+  sum.nees += stated.nees();
+  sum.nees_expected += stated.expected_nees();
   for (std::size_t i = 0; i < result.runs.size(); ++i) {
     ASSERT_TRUE(result.runs[i].gyro_bias);
     const GyroBias& bias = *result.runs[i].gyro_bias;

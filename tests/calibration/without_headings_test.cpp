@@ -10,6 +10,7 @@
 #include "trundle/statistics/distribution.hpp"
 
 #include "calibration/gyro_bias_oracle.hpp"
+#include "calibration/stated_errors.hpp"
 #include "scale.hpp"
 
 namespace trundle::calibration {
@@ -25,23 +26,14 @@ struct Squares {
 /// Of all but the gyro's bias, which walks; of directions what they differ from their mean by, which no path
 /// shows.
 Squares squares_of(const CalibrationResult& result, const Machine& machine) {
-  std::vector<Eigen::Index> kept, directions;
-  std::vector<double> errors;
-  Eigen::Index row = 0;
-  for (const ParameterEstimate& e : result.parameters) {
-    if (!e.observable) continue;
-    if (e.parameter.kind == ParameterKind::direction)
-      directions.push_back(static_cast<Eigen::Index>(errors.size()));
-    if (e.parameter.kind != ParameterKind::gyro_bias) {
-      kept.push_back(row);
-      errors.push_back(e.value - value_of(e.parameter, machine.truth));
-    }
-    ++row;
-  }
-  Eigen::VectorXd error =
-      Eigen::Map<const Eigen::VectorXd>(errors.data(), static_cast<Eigen::Index>(errors.size()));
+  test::StatedErrors stated = test::stated_errors(result, machine.truth);
+  std::vector<Eigen::Index> directions;
+  for (std::size_t i = 0; i < stated.parameters.size(); ++i)
+    if (stated.parameters[i].parameter.kind == ParameterKind::direction)
+      directions.push_back(static_cast<Eigen::Index>(i));
+  Eigen::VectorXd& error = stated.error;
   error(directions).array() -= error(directions).mean();
-  const Eigen::MatrixXd covariance = result.covariance_within(kept, kept);
+  const Eigen::MatrixXd& covariance = stated.covariance;
   const Eigen::VectorXd sigma = covariance.diagonal().cwiseSqrt();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
       covariance.cwiseQuotient(sigma * sigma.transpose()));

@@ -5,12 +5,12 @@
 
 #include <gtest/gtest.h>
 
-#include "trundle/geometry/decompositions.hpp"
 #include "trundle/slam/smoothing/landmark_calibration.hpp"
 #include "trundle/slam/smoothing/own_biases.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 #include "calibration/gyro_bias_oracle.hpp"
+#include "calibration/stated_errors.hpp"
 #include "scale.hpp"
 
 namespace trundle::slam {
@@ -31,23 +31,18 @@ struct Consistency {
 };
 
 void add(const CalibrationResult& result, const Driven& driven, const Machine& machine, Consistency& sum) {
-  std::vector<Eigen::Index> kept;
-  Eigen::VectorXd error(static_cast<Eigen::Index>(result.parameters.size()));
-  for (std::size_t j = 0; j < result.parameters.size(); ++j) {
-    const ParameterEstimate& e = result.parameters[j];
+  for (const ParameterEstimate& e : result.parameters) {
     ASSERT_TRUE(e.observable) << e.name;
-    const auto row = static_cast<Eigen::Index>(j);
-    error[row] = e.value - value_of(e.parameter, machine.truth);
-    if (e.parameter != kGyroBias) kept.push_back(row);
     if (e.parameter != kGyroBias) continue;
     // The mean of so few, whose spread was found from them.
     const double t = student_t_limit(0.05, static_cast<double>(driven.recordings.size()) - 1.0);
-    sum.inside += std::abs(error[row]) <= t * e.sigma_within ? 1 : 0;
+    const double error = e.value - value_of(e.parameter, machine.truth);
+    sum.inside += std::abs(error) <= t * e.sigma_within ? 1 : 0;
     ++sum.commons;
   }
-  const Eigen::VectorXd e = error(kept);
-  sum.nees += e.dot(solve_ldlt(result.covariance_within(kept, kept), e));
-  sum.nees_expected += static_cast<double>(kept.size());
+  const test::StatedErrors stated = test::stated_errors(result, machine.truth);
+  sum.nees += stated.nees();
+  sum.nees_expected += stated.expected_nees();
   for (std::size_t i = 0; i < result.runs.size(); ++i) {
     ASSERT_TRUE(result.runs[i].gyro_bias);
     const GyroBias& bias = *result.runs[i].gyro_bias;

@@ -114,10 +114,9 @@ void add_steering_noise(const Chassis& standing, const Rows& rows, Window& windo
   }
 }
 
-/// With its wheels at the angles at which the motion by all readings has them, as far as those may be
-/// misread. Derivatives at what was read go with the very error that y is made of: of a tricycle's wheelbase
-/// and steering scale together they were nothing else, and made them zero. docs/theory/calibration.md, eq.
-/// 7a.
+/// With its wheels at the angles at which the motion by all readings has them. Derivatives at what was read
+/// go with the very error that y is made of: of a tricycle's wheelbase and steering scale together they were
+/// nothing else, and made them zero. docs/theory/calibration.md, eq. 7a.
 Chassis at_estimated_angles(Chassis standing, const Rows& rows, const Window& window) {
   const RowVector z = readings_of(standing, rows, window.sum).z;
   const Vector3 motion = estimate_twist(rows, {z, window.variance}).twist.vector();

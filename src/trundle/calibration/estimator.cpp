@@ -118,11 +118,14 @@ std::vector<std::optional<GyroBias>> gyro_biases_of(const Likelihood& likelihood
   return biases;
 }
 
-/// Whether anything shows which way the robot's own axes point: a heading, or where on it a reference sits.
+/// Whether anything shows which way the robot's own axes point: headings, an end in the frame of the start,
+/// or where on the robot a reference sits.
 bool shows_ahead(const CalibrationProblem& problem) {
+  const bool starts_known = std::ranges::any_of(
+      problem.runs, [](const Run& run) { return run.partial.end_x_m || run.partial.end_y_m; });
+  if (starts_known) return true;
   const bool has_headings = std::ranges::any_of(problem.runs, [](const Run& run) {
-    return !run.relative_motions.empty() || run.partial.end_heading_rad ||
-           std::ranges::any_of(run.reference.heading_rad, [](double rad) { return std::isfinite(rad); });
+    return !run.relative_motions.empty() || run.reference.has_headings();
   });
   const Pose2& place = problem.nominal.body_from_reference;
   const bool is_aside = place.x != 0.0 || place.y != 0.0;

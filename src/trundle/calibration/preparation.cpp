@@ -98,13 +98,11 @@ std::optional<std::string> set_shared_reference_clock(std::span<const Run> runs,
 /// upside down.
 void turn_gyro_by_positions(std::span<const Recording> recordings, ChannelAssignment& channels) {
   Robot& robot = channels.robot;
-  const auto has_heading = [](const Recording& r) {
-    return std::ranges::any_of(r.reference.heading_rad, [](double h) { return std::isfinite(h); });
-  };
+  const auto has_headings = [](const Recording& r) { return r.reference.has_headings(); };
   const auto contradicts = [&](const Recording& r) {
     return !r.reference.time_s.empty() && turns_contradict(r, robot, align(r, robot));
   };
-  if (!robot.chassis.gyro || std::ranges::any_of(recordings, has_heading) ||
+  if (!robot.chassis.gyro || std::ranges::any_of(recordings, has_headings) ||
       std::ranges::none_of(recordings, contradicts) ||
       !positions_bend_as_wheels_turn(prepare_runs(recordings, robot), robot))
     return;

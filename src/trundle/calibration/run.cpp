@@ -32,10 +32,6 @@ constexpr double kShortestForBias_s = 10.0 * kShortestEpochSpacing_s;
 // For a median of what is usual.
 constexpr std::size_t kFewestEpochsForJumps = 10;
 
-bool any_finite(const std::vector<double>& values) {
-  return std::ranges::any_of(values, [](double v) { return std::isfinite(v); });
-}
-
 /// Whether nothing may be interpolated from the sample before to this one.
 bool is_gap(const std::vector<double>& t, std::size_t after) {
   const double step_s = t[after] - t[after - 1];
@@ -182,7 +178,7 @@ ReferenceSample sample_reference(const ReferenceStream& reference, double time_s
 }
 
 bool Run::measures_length() const {
-  return any_finite(reference.x_m) || !relative_motions.empty() || partial.distance_m || partial.end_x_m ||
+  return reference.has_positions() || !relative_motions.empty() || partial.distance_m || partial.end_x_m ||
          partial.end_y_m;
 }
 

@@ -66,12 +66,6 @@ DraftQuestion draft_question_of(const InitQuestion& question, Provenance& proven
   return draft;
 }
 
-std::vector<std::string> texts_of(const std::vector<fs::path>& paths) {
-  std::vector<std::string> texts;
-  for (const fs::path& path : paths) texts.push_back(path.string());
-  return texts;
-}
-
 InitJson json_of(const DraftStream& stream) {
   InitJson json = {{"stream", stream.table}, {"file", stream.file}};
   if (!stream.topic.empty()) json["topic"] = stream.topic;
@@ -125,7 +119,7 @@ InitAnswer answer_init(const InitQuestion& question) {
   answer.draft = completed(std::move(draft), std::move(draft_question), question.log);
   const std::string head = head_of(answer.provenance);
   const fs::path map = question.folder / "recording.toml";
-  answer.draft.gyro = gyro_at_rest(answer.draft, map, texts_of(question.message_folders));
+  answer.draft.gyro = gyro_at_rest(answer.draft, map, question.message_folders);
   answer.files.push_back({question.folder / "robot.toml", head + robot_toml(answer.draft)});
   answer.files.push_back({map, head + recording_toml(answer.draft)});
   for (const OutputFile& file : answer.files) require_unedited(file);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <deque>
 #include <map>
 #include <set>
@@ -205,7 +206,19 @@ std::vector<fs::path> found_below(const fs::path& folder) {
   return found;
 }
 
+bool any_finite(const std::vector<double>& values) {
+  return std::ranges::any_of(values, [](double v) { return std::isfinite(v); });
+}
+
 }  // namespace
+
+bool ReferenceStream::has_positions() const {
+  return any_finite(x_m);
+}
+
+bool ReferenceStream::has_headings() const {
+  return any_finite(heading_rad);
+}
 
 bool PartialReference::empty() const {
   return !closed && !closed_heading && !distance_m && !turns && !end_x_m && !end_y_m && !end_heading_rad;
@@ -261,8 +274,8 @@ Recording read_recording(const fs::path& path, const ReadOptions& options) {
 }
 
 Recording read_mapped_by(std::string_view text, const fs::path& file,
-                         const std::vector<std::string>& msg_path) {
-  const LogContext context{{}, logs::Definitions({msg_path.begin(), msg_path.end()})};
+                         const std::vector<fs::path>& message_folders) {
+  const LogContext context{{}, logs::Definitions(message_folders)};
   Recording recording;
   read_streams(parse_recording_map(text, file, {}, context), context.definitions, recording);
   return recording;

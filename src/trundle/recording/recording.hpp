@@ -87,6 +87,9 @@ struct ReferenceStream {
   std::vector<double> y_m;
   std::vector<double> heading_rad;
   StreamOrigin origin = {};
+
+  [[nodiscard]] bool has_positions() const;  ///< any
+  [[nodiscard]] bool has_headings() const;   ///< any
 };
 
 /// Displacements of the reference sensor in its own frame over intervals, as scan matching gives them.
@@ -160,7 +163,7 @@ Recording read_recording(const std::filesystem::path& folder, const ReadOptions&
 
 /// What the text of a recording.toml maps, were it in that file. Throws as read_recording() does.
 Recording read_mapped_by(std::string_view text, const std::filesystem::path& file,
-                         const std::vector<std::string>& msg_path = {});
+                         const std::vector<std::filesystem::path>& message_folders = {});
 
 /// Numbers of the robots that a UTIAS MRCLAM folder holds, in order; none where it is no such folder.
 [[nodiscard]] std::vector<int> mrclam_robots(const std::filesystem::path& folder);

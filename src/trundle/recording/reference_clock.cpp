@@ -85,10 +85,6 @@ double longest_way(const std::vector<ReferenceStep>& seen, const std::vector<Ref
   return ratios.empty() ? 0.0 : kFasterThanAnyMotion * median(ratios) * farthest_m;
 }
 
-bool any_finite(const std::vector<double>& values) {
-  return std::ranges::any_of(values, [](double v) { return std::isfinite(v); });
-}
-
 /// One log, ready to be compared at any offset.
 struct LogOnTwoClocks {
   MotionPath path;
@@ -110,14 +106,14 @@ struct LogOnTwoClocks {
 std::optional<LogOnTwoClocks> on_two_clocks(const ReferenceLog& log, const Robot& robot,
                                             double shortest_window_s) {
   const ReferenceStream& reference = log.reference;
-  if (reference.time_s.size() < 2 || !any_finite(reference.x_m)) return std::nullopt;
+  if (reference.time_s.size() < 2 || !reference.has_positions()) return std::nullopt;
   std::optional<MotionPath> path = motion_path(log.readings, robot);
   if (!path) return std::nullopt;
   LogOnTwoClocks result{.path = *std::move(path), .mount = robot.body_from_reference, .seen = {}};
   result.sample_s = median_step(reference.time_s);
   result.row_s = median_step(result.path.time_s);
   result.window_s = std::max(shortest_window_s, result.sample_s);
-  result.has_heading = any_finite(reference.heading_rad);
+  result.has_heading = reference.has_headings();
   result.seen = steps_of(reference, result.window_s, result.has_heading);
   if (result.seen.empty()) return std::nullopt;
   const double given_s = robot.reference_time_offset_s;

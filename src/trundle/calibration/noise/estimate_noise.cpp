@@ -25,21 +25,23 @@ Robot noisy_robot(const Robot& robot, const NoiseLevels& levels) {
   return without_rounding(with_noise(robot, levels));
 }
 
-/// Which of x, y, heading an innovation is judged by.
-struct Components {
+/// A level of the reference's noise, and which of x, y, heading show it.
+struct Shown {
+  double ReferenceNoise::*sigma;
   int first, end;
+  double smallest;
 };
-constexpr Components kPosition{0, 2};
-constexpr Components kHeading{2, 3};
+constexpr Shown kPosition{&ReferenceNoise::position_m, 0, 2, kSmallestPositionNoise_m};
+constexpr Shown kHeading{&ReferenceNoise::heading_rad, 2, 3, kSmallestHeadingNoise_rad};
 
 /// Mean squared innovation per scalar, outliers cut; 1 is consistent.
 double innovation_size(std::span<const Run> runs, const Robot& robot, const ReferenceNoise& noise,
-                       Components components) {
+                       const Shown& of) {
   double sum = 0.0, count = 0.0;
   for (const Run& run : runs)
     for (const Innovation& innovation :
          stream_likelihood(run, robot, {}, {.reference_noise = noise}).innovations)
-      for (int i = components.first; i < components.end; ++i)
+      for (int i = of.first; i < of.end; ++i)
         if (const double z = innovation.normalised(i); z != 0.0) {
           sum += std::min(z * z, kLargestInnovation);
           count += 1.0;
@@ -47,23 +49,17 @@ double innovation_size(std::span<const Run> runs, const Robot& robot, const Refe
   return count == 0.0 ? 1.0 : sum / count;
 }
 
-/// The noise that makes innovations as large as expected: bisection on its logarithm.
-template <class SizeWith>
-double consistent_noise(double smallest, const SizeWith& size_with) {
-  double low = std::log(smallest);
+/// The level that makes its innovations as large as expected: bisection on its logarithm.
+double consistent_noise(std::span<const Run> runs, const Robot& robot, ReferenceNoise noise,
+                        const Shown& of) {
+  double low = std::log(of.smallest);
   double high = std::log(kLargestReferenceNoise);
   for (int i = 0; i < 20; ++i) {
     const double middle = 0.5 * (low + high);
-    (size_with(std::exp(middle)) > 1.0 ? low : high) = middle;
+    noise.*of.sigma = std::exp(middle);
+    (innovation_size(runs, robot, noise, of) > 1.0 ? low : high) = middle;
   }
   return std::exp(high);
-}
-
-double consistent_position_noise(std::span<const Run> runs, const Robot& robot, ReferenceNoise noise) {
-  return consistent_noise(kSmallestPositionNoise_m, [&](double sigma_m) {
-    noise.position_m = sigma_m;
-    return innovation_size(runs, robot, noise, kPosition);
-  });
 }
 
 /// Of the reference's headings, by the growth of their differences; where that shows none, as over short lags
@@ -74,12 +70,7 @@ void set_heading_noise(std::span<const Run> runs, const Robot& robot, const std:
   ReferenceNoise& reference = levels.reference;
   reference.heading_rad = growth ? growth->reference_sigma : 0.0;
   if (reference.heading_rad > kSmallestHeadingNoise_rad) return;
-  const Robot noisy = noisy_robot(robot, levels);
-  ReferenceNoise noise = reference;
-  reference.heading_rad = consistent_noise(kSmallestHeadingNoise_rad, [&](double sigma_rad) {
-    noise.heading_rad = sigma_rad;
-    return innovation_size(runs, noisy, noise, kHeading);
-  });
+  reference.heading_rad = consistent_noise(runs, noisy_robot(robot, levels), reference, kHeading);
 }
 
 /// Correlation of each normalised innovation with the one before it; 0 where it may be chance.
@@ -166,7 +157,7 @@ NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot) {
     if (const auto levels = levels_by_likelihood(runs, robot)) return {*levels, true};
   const Robot noisy = noisy_robot(robot, noise.levels);
   ReferenceNoise& reference = noise.levels.reference;
-  reference.position_m = consistent_position_noise(runs, noisy, reference);
+  reference.position_m = consistent_noise(runs, noisy, reference, kPosition);
   allow_for_correlation(runs, noisy, reference);
   return noise;
 }

@@ -127,8 +127,9 @@ struct DraftQuestion {
 /// What the rests of the drafted recording, which is to be in that file, show of its gyro. Nothing where they
 /// leave the noise open by more than a tenth, where the resolution of its readings hides it, or where they
 /// are differences of angles, which say nothing of a rate's noise.
-[[nodiscard]] std::optional<DraftGyro> gyro_at_rest(const Draft& draft, const std::filesystem::path& file,
-                                                    const std::vector<std::string>& msg_path);
+[[nodiscard]] std::optional<DraftGyro> gyro_at_rest(
+    const Draft& draft, const std::filesystem::path& file,
+    const std::vector<std::filesystem::path>& message_folders);
 
 /// The CSV files of a folder as if they were topics of a log; `metadata` is what recording.toml has to say of
 /// their format. Throws InputError where there is none.

@@ -32,13 +32,13 @@ bool is_of_angles(const DraftStream& stream) {
 }  // namespace
 
 std::optional<DraftGyro> gyro_at_rest(const Draft& draft, const std::filesystem::path& file,
-                                      const std::vector<std::string>& msg_path) {
+                                      const std::vector<std::filesystem::path>& message_folders) {
   const auto gyro = std::ranges::find(draft.streams, "gyro", &DraftStream::table);
   if (gyro == draft.streams.end() || is_of_angles(*gyro)) return std::nullopt;
   std::optional<GyroNoise> noise;
   try {
     const std::string map = recording_toml(of_turns_and_rests(draft, file.parent_path()));
-    noise = gyro_noise(read_mapped_by(map, file, msg_path), Chassis{});
+    noise = gyro_noise(read_mapped_by(map, file, message_folders), Chassis{});
   } catch (const InputError&) {
     return std::nullopt;  // a draft that does not read yet is for a person to fill in
   }
