@@ -16,7 +16,7 @@ namespace {
 constexpr double kSmallestShare = 1e-6;  // less than any run shows
 constexpr double kLargestShare = 100.0;  // the gyro is broken
 // To which its logarithm is sought.
-constexpr double kFinestLog = 0.01;
+constexpr double kFinestLogSpread = 0.01;
 
 /// What each run says of the shared parameters and its own.
 struct RunsInformation {
@@ -64,7 +64,7 @@ double given_gyro_bias_spread(const CalibrationProblem& problem) {
 
 GyroBiasSpread most_likely_spread(double given_rad_s, const std::function<double(double)>& deviance) {
   const Bracket bracket{std::log(kSmallestShare * given_rad_s), std::log(kLargestShare * given_rad_s),
-                        kFinestLog};
+                        kFinestLogSpread};
   const auto found = [&](double log_spread) { return deviance(std::exp(log_spread)); };
   // Of a gamma distribution with the shape 2 [Chung et al. 2013], whose mode is the robot file's.
   const auto with_prior = [&](double log_spread) {

@@ -79,7 +79,8 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
   const std::vector<Parameter> all = with_own(likelihood.problem.parameters, own);
   const auto n = static_cast<Eigen::Index>(all.size());
   const auto parameters = std::span(all).first(without_clock(all, own));
-  const Robot noisy = noisy_robot(robot, likelihood);
+  const Robot rounding = noisy_robot(robot, likelihood);  // which is that of a window, but of no interval
+  const Robot noisy = without_rounding(rounding);
   const int blocks = likelihood.blocks_of_a_run();
   const std::optional<double> gyro_noise = own_gyro_noise(likelihood.problem);
   RunInformation result;
@@ -91,7 +92,7 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
   append(result.blocks, n, stream.blocks);
   append(result.blocks, n, partial_likelihood(run, noisy, parameters, gyro_noise).blocks);
   append(result.blocks, n,
-         chassis_likelihood(run, noisy, parameters,
+         chassis_likelihood(run, rounding, parameters,
                             {.blocks = blocks,
                              .variance_factor = likelihood.redundancy_factor,
                              .gate = likelihood.gate,
@@ -174,7 +175,7 @@ void set_own_parameters(const Robot& robot, Likelihood& likelihood) {
 }
 
 Robot noisy_robot(const Robot& robot, const Likelihood& likelihood) {
-  return with_noise_of_readings(without_rounding(with_noise(robot, likelihood.noise.levels)),
+  return with_noise_of_readings(with_noise(robot, likelihood.noise.levels),
                                 likelihood.problem.nominal.chassis);
 }
 

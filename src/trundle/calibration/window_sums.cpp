@@ -27,11 +27,11 @@ class OpenWindow {
     add(part_, increment);
     if (part_.duration_s >= window_s_ / kPartsOfAWindow - 1e-9) close_part();
   }
-  bool is_full() const { return sum_.duration_s >= window_s_ - 1e-9; }
+  bool is_full() const { return calibration::is_full(sum_.duration_s, window_s_); }
 
   void close(std::size_t last, WindowSums& sums) {
     close_part();
-    if (sum_.duration_s >= 0.5 * window_s_) {
+    if (is_kept(sum_.duration_s, window_s_)) {
       sums.windows.push_back(sum_);
       for (const Increment& part : parts_) sums.parts.push_back(part);
       sums.parts_end.push_back(sums.parts.size());
@@ -54,6 +54,14 @@ class OpenWindow {
 };
 
 }  // namespace
+
+bool is_full(double duration_s, double window_s) {
+  return duration_s >= window_s - 1e-9;  // by rounding
+}
+
+bool is_kept(double duration_s, double window_s) {
+  return duration_s >= 0.5 * window_s;
+}
 
 std::optional<WindowSums> window_sums(const Run& run, const Chassis& chassis, double window_s) {
   const bool with_gyro = chassis.gyro.has_value();

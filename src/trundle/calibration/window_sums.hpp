@@ -21,6 +21,10 @@ struct WindowSums {
   std::size_t increments = 0;          ///< of the run
 };
 
+/// Whether a window of so many seconds is as long as wanted, and whether one that ends before is kept.
+[[nodiscard]] bool is_full(double duration_s, double window_s);
+[[nodiscard]] bool is_kept(double duration_s, double window_s);
+
 /// Nothing where wheels are steered, or where motion explains whatever is read.
 [[nodiscard]] std::optional<WindowSums> window_sums(const Run& run, const Chassis& chassis, double window_s);
 

@@ -1,0 +1,98 @@
+#include "trundle/calibration/contradiction.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "trundle/chassis/contact.hpp"
+
+namespace trundle::calibration {
+namespace {
+
+/// What a motion makes the wheels read.
+Increment predicted(const Chassis& chassis, const Rows& rows, const Vector3& motion, double duration_s) {
+  Increment increment{.duration_s = duration_s, .has_gyro = true};
+  for (int i = 0; i < rows.measured; ++i) {
+    const Row& row = rows.row[static_cast<std::size_t>(i)];
+    const auto wheel = static_cast<std::size_t>(std::max(row.wheel, 0));
+    const double z = rows.H.row(i).dot(motion);
+    if (row.kind == RowKind::wheel) increment.turned[wheel] = z / (kPi * chassis.wheels()[wheel].diameter_m);
+  }
+  if (chassis.wheel_count > 0) return increment;
+  const ForwardAndTurn read = read_as(chassis.velocity, {motion.x(), motion.z()}, duration_s);
+  increment.turned[0] = read.forward_m;
+  increment.turned[1] = read.turn_rad;
+  return increment;
+}
+
+/// ∂(z / σ)/∂p · σ with z as the motion predicts it: a diameter scales reading and noise alike.
+RowVector predicted_derivative(const Comparison& comparison, const Parameter& parameter, const Vector3& twist,
+                               const Increment& sum) {
+  const Rows& rows = comparison.driven_rows;
+  if (is_of_velocity(parameter.kind))
+    return reading_derivative(parameter, comparison.driven, rows,
+                              predicted(comparison.driven, rows, twist, sum.duration_s));
+  if (parameter.kind == ParameterKind::gyro_bias || parameter.kind == ParameterKind::gyro_time_offset)
+    return reading_derivative(parameter, comparison.driven, rows, sum);
+  return reading_growth(parameter, comparison.driven, rows).cwiseProduct(rows.H * twist);
+}
+
+}  // namespace
+
+RowVector rounding_of(const Chassis& chassis, const Rows& rows) {
+  RowVector variance = RowVector::Zero(rows.count());
+  for (int i = 0; i < rows.measured; ++i)
+    if (const Row& row = rows.row[static_cast<std::size_t>(i)]; row.kind == RowKind::wheel)
+      variance[i] = 2.0 * rounding_variance(chassis.wheels()[static_cast<std::size_t>(row.wheel)]);
+  return variance;
+}
+
+RowVector noise_of(const Chassis& chassis, const Rows& rows, const Vector3& motion, double duration_s) {
+  RowVector variance = readings_of(chassis, rows, predicted(chassis, rows, motion, duration_s)).variance -
+                       rounding_of(chassis, rows);
+  for (int i = 0; i < rows.count(); ++i) {
+    const Row& row = rows.row[static_cast<std::size_t>(i)];
+    if (row.kind != RowKind::lateral) continue;
+    const Wheel& wheel = chassis.all_wheels()[static_cast<std::size_t>(row.wheel)];
+    if (wheel.steering) variance[i] += misreading_variance(wheel, rolling_row(wheel).dot(motion));
+  }
+  return variance;
+}
+
+Vector3 estimated_motion(const Chassis& chassis, const Rows& rows, const Increment& part) {
+  const Vector3 roughly = twist_of(chassis, rows, part).vector();
+  const RowVector variance = noise_of(chassis, rows, roughly, part.duration_s);
+  if (!(variance.array() > 0.0).all()) return roughly;  // all is exact, as of a robot that stands
+  return estimate_twist(rows, {readings_of(chassis, rows, part).z, variance}).twist.vector();
+}
+
+Eigen::MatrixXd nearest_null_space(const Eigen::MatrixXd& P, const Rows& rows) {
+  const Eigen::MatrixXd null_space = left_null_space(rows);
+  return null_space * (null_space.transpose() * P);
+}
+
+Comparison comparison_of(const Chassis& chassis, const Rows& rows, const Chassis& driven,
+                         const Rows& driven_rows, const Eigen::MatrixXd& P,
+                         std::span<const Parameter> parameters) {
+  Comparison comparison{chassis, rows, parameters, P, driven, driven_rows, nearest_null_space(P, driven_rows),
+                        {}};
+  for (const Parameter& parameter : parameters)
+    comparison.row_derivatives.push_back(row_derivative(parameter, driven, driven_rows));
+  return comparison;
+}
+
+Contradiction contradiction_of(const Comparison& comparison, const Increment& sum, const Vector3& motion,
+                               const RowVector& variance) {
+  const int n = comparison.rows.measured;
+  Contradiction result{
+      comparison.P.transpose() * readings_of(comparison.chassis, comparison.rows, sum).z.head(n),
+      comparison.driven_P.transpose() * variance.head(n).asDiagonal() * comparison.driven_P,
+      Eigen::MatrixXd(comparison.P.cols(), static_cast<Eigen::Index>(comparison.parameters.size()))};
+  for (std::size_t j = 0; j < comparison.parameters.size(); ++j) {
+    const RowVector dz = predicted_derivative(comparison, comparison.parameters[j], motion, sum);
+    result.J.col(static_cast<Eigen::Index>(j)) =
+        comparison.driven_P.transpose() * (comparison.row_derivatives[j].topRows(n) * motion - dz.head(n));
+  }
+  return result;
+}
+
+}  // namespace trundle::calibration
