@@ -86,7 +86,7 @@ CalibrationRecord record_of(const CalibrationResult& result, const Estimate& est
   record.covariance = result.covariance_total;
   if (estimate.noise.from_runs)
     record.provenance.push_back(
-        fmt::format("noise.wheel_per_sqrt_m {:.3g} measured from the growth of heading errors along the runs",
+        fmt::format("noise.wheel_per_sqrt_m {:.3g} measured against the references of the runs",
                     estimate.noise.levels.wheel_per_sqrt_m));
   return record;
 }

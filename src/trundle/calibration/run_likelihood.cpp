@@ -19,6 +19,7 @@ using Weight = ReferenceMeasurement::Weight;
 Innovation innovation_of(const ReferenceMeasurement& m, const Weight& W, double time_s, double distance) {
   Innovation innovation{.time_s = time_s,
                         .squared_mahalanobis = distance,
+                        .log_determinant = -std::log(W.determinant()),
                         .normalised = Vector3::Zero(),
                         .count = static_cast<int>(m.innovation.size())};
   const Weight S = W.inverse();

@@ -3,74 +3,91 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include "trundle/calibration/noise/growth.hpp"
 #include "trundle/calibration/noise/learn_noise.hpp"
+#include "trundle/calibration/noise/level_search.hpp"
 #include "trundle/calibration/run_likelihood.hpp"
 
 namespace trundle::calibration {
 namespace {
 
-// Less is below the resolution of any encoder or reference: it would only make matrices singular.
-constexpr double kSmallestWheelNoise = 1e-5;  // [m/√m]
-constexpr double kSmallestHeadingNoise_rad = 1e-5;
-constexpr double kSmallestPositionNoise_m = 1e-5;  // to 1 m or rad: where the reference's noise is looked for
-constexpr double kLargestReferenceNoise = 1.0;     // by 20 bisections: to 1e-5 of its logarithm
+// A level from n residuals is known to 1/√(2n) of itself: to a sixth.
+constexpr std::size_t kFewestInnovations = 20;
+// Less is below the resolution of any encoder or reference, more is none: there levels are looked for.
+constexpr double kSmallest = 1e-5, kLargestWheelNoise = 3.0,
+                 kLargestReferenceNoise = 1.0;  // [m/√m]; [m], [rad]
+constexpr double kLargestGyroNoise = 1.0;       // [rad/s/√Hz]
+// Times that every level is sought while the others stay, at most.
+constexpr int kMostRounds = 4;
+// Squared Mahalanobis innovations beyond this (P(χ²₃ > 30) = 1.4e-6) count as that much: lost tracking.
+constexpr double kLargestInnovation = 30.0;
+// Of a level that is averaged over: from one to the next, and how far below the likeliest its square counts.
+constexpr double kNextLevel = 1.4142135623730951;
+constexpr int kLevelsBelow = 6;  // to a 64th of the square
+// Deviance above the least beyond which a level is impossible: e⁻⁸ of its likelihood.
+constexpr double kImpossible = 16.0;
 // Correlation of neighbouring innovations beyond which they are taken for one error, 39 times as long.
 constexpr double kLargestCorrelation = 0.95;
-// Squared innovations beyond this (1e-6 by chance) count as that much: lost tracking.
-constexpr double kLargestInnovation = 24.0;
 
 Robot noisy_robot(const Robot& robot, const NoiseLevels& levels) {
   return without_rounding(with_noise(robot, levels));
 }
 
-/// A level of the reference's noise, and which of x, y, heading show it.
-struct Shown {
-  double ReferenceNoise::*sigma;
-  int first, end;
-  double smallest;
-};
-constexpr Shown kPosition{&ReferenceNoise::position_m, 0, 2, kSmallestPositionNoise_m};
-constexpr Shown kHeading{&ReferenceNoise::heading_rad, 2, 3, kSmallestHeadingNoise_rad};
-
-/// Mean squared innovation per scalar, outliers cut; 1 is consistent.
-double innovation_size(std::span<const Run> runs, const Robot& robot, const ReferenceNoise& noise,
-                       const Shown& of) {
-  double sum = 0.0, count = 0.0;
+/// docs/theory/calibration-noise.md, eq. 8.
+double innovation_deviance(std::span<const Run> runs, const Robot& robot, const NoiseLevels& levels) {
+  double deviance = 0.0;
   for (const Run& run : runs)
     for (const Innovation& innovation :
-         stream_likelihood(run, robot, {}, {.reference_noise = noise}).innovations)
-      for (int i = of.first; i < of.end; ++i)
-        if (const double z = innovation.normalised(i); z != 0.0) {
-          sum += std::min(z * z, kLargestInnovation);
-          count += 1.0;
-        }
-  return count == 0.0 ? 1.0 : sum / count;
+         stream_likelihood(run, noisy_robot(robot, levels), {}, {.reference_noise = levels.reference})
+             .innovations)
+      deviance += std::min(innovation.squared_mahalanobis, kLargestInnovation) + innovation.log_determinant;
+  return deviance;
 }
 
-/// The level that makes its innovations as large as expected: bisection on its logarithm.
-double consistent_noise(std::span<const Run> runs, const Robot& robot, ReferenceNoise noise,
-                        const Shown& of) {
-  double low = std::log(of.smallest);
-  double high = std::log(kLargestReferenceNoise);
-  for (int i = 0; i < 20; ++i) {
-    const double middle = 0.5 * (low + high);
-    noise.*of.sigma = std::exp(middle);
-    (innovation_size(runs, robot, noise, of) > 1.0 ? low : high) = middle;
+bool have_headings(std::span<const Run> runs) {
+  return std::ranges::any_of(runs, [](const Run& run) { return run.reference.has_headings(); });
+}
+
+constexpr FreeLevel kPosition{[](NoiseLevels& levels) -> double& { return levels.reference.position_m; },
+                              kSmallest, kLargestReferenceNoise};
+constexpr FreeLevel kHeading{[](NoiseLevels& levels) -> double& { return levels.reference.heading_rad; },
+                             kSmallest, kLargestReferenceNoise};
+
+/// What innovations show: the gyro's is not less than what is known of it.
+std::vector<FreeLevel> free_levels(std::span<const Run> runs, const Robot& robot) {
+  std::vector<FreeLevel> levels = {
+      {[](NoiseLevels& l) -> double& { return l.wheel_per_sqrt_m; }, kSmallest, kLargestWheelNoise},
+      kPosition};
+  if (have_headings(runs)) levels.push_back(kHeading);
+  if (robot.chassis.gyro)
+    levels.push_back({[](NoiseLevels& l) -> double& { return l.gyro_rad_s_sqrt_hz; },
+                      std::max(robot.chassis.gyro->noise_rad_s_sqrt_hz, kSmallest), kLargestGyroNoise});
+  return levels;
+}
+
+/// Root of the mean of the squares that the wheels' noise may have, each as likely as it makes the
+/// innovations: that nothing was seen of it does not mean that there is none. Eq. 8b.
+double possible_wheel_noise(const NoiseLevels& likeliest, const Deviance& deviance) {
+  const double least = deviance(likeliest);
+  double sum = 0.0, weights = 0.0;
+  const auto take = [&](double level) {  // returns whether it is possible
+    NoiseLevels levels = likeliest;
+    levels.wheel_per_sqrt_m = level;
+    const double above = deviance(levels) - least;
+    const double square = level * level;
+    const double weight = std::exp(-0.5 * above) * square;  // of all squares from here to the next level
+    sum += weight * square;
+    weights += weight;
+    return above < kImpossible;
+  };
+  double level = likeliest.wheel_per_sqrt_m;
+  while (level < kLargestWheelNoise && take(level)) level *= kNextLevel;
+  level = likeliest.wheel_per_sqrt_m;
+  for (int i = 0; i < kLevelsBelow && take(level /= kNextLevel); ++i) {
   }
-  return std::exp(high);
-}
-
-/// Of the reference's headings, by the growth of their differences; where that shows none, as over short lags
-/// what a gyro walks hides it, by innovations. Taken for none, it would have to be the positions that make up
-/// for it.
-void set_heading_noise(std::span<const Run> runs, const Robot& robot, const std::optional<Growth>& growth,
-                       NoiseLevels& levels) {
-  ReferenceNoise& reference = levels.reference;
-  reference.heading_rad = growth ? growth->reference_sigma : 0.0;
-  if (reference.heading_rad > kSmallestHeadingNoise_rad) return;
-  reference.heading_rad = consistent_noise(runs, noisy_robot(robot, levels), reference, kHeading);
+  return std::sqrt(sum / weights);
 }
 
 /// Correlation of each normalised innovation with the one before it; 0 where it may be chance.
@@ -101,65 +118,61 @@ void allow_for_correlation(std::span<const Run> runs, const Robot& robot, Refere
   noise.heading_persistence = std::sqrt((1.0 + rho.z()) / (1.0 - rho.z()));
 }
 
-/// The robot as if its gyro were perfect: what then grows in its position is the wheels'.
-Robot with_perfect_gyro(Robot robot) {
-  robot.chassis.gyro->noise_rad_s_sqrt_hz = 0.0;
-  robot.chassis.gyro->bias_walk_rad_s_sqrt_s = 0.0;
-  return robot;
+std::size_t innovations_of(std::span<const Run> runs) {
+  std::size_t count = 0;
+  for (const Run& run : runs) count += run.epochs.empty() ? 0 : run.epochs.size() - 1;
+  return count;
 }
 
-double grown(double wheel_per_sqrt_m, const Growth& growth) {
-  return std::max(wheel_per_sqrt_m * growth.possible, kSmallestWheelNoise);
-}
-
-/// Where a gyro shows the heading, the heading shows the gyro's noise, and the position the wheels'.
-bool set_by_growth_with_gyro(std::span<const Run> runs, const Robot& robot, NoiseLevels& levels) {
-  if (!have_lags(runs)) return false;
-  const auto set_wheels = [&] {
-    const auto growth = growth_of_position(runs, with_perfect_gyro(noisy_robot(robot, levels)),
-                                           {levels.gyro_rad_s_sqrt_hz, levels.reference.heading_rad});
-    if (growth) levels.wheel_per_sqrt_m = grown(levels.wheel_per_sqrt_m, *growth);
-    return growth.has_value();
+/// The levels that make the innovations likeliest.
+NoiseLevels levels_by_innovations(std::span<const Run> runs, const Robot& robot) {
+  const Deviance deviance = [&](const NoiseLevels& levels) {
+    return innovation_deviance(runs, robot, levels);
   };
-  if (!set_wheels()) return false;  // as far as headings are known by the robot file
-  const auto of_heading = growth_of_heading(runs, noisy_robot(robot, levels));
-  if (of_heading) levels.gyro_rad_s_sqrt_hz *= std::max(of_heading->odometry, 1.0);
-  set_heading_noise(runs, robot, of_heading, levels);
-  set_wheels();
-  return true;
+  NoiseLevels levels = noise_levels_of(robot);
+  improve(free_levels(runs, robot), kMostRounds, deviance, levels);
+  levels.wheel_per_sqrt_m = possible_wheel_noise(levels, deviance);
+  return levels;
 }
 
-bool set_by_growth_of_wheels(std::span<const Run> runs, const Robot& robot, NoiseLevels& levels) {
+/// Where headings are the wheels' and the reference shows them: the wheels' by what grows of their
+/// differences, whatever the reference errs by for seconds; its own by innovations.
+std::optional<NoiseLevels> levels_by_growth(std::span<const Run> runs, const Robot& robot) {
+  if (robot.chassis.gyro || !have_headings(runs)) return std::nullopt;
+  NoiseLevels levels = noise_levels_of(robot);
   const auto growth = growth_of_heading(runs, noisy_robot(robot, levels));
-  if (!growth) return false;
-  levels.wheel_per_sqrt_m = grown(levels.wheel_per_sqrt_m, *growth);
-  set_heading_noise(runs, robot, growth, levels);
-  return true;
+  if (!growth) return std::nullopt;
+  levels.wheel_per_sqrt_m = std::max(levels.wheel_per_sqrt_m * growth->possible, kSmallest);
+  std::vector<FreeLevel> free = {kPosition};
+  if (growth->reference_sigma > kSmallest)
+    levels.reference.heading_rad = growth->reference_sigma;
+  else
+    free.push_back(kHeading);  // taken for none, it would have to be the positions that make up for it
+  improve(
+      free, kMostRounds, [&](const NoiseLevels& l) { return innovation_deviance(runs, robot, l); }, levels);
+  return levels;
 }
 
-/// Runs too short for lags: by what odometry misses of their displacements.
-std::optional<NoiseLevels> levels_by_likelihood(std::span<const Run> runs, const Robot& robot) {
+/// Of runs of few epochs: by what odometry misses of all their displacements.
+std::optional<NoiseLevels> levels_by_displacements(std::span<const Run> runs, const Robot& robot) {
   const auto learned = learn_noise_if_possible(runs, robot, {.per_wheel = false});
   if (!learned) return std::nullopt;
   NoiseLevels levels = learned->levels;
-  levels.reference.position_m = std::max(levels.reference.position_m, kSmallestPositionNoise_m);
-  levels.reference.heading_rad = std::max(levels.reference.heading_rad, kSmallestHeadingNoise_rad);
+  levels.reference.position_m = std::max(levels.reference.position_m, kSmallest);
+  levels.reference.heading_rad = std::max(levels.reference.heading_rad, kSmallest);
   return levels;
 }
 
 }  // namespace
 
 NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot) {
-  NoiseEstimate noise{noise_levels_of(robot), false};
-  noise.from_runs = robot.chassis.gyro ? set_by_growth_with_gyro(runs, robot, noise.levels)
-                                       : set_by_growth_of_wheels(runs, robot, noise.levels);
-  if (!noise.from_runs)
-    if (const auto levels = levels_by_likelihood(runs, robot)) return {*levels, true};
-  const Robot noisy = noisy_robot(robot, noise.levels);
-  ReferenceNoise& reference = noise.levels.reference;
-  reference.position_m = consistent_noise(runs, noisy, reference, kPosition);
-  allow_for_correlation(runs, noisy, reference);
-  return noise;
+  std::optional<NoiseLevels> levels = levels_by_growth(runs, robot);
+  if (!levels && innovations_of(runs) >= kFewestInnovations) levels = levels_by_innovations(runs, robot);
+  if (levels)
+    allow_for_correlation(runs, noisy_robot(robot, *levels), levels->reference);
+  else
+    levels = levels_by_displacements(runs, robot);
+  return {levels.value_or(noise_levels_of(robot)), levels.has_value()};
 }
 
 }  // namespace trundle::calibration

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <vector>
@@ -16,8 +15,6 @@ namespace {
 
 // A variance from n differences is known to √(2/n): to a third.
 constexpr std::size_t kFewestPairs = 20;
-// Of ten intervals the longest lag, 3/16, spans two: with fewer all lags are one interval.
-constexpr std::size_t kFewestEpochsForLags = 11;
 // Differences larger than so many robust sigmas (by chance 2e-9) are lost tracking, not wobble: they count as
 // that much.
 constexpr double kLargestDeviation = 6.0;
@@ -33,15 +30,16 @@ double mean_square(std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-/// Reference minus free-running odometry, of one quantity along one run, as far as the reference goes on.
+/// By how much the reference's heading is further than that of free-running odometry, along one piece of a
+/// run.
 struct Drift {
   std::vector<double> path_m;
-  std::vector<double> error;
+  std::vector<double> error_rad;
   double model_variance = 0.0;  ///< of odometry at the end for the noise it was run with
 
   void add(double path, double value) {
     path_m.push_back(path);
-    error.push_back(value);
+    error_rad.push_back(value);
   }
 };
 
@@ -60,18 +58,10 @@ std::vector<Piece> pieces_of(const Run& run) {
   return pieces;
 }
 
-/// Where free-running odometry goes, against the reference, at the epochs of a piece.
-struct FreeRun {
-  std::vector<Pose2> body;
-  std::vector<ReferenceSample> reference;
-  std::vector<double> path_m, time_s;
-  Vector3 variance = Vector3::Zero();  ///< at the end, of the noise it was run with
-};
-
-FreeRun free_run(const Run& run, const Piece& piece, const Robot& robot) {
-  FreeRun free;
+Drift drift_of(const Run& run, const Piece& piece, const Robot& robot) {
+  Drift drift;
   Odometer odometer(robot, {.start = body_at(run, piece.first, robot)});
-  double path_m = 0.0;
+  double path_m = 0.0, last_rad = 0.0;
   std::size_t done = run.epochs[piece.first];
   for (std::size_t epoch = piece.first; epoch < piece.end; ++epoch) {
     for (; done < run.epochs[epoch]; ++done) {
@@ -79,72 +69,15 @@ FreeRun free_run(const Run& run, const Piece& piece, const Robot& robot) {
       odometer.step(increment);
       path_m += mean_travel(robot.chassis, increment);
     }
-    const double time_s = run.epoch_time(epoch);
-    free.body.push_back(odometer.pose());
-    free.reference.push_back(sample_reference(run.reference, time_s - robot.reference_time_offset_s));
-    free.path_m.push_back(path_m);
-    free.time_s.push_back(time_s);
+    const ReferenceSample sample =
+        sample_reference(run.reference, run.epoch_time(epoch) - robot.reference_time_offset_s);
+    if (!sample.has_heading()) continue;
+    const double heading_rad = (odometer.pose() * robot.body_from_reference).heading;
+    last_rad = unwrap_angle(sample.value.z() - heading_rad, last_rad);
+    drift.add(path_m, last_rad);
   }
-  free.variance = odometer.white_covariance().diagonal();
-  return free;
-}
-
-/// By how much the reference's heading is further, at each epoch; NaN where it has none.
-std::vector<double> heading_differences(const FreeRun& free, const Robot& robot) {
-  std::vector<double> differences;
-  double last = 0.0;
-  for (std::size_t i = 0; i < free.body.size(); ++i) {
-    const bool is_known = free.reference[i].has_heading();
-    if (is_known)
-      last = unwrap_angle(free.reference[i].value.z() - (free.body[i] * robot.body_from_reference).heading,
-                          last);
-    differences.push_back(is_known ? last : kNotMeasured);
-  }
-  return differences;
-}
-
-/// What the gyro's walk is of those differences, the rest being the reference's noise: the fixed-interval
-/// smoother [Rauch, Tung & Striebel 1965] of one number. docs/theory/calibration-noise.md, eq. 8a.
-std::vector<double> smoothed(const std::vector<double>& differences, const std::vector<double>& time_s,
-                             const HeadingNoise& noise) {
-  const double density = noise.gyro_rad_s_sqrt_hz * noise.gyro_rad_s_sqrt_hz;
-  const double r = noise.reference_rad * noise.reference_rad;
-  const std::size_t n = differences.size();
-  std::vector<double> x(n), variance(n), predicted(n);
-  double at = 0.0, p = std::numeric_limits<double>::max();  // nothing is known at first
-  for (std::size_t i = 0; i < n; ++i) {
-    if (i > 0) p += density * (time_s[i] - time_s[i - 1]);
-    predicted[i] = p;
-    if (const double total = p + r; std::isfinite(differences[i]) && total > 0.0) {
-      const double gain = p / total, largest = kLargestDeviation * std::sqrt(total);
-      at += gain * std::clamp(differences[i] - at, -largest, largest);  // lost tracking counts as that much
-      p *= 1.0 - gain;
-      if (gain == 1.0) p = r;  // of what was not known at all
-    }
-    x[i] = at;
-    variance[i] = p;
-  }
-  for (std::size_t i = n - 1; i-- > 0;)
-    if (predicted[i + 1] > 0.0) x[i] += variance[i] / predicted[i + 1] * (x[i + 1] - x[i]);
-  return x;
-}
-
-/// Of odometry that is turned, from epoch to epoch, by what its headings are off.
-void add_positions(const FreeRun& free, const std::vector<double>& turned_rad, const Robot& robot, Drift& x,
-                   Drift& y) {
-  Pose2 body = free.body.front();
-  for (std::size_t i = 0; i < free.body.size(); ++i) {
-    if (i > 0) {
-      body.heading = free.body[i - 1].heading + 0.5 * (turned_rad[i - 1] + turned_rad[i]);
-      body = body * (free.body[i - 1].inverse() * free.body[i]);
-    }
-    if (!free.reference[i].has_position()) continue;
-    const Pose2 sensor = body * robot.body_from_reference;
-    x.add(free.path_m[i], free.reference[i].value.x() - sensor.x);
-    y.add(free.path_m[i], free.reference[i].value.y() - sensor.y);
-  }
-  x.model_variance = free.variance.x();
-  y.model_variance = free.variance.y();
+  drift.model_variance = odometer.white_covariance()(2, 2);
+  return drift;
 }
 
 /// One point of the variogram.
@@ -172,7 +105,7 @@ std::vector<LagVariance> variogram(std::span<const Drift> drifts) {
         while (j < e.path_m.size() && e.path_m[j] < e.path_m[i] + lag) ++j;
         if (j == e.path_m.size()) break;
         if (j == i) continue;
-        differences.push_back(e.error[j] - e.error[i]);
+        differences.push_back(e.error_rad[j] - e.error_rad[i]);
         lags += e.path_m[j] - e.path_m[i];
       }
       if (differences.size() > before) path_m += e.path_m.back() - e.path_m.front();
@@ -240,53 +173,14 @@ std::optional<Growth> growth_of(std::span<const Drift> drifts) {
                 std::sqrt(0.5 * line.intercept)};
 }
 
-/// Calls `take` with each piece of each run.
-template <class Take>
-void for_each_piece(std::span<const Run> runs, const Take& take) {
-  for (const Run& run : runs)
-    if (!run.epochs.empty())
-      for (const Piece& piece : pieces_of(run)) take(run, piece);
-}
-
-bool has_gyro_mostly(const Run& run) {
-  const Increments& increments = run.readings.increments;
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < increments.size(); ++i) count += increments[i].has_gyro ? 1 : 0;
-  return 2 * count > increments.size();
-}
-
 }  // namespace
 
 std::optional<Growth> growth_of_heading(std::span<const Run> runs, const Robot& robot) {
-  std::vector<Drift> all;
-  for_each_piece(runs, [&](const Run& run, const Piece& piece) {
-    const FreeRun free = free_run(run, piece, robot);
-    const std::vector<double> differences = heading_differences(free, robot);
-    Drift& heading = all.emplace_back();
-    heading.model_variance = free.variance.z();
-    for (std::size_t i = 0; i < differences.size(); ++i)
-      if (std::isfinite(differences[i])) heading.add(free.path_m[i], differences[i]);
-  });
-  return growth_of(all);
-}
-
-std::optional<Growth> growth_of_position(std::span<const Run> runs, const Robot& robot,
-                                         const HeadingNoise& noise) {
-  std::vector<Drift> all;
-  for_each_piece(runs, [&](const Run& run, const Piece& piece) {
-    const FreeRun free = free_run(run, piece, robot);
-    Drift x, y;
-    // Where the gyro is away what headings walk is the wheels', and only the start's error is taken out.
-    const HeadingNoise walk = {has_gyro_mostly(run) ? noise.gyro_rad_s_sqrt_hz : 0.0, noise.reference_rad};
-    add_positions(free, smoothed(heading_differences(free, robot), free.time_s, walk), robot, x, y);
-    all.push_back(std::move(x));
-    all.push_back(std::move(y));
-  });
-  return growth_of(all);
-}
-
-bool have_lags(std::span<const Run> runs) {
-  return std::ranges::any_of(runs, [](const Run& run) { return run.epochs.size() >= kFewestEpochsForLags; });
+  std::vector<Drift> drifts;
+  for (const Run& run : runs)
+    if (!run.epochs.empty())
+      for (const Piece& piece : pieces_of(run)) drifts.push_back(drift_of(run, piece, robot));
+  return growth_of(drifts);
 }
 
 }  // namespace trundle::calibration

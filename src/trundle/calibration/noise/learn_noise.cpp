@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 
 #include <fmt/format.h>
 
 #include "trundle/calibration/noise/displacements.hpp"
+#include "trundle/calibration/noise/level_search.hpp"
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/statistics/distribution.hpp"
-#include "trundle/statistics/minimum.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -22,62 +21,33 @@ using Displacements = std::span<const Displacement>;
 constexpr std::size_t kFewestDisplacements = 20;
 // Times that every level is sought while the others stay: levels are little correlated, two do.
 constexpr int kRounds = 4;
-// To which the logarithm of a level is sought: far within the 5 % that 200 displacements tell it to.
-constexpr double kFinestLog = 0.02;
 // Wheels are distinguished where that is likelier than one level for all by what chance gives once in so
 // many.
 constexpr double kChance = 1e-3;
 constexpr double kLeastWheelNoise = 1e-5;  // [m/√m]
 constexpr double kAlikeWithin = 0.7;    // logarithm: wheels of one robot are alike within a factor of 2 (1σ)
 constexpr double kLargestRatio = 30.0;  // of two wheels' levels: 5 of those sigmas
-// Of a logarithm, for second differences: the deviance is a parabola over it, and 25 times kFinestLog² large.
+// Of a logarithm, for second differences: the deviance is a parabola over it, and many times as large as what
+// level_search.cpp leaves.
 constexpr double kCurvatureStep = 0.1;
-
-struct Bounds {
-  double low, high;
-};
-
-/// The logarithm at which a function of one level is least.
-double least(const Bounds& bounds, const std::function<double(double)>& at) {
-  return minimum_within({std::log(bounds.low), std::log(bounds.high), kFinestLog}, at);
-}
-
-struct FreeLevel {
-  double& (*of)(NoiseLevels&);
-  Bounds bounds;
-};
 
 /// The levels that this robot has, and where they are looked for: between what no sensor shows and what would
 /// be no sensor.
 std::vector<FreeLevel> free_levels(const Robot& robot) {
   using L = NoiseLevels;
   std::vector<FreeLevel> levels = {
-      {[](L& l) -> double& { return l.wheel_per_sqrt_m; }, {kLeastWheelNoise, 3.0}}};
+      {[](L& l) -> double& { return l.wheel_per_sqrt_m; }, kLeastWheelNoise, 3.0}};
   if (has_sideways(robot))
-    levels.push_back({[](L& l) -> double& { return l.sideways_per_sqrt_m; }, {1e-5, 3.0}});
-  if (robot.chassis.gyro)
-    levels.push_back({[](L& l) -> double& { return l.gyro_rad_s_sqrt_hz; }, {1e-6, 1.0}});
-  levels.push_back({[](L& l) -> double& { return l.reference.position_m; }, {1e-4, 1.0}});
-  levels.push_back({[](L& l) -> double& { return l.reference.heading_rad; }, {1e-4, 0.5}});
+    levels.push_back({[](L& l) -> double& { return l.sideways_per_sqrt_m; }, 1e-5, 3.0});
+  if (robot.chassis.gyro) levels.push_back({[](L& l) -> double& { return l.gyro_rad_s_sqrt_hz; }, 1e-6, 1.0});
+  levels.push_back({[](L& l) -> double& { return l.reference.position_m; }, 1e-4, 1.0});
+  levels.push_back({[](L& l) -> double& { return l.reference.heading_rad; }, 1e-4, 0.5});
   return levels;
 }
 
 /// By the reference, and by what no motion explains.
 double deviance(Displacements displacements, const Robot& robot, const NoiseLevels& levels) {
   return displacement_deviance(displacements, robot, levels) + parity_deviance(displacements, robot, levels);
-}
-
-/// One level after the other.
-void improve(Displacements displacements, const Robot& robot, int rounds, NoiseLevels& levels) {
-  for (int round = 0; round < rounds; ++round)
-    for (const auto& [level_of, bounds] : free_levels(robot)) {
-      NoiseLevels candidate = levels;
-      double& level = level_of(candidate);
-      level_of(levels) = std::exp(least(bounds, [&](double log_level) {
-        level = std::exp(log_level);
-        return deviance(displacements, robot, candidate);
-      }));
-    }
 }
 
 /// All noise may pass for the reference's, or for the robot's: the better of two starts.
@@ -88,8 +58,9 @@ NoiseLevels most_likely(Displacements displacements, const Robot& robot) {
   NoiseLevels best;
   double smallest = INFINITY;
   for (NoiseLevels levels : kStarts) {
-    improve(displacements, robot, kRounds, levels);
-    const double here = deviance(displacements, robot, levels);
+    const Deviance at = [&](const NoiseLevels& l) { return deviance(displacements, robot, l); };
+    improve(free_levels(robot), kRounds, at, levels);
+    const double here = at(levels);
     if (here < smallest) best = levels;
     smallest = std::min(smallest, here);
   }
@@ -122,7 +93,7 @@ LogRatios most_likely_ratios(Displacements displacements, const Robot& robot, co
     for (double& own : ratio) {
       LogRatios candidate = ratio;
       double& changed = candidate[&own - ratio.data()];
-      own = least({1.0 / kLargestRatio, kLargestRatio}, [&](double log_ratio) {
+      own = least_log(1.0 / kLargestRatio, kLargestRatio, [&](double log_ratio) {
         changed = log_ratio;
         return deviance_of_wheels(displacements, robot, levels, candidate);
       });
@@ -133,7 +104,7 @@ LogRatios most_likely_ratios(Displacements displacements, const Robot& robot, co
 /// Is a level for each wheel likelier than one for all, beyond what chance gives?
 bool distinguishes_wheels(Displacements displacements, const Robot& robot, const NoiseLevels& levels,
                           const LogRatios& ratio) {
-  const auto least_alike = least({1.0 / kLargestRatio, kLargestRatio}, [&](double common) {
+  const auto least_alike = least_log(1.0 / kLargestRatio, kLargestRatio, [&](double common) {
     return deviance_of_wheels(displacements, robot, levels, LogRatios::Constant(ratio.size(), common));
   });
   const double gain =
@@ -174,7 +145,9 @@ MostLikely learn(Displacements displacements, const Robot& robot, bool per_wheel
   if (!distinguishes_wheels(displacements, robot, learned.levels, ratio)) return learned;
   learned.wheel_log_sigma = sigmas_of(displacements, robot, learned.levels, ratio);
   learned.levels = with_ratios(learned.levels, ratio);
-  improve(displacements, robot, kRounds / 2, learned.levels);
+  improve(
+      free_levels(robot), kRounds / 2,
+      [&](const NoiseLevels& l) { return deviance(displacements, robot, l); }, learned.levels);
   return learned;
 }
 

@@ -1,0 +1,42 @@
+#include "trundle/calibration/noise/level_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "trundle/statistics/minimum.hpp"
+
+namespace trundle::calibration {
+namespace {
+
+// To which the logarithm of a level is sought: far within the 5 % that 200 residuals tell it to.
+constexpr double kFinestLog = 0.02;
+// How far from where a round found it the next one looks for its logarithm: levels are little correlated.
+constexpr double kNearLog = 1.0;
+
+}  // namespace
+
+double least_log(double low, double high, const std::function<double(double)>& at) {
+  return statistics::minimum_within({std::log(low), std::log(high), kFinestLog}, at);
+}
+
+void improve(std::span<const FreeLevel> free, int rounds, const Deviance& deviance, NoiseLevels& levels) {
+  for (int round = 0; round < rounds; ++round) {
+    double moved = 0.0;
+    for (const FreeLevel& one : free) {
+      NoiseLevels candidate = levels;
+      double& level = one.of(candidate);
+      const double before = one.of(levels), near = std::exp(kNearLog);
+      const double low = round == 0 ? one.low : std::max(one.low, before / near);
+      const double high = round == 0 ? one.high : std::min(one.high, before * near);
+      if (!(low < high)) continue;
+      one.of(levels) = std::exp(least_log(low, high, [&](double log_level) {
+        level = std::exp(log_level);
+        return deviance(candidate);
+      }));
+      moved = std::max(moved, std::abs(std::log(one.of(levels) / before)));
+    }
+    if (round > 0 && moved < 2.0 * kFinestLog) return;
+  }
+}
+
+}  // namespace trundle::calibration

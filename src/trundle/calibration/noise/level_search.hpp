@@ -1,0 +1,26 @@
+#pragma once
+
+#include <functional>
+#include <span>
+
+#include "trundle/calibration/noise/noise_levels.hpp"
+
+namespace trundle::calibration {
+
+/// A level that is looked for, and between what.
+struct FreeLevel {
+  double& (*of)(NoiseLevels&);
+  double low, high;
+};
+
+/// −2 log likelihood of levels.
+using Deviance = std::function<double(const NoiseLevels&)>;
+
+/// The logarithm between those of `low` and `high` at which a function of it is least.
+[[nodiscard]] double least_log(double low, double high, const std::function<double(double)>& at);
+
+/// Makes the deviance least: one level after the other by Brent's method, so often, or until none moves any
+/// more. docs/theory/calibration-noise.md.
+void improve(std::span<const FreeLevel> free, int rounds, const Deviance& deviance, NoiseLevels& levels);
+
+}  // namespace trundle::calibration
