@@ -76,6 +76,7 @@ TEST(VarianceComponents, AreUnbiasedWithinTheirSigmas) {
   constexpr double kChance = 2e-3;
   const int seeds = test::trials(12, 1);
   for (const double rate_hz : {0.5, 2.0, 5.0}) {
+    if (seeds < 12 && rate_hz > 2.0) continue;  // more sightings are the same arithmetic once more
     std::map<std::string, std::pair<double, double>> sums;
     for (int seed = 1; seed <= seeds; ++seed) {
       const Robot truth = noisy_robot();
@@ -130,7 +131,7 @@ TEST(VarianceComponents, AreAllThatIsSoughtOfAVelocityThatIsTakenAsItIs) {
   Robot nominal = truth;
   nominal.landmark_sensor->range_sigma_m *= 3.0;
   nominal.chassis.noise.wheel_per_sqrt_m /= 3.0;
-  const Recording recording = recorded(truth, 2.0, 60.0, 2);
+  const Recording recording = recorded(truth, 2.0, 30.0, 2);
   const std::vector<std::string> fixed = {"velocity"};
   EXPECT_THROW(calibrate_from_landmarks({&recording, 1}, {}, nominal, {.fix = fixed}), CannotAnswer);
   const CalibrationResult result =
