@@ -131,7 +131,7 @@ TEST(VarianceComponents, AreAllThatIsSoughtOfAVelocityThatIsTakenAsItIs) {
   Robot nominal = truth;
   nominal.landmark_sensor->range_sigma_m *= 3.0;
   nominal.chassis.noise.wheel_per_sqrt_m /= 3.0;
-  const Recording recording = recorded(truth, 2.0, 30.0, 2);
+  const Recording recording = recorded(truth, 2.0, 60.0, 2);
   const std::vector<std::string> fixed = {"velocity"};
   EXPECT_THROW(calibrate_from_landmarks({&recording, 1}, {}, nominal, {.fix = fixed}), CannotAnswer);
   const CalibrationResult result =
