@@ -39,6 +39,7 @@ TEST(NoisyGyro, ItsWalkIsNoNoiseOfTheWheels) {
   const int trials = test::trials(10, 1);
   for (const auto& [gyro_noise, most] :
        {std::pair(kGyroNoise / 10.0, 1.65), std::pair(kGyroNoise, 1.9), std::pair(3.0 * kGyroNoise, 3.0)}) {
+    if (trials < 10 && gyro_noise != kGyroNoise) continue;  // the same arithmetic once more
     const double ratio = learned_over_true(gyro_noise, trials);
     std::printf("gyro %.1e rad/s/√Hz: learned wheel noise %.2f times the true one\n", gyro_noise, ratio);
     EXPECT_GT(ratio, 0.8);
