@@ -17,6 +17,8 @@ namespace trundle::test {
 using namespace pipeline;
 namespace {
 
+constexpr double kEnd_s = 30.0;  // of the tour what is kept: enough to calibrate and to map
+
 /// What stands instead of a reading; empty: a lost one.
 using Spoiled = std::string (*)(double time_s, double rate_rad_s);
 
@@ -38,17 +40,25 @@ class UnusableGyro : public testing::TestWithParam<Case> {
  protected:
   void SetUp() override {
     std::filesystem::copy(kDemo / "session_02/tour", sample_.folder() / "tour");
-    std::istringstream rows(read_file(sample_.folder() / "tour/gyro.csv"));
+    for (const char* const stream : {"wheels", "reference", "sightings"})
+      change(stream, [](auto& row) { return row; });
+    change("gyro", [](const std::string& row) {
+      const auto rate = row.find(',') + 1;
+      return row.substr(0, rate) + GetParam().spoiled(std::stod(row), std::stod(row.substr(rate)));
+    });
+  }
+  /// Every row of a stream until the end that is kept.
+  template <typename Change>
+  void change(const std::string& stream, const Change& changed) const {
+    const std::filesystem::path file = sample_.folder() / "tour" / (stream + ".csv");
+    std::istringstream rows(read_file(file));
     std::string text;
     for (std::string row; std::getline(rows, row);) {
-      const auto comma = row.find(',');
       const bool is_reading = !row.starts_with('#') && !row.starts_with("time_s");
-      text += is_reading ? row.substr(0, comma + 1) +
-                               GetParam().spoiled(std::stod(row), std::stod(row.substr(comma + 1)))
-                         : row;
-      text += '\n';
+      if (is_reading && std::stod(row) > kEnd_s) break;
+      text += (is_reading ? changed(row) : row) + '\n';
     }
-    write_file(sample_.folder() / "tour/gyro.csv", text);
+    write_file(file, text);
   }
   Outcome run(const Arguments& arguments) const { return run_program(sample_.folder(), arguments); }
 

@@ -294,7 +294,7 @@ Oracle omni3_with_gyro() {
 }
 
 Oracle with(Oracle oracle, int trials, bool counts = false) {
-  oracle.trials = test::trials(trials, 5);
+  oracle.trials = test::trials(trials, 3);
   oracle.counts = counts;
   return oracle;
 }
@@ -338,15 +338,15 @@ TEST(BlindOracle, TheGradientIsTheSlopeOfChiSquared) {
 }
 
 TEST(BlindOracle, DifferentialDrive) {
-  expect_unbiased_and_consistent(with(differential(false), 400));
+  expect_unbiased_and_consistent(with(differential(false), 150));
 }
 
 TEST(BlindOracle, DifferentialDriveWithGyro) {
-  expect_unbiased_and_consistent(with(differential(true), 400));
+  expect_unbiased_and_consistent(with(differential(true), 150));
 }
 
 TEST(BlindOracle, ReferenceWithAClockOfItsOwn) {
-  Oracle oracle = with(differential(true), 200);
+  Oracle oracle = with(differential(true), 100);
   oracle.reference_rate_hz = 10.0;
   oracle.reference_clock_s = 1.0;
   expect_unbiased_and_consistent(oracle);

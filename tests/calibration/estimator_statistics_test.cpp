@@ -1,5 +1,6 @@
-// Are the error bars what they say? Thousands of simulated calibrations: the share of 95 % intervals that
+// Are the error bars what they say? Hundreds of simulated calibrations: the share of 95 % intervals that
 // hold the truth, and the scatter against the Cramér–Rao bound.
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/LU>
@@ -7,8 +8,10 @@
 
 #include "trundle/calibration/defaults.hpp"
 #include "trundle/calibration/estimator.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 #include "calibration/simulated_runs.hpp"
+#include "held_limits.hpp"
 #include "scale.hpp"
 
 namespace trundle::calibration {
@@ -62,16 +65,18 @@ Series calibrate_often(const Robot& nominal, const Robot& truth, const std::vect
 }
 
 void expect_honest(const Series& series) {
-  // With fewer repetitions than the full 2000 the limits are widened by 3 σ of the binomial and of a
-  // variance.
-  const double missing = series.count < 2000 ? 3.0 / std::sqrt(series.count) : 0.0;
-  const double binomial = missing * std::sqrt(0.95 * 0.05);
+  constexpr double kBeyond3Sigma = 0.00135;
+  const auto [least, most] = test::held_limits(series.count);
+  // A tenth, or of few calibrations what a variance of so many scatters by.
+  const double n = series.count;
+  const double narrowest = std::min(0.90, std::sqrt(chi_squared_limit(1.0 - kBeyond3Sigma, n) / n));
+  const double widest = std::max(1.10, std::sqrt(chi_squared_limit(kBeyond3Sigma, n) / n));
   for (Eigen::Index j = 0; j < series.covered.size(); ++j) {
-    EXPECT_GE(series.covered[j], 0.93 - binomial) << "parameter " << j;
-    EXPECT_LE(series.covered[j], 0.97 + binomial) << "parameter " << j;
+    EXPECT_GE(series.covered[j], least - 1e-9) << "parameter " << j;
+    EXPECT_LE(series.covered[j], most + 1e-9) << "parameter " << j;
     const double scatter = std::sqrt(series.squared_error[j] / series.bound[j]);
-    EXPECT_LE(scatter, 1.10 + missing / std::sqrt(2.0)) << "parameter " << j;
-    EXPECT_GE(scatter, 0.90 - missing / std::sqrt(2.0)) << "parameter " << j;
+    EXPECT_LE(scatter, widest) << "parameter " << j;
+    EXPECT_GE(scatter, narrowest) << "parameter " << j;
     ::testing::Test::RecordProperty("coverage_" + std::to_string(j), std::to_string(series.covered[j]));
     std::printf("parameter %d: coverage %.3f, scatter / bound %.3f\n", static_cast<int>(j), series.covered[j],
                 scatter);
@@ -80,12 +85,12 @@ void expect_honest(const Series& series) {
 
 TEST(EstimatorStatistics, DifferentialDriveIntervalsAndScatter) {
   expect_honest(calibrate_often(test::nominal_differential(), test::true_differential(),
-                                test::differential_paths(), test::trials(2000)));
+                                test::differential_paths(), test::trials(600, 3)));
 }
 
 TEST(EstimatorStatistics, Omni3IntervalsAndScatter) {
   expect_honest(
-      calibrate_often(test::nominal_omni3(), test::true_omni3(), test::omni_paths(), test::trials(2000)));
+      calibrate_often(test::nominal_omni3(), test::true_omni3(), test::omni_paths(), test::trials(600, 3)));
 }
 
 }  // namespace

@@ -36,9 +36,10 @@ double learned_over_true(double gyro_noise, int trials) {
 /// Not more of it than a smoother leaves (docs/theory/calibration-noise.md, eq. 8a), with some 20 % for
 /// chance; of odometry that is not turned by what its headings walk it is 1.4, 2.2 and 7.2.
 TEST(NoisyGyro, ItsWalkIsNoNoiseOfTheWheels) {
-  const int trials = test::trials(20, 1);
+  const int trials = test::trials(10, 1);
   for (const auto& [gyro_noise, most] :
        {std::pair(kGyroNoise / 10.0, 1.65), std::pair(kGyroNoise, 1.9), std::pair(3.0 * kGyroNoise, 3.0)}) {
+    if (trials < 10 && gyro_noise != kGyroNoise) continue;  // the same arithmetic once more
     const double ratio = learned_over_true(gyro_noise, trials);
     std::printf("gyro %.1e rad/s/√Hz: learned wheel noise %.2f times the true one\n", gyro_noise, ratio);
     EXPECT_GT(ratio, 0.8);
@@ -51,7 +52,7 @@ TEST(NoisyGyro, ItsWalkIsNoNoiseOfTheWheels) {
 TEST(NoisyGyro, ItsNoiseIsThatOfItsRests) {
   constexpr double kChance = 1e-3;
   const Machine machine = differential_machine();
-  const int trials = test::trials(8, 2);
+  const int trials = test::trials(8, 1);
   double nees = 0.0, degrees = 0.0;
   for (int trial = 0; trial < trials; ++trial) {
     const Driven runs = driven(machine, {.duration_s = 120.0, .gyro_noise = 10.0 * kGyroNoise},

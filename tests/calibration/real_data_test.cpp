@@ -120,6 +120,7 @@ Robot three_omni_wheels() {
 }
 
 TEST(RealData, DirectionsOfOmniWheelsRepeatBetweenSessions) {
+  TRUNDLE_NEEDS_ALL_TRIALS();
   TRUNDLE_NEEDS_REAL_DATA("optiodom_omni3");
   const Robot nominal = three_omni_wheels();
   std::map<std::string, std::vector<Recording>> sessions;

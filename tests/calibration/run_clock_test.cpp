@@ -97,7 +97,7 @@ std::vector<Recording> recorded_with_clocks(const std::vector<double>& clock_s, 
 
 TEST(RunClock, IsFoundInEachRunAndItsIntervalHoldsIt) {
   const std::vector<double> truth = {0.25, -0.3, 0.5, -0.2};
-  const int trials = test::trials(20, 4);
+  const int trials = test::trials(20, 2);
   double squares = 0.0;
   int clocks = 0;
   for (int trial = 0; trial < trials; ++trial) {

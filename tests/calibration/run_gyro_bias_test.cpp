@@ -170,9 +170,11 @@ void expect_consistent_with(double spread_deg_s) {
 }
 
 TEST(RunGyroBias, AlikeInAllRuns) {
+  TRUNDLE_NEEDS_ALL_TRIALS();
   expect_consistent_with(0.0);
 }
 TEST(RunGyroBias, ALittleDifferent) {
+  TRUNDLE_NEEDS_ALL_TRIALS();
   expect_consistent_with(0.02);
 }
 TEST(RunGyroBias, DifferentByATenthOfADegreePerSecond) {
@@ -194,14 +196,14 @@ double sigma_of_logs(const std::vector<double>& values) {
 
 /// As it is with one bias for all: to less than it scatters from one set of runs to another.
 TEST(RunGyroBias, DoesNotPassForNoiseOfTheWheels) {
-  const int trials = test::trials(8, 4);
+  TRUNDLE_NEEDS_ALL_TRIALS();
+  constexpr int kTrials = 8;
   for (const bool rests : {true, false}) {
     std::vector<std::vector<double>> noise;
     for (const double spread_deg_s : {0.0, 0.1, 1.0}) {
-      if (trials < 8 && spread_deg_s == 0.1) continue;  // between the two others
       Conditions conditions{.bias_spread_rad_s = spread_deg_s * kDegree, .rests = rests};
       const Machine machine = with_good_gyro(differential_machine(), conditions);
-      noise.push_back(calibrated(machine, conditions, trials).wheel_noise);
+      noise.push_back(calibrated(machine, conditions, kTrials).wheel_noise);
     }
     const double sigma = sigma_of_logs(noise.front());
     std::printf("wheel noise %.5f, scatter %.0f %%\n", std::exp(mean_of_logs(noise.front())), 100.0 * sigma);
@@ -220,7 +222,7 @@ TEST(RunGyroBias, SlipIsFoundInARunOfAnotherOne) {
   for (const bool rests : {true, false}) {
     const Machine machine = differential_machine();
     Conditions conditions{.bias_spread_rad_s = 0.1 * kDegree, .rests = rests};
-    const int trials = test::trials(6, 2);
+    const int trials = test::trials(6, 1);
     int found = 0;
     std::size_t alarms = 0, judged = 0;
     for (int trial = 0; trial < trials; ++trial) {

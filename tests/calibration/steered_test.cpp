@@ -44,10 +44,11 @@ TEST(Steered, intervals_of_a_tricycle_hold_by_another_simulation) {
 }
 
 TEST(Steered, intervals_of_a_car_hold) {
-  expect_intervals_to_hold("car", false, 40);
+  expect_intervals_to_hold("car", false, 24);
 }
 
 TEST(Steered, intervals_of_a_swerve_hold) {
+  TRUNDLE_NEEDS_ALL_TRIALS();
   expect_intervals_to_hold("swerve", false, 24);
 }
 

@@ -10,6 +10,8 @@
 #include "trundle/calibration/squares/umbmark.hpp"
 #include "trundle/simulation/sheet.hpp"
 
+#include "scale.hpp"
+
 namespace trundle::calibration {
 namespace {
 
@@ -85,7 +87,7 @@ Gains experiments(int count) {
 }
 
 TEST(UmbmarkExperiment, OrientationGainsFiveTimesAndTwiceWhatClassicGains) {
-  const Gains gains = experiments(200);
+  const Gains gains = experiments(test::trials(200, 20));
   RecordProperty("median_e_max_before_m", std::to_string(median(gains.before)));
   RecordProperty("median_gain_classic", std::to_string(median(gains.classic)));
   RecordProperty("median_gain_orientation", std::to_string(median(gains.orientation)));

@@ -64,7 +64,7 @@ using test::VelocityEvidence;
 
 TEST(VelocityCalibration, FindsTheTruthFromAReferenceWithinItsOwnSigmas) {
   VelocityEvidence evidence;
-  for (int seed = 1; seed <= test::trials(60, 10); ++seed) {
+  for (int seed = 1; seed <= test::trials(60, 3); ++seed) {
     const auto s = static_cast<std::uint64_t>(seed);
     const Robot truth = true_velocity(s);
     std::vector<calibration::Run> runs =
@@ -114,7 +114,7 @@ TEST(VelocityCalibration, TheTableOfRelativeMotionsSaysWhatTheMotionsSayOneByOne
 // With the parameters taken as exact the second drive's error would be several of its sigmas.
 TEST(VelocityCalibration, GivesOdometryTheUncertaintyOfTheParameters) {
   double nees = 0.0, exact = 0.0;
-  const int seeds = test::trials(60, 30);
+  const int seeds = test::trials(60, 8);
   for (int seed = 1; seed <= seeds; ++seed) {
     const auto s = static_cast<std::uint64_t>(seed);
     const Robot truth = true_velocity(s);

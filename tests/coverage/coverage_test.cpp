@@ -12,11 +12,18 @@
 namespace trundle::coverage {
 namespace {
 
+/// More readings are the same arithmetic once more: where trials are scaled down, those of slow robots are
+/// enough.
+bool is_left_out(double rate_hz) {
+  return test::trials(2, 1) < 2 && rate_hz > 50.0;
+}
+
 /// Every chassis at every rate, four times: each motion once, every noise and count at least once, the
 /// combinations different from chassis to chassis and from rate to rate.
 std::vector<Cell> part_of_matrix(std::string_view chassis, std::size_t shift) {
   std::vector<Cell> cells;
   for (std::size_t rate = 0; rate < kRates.size(); ++rate) {
+    if (is_left_out(kRates[rate])) continue;
     for (std::size_t motion = 0; motion < kMotions.size(); ++motion) {
       cells.push_back({.chassis = chassis,
                        .rate_hz = kRates[rate],
@@ -32,6 +39,7 @@ std::vector<Cell> part_of_matrix(std::string_view chassis, std::size_t shift) {
 std::vector<Cell> learning_cells(std::string_view chassis) {
   std::vector<Cell> cells;
   for (const double rate : {50.0, 200.0}) {
+    if (is_left_out(rate)) continue;
     for (const double counts : {100.0, 1000.0}) {
       for (const Motion motion : {Motion::straight, Motion::stop_and_go}) {
         cells.push_back({chassis, rate, 0.005, counts, motion, true});
@@ -64,14 +72,14 @@ void expect_coverage(const std::vector<Cell>& cells, int seeds, std::size_t cell
 }
 
 TEST(Coverage, OfTheEndPose) {
-  const int seeds = test::trials(100, 20);
+  const int seeds = test::trials(60, 20);
   for (std::size_t i = 0; i < kChassis.size(); ++i) {
     expect_coverage(part_of_matrix(kChassis[i], i), seeds, kChassis.size() * kRates.size() * kMotions.size());
   }
 }
 
 TEST(Coverage, OfTheEndPoseWhereTheGyrosBiasIsLearned) {
-  const int seeds = test::trials(100, 20);
+  const int seeds = test::trials(60, 20);
   for (const std::string_view chassis : kChassis) {
     if (has_gyro(chassis)) expect_coverage(learning_cells(chassis), seeds, 32);
   }

@@ -25,14 +25,15 @@ using namespace logs;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
-/// In memory where the system has a place for it.
+/// In memory where the system has a place for it: thousands of logs that are cut would wait for a disk.
 class BagFolder {
  public:
   BagFolder() {
-    std::string name = (fs::is_directory("/dev/shm") ? fs::path("/dev/shm") : fs::temp_directory_path()) /
-                       "trundle_bags_XXXXXX";
+    const fs::path place = fs::is_directory("/dev/shm") ? fs::path("/dev/shm") : fs::temp_directory_path();
+    std::string name = place / "trundle_bags_XXXXXX";
     if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
     path_ = name;
+    ::setenv("TMPDIR", place.c_str(), 1);  // for the copies that the reader makes of them
   }
   ~BagFolder() { fs::remove_all(path_); }
   BagFolder(const BagFolder&) = delete;

@@ -68,13 +68,15 @@ class RealRecordings(unittest.TestCase):
                 options = ["--robot", job.robot, *(["--robot-number", number] if number else [])]
                 read = lambda: trundle.Recording(folder, robot_number=number)
                 for name in ("odometry", "slip"):
-                    found = self.assert_same(name, lambda: getattr(trundle, name)(read(), job.robot), folder, *options)
-                    compared += found is not None
-                    if name == "odometry" and found is not None:
-                        with tempfile.TemporaryDirectory() as place:
-                            program("odometry", folder, *options, "-o", f"{place}/theirs.csv")
-                            found.save(f"{place}/ours.csv")
-                            self.assertEqual(Path(place, "ours.csv").read_bytes(), Path(place, "theirs.csv").read_bytes())
+                    with tempfile.TemporaryDirectory() as place:
+                        ours, theirs = Path(place, "ours.csv"), Path(place, "theirs.csv")
+                        found = self.assert_same(name, lambda: getattr(trundle, name)(read(), job.robot),
+                                                 folder, *options, "-o", theirs)
+                        if found is None:
+                            continue
+                        compared += 1
+                        found.save(ours)
+                        self.assertEqual(ours.read_bytes(), theirs.read_bytes())
         print(f"{compared} answers compared")
         self.assertGreater(compared, len(self.jobs))
 

@@ -58,13 +58,13 @@ class SameAsProgram(WithFolder):
         for options, named in (([], {}), (["--hold-out", TOUR], {"hold_out": TOUR}),
                                (["--fix", "track", "--free", "reference.x"], {"fix": ["track"], "free": ["reference.x"]}),
                                (["--learn-noise"], {"learn_noise": True})):
-            runs = [f"{DEMO}/session_01", f"{DEMO}/session_02"]
-            arguments = ["calibrate", *runs, "--robot", ROBOT, *options]
-            program(*arguments, "-o", self.theirs / "calibrated.toml", "--export", "ros2_control")
+            # Two sessions take three times as long as one.
+            runs = [f"{DEMO}/session_01"] if options else [f"{DEMO}/session_01", f"{DEMO}/session_02"]
             found = trundle.calibrate(runs, ROBOT, **named)
             found.save(self.ours / "calibrated.toml", export="ros2_control")
+            self.assert_same_document(found, "calibrate", *runs, "--robot", ROBOT, *options, "-o",
+                                      self.theirs / "calibrated.toml", "--export", "ros2_control")
             self.assert_same_files()
-            self.assert_same_document(found, *arguments)
 
     def test_calibrated_robot_is_that_of_its_file(self):
         found = trundle.calibrate(f"{DEMO}/session_01", ROBOT)

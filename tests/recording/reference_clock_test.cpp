@@ -1,10 +1,13 @@
+#include <array>
 #include <cmath>
+#include <span>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "trundle/recording/time_offset.hpp"
 #include "trundle/simulation/scenario.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 #include "recording/cut.hpp"
 #include "recording/robots.hpp"
@@ -65,12 +68,15 @@ std::optional<TimeOffset> found_in(const Recording& recording) {
 }
 
 TEST(ReferenceClock, IsFoundWithinItsSigmaAtSeveralRates) {
+  constexpr std::array kOffsets_s = {0.3, -3.0, -0.4, -0.05, 0.0, 0.012, 0.1, 2.0};
+  const auto offsets_s =
+      std::span(kOffsets_s).first(static_cast<std::size_t>(test::trials(kOffsets_s.size(), 2)));
   double squares = 0.0;
   int trials = 0;
   std::uint64_t seed = 1;
   for (const Sampling& sampling :
        {Sampling{20.0, 100.0}, Sampling{50.0, 20.0}, Sampling{10.0, 50.0}, Sampling{100.0, 10.0}})
-    for (const double offset_s : {-3.0, -0.4, -0.05, 0.0, 0.012, 0.1, 0.3, 2.0}) {
+    for (const double offset_s : offsets_s) {
       const auto found =
           found_in(simulate(scenario_along(tour(20.0, seed), offset_s, sampling, seed)).recording);
       ++seed;
@@ -81,7 +87,8 @@ TEST(ReferenceClock, IsFoundWithinItsSigmaAtSeveralRates) {
       squares += std::pow(error / found->sigma_s, 2);
       ++trials;
     }
-  EXPECT_LT(squares / trials, 1.6);
+  constexpr double kChance = 0.017;  // of a mean of 1.6 over 32
+  EXPECT_LT(squares, statistics::chi_squared_limit(kChance, trials));
 }
 
 TEST(ReferenceClock, AReferenceWithoutHeadingsTellsByItsWays) {
@@ -95,9 +102,10 @@ TEST(ReferenceClock, AReferenceWithoutHeadingsTellsByItsWays) {
 }
 
 TEST(ReferenceClock, MotionThatNeverChangesTellsNothing) {
-  for (std::uint64_t seed = 1; seed <= 20; ++seed)
+  for (int seed = 1; seed <= test::trials(20, 4); ++seed)
     for (const Path& path : {straight(8.0), circle(1.0, 3.0, TurnSense::ccw)}) {
-      const auto found = found_in(simulate(scenario_along(path, 0.1, {20.0, 50.0}, seed)).recording);
+      const auto found = found_in(
+          simulate(scenario_along(path, 0.1, {20.0, 50.0}, static_cast<std::uint64_t>(seed))).recording);
       if (found) {
         EXPECT_NEAR(found->offset_s, 0.1, 4.0 * found->sigma_s) << seed;
       }
@@ -150,8 +158,9 @@ TEST(ReferenceClock, PiecesThatAreTooShortTellItTogether) {
 TEST(SightingClock, IsFoundWithinItsSigma) {
   double squares = 0.0;
   int trials = 0;
+  const auto seeds = static_cast<std::uint64_t>(test::trials(4, 1));
   for (const double offset_s : {-0.4, -0.1, 0.0, 0.05, 0.3}) {
-    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
       Scenario scenario = scenario_along(tour(25.0, seed), 0.0, {20.0, 20.0}, seed);
       scenario.truth = robot_on_clocks(0.0, offset_s);
       scenario.landmarks = landmarks_around();

@@ -1,6 +1,8 @@
 #include "trundle/recording/time_offset.hpp"
 
+#include <array>
 #include <cmath>
+#include <span>
 
 #include <gtest/gtest.h>
 
@@ -55,6 +57,9 @@ constexpr Rates kAtRates[] = {{10.0, 10.0},  {20.0, 20.0},  {50.0, 50.0}, {20.0,
                               {10.0, 200.0}, {100.0, 25.0}, {50.0, 10.0}, {25.0, 30.0}};
 
 TEST(TimeOffset, is_found_within_its_sigma_at_every_rate_and_noise) {
+  constexpr std::array kOffsets_s = {0.02, -0.08, 0.0, 0.05, -0.033};
+  const auto offsets_s =
+      std::span(kOffsets_s).first(static_cast<std::size_t>(test::trials(kOffsets_s.size(), 1)));
   std::uint64_t seed = 1;
   for (const Noise& noise : {Noise{}, Noise{.gyro_rad_s_sqrt_hz = 1e-2}, Noise{.gyro_rad_s_sqrt_hz = 3e-2},
                              Noise{.wheel_per_sqrt_m = 0.02}, Noise{.ticks_per_revolution = 500.0},
@@ -62,7 +67,7 @@ TEST(TimeOffset, is_found_within_its_sigma_at_every_rate_and_noise) {
     double squares = 0.0, sum = 0.0;
     int trials = 0;
     for (const Rates& rates : kAtRates)
-      for (const double offset_s : {0.0, 0.02, 0.05, -0.033, -0.08}) {
+      for (const double offset_s : offsets_s) {
         const auto found =
             gyro_time_offset(tour_with_offset(offset_s, rates, seed++, noise), robot_with_offset(0.0, noise));
         ASSERT_TRUE(found) << rates.encoders_hz << " Hz, " << rates.gyro_hz << " Hz, " << offset_s << " s";

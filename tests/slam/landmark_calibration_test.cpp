@@ -96,7 +96,7 @@ class Honesty {
 
 TEST(LandmarkCalibration, RecoversTheTrueRobotWithinItsOwnIntervals) {
   Honesty honesty;
-  const int seeds = test::trials(40, 4);
+  const int seeds = test::trials(40, 3);
   for (int seed = 1; seed <= seeds; ++seed) {
     const auto s = static_cast<std::uint64_t>(seed);
     const Robot truth = true_robot(s);
@@ -126,7 +126,7 @@ TEST(LandmarkCalibration, FindsScaleAndBiasOfTheGyroToo) {
 
 TEST(LandmarkCalibration, ManagesWithoutTheLandmarksNames) {
   Honesty honesty;
-  const int seeds = test::trials(10, 4);
+  const int seeds = test::trials(10, 2);
   for (int seed = 1; seed <= seeds; ++seed) {
     const auto s = static_cast<std::uint64_t>(seed);
     Scenario scenario = scenario_of(true_robot(s), tour(40.0, s), s);
@@ -141,7 +141,7 @@ TEST(LandmarkCalibration, ManagesWithoutTheLandmarksNames) {
 // what the filter takes landmarks for at first is often wrong.
 TEST(LandmarkCalibration, TellsLandmarksApartAgainWithTheRobotThatItFound) {
   Honesty honesty;
-  const int seeds = test::trials(16, 4);
+  const int seeds = test::trials(16, 2);
   for (int seed = 1; seed <= seeds; ++seed) {
     const auto s = static_cast<std::uint64_t>(seed);
     Scenario scenario = scenario_of(true_robot(s), tour(40.0, s), s);
@@ -323,7 +323,7 @@ Scenario velocity_scenario(std::uint64_t seed) {
 
 TEST(LandmarkCalibration, FindsWhatAVelocityErrsByWithinItsOwnSigmas) {
   test::VelocityEvidence evidence;
-  for (int seed = 1; seed <= test::trials(40, 4); ++seed) {
+  for (int seed = 1; seed <= test::trials(40, 3); ++seed) {
     const Scenario scenario = velocity_scenario(static_cast<std::uint64_t>(seed));
     const Recording recording = recorded(scenario);
     const CalibrationResult result = calibrate_from_landmarks({&recording, 1}, {}, scenario.nominal);

@@ -61,7 +61,7 @@ TEST(LandmarkGyroBias, OfEachRecordingItsOwn) {
   const Machine machine = with_landmark_sensor(differential_machine());
   for (const double spread_deg_s : {0.0, 0.1, 0.5}) {
     Consistency sum;
-    for (int trial = 0; trial < test::trials(8, 2); ++trial) {
+    for (int trial = 0; trial < test::trials(8, 1); ++trial) {
       const Conditions conditions{.bias_spread_rad_s = spread_deg_s * kDegree, .landmarks = true};
       const Driven runs = driven(machine, conditions, static_cast<std::uint64_t>(trial));
       add(calibrated(machine, runs), runs, machine, sum);

@@ -151,7 +151,7 @@ TEST_P(UnknownIds, DuplicatesAreOneLandmarkSeenTwice) {
 }
 
 TEST_P(UnknownIds, AllSightingsWrong) {
-  const test::SlamWorld world = clear_world(test::trials(150, 50));
+  const test::SlamWorld world = clear_world(test::trials(150, 30));
   SlamFilter unidentified = filter(world);
   Random random(7);
   for (std::size_t k = 0; k < world.steps.size(); ++k) {

@@ -74,8 +74,9 @@ Learned level(const CalibrationResult& result, const std::string& name) {
 // which adds a bias of a third of σ at most: 0.3 of it is allowed for.
 TEST(VarianceComponents, AreUnbiasedWithinTheirSigmas) {
   constexpr double kChance = 2e-3;
-  const int seeds = test::trials(12, 1);
+  const int seeds = test::trials(8, 1);
   for (const double rate_hz : {0.5, 2.0, 5.0}) {
+    if (seeds < 8 && rate_hz > 2.0) continue;  // more sightings are the same arithmetic once more
     std::map<std::string, std::pair<double, double>> sums;
     for (int seed = 1; seed <= seeds; ++seed) {
       const Robot truth = noisy_robot();
