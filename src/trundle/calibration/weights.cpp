@@ -56,7 +56,7 @@ void set_noise(const Robot& robot, const NoiseEstimate& noise, Likelihood& likel
 }
 
 void find_noise(const Robot& robot, Likelihood& likelihood) {
-  set_noise(robot, estimate_noise(likelihood.runs(), robot), likelihood);
+  set_noise(robot, estimate_noise(likelihood.runs(), robot, likelihood.noise), likelihood);
   allow_for_lasting_errors(robot, likelihood);
   for (std::size_t i = 0; i < likelihood.runs().size(); ++i) {
     const auto residuals =

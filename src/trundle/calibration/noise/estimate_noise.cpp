@@ -125,12 +125,15 @@ std::size_t innovations_of(std::span<const Run> runs) {
 }
 
 /// The levels that make the innovations likeliest.
-NoiseLevels levels_by_innovations(std::span<const Run> runs, const Robot& robot) {
+NoiseLevels levels_by_innovations(std::span<const Run> runs, const Robot& robot,
+                                  const NoiseEstimate& before) {
   const Deviance deviance = [&](const NoiseLevels& levels) {
     return innovation_deviance(runs, robot, levels);
   };
-  NoiseLevels levels = noise_levels_of(robot);
-  improve(free_levels(runs, robot), kMostRounds, deviance, levels);
+  NoiseLevels levels = before.from_runs ? before.levels : noise_levels_of(robot);
+  levels.reference.position_persistence = levels.reference.heading_persistence = 1.0;
+  improve(free_levels(runs, robot), kMostRounds, deviance, levels,
+          before.from_runs ? Search::nearby : Search::everywhere);
   levels.wheel_per_sqrt_m = possible_wheel_noise(levels, deviance);
   return levels;
 }
@@ -165,9 +168,10 @@ std::optional<NoiseLevels> levels_by_displacements(std::span<const Run> runs, co
 
 }  // namespace
 
-NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot) {
+NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot, const NoiseEstimate& before) {
   std::optional<NoiseLevels> levels = levels_by_growth(runs, robot);
-  if (!levels && innovations_of(runs) >= kFewestInnovations) levels = levels_by_innovations(runs, robot);
+  if (!levels && innovations_of(runs) >= kFewestInnovations)
+    levels = levels_by_innovations(runs, robot, before);
   if (levels)
     allow_for_correlation(runs, noisy_robot(robot, *levels), levels->reference);
   else

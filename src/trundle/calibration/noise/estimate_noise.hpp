@@ -17,6 +17,8 @@ struct NoiseEstimate {
 /// how differences of headings grow (growth.hpp, eq. 8); else, with all others, by what makes the innovations
 /// likeliest (eq. 8c). Runs of few epochs: by the likelihood of displacements (learn_noise.hpp, eq. 9 and
 /// 10). docs/theory/calibration-noise.md. `robot` should already be calibrated roughly.
-[[nodiscard]] NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot);
+/// What was found `before`, of nearly the same robot, is where it is looked for.
+[[nodiscard]] NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot,
+                                           const NoiseEstimate& before = {});
 
 }  // namespace trundle::calibration

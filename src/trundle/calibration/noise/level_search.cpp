@@ -19,15 +19,17 @@ double least_log(double low, double high, const std::function<double(double)>& a
   return statistics::minimum_within({std::log(low), std::log(high), kFinestLog}, at);
 }
 
-void improve(std::span<const FreeLevel> free, int rounds, const Deviance& deviance, NoiseLevels& levels) {
+void improve(std::span<const FreeLevel> free, int rounds, const Deviance& deviance, NoiseLevels& levels,
+             Search first) {
   for (int round = 0; round < rounds; ++round) {
+    const bool everywhere = round == 0 && first == Search::everywhere;
     double moved = 0.0;
     for (const FreeLevel& one : free) {
       NoiseLevels candidate = levels;
       double& level = one.of(candidate);
       const double before = one.of(levels), near = std::exp(kNearLog);
-      const double low = round == 0 ? one.low : std::max(one.low, before / near);
-      const double high = round == 0 ? one.high : std::min(one.high, before * near);
+      const double low = everywhere ? one.low : std::max(one.low, before / near);
+      const double high = everywhere ? one.high : std::min(one.high, before * near);
       if (!(low < high)) continue;
       one.of(levels) = std::exp(least_log(low, high, [&](double log_level) {
         level = std::exp(log_level);
@@ -35,7 +37,7 @@ void improve(std::span<const FreeLevel> free, int rounds, const Deviance& devian
       }));
       moved = std::max(moved, std::abs(std::log(one.of(levels) / before)));
     }
-    if (round > 0 && moved < 2.0 * kFinestLog) return;
+    if (!everywhere && moved < 2.0 * kFinestLog) return;
   }
 }
 

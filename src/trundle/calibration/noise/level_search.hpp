@@ -19,8 +19,12 @@ using Deviance = std::function<double(const NoiseLevels&)>;
 /// The logarithm between those of `low` and `high` at which a function of it is least.
 [[nodiscard]] double least_log(double low, double high, const std::function<double(double)>& at);
 
-/// Makes the deviance least: one level after the other by Brent's method, so often, or until none moves any
-/// more. docs/theory/calibration-noise.md.
-void improve(std::span<const FreeLevel> free, int rounds, const Deviance& deviance, NoiseLevels& levels);
+/// Where levels are looked for at first: wherever they may be, or near where they are.
+enum class Search { everywhere, nearby };
+
+/// Makes the deviance least: one level after the other by Brent's method, in so many rounds, or until none
+/// moves any more. docs/theory/calibration-noise.md.
+void improve(std::span<const FreeLevel> free, int rounds, const Deviance& deviance, NoiseLevels& levels,
+             Search first = Search::everywhere);
 
 }  // namespace trundle::calibration
