@@ -14,7 +14,7 @@ namespace trundle::test::among_landmarks {
 using namespace trundle::chassis;
 using namespace trundle::recording;
 
-struct Drive {
+struct Wander {
   double rate_hz = 20.0;
   double sighting_rate_hz = 5.0;
   double duration_s = 300.0;
@@ -30,12 +30,12 @@ struct Drive {
 inline constexpr double kHalfField_m = 5.0;  // landmarks are within ± this, the robot within 0.6 of it
 inline constexpr double kLeft_m = 0.1012, kRight_m = 0.0993;  // true diameters
 inline constexpr double kTrack_m = 0.312;                     // true; all about the nominal 0.1 and 0.3
-inline constexpr double kGyroScale = 1.01, kGyroBias = 0.004;
+inline constexpr double kTrueGyroScale = 1.01, kTrueGyroBias = 0.004;
 inline constexpr double kForwardScale = 1.02, kYawScale = 0.96;  // true = scale · reading + ...
 inline constexpr double kYawPerForward = 0.015, kYawBias = 0.002;
 
 /// What calibration is given: wrong parameters, right noise.
-inline Robot nominal_of(const Drive& drive) {
+inline Robot nominal_of(const Wander& drive) {
   Robot robot;
   robot.name = "oracle";
   if (!drive.velocity) {
@@ -53,11 +53,11 @@ inline Robot nominal_of(const Drive& drive) {
   return robot;
 }
 
-inline Robot truth_of(const Drive& drive) {
+inline Robot truth_of(const Wander& drive) {
   Robot robot = nominal_of(drive);
   if (robot.chassis.gyro) {
-    robot.chassis.gyro->scale = kGyroScale;
-    robot.chassis.gyro->bias_rad_s = kGyroBias;
+    robot.chassis.gyro->scale = kTrueGyroScale;
+    robot.chassis.gyro->bias_rad_s = kTrueGyroBias;
   }
   if (drive.velocity) {
     robot.chassis.velocity = {.forward_scale = kForwardScale,
@@ -74,7 +74,7 @@ inline Robot truth_of(const Drive& drive) {
 
 class Wanderer {
  public:
-  Wanderer(const Drive& drive, std::uint64_t seed) : drive_(drive), random_(seed) {
+  Wanderer(const Wander& drive, std::uint64_t seed) : drive_(drive), random_(seed) {
     for (int i = 0; i < drive.landmarks; ++i)
       places_.push_back({uniform(-kHalfField_m, kHalfField_m), uniform(-kHalfField_m, kHalfField_m)});
     recording_.name = "wander";
@@ -136,7 +136,7 @@ class Wanderer {
       read_wheels(time_s, forward_m, turn_rad);
     if (drive_.gyro_noise == 0.0) return;
     recording_.gyro.time_s.push_back(time_s);
-    recording_.gyro.yaw_rate_rad_s.push_back(turn_rad / dt / kGyroScale + kGyroBias +
+    recording_.gyro.yaw_rate_rad_s.push_back(turn_rad / dt / kTrueGyroScale + kTrueGyroBias +
                                              normal(drive_.gyro_noise / std::sqrt(dt)));
   }
 
@@ -171,7 +171,7 @@ class Wanderer {
     }
   }
 
-  Drive drive_;
+  Wander drive_;
   std::mt19937_64 random_;
   std::vector<Place> places_;
   Recording recording_;

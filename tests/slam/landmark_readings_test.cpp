@@ -20,23 +20,23 @@ namespace {
 
 using namespace test::among_landmarks;
 
-constexpr double kChance = 1e-3;  // on either side, of each limit
+constexpr double kTail = 1e-3;  // on either side, of each limit
 // Of a normal number: 1σ that it leaves as rarely on both sides together.
 constexpr double kNormalLimit = 3.29;
 
-struct Case {
+struct NoisyCase {
   const char* name;
-  Drive drive;
+  Wander drive;
 };
 
-class NoisyReadings : public testing::TestWithParam<Case> {};
+class NoisyReadings : public testing::TestWithParam<NoisyCase> {};
 
 /// The mean of n errors over their sigmas is normal with 1/√n, the sum of all NEES is χ². Taken for exact,
 /// the track's errors had means of 1.4 to 3 sigmas here, and NEES of 2 to 5 times what is expected.
 TEST_P(NoisyReadings, LeaveNoErrorInCommon) {
-  const Drive& drive = GetParam().drive;
+  const Wander& drive = GetParam().drive;
   const Robot nominal = nominal_of(drive), truth = truth_of(drive);
-  const int trials = test::trials(12, 2);
+  const int trials = test::trials(10, 2);
   double nees = 0.0, expected = 0.0;
   std::map<std::string, double> sigmas;
   for (int trial = 0; trial < trials; ++trial) {
@@ -55,40 +55,41 @@ TEST_P(NoisyReadings, LeaveNoErrorInCommon) {
     EXPECT_LT(std::abs(sum / trials), kNormalLimit / std::sqrt(trials)) << name;
   }
   std::printf(" sigmas\n");
-  EXPECT_LT(nees, chi_squared_limit(kChance, expected));
-  EXPECT_GT(nees, chi_squared_limit(1.0 - kChance, expected));
+  EXPECT_LT(nees, chi_squared_limit(kTail, expected));
+  EXPECT_GT(nees, chi_squared_limit(1.0 - kTail, expected));
 }
 
-INSTANTIATE_TEST_SUITE_P(Drives, NoisyReadings,
-                         testing::Values(Case{"wheels at 20 Hz", {.duration_s = 80.0, .wheel_noise = 0.02}},
-                                         Case{"wheels at 50 Hz, few sightings",
-                                              {.rate_hz = 50.0,
-                                               .sighting_rate_hz = 2.0,
-                                               .duration_s = 120.0,
-                                               .landmarks = 10,
-                                               .wheel_noise = 0.02}},
-                                         Case{"wheels at 20 Hz, good ones",
-                                              {.duration_s = 60.0, .landmarks = 20, .wheel_noise = 0.005}},
-                                         Case{"a noisy gyro",
-                                              {.rate_hz = 50.0,
-                                               .sighting_rate_hz = 2.0,
-                                               .duration_s = 120.0,
-                                               .landmarks = 10,
-                                               .wheel_noise = 0.02,
-                                               .gyro_noise = 0.02}},
-                                         Case{"a velocity at 10 Hz",
-                                              {.rate_hz = 10.0,
-                                               .duration_s = 80.0,
-                                               .wheel_noise = 0.02,
-                                               .velocity = true,
-                                               .turn_per_rad = 0.05,
-                                               .turn_per_m = 0.05}}),
-                         [](const auto& one) { return "case" + std::to_string(one.index); });
+INSTANTIATE_TEST_SUITE_P(
+    Drives, NoisyReadings,
+    testing::Values(NoisyCase{"wheels at 20 Hz", {.duration_s = 80.0, .wheel_noise = 0.02}},
+                    NoisyCase{"wheels at 50 Hz, few sightings",
+                              {.rate_hz = 50.0,
+                               .sighting_rate_hz = 2.0,
+                               .duration_s = 120.0,
+                               .landmarks = 10,
+                               .wheel_noise = 0.02}},
+                    NoisyCase{"wheels at 20 Hz, good ones",
+                              {.duration_s = 60.0, .wheel_noise = 0.005}},
+                    NoisyCase{"a noisy gyro",
+                              {.rate_hz = 50.0,
+                               .sighting_rate_hz = 2.0,
+                               .duration_s = 120.0,
+                               .landmarks = 10,
+                               .wheel_noise = 0.02,
+                               .gyro_noise = 0.02}},
+                    NoisyCase{"a velocity at 10 Hz",
+                              {.rate_hz = 10.0,
+                               .duration_s = 80.0,
+                               .wheel_noise = 0.02,
+                               .velocity = true,
+                               .turn_per_rad = 0.05,
+                               .turn_per_m = 0.02}}),
+    [](const auto& one) { return "case" + std::to_string(one.index); });
 
 /// Of the turn, by differences: the variance changes with the track by C twice, and with what a wheel reads
 /// by its third moment, T of which the turn alone is sought.
 TEST(ReadingErrors, AreDerivativesOfTheMotionsVariance) {
-  const Drive drive{.duration_s = 20.0, .wheel_noise = 0.02};
+  const Wander drive{.duration_s = 20.0, .wheel_noise = 0.02};
   const Recording recording = Wanderer(drive, 1).recorded();
   const SlamInputOptions options{.parameters = {{ParameterKind::track, -1}}};
   const auto turn_variances = [&](double track_m) {
