@@ -1,4 +1,4 @@
-// Robots that wind about among landmarks, whose wheels, gyro and velocities read the true motion and noise.
+// Robots that wind about among landmarks, whose wheels and gyro read the true motion and noise.
 // Nothing of the library simulates them: docs/theory.md and docs/recording.md say what is read.
 #pragma once
 
@@ -21,9 +21,6 @@ struct Wander {
   int landmarks = 15;
   double wheel_noise = 0.01;  ///< [m/√m]
   double gyro_noise = 0.0;    ///< [rad/s/√Hz]; 0: there is no gyro
-  bool velocity = false;      ///< a ready-made velocity in place of wheels
-  double turn_per_rad = 0.0;  ///< its turn's noise [rad/√rad]
-  double turn_per_m = 0.0;    ///< and of travel [rad/√m]
   double range_sigma_m = 0.03, bearing_sigma_rad = 0.5 * M_PI / 180.0;
 };
 
@@ -31,20 +28,14 @@ inline constexpr double kHalfField_m = 5.0;  // landmarks are within ± this, th
 inline constexpr double kLeft_m = 0.1012, kRight_m = 0.0993;  // true diameters
 inline constexpr double kTrack_m = 0.312;                     // true; all about the nominal 0.1 and 0.3
 inline constexpr double kTrueGyroScale = 1.01, kTrueGyroBias = 0.004;
-inline constexpr double kForwardScale = 1.02, kYawScale = 0.96;  // true = scale · reading + ...
-inline constexpr double kYawPerForward = 0.015, kYawBias = 0.002;
 
 /// What calibration is given: wrong parameters, right noise.
 inline Robot nominal_of(const Wander& drive) {
   Robot robot;
   robot.name = "oracle";
-  if (!drive.velocity) {
-    robot.chassis = differential_drive({0.1, 4096.0, 0}, 0.3);
-    robot.wheel_names = {"left", "right"};
-  }
+  robot.chassis = differential_drive({0.1, 4096.0, 0}, 0.3);
+  robot.wheel_names = {"left", "right"};
   robot.chassis.noise.wheel_per_sqrt_m = drive.wheel_noise;
-  robot.chassis.noise.turn_per_sqrt_m = drive.turn_per_m;
-  robot.chassis.noise.turn_per_sqrt_rad = drive.turn_per_rad;
   if (drive.gyro_noise > 0.0) robot.chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = drive.gyro_noise};
   robot.landmark_sensor = LandmarkSensor{.body_from_sensor = {},
                                          .range_sigma_m = drive.range_sigma_m,
@@ -59,13 +50,6 @@ inline Robot truth_of(const Wander& drive) {
     robot.chassis.gyro->scale = kTrueGyroScale;
     robot.chassis.gyro->bias_rad_s = kTrueGyroBias;
   }
-  if (drive.velocity) {
-    robot.chassis.velocity = {.forward_scale = kForwardScale,
-                              .yaw_scale = kYawScale,
-                              .yaw_per_forward_rad_m = kYawPerForward,
-                              .yaw_bias_rad_s = kYawBias};
-    return robot;
-  }
   set_value({ParameterKind::diameter, 0}, kLeft_m, robot);
   set_value({ParameterKind::diameter, 1}, kRight_m, robot);
   set_value({ParameterKind::track, -1}, kTrack_m, robot);
@@ -79,8 +63,7 @@ class Wanderer {
       places_.push_back({uniform(-kHalfField_m, kHalfField_m), uniform(-kHalfField_m, kHalfField_m)});
     recording_.name = "wander";
     recording_.session = "one";
-    if (!drive.velocity)
-      recording_.wheels.series = {{"left", WheelUnit::radians, {}}, {"right", WheelUnit::radians, {}}};
+    recording_.wheels.series = {{"left", WheelUnit::radians, {}}, {"right", WheelUnit::radians, {}}};
   }
 
   Recording recorded() {
@@ -130,10 +113,7 @@ class Wanderer {
   }
 
   void read(double time_s, double dt, double forward_m, double turn_rad) {
-    if (drive_.velocity)
-      read_velocity(time_s, dt, forward_m, turn_rad);
-    else
-      read_wheels(time_s, forward_m, turn_rad);
+    read_wheels(time_s, forward_m, turn_rad);
     if (drive_.gyro_noise == 0.0) return;
     recording_.gyro.time_s.push_back(time_s);
     recording_.gyro.yaw_rate_rad_s.push_back(turn_rad / dt / kTrueGyroScale + kTrueGyroBias +
@@ -147,17 +127,6 @@ class Wanderer {
       travel_m_[i] += s + normal(drive_.wheel_noise * std::sqrt(std::abs(s)));
       recording_.wheels.series[i].value.push_back(2.0 * travel_m_[i] / (i == 0 ? kLeft_m : kRight_m));
     }
-  }
-
-  void read_velocity(double time_s, double dt, double forward_m, double turn_rad) {
-    const double travel =
-        (forward_m + normal(drive_.wheel_noise * std::sqrt(std::abs(forward_m)))) / kForwardScale;
-    const double noise = normal(std::sqrt(drive_.turn_per_rad * drive_.turn_per_rad * std::abs(turn_rad) +
-                                          drive_.turn_per_m * drive_.turn_per_m * std::abs(forward_m)));
-    recording_.velocity.time_s.push_back(time_s);
-    recording_.velocity.forward_m_s.push_back(travel / dt);
-    recording_.velocity.yaw_rate_rad_s.push_back(
-        (turn_rad + noise - kYawPerForward * travel - kYawBias * dt) / kYawScale / dt);
   }
 
   void see(double time_s) {

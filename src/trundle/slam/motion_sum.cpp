@@ -43,7 +43,10 @@ MotionSum::MotionSum(const Robot& robot, const SlamInputOptions& options, const 
       systematic_(systematic),
       walk_(learns_ ? walk_of(robot) : 0.0),
       by_parameters_(Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(options.parameters.size()))) {
-  if (!options.parameters.empty()) reading_errors_.emplace(robot, options.parameters, Pose2{}, std::nullopt);
+  // A velocity may be what the robot was told to do, and then what it does otherwise is no error of a
+  // reading.
+  if (!options.parameters.empty() && robot.chassis.wheel_count > 0)
+    reading_errors_.emplace(robot, options.parameters, Pose2{}, std::nullopt);
 }
 
 void MotionSum::add(const Increment& increment, bool bridged) {
@@ -63,7 +66,7 @@ void MotionSum::add(const Increment& increment, bool bridged) {
   const Pose2& end = odometer_.pose();
   by_parameters_ =
       adjoint(end.inverse()) * by_parameters_ + in_body(end, Eigen::Matrix3Xd(odometer_.sensitivity()));
-  reading_errors_->follow(increment, sum_.mean);
+  if (reading_errors_) reading_errors_->follow(increment, sum_.mean);
 }
 
 /// The rounding of the last counts is that of this step; that of the counts before was told by the step
@@ -80,7 +83,7 @@ void MotionSum::finish_step(double time_s, SlamInput& input) {
   const Pose2 end = std::exchange(sum_, {}).mean;
   counted_ = false;
   if (by_parameters_.cols() == 0) return;
-  input.reading_errors.push_back(reading_errors_->take(end));
+  if (reading_errors_) input.reading_errors.push_back(reading_errors_->take(end));
   input.by_parameters.push_back(by_parameters_);
   by_parameters_.setZero();
 }

@@ -103,7 +103,7 @@ TrackInput track_input(const AssociatedRecording& one, const Robot& robot, const
       by_parameters.col(clock - free.parameters.begin()) = input.by_sensor_clock[k];
     track.time_s.push_back(input.steps[k].time_s);
     FreeMotion free_motion{motion.mean, motion.covariance, by_parameters * columns};
-    if (!moving.rows.empty())
+    if (!input.reading_errors.empty())
       free_motion.reading_errors = combined(input.reading_errors[k], columns(moving.rows, Eigen::all));
     track.motions.push_back(std::move(free_motion));
   }

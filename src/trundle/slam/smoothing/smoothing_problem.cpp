@@ -39,13 +39,20 @@ ReadingErrors composed(const Matrix3& Ad, const ReadingErrors& first, ReadingErr
   return second;
 }
 
-/// Q + change to first order, but a covariance however large the change is: along each of its axes a variance
-/// becomes 1 + x times as large, or 1 − x times smaller.
+/// By how many times as much a variance that goes with a way changes where the way does by a share x. Beyond
+/// −1 it goes back as far; about there it is not none, since x is not that certain.
+double times_as_much(double x) {
+  if (x < -1.0) return -0.5 - x;
+  return x < 0.0 ? 1.0 / (1.0 - x) : 1.0 + x;
+}
+
+/// Q + change to first order, but a covariance however large the change is, along each of its axes.
 Matrix3 changed_by(const Matrix3& change, const Matrix3& Q) {
   const Eigen::LLT<Matrix3> root(Q);
+  if (root.info() != Eigen::Success) return Q;
   const Matrix3 half = root.matrixL().solve(change).transpose();
   const auto [by, axes] = symmetric_eigen(Matrix3(root.matrixL().solve(half)));
-  const Vector3 times = by.unaryExpr([](double x) { return x < 0.0 ? 1.0 / (1.0 - x) : 1.0 + x; });
+  const Vector3 times = by.unaryExpr(&times_as_much);
   const Matrix3 scaled = root.matrixL() * axes;
   return scaled * times.asDiagonal() * scaled.transpose();
 }
