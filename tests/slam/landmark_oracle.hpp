@@ -1,5 +1,5 @@
 // Robots that wind about among landmarks, whose wheels and gyro read the true motion and noise.
-// Nothing of the library simulates them: docs/theory.md and docs/recording.md say what is read.
+// Nothing of the library simulates them: docs/robot.md and docs/recording.md say what is read.
 #pragma once
 
 #include <cmath>

@@ -125,7 +125,6 @@ class NoiseSearch {
   /// A Newton step in log σ of what is sought; returns its greatest length in sigmas.
   double step() {
     joint_ = joint_problem(all_, robot_, free_);
-    correct_readings(state_, joint_.problem);
     state_ = minimiser_.minimise(joint_.problem, std::move(state_)).state;
     if (!minimiser_.linearise(joint_.problem, state_))
       throw CannotAnswer("the sightings leave poses or landmarks undetermined");
