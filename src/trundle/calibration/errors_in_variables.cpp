@@ -4,6 +4,8 @@
 
 #include <Eigen/LU>
 
+#include "trundle/geometry/gaussian.hpp"
+#include "trundle/geometry/squared.hpp"
 #include "trundle/odometry/arc.hpp"
 
 namespace trundle::calibration {
@@ -27,12 +29,26 @@ Matrix3 matrix_of(const Map& map) {
 
 }  // namespace
 
+ReadingErrors ReadingErrors::mapped(const Matrix3& map) const {
+  ReadingErrors result{map * sensitivity, Eigen::Matrix3Xd::Zero(3, covariance.cols())};
+  for (Eigen::Index at = 0; at < sensitivity.cols(); at += 3) {
+    auto C = result.sensitivity.middleCols<3>(at);
+    C = (C * map.transpose()).eval();
+  }
+  for (Eigen::Index i = 0; 3 * i < covariance.cols(); ++i) {
+    const Matrix3 T = map * covariance.middleCols<3>(3 * i) * map.transpose();
+    for (Eigen::Index k = 0; k < 3; ++k) result.covariance.middleCols<3>(3 * k) += map(k, i) * T;
+  }
+  return result;
+}
+
 SensitivityErrors::SensitivityErrors(const Robot& robot, std::span<const Parameter> parameters,
                                      const Pose2& pose, std::optional<double> gyro_noise_rad_s_sqrt_hz)
     : weighing_(robot.chassis),
       chassis_(robot.chassis),
       parameters_(parameters.begin(), parameters.end()),
       covariance_(parameters.size(), Matrix3::Zero()),
+      third_(Eigen::Matrix<double, 3, 9>::Zero()),
       from_(pose) {
   prepare(weighing_, rows_of(weighing_, weighing_.gyro.has_value()));
   if (chassis_.gyro && gyro_noise_rad_s_sqrt_hz)
@@ -55,7 +71,10 @@ void SensitivityErrors::prepare(const Chassis& chassis, const Rows& rows) {
 void SensitivityErrors::follow(const Increment& increment, const Pose2& pose) {
   if (covariance_.empty()) return;
   ways_.duration_s += increment.duration_s;
-  for (std::size_t i = 0; i < ways_.turned.size(); ++i) ways_.turned[i] += std::abs(increment.turned[i]);
+  for (std::size_t i = 0; i < ways_.turned.size(); ++i) {
+    ways_.turned[i] += std::abs(increment.turned[i]);
+    net_.turned[i] += increment.turned[i];
+  }
   ways_.steering_rad = increment.steering_rad;
   complete_ = complete_ && (increment.has_gyro || !chassis_.gyro);
   if (ways_.duration_s >= kLongestInterval_s - 1e-9) close(pose);
@@ -75,6 +94,29 @@ RowVector SensitivityErrors::variance_of_readings() const {
   return variance;
 }
 
+/// By the length of what is read: ∂V/∂|z|.
+RowVector SensitivityErrors::growth_of_variance() const {
+  RowVector growth = RowVector::Zero(rows_.count());
+  for (int i = 0; i < rows_.measured; ++i) {
+    const Row& row = rows_.row[static_cast<std::size_t>(i)];
+    const ChassisNoise& noise = chassis_.noise;
+    if (row.kind == RowKind::wheel)
+      growth[i] = rolling_variance(chassis_, static_cast<std::size_t>(row.wheel), 1.0);
+    if (row.kind == RowKind::forward) growth[i] = squared(noise.wheel_per_sqrt_m);
+    if (row.kind == RowKind::turn) growth[i] = squared(noise.turn_per_sqrt_rad);
+  }
+  return growth;
+}
+
+Matrix3 SensitivityErrors::noise_of(const std::array<double, kMaxWheels>& turned) const {
+  Increment ways;
+  ways.turned = turned;
+  ways.steering_rad = ways_.steering_rad;
+  const RowVector variance =
+      growth_of_variance().cwiseProduct(readings_of(chassis_, rows_, ways).z.cwiseAbs());
+  return pose_ * variance.asDiagonal() * pose_.transpose();
+}
+
 void SensitivityErrors::close(const Pose2& pose) {
   if (ways_.duration_s <= 0.0) return;
   const Twist2 twist = log(from_.inverse() * pose);
@@ -84,6 +126,14 @@ void SensitivityErrors::close(const Pose2& pose) {
   if (is_steered(weighing_))
     prepare(at_steering(weighing_, ways_), rows_at(weighing_, ways_, weighing_.gyro.has_value()));
   const RowVector variance = variance_of_readings();
+  // V ∂V/∂z: where a reading is too large, so is the variance that it is said to have.
+  const RowVector third = variance.cwiseProduct(growth_of_variance())
+                              .cwiseProduct(readings_of(chassis_, rows_, net_).z.cwiseSign());
+  const ByReading by = M * pose_;
+  third_ = ReadingErrors{Eigen::Matrix3Xd(3, 0), third_}.mapped(F).covariance;
+  for (Eigen::Index k = 0; k < 3; ++k)
+    third_.middleCols<3>(3 * k) +=
+        by * third.cwiseProduct(by.row(k).transpose()).asDiagonal() * by.transpose();
   for (std::size_t j = 0; j < covariance_.size(); ++j) {
     covariance_[j] = (F * covariance_[j] * F.transpose()).eval();
     if (!complete_) continue;  // it would be weighed otherwise; and little is left out
@@ -92,6 +142,7 @@ void SensitivityErrors::close(const Pose2& pose) {
   }
   from_ = pose;
   ways_ = {};
+  net_ = {};
   complete_ = true;
 }
 
@@ -106,6 +157,17 @@ PoseSensitivity SensitivityErrors::revealed(const Vector3& weighed_innovation, c
 void SensitivityErrors::correct(const Matrix3& keep, const Pose2& pose) {
   for (Matrix3& covariance : covariance_) covariance = (keep * covariance * keep.transpose()).eval();
   from_ = pose;
+}
+
+ReadingErrors SensitivityErrors::take(const Pose2& pose) {
+  close(pose);
+  ReadingErrors errors{Eigen::Matrix3Xd(3, 3 * covariance_.size()), third_};
+  for (std::size_t j = 0; j < covariance_.size(); ++j)
+    errors.sensitivity.middleCols<3>(3 * static_cast<Eigen::Index>(j)) = covariance_[j];
+  for (Matrix3& covariance : covariance_) covariance.setZero();
+  third_.setZero();
+  from_ = {};
+  return errors.mapped(world_from_body_axes(pose).transpose());
 }
 
 }  // namespace trundle::calibration

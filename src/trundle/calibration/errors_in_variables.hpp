@@ -9,6 +9,17 @@
 
 namespace trundle::calibration {
 
+/// How what was computed of noisy readings, beside a motion, errs with that motion's error e ~ N(0, Q). Where
+/// e is most likely Q w, a sensitivity is most likely its computed value + C w, and Q, the variances of
+/// readings being those of their true ways, Q + Σ w_i T_i. docs/theory/landmark-calibration.md, eq. 13d.
+struct ReadingErrors {
+  Eigen::Matrix3Xd sensitivity = Eigen::Matrix3Xd(3, 0);  ///< C of each parameter, side by side
+  Eigen::Matrix3Xd covariance = Eigen::Matrix3Xd(3, 0);   ///< T_1, T_2, T_3; no columns: there are no errors
+
+  /// Those that go with map · e.
+  [[nodiscard]] ReadingErrors mapped(const Matrix3& map) const;
+};
+
 /// Errors in variables. How the pose depends on a parameter is computed from the readings that made the pose,
 /// so both err together: where the reference says that a wheel rolled too far, its share in the sensitivity
 /// is too large as well. Least squares that takes sensitivities for exact shrinks what they multiply; a track
@@ -28,11 +39,17 @@ class SensitivityErrors {
   PoseSensitivity revealed(const Vector3& weighed_innovation, const Pose2& pose);
   /// After the measurement, which moved the odometer to `pose`: keep = I − K H.
   void correct(const Matrix3& keep, const Pose2& pose);
+  /// All of them up to `pose`, in body axes there; then all begins anew at (0, 0, 0).
+  ReadingErrors take(const Pose2& pose);
+  /// Covariance of a short motion, in body axes, by the noise of readings of such ways (as
+  /// Increment::turned).
+  [[nodiscard]] Matrix3 noise_of(const std::array<double, kMaxWheels>& turned) const;
 
  private:
   void prepare(const Chassis& chassis, const Rows& rows);
   void close(const Pose2& pose);
   RowVector variance_of_readings() const;
+  RowVector growth_of_variance() const;
 
   /// Per unit error of each reading [1/m; the gyro's 1/rad].
   using ByReading = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxRows>;
@@ -44,8 +61,10 @@ class SensitivityErrors {
   ByReading pose_;                      ///< G of ξ = G z, the error of the motion
   std::vector<ByReading> sensitivity_;  ///< G ∂z/z − G ∂H G, that of its sensitivity to each parameter
   std::vector<Matrix3> covariance_;     ///< C in world axes
+  Eigen::Matrix<double, 3, 9> third_;   ///< T in world axes
   Pose2 from_;                          ///< where the open interval began
   Increment ways_;                      ///< what rolled in it, without sign; its last steering
+  Increment net_;                       ///< and with it
   bool complete_ = true;                ///< the gyro was there throughout
 };
 

@@ -42,7 +42,12 @@ MotionSum::MotionSum(const Robot& robot, const SlamInputOptions& options, const 
       odometer_(odometer_of(robot, options, systematic)),
       systematic_(systematic),
       walk_(learns_ ? walk_of(robot) : 0.0),
-      by_parameters_(Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(options.parameters.size()))) {}
+      by_parameters_(Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(options.parameters.size()))) {
+  // A velocity may be what the robot was told to do, and then what it does otherwise is no error of a
+  // reading.
+  if (!options.parameters.empty() && robot.chassis.wheel_count > 0)
+    reading_errors_.emplace(robot, options.parameters, Pose2{}, std::nullopt);
+}
 
 void MotionSum::add(const Increment& increment, bool bridged) {
   begin_interval();
@@ -61,6 +66,7 @@ void MotionSum::add(const Increment& increment, bool bridged) {
   const Pose2& end = odometer_.pose();
   by_parameters_ =
       adjoint(end.inverse()) * by_parameters_ + in_body(end, Eigen::Matrix3Xd(odometer_.sensitivity()));
+  if (reading_errors_) reading_errors_->follow(increment, sum_.mean);
 }
 
 /// The rounding of the last counts is that of this step; that of the counts before was told by the step
@@ -73,11 +79,23 @@ Motion MotionSum::so_far() const {
 
 void MotionSum::finish_step(double time_s, SlamInput& input) {
   input.steps.push_back({time_s, so_far(), {}, std::exchange(reading_, {})});
-  sum_ = {};
+  if (reading_errors_) input.steps.back().motion.covariance += count_pending();
+  const Pose2 end = std::exchange(sum_, {}).mean;
   counted_ = false;
   if (by_parameters_.cols() == 0) return;
+  if (reading_errors_) input.reading_errors.push_back(reading_errors_->take(end));
   input.by_parameters.push_back(by_parameters_);
   by_parameters_.setZero();
+}
+
+/// Noise of ways that the odometer does not call travel yet: where a wheel hardly rolls from one sighting to
+/// the next it would be as sure as one that stands.
+Matrix3 MotionSum::count_pending() {
+  OdometerState state = odometer_.state();
+  const Matrix3 noise = reading_errors_->noise_of(state.rolling.pending);
+  state.rolling.pending = {};
+  odometer_.resume(state);
+  return noise;
 }
 
 /// Each starts from a pose that is certain, with whatever else the odometer remembers.

@@ -32,6 +32,7 @@ class MotionSum {
 
  private:
   void begin_interval();
+  Matrix3 count_pending();
   [[nodiscard]] GyroBias learned() const;
   [[nodiscard]] Motion motion_of_interval(const GyroBias& before, double duration_s) const;
   void add_by_bias(const GyroBias& before, double duration_s, Motion& motion) const;
@@ -45,6 +46,7 @@ class MotionSum {
   bool counted_ = false;  ///< counts fell since the last step
   std::optional<BiasReading> reading_;
   Eigen::Matrix3Xd by_parameters_;
+  std::optional<calibration::SensitivityErrors> reading_errors_;  ///< where there are parameters
   double rest_s_ = 0.0;
   Vector3 rate_ = Vector3::Zero();
 };

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "trundle/calibration/errors_in_variables.hpp"
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/recording/alignment/align.hpp"
 #include "trundle/slam/observation.hpp"
@@ -36,6 +37,9 @@ struct SlamInput {
   /// Of each step's motion, by SlamInputOptions::parameters: truth = mean · exp(by_parameters · (true value −
   /// the robot's) + e).
   std::vector<Eigen::Matrix3Xd> by_parameters = {};
+  /// Likewise: how errors of readings go with that of the motion. docs/theory/landmark-calibration.md, eq.
+  /// 13d.
+  std::vector<calibration::ReadingErrors> reading_errors = {};
   /// Of each step's motion, by the landmark sensor's time_offset_s [m/s, rad/s]: what is seen is seen later.
   std::vector<Vector3> by_sensor_clock = {};
   /// Of each observation, step by step: which of the sightings it is, counted in the order of time.

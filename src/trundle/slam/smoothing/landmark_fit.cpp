@@ -215,9 +215,10 @@ void improve(Minimiser& minimiser, LandmarkSearch& search) {
   SmoothingState& state = search.fit.state;
   FreeColumns& free = search.fit.free;
   const Eigen::Index own = free.columns.cols();
-  const JointProblem here = joint_problem(search.all, estimate.robot, free);
+  JointProblem here = joint_problem(search.all, estimate.robot, free);
   require_same_sightings(here.problem, state);
   state.parameters = Eigen::VectorXd::Zero(own + free.own.count());
+  correct_readings(state, here.problem);
   Minimum minimum = minimiser.minimise(here.problem, std::move(state));
   state = std::move(minimum.state);
   require_determined(minimiser.linearise(here.problem, state));

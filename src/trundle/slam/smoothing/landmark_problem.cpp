@@ -10,6 +10,8 @@
 namespace trundle::slam {
 namespace {
 
+using calibration::ReadingErrors;
+
 // A window of readings whose parity residual chance makes once in 10⁶ is slip.
 constexpr double kParityGate = 30.0;
 
@@ -26,6 +28,15 @@ MotionParameters of_motion(std::span<const Parameter> all) {
     moving.rows.push_back(static_cast<Eigen::Index>(i));
   }
   return moving;
+}
+
+/// Of by_parameters · columns.
+ReadingErrors combined(const ReadingErrors& errors, const Eigen::MatrixXd& columns) {
+  ReadingErrors result{Eigen::Matrix3Xd::Zero(3, 3 * columns.cols()), errors.covariance};
+  for (Eigen::Index q = 0; q < columns.cols(); ++q)
+    for (Eigen::Index j = 0; j < columns.rows(); ++j)
+      result.sensitivity.middleCols<3>(3 * q) += columns(j, q) * errors.sensitivity.middleCols<3>(3 * j);
+  return result;
 }
 
 /// By each parameter, the errors of readings that it makes. Eq. 13a.
@@ -91,7 +102,10 @@ TrackInput track_input(const AssociatedRecording& one, const Robot& robot, const
     if (clock != free.parameters.end())
       by_parameters.col(clock - free.parameters.begin()) = input.by_sensor_clock[k];
     track.time_s.push_back(input.steps[k].time_s);
-    track.motions.push_back({motion.mean, motion.covariance, by_parameters * columns});
+    FreeMotion free_motion{motion.mean, motion.covariance, by_parameters * columns};
+    if (!input.reading_errors.empty())
+      free_motion.reading_errors = combined(input.reading_errors[k], columns(moving.rows, Eigen::all));
+    track.motions.push_back(std::move(free_motion));
   }
   return track;
 }

@@ -1,9 +1,14 @@
 #include "trundle/slam/smoothing/smoothing_problem.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
+
+#include "trundle/geometry/decompositions.hpp"
 
 namespace trundle::slam {
 namespace {
+
+using calibration::ReadingErrors;
 
 // Noise that is exactly none would make information infinite: no step is known better than to a micrometre or
 // microradian, and no bias walks by less than that over a thousand seconds.
@@ -25,6 +30,33 @@ Eigen::Matrix4d information_of(const FreeMotion& motion) {
   return Q.inverse();
 }
 
+/// Of two motions, the first one's carried to the end.
+ReadingErrors composed(const Matrix3& Ad, const ReadingErrors& first, ReadingErrors second) {
+  if (first.covariance.cols() == 0) return second;
+  const ReadingErrors carried = first.mapped(Ad);
+  second.sensitivity += carried.sensitivity;
+  second.covariance += carried.covariance;
+  return second;
+}
+
+/// By how many times as much a variance that goes with a way changes where the way does by a share x. Beyond
+/// −1 it goes back as far; about there it is not none, since x is not that certain.
+double times_as_much(double x) {
+  if (x < -1.0) return -0.5 - x;
+  return x < 0.0 ? 1.0 / (1.0 - x) : 1.0 + x;
+}
+
+/// Q + change to first order, but a covariance however large the change is, along each of its axes.
+Matrix3 changed_by(const Matrix3& change, const Matrix3& Q) {
+  const Eigen::LLT<Matrix3> root(Q);
+  if (root.info() != Eigen::Success) return Q;
+  const Matrix3 half = root.matrixL().solve(change).transpose();
+  const auto [by, axes] = symmetric_eigen(Matrix3(root.matrixL().solve(half)));
+  const Vector3 times = by.unaryExpr(&times_as_much);
+  const Matrix3 scaled = root.matrixL() * axes;
+  return scaled * times.asDiagonal() * scaled.transpose();
+}
+
 }  // namespace
 
 FreeMotion operator*(const FreeMotion& first, const FreeMotion& second) {
@@ -36,6 +68,7 @@ FreeMotion operator*(const FreeMotion& first, const FreeMotion& second) {
   both.by_bias = Ad * first.by_bias + second.by_bias;
   both.covariance += mixed + mixed.transpose() + first.walk * second.by_bias * second.by_bias.transpose();
   both.walk = first.walk + second.walk;
+  both.reading_errors = composed(Ad, first.reading_errors, second.reading_errors);
   both.with_walk = carried + first.walk * second.by_bias + second.with_walk;
   return both;
 }
@@ -46,7 +79,8 @@ MotionLink link_of(int from, int to, const FreeMotion& motion) {
           .mean = motion.mean,
           .information = information_of(motion),
           .by_parameters = motion.by_parameters,
-          .by_bias = motion.by_bias};
+          .by_bias = motion.by_bias,
+          .reading_errors = motion.reading_errors};
 }
 
 // What is not known of the bias at the start is noise of the motion, and of the bias at its end.
@@ -79,6 +113,21 @@ MotionResidual motion_residual(const MotionLink& link, const SmoothingState& sta
   residual.by_from.topRightCorner<3, 1>() = -link.by_bias;
   residual.by_from(3, 3) = -1.0;
   return residual;
+}
+
+// Eq. 13d.
+void correct_readings(const SmoothingState& state, SmoothingProblem& problem) {
+  for (MotionLink& link : problem.motions) {
+    const ReadingErrors& errors = link.reading_errors;
+    if (errors.covariance.cols() == 0) continue;
+    auto W = link.information.topLeftCorner<3, 3>();
+    const Vector3 w = W * motion_residual(link, state).error.head<3>();
+    for (Eigen::Index j = 0; j < link.by_parameters.cols(); ++j)
+      link.by_parameters.col(j) += errors.sensitivity.middleCols<3>(3 * j) * w;
+    Matrix3 change = Matrix3::Zero();
+    for (Eigen::Index i = 0; i < 3; ++i) change += w[i] * errors.covariance.middleCols<3>(3 * i);
+    W = changed_by(change, W.inverse()).inverse().eval();
+  }
 }
 
 // Eq. 2, 6, 13a.

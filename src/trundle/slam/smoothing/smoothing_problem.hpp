@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include "trundle/calibration/errors_in_variables.hpp"
 #include "trundle/calibration/information.hpp"
 #include "trundle/slam/motion.hpp"
 #include "trundle/slam/observation.hpp"
@@ -15,11 +16,12 @@ namespace trundle::slam {
 /// walks: truth = mean · exp(by_bias · b + by_parameters · p + e), e ~ N(0, covariance), b that at the start.
 struct FreeMotion {
   Pose2 mean;
-  Matrix3 covariance = Matrix3::Zero();  ///< as of Motion
-  Eigen::Matrix3Xd by_parameters;        ///< one column for each parameter
-  Vector3 by_bias = Vector3::Zero();     ///< 0 where there is none
-  double walk = 0.0;                     ///< as of Motion
-  Vector3 with_walk = Vector3::Zero();   ///< likewise
+  Matrix3 covariance = Matrix3::Zero();            ///< as of Motion
+  Eigen::Matrix3Xd by_parameters;                  ///< one column for each parameter
+  Vector3 by_bias = Vector3::Zero();               ///< 0 where there is none
+  double walk = 0.0;                               ///< as of Motion
+  Vector3 with_walk = Vector3::Zero();             ///< likewise
+  calibration::ReadingErrors reading_errors = {};  ///< of by_parameters and covariance; none: they are exact
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
@@ -39,7 +41,8 @@ struct MotionLink {
   Eigen::Matrix4d information = Eigen::Matrix4d::Identity();
   Eigen::Matrix3Xd by_parameters;
   Vector3 by_bias = Vector3::Zero();
-  Vector3 included = Vector3::Zero();  ///< what of those effects the mean has already
+  Vector3 included = Vector3::Zero();              ///< what of those effects the mean has already
+  calibration::ReadingErrors reading_errors = {};  ///< as of FreeMotion
 
   static constexpr int kKnown = -1;
 
@@ -147,6 +150,10 @@ struct MotionResidual {
   Eigen::Matrix4d by_to;
 };
 [[nodiscard]] MotionResidual motion_residual(const MotionLink& link, const SmoothingState& state);
+
+/// Sensitivities and covariances of all motions become those of the motions that a state says, where they are
+/// those of noisy readings. docs/theory/landmark-calibration.md, eq. 13d.
+void correct_readings(const SmoothingState& state, SmoothingProblem& problem);
 
 /// Reading minus expectation over its sigmas, and derivatives by a move pose · exp(δ), by the landmark and by
 /// the sensor's errors. Eq. 2, 6; docs/theory/landmark-calibration.md, eq. 13a.
