@@ -19,10 +19,6 @@ using Vector = Eigen::VectorXd;
 constexpr double kMostWindows = 2.5;
 // Times what the robot drives at its fastest: a reference that moves faster has jumped.
 constexpr double kFasterThanAnyMotion = 3.0;
-// Noise is a tenth of the motion in windows of which reference and robot correlate by this: √(1 − 0.1²).
-constexpr double kMotionAlone = 0.995;
-// As often windows are made twice as long for it: eight times as long they still tell 50 ms of 2 s.
-constexpr int kMostDoublings = 3;
 // Of the log, searched on either side: two thirds of it are compared.
 constexpr double kShareSearched = 1.0 / 6.0;
 
@@ -136,11 +132,13 @@ std::vector<bool> compared(const LogOnTwoClocks& log, double given_s, double lar
   return used;
 }
 
-std::optional<TimeOffset> offset_by_windows(std::span<const ReferenceLog> given, const Robot& robot,
-                                            const TimeOffsetOptions& options, double shortest_window_s) {
+}  // namespace
+
+std::optional<TimeOffset> reference_time_offset(std::span<const ReferenceLog> given, const Robot& robot,
+                                                const TimeOffsetOptions& options) {
   std::vector<LogOnTwoClocks> logs;
   for (const ReferenceLog& log : given)
-    if (auto ready = on_two_clocks(log, robot, shortest_window_s)) logs.push_back(*std::move(ready));
+    if (auto ready = on_two_clocks(log, robot, options.window_s)) logs.push_back(*std::move(ready));
   if (logs.empty()) return std::nullopt;
   const auto most = [&](double LogOnTwoClocks::*member) {
     return std::ranges::max(logs, {}, member).*member;
@@ -184,21 +182,6 @@ std::optional<TimeOffset> offset_by_windows(std::span<const ReferenceLog> given,
                       .least_sigma_s = std::max(most(&LogOnTwoClocks::sample_s), row_s) / 20.0,
                       .largest_sigma_s = options.largest_sigma_s,
                       .least_correlation = options.least_correlation});
-}
-
-}  // namespace
-
-/// Of a robot that creeps, what it moves in a short window is little beside the noise of its reference, which
-/// then has minima of its own everywhere.
-std::optional<TimeOffset> reference_time_offset(std::span<const ReferenceLog> logs, const Robot& robot,
-                                                const TimeOffsetOptions& options) {
-  std::optional<TimeOffset> found;
-  double window_s = options.window_s;
-  for (int doubling = 0; doubling <= kMostDoublings; ++doubling, window_s *= 2.0) {
-    if (const auto longer = offset_by_windows(logs, robot, options, window_s)) found = longer;
-    if (found && std::abs(found->correlation) >= kMotionAlone) break;
-  }
-  return found;
 }
 
 std::optional<TimeOffset> reference_time_offset(const ReferenceStream& reference,
