@@ -13,8 +13,8 @@
 namespace trundle::calibration {
 namespace {
 
-// A level from n residuals is known to 1/√(2n) of itself: to a sixth.
-constexpr std::size_t kFewestInnovations = 20;
+// A level from n residuals, two or three at each epoch, is known to 1/√(2n) of itself: to a sixth.
+constexpr std::size_t kFewestEpochs = 11;
 // Less is below the resolution of any encoder or reference, more is none: there levels are looked for.
 constexpr double kSmallest = 1e-5, kLargestWheelNoise = 3.0,
                  kLargestReferenceNoise = 1.0;  // [m/√m]; [m], [rad]
@@ -35,14 +35,21 @@ Robot noisy_robot(const Robot& robot, const NoiseLevels& levels) {
   return without_rounding(with_noise(robot, levels));
 }
 
-/// docs/theory/calibration-noise.md, eq. 8.
+/// Beyond the limit its slope by the logarithm of the levels stays what it is there. Cut off altogether, no
+/// noise at all would be the likeliest: all innovations beyond the limit, and log |S| without one.
+double bounded(double squared_mahalanobis) {
+  if (squared_mahalanobis <= kLargestInnovation) return squared_mahalanobis;
+  return kLargestInnovation * (1.0 + std::log(squared_mahalanobis / kLargestInnovation));
+}
+
+/// docs/theory/calibration-noise.md, eq. 8c.
 double innovation_deviance(std::span<const Run> runs, const Robot& robot, const NoiseLevels& levels) {
   double deviance = 0.0;
   for (const Run& run : runs)
     for (const Innovation& innovation :
          stream_likelihood(run, noisy_robot(robot, levels), {}, {.reference_noise = levels.reference})
              .innovations)
-      deviance += std::min(innovation.squared_mahalanobis, kLargestInnovation) + innovation.log_determinant;
+      deviance += bounded(innovation.squared_mahalanobis) + innovation.log_determinant;
   return deviance;
 }
 
@@ -118,10 +125,9 @@ void allow_for_correlation(std::span<const Run> runs, const Robot& robot, Refere
   noise.heading_persistence = std::sqrt((1.0 + rho.z()) / (1.0 - rho.z()));
 }
 
-std::size_t innovations_of(std::span<const Run> runs) {
-  std::size_t count = 0;
-  for (const Run& run : runs) count += run.epochs.empty() ? 0 : run.epochs.size() - 1;
-  return count;
+/// Of the epochs of a run; many runs of few epochs show one stretch of each.
+bool have_innovations(std::span<const Run> runs) {
+  return std::ranges::any_of(runs, [](const Run& run) { return run.epochs.size() >= kFewestEpochs; });
 }
 
 /// The levels that make the innovations likeliest.
@@ -170,8 +176,7 @@ std::optional<NoiseLevels> levels_by_displacements(std::span<const Run> runs, co
 
 NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot, const NoiseEstimate& before) {
   std::optional<NoiseLevels> levels = levels_by_growth(runs, robot);
-  if (!levels && innovations_of(runs) >= kFewestInnovations)
-    levels = levels_by_innovations(runs, robot, before);
+  if (!levels && have_innovations(runs)) levels = levels_by_innovations(runs, robot, before);
   if (levels)
     allow_for_correlation(runs, noisy_robot(robot, *levels), levels->reference);
   else
