@@ -159,27 +159,34 @@ TEST(Examples, SlipFindsWhereWheelsSlippedAndWhereTheRobotEnded) {
   calibrated_on(sample, {"session_01", "session_02", "session_03"});
   const Outcome outcome = run_example(sample, "slip", {"calibrated.toml", (kDemo / "slip").string()});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  const std::vector<std::string> printed = lines_of(outcome.out);
+  std::vector<std::string> printed = lines_of(outcome.out);
+  ASSERT_GE(printed.size(), 2U) << outcome.out;
+  const PrintedPose corrected = pose_in(printed.back());
+  const PrintedPose as_recorded = pose_in(printed[printed.size() - 2]);
+  printed.resize(printed.size() - 2);
   std::vector<std::string> truths = lines_of(read_file(kDemo / "slip/truth_slip.csv"));
   std::erase_if(truths, [](const std::string& line) { return !std::isdigit(line.front()); });
-  ASSERT_EQ(printed.size(), truths.size() + 2) << outcome.out;
-  for (std::size_t i = 0; i < truths.size(); ++i) {
-    double start_s = 0.0, end_s = 0.0, excess_m = 0.0, sigma_m = 0.0;
+  for (const std::string& truth : truths) {
     double true_start_s = 0.0, true_end_s = 0.0, true_excess_m = 0.0;
-    ASSERT_EQ(std::sscanf(printed[i].c_str(), "%lf s to %lf s: %*s %*[^,], %lf +- %lf m", &start_s, &end_s,
-                          &excess_m, &sigma_m),
-              4)
-        << printed[i];
-    ASSERT_EQ(std::sscanf(truths[i].c_str(), "%lf,%lf,%*[^,],%*[^,],%lf", &true_start_s, &true_end_s,
-                          &true_excess_m),
-              3);
-    EXPECT_LT(start_s, true_end_s);
-    EXPECT_GT(end_s, true_start_s);
-    EXPECT_NEAR(excess_m, true_excess_m, normal_limit(kFalseAlarm / 2.0) * sigma_m);
+    ASSERT_EQ(
+        std::sscanf(truth.c_str(), "%lf,%lf,%*[^,],%*[^,],%lf", &true_start_s, &true_end_s, &true_excess_m),
+        3);
+    const auto found = std::ranges::find_if(printed, [&](const std::string& line) {
+      double start_s = 0.0, end_s = 0.0, excess_m = 0.0, sigma_m = 0.0;
+      EXPECT_EQ(std::sscanf(line.c_str(), "%lf s to %lf s: %*s %*[^,], %lf +- %lf m", &start_s, &end_s,
+                            &excess_m, &sigma_m),
+                4)
+          << line;
+      return start_s < true_end_s && end_s > true_start_s &&
+             std::abs(excess_m - true_excess_m) < normal_limit(kFalseAlarm / 2.0) * sigma_m;
+    });
+    ASSERT_NE(found, printed.end()) << truth << "\n" << outcome.out;
+    printed.erase(found);
   }
+  // One of a hundred intervals without slip is flagged by chance, 0.25 s each of 84 s in motion: more than
+  // ten of them once in 1500 times.
+  EXPECT_LE(printed.size(), 10U) << outcome.out;
   const Pose2 end = read_trajectory(kDemo / "slip/truth.csv").poses.back().pose;
-  const PrintedPose as_recorded = pose_in(printed[truths.size()]);
-  const PrintedPose corrected = pose_in(printed[truths.size() + 1]);
   EXPECT_LT(distance_m(corrected.pose, end), greatest_error_m(corrected.sigma_m));
   EXPECT_LT(distance_m(corrected.pose, end), 0.5 * distance_m(as_recorded.pose, end));
 }

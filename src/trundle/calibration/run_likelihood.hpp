@@ -20,7 +20,7 @@ struct OutlyingEpoch {
 struct Innovation {
   double time_s = 0.0;
   double squared_mahalanobis = 0.0;
-  double log_determinant = 0.0;  ///< of its covariance
+  double log_determinant = 0.0;          ///< of its covariance
   Vector3 normalised = Vector3::Zero();  ///< each over its own sigma; zero where not measured
   int count = 0;                         ///< of scalars measured
 };

@@ -21,8 +21,10 @@ constexpr double kSmallest = 1e-5, kLargestWheelNoise = 3.0,
 constexpr double kLargestGyroNoise = 1.0;       // [rad/s/√Hz]
 // Times that every level is sought while the others stay, at most.
 constexpr int kMostRounds = 4;
-// Squared Mahalanobis innovations beyond this (P(χ²₃ > 30) = 1.4e-6) count as that much: lost tracking.
-constexpr double kLargestInnovation = 30.0;
+// Of a level between those two: to 1e-5 of its logarithm.
+constexpr int kBisections = 20;
+// Squared innovations beyond this, Mahalanobis and of one component (1e-6 by chance), are lost tracking.
+constexpr double kLargestInnovation = 30.0, kLargestSquare = 24.0;
 // Of a level that is averaged over: from one to the next, and how far below the likeliest its square counts.
 constexpr double kNextLevel = 1.4142135623730951;
 constexpr int kLevelsBelow = 6;  // to a 64th of the square
@@ -53,21 +55,46 @@ double innovation_deviance(std::span<const Run> runs, const Robot& robot, const 
   return deviance;
 }
 
+/// Mean of z² of the innovations of x, y and heading from `first` on, before `end`, outliers bounded: 1 is
+/// consistent.
+double innovation_size(std::span<const Run> runs, const Robot& robot, const NoiseLevels& levels, int first,
+                       int end) {
+  double sum = 0.0, count = 0.0;
+  for (const Run& run : runs)
+    for (const Innovation& innovation :
+         stream_likelihood(run, noisy_robot(robot, levels), {}, {.reference_noise = levels.reference})
+             .innovations)
+      for (int i = first; i < end; ++i)
+        if (const double z = innovation.normalised[i]; z != 0.0) {
+          sum += std::min(z * z, kLargestSquare);
+          count += 1.0;
+        }
+  return count == 0.0 ? 1.0 : sum / count;
+}
+
+/// The level of the reference that makes its innovations as large as they are said to be.
+double consistent_level(std::span<const Run> runs, const Robot& robot, NoiseLevels levels,
+                        double ReferenceNoise::*level, int first, int end) {
+  double low = std::log(kSmallest), high = std::log(kLargestReferenceNoise);
+  for (int i = 0; i < kBisections; ++i) {
+    levels.reference.*level = std::exp(0.5 * (low + high));
+    (innovation_size(runs, robot, levels, first, end) > 1.0 ? low : high) = 0.5 * (low + high);
+  }
+  return std::exp(high);
+}
+
 bool have_headings(std::span<const Run> runs) {
   return std::ranges::any_of(runs, [](const Run& run) { return run.reference.has_headings(); });
 }
-
-constexpr FreeLevel kPosition{[](NoiseLevels& levels) -> double& { return levels.reference.position_m; },
-                              kSmallest, kLargestReferenceNoise};
-constexpr FreeLevel kHeading{[](NoiseLevels& levels) -> double& { return levels.reference.heading_rad; },
-                             kSmallest, kLargestReferenceNoise};
 
 /// What innovations show: the gyro's is not less than what is known of it.
 std::vector<FreeLevel> free_levels(std::span<const Run> runs, const Robot& robot) {
   std::vector<FreeLevel> levels = {
       {[](NoiseLevels& l) -> double& { return l.wheel_per_sqrt_m; }, kSmallest, kLargestWheelNoise},
-      kPosition};
-  if (have_headings(runs)) levels.push_back(kHeading);
+      {[](NoiseLevels& l) -> double& { return l.reference.position_m; }, kSmallest, kLargestReferenceNoise}};
+  if (have_headings(runs))
+    levels.push_back({[](NoiseLevels& l) -> double& { return l.reference.heading_rad; }, kSmallest,
+                      kLargestReferenceNoise});
   if (robot.chassis.gyro)
     levels.push_back({[](NoiseLevels& l) -> double& { return l.gyro_rad_s_sqrt_hz; },
                       std::max(robot.chassis.gyro->noise_rad_s_sqrt_hz, kSmallest), kLargestGyroNoise});
@@ -145,20 +172,19 @@ NoiseLevels levels_by_innovations(std::span<const Run> runs, const Robot& robot,
 }
 
 /// Where headings are the wheels' and the reference shows them: the wheels' by what grows of their
-/// differences, whatever the reference errs by for seconds; its own by innovations.
+/// differences, whatever the reference errs by for seconds; its own by how large innovations are.
 std::optional<NoiseLevels> levels_by_growth(std::span<const Run> runs, const Robot& robot) {
   if (robot.chassis.gyro || !have_headings(runs)) return std::nullopt;
   NoiseLevels levels = noise_levels_of(robot);
   const auto growth = growth_of_heading(runs, noisy_robot(robot, levels));
   if (!growth) return std::nullopt;
   levels.wheel_per_sqrt_m = std::max(levels.wheel_per_sqrt_m * growth->possible, kSmallest);
-  std::vector<FreeLevel> free = {kPosition};
-  if (growth->reference_sigma > kSmallest)
-    levels.reference.heading_rad = growth->reference_sigma;
-  else
-    free.push_back(kHeading);  // taken for none, it would have to be the positions that make up for it
-  improve(
-      free, kMostRounds, [&](const NoiseLevels& l) { return innovation_deviance(runs, robot, l); }, levels);
+  ReferenceNoise& reference = levels.reference;
+  // Of none that positions would have to make up for, the reference's headings have what innovations show.
+  reference.heading_rad = growth->reference_sigma > kSmallest
+                              ? growth->reference_sigma
+                              : consistent_level(runs, robot, levels, &ReferenceNoise::heading_rad, 2, 3);
+  reference.position_m = consistent_level(runs, robot, levels, &ReferenceNoise::position_m, 0, 2);
   return levels;
 }
 
