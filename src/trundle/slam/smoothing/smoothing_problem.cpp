@@ -1,5 +1,7 @@
 #include "trundle/slam/smoothing/smoothing_problem.hpp"
 
+#include <cmath>
+
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
@@ -55,6 +57,13 @@ Matrix3 changed_by(const Matrix3& change, const Matrix3& Q) {
   const Vector3 times = by.unaryExpr(&times_as_much);
   const Matrix3 scaled = root.matrixL() * axes;
   return scaled * times.asDiagonal() * scaled.transpose();
+}
+
+/// A change, or as much of it as is no larger than what is changed: where a robot hardly moves, what its
+/// readings err by is all there is of a sensitivity, and passes for information.
+Vector3 no_larger_than(const Vector3& changed, const Vector3& change, const Matrix3& W) {
+  const double most = changed.dot(W * changed), size = change.dot(W * change);
+  return size > most ? std::sqrt(most / size) * change : change;
 }
 
 }  // namespace
@@ -122,8 +131,10 @@ void correct_readings(const SmoothingState& state, SmoothingProblem& problem) {
     if (errors.covariance.cols() == 0) continue;
     auto W = link.information.topLeftCorner<3, 3>();
     const Vector3 w = W * motion_residual(link, state).error.head<3>();
-    for (Eigen::Index j = 0; j < link.by_parameters.cols(); ++j)
-      link.by_parameters.col(j) += errors.sensitivity.middleCols<3>(3 * j) * w;
+    for (Eigen::Index j = 0; j < link.by_parameters.cols(); ++j) {
+      const Vector3 change = errors.sensitivity.middleCols<3>(3 * j) * w;
+      link.by_parameters.col(j) += no_larger_than(link.by_parameters.col(j), change, W);
+    }
     Matrix3 change = Matrix3::Zero();
     for (Eigen::Index i = 0; i < 3; ++i) change += w[i] * errors.covariance.middleCols<3>(3 * i);
     W = changed_by(change, W.inverse()).inverse().eval();
