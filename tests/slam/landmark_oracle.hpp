@@ -21,6 +21,7 @@ struct Wander {
   int landmarks = 15;
   double wheel_noise = 0.01;  ///< [m/√m]
   double gyro_noise = 0.0;    ///< [rad/s/√Hz]; 0: there is no gyro
+  bool rests = false;         ///< two seconds of ten
   double range_sigma_m = 0.03, bearing_sigma_rad = 0.5 * M_PI / 180.0;
 };
 
@@ -97,6 +98,10 @@ class Wanderer {
 
   /// Winding about; towards the middle where it is far from it.
   void choose() {
+    if (drive_.rests && choices_++ % 10 >= 8) {
+      wanted_forward_ = wanted_turn_ = 0.0;
+      return;
+    }
     wanted_forward_ = uniform(0.2, 0.6);
     wanted_turn_ = uniform(-1.0, 1.0);
     if (std::hypot(x_, y_) < 0.6 * kHalfField_m) return;
@@ -145,6 +150,7 @@ class Wanderer {
   std::vector<Place> places_;
   Recording recording_;
   double travel_m_[2] = {0.0, 0.0};
+  int choices_ = 0;
   double wanted_forward_ = 0.0, wanted_turn_ = 0.0, forward_ = 0.0, turn_ = 0.0;
   double x_ = 0.0, y_ = 0.0, heading_ = 0.0;
 };

@@ -61,7 +61,7 @@ TEST_P(NoisyReadings, LeaveNoErrorInCommon) {
 
 INSTANTIATE_TEST_SUITE_P(
     Drives, NoisyReadings,
-    testing::Values(NoisyCase{"wheels at 20 Hz", {.duration_s = 80.0, .wheel_noise = 0.02}},
+    testing::Values(NoisyCase{"wheels at 20 Hz", {.duration_s = 80.0, .wheel_noise = 0.02, .rests = true}},
                     NoisyCase{"wheels at 50 Hz, few sightings",
                               {.rate_hz = 50.0,
                                .sighting_rate_hz = 2.0,
