@@ -195,9 +195,9 @@ def slip(
     >>> robot = trundle.calibrate("data/demo/slip", "data/demo/robot.toml").robot
     >>> for event in trundle.slip("data/demo/slip", robot).events:
     ...     print(f"{event.start_s:.1f} s: {event.wheel}, {event.kind}")
-    19.9 s: left, spin
-    39.9 s: ambiguous, unknown
-    54.9 s: ambiguous, unknown
+    20.1 s: left, spin
+    40.1 s: ambiguous, unknown
+    55.1 s: ambiguous, unknown
     """
     return _trundle.slip(
         _recording(recording),
