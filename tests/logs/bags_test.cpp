@@ -1,6 +1,4 @@
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <set>
 
@@ -14,6 +12,7 @@
 #include "trundle/logs/field_reader.hpp"
 
 #include "../real_data.hpp"
+#include "../recording/folder.hpp"
 #include "packed_writers.hpp"
 #include "read_log.hpp"
 #include "ros_writers.hpp"
@@ -24,31 +23,6 @@ namespace {
 using namespace logs;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
-
-/// In memory where the system has a place for it: thousands of logs that are cut would wait for a disk.
-class BagFolder {
- public:
-  BagFolder() {
-    const fs::path place = fs::is_directory("/dev/shm") ? fs::path("/dev/shm") : fs::temp_directory_path();
-    std::string name = place / "trundle_bags_XXXXXX";
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-    path_ = name;
-    ::setenv("TMPDIR", place.c_str(), 1);  // for the copies that the reader makes of them
-  }
-  ~BagFolder() { fs::remove_all(path_); }
-  BagFolder(const BagFolder&) = delete;
-  BagFolder& operator=(const BagFolder&) = delete;
-
-  fs::path operator/(const std::string& name) const { return path_ / name; }
-  const fs::path& path() const { return path_; }
-  fs::path write(const std::string& name, std::string_view bytes) const {
-    std::ofstream(path_ / name, std::ios::binary) << bytes;
-    return path_ / name;
-  }
-
- private:
-  fs::path path_;
-};
 
 /// Two topics, whose messages count up.
 WrittenLog counting_log(std::size_t messages, bool cdr = false) {
@@ -127,7 +101,7 @@ std::vector<BagKind> bag_kinds() {
 class EveryBag : public testing::TestWithParam<BagKind> {};
 
 TEST_P(EveryBag, gives_every_message) {
-  const BagFolder folder;
+  const Folder folder;
   const WrittenLog log = counting_log(10, GetParam().is_cdr());
   const fs::path path = folder.write("log", GetParam().file(log));
   const WhatCame came = read_bag(path);
@@ -141,7 +115,7 @@ TEST_P(EveryBag, gives_every_message) {
 }
 
 TEST_P(EveryBag, cut_off_anywhere_gives_the_messages_before_and_says_so) {
-  const BagFolder folder;
+  const Folder folder;
   const WrittenLog log = counting_log(7, GetParam().is_cdr());
   const std::string whole = GetParam().file(log);
   const std::vector<std::string> lines = lines_of(log);
@@ -164,7 +138,7 @@ TEST_P(EveryBag, cut_off_anywhere_gives_the_messages_before_and_says_so) {
 }
 
 TEST_P(EveryBag, damaged_anywhere_ends_in_order) {
-  const BagFolder folder;
+  const Folder folder;
   const std::string whole = GetParam().file(counting_log(4, GetParam().is_cdr()));
   for (std::size_t at = 0; at < whole.size(); ++at)
     for (const char value : {'\0', '\xff', '\x7f'}) {
@@ -183,7 +157,7 @@ INSTANTIATE_TEST_SUITE_P(Logs, EveryBag, testing::ValuesIn(bag_kinds()),
                          [](const auto& of) { return of.param.name; });
 
 TEST(Bags, messages_of_another_encoding_than_ROS_has_are_said_to_be_it) {
-  const BagFolder folder;
+  const Folder folder;
   const fs::path path =
       folder.write("log", mcap_of(counting_log(3), {.schema = "protobuf", .encoding = "protobuf"}));
   try {
@@ -195,7 +169,7 @@ TEST(Bags, messages_of_another_encoding_than_ROS_has_are_said_to_be_it) {
 }
 
 TEST(Bags, a_wrong_checksum_ends_a_log_of_mcap) {
-  const BagFolder folder;
+  const Folder folder;
   std::string file = mcap_of(counting_log(6, true), {.schema = "ros2msg", .encoding = "cdr"});
   file[file.find("message 5") + 8] = '7';
   const WhatCame came = read_bag(folder.write("log", file));
@@ -205,7 +179,7 @@ TEST(Bags, a_wrong_checksum_ends_a_log_of_mcap) {
 }
 
 TEST(Bags, a_chunk_that_becomes_too_much_is_refused) {
-  const BagFolder folder;
+  const Folder folder;
   WrittenLog log = counting_log(2);
   log.messages[1].bytes = RosBytes().put(std::int32_t{1}).raw(std::string(100'000, 'x')).bytes();
   for (const char* const compression : {"bz2", "lz4"}) {
@@ -218,7 +192,7 @@ TEST(Bags, a_chunk_that_becomes_too_much_is_refused) {
 }
 
 TEST(Bags, more_than_a_chunk_announces_is_not_decompressed) {
-  const BagFolder folder;
+  const Folder folder;
   std::string records(1 << 20, '\0');
   for (const char* const compression : {"bz2", "lz4"}) {
     const std::string chunk =
@@ -231,7 +205,7 @@ TEST(Bags, more_than_a_chunk_announces_is_not_decompressed) {
 }
 
 TEST(Bags, definitions_that_are_large_together_are_refused) {
-  const BagFolder folder;
+  const Folder folder;
   WrittenLog log{.channels = {}, .messages = {{0, 1, RosBytes().put(std::int32_t{1}).bytes()}}};
   const std::string large = "int32 count\n" + std::string(10'000, '#');
   for (int i = 0; i < 100; ++i)
@@ -247,7 +221,7 @@ TEST(Bags, definitions_that_are_large_together_are_refused) {
 
 /// Differences of such times would be beyond 64 bits.
 TEST(Bags, a_time_that_is_none_ends_a_log) {
-  const BagFolder folder;
+  const Folder folder;
   WrittenLog log = counting_log(6, true);
   log.messages[4].time_ns = std::numeric_limits<std::int64_t>::min() + 7;
   const WrittenHow how{.schema = "ros2msg", .encoding = "cdr"};
@@ -263,7 +237,7 @@ TEST(Bags, a_time_that_is_none_ends_a_log) {
 // ---- rosbag2 ----
 
 TEST(SqliteBag, gives_every_message_with_and_without_definitions) {
-  const BagFolder folder;
+  const Folder folder;
   const WrittenLog log = counting_log(10, true);
   write_sqlite_bag(folder / "log.db3", log, "none", false, true);
   EXPECT_EQ(read_bag(folder / "log.db3").lines, lines_of(log));
@@ -274,7 +248,7 @@ TEST(SqliteBag, gives_every_message_with_and_without_definitions) {
 }
 
 TEST(SqliteBag, what_a_crash_left_is_read_and_nothing_is_changed) {
-  const BagFolder folder;
+  const Folder folder;
   const WrittenLog log = counting_log(10, true);
   sqlite3* const open = write_sqlite_bag(folder / "live.db3", log, "none", true, true);
   fs::copy_file(folder / "live.db3", folder / "crashed.db3");
@@ -287,7 +261,7 @@ TEST(SqliteBag, what_a_crash_left_is_read_and_nothing_is_changed) {
 }
 
 /// A bag as rosbag2 writes it, in one of the ways that it compresses.
-std::string sqlite_file(const BagFolder& folder, const WrittenLog& log, const std::string& how) {
+std::string sqlite_file(const Folder& folder, const WrittenLog& log, const std::string& how) {
   write_sqlite_bag(folder / "whole.db3", log, how == "message" ? "zstd" : "none", false, true);
   std::string whole = read_file(folder / "whole.db3");
   return how == "file" ? compressed("zstd", whole) : whole;
@@ -296,7 +270,7 @@ std::string sqlite_file(const BagFolder& folder, const WrittenLog& log, const st
 class EverySqliteBag : public testing::TestWithParam<const char*> {};
 
 TEST_P(EverySqliteBag, cut_off_anywhere_gives_messages_from_the_front_and_says_so) {
-  const BagFolder folder;
+  const Folder folder;
   const WrittenLog log = counting_log(40, true);
   const std::vector<std::string> lines = lines_of(log);
   const std::string whole = sqlite_file(folder, log, GetParam());
@@ -322,7 +296,7 @@ TEST_P(EverySqliteBag, cut_off_anywhere_gives_messages_from_the_front_and_says_s
 }
 
 TEST_P(EverySqliteBag, damaged_anywhere_ends_in_order) {
-  const BagFolder folder;
+  const Folder folder;
   const std::string whole = sqlite_file(folder, counting_log(10, true), GetParam());
   for (std::size_t at = 0; at < whole.size(); ++at) {
     std::string damaged = whole;
@@ -341,7 +315,7 @@ INSTANTIATE_TEST_SUITE_P(Logs, EverySqliteBag, testing::Values("none", "message"
 
 /// The files of a folder, one of which is cut.
 TEST(SqliteBag, a_folder_whose_last_file_is_cut_gives_what_comes_before) {
-  const BagFolder folder;
+  const Folder folder;
   const WrittenLog log = counting_log(40, true);
   write_sqlite_bag(folder / "log_0.db3", log, "none", false, true);
   const std::string whole = read_file(folder / "log_0.db3");
@@ -362,7 +336,7 @@ TEST(SqliteBag, a_folder_whose_last_file_is_cut_gives_what_comes_before) {
 // ---- What asks for too much ----
 
 TEST(SqliteBag, what_becomes_too_much_is_refused) {
-  const BagFolder folder;
+  const Folder folder;
   write_sqlite_bag(folder / "log.db3", counting_log(3, true), "none", false, true);
   const fs::path packed = folder.write("log.db3.zstd", compressed("zstd", read_file(folder / "log.db3")));
   EXPECT_EQ(read_bag(packed).lines.size(), 3U);
@@ -377,7 +351,7 @@ TEST(SqliteBag, what_becomes_too_much_is_refused) {
 }
 
 TEST(Bags, a_chunk_of_mcap_that_becomes_too_much_is_not_decompressed) {
-  const BagFolder folder;
+  const Folder folder;
   const std::string records(1 << 20, '\0');
   for (const char* const compression : {"lz4", "zstd"})
     for (const bool announces : {false, true}) {
@@ -405,7 +379,7 @@ TEST(Bags, a_chunk_of_mcap_that_becomes_too_much_is_not_decompressed) {
 }
 
 TEST(Bags, a_message_beyond_the_limit_ends_a_log) {
-  const BagFolder folder;
+  const Folder folder;
   WrittenLog log = counting_log(3);
   log.messages[1].bytes = RosBytes().put(std::int32_t{1}).raw(std::string(5000, 'x')).bytes();
   for (const std::string& file : {bag_of(log), mcap_of(log, {.chunked = false})}) {
@@ -417,7 +391,7 @@ TEST(Bags, a_message_beyond_the_limit_ends_a_log) {
 }
 
 TEST(SqliteBag, folders_and_compressed_files_are_read_as_one) {
-  const BagFolder folder;
+  const Folder folder;
   WrittenLog log = counting_log(6, true);
   const WrittenLog whole = log;
   log.messages.erase(log.messages.begin() + 3, log.messages.end());
@@ -442,7 +416,7 @@ TEST(SqliteBag, folders_and_compressed_files_are_read_as_one) {
 
 /// rosbag2 writes metadata.yaml at its end: killed, it leaves the files alone, named after their folder.
 TEST(Bags, a_folder_that_rosbag2_did_not_finish) {
-  const BagFolder folder;
+  const Folder folder;
   const std::string name = folder.path().filename().string();
   WrittenLog log = counting_log(6, true);
   const WrittenLog whole = log;
@@ -459,7 +433,7 @@ TEST(Bags, a_folder_that_rosbag2_did_not_finish) {
 }
 
 TEST(Bags, what_is_none_is_refused) {
-  const BagFolder folder;
+  const Folder folder;
   EXPECT_THROW((void)open_log(folder.write("text", "a,b\n1,2\n")), InputError);
   EXPECT_FALSE(is_log(folder / "text"));
   EXPECT_FALSE(is_log(folder / "nothing"));
