@@ -59,19 +59,21 @@ RowVector noise_of(const Chassis& chassis, const Rows& rows, const Vector3& moti
 }
 
 Vector3 estimated_motion(const Chassis& chassis, const Rows& rows, const Increment& part) {
-  const Vector3 roughly = twist_of(chassis, rows, part).vector();
+  const RowVector z = readings_of(chassis, rows, part).z;
+  const Vector3 roughly =
+      estimate_twist(rows, {z, weighing_variances(chassis, rows, 1.0, 1.0)}).twist.vector();
   const RowVector variance = noise_of(chassis, rows, roughly, part.duration_s);
   if (!(variance.array() > 0.0).all()) return roughly;  // all is exact, as of a robot that stands
-  return estimate_twist(rows, {readings_of(chassis, rows, part).z, variance}).twist.vector();
+  return estimate_twist(rows, {z, variance}).twist.vector();
 }
 
-Eigen::MatrixXd nearest_null_space(const Eigen::MatrixXd& P, const Rows& rows) {
-  const Eigen::MatrixXd null_space = left_null_space(rows);
+Combinations nearest_null_space(const Combinations& P, const Rows& rows) {
+  const Combinations null_space = left_null_space(rows);
   return null_space * (null_space.transpose() * P);
 }
 
 Comparison comparison_of(const Chassis& chassis, const Rows& rows, const Chassis& driven,
-                         const Rows& driven_rows, const Eigen::MatrixXd& P,
+                         const Rows& driven_rows, const Combinations& P,
                          std::span<const Parameter> parameters) {
   Comparison comparison{chassis, rows, parameters, P, driven, driven_rows, nearest_null_space(P, driven_rows),
                         {}};
@@ -85,7 +87,7 @@ Contradiction contradiction_of(const Comparison& comparison, const Increment& su
   const int n = comparison.rows.measured;
   Contradiction result{
       comparison.P.transpose() * readings_of(comparison.chassis, comparison.rows, sum).z.head(n),
-      comparison.driven_P.transpose() * variance.head(n).asDiagonal() * comparison.driven_P,
+      combined_covariance(comparison.driven_P, variance),
       Eigen::MatrixXd(comparison.P.cols(), static_cast<Eigen::Index>(comparison.parameters.size()))};
   for (std::size_t j = 0; j < comparison.parameters.size(); ++j) {
     const RowVector dz = predicted_derivative(comparison, comparison.parameters[j], motion, sum);

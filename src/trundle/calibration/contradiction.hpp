@@ -30,15 +30,15 @@ struct Comparison {
   const Chassis& chassis;
   const Rows& rows;
   std::span<const Parameter> parameters;
-  Eigen::MatrixXd P;
-  const Chassis& driven;     ///< as it moved, by which derivatives are taken; the same if no wheel is steered
-  const Rows& driven_rows;   ///< of it
-  Eigen::MatrixXd driven_P;  ///< nearest to P of those of the chassis as it moved
+  Combinations P;
+  const Chassis& driven;    ///< as it moved, by which derivatives are taken; the same if no wheel is steered
+  const Rows& driven_rows;  ///< of it
+  Combinations driven_P;    ///< nearest to P of those of the chassis as it moved
   std::vector<RowMatrix> row_derivatives;
 };
 
 [[nodiscard]] Comparison comparison_of(const Chassis& chassis, const Rows& rows, const Chassis& driven,
-                                       const Rows& driven_rows, const Eigen::MatrixXd& P,
+                                       const Rows& driven_rows, const Combinations& P,
                                        std::span<const Parameter> parameters);
 
 /// Of readings of these variances, by all of which the robot made this motion: eq. 7.
@@ -46,7 +46,7 @@ struct Comparison {
                                              const Vector3& motion, const RowVector& variance);
 
 /// The nearest to `P` of those combinations of rows that no motion changes.
-[[nodiscard]] Eigen::MatrixXd nearest_null_space(const Eigen::MatrixXd& P, const Rows& rows);
+[[nodiscard]] Combinations nearest_null_space(const Combinations& P, const Rows& rows);
 
 /// Variances of the readings of a motion, as parts of a longer one: without rounding, which cancels there.
 /// That a steered wheel does not skid is a reading of its angle.

@@ -26,8 +26,8 @@ Chassis at_estimated_angles(Chassis standing, const Rows& rows, const Vector3& m
 bool SteeredWindow::take(const Increment& increment) {
   const bool with_gyro = chassis_.gyro.has_value();
   const Chassis standing = at_steering(chassis_, increment);
-  Rows rows = rows_of(standing, with_gyro);
-  if (rows_at(chassis_, increment, with_gyro).count() > rows.count()) return false;  // not all is seen
+  Rows rows = rows_at(chassis_, increment, with_gyro);
+  if (rows.row[static_cast<std::size_t>(rows.count() - 1)].kind == RowKind::unobserved) return false;
   rows.measured = rows.count();  // that a wheel does not skid is a reading: of its angle
   const Vector3 motion = estimated_motion(standing, rows, increment);
   const Chassis driven =  // of one that does not roll, no motion shows the angles
@@ -35,7 +35,7 @@ bool SteeredWindow::take(const Increment& increment) {
   Rows driven_rows = rows_of(driven, with_gyro);
   if (driven_rows.count() != rows.count()) return false;
   driven_rows.measured = rows.measured;
-  const Eigen::MatrixXd P = sum_ ? nearest_null_space(P_, rows) : Eigen::MatrixXd(left_null_space(rows));
+  const Combinations P = sum_ ? nearest_null_space(P_, rows) : left_null_space(rows);
   if (P.cols() == 0) return false;
   const Contradiction own =
       contradiction_of(comparison_of(standing, rows, driven, driven_rows, P, parameters_), increment, motion,
@@ -43,7 +43,7 @@ bool SteeredWindow::take(const Increment& increment) {
   if (!sum_) {
     P_ = P;
     sum_ = own;
-    sum_->S += P.transpose() * rounding_of(standing, rows).head(rows.measured).asDiagonal() * P;
+    sum_->S += combined_covariance(P, rounding_of(standing, rows));
   } else {
     sum_->add(own);
   }

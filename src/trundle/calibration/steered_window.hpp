@@ -24,7 +24,7 @@ class SteeredWindow {
  private:
   const Chassis& chassis_;
   std::span<const Parameter> parameters_;
-  Eigen::MatrixXd P_;  ///< of its first interval
+  Combinations P_;  ///< of its first interval
   std::optional<Contradiction> sum_;
   double duration_s_ = 0.0;
 };

@@ -37,6 +37,10 @@ Robot noisy_robot(const Robot& robot, const NoiseLevels& levels) {
   return without_rounding(with_noise(robot, levels));
 }
 
+std::vector<Innovation> innovations_of(const Run& run, const Robot& noisy, const ReferenceNoise& noise) {
+  return stream_likelihood(run, noisy, {}, {.reference_noise = noise}).innovations;
+}
+
 /// Beyond the limit its slope by the logarithm of the levels stays what it is there. Cut off altogether, no
 /// noise at all would be the likeliest: all innovations beyond the limit, and log |S| without one.
 double bounded(double squared_mahalanobis) {
@@ -46,11 +50,10 @@ double bounded(double squared_mahalanobis) {
 
 /// docs/theory/calibration-noise.md, eq. 8c.
 double innovation_deviance(std::span<const Run> runs, const Robot& robot, const NoiseLevels& levels) {
+  const Robot noisy = noisy_robot(robot, levels);
   double deviance = 0.0;
   for (const Run& run : runs)
-    for (const Innovation& innovation :
-         stream_likelihood(run, noisy_robot(robot, levels), {}, {.reference_noise = levels.reference})
-             .innovations)
+    for (const Innovation& innovation : innovations_of(run, noisy, levels.reference))
       deviance += bounded(innovation.squared_mahalanobis) + innovation.log_determinant;
   return deviance;
 }
@@ -59,11 +62,10 @@ double innovation_deviance(std::span<const Run> runs, const Robot& robot, const 
 /// consistent.
 double innovation_size(std::span<const Run> runs, const Robot& robot, const NoiseLevels& levels, int first,
                        int end) {
+  const Robot noisy = noisy_robot(robot, levels);
   double sum = 0.0, count = 0.0;
   for (const Run& run : runs)
-    for (const Innovation& innovation :
-         stream_likelihood(run, noisy_robot(robot, levels), {}, {.reference_noise = levels.reference})
-             .innovations)
+    for (const Innovation& innovation : innovations_of(run, noisy, levels.reference))
       for (int i = first; i < end; ++i)
         if (const double z = innovation.normalised[i]; z != 0.0) {
           sum += std::min(z * z, kLargestSquare);
@@ -131,7 +133,7 @@ Vector3 autocorrelation(std::span<const Run> runs, const Robot& robot, const Ref
   double count = 0.0;
   const auto cut = [](const Innovation& i) { return i.normalised.cwiseMax(-3.0).cwiseMin(3.0).eval(); };
   for (const Run& run : runs) {
-    const auto innovations = stream_likelihood(run, robot, {}, {.reference_noise = noise}).innovations;
+    const std::vector<Innovation> innovations = innovations_of(run, robot, noise);
     for (std::size_t i = 1; i < innovations.size(); ++i) {
       lagged += cut(innovations[i - 1]).cwiseProduct(cut(innovations[i]));
       own += cut(innovations[i]).cwiseAbs2();
