@@ -24,17 +24,30 @@ struct SlipArguments {
   Common common;
 };
 
+std::string events_of(const SlipReport& report, const Robot& robot) {
+  if (report.events.empty()) return {};
+  const std::vector<double> by_chance = shares_by_chance(report);
+  std::string text = fmt::format("{:>10} {:>10}  {:<12} {:<8} {:>10} {:>9} {:>11} {:>10}\n", "start s",
+                                 "end s", "wheel", "kind", "excess m", "± m", "confidence", "by chance");
+  for (std::size_t i = 0; i < by_chance.size(); ++i) {
+    const SlipEvent& e = report.events[i];
+    text += fmt::format("{:10.3f} {:10.3f}  {:<12} {:<8} {:10.4f} {:9.4f} {:11.3f} {:>8.1f} %\n", e.start_s,
+                        e.end_s, wheel_of(e, robot), name_of(e.kind), e.excess_m, e.excess_sigma_m,
+                        e.confidence, 100.0 * by_chance[i]);
+  }
+  return text +
+         fmt::format(
+             "by chance: share of those as clear that noise alone makes; of alarms it makes about {:.1f}\n",
+             report.counts.by_chance);
+}
+
 std::string text_of(const SlipAnswer& answer, const Robot& robot) {
   const SlipCounts& counts = answer.report.counts;
   std::string text =
-      fmt::format("{} moving intervals judged, {} within a slip ({:.2f} %), {} slips\n", counts.judged,
-                  counts.slipping, 100.0 * counts.flagged_share(), answer.report.events.size());
-  if (!answer.report.events.empty())
-    text += fmt::format("{:>10} {:>10}  {:<12} {:<8} {:>10} {:>9} {:>11}\n", "start s", "end s", "wheel",
-                        "kind", "excess m", "± m", "confidence");
-  for (const SlipEvent& e : answer.report.events)
-    text += fmt::format("{:10.3f} {:10.3f}  {:<12} {:<8} {:10.4f} {:9.4f} {:11.3f}\n", e.start_s, e.end_s,
-                        wheel_of(e, robot), name_of(e.kind), e.excess_m, e.excess_sigma_m, e.confidence);
+      fmt::format("{} moving intervals judged, {} within a slip ({:.2f} %); {} slips, {} of them clear\n",
+                  counts.judged, counts.slipping, 100.0 * counts.flagged_share(), answer.report.events.size(),
+                  clear_slips(answer.report).size());
+  text += events_of(answer.report, robot);
   if (!answer.learned)
     text += "the noise is that of the robot file: --learn CLEAN measures it\n";
   else

@@ -69,6 +69,8 @@ void bind_slip_event(py::module_& module) {
       .def_readonly("excess_m", &SlipRow::excess_m, "Wheel travel minus ground travel.")
       .def_readonly("excess_sigma_m", &SlipRow::excess_sigma_m)
       .def_readonly("confidence", &SlipRow::confidence, "Posterior probability of that wheel.")
+      .def_readonly("by_chance", &SlipRow::by_chance,
+                    "Share of those as clear as this one that noise alone makes.")
       .def("__repr__", [](const SlipRow& self) {
         return fmt::format("<{} of '{}' from {:.3f} to {:.3f} s, {:+.4f} m>", self.kind, self.wheel,
                            self.start_s, self.end_s, self.excess_m);
@@ -100,6 +102,14 @@ void bind_slip(py::module_& module) {
   bound
       .def_property_readonly("events",
                              [](const Slip& self) { return slip_result_of(self.answer, self.robot).events; })
+      .def_property_readonly(
+          "clear",
+          [](const Slip& self) {
+            std::vector<SlipRow> events = slip_result_of(self.answer, self.robot).events;
+            std::erase_if(events, [](const SlipRow& event) { return *event.by_chance >= kClearSlip; });
+            return events;
+          },
+          "Those of the events that noise alone hardly makes: `by_chance` below 0.05.")
       .def_property_readonly(
           "trajectory", [](const Slip& self) -> const Trajectory& { return self.corrected.trajectory; },
           py::return_value_policy::reference_internal, "Corrected for the slips.")

@@ -46,7 +46,7 @@ def _of_calibration(calibration: _trundle.Calibration) -> pandas.DataFrame:
 
 
 def _of_slip(slip: _trundle.Slip) -> pandas.DataFrame:
-    names = ["start_s", "end_s", "wheel", "kind", "excess_m", "confidence", "excess_sigma_m"]
+    names = ["start_s", "end_s", "wheel", "kind", "excess_m", "confidence", "excess_sigma_m", "by_chance"]
     return _of_rows(slip.events, names)
 
 

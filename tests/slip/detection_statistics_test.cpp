@@ -8,7 +8,7 @@
 #include <fmt/core.h>
 #include <gtest/gtest.h>
 
-#include "trundle/slip/detector.hpp"
+#include "trundle/slip/find_slip.hpp"
 #include "trundle/slip/learn.hpp"
 #include "trundle/statistics/distribution.hpp"
 #include "trundle/statistics/random.hpp"
@@ -126,6 +126,44 @@ TEST(FalseAlarms, TheDetectorAlarmsWhereChiSquaredIsBeyondItsLimit) {
     alarms += verdict.alarm ? 1 : 0;
   }
   expect_share(alarms, intervals, 0.05, 0.999, "alarms");
+}
+
+/// 100 s, of which a wheel may run ahead in one interval.
+SlipReport report_of(const Robot& robot, std::uint64_t seed, double slip_m = 0.0) {
+  CleanDriving driving(robot, kStraight, seed);
+  SlipSearch search(robot, {});
+  for (int i = 0; i < 400; ++i) {
+    Increment increment = driving.next();
+    if (i == 200) increment.turned[0] += slip_m / (kPi * robot.chassis.wheels()[0].diameter_m);
+    search.step(increment, false);
+  }
+  return search.finish(0.0);
+}
+
+/// Of recordings without slip alarms are as many as `by_chance` says, and kClearSlip at most have a clear
+/// slip; one of seven sigmas is clear.
+TEST(FalseAlarms, AreRarelyClearSlips) {
+  for (Robot robot : {quiet_differential(), mecanum_with_pods()}) {
+    robot.chassis.gyro->bias_sigma_rad_s = 0.0;
+    const int recordings = test::trials(1000);
+    double alarms = 0.0;
+    double by_chance = 0.0;
+    int with_clear = 0;
+    int seen = 0;
+    const double slip_m = 7.0 * report_of(robot, 1, 0.05).events.front().excess_sigma_m;
+    for (int i = 0; i < recordings; ++i) {
+      const SlipReport clean = report_of(robot, static_cast<std::uint64_t>(i));
+      alarms += static_cast<double>(clean.counts.alarms);
+      by_chance += clean.counts.by_chance / (1.0 + SlipOptions{}.persistent_share);
+      with_clear += clear_slips(clean).empty() ? 0 : 1;
+      seen += clear_slips(report_of(robot, static_cast<std::uint64_t>(i), slip_m)).empty() ? 0 : 1;
+    }
+    fmt::print("  {} alarms, {:.0f} by chance; {} of {} with a clear slip; {} seen\n", alarms, by_chance,
+               with_clear, recordings, seen);
+    EXPECT_NEAR(alarms, by_chance, normal_limit(1e-3) * std::sqrt(by_chance));
+    EXPECT_LE(with_clear, kClearSlip * recordings + binomial_spread(kClearSlip, recordings, 0.999));
+    EXPECT_GE(seen, 0.97 * recordings - binomial_spread(0.97, recordings, 0.999));
+  }
 }
 
 std::vector<JudgedInterval> clean_driving(const Robot& robot, const Twist2& motion, int count,

@@ -51,7 +51,7 @@ const tiles = {
   wheel_ratio: (answer) => tile(text.answers.wheel_ratio.title, measured(Math.abs(answer.value), answer.sigma, percentUnit),
     text.answers.wheel_ratio.value(answer.second, answer.first, answer.value >= 0), away(answer, percent(answer.nominal)), ...answer.diameters_m.map(diameter)),
   parameter: (answer, result) => tile(sentence(text.parameter(answer.name)), measured(answer.value, answer.sigma, display(answer.unit)), away(answer, inUnit(answer.nominal, display(answer.unit), 5)), exact(answer, result)),
-  slip: (answer) => (answer.count === 0 ? tile(text.answers.slip.title, text.answers.slip.none)
+  slip: (answer) => (answer.count === 0 ? tile(text.answers.slip.title, text.answers.slip.none(answer.unclear))
     : tile(text.answers.slip.title, text.answers.slip.value(answer.count), text.answers.slip.note(lengthWithSigma(answer.excess_m, answer.excess_sigma_m), answer.worst_wheel, isNumber(answer.worst_share) ? percent(answer.worst_share) : ''))),
   map: (answer) => tile(text.answers.map.title, text.answers.map.value(answer.landmarks), isNumber(answer.median95_m) ? text.answers.map.note(length(answer.median95_m)) : null),
   gyro_bias: (answer) => tile(text.answers.gyro_bias.title, measured(answer.value, answer.sigma, display('rad/s')),

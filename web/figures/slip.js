@@ -34,15 +34,15 @@ function eventTable(events) {
   const words = text.slip;
   if (events.length === 0) return html('p', { class: 'calm' }, words.none);
   const unit = lengthUnit(events.map(({ excess_m: excess }) => excess));
-  const { start, duration, wheel, kind, excess, confidence } = words.columns;
-  const columns = [{ head: start, class: 'number first' }, { head: duration, class: 'number' }, { head: wheel }, { head: kind }, { head: excess, class: 'number' }, { head: confidence, class: 'number' }, { head: '', class: 'picture press' }];
+  const { start, duration, wheel, kind, excess, confidence, byChance } = words.columns;
+  const columns = [{ head: start, class: 'number first' }, { head: duration, class: 'number' }, { head: wheel }, { head: kind }, { head: excess, class: 'number' }, { head: confidence, class: 'number' }, { head: byChance, class: 'number' }, { head: '', class: 'picture press' }];
   const press = (event) => {
     const button = html('button', { type: 'button', class: 'tool show-slip' }, words.show);
     button.addEventListener('click', () => show(event));
     return event.start ? button : '';
   };
   const rows = events.map((event) => ({ cells: [`${fixed(event.start_s, 2)} s`, `${fixed(event.end_s - event.start_s, 2)} s`, event.wheel === 'ambiguous' ? html('span', { class: 'soft' }, words.ambiguous) : nameOf(event.wheel, 24),
-    words.kinds[event.kind] ?? event.kind, withSigma(event.excess_m, event.excess_sigma_m, unit), event.wheel === 'ambiguous' ? unknown : percent(event.confidence), press(event)] }));
+    words.kinds[event.kind] ?? event.kind, withSigma(event.excess_m, event.excess_sigma_m, unit), event.wheel === 'ambiguous' ? unknown : percent(event.confidence), isNumber(event.by_chance) ? percent(event.by_chance) : unknown, press(event)] }));
   return scrolling(table(columns, rows, { class: `cards ${rows.length > 40 ? 'long' : ''}` }), words.table);
 }
 

@@ -53,7 +53,7 @@ def _slip(recording: trundle.Recording, robot: trundle.Robot) -> dict[str, Any]:
         found = trundle.slip(recording, robot)
     except trundle.CannotAnswer as cannot:
         return {"slip_events": None, "slip_share": None, "slip_line": str(cannot)}
-    return {"slip_events": len(found.events), "slip_share": _finite(found.flagged_share), "slip_line": ""}
+    return {"slip_events": len(found.clear), "slip_share": _finite(found.flagged_share), "slip_line": ""}
 
 
 def analyse(log: str, robot_file: str) -> dict[str, Any]:

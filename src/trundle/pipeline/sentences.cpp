@@ -30,10 +30,19 @@ std::string sentence_of(const SlipAnswer& answer, const IntegratedOdometry& corr
   const SlipReport& report = answer.report;
   if (report.events.empty())
     return fmt::format("no slip in {}", counted(report.counts.judged, "moving interval"));
-  const LostTravel lost = lost_travel(report.events);
-  return fmt::format("{}, slip distance {:.3f} ± {:.3f} m; corrected, at the end ± {:.3f} m",
-                     counted(report.events.size(), "slip"), lost.m, lost.sigma_m,
-                     position_sigma(corrected.end_covariance));
+  const std::vector<SlipEvent> clear = clear_slips(report);
+  const std::string found = counted(report.events.size(), "slip");
+  const std::string end =
+      fmt::format("corrected, at the end ± {:.3f} m", position_sigma(corrected.end_covariance));
+  if (clear.empty())
+    return fmt::format("no clear slip; {} in {}, where noise alone makes about {:.{}f}; {}", found,
+                       counted(report.counts.judged, "moving interval"), report.counts.by_chance,
+                       report.counts.by_chance < 10.0 ? 1 : 0, end);
+  const LostTravel lost = lost_travel(clear);
+  return fmt::format(
+      "{}{}, slip distance {:.3f} ± {:.3f} m; {}", found,
+      clear.size() < report.events.size() ? fmt::format(", {} of them clear", clear.size()) : "", lost.m,
+      lost.sigma_m, end);
 }
 
 std::string unobservable_slip(const Robot& robot) {

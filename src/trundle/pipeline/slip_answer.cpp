@@ -119,14 +119,15 @@ Json to_json(const LearnedSlip& learned, const SlipOptions& options) {
   return document;
 }
 
-SlipRow row_of(const SlipEvent& event, const Robot& robot) {
+SlipRow row_of(const SlipEvent& event, double by_chance, const Robot& robot) {
   return {.start_s = event.start_s,
           .end_s = event.end_s,
           .wheel = wheel_of(event, robot),
           .kind = name_of(event.kind),
           .excess_m = event.excess_m,
           .confidence = event.confidence,
-          .excess_sigma_m = event.excess_sigma_m};
+          .excess_sigma_m = event.excess_sigma_m,
+          .by_chance = by_chance};
 }
 
 Json to_json(const SlipCounts& counts) {
@@ -137,6 +138,7 @@ Json to_json(const SlipCounts& counts) {
           {"not_applicable", counts.not_applicable},
           {"not_learned", counts.not_learned},
           {"alarms", counts.alarms},
+          {"alarms_by_chance", counts.by_chance},
           {"slipping", counts.slipping},
           {"flagged_share", counts.flagged_share()}};
 }
@@ -231,7 +233,9 @@ SlipResult slip_result_of(const SlipAnswer& answer, const Robot& robot) {
   SlipResult result{.counts = to_json(answer.report.counts),
                     .timeline = timeline_of(answer.report),
                     .cannot_see = abilities_of(robot, robot.chassis.gyro.has_value()).cannot};
-  for (const SlipEvent& event : answer.report.events) result.events.push_back(row_of(event, robot));
+  const std::vector<double> by_chance = shares_by_chance(answer.report);
+  for (std::size_t i = 0; i < by_chance.size(); ++i)
+    result.events.push_back(row_of(answer.report.events[i], by_chance[i], robot));
   if (answer.learned) result.learned = to_json(*answer.learned, answer.options);
   return result;
 }
@@ -244,7 +248,7 @@ nlohmann::ordered_json document_of(const SlipAnswer& answer, const Robot& robot)
 }
 
 std::string slip_csv_of(const SlipAnswer& answer, const Robot& robot) {
-  return head_of(answer.provenance) + to_csv(answer.report.events, robot);
+  return head_of(answer.provenance) + to_csv(answer.report, robot);
 }
 
 }  // namespace trundle::pipeline

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/report/result_parts.hpp"
+#include "trundle/slip/event.hpp"
 #include "trundle/statistics/magnitude.hpp"
 #include "trundle/statistics/median.hpp"
 
@@ -187,13 +188,23 @@ Json track_error(const Json& result) {
           {"share_inside_95", best->at("summary").at("share_inside_95")}};
 }
 
+/// Where the file does not say how clear a slip is, it counts.
+bool is_clear(const Json& event) {
+  const Json by_chance = event.value("by_chance", Json(nullptr));
+  return !by_chance.is_number() || by_chance.get<double>() < kClearSlip;
+}
+
+/// Of slips that are clear; how many were found in all.
 Json slip_answer(const Json& result) {
   const Json& slip = result.at("slip");
   if (slip.is_null()) return nullptr;
+  std::size_t clear = 0;
   double lost_m = 0.0;
   double variance_m2 = 0.0;  // NaN: an event does not hold it
   std::map<std::string, double> by_wheel;
   for (const Json& event : slip.at("events")) {
+    if (!is_clear(event)) continue;
+    ++clear;
     const Json given = event.value("excess_sigma_m", Json(nullptr));
     const double sigma_m = given.is_number() ? given.get<double>() : std::nan("");
     const double excess_m = number_or_zero(event.at("excess_m"));
@@ -205,7 +216,8 @@ Json slip_answer(const Json& result) {
   by_wheel.erase("ambiguous");
   const auto worst = std::ranges::max_element(by_wheel, {}, &std::pair<const std::string, double>::second);
   return {{"kind", "slip"},
-          {"count", slip.at("events").size()},
+          {"count", clear},
+          {"unclear", slip.at("events").size() - clear},
           {"excess_m", lost_m},
           {"excess_sigma_m", std::isnan(variance_m2) ? Json(nullptr) : Json(std::sqrt(variance_m2))},
           {"worst_wheel", worst == by_wheel.end() ? Json(nullptr) : Json(worst->first)},

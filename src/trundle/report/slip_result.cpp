@@ -21,6 +21,7 @@ constexpr std::array kSlipRules = {
     JsonRule{"events/*/excess_m", kNumber | kNull},
     JsonRule{"events/*/confidence", kNumber | kNull},
     JsonRule{"events/*/excess_sigma_m", kNumber | kNull | kMissing},
+    JsonRule{"events/*/by_chance", kNumber | kNull | kMissing},
     JsonRule{"intervals", kObject},
     JsonRule{"options", kObject | kMissing},
     JsonRule{"options/method", kString | kMissing},
@@ -83,6 +84,7 @@ SlipRow event_from_json(const Json& json) {
                 .excess_m = number_or_nan(json.at("excess_m")),
                 .confidence = number_or_nan(json.at("confidence"))};
   if (json.contains("excess_sigma_m")) event.excess_sigma_m = number_or_nan(json.at("excess_sigma_m"));
+  if (json.contains("by_chance")) event.by_chance = number_or_nan(json.at("by_chance"));
   return event;
 }
 
@@ -108,6 +110,7 @@ Json to_json(const SlipRow& event) {
                {"excess_m", number_or_null(event.excess_m)},
                {"confidence", number_or_null(event.confidence)}};
   if (event.excess_sigma_m) json["excess_sigma_m"] = number_or_null(*event.excess_sigma_m);
+  if (event.by_chance) json["by_chance"] = number_or_null(*event.by_chance);
   return json;
 }
 
@@ -134,7 +137,7 @@ SlipResult slip_from_json(std::string_view text, std::string_view file_name) {
 
 SlipResult slip_from_csv(const std::filesystem::path& csv) {
   const CsvColumns columns(csv, {"start_s", "end_s", "excess_m", "confidence"}, {"wheel", "kind"},
-                           {"excess_sigma_m"});
+                           {"excess_sigma_m", "by_chance"});
   SlipResult slip;
   for (std::size_t i = 0; i < columns.count(); ++i) {
     const auto number = [&](const char* name) { return columns.numbers(name)[i]; };
@@ -145,6 +148,7 @@ SlipResult slip_from_csv(const std::filesystem::path& csv) {
                   .excess_m = number("excess_m"),
                   .confidence = number("confidence")};
     if (columns.has("excess_sigma_m")) event.excess_sigma_m = number("excess_sigma_m");
+    if (columns.has("by_chance")) event.by_chance = number("by_chance");
     slip.events.push_back(std::move(event));
   }
   return slip;

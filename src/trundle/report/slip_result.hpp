@@ -21,6 +21,8 @@ struct SlipRow {
   double excess_m = 0.0;
   double confidence = 0.0;
   std::optional<double> excess_sigma_m = {};  ///< nothing: the file has none
+  /// Share of those as clear as this one that noise alone makes; nothing: the file has none.
+  std::optional<double> by_chance = {};
 };
 
 /// The statistic of every interval in columns, and what it is judged by.

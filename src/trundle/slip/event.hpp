@@ -13,6 +13,9 @@ enum class SlipKind {
 };
 
 inline constexpr int kAmbiguous = -1;
+/// A slip is clear where noise alone makes less than this share of those that are as clear. Of twenty
+/// recordings without slip, one has a clear one.
+inline constexpr double kClearSlip = 0.05;
 
 /// A slip from its first interval to its last.
 struct SlipEvent {

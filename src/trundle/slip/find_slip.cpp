@@ -1,12 +1,16 @@
 #include "trundle/slip/find_slip.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <numeric>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/statistics/distribution.hpp"
 #include "trundle/statistics/magnitude.hpp"
 
 namespace trundle::slip {
@@ -92,7 +96,7 @@ CommandChange CommandChanges::until(double time_s) {
 SlipSearch::SlipSearch(const Robot& robot, const VelocityStream& commands, const SlipOptions& options)
     : odometer_(robot, {.odometry = learning_bias(robot), .slip = options}),
       changes_(commands),
-      band_(options.band) {}
+      options_(options) {}
 
 void SlipSearch::step(const Increment& increment, bool bridged) {
   const std::size_t end = ++increments_;
@@ -120,8 +124,15 @@ SlipReport SlipSearch::finish(double start_s) {
   correct_until(increments_, odometer_.applied());
   append_events(odometer_.finish(), report_.events);
   report_.chi2_limit = odometer_.detector().limit();
-  if (odometer_.detector().by_band()) report_.band = band_;
+  if (odometer_.detector().by_band()) report_.band = options_.band;
   report_.end = odometer_.odometer().pose();
+  const Parity& parity = odometer_.detector().parity();
+  // With one degree of freedom all faults look alike.
+  const std::size_t faults = parity.degrees_of_freedom() == 1 ? 1 : parity.faults().size();
+  report_.trials = static_cast<double>(report_.counts.judged * faults);
+  const double persistent = options_.method == SlipMethod::general ? options_.persistent_share : 0.0;
+  report_.counts.by_chance =
+      (1.0 + persistent) * options_.probability * static_cast<double>(report_.counts.judged);
   require_judged(report_);
   report_unjudged(report_, start_s, report_.findings);
   return std::move(report_);
@@ -194,11 +205,42 @@ LostTravel lost_travel(std::span<const SlipEvent> events) {
   return lost;
 }
 
-std::string to_csv(const std::vector<SlipEvent>& events, const Robot& robot) {
-  std::string text = "start_s,end_s,wheel,kind,excess_m,confidence,excess_sigma_m\n";
-  for (const SlipEvent& e : events)
-    text += fmt::format("{:.6f},{:.6f},{},{},{:.6f},{:.4f},{:.6f}\n", e.start_s, e.end_s, wheel_of(e, robot),
-                        name_of(e.kind), e.excess_m, e.confidence, e.excess_sigma_m);
+std::vector<double> shares_by_chance(const SlipReport& report) {
+  const std::vector<SlipEvent>& events = report.events;
+  std::vector<double> share(events.size());
+  std::ranges::transform(events, share.begin(), [](const SlipEvent& event) {
+    const double sigmas = event.excess_m == 0.0 ? 0.0 : event.excess_m / event.excess_sigma_m;
+    return chi_squared_tail(sigmas * sigmas, 1.0);
+  });
+  std::vector<std::size_t> least_clear_first(events.size());
+  std::iota(least_clear_first.begin(), least_clear_first.end(), std::size_t{0});
+  std::ranges::sort(least_clear_first, std::greater{}, [&](std::size_t i) { return share[i]; });
+  double least = 1.0;
+  double as_clear = static_cast<double>(events.size());
+  for (const std::size_t i : least_clear_first) {
+    least = std::min(least, report.trials * share[i] / as_clear--);
+    share[i] = least;
+  }
+  return share;
+}
+
+std::vector<SlipEvent> clear_slips(const SlipReport& report) {
+  const std::vector<double> share = shares_by_chance(report);
+  std::vector<SlipEvent> clear;
+  for (std::size_t i = 0; i < share.size(); ++i)
+    if (share[i] < kClearSlip) clear.push_back(report.events[i]);
+  return clear;
+}
+
+std::string to_csv(const SlipReport& report, const Robot& robot) {
+  std::string text = "start_s,end_s,wheel,kind,excess_m,confidence,excess_sigma_m,by_chance\n";
+  const std::vector<double> by_chance = shares_by_chance(report);
+  for (std::size_t i = 0; i < report.events.size(); ++i) {
+    const SlipEvent& e = report.events[i];
+    text += fmt::format("{:.6f},{:.6f},{},{},{:.6f},{:.4f},{:.6f},{:.6g}\n", e.start_s, e.end_s,
+                        wheel_of(e, robot), name_of(e.kind), e.excess_m, e.confidence, e.excess_sigma_m,
+                        by_chance[i]);
+  }
   return text;
 }
 

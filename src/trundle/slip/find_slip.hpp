@@ -20,6 +20,7 @@ struct SlipCounts {
   std::size_t not_learned = 0;
   std::size_t alarms = 0;    ///< contradict themselves
   std::size_t slipping = 0;  ///< within a slip
+  double by_chance = 0.0;    ///< alarms to be expected in those that are judged if nothing slips
 
   [[nodiscard]] double flagged_share() const {
     return judged == 0 ? 0.0 : static_cast<double>(slipping) / static_cast<double>(judged);
@@ -38,6 +39,7 @@ struct SlipInterval {
 struct SlipReport {
   std::vector<SlipEvent> events;
   SlipCounts counts;
+  double trials = 0.0;  ///< chances of noise to make a slip: intervals that were judged, for each fault
   std::vector<SlipInterval> intervals;
   std::optional<Band> band;                ///< δ raises an alarm outside it
   double chi2_limit = 0.0;                 ///< else χ² does beyond this
@@ -76,7 +78,7 @@ class SlipSearch {
 
   SlipOdometer odometer_;
   CommandChanges changes_;
-  std::optional<Band> band_;
+  SlipOptions options_;
   std::size_t increments_ = 0;
   std::size_t interval_begin_ = 0;  ///< the first one of the interval that is not complete yet
   SlipReport report_;
@@ -94,8 +96,14 @@ class SlipSearch {
 [[nodiscard]] std::vector<JudgedInterval> clean_intervals(const AlignedReadings& readings, const Robot& robot,
                                                           double interval_s);
 
-/// `start_s,end_s,wheel,kind,excess_m,confidence,excess_sigma_m`
-[[nodiscard]] std::string to_csv(const std::vector<SlipEvent>& events, const Robot& robot);
+/// For each event, which share of those that are as many sigmas or more noise alone makes: the false
+/// discovery rate at which it is found [Benjamini, Hochberg 1995]. docs/theory/slip-detection.md, eq. 10a.
+[[nodiscard]] std::vector<double> shares_by_chance(const SlipReport& report);
+/// Those with a share below kClearSlip.
+[[nodiscard]] std::vector<SlipEvent> clear_slips(const SlipReport& report);
+
+/// `start_s,end_s,wheel,kind,excess_m,confidence,excess_sigma_m,by_chance`, the last by shares_by_chance().
+[[nodiscard]] std::string to_csv(const SlipReport& report, const Robot& robot);
 /// Travel of all slips that was no motion, whichever way, beyond what noise makes of it, and its 1σ [m].
 struct LostTravel {
   double m = 0.0;
