@@ -24,20 +24,23 @@ def wheel(name, x, y, direction_deg, kind, diameter, ticks, extra=""):
             f'kind = "{kind}"\ndiameter_m = {diameter!r}\nticks_per_revolution = {ticks!r}\n{extra}\n')
 
 
-def csv_run(file, wheels):
-    """recording.toml of a headerless CSV: time, x, y, heading, then the wheels' increments in column 5, 6, ..."""
-    columns = "".join(f"columns.{name}_ticks = {column}\n" for name, column in wheels.items())
+def csv_run(file, wheels, revolutions=False):
+    """recording.toml of a headerless CSV: time, x, y, heading, then the wheels' increments in column 5, 6, ..., counts or
+    revolutions."""
+    columns = "".join(f'columns.{name}_rad = {{ column = {column}, unit = "rev" }}\n' if revolutions else
+                      f"columns.{name}_ticks = {column}\n" for name, column in wheels.items())
     return (f'[wheels]\nfile = "{file}"\nheader = false\nincrements = true\ncolumns.time_s = 1\n{columns}\n'
             f'[reference]\nfile = "{file}"\nheader = false\ncolumns.time_s = 1\ncolumns.x_m = 2\ncolumns.y_m = 3\n'
             f'columns.heading_rad = 4\n')
 
 
 def optiodom(data, out, name, robot, wheels, as_name=None):
+    revolutions = name == "optiodom_omni4"
     target = out / (as_name or name)
     write(target / "robot.toml", robot)
     for file in sorted((data / name).glob("*/*/*_run-*.csv")):
         kind, session, run = file.parts[-3], file.parts[-2], file.stem[-6:]
-        write(target / kind / session / run / "recording.toml", csv_run(file.resolve(), wheels))
+        write(target / kind / session / run / "recording.toml", csv_run(file.resolve(), wheels, revolutions))
 
 
 def optiodom_diff(data, out):
@@ -107,11 +110,11 @@ def optiodom_omni3_with_gyro(data, out):
 
 
 def omni4_wheels(count):
-    """Four mecanum wheels, known here by the direction that each of them senses; counts are revolutions."""
+    """Four mecanum wheels, known here by the direction that each of them senses; recorded in revolutions."""
     text = ""
     for i, direction in enumerate((-45.0, -135.0, 45.0, 135.0)[:count]):
         a = math.radians(direction)
-        text += wheel(f"w{i}", -0.146 * math.sin(a), 0.146 * math.cos(a), direction, "omni", 0.045, 1)
+        text += wheel(f"w{i}", -0.146 * math.sin(a), 0.146 * math.cos(a), direction, "omni", 0.045, 0)
     return text
 
 

@@ -153,6 +153,23 @@ TEST(Inspect, names_counts_that_hold_fractions_and_hardly_turn_the_wheel) {
               Not(Contains(testing::Field(&Finding::code, FindingCode::fractions))));
 }
 
+TEST(Inspect, names_counts_that_change_by_parts_of_a_count) {
+  const Robot robot = test::two_wheels();
+  std::vector<double> whole, halves, parts;
+  for (int row = 0; row < 4000; ++row) {
+    whole.push_back(7 * row);
+    halves.push_back(7 * row + 0.5);
+    parts.push_back(7.3 * row);
+  }
+  const Recording finer = test::wheels(test::stamps(4000, 0.05), whole, parts);
+  EXPECT_THAT(inspect(finer, robot, overview_of(finer, robot)),
+              Contains(test::finding(FindingCode::finer_than_counts,
+                                     "right_ticks changes by parts of a count, like 7.3")));
+  const Recording scaled = test::wheels(test::stamps(4000, 0.05), whole, halves);
+  EXPECT_THAT(inspect(scaled, robot, overview_of(scaled, robot)),
+              Not(Contains(testing::Field(&Finding::code, FindingCode::finer_than_counts))));
+}
+
 TEST(Misreading, is_a_column_a_unit_or_a_clock_taken_for_another) {
   EXPECT_TRUE(is_misreading({.code = FindingCode::increments}));
   EXPECT_TRUE(is_misreading({.code = FindingCode::not_increments}));

@@ -3,10 +3,14 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Cholesky>
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include "trundle/io/archive.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/statistics/distribution.hpp"
+#include "trundle/statistics/random.hpp"
 
 #include "scale.hpp"
 #include "slam/field.hpp"
@@ -44,6 +48,49 @@ void garble(std::vector<Observation>& observations, Random& random) {
     observation.range_m = random.uniform(0.5, 8.0);
     observation.bearing_rad = random.uniform(-kPi, kPi);
   }
+}
+
+/// A start as vague as it may be beside accurate sightings, of which a straight line knows nothing.
+TEST_P(EveryLocalizer, IsAsSureOfItsPoseAsItMayBeAfterAVagueStart) {
+  const int seeds = test::trials(100);
+  const Vector3 sigma(0.5, 0.5, radians(10.0));
+  double all = 0.0;
+  int steps = 0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    Random random(static_cast<std::uint64_t>(seed));
+    test::Field field({.outlier_share = 0.0,
+                       .seen_at_once = 6,
+                       .range_sigma_m = 0.05,
+                       .bearing_sigma_rad = 0.02,
+                       .seed = static_cast<std::uint64_t>(seed)});
+    LocalizerOptions vague = options();
+    vague.seed = static_cast<std::uint64_t>(seed);
+    vague.particles.most = 5000;
+    vague.start.emplace();
+    vague.start->covariance = sigma.cwiseAbs2().asDiagonal();
+    vague.start->pose = {field.truth().x + random.normal(sigma.x()),
+                         field.truth().y + random.normal(sigma.y()),
+                         field.truth().heading + random.normal(sigma.z())};
+    Localizer localizer(field.map(), field.sensor(), vague);
+    double sum = 0.0;
+    int known = 0;
+    for (int k = 0; k < 30; ++k) {
+      take_step(field, localizer);
+      const auto estimate = localizer.estimate();
+      if (!estimate) continue;
+      const Vector3 e = difference(field.truth(), estimate->pose);
+      sum += e.dot(estimate->covariance.ldlt().solve(e));
+      ++known;
+    }
+    EXPECT_EQ(known, 30) << seed;
+    all += sum / std::max(1, known);
+    ++steps;
+  }
+  // The mean over a drive of one is spread like χ² of three degrees of freedom at most.
+  const double nees = all / steps;
+  RecordProperty("nees", fmt::format("{}", nees));
+  fmt::print("  NEES {:.2f}\n", nees);
+  EXPECT_NEAR(nees, 3.0, normal_limit(1e-3) * std::sqrt(6.0 / seeds));
 }
 
 TEST_P(EveryLocalizer, ContinuesFromAStoredStateToTheLastBit) {

@@ -8,8 +8,10 @@ using namespace slam;
 struct FieldOptions {
   int landmarks = 30;
   double side_m = 30.0;
-  double outlier_share = 0.02;       ///< sightings that show nothing of the map
-  int seen_at_once = 3;              ///< at most
+  double outlier_share = 0.02;  ///< sightings that show nothing of the map
+  int seen_at_once = 3;         ///< at most
+  double range_sigma_m = 0.1;
+  double bearing_sigma_rad = radians(1.0);
   bool symmetric = false;            ///< each landmark has a twin beyond the middle
   int without_twin = 0;              ///< so many more, that have none
   std::vector<Vector2> layout = {};  ///< if given: these are all the landmarks
@@ -21,6 +23,8 @@ struct FieldOptions {
 class Field {
  public:
   explicit Field(const FieldOptions& options) : options_(options), random_(options.seed, 5) {
+    sensor_.range_sigma_m = options.range_sigma_m;
+    sensor_.bearing_sigma_rad = options.bearing_sigma_rad;
     std::vector<KnownLandmark> landmarks;
     for (const Vector2& place : options.layout) landmarks.push_back({place});
     const int at_random = options.layout.empty() ? options.landmarks + options.without_twin : 0;

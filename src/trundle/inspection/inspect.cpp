@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <string_view>
 
 #include "trundle/inspection/detail/gyro_checks.hpp"
 #include "trundle/recording/alignment/replay.hpp"
+#include "trundle/statistics/median.hpp"
 
 namespace trundle::inspection {
 namespace {
@@ -101,22 +103,41 @@ void find_stuck(const Recording& recording, const Robot& robot, const Overview& 
   if (!all_expected) find_stuck(recording, robot.wheel_names, overview, problems);
 }
 
-/// Counts are whole: a column of metres or of speeds that is taken for them hardly turns its wheel.
+/// A column of metres or of speeds that is taken for counts hardly turns its wheel.
+std::optional<double> fraction_in(std::span<const double> counts) {
+  const auto broken = [](double v) { return !std::isnan(v) && v != std::round(v); };
+  if (2 * std::ranges::count_if(counts, broken) < std::ssize(counts)) return std::nullopt;
+  return *std::ranges::find_if(counts, broken);
+}
+
+/// From row to row, where most that change do so by no whole number.
+std::optional<double> part_of_count_in(std::span<const double> counts) {
+  constexpr double kRounding = 1e-6;  // of sums of counts that were scaled
+  std::vector<double> parts;
+  std::size_t changes = 0;
+  for (std::size_t i = 1; i < counts.size(); ++i) {
+    const double change = std::abs(counts[i] - counts[i - 1]);
+    if (!(change > kRounding)) continue;
+    ++changes;
+    if (std::abs(change - std::round(change)) > kRounding) parts.push_back(change);
+  }
+  if (2 * parts.size() < changes || parts.empty()) return std::nullopt;
+  return median(std::move(parts));
+}
+
+/// Counts are whole.
 void find_fractions(const Recording& recording, const Robot& robot, const Overview& overview,
                     std::vector<Finding>& problems) {
   for (const WheelSeries& series : recording.wheels.series) {
     const auto named = std::ranges::find(robot.wheel_names, series.wheel);
     if (series.unit != WheelUnit::ticks || named == robot.wheel_names.end()) continue;
-    const auto broken = [](double v) { return !std::isnan(v) && v != std::round(v); };
-    const auto first = std::ranges::find_if(series.value, broken);
-    if (2 * std::ranges::count_if(series.value, broken) < static_cast<std::ptrdiff_t>(series.value.size()) ||
-        overview.way[static_cast<std::size_t>(named - robot.wheel_names.begin())] > 1.0)
-      continue;
-    problems.push_back(
-        {.code = FindingCode::fractions,
-         .place = recording.wheels.origin.place_of(static_cast<std::size_t>(first - series.value.begin())),
-         .subjects = {series.wheel},
-         .payload = payload::Amount{*first}});
+    const bool turns = overview.way[static_cast<std::size_t>(named - robot.wheel_names.begin())] > 1.0;
+    const std::optional<double> value = turns ? part_of_count_in(series.value) : fraction_in(series.value);
+    if (!value) continue;
+    problems.push_back({.code = turns ? FindingCode::finer_than_counts : FindingCode::fractions,
+                        .place = recording.wheels.origin.file,
+                        .subjects = {series.wheel},
+                        .payload = payload::Amount{*value}});
   }
 }
 

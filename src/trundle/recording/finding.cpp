@@ -30,6 +30,7 @@ constexpr std::pair<FindingCode, std::string_view> kNames[] = {
     {FindingCode::increments, "increments"},
     {FindingCode::not_increments, "increments"},
     {FindingCode::fractions, "fractions"},
+    {FindingCode::finer_than_counts, "finer than counts"},
     {FindingCode::clocks, "clocks"},
     {FindingCode::time_offset, "time offset"},
     {FindingCode::reference_time_offset, "reference time offset"},

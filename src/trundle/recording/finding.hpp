@@ -35,9 +35,10 @@ enum class FindingCode {
   range_unit,
   reference_unit,
   gyro_unit,
-  increments,      ///< counts that do not add up: each is a difference
-  not_increments,  ///< counts that add up already, though recording.toml calls them increments
-  fractions,       ///< counts that are none
+  increments,         ///< counts that do not add up: each is a difference
+  not_increments,     ///< counts that add up already, though recording.toml calls them increments
+  fractions,          ///< counts that are none
+  finer_than_counts,  ///< a wheel turns by parts of a count
   // of clocks
   clocks,                 ///< two streams are never at the same time
   time_offset,            ///< of the gyro

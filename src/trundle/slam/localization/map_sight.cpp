@@ -28,6 +28,10 @@ std::vector<Fit> fits_of(const PoseEstimate& belief, const KnownMap& map, const 
 
 }  // namespace
 
+Vector3 difference(const Pose2& from, const Pose2& to) {
+  return {to.x - from.x, to.y - from.y, wrap_angle(to.heading - from.heading)};
+}
+
 MapSight map_sight(const PoseEstimate& belief, const LandmarkSensor& sensor, const KnownLandmark& landmark,
                    const Observation& observation) {
   MapSight sight;

@@ -57,6 +57,9 @@ inline constexpr double kNothingFits = -std::numeric_limits<double>::infinity();
 /// kNothingFits.
 [[nodiscard]] double log_against(double fitting, double max_range_m, double outlier_share);
 
+/// (x, y, heading) in the world's axes.
+[[nodiscard]] Vector3 difference(const Pose2& from, const Pose2& to);
+
 /// Where a belief is after a motion. Eq. 41.
 [[nodiscard]] PoseEstimate moved(const PoseEstimate& belief, const Motion& motion);
 /// What it is after a reading of its first systematic error, if it has any.

@@ -29,7 +29,7 @@ const MapStepReport& PoseEkf::step(const Motion& motion, std::span<const Observa
   report_.observations.assign(observations.size(), {});
   report_.against = report_.new_evidence_against = 0.0;
   predict(motion);
-  update(matches_of(observations, novelty));
+  update(matches_of(observations, novelty), observations);
   return report_;
 }
 
@@ -99,9 +99,44 @@ std::vector<PoseEkf::Match> PoseEkf::matches_of(std::span<const Observation> obs
   return matches;
 }
 
-/// Eq. 44, 45: only the pose is moved, with the systematic errors; the map is not.
-void PoseEkf::update(const std::vector<Match>& matches) {
+/// Linearised again at the pose that the sightings make of it, until a straight line tells what is read
+/// there: a start that is vague beside them would be sure of a wrong pose [Bell, Cathey 1993].
+void PoseEkf::update(std::vector<Match> matches, std::span<const Observation> observations) {
   if (matches.empty()) return;
+  constexpr int kMostLinearisations =
+      8;  // each squares what is left; more: the sightings do not fit each other
+  const PoseEstimate prior = belief_;
+  const Eigen::MatrixXd prior_with_map = with_map_;
+  Vector3 at = Vector3::Zero();  // from the prior
+  for (int i = 0; i < kMostLinearisations; ++i) {
+    belief_ = prior;
+    with_map_ = prior_with_map;
+    update_linearised(matches, at);
+    const Vector3 moved = difference(prior.pose, belief_.pose);
+    if (relinearise(matches, observations, moved - at)) return;
+    at = moved;
+  }
+}
+
+/// At the present pose, so far from the one before. True where they were straight from there to here.
+bool PoseEkf::relinearise(std::vector<Match>& matches, std::span<const Observation> observations,
+                          const Vector3& moved) const {
+  constexpr double kStraight = 0.1;  // 1σ of a reading
+  const Vector2 sigma = reading_covariance(sensor_).diagonal().cwiseSqrt();
+  bool straight = true;
+  for (auto& [observation, landmark, sight] : matches) {
+    const Vector2 expected = sight.innovation - sight.expected.by_pose * moved;
+    sight.expected = expected_reading(belief_.pose, sensor_.body_from_sensor, (*map_)[landmark].position);
+    sight.innovation = innovation_of(observations[observation], sight.expected);
+    const Vector2 missed = (sight.innovation - expected).cwiseAbs();
+    straight = straight && (missed.array() < kStraight * sigma.array()).all();
+  }
+  return straight;
+}
+
+/// Eq. 44, 45: only the pose is moved, with the systematic errors; the map is not. The matches are linearised
+/// `at` a pose so far from the belief's.
+void PoseEkf::update_linearised(const std::vector<Match>& matches, const Vector3& at) {
   const auto rows = 2 * static_cast<Index>(matches.size());
   const Index body = 3 + belief_.systematic.size();
   const bool exact = with_map_.size() == 0;
@@ -116,7 +151,7 @@ void PoseEkf::update(const std::vector<Match>& matches) {
     const auto& [observation, landmark, sight] = matches[k];
     G.block<2, 3>(row_of(k), 0) = sight.expected.by_pose;
     W.block<2, 2>(row_of(k), row_of(k)) += reading_covariance(sensor_);
-    innovation.segment<2>(row_of(k)) = sight.innovation;
+    innovation.segment<2>(row_of(k)) = sight.innovation + sight.expected.by_pose * at;
     if (exact) continue;
     const Matrix2& L = sight.expected.by_landmark;
     X.middleCols<2>(row_of(k)) = with_map_.middleCols<2>(column_of(landmark)) * L.transpose();

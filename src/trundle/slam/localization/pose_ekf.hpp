@@ -22,7 +22,7 @@ struct MapStepReport {
 
 /// Pose and systematic errors on a known map as one Gaussian. What is not known of the map stays unknown: its
 /// correlation with the pose is carried along (Schmidt), so that a landmark seen a thousand times is not
-/// taken for a thousand landmarks. docs/theory/localization.md, eq. 41 to 45.
+/// taken for a thousand landmarks. Updates are iterated. docs/theory/localization.md, eq. 41 to 45.
 class PoseEkf {
  public:
   /// The map must outlive the filter.
@@ -54,7 +54,10 @@ class PoseEkf {
   void predict(const Motion& motion);
   [[nodiscard]] MapSight sight_of(LandmarkId landmark, const Observation& observation) const;
   std::vector<Match> matches_of(std::span<const Observation> observations, std::span<const double> novelty);
-  void update(const std::vector<Match>& matches);
+  void update(std::vector<Match> matches, std::span<const Observation> observations);
+  bool relinearise(std::vector<Match>& matches, std::span<const Observation> observations,
+                   const Vector3& moved) const;
+  void update_linearised(const std::vector<Match>& matches, const Vector3& at);
 
   const KnownMap* map_;
   LandmarkSensor sensor_;

@@ -30,10 +30,6 @@ class Bins {
   std::set<std::tuple<long long, long long, long long>> filled_;
 };
 
-Vector3 difference(const Pose2& from, const Pose2& to) {
-  return {to.x - from.x, to.y - from.y, wrap_angle(to.heading - from.heading)};
-}
-
 /// How the mean of the systematic errors depends on where the pose is, and their covariance once it is known.
 Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMostSystematic, 3> systematic_by_pose(
     const PoseEstimate& belief) {
@@ -78,6 +74,7 @@ PoseParticles::PoseParticles(const KnownMap& map, const LandmarkSensor& sensor, 
   log_weights_.assign(poses_.size(), 0.0);
   normalise();
   begin_pending();
+  become_kernels();
 }
 
 Pose2 PoseParticles::draw_from(const PoseEstimate& belief) {
@@ -238,20 +235,43 @@ void PoseParticles::resample() {
   normalise();
 }
 
+/// Eq. 52: how wide the kernels are that so many particles stand for, as a share of their spread.
+double PoseParticles::kernel_width() const {
+  constexpr double kDimensions = 3.0;  // x, y, heading
+  return std::pow(4.0 / ((kDimensions + 2.0) * static_cast<double>(poses_.size())),
+                  1.0 / (kDimensions + 4.0));
+}
+
+/// Moves each particle so much towards the mean that, with a kernel about each, the spread stays.
+void PoseParticles::make_room_for_kernels() {
+  const double h = kernel_width();
+  const double keep = std::sqrt(1.0 - h * h);
+  const Pose2& mean = estimate_.pose;
+  for (Pose2& pose : poses_)
+    pose = {mean.x + keep * (pose.x - mean.x), mean.y + keep * (pose.y - mean.y),
+            mean.heading + keep * wrap_angle(pose.heading - mean.heading)};
+}
+
+/// Of a start that is vague beside the first sightings hardly a particle is where they fit: each stands for a
+/// kernel, which the sightings improve as they do a motion.
+void PoseParticles::become_kernels() {
+  make_room_for_kernels();
+  const double h = kernel_width();
+  Motion kernel;
+  kernel.covariance = h * h * body_covariance(estimate_.pose, estimate_.covariance);
+  pending_.add(kernel);
+}
+
 /// Eq. 52: moves each particle a little towards the mean and scatters it by as much, so that mean and
 /// covariance stay and no two particles do. A robot that stands still and looks around has no motion noise to
 /// distinguish them.
 void PoseParticles::spread() {
-  constexpr double kDimensions = 3.0;  // x, y, heading
-  const double h =
-      std::pow(4.0 / ((kDimensions + 2.0) * static_cast<double>(poses_.size())), 1.0 / (kDimensions + 4.0));
-  const double keep = std::sqrt(1.0 - h * h);
-  const Pose2& mean = estimate_.pose;
+  make_room_for_kernels();
+  const double h = kernel_width();
   PoseEstimate kernel;
   kernel.covariance = h * h * estimate_.covariance;
   for (Pose2& pose : poses_) {
-    kernel.pose = {mean.x + keep * (pose.x - mean.x), mean.y + keep * (pose.y - mean.y),
-                   mean.heading + keep * wrap_angle(pose.heading - mean.heading)};
+    kernel.pose = pose;
     pose = draw_from(kernel);
   }
 }

@@ -70,6 +70,9 @@ class PoseParticles {
   void mix(std::span<const PoseEstimate> beliefs);
   void normalise();
   void resample();
+  [[nodiscard]] double kernel_width() const;
+  void make_room_for_kernels();
+  void become_kernels();
   void spread();
   void keep_moments();
   Pose2 draw_from(const PoseEstimate& belief);
