@@ -152,7 +152,6 @@ void FactorGraph::merge_landmarks(int kept, int gone) {
   }
   stays.sightings.insert(stays.sightings.end(), goes.sightings.begin(), goes.sightings.end());
   stays.seen_from = std::max(stays.seen_from, goes.seen_from);
-  stays.marginalised += goes.marginalised;
   goes.sightings.clear();
   for (std::size_t k = 0; k < past_.size(); ++k) {
     if (!past_[k].prior.has(goes.variable)) continue;
@@ -233,10 +232,6 @@ std::vector<int> FactorGraph::poses_that_see(int landmark) const {
     poses.push_back(problem_.sightings[sighting].pose);
   std::ranges::sort(poses);
   return poses;
-}
-
-std::size_t FactorGraph::sightings_of(int landmark) const {
-  return landmarks_[nth(landmark)].sightings.size() + landmarks_[nth(landmark)].marginalised;
 }
 
 }  // namespace trundle::slam

@@ -79,7 +79,6 @@ class FactorGraph {
 
   /// Poses that a landmark was seen from, ascending; those that were marginalised are left out.
   [[nodiscard]] std::vector<int> poses_that_see(int landmark) const;
-  [[nodiscard]] std::size_t sightings_of(int landmark) const;  ///< how many there ever were
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
@@ -115,11 +114,10 @@ class FactorGraph {
     int variable = -1;
     int seen_from = -1;  ///< the last pose; below 0: as many before the first one
     std::vector<std::size_t> sightings = {};
-    std::size_t marginalised = 0;  ///< further sightings
 
     template <class Archive, class Self>
     static void persist(Archive& archive, Self& self) {
-      archive(self.variable, self.seen_from, self.sightings, self.marginalised);
+      archive(self.variable, self.seen_from, self.sightings);
     }
   };
   /// A part of what was marginalised. The first knows the first pose, the others are submaps.

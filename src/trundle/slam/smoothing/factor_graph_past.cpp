@@ -111,7 +111,6 @@ void FactorGraph::forget_poses(int poses) {
 void FactorGraph::forget_sightings(int poses) {
   for (Landmark& landmark : landmarks_) {
     landmark.seen_from -= poses;
-    landmark.marginalised += landmark.sightings.size();
     landmark.sightings.clear();
   }
   std::size_t kept = 0;
@@ -122,9 +121,7 @@ void FactorGraph::forget_sightings(int poses) {
     problem_.sightings[kept] = link;
     factor_of_[kept] = factor_of_[i];
     factors_[nth(factor_of_[kept])].index = kept;
-    Landmark& landmark = landmarks_[nth(link.landmark)];
-    landmark.sightings.push_back(kept++);
-    --landmark.marginalised;
+    landmarks_[nth(link.landmark)].sightings.push_back(kept++);
   }
   problem_.sightings.resize(kept);
   factor_of_.resize(kept);
