@@ -279,12 +279,7 @@ class GlobalSearch {
     };
     visit_candidates(pose, points_[i], consider);
     if (!chosen) return -std::numeric_limits<double>::infinity();
-    const Eigen::Matrix<double, 3, 2> K = pose.covariance * chosen->H.transpose() * S_chosen.inverse();
-    const Vector3 change = K * chosen->residual;
-    pose.pose = {pose.pose.x + change.x(), pose.pose.y + change.y(), pose.pose.heading + change.z()};
-    // Joseph's form: what is much surer afterwards is no difference of large numbers.
-    const Matrix3 A = Matrix3::Identity() - K * chosen->H;
-    pose.covariance = (A * pose.covariance * A.transpose() + K * chosen->noise * K.transpose()).eval();
+    update({chosen->residual, chosen->H, S_chosen, chosen->noise}, pose);
     ++explanation.hypothesis.matched;
     explanation.misfit += best;
     explanation.shown[i] = landmark;
