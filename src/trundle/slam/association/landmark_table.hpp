@@ -14,10 +14,8 @@ namespace trundle::slam {
 class LandmarkTable {
  public:
   /// Unidentified landmarks are numbered from `first_unidentified` on.
-  LandmarkTable(double max_range_m, const ExistenceOptions& existence, LandmarkId first_unidentified)
-      : next_unidentified_(first_unidentified),
-        grid_(kCellShare * max_range_m),
-        visibility_(max_range_m, existence) {}
+  LandmarkTable(double max_range_m, LandmarkId first_unidentified)
+      : next_unidentified_(first_unidentified), grid_(kCellShare * max_range_m), visibility_(max_range_m) {}
 
   /// The map's last one, with the id that its sighting gave it. An unidentified one that has this id gets
   /// another.

@@ -13,8 +13,8 @@ EkfSlam::EkfSlam(const LandmarkSensor& sensor, const EkfSlamOptions& options)
       R_(reading_covariance(sensor)),
       options_(options),
       joint_(options.prior),
-      table_(sensor.max_range_m, options.unknown.existence, options.first_unidentified),
-      unidentified_(sensor, options.unknown, options.gate) {}
+      table_(sensor.max_range_m, options.first_unidentified),
+      unidentified_(sensor, options.gate) {}
 
 const StepReport& EkfSlam::step(const Motion& motion, std::span<const Observation> observations) {
   report_.observations.assign(observations.size(), {});

@@ -14,7 +14,6 @@ namespace trundle::slam {
 struct EkfSlamOptions {
   SlamPrior prior = {};
   double gate = kDefaultGate;  ///< a sighting whose NIS is above is rejected
-  UnknownIdOptions unknown = {};
   LandmarkId first_unidentified =
       0;  ///< unidentified landmarks are numbered from here on: above all given ids
 };

@@ -8,6 +8,9 @@
 namespace trundle::slam {
 namespace {
 
+// Share of the sightings that are expected to show a new landmark, where each particle associates for itself:
+// ν of eq. 54, of those that were tried the one with the least errors (docs/results/slam-without-names.md).
+constexpr double kNewShare = 0.01;
 // How much further all particles spread than the gating subset does: the furthest of N normal draws lies
 // √(2 ln N) σ from the mean, so for N = 2000 against 32 it is √(ln 2000 / ln 32) = 1.5.
 constexpr double kBeyondSample = 1.5;
@@ -56,10 +59,7 @@ Expected expected_of(const SensorAt& sensor, const Matrix3& sensor_covariance, c
 ParticleAssociation::ParticleAssociation(const LandmarkSensor& sensor, const Particles& particles)
     : sensor_(sensor),
       particles_(particles),
-      options_{.gate = UnknownIdOptions{}.gate,
-               .max_range_m = sensor.max_range_m,
-               .new_share = UnknownIdOptions{}.new_share,
-               .near = UnknownIdOptions{}.near},
+      options_{.max_range_m = sensor.max_range_m, .new_share = kNewShare},
       grid_(kCellShare * sensor.max_range_m),
       visibility_(sensor.max_range_m),
       exclusion_(cost_of_new(options_)) {}

@@ -63,8 +63,8 @@ IncrementalBelief::IncrementalBelief(const LandmarkSensor& sensor, const Increme
     : options(chosen),
       free(free_of(options.prior.systematic_sigma, options.has_bias)),
       graph(sensor, graph_options(options, free)),
-      table(sensor.max_range_m, options.unknown.existence, options.first_unidentified),
-      unidentified(sensor, options.unknown, options.gate) {
+      table(sensor.max_range_m, options.first_unidentified),
+      unidentified(sensor, options.gate) {
   const auto parameters = static_cast<Index>(free.size());
   since.parameters = VectorXd::Zero(parameters);
   since.motion = {{},

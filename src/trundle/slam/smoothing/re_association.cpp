@@ -97,7 +97,7 @@ std::vector<LandmarkPair> duplicates_in(const ShownObservations& shown, std::spa
                                         const LandmarkSensor& sensor, LandmarkId first_unidentified,
                                         const DifferenceCovariance& covariance) {
   const std::set<LandmarkPair> different = seen_together(shown);
-  const double gate = UnknownIdOptions{}.gate;
+  const double gate = AssociationOptions{}.gate;
   const double anywhere = cost_of_any_place(sensor.max_range_m);
   LandmarkGrid grid = placed(map, sensor);
   std::vector<std::pair<double, LandmarkPair>> alike;
