@@ -117,21 +117,21 @@ void ParticleAssociation::look_up(Sighting& sighting, const View& view, Particle
   for (const std::size_t index : near) {
     if ((grid_.place(index) - points.place).norm() > radius + entries_[index].slack_m) continue;
     const auto landmark = static_cast<LandmarkId>(index);
-    const double nis = view.gating_sample.least_nis(sighting.reading, map.inherited(landmark, ancestry));
+    const double nis = view.gating_sample.least_nis(sighting.reading, map.stored(landmark, ancestry));
     if (nis <= kBetweenMembers * options_.near * options_.gate) likely.push_back({nis, landmark});
   }
   std::ranges::sort(likely);
   if (likely.size() > kMostCandidates) likely.resize(kMostCandidates);
   sighting.may_show.reset(particles_.count);
   for (const auto& [nis, landmark] : likely)
-    sighting.may_show.add({landmark, &map.expect(landmark, ancestry)});
+    sighting.may_show.add({landmark, &map.request(landmark, ancestry)});
 }
 
 /// Puts a landmark into the grid, where the gating subset has it today.
 void ParticleAssociation::locate(LandmarkId landmark, ParticleMap& map, const Ancestry& ancestry,
                                  GatingSample& gating_sample) {
   const auto index = static_cast<std::size_t>(landmark);
-  const GatingSample::Spread spread = gating_sample.spread_of(map.inherited(landmark, ancestry));
+  const GatingSample::Spread spread = gating_sample.spread_of(map.stored(landmark, ancestry));
   if (!spread.is_any) return;
   grid_.put(index, spread.place);
   entries_[index].slack_m =

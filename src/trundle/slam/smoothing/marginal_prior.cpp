@@ -170,7 +170,7 @@ std::pair<MarginalPrior, Index> MarginalPrior::led_by(const std::vector<int>& va
   return {in_order(order), columns};
 }
 
-MarginalPrior MarginalPrior::without(const std::vector<int>& variables) const {
+MarginalPrior MarginalPrior::marginalised(const std::vector<int>& variables) const {
   auto [result, columns] = led_by(variables);
   if (columns == 0) return result;
   const FirstEliminated parts = eliminate_first(result.information_, result.right_, columns);
@@ -206,7 +206,7 @@ MarginalPrior MarginalPrior::moved_on(const NextPose& next) const {
   result.right_ = right.transpose();
   result.information_.block(from, from, n, n) += next.information;
   result.right_.segment(from, n) -= next.information * next.error;
-  return result.without({next.from});
+  return result.marginalised({next.from});
 }
 
 Index MarginalPrior::begin_of(const Unknown& unknown) {
@@ -220,7 +220,7 @@ Index MarginalPrior::begin_of(const Unknown& unknown) {
   return begin;
 }
 
-MarginalPrior MarginalPrior::given_others(const std::vector<int>& variables) const {
+MarginalPrior MarginalPrior::conditional(const std::vector<int>& variables) const {
   auto [result, columns] = led_by(variables);
   const FirstEliminated parts = eliminate_first(result.information_, result.right_, columns);
   const Index rows = parts.rest.rows();
