@@ -2,6 +2,7 @@
 
 #include <map>
 
+#include "trundle/simd/scalar.hpp"
 #include "trundle/slam/fastslam/particle_slam.hpp"
 #include "trundle/slam/steps.hpp"
 
@@ -88,9 +89,7 @@ struct CopyingFastSlam {
     std::vector<double> weight;
     for (Particle& p : particles) {
       p.log_weight -= largest;
-      Column<double> log_weight(kParticleLanes, p.log_weight);
-      exponentials(log_weight.data(), kOne, log_weight.data());
-      weight.push_back(log_weight[0]);
+      weight.push_back(scalar::exp(p.log_weight));
       sum += weight.back();
     }
     double squares = 0.0;

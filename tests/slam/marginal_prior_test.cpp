@@ -113,11 +113,11 @@ TEST(MarginalPrior, IsTheSameAboutAnotherPoint) {
 
 TEST(MarginalPrior, IsWhatItSaysOfSomeAndOfTheOthersGivenThem) {
   const MarginalPrior prior = any_prior(6, any_matrix(7, 12, 9));
-  const MarginalPrior both = prior.given_others({1, 3}).with(prior.without({3, 1}));
+  const MarginalPrior both = prior.conditional({1, 3}).with(prior.marginalised({3, 1}));
   const Dense expected(prior, kSizes), found(both, kSizes);
   EXPECT_LT((found.matrix - expected.matrix).norm(), 1e-12 * expected.matrix.norm());
   EXPECT_LT((found.right - expected.right).norm(), 1e-12 * expected.right.norm());
-  const Dense rest(prior.without({3}), kSizes);
+  const Dense rest(prior.marginalised({3}), kSizes);
   const MatrixXd marginal = expected.matrix.inverse().topLeftCorner<6, 6>().inverse();
   EXPECT_LT((rest.matrix.topLeftCorner<6, 6>() - marginal).norm(), 1e-9 * marginal.norm());
 }

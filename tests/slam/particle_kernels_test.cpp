@@ -124,16 +124,6 @@ TEST(Place, IsTheExponentialAndTheSensorThere) {
   }
 }
 
-TEST(Exponentials, AreTheLibrarys) {
-  Column<double> x(padded(2000));
-  for (std::size_t i = 0; i < x.size(); ++i) x[i] = 2.0 - 0.36 * static_cast<double>(i);
-  x[1999] = -std::numeric_limits<double>::infinity();
-  Column<double> y = x;
-  exponentials(x.data(), {0, x.size()}, y.data());
-  for (std::size_t i = 0; i < x.size(); ++i)
-    EXPECT_NEAR(y[i], x[i] < -708.0 ? 0.0 : std::exp(x[i]), 5e-16 * std::exp(x[i]));
-}
-
 /// One landmark, many particles around it, the same readings for all.
 class LanesIn : public testing::TestWithParam<Precision> {};
 

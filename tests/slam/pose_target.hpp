@@ -9,6 +9,8 @@
 #include "trundle/slam/cholesky.hpp"
 #include "trundle/slam/fastslam/landmark_kernels.hpp"
 
+#include "slam/one_landmark.hpp"
+
 namespace trundle::test {
 using namespace slam;
 

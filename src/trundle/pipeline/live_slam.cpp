@@ -54,7 +54,7 @@ void LiveSlam::see(double stamp_s, const std::vector<Sighting>& sightings) {
   instants_.push_back(stamp_s + sensor_clock_s_);
   for (Sighting sighting : sightings) {
     sighting.time_s = instants_.back();
-    cutter_.see(sighting);
+    cutter_.add_sighting(sighting);
   }
 }
 

@@ -143,8 +143,8 @@ std::vector<Finding> consistency_checks(const SlamInput& input, const SlamResult
   if (smoothed == nullptr) return findings;
   const std::vector<Finding> of_smoother = consistency_checks(smoothed->counts);
   const bool was_lost = !findings.empty() && findings.front().code == FindingCode::lost;
-  // Where all that was seen fits together the filter alone was wrong: good to know, and no doubt of the
-  // result.
+  // Where all that was seen fits together the filter alone was wrong: good to know, and the result
+  // is consistent.
   const bool has_recovered = was_lost && of_smoother.empty() && !has_many_outliers(smoothed->counts);
   if (has_recovered) findings.front().severity = Severity::note;
   findings.insert(findings.end(), of_smoother.begin(), of_smoother.end());

@@ -43,7 +43,7 @@ StepCutter::StepCutter(const Robot& robot, const SlamInputOptions& options)
   for (const std::string& name : options.names) names_.id_of(name);
 }
 
-void StepCutter::see(const Sighting& sighting) {
+void StepCutter::add_sighting(const Sighting& sighting) {
   waiting_.push_back({sighting.time_s, sighting.landmark, sighting.range_m, sighting.bearing_rad});
 }
 
@@ -54,7 +54,7 @@ void StepCutter::start(double time_s) {
   outside_ += static_cast<std::size_t>(inside - waiting_.begin());
   forget_first(static_cast<std::size_t>(inside - waiting_.begin()));
   while (stop_until(time_s)) ++next_stop_;
-  look();
+  finish_sighting_step();
 }
 
 void StepCutter::advance(const Increment& increment, bool bridged) {
@@ -66,7 +66,7 @@ void StepCutter::advance(const Increment& increment, bool bridged) {
     if (stop_until(stop_s)) stop_s = options_.also_at_s[next_stop_];
     move_to(stop_s, share_of(increment, (stop_s - now_s_) / (end_s - start_s)), bridged);
     if (sighting_until(now_s_))
-      look();
+      finish_sighting_step();
     else if (now_s_ > last_step_s_)
       finish_step();
     while (stop_until(now_s_)) ++next_stop_;
@@ -110,18 +110,19 @@ void StepCutter::move_to(double time_s, const Increment& part, bool bridged) {
   now_s_ = time_s;
 }
 
-/// `sees`: something is seen at its end. That moves with the sensor's clock, and the motion's end with it.
-void StepCutter::finish_step(bool sees) {
+/// `has_sightings`: something is seen at its end. That moves with the sensor's clock, and the motion's end
+/// with it.
+void StepCutter::finish_step(bool has_sightings) {
   motion_.finish_step(now_s_, input_);
   last_step_s_ = now_s_;
-  const Vector3 at_end = sees ? motion_.rate() : Vector3::Zero();
+  const Vector3 at_end = has_sightings ? motion_.rate() : Vector3::Zero();
   input_.by_sensor_clock.push_back(at_end -
                                    adjoint(input_.steps.back().motion.mean.inverse()) * at_last_end_);
   at_last_end_ = at_end;
 }
 
-/// All that is seen now, if anything is; what is told twice counts once.
-void StepCutter::look() {
+/// All that is seen now, if anything is; what is recorded twice counts once.
+void StepCutter::finish_sighting_step() {
   if (!sighting_until(now_s_)) return;
   finish_step(true);
   std::vector<std::size_t> seen;

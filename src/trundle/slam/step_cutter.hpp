@@ -18,7 +18,7 @@ class StepCutter {
   StepCutter(const Robot& robot, const SlamInputOptions& options);
 
   /// A sighting later than what was advanced through, in order of time; those of one instant one by one.
-  void see(const Sighting& sighting);
+  void add_sighting(const Sighting& sighting);
   /// The odometry begins: what was seen before is left out.
   void start(double time_s);
   /// An interval, cut where something was seen; all that was seen by its end is known.
@@ -74,8 +74,8 @@ class StepCutter {
   [[nodiscard]] bool sighting_until(double time_s) const;
   [[nodiscard]] bool stop_until(double time_s) const;
   void move_to(double time_s, const Increment& part, bool bridged);
-  void finish_step(bool sees = false);
-  void look();
+  void finish_step(bool has_sightings = false);
+  void finish_sighting_step();
   [[nodiscard]] Observation observed(const Waiting& sighting);
   void forget_first(std::size_t count);
 

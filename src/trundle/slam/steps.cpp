@@ -22,7 +22,8 @@ SlamInput cut(const std::vector<Sighting>& sightings, const AlignedReadings& rea
   StepCutter cutter(robot, options);
   std::size_t next = 0;
   const auto see_until = [&](double time_s) {
-    for (; next < sightings.size() && sightings[next].time_s <= time_s; ++next) cutter.see(sightings[next]);
+    for (; next < sightings.size() && sightings[next].time_s <= time_s; ++next)
+      cutter.add_sighting(sightings[next]);
   };
   see_until(readings.start_s);
   cutter.start(readings.start_s);
@@ -31,7 +32,7 @@ SlamInput cut(const std::vector<Sighting>& sightings, const AlignedReadings& rea
     see_until(increment.time_s);
     cutter.advance(increment, i < readings.bridged.size() && readings.bridged[i]);
   }
-  for (; next < sightings.size(); ++next) cutter.see(sightings[next]);
+  for (; next < sightings.size(); ++next) cutter.add_sighting(sightings[next]);
   cutter.finish();
   SlamInput input = cutter.take();
   input.start_s = readings.start_s;

@@ -17,59 +17,6 @@ std::size_t at(Eigen::Index i) {
 
 const std::vector<Eigen::Index>& CheapestAssignment::solve(const Eigen::MatrixXd& cost) {
   assert(cost.cols() >= cost.rows() && cost.allFinite());
-  if (!assign_by_regret(cost)) assign_by_augmentation(cost);
-  return column_of_;
-}
-
-CheapestAssignment::Preference CheapestAssignment::preference_of(Index row, const Eigen::MatrixXd& cost) {
-  Preference preference{kNone, kNone, 0.0};
-  double least = kInfinity;
-  double next = kInfinity;
-  for (Index column = 0; column < cost.cols(); ++column) {
-    const double x = cost(row, column);
-    if (x < least) {
-      preference.second = preference.best;
-      preference.best = column;
-      next = least;
-      least = x;
-    } else if (x < next) {
-      preference.second = column;
-      next = x;
-    }
-  }
-  preference.regret = next - least;
-  return preference;
-}
-
-/// Each row takes its cheapest column. Where several want the same one, it goes to the row that would lose
-/// most without it, and the others take their second. As all but one have to do without it, no assignment
-/// costs less. False where a second is taken as well: then augmenting paths are needed.
-bool CheapestAssignment::assign_by_regret(const Eigen::MatrixXd& cost) {
-  preferences_.clear();
-  row_of_.assign(at(cost.cols()), kNone);
-  for (Index row = 0; row < cost.rows(); ++row) {
-    const Preference preference = preference_of(row, cost);
-    preferences_.push_back(preference);
-    Index& owner = row_of_[at(preference.best)];
-    if (owner == kNone || preferences_[at(owner)].regret < preference.regret) owner = row;
-  }
-  column_of_.clear();
-  for (Index row = 0; row < cost.rows(); ++row) {
-    const Preference& preference = preferences_[at(row)];
-    if (row_of_[at(preference.best)] == row) {
-      column_of_.push_back(preference.best);
-      continue;
-    }
-    if (row_of_[at(preference.second)] != kNone) return false;
-    row_of_[at(preference.second)] = row;
-    column_of_.push_back(preference.second);
-  }
-  return true;
-}
-
-/// Hungarian method [Kuhn 1955], O(rows² · columns): rows are assigned one after the other, each along the
-/// shortest path of reduced costs.
-void CheapestAssignment::assign_by_augmentation(const Eigen::MatrixXd& cost) {
   row_price_.assign(at(cost.rows()), 0.0);
   column_price_.assign(at(cost.cols()), 0.0);
   row_of_.assign(at(cost.cols()), kNone);
@@ -77,8 +24,10 @@ void CheapestAssignment::assign_by_augmentation(const Eigen::MatrixXd& cost) {
   column_of_.assign(at(cost.rows()), kNone);
   for (Index column = 0; column < cost.cols(); ++column)
     if (const Index row = row_of_[at(column)]; row != kNone) column_of_[at(row)] = column;
+  return column_of_;
 }
 
+/// Along the shortest path of reduced costs.
 void CheapestAssignment::assign(Index first, const Eigen::MatrixXd& cost) {
   const std::size_t columns = at(cost.cols());
   distance_.assign(columns, kInfinity);

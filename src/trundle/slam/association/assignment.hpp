@@ -8,8 +8,9 @@
 
 namespace trundle::slam {
 
-/// Which column each row gets, no column twice, so that the sum of the costs is least. For many problems, one
-/// after the other: those of one size need no new memory.
+/// Which column each row gets, no column twice, so that the sum of the costs is least: the Hungarian method
+/// [Kuhn 1955], O(rows² · columns). For many problems, one after the other: those of one size need no new
+/// memory.
 class CheapestAssignment {
  public:
   /// Column of each row, until the next call. At least as many columns as rows; finite costs.
@@ -17,21 +18,12 @@ class CheapestAssignment {
 
  private:
   using Index = Eigen::Index;
-  /// The columns that cost a row least.
-  struct Preference {
-    Index best, second;  ///< columns
-    double regret;       ///< of taking the second instead
-  };
-  static Preference preference_of(Index row, const Eigen::MatrixXd& cost);
-  bool assign_by_regret(const Eigen::MatrixXd& cost);
-  void assign_by_augmentation(const Eigen::MatrixXd& cost);
   void assign(Index first, const Eigen::MatrixXd& cost);
   void raise_prices(Index first, double reached);
   void augment(Index first, Index column);
 
-  std::vector<Index> column_of_;         ///< by row
-  std::vector<Index> row_of_;            ///< by column
-  std::vector<Preference> preferences_;  ///< by row
+  std::vector<Index> column_of_;  ///< by row
+  std::vector<Index> row_of_;     ///< by column
   // Dual variables.
   std::vector<double> row_price_;
   std::vector<double> column_price_;

@@ -15,24 +15,14 @@ struct Fit {
   double minus_two_log_p = 0.0;  ///< −2 log of the reading's density, (range, bearing) [m, rad]
 };
 
-/// Association of sightings without an id. docs/theory/association.md.
-struct UnknownIdOptions {
+/// Association of the sightings of one instant that have no id. docs/theory/association.md.
+struct AssociationOptions {
   double gate = 9.2103403719761836;  ///< NIS of a match is at most this: 99 % of the consistent ones, χ²₂
+  double max_range_m = 10.0;         ///< of the sensor: a new landmark may be anywhere up to it
+  double new_share = 1.0;            ///< so many of the sightings are expected to show a new one
   /// What is outside the gate of a landmark but within this times it is ambiguous, not new: 99.99 % of the
   /// consistent ones are within twice the gate.
   double near = 2.0;
-  /// Share of the sightings that are expected to show a new landmark, where each particle associates for
-  /// itself: ν of eq. 54.
-  double new_share = 0.01;
-  ExistenceOptions existence = {};
-};
-
-/// Of one instant's sightings, jointly.
-struct AssociationOptions {
-  double gate = 0.0;          ///< NIS of a match is at most this
-  double max_range_m = 10.0;  ///< of the sensor: a new landmark may be anywhere up to it
-  double new_share = 1.0;     ///< so many of the sightings are expected to show a new one
-  double near = 2.0;  ///< a sighting within near · gate of a landmark, but matched to none, is no new one
 };
 
 /// What an observation shows: a landmark of the map; a new one; or near one, yet outside of its gate.

@@ -15,13 +15,12 @@ constexpr std::size_t kMostTogether = 64;
 
 }  // namespace
 
-UnidentifiedSightings::UnidentifiedSightings(const LandmarkSensor& sensor, const UnknownIdOptions& options,
-                                             double gate)
+UnidentifiedSightings::UnidentifiedSightings(const LandmarkSensor& sensor, double gate)
     : sensor_(sensor),
-      options_(options),
+      options_{.max_range_m = sensor.max_range_m},
       joint_limits_(joint_limits(gate, kMostTogether)),
       least_(cost_at_peak(reading_covariance(sensor))),
-      none_(cost_of_new({.max_range_m = sensor.max_range_m})) {}
+      none_(cost_of_new(options_)) {}
 
 void UnidentifiedSightings::begin(std::span<const Observation> observations) {
   all_ = observations;

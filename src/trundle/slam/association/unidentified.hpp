@@ -16,7 +16,8 @@ namespace trundle::slam {
 /// one Gaussian associate them. docs/theory/association.md, eq. 21, 22.
 class UnidentifiedSightings {
  public:
-  UnidentifiedSightings(const LandmarkSensor& sensor, const UnknownIdOptions& options, double gate);
+  /// `gate`: of one sighting's NIS, at which all of them are judged together.
+  UnidentifiedSightings(const LandmarkSensor& sensor, double gate);
 
   /// Starts with those of an instant.
   void begin(std::span<const Observation> observations);
@@ -62,7 +63,7 @@ class UnidentifiedSightings {
   void mark_ambiguous(const JointExplanation& explanation);
 
   LandmarkSensor sensor_;
-  UnknownIdOptions options_;
+  AssociationOptions options_;
   std::vector<double> joint_limits_;  ///< on the NIS of so many matches together
   double least_;                      ///< −2 log density of a reading at its most
   double none_;                       ///< and of one that shows nothing of the map

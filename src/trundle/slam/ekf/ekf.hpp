@@ -4,8 +4,9 @@
 #include <vector>
 
 #include "trundle/slam/association/association.hpp"
+#include "trundle/slam/association/landmark_table.hpp"
 #include "trundle/slam/association/unidentified.hpp"
-#include "trundle/slam/ekf/ekf_belief.hpp"
+#include "trundle/slam/ekf/joint_gaussian.hpp"
 
 namespace trundle::slam {
 
@@ -13,7 +14,6 @@ namespace trundle::slam {
 struct EkfSlamOptions {
   SlamPrior prior = {};
   double gate = kDefaultGate;  ///< a sighting whose NIS is above is rejected
-  UnknownIdOptions unknown = {};
   LandmarkId first_unidentified =
       0;  ///< unidentified landmarks are numbered from here on: above all given ids
 };
@@ -44,35 +44,36 @@ class EkfSlam {
   void read_bias(const BiasReading& reading);
 
   /// Of now, in the world.
-  [[nodiscard]] PoseEstimate estimate() const { return belief_.joint.body(); }
-  [[nodiscard]] std::size_t landmarks() const { return belief_.landmarks.size(); }
+  [[nodiscard]] PoseEstimate estimate() const { return joint_.body(); }
+  [[nodiscard]] std::size_t landmarks() const { return table_.size(); }
   [[nodiscard]] MappedLandmark landmark(std::size_t index) const;
   /// Whether its map has it.
   [[nodiscard]] bool has_landmark(std::size_t) const { return true; }
   /// Whether it surely exists: an unidentified one may be tentative.
   [[nodiscard]] bool is_confirmed(std::size_t index) const {
-    const EkfBelief::Landmark& landmark = belief_.landmarks[index];
-    return landmark.is_identified || landmark.existence.is_confirmed(belief_.visibility);
+    return table_.is_confirmed(static_cast<int>(index));
   }
   /// The whole joint covariance, in the order x, y, heading, systematic errors, x_1, y_1, ...
-  [[nodiscard]] Eigen::MatrixXd covariance() const { return belief_.joint.covariance(); }
+  [[nodiscard]] Eigen::MatrixXd covariance() const { return joint_.covariance(); }
   /// Of some landmarks, x and y of each [m²].
   [[nodiscard]] Eigen::MatrixXd map_covariance(std::span<const std::size_t> landmarks) const;
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.belief_, self.report_);
+    archive(self.joint_, self.table_, self.report_);
   }
 
  private:
   using Index = Eigen::Index;
 
+  void predict(const Motion& motion);
   void associate();
   bool match();
   void gate();
   void update();
   void augment();
+  int add_landmark(const Observation& observation);
   void update_existence();
 
   void associate_unidentified();
@@ -80,12 +81,14 @@ class EkfSlam {
   void pair(std::size_t sighting, std::size_t landmark);
 
   void set_innovation_covariance();
-  [[nodiscard]] std::int64_t landmark_of(std::size_t observation) const;
+  void refresh_grid();
+  [[nodiscard]] int landmark_of(std::size_t observation) const;
 
   LandmarkSensor sensor_;
   Matrix2 R_;  ///< of (range, bearing)
   EkfSlamOptions options_;
-  EkfBelief belief_;
+  JointGaussian joint_;
+  LandmarkTable table_;  ///< of its landmarks
   StepReport report_;
   // Of one step; kept so that steps with ids allocate nothing.
   std::span<const Observation> observations_;

@@ -24,37 +24,43 @@ void EkfSlam::associate_unidentified() {
 
 /// Landmarks near where each points, made active.
 std::vector<std::vector<std::size_t>> EkfSlam::find_candidates() {
-  if (belief_.off_grid_m > kOffGridShare * sensor_.max_range_m) refresh_grid(belief_);
-  const auto candidates =
-      unidentified_.candidates(belief_.joint.body(), belief_.grid, 2.0 * belief_.off_grid_m);
+  if (table_.off_grid_m() > kOffGridShare * sensor_.max_range_m) refresh_grid();
+  const auto candidates = unidentified_.candidates(joint_.body(), table_.grid(), 2.0 * table_.off_grid_m());
   in_view_.clear();
   for (const std::vector<std::size_t>& near : candidates)
     in_view_.insert(in_view_.end(), near.begin(), near.end());
   std::ranges::sort(in_view_);
   in_view_.erase(std::unique(in_view_.begin(), in_view_.end()), in_view_.end());
-  belief_.joint.activate(in_view_);
+  joint_.activate(in_view_);
   return candidates;
 }
 
 /// Stacks the pairing, if it is one.
 void EkfSlam::pair(std::size_t sighting, std::size_t landmark) {
   const std::size_t i = unidentified_.observations()[sighting];
-  const Index at = belief_.joint.index_of(landmark);
+  const Index at = joint_.index_of(landmark);
   const ExpectedReading expected =
-      expected_reading(belief_.joint.pose(), sensor_.body_from_sensor, belief_.joint.active(at));
+      expected_reading(joint_.pose(), sensor_.body_from_sensor, joint_.active(at));
   const JointGaussian::Rows rows{at, expected.by_pose, expected.by_landmark};
   const Vector2 innovation = innovation_of(observations_[i], expected);
-  if (!unidentified_.consider(sighting, landmark, innovation, belief_.joint.projected_covariance(rows) + R_))
-    return;
+  if (!unidentified_.consider(sighting, landmark, innovation, joint_.projected_covariance(rows) + R_)) return;
   stacked_.matches.push_back({i, landmark, innovation});
   stacked_.H.push_back(rows);
 }
 
 void EkfSlam::update_existence() {
   const std::vector<std::size_t> gone = unidentified_.update_existence(
-      belief_.joint.pose(), report_, belief_.grid, belief_.visibility,
-      [this](std::size_t landmark) -> Existence& { return belief_.landmarks[landmark].existence; });
-  for (const std::size_t landmark : gone) remove_landmark(landmark, belief_);
+      joint_.pose(), report_, table_.grid(), table_.visibility(),
+      [this](std::size_t landmark) -> Existence& { return table_.existence(static_cast<int>(landmark)); });
+  for (const std::size_t landmark : gone) {
+    joint_.remove(landmark);
+    table_.remove(static_cast<int>(landmark));
+  }
+  if (!gone.empty()) refresh_grid();
+}
+
+void EkfSlam::refresh_grid() {
+  table_.refresh_grid([this](int landmark) { return joint_.landmark(static_cast<std::size_t>(landmark)); });
 }
 
 }  // namespace trundle::slam

@@ -22,7 +22,7 @@ class JointGaussian {
 
   explicit JointGaussian(const SlamPrior& prior);
 
-  [[nodiscard]] std::size_t landmarks() const { return landmark_count(); }
+  [[nodiscard]] std::size_t landmarks() const { return active_of_.size(); }
   [[nodiscard]] Pose2 pose() const { return {mean_[0], mean_[1], mean_[2]}; }
   [[nodiscard]] PoseEstimate body() const;
   [[nodiscard]] Vector2 landmark(std::size_t landmark) const;
@@ -85,8 +85,7 @@ class JointGaussian {
   }
 
  private:
-  [[nodiscard]] std::size_t landmark_count() const { return active_of_.size(); }
-  [[nodiscard]] Index total() const { return body_ + 2 * static_cast<Index>(landmark_count()); }
+  [[nodiscard]] Index total() const { return body_ + 2 * static_cast<Index>(landmarks()); }
   [[nodiscard]] bool all_active() const { return size_ == total(); }
   [[nodiscard]] Eigen::MatrixXd settled_with_active(Index row, Index rows) const;
   void settle();

@@ -1,6 +1,7 @@
 #pragma once
 
-#include <array>
+#include <algorithm>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <new>
@@ -37,50 +38,34 @@ struct CacheAligned {
 template <class T>
 using Column = std::vector<T, CacheAligned<T>>;
 
-/// Three numbers of every particle: a twist, or n of docs/theory/fastslam.md, eq. 15.
-class TripleColumns {
+/// A vector of every particle: a column for each of its numbers.
+template <class Vector>
+class VectorColumns {
  public:
-  explicit TripleColumns(std::size_t particles)
-      : columns_{Column<double>(padded(particles)), Column<double>(padded(particles)),
-                 Column<double>(padded(particles))} {}
+  explicit VectorColumns(std::size_t particles, Eigen::Index count = Vector::RowsAtCompileTime)
+      : columns_(static_cast<std::size_t>(count), Column<double>(padded(particles))) {
+    assert(count >= 0);
+  }
+  [[nodiscard]] Eigen::Index count() const { return static_cast<Eigen::Index>(columns_.size()); }
   double* operator[](std::size_t k) { return columns_[k].data(); }
   const double* operator[](std::size_t k) const { return columns_[k].data(); }
-  [[nodiscard]] Vector3 at(std::size_t particle) const {
-    return {columns_[0][particle], columns_[1][particle], columns_[2][particle]};
+  [[nodiscard]] Vector at(std::size_t particle) const {
+    Vector v(count());
+    for (std::size_t k = 0; k < columns_.size(); ++k) v[static_cast<Eigen::Index>(k)] = columns_[k][particle];
+    return v;
   }
-  void set(std::size_t particle, const Vector3& v) {
-    for (std::size_t k = 0; k < 3; ++k) columns_[k][particle] = v[static_cast<Eigen::Index>(k)];
+  void set(std::size_t particle, const Vector& v) {
+    for (std::size_t k = 0; k < columns_.size(); ++k) columns_[k][particle] = v[static_cast<Eigen::Index>(k)];
   }
   /// What was parents[i]'s becomes i's. `spare` is a column of as many particles.
-  void permute(std::span<const std::uint32_t> parents, Column<double>& spare);
-
-  /// Its state, for io/archive.hpp.
-  template <class Archive, class Self>
-  static void persist(Archive& archive, Self& self) {
-    archive(self.columns_);
+  void permute(std::span<const std::uint32_t> parents, Column<double>& spare) {
+    const auto count = static_cast<std::ptrdiff_t>(parents.size());
+    for (Column<double>& column : columns_) {
+      for (std::size_t i = 0; i < parents.size(); ++i) spare[i] = column[parents[i]];
+      std::copy(column.begin() + count, column.end(), spare.begin() + count);
+      column.swap(spare);
+    }
   }
-
- private:
-  std::array<Column<double>, 3> columns_;
-};
-
-/// The systematic errors of every particle: as many columns as there are.
-class SystematicColumns {
- public:
-  SystematicColumns(std::size_t particles, Eigen::Index count)
-      : columns_(static_cast<std::size_t>(count), Column<double>(padded(particles))) {}
-  [[nodiscard]] Eigen::Index count() const { return static_cast<Eigen::Index>(columns_.size()); }
-  const double* operator[](std::size_t k) const { return columns_[k].data(); }
-  [[nodiscard]] Systematic at(std::size_t particle) const {
-    Systematic s(count());
-    for (std::size_t k = 0; k < columns_.size(); ++k) s[static_cast<Eigen::Index>(k)] = columns_[k][particle];
-    return s;
-  }
-  void set(std::size_t particle, const Systematic& s) {
-    for (std::size_t k = 0; k < columns_.size(); ++k) columns_[k][particle] = s[static_cast<Eigen::Index>(k)];
-  }
-  /// As TripleColumns::permute.
-  void permute(std::span<const std::uint32_t> parents, Column<double>& spare);
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
@@ -91,6 +76,11 @@ class SystematicColumns {
  private:
   std::vector<Column<double>> columns_;
 };
+
+/// A twist, or n of docs/theory/fastslam.md, eq. 15.
+using TripleColumns = VectorColumns<Vector3>;
+/// The systematic errors.
+using SystematicColumns = VectorColumns<Systematic>;
 
 /// A pose of every particle: columns x, y, heading.
 class PoseColumns {

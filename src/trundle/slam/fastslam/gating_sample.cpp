@@ -41,19 +41,19 @@ void GatingSample::select(const Prior& prior) {
 }
 
 /// The landmark as the members have it.
-void GatingSample::fetch(const ParticleMap::Inherited& landmark) {
+void GatingSample::fetch(const ParticleMap::Stored& landmark) {
   for (std::size_t member = 0; member < members_.size(); ++member)
     whose_[member] = landmark.from[members_[member]];
   landmark_.count_from(landmark.columns.origin());
   gather_landmark(landmark.columns, whose_, {0, kMembers}, landmark_);
 }
 
-void GatingSample::set_innovations_of(const ReadingTerms& reading, const ParticleMap::Inherited& landmark) {
+void GatingSample::set_innovations_of(const ReadingTerms& reading, const ParticleMap::Stored& landmark) {
   fetch(landmark);
   set_innovations({reading, &landmark_}, sensors_, sensor_covariance_, {0, kMembers}, innovations_);
 }
 
-GatingSample::Gated GatingSample::gate(const ReadingTerms& reading, const ParticleMap::Inherited& landmark,
+GatingSample::Gated GatingSample::gate(const ReadingTerms& reading, const ParticleMap::Stored& landmark,
                                        double gate) {
   set_innovations_of(reading, landmark);
   double against = 0.0;
@@ -73,7 +73,7 @@ void GatingSample::add_to(Spread& spread, const LandmarkEstimate& m) const {
   spread.sigma_m = std::max(spread.sigma_m, std::sqrt(m.xx + m.yy));
 }
 
-GatingSample::Spread GatingSample::spread_of(const ParticleMap::Inherited& landmark) {
+GatingSample::Spread GatingSample::spread_of(const ParticleMap::Stored& landmark) {
   fetch(landmark);
   Spread spread;
   for (std::size_t member = 0; member < members_.size(); ++member)
@@ -94,7 +94,7 @@ GatingSample::Spread GatingSample::spread_of(const ReadingTerms& reading) const 
   return spread;
 }
 
-double GatingSample::least_nis(const ReadingTerms& reading, const ParticleMap::Inherited& landmark) {
+double GatingSample::least_nis(const ReadingTerms& reading, const ParticleMap::Stored& landmark) {
   set_innovations_of(reading, landmark);
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t member = 0; member < members_.size(); ++member)

@@ -9,7 +9,7 @@ namespace trundle::slam {
 /// A subset of the particles, spread over all: what they expect before poses are drawn decides whether a
 /// sighting is an outlier. docs/theory/fastslam.md, eq. 14. The first member is the most probable particle,
 /// whose innovations are reported; it has no weight of its own. They are predicted before the others have
-/// moved or inherited anything.
+/// moved or gathered anything.
 class GatingSample {
  public:
   /// `systematic`: so many errors a particle has.
@@ -41,18 +41,18 @@ class GatingSample {
     double reach_m = 0.0;             ///< greatest distance of another member's from it
     double sigma_m = 0.0;             ///< greatest of a member's own
   };
-  [[nodiscard]] Spread spread_of(const ParticleMap::Inherited& landmark);
+  [[nodiscard]] Spread spread_of(const ParticleMap::Stored& landmark);
   [[nodiscard]] Spread spread_of(const ReadingTerms& reading) const;
   /// Least NIS among the members that have the landmark; infinity where none has.
-  [[nodiscard]] double least_nis(const ReadingTerms& reading, const ParticleMap::Inherited& landmark);
+  [[nodiscard]] double least_nis(const ReadingTerms& reading, const ParticleMap::Stored& landmark);
 
   /// Rejected where more than half of the members' weight has the NIS above the gate.
-  [[nodiscard]] Gated gate(const ReadingTerms& reading, const ParticleMap::Inherited& landmark, double gate);
+  [[nodiscard]] Gated gate(const ReadingTerms& reading, const ParticleMap::Stored& landmark, double gate);
 
  private:
   void add_to(Spread& spread, const LandmarkEstimate& m) const;
-  void fetch(const ParticleMap::Inherited& landmark);
-  void set_innovations_of(const ReadingTerms& reading, const ParticleMap::Inherited& landmark);
+  void fetch(const ParticleMap::Stored& landmark);
+  void set_innovations_of(const ReadingTerms& reading, const ParticleMap::Stored& landmark);
 
   /// 31 that are weighed: the standard error of a half is then √(0.25/31) = 0.09, so what three quarters of
   /// the particles reject passes in one case of 400. Two vectors of 16 lanes.

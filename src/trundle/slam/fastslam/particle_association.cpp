@@ -8,6 +8,9 @@
 namespace trundle::slam {
 namespace {
 
+// Share of the sightings that are expected to show a new landmark, where each particle associates for itself:
+// ν of eq. 54, of those that were tried the one with the least errors (docs/results/slam-without-names.md).
+constexpr double kNewShare = 0.01;
 // How much further all particles spread than the gating subset does: the furthest of N normal draws lies
 // √(2 ln N) σ from the mean, so for N = 2000 against 32 it is √(ln 2000 / ln 32) = 1.5.
 constexpr double kBeyondSample = 1.5;
@@ -56,10 +59,7 @@ Expected expected_of(const SensorAt& sensor, const Matrix3& sensor_covariance, c
 ParticleAssociation::ParticleAssociation(const LandmarkSensor& sensor, const Particles& particles)
     : sensor_(sensor),
       particles_(particles),
-      options_{.gate = UnknownIdOptions{}.gate,
-               .max_range_m = sensor.max_range_m,
-               .new_share = UnknownIdOptions{}.new_share,
-               .near = UnknownIdOptions{}.near},
+      options_{.max_range_m = sensor.max_range_m, .new_share = kNewShare},
       grid_(kCellShare * sensor.max_range_m),
       visibility_(sensor.max_range_m),
       exclusion_(cost_of_new(options_)) {}
@@ -117,21 +117,21 @@ void ParticleAssociation::look_up(Sighting& sighting, const View& view, Particle
   for (const std::size_t index : near) {
     if ((grid_.place(index) - points.place).norm() > radius + entries_[index].slack_m) continue;
     const auto landmark = static_cast<LandmarkId>(index);
-    const double nis = view.gating_sample.least_nis(sighting.reading, map.inherited(landmark, ancestry));
+    const double nis = view.gating_sample.least_nis(sighting.reading, map.stored(landmark, ancestry));
     if (nis <= kBetweenMembers * options_.near * options_.gate) likely.push_back({nis, landmark});
   }
   std::ranges::sort(likely);
   if (likely.size() > kMostCandidates) likely.resize(kMostCandidates);
   sighting.may_show.reset(particles_.count);
   for (const auto& [nis, landmark] : likely)
-    sighting.may_show.add({landmark, &map.expect(landmark, ancestry)});
+    sighting.may_show.add({landmark, &map.request(landmark, ancestry)});
 }
 
 /// Puts a landmark into the grid, where the gating subset has it today.
 void ParticleAssociation::locate(LandmarkId landmark, ParticleMap& map, const Ancestry& ancestry,
                                  GatingSample& gating_sample) {
   const auto index = static_cast<std::size_t>(landmark);
-  const GatingSample::Spread spread = gating_sample.spread_of(map.inherited(landmark, ancestry));
+  const GatingSample::Spread spread = gating_sample.spread_of(map.stored(landmark, ancestry));
   if (!spread.is_any) return;
   grid_.put(index, spread.place);
   entries_[index].slack_m =

@@ -43,8 +43,8 @@ class ParticleAssociation {
     double* log_weights;
     GatingSample& gating_sample;  ///< of this step; it says which landmarks are candidates
   };
-  /// What each particle takes them for: which landmarks come into question, of which the map then expects
-  /// that particles inherit them; what some particles choose; and what becomes of all choices together.
+  /// What each particle takes them for: which landmarks come into question, and are requested of the map for
+  /// all particles; what some particles choose; and what becomes of all choices together.
   void look_up(const View& view, ParticleMap& map, Ancestry& ancestry);
   void choose(const View& view, ParticleRange range);
   void decide(const View& view);

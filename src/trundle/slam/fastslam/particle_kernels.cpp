@@ -248,12 +248,6 @@ void place_all(const PoseColumns& predicted, const TripleColumns& n, const Place
   }
 }
 
-void exponentials_of(const double* log_weights, ParticleRange range, double* weights) {
-  const Tag<double> d;
-  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(d))
-    hn::Store(exp(hn::Load(d, log_weights + i)), d, weights + i);
-}
-
 double normalise_all(ParticleRange range, double* log_weights, double* weights) {
   const Tag<double> d;
   const Wide none = lanes<double>(-std::numeric_limits<double>::infinity());
@@ -296,7 +290,6 @@ HWY_EXPORT(chances);
 HWY_EXPORT(encrypt_one);
 HWY_EXPORT(predict_all);
 HWY_EXPORT(place_all);
-HWY_EXPORT(exponentials_of);
 HWY_EXPORT(normalise_all);
 
 void draw_normals(const Draw& draw, ParticleRange range, TripleColumns& n) {
@@ -326,10 +319,6 @@ void predict(const PoseColumns& poses, const SystematicColumns& systematic, cons
 void place(const PoseColumns& predicted, const TripleColumns& n, const Placement& placement,
            ParticleRange range, PoseColumns& poses, SensorColumns& sensors) {
   HWY_DYNAMIC_DISPATCH(place_all)(predicted, n, placement, range, poses, sensors);
-}
-
-void exponentials(const double* log_weights, ParticleRange range, double* weights) {
-  HWY_DYNAMIC_DISPATCH(exponentials_of)(log_weights, range, weights);
 }
 
 double normalise(ParticleRange range, double* log_weights, double* weights) {

@@ -44,7 +44,4 @@ void place(const PoseColumns& predicted, const TripleColumns& n, const Placement
 /// all are. Sums are those of kParticleLanes columns side by side, on every machine.
 double normalise(ParticleRange range, double* log_weights, double* weights);
 
-/// w = exp(log w) of logarithms up to 709; 0 where they are below −708.
-void exponentials(const double* log_weights, ParticleRange range, double* weights);
-
 }  // namespace trundle::slam

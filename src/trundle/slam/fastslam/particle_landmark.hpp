@@ -8,7 +8,7 @@ namespace trundle::slam {
 
 // One landmark of one particle: a Gaussian in the plane, given the particle's path. Everything is written in
 // the frame of the line of sight, u along it and t across, where the bearing times the range is a length:
-// docs/theory/fastslam.md, eq. 11 to 13. Straight-line arithmetic, for loops over particles.
+// docs/theory/fastslam.md, eq. 11 and 12.
 
 /// Mean and covariance in the world.
 struct LandmarkEstimate {
@@ -87,31 +87,6 @@ inline constexpr double kLeastRange2 = 1e-8;
       (s.along * s.along * across - 2.0 * s.along * s.across * s.p_mixed + s.across * s.across * along) /
       s.determinant;
   return s;
-}
-
-/// log p(reading) without −log 2π. Eq. 12.
-[[nodiscard]] inline double log_likelihood_of(const Sight& s) {
-  return -0.5 * (s.distance2 + scalar::log(s.determinant / (s.range * s.range)));
-}
-
-/// Eq. 13: P⁺ = P S⁻¹ R, which no rounding makes unsymmetric or indefinite.
-inline void improve(LandmarkEstimate& m, const Sight& s) {
-  const double along = s.p_along + s.r_along;
-  const double across = s.p_across + s.r_across;
-  const double inverse = 1.0 / s.determinant;
-  const double minor = s.p_along * s.p_across - s.p_mixed * s.p_mixed;
-  const double first = (across * s.along - s.p_mixed * s.across) * inverse;  // S⁻¹ ν
-  const double second = (along * s.across - s.p_mixed * s.along) * inverse;
-  const double move_along = s.p_along * first + s.p_mixed * second;
-  const double move_across = s.p_mixed * first + s.p_across * second;
-  const double aa = (minor + s.p_along * s.r_across) * s.r_along * inverse;
-  const double ac = s.p_mixed * s.r_along * s.r_across * inverse;
-  const double cc = (minor + s.p_across * s.r_along) * s.r_across * inverse;
-  m.x += s.ux * move_along - s.uy * move_across;
-  m.y += s.uy * move_along + s.ux * move_across;
-  m.xx = aa * s.ux * s.ux - 2.0 * ac * s.ux * s.uy + cc * s.uy * s.uy;
-  m.xy = (aa - cc) * s.ux * s.uy + ac * (s.ux * s.ux - s.uy * s.uy);
-  m.yy = aa * s.uy * s.uy + 2.0 * ac * s.ux * s.uy + cc * s.ux * s.ux;
 }
 
 /// A landmark seen for the first time.

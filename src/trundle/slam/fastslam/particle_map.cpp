@@ -53,56 +53,58 @@ LandmarkId ParticleMap::occupy(const Vector2& origin, Ancestry& ancestry) {
   return landmark;
 }
 
-/// Which of the ways.
-std::size_t ParticleMap::way_from(Ancestry::Epoch epoch, const Ancestry& ancestry) {
-  if (ways_to_ != ancestry.now() || (ways_known_ >= kMostAtATime && heirs_.empty())) ways_known_ = 0;
-  ways_to_ = ancestry.now();
-  for (std::size_t way = 0; way < ways_known_; ++way)
-    if (ways_[way].from == epoch) return way;
-  if (ways_.size() == ways_known_) {
+/// Which of the maps.
+std::size_t ParticleMap::ancestor_map_from(Ancestry::Epoch epoch, const Ancestry& ancestry) {
+  if (ancestor_maps_to_ != ancestry.now() || (ancestor_maps_known_ >= kMostAtATime && pending_.empty()))
+    ancestor_maps_known_ = 0;
+  ancestor_maps_to_ = ancestry.now();
+  for (std::size_t k = 0; k < ancestor_maps_known_; ++k)
+    if (ancestor_maps_[k].from == epoch) return k;
+  if (ancestor_maps_.size() == ancestor_maps_known_) {
     Column<Ancestry::Index> ancestors(padded(particles_));
     std::iota(ancestors.begin(), ancestors.end(), Ancestry::Index{0});  // what pads keeps to itself
-    ways_.push_back({epoch, std::move(ancestors)});
+    ancestor_maps_.push_back({epoch, std::move(ancestors)});
   }
-  ways_[ways_known_].from = epoch;
-  ancestry.write_ancestors(epoch, ways_[ways_known_].ancestors);
-  return ways_known_++;
+  ancestor_maps_[ancestor_maps_known_].from = epoch;
+  ancestry.write_ancestors(epoch, ancestor_maps_[ancestor_maps_known_].ancestors);
+  return ancestor_maps_known_++;
 }
 
-ParticleMap::Inherited ParticleMap::inherited(LandmarkId landmark, const Ancestry& ancestry) {
-  const auto heir = std::ranges::find(heirs_, landmark, &Heir::landmark);
-  if (heir != heirs_.end())
-    return {before_[static_cast<std::size_t>(heir - heirs_.begin())], ways_[heir->way].ancestors};
+ParticleMap::Stored ParticleMap::stored(LandmarkId landmark, const Ancestry& ancestry) {
+  const auto pending = std::ranges::find(pending_, landmark, &PendingGather::landmark);
+  if (pending != pending_.end())
+    return {before_[static_cast<std::size_t>(pending - pending_.begin())],
+            ancestor_maps_[pending->ancestor_map].ancestors};
   const Entry& entry = entries_[static_cast<std::size_t>(landmark)];
-  return {entry.columns, ways_[way_from(entry.epoch, ancestry)].ancestors};
+  return {entry.columns, ancestor_maps_[ancestor_map_from(entry.epoch, ancestry)].ancestors};
 }
 
-LandmarkColumns& ParticleMap::expect(LandmarkId landmark, Ancestry& ancestry) {
+LandmarkColumns& ParticleMap::request(LandmarkId landmark, Ancestry& ancestry) {
   Entry& entry = entries_[static_cast<std::size_t>(landmark)];
   if (entry.epoch == ancestry.now()) return entry.columns;
-  if (heirs_.size() == kMostAtATime) {
-    inherit({0, padded(particles_)});
-    all_have_inherited();
+  if (pending_.size() == kMostAtATime) {
+    gather({0, padded(particles_)});
+    end_gather();
   }
-  if (before_.size() == heirs_.size()) before_.emplace_back(particles_, precision_);
-  entry.columns.move_to(before_[heirs_.size()]);
-  heirs_.push_back({landmark, way_from(entry.epoch, ancestry)});
+  if (before_.size() == pending_.size()) before_.emplace_back(particles_, precision_);
+  entry.columns.move_to(before_[pending_.size()]);
+  pending_.push_back({landmark, ancestor_map_from(entry.epoch, ancestry)});
   ancestry.hold(ancestry.now());
   ancestry.release(entry.epoch);
   entry.epoch = ancestry.now();
   return entry.columns;
 }
 
-void ParticleMap::inherit(ParticleRange range) {
-  for (std::size_t k = 0; k < heirs_.size(); ++k)
-    gather_landmark(before_[k], ways_[heirs_[k].way].ancestors, range,
-                    entries_[static_cast<std::size_t>(heirs_[k].landmark)].columns);
+void ParticleMap::gather(ParticleRange range) {
+  for (std::size_t k = 0; k < pending_.size(); ++k)
+    gather_landmark(before_[k], ancestor_maps_[pending_[k].ancestor_map].ancestors, range,
+                    entries_[static_cast<std::size_t>(pending_[k].landmark)].columns);
 }
 
 LandmarkColumns& ParticleMap::current(LandmarkId landmark, Ancestry& ancestry) {
-  LandmarkColumns& columns = expect(landmark, ancestry);
-  inherit({0, padded(particles_)});
-  all_have_inherited();
+  LandmarkColumns& columns = request(landmark, ancestry);
+  gather({0, padded(particles_)});
+  end_gather();
   return columns;
 }
 

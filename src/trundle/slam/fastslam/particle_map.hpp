@@ -24,16 +24,16 @@ class ParticleMap {
   /// Its columns are counted from `origin`, which should be near it.
   LandmarkId add(LandmarkId name, const Vector2& origin, Ancestry& ancestry);
   /// A landmark as it was last written, and whose of its numbers each of today's particles has.
-  struct Inherited {
+  struct Stored {
     const LandmarkColumns& columns;
     std::span<const Ancestry::Index> from;
   };
-  Inherited inherited(LandmarkId landmark, const Ancestry& ancestry);
-  /// Columns of today's particles, for reading and writing, once these have inherited what is expected.
-  LandmarkColumns& expect(LandmarkId landmark, Ancestry& ancestry);
+  Stored stored(LandmarkId landmark, const Ancestry& ancestry);
+  /// Columns of today's particles, for reading and writing, once what is requested is gathered.
+  LandmarkColumns& request(LandmarkId landmark, Ancestry& ancestry);
   /// Some of them do. All have to, before landmarks are added or the next epoch begins.
-  void inherit(ParticleRange range);
-  void all_have_inherited() { heirs_.clear(); }
+  void gather(ParticleRange range);
+  void end_gather() { pending_.clear(); }
   /// The same at once, for all particles.
   LandmarkColumns& current(LandmarkId landmark, Ancestry& ancestry);
   /// One that no caller has named; it has an id of its own all the same, but is not found by it.
@@ -56,7 +56,7 @@ class ParticleMap {
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
     archive(self.entries_, self.named_, self.unidentified_, self.next_unidentified_, self.removed_);
-    if constexpr (!std::is_const_v<Self>) self.ways_known_ = 0;  // another ancestry's
+    if constexpr (!std::is_const_v<Self>) self.ancestor_maps_known_ = 0;  // another ancestry's
   }
 
  private:
@@ -74,26 +74,26 @@ class ParticleMap {
   };
   LandmarkId occupy(const Vector2& origin, Ancestry& ancestry);
   void number_unidentified(LandmarkId landmark);
-  std::size_t way_from(Ancestry::Epoch epoch, const Ancestry& ancestry);
+  std::size_t ancestor_map_from(Ancestry::Epoch epoch, const Ancestry& ancestry);
 
   std::size_t particles_;
   Precision precision_;
-  /// From whom particles inherit what was written in an epoch: most landmarks in view were in the same.
-  struct Way {
+  /// Whose columns of an epoch today's particles have: most landmarks in view were written in the same.
+  struct AncestorMap {
     Ancestry::Epoch from;
     Column<Ancestry::Index> ancestors;
   };
-  std::vector<Way> ways_;
-  std::size_t ways_known_ = 0;  ///< so many of them lead to the epoch `ways_to_`
-  Ancestry::Epoch ways_to_ = 0;
+  std::vector<AncestorMap> ancestor_maps_;
+  std::size_t ancestor_maps_known_ = 0;  ///< so many of them lead to the epoch `ancestor_maps_to_`
+  Ancestry::Epoch ancestor_maps_to_ = 0;
   /// A landmark whose columns are to be filled from those it had.
-  struct Heir {
+  struct PendingGather {
     LandmarkId landmark;
-    std::size_t way;
+    std::size_t ancestor_map;
   };
-  std::vector<Heir> heirs_;
-  std::vector<LandmarkColumns> before_;            ///< what the heirs had
-  static constexpr std::size_t kMostAtATime = 64;  ///< heirs, and ways: more would only take more memory
+  std::vector<PendingGather> pending_;
+  std::vector<LandmarkColumns> before_;            ///< the columns that they are filled from
+  static constexpr std::size_t kMostAtATime = 64;  ///< of both: more would only take more memory
   std::vector<Entry> entries_;
   std::vector<LandmarkId> named_;                  ///< by name
   std::map<LandmarkId, LandmarkId> unidentified_;  ///< by id

@@ -54,7 +54,7 @@ const StepReport& ParticleSlam::step(const Motion& motion, std::span<const Obser
     propose(drawing, block);
     weigh_and_update(block);
   });
-  belief_.map.all_have_inherited();
+  belief_.map.end_gather();
   learn_systematic(belief_);
   create_landmarks(observations);
   normalise_weights();
@@ -89,7 +89,7 @@ void ParticleSlam::gate(std::span<const Observation> observations) {
                            sensor_.body_from_sensor});
   std::erase_if(seen_.matched, [&](const MatchedSighting& s) {
     const GatingSample::Gated gated =
-        gating_sample_.gate(s.reading, belief_.map.inherited(s.landmark, particles.ancestry), options_.gate);
+        gating_sample_.gate(s.reading, belief_.map.stored(s.landmark, particles.ancestry), options_.gate);
     report_.observations[s.observation] = {gated.rejected ? Decision::rejected : Decision::matched,
                                            gated.rejected ? kUnknownLandmark : belief_.map.id_of(s.landmark),
                                            gated.innovation, gated.nis};
@@ -102,14 +102,14 @@ bool ParticleSlam::sees_something() const {
 }
 
 /// The landmarks that are seen will be needed by all particles; sensors are counted from where they are.
-void ParticleSlam::expect_landmarks() {
+void ParticleSlam::request_landmarks() {
   ParticleSet& particles = belief_.particles;
   predict(particles.poses, particles.systematic, belief_.pending.prediction(), {0, kParticleLanes},
           particles.predicted);
   particles.sensors.origin = particles.predicted.at(0).translation();
   seen_.readings.clear();
   for (const MatchedSighting& s : seen_.matched) {
-    seen_.readings.push_back({s.reading, &belief_.map.expect(s.landmark, particles.ancestry)});
+    seen_.readings.push_back({s.reading, &belief_.map.request(s.landmark, particles.ancestry)});
     belief_.map.count_sighting(s.landmark);
   }
 }
@@ -117,7 +117,7 @@ void ParticleSlam::expect_landmarks() {
 /// Each particle finds out what sightings without names show: where it will be drawn if that depends on the
 /// motion alone, else at its prediction with the motion's uncertainty.
 void ParticleSlam::associate(Drawing& drawing) {
-  expect_landmarks();
+  request_landmarks();
   ParticleSet& particles = belief_.particles;
   if (association_.sees_something()) {
     const Matrix3& covariance = belief_.pending.covariance();
@@ -147,7 +147,7 @@ void ParticleSlam::associate(Drawing& drawing) {
 void ParticleSlam::predict_range(const Draw& draw, ParticleRange range) {
   ParticleSet& particles = belief_.particles;
   predict(particles.poses, particles.systematic, belief_.pending.prediction(), range, particles.predicted);
-  belief_.map.inherit(range);
+  belief_.map.gather(range);
   draw_normals(draw, range, particles.noise);
 }
 

@@ -100,7 +100,7 @@ class ParticleSlam {
   void gate(std::span<const Observation> observations);
   [[nodiscard]] bool sees_something() const;
   void associate(Drawing& drawing);
-  void expect_landmarks();
+  void request_landmarks();
   void predict_range(const Draw& draw, ParticleRange range);
   void propose_together(Drawing& drawing);
   void propose(const Drawing& drawing, ParticleRange block);

@@ -8,7 +8,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "trundle/slam/localization/outlook.hpp"
+#include "trundle/slam/localization/pair_prediction.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 namespace trundle::slam {
@@ -75,20 +75,21 @@ class GlobalSearch {
  private:
   /// Whether so many places explain all that was seen that the others need not be tried.
   bool try_pair(const SightedPair& pair) {
-    const std::optional<Outlook> outlook = outlook_of(pair, seen_, map_, options_);
-    if (!outlook) return false;
+    const std::optional<PairPrediction> prediction = prediction_of(pair, seen_, map_, options_);
+    if (!prediction) return false;
     const LandmarkId first = points_[pair.first].landmark;
     const LandmarkId second = points_[pair.second].landmark;
     if (first != kUnknownLandmark && second != kUnknownLandmark)
-      return try_landmarks(pair, *outlook, first, second);
+      return try_landmarks(pair, *prediction, first, second);
     if (first != kUnknownLandmark)
-      return try_around(pair, first, [&](LandmarkId id) { return try_landmarks(pair, *outlook, first, id); });
+      return try_around(pair, first,
+                        [&](LandmarkId id) { return try_landmarks(pair, *prediction, first, id); });
     if (second != kUnknownLandmark)
       return try_around(pair, second,
-                        [&](LandmarkId id) { return try_landmarks(pair, *outlook, id, second); });
+                        [&](LandmarkId id) { return try_landmarks(pair, *prediction, id, second); });
     return std::ranges::any_of(map_.pairs(pair.low_m, pair.high_m), [&](const KnownMap::Pair& p) {
-      return try_landmarks(pair, *outlook, p.first, p.second) ||
-             try_landmarks(pair, *outlook, p.second, p.first);
+      return try_landmarks(pair, *prediction, p.first, p.second) ||
+             try_landmarks(pair, *prediction, p.second, p.first);
     });
   }
 
@@ -102,8 +103,9 @@ class GlobalSearch {
     });
   }
 
-  bool try_landmarks(const SightedPair& pair, const Outlook& outlook, LandmarkId first, LandmarkId second) {
-    if (is_explained(pair, first, second) || is_hopeless(pair, outlook, first, second)) return false;
+  bool try_landmarks(const SightedPair& pair, const PairPrediction& prediction, LandmarkId first,
+                     LandmarkId second) {
+    if (is_explained(pair, first, second) || is_hopeless(pair, prediction, first, second)) return false;
     auto explanation = from_pair(pair, first, second);
     if (!explanation) return false;
     const std::vector<double>& most = most_gains(explanation->in_view);
@@ -188,21 +190,22 @@ class GlobalSearch {
 
   /// Eq. 49a: were all landmarks that lie near enough exactly where they should be, it would still be too
   /// little.
-  bool is_hopeless(const SightedPair& pair, const Outlook& outlook, LandmarkId first, LandmarkId second) {
+  bool is_hopeless(const SightedPair& pair, const PairPrediction& prediction, LandmarkId first,
+                   LandmarkId second) {
     const Vector2& from = map_[first].position;
     const Vector2& to = map_[second].position;
-    const Baseline baseline = Baseline::between(from, to, outlook.share);
-    const Vector2 sensor = outlook.in_body.coordinates_of(sensor_.body_from_sensor.translation());
+    const Baseline baseline = Baseline::between(from, to, prediction.share);
+    const Vector2 sensor = prediction.in_body.coordinates_of(sensor_.body_from_sensor.translation());
     const double in_view = in_view_of(baseline * sensor);
     const std::vector<double>& gains = most_gains(in_view);
     const double mismatch = (to - from).norm() - pair.baseline_m;
-    double most = outlook.log_most - log_space_ -
+    double most = prediction.log_most - log_space_ -
                   0.5 * mismatch * mismatch / (pair.variance() + 2.0 * map_.largest_variance());
     for (const std::size_t i : {pair.first, pair.second})
       most += log_landmark(points_[i], in_view) - log_chance(points_[i]);
-    for (const auto& expected : outlook.others) most += gains[expected.point];
+    for (const auto& expected : prediction.others) most += gains[expected.point];
     const double least = least_log_odds();
-    for (const auto& [i, at, radius_m] : outlook.others) {
+    for (const auto& [i, at, radius_m] : prediction.others) {
       if (most <= least) return true;
       if (!may_show(points_[i], baseline * at, radius_m)) most += loss(i) - gains[i];
     }
@@ -279,12 +282,7 @@ class GlobalSearch {
     };
     visit_candidates(pose, points_[i], consider);
     if (!chosen) return -std::numeric_limits<double>::infinity();
-    const Eigen::Matrix<double, 3, 2> K = pose.covariance * chosen->H.transpose() * S_chosen.inverse();
-    const Vector3 change = K * chosen->residual;
-    pose.pose = {pose.pose.x + change.x(), pose.pose.y + change.y(), pose.pose.heading + change.z()};
-    // Joseph's form: what is much surer afterwards is no difference of large numbers.
-    const Matrix3 A = Matrix3::Identity() - K * chosen->H;
-    pose.covariance = (A * pose.covariance * A.transpose() + K * chosen->noise * K.transpose()).eval();
+    update({chosen->residual, chosen->H, S_chosen, chosen->noise}, pose);
     ++explanation.hypothesis.matched;
     explanation.misfit += best;
     explanation.shown[i] = landmark;

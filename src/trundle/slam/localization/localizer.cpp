@@ -193,7 +193,7 @@ void Localizer::search_alternatives() {
   double log_prior = 0.0;
   if (const auto first = most_probable()) {
     const double before = first->log_odds - log_odds_at(first->pose, seen_, *map_, sensor_, options_.sight);
-    log_prior = before - std::clamp(before, 0.0, price());
+    log_prior = before - std::clamp(before, 0.0, log_odds_against_new());
   }
   const FoundPoses found = find_poses(seen_, *map_, sensor_, options_.sight);
   was_ambiguous_ = found.is_ambiguous;
@@ -204,7 +204,7 @@ void Localizer::search_alternatives() {
 
 /// What a new hypothesis has to make up for: that the robot would have to have been carried there, or that
 /// nothing had suggested that place before, where it would have been.
-double Localizer::price() const {
+double Localizer::log_odds_against_new() const {
   if (is_known()) return limit();
   return was_ambiguous_ ? 0.0 : -std::log(options_.error_probability);
 }

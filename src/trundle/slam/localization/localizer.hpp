@@ -93,7 +93,7 @@ class Localizer {
   [[nodiscard]] double limit() const;
   void track(const Motion& motion, std::span<const Observation> observations);
   void search_alternatives();
-  [[nodiscard]] double price() const;
+  [[nodiscard]] double log_odds_against_new() const;
   struct Candidate {
     PoseEstimate pose;
     double log_odds;

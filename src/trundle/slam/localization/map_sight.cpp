@@ -67,13 +67,45 @@ std::vector<LandmarkId> identify(const PoseEstimate& belief, const KnownMap& map
   return landmarks;
 }
 
-std::size_t landmarks_in_view(const PoseEstimate& belief, const KnownMap& map, const LandmarkSensor& sensor) {
-  return map.places().count_within((belief.pose * sensor.body_from_sensor).translation(), sensor.max_range_m);
+double landmarks_in_view(const PoseEstimate& belief, const KnownMap& map, const LandmarkSensor& sensor) {
+  const Vector2 from = (belief.pose * sensor.body_from_sensor).translation();
+  return std::max(1.0, static_cast<double>(map.places().count_within(from, sensor.max_range_m)));
 }
 
-double log_against(double fitting, double max_range_m, double outlier_share) {
-  const double anywhere = 1.0 / (2.0 * kPi * max_range_m);
-  return -std::log((1.0 - outlier_share) * std::exp(fitting) / anywhere + outlier_share);
+GatedReading gated(const Observation& observation, LandmarkId landmark, const MapSight* sight, double in_view,
+                   const LandmarkSensor& sensor, const MapSightOptions& options) {
+  GatedReading reading;
+  double density = 0.0;  // of the landmark, spread over as many as it might have been
+  if (sight != nullptr) {
+    reading.report.innovation = sight->innovation;
+    reading.report.nis = sight->nis;
+    if (sight->nis <= options.gate) {
+      reading.report.decision = Decision::matched;
+      reading.report.landmark = landmark;
+      const bool unidentified = observation.landmark == kUnknownLandmark;
+      density = std::exp(sight->log_density - (unidentified ? std::log(in_view) : 0.0));
+    }
+  }
+  const double anywhere = 1.0 / (2.0 * kPi * sensor.max_range_m);
+  reading.against = -std::log((1.0 - options.outlier_share) * density / anywhere + options.outlier_share);
+  return reading;
+}
+
+void update(const PoseReading& reading, PoseEstimate& belief) {
+  const auto& [innovation, H, S, noise] = reading;
+  const Eigen::Matrix<double, 3, 2> K = belief.covariance * H.transpose() * S.inverse();
+  const Vector3 change = K * innovation;
+  belief.pose = {belief.pose.x + change.x(), belief.pose.y + change.y(), belief.pose.heading + change.z()};
+  // Joseph's form: what is much surer afterwards is no difference of large numbers.
+  const Matrix3 A = Matrix3::Identity() - K * H;
+  if (belief.systematic.size() > 0) {
+    const Eigen::Matrix<double, Eigen::Dynamic, 2, 0, kMostSystematic, 2> gain =
+        belief.with_systematic.transpose() * H.transpose() * S.inverse();
+    belief.systematic += gain * innovation;
+    belief.systematic_covariance -= gain * H * belief.with_systematic;
+    belief.with_systematic = (A * belief.with_systematic).eval();
+  }
+  belief.covariance = (A * belief.covariance * A.transpose() + K * noise * K.transpose()).eval();
 }
 
 PoseEstimate moved(const PoseEstimate& belief, const Motion& motion) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -46,16 +45,35 @@ struct MapSight {
                                                const LandmarkSensor& sensor,
                                                std::span<const Observation> observations, double gate);
 
-/// How far the landmarks of a map lie from a pose's sensor: how many it can see.
-[[nodiscard]] std::size_t landmarks_in_view(const PoseEstimate& belief, const KnownMap& map,
-                                            const LandmarkSensor& sensor);
+/// How many landmarks of a map a pose's sensor can see, at least 1.
+[[nodiscard]] double landmarks_in_view(const PoseEstimate& belief, const KnownMap& map,
+                                       const LandmarkSensor& sensor);
 
-inline constexpr double kNothingFits = -std::numeric_limits<double>::infinity();
+/// A reading by what it was taken for.
+struct GatedReading {
+  ObservationReport report = {.decision = Decision::rejected};
+  /// log of how much better it fits 'the robot is somewhere else' than 'it is here': eq. 43.
+  double against = 0.0;
+};
+/// `sight`: of the landmark that the reading was taken for; nothing: it fits none. One without an id might
+/// have been any of those in view.
+[[nodiscard]] GatedReading gated(const Observation& observation, LandmarkId landmark, const MapSight* sight,
+                                 double in_view, const LandmarkSensor& sensor,
+                                 const MapSightOptions& options);
+/// Whether it is a reading of a landmark that the map may have.
+[[nodiscard]] inline bool may_be_mapped(const Observation& observation, const KnownMap& map) {
+  return is_valid(observation) && (observation.landmark == kUnknownLandmark || map.has(observation.landmark));
+}
 
-/// log of how much better a reading fits 'the robot is somewhere else' than 'it is here': eq. 43. `fitting`
-/// is the log density of the landmark that it was taken for, spread over as many as it might have been, or
-/// kNothingFits.
-[[nodiscard]] double log_against(double fitting, double max_range_m, double outlier_share);
+/// The Kalman update with a reading: its innovation, derivative H by (x, y, heading), the innovation's
+/// covariance S and, of that, the part that the pose has nothing to do with. Eq. 44.
+struct PoseReading {
+  Vector2 innovation;
+  Matrix23 H;
+  Matrix2 S;
+  Matrix2 noise;
+};
+void update(const PoseReading& reading, PoseEstimate& belief);
 
 /// (x, y, heading) in the world's axes.
 [[nodiscard]] Vector3 difference(const Pose2& from, const Pose2& to);

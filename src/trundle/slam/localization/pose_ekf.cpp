@@ -1,6 +1,7 @@
 #include "trundle/slam/localization/pose_ekf.hpp"
 
 #include <cmath>
+#include <optional>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -71,30 +72,18 @@ MapSight PoseEkf::sight_of(LandmarkId landmark, const Observation& observation) 
 std::vector<PoseEkf::Match> PoseEkf::matches_of(std::span<const Observation> observations,
                                                 std::span<const double> novelty) {
   const auto landmarks = identify(belief_, *map_, sensor_, observations, options_.gate);
-  const double in_view = std::max(1.0, static_cast<double>(landmarks_in_view(belief_, *map_, sensor_)));
+  const double in_view = landmarks_in_view(belief_, *map_, sensor_);
   std::vector<Match> matches;
   for (std::size_t i = 0; i < observations.size(); ++i) {
-    const Observation& observation = observations[i];
-    if (!is_valid(observation)) continue;
-    const bool unidentified = observation.landmark == kUnknownLandmark;
-    if (!unidentified && !map_->has(observation.landmark)) continue;
-    ObservationReport& report = report_.observations[i];
-    report.decision = Decision::rejected;
-    double fitting = kNothingFits;
-    if (landmarks[i] != kUnknownLandmark) {
-      const MapSight sight = sight_of(landmarks[i], observation);
-      report.innovation = sight.innovation;
-      report.nis = sight.nis;
-      if (sight.nis <= options_.gate) {
-        report.decision = Decision::matched;
-        report.landmark = landmarks[i];
-        fitting = sight.log_density - (unidentified ? std::log(in_view) : 0.0);
-        matches.push_back({i, landmarks[i], sight});
-      }
-    }
-    const double against = log_against(fitting, sensor_.max_range_m, options_.outlier_share);
-    report_.against += against;
-    report_.new_evidence_against += novelty[i] * against;
+    if (!may_be_mapped(observations[i], *map_)) continue;
+    std::optional<MapSight> sight;
+    if (landmarks[i] != kUnknownLandmark) sight = sight_of(landmarks[i], observations[i]);
+    const GatedReading reading =
+        gated(observations[i], landmarks[i], sight ? &*sight : nullptr, in_view, sensor_, options_);
+    if (reading.report.decision == Decision::matched) matches.push_back({i, landmarks[i], *sight});
+    report_.observations[i] = reading.report;
+    report_.against += reading.against;
+    report_.new_evidence_against += novelty[i] * reading.against;
   }
   return matches;
 }
@@ -103,8 +92,7 @@ std::vector<PoseEkf::Match> PoseEkf::matches_of(std::span<const Observation> obs
 /// there: a start that is vague beside them would be sure of a wrong pose [Bell, Cathey 1993].
 void PoseEkf::update(std::vector<Match> matches, std::span<const Observation> observations) {
   if (matches.empty()) return;
-  constexpr int kMostLinearisations =
-      8;  // each squares what is left; more: the sightings do not fit each other
+  constexpr int kMostLinearisations = 8;  // each squares what is left; more: sightings that do not fit
   const PoseEstimate prior = belief_;
   const Eigen::MatrixXd prior_with_map = with_map_;
   Vector3 at = Vector3::Zero();  // from the prior

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <set>
 #include <tuple>
 
@@ -124,9 +125,8 @@ const MapStepReport& PoseParticles::step(const Motion& motion, std::span<const O
   report_.observations.assign(observations.size(), {});
   report_.against = report_.new_evidence_against = 0.0;
   pending_.add(motion);
-  const bool any = std::ranges::any_of(observations, [&](const Observation& o) {
-    return is_valid(o) && (o.landmark == kUnknownLandmark || map_->has(o.landmark));
-  });
+  const bool any =
+      std::ranges::any_of(observations, [&](const Observation& o) { return may_be_mapped(o, *map_); });
   if (!any) {
     estimate_ = moved(estimate_, motion);
     return report_;
@@ -158,46 +158,24 @@ const MapStepReport& PoseParticles::step(const Motion& motion, std::span<const O
 PoseParticles::Fitting PoseParticles::improve(PoseEstimate& belief, std::span<const Observation> observations,
                                               std::span<const double> novelty, bool reports) {
   const auto landmarks = identify(belief, *map_, sensor_, observations, options_.sight.gate);
-  const double in_view = std::max(1.0, static_cast<double>(landmarks_in_view(belief, *map_, sensor_)));
+  const double in_view = landmarks_in_view(belief, *map_, sensor_);
   Fitting here;
   for (std::size_t k = 0; k < observations.size(); ++k) {
-    const Observation& observation = observations[k];
-    const bool unidentified = observation.landmark == kUnknownLandmark;
-    if (!is_valid(observation) || (!unidentified && !map_->has(observation.landmark))) continue;
-    ObservationReport report{.decision = Decision::rejected};
-    double fitting = kNothingFits;
-    if (landmarks[k] != kUnknownLandmark) {
-      const MapSight sight = map_sight(belief, sensor_, (*map_)[landmarks[k]], observation);
-      report.innovation = sight.innovation;
-      report.nis = sight.nis;
-      if (sight.nis <= options_.sight.gate) {
-        report.decision = Decision::matched;
-        report.landmark = landmarks[k];
-        fitting = sight.log_density - (unidentified ? std::log(in_view) : 0.0);
-        const Eigen::Matrix<double, 3, 2> K =
-            belief.covariance * sight.expected.by_pose.transpose() * sight.S.inverse();
-        const Vector3 change = K * sight.innovation;
-        belief.pose = {belief.pose.x + change.x(), belief.pose.y + change.y(),
-                       belief.pose.heading + change.z()};
-        // Joseph's form: what is much surer afterwards is no difference of large numbers.
-        const Matrix2& L = sight.expected.by_landmark;
-        const Matrix2 W = L * (*map_)[landmarks[k]].covariance * L.transpose() + reading_covariance(sensor_);
-        const Matrix3 A = Matrix3::Identity() - K * sight.expected.by_pose;
-        if (belief.systematic.size() > 0) {
-          const Matrix23& G = sight.expected.by_pose;
-          const Eigen::Matrix<double, Eigen::Dynamic, 2, 0, kMostSystematic, 2> gain =
-              belief.with_systematic.transpose() * G.transpose() * sight.S.inverse();
-          belief.systematic += gain * sight.innovation;
-          belief.systematic_covariance -= gain * G * belief.with_systematic;
-          belief.with_systematic = (A * belief.with_systematic).eval();
-        }
-        belief.covariance = A * belief.covariance * A.transpose() + K * W * K.transpose();
-      }
+    if (!may_be_mapped(observations[k], *map_)) continue;
+    std::optional<MapSight> sight;
+    if (landmarks[k] != kUnknownLandmark)
+      sight = map_sight(belief, sensor_, (*map_)[landmarks[k]], observations[k]);
+    const GatedReading reading =
+        gated(observations[k], landmarks[k], sight ? &*sight : nullptr, in_view, sensor_, options_.sight);
+    if (reading.report.decision == Decision::matched) {
+      const Matrix2& L = sight->expected.by_landmark;
+      const Matrix2 noise =
+          L * (*map_)[landmarks[k]].covariance * L.transpose() + reading_covariance(sensor_);
+      update({sight->innovation, sight->expected.by_pose, sight->S, noise}, belief);
     }
-    if (reports) report_.observations[k] = report;
-    const double against = log_against(fitting, sensor_.max_range_m, options_.sight.outlier_share);
-    here.log_all -= against;
-    here.log_new_evidence -= novelty[k] * against;
+    if (reports) report_.observations[k] = reading.report;
+    here.log_all -= reading.against;
+    here.log_new_evidence -= novelty[k] * reading.against;
   }
   return here;
 }

@@ -66,10 +66,10 @@ double cost(double columns, double size) {
   return columns * size * size + kFrontCost;
 }
 
-/// Fronts of one block each, and joining them where that costs less.
-class Joiner {
+/// Fronts of one block each, amalgamated where that costs less.
+class Amalgamation {
  public:
-  Joiner(const BlockPattern& pattern, Elimination elimination)
+  Amalgamation(const BlockPattern& pattern, Elimination elimination)
       : sizes_(pattern.sizes), elimination_(std::move(elimination)) {
     const std::size_t count = elimination_.order.size();
     fronts_.resize(count);
@@ -79,7 +79,7 @@ class Joiner {
   std::vector<Front> fronts() {
     for (std::size_t k = 0; k < fronts_.size(); ++k) {
       begin(k);
-      adopt(k);
+      amalgamate_children(k);
       const auto& coupled = elimination_.coupled[k];
       if (!coupled.empty()) children_[static_cast<std::size_t>(coupled.front())].push_back(k);
     }
@@ -99,8 +99,8 @@ class Joiner {
     for (const int place : elimination_.coupled[k]) front.size += size_at(place);
   }
 
-  /// Takes in the children that are better eliminated together with it.
-  void adopt(std::size_t k) {
+  /// Of the children those that are better eliminated together with it.
+  void amalgamate_children(std::size_t k) {
     Front& front = fronts_[k];
     std::vector<std::size_t> apart;
     for (std::size_t i = 0; i < children_[k].size(); ++i) {
@@ -171,7 +171,7 @@ class Joiner {
 }  // namespace
 
 std::vector<Front> elimination_fronts(const BlockPattern& pattern) {
-  return Joiner(pattern, eliminate(pattern)).fronts();
+  return Amalgamation(pattern, eliminate(pattern)).fronts();
 }
 
 }  // namespace trundle::slam

@@ -12,6 +12,11 @@
 
 namespace trundle::slam {
 
+/// Of the largest information in a front, what is added to all where rounding has left less than nothing of
+/// the smallest, and how far that may go: readings that are a million times surer than the rest.
+inline constexpr double kLeastRidge = 1e-15;
+inline constexpr double kMostRidge = 1e-9;  ///< of which rounding, 1e-16, leaves seven digits
+
 /// The linear system of one front while its terms are added: the lower triangle of a symmetric matrix and the
 /// right side, by blocks.
 class FrontSystem {

@@ -119,8 +119,8 @@ void FactorGraph::remove_landmark(int landmark) {
   while (!landmarks_[nth(landmark)].sightings.empty())
     remove_sighting(landmarks_[nth(landmark)].sightings.back());
   const int variable = landmarks_[nth(landmark)].variable;
-  for (std::size_t k = 0; k < past_.size(); ++k)
-    if (past_[k].prior.has(variable)) put_past(k, past_[k].prior.without({variable}));
+  for (std::size_t k = 0; k < priors_.size(); ++k)
+    if (priors_[k].prior.has(variable)) set_prior(k, priors_[k].prior.marginalised({variable}));
   tree_.remove_variable(variable);
   variables_[nth(variable)] = {Variable::Kind::removed, 0};
   std::erase(in_view_, variable);
@@ -152,13 +152,12 @@ void FactorGraph::merge_landmarks(int kept, int gone) {
   }
   stays.sightings.insert(stays.sightings.end(), goes.sightings.begin(), goes.sightings.end());
   stays.seen_from = std::max(stays.seen_from, goes.seen_from);
-  stays.marginalised += goes.marginalised;
   goes.sightings.clear();
-  for (std::size_t k = 0; k < past_.size(); ++k) {
-    if (!past_[k].prior.has(goes.variable)) continue;
-    MarginalPrior prior = past_[k].prior;
+  for (std::size_t k = 0; k < priors_.size(); ++k) {
+    if (!priors_[k].prior.has(goes.variable)) continue;
+    MarginalPrior prior = priors_[k].prior;
     prior.merge(stays.variable, goes.variable);
-    put_past(k, std::move(prior));
+    set_prior(k, std::move(prior));
   }
   if (std::ranges::find(in_view_, stays.variable) == in_view_.end())
     std::ranges::replace(in_view_, goes.variable, stays.variable);
@@ -210,7 +209,7 @@ Matrix2 FactorGraph::landmark_covariance(int landmark) const {
 }
 
 MatrixXd FactorGraph::map_covariance(std::span<const std::size_t> landmarks) const {
-  if (!past_.empty()) {
+  if (!priors_.empty()) {
     std::vector<EliminationTree::Derivative> derivatives;
     for (const std::size_t landmark : landmarks)
       derivatives.push_back(
@@ -233,10 +232,6 @@ std::vector<int> FactorGraph::poses_that_see(int landmark) const {
     poses.push_back(problem_.sightings[sighting].pose);
   std::ranges::sort(poses);
   return poses;
-}
-
-std::size_t FactorGraph::sightings_of(int landmark) const {
-  return landmarks_[nth(landmark)].sightings.size() + landmarks_[nth(landmark)].marginalised;
 }
 
 }  // namespace trundle::slam

@@ -79,14 +79,13 @@ class FactorGraph {
 
   /// Poses that a landmark was seen from, ascending; those that were marginalised are left out.
   [[nodiscard]] std::vector<int> poses_that_see(int landmark) const;
-  [[nodiscard]] std::size_t sightings_of(int landmark) const;  ///< how many there ever were
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
     archive(self.problem_.poses, self.problem_.landmarks, self.problem_.motions, self.problem_.sightings,
             self.problem_.bias_readings, self.at_, self.tree_, self.factors_, self.variables_,
-            self.pose_variables_, self.first_seen_, self.factor_of_, self.landmarks_, self.past_,
+            self.pose_variables_, self.first_seen_, self.factor_of_, self.landmarks_, self.priors_,
             self.in_view_);
   }
 
@@ -103,7 +102,7 @@ class FactorGraph {
   };
   /// A part of the problem, which is a term of the tree.
   struct Factor {
-    enum class Kind { motion, sighting, bias, parameters, past } kind;
+    enum class Kind { motion, sighting, bias, parameters, prior } kind;
     std::size_t index;
 
     template <class Archive, class Self>
@@ -115,15 +114,14 @@ class FactorGraph {
     int variable = -1;
     int seen_from = -1;  ///< the last pose; below 0: as many before the first one
     std::vector<std::size_t> sightings = {};
-    std::size_t marginalised = 0;  ///< further sightings
 
     template <class Archive, class Self>
     static void persist(Archive& archive, Self& self) {
-      archive(self.variable, self.seen_from, self.sightings, self.marginalised);
+      archive(self.variable, self.seen_from, self.sightings);
     }
   };
   /// A part of what was marginalised. The first knows the first pose, the others are submaps.
-  struct Past {
+  struct Prior {
     MarginalPrior prior;
     int factor = -1;
 
@@ -162,13 +160,13 @@ class FactorGraph {
   [[nodiscard]] double bias_at(int pose) const;
   [[nodiscard]] Eigen::VectorXd value_of(int variable, const SmoothingState& state) const;
 
-  [[nodiscard]] MarginalPrior::Unknown past_unknown(int variable, const SmoothingState& state) const;
+  [[nodiscard]] MarginalPrior::Unknown prior_unknown(int variable, const SmoothingState& state) const;
   [[nodiscard]] MarginalPrior::NextPose next_pose(const MotionLink& link, const SmoothingState& state) const;
   void forget_poses(int poses);
   void forget_sightings(int poses);
-  void divide_past();
+  void split_off_submap();
   void add_submap(MarginalPrior submap);
-  void put_past(std::size_t part, MarginalPrior prior);
+  void set_prior(std::size_t which, MarginalPrior prior);
 
   FactorGraphOptions options_;
   LinearMoves linear_;
@@ -182,7 +180,7 @@ class FactorGraph {
   std::vector<int> first_seen_;      ///< by pose: a landmark; −1: none
   std::vector<int> factor_of_;       ///< by sighting
   std::vector<Landmark> landmarks_;
-  std::vector<Past> past_;
+  std::vector<Prior> priors_;
   std::vector<int> in_view_;
 };
 

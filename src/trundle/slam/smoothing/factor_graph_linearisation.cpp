@@ -150,8 +150,10 @@ void FactorGraph::linearise(int factor, const SmoothingState& at, FrontSystem& s
       return add_to(equations, problem_.bias_readings[part.index], problem_, at);
     case Factor::Kind::parameters:
       return add_parameters_to(equations, problem_, at);
-    case Factor::Kind::past:
-      return past_[part.index].prior.at([&](int variable) { return value_of(variable, at); }).add_to(system);
+    case Factor::Kind::prior:
+      return priors_[part.index]
+          .prior.at([&](int variable) { return value_of(variable, at); })
+          .add_to(system);
   }
 }
 

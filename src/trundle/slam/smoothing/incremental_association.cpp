@@ -73,16 +73,22 @@ int add_landmark(const Observation& observation, IncrementalBelief& belief) {
 void remove_landmark(int landmark, IncrementalBelief& belief) {
   const int variable = belief.graph.landmark_variable(landmark);
   belief.graph.remove_landmark(landmark);
-  belief.table.remove(landmark, variable);
+  belief.seen_together.remove(variable);
+  belief.table.remove(landmark);
 }
 
 /// What was taken for the one that goes shows the other.
 void merge(int kept, int gone, IncrementalBelief& belief) {
-  const LandmarkId id = belief.table.id_of(gone);
+  LandmarkTable& table = belief.table;
+  const LandmarkId id = table.id_of(gone);
+  if (table.existence(gone).log_odds > table.existence(kept).log_odds)
+    table.existence(kept) = table.existence(gone);
+  table.add_sightings(kept, table.sightings(gone));
+  belief.merged_into[id] = table.id_of(kept);
+  belief.seen_together.merge(belief.graph.landmark_variable(kept), belief.graph.landmark_variable(gone));
   belief.graph.merge_landmarks(kept, gone);
-  belief.table.merge(kept, gone, belief.graph);
   for (ObservationReport& report : belief.report.observations)
-    if (report.landmark == id) report.landmark = belief.table.id_of(kept);
+    if (report.landmark == id) report.landmark = table.id_of(kept);
   remove_landmark(gone, belief);
 }
 
@@ -106,7 +112,7 @@ Duplicates possible_duplicates(const IncrementalBelief& belief) {
                       near);
     for (const std::size_t n : near) {
       const int b = static_cast<int>(n);
-      if (a == b || table.are_seen_together(a, b, graph)) continue;
+      if (a == b || belief.seen_together.has(a, b, graph)) continue;
       const auto column = 2 * static_cast<Index>(found.pairs.size());
       derivatives.push_back({variable, column, Matrix2::Identity()});
       derivatives.push_back({graph.landmark_variable(b), column, -Matrix2::Identity()});
@@ -153,7 +159,7 @@ bool merge_duplicates(IncrementalBelief& belief) {
       duplicates.differences, {.none = cost_of_any_place(belief.graph.sensor().max_range_m),
                                .limit = limits,
                                .most = 2,
-                               .within = 2.0 * options.unknown.existence.confirmed});
+                               .within = 2.0 * ExistenceOptions{}.confirmed});
   return explanations.size() == 1 && merge(explanations.front(), duplicates, belief);
 }
 
@@ -164,7 +170,7 @@ void associate(std::span<const Observation> observations, IncrementalBelief& bel
   unidentified.begin(observations);
   if (unidentified.observations().empty()) return;
   if (belief.table.off_grid_m() > kOffGridShare * belief.graph.sensor().max_range_m)
-    belief.table.refresh_grid(belief.graph);
+    belief.table.refresh_grid([&](int landmark) { return belief.graph.landmark_at(landmark); });
   const auto near =
       unidentified.candidates(estimate_of(belief), belief.table.grid(), belief.table.off_grid_m());
   std::vector<Match> matches;
@@ -207,6 +213,7 @@ void add_sighting(std::size_t i, const Observation& observation, IncrementalBeli
   if (landmark < 0) landmark = add_landmark(observation, belief);
   if (observation.landmark < 0) belief.unidentified.show(i, nth(landmark));
   belief.report.observations[i].landmark = belief.table.id_of(landmark);
+  belief.table.add_sightings(landmark, 1);
   belief.graph.add_sighting(landmark, observation);
 }
 

@@ -3,10 +3,11 @@
 #include <span>
 #include <vector>
 
+#include "trundle/slam/association/landmark_table.hpp"
 #include "trundle/slam/association/unidentified.hpp"
 #include "trundle/slam/smoothing/factor_graph.hpp"
 #include "trundle/slam/smoothing/incremental_smoother.hpp"
-#include "trundle/slam/smoothing/landmark_table.hpp"
+#include "trundle/slam/smoothing/seen_together.hpp"
 
 namespace trundle::slam {
 
@@ -30,8 +31,10 @@ struct IncrementalBelief {
   IncrementalSmootherOptions options;
   std::vector<int> free;  ///< of the systematic errors, those that are parameters of the graph
   FactorGraph graph;      ///< a pose for each keyframe
-  LandmarkTable table;
-  UnidentifiedSightings unidentified;  ///< of the step at hand
+  LandmarkTable table;    ///< of the graph's landmarks
+  SeenTogether seen_together;
+  std::map<LandmarkId, LandmarkId> merged_into;  ///< of duplicates that are gone, by their ids
+  UnidentifiedSightings unidentified;            ///< of the step at hand
   SinceKeyframe since;
   std::vector<double> stamps;  ///< by pose [s]
   double time_s = 0.0;         ///< of the last step
@@ -39,7 +42,8 @@ struct IncrementalBelief {
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.graph, self.table, self.since, self.stamps, self.time_s, self.report);
+    archive(self.graph, self.table, self.seen_together, self.merged_into, self.since, self.stamps,
+            self.time_s, self.report);
   }
 };
 

@@ -51,7 +51,7 @@ void marginalise_old(IncrementalBelief& belief) {
   const auto is_old = [&](double stamp_s) { return stamp_s < belief.time_s - *belief.options.window_s; };
   while (static_cast<int>(belief.stamps.size()) > kMarginalisedAtOnce &&
          is_old(belief.stamps[nth(kMarginalisedAtOnce - 1)])) {
-    belief.table.note_seen_together(kMarginalisedAtOnce, belief.graph);
+    belief.seen_together.add_first(kMarginalisedAtOnce, belief.graph, belief.table);
     belief.graph.marginalise_first(kMarginalisedAtOnce);
     belief.stamps.erase(belief.stamps.begin(), belief.stamps.begin() + kMarginalisedAtOnce);
   }
@@ -63,9 +63,8 @@ IncrementalBelief::IncrementalBelief(const LandmarkSensor& sensor, const Increme
     : options(chosen),
       free(free_of(options.prior.systematic_sigma, options.has_bias)),
       graph(sensor, graph_options(options, free)),
-      table(Visibility(sensor.max_range_m, options.unknown.existence), kCellShare * sensor.max_range_m,
-            options.first_unidentified),
-      unidentified(sensor, options.unknown, options.gate) {
+      table(sensor.max_range_m, options.first_unidentified),
+      unidentified(sensor, options.gate) {
   const auto parameters = static_cast<Index>(free.size());
   since.parameters = VectorXd::Zero(parameters);
   since.motion = {{},
@@ -143,7 +142,7 @@ MappedLandmark IncrementalSmoother::landmark(std::size_t index) const {
   const auto landmark = static_cast<int>(index);
   const FactorGraph& graph = belief_->graph;
   return {belief_->table.id_of(landmark), graph.landmark_at(landmark), graph.landmark_covariance(landmark),
-          graph.sightings_of(landmark)};
+          belief_->table.sightings(landmark)};
 }
 
 Eigen::MatrixXd IncrementalSmoother::map_covariance(std::span<const std::size_t> landmarks) const {
@@ -155,7 +154,9 @@ bool IncrementalSmoother::is_confirmed(std::size_t index) const {
 }
 
 LandmarkId IncrementalSmoother::merged(LandmarkId id) const {
-  return belief_->table.merged(id);
+  const auto& into = belief_->merged_into;
+  for (auto found = into.find(id); found != into.end(); found = into.find(id)) id = found->second;
+  return id;
 }
 
 const SmoothingProblem& IncrementalSmoother::problem() const {

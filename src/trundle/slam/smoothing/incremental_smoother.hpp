@@ -25,7 +25,6 @@ struct IncrementalSmootherOptions {
   /// How long poses stay unknowns [s]: older ones are marginalised, so that neither memory nor the time of a
   /// step grow as it drives on. Nothing: always.
   std::optional<double> window_s = {};
-  UnknownIdOptions unknown = {};
   LandmarkId first_unidentified =
       0;  ///< unidentified landmarks are numbered from here on: above all given ids
 };

@@ -88,12 +88,13 @@ RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nomina
   require_determined(minimiser.linearise(start.problem, found.minimum.state));
   const Eigen::MatrixXd information = information_without_prior(covariance_of_own(minimiser, scale.size()));
   const Eigen::VectorXd inverse_scale = scale.cwiseInverse();
-  Eigen::MatrixXd told = inverse_scale.asDiagonal() * information * inverse_scale.asDiagonal();
+  Eigen::MatrixXd observed = inverse_scale.asDiagonal() * information * inverse_scale.asDiagonal();
   // Only where the sensor stands would show what is ahead, which is known by tape.
   const auto turned = axes_turned(parameters, nominal);
-  if (turned && contains(parameters, ParameterKind::sensor_bearing_offset)) told = without(*turned, told);
+  if (turned && contains(parameters, ParameterKind::sensor_bearing_offset))
+    observed = without(*turned, observed);
   own.move(found.minimum.state.parameters.tail(own.count()));
-  return {found.minimum.state, estimable_space(told, parameters, nominal), std::move(own)};
+  return {found.minimum.state, estimable_space(observed, parameters, nominal), std::move(own)};
 }
 
 RunEvidence evidence_of(const JointProblem& joint, std::size_t index, const SmoothingState& state) {
@@ -135,11 +136,11 @@ LandmarkSearch search_from(std::span<const AssociatedRecording> all, const Robot
   estimate.space = std::move(rough.space);
   estimate.covariance = Eigen::MatrixXd::Zero(n, n);
   const EstimableSpace& space = estimate.space;
-  const Eigen::Index told = space.basis.cols();
+  const Eigen::Index determined = space.basis.cols();
   search.fit.free = {nominal.chassis,
                      {parameters.begin(), parameters.end()},
                      space.scale.asDiagonal() * space.basis,
-                     Eigen::VectorXd::Zero(told),
+                     Eigen::VectorXd::Zero(determined),
                      std::move(rough.own)};
   move(parameters, search.fit.free.columns * (space.basis.transpose() * search.fit.state.parameters.head(n)),
        estimate.robot);

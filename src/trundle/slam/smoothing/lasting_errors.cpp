@@ -18,9 +18,9 @@ constexpr double kLeastCorrelation = 0.2;
 constexpr double kMostError = 3.0;
 
 /// Errors in their sigmas, one after the other.
-class Succession {
+class Autocorrelation {
  public:
-  explicit Succession(std::string of) : of_(std::move(of)) {}
+  explicit Autocorrelation(std::string of) : of_(std::move(of)) {}
 
   void add(double before, double error, double spacing_s) {
     error = std::clamp(error, -kMostError, kMostError);
@@ -65,7 +65,7 @@ double LastingError::of_means() const {
 
 std::vector<LastingError> lasting_errors(const JointProblem& joint, const SmoothingState& state) {
   const std::vector<double> stamps = stamps_of(joint);
-  Succession ranges("ranges"), bearings("bearings"), travel("travel"), turns("turns");
+  Autocorrelation ranges("ranges"), bearings("bearings"), travel("travel"), turns("turns");
   std::vector<SightingError> last(state.landmarks.size());
   for (const SightingLink& link : joint.problem.sightings) {
     const auto pose = static_cast<std::size_t>(link.pose);
@@ -97,7 +97,7 @@ std::vector<LastingError> lasting_errors(const JointProblem& joint, const Smooth
     begins = false;
   }
   std::vector<LastingError> errors;
-  for (Succession* succession : {&ranges, &bearings, &travel, &turns}) succession->report(errors);
+  for (Autocorrelation* errors_of_one : {&ranges, &bearings, &travel, &turns}) errors_of_one->report(errors);
   return errors;
 }
 

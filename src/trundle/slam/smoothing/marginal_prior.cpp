@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "trundle/geometry/decompositions.hpp"
-#include "trundle/geometry/pose2.hpp"
+#include "trundle/geometry/rigid_motion.hpp"
 #include "trundle/io/error.hpp"
 
 namespace trundle::slam {
@@ -16,7 +17,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// How places that are moved turn about their middle, which moves with them.
-struct DistrictTurn {
+struct TurnOfPlaces {
   Vector2 before = Vector2::Zero();  ///< the middle
   Vector2 now = Vector2::Zero();     ///< likewise
   double angle_rad = 0.0;
@@ -28,28 +29,16 @@ struct DistrictTurn {
   }
 };
 
-DistrictTurn turn_of(const std::vector<MarginalPrior::Unknown>& before, const std::vector<VectorXd>& now) {
-  DistrictTurn result;
-  double places = 0.0;
-  for (std::size_t i = 0; i < before.size(); ++i) {
-    if (before[i].kind == MarginalPrior::Kind::parameters) continue;
-    result.before += before[i].at.head<2>();
-    result.now += now[i].head<2>();
-    places += 1.0;
-  }
-  if (places < 2.0) return {};
-  result.before /= places;
-  result.now /= places;
-  double sine = 0.0, cosine = 0.0;
-  for (std::size_t i = 0; i < before.size(); ++i) {
-    if (before[i].kind == MarginalPrior::Kind::parameters) continue;
-    const Vector2 a = before[i].at.head<2>() - result.before;
-    const Vector2 b = now[i].head<2>() - result.now;
-    sine += a.x() * b.y() - a.y() * b.x();
-    cosine += a.dot(b);
-  }
-  result.angle_rad = std::atan2(sine, cosine);
-  return result;
+TurnOfPlaces turn_of(const std::vector<MarginalPrior::Unknown>& before, const std::vector<VectorXd>& now) {
+  std::vector<PointPair> places;
+  for (std::size_t i = 0; i < before.size(); ++i)
+    if (before[i].kind != MarginalPrior::Kind::parameters)
+      places.push_back({before[i].at.head<2>(), now[i].head<2>()});
+  const std::optional<Pose2> now_from_before = rigid_motion(places);
+  if (!now_from_before) return {};
+  Vector2 middle = Vector2::Zero();
+  for (const PointPair& place : places) middle += place.from / static_cast<double>(places.size());
+  return {middle, *now_from_before * middle, now_from_before->heading};
 }
 
 /// What eliminating the first numbers leaves of the rest, and what it takes away.
@@ -61,8 +50,6 @@ struct FirstEliminated {
 // Eq. 21. What hardly anything is known of, as a landmark that others are given by, may have less than
 // nothing by rounding: then the least share of the largest is added that makes it something.
 FirstEliminated eliminate_first(const MatrixXd& matrix, const VectorXd& right, Index columns) {
-  // From a few roundings of the largest (2⁻⁵² = 2.2e-16) to a million times that, which no rounding makes.
-  constexpr double kLeastRidge = 1e-15, kMostRidge = 1e-9;
   const Index rows = matrix.rows() - columns;
   const double largest = matrix.diagonal().head(columns).maxCoeff();
   MatrixXd A = matrix;
@@ -107,7 +94,7 @@ MarginalPrior MarginalPrior::at(const Value& value) const {
     is_same = is_same && now.back() == unknown.at;
   }
   if (is_same) return *this;
-  const DistrictTurn turn = turn_of(unknowns_, now);
+  const TurnOfPlaces turn = turn_of(unknowns_, now);
   MarginalPrior result = *this;
   VectorXd moved(right_.size());
   Index begin = 0;
@@ -183,7 +170,7 @@ std::pair<MarginalPrior, Index> MarginalPrior::led_by(const std::vector<int>& va
   return {in_order(order), columns};
 }
 
-MarginalPrior MarginalPrior::without(const std::vector<int>& variables) const {
+MarginalPrior MarginalPrior::marginalised(const std::vector<int>& variables) const {
   auto [result, columns] = led_by(variables);
   if (columns == 0) return result;
   const FirstEliminated parts = eliminate_first(result.information_, result.right_, columns);
@@ -219,7 +206,7 @@ MarginalPrior MarginalPrior::moved_on(const NextPose& next) const {
   result.right_ = right.transpose();
   result.information_.block(from, from, n, n) += next.information;
   result.right_.segment(from, n) -= next.information * next.error;
-  return result.without({next.from});
+  return result.marginalised({next.from});
 }
 
 Index MarginalPrior::begin_of(const Unknown& unknown) {
@@ -233,7 +220,7 @@ Index MarginalPrior::begin_of(const Unknown& unknown) {
   return begin;
 }
 
-MarginalPrior MarginalPrior::given_others(const std::vector<int>& variables) const {
+MarginalPrior MarginalPrior::conditional(const std::vector<int>& variables) const {
   auto [result, columns] = led_by(variables);
   const FirstEliminated parts = eliminate_first(result.information_, result.right_, columns);
   const Index rows = parts.rest.rows();

@@ -54,9 +54,9 @@ class MarginalPrior {
   /// What it says, and the motion says, of the next pose and all others.
   [[nodiscard]] MarginalPrior moved_on(const NextPose& next) const;
   /// What it says of the others.
-  [[nodiscard]] MarginalPrior without(const std::vector<int>& variables) const;
+  [[nodiscard]] MarginalPrior marginalised(const std::vector<int>& variables) const;
   /// What it says of variables where the others are given.
-  [[nodiscard]] MarginalPrior given_others(const std::vector<int>& variables) const;
+  [[nodiscard]] MarginalPrior conditional(const std::vector<int>& variables) const;
   /// Both together, where both are about the same.
   [[nodiscard]] MarginalPrior with(const MarginalPrior& other) const;
   /// Two landmarks are one.

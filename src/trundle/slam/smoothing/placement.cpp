@@ -54,7 +54,7 @@ class FramePlacement {
     for (std::size_t i = 1; i < robots_.size(); ++i) {
       const std::size_t next = nearest();
       if (own_[next].empty())
-        lead(next);
+        place_along_meetings(next);
       else
         place(next, frame_of(next));
     }
@@ -176,7 +176,7 @@ class FramePlacement {
     return *frame;
   }
 
-  void lead(std::size_t robot);
+  void place_along_meetings(std::size_t robot);
 
   std::vector<PlacedPath> in_first_frame() const {
     const Pose2 first_from_world = robots_.front().prior.start * placed_.front()->start.inverse();
@@ -198,7 +198,7 @@ class FramePlacement {
 };
 
 // The poses of placed robots at its sightings are known; its chain grows along them.
-void FramePlacement::lead(std::size_t robot) {
+void FramePlacement::place_along_meetings(std::size_t robot) {
   const RobotRecording& recording = robots_[robot];
   SlamPrior prior = recording.prior;
   prior.start = frame_at_first(robot) * start_of(recording, recording.path);

@@ -21,7 +21,7 @@ struct PlacedPath {
                                 int pose_of_seer, int pose_of_seen);
 
 /// A start for the minimisation: from robot to robot, each is laid where what it shares with those before it
-/// fits (robust_rigid_motion); one that saw no landmark is led along by the sightings of robots.
+/// fits (robust_rigid_motion); one that saw no landmark follows the sightings of robots along their paths.
 /// docs/theory/together.md. Throws CannotAnswer where a robot shares nothing with the others.
 [[nodiscard]] std::vector<PlacedPath> placed_paths(std::span<const RobotRecording> robots,
                                                    std::span<const RobotSighting> seen,

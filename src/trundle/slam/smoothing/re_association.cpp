@@ -43,9 +43,9 @@ std::set<LandmarkPair> seen_together(const ShownObservations& shown) {
 }
 
 /// What a sighting may show, from a smoothed pose.
-class Looker {
+class Candidates {
  public:
-  Looker(const SmoothedSlam& smoothed, const LandmarkSensor& sensor)
+  Candidates(const SmoothedSlam& smoothed, const LandmarkSensor& sensor)
       : smoothed_(smoothed),
         sensor_(sensor),
         R_(reading_covariance(sensor)),
@@ -97,7 +97,7 @@ std::vector<LandmarkPair> duplicates_in(const ShownObservations& shown, std::spa
                                         const LandmarkSensor& sensor, LandmarkId first_unidentified,
                                         const DifferenceCovariance& covariance) {
   const std::set<LandmarkPair> different = seen_together(shown);
-  const double gate = UnknownIdOptions{}.gate;
+  const double gate = AssociationOptions{}.gate;
   const double anywhere = cost_of_any_place(sensor.max_range_m);
   LandmarkGrid grid = placed(map, sensor);
   std::vector<std::pair<double, LandmarkPair>> alike;
@@ -142,7 +142,7 @@ ShownObservations with_merged(ShownObservations shown, std::span<const LandmarkP
 // Eq. 16.
 ShownObservations reassociated(ShownObservations shown, const SlamInput& input, const SmoothedSlam& smoothed,
                                const LandmarkSensor& sensor) {
-  Looker looker(smoothed, sensor);
+  Candidates candidates(smoothed, sensor);
   const AssociationOptions options{.gate = cost_of_none(sensor) - cost_at_peak(reading_covariance(sensor)),
                                    .max_range_m = sensor.max_range_m};
   for (std::size_t k = 0; k < shown.size(); ++k) {
@@ -152,7 +152,7 @@ ShownObservations reassociated(ShownObservations shown, const SlamInput& input, 
     for (std::size_t i = 0; i < seen.size(); ++i) {
       if (!is_valid(seen[i]) || seen[i].landmark >= 0) continue;
       unidentified.push_back(&shown[k][i]);
-      fits.push_back(looker.fits(k, seen[i]));
+      fits.push_back(candidates.fits(k, seen[i]));
       std::erase_if(fits.back(), [&](const Fit& fit) {
         return std::ranges::find(seen, fit.landmark, &Observation::landmark) != seen.end();
       });

@@ -60,12 +60,10 @@ SmoothingProblem beginning_of(const SmoothingProblem& problem, int poses) {
 void extend(const SmoothingProblem& part, SmoothingState& state) {
   for (std::size_t i = state.poses.size(); i < part.motions.size(); ++i) {
     const MotionLink& link = part.motions[i];
-    const bool known = link.from == MotionLink::kKnown;
-    const Pose2 from = known ? link.start : state.poses[static_cast<std::size_t>(link.from)];
-    const double bias = known ? link.start_bias : state.bias_at(link.from);
-    state.poses.push_back(from * link.mean *
-                          exp(Twist2::from(link.by_parameters * state.parameters + link.by_bias * bias)));
-    if (part.has_bias) state.biases.push_back(bias);
+    const KnownStart from = start_of(link, state);
+    const Vector3 effect = link.by_parameters * state.parameters + link.by_bias * from.bias;
+    state.poses.push_back(from.pose * link.mean * exp(Twist2::from(effect)));
+    if (part.has_bias) state.biases.push_back(from.bias);
   }
   const std::vector<Vector2> seen = landmarks_seen_from(part, state.poses);
   state.landmarks.insert(state.landmarks.end(),

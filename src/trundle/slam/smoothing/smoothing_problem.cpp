@@ -59,6 +59,15 @@ Matrix3 changed_by(const Matrix3& change, const Matrix3& Q) {
   return scaled * times.asDiagonal() * scaled.transpose();
 }
 
+/// (e, w) of eq. 1, ξ = Log(mean⁻¹ a⁻¹ b).
+Eigen::Vector4d motion_error(const MotionLink& link, double start_bias, const Twist2& xi,
+                             const SmoothingState& state) {
+  Eigen::Vector4d error;
+  error << xi.vector() - link.by_parameters * state.parameters - link.by_bias * start_bias + link.included,
+      state.bias_at(link.to) - start_bias;
+  return error;
+}
+
 /// A change, or as much of it as is no larger than what is changed: where a robot hardly moves, what its
 /// readings err by is all there is of a sensitivity, and passes for information.
 Vector3 no_larger_than(const Vector3& changed, const Vector3& change, const Matrix3& W) {
@@ -104,17 +113,20 @@ MotionLink link_from(const KnownStart& start, int to, const FreeMotion& motion) 
   return link;
 }
 
+KnownStart start_of(const MotionLink& link, const SmoothingState& state) {
+  if (link.from == MotionLink::kKnown) return {link.start, link.start_bias};
+  return {state.poses[static_cast<std::size_t>(link.from)], state.bias_at(link.from)};
+}
+
 // Eq. 1, 5.
 MotionResidual motion_residual(const MotionLink& link, const SmoothingState& state) {
-  const bool known = link.from == MotionLink::kKnown;
-  const Pose2& from = known ? link.start : state.poses[static_cast<std::size_t>(link.from)];
+  const KnownStart start = start_of(link, state);
+  const Pose2& from = start.pose;
   const Pose2& to = state.poses[static_cast<std::size_t>(link.to)];
-  const double bias = known ? link.start_bias : state.bias_at(link.from);
   const Twist2 xi = log(link.mean.inverse() * (from.inverse() * to));
   const Matrix3 by_to = right_jacobian_inverse(xi);
   MotionResidual residual;
-  residual.error << xi.vector() - link.by_parameters * state.parameters - link.by_bias * bias + link.included,
-      state.bias_at(link.to) - bias;
+  residual.error = motion_error(link, start.bias, xi, state);
   residual.by_to = Eigen::Matrix4d::Identity();
   residual.by_to.topLeftCorner<3, 3>() = by_to;
   residual.by_from = Eigen::Matrix4d::Zero();
@@ -214,14 +226,10 @@ double cost_of(const SmoothingProblem& problem, const SmoothingState& state) {
     cost +=
         evidence.chi2 + state.parameters.dot(evidence.matrix * state.parameters - 2.0 * evidence.gradient);
   for (const MotionLink& link : problem.motions) {
-    const bool known = link.from == MotionLink::kKnown;
-    const Pose2& from = known ? link.start : state.poses[static_cast<std::size_t>(link.from)];
-    const double bias = known ? link.start_bias : state.bias_at(link.from);
+    const auto [from, bias, variance] = start_of(link, state);
     const Twist2 xi =
         log(link.mean.inverse() * (from.inverse() * state.poses[static_cast<std::size_t>(link.to)]));
-    Eigen::Vector4d error;
-    error << xi.vector() - link.by_parameters * state.parameters - link.by_bias * bias + link.included,
-        state.bias_at(link.to) - bias;
+    const Eigen::Vector4d error = motion_error(link, bias, xi, state);
     cost += error.dot(link.information * error);
   }
   for (const BiasLink& link : problem.bias_readings)

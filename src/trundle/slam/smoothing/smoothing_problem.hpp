@@ -142,6 +142,9 @@ struct SmoothingState {
   }
 };
 
+/// Where a link begins, by the state or as it is known.
+[[nodiscard]] KnownStart start_of(const MotionLink& link, const SmoothingState& state);
+
 /// (e, w): e = Log(mean⁻¹ a⁻¹ b) − S p − g β_a + included, w = β_b − β_a, and derivatives by moves a ·
 /// exp(δ), b · exp(δ) with the bias of each; that of e by p is −S. Eq. 1, 5.
 struct MotionResidual {

@@ -36,8 +36,6 @@ class Track {
   Track(const TrackInput& input, SmoothingProblem& problem, LandmarkNumbers& numbers);
 
   [[nodiscard]] std::size_t keyframes() const { return keyframe_steps_.size(); }
-  /// Steps at which they are.
-  [[nodiscard]] std::span<const std::size_t> keyframe_steps() const { return keyframe_steps_; }
   /// Its poses of a trajectory that has one for each step.
   [[nodiscard]] Trajectory at_keyframes(const Trajectory& trajectory) const;
   [[nodiscard]] double time_of(std::size_t keyframe) const { return time_s_[keyframe_steps_[keyframe]]; }
@@ -52,8 +50,6 @@ class Track {
   /// The caller's numbers of the landmarks that no track before it saw, as the problem's from
   /// first_landmark() on.
   [[nodiscard]] std::span<const LandmarkId> landmarks() const { return landmarks_; }
-  /// Before its first step, as it was given.
-  [[nodiscard]] const KnownStart& start() const { return start_; }
   [[nodiscard]] int first_pose() const { return first_pose_; }
   [[nodiscard]] int first_landmark() const { return first_landmark_; }
 

@@ -28,7 +28,7 @@ struct Baseline {
 
 /// What two landmarks say of the other points, if they are what a pair of points shows:
 /// docs/theory/global-localization.md, eq. 49a.
-struct Outlook {
+struct PairPrediction {
   struct Expected {
     std::size_t point;
     Vector2 at;       ///< on the baseline's frame
@@ -41,8 +41,9 @@ struct Outlook {
 };
 
 /// Nothing where two landmarks as far apart determine no pose.
-[[nodiscard]] std::optional<Outlook> outlook_of(const SightedPair& pair, const LocalMap& seen,
-                                                const KnownMap& map, const MapSightOptions& options);
+[[nodiscard]] std::optional<PairPrediction> prediction_of(const SightedPair& pair, const LocalMap& seen,
+                                                          const KnownMap& map,
+                                                          const MapSightOptions& options);
 
 /// How far from where a point should be [m] a landmark may lie that passes the gate (of NIS).
 [[nodiscard]] double gate_radius(const PoseEstimate& pose, const PointInnovation& innovation, double gate);

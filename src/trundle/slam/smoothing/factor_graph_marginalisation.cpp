@@ -33,21 +33,21 @@ void FactorGraph::marginalise_first(int poses) {
           linearise(term, now, system);
       });
   std::vector<MarginalPrior::Unknown> unknowns;
-  for (const int variable : sum.variables) unknowns.push_back(past_unknown(variable, now));
+  for (const int variable : sum.variables) unknowns.push_back(prior_unknown(variable, now));
   MarginalPrior prior(std::move(unknowns), std::move(sum.matrix), std::move(sum.right));
   for (const MotionLink& link : problem_.motions)
     if (link.from != MotionLink::kKnown && link.from < poses) prior = prior.moved_on(next_pose(link, now));
 
-  for (const int term : sum.terms) factors_[nth(term)] = {Factor::Kind::past, 0};
-  if (past_.empty()) past_.emplace_back();
-  past_.front().factor = -1;
-  put_past(0, std::move(prior));
+  for (const int term : sum.terms) factors_[nth(term)] = {Factor::Kind::prior, 0};
+  if (priors_.empty()) priors_.emplace_back();
+  priors_.front().factor = -1;
+  set_prior(0, std::move(prior));
   forget_poses(poses);
   forget_sightings(poses);
-  divide_past();
+  split_off_submap();
 }
 
-MarginalPrior::Unknown FactorGraph::past_unknown(int variable, const SmoothingState& state) const {
+MarginalPrior::Unknown FactorGraph::prior_unknown(int variable, const SmoothingState& state) const {
   using Kind = MarginalPrior::Kind;
   const auto kind = variables_[nth(variable)].kind;
   return {variable,
@@ -61,14 +61,14 @@ MarginalPrior::NextPose FactorGraph::next_pose(const MotionLink& link, const Smo
   const MotionResidual motion = motion_residual(link, state);
   const Index n = pose_size(problem_);
   MarginalPrior::NextPose next{.from = pose_variables_[nth(link.from)],
-                               .to = past_unknown(pose_variables_[nth(link.to)], state),
+                               .to = prior_unknown(pose_variables_[nth(link.to)], state),
                                .parameters = {},
                                .error = motion.error.head(n),
                                .by_from = motion.by_from.topLeftCorner(n, n),
                                .by_to = motion.by_to.topLeftCorner(n, n),
                                .by_parameters = MatrixXd::Zero(n, link.by_parameters.cols()),
                                .information = link.information.topLeftCorner(n, n)};
-  if (parameter_variable_ >= 0) next.parameters = past_unknown(parameter_variable_, state);
+  if (parameter_variable_ >= 0) next.parameters = prior_unknown(parameter_variable_, state);
   next.by_parameters.topRows<3>() = -link.by_parameters;
   return next;
 }
@@ -111,7 +111,6 @@ void FactorGraph::forget_poses(int poses) {
 void FactorGraph::forget_sightings(int poses) {
   for (Landmark& landmark : landmarks_) {
     landmark.seen_from -= poses;
-    landmark.marginalised += landmark.sightings.size();
     landmark.sightings.clear();
   }
   std::size_t kept = 0;
@@ -122,9 +121,7 @@ void FactorGraph::forget_sightings(int poses) {
     problem_.sightings[kept] = link;
     factor_of_[kept] = factor_of_[i];
     factors_[nth(factor_of_[kept])].index = kept;
-    Landmark& landmark = landmarks_[nth(link.landmark)];
-    landmark.sightings.push_back(kept++);
-    --landmark.marginalised;
+    landmarks_[nth(link.landmark)].sightings.push_back(kept++);
   }
   problem_.sightings.resize(kept);
   factor_of_.resize(kept);
@@ -132,10 +129,10 @@ void FactorGraph::forget_sightings(int poses) {
 
 /// Where the first pose of the window is tied to many landmarks, those that were seen longest ago are tied to
 /// the other landmarks alone, in a submap. Eq. 35.
-void FactorGraph::divide_past() {
-  const MarginalPrior& past = past_.front().prior;
+void FactorGraph::split_off_submap() {
+  const MarginalPrior& of_pose = priors_.front().prior;
   std::vector<const Landmark*> landmarks;
-  for (const MarginalPrior::Unknown& unknown : past.unknowns())
+  for (const MarginalPrior::Unknown& unknown : of_pose.unknowns())
     if (unknown.kind == MarginalPrior::Kind::landmark)
       landmarks.push_back(&landmarks_[nth(variables_[nth(unknown.variable)].index)]);
   const auto in_window =
@@ -146,37 +143,37 @@ void FactorGraph::divide_past() {
   std::vector<int> far;
   for (std::size_t i = near; i < landmarks.size(); ++i) far.push_back(landmarks[i]->variable);
   const int pose = pose_variables_.front();
-  MarginalPrior submap = past.without({pose}).given_others(far);
-  put_past(0, past.without(far));
+  MarginalPrior submap = of_pose.marginalised({pose}).conditional(far);
+  set_prior(0, of_pose.marginalised(far));
   add_submap(std::move(submap));
 }
 
 /// To the one that shares most landmarks with it, if both together are few or there are many submaps.
 void FactorGraph::add_submap(MarginalPrior submap) {
-  const bool are_many = past_.size() * kLandmarksOfSubmap > landmarks_.size();
+  const bool are_many = priors_.size() * kLandmarksOfSubmap > landmarks_.size();
   std::size_t most = 0, best = 0;
-  for (std::size_t k = 1; k < past_.size(); ++k) {
+  for (std::size_t k = 1; k < priors_.size(); ++k) {
     const auto shared = static_cast<std::size_t>(std::ranges::count_if(
         submap.unknowns(),
-        [&](const MarginalPrior::Unknown& unknown) { return past_[k].prior.has(unknown.variable); }));
-    const std::size_t both = submap.unknowns().size() + past_[k].prior.unknowns().size() - shared;
+        [&](const MarginalPrior::Unknown& unknown) { return priors_[k].prior.has(unknown.variable); }));
+    const std::size_t both = submap.unknowns().size() + priors_[k].prior.unknowns().size() - shared;
     if (shared <= most || (both > kMostInSubmap && !are_many)) continue;
     most = shared;
     best = k;
   }
   if (best == 0) {
-    past_.emplace_back();
-    return put_past(past_.size() - 1, std::move(submap));
+    priors_.emplace_back();
+    return set_prior(priors_.size() - 1, std::move(submap));
   }
   const auto now = [this](int variable) { return value_of(variable, at_); };
-  put_past(best, past_[best].prior.at(now).with(submap.at(now)));
+  set_prior(best, priors_[best].prior.at(now).with(submap.at(now)));
 }
 
-void FactorGraph::put_past(std::size_t part, MarginalPrior prior) {
-  Past& past = past_[part];
-  if (past.factor >= 0) tree_.remove_term(past.factor);
-  past.prior = std::move(prior);
-  past.factor = add_factor({Factor::Kind::past, part}, past.prior.variables());
+void FactorGraph::set_prior(std::size_t which, MarginalPrior prior) {
+  Prior& part = priors_[which];
+  if (part.factor >= 0) tree_.remove_term(part.factor);
+  part.prior = std::move(prior);
+  part.factor = add_factor({Factor::Kind::prior, which}, part.prior.variables());
 }
 
 }  // namespace trundle::slam
