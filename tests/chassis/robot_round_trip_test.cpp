@@ -73,6 +73,7 @@ Robot any_robot() {
   Robot robot;
   robot.name = *rc::gen::element<std::string>("", "kobuki", "a \"quoted\" \\ name\n\u00fc\x7f");
   randomise(kChassis, robot.chassis);
+  robot.chassis.scrub = *uniform(-0.8, 0.8);
   randomise(kAllWheels, robot.chassis);
   randomise(kNoise, robot.chassis.noise);
   randomise(kReferenceSensor, robot);

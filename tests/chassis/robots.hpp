@@ -6,6 +6,7 @@
 
 #include "trundle/chassis/robot.hpp"
 #include "trundle/chassis/rows.hpp"
+#include "trundle/chassis/scrub.hpp"
 
 namespace trundle::test {
 using namespace chassis;
@@ -96,6 +97,11 @@ inline Increment increment_of(const Chassis& chassis, const Twist2& motion, doub
   for (std::size_t i = 0; i < chassis.wheels().size(); ++i) {
     const Wheel& wheel = chassis.wheels()[i];
     increment.turned[i] = rolling_row(wheel).dot(motion.vector()) / (kPi * wheel.diameter_m);
+  }
+  if (const ScrubGauge gauge(chassis); gauge.applies()) {
+    ScrubState state;
+    increment.turned = with_scrub(chassis, increment.turned);
+    gauge.add(state, increment);
   }
   if (chassis.wheel_count == 0) {
     const ForwardAndTurn read = read_as(chassis.velocity, {motion.dx, motion.dtheta}, duration_s);

@@ -65,7 +65,7 @@ Chassis velocity_without_gyro() {
 
 TEST(DeadReckon, GivesTheBitsOfTheStepOnEveryInstructionSet) {
   for (const Chassis& chassis :
-       {differential_drive(test::kSize, 0.5), omni3(test::kSize, 0.2), test::two_pods(),
+       {differential_drive(test::kSize, 0.5), omni3(test::kSize, 0.2), test::two_pods(), test::scrubbing(),
         mecanum(test::kSize, 0.4, 0.5), Chassis{}, velocity_without_gyro(), test::velocity_robot(),
         tricycle(test::kSize, 0.6), ackermann(test::kSize, 0.4, 0.6, 0.3), swerve(test::kSize, 0.4, 0.5),
         test::odd_steered_chassis(), test::with_gyro(tricycle(test::kSize, 0.6))}) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "trundle/chassis/robot.hpp"
+#include "trundle/chassis/scrub.hpp"
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/recording/alignment/align.hpp"
 
@@ -23,6 +24,8 @@ inline std::vector<Increment> wandering(const Robot& robot, int count, double re
   std::uniform_real_distribution<double> noise(-1.0, 1.0);
   std::vector<Increment> increments;
   double turn = 0.0;
+  const ScrubGauge gauge(robot.chassis);
+  ScrubState scrub;
   for (int i = 0; i < count; ++i) {
     Increment increment{.time_s = 0.05 * (i + 1), .duration_s = 0.05};
     turn = 0.9 * turn + 0.05 * noise(random);
@@ -32,9 +35,17 @@ inline std::vector<Increment> wandering(const Robot& robot, int count, double re
     increment.gyro_rad = turn;
     increment.gyro_change_rad_s = 0.2 * std::sin(0.7 * i);
     increment.has_gyro = robot.chassis.gyro.has_value();
+    if (gauge.applies()) gauge.add(scrub, increment);
     increments.push_back(increment);
   }
   return increments;
+}
+
+/// A skid-steer whose track depends on how sharply it turns.
+inline Chassis scrubbing() {
+  Chassis chassis = skid_steer(kSize, 0.7, 0.4);
+  chassis.scrub = 0.15;
+  return chassis;
 }
 
 /// The same, some of them with a wheel that slips.

@@ -57,6 +57,8 @@ TEST(Odometer, AnyChassisAsTheDefinitionSays) {
   const Chassis chassis[] = {differential_drive(test::kSize, 0.5),
                              test::with_gyro(differential_drive(test::kSize, 0.5)),
                              skid_steer(test::kSize, 0.7, 0.4),
+                             test::scrubbing(),
+                             test::with_gyro(test::scrubbing()),
                              omni3(test::kSize, 0.2),
                              mecanum(test::kSize, 0.4, 0.5),
                              test::two_pods(),

@@ -56,6 +56,10 @@ TEST(Sensitivity, DifferentialWithGyro) {
 TEST(Sensitivity, SkidSteer) {
   expect_sensitivities(skid_steer(test::kSize, 0.7, 0.4));
 }
+TEST(Sensitivity, SkidSteerThatScrubs) {
+  expect_sensitivities(test::scrubbing());
+  expect_sensitivities(test::with_gyro(test::scrubbing()));
+}
 TEST(Sensitivity, Omni3) {
   expect_sensitivities(omni3(test::kSize, 0.2));
 }

@@ -118,6 +118,17 @@ TEST(Live, GivesTheOdometryAndTheSlipsOfTheWholeRecording) {
   }
 }
 
+/// The robot as one whose wheels scrub.
+RobotFile scrubbing(RobotFile file) {
+  for (Wheel& wheel : file.robot.chassis.wheels()) wheel.kind = WheelKind::skid;
+  file.robot.chassis.scrub = 0.1;
+  return file;
+}
+
+TEST(Live, GivesThemOfWheelsThatScrub) {
+  expect_live_is_offline(read_recording(kDemo / "slip"), scrubbing(read_robot_file(kDemo / "robot.toml")));
+}
+
 SlamAnswer offline_slam(const Recording& recording, const RobotFile& robot, bool unknown_ids = false) {
   return answer_slam(
       recording, robot,
@@ -322,8 +333,7 @@ TEST(Live, GapsAreBridgedAndCountersThatStartAnewAreNoTravel) {
   EXPECT_GT(estimates.back().covariance(0, 0), whole.covariances.back()(0, 0));
 }
 
-TEST(Live, GoesOnFromItsStateAtAnyLine) {
-  const RobotFile robot = read_robot_file(kDemo / "robot.toml");
+void expect_goes_on_from_its_state(const RobotFile& robot) {
   const std::vector<LiveLine> lines = lines_of(read_recording(kDemo / "session_01/tour"));
   std::mt19937 random(1);
   std::vector<std::size_t> cuts(20);
@@ -345,6 +355,12 @@ TEST(Live, GoesOnFromItsStateAtAnyLine) {
   ASSERT_EQ(all.size(), expected.size());
   for (std::size_t i = 0; i < all.size(); ++i)
     ASSERT_EQ(line_of(all[i], robot.robot), line_of(expected[i], robot.robot)) << i;
+}
+
+TEST(Live, GoesOnFromItsStateAtAnyLine) {
+  const RobotFile robot = read_robot_file(kDemo / "robot.toml");
+  expect_goes_on_from_its_state(robot);
+  expect_goes_on_from_its_state(scrubbing(robot));
 }
 
 TEST(Live, WhatDoesNotSuitTheRobotIsLeftOut) {

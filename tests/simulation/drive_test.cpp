@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "trundle/chassis/rows.hpp"
+#include "trundle/chassis/scrub.hpp"
 #include "trundle/io/error.hpp"
 
 #include "robots.hpp"
@@ -48,9 +49,12 @@ Increment increment_between(const Moment& before, const Moment& after) {
 /// Plain odometry of the wheels' revolutions.
 Pose2 dead_reckoned(const Drive& drive, const Chassis& chassis) {
   const Rows rows = rows_of(chassis, chassis.gyro.has_value());
+  const ScrubGauge gauge(chassis);
   Pose2 pose = drive.moments.front().body;
   for (std::size_t i = 1; i < drive.moments.size(); ++i) {
-    const Increment increment = increment_between(drive.moments[i - 1], drive.moments[i]);
+    Increment increment = increment_between(drive.moments[i - 1], drive.moments[i]);
+    ScrubState afresh;  // the simulation knows how sharp each turn is
+    if (gauge.applies()) gauge.add(afresh, increment);
     pose = pose * exp(estimate_twist(rows, readings_of(chassis, rows, increment)).twist);
   }
   return pose;
@@ -69,6 +73,11 @@ Chassis pods() {
 
 Chassis with_icr(Chassis chassis, double icr_x_m) {
   chassis.icr_x_m = icr_x_m;
+  return chassis;
+}
+
+Chassis with_scrub_of(double scrub, Chassis chassis) {
+  chassis.scrub = scrub;
   return chassis;
 }
 
@@ -111,15 +120,16 @@ TEST_P(EveryChassis, SteeringByOdometryFollowsThePathInTheEyesOfTheNominalRobot)
   EXPECT_NEAR(believed.heading, ideal.moments.back().body.heading, 1e-9);
 }
 
-INSTANTIATE_TEST_SUITE_P(Chassis, EveryChassis,
-                         testing::Values(NamedChassis{"differential", differential_drive(kSize, 0.3), false},
-                                         NamedChassis{"skid_steer", skid_steer(kSize, 0.6, 0.4), false},
-                                         NamedChassis{"skid_steer_icr",
-                                                      with_icr(skid_steer(kSize, 0.6, 0.4), 0.05), false},
-                                         NamedChassis{"omni3", omni3(kSize, 0.2), true},
-                                         NamedChassis{"mecanum", mecanum(kSize, 0.4, 0.3), true},
-                                         NamedChassis{"pods", pods(), true}),
-                         [](const auto& test) { return std::string(test.param.name); });
+INSTANTIATE_TEST_SUITE_P(
+    Chassis, EveryChassis,
+    testing::Values(NamedChassis{"differential", differential_drive(kSize, 0.3), false},
+                    NamedChassis{"skid_steer", skid_steer(kSize, 0.6, 0.4), false},
+                    NamedChassis{"skid_steer_icr", with_icr(skid_steer(kSize, 0.6, 0.4), 0.05), false},
+                    NamedChassis{"skid_steer_scrub", with_scrub_of(0.15, skid_steer(kSize, 0.6, 0.4)), false},
+                    NamedChassis{"omni3", omni3(kSize, 0.2), true},
+                    NamedChassis{"mecanum", mecanum(kSize, 0.4, 0.3), true},
+                    NamedChassis{"pods", pods(), true}),
+    [](const auto& test) { return std::string(test.param.name); });
 
 TEST(Drive, AVelocityIsReadSoThatItsCorrectionEndsAtTheTruth) {
   const Robot truth = velocity_robot(kCorrection), nominal = velocity_robot({});

@@ -13,6 +13,7 @@ _RUNS = (  # by the end, or the start, of the parameter's name
     ("gyro.scale", "ten turns on the spot each way, the heading measured at the end"),
     ("gyro.bias", "a rest of ten seconds"),
     ("icr_x", "turns on the spot, the position measured at the end"),
+    ("scrub", "wide curves and turns on the spot each way, the heading measured at the end"),
     (".direction", "straight and sideways runs, the position measured at the end"),
     (".steering_zero", "a straight run, the position measured at the end"),
     (".steering_scale", "circles each way, the heading measured at the end"),

@@ -11,6 +11,7 @@
 #include "trundle/calibration/defaults.hpp"
 #include "trundle/calibration/influence.hpp"
 #include "trundle/calibration/noise/learn_noise.hpp"
+#include "trundle/calibration/offer.hpp"
 #include "trundle/calibration/preparation.hpp"
 #include "trundle/calibration/previous_calibration.hpp"
 #include "trundle/calibration/run_clock.hpp"
@@ -105,6 +106,11 @@ void add_validation(const ValidatedEstimate& validated, const Robot& nominal, Ca
   result.notes.push_back("judged " + validated.validation->words());
 }
 
+void add_offers(const std::vector<ParameterOffer>& offers, CalibrationResult& result) {
+  result.offers = offers;
+  for (const ParameterOffer& offer : offers) result.notes.push_back(offer.words());
+}
+
 void add_sensor_place(const SensorPlace& place, CalibrationResult& result) {
   if (!place.elsewhere.empty()) result.warnings.push_back(place.elsewhere);
   if (!place.unobservable.empty()) result.unobservable.push_back(place.unobservable);
@@ -152,6 +158,7 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   add_words(ready, scale_taken_as_given(nominal, problem.parameters, measured), result);
   std::ranges::copy(changed_since(given, result.parameters), std::back_inserter(result.warnings));
   add_validation(validated, nominal, result);
+  add_offers(offers_of(problem, offered_parameters(nominal, problem.parameters, options.fix)), result);
   add_sensor_place(sensor_place(problem, estimate), result);
   if (const auto& gyro = estimate.robot.chassis.gyro)
     ready.start.chassis.gyro->time_offset_s = gyro->time_offset_s;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "trundle/chassis/contact.hpp"
+#include "trundle/chassis/scrub.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -24,6 +25,16 @@ Increment predicted(const Chassis& chassis, const Rows& rows, const Vector3& mot
   return increment;
 }
 
+/// What a motion makes the wheels scrub, in turns as sharp as those that were read. Where they went to and
+/// fro the share of all is no sharpness of any: it is kept within what one may be. docs/theory/scrub.md,
+/// eq. 5.
+Increment with_scrub_of(const Increment& sum, const Chassis& chassis, Increment predicted) {
+  const double read = half_difference(chassis, sum.turned);
+  const double sharp = read == 0.0 ? 0.0 : std::clamp(sum.scrub_turned / read, 0.0, 1.0);
+  predicted.scrub_turned = sharp / (1.0 - chassis.scrub * sharp) * half_difference(chassis, predicted.turned);
+  return predicted;
+}
+
 /// ∂(z / σ)/∂p · σ with z as the motion predicts it: a diameter scales reading and noise alike.
 RowVector predicted_derivative(const Comparison& comparison, const Parameter& parameter, const Vector3& twist,
                                const Increment& sum) {
@@ -33,6 +44,10 @@ RowVector predicted_derivative(const Comparison& comparison, const Parameter& pa
                               predicted(comparison.driven, rows, twist, sum.duration_s));
   if (parameter.kind == ParameterKind::gyro_bias || parameter.kind == ParameterKind::gyro_time_offset)
     return reading_derivative(parameter, comparison.driven, rows, sum);
+  if (parameter.kind == ParameterKind::scrub)
+    return reading_derivative(
+        parameter, comparison.driven, rows,
+        with_scrub_of(sum, comparison.driven, predicted(comparison.driven, rows, twist, sum.duration_s)));
   return reading_growth(parameter, comparison.driven, rows).cwiseProduct(rows.H * twist);
 }
 

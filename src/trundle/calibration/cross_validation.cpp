@@ -41,13 +41,6 @@ Run part_of(const Run& run, std::size_t first_epoch, std::size_t last_epoch) {
   return part;
 }
 
-/// The two halves of a run; nothing where the reference shows too little of it.
-std::vector<Run> halves_of(const Run& run) {
-  const std::size_t middle = run.epochs.size() / 2;
-  if (middle < kFewestEpochs) return {};
-  return {part_of(run, 0, middle), part_of(run, middle, run.epochs.size() - 1)};
-}
-
 /// Position error of odometry with this robot [m], rms, laid on the reference as well as can be; nothing
 /// without positions to compare. Of the bias of its gyro a run that was left out knows what its rests show.
 std::optional<double> position_error(const Run& run, const Robot& robot, bool learn_gyro_bias) {
@@ -75,6 +68,12 @@ Robot robot_with(const Robot& robot, std::span<const Parameter> parameters, cons
 }
 
 }  // namespace
+
+std::vector<Run> halves_of(const Run& run) {
+  const std::size_t middle = run.epochs.size() / 2;
+  if (middle < kFewestEpochs) return {};
+  return {part_of(run, 0, middle), part_of(run, middle, run.epochs.size() - 1)};
+}
 
 bool CrossValidation::is_worse() const {
   return calibrated_m > kWorse * given_m;

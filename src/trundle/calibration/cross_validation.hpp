@@ -8,6 +8,9 @@
 
 namespace trundle::calibration {
 
+/// The two halves of a run; none where the reference shows too little of it.
+[[nodiscard]] std::vector<Run> halves_of(const Run& run);
+
 /// Nothing where the reference shows fewer than two parts' positions, or none of the parameters is
 /// observable in them.
 [[nodiscard]] std::optional<CrossValidation> cross_validate(const CalibrationProblem& problem,

@@ -87,6 +87,16 @@ std::vector<Parameter> default_parameters(const Robot& robot, const FromOutside&
   return parameters;
 }
 
+std::vector<Parameter> offered_parameters(const Robot& robot, std::span<const Parameter> free,
+                                          const std::vector<std::string>& fix) {
+  std::vector<Parameter> offered = parameters_of(robot);
+  std::erase_if(offered, [&](const Parameter& parameter) {
+    return parameter.kind != ParameterKind::scrub || std::ranges::find(free, parameter) != free.end() ||
+           std::ranges::find(fix, name_of(parameter, robot)) != fix.end();
+  });
+  return offered;
+}
+
 std::vector<Parameter> choose_parameters(const Robot& robot, const FromOutside& measured,
                                          const std::vector<std::string>& free,
                                          const std::vector<std::string>& fix) {

@@ -27,4 +27,8 @@ std::vector<Parameter> choose_parameters(const Robot& robot, const FromOutside& 
                                          const std::vector<std::string>& free,
                                          const std::vector<std::string>& fix);
 
+/// Those that are off by default and worth a look: of a robot that has them, neither free nor fixed by name.
+[[nodiscard]] std::vector<Parameter> offered_parameters(const Robot& robot, std::span<const Parameter> free,
+                                                        const std::vector<std::string>& fix);
+
 }  // namespace trundle::calibration

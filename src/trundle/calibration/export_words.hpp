@@ -15,9 +15,14 @@ namespace trundle::calibration {
   throw CannotAnswer(fmt::format("{} has no words for '{}': {}", format, robot.name, fact));
 }
 
-/// The first line of a file, behind the stack's sign of a comment.
+/// The first line of a file, behind the stack's sign of a comment; and one of what no stack has a word for.
 inline std::string export_head(const Robot& robot, std::string_view comment) {
-  return fmt::format("{} {} as calibrated by trundle\n", comment, robot.name.empty() ? "robot" : robot.name);
+  std::string head =
+      fmt::format("{} {} as calibrated by trundle\n", comment, robot.name.empty() ? "robot" : robot.name);
+  if (robot.chassis.scrub != 0.0)
+    head += fmt::format("{} The track is that of wide curves; on the spot the robot turns {:.1f} % less.\n",
+                        comment, 100.0 * robot.chassis.scrub);
+  return head;
 }
 
 /// A number of a parameter file of ROS 2, which takes one without a point for an integer, and then refuses it

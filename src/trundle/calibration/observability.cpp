@@ -135,6 +135,8 @@ std::string advice(const HeldCombination& held, std::span<const Parameter> param
       return "drive longer, and at different speeds, with the heading measured";
     case ParameterKind::icr_x:
       return "turn on the spot with the position measured";
+    case ParameterKind::scrub:
+      return "drive wide curves and sharp ones, and turn on the spot";
     case ParameterKind::gyro_scale:
       return "add several full turns of measured angle";
     case ParameterKind::gyro_bias:

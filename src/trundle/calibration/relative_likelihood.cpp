@@ -17,6 +17,7 @@ Increment part_of(const Increment& increment, double share) {
   part.duration_s *= share;
   part.gyro_rad *= share;
   part.gyro_change_rad_s *= share;
+  part.scrub_turned *= share;
   for (double& turned : part.turned) turned *= share;
   return part;
 }

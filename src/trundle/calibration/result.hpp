@@ -82,6 +82,27 @@ struct CrossValidation {
   [[nodiscard]] std::string words() const;
 };
 
+/// A parameter that was not estimated, and what it would gain on runs from which it is not learned.
+struct ParameterOffer {
+  /// Of the test whether that is more than chance: once in a hundred calibrations or less.
+  static constexpr double kLevel = 0.01;
+
+  Parameter parameter;
+  std::string name;
+  double given = 0.0;          ///< what the robot file has
+  double value = 0.0;          ///< what all runs say of it
+  double sigma = 0.0;          ///< of that
+  double gain = 0.0;           ///< of the log-likelihood of what was left out
+  std::size_t parts = 0;       ///< runs, or halves, that were left out in turn
+  bool of_halves = false;      ///< of one run
+  int degrees_of_freedom = 0;  ///< behind the noise that the likelihood is weighed by
+
+  /// The gain of what was left out and that of all, twice, against the limit of F with one degree of freedom
+  /// and these: what was left out alone gains by chance where few parts say much of the other parameters.
+  [[nodiscard]] bool is_significant() const;
+  [[nodiscard]] std::string words() const;
+};
+
 enum class CalibrationStatus { nothing_estimated, some_held, all_estimated };
 
 /// The result of `calibrate` and `umbmark`, with its evidence.
@@ -97,6 +118,7 @@ struct CalibrationResult {
   std::vector<ObservableDirection> directions;
   std::vector<std::string> unobservable;            ///< in words, with what to drive
   std::optional<CrossValidation> cross_validation;  ///< nothing: fewer than two parts have positions
+  std::vector<ParameterOffer> offers;               ///< those that are significant
   std::vector<std::string> warnings;
   std::vector<std::string> notes;  ///< good to know, nothing to act on
   /// Those of the notes that say how clocks were set by the logs; nothing: they stay as given.

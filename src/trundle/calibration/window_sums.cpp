@@ -14,6 +14,7 @@ void add(Increment& sum, const Increment& increment) {
   sum.duration_s += increment.duration_s;
   sum.gyro_rad += increment.gyro_rad;
   sum.gyro_change_rad_s += increment.gyro_change_rad_s;
+  sum.scrub_turned += increment.scrub_turned;
   for (std::size_t i = 0; i < sum.turned.size(); ++i) sum.turned[i] += increment.turned[i];
 }
 

@@ -85,6 +85,9 @@ struct Chassis {
   VelocityCorrection velocity;  ///< without wheels
   ChassisNoise noise;
   double icr_x_m = 0.0;  ///< `skid` wheels: the point that does not move sideways in a turn is at −icr_x_m
+  /// `skid` wheels: by what share a robot that turns on the spot turns less than its track says, which is
+  /// that of wide curves. docs/theory/scrub.md.
+  double scrub = 0.0;
   double wheels_time_offset_s = 0.0;
 
   [[nodiscard]] std::span<Wheel> wheels() {
@@ -147,6 +150,9 @@ struct Increment {
   /// Per wheel: revolutions, forwards positive. Without wheels, as the velocity stream reads them:
   /// [0] forward travel [m], [1] turn [rad].
   std::array<double, kMaxWheels> turned{};
+  /// Of a robot of skid wheels, half of how much further those on the right turned than those on the left,
+  /// times how sharp that turn is: what its scrub grows with. ScrubGauge fills it in.
+  double scrub_turned = 0.0;
   /// Of each steered wheel, as Chassis::all_wheels(): what its steering reads in the middle [rad].
   std::array<double, kMaxWheels> steering_rad{};
   double gyro_rad = 0.0;           ///< integral of the gyro's raw reading

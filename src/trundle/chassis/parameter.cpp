@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "trundle/chassis/detail/parameter_parts.hpp"
+#include "trundle/chassis/scrub.hpp"
 #include "trundle/io/error.hpp"
 
 namespace trundle::chassis {
@@ -21,6 +22,7 @@ constexpr std::pair<ParameterKind, std::string_view> kWheelParameters[] = {
 constexpr std::pair<ParameterKind, std::string_view> kRobotParameters[] = {
     {ParameterKind::track, "track"},
     {ParameterKind::icr_x, "icr_x"},
+    {ParameterKind::scrub, "scrub"},
     {ParameterKind::velocity_forward_scale, "velocity.forward_scale"},
     {ParameterKind::velocity_yaw_scale, "velocity.yaw_scale"},
     {ParameterKind::velocity_yaw_per_forward, "velocity.yaw_per_forward"},
@@ -77,6 +79,8 @@ bool exists(const Parameter& parameter, const Robot& robot) {
       return sides_of(chassis).has_value();
     case ParameterKind::icr_x:
       return has_skid_wheels(chassis);
+    case ParameterKind::scrub:
+      return can_scrub(chassis);
     case ParameterKind::gyro_scale:
     case ParameterKind::gyro_bias:
     case ParameterKind::gyro_time_offset:
@@ -186,6 +190,7 @@ std::string_view unit_of(const Parameter& parameter) {
     case ParameterKind::sensor_bearing_offset:
       return "rad";
     case ParameterKind::steering_scale:
+    case ParameterKind::scrub:
     case ParameterKind::sensor_range_scale:
     case ParameterKind::sensor_depth_share:
     case ParameterKind::gyro_scale:
@@ -245,6 +250,8 @@ double value_of(const Parameter& parameter, const Robot& robot) {
       return track_sides(chassis).track();
     case ParameterKind::icr_x:
       return chassis.icr_x_m;
+    case ParameterKind::scrub:
+      return chassis.scrub;
     case ParameterKind::gyro_scale:
       return chassis.gyro->scale;
     case ParameterKind::gyro_bias:
@@ -303,6 +310,9 @@ void set_value(const Parameter& parameter, double value, Robot& robot) {
     case ParameterKind::icr_x:
       chassis.icr_x_m = value;
       break;
+    case ParameterKind::scrub:
+      chassis.scrub = value;
+      break;
     case ParameterKind::gyro_scale:
       chassis.gyro->scale = value;
       break;
@@ -346,6 +356,8 @@ double prior_sigma(const Parameter& parameter, const Robot& robot) {
     case ParameterKind::track:  // wide wheels touch the ground anywhere across their width
       return 0.2 * value_of(parameter, robot);
     case ParameterKind::icr_x:  // [m]: as the load lies
+      return 0.2;
+    case ParameterKind::scrub:  // as the track, of which it is a share
       return 0.2;
     case ParameterKind::velocity_forward_scale:  // the diameters of somebody else's wheels
       return 0.05;

@@ -20,6 +20,7 @@ enum class ParameterKind {
   place_y,         ///< "front.y" [m]
   track,           ///< "track" [m]: distance of the left wheels from the right ones; scales all y
   icr_x,           ///< "icr_x" [m]
+  scrub,           ///< "scrub": share of a turn on the spot that skid wheels lose
   velocity_forward_scale,    ///< "velocity.forward_scale": of a robot without wheels, as the next three
   velocity_yaw_scale,        ///< "velocity.yaw_scale"
   velocity_yaw_per_forward,  ///< "velocity.yaw_per_forward" [rad/m]

@@ -1,6 +1,7 @@
 // How rows of H and their readings change with a parameter.
 #include "trundle/chassis/detail/parameter_parts.hpp"
 #include "trundle/chassis/parameter.hpp"
+#include "trundle/chassis/scrub.hpp"
 
 namespace trundle::chassis {
 namespace {
@@ -80,6 +81,11 @@ double velocity_derivative(ParameterKind kind, RowKind row, const Increment& inc
   }
 }
 
+/// docs/theory/scrub.md, eq. 4.
+double scrub_derivative(const Chassis& chassis, std::size_t wheel, const Increment& increment) {
+  return -kPi * chassis.wheels()[wheel].diameter_m * scrub_sides(chassis)[wheel] * increment.scrub_turned;
+}
+
 }  // namespace
 
 RowMatrix row_derivative(const Parameter& parameter, const Chassis& chassis, const Rows& rows) {
@@ -123,7 +129,9 @@ RowVector reading_derivative(const Parameter& parameter, const Chassis& chassis,
     if (is_of_velocity(parameter.kind))
       derivative[i] = velocity_derivative(parameter.kind, row.kind, increment);
     if (is_diameter_of(parameter, row))
-      derivative[i] = kPi * increment.turned[static_cast<std::size_t>(row.wheel)];
+      derivative[i] = kPi * ground_turned(chassis, static_cast<std::size_t>(row.wheel), increment);
+    if (parameter.kind == ParameterKind::scrub && row.kind == RowKind::wheel)
+      derivative[i] = scrub_derivative(chassis, static_cast<std::size_t>(row.wheel), increment);
     if (is_scale_of(parameter, row))
       derivative[i] = increment.gyro_rad - chassis.gyro->bias_rad_s * increment.duration_s;
     if (parameter.kind == ParameterKind::gyro_bias && row.kind == RowKind::gyro)

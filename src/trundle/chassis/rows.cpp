@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "trundle/chassis/scrub.hpp"
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/geometry/squared.hpp"
 
@@ -121,7 +122,7 @@ double reading_of(const Chassis& chassis, const Row& row, const Increment& incre
   switch (row.kind) {
     case RowKind::wheel: {
       const auto i = static_cast<std::size_t>(row.wheel);
-      return travel_of(chassis.wheels()[i], increment.turned[i]);
+      return travel_of(chassis.wheels()[i], ground_turned(chassis, i, increment));
     }
     case RowKind::gyro:
       return (increment.gyro_rad - chassis.gyro->bias_rad_s * increment.duration_s) * chassis.gyro->scale;

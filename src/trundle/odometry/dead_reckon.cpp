@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "trundle/chassis/scrub.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/odometry/reckon_kernels.hpp"
@@ -65,6 +66,8 @@ std::array<const double*, kMaxWheels> steering_of(const Chassis& chassis, const 
 void step_through(const Robot& robot, const TravelColumns& travel, const Pose2& start,
                   const PoseColumns& poses) {
   Odometer odometer(robot, {.start = start, .with_covariance = false});
+  const ScrubGauge scrub_gauge(robot.chassis);
+  ScrubState scrub;
   Increment increment{.has_gyro = !travel.gyro_rad.empty()};
   for (std::size_t i = 0; i < travel.rows(); ++i) {
     for (std::size_t k = 0; k < kMaxWheels; ++k) {
@@ -75,6 +78,7 @@ void step_through(const Robot& robot, const TravelColumns& travel, const Pose2& 
       increment.gyro_rad = travel.gyro_rad[i];
       increment.duration_s = travel.duration_s[i];
     }
+    if (scrub_gauge.applies()) scrub_gauge.add(scrub, increment);
     odometer.step(increment);
     poses.x_m[i] = odometer.pose().x;
     poses.y_m[i] = odometer.pose().y;
@@ -98,7 +102,7 @@ void dead_reckon(const Robot& robot, const TravelColumns& travel, const Pose2& s
     return reckon(
         SteeredReckoning{*steered, in_fixed_places(inputs, robot.chassis), steering, travel.rows(), start},
         poses);
-  if (!model.has_one_gain()) return step_through(robot, travel, start, poses);
+  if (!model.has_one_gain() || robot.chassis.scrub != 0.0) return step_through(robot, travel, start, poses);
   const LinearisedChassis linearised = model.linearised();
   const auto given = static_cast<std::size_t>(std::ranges::find(inputs, nullptr) - inputs.begin());
   reckon({linearised.twist.data(), inputs, given, travel.rows(), start}, poses);

@@ -28,8 +28,9 @@ struct PoseColumns {
 
 /// Bulk dead reckoning without covariance. The poses are those of Odometer::step to the last bit: same
 /// arithmetic, done in vectors where no row waits for the one before it. Fast where no gyro is
-/// weighed against wheels (docs/theory/odometry.md); a loop over Odometer::step where one is. Throws
-/// CannotAnswer when the chassis cannot determine its motion, InputError when a column's length differs.
+/// weighed against wheels (docs/theory/odometry.md) and none scrub; a loop over Odometer::step otherwise.
+/// Throws CannotAnswer when the chassis cannot determine its motion, InputError when a column's length
+/// differs.
 void dead_reckon(const Robot& robot, const TravelColumns& travel, const Pose2& start,
                  const PoseColumns& poses);
 

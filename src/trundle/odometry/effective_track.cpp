@@ -4,6 +4,7 @@
 #include <cmath>
 #include <type_traits>
 
+#include "trundle/chassis/scrub.hpp"
 #include "trundle/geometry/squared.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/recording/alignment/replay.hpp"
@@ -53,7 +54,7 @@ bool EffectiveTrack::step(const Increment& increment) {
   if (!increment.has_gyro) return false;
   const auto wheels = chassis_.wheels();
   for (std::size_t i = 0; i < wheels.size(); ++i) {
-    const double travel = kPi * wheels[i].diameter_m * increment.turned[i];
+    const double travel = kPi * wheels[i].diameter_m * ground_turned(chassis_, i, increment);
     const bool left = wheels[i].y_m > 0.0;
     state_.difference_m += left ? -travel / left_ : travel / right_;
     state_.path_m += std::abs(travel) / squared(left ? left_ : right_);

@@ -4,6 +4,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "trundle/chassis/scrub.hpp"
+
 namespace trundle::odometry {
 namespace {
 
@@ -13,6 +15,7 @@ Increment unit_increment(std::size_t k, std::size_t wheels) {
   if (k < wheels) increment.turned[k] = 1.0;
   if (k == wheels) increment.gyro_rad = 1.0;
   if (k == wheels + 1) increment.duration_s = 1.0;
+  if (k == wheels + 2) increment.scrub_turned = 1.0;
   return increment;
 }
 
@@ -49,6 +52,7 @@ struct Cholesky {
 
 double input_of(const Increment& increment, std::size_t input, std::size_t wheels) {
   if (input < wheels) return increment.turned[input];
+  if (input == wheels + 2) return increment.scrub_turned;
   return input == wheels ? increment.gyro_rad : increment.duration_s;
 }
 
@@ -63,7 +67,10 @@ MotionModel::MotionModel(const Chassis& chassis, std::span<const Parameter> para
     : parameters_(parameters.size()),
       wheels_(chassis.wheel_count > 0 ? chassis.wheels().size() : 2),
       with_gyro_(with_gyro && chassis.gyro.has_value()),
-      with_duration_(with_gyro_ || chassis.wheel_count == 0) {
+      with_duration_(with_gyro_ || chassis.wheel_count == 0),
+      scrubs_(can_scrub(chassis) &&
+              (chassis.scrub != 0.0 ||
+               std::ranges::find(parameters, ParameterKind::scrub, &Parameter::kind) != parameters.end())) {
   assert(parameters.size() <= kMaxModelParameters);
   if (is_steered(chassis)) {
     steered_.emplace(chassis, parameters, with_gyro_);
@@ -71,7 +78,7 @@ MotionModel::MotionModel(const Chassis& chassis, std::span<const Parameter> para
   }
   const Rows rows = rows_of(chassis, with_gyro_);
   rows_ = static_cast<std::size_t>(rows.count());
-  inputs_ = wheels_ + (with_duration_ ? 2 : 0);
+  inputs_ = wheels_ + (scrubs_ ? 3 : with_duration_ ? 2 : 0);
   square_ = rows_ == 3;
   for (std::size_t i = 0; i < rows_; ++i) Eigen::Map<Vector3>(h_[i].data()) = rows.H.row(static_cast<int>(i));
   probe_readings(chassis, rows);

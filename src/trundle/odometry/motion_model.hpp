@@ -78,7 +78,7 @@ class MotionModel {
     WheelVectors by_travel{};                    ///< of by_row, those of the wheels
   };
 
-  /// Wheels first; the gyro's integral and the duration always in the last two places.
+  /// Wheels first; the gyro's integral, the duration and what is scrubbed always in the last three places.
   std::size_t column_of(std::size_t input) const {
     return input < wheels_ ? input : kMaxWheels + (input - wheels_);
   }
@@ -110,6 +110,7 @@ class MotionModel {
   bool with_gyro_ = false;
   /// The gyro's integral and the duration are inputs: of a gyro, or of a velocity, whose turn has a bias.
   bool with_duration_ = false;
+  bool scrubs_ = false;  ///< what skid wheels scrub is an input, the third behind the wheels
   bool square_ = false;
   std::array<Triple, kMaxRows> h_{};
   std::array<Inputs, kMaxRows> reading_{};   ///< Z
@@ -146,6 +147,7 @@ inline std::array<double, 3> MotionModel::twist_by(const Gain& gain, const Incre
     add(gain.by_input[kMaxWheels], increment.gyro_rad);
     add(gain.by_input[kMaxWheels + 1], increment.duration_s);
   }
+  if (scrubs_) add(gain.by_input[kMaxWheels + 2], increment.scrub_turned);
   return {dx, dy, turn};
 }
 

@@ -12,8 +12,8 @@ namespace trundle::odometry {
 template <class Archive, class Increment>
 void persist_increment(Archive& archive, Increment& increment) {
   archive(increment.time_s, increment.duration_s, increment.turned, increment.gyro_rad, increment.has_gyro,
-          increment.gyro_change_rad_s, increment.slip_variance, increment.shaking_m_s2,
-          increment.steering_rad);
+          increment.gyro_change_rad_s, increment.scrub_turned, increment.slip_variance,
+          increment.shaking_m_s2, increment.steering_rad);
 }
 
 /// Plain numbers, without gaps between them.

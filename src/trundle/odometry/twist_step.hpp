@@ -9,8 +9,9 @@
 namespace trundle::odometry {
 
 /// The raw readings of an interval as one vector u: `turned` of each wheel (forward and turn without wheels);
-/// then, where the gyro is used, its integral and the duration. Readings z and twist are linear in it.
-inline constexpr int kMaxInputs = kMaxWheels + 2;
+/// then, where the gyro is used, its integral and the duration; then what skid wheels scrub. Readings z and
+/// twist are linear in it.
+inline constexpr int kMaxInputs = kMaxWheels + 3;
 
 /// The parameters an odometer carries along, and the gyro's bias.
 inline constexpr int kMaxModelParameters = 39;

@@ -32,6 +32,18 @@ Json e_max_json(const CalibrationResult& result) {
           {"after_meaning", result.after_meaning}};
 }
 
+Json offers_json(std::span<const ParameterOffer> offers) {
+  Json list = Json::array();
+  for (const ParameterOffer& offer : offers)
+    list.push_back({{"name", offer.name},
+                    {"value", offer.value},
+                    {"sigma", offer.sigma},
+                    {"log_likelihood_gain", offer.gain},
+                    {"parts", offer.parts},
+                    {"of_halves", offer.of_halves}});
+  return list;
+}
+
 /// The note of a corrected clock, which begins with the key of the robot file, is all that the document says.
 bool says_that_the_clock_was_set(const Json& document) {
   return std::ranges::any_of(document.at("notes"), [](const Json& note) {
@@ -66,6 +78,7 @@ Json calibration_json(const CalibrationResult& result, const Json& provenance) {
                                     {"of_halves", judged->of_halves},
                                     {"given_m", judged->given_m},
                                     {"calibrated_m", judged->calibrated_m}};
+  if (!result.offers.empty()) document["offers"] = offers_json(result.offers);
   document["parameters"] = parameters_json(result);
   document["correlation"] = correlation_json(result);
   document["influence"] = influence_json(result);

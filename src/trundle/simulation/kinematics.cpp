@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 
+#include "trundle/chassis/scrub.hpp"
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/io/error.hpp"
 
@@ -68,6 +69,22 @@ Eigen::MatrixXd twist_solver(const RowBlock& H, double size_m) {
   return solver;
 }
 
+using Turns = std::array<double, kMaxWheels>;
+
+/// What a map of the wheels' turns makes of their travel. Of a robot that does not scrub, the travel itself.
+RowVector of_turns(const Chassis& chassis, const RowVector& travel,
+                   Turns (*map)(const Chassis&, const Turns&)) {
+  if (chassis.scrub == 0.0 || !can_scrub(chassis)) return travel;
+  RowVector mapped = travel;
+  Turns turned{};
+  for (std::size_t i = 0; i < chassis.wheels().size(); ++i)
+    turned[i] = travel[static_cast<int>(i)] / (kPi * chassis.wheels()[i].diameter_m);
+  turned = map(chassis, turned);
+  for (std::size_t i = 0; i < chassis.wheels().size(); ++i)
+    mapped[static_cast<int>(i)] = turned[i] * kPi * chassis.wheels()[i].diameter_m;
+  return mapped;
+}
+
 bool sees_all_directions(const RowBlock& H) {
   return rank_of(H, 1e-9) == 3;
 }
@@ -123,7 +140,9 @@ Twist2 Kinematics::ideal_twist(const Twist2& commanded) const {
 
 RowVector Kinematics::ideal_travel(const Twist2& commanded, double duration_s) const {
   const Rows& rows = steering_ == Steering::odometry ? nominal_rows_ : true_rows_;
-  const RowVector travel = rows.H.topRows(rows.measured) * ideal_twist(commanded).vector();
+  const Chassis& drives = steering_ == Steering::odometry ? nominal_ : truth_;
+  const RowVector ground = rows.H.topRows(rows.measured) * ideal_twist(commanded).vector();
+  const RowVector travel = of_turns(drives, ground, with_scrub);
   if (steering_ == Steering::truth) return travel;
   if (truth_.wheel_count > 0)
     return diameter_ratio_.cwiseProduct(travel);  // the same revolutions of the true wheels
@@ -137,11 +156,13 @@ Motion Kinematics::move(const Twist2& commanded, const RowErrors& errors, double
   if (steering_ == Steering::truth) {
     const Vector3 xi = is_steered_ ? solve({}, errors.lateral, commanded)
                                    : without_skidding(true_rows_, commanded, errors.lateral);
-    return {Twist2::from(xi), H * xi + errors.measured};
+    return {Twist2::from(xi), of_turns(truth_, H * xi, with_scrub) + errors.measured};
   }
   const RowVector asked = ideal_travel(commanded, duration_s);
-  const Vector3 xi = solve(asked - errors.measured, errors.lateral, commanded);
-  const Vector3 xi_without_errors = solve(asked, RowVector::Zero(errors.lateral.size()), commanded);
+  const Vector3 xi =
+      solve(of_turns(truth_, asked - errors.measured, without_scrub), errors.lateral, commanded);
+  const Vector3 xi_without_errors =
+      solve(of_turns(truth_, asked, without_scrub), RowVector::Zero(errors.lateral.size()), commanded);
   return {Twist2::from(xi), asked + errors.measured - H * (xi_without_errors - xi)};
 }
 

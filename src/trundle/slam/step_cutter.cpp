@@ -13,6 +13,7 @@ constexpr double kSameTime_s = 1e-9;
 Increment share_of(Increment increment, double u) {
   increment.duration_s *= u;
   increment.gyro_rad *= u;
+  increment.scrub_turned *= u;
   for (double& turned : increment.turned) turned *= u;
   for (double& variance : increment.slip_variance) variance *= u;
   return increment;

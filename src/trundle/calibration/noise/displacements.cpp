@@ -42,6 +42,7 @@ void add_readings(const Robot& robot, const Redundancy& redundancy, Displacement
         complete && (increment.has_gyro || !robot.chassis.gyro) && !displacement.run->readings.bridged[i];
     sum.duration_s += increment.duration_s;
     sum.gyro_rad += increment.gyro_rad;
+    sum.scrub_turned += increment.scrub_turned;
     for (std::size_t w = 0; w < sum.turned.size(); ++w) {
       sum.turned[w] += increment.turned[w];
       displacement.rolled.turned[w] += std::abs(increment.turned[w]);

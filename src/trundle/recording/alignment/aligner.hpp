@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "trundle/chassis/robot.hpp"
+#include "trundle/chassis/scrub.hpp"
 #include "trundle/recording/alignment/gyro_integral.hpp"
 #include "trundle/recording/alignment/steering_angles.hpp"
 #include "trundle/recording/alignment/wheel_sums.hpp"
@@ -80,6 +81,7 @@ class Aligner {
             self.finished_);
     if (self.gyro_) archive(*self.gyro_);
     if (self.steering_) archive(*self.steering_);
+    if (self.scrub_gauge_.applies()) archive(self.scrub_);
   }
 
  private:
@@ -94,6 +96,8 @@ class Aligner {
   WheelSums wheels_;
   std::optional<GyroIntegral> gyro_;
   std::optional<SteeringAngles> steering_;
+  ScrubGauge scrub_gauge_;
+  ScrubState scrub_;
   std::vector<AccelReading> accel_;    ///< since the last interval's end
   std::optional<WheelSums::Row> end_;  ///< there; nothing before the start
   GyroIntegral::Reading gyro_start_;   ///< there

@@ -101,6 +101,7 @@ class Increments {
   template <class Columns, class Value, class Visitor>
   static void visit(Columns& columns, Value&& increment, std::size_t wheels, const Visitor& visitor) {
     constexpr Increment kUsual;
+    visitor(columns.scrub_turned_, increment.scrub_turned, kUsual.scrub_turned);
     visitor(columns.gyro_rad_, increment.gyro_rad, kUsual.gyro_rad);
     visitor(columns.has_gyro_, increment.has_gyro, kUsual.has_gyro);
     visitor(columns.gyro_change_rad_s_, increment.gyro_change_rad_s, kUsual.gyro_change_rad_s);
@@ -119,6 +120,7 @@ class Increments {
   double first_duration_s_ = 0.0;
   Numbers duration_s_;
   std::array<Numbers, kMaxWheels> turned_;
+  Numbers scrub_turned_;
   Numbers gyro_rad_;
   SparseColumn<bool> has_gyro_;
   Numbers gyro_change_rad_s_;
