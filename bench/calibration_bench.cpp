@@ -12,7 +12,7 @@
 #include <Eigen/Cholesky>
 #include <fmt/core.h>
 
-#include "trundle/calibration/relative_kernel.hpp"
+#include "trundle/calibration/likelihood/relative_kernel.hpp"
 #include "trundle/geometry/pose2.hpp"
 #include "trundle/statistics/random.hpp"
 

@@ -19,7 +19,7 @@
 
 #include "trundle/io/archive.hpp"
 #include "trundle/slam/smoothing/incremental_smoother.hpp"
-#include "trundle/slam/smoothing/minimise.hpp"
+#include "trundle/slam/smoothing/solver/minimise.hpp"
 
 #include "w1.hpp"
 

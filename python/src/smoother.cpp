@@ -4,9 +4,9 @@
 #include <pybind11/stl.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/slam/models/systematic_errors.hpp"
 #include "trundle/slam/smoothing/incremental_smoother.hpp"
 #include "trundle/slam/steps.hpp"
-#include "trundle/slam/systematic_errors.hpp"
 
 #include "binding.hpp"
 #include "call.hpp"

@@ -12,8 +12,8 @@
 
 #include <gtest/gtest.h>
 
-#include "trundle/calibration/defaults.hpp"
-#include "trundle/calibration/estimator.hpp"
+#include "trundle/calibration/problem/defaults.hpp"
+#include "trundle/calibration/solve/estimator.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 #include "held_limits.hpp"

@@ -1,4 +1,4 @@
-#include "trundle/calibration/channel_assignment.hpp"
+#include "trundle/calibration/preparation/channel_assignment.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

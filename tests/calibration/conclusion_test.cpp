@@ -1,4 +1,4 @@
-#include "trundle/calibration/conclusion.hpp"
+#include "trundle/calibration/validation/conclusion.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

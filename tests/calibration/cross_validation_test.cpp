@@ -1,9 +1,9 @@
-#include "trundle/calibration/cross_validation.hpp"
+#include "trundle/calibration/validation/cross_validation.hpp"
 
 #include <gmock/gmock.h>
 
 #include "trundle/calibration/calibrate.hpp"
-#include "trundle/calibration/defaults.hpp"
+#include "trundle/calibration/problem/defaults.hpp"
 #include "trundle/io/error.hpp"
 
 #include "calibration/simulated_runs.hpp"

@@ -6,8 +6,8 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include "trundle/calibration/defaults.hpp"
-#include "trundle/calibration/estimator.hpp"
+#include "trundle/calibration/problem/defaults.hpp"
+#include "trundle/calibration/solve/estimator.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 #include "calibration/simulated_runs.hpp"

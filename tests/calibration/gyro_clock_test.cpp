@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "trundle/calibration/calibrate.hpp"
-#include "trundle/calibration/estimator.hpp"
+#include "trundle/calibration/solve/estimator.hpp"
 
 #include "calibration/simulated_runs.hpp"
 #include "scale.hpp"

@@ -1,4 +1,4 @@
-#include "trundle/calibration/influence.hpp"
+#include "trundle/calibration/validation/influence.hpp"
 
 #include <gtest/gtest.h>
 

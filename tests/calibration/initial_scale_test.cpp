@@ -1,6 +1,6 @@
 // A robot file may be wrong by a gear or by the ticks of a revolution: the fit must not end in another
 // minimum.
-#include "trundle/calibration/initial_scale.hpp"
+#include "trundle/calibration/preparation/initial_scale.hpp"
 
 #include <algorithm>
 

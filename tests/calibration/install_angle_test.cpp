@@ -1,4 +1,4 @@
-#include "trundle/calibration/install_angle.hpp"
+#include "trundle/calibration/install_angle/install_angle.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -10,7 +10,7 @@
 #include <gmock/gmock.h>
 
 #include "trundle/calibration/calibrate.hpp"
-#include "trundle/calibration/relative_likelihood.hpp"
+#include "trundle/calibration/likelihood/relative_likelihood.hpp"
 
 #include "recording/folder.hpp"
 #include "scale.hpp"

@@ -1,4 +1,4 @@
-#include "trundle/calibration/relative_kernel.hpp"
+#include "trundle/calibration/likelihood/relative_kernel.hpp"
 
 #include <vector>
 

@@ -1,5 +1,5 @@
 // The clock of a run's reference, a parameter of that run.
-#include "trundle/calibration/run_clock.hpp"
+#include "trundle/calibration/problem/run_clock.hpp"
 
 #include <cmath>
 
@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "trundle/calibration/calibrate.hpp"
-#include "trundle/calibration/defaults.hpp"
-#include "trundle/calibration/estimator.hpp"
+#include "trundle/calibration/problem/defaults.hpp"
+#include "trundle/calibration/solve/estimator.hpp"
 #include "trundle/geometry/decompositions.hpp"
 
 #include "calibration/simulated_runs.hpp"

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "trundle/calibration/run.hpp"
+#include "trundle/calibration/problem/run.hpp"
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/simulation/scenario.hpp"
 

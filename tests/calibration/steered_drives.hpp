@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "trundle/calibration/defaults.hpp"
-#include "trundle/calibration/estimator.hpp"
+#include "trundle/calibration/problem/defaults.hpp"
+#include "trundle/calibration/solve/estimator.hpp"
 #include "trundle/simulation/scenario.hpp"
 
 #include "chassis/robots.hpp"

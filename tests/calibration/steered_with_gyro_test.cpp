@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include "trundle/calibration/chassis_likelihood.hpp"
-#include "trundle/calibration/preparation.hpp"
+#include "trundle/calibration/likelihood/chassis_likelihood.hpp"
+#include "trundle/calibration/preparation/preparation.hpp"
 
 namespace trundle::calibration {
 namespace {

@@ -7,10 +7,10 @@
 #include <gtest/gtest.h>
 
 #include "trundle/calibration/calibrate.hpp"
-#include "trundle/calibration/defaults.hpp"
-#include "trundle/calibration/estimator.hpp"
-#include "trundle/calibration/relative_likelihood.hpp"
-#include "trundle/calibration/relative_table.hpp"
+#include "trundle/calibration/likelihood/relative_likelihood.hpp"
+#include "trundle/calibration/likelihood/relative_table.hpp"
+#include "trundle/calibration/problem/defaults.hpp"
+#include "trundle/calibration/solve/estimator.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/odometry/integrate.hpp"
 #include "trundle/statistics/distribution.hpp"

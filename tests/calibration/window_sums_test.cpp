@@ -1,9 +1,9 @@
 // Readings summed once over windows say what a pass over the readings says.
-#include "trundle/calibration/window_sums.hpp"
+#include "trundle/calibration/likelihood/window_sums.hpp"
 
 #include <gtest/gtest.h>
 
-#include "trundle/calibration/chassis_likelihood.hpp"
+#include "trundle/calibration/likelihood/chassis_likelihood.hpp"
 
 namespace trundle::calibration {
 namespace {

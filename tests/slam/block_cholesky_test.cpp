@@ -1,4 +1,4 @@
-#include "trundle/slam/smoothing/block_cholesky.hpp"
+#include "trundle/slam/smoothing/solver/block_cholesky.hpp"
 
 #include <set>
 

@@ -1,5 +1,5 @@
 // A sparse system that grows and changes, against the same one solved densely.
-#include "trundle/slam/smoothing/elimination_tree.hpp"
+#include "trundle/slam/smoothing/solver/elimination_tree.hpp"
 
 #include <set>
 

@@ -10,7 +10,7 @@
 #include "trundle/io/archive.hpp"
 #include "trundle/slam/ekf/ekf.hpp"
 #include "trundle/slam/slam.hpp"
-#include "trundle/slam/smoothing/minimise.hpp"
+#include "trundle/slam/smoothing/solver/minimise.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 #include "scale.hpp"

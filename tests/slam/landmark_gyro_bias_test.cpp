@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "trundle/slam/smoothing/calibration/own_biases.hpp"
 #include "trundle/slam/smoothing/landmark_calibration.hpp"
-#include "trundle/slam/smoothing/own_biases.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 #include "calibration/gyro_bias_oracle.hpp"

@@ -1,5 +1,5 @@
 // What is left of terms that are not kept, against the same algebra done densely.
-#include "trundle/slam/smoothing/marginal_prior.hpp"
+#include "trundle/slam/smoothing/solver/marginal_prior.hpp"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "trundle/slam/motion.hpp"
+#include "trundle/slam/models/motion.hpp"
 
 #include <gtest/gtest.h>
 

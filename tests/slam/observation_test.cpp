@@ -1,4 +1,4 @@
-#include "trundle/slam/observation.hpp"
+#include "trundle/slam/models/observation.hpp"
 
 #include <cmath>
 #include <limits>

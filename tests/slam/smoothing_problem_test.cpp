@@ -1,4 +1,4 @@
-#include "trundle/slam/smoothing/smoothing_problem.hpp"
+#include "trundle/slam/smoothing/solver/smoothing_problem.hpp"
 
 #include <gtest/gtest.h>
 

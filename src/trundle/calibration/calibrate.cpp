@@ -6,18 +6,18 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "trundle/calibration/conclusion.hpp"
-#include "trundle/calibration/cross_validation.hpp"
-#include "trundle/calibration/defaults.hpp"
-#include "trundle/calibration/influence.hpp"
 #include "trundle/calibration/noise/learn_noise.hpp"
-#include "trundle/calibration/offer.hpp"
-#include "trundle/calibration/preparation.hpp"
-#include "trundle/calibration/previous_calibration.hpp"
-#include "trundle/calibration/run_clock.hpp"
-#include "trundle/calibration/run_gyro_bias.hpp"
-#include "trundle/calibration/sensor_heading.hpp"
-#include "trundle/calibration/sessions.hpp"
+#include "trundle/calibration/preparation/preparation.hpp"
+#include "trundle/calibration/preparation/sensor_heading.hpp"
+#include "trundle/calibration/problem/defaults.hpp"
+#include "trundle/calibration/problem/run_clock.hpp"
+#include "trundle/calibration/problem/run_gyro_bias.hpp"
+#include "trundle/calibration/validation/conclusion.hpp"
+#include "trundle/calibration/validation/cross_validation.hpp"
+#include "trundle/calibration/validation/influence.hpp"
+#include "trundle/calibration/validation/offer.hpp"
+#include "trundle/calibration/validation/previous_calibration.hpp"
+#include "trundle/calibration/validation/sessions.hpp"
 #include "trundle/io/error.hpp"
 
 namespace trundle::calibration {

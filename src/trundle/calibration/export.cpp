@@ -9,9 +9,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "trundle/calibration/export_noise.hpp"
-#include "trundle/calibration/export_steered.hpp"
-#include "trundle/calibration/export_words.hpp"
+#include "trundle/calibration/exports/export_noise.hpp"
+#include "trundle/calibration/exports/export_steered.hpp"
+#include "trundle/calibration/exports/export_words.hpp"
 #include "trundle/calibration/squares/square.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/io/error.hpp"

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "trundle/calibration/channel_assignment.hpp"
+#include "trundle/calibration/preparation/channel_assignment.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/inspection/clocks.hpp"
 #include "trundle/inspection/counts_read_otherwise.hpp"

@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "trundle/calibration/initial_scale.hpp"
+#include "trundle/calibration/preparation/initial_scale.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/inspection/mirrored_reference.hpp"
 #include "trundle/inspection/reference_turns.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "trundle/calibration/run.hpp"
+#include "trundle/calibration/problem/run.hpp"
 #include "trundle/recording/turns.hpp"
 
 namespace trundle::inspection {

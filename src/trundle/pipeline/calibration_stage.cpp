@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "trundle/calibration/conclusion.hpp"
+#include "trundle/calibration/validation/conclusion.hpp"
 #include "trundle/inspection/findings.hpp"
 #include "trundle/inspection/same_data.hpp"
 #include "trundle/pipeline/calibration_answer.hpp"

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "trundle/calibration/install_angle.hpp"
+#include "trundle/calibration/install_angle/install_angle.hpp"
 #include "trundle/report/provenance.hpp"
 
 namespace trundle::pipeline {

@@ -13,7 +13,7 @@
 #include "trundle/io/words.hpp"
 #include "trundle/pipeline/run_results.hpp"
 #include "trundle/pipeline/stages.hpp"
-#include "trundle/slam/sensor_clock.hpp"
+#include "trundle/slam/models/sensor_clock.hpp"
 
 namespace trundle::pipeline {
 namespace {

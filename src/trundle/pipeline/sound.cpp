@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "trundle/calibration/initial_scale.hpp"
+#include "trundle/calibration/preparation/initial_scale.hpp"
 #include "trundle/io/error.hpp"
 
 namespace trundle::pipeline {

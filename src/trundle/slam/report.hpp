@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "trundle/slam/motion.hpp"
-#include "trundle/slam/observation.hpp"
+#include "trundle/slam/models/motion.hpp"
+#include "trundle/slam/models/observation.hpp"
 
 namespace trundle::slam {
 

@@ -10,7 +10,7 @@
 #include "trundle/io/archive.hpp"
 #include "trundle/slam/fastslam/particle_options.hpp"
 #include "trundle/slam/report.hpp"
-#include "trundle/slam/smoothing/growth.hpp"
+#include "trundle/slam/smoothing/incremental/growth.hpp"
 #include "trundle/slam/steps.hpp"
 
 namespace trundle::slam {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "trundle/slam/motion_sum.hpp"
+#include "trundle/slam/models/motion_sum.hpp"
 #include "trundle/slam/steps.hpp"
 
 namespace trundle::slam {

@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "trundle/calibration/errors_in_variables.hpp"
+#include "trundle/calibration/likelihood/errors_in_variables.hpp"
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/recording/alignment/align.hpp"
-#include "trundle/slam/observation.hpp"
-#include "trundle/slam/systematic_errors.hpp"
+#include "trundle/slam/models/observation.hpp"
+#include "trundle/slam/models/systematic_errors.hpp"
 
 namespace trundle::slam {
 

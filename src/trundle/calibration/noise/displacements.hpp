@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "trundle/calibration/noise/noise_levels.hpp"
-#include "trundle/calibration/run.hpp"
+#include "trundle/calibration/problem/run.hpp"
 #include "trundle/odometry/rolling.hpp"
 
 namespace trundle::calibration {

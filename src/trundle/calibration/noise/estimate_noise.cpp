@@ -5,10 +5,10 @@
 #include <optional>
 #include <vector>
 
+#include "trundle/calibration/likelihood/run_likelihood.hpp"
 #include "trundle/calibration/noise/growth.hpp"
 #include "trundle/calibration/noise/learn_noise.hpp"
 #include "trundle/calibration/noise/level_search.hpp"
-#include "trundle/calibration/run_likelihood.hpp"
 
 namespace trundle::calibration {
 namespace {

@@ -3,7 +3,7 @@
 #include <span>
 
 #include "trundle/calibration/noise/noise_levels.hpp"
-#include "trundle/calibration/run.hpp"
+#include "trundle/calibration/problem/run.hpp"
 
 namespace trundle::calibration {
 

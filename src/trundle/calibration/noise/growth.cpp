@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "trundle/calibration/run_likelihood.hpp"
+#include "trundle/calibration/likelihood/run_likelihood.hpp"
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/statistics/median.hpp"
 

@@ -3,7 +3,7 @@
 #include <optional>
 #include <span>
 
-#include "trundle/calibration/run.hpp"
+#include "trundle/calibration/problem/run.hpp"
 
 namespace trundle::calibration {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "trundle/calibration/noise/noise_levels.hpp"
-#include "trundle/calibration/run.hpp"
+#include "trundle/calibration/problem/run.hpp"
 
 namespace trundle::calibration {
 

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "trundle/calibration/run.hpp"
+#include "trundle/calibration/problem/run.hpp"
 #include "trundle/inspection/inspect.hpp"
 
 namespace trundle::inspection {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "trundle/slam/observation.hpp"
+#include "trundle/slam/models/observation.hpp"
 
 namespace trundle::slam {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "trundle/slam/fastslam/particle_landmark.hpp"
-#include "trundle/slam/motion.hpp"
+#include "trundle/slam/models/motion.hpp"
 
 namespace trundle::slam {
 

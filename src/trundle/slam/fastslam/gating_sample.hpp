@@ -2,7 +2,7 @@
 
 #include "trundle/slam/fastslam/landmark_kernels.hpp"
 #include "trundle/slam/fastslam/particle_map.hpp"
-#include "trundle/slam/pending_motion.hpp"
+#include "trundle/slam/models/pending_motion.hpp"
 
 namespace trundle::slam {
 

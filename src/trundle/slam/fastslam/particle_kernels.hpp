@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "trundle/slam/fastslam/columns.hpp"
-#include "trundle/slam/pending_motion.hpp"
+#include "trundle/slam/models/pending_motion.hpp"
 
 namespace trundle::slam {
 

@@ -2,7 +2,7 @@
 
 #include "trundle/odometry/arc.hpp"
 #include "trundle/simd/scalar.hpp"
-#include "trundle/slam/observation.hpp"
+#include "trundle/slam/models/observation.hpp"
 
 namespace trundle::slam {
 

@@ -2,7 +2,7 @@
 
 #include "trundle/slam/fastslam/ancestry.hpp"
 #include "trundle/slam/fastslam/columns.hpp"
-#include "trundle/slam/pending_motion.hpp"
+#include "trundle/slam/models/pending_motion.hpp"
 #include "trundle/statistics/random.hpp"
 
 namespace trundle::slam {

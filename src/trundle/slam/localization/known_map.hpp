@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 
 #include "trundle/slam/localization/place_grid.hpp"
-#include "trundle/slam/observation.hpp"
+#include "trundle/slam/models/observation.hpp"
 
 namespace trundle::slam {
 

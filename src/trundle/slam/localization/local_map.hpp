@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "trundle/slam/motion.hpp"
-#include "trundle/slam/observation.hpp"
+#include "trundle/slam/models/motion.hpp"
+#include "trundle/slam/models/observation.hpp"
 
 namespace trundle::slam {
 

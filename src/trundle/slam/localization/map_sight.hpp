@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "trundle/slam/localization/known_map.hpp"
-#include "trundle/slam/motion.hpp"
+#include "trundle/slam/models/motion.hpp"
 #include "trundle/slam/report.hpp"
 
 namespace trundle::slam {

@@ -3,7 +3,7 @@
 #include <optional>
 #include <span>
 
-#include "trundle/slam/observation.hpp"
+#include "trundle/slam/models/observation.hpp"
 
 namespace trundle::slam {
 

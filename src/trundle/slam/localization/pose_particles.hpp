@@ -5,7 +5,7 @@
 
 #include "trundle/slam/localization/global_search.hpp"
 #include "trundle/slam/localization/pose_ekf.hpp"
-#include "trundle/slam/pending_motion.hpp"
+#include "trundle/slam/models/pending_motion.hpp"
 #include "trundle/statistics/random.hpp"
 
 namespace trundle::slam {

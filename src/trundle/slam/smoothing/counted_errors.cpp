@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "trundle/slam/smoothing/nth.hpp"
+#include "trundle/slam/models/systematic_errors.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
-#include "trundle/slam/systematic_errors.hpp"
+#include "trundle/slam/smoothing/solver/nth.hpp"
 
 namespace trundle::slam {
 

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "trundle/slam/smoothing/minimise.hpp"
 #include "trundle/slam/smoothing/shown.hpp"
+#include "trundle/slam/smoothing/solver/minimise.hpp"
 #include "trundle/slam/smoothing/track.hpp"
 
 namespace trundle::slam {

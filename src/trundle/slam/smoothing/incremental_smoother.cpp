@@ -2,9 +2,9 @@
 
 #include <utility>
 
-#include "trundle/slam/smoothing/incremental_belief.hpp"
-#include "trundle/slam/smoothing/nth.hpp"
-#include "trundle/slam/systematic_errors.hpp"
+#include "trundle/slam/models/systematic_errors.hpp"
+#include "trundle/slam/smoothing/incremental/incremental_belief.hpp"
+#include "trundle/slam/smoothing/solver/nth.hpp"
 
 namespace trundle::slam {
 namespace {

@@ -6,13 +6,13 @@
 
 #include <fmt/format.h>
 
-#include "trundle/calibration/conclusion.hpp"
-#include "trundle/calibration/defaults.hpp"
-#include "trundle/calibration/preparation.hpp"
-#include "trundle/calibration/run_gyro_bias.hpp"
+#include "trundle/calibration/preparation/preparation.hpp"
+#include "trundle/calibration/problem/defaults.hpp"
+#include "trundle/calibration/problem/run_gyro_bias.hpp"
+#include "trundle/calibration/validation/conclusion.hpp"
 #include "trundle/io/words.hpp"
-#include "trundle/slam/sensor_clock.hpp"
-#include "trundle/slam/smoothing/landmark_noise.hpp"
+#include "trundle/slam/models/sensor_clock.hpp"
+#include "trundle/slam/smoothing/calibration/landmark_noise.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
 
 namespace trundle::slam {

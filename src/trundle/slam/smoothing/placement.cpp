@@ -9,9 +9,9 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/slam/smoothing/counted_errors.hpp"
-#include "trundle/slam/smoothing/minimise.hpp"
 #include "trundle/slam/smoothing/robust_alignment.hpp"
 #include "trundle/slam/smoothing/smoother_start.hpp"
+#include "trundle/slam/smoothing/solver/minimise.hpp"
 
 namespace trundle::slam {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "trundle/geometry/decompositions.hpp"
-#include "trundle/slam/smoothing/minimise.hpp"
+#include "trundle/slam/smoothing/solver/minimise.hpp"
 
 namespace trundle::slam {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "trundle/slam/smoothing/smoothing_problem.hpp"
+#include "trundle/slam/smoothing/solver/smoothing_problem.hpp"
 
 namespace trundle::slam {
 

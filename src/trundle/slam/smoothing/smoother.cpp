@@ -5,10 +5,10 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/slam/smoothing/counted_errors.hpp"
-#include "trundle/slam/smoothing/minimise.hpp"
 #include "trundle/slam/smoothing/re_association.hpp"
 #include "trundle/slam/smoothing/shown.hpp"
 #include "trundle/slam/smoothing/smoother_start.hpp"
+#include "trundle/slam/smoothing/solver/minimise.hpp"
 #include "trundle/slam/smoothing/track.hpp"
 
 namespace trundle::slam {

@@ -3,7 +3,7 @@
 #include "trundle/slam/slam.hpp"
 #include "trundle/slam/smoothing/sensor_score.hpp"
 #include "trundle/slam/smoothing/shown.hpp"
-#include "trundle/slam/smoothing/smoothing_problem.hpp"
+#include "trundle/slam/smoothing/solver/smoothing_problem.hpp"
 
 namespace trundle::slam {
 

@@ -5,7 +5,7 @@
 
 #include <Eigen/LU>
 
-#include "trundle/slam/smoothing/minimise.hpp"
+#include "trundle/slam/smoothing/solver/minimise.hpp"
 #include "trundle/statistics/distribution.hpp"
 #include "trundle/statistics/median.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "trundle/geometry/trajectory.hpp"
-#include "trundle/slam/smoothing/minimise.hpp"
+#include "trundle/slam/smoothing/solver/minimise.hpp"
 
 namespace trundle::slam {
 

@@ -8,10 +8,10 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/slam/smoothing/counted_errors.hpp"
-#include "trundle/slam/smoothing/minimise.hpp"
-#include "trundle/slam/smoothing/nth.hpp"
 #include "trundle/slam/smoothing/placement.hpp"
 #include "trundle/slam/smoothing/smoother_start.hpp"
+#include "trundle/slam/smoothing/solver/minimise.hpp"
+#include "trundle/slam/smoothing/solver/nth.hpp"
 #include "trundle/statistics/median.hpp"
 
 namespace trundle::slam {

@@ -5,7 +5,7 @@
 #include <Eigen/LU>
 
 #include "trundle/geometry/gaussian.hpp"
-#include "trundle/slam/smoothing/minimise.hpp"
+#include "trundle/slam/smoothing/solver/minimise.hpp"
 
 namespace trundle::slam {
 namespace {

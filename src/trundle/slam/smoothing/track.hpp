@@ -6,7 +6,7 @@
 
 #include "trundle/geometry/trajectory.hpp"
 #include "trundle/slam/report.hpp"
-#include "trundle/slam/smoothing/minimise.hpp"
+#include "trundle/slam/smoothing/solver/minimise.hpp"
 #include "trundle/slam/steps.hpp"
 
 namespace trundle::slam {

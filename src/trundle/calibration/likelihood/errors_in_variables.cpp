@@ -1,0 +1,173 @@
+#include "trundle/calibration/likelihood/errors_in_variables.hpp"
+
+#include <cmath>
+
+#include <Eigen/LU>
+
+#include "trundle/geometry/gaussian.hpp"
+#include "trundle/geometry/squared.hpp"
+#include "trundle/odometry/arc.hpp"
+
+namespace trundle::calibration {
+namespace {
+
+/// Over so long a motion is one arc, and noise in it as if it came evenly.
+constexpr double kLongestInterval_s = 0.2;
+
+/// The matrix whose columns are what a linear map makes of the unit vectors.
+template <class Map>
+Matrix3 matrix_of(const Map& map) {
+  Matrix3 matrix;
+  for (int i = 0; i < 3; ++i) {
+    std::array<double, 3> unit{};
+    unit[static_cast<std::size_t>(i)] = 1.0;
+    const std::array<double, 3> column = map(unit);
+    matrix.col(i) = Eigen::Map<const Vector3>(column.data());
+  }
+  return matrix;
+}
+
+}  // namespace
+
+ReadingErrors ReadingErrors::mapped(const Matrix3& map) const {
+  ReadingErrors result{map * sensitivity, Eigen::Matrix3Xd::Zero(3, covariance.cols())};
+  for (Eigen::Index at = 0; at < sensitivity.cols(); at += 3) {
+    auto C = result.sensitivity.middleCols<3>(at);
+    C = (C * map.transpose()).eval();
+  }
+  for (Eigen::Index i = 0; 3 * i < covariance.cols(); ++i) {
+    const Matrix3 T = map * covariance.middleCols<3>(3 * i) * map.transpose();
+    for (Eigen::Index k = 0; k < 3; ++k) result.covariance.middleCols<3>(3 * k) += map(k, i) * T;
+  }
+  return result;
+}
+
+SensitivityErrors::SensitivityErrors(const Robot& robot, std::span<const Parameter> parameters,
+                                     const Pose2& pose, std::optional<double> gyro_noise_rad_s_sqrt_hz)
+    : weighing_(robot.chassis),
+      chassis_(robot.chassis),
+      parameters_(parameters.begin(), parameters.end()),
+      covariance_(parameters.size(), Matrix3::Zero()),
+      third_(Eigen::Matrix<double, 3, 9>::Zero()),
+      from_(pose) {
+  prepare(weighing_, rows_of(weighing_, weighing_.gyro.has_value()));
+  if (chassis_.gyro && gyro_noise_rad_s_sqrt_hz)
+    chassis_.gyro->noise_rad_s_sqrt_hz = *gyro_noise_rad_s_sqrt_hz;
+}
+
+void SensitivityErrors::prepare(const Chassis& chassis, const Rows& rows) {
+  rows_ = rows;
+  const RowVector weight = weighing_variances(chassis, rows, 1.0, 1.0).cwiseInverse();
+  const ByReading HtW = rows.H.transpose() * weight.asDiagonal();
+  pose_ = (HtW * rows.H).inverse() * HtW;
+  sensitivity_.clear();
+  for (const Parameter& parameter : parameters_) {
+    const RowVector growth = reading_growth(parameter, chassis, rows);
+    const RowMatrix dH = row_derivative(parameter, chassis, rows);
+    sensitivity_.emplace_back(pose_ * growth.asDiagonal() - pose_ * dH * pose_);
+  }
+}
+
+void SensitivityErrors::follow(const Increment& increment, const Pose2& pose) {
+  if (covariance_.empty()) return;
+  ways_.duration_s += increment.duration_s;
+  for (std::size_t i = 0; i < ways_.turned.size(); ++i) {
+    ways_.turned[i] += std::abs(increment.turned[i]);
+    net_.turned[i] += increment.turned[i];
+  }
+  ways_.steering_rad = increment.steering_rad;
+  complete_ = complete_ && (increment.has_gyro || !chassis_.gyro);
+  if (ways_.duration_s >= kLongestInterval_s - 1e-9) close(pose);
+}
+
+// Of what the sensors read wrong. Where a robot slides, sideways or scrubbing on skid wheels, its readings
+// are right and the ground moves otherwise; and what a heading misses beyond the gyro's own noise is of
+// clocks and of the reference. Neither is an error of the sensitivity.
+RowVector SensitivityErrors::variance_of_readings() const {
+  RowVector variance = readings_of(chassis_, rows_, ways_).variance;
+  for (int i = 0; i < rows_.count(); ++i) {
+    const Row& row = rows_.row[static_cast<std::size_t>(i)];
+    const bool skids = row.kind == RowKind::wheel &&
+                       chassis_.wheels()[static_cast<std::size_t>(row.wheel)].kind == WheelKind::skid;
+    if (skids || i >= rows_.measured) variance[i] = 0.0;
+  }
+  return variance;
+}
+
+/// By the length of what is read: ∂V/∂|z|.
+RowVector SensitivityErrors::growth_of_variance() const {
+  RowVector growth = RowVector::Zero(rows_.count());
+  for (int i = 0; i < rows_.measured; ++i) {
+    const Row& row = rows_.row[static_cast<std::size_t>(i)];
+    const ChassisNoise& noise = chassis_.noise;
+    if (row.kind == RowKind::wheel)
+      growth[i] = rolling_variance(chassis_, static_cast<std::size_t>(row.wheel), 1.0);
+    if (row.kind == RowKind::forward) growth[i] = squared(noise.wheel_per_sqrt_m);
+    if (row.kind == RowKind::turn) growth[i] = squared(noise.turn_per_sqrt_rad);
+  }
+  return growth;
+}
+
+Matrix3 SensitivityErrors::noise_of(const std::array<double, kMaxWheels>& turned) const {
+  Increment ways;
+  ways.turned = turned;
+  ways.steering_rad = ways_.steering_rad;
+  const RowVector variance =
+      growth_of_variance().cwiseProduct(readings_of(chassis_, rows_, ways).z.cwiseAbs());
+  return pose_ * variance.asDiagonal() * pose_.transpose();
+}
+
+void SensitivityErrors::close(const Pose2& pose) {
+  if (ways_.duration_s <= 0.0) return;
+  const Twist2 twist = log(from_.inverse() * pose);
+  const ArcStep arc(from_.heading, {twist.dx, twist.dy, twist.dtheta});
+  const Matrix3 F = matrix_of([&](const std::array<double, 3>& v) { return arc.carry(v); });
+  const Matrix3 M = matrix_of([&](const std::array<double, 3>& v) { return arc.map(v); });
+  if (is_steered(weighing_))
+    prepare(at_steering(weighing_, ways_), rows_at(weighing_, ways_, weighing_.gyro.has_value()));
+  const RowVector variance = variance_of_readings();
+  // V ∂V/∂z: where a reading is too large, so is the variance that it is said to have.
+  const RowVector third = variance.cwiseProduct(growth_of_variance())
+                              .cwiseProduct(readings_of(chassis_, rows_, net_).z.cwiseSign());
+  const ByReading by = M * pose_;
+  third_ = ReadingErrors{Eigen::Matrix3Xd(3, 0), third_}.mapped(F).covariance;
+  for (Eigen::Index k = 0; k < 3; ++k)
+    third_.middleCols<3>(3 * k) +=
+        by * third.cwiseProduct(by.row(k).transpose()).asDiagonal() * by.transpose();
+  for (std::size_t j = 0; j < covariance_.size(); ++j) {
+    covariance_[j] = (F * covariance_[j] * F.transpose()).eval();
+    if (!complete_) continue;  // it would be weighed otherwise; and little is left out
+    covariance_[j] +=
+        M * (sensitivity_[j] * variance.asDiagonal() * pose_.transpose()).eval() * M.transpose();
+  }
+  from_ = pose;
+  ways_ = {};
+  net_ = {};
+  complete_ = true;
+}
+
+PoseSensitivity SensitivityErrors::revealed(const Vector3& weighed_innovation, const Pose2& pose) {
+  close(pose);
+  PoseSensitivity result(3, static_cast<Eigen::Index>(covariance_.size()));
+  for (std::size_t j = 0; j < covariance_.size(); ++j)
+    result.col(static_cast<Eigen::Index>(j)) = covariance_[j] * weighed_innovation;
+  return result;
+}
+
+void SensitivityErrors::correct(const Matrix3& keep, const Pose2& pose) {
+  for (Matrix3& covariance : covariance_) covariance = (keep * covariance * keep.transpose()).eval();
+  from_ = pose;
+}
+
+ReadingErrors SensitivityErrors::take(const Pose2& pose) {
+  close(pose);
+  ReadingErrors errors{Eigen::Matrix3Xd(3, 3 * covariance_.size()), third_};
+  for (std::size_t j = 0; j < covariance_.size(); ++j)
+    errors.sensitivity.middleCols<3>(3 * static_cast<Eigen::Index>(j)) = covariance_[j];
+  for (Matrix3& covariance : covariance_) covariance.setZero();
+  third_.setZero();
+  from_ = {};
+  return errors.mapped(world_from_body_axes(pose).transpose());
+}
+
+}  // namespace trundle::calibration

@@ -1,0 +1,213 @@
+#include "trundle/calibration/likelihood/likelihood.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+
+#include "trundle/calibration/likelihood/chassis_likelihood.hpp"
+#include "trundle/calibration/likelihood/gyro_bias_spread.hpp"
+#include "trundle/calibration/likelihood/relative_likelihood.hpp"
+#include "trundle/calibration/problem/run_gyro_bias.hpp"
+#include "trundle/io/interruption.hpp"
+
+namespace trundle::calibration {
+namespace {
+
+// A variance from so many blocks is known to √(2/12): their scatter, a sigma, to a fifth.
+constexpr std::size_t kFewestBlocks = 12;
+// Of relative motions before their residuals are looked at: 1 cm and 0.6°, as of a scan matcher.
+constexpr double kUsualRelativeVariance = 1e-4;
+
+/// Of so many parameters: it says nothing of those behind its own.
+void append(std::vector<Information>& all, Eigen::Index parameters, const std::vector<Information>& more) {
+  for (const Information& information : more) {
+    if (information.count == 0) continue;
+    all.push_back(information);
+    const Eigen::Index missing = parameters - information.gradient.size();
+    if (missing == 0) continue;
+    all.back().matrix.conservativeResizeLike(Eigen::MatrixXd::Zero(parameters, parameters));
+    all.back().gradient.conservativeResizeLike(Eigen::VectorXd::Zero(parameters));
+  }
+}
+
+/// Which readings belong to a motion, and what they are, is fixed unless an offset of clocks is estimated; of
+/// wheels that scrub there is no table.
+std::vector<std::optional<RelativeTable>> relative_tables(const CalibrationProblem& problem) {
+  std::vector<std::optional<RelativeTable>> tables(problem.runs.size());
+  if (contains(problem.parameters, ParameterKind::time_offset) ||
+      contains(problem.parameters, ParameterKind::gyro_time_offset) ||
+      contains(problem.parameters, ParameterKind::scrub) || problem.nominal.chassis.scrub != 0.0)
+    return tables;
+  std::ranges::transform(problem.runs, tables.begin(),
+                         [&](const Run& run) { return relative_table(run, problem.nominal); });
+  return tables;
+}
+
+/// Of one run: in one fast pass where a table holds the whole problem, else motion by motion.
+std::vector<Information> relative_information_of(const Likelihood& likelihood, const Run& run,
+                                                 std::size_t index, const Robot& robot,
+                                                 std::span<const Parameter> parameters) {
+  const Matrix3 W = likelihood.relative_covariance[index].inverse();
+  const auto blocks = static_cast<std::size_t>(likelihood.blocks_of_a_run());
+  if (likelihood.relative_table[index])
+    return relative_information(*likelihood.relative_table[index], robot, parameters, {W, likelihood.gate},
+                                blocks);
+  std::vector<Information> result;
+  result.reserve(blocks);
+  for (std::size_t i = 0; i < blocks; ++i)
+    result.push_back(Information::zero(static_cast<Eigen::Index>(parameters.size())));
+  const RelativeResiduals r = relative_residuals(run, robot, parameters);
+  for (std::size_t i = 0; i < r.residual.size(); ++i)
+    add_within(result[i * blocks / r.residual.size()], r.jacobian[i], W, r.residual[i], likelihood.gate);
+  return result;
+}
+
+/// Of the gyro's readings alone: what heading misses beyond that is of clocks and of the reference.
+std::optional<double> own_gyro_noise(const CalibrationProblem& problem) {
+  const std::optional<Gyro>& gyro = problem.nominal.chassis.gyro;
+  return gyro ? std::optional(gyro->noise_rad_s_sqrt_hz) : std::nullopt;
+}
+
+/// The clock of its reference is the last parameter, and moves nothing else that was measured.
+std::size_t without_clock(std::span<const Parameter> parameters, std::span<const OwnParameter> own) {
+  const bool has_clock = !own.empty() && own.back().parameter.kind == ParameterKind::time_offset;
+  return parameters.size() - (has_clock ? 1 : 0);
+}
+
+RunInformation information_of(const Likelihood& likelihood, const Run& run, std::size_t index,
+                              const Robot& robot) {
+  const std::vector<OwnParameter> own = likelihood.own_of(run);
+  const std::vector<Parameter> all = with_own(likelihood.problem.parameters, own);
+  const auto n = static_cast<Eigen::Index>(all.size());
+  const auto parameters = std::span(all).first(without_clock(all, own));
+  const Robot rounding = noisy_robot(robot, likelihood);  // which is that of a window, but of no interval
+  const Robot noisy = without_rounding(rounding);
+  const int blocks = likelihood.blocks_of_a_run();
+  const std::optional<double> gyro_noise = own_gyro_noise(likelihood.problem);
+  RunInformation result;
+  RunLikelihood stream = stream_likelihood(run, noisy, all,
+                                           {.reference_noise = likelihood.noise.levels.reference,
+                                            .blocks = blocks,
+                                            .gyro_noise_rad_s_sqrt_hz = gyro_noise,
+                                            .gate = likelihood.gate});
+  append(result.blocks, n, stream.blocks);
+  append(result.blocks, n, partial_likelihood(run, noisy, parameters, gyro_noise).blocks);
+  append(result.blocks, n,
+         chassis_likelihood(run, rounding, parameters,
+                            {.blocks = blocks,
+                             .variance_factor = likelihood.redundancy_factor,
+                             .gate = likelihood.gate,
+                             .sums = likelihood.sums_of(index)}));
+  if (!run.relative_motions.empty())
+    append(result.blocks, n, relative_information_of(likelihood, run, index, noisy, parameters));
+  result.outliers = std::move(stream.outliers);
+  return result;
+}
+
+/// All that is kept of the run's readings.
+void move_gyro_bias(double step_rad_s, std::size_t index, Likelihood& likelihood) {
+  Run& run = likelihood.problem.runs[index];
+  calibration::move_gyro_bias(step_rad_s, run);
+  if (!likelihood.clocked.empty()) calibration::move_gyro_bias(step_rad_s, likelihood.clocked[index]);
+  if (likelihood.relative_table[index])
+    likelihood.relative_table[index] = relative_table(run, likelihood.problem.nominal);
+  if (index >= likelihood.window_sums.size() || !likelihood.window_sums[index]) return;
+  calibration::move_gyro_bias(step_rad_s, likelihood.window_sums[index]->windows);
+  calibration::move_gyro_bias(step_rad_s, likelihood.window_sums[index]->parts);
+}
+
+}  // namespace
+
+int Likelihood::blocks_of_a_run() const {
+  const std::size_t runs = problem.runs.size();
+  return runs >= kFewestBlocks ? 1 : static_cast<int>((kFewestBlocks + runs - 1) / runs);
+}
+
+const WindowSums* Likelihood::sums_of(std::size_t run) const {
+  return run < window_sums.size() && window_sums[run] ? &*window_sums[run] : nullptr;
+}
+
+Likelihood likelihood_of(const CalibrationProblem& problem) {
+  const std::size_t runs = problem.runs.size();
+  Likelihood likelihood{
+      .problem = problem,
+      .noise = {noise_levels_of(problem.nominal)},
+      .relative_covariance = std::vector<Matrix3>(runs, Matrix3::Identity() * kUsualRelativeVariance),
+      .run_weight = std::vector<double>(runs, 1.0),
+      .gyro_bias_spread_rad_s = given_gyro_bias_spread(problem),
+      .relative_table = relative_tables(problem),
+      .window_sums = {},
+      .clocked = {}};
+  if (contains(problem.parameters, ParameterKind::gyro_time_offset))
+    likelihood.clocked.assign(problem.runs.begin(), problem.runs.end());
+  else
+    for (const Run& run : problem.runs)
+      likelihood.window_sums.push_back(
+          window_sums(run, problem.nominal.chassis, ChassisLikelihoodOptions{}.window_s));
+  return likelihood;
+}
+
+std::vector<OwnParameter> Likelihood::own_of(const Run& run) const {
+  std::vector<OwnParameter> own;
+  if (gyro_bias_spread_rad_s > 0.0 && run.shows_gyro_bias())
+    own.push_back({kGyroBias, gyro_bias_spread_rad_s, run.gyro_bias_moved_rad_s});
+  if (seeks_clock(run)) own.push_back({{ParameterKind::time_offset, -1}, kClockPrior_s, run.clock_moved_s});
+  return own;
+}
+
+void set_own_parameters(const Robot& robot, Likelihood& likelihood) {
+  for (Run& run : likelihood.clocked) set_gyro_clock(robot, run);
+  for (std::size_t i = 0; i < likelihood.problem.runs.size(); ++i) {
+    const std::vector<OwnParameter> own = likelihood.own_of(likelihood.runs()[i]);
+    if (own.empty()) continue;
+    const auto n = likelihood.problem.size() + static_cast<Eigen::Index>(own.size());
+    const OwnStep step = own_step(information_of(likelihood, likelihood.runs()[i], i, robot).total(n), own);
+    for (std::size_t j = 0; j < own.size(); ++j) {
+      const auto k = static_cast<Eigen::Index>(j);
+      if (own[j].parameter == kGyroBias) {
+        move_gyro_bias(step.step[k], i, likelihood);
+        continue;
+      }
+      const ClockStep clock{step.step[k], std::sqrt(step.covariance(k, k))};
+      move_clock(clock, robot, likelihood.problem.runs[i]);
+      if (!likelihood.clocked.empty()) move_clock(clock, robot, likelihood.clocked[i]);
+    }
+  }
+}
+
+Robot noisy_robot(const Robot& robot, const Likelihood& likelihood) {
+  return with_noise_of_readings(with_noise(robot, likelihood.noise.levels),
+                                likelihood.problem.nominal.chassis);
+}
+
+Information RunInformation::total(Eigen::Index parameters) const {
+  Information sum = Information::zero(parameters);
+  for (const Information& block : blocks) sum.add(block);
+  return sum;
+}
+
+RunInformation information_with_own(const Likelihood& likelihood, std::size_t index, const Robot& robot) {
+  if (likelihood.clocked.empty()) return information_of(likelihood, likelihood.runs()[index], index, robot);
+  Run run = likelihood.runs()[index];
+  set_gyro_clock(robot, run);
+  return information_of(likelihood, run, index, robot);
+}
+
+RunInformation run_information(const Likelihood& likelihood, std::size_t index, const Robot& robot) {
+  RunInformation information = information_with_own(likelihood, index, robot);
+  information.blocks = without_own(information.blocks, likelihood.own_of(likelihood.runs()[index]));
+  return information;
+}
+
+Information total_information(const Likelihood& likelihood, const Robot& robot) {
+  Information total = Information::zero(likelihood.problem.size());
+  for (std::size_t i = 0; i < likelihood.runs().size(); ++i) {
+    check_interruption();
+    for (const Information& block : run_information(likelihood, i, robot).blocks)
+      total.add(block, likelihood.run_weight[i]);
+  }
+  return total;
+}
+
+}  // namespace trundle::calibration

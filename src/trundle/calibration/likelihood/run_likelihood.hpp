@@ -1,0 +1,60 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "trundle/calibration/likelihood/information.hpp"
+#include "trundle/calibration/noise/noise_levels.hpp"
+#include "trundle/calibration/problem/run.hpp"
+#include "trundle/chassis/parameter.hpp"
+
+namespace trundle::calibration {
+
+/// One epoch where odometry and reference disagree by more than chance.
+struct OutlyingEpoch {
+  double time_s = 0.0;
+  bool jump = false;  ///< the reference stays displaced: the run is continued from its new place
+};
+
+/// How far odometry and reference are apart at an epoch, given what was known before it.
+struct Innovation {
+  double time_s = 0.0;
+  double squared_mahalanobis = 0.0;
+  double log_determinant = 0.0;          ///< of its covariance
+  Vector3 normalised = Vector3::Zero();  ///< each over its own sigma; zero where not measured
+  int count = 0;                         ///< of scalars measured
+};
+
+/// What a run says about the parameters.
+struct RunLikelihood {
+  std::vector<Information> blocks;  ///< consecutive parts of the run, their residuals independent
+  std::vector<OutlyingEpoch> outliers;
+  std::vector<Innovation> innovations;  ///< of the epochs that are not outliers
+
+  Information total() const;
+};
+
+struct LikelihoodOptions {
+  ReferenceNoise reference_noise;
+  int blocks = 1;  ///< into which the run is cut, one Information for each
+  /// Of its readings alone; nothing: the robot's, which may also count what heading misses beyond it.
+  std::optional<double> gyro_noise_rad_s_sqrt_hz = {};
+  double gate = 1e9;  ///< epochs with a larger squared Mahalanobis innovation are outliers
+};
+
+/// The exact likelihood of a run under white odometry noise and white reference noise, in innovation form: a
+/// Kalman filter follows the reference, and each innovation with its sensitivity to the parameters, carried
+/// through the integration in the same pass, is one independent residual. With little odometry noise it
+/// compares whole runs, with much of it short stretches. docs/theory/calibration.md, eq. 3-6.
+RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
+                                const LikelihoodOptions& options);
+
+/// Where the body stands at an epoch, which the run must have: the mean of the reference over the time
+/// that the robot stands there; without headings in the reference, heading by the course over the ground.
+Pose2 body_at(const Run& run, std::size_t epoch, const Robot& robot);
+
+/// The likelihood of what was measured of the run as a whole (PartialReference).
+RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
+                                 std::optional<double> gyro_noise_rad_s_sqrt_hz = {});
+
+}  // namespace trundle::calibration

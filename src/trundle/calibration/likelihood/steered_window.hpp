@@ -1,0 +1,32 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "trundle/calibration/likelihood/contradiction.hpp"
+
+namespace trundle::calibration {
+
+/// Sums up over intervals what no motion explains of steered wheels, which is another combination of readings
+/// at every angle: of each interval the one that is nearest to that with which the window began. That a wheel
+/// does not skid is a reading as well: of its angle. docs/theory/calibration.md, eq. 7a.
+class SteeredWindow {
+ public:
+  SteeredWindow(const Chassis& chassis, std::span<const Parameter> parameters)
+      : chassis_(chassis), parameters_(parameters) {}
+
+  /// Whether its rows can be compared; if not, it is not taken.
+  bool take(const Increment& increment);
+  /// What was summed up; it begins anew.
+  std::optional<Contradiction> close();
+  double duration_s() const { return duration_s_; }
+
+ private:
+  const Chassis& chassis_;
+  std::span<const Parameter> parameters_;
+  Combinations P_;  ///< of its first interval
+  std::optional<Contradiction> sum_;
+  double duration_s_ = 0.0;
+};
+
+}  // namespace trundle::calibration

@@ -1,0 +1,142 @@
+#include "trundle/calibration/preparation/initial_scale.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "trundle/chassis/parameter.hpp"
+#include "trundle/odometry/odometer.hpp"
+#include "trundle/recording/csv/units.hpp"
+
+namespace trundle::calibration {
+namespace {
+
+struct Stretch {
+  double ratio;
+  double length_m;  ///< by the wheels
+  double turn_rad;
+};
+
+/// From epoch to epoch, as far as both ways of telling have it: chords of the reference sensor's path, for
+/// which no heading is needed.
+void add_stretches(const Run& run, const Robot& robot, std::vector<Stretch>& stretches) {
+  Odometer odometer(robot, {});
+  const auto sensor_at = [&](const Pose2& body) { return body * robot.body_from_reference.translation(); };
+  Pose2 before;
+  ReferenceSample seen_before;
+  std::size_t done = 0;
+  for (std::size_t k = 0; k < run.epochs.size(); ++k) {
+    for (; done < run.epochs[k]; ++done) odometer.step(run.readings.increments[done]);
+    const Pose2 now = odometer.pose();
+    const ReferenceSample seen =
+        sample_reference(run.reference, run.epoch_time(k) - robot.reference_time_offset_s);
+    if (seen.has_position() && seen_before.has_position()) {
+      const double sensor_m = (sensor_at(now) - sensor_at(before)).norm();
+      const double moved_m = (seen.value - seen_before.value).head<2>().norm();
+      const double rolled_m = (now.translation() - before.translation()).norm();
+      const double turn_rad = std::abs(wrap_angle(now.heading - before.heading));
+      if (rolled_m > 0.0 && sensor_m > 0.0) stretches.push_back({moved_m / sensor_m, rolled_m, turn_rad});
+    }
+    before = now;
+    seen_before = seen;
+  }
+}
+
+/// All stretches by their ratios.
+std::vector<Stretch> stretches_of(std::span<const Run> runs, const Robot& robot) {
+  std::vector<Stretch> stretches;
+  for (const Run& run : runs) add_stretches(run, robot, stretches);
+  std::ranges::sort(stretches, {}, &Stretch::ratio);
+  return stretches;
+}
+
+/// The ratio that a share of the length rolled does not exceed.
+std::optional<double> quantile(const std::vector<Stretch>& stretches, double share) {
+  double left_m = 0.0;
+  for (const Stretch& stretch : stretches) left_m += share * stretch.length_m;
+  for (const Stretch& stretch : stretches)
+    if ((left_m -= stretch.length_m) <= 0.0) return stretch.ratio;
+  return std::nullopt;
+}
+
+/// A length in it was taken for metres: of the reference, or of the wheels.
+struct LengthUnit {
+  std::string_view name;
+  std::string_view symbol;  ///< in recording.toml
+};
+constexpr LengthUnit kLengthUnits[] = {
+    {"millimetres", "mm"}, {"centimetres", "cm"}, {"inches", "in"}, {"feet", "ft"}, {"kilometres", "km"}};
+
+/// By which a reference moves so many times as far as the wheels; null: none.
+const LengthUnit* unit_of(double times) {
+  constexpr double kSameSize = 1.3;  // wheels are as large as the robot file says to within that
+  for (const LengthUnit& unit : kLengthUnits) {
+    const double metres = factor_of(unit.symbol, "x_m").value();
+    for (const double ratio : {times * metres, times / metres})
+      if (ratio < kSameSize && ratio > 1.0 / kSameSize) return &unit;
+  }
+  return nullptr;
+}
+
+bool is_far_off(double scale) {
+  constexpr double kFarOff = 1.2;  // four prior sigmas of a diameter: Gauss–Newton starts right within that
+  return scale >= kFarOff || scale <= 1.0 / kFarOff;
+}
+
+}  // namespace
+
+std::optional<double> initial_scale(std::span<const Run> runs, const Robot& robot) {
+  constexpr int kMostRounds = 5;  // chords of curves do not grow in proportion: once more where still far off
+  const std::optional<double> first = quantile(stretches_of(runs, robot), 0.5);
+  double scale = first.value_or(1.0);
+  Robot scaled = robot;
+  std::optional<double> ratio = first;
+  for (int round = 0; round < kMostRounds && ratio && *ratio > 0.0; ++round) {
+    if (!is_far_off(*ratio)) return scale;
+    scale_wheels(*ratio, scaled);
+    ratio = quantile(stretches_of(runs, scaled), 0.5);
+    scale *= ratio.value_or(1.0);
+  }
+  return first;
+}
+
+bool stretches_agree(std::span<const Run> runs, const Robot& given) {
+  constexpr double kLargestSpread = 1.3;  // of the middle half of what was rolled
+  // Wheels that roll too far wind the chords of their stretches up: they are looked at as the reference has
+  // them. (The place of the reference only makes it move farther.)
+  Robot robot = given;
+  if (const double scale = initial_scale(runs, given).value_or(1.0); scale > 0.0 && scale < 1.0)
+    scale_wheels(scale, robot);
+  const std::vector<Stretch> stretches = stretches_of(runs, robot);
+  double lever_m = 0.0, rolled_m = 0.0, turned_m = 0.0;
+  for (const Wheel& wheel : robot.chassis.wheels())
+    lever_m = std::max(lever_m, std::hypot(wheel.x_m, wheel.y_m));
+  for (const Stretch& stretch : stretches) {
+    rolled_m += stretch.length_m;
+    turned_m += stretch.turn_rad * lever_m;
+  }
+  const auto low = quantile(stretches, 0.25), high = quantile(stretches, 0.75);
+  return low && high && *high < kLargestSpread * *low && rolled_m > turned_m;
+}
+
+std::optional<ScaleFault> scale_fault(std::span<const Run> runs, const Robot& robot) {
+  const auto scale = initial_scale(runs, robot);
+  if (!scale || *scale == 0.0 || !is_far_off(*scale)) return std::nullopt;
+  const bool is_of_size = std::ranges::any_of(robot.chassis.wheels(), [&](const Wheel& wheel) {
+    const double diameter_m = *scale * std::abs(wheel.diameter_m);
+    return diameter_m < kLeastDiameter_m || diameter_m > kGreatestDiameter_m;
+  });
+  const bool is_of_unit = is_of_size || (robot.chassis.wheels().empty() && unit_of(*scale) != nullptr);
+  const LengthUnit* const unit = is_of_unit ? unit_of(*scale) : nullptr;
+  payload::LengthRatio ratio{.factor = *scale};
+  if (unit != nullptr) ratio = {*scale, unit->name, unit->symbol};
+  return ScaleFault{*scale, is_of_unit, ratio};
+}
+
+void scale_wheels(double factor, Robot& robot) {
+  for (const Parameter& parameter : parameters_of(robot))
+    if (parameter.kind == ParameterKind::diameter || parameter.kind == ParameterKind::velocity_forward_scale)
+      set_value(parameter, factor * value_of(parameter, robot), robot);
+}
+
+}  // namespace trundle::calibration

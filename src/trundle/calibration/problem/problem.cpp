@@ -1,0 +1,26 @@
+#include "trundle/calibration/problem/problem.hpp"
+
+#include <algorithm>
+
+namespace trundle::calibration {
+
+Eigen::VectorXd prior_sigmas(std::span<const Parameter> parameters, const Robot& nominal) {
+  Eigen::VectorXd sigmas(static_cast<Eigen::Index>(parameters.size()));
+  for (std::size_t j = 0; j < parameters.size(); ++j)
+    sigmas[static_cast<Eigen::Index>(j)] = prior_sigma(parameters[j], nominal);
+  return sigmas;
+}
+
+bool contains(std::span<const Parameter> parameters, ParameterKind kind) {
+  return std::ranges::find(parameters, kind, &Parameter::kind) != parameters.end();
+}
+
+void move(std::span<const Parameter> parameters, const Eigen::VectorXd& step, Robot& robot) {
+  for (std::size_t j = 0; j < parameters.size(); ++j) {
+    const double value = value_of(parameters[j], robot);
+    const double moved = value + step[static_cast<Eigen::Index>(j)];
+    if (moved != value) set_value(parameters[j], moved, robot);
+  }
+}
+
+}  // namespace trundle::calibration

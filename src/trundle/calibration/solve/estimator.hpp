@@ -1,0 +1,35 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "trundle/calibration/likelihood/gyro_bias_spread.hpp"
+#include "trundle/calibration/problem/problem.hpp"
+#include "trundle/calibration/solve/observability.hpp"
+#include "trundle/calibration/solve/scores.hpp"
+#include "trundle/statistics/descent.hpp"
+
+namespace trundle::calibration {
+
+/// Maximum-likelihood parameters of a robot from runs, with the evidence.
+struct Estimate {
+  Robot robot;  ///< with the parameters found
+  NoiseEstimate noise;
+  GyroBiasSpread gyro_bias_spread = {};
+  EstimableSpace space;
+  Eigen::MatrixXd covariance;  ///< of all parameters in their own units; zero rows where held
+  double dispersion = 1.0;     ///< by which the runs scatter more than their noise: part of the covariance
+  int degrees_of_freedom = 0;  ///< behind the dispersion
+  std::vector<RunEvidence> runs;
+  /// Of the gyro in each run, where runs have biases of their own; nothing: the run does not show it.
+  std::vector<std::optional<GyroBias>> gyro_biases = {};
+  Descent descent;
+  bool measures_length = false;  ///< the runs were measured in metres, from outside
+};
+
+/// Gauss–Newton on the information of all runs, in the space that they can determine; noise levels and
+/// weights of outlying runs are found in between. docs/theory/calibration.md.
+[[nodiscard]] Estimate estimate_parameters(const CalibrationProblem& problem);
+
+}  // namespace trundle::calibration

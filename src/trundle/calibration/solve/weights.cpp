@@ -1,0 +1,68 @@
+#include "trundle/calibration/solve/weights.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "trundle/calibration/likelihood/chassis_likelihood.hpp"
+#include "trundle/calibration/likelihood/relative_likelihood.hpp"
+#include "trundle/statistics/median.hpp"
+
+namespace trundle::calibration {
+namespace {
+
+constexpr double kWindow_s = ChassisLikelihoodOptions{}.window_s;  // over which the likelihood sums it
+constexpr std::array kLongerWindows_s = {4.0 * kWindow_s, 16.0 * kWindow_s};
+// A variance from so many is known to √(2/10), a weight to a fifth.
+constexpr int kFewestWindows = 10;
+// Parts of a run, of three windows at least, whose variances the median is taken of.
+constexpr double kWindowsOfABlock = 3.0;
+constexpr int kMostBlocks = 20;  // for a median that ten bad ones do not move
+
+/// How much larger than the readings' noise that is which no motion explains, summed over windows: the median
+/// over blocks of the runs. Nothing where runs are too short for such windows.
+std::optional<double> redundancy_factor(const Robot& robot, const Likelihood& likelihood, double window_s) {
+  std::vector<double> factors;
+  int windows = 0;
+  const Robot noisy = noisy_robot(robot, likelihood);
+  for (const Run& run : likelihood.runs()) {
+    const auto& increments = run.readings.increments;
+    const double duration_s = increments.empty() ? 0.0 : increments.back().time_s - run.readings.start_s;
+    const int blocks =
+        std::clamp(static_cast<int>(duration_s / (kWindowsOfABlock * window_s)), 1, kMostBlocks);
+    for (const Information& block : chassis_likelihood(run, noisy, likelihood.problem.parameters,
+                                                       {.blocks = blocks, .window_s = window_s})) {
+      if (block.count == 0) continue;
+      factors.push_back(block.chi2 / block.count);
+      windows += block.count;
+    }
+  }
+  if (windows < kFewestWindows) return std::nullopt;
+  return std::max(median(factors), 1e-12);
+}
+
+/// Errors that last for several windows (scrubbing, rollers) teach less than the number of windows suggests:
+/// summed over longer windows they are larger than independent ones would be.
+void allow_for_lasting_errors(const Robot& robot, Likelihood& likelihood) {
+  for (const double window_s : kLongerWindows_s)
+    if (const auto factor = redundancy_factor(robot, likelihood, window_s))
+      likelihood.redundancy_factor = std::max(likelihood.redundancy_factor, *factor);
+}
+
+}  // namespace
+
+void set_noise(const Robot& robot, const NoiseEstimate& noise, Likelihood& likelihood) {
+  likelihood.noise = noise;
+  likelihood.redundancy_factor = redundancy_factor(robot, likelihood, kWindow_s).value_or(1.0);
+}
+
+void find_noise(const Robot& robot, Likelihood& likelihood) {
+  set_noise(robot, estimate_noise(likelihood.runs(), robot, likelihood.noise), likelihood);
+  allow_for_lasting_errors(robot, likelihood);
+  for (std::size_t i = 0; i < likelihood.runs().size(); ++i) {
+    const auto residuals =
+        relative_residuals(likelihood.runs()[i], robot, likelihood.problem.parameters).residual;
+    if (!residuals.empty()) likelihood.relative_covariance[i] = robust_covariance(residuals);
+  }
+}
+
+}  // namespace trundle::calibration

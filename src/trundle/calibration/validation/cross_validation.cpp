@@ -1,0 +1,153 @@
+#include "trundle/calibration/validation/cross_validation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include <fmt/format.h>
+
+#include "trundle/calibration/problem/run_gyro_bias.hpp"
+#include "trundle/calibration/validation/influence.hpp"
+#include "trundle/evaluation/evaluate.hpp"
+#include "trundle/io/error.hpp"
+#include "trundle/odometry/integrate.hpp"
+
+namespace trundle::calibration {
+namespace {
+
+// Of an error: an rms of 50 epochs is known to 10 %.
+constexpr double kWorse = 1.1;
+// Of a half of a run, to learn from it.
+constexpr std::size_t kFewestEpochs = 10;
+
+/// The run from one of its epochs to another.
+Run part_of(const Run& run, std::size_t first_epoch, std::size_t last_epoch) {
+  const std::size_t from = run.epochs[first_epoch];
+  const std::size_t to = run.epochs[last_epoch];
+  const auto cut = [](auto& values, std::size_t first, std::size_t last) {
+    values.erase(values.begin() + static_cast<std::ptrdiff_t>(last), values.end());
+    values.erase(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(first));
+  };
+  Run part = run;
+  part.partial = {};  // of the whole run
+  part.relative_motions.clear();
+  part.readings.start_s = run.epoch_time(first_epoch);
+  part.readings.increments.cut(from, to);
+  cut(part.readings.bridged, from, to);
+  cut(part.epochs, first_epoch, last_epoch + 1);
+  for (std::size_t& epoch : part.epochs) epoch -= from;
+  std::erase_if(part.jumps, [&](std::size_t jump) { return jump <= first_epoch || jump > last_epoch; });
+  for (std::size_t& jump : part.jumps) jump -= first_epoch;
+  return part;
+}
+
+/// Position error of odometry with this robot [m], rms, laid on the reference as well as can be; nothing
+/// without positions to compare. Of the bias of its gyro a run that was left out knows what its rests show.
+std::optional<double> position_error(const Run& run, const Robot& robot, bool learn_gyro_bias) {
+  if (run.epochs.empty()) return std::nullopt;
+  Robot plain = robot;
+  plain.calibration.reset();
+  try {
+    const std::vector<bool> compared = poses_about_reference(run, plain);
+    IntegrateOptions options{.learn_gyro_bias = learn_gyro_bias};
+    options.keeps = [&](std::size_t pose) { return compared[pose]; };
+    const Trajectory odometry = integrate(run.readings, plain, options).trajectory;
+    return evaluate(of_reference_sensor(odometry, plain), positions_of(run.reference),
+                    {.alignment = Alignment::se2, .distances_m = {}})
+        .position_m.rms;
+  } catch (const CannotAnswer&) {
+    return std::nullopt;
+  }
+}
+
+Robot robot_with(const Robot& robot, std::span<const Parameter> parameters, const Eigen::VectorXd& values) {
+  Robot changed = robot;
+  for (std::size_t j = 0; j < parameters.size(); ++j)
+    set_value(parameters[j], values[static_cast<Eigen::Index>(j)], changed);
+  return changed;
+}
+
+}  // namespace
+
+std::vector<Run> halves_of(const Run& run) {
+  const std::size_t middle = run.epochs.size() / 2;
+  if (middle < kFewestEpochs) return {};
+  return {part_of(run, 0, middle), part_of(run, middle, run.epochs.size() - 1)};
+}
+
+bool CrossValidation::is_worse() const {
+  return calibrated_m > kWorse * given_m;
+}
+
+std::string CrossValidation::words() const {
+  return fmt::format("{} by the other{}: position error {:.4f} m, {:.4f} m with the robot as given",
+                     of_halves ? "each half of the run" : "each run", of_halves ? "" : "s", calibrated_m,
+                     given_m);
+}
+
+std::optional<CrossValidation> cross_validate(const CalibrationProblem& problem, const Estimate& estimate) {
+  CrossValidation validation{.of_halves = problem.runs.size() == 1};
+  std::vector<Run> halves = validation.of_halves ? halves_of(problem.runs.front()) : std::vector<Run>{};
+  const std::span<Run> parts = validation.of_halves ? std::span(halves) : problem.runs;
+  if (parts.size() < 2) return std::nullopt;
+  const CalibrationProblem of_parts{parts, problem.nominal, problem.parameters,
+                                    validation.of_halves || problem.share_gyro_bias};
+  const Influence influence = influence_of(validation.of_halves ? estimate_parameters(of_parts) : estimate,
+                                           problem.nominal, problem.parameters);
+  if (influence.without.empty()) return std::nullopt;
+  double given = 0.0;
+  double calibrated = 0.0;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const Run run = as_recorded(parts[i]);
+    const bool learn = !of_parts.share_gyro_bias && run.shows_gyro_bias();
+    const auto before = position_error(run, problem.nominal, learn);
+    const auto after =
+        position_error(run, robot_with(problem.nominal, problem.parameters, influence.without[i]), learn);
+    if (!before || !after) continue;
+    given += *before * *before;
+    calibrated += *after * *after;
+    ++validation.parts;
+  }
+  if (validation.parts < 2) return std::nullopt;
+  const auto n = static_cast<double>(validation.parts);
+  validation.given_m = std::sqrt(given / n);
+  validation.calibrated_m = std::sqrt(calibrated / n);
+  return validation;
+}
+
+ValidatedEstimate estimate_what_holds(const CalibrationProblem& problem) {
+  ValidatedEstimate best{.estimate = estimate_parameters(problem),
+                         .parameters = problem.parameters,
+                         .refused = {},
+                         .validation = {},
+                         .before = {}};
+  if (best.estimate.space.basis.cols() == 0) return best;
+  best.validation = cross_validate(problem, best.estimate);
+  best.before = best.validation;
+  while (best.validation && best.validation->is_worse() && !best.parameters.empty()) {
+    ValidatedEstimate next;
+    for (const Parameter& left_out : best.parameters) {
+      CalibrationProblem fewer = problem;
+      fewer.parameters = best.parameters;
+      std::erase(fewer.parameters, left_out);
+      ValidatedEstimate tried{.estimate = {},
+                              .parameters = fewer.parameters,
+                              .refused = best.refused,
+                              .validation = CrossValidation{},
+                              .before = best.before};
+      tried.refused.push_back(left_out);
+      if (!fewer.parameters.empty()) {
+        tried.estimate = estimate_parameters(fewer);
+        tried.validation = cross_validate(fewer, tried.estimate);
+      }
+      const bool is_better = !next.validation || (tried.validation && tried.validation->calibrated_m <
+                                                                          next.validation->calibrated_m);
+      if (is_better) next = std::move(tried);
+    }
+    best = std::move(next);
+  }
+  if (best.refused.empty()) best.before.reset();
+  return best;
+}
+
+}  // namespace trundle::calibration

@@ -1,0 +1,254 @@
+#include "trundle/slam/smoothing/calibration/landmark_fit.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "trundle/geometry/decompositions.hpp"
+#include "trundle/geometry/squared.hpp"
+#include "trundle/io/error.hpp"
+#include "trundle/odometry/odometer.hpp"
+#include "trundle/slam/smoothing/smoother_start.hpp"
+
+namespace trundle::slam {
+namespace {
+
+// Rounds, after each of which all motions are computed anew.
+constexpr int kMostRounds = 30;
+constexpr double kSettled = 0.01;  // a round moves the parameters by less than this many sigmas
+// And the spread of biases by less than this share: what it weighs changes by a tenth.
+constexpr double kSameSpread = 0.05;
+// Information below this share of the largest is rounding.
+constexpr double kRounding = 1e-10;
+/// What the data alone say of parameters whose prior is known about unit sigmas.
+Eigen::MatrixXd information_without_prior(const Eigen::MatrixXd& covariance) {
+  const Eigen::Index n = covariance.rows();
+  if (n == 0) return covariance;
+  Eigen::MatrixXd information = inverse_of(covariance);
+  information = (0.5 * (information + information.transpose())).eval();
+  const double rounding = kRounding * information.cwiseAbs().maxCoeff();
+  information -= Eigen::MatrixXd::Identity(n, n);
+  return (information.array().abs() < rounding).select(0.0, information);
+}
+
+/// The parameters of the robot among those of a problem come first.
+Eigen::MatrixXd covariance_of_own(const Minimiser& linearised, Eigen::Index own) {
+  return linearised.parameter_covariance().topLeftCorner(own, own);
+}
+
+/// From nominal, held near it by the prior: a state to start from, and what can be determined at all.
+struct RoughFit {
+  SmoothingState state;  ///< parameters in prior sigmas, and own biases
+  EstimableSpace space;
+  OwnBiases own;
+};
+
+void require_determined(bool determined) {
+  if (!determined) throw CannotAnswer("the sightings leave poses or landmarks undetermined");
+}
+
+/// A clock that leads sightings out of the odometry's time makes another problem of it, and so does an error
+/// of ranges that leaves nothing of a distance.
+void require_same_sightings(const SmoothingProblem& problem, const SmoothingState& state) {
+  if (problem.poses == static_cast<int>(state.poses.size()) &&
+      problem.landmarks == static_cast<int>(state.landmarks.size()))
+    return;
+  throw CannotAnswer(
+      "what the landmark sensor errs by comes out so large that sightings are beyond the odometry, or no "
+      "distance is left of their ranges: they do not determine it; leave sensor.time_offset, "
+      "sensor.range_offset "
+      "or "
+      "sensor.depth_share as it is");
+}
+
+/// Where more than one recording shows the gyro's bias, and it is sought.
+OwnBiases own_biases(std::span<const AssociatedRecording> all, const Robot& nominal,
+                     std::span<const Parameter> parameters) {
+  OwnBiases own{.unit_rad_s = initial_bias_sigma(nominal)};
+  if (!nominal.chassis.gyro || std::ranges::find(parameters, kGyroBias) == parameters.end()) return own;
+  for (const AssociatedRecording& one : all)
+    own.rad_s.push_back(one.run.shows_gyro_bias() ? std::optional(0.0) : std::nullopt);
+  if (own.count() < 2) own.rad_s.clear();
+  return own;
+}
+
+RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nominal,
+                   std::span<const Parameter> parameters) {
+  const Eigen::VectorXd scale = prior_sigmas(parameters, nominal);
+  OwnBiases own = own_biases(all, nominal, parameters);
+  const JointProblem start = joint_problem(all, nominal,
+                                           {nominal.chassis,
+                                            {parameters.begin(), parameters.end()},
+                                            scale.asDiagonal(),
+                                            Eigen::VectorXd::Ones(scale.size()),
+                                            own});
+  if (start.problem.sightings.empty())
+    throw CannotAnswer("no sighting shows a known landmark: nothing to calibrate with");
+  Minimiser minimiser(start.problem);
+  const Found found = minimum_from(start.problem, poses_at_keyframes(start, all), minimiser, {});
+  require_determined(minimiser.linearise(start.problem, found.minimum.state));
+  const Eigen::MatrixXd information = information_without_prior(covariance_of_own(minimiser, scale.size()));
+  const Eigen::VectorXd inverse_scale = scale.cwiseInverse();
+  Eigen::MatrixXd observed = inverse_scale.asDiagonal() * information * inverse_scale.asDiagonal();
+  // Only where the sensor stands would show what is ahead, which is known by tape.
+  const auto turned = axes_turned(parameters, nominal);
+  if (turned && contains(parameters, ParameterKind::sensor_bearing_offset))
+    observed = without(*turned, observed);
+  own.move(found.minimum.state.parameters.tail(own.count()));
+  return {found.minimum.state, estimable_space(observed, parameters, nominal), std::move(own)};
+}
+
+RunEvidence evidence_of(const JointProblem& joint, std::size_t index, const SmoothingState& state) {
+  const Track& track = joint.tracks[index];
+  const auto is_own = [&](int pose) {
+    return pose >= track.first_pose() && pose < track.first_pose() + static_cast<int>(track.keyframes());
+  };
+  SmoothingProblem own = joint.problem;
+  own.parameter_evidence = Information::zero(0);
+  own.parameter_information.setZero();
+  own.landmarks = static_cast<int>(track.landmarks().size());
+  std::erase_if(own.motions, [&](const MotionLink& link) { return !is_own(link.to); });
+  std::erase_if(own.sightings, [&](const SightingLink& link) { return !is_own(link.pose); });
+  RunEvidence evidence;
+  evidence.chi2_per_dof = cost_of(own, state) / std::max(1, degrees_of_freedom(own));
+  return evidence;
+}
+
+/// How far a step goes, in sigmas of what is sought.
+double sigmas_of(const Eigen::VectorXd& q, const Eigen::MatrixXd& covariance) {
+  return q.size() == 0 ? 0.0 : std::sqrt(q.dot(inverse_of(covariance) * q));
+}
+
+/// A fit on its way.
+struct LandmarkSearch {
+  std::span<const AssociatedRecording> all;
+  LandmarkFit fit;
+};
+
+/// Starts where the prior holds the robot near nominal.
+LandmarkSearch search_from(std::span<const AssociatedRecording> all, const Robot& nominal,
+                           std::span<const Parameter> parameters) {
+  RoughFit rough = rough_fit(all, nominal, parameters);
+  const auto n = static_cast<Eigen::Index>(parameters.size());
+  LandmarkSearch search{.all = all, .fit = {}};
+  search.fit.state = std::move(rough.state);
+  Estimate& estimate = search.fit.estimate;
+  estimate.robot = nominal;
+  estimate.space = std::move(rough.space);
+  estimate.covariance = Eigen::MatrixXd::Zero(n, n);
+  const EstimableSpace& space = estimate.space;
+  const Eigen::Index determined = space.basis.cols();
+  search.fit.free = {nominal.chassis,
+                     {parameters.begin(), parameters.end()},
+                     space.scale.asDiagonal() * space.basis,
+                     Eigen::VectorXd::Zero(determined),
+                     std::move(rough.own)};
+  move(parameters, search.fit.free.columns * (space.basis.transpose() * search.fit.state.parameters.head(n)),
+       estimate.robot);
+  return search;
+}
+
+/// What was found of the gyro's bias is its mean over the runs, and it walks: over a time T by a mean
+/// square of walk² T/3. Where each run has its own, that is part of how they spread.
+void allow_for_bias_walk(const LandmarkSearch& search, Estimate& estimate) {
+  if (search.fit.free.own.count() > 0) return;
+  const std::vector<Parameter>& parameters = search.fit.free.parameters;
+  const auto at = std::ranges::find(parameters, kGyroBias);
+  const auto j = static_cast<Eigen::Index>(at - parameters.begin());
+  if (at == parameters.end() || estimate.covariance(j, j) == 0.0) return;
+  double duration_s = 0.0;
+  for (const AssociatedRecording& one : search.all) duration_s = std::max(duration_s, one.duration_s());
+  const double walk = estimate.robot.chassis.gyro->bias_walk_rad_s_sqrt_s;
+  estimate.covariance(j, j) += walk * walk * duration_s / 3.0;
+}
+
+/// The gyro's bias of each recording: the shared one and its own, which are uncertain together.
+std::vector<std::optional<GyroBias>> gyro_biases_of(const LandmarkSearch& search,
+                                                    const Eigen::MatrixXd& covariance) {
+  const FreeColumns& free = search.fit.free;
+  const Eigen::Index n = free.columns.cols();
+  const Estimate& estimate = search.fit.estimate;
+  std::vector<std::optional<GyroBias>> biases(free.own.rad_s.size());
+  for (std::size_t i = 0; i < biases.size(); ++i) {
+    const auto place = free.own.place_of(i);
+    if (!place) continue;
+    Eigen::VectorXd by_sought = Eigen::VectorXd::Zero(covariance.rows());
+    by_sought.head(n) =
+        free.columns.row(std::ranges::find(free.parameters, kGyroBias) - free.parameters.begin());
+    by_sought[n + *place] = free.own.unit_rad_s;
+    biases[i] = {value_of(kGyroBias, estimate.robot) + free.own.of(i),
+                 estimate.dispersion * by_sought.dot(covariance * by_sought)};
+  }
+  return biases;
+}
+
+/// The evidence of a minimum: how sightings and odometry scatter, the covariance, each recording's share.
+void set_evidence(const JointProblem& joint, double cost, const Eigen::MatrixXd& of_all,
+                  LandmarkSearch& search) {
+  Estimate& estimate = search.fit.estimate;
+  const Eigen::MatrixXd& C = search.fit.free.columns;
+  const Eigen::MatrixXd covariance = of_all.topLeftCorner(C.cols(), C.cols());
+  estimate.degrees_of_freedom = std::max(1, degrees_of_freedom(joint.problem) - static_cast<int>(C.cols()));
+  search.fit.scatter = cost / estimate.degrees_of_freedom;
+  estimate.dispersion = std::max(1.0, search.fit.scatter);
+  estimate.covariance = estimate.dispersion * C * covariance * C.transpose();
+  allow_for_bias_walk(search, estimate);
+  estimate.gyro_biases = gyro_biases_of(search, of_all);
+  estimate.runs.clear();
+  for (std::size_t i = 0; i < search.all.size(); ++i)
+    estimate.runs.push_back(evidence_of(joint, i, search.fit.state));
+}
+
+/// Finds how biases spread from recording to recording. Returns whether that stays.
+bool settle_spread(const Eigen::MatrixXd& covariance, LandmarkSearch& search) {
+  OwnBiases& own = search.fit.free.own;
+  if (own.count() == 0) return true;
+  Estimate& estimate = search.fit.estimate;
+  const double before = estimate.gyro_bias_spread.prior_rad_s;
+  estimate.gyro_bias_spread = spread_of(own, covariance, estimate.dispersion);
+  const double found = estimate.gyro_bias_spread.prior_rad_s;
+  own.information = estimate.dispersion * squared(own.unit_rad_s / found);
+  return std::abs(found - before) <= kSameSpread * found;
+}
+
+/// One round: the minimum with the motions of the robot found so far, which then moves there.
+void improve(Minimiser& minimiser, LandmarkSearch& search) {
+  Estimate& estimate = search.fit.estimate;
+  SmoothingState& state = search.fit.state;
+  FreeColumns& free = search.fit.free;
+  const Eigen::Index own = free.columns.cols();
+  JointProblem here = joint_problem(search.all, estimate.robot, free);
+  require_same_sightings(here.problem, state);
+  state.parameters = Eigen::VectorXd::Zero(own + free.own.count());
+  correct_readings(state, here.problem);
+  Minimum minimum = minimiser.minimise(here.problem, std::move(state));
+  state = std::move(minimum.state);
+  require_determined(minimiser.linearise(here.problem, state));
+  const Eigen::MatrixXd of_all = minimiser.parameter_covariance();
+  const Eigen::MatrixXd covariance = of_all.topLeftCorner(own, own);
+  const Eigen::VectorXd found = state.parameters.head(own);
+  const Eigen::VectorXd step = free.columns * found;
+  move(free.parameters, step, estimate.robot);
+  free.own.move(state.parameters.tail(free.own.count()));
+  Descent& descent = estimate.descent;
+  ++descent.iterations;
+  descent.last_step = sigmas_of(found, covariance);
+  if (step.size() > 0) step.cwiseAbs().maxCoeff(&descent.parameter);
+  set_evidence(here, minimum.cost, of_all, search);
+  const bool stays = settle_spread(of_all, search);
+  descent.converged = minimum.converged && descent.last_step < kSettled && stays;
+}
+
+}  // namespace
+
+LandmarkFit fit_landmarks(std::span<const AssociatedRecording> all, const Robot& nominal,
+                          std::span<const Parameter> parameters) {
+  LandmarkSearch search = search_from(all, nominal, parameters);
+  search.fit.estimate.measures_length = true;  // by the ranges
+  if (search.fit.free.columns.cols() == 0 && !parameters.empty()) return search.fit;
+  Minimiser minimiser(joint_problem(all, search.fit.estimate.robot, search.fit.free).problem);
+  for (int round = 0; round < kMostRounds && !search.fit.estimate.descent.converged; ++round)
+    improve(minimiser, search);
+  return search.fit;
+}
+
+}  // namespace trundle::slam

@@ -1,0 +1,177 @@
+#include "trundle/slam/smoothing/calibration/landmark_problem.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "trundle/calibration/likelihood/chassis_likelihood.hpp"
+#include "trundle/calibration/noise/noise_levels.hpp"
+#include "trundle/slam/smoothing/smoother.hpp"
+
+namespace trundle::slam {
+namespace {
+
+using calibration::ReadingErrors;
+
+// A window of readings whose parity residual chance makes once in 10⁶ is slip.
+constexpr double kParityGate = 30.0;
+
+/// Those that the motion depends on, and where they are among all.
+struct MotionParameters {
+  std::vector<Parameter> parameters;
+  std::vector<Eigen::Index> rows;
+};
+MotionParameters of_motion(std::span<const Parameter> all) {
+  MotionParameters moving;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (is_of_landmark_sensor(all[i].kind)) continue;
+    moving.parameters.push_back(all[i]);
+    moving.rows.push_back(static_cast<Eigen::Index>(i));
+  }
+  return moving;
+}
+
+/// Of by_parameters · columns.
+ReadingErrors combined(const ReadingErrors& errors, const Eigen::MatrixXd& columns) {
+  ReadingErrors result{Eigen::Matrix3Xd::Zero(3, 3 * columns.cols()), errors.covariance};
+  for (Eigen::Index q = 0; q < columns.cols(); ++q)
+    for (Eigen::Index j = 0; j < columns.rows(); ++j)
+      result.sensitivity.middleCols<3>(3 * q) += columns(j, q) * errors.sensitivity.middleCols<3>(3 * j);
+  return result;
+}
+
+/// By each parameter, the errors of readings that it makes. Eq. 13a.
+SensorErrorsBy sensor_errors_of(const LandmarkSensor& sensor, std::span<const Parameter> parameters) {
+  constexpr std::array kErrors = {ParameterKind::sensor_range_offset,
+                                  ParameterKind::sensor_range_scale,
+                                  ParameterKind::sensor_bearing_offset,
+                                  ParameterKind::sensor_x,
+                                  ParameterKind::sensor_y,
+                                  ParameterKind::sensor_depth_share};
+  const auto n = static_cast<Eigen::Index>(parameters.size());
+  SensorErrorsBy errors = SensorErrorsBy::Zero(6, n);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const auto at = std::ranges::find(kErrors, parameters[static_cast<std::size_t>(j)].kind);
+    if (at == kErrors.end()) continue;
+    const Eigen::Index row = at - kErrors.begin();
+    errors(row, j) = row < 2 ? 1.0 / sensor.range_scale : 1.0;  // of a range whose scale is taken out
+  }
+  return errors;
+}
+
+/// What each observation of the steps shows.
+ShownObservations shown_in(const SlamInput& input, std::span<const LandmarkId> by_sighting) {
+  ShownObservations shown;
+  std::size_t next = 0;
+  for (const SlamStep& step : input.steps) {
+    shown.push_back(step.observations);
+    for (Observation& observation : shown.back())
+      observation.landmark = by_sighting[input.sighting_numbers[next++]];
+  }
+  return shown;
+}
+
+/// By all that is sought, what of a recording's parameters moves.
+Eigen::MatrixXd columns_of(const FreeColumns& free, std::size_t recording) {
+  const Eigen::Index n = free.columns.cols();
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(free.columns.rows(), n + free.own.count());
+  columns.leftCols(n) = free.columns;
+  if (const auto place = free.own.place_of(recording))
+    columns(std::ranges::find(free.parameters, kGyroBias) - free.parameters.begin(), n + *place) =
+        free.own.unit_rad_s;
+  return columns;
+}
+
+/// With its own bias.
+Robot robot_in(const Robot& robot, const FreeColumns& free, std::size_t recording) {
+  Robot own = robot;
+  if (own.chassis.gyro) own.chassis.gyro->bias_rad_s += free.own.of(recording);
+  return own;
+}
+
+TrackInput track_input(const AssociatedRecording& one, const Robot& robot, const FreeColumns& free,
+                       const Eigen::MatrixXd& columns) {
+  const MotionParameters moving = of_motion(free.parameters);
+  const SlamInput input = slam_input(one.recording, robot, {.parameters = moving.parameters});
+  const auto clock = std::ranges::find(free.parameters, ParameterKind::sensor_time_offset, &Parameter::kind);
+  const auto n = static_cast<Eigen::Index>(free.parameters.size());
+  TrackInput track{.observations = shown_in(input, one.shown)};
+  for (std::size_t k = 0; k < input.steps.size(); ++k) {
+    const Motion& motion = input.steps[k].motion;
+    Eigen::Matrix3Xd by_parameters = Eigen::Matrix3Xd::Zero(3, n);
+    if (!moving.rows.empty()) by_parameters(Eigen::all, moving.rows) = input.by_parameters[k];
+    if (clock != free.parameters.end())
+      by_parameters.col(clock - free.parameters.begin()) = input.by_sensor_clock[k];
+    track.time_s.push_back(input.steps[k].time_s);
+    FreeMotion free_motion{motion.mean, motion.covariance, by_parameters * columns};
+    if (!input.reading_errors.empty())
+      free_motion.reading_errors = combined(input.reading_errors[k], columns(moving.rows, Eigen::all));
+    track.motions.push_back(std::move(free_motion));
+  }
+  return track;
+}
+
+/// What wheels and gyro say of each other: with a gyro the motion hardly depends on the track, and what no
+/// motion explains shows it.
+Information redundancy_of(std::span<const AssociatedRecording> all, const Robot& robot,
+                          const FreeColumns& free) {
+  Information sum = Information::zero(free.columns.cols() + free.own.count());
+  const Robot noisy = with_noise_of_readings(robot, free.nominal);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Eigen::MatrixXd columns = columns_of(free, i);
+    for (const Information& block :
+         chassis_likelihood(all[i].run, robot_in(noisy, free, i), free.parameters, {.gate = kParityGate}))
+      sum.add({columns.transpose() * block.matrix * columns, columns.transpose() * block.gradient, block.chi2,
+               block.count});
+  }
+  return sum;
+}
+
+Eigen::VectorXd information_of(const FreeColumns& free) {
+  const Eigen::Index n = free.columns.cols(), own = free.own.count();
+  Eigen::VectorXd information = Eigen::VectorXd::Constant(n + own, free.own.information);
+  information.head(n) = free.information;
+  return information;
+}
+
+/// Of the priors: what is sought is about 0, so are biases, and they are sought from where they are.
+Eigen::VectorXd mean_of(const FreeColumns& free) {
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(free.columns.cols() + free.own.count());
+  mean.tail(free.own.count()) = -free.own.values();
+  return mean;
+}
+
+}  // namespace
+
+JointProblem joint_problem(std::span<const AssociatedRecording> all, const Robot& robot,
+                           const FreeColumns& free) {
+  JointProblem joint{{.sensors = {*robot.landmark_sensor},
+                      .motions = {},
+                      .sightings = {},
+                      .parameter_information = information_of(free),
+                      .parameter_mean = mean_of(free),
+                      .parameter_evidence = redundancy_of(all, robot, free),
+                      .gate = kDefaultGate},
+                     {}};
+  if (std::ranges::any_of(free.parameters,
+                          [](const Parameter& p) { return is_of_landmark_sensor(p.kind); })) {
+    joint.problem.sensor_errors = sensor_errors_of(*robot.landmark_sensor, free.parameters) *
+                                  columns_of(free, all.size());  // of no recording
+  }
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    LandmarkNumbers own;  // each recording has its own map
+    joint.tracks.emplace_back(track_input(all[i], robot_in(robot, free, i), free, columns_of(free, i)),
+                              joint.problem, own);
+  }
+  return joint;
+}
+
+Trajectory poses_at_keyframes(const JointProblem& joint, std::span<const AssociatedRecording> all) {
+  Trajectory keyframes;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Trajectory own = joint.tracks[i].at_keyframes(all[i].path);
+    keyframes.poses.insert(keyframes.poses.end(), own.poses.begin(), own.poses.end());
+  }
+  return keyframes;
+}
+
+}  // namespace trundle::slam

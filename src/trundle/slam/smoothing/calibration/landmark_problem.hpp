@@ -1,0 +1,50 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "trundle/calibration/problem/run.hpp"
+#include "trundle/chassis/parameter.hpp"
+#include "trundle/recording/recording.hpp"
+#include "trundle/slam/smoothing/calibration/own_biases.hpp"
+#include "trundle/slam/smoothing/shown.hpp"
+#include "trundle/slam/smoothing/track.hpp"
+
+namespace trundle::slam {
+
+/// A recording whose sightings are associated with landmarks.
+struct AssociatedRecording {
+  const Recording& recording;
+  Run run;                        ///< its readings
+  bool has_unidentified = false;  ///< some sightings bear no name
+  std::vector<LandmarkId> shown;  ///< by each sighting (SlamInput::sighting_numbers)
+  Trajectory path;                ///< along which they were associated
+
+  double duration_s() const { return path.poses.back().time_s - path.poses.front().time_s; }
+};
+
+/// Parameters are sought as those of a robot + columns · q, q about 0 with `information`; the gyro's bias of
+/// each recording with them.
+struct FreeColumns {
+  Chassis nominal = {};
+  std::vector<Parameter> parameters = {};
+  Eigen::MatrixXd columns = {};
+  Eigen::VectorXd information = {};
+  OwnBiases own = {};
+};
+
+/// All recordings as one problem; each is a track of its own. Its parameters are q, and behind it the biases
+/// of recordings (OwnBiases).
+struct JointProblem {
+  SmoothingProblem problem;
+  std::vector<Track> tracks;
+};
+
+[[nodiscard]] JointProblem joint_problem(std::span<const AssociatedRecording> all, const Robot& robot,
+                                         const FreeColumns& free);
+
+/// Their paths at the keyframes, one after the other.
+[[nodiscard]] Trajectory poses_at_keyframes(const JointProblem& joint,
+                                            std::span<const AssociatedRecording> all);
+
+}  // namespace trundle::slam
