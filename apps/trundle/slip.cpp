@@ -107,7 +107,8 @@ void add_slip(CLI::App& app) {
       ->capture_default_str();
   add_spin_odds(*command, options->question.spin_odds);
   add_read_options(*command, options->question.reading);
-  command->add_option("-o,--output", options->output, "Slips: start_s,end_s,wheel,kind,excess_m,confidence");
+  command->add_option("-o,--output", options->output,
+                      "Slips: start_s,end_s,wheel,kind,excess_m,confidence,excess_sigma_m,by_chance");
   command->add_option("--corrected", options->corrected,
                       "Trajectory with the slips corrected: .csv, or .tum");
   command->callback([options] { run(*options); });

@@ -18,9 +18,9 @@ namespace {
 
 /// The steps from an estimate in coordinates in which the prior is the unit matrix, and what they cost: with
 /// its last parameter free, and with that back where it was.
-class Steps {
+class HeldOutSteps {
  public:
-  Steps(const Estimate& estimate, const CalibrationProblem& problem)
+  HeldOutSteps(const Estimate& estimate, const CalibrationProblem& problem)
       : basis_(estimate.space.scale.asDiagonal() * estimate.space.basis), dispersion_(estimate.dispersion) {
     const Eigen::Index n = problem.size();
     Eigen::VectorXd moved(n);
@@ -72,7 +72,7 @@ std::optional<ParameterOffer> offer_of(const CalibrationProblem& problem, const 
   const Estimate estimate = estimate_parameters(more);
   const auto last = more.size() - 1;
   if (!estimate.space.estimates(static_cast<int>(last))) return std::nullopt;
-  const Steps steps(estimate, more);
+  const HeldOutSteps steps(estimate, more);
   Information all = Information::zero(estimate.space.basis.cols());
   for (const RunEvidence& part : estimate.runs) all.add(steps.of(part));
   ParameterOffer offer{.parameter = parameter,
