@@ -219,5 +219,108 @@ TEST(Attribution, IsAmbiguousWithOneDegreeOfFreedomWhileTheCommandChanges) {
   EXPECT_THAT(abilities_of(robot, true).cannot, testing::Contains(testing::HasSubstr("'w0' from 'w1'")));
 }
 
+/// Of the likeliest wheels of slips, named or not: how many are right, and should be by their confidence.
+struct Calibration {
+  int slips = 0;
+  int right = 0;
+  double confidence = 0.0;
+  double variance = 0.0;
+  int sure_and_wrong = 0;  ///< with a confidence beyond 0.95
+  double nees = 0.0;       ///< sum over the runs, of the corrected end
+  double nees2 = 0.0;      ///< of its squares
+  double sure = 0.0;       ///< how many should be sure and wrong, by their confidence
+  double sure_variance = 0.0;
+};
+
+/// A wheel slips for a second, by 0.12 m, while the robot takes another speed within 0.3 s or just before.
+Scenario changing_scenario(const Robot& robot, bool slows, bool spins, Random& random) {
+  constexpr double kChange_s = 0.3, kStep_s = 0.05, kFast_m_s = 0.3, kSlow_m_s = 0.15;
+  const double before_m_s = slows ? kFast_m_s : kSlow_m_s, after_m_s = slows ? kSlow_m_s : kFast_m_s;
+  Scenario scenario;
+  scenario.nominal = robot;
+  scenario.truth = robot;
+  scenario.steering = Steering::truth;
+  const double start_s = random.uniform(4.0, 5.0);
+  scenario.path = {{{before_m_s * start_s, 0.0, 0.0}, start_s}};
+  for (double t = 0.5 * kStep_s; t < kChange_s; t += kStep_s) {
+    const double speed_m_s = before_m_s + (after_m_s - before_m_s) * t / kChange_s;
+    scenario.path.push_back({{speed_m_s * kStep_s, 0.0, 0.0}, kStep_s});
+  }
+  scenario.path.push_back({{after_m_s * 4.0, 0.0, 0.0}, 4.0});
+  scenario.seed = random.bits();
+  SlipBurst burst;
+  burst.wheel = static_cast<int>(random.below(2));
+  burst.span = {start_s + random.uniform(-0.25, 0.6), 1.0};
+  burst.factor = 1.0;
+  burst.excess_m_s = spins ? 0.12 : -0.12;
+  scenario.slips = {burst};
+  return scenario;
+}
+
+/// With two wheels and a gyro the sign of the excess says which wheel it would be.
+void calibrate(const Scenario& scenario, double spin_odds, Calibration& sum) {
+  const Simulation run = simulate(scenario);
+  const SlipTruth& slip = run.truth.slips.front();
+  const AlignedReadings readings = align(run.recording, scenario.nominal);
+  const SlipReport report =
+      find_slip(readings, {}, scenario.nominal, {.probability = 1e-3, .spin_odds = spin_odds});
+  const double nees =
+      nees_at_end(corrected(readings, report, scenario.nominal), scenario.nominal, run.truth.body);
+  sum.nees += nees;
+  sum.nees2 += nees * nees;
+  for (const SlipEvent& event : report.events) {
+    if (!overlaps(event, slip)) continue;
+    const bool right = event.excess_m * slip.excess_m > 0.0;
+    ++sum.slips;
+    sum.right += right ? 1 : 0;
+    sum.confidence += event.confidence;
+    sum.variance += event.confidence * (1.0 - event.confidence);
+    if (event.confidence > 0.95) {
+      sum.sure_and_wrong += right ? 0 : 1;
+      sum.sure += 1.0 - event.confidence;
+      sum.sure_variance += event.confidence * (1.0 - event.confidence);
+    }
+    EXPECT_EQ(event.wheel == kAmbiguous, event.confidence < 0.9);
+  }
+}
+
+void tell(const char* what, const Calibration& c, int runs) {
+  fmt::print(
+      "  {:<34} {} slips: {} right, {:.1f} by their confidence, {} sure and wrong ({:.1f}), NEES {:.2f}\n",
+      what, c.slips, c.right, c.confidence, c.sure_and_wrong, c.sure, c.nees / runs);
+}
+
+// A motion that changes as a wheel slips looks like the other wheel's slip in a steady one.
+TEST(Attribution, IsAsSureAsItIsRightWhereTheMotionChangesAtTheSlip) {
+  const Robot robot = robot_with_noise(with_quiet_gyro(differential_drive(test::kSize, 0.5)));
+  Random random(9);
+  Calibration sum;
+  const int runs = test::trials(400, 100);
+  for (int i = 0; i < runs; ++i)
+    calibrate(changing_scenario(robot, random.below(2) == 0, random.below(2) == 0, random), 1.0, sum);
+  tell("differential, gyro, speed changes", sum, runs);
+  ASSERT_GE(sum.slips, runs);
+  EXPECT_GE(sum.right, sum.confidence - 4.0 * std::sqrt(sum.variance));
+  // Counts that rare follow Poisson's distribution, whose tail is wider by some one.
+  EXPECT_LE(sum.sure_and_wrong, sum.sure + 4.0 * std::sqrt(sum.sure_variance) + 1.0);
+  // The rare wheel that is likely and wrong is off by many sigmas: its NEES is no χ², the spread is measured.
+  const double mean = sum.nees / runs;
+  EXPECT_LT(mean, 3.0 + 4.0 * std::sqrt(std::max(6.0, sum.nees2 / runs - mean * mean) / runs));
+}
+
+// One that spins although the motors brake is unlikely by the odds, and by nothing else.
+TEST(Attribution, AWheelThatSpinsAsTheRobotSlowsDownIsNotSurelyTheOther) {
+  const Robot robot = robot_with_noise(with_quiet_gyro(differential_drive(test::kSize, 0.5)));
+  Random random(10);
+  Calibration sum;
+  const int runs = test::trials(100, 50);
+  for (int i = 0; i < runs; ++i)
+    calibrate(changing_scenario(robot, true, true, random), SlipOptions{}.spin_odds, sum);
+  tell("differential, gyro, spins while slowing", sum, runs);
+  ASSERT_GE(sum.slips, runs);
+  EXPECT_LE(sum.sure_and_wrong, 0.05 * sum.slips);
+  EXPECT_LT(sum.nees / runs, 3.0 + 4.0 * std::sqrt(6.0 / runs));
+}
+
 }  // namespace
 }  // namespace trundle::slip

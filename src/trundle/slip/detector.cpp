@@ -239,14 +239,8 @@ bool SlipDetector::is_another(const Contradiction& c) const {
 
 void SlipDetector::add_evidence(const Contradiction& c, const Increment& interval) {
   SlipEvidence::Interval judged{c, parity_.degrees_of_freedom() - 1, parity_.is_stuck(c)};
-  if (options_.method == SlipMethod::general && parity_.degrees_of_freedom() == 1 &&
-      recent_.decides(c, interval.duration_s, parity_.wheels())) {
-    judged.misfit_by_motion.emplace();
-    for (std::size_t i = 0; i < parity_.faults().size(); ++i)
-      (*judged.misfit_by_motion)[i] =
-          recent_.misfit(parity_.faults()[i], c, interval.duration_s, parity_.wheels());
-    judged.degrees_of_freedom += static_cast<int>(parity_.wheels());
-  }
+  if (options_.method == SlipMethod::general && parity_.degrees_of_freedom() == 1 && recent_.known())
+    judged.motion = recent_.misfit(parity_.faults(), c, interval.duration_s, parity_.wheels());
   event_.add(judged);
 }
 

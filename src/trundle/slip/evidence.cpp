@@ -73,9 +73,9 @@ void SlipEvidence::add(const Interval& interval) {
   const Contradiction& c = interval.c;
   for (std::size_t i = 0; i < faults_.size(); ++i) {
     misfit_[i] += std::max(0.0, c.chi2 - squared(c.score[i]));
-    if (interval.misfit_by_motion) misfit_[i] += (*interval.misfit_by_motion)[i];
     excess_[i].add(c.excess_m[i], c, i);
   }
+  if (interval.motion) add(*interval.motion);
   for (std::size_t i = 0; i < travel_.size(); ++i) {
     travel_[i].m += c.travel[i];
     travel_[i].variance_m2 += squared(c.travel_sigma[i]);
@@ -83,6 +83,20 @@ void SlipEvidence::add(const Interval& interval) {
   misfit_dof_ += interval.degrees_of_freedom;
   ++intervals_;
   stuck_intervals_ += interval.is_stuck ? 1 : 0;
+}
+
+void SlipEvidence::add(const MotionMisfit& motion) {
+  for (std::size_t i = 0; i < faults_.size(); ++i) goes_on_[i] += motion.goes_on[i];
+  has_changed_ += (has_changed_ == 0.0 ? motion.changes : 0.0) + motion.whatever;
+}
+
+/// Of the residuals, and of a motion that goes on or has changed, one as likely as the other: a wheel loses
+/// its hold as the robot takes another speed as well as on its way. docs/theory/slip-wheel.md, eq. 9a.
+double SlipEvidence::misfit(std::size_t fault) const {
+  const double least = std::min(goes_on_[fault], has_changed_);
+  const double by_motion = least - 2.0 * std::log(0.5 * (std::exp(-0.5 * (goes_on_[fault] - least)) +
+                                                         std::exp(-0.5 * (has_changed_ - least))));
+  return misfit_[fault] + by_motion;
 }
 
 void SlipEvidence::add(const Stretch& stretch) {
@@ -146,7 +160,9 @@ double SlipEvidence::prior_weight(std::size_t fault) const {
 
 SlipEvidence::Attribution SlipEvidence::attribute() const {
   Attribution result;
-  const std::span<const double> misfits(misfit_.data(), faults_.size());
+  PerFault each{};
+  for (std::size_t i = 0; i < faults_.size(); ++i) each[i] = misfit(i);
+  const std::span<const double> misfits(each.data(), faults_.size());
   const std::span<double> probability(result.probability.data(), faults_.size());
   const double least = *std::ranges::min_element(misfits);
   double sum = 0.0;
@@ -163,7 +179,7 @@ SlipEvidence::Attribution SlipEvidence::attribute() const {
   for (std::size_t i = 0; i < faults_.size(); ++i)
     if (faults_[i].wheel == result.wheel && probability[i] > probability[result.likeliest])
       result.likeliest = i;
-  result.certain = *most >= kCertain && misfits[result.likeliest] <= rest_limit(misfit_dof_);
+  result.certain = *most >= kCertain && misfit_[result.likeliest] <= rest_limit(misfit_dof_);
   return result;
 }
 

@@ -6,6 +6,7 @@
 
 #include "trundle/slip/event.hpp"
 #include "trundle/slip/parity.hpp"
+#include "trundle/slip/recent_travel.hpp"
 
 namespace trundle::slip {
 
@@ -70,7 +71,7 @@ class SlipEvidence {
     const Contradiction& c;
     int degrees_of_freedom = 0;
     bool is_stuck = false;
-    std::optional<PerFault> misfit_by_motion = {};  ///< eq. 9, where that decides
+    std::optional<MotionMisfit> motion = {};  ///< where nothing but that tells faults apart
   };
   void add(const Interval& interval);
   /// Many intervals as one: the sum of their residuals e and of what wheels travelled.
@@ -108,12 +109,15 @@ class SlipEvidence {
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
     archive(self.lasts_, self.start_s_, self.end_s_, self.quiet_, self.intervals_, self.stuck_intervals_,
-            self.misfit_dof_, self.faults_, self.misfit_, self.excess_, self.travel_, self.prior_);
+            self.misfit_dof_, self.faults_, self.misfit_, self.goes_on_, self.has_changed_, self.excess_,
+            self.travel_, self.prior_);
   }
 
  private:
   SlipEvent likeliest_event() const;
   void add_shares(const Stretch& stretch);
+  void add(const MotionMisfit& motion);
+  double misfit(std::size_t fault) const;
   SlipKind kind_of(const Attribution& who) const;
   bool spins(std::size_t fault) const;
   double prior_weight(std::size_t fault) const;
@@ -126,7 +130,9 @@ class SlipEvidence {
   int stuck_intervals_ = 0;
   double misfit_dof_ = 0.0;
   Faults faults_;
-  PerFault misfit_{};  ///< −2 log likelihood of this fault; infinite where nothing checks it
+  PerFault misfit_{};         ///< −2 log likelihood of this fault; infinite where nothing checks it
+  PerFault goes_on_{};        ///< the same of the wheels' motion, which goes on as before the slip
+  double has_changed_ = 0.0;  ///< which does not; 0: nothing was compared
   Excesses excess_{};
   std::array<ExcessSum, kMaxWheels> travel_{};  ///< all of it is excess where the robot is stuck
   SlipPrior prior_;

@@ -69,17 +69,10 @@ RecentTravel::Change RecentTravel::mean_change(const Contradiction& interval, do
 
 double RecentTravel::push_probability(const Contradiction& interval, double duration_s,
                                       std::size_t wheels) const {
-  if (!known()) return slows_ ? 0.0 : 1.0;
+  if (intervals_ == 0) return slows_ ? 0.0 : 1.0;
   const Change mean = mean_change(interval, duration_s, wheels);
   const double coasts = kCoasting_m_s2 * squared(duration_s);
   return 0.5 * std::erfc(-(mean.value + coasts) / (std::sqrt(2.0) * mean.sigma));
-}
-
-bool RecentTravel::decides(const Contradiction& interval, double duration_s, std::size_t wheels) const {
-  if (!known()) return false;
-  for (std::size_t i = 0; i < wheels; ++i)
-    if (std::abs(interval.excess_m[i]) < kOutstanding * change(i, interval, duration_s).sigma) return false;
-  return true;
 }
 
 double RecentTravel::misfit(const Fault& fault, const Contradiction& interval, double duration_s,
@@ -95,6 +88,22 @@ double RecentTravel::misfit(const Fault& fault, const Contradiction& interval, d
     sum += squared(distance / c.sigma);
   }
   return sum;
+}
+
+MotionMisfit RecentTravel::misfit(const Faults& faults, const Contradiction& interval, double duration_s,
+                                  std::size_t wheels) const {
+  MotionMisfit result;
+  for (std::size_t i = 0; i < faults.size(); ++i)
+    result.goes_on[i] = misfit(faults[i], interval, duration_s, wheels);
+  double fastest_m = 0.0;
+  for (std::size_t j = 0; j < wheels; ++j) fastest_m = std::max(fastest_m, std::abs(expected(j, duration_s)));
+  for (std::size_t j = 0; j < wheels; ++j) {
+    // Density of any change up to the whole speed, either way, against the highest of 'as before'.
+    const double peak_m = std::sqrt(2.0 * kPi) * change(j, interval, duration_s).sigma;
+    result.changes -= 2.0 * std::log(std::min(1.0, peak_m / (2.0 * fastest_m)));
+  }
+  result.whatever = static_cast<double>(wheels);  // the mean of χ²
+  return result;
 }
 
 }  // namespace trundle::slip

@@ -4,6 +4,14 @@
 
 namespace trundle::slip {
 
+/// −2 log likelihoods of how the wheels roll in an interval of a slip. docs/theory/slip-wheel.md, eq. 9 and
+/// 9a.
+struct MotionMisfit {
+  PerFault goes_on{};     ///< this fault, and the robot moves on as before
+  double changes = 0.0;   ///< the robot takes another speed, whatever the fault; once for a slip
+  double whatever = 0.0;  ///< and in each interval that does: any motion fits as well as the true one
+};
+
 /// How each wheel has rolled lately: where the motion is steady, the change of a wheel against its own recent
 /// travel says which of two wheels slips although the residual cannot. docs/theory/slip-wheel.md, eq. 9.
 class RecentTravel {
@@ -33,11 +41,8 @@ class RecentTravel {
   Change change(std::size_t wheel, const Contradiction& interval, double duration_s) const;
   double expected(std::size_t wheel, double duration_s) const { return rate_[wheel] * duration_s; }
 
-  /// The excess stands out against how unsteadily the wheels have rolled lately.
-  bool decides(const Contradiction& interval, double duration_s, std::size_t wheels) const;
-  /// −2 log likelihood that a wheel slips by its excess, or rolls sideways, and all else goes on as before.
-  double misfit(const Fault& fault, const Contradiction& interval, double duration_s,
-                std::size_t wheels) const;
+  MotionMisfit misfit(const Faults& faults, const Contradiction& interval, double duration_s,
+                      std::size_t wheels) const;
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
@@ -45,6 +50,9 @@ class RecentTravel {
   }
 
  private:
+  /// A wheel slips by its excess, or rolls sideways, and all else goes on as before: eq. 9.
+  double misfit(const Fault& fault, const Contradiction& interval, double duration_s,
+                std::size_t wheels) const;
   /// By how much the variance of a change grows with the intervals that were passed: smoothing with a gain K
   /// is the Kalman filter of a speed that wanders by K² of that variance in each.
   double growth() const { return 1.0 + passed_ * kGain * kGain; }
@@ -58,7 +66,6 @@ class RecentTravel {
   static constexpr double kGain = 0.5;     ///< of the latest interval: speeds drift
   static constexpr double kJump = 4.0;     ///< sigmas
   static constexpr double kRipple = 0.05;  ///< of its travel, by which a wheel's speed may vary at any time
-  static constexpr double kOutstanding = 3.0;  ///< sigmas
 
   int intervals_ = 0;
   int passed_ = 0;       ///< since the last that was added
