@@ -104,6 +104,78 @@ TEST(Rest, TheBiasIsAsGoodAsAKalmanFilterThatKnowsOfTheRest) {
   EXPECT_GT(std::sqrt(odometer.gyro_bias().variance), optimum);
 }
 
+/// A drive that does not rest before its first stop, in which the robot still turns behind its last count.
+struct Stop {
+  double ticks_per_revolution;
+  double forward_m_s;
+  double turn_rad_s;
+  double stops_within_s;
+};
+
+/// Error of the bias and of the heading after 6 s of rest, in sigmas.
+Vector2 errors_after(const Stop& stop, std::uint64_t seed) {
+  const double rate_hz = 50.0;
+  Random random(seed, 5);
+  Robot robot = test::robot_of(
+      differential_drive({.diameter_m = 0.1, .ticks_per_revolution = stop.ticks_per_revolution}, 0.3));
+  robot.chassis.gyro = test::kGyro;
+  robot.chassis.gyro->bias_sigma_rad_s = 0.003;
+  SensedDrive drive(with_bias(robot, random.normal(0.003)), rate_hz, seed);
+  // the stop begins anywhere between two counts
+  std::vector<Piece> pieces = {{10.0 + random.uniform(0.0, 1.0) * 0.157 / stop.forward_m_s, stop.forward_m_s},
+                               {4.0, stop.forward_m_s, stop.turn_rad_s}};
+  for (double left_s = stop.stops_within_s - 0.5 / rate_hz; left_s > 0.0; left_s -= 1.0 / rate_hz) {
+    const double share = left_s / stop.stops_within_s;
+    pieces.push_back({1.0 / rate_hz, share * stop.forward_m_s, share * stop.turn_rad_s});
+  }
+  pieces.push_back({6.0});
+  Odometer odometer = learning(robot);
+  EXPECT_TRUE(run(odometer, drive.over(pieces)).at_rest());
+  const double turned = stop.turn_rad_s * (4.0 + 0.5 * stop.stops_within_s);
+  const GyroBias bias = odometer.gyro_bias();
+  EXPECT_LT(std::sqrt(bias.variance), 6e-4);  // of one block alone 4.2e-4
+  return {(bias.rad_s - drive.bias_rad_s()) / std::sqrt(bias.variance),
+          (odometer.pose().heading - turned) / std::sqrt(odometer.white()[5])};
+}
+
+/// docs/theory/gyro.md, eq. 3a: what the robot turns behind its last count is no bias.
+TEST(Rest, TheBiasIsNotLearnedFromTheEndOfATurn) {
+  const int seeds = test::trials(200, 40);
+  const Stop stops[] = {{20.0, 0.1, 0.05, 2.0},   {20.0, 0.2, 0.1, 1.0},    {100.0, 0.1, 0.05, 2.0},
+                        {100.0, 0.1, -0.05, 2.0}, {360.0, 0.03, 0.05, 1.0}, {1024.0, 0.2, 0.5, 0.5}};
+  for (const Stop& stop : stops) {
+    Vector2 sum = Vector2::Zero();
+    Vector2 squares = Vector2::Zero();
+    for (int seed = 0; seed < seeds; ++seed) {
+      const Vector2 z = errors_after(stop, static_cast<std::uint64_t>(seed));
+      sum += z;
+      squares += z.cwiseAbs2();
+    }
+    // 99.9 % of the means of z, and of z² on its upper side, whose variances are 1 and 2
+    const Vector2 mean = sum / seeds;
+    const Vector2 square = squares / seeds;
+    RecordProperty("mean_" + std::to_string(stop.ticks_per_revolution), std::to_string(mean.x()));
+    EXPECT_LT(mean.cwiseAbs().maxCoeff(), 3.29 / std::sqrt(seeds))
+        << stop.ticks_per_revolution << " " << mean;
+    EXPECT_LT(square.maxCoeff(), 1.0 + 3.09 * std::sqrt(2.0 / seeds)) << stop.ticks_per_revolution;
+  }
+}
+
+TEST(Rest, ARobotThatCreepsAnyCountOfItsWheelsIsNotAtRest) {
+  const double tick = 1.0 / 1024.0;
+  for (const double count_s : {0.2, 0.7, 1.5, 3.0}) {
+    SensedDrive drive(robot_with_gyro(), 20.0, 2);
+    Odometer odometer = learning(robot_with_gyro());
+    const int every = static_cast<int>(std::lround(20.0 * count_s));
+    for (int i = 0; i < 20 * 20; ++i) {
+      Increment increment = drive.next({});
+      increment.turned[0] = increment.turned[1] = i % every == 0 ? tick : 0.0;
+      const Verdict verdict = odometer.step(increment);
+      EXPECT_TRUE(i <= every || !verdict.at_rest()) << count_s << " " << i;
+    }
+  }
+}
+
 /// Share of seeds whose bias lies inside its 95 % interval.
 double coverage(int seeds, double rest_s, const std::vector<Piece>& then) {
   int inside = 0;

@@ -111,6 +111,7 @@ Verdict Odometer::judged_step(const Increment& increment) {
     stand_still(increment);
   else
     move_on(increment);
+  rest_->follow_counts(state_.rest, increment);
   return {.phase = state_.rest.phase, .stuck = state_.stuck.stuck};
 }
 
@@ -131,7 +132,7 @@ Triple Odometer::move_on(const Increment& increment) {
   };
   if (state_.rest.phase != RestPhase::moving) {
     Increment withheld = RestDetector::withheld(state_.rest, increment.time_s - increment.duration_s);
-    state_.rest = {};
+    RestDetector::leave(state_.rest);
     state_.stuck.still = {};  // what starts to move gets lag_s to be seen by every sensor
     take_bias_out(withheld);
     if (withheld.duration_s > 0.0 || any_turns(withheld)) advance(withheld);
@@ -309,6 +310,7 @@ void Odometer::trace_arc(const ArcStep& arc, const Triple& by_bias) {
 void Odometer::step_across_gap(const Increment& increment) {
   trace_ = {};
   const Triple twist = learns_ ? move_on(increment) : advance(increment);
+  if (learns_) rest_->follow_counts(state_.rest, increment);
   if (!with_covariance_) return;
   const double sigma =
       std::hypot(twist[0], twist[1]) * (std::abs(twist[2]) + kUnseenBend_rad) / std::sqrt(12.0);

@@ -14,12 +14,15 @@ struct GyroBias {
   double variance = 0.0;  ///< [rad²/s²]
 };
 
-/// When a robot is said to stand still. docs/theory/gyro.md, eq. 1 to 3.
+/// When a robot is said to stand still. docs/theory/gyro.md, eq. 1 to 3a.
 struct RestOptions {
-  double block_s = 0.5;            ///< wheels and gyro must be still for so long, block after block
-  int fewest_intervals = 3;        ///< in a block
-  double jitter_ticks = 1.5;       ///< range over which a resting counter may toggle
-  double jitter_m = 1e-4;          ///< the same for wheels that give no ticks
+  double block_s = 0.5;       ///< wheels and gyro must be still for so long, block after block
+  int fewest_intervals = 3;   ///< in a block
+  double jitter_ticks = 1.5;  ///< range over which a resting counter may toggle
+  double jitter_m = 1e-4;     ///< the same for wheels that give no ticks
+  /// A wheel that has not counted for so long stands, however slowly its last counts came: what (3a) asks of
+  /// one per second, which is how long two blocks take. 1/(∛2 − 1) = 3.85
+  double longest_stop_s = 4.0;
   double sigmas = 4.0;             ///< of every test
   double gyro_noise_factor = 1.5;  ///< a gyro's true noise may be larger than the robot file says by this
   double lag_s = 0.2;          ///< stamps of wheels and gyro may be apart by this when they start and stop
@@ -46,6 +49,13 @@ struct RestBlock {
   double shaking_intervals = 0.0;
 };
 
+/// How fast a wheel counted when it last did.
+struct LastCounts {
+  double counts = 0.0;    ///< of the last interval in which it counted, with their sign
+  double within_s = 0.0;  ///< they fell within so long; 0: a counter that may only have toggled
+  double since_s = 0.0;   ///< without a count
+};
+
 /// All that a RestDetector remembers: plain numbers.
 struct RestState {
   RestPhase phase = RestPhase::moving;
@@ -55,6 +65,7 @@ struct RestState {
   std::array<double, kMaxWheels> steering_rad{};  ///< of the last interval, as Increment has it
   RestBlock block;                                ///< the one that is not complete yet
   RestBlock passed;                               ///< the complete one before it
+  std::array<LastCounts, kMaxWheels> last{};      ///< these outlive a rest
 };
 
 /// What a gyro read while the robot stood still.
@@ -70,11 +81,15 @@ class RestDetector {
  public:
   RestDetector(const Chassis& chassis, const RestOptions& options);
 
-  /// Could the robot still rest, or begin to, in this interval?
+  /// Could the robot still rest, or begin to, in this interval? Not before the wheels came to stand.
   bool continues(const RestState& state, const Increment& increment, const GyroBias& bias) const;
   /// Adds an interval that continues. What the gyro read is evidence of its bias one block later, when the
   /// robot is known to have stood still on both sides of it.
   std::optional<GyroEvidence> add(RestState& state, const Increment& increment) const;
+  /// Remembers when the wheels counted: to be given every interval, after it was judged.
+  void follow_counts(RestState& state, const Increment& increment) const;
+  /// Forgets all but when the wheels counted.
+  static void leave(RestState& state);
   /// What was read and not yet judged: all of it while settling, the last block and the counters' jitter at
   /// rest. To be integrated when the robot moves on.
   static Increment withheld(const RestState& state, double time_s);
@@ -87,6 +102,8 @@ class RestDetector {
 
  private:
   RestBlock with(const RestBlock& block, const Increment& increment) const;
+  double counts_in(const Increment& increment, std::size_t wheel) const;
+  bool wheels_stand(const RestState& state, const Increment& increment) const;
   bool wheels_rest(const RestState& state, const Increment& increment) const;
   bool gyro_rests(double gyro_rad, double duration_s, const GyroBias& bias) const;
   bool scatter_rests(const RestBlock& block) const;
@@ -95,6 +112,7 @@ class RestDetector {
   RestOptions options_;
   std::size_t wheels_ = 0;
   std::array<double, kMaxWheels> jitter_{};  ///< in units of Increment::turned
+  std::array<double, kMaxWheels> count_{};   ///< the same of one count; 0: what says nothing of a stop
   bool has_gyro_ = false;
   double gyro_density_ = 0.0;  ///< variance of the gyro's integral per second
 };

@@ -31,12 +31,13 @@ StandingGyro::StandingGyro(const Chassis& chassis, const RestOptions& options)
       unseen_turn_rad_(chassis.wheel_count > 0 ? smallest_seen_turn(chassis, options) : 0.0) {}
 
 void StandingGyro::watch(const Increment& increment, bool at_rest, const GyroBias& bias) {
-  if (!detector_.continues(state_, increment, kAnyBias)) {
-    close();
-    state_ = {};
-    return;
-  }
-  detector_.add(state_, increment);
+  const bool still = detector_.continues(state_, increment, kAnyBias);
+  if (still)
+    detector_.add(state_, increment);
+  else
+    RestDetector::leave(state_);
+  detector_.follow_counts(state_, increment);
+  if (!still) return close();
   if (at_rest) return close();
   if (present_.duration_s == 0.0) present_.start_s = increment.time_s - increment.duration_s;
   present_.duration_s += increment.duration_s;
