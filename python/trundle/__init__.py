@@ -333,7 +333,7 @@ def evaluate(
     >>> tour = trundle.Recording("data/demo/session_03/tour")
     >>> found = trundle.evaluate(trundle.odometry(tour, "data/demo/robot.toml"), tour)
     >>> print(f"{found.position_m.rms:.4f} m")
-    0.1300 m
+    0.1304 m
     """
     return _trundle.evaluate(
         getattr(estimate, "trajectory", estimate),

@@ -212,7 +212,7 @@ std::optional<GyroNoise> gyro_noise(const Recording& recording, const Chassis& c
 }
 
 bool is_louder(const GyroNoise& noise, double density) {
-  constexpr double kChance = 1e-3;
+  constexpr double kChance = 1e-3;  // once in a thousand gyros that are as the file says
   const double degrees = noise.degrees_of_freedom();
   if (degrees <= 0.0) return false;
   const double variance = squared(density) + squared(noise.rounding_rad_s_sqrt_hz);

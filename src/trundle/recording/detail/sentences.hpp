@@ -122,8 +122,10 @@ inline constexpr Sentence kSentences[] = {
      "{subject}_ticks holds fractions, like {value:.6g}, and no turn of the wheel in all; counts are whole: "
      "another column, or {subject}_rad or {subject}_m?"},
     {finer_than_counts, with<Amount>,
-     "{subject}_ticks changes by parts of a count, like {value:.3g}: noise as of whole counts is allowed for, "
-     "which is too much; map it to {subject}_rad with unit = \"rev\" and scale = 1/ticks_per_revolution, and leave "
+     "{subject}_ticks changes by parts of a count, like {value:.3g}: noise as of whole counts is allowed "
+     "for, "
+     "which is too much; map it to {subject}_rad with unit = \"rev\" and scale = 1/ticks_per_revolution, and "
+     "leave "
      "ticks_per_revolution out of the robot file"},
 
     // of clocks
