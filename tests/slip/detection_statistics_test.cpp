@@ -131,7 +131,8 @@ TEST(FalseAlarms, TheDetectorAlarmsWhereChiSquaredIsBeyondItsLimit) {
 /// 100 s, of which a wheel may run ahead in one interval.
 SlipReport report_of(const Robot& robot, std::uint64_t seed, double slip_m = 0.0) {
   CleanDriving driving(robot, kStraight, seed);
-  SlipSearch search(robot, {});
+  const VelocityStream no_commands;
+  SlipSearch search(robot, no_commands);
   for (int i = 0; i < 400; ++i) {
     Increment increment = driving.next();
     if (i == 200) increment.turned[0] += slip_m / (kPi * robot.chassis.wheels()[0].diameter_m);
