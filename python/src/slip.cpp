@@ -106,7 +106,7 @@ void bind_slip(py::module_& module) {
           "clear",
           [](const Slip& self) {
             std::vector<SlipRow> events = slip_result_of(self.answer, self.robot).events;
-            std::erase_if(events, [](const SlipRow& event) { return *event.by_chance >= kClearSlip; });
+            std::erase_if(events, [](const SlipRow& event) { return !is_clear(*event.by_chance); });
             return events;
           },
           "Those of the events that noise alone hardly makes: `by_chance` below 0.05.")

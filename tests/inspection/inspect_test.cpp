@@ -137,37 +137,35 @@ TEST(Inspect, finds_a_counter_reset_without_knowing_the_robot) {
   EXPECT_THAT(inspect(recording), Contains(test::finding(FindingCode::counter_reset, "'left'")));
 }
 
-TEST(Inspect, names_counts_that_hold_fractions_and_hardly_turn_the_wheel) {
+/// Of two wheels, read 20 times a second.
+std::vector<Finding> found_in(const std::vector<double>& left, const std::vector<double>& right) {
   const Robot robot = test::two_wheels();
-  std::vector<double> counts, metres, halves;
-  for (int row = 0; row < 40; ++row) {
-    counts.push_back(7 * row);
-    metres.push_back(0.01 * row + 0.0003);
-    halves.push_back(7 * row + 0.5);
-  }
-  const Recording wrong = test::wheels(test::stamps(40, 0.05), counts, metres);
-  EXPECT_THAT(inspect(wrong, robot, overview_of(wrong, robot)),
+  const Recording recording = test::wheels(test::stamps(static_cast<int>(left.size()), 0.05), left, right);
+  return inspect(recording, robot, overview_of(recording, robot));
+}
+
+std::vector<double> column(int rows, double step, double first = 0.0) {
+  std::vector<double> values;
+  for (int row = 0; row < rows; ++row) values.push_back(step * row + first);
+  return values;
+}
+
+auto is_about(FindingCode code) {
+  return Contains(testing::Field(&Finding::code, code));
+}
+
+TEST(Inspect, names_counts_that_hold_fractions_and_hardly_turn_the_wheel) {
+  EXPECT_THAT(found_in(column(40, 7.0), column(40, 0.01, 0.0003)),
               Contains(test::finding(FindingCode::fractions, "right_ticks holds fractions, like 0.0003")));
-  const Recording scaled = test::wheels(test::stamps(40, 0.05), counts, halves);
-  EXPECT_THAT(inspect(scaled, robot, overview_of(scaled, robot)),
-              Not(Contains(testing::Field(&Finding::code, FindingCode::fractions))));
+  EXPECT_THAT(found_in(column(40, 7.0), column(40, 7.0, 0.5)), Not(is_about(FindingCode::fractions)));
 }
 
 TEST(Inspect, names_counts_that_change_by_parts_of_a_count) {
-  const Robot robot = test::two_wheels();
-  std::vector<double> whole, halves, parts;
-  for (int row = 0; row < 4000; ++row) {
-    whole.push_back(7 * row);
-    halves.push_back(7 * row + 0.5);
-    parts.push_back(7.3 * row);
-  }
-  const Recording finer = test::wheels(test::stamps(4000, 0.05), whole, parts);
-  EXPECT_THAT(inspect(finer, robot, overview_of(finer, robot)),
+  EXPECT_THAT(found_in(column(4000, 7.0), column(4000, 7.3)),
               Contains(test::finding(FindingCode::finer_than_counts,
                                      "right_ticks changes by parts of a count, like 7.3")));
-  const Recording scaled = test::wheels(test::stamps(4000, 0.05), whole, halves);
-  EXPECT_THAT(inspect(scaled, robot, overview_of(scaled, robot)),
-              Not(Contains(testing::Field(&Finding::code, FindingCode::finer_than_counts))));
+  EXPECT_THAT(found_in(column(4000, 7.0), column(4000, 7.0, 0.5)),
+              Not(is_about(FindingCode::finer_than_counts)));
 }
 
 TEST(Misreading, is_a_column_a_unit_or_a_clock_taken_for_another) {

@@ -168,6 +168,15 @@ struct Increment {
 /// The chassis as its steered wheels stood in that interval.
 [[nodiscard]] Chassis at_steering(const Chassis& chassis, const Increment& increment);
 
+/// Adds what was read over one more interval: its duration, and what is proportional to how far the robot
+/// went.
+inline void add_readings(Increment& sum, const Increment& increment) {
+  sum.duration_s += increment.duration_s;
+  sum.gyro_rad += increment.gyro_rad;
+  sum.scrub_turned += increment.scrub_turned;
+  for (std::size_t i = 0; i < sum.turned.size(); ++i) sum.turned[i] += increment.turned[i];
+}
+
 /// Whether a wheel turned (without wheels: whether the robot moved).
 [[nodiscard]] bool any_turns(const Increment& increment);
 

@@ -9,7 +9,6 @@
 
 #include "trundle/inspection/detail/gyro_checks.hpp"
 #include "trundle/recording/alignment/replay.hpp"
-#include "trundle/statistics/median.hpp"
 
 namespace trundle::inspection {
 namespace {
@@ -103,41 +102,44 @@ void find_stuck(const Recording& recording, const Robot& robot, const Overview& 
   if (!all_expected) find_stuck(recording, robot.wheel_names, overview, problems);
 }
 
-/// A column of metres or of speeds that is taken for counts hardly turns its wheel.
-std::optional<double> fraction_in(std::span<const double> counts) {
+/// The first row of those that hold fractions, where half do: a column of metres or of speeds that is taken
+/// for counts hardly turns its wheel.
+std::optional<std::size_t> first_fraction(std::span<const double> counts) {
   const auto broken = [](double v) { return !std::isnan(v) && v != std::round(v); };
   if (2 * std::ranges::count_if(counts, broken) < std::ssize(counts)) return std::nullopt;
-  return *std::ranges::find_if(counts, broken);
+  return static_cast<std::size_t>(std::ranges::find_if(counts, broken) - counts.begin());
 }
 
-/// From row to row, where most that change do so by no whole number.
-std::optional<double> part_of_count_in(std::span<const double> counts) {
+/// The first row that differs from the one before by a part of a count, where half of those that differ do.
+std::optional<std::size_t> first_part_of_count(std::span<const double> counts) {
   constexpr double kRounding = 1e-6;  // of sums of counts that were scaled
-  std::vector<double> parts;
-  std::size_t changes = 0;
+  std::optional<std::size_t> first;
+  std::size_t changes = 0, parts = 0;
   for (std::size_t i = 1; i < counts.size(); ++i) {
     const double change = std::abs(counts[i] - counts[i - 1]);
     if (!(change > kRounding)) continue;
     ++changes;
-    if (std::abs(change - std::round(change)) > kRounding) parts.push_back(change);
+    if (std::abs(change - std::round(change)) <= kRounding) continue;
+    ++parts;
+    if (!first) first = i;
   }
-  if (2 * parts.size() < changes || parts.empty()) return std::nullopt;
-  return median(std::move(parts));
+  return 2 * parts >= changes ? first : std::nullopt;
 }
 
 /// Counts are whole.
 void find_fractions(const Recording& recording, const Robot& robot, const Overview& overview,
                     std::vector<Finding>& problems) {
-  for (const WheelSeries& series : recording.wheels.series) {
-    const auto named = std::ranges::find(robot.wheel_names, series.wheel);
-    if (series.unit != WheelUnit::ticks || named == robot.wheel_names.end()) continue;
+  for (const auto& [wheel, unit, counts] : recording.wheels.series) {
+    const auto named = std::ranges::find(robot.wheel_names, wheel);
+    if (unit != WheelUnit::ticks || named == robot.wheel_names.end()) continue;
     const bool turns = overview.way[static_cast<std::size_t>(named - robot.wheel_names.begin())] > 1.0;
-    const std::optional<double> value = turns ? part_of_count_in(series.value) : fraction_in(series.value);
-    if (!value) continue;
-    problems.push_back({.code = turns ? FindingCode::finer_than_counts : FindingCode::fractions,
-                        .place = recording.wheels.origin.file,
-                        .subjects = {series.wheel},
-                        .payload = payload::Amount{*value}});
+    const std::optional<std::size_t> row = turns ? first_part_of_count(counts) : first_fraction(counts);
+    if (!row) continue;
+    problems.push_back(
+        {.code = turns ? FindingCode::finer_than_counts : FindingCode::fractions,
+         .place = recording.wheels.origin.place_of(*row),
+         .subjects = {wheel},
+         .payload = payload::Amount{turns ? std::abs(counts[*row] - counts[*row - 1]) : counts[*row]}});
   }
 }
 

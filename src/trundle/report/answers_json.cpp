@@ -189,9 +189,9 @@ Json track_error(const Json& result) {
 }
 
 /// Where the file does not say how clear a slip is, it counts.
-bool is_clear(const Json& event) {
+bool counts_as_clear(const Json& event) {
   const Json by_chance = event.value("by_chance", Json(nullptr));
-  return !by_chance.is_number() || by_chance.get<double>() < kClearSlip;
+  return !by_chance.is_number() || is_clear(by_chance.get<double>());
 }
 
 /// Of slips that are clear; how many were found in all.
@@ -203,7 +203,7 @@ Json slip_answer(const Json& result) {
   double variance_m2 = 0.0;  // NaN: an event does not hold it
   std::map<std::string, double> by_wheel;
   for (const Json& event : slip.at("events")) {
-    if (!is_clear(event)) continue;
+    if (!counts_as_clear(event)) continue;
     ++clear;
     const Json given = event.value("excess_sigma_m", Json(nullptr));
     const double sigma_m = given.is_number() ? given.get<double>() : std::nan("");

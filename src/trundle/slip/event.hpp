@@ -16,6 +16,9 @@ inline constexpr int kAmbiguous = -1;
 /// A slip is clear where noise alone makes less than this share of those that are as clear. Of twenty
 /// recordings without slip, one has a clear one.
 inline constexpr double kClearSlip = 0.05;
+[[nodiscard]] constexpr bool is_clear(double by_chance) {
+  return by_chance < kClearSlip;
+}
 
 /// A slip from its first interval to its last.
 struct SlipEvent {

@@ -228,7 +228,7 @@ std::vector<SlipEvent> clear_slips(const SlipReport& report) {
   const std::vector<double> share = shares_by_chance(report);
   std::vector<SlipEvent> clear;
   for (std::size_t i = 0; i < share.size(); ++i)
-    if (share[i] < kClearSlip) clear.push_back(report.events[i]);
+    if (is_clear(share[i])) clear.push_back(report.events[i]);
   return clear;
 }
 

@@ -22,11 +22,8 @@ class IncrementMerger {
       first_turn_rate_ = turn_rate;
     } else {
       merged_.time_s = increment.time_s;
-      merged_.duration_s += increment.duration_s;
-      merged_.gyro_rad += increment.gyro_rad;
-      merged_.scrub_turned += increment.scrub_turned;
+      add_readings(merged_, increment);
       merged_.has_gyro = merged_.has_gyro && increment.has_gyro;
-      for (std::size_t i = 0; i < merged_.turned.size(); ++i) merged_.turned[i] += increment.turned[i];
       merged_.steering_rad = increment.steering_rad;
     }
     if (steered_) {

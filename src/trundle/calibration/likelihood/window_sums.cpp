@@ -11,11 +11,8 @@ constexpr double kPartsOfAWindow = 10.0;
 constexpr Increment kEmptySum{.has_gyro = true};
 
 void add(Increment& sum, const Increment& increment) {
-  sum.duration_s += increment.duration_s;
-  sum.gyro_rad += increment.gyro_rad;
+  add_readings(sum, increment);
   sum.gyro_change_rad_s += increment.gyro_change_rad_s;
-  sum.scrub_turned += increment.scrub_turned;
-  for (std::size_t i = 0; i < sum.turned.size(); ++i) sum.turned[i] += increment.turned[i];
 }
 
 /// The window that is being summed: its parts become part of the sums when it is kept.

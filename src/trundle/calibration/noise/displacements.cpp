@@ -40,13 +40,9 @@ void add_readings(const Robot& robot, const Redundancy& redundancy, Displacement
     const Increment& increment = displacement.run->readings.increments[i];
     complete =
         complete && (increment.has_gyro || !robot.chassis.gyro) && !displacement.run->readings.bridged[i];
-    sum.duration_s += increment.duration_s;
-    sum.gyro_rad += increment.gyro_rad;
-    sum.scrub_turned += increment.scrub_turned;
-    for (std::size_t w = 0; w < sum.turned.size(); ++w) {
-      sum.turned[w] += increment.turned[w];
+    add_readings(sum, increment);
+    for (std::size_t w = 0; w < sum.turned.size(); ++w)
       displacement.rolled.turned[w] += std::abs(increment.turned[w]);
-    }
   }
   displacement.rolled.duration_s = sum.duration_s;
   displacement.rolling.speed_m_s =

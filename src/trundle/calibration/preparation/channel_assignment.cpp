@@ -40,10 +40,8 @@ void add_motions(const Run& run, const Robot& robot, std::vector<ReadMotion>& mo
     motion.sum.has_gyro = true;
     for (std::size_t i = run.epochs[epoch - 1]; i < run.epochs[epoch]; ++i) {
       const Increment& increment = run.readings.increments[i];
-      motion.sum.duration_s += increment.duration_s;
-      motion.sum.gyro_rad += increment.gyro_rad;
+      add_readings(motion.sum, increment);
       motion.sum.has_gyro = motion.sum.has_gyro && increment.has_gyro;
-      for (std::size_t w = 0; w < motion.sum.turned.size(); ++w) motion.sum.turned[w] += increment.turned[w];
     }
   }
 }

@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "trundle/calibration/solve/estimator.hpp"
 #include "trundle/calibration/validation/cross_validation.hpp"
+#include "trundle/calibration/validation/run_steps.hpp"
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/geometry/squared.hpp"
 #include "trundle/io/error.hpp"
@@ -16,50 +16,19 @@
 namespace trundle::calibration {
 namespace {
 
-/// The steps from an estimate in coordinates in which the prior is the unit matrix, and what they cost: with
-/// its last parameter free, and with that back where it was.
-class HeldOutSteps {
- public:
-  HeldOutSteps(const Estimate& estimate, const CalibrationProblem& problem)
-      : basis_(estimate.space.scale.asDiagonal() * estimate.space.basis), dispersion_(estimate.dispersion) {
-    const Eigen::Index n = problem.size();
-    Eigen::VectorXd moved(n);
-    for (Eigen::Index j = 0; j < n; ++j) {
-      const Parameter& parameter = problem.parameters[static_cast<std::size_t>(j)];
-      moved[j] = value_of(parameter, estimate.robot) - value_of(parameter, problem.nominal);
-    }
-    last_moved_ = moved[n - 1];
-    moved_ = estimate.space.basis.transpose() * moved.cwiseQuotient(estimate.space.scale);
-  }
+double growth(const Information& information, const Eigen::VectorXd& step) {
+  return information.gradient.dot(step) - 0.5 * step.dot(information.matrix * step);
+}
 
-  Information of(const RunEvidence& part) const {
-    Information information = Information::zero(basis_.cols());
-    information.matrix = congruent(part.information.matrix, basis_) / dispersion_;
-    information.gradient = basis_.transpose() * part.information.gradient / dispersion_;
-    return information;
-  }
-
-  /// By how much the log-likelihood of what was left out is larger where the rest may say what the last
-  /// parameter is: docs/theory/scrub.md, eq. 6.
-  double gain(const Information& left_out, const Information& rest) const {
-    const Eigen::MatrixXd precision = rest.matrix + Eigen::MatrixXd::Identity(basis_.cols(), basis_.cols());
-    const Eigen::VectorXd free = solve_ldlt(precision, rest.gradient - moved_);
-    const Eigen::VectorXd row = basis_.bottomRows<1>().transpose();
-    const Eigen::VectorXd along = solve_ldlt(precision, row);
-    const Eigen::VectorXd held = free - along * ((row.dot(free) + last_moved_) / row.dot(along));
-    return growth(left_out, free) - growth(left_out, held);
-  }
-
- private:
-  static double growth(const Information& information, const Eigen::VectorXd& step) {
-    return information.gradient.dot(step) - 0.5 * step.dot(information.matrix * step);
-  }
-
-  Eigen::MatrixXd basis_;  ///< of the parameters in their own units
-  Eigen::VectorXd moved_;  ///< û: the estimate from nominal, in prior sigmas
-  double last_moved_ = 0.0;
-  double dispersion_;
-};
+/// By how much the log-likelihood of what was left out is larger where the rest may say what the last
+/// parameter is, which the estimate has moved so far: docs/theory/scrub.md, eq. 6.
+double gain(const RunSteps& steps, const Information& left_out, const Information& rest, double last_moved) {
+  const Eigen::VectorXd free = steps.step(rest);
+  const Eigen::VectorXd row = steps.basis().bottomRows<1>().transpose();
+  const Eigen::VectorXd along = solve_ldlt(RunSteps::precision(rest), row);
+  const Eigen::VectorXd held = free - along * ((row.dot(free) + last_moved) / row.dot(along));
+  return growth(left_out, free) - growth(left_out, held);
+}
 
 /// Nothing where the parts do not show it. Throws CannotAnswer where the search leads nowhere.
 std::optional<ParameterOffer> offer_of(const CalibrationProblem& problem, const Parameter& parameter) {
@@ -72,9 +41,8 @@ std::optional<ParameterOffer> offer_of(const CalibrationProblem& problem, const 
   const Estimate estimate = estimate_parameters(more);
   const auto last = more.size() - 1;
   if (!estimate.space.estimates(static_cast<int>(last))) return std::nullopt;
-  const HeldOutSteps steps(estimate, more);
-  Information all = Information::zero(estimate.space.basis.cols());
-  for (const RunEvidence& part : estimate.runs) all.add(steps.of(part));
+  const RunSteps steps(estimate, more.nominal, more.parameters);
+  const Information all = steps.of_all(estimate.runs);
   ParameterOffer offer{.parameter = parameter,
                        .name = name_of(parameter, estimate.robot),
                        .given = value_of(parameter, problem.nominal),
@@ -84,9 +52,10 @@ std::optional<ParameterOffer> offer_of(const CalibrationProblem& problem, const 
                        .of_halves = of_halves,
                        .degrees_of_freedom = estimate.degrees_of_freedom};
   for (const RunEvidence& part : estimate.runs) {
+    const Information left_out = steps.of(part);
     Information rest = all;
-    rest.add(steps.of(part), -1.0);
-    offer.gain += steps.gain(steps.of(part), rest);
+    rest.add(left_out, -1.0);
+    offer.gain += gain(steps, left_out, rest, offer.value - offer.given);
   }
   return offer;
 }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -15,6 +16,10 @@ using Index = Eigen::Index;
 
 Index column_of(LandmarkId landmark) {
   return 2 * static_cast<Index>(landmark);
+}
+
+Index row_of(std::size_t match) {
+  return 2 * static_cast<Index>(match);
 }
 
 }  // namespace
@@ -88,79 +93,96 @@ std::vector<PoseEkf::Match> PoseEkf::matches_of(std::span<const Observation> obs
   return matches;
 }
 
-/// Linearised again at the pose that the sightings make of it, until a straight line tells what is read
-/// there: a start that is vague beside them would be sure of a wrong pose [Bell, Cathey 1993].
-void PoseEkf::update(std::vector<Match> matches, std::span<const Observation> observations) {
-  if (matches.empty()) return;
-  constexpr int kMostLinearisations = 8;  // each squares what is left; more: sightings that do not fit
-  const PoseEstimate prior = belief_;
-  const Eigen::MatrixXd prior_with_map = with_map_;
-  Vector3 at = Vector3::Zero();  // from the prior
-  for (int i = 0; i < kMostLinearisations; ++i) {
-    belief_ = prior;
-    with_map_ = prior_with_map;
-    update_linearised(matches, at);
-    const Vector3 moved = difference(prior.pose, belief_.pose);
-    if (relinearise(matches, observations, moved - at)) return;
-    at = moved;
-  }
-}
-
-/// At the present pose, so far from the one before. True where they were straight from there to here.
-bool PoseEkf::relinearise(std::vector<Match>& matches, std::span<const Observation> observations,
-                          const Vector3& moved) const {
-  constexpr double kStraight = 0.1;  // 1σ of a reading
-  const Vector2 sigma = reading_covariance(sensor_).diagonal().cwiseSqrt();
-  bool straight = true;
-  for (auto& [observation, landmark, sight] : matches) {
-    const Vector2 expected = sight.innovation - sight.expected.by_pose * moved;
-    sight.expected = expected_reading(belief_.pose, sensor_.body_from_sensor, (*map_)[landmark].position);
-    sight.innovation = innovation_of(observations[observation], sight.expected);
-    const Vector2 missed = (sight.innovation - expected).cwiseAbs();
-    straight = straight && (missed.array() < kStraight * sigma.array()).all();
-  }
-  return straight;
-}
-
-/// Eq. 44, 45: only the pose is moved, with the systematic errors; the map is not. The matches are linearised
-/// `at` a pose so far from the belief's.
-void PoseEkf::update_linearised(const std::vector<Match>& matches, const Vector3& at) {
+/// Eq. 44, with the matches as they are linearised.
+PoseEkf::Gain PoseEkf::gain_of(const std::vector<Match>& matches) const {
   const auto rows = 2 * static_cast<Index>(matches.size());
   const Index body = 3 + belief_.systematic.size();
-  const bool exact = with_map_.size() == 0;
-  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(rows, body);  // of the readings by the body
-  Eigen::MatrixXd X = Eigen::MatrixXd::Zero(body, rows);  // of body and readings, by the map
-  Eigen::MatrixXd W = Eigen::MatrixXd::Zero(rows, rows);  // of the readings, were the body certain
-  Eigen::VectorXd innovation(rows);
-  const auto row_of = [](std::size_t k) { return 2 * static_cast<Index>(k); };
-  Eigen::MatrixXd HC;  // H times the covariance of everything with the landmarks
-  if (!exact) HC.resize(rows, with_map_.cols());
+  Gain gain{Eigen::MatrixXd::Zero(rows, body),
+            Eigen::MatrixXd::Zero(body, rows),
+            Eigen::MatrixXd::Zero(rows, rows),
+            {}};
+  auto& [G, X, W, K] = gain;
   for (std::size_t k = 0; k < matches.size(); ++k) {
     const auto& [observation, landmark, sight] = matches[k];
     G.block<2, 3>(row_of(k), 0) = sight.expected.by_pose;
     W.block<2, 2>(row_of(k), row_of(k)) += reading_covariance(sensor_);
-    innovation.segment<2>(row_of(k)) = sight.innovation + sight.expected.by_pose * at;
-    if (exact) continue;
+    if (with_map_.size() == 0) continue;
     const Matrix2& L = sight.expected.by_landmark;
     X.middleCols<2>(row_of(k)) = with_map_.middleCols<2>(column_of(landmark)) * L.transpose();
-    HC.middleRows<2>(row_of(k)) =
-        sight.expected.by_pose * with_map_.topRows<3>() + L * map_->covariance_with_all(landmark);
     for (std::size_t l = 0; l < matches.size(); ++l)
       W.block<2, 2>(row_of(k), row_of(l)) += L * map_->covariance(landmark, matches[l].landmark) *
                                              matches[l].sight.expected.by_landmark.transpose();
   }
+  const Eigen::MatrixXd PHt = body_covariance_of(belief_) * G.transpose() + X;
+  K = divide_cholesky(PHt, G * PHt + X.transpose() * G.transpose() + W);
+  return gain;
+}
+
+/// At the present pose.
+std::vector<PoseEkf::Match> PoseEkf::linearised(std::vector<Match> matches,
+                                                std::span<const Observation> observations) const {
+  for (auto& [observation, landmark, sight] : matches) {
+    sight.expected = expected_reading(belief_.pose, sensor_.body_from_sensor, (*map_)[landmark].position);
+    sight.innovation = innovation_of(observations[observation], sight.expected);
+  }
+  return matches;
+}
+
+/// Whether a straight line tells what is read so far from where the matches were linearised before.
+bool PoseEkf::is_straight(const std::vector<Match>& before, const std::vector<Match>& now,
+                          const Vector3& moved) const {
+  constexpr double kStraight = 0.1;  // 1σ of a reading
+  const Vector2 sigma = reading_covariance(sensor_).diagonal().cwiseSqrt();
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    const MapSight& sight = before[k].sight;
+    const Vector2 expected = sight.innovation - sight.expected.by_pose * moved;
+    const Vector2 missed = (now[k].sight.innovation - expected).cwiseAbs();
+    if ((missed.array() >= kStraight * sigma.array()).any()) return false;
+  }
+  return true;
+}
+
+/// Eq. 45, 45a: only the pose is moved, with the systematic errors; the map is not. Linearised again at the
+/// pose that the sightings make of it, until a straight line tells what is read there: a start that is vague
+/// beside them would be sure of a wrong pose [Bell, Cathey 1993].
+void PoseEkf::update(std::vector<Match> matches, std::span<const Observation> observations) {
+  if (matches.empty()) return;
+  constexpr int kMostLinearisations = 8;  // each squares what is left; more: sightings that do not fit
+  const Pose2 prior = belief_.pose;
+  Vector3 at = Vector3::Zero();  // of the linearisation, from the prior
+  for (int left = kMostLinearisations;; --left) {
+    const Gain gain = gain_of(matches);
+    Eigen::VectorXd innovation(gain.W.rows());
+    for (std::size_t k = 0; k < matches.size(); ++k)
+      innovation.segment<2>(row_of(k)) = matches[k].sight.innovation + matches[k].sight.expected.by_pose * at;
+    const Eigen::VectorXd change = gain.K * innovation;
+    belief_.pose = {prior.x + change[0], prior.y + change[1], prior.heading + change[2]};
+    const Vector3 moved = difference(prior, belief_.pose);
+    std::vector<Match> here = linearised(matches, observations);
+    if (left == 1 || is_straight(matches, here, moved - at)) {
+      belief_.systematic += change.tail(belief_.systematic.size());
+      return update_covariance(matches, gain);
+    }
+    matches = std::move(here);
+    at = moved;
+  }
+}
+
+void PoseEkf::update_covariance(const std::vector<Match>& matches, const Gain& gain) {
+  const auto& [G, X, W, K] = gain;
   const BodyCovariance P = body_covariance_of(belief_);
-  const Eigen::MatrixXd PHt = P * G.transpose() + X;
-  const Eigen::MatrixXd S = G * PHt + X.transpose() * G.transpose() + W;
-  const Eigen::MatrixXd K = divide_cholesky(PHt, S);
-  const Eigen::VectorXd change = K * innovation;
-  belief_.pose = {belief_.pose.x + change[0], belief_.pose.y + change[1], belief_.pose.heading + change[2]};
-  belief_.systematic += change.tail(body - 3);
   // Joseph's form: what is much surer afterwards is no difference of large numbers.
-  const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(body, body) - K * G;
+  const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(P.rows(), P.rows()) - K * G;
   const Eigen::MatrixXd mixed = A * X * K.transpose();
   set_body_covariance(A * P * A.transpose() - mixed - mixed.transpose() + K * W * K.transpose(), belief_);
-  if (!exact) with_map_ -= K * HC;
+  if (with_map_.size() == 0) return;
+  Eigen::MatrixXd HC(W.rows(), with_map_.cols());  // H times the covariance of everything with the landmarks
+  for (std::size_t k = 0; k < matches.size(); ++k) {
+    const ExpectedReading& expected = matches[k].sight.expected;
+    HC.middleRows<2>(row_of(k)) = expected.by_pose * with_map_.topRows<3>() +
+                                  expected.by_landmark * map_->covariance_with_all(matches[k].landmark);
+  }
+  with_map_ -= K * HC;
 }
 
 }  // namespace trundle::slam

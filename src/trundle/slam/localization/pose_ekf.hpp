@@ -50,14 +50,24 @@ class PoseEkf {
     LandmarkId landmark;
     MapSight sight;
   };
+  /// Of all matches together, two rows each.
+  struct Gain {
+    Eigen::MatrixXd G;  ///< the readings by the body
+    Eigen::MatrixXd X;  ///< covariance of body and readings, by the map
+    Eigen::MatrixXd W;  ///< covariance of the readings, were the body certain
+    Eigen::MatrixXd K;
+  };
 
   void predict(const Motion& motion);
   [[nodiscard]] MapSight sight_of(LandmarkId landmark, const Observation& observation) const;
   std::vector<Match> matches_of(std::span<const Observation> observations, std::span<const double> novelty);
+  [[nodiscard]] Gain gain_of(const std::vector<Match>& matches) const;
+  [[nodiscard]] std::vector<Match> linearised(std::vector<Match> matches,
+                                              std::span<const Observation> observations) const;
+  [[nodiscard]] bool is_straight(const std::vector<Match>& before, const std::vector<Match>& now,
+                                 const Vector3& moved) const;
   void update(std::vector<Match> matches, std::span<const Observation> observations);
-  bool relinearise(std::vector<Match>& matches, std::span<const Observation> observations,
-                   const Vector3& moved) const;
-  void update_linearised(const std::vector<Match>& matches, const Vector3& at);
+  void update_covariance(const std::vector<Match>& matches, const Gain& gain);
 
   const KnownMap* map_;
   LandmarkSensor sensor_;
