@@ -55,6 +55,13 @@ std::string taken_as_exact(const IntegratedOdometry& odometry, const Robot& robo
                                      fmt::join(names, ", "));
 }
 
+std::string source_of_bias(const IntegratedOdometry& odometry, const Robot& robot) {
+  if (odometry.rest_s > 0.0) return fmt::format("learned in {:.1f} s at rest", odometry.rest_s);
+  if (std::sqrt(odometry.end_gyro_bias.variance) < initial_bias_sigma(robot))
+    return "learned from how the wheels turn: it never rests";
+  return "as the robot file says: it never rests";
+}
+
 std::string text_of(const OdometryAnswer& answer, const Robot& robot) {
   const IntegratedOdometry& odometry = answer.odometry;
   const Pose2& end = odometry.end.pose;
@@ -73,8 +80,7 @@ std::string text_of(const OdometryAnswer& answer, const Robot& robot) {
               : fmt::format("readings beyond those the motion needs: {}\n", odometry.degrees_of_freedom);
   if (const GyroBias& bias = odometry.end_gyro_bias; bias.variance > 0.0)
     text += fmt::format("gyro bias {:.6f} ± {:.6f} rad/s, {}\n", bias.rad_s, std::sqrt(bias.variance),
-                        odometry.rest_s > 0.0 ? fmt::format("learned in {:.1f} s at rest", odometry.rest_s)
-                                              : "as the robot file says: it never rests");
+                        source_of_bias(odometry, robot));
   for (const Finding& problem : odometry.findings) text += app::line_of(problem);
   for (const TrackOnGround& track : answer.tracks)
     text += fmt::format("effective track by the gyro, {:.1f} to {:.1f} s: {:.4f} ± {:.4f} m\n", track.start_s,

@@ -208,7 +208,7 @@ TEST(Rest, ARunThatStartsMovingLearnsNoBias) {
   for (const auto& pieces : starts)
     for (const double rate_hz : {4.0, 20.0, 100.0}) {
       SensedDrive drive(with_bias(robot_with_gyro(), 0.01), rate_hz, 5);
-      Odometer odometer = learning(robot_with_gyro());
+      Odometer odometer = test::learning_by_rests_alone(robot_with_gyro());
       for (const Increment& increment : drive.over(pieces))
         ASSERT_FALSE(odometer.step(increment).at_rest()) << rate_hz << " " << pieces[0].turn_rad_s;
       EXPECT_EQ(odometer.gyro_bias().rad_s, 0.0);

@@ -33,13 +33,14 @@ struct Piece {
 class SensedDrive {
  public:
   SensedDrive(const Robot& truth, double rate_hz, std::uint64_t seed)
-      : truth_(truth), step_s_(1.0 / rate_hz), noise_(seed, 1), walk_(seed, 2) {
+      : truth_(truth), step_s_(1.0 / rate_hz), noise_(seed, 1), walk_(seed, 2), slip_(seed, 3) {
     bias_ = truth.chassis.gyro->bias_rad_s;
   }
 
   /// 0: dead
   double encoder_gain[kMaxWheels] = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
   double shaking_m_s2 = std::numeric_limits<double>::quiet_NaN();
+  double wheel_noise_per_sqrt_m = 0.0;
 
   Increment next(const Piece& piece) {
     const Chassis& chassis = truth_.chassis;
@@ -49,7 +50,9 @@ class SensedDrive {
     Increment increment{.time_s = time_s_, .duration_s = step_s_, .has_gyro = true};
     for (std::size_t i = 0; i < chassis.wheels().size(); ++i) {
       const Wheel& wheel = chassis.wheels()[i];
-      revolutions_[i] += encoder_gain[i] * rolling_row(wheel).dot(motion.vector()) / (kPi * wheel.diameter_m);
+      const double way_m = rolling_row(wheel).dot(motion.vector());
+      const double noise_m = slip_.normal(wheel_noise_per_sqrt_m * std::sqrt(std::abs(way_m)));
+      revolutions_[i] += encoder_gain[i] * (way_m + noise_m) / (kPi * wheel.diameter_m);
       const double counts = std::round(revolutions_[i] * wheel.ticks_per_revolution);
       increment.turned[i] = (counts - counts_[i]) / wheel.ticks_per_revolution;
       counts_[i] = counts;
@@ -76,6 +79,7 @@ class SensedDrive {
   double bias_ = 0.0;
   Random noise_;
   Random walk_;
+  Random slip_;
   std::array<double, kMaxWheels> revolutions_{};
   std::array<double, kMaxWheels> counts_{};
 };
@@ -87,6 +91,10 @@ inline Robot with_bias(Robot robot, double bias_rad_s) {
 
 inline Odometer learning(const Robot& robot) {
   return Odometer(robot, {.learn_gyro_bias = true});
+}
+
+inline Odometer learning_by_rests_alone(const Robot& robot) {
+  return Odometer(robot, {.learn_gyro_bias = true, .compare_turns = false});
 }
 
 }  // namespace trundle::test

@@ -98,7 +98,8 @@ class Integration {
                           .start_covariance = options.start_covariance,
                           .parameters = uncertain_.parameters,
                           .with_covariance = options.with_covariance,
-                          .learn_gyro_bias = options.learn_gyro_bias}),
+                          .learn_gyro_bias = options.learn_gyro_bias,
+                          .compare_turns = !options.smooth}),
         options_(options),
         learns_bias_(options.learn_gyro_bias && options.with_covariance && robot.chassis.gyro.has_value()),
         smooths_(options.smooth && learns_bias_) {

@@ -34,14 +34,6 @@ std::string words_of(const Vector3& direction) {
   return words;
 }
 
-/// a bᵀ + b aᵀ + factor · b bᵀ
-Symmetric3 outer(const Triple& a, const Triple& b, double factor) {
-  const auto entry = [&](std::size_t i, std::size_t k) {
-    return a[i] * b[k] + b[i] * a[k] + factor * b[i] * b[k];
-  };
-  return {entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)};
-}
-
 }  // namespace
 
 void require_observable(const Robot& robot, bool with_gyro) {
@@ -70,6 +62,7 @@ Odometer::Odometer(const Robot& robot, const Options& options)
     : gauge_(robot.chassis),
       wheels_(robot.chassis.wheels().size()),
       parameters_(options.parameters.size()),
+      uncertain_(parameters_),
       with_covariance_(options.with_covariance),
       steered_(is_steered(robot.chassis)) {
   const Chassis& chassis = robot.chassis;
@@ -95,7 +88,9 @@ Odometer::Odometer(const Robot& robot, const Options& options)
   rest_.emplace(chassis, options.rest);
   stuck_.emplace(chassis, options.rest);
   const double bias_sigma = initial_bias_sigma(robot);
-  state_.bias_variance = bias_sigma * bias_sigma;
+  state_.bias_variance = initial_bias_variance_ = bias_sigma * bias_sigma;
+  gate_ = options.rest.sigmas * options.rest.sigmas;
+  if (options.compare_turns && without_gyro_) begin_comparison(robot, options.parameters);
 }
 
 Verdict Odometer::judged_step(const Increment& increment) {
@@ -123,7 +118,9 @@ void Odometer::stand_still(const Increment& increment) {
   const std::optional<Increment> settled = rest_->settled(state_.rest, increment.time_s);
   if (settled && any_turns(*settled)) advance(*settled);
   if (evidence) learn_bias(*evidence);
-  if (state_.rest.phase == RestPhase::resting) state_.stuck = {};
+  if (state_.rest.phase != RestPhase::resting) return;
+  state_.stuck = {};
+  end_comparison();  // wheels may turn on a little as they come to stand, the gyro's reading is then left out
 }
 
 Triple Odometer::move_on(const Increment& increment) {
@@ -141,26 +138,6 @@ Triple Odometer::move_on(const Increment& increment) {
   take_bias_out(reading);
   stuck_->watch(state_.stuck, reading, gyro_bias(), state_.rolling.octave);
   return advance(reading);
-}
-
-/// Kalman update of pose and bias by a reading of the bias: docs/theory/gyro.md, eq. 5.
-void Odometer::learn_bias(const GyroEvidence& evidence) {
-  const double R = gyro_.noise_rad_s_sqrt_hz * gyro_.noise_rad_s_sqrt_hz / evidence.duration_s;
-  const double S = state_.bias_variance + R;
-  if (S <= 0.0) return;
-  const double innovation = evidence.gyro_rad / evidence.duration_s - gyro_bias().rad_s;
-  const Triple c = state_.bias;
-  const std::array<double, 4> K = {c[0] / S, c[1] / S, c[2] / S, state_.bias_variance / S};
-  state_.pose.x += K[0] * innovation;
-  state_.pose.y += K[1] * innovation;
-  state_.pose.heading += K[2] * innovation;
-  state_.bias_rad_s += K[3] * innovation;
-  add_outer(state_.white, -1.0 / S, c);
-  for (double& entry : state_.bias) entry *= R / S;
-  state_.bias_variance *= R / S;
-  trace_.gain = K;
-  trace_.innovation = innovation;
-  trace_.innovation_variance = S;
 }
 
 Triple Odometer::advance(const Increment& increment) {
@@ -206,15 +183,18 @@ Triple Odometer::advance_with_covariance(const MotionModel& model, const Increme
     const Triple added = arc.map(step.derivative[j]);
     for (std::size_t i = 0; i < 3; ++i) state_.sensitivity[j][i] = carried[i] + added[i];
   }
+  for (std::size_t j = parameters_; j < uncertain_; ++j)
+    state_.sensitivity[j] = arc.carry(state_.sensitivity[j]);
   if (with_gyro_) {
     const Triple by_bias = arc.map(step.derivative[parameters_]);
     if (learns_) trace_arc(arc, by_bias);
-    add_bias_walk(arc, by_bias, increment.duration_s);
+    add_bias(arc, by_bias, increment.duration_s);
   }
   Pose2& pose = state_.pose;
   pose = {pose.x + arc.chord().x, pose.y + arc.chord().y, pose.heading + step.twist[2]};
   if (!without_gyro_ && increment.duration_s > 0.0)
     state_.turn_rate_rad_s = step.twist[2] / increment.duration_s;
+  if (turns_) compare_turns(model, increment, rolled);
   return step.twist;
 }
 
@@ -257,6 +237,9 @@ Symmetric3 Odometer::rounding() const {
 Symmetric3 Odometer::white() const {
   Symmetric3 white = state_.white;
   add(white, rounding());
+  // E[(½ bend b²)²] = ¾ bend² B²: docs/theory/gyro.md, eq. 5b
+  add_outer(white, 0.75 * state_.bias_variance * state_.bias_variance, {state_.bend[0], state_.bend[1], 0.0});
+  if (uncertain_ > parameters_) add(white, through_bias());
   return white;
 }
 
@@ -288,16 +271,9 @@ void Odometer::restart() {
   state_.pose = {};
   state_.white = {};
   state_.bias = {};
+  state_.bend = {};
+  state_.difference.with_pose = {};
   state_.sensitivity = {};
-}
-
-/// The bias's walk is one more state b beside the pose, with ∂ξ/∂b as for the parameter:
-/// docs/theory/odometry.md, eq. 8. `by_bias`: ∂pose/∂b of the step alone.
-void Odometer::add_bias_walk(const ArcStep& arc, const Triple& by_bias, double duration_s) {
-  const Triple carried = arc.carry(state_.bias);
-  add(state_.white, outer(carried, by_bias, state_.bias_variance));
-  for (std::size_t i = 0; i < 3; ++i) state_.bias[i] = carried[i] + state_.bias_variance * by_bias[i];
-  state_.bias_variance += gyro_.bias_walk_rad_s_sqrt_s * gyro_.bias_walk_rad_s_sqrt_s * duration_s;
 }
 
 void Odometer::trace_arc(const ArcStep& arc, const Triple& by_bias) {
@@ -310,6 +286,7 @@ void Odometer::trace_arc(const ArcStep& arc, const Triple& by_bias) {
 void Odometer::step_across_gap(const Increment& increment) {
   trace_ = {};
   const Triple twist = learns_ ? move_on(increment) : advance(increment);
+  end_comparison();
   if (learns_) rest_->follow_counts(state_.rest, increment);
   if (!with_covariance_) return;
   const double sigma =

@@ -11,12 +11,24 @@
 #include "trundle/odometry/motion_model.hpp"
 #include "trundle/odometry/rest.hpp"
 #include "trundle/odometry/stuck.hpp"
+#include "trundle/odometry/turn_comparison.hpp"
 
 namespace trundle::odometry {
 
-inline constexpr int kMaxParameters = 32;
 /// ∂(x, y, heading)/∂p in world axes, one column for each parameter.
 using PoseSensitivity = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxParameters>;
+
+/// What gyro and wheels are apart by since their comparison began, as one more state beside pose and bias:
+/// docs/theory/redundant-turn.md.
+struct DifferenceState {
+  bool begun() const { return variance > 0.0; }
+
+  double rad = 0.0;                   ///< as read, less what is expected of it
+  double variance = 0.0;              ///< of what is expected [rad²]
+  std::array<double, 3> with_pose{};  ///< its covariances
+  double with_bias = 0.0;
+  std::array<double, kMaxParameters> sensitivity{};
+};
 
 /// All that changes while an Odometer steps: plain numbers, so its bytes can be stored and restored.
 struct OdometerState {
@@ -24,9 +36,15 @@ struct OdometerState {
   Symmetric3 white{};  ///< covariance of (x, y, heading) in world axes, the last counts' rounding aside
   std::array<double, 3> bias{};  ///< its covariance with the gyro's bias
   double bias_rad_s = 0.0;       ///< what was learned of the bias, added to the robot file's
-  double bias_variance = 0.0;    ///< [rad²/s²]
+  double bias_variance = 0.0;    ///< [rad²/s²]; of noise alone
+  double bias_parameter_variance = 0.0;  ///< of what is wrong with it because parameters are
+  std::array<double, 2> bend{};  ///< ∂²(x, y)/∂bias²: the path that a bias bends is no line
   double turn_rate_rad_s = 0.0;  ///< of the last step whose turn was measured
+  /// ∂(pose)/∂p of Options::parameters; after them, of what else the bias depends on, through it alone.
   std::array<std::array<double, 3>, kMaxParameters> sensitivity{};
+  std::array<double, kMaxParameters> bias_sensitivity{};  ///< of what was learned of the bias
+  DifferenceState difference;
+  ComparedTurn compared;
   Rolling rolling;
   /// ∂(pose)/∂(rounding of each wheel's last count), in world axes [1/m]: docs/theory/odometry.md, eq. 10.
   WheelVectors by_rounding{};
@@ -67,6 +85,9 @@ class Odometer {
     /// Finds where the robot stands still, and learns the gyro's bias there. Needs the covariance, and that
     /// gyro.bias is not among `parameters`.
     bool learn_gyro_bias = false;
+    /// Learns it also from how gyro and wheels turn, where both show it: as far as it is known how right the
+    /// wheels are, by the calibration or else by prior_sigma().
+    bool compare_turns = true;
     RestOptions rest = {};
   };
 
@@ -89,12 +110,12 @@ class Odometer {
 
   /// The bias that the gyro is estimated to have now; without learn_gyro_bias the robot file's, and its walk.
   [[nodiscard]] GyroBias gyro_bias() const {
-    return {gyro_.bias_rad_s + state_.bias_rad_s, state_.bias_variance};
+    return {gyro_.bias_rad_s + state_.bias_rad_s, state_.bias_variance + state_.bias_parameter_variance};
   }
 
   [[nodiscard]] const Pose2& pose() const { return state_.pose; }
-  /// White part in world axes: grows like √distance. Includes the walk of the gyro's bias and the rounding of
-  /// the counts.
+  /// White part in world axes: grows like √distance. Includes what is not known of the gyro's bias and the
+  /// rounding of the counts.
   [[nodiscard]] Matrix3 white_covariance() const { return full_matrix(white()); }
   [[nodiscard]] Symmetric3 white() const;
   /// The part of it that the rounding of the last counts makes, and that the next counts take back.
@@ -126,12 +147,19 @@ class Odometer {
   std::array<double, 3> advance_unmeasured(const Increment& increment);
   std::array<double, 3> advance_with_covariance(const MotionModel& model, const Increment& increment);
   void carry_rounding(const ArcStep& arc, const Increment& increment, const TwistStep& step);
-  void add_bias_walk(const ArcStep& arc, const std::array<double, 3>& by_bias, double duration_s);
+  void add_bias(const ArcStep& arc, const std::array<double, 3>& by_bias, double duration_s);
+  void begin_comparison(const Robot& robot, const std::vector<Parameter>& parameters);
+
   void trace_arc(const ArcStep& arc, const std::array<double, 3>& by_bias);
   Verdict judged_step(const Increment& increment);
   void stand_still(const Increment& increment);
   std::array<double, 3> move_on(const Increment& increment);
   void learn_bias(const GyroEvidence& evidence);
+  void compare_turns(const MotionModel& model, const Increment& increment, const Rolled& rolled);
+  void expect(const TurnDifference& found);
+  void doubt_bias();
+  void end_comparison();
+  Symmetric3 through_bias() const;
 
   std::optional<MotionModel> with_gyro_;
   std::optional<MotionModel> without_gyro_;
@@ -139,12 +167,17 @@ class Odometer {
   std::size_t wheels_ = 0;
   std::array<double, kMaxWheels> rounding_variance_{};  ///< of a count of each wheel [m²]
   std::size_t parameters_ = 0;
+  std::size_t uncertain_ = 0;  ///< these, and the others that the bias depends on
+  Eigen::MatrixXd uncertain_covariance_;
   bool with_covariance_ = true;
   bool learns_ = false;
   bool steered_ = false;
   Gyro gyro_;
   std::optional<RestDetector> rest_;
   std::optional<StuckWheels> stuck_;
+  std::optional<TurnComparison> turns_;
+  double initial_bias_variance_ = 0.0;
+  double gate_ = 0.0;  ///< largest plausible innovation² over its variance
   StepTrace trace_;
   OdometerState state_;
 };

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "trundle/chassis/usual_parameters.hpp"
+#include "trundle/geometry/squared.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/odometry/integrate.hpp"
 
@@ -44,6 +46,30 @@ UncertainParameters uncertain_parameters(const Robot& robot, bool learn_gyro_bia
   uncertain.covariance = covariance_of(robot, uncertain.parameters.size());
   if (learn_gyro_bias) make_bias_a_state(uncertain);
   return uncertain;
+}
+
+UncertainParameters with_usual_parameters(const std::vector<Parameter>& parameters, const Robot& robot) {
+  UncertainParameters all{parameters, {}};
+  for (const Parameter& usual : usual_parameters(robot))
+    if (usual != kGyroBias && std::ranges::find(all.parameters, usual) == all.parameters.end())
+      all.parameters.push_back(usual);
+  const UncertainParameters calibrated = uncertain_parameters(robot, true);
+  const auto in_calibration = [&](const Parameter& parameter) {
+    return std::ranges::find(calibrated.parameters, parameter) - calibrated.parameters.begin();
+  };
+  const auto known = static_cast<std::ptrdiff_t>(calibrated.parameters.size());
+  const auto n = static_cast<Eigen::Index>(all.parameters.size());
+  all.covariance.setZero(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Parameter& parameter = all.parameters[static_cast<std::size_t>(i)];
+    const std::ptrdiff_t a = in_calibration(parameter);
+    if (a == known) all.covariance(i, i) = squared(prior_sigma(parameter, robot));
+    for (Eigen::Index k = 0; k < n && a < known; ++k) {
+      const std::ptrdiff_t b = in_calibration(all.parameters[static_cast<std::size_t>(k)]);
+      if (b < known) all.covariance(i, k) = calibrated.covariance(a, b);
+    }
+  }
+  return all;
 }
 
 Matrix3 total_covariance(const Odometer& odometer, const Eigen::MatrixXd& covariance) {

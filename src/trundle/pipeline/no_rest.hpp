@@ -15,8 +15,8 @@ struct RunOfGyro {
   double heading_variance = 0.0;  ///< at the end [rad²]
 };
 
-/// Notes what a robot pays that never stands still: its gyro's bias is not known. Nothing where that would
-/// have made less than half of the heading's variance.
+/// Notes what a robot pays that never stands still: its gyro's bias is not known. Nothing where that makes
+/// less than half of the heading's variance, or where wheels told it.
 void report_no_rest(const RunOfGyro& run, std::vector<Finding>& findings);
 
 }  // namespace trundle::pipeline

@@ -4,44 +4,27 @@
 
 #include <fmt/format.h>
 
+#include "trundle/chassis/usual_parameters.hpp"
 #include "trundle/io/error.hpp"
 
 namespace trundle::calibration {
 namespace {
 
-/// Whether a wheel's own rolling direction and lever are parameters, rather than the track of all of them.
-bool stands_alone(const Wheel& wheel) {
-  return wheel.kind == WheelKind::omni || wheel.kind == WheelKind::mecanum;
-}
-
+/// Of what is usual, what was measured at all.
 bool is_default(const Parameter& parameter, const Robot& robot, const FromOutside& measured) {
-  const auto alone = [&] {
-    return stands_alone(robot.chassis.wheels()[static_cast<std::size_t>(parameter.wheel)]);
-  };
+  if (!is_usual(parameter, robot)) return false;
   switch (parameter.kind) {
     case ParameterKind::diameter:
     case ParameterKind::velocity_forward_scale:
       return measured.length;
-    case ParameterKind::direction:
-    case ParameterKind::lever:
-      return measured.anything && alone();
-    case ParameterKind::steering_zero:
-    case ParameterKind::steering_scale:
-    case ParameterKind::place_x:
-      return measured.anything;
-    case ParameterKind::track:
-      return !stands_alone(robot.chassis.wheels().front()) &&
-             (measured.anything || robot.chassis.gyro.has_value());
+    case ParameterKind::track:  // the gyro checks these
     case ParameterKind::velocity_yaw_scale:
-    case ParameterKind::velocity_yaw_per_forward:  // the gyro checks both
+    case ParameterKind::velocity_yaw_per_forward:
       return measured.anything || robot.chassis.gyro.has_value();
-    case ParameterKind::velocity_yaw_bias:
-    case ParameterKind::gyro_scale:
-      return measured.anything;
     case ParameterKind::gyro_bias:
       return true;
     default:
-      return false;
+      return measured.anything;
   }
 }
 

@@ -16,9 +16,8 @@ struct FromOutside {
 };
 FromOutside from_outside(std::span<const Run> runs);
 
-/// What is estimated unless told otherwise: of what was measured at all, the diameters, the track, directions
-/// and levers of omni and mecanum wheels, of a robot without wheels the correction of its velocity, scale and
-/// bias of the gyro.
+/// What is estimated unless told otherwise: of the usual parameters (chassis/usual_parameters.hpp), what was
+/// measured at all.
 std::vector<Parameter> default_parameters(const Robot& robot, const FromOutside& measured);
 
 /// The default with names added (`free`) and taken away (`fix`). Throws InputError for a name this robot has

@@ -27,7 +27,8 @@ Odometer odometer_of(const Robot& robot, const SlamInputOptions& options,
                      const SystematicErrors& systematic) {
   return {robot,
           {.parameters = options.parameters.empty() ? systematic.parameters : options.parameters,
-           .learn_gyro_bias = learns_bias(options, systematic)}};
+           .learn_gyro_bias = learns_bias(options, systematic),
+           .compare_turns = false}};
 }
 
 double walk_of(const Robot& robot) {

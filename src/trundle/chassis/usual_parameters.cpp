@@ -1,0 +1,42 @@
+#include "trundle/chassis/usual_parameters.hpp"
+
+namespace trundle::chassis {
+namespace {
+
+/// Whether a wheel's own rolling direction and lever are parameters, rather than the track of all of them.
+bool stands_alone(const Wheel& wheel) {
+  return wheel.kind == WheelKind::omni || wheel.kind == WheelKind::mecanum;
+}
+
+}  // namespace
+
+bool is_usual(const Parameter& parameter, const Robot& robot) {
+  switch (parameter.kind) {
+    case ParameterKind::direction:
+    case ParameterKind::lever:
+      return stands_alone(robot.chassis.wheels()[static_cast<std::size_t>(parameter.wheel)]);
+    case ParameterKind::track:
+      return !stands_alone(robot.chassis.wheels().front());
+    case ParameterKind::diameter:
+    case ParameterKind::steering_zero:
+    case ParameterKind::steering_scale:
+    case ParameterKind::place_x:
+    case ParameterKind::velocity_forward_scale:
+    case ParameterKind::velocity_yaw_scale:
+    case ParameterKind::velocity_yaw_per_forward:
+    case ParameterKind::velocity_yaw_bias:
+    case ParameterKind::gyro_scale:
+    case ParameterKind::gyro_bias:
+      return true;
+    default:
+      return false;
+  }
+}
+
+std::vector<Parameter> usual_parameters(const Robot& robot) {
+  std::vector<Parameter> parameters = parameters_of(robot);
+  std::erase_if(parameters, [&](const Parameter& parameter) { return !is_usual(parameter, robot); });
+  return parameters;
+}
+
+}  // namespace trundle::chassis
