@@ -10,15 +10,17 @@
 namespace trundle::odometry {
 namespace {
 
-/// Pose, bias and difference of turns: their covariance P, and their sensitivity S to the uncertain
-/// parameters.
-constexpr int kStates = 5;
+/// Pose, bias, difference of turns, bias by rests alone: their covariance P, and their sensitivity S to the
+/// uncertain parameters.
+constexpr int kStates = 6;
 constexpr int kBias = 3;
 constexpr int kDifference = 4;
+constexpr int kByRests = 5;
 using StateVector = Eigen::Matrix<double, kStates, 1>;
+using StateMatrix = Eigen::Matrix<double, kStates, kStates>;
 
 struct Joint {
-  Eigen::Matrix<double, kStates, kStates> P;
+  StateMatrix P;
   Eigen::Matrix<double, kStates, Eigen::Dynamic, 0, kStates, kMaxParameters> S;
 };
 
@@ -31,12 +33,14 @@ Joint joint_of(const OdometerState& state, const Eigen::MatrixXd& parameter_cova
   P(kBias, kBias) = state.bias_variance;
   P(kBias, kDifference) = state.difference.with_bias;
   P(kDifference, kDifference) = state.difference.variance;
+  P.col(kByRests) << Eigen::Map<const Vector3>(state.by_rests.with_pose.data()), state.by_rests.with_bias,
+      state.by_rests.with_difference, state.by_rests.variance;
   P.triangularView<Eigen::StrictlyLower>() = P.transpose();
   S.resize(kStates, parameter_covariance.rows());
   for (Eigen::Index j = 0; j < S.cols(); ++j) {
     const auto at = static_cast<std::size_t>(j);
     S.col(j) << Eigen::Map<const Vector3>(state.sensitivity[at].data()), state.bias_sensitivity[at],
-        state.difference.sensitivity[at];
+        state.difference.sensitivity[at], 0.0;
   }
   return joint;
 }
@@ -51,6 +55,10 @@ void take(const Joint& joint, const Eigen::MatrixXd& parameter_covariance, Odome
   state.bias_variance = P(kBias, kBias);
   state.difference.with_bias = P(kBias, kDifference);
   state.difference.variance = P(kDifference, kDifference);
+  Eigen::Map<Vector3>(state.by_rests.with_pose.data()) = P.col(kByRests).head<3>();
+  state.by_rests.with_bias = P(kBias, kByRests);
+  state.by_rests.with_difference = P(kDifference, kByRests);
+  state.by_rests.variance = P(kByRests, kByRests);
   for (Eigen::Index j = 0; j < S.cols(); ++j) {
     const auto at = static_cast<std::size_t>(j);
     Eigen::Map<Vector3>(state.sensitivity[at].data()) = S.col(j).head<3>();
@@ -71,26 +79,30 @@ struct Update {
   double innovation_variance = 0.0;
 };
 
-/// Kalman's update, with Schmidt's gain: the parameters stay as they are. docs/theory/redundant-turn.md,
-/// eq. 3.
+/// Kalman's update, with Schmidt's gain: the parameters stay as they are, and so does the bias by rests
+/// unless a rest was read. docs/theory/redundant-turn.md, eq. 3.
 Update update(Joint& joint, const Reading& reading, const Eigen::MatrixXd& parameter_covariance) {
   auto& [P, S] = joint;
   const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxParameters, 1> s = S.row(reading.of).transpose();
   StateVector with_reading = P.col(reading.of);
-  double by_parameters = 0.0;
+  double variance = P(reading.of, reading.of) + reading.variance;
   if (s.size() > 0) {
     const decltype(s) Ss = parameter_covariance * s;
-    by_parameters = s.dot(Ss);
     with_reading += S * Ss;
+    variance += s.dot(Ss);
   }
-  const StateVector c = P.col(reading.of);
-  Update update;
-  update.innovation_variance = c[reading.of] + reading.variance + by_parameters;
-  if (update.innovation_variance <= 0.0) return update;
-  const StateVector& K = update.gain = with_reading / update.innovation_variance;
-  P += (c[reading.of] + reading.variance) * K * K.transpose() - K * c.transpose() - c * K.transpose();
-  S -= K * s.transpose();
-  return update;
+  if (variance <= 0.0) return {};
+  StateVector K = with_reading / variance;
+  K[kByRests] = 0.0;
+  StateMatrix left = StateMatrix::Identity();
+  left.col(reading.of) -= K;
+  if (const double known = P(kByRests, kByRests); reading.of == kBias && known > 0.0) {
+    K[kByRests] = known / (known + reading.variance);
+    left(kByRests, kByRests) -= K[kByRests];
+  }
+  P = (left * P * left.transpose() + reading.variance * K * K.transpose()).eval();
+  S = (left * S).eval();
+  return {K, variance};
 }
 
 /// How far a bias that is off has turned the robot by now: ∂heading/∂b.
@@ -143,12 +155,21 @@ void Odometer::add_bias(const ArcStep& arc, const Triple& by_bias, double durati
   const Triple carried = arc.carry(state_.bias);
   add(state_.white, outer(carried, by_bias, state_.bias_variance));
   for (std::size_t i = 0; i < 3; ++i) state_.bias[i] = carried[i] + state_.bias_variance * by_bias[i];
-  state_.bias_variance += gyro_.bias_walk_rad_s_sqrt_s * gyro_.bias_walk_rad_s_sqrt_s * duration_s;
-  if (!turns_) return;
+  if (!turns_) return let_bias_walk(duration_s);
   state_.difference.with_pose = arc.carry(state_.difference.with_pose);
   add_scaled(state_.difference.with_pose, state_.difference.with_bias, by_bias);
+  state_.by_rests.with_pose = arc.carry(state_.by_rests.with_pose);
+  add_scaled(state_.by_rests.with_pose, state_.by_rests.with_bias, by_bias);
   for (std::size_t j = 0; j < uncertain_; ++j)
     add_scaled(state_.sensitivity[j], state_.bias_sensitivity[j], by_bias);
+  let_bias_walk(duration_s);
+}
+
+void Odometer::let_bias_walk(double duration_s) {
+  const double walk = gyro_.bias_walk_rad_s_sqrt_s * gyro_.bias_walk_rad_s_sqrt_s * duration_s;
+  state_.bias_variance += walk;
+  state_.by_rests.variance += walk;
+  state_.by_rests.with_bias += walk;
 }
 
 /// A rest reads the bias.
@@ -162,6 +183,8 @@ void Odometer::learn_bias(const GyroEvidence& evidence) {
   if (innovation_variance <= 0.0) return;
   const double turn = turn_by_bias(state_);
   take(joint, uncertain_covariance_, state_);
+  const double by_rests = gyro_.bias_rad_s + state_.by_rests.rad_s;
+  state_.by_rests.rad_s += gain[kByRests] * (evidence.gyro_rad / evidence.duration_s - by_rests);
   shift(gain * reading.innovation, turn, state_);
   std::ranges::copy(gain.head<4>(), trace_.gain.begin());
   trace_.innovation = reading.innovation;
@@ -179,7 +202,7 @@ void Odometer::compare_turns(const MotionModel& model, const Increment& incremen
   const Reading reading{
       .of = kDifference, .innovation = state_.difference.rad, .variance = found.rounding_variance};
   const auto [gain, innovation_variance] = update(joint, reading, uncertain_covariance_);
-  if (reading.innovation * reading.innovation > gate_ * innovation_variance) return doubt_bias();
+  if (reading.innovation * reading.innovation > gate_ * innovation_variance) return forget_wheels();
   const double turn = turn_by_bias(state_);
   take(joint, uncertain_covariance_, state_);
   shift(gain * reading.innovation, turn, state_);
@@ -195,14 +218,20 @@ void Odometer::expect(const TurnDifference& found) {
       by_bias * (2.0 * difference.with_bias + by_bias * state_.bias_variance) + found.variance;
   difference.with_bias += by_bias * state_.bias_variance;
   add_scaled(difference.with_pose, by_bias, state_.bias);
+  state_.by_rests.with_difference += by_bias * state_.by_rests.with_bias;
   for (std::size_t j = 0; j < uncertain_; ++j)
     difference.sensitivity[j] += by_bias * state_.bias_sensitivity[j] - found.by_parameter[j];
 }
 
-/// Gyro and wheels are farther apart than all that is known of them allows: a wheel slipped, or the bias is
-/// not what it was taken for. It is as unknown again as at the start.
-void Odometer::doubt_bias() {
-  state_.bias_variance = std::max(state_.bias_variance, initial_bias_variance_);
+/// Gyro and wheels are farther apart than all that is known of them allows: a wheel slips, or has slipped and
+/// the bias was taken for it. So the bias is what rests left it.
+void Odometer::forget_wheels() {
+  BiasByRests& by_rests = state_.by_rests;
+  state_.bias_rad_s = by_rests.rad_s;
+  state_.bias_variance = by_rests.with_bias = by_rests.variance;
+  state_.bias = by_rests.with_pose;
+  state_.bias_sensitivity = {};
+  state_.bias_parameter_variance = 0.0;
   end_comparison();
 }
 
@@ -210,6 +239,7 @@ void Odometer::doubt_bias() {
 void Odometer::end_comparison() {
   state_.compared = {};
   state_.difference = {};
+  state_.by_rests.with_difference = 0.0;
 }
 
 /// What the pose owes to parameters that are none of Options::parameters.

@@ -88,7 +88,7 @@ Odometer::Odometer(const Robot& robot, const Options& options)
   rest_.emplace(chassis, options.rest);
   stuck_.emplace(chassis, options.rest);
   const double bias_sigma = initial_bias_sigma(robot);
-  state_.bias_variance = initial_bias_variance_ = bias_sigma * bias_sigma;
+  state_.bias_variance = state_.by_rests.variance = state_.by_rests.with_bias = bias_sigma * bias_sigma;
   gate_ = options.rest.sigmas * options.rest.sigmas;
   if (options.compare_turns && without_gyro_) begin_comparison(robot, options.parameters);
 }
@@ -113,7 +113,7 @@ Verdict Odometer::judged_step(const Increment& increment) {
 /// The pose does not move but by what the wheels still turned before they stood; the bias walks, and what the
 /// gyro reads is its bias.
 void Odometer::stand_still(const Increment& increment) {
-  state_.bias_variance += gyro_.bias_walk_rad_s_sqrt_s * gyro_.bias_walk_rad_s_sqrt_s * increment.duration_s;
+  let_bias_walk(increment.duration_s);
   const std::optional<GyroEvidence> evidence = rest_->add(state_.rest, increment);
   const std::optional<Increment> settled = rest_->settled(state_.rest, increment.time_s);
   if (settled && any_turns(*settled)) advance(*settled);
@@ -273,6 +273,7 @@ void Odometer::restart() {
   state_.bias = {};
   state_.bend = {};
   state_.difference.with_pose = {};
+  state_.by_rests.with_pose = {};
   state_.sensitivity = {};
 }
 

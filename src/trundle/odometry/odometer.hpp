@@ -18,6 +18,16 @@ namespace trundle::odometry {
 /// ∂(x, y, heading)/∂p in world axes, one column for each parameter.
 using PoseSensitivity = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxParameters>;
 
+/// The bias as it would be had only rests told it, one more state: what there is to go back to when wheels
+/// prove wrong.
+struct BiasByRests {
+  double rad_s = 0.0;
+  double variance = 0.0;
+  std::array<double, 3> with_pose{};  ///< its covariances
+  double with_bias = 0.0;
+  double with_difference = 0.0;
+};
+
 /// What gyro and wheels are apart by since their comparison began, as one more state beside pose and bias:
 /// docs/theory/redundant-turn.md.
 struct DifferenceState {
@@ -37,9 +47,10 @@ struct OdometerState {
   std::array<double, 3> bias{};  ///< its covariance with the gyro's bias
   double bias_rad_s = 0.0;       ///< what was learned of the bias, added to the robot file's
   double bias_variance = 0.0;    ///< [rad²/s²]; of noise alone
+  BiasByRests by_rests;
   double bias_parameter_variance = 0.0;  ///< of what is wrong with it because parameters are
-  std::array<double, 2> bend{};  ///< ∂²(x, y)/∂bias²: the path that a bias bends is no line
-  double turn_rate_rad_s = 0.0;  ///< of the last step whose turn was measured
+  std::array<double, 2> bend{};          ///< ∂²(x, y)/∂bias²: the path that a bias bends is no line
+  double turn_rate_rad_s = 0.0;          ///< of the last step whose turn was measured
   /// ∂(pose)/∂p of Options::parameters; after them, of what else the bias depends on, through it alone.
   std::array<std::array<double, 3>, kMaxParameters> sensitivity{};
   std::array<double, kMaxParameters> bias_sensitivity{};  ///< of what was learned of the bias
@@ -147,6 +158,7 @@ class Odometer {
   std::array<double, 3> advance_unmeasured(const Increment& increment);
   std::array<double, 3> advance_with_covariance(const MotionModel& model, const Increment& increment);
   void carry_rounding(const ArcStep& arc, const Increment& increment, const TwistStep& step);
+  void let_bias_walk(double duration_s);
   void add_bias(const ArcStep& arc, const std::array<double, 3>& by_bias, double duration_s);
   void begin_comparison(const Robot& robot, const std::vector<Parameter>& parameters);
 
@@ -157,7 +169,7 @@ class Odometer {
   void learn_bias(const GyroEvidence& evidence);
   void compare_turns(const MotionModel& model, const Increment& increment, const Rolled& rolled);
   void expect(const TurnDifference& found);
-  void doubt_bias();
+  void forget_wheels();
   void end_comparison();
   Symmetric3 through_bias() const;
 
@@ -176,7 +188,6 @@ class Odometer {
   std::optional<RestDetector> rest_;
   std::optional<StuckWheels> stuck_;
   std::optional<TurnComparison> turns_;
-  double initial_bias_variance_ = 0.0;
   double gate_ = 0.0;  ///< largest plausible innovation² over its variance
   StepTrace trace_;
   OdometerState state_;
