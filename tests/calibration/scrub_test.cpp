@@ -119,8 +119,9 @@ TEST(CalibratedScrub, OfOneRunHalvesSayWhetherToOfferIt) {
   const auto of = [&](double scrub) {
     return calibrate(driven(nominal_skid(), true_skid(scrub), {tour}, 5), {}, nominal_skid()).offers;
   };
-  ASSERT_EQ(of(0.1).size(), 1U);
-  EXPECT_TRUE(of(0.1).front().of_halves);
+  const auto offers = of(0.1);
+  ASSERT_EQ(offers.size(), 1U);
+  EXPECT_TRUE(offers.front().of_halves);
   EXPECT_TRUE(of(0.0).empty());
 }
 
