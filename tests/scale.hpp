@@ -6,7 +6,7 @@
 namespace trundle::test {
 
 /// How many trials a statistical test makes: `full`, times $TRUNDLE_TEST_SCALE where it is set (0 < scale <=
-/// 1; the preset `asan` sets 0.02, because sanitizers slow the arithmetic down), but never fewer than
+/// 1; the preset `asan` sets 0.005, because sanitizers slow the arithmetic down), but never fewer than
 /// `least`. Limits must be derived from the number that this returns.
 inline int trials(int full, int least = 20) {
   const char* scale = std::getenv("TRUNDLE_TEST_SCALE");

@@ -9,6 +9,7 @@
 #include "calibration/simulated_runs.hpp"
 #include "calibration/stated_errors.hpp"
 #include "held_limits.hpp"
+#include "scale.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -56,14 +57,14 @@ CalibrationResult calibrated(double scrub, std::uint64_t seed, const CalibrateOp
 }
 
 TEST(CalibratedScrub, IntervalsHoldTheTruth) {
-  constexpr int kTimes = 30;
+  const int times = trials(30, 3);
   const Robot truth = true_skid(0.12);
   // In a turn on the spot by 90° each side rolls 0.49 m, of which the gauge's memory and half an interval, 2
   // and 5 mm, still seem less sharp.
   const double late = 0.12 * 0.007 / 0.49;
   int held_scrub = 0, held_track = 0;
   double nees = 0.0, expected_nees = 0.0, bias = 0.0, variance = 0.0;
-  for (int i = 0; i < kTimes; ++i) {
+  for (int i = 0; i < times; ++i) {
     const CalibrationResult result = calibrated(0.12, static_cast<std::uint64_t>(i), {.free = {"scrub"}});
     const StatedErrors stated = stated_errors(result, truth);
     nees += stated.nees();
@@ -76,15 +77,16 @@ TEST(CalibratedScrub, IntervalsHoldTheTruth) {
       if (e.parameter.kind == ParameterKind::track) held_track += held;
     }
   }
-  const auto [least, most] = held_limits(kTimes);
-  EXPECT_GE(held_scrub, least * kTimes);
-  EXPECT_GE(held_track, least * kTimes);
+  const auto [least, most] = held_limits(times);
+  EXPECT_GE(held_scrub, least * times);
+  EXPECT_GE(held_track, least * times);
   EXPECT_LT(nees, statistics::chi_squared_limit(0.00135, expected_nees));  // as rare as 3σ
-  EXPECT_LT(std::abs(bias), 3.0 * std::sqrt(variance) + kTimes * late);
+  EXPECT_LT(std::abs(bias), 3.0 * std::sqrt(variance) + times * late);
 }
 
 TEST(CalibratedScrub, OfARobotThatDoesScrubItIsOffered) {
-  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+  const auto times = static_cast<std::uint64_t>(trials(10, 1));
+  for (std::uint64_t seed = 0; seed < times; ++seed) {
     const CalibrationResult result = calibrated(0.1, seed);
     ASSERT_EQ(result.offers.size(), 1U) << seed;
     const ParameterOffer& offer = result.offers.front();
@@ -98,15 +100,15 @@ TEST(CalibratedScrub, OfARobotThatDoesScrubItIsOffered) {
 }
 
 TEST(CalibratedScrub, OfOthersItIsOfferedNoMoreOftenThanItsLevelSays) {
-  constexpr int kTimes = 25;
+  const int times = trials(25, 2);
   int offered = 0;
-  for (std::uint64_t seed = 0; seed < kTimes; ++seed) {
-    const CalibrationResult result = calibrated(0.0, seed);
+  for (int i = 0; i < times; ++i) {
+    const CalibrationResult result = calibrated(0.0, static_cast<std::uint64_t>(i));
     offered += static_cast<int>(result.offers.size());
     EXPECT_EQ(result.offers.empty(), !testing::Matches(Contains(HasSubstr("scrub")))(result.notes));
   }
   RecordProperty("offered", offered);
-  const boost::math::binomial chance(kTimes, ParameterOffer::kLevel);
+  const boost::math::binomial chance(times, ParameterOffer::kLevel);
   EXPECT_LE(offered, quantile(complement(chance, 0.00135)));
 }
 
@@ -117,8 +119,9 @@ TEST(CalibratedScrub, OfOneRunHalvesSayWhetherToOfferIt) {
   const auto of = [&](double scrub) {
     return calibrate(driven(nominal_skid(), true_skid(scrub), {tour}, 5), {}, nominal_skid()).offers;
   };
-  ASSERT_EQ(of(0.1).size(), 1U);
-  EXPECT_TRUE(of(0.1).front().of_halves);
+  const auto offers = of(0.1);
+  ASSERT_EQ(offers.size(), 1U);
+  EXPECT_TRUE(offers.front().of_halves);
   EXPECT_TRUE(of(0.0).empty());
 }
 
