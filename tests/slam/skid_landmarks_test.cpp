@@ -131,7 +131,8 @@ TEST(ReadingNoise, IsNoneOfWheelsThatContradictEachOther) {
   for (const Increment& even : steady(chassis, 0.0, 100)) {
     Increment one = even;
     const double jump = apart.size() % 2 == 0 ? 0.01 : -0.01;
-    for (const std::size_t w : {0, 1}) one.turned[w] += jump, one.turned[w + 2] -= jump;
+    for (const std::size_t w : {std::size_t{0}, std::size_t{1}})
+      one.turned[w] += jump, one.turned[w + 2] -= jump;
     apart.push_back(one);
   }
   EXPECT_LT(calibration::noise_in_readings(apart, chassis).wheel_per_sqrt_m[0].value_or(1.0), 1e-6);

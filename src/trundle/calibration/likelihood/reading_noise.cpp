@@ -75,7 +75,7 @@ ReadingNoise noise_in_readings(const recording::Increments& increments, const Ch
   double squares = 0.0, expected = 0.0;
   std::array<Increment, 3> three;
   for (const Increment& increment : increments) {
-    std::ranges::rotate(three, three.begin() + 1);
+    std::rotate(three.begin(), three.begin() + 1, three.end());
     three.back() = increment;
     if (!std::ranges::all_of(three, lasts)) continue;
     const auto [before, after] = neighbours_of(three);
