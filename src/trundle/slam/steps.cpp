@@ -18,7 +18,9 @@ std::vector<Sighting> timely_sightings(const Recording& recording, const Landmar
 
 /// Goes through increments and sightings side by side.
 SlamInput cut(const std::vector<Sighting>& sightings, const AlignedReadings& readings, const Robot& robot,
-              const SlamInputOptions& options) {
+              SlamInputOptions options) {
+  if (!options.parameters.empty())
+    options.reading_noise = calibration::noise_in_readings(readings.increments, robot.chassis);
   StepCutter cutter(robot, options);
   std::size_t next = 0;
   const auto see_until = [&](double time_s) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "trundle/calibration/likelihood/errors_in_variables.hpp"
+#include "trundle/calibration/likelihood/reading_noise.hpp"
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/recording/alignment/align.hpp"
 #include "trundle/slam/models/observation.hpp"
@@ -64,7 +65,8 @@ struct SlamInputOptions {
   /// Whose effect on every motion is wanted (SlamInput::by_parameters). Then the gyro's bias is that of the
   /// robot file, at rest too.
   std::vector<Parameter> parameters = {};
-  std::vector<double> also_at_s = {};  ///< on the odometry's clock, in order: where a step ends too
+  calibration::ReadingNoise reading_noise = {};  ///< with parameters; slam_input() finds it in the readings
+  std::vector<double> also_at_s = {};            ///< on the odometry's clock, in order: where a step ends too
   bool shares = false;  ///< motions by shares of travel and turning, whatever the calibration left open
 };
 

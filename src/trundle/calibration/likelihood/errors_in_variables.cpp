@@ -1,6 +1,7 @@
 #include "trundle/calibration/likelihood/errors_in_variables.hpp"
 
 #include <cmath>
+#include <utility>
 
 #include <Eigen/LU>
 
@@ -43,16 +44,16 @@ ReadingErrors ReadingErrors::mapped(const Matrix3& map) const {
 }
 
 SensitivityErrors::SensitivityErrors(const Robot& robot, std::span<const Parameter> parameters,
-                                     const Pose2& pose, std::optional<double> gyro_noise_rad_s_sqrt_hz)
-    : weighing_(robot.chassis),
-      chassis_(robot.chassis),
+                                     const Pose2& pose, const Chassis& as_read)
+    : chassis_(robot.chassis),
+      as_read_(as_read),
       parameters_(parameters.begin(), parameters.end()),
       covariance_(parameters.size(), Matrix3::Zero()),
       third_(Eigen::Matrix<double, 3, 9>::Zero()),
       from_(pose) {
-  prepare(weighing_, rows_of(weighing_, weighing_.gyro.has_value()));
-  if (chassis_.gyro && gyro_noise_rad_s_sqrt_hz)
-    chassis_.gyro->noise_rad_s_sqrt_hz = *gyro_noise_rad_s_sqrt_hz;
+  // Of successive readings it cancels, but for those of the last counts.
+  for (Wheel& wheel : as_read_.wheels()) wheel.ticks_per_revolution = 0.0;
+  prepare(chassis_, rows_of(chassis_, chassis_.gyro.has_value()));
 }
 
 void SensitivityErrors::prepare(const Chassis& chassis, const Rows& rows) {
@@ -76,6 +77,7 @@ void SensitivityErrors::follow(const Increment& increment, const Pose2& pose) {
     net_.turned[i] += increment.turned[i];
   }
   ways_.steering_rad = increment.steering_rad;
+  counted_ = counted_ || any_turns(increment);
   complete_ = complete_ && (increment.has_gyro || !chassis_.gyro);
   if (ways_.duration_s >= kLongestInterval_s - 1e-9) close(pose);
 }
@@ -84,13 +86,8 @@ void SensitivityErrors::follow(const Increment& increment, const Pose2& pose) {
 // are right and the ground moves otherwise; and what a heading misses beyond the gyro's own noise is of
 // clocks and of the reference. Neither is an error of the sensitivity.
 RowVector SensitivityErrors::variance_of_readings() const {
-  RowVector variance = readings_of(chassis_, rows_, ways_).variance;
-  for (int i = 0; i < rows_.count(); ++i) {
-    const Row& row = rows_.row[static_cast<std::size_t>(i)];
-    const bool skids = row.kind == RowKind::wheel &&
-                       chassis_.wheels()[static_cast<std::size_t>(row.wheel)].kind == WheelKind::skid;
-    if (skids || i >= rows_.measured) variance[i] = 0.0;
-  }
+  RowVector variance = readings_of(as_read_, rows_, ways_).variance;
+  variance.tail(rows_.count() - rows_.measured).setZero();
   return variance;
 }
 
@@ -123,8 +120,8 @@ void SensitivityErrors::close(const Pose2& pose) {
   const ArcStep arc(from_.heading, {twist.dx, twist.dy, twist.dtheta});
   const Matrix3 F = matrix_of([&](const std::array<double, 3>& v) { return arc.carry(v); });
   const Matrix3 M = matrix_of([&](const std::array<double, 3>& v) { return arc.map(v); });
-  if (is_steered(weighing_))
-    prepare(at_steering(weighing_, ways_), rows_at(weighing_, ways_, weighing_.gyro.has_value()));
+  if (is_steered(chassis_))
+    prepare(at_steering(chassis_, ways_), rows_at(chassis_, ways_, chassis_.gyro.has_value()));
   const RowVector variance = variance_of_readings();
   // V ∂V/∂z: where a reading is too large, so is the variance that it is said to have.
   const RowVector third = variance.cwiseProduct(growth_of_variance())
@@ -146,6 +143,20 @@ void SensitivityErrors::close(const Pose2& pose) {
   complete_ = true;
 }
 
+void SensitivityErrors::add_last_counts(const Pose2& pose) {
+  if (!std::exchange(counted_, false)) return;
+  RowVector variance = RowVector::Zero(rows_.count());
+  for (int i = 0; i < rows_.measured; ++i) {
+    const Row& row = rows_.row[static_cast<std::size_t>(i)];
+    if (row.kind == RowKind::wheel)
+      variance[i] = rounding_variance(chassis_.wheels()[static_cast<std::size_t>(row.wheel)]);
+  }
+  const Matrix3 M = world_from_body_axes(pose);
+  for (std::size_t j = 0; j < covariance_.size(); ++j)
+    covariance_[j] +=
+        M * (sensitivity_[j] * variance.asDiagonal() * pose_.transpose()).eval() * M.transpose();
+}
+
 PoseSensitivity SensitivityErrors::revealed(const Vector3& weighed_innovation, const Pose2& pose) {
   close(pose);
   PoseSensitivity result(3, static_cast<Eigen::Index>(covariance_.size()));
@@ -161,6 +172,7 @@ void SensitivityErrors::correct(const Matrix3& keep, const Pose2& pose) {
 
 ReadingErrors SensitivityErrors::take(const Pose2& pose) {
   close(pose);
+  add_last_counts(pose);
   ReadingErrors errors{Eigen::Matrix3Xd(3, 3 * covariance_.size()), third_};
   for (std::size_t j = 0; j < covariance_.size(); ++j)
     errors.sensitivity.middleCols<3>(3 * static_cast<Eigen::Index>(j)) = covariance_[j];

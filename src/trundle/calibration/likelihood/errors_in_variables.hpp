@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -28,9 +27,10 @@ struct ReadingErrors {
 /// docs/theory/calibration.md, eq. 6a.
 class SensitivityErrors {
  public:
-  /// From `pose` on, which owes nothing to the readings. `gyro_noise_rad_s_sqrt_hz`: of LikelihoodOptions.
+  /// From `pose` on, which owes nothing to the readings. `as_read`: the robot's chassis with the noise of
+  /// readings alone (reading_noise.hpp).
   SensitivityErrors(const Robot& robot, std::span<const Parameter> parameters, const Pose2& pose,
-                    std::optional<double> gyro_noise_rad_s_sqrt_hz);
+                    const Chassis& as_read);
 
   /// An increment that brought the odometer to `pose`.
   void follow(const Increment& increment, const Pose2& pose);
@@ -39,7 +39,8 @@ class SensitivityErrors {
   PoseSensitivity revealed(const Vector3& weighed_innovation, const Pose2& pose);
   /// After the measurement, which moved the odometer to `pose`: keep = I − K H.
   void correct(const Matrix3& keep, const Pose2& pose);
-  /// All of them up to `pose`, in body axes there; then all begins anew at (0, 0, 0).
+  /// All of them up to `pose`, in body axes there, with the rounding of the last counts as MotionSum counts
+  /// it; then all begins anew at (0, 0, 0).
   ReadingErrors take(const Pose2& pose);
   /// Covariance of a short motion, in body axes, by the noise of readings of such ways (as
   /// Increment::turned).
@@ -48,14 +49,15 @@ class SensitivityErrors {
  private:
   void prepare(const Chassis& chassis, const Rows& rows);
   void close(const Pose2& pose);
+  void add_last_counts(const Pose2& pose);
   RowVector variance_of_readings() const;
   RowVector growth_of_variance() const;
 
   /// Per unit error of each reading [1/m; the gyro's 1/rad].
   using ByReading = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxRows>;
 
-  Chassis weighing_;  ///< as its rows are weighed
-  Chassis chassis_;   ///< as its readings err
+  Chassis chassis_;  ///< as its rows are weighed
+  Chassis as_read_;  ///< as its readings err, but for rounding
   std::vector<Parameter> parameters_;
   Rows rows_;                           ///< of the present interval where wheels are steered
   ByReading pose_;                      ///< G of ξ = G z, the error of the motion
@@ -66,6 +68,7 @@ class SensitivityErrors {
   Increment ways_;                      ///< what rolled in it, without sign; its last steering
   Increment net_;                       ///< and with it
   bool complete_ = true;                ///< the gyro was there throughout
+  bool counted_ = false;                ///< counts fell since take()
 };
 
 }  // namespace trundle::calibration

@@ -8,6 +8,7 @@
 #include <Eigen/LU>
 
 #include "trundle/calibration/likelihood/errors_in_variables.hpp"
+#include "trundle/calibration/likelihood/reading_noise.hpp"
 #include "trundle/calibration/likelihood/reference_measurement.hpp"
 #include "trundle/odometry/odometer.hpp"
 
@@ -48,6 +49,13 @@ PoseSensitivity reveal(SensitivityErrors& errors, const Odometer& odometer, cons
   return revealed;
 }
 
+/// The chassis with the noise of the run's readings alone.
+Chassis as_read(const Chassis& chassis, const Run& run, std::optional<double> gyro_noise_rad_s_sqrt_hz) {
+  ReadingNoise noise = noise_in_readings(run.readings.increments, chassis);
+  noise.gyro_rad_s_sqrt_hz = gyro_noise_rad_s_sqrt_hz;
+  return calibration::as_read(chassis, noise);
+}
+
 /// What a robot by which the path is no number leaves unexplained.
 constexpr double kEverything = std::numeric_limits<double>::infinity();
 
@@ -76,7 +84,8 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
       std::vector<Information>(static_cast<std::size_t>(options.blocks), Information::zero(n)), {}, {}};
   if (run.epochs.empty()) return result;
   Odometer odometer = odometer_at_epoch(run, 0, robot, parameters, options.reference_noise);
-  SensitivityErrors errors(robot, parameters, odometer.pose(), options.gyro_noise_rad_s_sqrt_hz);
+  const Chassis read = as_read(robot.chassis, run, options.gyro_noise_rad_s_sqrt_hz);
+  SensitivityErrors errors(robot, parameters, odometer.pose(), read);
   for (std::size_t epoch = 1; epoch < run.epochs.size(); ++epoch) {
     for (std::size_t i = run.epochs[epoch - 1]; i < run.epochs[epoch]; ++i) {
       const Increment increment = run.readings.increments[i];
@@ -88,7 +97,7 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
     if (std::ranges::binary_search(run.jumps, epoch)) {
       result.outliers.push_back({time, true});
       odometer = odometer_at_epoch(run, epoch, robot, parameters, options.reference_noise);
-      errors = {robot, parameters, odometer.pose(), options.gyro_noise_rad_s_sqrt_hz};
+      errors = {robot, parameters, odometer.pose(), read};
       continue;
     }
     if (sample.empty()) continue;
@@ -120,7 +129,8 @@ RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<c
   RunLikelihood result{{Information::zero(n)}, {}, {}};
   if (run.partial.empty()) return result;
   Odometer odometer = odometer_at_origin(robot, parameters);
-  SensitivityErrors errors(robot, parameters, odometer.pose(), gyro_noise_rad_s_sqrt_hz);
+  SensitivityErrors errors(robot, parameters, odometer.pose(),
+                           as_read(robot.chassis, run, gyro_noise_rad_s_sqrt_hz));
   for (const Increment& increment : run.readings.increments) {
     odometer.step(increment);
     errors.follow(increment, odometer.pose());

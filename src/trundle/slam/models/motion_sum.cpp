@@ -47,7 +47,8 @@ MotionSum::MotionSum(const Robot& robot, const SlamInputOptions& options, const 
   // A velocity may be what the robot was told to do, and then what it does otherwise is no error of a
   // reading.
   if (!options.parameters.empty() && robot.chassis.wheel_count > 0)
-    reading_errors_.emplace(robot, options.parameters, Pose2{}, std::nullopt);
+    reading_errors_.emplace(robot, options.parameters, Pose2{},
+                            calibration::as_read(robot.chassis, options.reading_noise));
 }
 
 void MotionSum::add(const Increment& increment, bool bridged) {
