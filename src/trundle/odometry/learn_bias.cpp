@@ -110,8 +110,8 @@ double turn_by_bias(const OdometerState& state) {
   return state.bias_variance > 0.0 ? state.bias[2] / state.bias_variance : 0.0;
 }
 
-/// A path that was bent is corrected to second order; the third is left, as a variance. docs/theory/gyro.md,
-/// eq. 5b. `turn`: by the bias, before it was learned.
+/// A path that was bent is corrected to second order; the third is left, as a variance.
+/// docs/theory/redundant-turn.md, eq. 5. `turn`: by the bias, before it was learned.
 void shift(const StateVector& step, double turn, OdometerState& state) {
   const double bias = step[kBias];
   const auto& [bend_x, bend_y] = state.bend;

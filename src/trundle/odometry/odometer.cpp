@@ -237,7 +237,7 @@ Symmetric3 Odometer::rounding() const {
 Symmetric3 Odometer::white() const {
   Symmetric3 white = state_.white;
   add(white, rounding());
-  // E[(½ bend b²)²] = ¾ bend² B²: docs/theory/gyro.md, eq. 5b
+  // E[(½ bend b²)²] = ¾ bend² B²: docs/theory/redundant-turn.md, eq. 5
   add_outer(white, 0.75 * state_.bias_variance * state_.bias_variance, {state_.bend[0], state_.bend[1], 0.0});
   if (uncertain_ > parameters_) add(white, through_bias());
   return white;
