@@ -1,4 +1,4 @@
-// How an odometer learns the bias of its gyro: by rests, and by wheels that show the turn too.
+// How an odometer learns the bias of its gyro: by rests, and until then by wheels that show the turn too.
 // docs/theory/gyro.md, eq. 5; docs/theory/redundant-turn.md.
 
 #include <algorithm>
@@ -184,6 +184,7 @@ void Odometer::learn_bias(const GyroEvidence& evidence) {
   const double turn = turn_by_bias(state_);
   take(joint, uncertain_covariance_, state_);
   const double by_rests = gyro_.bias_rad_s + state_.by_rests.rad_s;
+  state_.by_rests.rested_s += evidence.duration_s;
   state_.by_rests.rad_s += gain[kByRests] * (evidence.gyro_rad / evidence.duration_s - by_rests);
   shift(gain * reading.innovation, turn, state_);
   std::ranges::copy(gain.head<4>(), trace_.gain.begin());
@@ -191,8 +192,10 @@ void Odometer::learn_bias(const GyroEvidence& evidence) {
   trace_.innovation_variance = innovation_variance;
 }
 
-/// So does a turn that gyro and wheels both see, every second: docs/theory/redundant-turn.md.
+/// Until there was one, a turn that gyro and wheels both see tells of it, every second:
+/// docs/theory/redundant-turn.md.
 void Odometer::compare_turns(const MotionModel& model, const Increment& increment, const Rolled& rolled) {
+  if (state_.by_rests.rested_s > 0.0) return;
   if (&model != &*with_gyro_ || state_.stuck.stuck != 0) return end_comparison();
   turns_->add(state_.compared, increment, rolled, state_.rolling.octave);
   if (!TurnComparison::is_due(state_.compared)) return;

@@ -21,6 +21,7 @@ using PoseSensitivity = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxParam
 /// The bias as it would be had only rests told it, one more state: what there is to go back to when wheels
 /// prove wrong.
 struct BiasByRests {
+  double rested_s = 0.0;  ///< how long rests told it
   double rad_s = 0.0;
   double variance = 0.0;
   std::array<double, 3> with_pose{};  ///< its covariances
@@ -96,8 +97,8 @@ class Odometer {
     /// Finds where the robot stands still, and learns the gyro's bias there. Needs the covariance, and that
     /// gyro.bias is not among `parameters`.
     bool learn_gyro_bias = false;
-    /// Learns it also from how gyro and wheels turn, where both show it: as far as it is known how right the
-    /// wheels are, by the calibration or else by prior_sigma().
+    /// Until the robot rests, learns it from how gyro and wheels turn, where both show it: as far as it is
+    /// known how right the wheels are, by the calibration or else by prior_sigma().
     bool compare_turns = true;
     RestOptions rest = {};
   };
