@@ -10,12 +10,12 @@
 namespace trundle::odometry {
 namespace {
 
-/// Pose, bias, difference of turns, bias by rests alone: their covariance P, and their sensitivity S to the
-/// uncertain parameters.
+/// Pose, bias, difference of turns, bias that wheels did not tell of: their covariance P, and their
+/// sensitivity S to the uncertain parameters.
 constexpr int kStates = 6;
 constexpr int kBias = 3;
 constexpr int kDifference = 4;
-constexpr int kByRests = 5;
+constexpr int kUntold = 5;
 using StateVector = Eigen::Matrix<double, kStates, 1>;
 using StateMatrix = Eigen::Matrix<double, kStates, kStates>;
 
@@ -33,8 +33,8 @@ Joint joint_of(const OdometerState& state, const Eigen::MatrixXd& parameter_cova
   P(kBias, kBias) = state.bias_variance;
   P(kBias, kDifference) = state.difference.with_bias;
   P(kDifference, kDifference) = state.difference.variance;
-  P.col(kByRests) << Eigen::Map<const Vector3>(state.by_rests.with_pose.data()), state.by_rests.with_bias,
-      state.by_rests.with_difference, state.by_rests.variance;
+  P.col(kUntold) << Eigen::Map<const Vector3>(state.untold.with_pose.data()), state.untold.with_bias,
+      state.untold.with_difference, state.untold.variance;
   P.triangularView<Eigen::StrictlyLower>() = P.transpose();
   S.resize(kStates, parameter_covariance.rows());
   for (Eigen::Index j = 0; j < S.cols(); ++j) {
@@ -55,10 +55,10 @@ void take(const Joint& joint, const Eigen::MatrixXd& parameter_covariance, Odome
   state.bias_variance = P(kBias, kBias);
   state.difference.with_bias = P(kBias, kDifference);
   state.difference.variance = P(kDifference, kDifference);
-  Eigen::Map<Vector3>(state.by_rests.with_pose.data()) = P.col(kByRests).head<3>();
-  state.by_rests.with_bias = P(kBias, kByRests);
-  state.by_rests.with_difference = P(kDifference, kByRests);
-  state.by_rests.variance = P(kByRests, kByRests);
+  Eigen::Map<Vector3>(state.untold.with_pose.data()) = P.col(kUntold).head<3>();
+  state.untold.with_bias = P(kBias, kUntold);
+  state.untold.with_difference = P(kDifference, kUntold);
+  state.untold.variance = P(kUntold, kUntold);
   for (Eigen::Index j = 0; j < S.cols(); ++j) {
     const auto at = static_cast<std::size_t>(j);
     Eigen::Map<Vector3>(state.sensitivity[at].data()) = S.col(j).head<3>();
@@ -79,8 +79,8 @@ struct Update {
   double innovation_variance = 0.0;
 };
 
-/// Kalman's update, with Schmidt's gain: the parameters stay as they are, and so does the bias by rests
-/// unless a rest was read. docs/theory/redundant-turn.md, eq. 3.
+/// Kalman's update, with Schmidt's gain: the parameters stay as they are, and so does what wheels are not to
+/// tell of the bias. docs/theory/redundant-turn.md, eq. 3.
 Update update(Joint& joint, const Reading& reading, const Eigen::MatrixXd& parameter_covariance) {
   auto& [P, S] = joint;
   const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxParameters, 1> s = S.row(reading.of).transpose();
@@ -93,13 +93,9 @@ Update update(Joint& joint, const Reading& reading, const Eigen::MatrixXd& param
   }
   if (variance <= 0.0) return {};
   StateVector K = with_reading / variance;
-  K[kByRests] = 0.0;
+  K[kUntold] = 0.0;
   StateMatrix left = StateMatrix::Identity();
   left.col(reading.of) -= K;
-  if (const double known = P(kByRests, kByRests); reading.of == kBias && known > 0.0) {
-    K[kByRests] = known / (known + reading.variance);
-    left(kByRests, kByRests) -= K[kByRests];
-  }
   P = (left * P * left.transpose() + reading.variance * K * K.transpose()).eval();
   S = (left * S).eval();
   return {K, variance};
@@ -131,10 +127,6 @@ Symmetric3 outer(const Triple& a, const Triple& b, double factor) {
   return {entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)};
 }
 
-void add_scaled(Triple& sum, double factor, const Triple& v) {
-  for (std::size_t i = 0; i < 3; ++i) sum[i] += factor * v[i];
-}
-
 }  // namespace
 
 /// Of what the bias depends on through the wheels, if there is room for all of it.
@@ -154,22 +146,25 @@ void Odometer::add_bias(const ArcStep& arc, const Triple& by_bias, double durati
   state_.bend[1] -= arc.chord().y * turn * turn;
   const Triple carried = arc.carry(state_.bias);
   add(state_.white, outer(carried, by_bias, state_.bias_variance));
-  for (std::size_t i = 0; i < 3; ++i) state_.bias[i] = carried[i] + state_.bias_variance * by_bias[i];
-  if (!turns_) return let_bias_walk(duration_s);
-  state_.difference.with_pose = arc.carry(state_.difference.with_pose);
-  add_scaled(state_.difference.with_pose, state_.difference.with_bias, by_bias);
-  state_.by_rests.with_pose = arc.carry(state_.by_rests.with_pose);
-  add_scaled(state_.by_rests.with_pose, state_.by_rests.with_bias, by_bias);
-  for (std::size_t j = 0; j < uncertain_; ++j)
-    add_scaled(state_.sensitivity[j], state_.bias_sensitivity[j], by_bias);
+  state_.bias = carried;
+  add_scaled(state_.bias, state_.bias_variance, by_bias);
+  if (turns_ && !state_.rested) {
+    state_.difference.with_pose = arc.carry(state_.difference.with_pose);
+    add_scaled(state_.difference.with_pose, state_.difference.with_bias, by_bias);
+    state_.untold.with_pose = arc.carry(state_.untold.with_pose);
+    add_scaled(state_.untold.with_pose, state_.untold.with_bias, by_bias);
+  }
+  if (state_.bias_parameter_variance > 0.0)
+    for (std::size_t j = 0; j < uncertain_; ++j)
+      add_scaled(state_.sensitivity[j], state_.bias_sensitivity[j], by_bias);
   let_bias_walk(duration_s);
 }
 
 void Odometer::let_bias_walk(double duration_s) {
   const double walk = gyro_.bias_walk_rad_s_sqrt_s * gyro_.bias_walk_rad_s_sqrt_s * duration_s;
   state_.bias_variance += walk;
-  state_.by_rests.variance += walk;
-  state_.by_rests.with_bias += walk;
+  state_.untold.variance += walk;
+  state_.untold.with_bias += walk;
 }
 
 /// A rest reads the bias.
@@ -183,9 +178,7 @@ void Odometer::learn_bias(const GyroEvidence& evidence) {
   if (innovation_variance <= 0.0) return;
   const double turn = turn_by_bias(state_);
   take(joint, uncertain_covariance_, state_);
-  const double by_rests = gyro_.bias_rad_s + state_.by_rests.rad_s;
-  state_.by_rests.rested_s += evidence.duration_s;
-  state_.by_rests.rad_s += gain[kByRests] * (evidence.gyro_rad / evidence.duration_s - by_rests);
+  state_.rested = 1;
   shift(gain * reading.innovation, turn, state_);
   std::ranges::copy(gain.head<4>(), trace_.gain.begin());
   trace_.innovation = reading.innovation;
@@ -195,7 +188,6 @@ void Odometer::learn_bias(const GyroEvidence& evidence) {
 /// Until there was one, a turn that gyro and wheels both see tells of it, every second:
 /// docs/theory/redundant-turn.md.
 void Odometer::compare_turns(const MotionModel& model, const Increment& increment, const Rolled& rolled) {
-  if (state_.by_rests.rested_s > 0.0) return;
   if (&model != &*with_gyro_ || state_.stuck.stuck != 0) return end_comparison();
   turns_->add(state_.compared, increment, rolled, state_.rolling.octave);
   if (!TurnComparison::is_due(state_.compared)) return;
@@ -208,6 +200,7 @@ void Odometer::compare_turns(const MotionModel& model, const Increment& incremen
   if (reading.innovation * reading.innovation > gate_ * innovation_variance) return forget_wheels();
   const double turn = turn_by_bias(state_);
   take(joint, uncertain_covariance_, state_);
+  state_.wheels_told = 1;
   shift(gain * reading.innovation, turn, state_);
 }
 
@@ -221,18 +214,17 @@ void Odometer::expect(const TurnDifference& found) {
       by_bias * (2.0 * difference.with_bias + by_bias * state_.bias_variance) + found.variance;
   difference.with_bias += by_bias * state_.bias_variance;
   add_scaled(difference.with_pose, by_bias, state_.bias);
-  state_.by_rests.with_difference += by_bias * state_.by_rests.with_bias;
+  state_.untold.with_difference += by_bias * state_.untold.with_bias;
   for (std::size_t j = 0; j < uncertain_; ++j)
     difference.sensitivity[j] += by_bias * state_.bias_sensitivity[j] - found.by_parameter[j];
 }
 
 /// Gyro and wheels are farther apart than all that is known of them allows: a wheel slips, or has slipped and
-/// the bias was taken for it. So the bias is what rests left it.
+/// the bias was taken for it. So the bias is what the robot file says of it.
 void Odometer::forget_wheels() {
-  BiasByRests& by_rests = state_.by_rests;
-  state_.bias_rad_s = by_rests.rad_s;
-  state_.bias_variance = by_rests.with_bias = by_rests.variance;
-  state_.bias = by_rests.with_pose;
+  state_.bias_rad_s = 0.0;
+  state_.bias_variance = state_.untold.with_bias = state_.untold.variance;
+  state_.bias = state_.untold.with_pose;
   state_.bias_sensitivity = {};
   state_.bias_parameter_variance = 0.0;
   end_comparison();
@@ -242,7 +234,7 @@ void Odometer::forget_wheels() {
 void Odometer::end_comparison() {
   state_.compared = {};
   state_.difference = {};
-  state_.by_rests.with_difference = 0.0;
+  state_.untold.with_difference = 0.0;
 }
 
 /// What the pose owes to parameters that are none of Options::parameters.

@@ -19,10 +19,6 @@ Increment unit_increment(std::size_t k, std::size_t wheels) {
   return increment;
 }
 
-void add(Triple& sum, double factor, const Triple& v) {
-  for (std::size_t i = 0; i < 3; ++i) sum[i] += factor * v[i];
-}
-
 /// N = L D Lᵀ without pivoting: N is positive definite, and this does not mind rows of very different weight.
 struct Cholesky {
   double l10, l20, l21, d0, d1, d2;
@@ -146,7 +142,7 @@ MotionModel::Gain MotionModel::gain_of(const std::array<double, kMaxRows>& varia
     }
     add_outer(gain.floor, variance_at_rest_[i], column);
     for (std::size_t k = 0; k < inputs_; ++k) {
-      add(gain.by_input[column_of(k)], reading_[i][k], column);
+      add_scaled(gain.by_input[column_of(k)], reading_[i][k], column);
       add_outer(gain.noise[column_of(k)], variance_[i][k], column);
     }
   }
@@ -226,18 +222,18 @@ void MotionModel::derive(const Gain& gain, const Increment& increment, TwistStep
   const auto derivatives = std::span(step.derivative).first(parameters_);
   std::ranges::fill(derivatives, Triple{});
   for (const ReadingChange& change : reading_changes_)
-    add(derivatives[change.parameter], change.dz * input_of(increment, change.input, wheels_),
-        gain.by_row[change.row]);
+    add_scaled(derivatives[change.parameter], change.dz * input_of(increment, change.input, wheels_),
+               gain.by_row[change.row]);
   for (const RowChange& change : row_changes_) {
     Triple& derivative = derivatives[change.parameter];
-    add(derivative, -dot(change.dh, step.twist), gain.by_row[change.row]);
+    add_scaled(derivative, -dot(change.dh, step.twist), gain.by_row[change.row]);
     if (square_) continue;  // no residual
     const double weighed = gain.weight[change.row] * residual(change.row, increment, step.twist);
-    add(derivative, weighed, product(gain.inverse_normal, change.dh));
+    add_scaled(derivative, weighed, product(gain.inverse_normal, change.dh));
   }
   if (clock_)
-    add(derivatives[clock_->parameter], -clock_->scale * increment.gyro_change_rad_s,
-        gain.by_row[clock_->row]);
+    add_scaled(derivatives[clock_->parameter], -clock_->scale * increment.gyro_change_rad_s,
+               gain.by_row[clock_->row]);
 }
 
 double MotionModel::residual(std::size_t row, const Increment& increment, const Triple& twist) const {

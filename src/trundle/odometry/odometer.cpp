@@ -88,7 +88,7 @@ Odometer::Odometer(const Robot& robot, const Options& options)
   rest_.emplace(chassis, options.rest);
   stuck_.emplace(chassis, options.rest);
   const double bias_sigma = initial_bias_sigma(robot);
-  state_.bias_variance = state_.by_rests.variance = state_.by_rests.with_bias = bias_sigma * bias_sigma;
+  state_.bias_variance = state_.untold.variance = state_.untold.with_bias = bias_sigma * bias_sigma;
   gate_ = options.rest.sigmas * options.rest.sigmas;
   if (options.compare_turns && without_gyro_) begin_comparison(robot, options.parameters);
 }
@@ -183,8 +183,9 @@ Triple Odometer::advance_with_covariance(const MotionModel& model, const Increme
     const Triple added = arc.map(step.derivative[j]);
     for (std::size_t i = 0; i < 3; ++i) state_.sensitivity[j][i] = carried[i] + added[i];
   }
-  for (std::size_t j = parameters_; j < uncertain_; ++j)
-    state_.sensitivity[j] = arc.carry(state_.sensitivity[j]);
+  if (state_.wheels_told)
+    for (std::size_t j = parameters_; j < uncertain_; ++j)
+      state_.sensitivity[j] = arc.carry(state_.sensitivity[j]);
   if (with_gyro_) {
     const Triple by_bias = arc.map(step.derivative[parameters_]);
     if (learns_) trace_arc(arc, by_bias);
@@ -194,7 +195,7 @@ Triple Odometer::advance_with_covariance(const MotionModel& model, const Increme
   pose = {pose.x + arc.chord().x, pose.y + arc.chord().y, pose.heading + step.twist[2]};
   if (!without_gyro_ && increment.duration_s > 0.0)
     state_.turn_rate_rad_s = step.twist[2] / increment.duration_s;
-  if (turns_) compare_turns(model, increment, rolled);
+  if (turns_ && !state_.rested) compare_turns(model, increment, rolled);
   return step.twist;
 }
 
@@ -239,7 +240,7 @@ Symmetric3 Odometer::white() const {
   add(white, rounding());
   // E[(½ bend b²)²] = ¾ bend² B²: docs/theory/redundant-turn.md, eq. 5
   add_outer(white, 0.75 * state_.bias_variance * state_.bias_variance, {state_.bend[0], state_.bend[1], 0.0});
-  if (uncertain_ > parameters_) add(white, through_bias());
+  if (state_.wheels_told) add(white, through_bias());
   return white;
 }
 
@@ -273,7 +274,7 @@ void Odometer::restart() {
   state_.bias = {};
   state_.bend = {};
   state_.difference.with_pose = {};
-  state_.by_rests.with_pose = {};
+  state_.untold.with_pose = {};
   state_.sensitivity = {};
 }
 

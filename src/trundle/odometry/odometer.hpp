@@ -18,11 +18,9 @@ namespace trundle::odometry {
 /// ∂(x, y, heading)/∂p in world axes, one column for each parameter.
 using PoseSensitivity = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxParameters>;
 
-/// The bias as it would be had only rests told it, one more state: what there is to go back to when wheels
-/// prove wrong.
-struct BiasByRests {
-  double rested_s = 0.0;  ///< how long rests told it
-  double rad_s = 0.0;
+/// The bias as it is known before the first rest, whatever wheels tell of it: one more state, to go back to
+/// when they prove wrong. It is what the robot file says.
+struct UntoldBias {
   double variance = 0.0;
   std::array<double, 3> with_pose{};  ///< its covariances
   double with_bias = 0.0;
@@ -45,10 +43,10 @@ struct DifferenceState {
 struct OdometerState {
   Pose2 pose;
   Symmetric3 white{};  ///< covariance of (x, y, heading) in world axes, the last counts' rounding aside
-  std::array<double, 3> bias{};  ///< its covariance with the gyro's bias
-  double bias_rad_s = 0.0;       ///< what was learned of the bias, added to the robot file's
-  double bias_variance = 0.0;    ///< [rad²/s²]; of noise alone
-  BiasByRests by_rests;
+  std::array<double, 3> bias{};          ///< its covariance with the gyro's bias
+  double bias_rad_s = 0.0;               ///< what was learned of the bias, added to the robot file's
+  double bias_variance = 0.0;            ///< [rad²/s²]; of noise alone
+  UntoldBias untold;                     ///< of use until the robot rested
   double bias_parameter_variance = 0.0;  ///< of what is wrong with it because parameters are
   std::array<double, 2> bend{};          ///< ∂²(x, y)/∂bias²: the path that a bias bends is no line
   double turn_rate_rad_s = 0.0;          ///< of the last step whose turn was measured
@@ -57,6 +55,8 @@ struct OdometerState {
   std::array<double, kMaxParameters> bias_sensitivity{};  ///< of what was learned of the bias
   DifferenceState difference;
   ComparedTurn compared;
+  std::uint64_t wheels_told = 0;  ///< 1: wheels told something of the bias
+  std::uint64_t rested = 0;       ///< 1: a rest did
   Rolling rolling;
   /// ∂(pose)/∂(rounding of each wheel's last count), in world axes [1/m]: docs/theory/odometry.md, eq. 10.
   WheelVectors by_rounding{};
@@ -161,13 +161,12 @@ class Odometer {
   void carry_rounding(const ArcStep& arc, const Increment& increment, const TwistStep& step);
   void let_bias_walk(double duration_s);
   void add_bias(const ArcStep& arc, const std::array<double, 3>& by_bias, double duration_s);
-  void begin_comparison(const Robot& robot, const std::vector<Parameter>& parameters);
-
   void trace_arc(const ArcStep& arc, const std::array<double, 3>& by_bias);
   Verdict judged_step(const Increment& increment);
   void stand_still(const Increment& increment);
   std::array<double, 3> move_on(const Increment& increment);
   void learn_bias(const GyroEvidence& evidence);
+  void begin_comparison(const Robot& robot, const std::vector<Parameter>& parameters);
   void compare_turns(const MotionModel& model, const Increment& increment, const Rolled& rolled);
   void expect(const TurnDifference& found);
   void forget_wheels();

@@ -14,4 +14,9 @@ constexpr double dot(const Triple& a, const Triple& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
+/// sum += factor · v
+constexpr void add_scaled(Triple& sum, double factor, const Triple& v) {
+  for (std::size_t i = 0; i < 3; ++i) sum[i] += factor * v[i];
+}
+
 }  // namespace trundle::odometry

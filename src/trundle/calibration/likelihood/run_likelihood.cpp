@@ -50,10 +50,10 @@ PoseSensitivity reveal(SensitivityErrors& errors, const Odometer& odometer, cons
 }
 
 /// The chassis with the noise of the run's readings alone.
-Chassis as_read(const Chassis& chassis, const Run& run, std::optional<double> gyro_noise_rad_s_sqrt_hz) {
+Chassis as_run_read(const Chassis& chassis, const Run& run, std::optional<double> gyro_noise_rad_s_sqrt_hz) {
   ReadingNoise noise = noise_in_readings(run.readings.increments, chassis);
   noise.gyro_rad_s_sqrt_hz = gyro_noise_rad_s_sqrt_hz;
-  return calibration::as_read(chassis, noise);
+  return as_read(chassis, noise);
 }
 
 /// What a robot by which the path is no number leaves unexplained.
@@ -84,7 +84,7 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
       std::vector<Information>(static_cast<std::size_t>(options.blocks), Information::zero(n)), {}, {}};
   if (run.epochs.empty()) return result;
   Odometer odometer = odometer_at_epoch(run, 0, robot, parameters, options.reference_noise);
-  const Chassis read = as_read(robot.chassis, run, options.gyro_noise_rad_s_sqrt_hz);
+  const Chassis read = as_run_read(robot.chassis, run, options.gyro_noise_rad_s_sqrt_hz);
   SensitivityErrors errors(robot, parameters, odometer.pose(), read);
   for (std::size_t epoch = 1; epoch < run.epochs.size(); ++epoch) {
     for (std::size_t i = run.epochs[epoch - 1]; i < run.epochs[epoch]; ++i) {
@@ -130,7 +130,7 @@ RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<c
   if (run.partial.empty()) return result;
   Odometer odometer = odometer_at_origin(robot, parameters);
   SensitivityErrors errors(robot, parameters, odometer.pose(),
-                           as_read(robot.chassis, run, gyro_noise_rad_s_sqrt_hz));
+                           as_run_read(robot.chassis, run, gyro_noise_rad_s_sqrt_hz));
   for (const Increment& increment : run.readings.increments) {
     odometer.step(increment);
     errors.follow(increment, odometer.pose());
