@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include "trundle/chassis/contact.hpp"
-#include "trundle/io/error.hpp"
 #include "trundle/odometry/smooth.hpp"
 #include "trundle/odometry/standing_gyro.hpp"
 #include "trundle/odometry/uncertain.hpp"
@@ -219,20 +218,6 @@ class Integration {
 };
 
 }  // namespace
-
-std::vector<Parameter> calibrated_parameters(const Robot& robot) {
-  std::vector<Parameter> parameters;
-  if (!robot.calibration) return parameters;
-  for (const CalibratedParameter& calibrated : robot.calibration->parameters) {
-    if (!calibrated.observable) continue;
-    const auto parameter = parameter_named(calibrated.name, robot);
-    if (!parameter)
-      throw InputError(place_of(robot), fmt::format("[calibration] names '{}'", calibrated.name),
-                       "a parameter that this robot has");
-    parameters.push_back(*parameter);
-  }
-  return parameters;
-}
 
 IntegratedOdometry integrate(const AlignedReadings& readings, const Robot& robot,
                              const IntegrateOptions& options) {

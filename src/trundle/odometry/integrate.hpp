@@ -68,7 +68,4 @@ IntegratedOdometry integrate(const AlignedReadings& readings, const Robot& robot
 IntegratedOdometry integrate(const Recording& recording, const Robot& robot,
                              const IntegrateOptions& options = {});
 
-/// The parameters that a calibration gives a covariance of, in its order.
-[[nodiscard]] std::vector<Parameter> calibrated_parameters(const Robot& robot);
-
 }  // namespace trundle::odometry

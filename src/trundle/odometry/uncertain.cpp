@@ -7,7 +7,6 @@
 #include "trundle/chassis/usual_parameters.hpp"
 #include "trundle/geometry/squared.hpp"
 #include "trundle/io/error.hpp"
-#include "trundle/odometry/integrate.hpp"
 
 namespace trundle::odometry {
 namespace {
@@ -40,6 +39,20 @@ void make_bias_a_state(UncertainParameters& uncertain) {
 }
 
 }  // namespace
+
+std::vector<Parameter> calibrated_parameters(const Robot& robot) {
+  std::vector<Parameter> parameters;
+  if (!robot.calibration) return parameters;
+  for (const CalibratedParameter& calibrated : robot.calibration->parameters) {
+    if (!calibrated.observable) continue;
+    const auto parameter = parameter_named(calibrated.name, robot);
+    if (!parameter)
+      throw InputError(place_of(robot), fmt::format("[calibration] names '{}'", calibrated.name),
+                       "a parameter that this robot has");
+    parameters.push_back(*parameter);
+  }
+  return parameters;
+}
 
 UncertainParameters uncertain_parameters(const Robot& robot, bool learn_gyro_bias) {
   UncertainParameters uncertain{calibrated_parameters(robot), {}};

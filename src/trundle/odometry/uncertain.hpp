@@ -8,6 +8,9 @@
 
 namespace trundle::odometry {
 
+/// The parameters that a calibration gives a covariance of, in its order.
+[[nodiscard]] std::vector<Parameter> calibrated_parameters(const Robot& robot);
+
 /// The parameters whose uncertainty an odometer carries along, and their covariance.
 struct UncertainParameters {
   std::vector<Parameter> parameters;

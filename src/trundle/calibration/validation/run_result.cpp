@@ -10,6 +10,7 @@
 #include "trundle/evaluation/evaluate.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/odometry/integrate.hpp"
+#include "trundle/odometry/uncertain.hpp"
 
 namespace trundle::calibration {
 namespace {
