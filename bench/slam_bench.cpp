@@ -175,17 +175,13 @@ void race(const bench::W1& work, std::vector<Contender> contenders) {
 
 void races() {
   const SlamOptions thousand{.particles = 1000};
-  SlamOptions in_double = thousand;
-  in_double.map_precision = Precision::float64;
   SlamOptions by_two = thousand;
   by_two.threads = 2;
   heading("Against the textbook");
   for (const int landmarks : {100, 1000, 10'000}) {
     const bench::W1 work = bench::w1({.landmarks = landmarks});
     race(work, {textbook(work, 1000), ours(work, SlamMethod::fastslam1, thousand, ""),
-                ours(work, SlamMethod::fastslam1, in_double, " float64"),
-                ours(work, SlamMethod::fastslam2, thousand, ""),
-                ours(work, SlamMethod::fastslam2, in_double, " float64")});
+                ours(work, SlamMethod::fastslam2, thousand, "")});
   }
   const bench::W1 work = bench::w1({});
   const bench::W1 wide = bench::w1({.landmarks = 1000});
@@ -207,17 +203,15 @@ void races() {
 }
 
 /// The greatest, from before there is a filter to after all steps, with a full map from the first on.
-void print_memory(const bench::W1& work, Precision precision) {
-  SlamOptions options{.particles = 1000};
-  options.map_precision = precision;
+void print_memory(const bench::W1& work) {
+  const SlamOptions options{.particles = 1000};
   peak_memory_MiB();
   const double before_MiB = peak_memory_MiB();
   Contender contender = ours(work, SlamMethod::fastslam1, options, "");
   double greatest_MiB = contender.memory_MiB;
   for (const SlamStep& step : work.steps) contender.step(step);
   greatest_MiB = std::max(greatest_MiB, peak_memory_MiB() - before_MiB);
-  fmt::print("| {} | {} | {} | {:.2f} |\n", precision == Precision::float32 ? "float32" : "float64",
-             work.landmarks.size(), work.steps.size(), greatest_MiB / 1024.0);
+  fmt::print("| {} | {} | {:.2f} |\n", work.landmarks.size(), work.steps.size(), greatest_MiB / 1024.0);
 }
 
 /// From 100 landmarks to 100 000; memory is that of a full map.
@@ -233,9 +227,8 @@ void widths() {
     for (std::size_t i = 0; i < works.size(); ++i) contenders[i].run_slice(works[i]);
   for (std::size_t i = 0; i < works.size(); ++i) print(works[i], contenders[i], contenders.front());
   contenders.clear();
-  fmt::print("\n**Memory, N = 1000**\n\n| map | M | steps | GiB |\n|---|---|---|---|\n");
-  print_memory(works.back(), Precision::float32);
-  print_memory(works.back(), Precision::float64);
+  fmt::print("\n**Memory, N = 1000**\n\n| M | steps | GiB |\n|---|---|---|\n");
+  print_memory(works.back());
 }
 
 double error_of(const bench::W1& work, const SlamOptions& options) {
@@ -250,25 +243,19 @@ double error_of(const bench::W1& work, const SlamOptions& options) {
 
 void errors(int seeds) {
   fmt::print(
-      "\n**Online position, rms [m], median of {} seeds, M = 100, N = 100**\n\n| filter | map | error "
-      "|\n|---|---|---|\n",
+      "\n**Online position, rms [m], median of {} seeds, M = 100, N = 100**\n\n| filter | error "
+      "|\n|---|---|\n",
       seeds);
   for (const SlamMethod method : {SlamMethod::fastslam1, SlamMethod::fastslam2, SlamMethod::mapso,
-                                  SlamMethod::mapso_proposal, SlamMethod::ekf})
-    for (const Precision precision : {Precision::float32, Precision::float64}) {
-      if (method == SlamMethod::ekf && precision == Precision::float32) continue;
-      std::vector<double> errors;
-      for (int seed = 1; seed <= seeds; ++seed) {
-        const auto s = static_cast<std::uint64_t>(seed);
-        errors.push_back(error_of(bench::w1({.seed = s}), {.method = method,
-                                                           .particles = 100,
-                                                           .seed = s,
-                                                           .keep_paths = false,
-                                                           .map_precision = precision}));
-      }
-      fmt::print("| {} | {} | {:.3f} |\n", name_of(method),
-                 precision == Precision::float32 ? "float32" : "float64", median_of(errors));
+                                  SlamMethod::mapso_proposal, SlamMethod::ekf}) {
+    std::vector<double> errors;
+    for (int seed = 1; seed <= seeds; ++seed) {
+      const auto s = static_cast<std::uint64_t>(seed);
+      errors.push_back(error_of(bench::w1({.seed = s}),
+                                {.method = method, .particles = 100, .seed = s, .keep_paths = false}));
     }
+    fmt::print("| {} | {:.3f} |\n", name_of(method), median_of(errors));
+  }
 }
 
 }  // namespace

@@ -72,16 +72,14 @@ Textbook textbook_cost(const Pose2& sensor, const Matrix3& sensor_covariance, co
   return {nis, nis + std::log((2.0 * kPi * S).determinant())};
 }
 
-class ChoiceKernels : public testing::TestWithParam<Precision> {};
-
-TEST_P(ChoiceKernels, CostsAreTheTextbooks) {
+TEST(ChoiceKernels, CostsAreTheTextbooks) {
   constexpr std::size_t kParticles = 203;
   Random random(2);
   Crowd crowd(kParticles);
   for (std::size_t i = 0; i < kParticles; ++i)
     crowd.put(i, {random.normal(0.3), random.normal(0.3), 1.0 + random.normal(0.03)});
   const Matrix3 covariance = Vector3(0.01, 0.02, 4e-4).asDiagonal();
-  std::vector<LandmarkColumns> columns(3, LandmarkColumns(kParticles, GetParam(), {5e3, -3e3}));
+  std::vector<LandmarkColumns> columns(3, LandmarkColumns(kParticles, {5e3, -3e3}));
   Hypotheses of;
   of.reset(kParticles);
   for (std::size_t c = 0; c < columns.size(); ++c) {
@@ -112,7 +110,7 @@ TEST_P(ChoiceKernels, CostsAreTheTextbooks) {
 }
 
 /// All particles are alike but for their luck.
-TEST_P(ChoiceKernels, EachIsChosenAsOftenAsItIsLikely) {
+TEST(ChoiceKernels, EachIsChosenAsOftenAsItIsLikely) {
   constexpr std::size_t kParticles = 4096;
   Crowd crowd(kParticles);
   for (std::size_t i = 0; i < kParticles; ++i) {
@@ -124,7 +122,7 @@ TEST_P(ChoiceKernels, EachIsChosenAsOftenAsItIsLikely) {
                                                    {5009.8, -3000.4, 0.5, 0.2, 0.4},
                                                    {5010.0, -2997.5, 0.3, 0.0, 0.3},
                                                    {5010.0, -3000.0, kAbsent, 0.0, kAbsent}};
-  std::vector<LandmarkColumns> columns(landmarks.size(), LandmarkColumns(kParticles, GetParam()));
+  std::vector<LandmarkColumns> columns(landmarks.size(), LandmarkColumns(kParticles));
   Hypotheses of;
   of.reset(kParticles);
   std::vector<double> density;
@@ -148,11 +146,6 @@ TEST_P(ChoiceKernels, EachIsChosenAsOftenAsItIsLikely) {
     EXPECT_NEAR(crowd.log_weights[i], std::log(all / chosen), 1e-4);
   }
 }
-
-INSTANTIATE_TEST_SUITE_P(, ChoiceKernels, testing::Values(Precision::float32, Precision::float64),
-                         [](const testing::TestParamInfo<Precision>& precision) {
-                           return precision.param == Precision::float32 ? "float32" : "float64";
-                         });
 
 }  // namespace
 }  // namespace trundle::slam

@@ -22,7 +22,6 @@ struct CopyingFastSlam {
   static constexpr ParticleRange kOne{0, kParticleLanes};
 
   LandmarkSensor sensor;
-  Precision precision;
   std::uint64_t seed;
   std::vector<Particle> particles;
   Random random;
@@ -30,8 +29,8 @@ struct CopyingFastSlam {
   std::uint64_t draws = 1;  ///< the start is certain: drawn all the same
   std::size_t resamplings = 0;
 
-  CopyingFastSlam(const LandmarkSensor& s, std::size_t count, std::uint64_t number, Precision p)
-      : sensor(s), precision(p), seed(number), particles(count), random(number, kResamplingStream) {}
+  CopyingFastSlam(const LandmarkSensor& s, std::size_t count, std::uint64_t number)
+      : sensor(s), seed(number), particles(count), random(number, kResamplingStream) {}
 
   void step(const SlamStep& step) {
     pending = pending * step.motion;
@@ -77,7 +76,7 @@ struct CopyingFastSlam {
       const LandmarkEstimate of_first =
           first_estimate(sensor_at(particles[0].pose.at(0), sensor.body_from_sensor), reading);
       const auto [mapped, is_new] =
-          p.map.try_emplace(observation->landmark, 1, precision, Vector2(of_first.x, of_first.y));
+          p.map.try_emplace(observation->landmark, 1, Vector2(of_first.x, of_first.y));
       set_first_estimates(reading, at, kOne, mapped->second);
     }
   }

@@ -125,17 +125,15 @@ TEST(Place, IsTheExponentialAndTheSensorThere) {
 }
 
 /// One landmark, many particles around it, the same readings for all.
-class LanesIn : public testing::TestWithParam<Precision> {};
-
-TEST_P(LanesIn, LanesAgreeWithOneLandmarkAlone) {
-  // In float32 the landmark keeps 24 bits of its distance from its own origin, metres, far from zero.
-  const double tolerance = GetParam() == Precision::float32 ? 2e-6 : 1e-12;
+TEST(Lanes, AgreeWithOneLandmarkAlone) {
+  // A landmark keeps 24 bits of its distance from its own origin, metres, far from zero.
+  const double tolerance = 2e-6;
   const Vector2 far(5e5, -3e5);
   constexpr std::size_t kParticles = 33;
   Random random(6);
   SensorColumns sensors(kParticles);
   sensors.origin = far;
-  LandmarkColumns columns(kParticles, GetParam(), far + Vector2(3.0, 3.0));
+  LandmarkColumns columns(kParticles, far + Vector2(3.0, 3.0));
   std::vector<LandmarkEstimate> alone;
   std::vector<SensorAt> at;
   for (std::size_t i = 0; i < kParticles; ++i) {
@@ -164,11 +162,10 @@ TEST_P(LanesIn, LanesAgreeWithOneLandmarkAlone) {
       improve(alone[i], sight);
     }
   }
-  const double of_place = std::max(tolerance, 1e-9);  // far from zero doubles have 1e-10 m
   for (std::size_t i = 0; i < kParticles; ++i) {
     const LandmarkEstimate m = columns.at(i);
-    EXPECT_NEAR(m.x - far.x(), alone[i].x, of_place);
-    EXPECT_NEAR(m.y - far.y(), alone[i].y, of_place);
+    EXPECT_NEAR(m.x - far.x(), alone[i].x, tolerance);
+    EXPECT_NEAR(m.y - far.y(), alone[i].y, tolerance);
     EXPECT_NEAR(m.xx, alone[i].xx, tolerance * 0.01);
     EXPECT_NEAR(m.xy, alone[i].xy, tolerance * 0.01);
     EXPECT_NEAR(m.yy, alone[i].yy, tolerance * 0.01);
@@ -176,14 +173,14 @@ TEST_P(LanesIn, LanesAgreeWithOneLandmarkAlone) {
   }
 }
 
-TEST_P(LanesIn, HundredsOfReadingsInOneStepNeitherOverflowNorVanish) {
-  const double tolerance = GetParam() == Precision::float32 ? 1e-5 : 1e-12;
+TEST(Lanes, SumHundredsOfReadingsInOneStepNeitherOverflowNorVanish) {
+  const double tolerance = 1e-5;
   SensorColumns sensors(1);
   sensors.cos[0] = 1.0;
   const SensorAt at{0.0, 0.0, 1.0, 0.0};
   for (const double sigma : {1e-3, 1e3}) {
     const LandmarkSensor sensor{{}, sigma, 0.5 * sigma, 20.0, 0.0};
-    std::vector<LandmarkColumns> columns(400, LandmarkColumns(1, GetParam()));
+    std::vector<LandmarkColumns> columns(400, LandmarkColumns(1));
     std::vector<KnownReading> readings;
     double expected = 0.0;
     for (LandmarkColumns& landmark : columns) {
@@ -198,8 +195,8 @@ TEST_P(LanesIn, HundredsOfReadingsInOneStepNeitherOverflowNorVanish) {
   }
 }
 
-TEST_P(LanesIn, FitnessIsTheTarget) {
-  const double tolerance = GetParam() == Precision::float32 ? 2e-5 : 1e-11;
+TEST(Swarm, FitnessIsTheTarget) {
+  const double tolerance = 2e-5;
   constexpr std::size_t kParticles = 50;
   Random random(8);
   const LandmarkSensor sensor{{0.3, -0.1, 0.4}, 0.1, 0.05, 20.0, 0.0};
@@ -209,7 +206,7 @@ TEST_P(LanesIn, FitnessIsTheTarget) {
     predicted.set(i, {random.normal(0.5), random.normal(0.5), random.uniform(-9.0, 9.0)});
     n.set(i, {random.normal(), random.normal(), random.normal()});
   }
-  std::vector<LandmarkColumns> columns(10, LandmarkColumns(kParticles, GetParam()));
+  std::vector<LandmarkColumns> columns(10, LandmarkColumns(kParticles));
   std::vector<KnownReading> readings;
   for (LandmarkColumns& landmark : columns) {
     for (std::size_t i = 0; i < kParticles; ++i)
@@ -263,9 +260,9 @@ void expect_same_everywhere(const test::SlamWorld& world, const ParticleSlamOpti
   }
 }
 
-TEST_P(LanesIn, EveryInstructionSetGivesTheSameBytes) {
+TEST(Lanes, EveryInstructionSetGivesTheSameBytes) {
   test::SlamWorld world = test::slam_world({.steps = 60});
-  const ParticleSlamOptions base{.particles = 70, .map_precision = GetParam()};
+  const ParticleSlamOptions base{.particles = 70};
   for (const Proposal proposal : {Proposal::motion, Proposal::linearised, Proposal::swarm_gaussian}) {
     ParticleSlamOptions options = base;
     options.proposal = proposal;
@@ -279,11 +276,6 @@ TEST_P(LanesIn, EveryInstructionSetGivesTheSameBytes) {
     for (Observation& observation : step.observations) observation.landmark = kUnknownLandmark;
   expect_same_everywhere(world, base);
 }
-
-INSTANTIATE_TEST_SUITE_P(, LanesIn, testing::Values(Precision::float32, Precision::float64),
-                         [](const testing::TestParamInfo<Precision>& precision) {
-                           return precision.param == Precision::float32 ? "float32" : "float64";
-                         });
 
 }  // namespace
 }  // namespace trundle::slam

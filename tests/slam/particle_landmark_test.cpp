@@ -80,7 +80,7 @@ TEST(PoseTarget, GaussianIsTheTargetsCurvature) {
   std::vector<KnownReading> readings;
   columns.reserve(3);
   for (const Vector2& place : {Vector2(4.0, 3.0), Vector2(-1.0, 5.0), Vector2(2.0, -3.0)}) {
-    columns.emplace_back(1, Precision::float64);
+    columns.emplace_back(1);
     columns.back().set(0, {place.x(), place.y(), 0.02, 0.005, 0.03});
     const ExpectedReading exact = expected_reading(predicted, sensor.body_from_sensor, place);
     readings.push_back({reading_terms({0, exact.range_m, exact.bearing_rad}, sensor), &columns.back()});
@@ -107,14 +107,15 @@ TEST(PoseTarget, InnovationIsTheInnovationInAllItsCovariance) {
   PoseColumns predicted(1);
   predicted.set(0, {1.0, 2.0, 0.7});
   const Matrix3 Q = Vector3(4e-4, 1e-4, 9e-4).asDiagonal();
-  LandmarkColumns columns(1, Precision::float64);
+  LandmarkColumns columns(1);
   columns.set(0, {4.0, 3.0, 0.02, 0.005, 0.03});
   const Observation observation{0, 3.0, 0.1};
   const std::vector<KnownReading> readings = {{reading_terms(observation, sensor), &columns}};
   const test::PoseTarget target(predicted, Q, sensor.body_from_sensor, readings);
   const ExpectedReading expected = expected_reading(predicted.at(0), sensor.body_from_sensor, {4.0, 3.0});
   const Matrix3 in_world = world_covariance({predicted.at(0), Q});
-  const Matrix2 P = (Matrix2() << 0.02, 0.005, 0.005, 0.03).finished();
+  const LandmarkEstimate m = columns.at(0);  // rounded to single precision
+  const Matrix2 P = (Matrix2() << m.xx, m.xy, m.xy, m.yy).finished();
   const Matrix2 S = expected.by_pose * in_world * expected.by_pose.transpose() +
                     expected.by_landmark * P * expected.by_landmark.transpose() + reading_covariance(sensor);
   const Vector2 innovation = innovation_of(observation, expected);

@@ -20,18 +20,15 @@ namespace {
 
 constexpr double kNoGate = std::numeric_limits<double>::infinity();
 
-class EveryPrecision : public testing::TestWithParam<Precision> {};
-
-TEST_P(EveryPrecision, IsTheCopyingFilterToTheLastBit) {
+TEST(ParticleSlam, IsTheCopyingFilterToTheLastBit) {
   test::SlamWorld world = test::slam_world({.steps = 150});
   for (std::size_t k = 0; k < 150; k += 4) world.steps[k].observations.clear();
   ParticleSlam lazy(world.sensor, {.proposal = Proposal::motion,
                                    .particles = 150,
                                    .seed = 9,
                                    .prior = {.systematic_sigma = Systematic::Zero(3)},
-                                   .gate = kNoGate,
-                                   .map_precision = GetParam()});
-  test::CopyingFastSlam copying(world.sensor, 150, 9, GetParam());
+                                   .gate = kNoGate});
+  test::CopyingFastSlam copying(world.sensor, 150, 9);
   for (const SlamStep& step : world.steps) {
     lazy.step(step.motion, step.observations);
     copying.step(step);
@@ -65,13 +62,6 @@ TEST_P(EveryPrecision, IsTheCopyingFilterToTheLastBit) {
     ASSERT_EQ(landmark.position, mean);
   }
 }
-
-std::string name_of_precision(const testing::TestParamInfo<Precision>& precision) {
-  return precision.param == Precision::float32 ? "float32" : "float64";
-}
-
-INSTANTIATE_TEST_SUITE_P(, EveryPrecision, testing::Values(Precision::float32, Precision::float64),
-                         name_of_precision);
 
 double end_error(const test::SlamWorld& world, const ParticleSlamOptions& options) {
   ParticleSlam filter(world.sensor, options);

@@ -49,7 +49,7 @@ struct Scene {
       : count(particles), predicted(particles), n(particles) {
     columns.reserve(3);
     for (const Vector2& place : {Vector2(4.0, 3.0), Vector2(-1.0, 5.0), Vector2(2.0, -3.0)}) {
-      columns.emplace_back(particles, Precision::float64);
+      columns.emplace_back(particles);
       for (std::size_t i = 0; i < particles; ++i)
         columns.back().set(i, {place.x(), place.y(), 1e-4, 0.0, 1e-4});
       const ExpectedReading exact = expected_reading(truth, sensor.body_from_sensor, place);

@@ -53,7 +53,6 @@ Filters made(const LandmarkSensor& sensor, const SlamOptions& options) {
                                .gate = options.gate,
                                .resample_below = options.resample_below,
                                .keep_paths = options.keep_paths,
-                               .map_precision = options.map_precision,
                                .threads = options.threads,
                                .swarm = options.swarm,
                                .estimate = options.estimate.value_or(usual_estimate(options.method)),

@@ -40,12 +40,11 @@ struct SlamOptions {
   double resample_below = 0.5;  ///< effective particles, as a share of all
   bool keep_paths = true;       ///< false: no best path, and memory does not grow with time
   bool keep_growth = false;     ///< of `smoother`: SlamResult::growth
-  Precision map_precision = Precision::float32;  ///< of the particles' maps
-  std::size_t threads = 1;                       ///< results do not depend on it
-  SwarmOptions swarm = {};                       ///< of `mapso` and `mapso_proposal`
-  std::optional<PointEstimate> estimate = {};    ///< nothing: best of `mapso`, as published, mean of others
-  std::optional<double> window_s = {};           ///< of `smoother`: older poses are marginalised [s]
-  LandmarkId first_unidentified = 0;             ///< ids of unidentified landmarks: above all given ones
+  std::size_t threads = 1;      ///< results do not depend on it
+  SwarmOptions swarm = {};      ///< of `mapso` and `mapso_proposal`
+  std::optional<PointEstimate> estimate = {};  ///< nothing: best of `mapso`, as published, mean of others
+  std::optional<double> window_s = {};         ///< of `smoother`: older poses are marginalised [s]
+  LandmarkId first_unidentified = 0;           ///< ids of unidentified landmarks: above all given ones
 };
 
 /// The options completed by what the steps of a recording have: 1σ of the odometry's systematic errors, where

@@ -17,10 +17,6 @@ HWY_INLINE void store_choices(Vec<float> x, std::int32_t* to) {
   const hn::RebindToSigned<Tag<float>> d;
   hn::Store(hn::ConvertTo(d, x), d, to);
 }
-HWY_INLINE void store_choices(Vec<double> x, std::int32_t* to) {
-  const hn::Rebind<std::int32_t, Tag<double>> d;
-  hn::Store(hn::DemoteTo(d, x), d, to);
-}
 
 HWY_INLINE hn::Mask<Tag<float>> is_choice(Tag<float> d, const std::int32_t* choices, std::int32_t chosen) {
   const hn::RebindToSigned<Tag<float>> di;
@@ -32,79 +28,68 @@ HWY_INLINE hn::Mask<Tag<double>> is_choice(Tag<double> d, const std::int32_t* ch
   return hn::RebindMask(d, hn::PromoteTo(di, hn::Load(narrow, choices)) == hn::Set(di, chosen));
 }
 
-template <class Real>
-void take_as(const std::int32_t* choices, const Candidate& from, ParticleRange range, LandmarkColumns& to) {
-  const Tag<Real> d;
+void take(const std::int32_t* choices, const Candidate& from, ParticleRange range, LandmarkColumns& to) {
+  const Tag<float> d;
   const Vector2 apart = from.columns->origin() - to.origin();
-  const Vec<Real> zero = hn::Zero(d);
-  const std::array<Vec<Real>, LandmarkColumns::kColumns> shift = {lanes<Real>(apart.x()),
-                                                                  lanes<Real>(apart.y()), zero, zero, zero};
+  const Vec<float> zero = hn::Zero(d);
+  const std::array<Vec<float>, LandmarkColumns::kColumns> shift = {lanes<float>(apart.x()),
+                                                                   lanes<float>(apart.y()), zero, zero, zero};
   for (std::size_t i = range.first; i < range.last; i += hn::Lanes(d)) {
     const auto mask = is_choice(d, choices + i, static_cast<std::int32_t>(from.landmark));
     if (hn::AllFalse(d, mask)) continue;
     for (std::size_t k = 0; k < LandmarkColumns::kColumns; ++k) {
-      const Vec<Real> x = hn::Load(d, from.columns->numbers<Real>() + k * from.columns->stride() + i);
-      Real* const place = to.numbers<Real>() + k * to.stride() + i;
+      const Vec<float> x = hn::Load(d, from.columns->numbers() + k * from.columns->stride() + i);
+      float* const place = to.numbers() + k * to.stride() + i;
       hn::Store(hn::IfThenElse(mask, x + shift[k], hn::Load(d, place)), d, place);
     }
   }
 }
 
-void take(const std::int32_t* choices, const Candidate& from, ParticleRange range, LandmarkColumns& to) {
-  if (to.precision() == Precision::float32)
-    take_as<float>(choices, from, range, to);
-  else
-    take_as<double>(choices, from, range, to);
-}
-
 /// What a candidate costs each particle.
-template <class Real>
 void set_costs(const KnownReading& known, const Choosing& choosing, ParticleRange range, double* costs) {
   const LandmarkColumns& columns = *known.landmark;
-  const NearReading<Real> reading = near<Real>(known, choosing.sensors.origin);
-  const LaneSymmetric<Real> Q = symmetric<Real>(choosing.sensor_covariance);
+  const NearReading reading = near(known, choosing.sensors.origin);
+  const LaneSymmetric Q = symmetric(choosing.sensor_covariance);
   const bool is_drawn = choosing.sensor_covariance.isZero(0.0);  // fastslam1: the pose is no longer unsure
-  const Vec<Real> gate = lanes<Real>(choosing.options.gate);
-  const Vec<Real> end_of_near = lanes<Real>(choosing.options.near * choosing.options.gate);
-  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
-    const LaneSensor<Real> sensor = load_sensor<Real>(choosing.sensors, i);
-    const LaneLandmark<Real> m = load_landmark<Real>(columns.numbers<Real>() + i, columns.stride());
-    const LaneSight<Real> s = sight_of(sensor, reading, m);
-    const LaneTotal<Real> S = is_drawn ? LaneTotal<Real>{s.s_along, s.p_mixed, s.s_across, s.determinant}
-                                       : total_covariance(Q, sensor, s);
-    const Vec<Real> nis = nis_of(s, S);
-    const auto is_there = m.xx >= hn::Zero(Tag<Real>());
+  const Vec<float> gate = lanes<float>(choosing.options.gate);
+  const Vec<float> end_of_near = lanes<float>(choosing.options.near * choosing.options.gate);
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<float>())) {
+    const LaneSensor sensor = load_sensor(choosing.sensors, i);
+    const LaneLandmark m = load_landmark(columns.numbers() + i, columns.stride());
+    const LaneSight s = sight_of(sensor, reading, m);
+    const LaneTotal S = is_drawn ? LaneTotal{s.s_along, s.p_mixed, s.s_across, s.determinant}
+                                 : total_covariance(Q, sensor, s);
+    const Vec<float> nis = nis_of(s, S);
+    const auto is_there = m.xx >= hn::Zero(Tag<float>());
     const auto passes = hn::And(is_there, nis <= gate);
     const auto is_near = hn::And(is_there, nis <= end_of_near);
-    Vec<Real> cost = hn::IfThenElse(is_near, lanes<Real>(kNear), lanes<Real>(kFar));
-    if (!hn::AllFalse(Tag<Real>(), passes)) {
-      const Vec<Real> inside = nis + log(S.determinant * s.inverse_range * s.inverse_range) +
-                               lanes<Real>(2.0 * std::log(2.0 * kPi));
+    Vec<float> cost = hn::IfThenElse(is_near, lanes<float>(kNear), lanes<float>(kFar));
+    if (!hn::AllFalse(Tag<float>(), passes)) {
+      const Vec<float> inside = nis + log(S.determinant * s.inverse_range * s.inverse_range) +
+                                lanes<float>(2.0 * std::log(2.0 * kPi));
       cost = hn::IfThenElse(passes, inside, cost);
     }
-    store<Real>(cost, costs + i);
+    store(cost, costs + i);
   }
 }
 
 /// What the candidates cost a group of particles.
-template <class Real>
 struct LaneCosts {
   std::array<bool, kMostCandidates> is_possible;  ///< for any of them
-  std::array<Vec<Real>, kMostCandidates> of;      ///< where it is
-  Vec<Real> least;                                ///< of these and of a new landmark
-  Vec<Real> otherwise;                            ///< kNewLandmark or kAmbiguousLandmark
+  std::array<Vec<float>, kMostCandidates> of;     ///< where it is
+  Vec<float> least;                               ///< of these and of a new landmark
+  Vec<float> otherwise;                           ///< kNewLandmark or kAmbiguousLandmark
 };
 
-template <class Real>
-HWY_INLINE LaneCosts<Real> load_costs(const Hypotheses& of, Vec<Real> of_new, std::size_t i) {
-  LaneCosts<Real> costs;
+HWY_INLINE LaneCosts load_costs(const Hypotheses& of, Vec<float> of_new, std::size_t i) {
+  LaneCosts costs;
   costs.least = of_new;
-  costs.otherwise = lanes<Real>(kNewLandmark);
+  costs.otherwise = lanes<float>(kNewLandmark);
   for (std::size_t c = 0; c < of.candidates.size(); ++c) {
-    const Vec<Real> cost = load<Real>(of.costs_of(c) + i);
-    const auto is_near = cost == lanes<Real>(kNear);
-    costs.otherwise = hn::IfThenElse(is_near, lanes<Real>(kAmbiguousLandmark), costs.otherwise);
-    costs.is_possible[c] = !hn::AllFalse(Tag<Real>(), cost < lanes<Real>(kFar));
+    const Vec<float> cost = load(of.costs_of(c) + i);
+    const auto is_near = cost == lanes<float>(kNear);
+    costs.otherwise = hn::IfThenElse(is_near, lanes<float>(kAmbiguousLandmark), costs.otherwise);
+    costs.is_possible[c] = !hn::AllFalse(Tag<float>(), cost < lanes<float>(kFar));
     costs.of[c] = cost;
     costs.least = hn::Min(costs.least, cost);
   }
@@ -112,44 +97,36 @@ HWY_INLINE LaneCosts<Real> load_costs(const Hypotheses& of, Vec<Real> of_new, st
 }
 
 // Eq. 54.
-template <class Real>
-void choices_as(const ReadingTerms& reading, const Choosing& choosing, ParticleRange range, Hypotheses& of) {
+void choices_of(const ReadingTerms& reading, const Choosing& choosing, ParticleRange range, Hypotheses& of) {
   for (std::size_t c = 0; c < of.candidates.size(); ++c)
-    set_costs<Real>({reading, of.candidates[c].columns}, choosing, range, of.costs_of(c));
-  const Vec<Real> half = lanes<Real>(-0.5);
-  const Vec<Real> of_new = lanes<Real>(cost_of_new(choosing.options));
-  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<Real>())) {
-    const LaneCosts<Real> costs = load_costs<Real>(of, of_new, i);
-    const auto log_share = [&](Vec<Real> cost) HWY_ATTR { return half * (cost - costs.least); };
-    const Vec<Real> none = exp(log_share(of_new));
-    std::array<Vec<Real>, kMostCandidates> share;
-    Vec<Real> all = none;
+    set_costs({reading, of.candidates[c].columns}, choosing, range, of.costs_of(c));
+  const Vec<float> half = lanes<float>(-0.5);
+  const Vec<float> of_new = lanes<float>(cost_of_new(choosing.options));
+  for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<float>())) {
+    const LaneCosts costs = load_costs(of, of_new, i);
+    const auto log_share = [&](Vec<float> cost) HWY_ATTR { return half * (cost - costs.least); };
+    const Vec<float> none = exp(log_share(of_new));
+    std::array<Vec<float>, kMostCandidates> share;
+    Vec<float> all = none;
     for (std::size_t c = 0; c < of.candidates.size(); ++c) {
       if (!costs.is_possible[c]) continue;
-      const bool is_least = hn::AllTrue(Tag<Real>(), costs.of[c] == costs.least);  // of most groups one is
-      share[c] = is_least ? lanes<Real>(1.0) : exp(log_share(costs.of[c]));
+      const bool is_least = hn::AllTrue(Tag<float>(), costs.of[c] == costs.least);  // of most groups one is
+      share[c] = is_least ? lanes<float>(1.0) : exp(log_share(costs.of[c]));
       all = all + share[c];
     }
-    Vec<Real> left = load<Real>(choosing.chance + i) * all - none;
-    Vec<Real> choice = costs.otherwise;
-    Vec<Real> log_chosen = log_share(of_new);
+    Vec<float> left = load(choosing.chance + i) * all - none;
+    Vec<float> choice = costs.otherwise;
+    Vec<float> log_chosen = log_share(of_new);
     for (std::size_t c = 0; c < of.candidates.size(); ++c) {
       if (!costs.is_possible[c]) continue;
-      const auto takes = hn::And(left >= hn::Zero(Tag<Real>()), share[c] > hn::Zero(Tag<Real>()));
-      choice = hn::IfThenElse(takes, lanes<Real>(of.candidates[c].landmark), choice);
+      const auto takes = hn::And(left >= hn::Zero(Tag<float>()), share[c] > hn::Zero(Tag<float>()));
+      choice = hn::IfThenElse(takes, lanes<float>(of.candidates[c].landmark), choice);
       log_chosen = hn::IfThenElse(takes, log_share(costs.of[c]), log_chosen);
       left = left - share[c];
     }
     store_choices(choice, of.choices.data() + i);
-    add<Real>(log(all) - log_chosen, choosing.log_weights + i);
+    add(log(all) - log_chosen, choosing.log_weights + i);
   }
-}
-
-void choices_of(const ReadingTerms& reading, const Choosing& choosing, ParticleRange range, Hypotheses& of) {
-  if (of.candidates.front().columns->precision() == Precision::float32)
-    choices_as<float>(reading, choosing, range, of);
-  else
-    choices_as<double>(reading, choosing, range, of);
 }
 
 /// Weight of the particles of which something holds; what pads has none.
@@ -171,13 +148,9 @@ double share_having(const LandmarkColumns& landmark, const Column<double>& weigh
   const Tag<double> d;
   const Wide zero = hn::Zero(d);
   const std::size_t xx = 2 * landmark.stride();
-  if (landmark.precision() == Precision::float64)
-    return share_where(weights, [&](std::size_t i) HWY_ATTR {
-      return hn::Load(d, landmark.numbers<double>() + xx + i) >= zero;
-    });
   return share_where(weights, [&](std::size_t i) HWY_ATTR {
     const hn::Rebind<float, Tag<double>> narrow;
-    return hn::PromoteTo(d, hn::Load(narrow, landmark.numbers<float>() + xx + i)) >= zero;
+    return hn::PromoteTo(d, hn::Load(narrow, landmark.numbers() + xx + i)) >= zero;
   });
 }
 

@@ -8,8 +8,8 @@
 
 namespace trundle::slam {
 
-// Which landmark each particle associates an unidentified sighting with, for many particles at once, in the
-// precision of the map; the same bytes on every machine. docs/theory/association.md.
+// Which landmark each particle associates an unidentified sighting with, for many particles at once, in
+// single precision; the same bytes on every machine. docs/theory/association.md.
 
 /// In place of a landmark, where a particle associates a reading with none of its map.
 inline constexpr std::int32_t kNewLandmark = -1;        ///< it shows a new one

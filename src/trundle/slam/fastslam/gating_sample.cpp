@@ -7,7 +7,7 @@
 
 namespace trundle::slam {
 
-GatingSample::GatingSample(std::size_t particles, Precision precision, Eigen::Index systematic)
+GatingSample::GatingSample(std::size_t particles, Eigen::Index systematic)
     : particles_(particles),
       poses_(kMembers),
       systematic_(kMembers, systematic),
@@ -15,7 +15,7 @@ GatingSample::GatingSample(std::size_t particles, Precision precision, Eigen::In
       still_(kMembers),
       sensors_(kMembers),
       whose_(kMembers),
-      landmark_(kMembers, precision),
+      landmark_(kMembers),
       innovations_(kMembers) {
   members_.reserve(kMembers);
   weights_.reserve(kMembers);

@@ -13,7 +13,7 @@ namespace trundle::slam {
 class GatingSample {
  public:
   /// `systematic`: so many errors a particle has.
-  GatingSample(std::size_t particles, Precision precision, Eigen::Index systematic);
+  GatingSample(std::size_t particles, Eigen::Index systematic);
 
   /// Poses and weights are those before the step; `predicted_covariance`: of the body's twist after it.
   struct Prior {

@@ -9,8 +9,8 @@
 namespace trundle::slam {
 
 // What each particle makes of its sightings: eq. 11 to 14 of docs/theory/fastslam.md for many particles at
-// once, in the precision of the map; the same bytes on every machine. particle_landmark.hpp has the same
-// arithmetic for one.
+// once, in single precision; the same bytes on every machine. particle_landmark.hpp has the same arithmetic
+// for one, in double.
 
 /// A reading of a landmark that the map has.
 struct KnownReading {
@@ -18,25 +18,23 @@ struct KnownReading {
   LandmarkColumns* landmark;  ///< of today's particles
 };
 
-/// Of a reading, what lanes load: numbers in the precision of the map.
-template <class Real>
+/// Of a reading, what lanes load.
 struct NearReading {
-  Real range, cos, sin;
-  Real range_variance, bearing_variance;
-  Real origin_x, origin_y;  ///< the landmark's, from that of the sensors
+  float range, cos, sin;
+  float range_variance, bearing_variance;
+  float origin_x, origin_y;  ///< the landmark's, from that of the sensors
   LandmarkColumns* landmark;
 };
-template <class Real>
-[[nodiscard]] NearReading<Real> near(const KnownReading& known, const Vector2& origin) {
+[[nodiscard]] inline NearReading near(const KnownReading& known, const Vector2& origin) {
   const auto [range, cos, sin, range_variance, bearing_variance] = known.reading;
   const Vector2 apart = known.landmark->origin() - origin;
-  return {static_cast<Real>(range),
-          static_cast<Real>(cos),
-          static_cast<Real>(sin),
-          static_cast<Real>(range_variance),
-          static_cast<Real>(bearing_variance),
-          static_cast<Real>(apart.x()),
-          static_cast<Real>(apart.y()),
+  return {static_cast<float>(range),
+          static_cast<float>(cos),
+          static_cast<float>(sin),
+          static_cast<float>(range_variance),
+          static_cast<float>(bearing_variance),
+          static_cast<float>(apart.x()),
+          static_cast<float>(apart.y()),
           known.landmark};
 }
 
@@ -44,27 +42,15 @@ template <class Real>
 class NearReadings {
  public:
   NearReadings() = default;
-  /// Of landmarks in one precision. `origin` is that of the sensors.
+  /// `origin` is that of the sensors.
   NearReadings(std::span<const KnownReading> readings, const Vector2& origin) { set(readings, origin); }
   void set(std::span<const KnownReading> readings, const Vector2& origin);
   [[nodiscard]] const Vector2& origin() const { return origin_; }
-  [[nodiscard]] std::size_t size() const { return single_.size() + double_.size(); }
-  [[nodiscard]] Precision precision() const {
-    return double_.empty() ? Precision::float32 : Precision::float64;
-  }
-  /// Real is that of the precision.
-  template <class Real>
-  [[nodiscard]] std::span<const NearReading<Real>> in() const {
-    if constexpr (sizeof(Real) == sizeof(float))
-      return single_;
-    else
-      return double_;
-  }
+  [[nodiscard]] std::span<const NearReading> all() const { return readings_; }
 
  private:
   Vector2 origin_ = Vector2::Zero();
-  std::vector<NearReading<float>> single_;
-  std::vector<NearReading<double>> double_;
+  std::vector<NearReading> readings_;
 };
 
 /// to = what each particle has from its ancestor: the columns of an older epoch brought up to now. The origin

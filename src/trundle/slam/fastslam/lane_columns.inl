@@ -1,5 +1,5 @@
-// How lanes get at columns of doubles, in either precision, and sum them. Included once for each instruction
-// set. Real is float or double.
+// How lanes of floats get at columns of doubles, and how those are summed. Included once for each instruction
+// set.
 #if defined(TRUNDLE_SLAM_LANE_COLUMNS) == defined(HWY_TARGET_TOGGLE)
 #ifdef TRUNDLE_SLAM_LANE_COLUMNS
 #undef TRUNDLE_SLAM_LANE_COLUMNS
@@ -55,37 +55,24 @@ HWY_INLINE Vec<float> demoted(const TwoWide& x) {
 }
 #endif
 
-/// As many doubles as Tag<Real> has lanes, rounded to Real.
-template <class Real>
-HWY_INLINE Vec<Real> load(const double* from) {
-  if constexpr (sizeof(Real) == sizeof(double))
-    return hn::Load(Tag<double>(), from);
-  else
-    return demoted(load_two(from));
+/// As many doubles as there are floats in a vector, rounded.
+HWY_INLINE Vec<float> load(const double* from) {
+  return demoted(load_two(from));
 }
 
-template <class Real>
-HWY_INLINE void store(Vec<Real> x, double* to) {
-  if constexpr (sizeof(Real) == sizeof(double))
-    hn::Store(x, Tag<double>(), to);
-  else
-    store_two(promoted(x), to);
+HWY_INLINE void store(Vec<float> x, double* to) {
+  store_two(promoted(x), to);
 }
 
 /// to[i] += x[i], the sum in double.
-template <class Real>
-HWY_INLINE void add(Vec<Real> x, double* to) {
-  if constexpr (sizeof(Real) == sizeof(double)) {
-    hn::Store(hn::Load(Tag<double>(), to) + x, Tag<double>(), to);
-  } else {
-    TwoWide sum = load_two(to);
-    const TwoWide more = promoted(x);
-    sum.low = sum.low + more.low;
+HWY_INLINE void add(Vec<float> x, double* to) {
+  TwoWide sum = load_two(to);
+  const TwoWide more = promoted(x);
+  sum.low = sum.low + more.low;
 #if HWY_TARGET != HWY_SCALAR
-    sum.high = sum.high + more.high;
+  sum.high = sum.high + more.high;
 #endif
-    store_two(sum, to);
-  }
+  store_two(sum, to);
 }
 
 /// Sums by column of kParticleLanes, and then of the columns.

@@ -56,7 +56,7 @@ Expected expected_of(const SensorAt& sensor, const Matrix3& sensor_covariance, c
 
 }  // namespace
 
-ParticleAssociation::ParticleAssociation(const LandmarkSensor& sensor, const Particles& particles)
+ParticleAssociation::ParticleAssociation(const LandmarkSensor& sensor, std::size_t particles)
     : sensor_(sensor),
       particles_(particles),
       options_{.max_range_m = sensor.max_range_m, .new_share = kNewShare},
@@ -78,7 +78,7 @@ void ParticleAssociation::collect(std::span<const Observation> observations) {
 
 void ParticleAssociation::look_up(const View& view, ParticleMap& map, Ancestry& ancestry) {
   reporter_ = view.reporter;
-  while (chances_.size() * kDrawnTogether < sightings_) chances_.emplace_back(particles_.count);
+  while (chances_.size() * kDrawnTogether < sightings_) chances_.emplace_back(particles_);
   for (Sighting& sighting : sightings()) look_up(sighting, view, map, ancestry);
 }
 
@@ -100,7 +100,7 @@ void ParticleAssociation::choose(const View& view, ParticleRange range) {
 void ParticleAssociation::decide(const View& view) {
   std::vector<Hypotheses*> all;
   for (Sighting& sighting : sightings()) all.push_back(&sighting.may_show);
-  exclusion_.apply(all, particles_.count);
+  exclusion_.apply(all, particles_);
   for (std::size_t k = 0; k < sightings_; ++k) prepare(k, view);
 }
 
@@ -122,7 +122,7 @@ void ParticleAssociation::look_up(Sighting& sighting, const View& view, Particle
   }
   std::ranges::sort(likely);
   if (likely.size() > kMostCandidates) likely.resize(kMostCandidates);
-  sighting.may_show.reset(particles_.count);
+  sighting.may_show.reset(particles_);
   for (const auto& [nis, landmark] : likely)
     sighting.may_show.add({landmark, &map.request(landmark, ancestry)});
 }
@@ -146,7 +146,7 @@ void ParticleAssociation::locate(LandmarkId landmark, ParticleMap& map, const An
 /// What the reporter finds; and where particles differ, the column of what each takes the sighting for.
 void ParticleAssociation::prepare(std::size_t k, const View& view) {
   Sighting& sighting = pool_[k];
-  const std::span chosen(sighting.may_show.choices.data(), particles_.count);
+  const std::span chosen(sighting.may_show.choices.data(), particles_);
   std::int32_t differences = 0;  // bits in which some choice differs from the first
   std::int32_t all = -1;         // bits that all have: the sign where none is a landmark
   for (const std::int32_t choice : chosen) {
@@ -168,11 +168,11 @@ void ParticleAssociation::prepare(std::size_t k, const View& view) {
     sighting.innovation = expected.innovation;
     sighting.nis = expected.nis;
   }
-  if (taken_for_.size() == k) taken_for_.emplace_back(particles_.count, particles_.precision);
+  if (taken_for_.size() == k) taken_for_.emplace_back(particles_);
   if (!sighting.is_known || sighting.is_unanimous) return;
   taken_for_[k].fill({sighting.place.x(), sighting.place.y(), kAnywhere_m2, 0.0, kAnywhere_m2});
   for (const Candidate& candidate : sighting.may_show.candidates)
-    take_chosen(sighting.may_show.choices.data(), candidate, {0, padded(particles_.count)}, taken_for_[k]);
+    take_chosen(sighting.may_show.choices.data(), candidate, {0, padded(particles_)}, taken_for_[k]);
 }
 
 void ParticleAssociation::add_readings(std::vector<KnownReading>& readings) {
@@ -224,10 +224,10 @@ void ParticleAssociation::put_back(std::size_t k, const Drawn& drawn) {
   const Sighting& sighting = pool_[k];
   for (const Candidate& candidate : sighting.may_show.candidates)
     take_chosen(sighting.may_show.choices.data(), {candidate.landmark, &taken_for_[k]},
-                {0, padded(particles_.count)}, *candidate.columns);
+                {0, padded(particles_)}, *candidate.columns);
   const double of_anywhere = std::log(sighting.seen.range_m / (2.0 * kPi * kAnywhere_m2));
   const double more = -0.5 * cost_of_new(options_) - of_anywhere;
-  for (std::size_t i = 0; i < particles_.count; ++i)
+  for (std::size_t i = 0; i < particles_; ++i)
     drawn.log_weights[i] += sighting.may_show.choices[i] < 0 ? more : 0.0;
 }
 
@@ -236,8 +236,8 @@ LandmarkId ParticleAssociation::create(const Sighting& sighting, const Drawn& dr
   const LandmarkEstimate near = first_estimate(sensor_of(drawn.sensors, reporter_), sighting.reading);
   const LandmarkId landmark = map.add_unidentified({near.x, near.y}, ancestry);
   LandmarkColumns& columns = map.current(landmark, ancestry);
-  set_first_estimates(sighting.reading, drawn.sensors, {0, padded(particles_.count)}, columns);
-  for (std::size_t i = 0; i < particles_.count; ++i)
+  set_first_estimates(sighting.reading, drawn.sensors, {0, padded(particles_)}, columns);
+  for (std::size_t i = 0; i < particles_; ++i)
     if (sighting.may_show.choices[i] != kNewLandmark) columns.set(i, {near.x, near.y, kAbsent, 0.0, kAbsent});
   const auto index = static_cast<std::size_t>(landmark);
   if (entries_.size() <= index) entries_.resize(index + 1);

@@ -25,11 +25,7 @@ namespace trundle::slam {
 /// nothing about its pose. docs/theory/association.md.
 class ParticleAssociation {
  public:
-  struct Particles {
-    std::size_t count;
-    Precision precision;
-  };
-  ParticleAssociation(const LandmarkSensor& sensor, const Particles& particles);
+  ParticleAssociation(const LandmarkSensor& sensor, std::size_t particles);
 
   /// Takes the observations of a step that have no name.
   void collect(std::span<const Observation> observations);
@@ -124,7 +120,7 @@ class ParticleAssociation {
   [[nodiscard]] double share_that_saw(LandmarkId landmark, const Column<double>& weights) const;
 
   LandmarkSensor sensor_;
-  Particles particles_;
+  std::size_t particles_;
   AssociationOptions options_;
   std::size_t reporter_ = 0;
   LandmarkGrid grid_;

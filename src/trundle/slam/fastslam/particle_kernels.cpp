@@ -95,18 +95,18 @@ void normals(const Draw& draw, ParticleRange range, TripleColumns& n) {
   for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<float>())) {
     const FourWords words = words_of(draw, i);
     const TwoNormals xy = box_muller(words.a, words.b);
-    store<float>(xy.first, n[0] + i);
-    store<float>(xy.second, n[1] + i);
-    store<float>(box_muller(words.c, words.d).first, n[2] + i);
+    store(xy.first, n[0] + i);
+    store(xy.second, n[1] + i);
+    store(box_muller(words.c, words.d).first, n[2] + i);
   }
 }
 
 void uniforms(const Draw& draw, ParticleRange range, TripleColumns& u) {
   for (std::size_t i = range.first; i < range.last; i += hn::Lanes(Tag<float>())) {
     const FourWords words = words_of(draw, i);
-    store<float>(uniform_of(words.a), u[0] + i);
-    store<float>(uniform_of(words.b), u[1] + i);
-    store<float>(uniform_of(words.c), u[2] + i);
+    store(uniform_of(words.a), u[0] + i);
+    store(uniform_of(words.b), u[1] + i);
+    store(uniform_of(words.c), u[2] + i);
   }
 }
 
@@ -120,9 +120,9 @@ HWY_INLINE Vec<float> chance_of(Words word) {
 }
 
 HWY_INLINE void store_chances(Words word, TripleColumns& to, std::size_t i) {
-  store<float>(chance_of<22>(word), to[0] + i);
-  store<float>(chance_of<12>(word), to[1] + i);
-  store<float>(chance_of<2>(word), to[2] + i);
+  store(chance_of<22>(word), to[0] + i);
+  store(chance_of<12>(word), to[1] + i);
+  store(chance_of<2>(word), to[2] + i);
 }
 
 void chances(const Draw& draw, ParticleRange range, std::array<TripleColumns, 3>& to) {

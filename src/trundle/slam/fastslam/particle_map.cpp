@@ -7,8 +7,8 @@
 
 namespace trundle::slam {
 
-ParticleMap::ParticleMap(std::size_t particles, Precision precision, LandmarkId first_unidentified)
-    : particles_(particles), precision_(precision), next_unidentified_(first_unidentified) {}
+ParticleMap::ParticleMap(std::size_t particles, LandmarkId first_unidentified)
+    : particles_(particles), next_unidentified_(first_unidentified) {}
 
 LandmarkId ParticleMap::find(LandmarkId name) const {
   const auto i = static_cast<std::size_t>(name);
@@ -41,8 +41,7 @@ void ParticleMap::number_unidentified(LandmarkId landmark) {
 LandmarkId ParticleMap::occupy(const Vector2& origin, Ancestry& ancestry) {
   ancestry.hold(ancestry.now());
   if (removed_.empty()) {
-    entries_.push_back(
-        {kUnknownLandmark, ancestry.now(), LandmarkColumns(particles_, precision_, origin), 1});
+    entries_.push_back({kUnknownLandmark, ancestry.now(), LandmarkColumns(particles_, origin), 1});
     return static_cast<LandmarkId>(entries_.size() - 1);
   }
   const LandmarkId landmark = removed_.back();
@@ -86,7 +85,7 @@ LandmarkColumns& ParticleMap::request(LandmarkId landmark, Ancestry& ancestry) {
     gather({0, padded(particles_)});
     end_gather();
   }
-  if (before_.size() == pending_.size()) before_.emplace_back(particles_, precision_);
+  if (before_.size() == pending_.size()) before_.emplace_back(particles_);
   entry.columns.move_to(before_[pending_.size()]);
   pending_.push_back({landmark, ancestor_map_from(entry.epoch, ancestry)});
   ancestry.hold(ancestry.now());

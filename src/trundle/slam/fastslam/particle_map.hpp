@@ -16,7 +16,7 @@ namespace trundle::slam {
 class ParticleMap {
  public:
   /// Landmarks without names are numbered from `first_unidentified` on: above all names.
-  ParticleMap(std::size_t particles, Precision precision, LandmarkId first_unidentified = 0);
+  explicit ParticleMap(std::size_t particles, LandmarkId first_unidentified = 0);
 
   [[nodiscard]] std::size_t landmarks() const { return entries_.size(); }
   /// Number in this map of a landmark that callers have named; kUnknownLandmark: none.
@@ -77,7 +77,6 @@ class ParticleMap {
   std::size_t ancestor_map_from(Ancestry::Epoch epoch, const Ancestry& ancestry);
 
   std::size_t particles_;
-  Precision precision_;
   /// Whose columns of an epoch today's particles have: most landmarks in view were written in the same.
   struct AncestorMap {
     Ancestry::Epoch from;

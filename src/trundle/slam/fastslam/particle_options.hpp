@@ -10,10 +10,6 @@ enum class PointEstimate {
   best,  ///< the particle of greatest weight
 };
 
-/// Of the numbers of a map. Landmarks are kept relative to a place of their own, so single precision holds
-/// micrometres wherever the robot is.
-enum class Precision { float32, float64 };
-
 /// Of the swarm: letters as in docs/theory/swarm.md.
 struct SwarmOptions {
   int iterations = 5;             ///< K; with target_agreement an upper bound

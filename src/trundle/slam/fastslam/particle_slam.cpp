@@ -13,7 +13,7 @@ namespace {
 ParticleBelief belief_at(const SlamPrior& prior, const ParticleSlamOptions& options) {
   const Systematic& sigma = prior.systematic_sigma;
   return {.particles = {options.particles, sigma.size()},
-          .map = {options.particles, options.map_precision, options.first_unidentified},
+          .map = ParticleMap(options.particles, options.first_unidentified),
           .paths = ParticlePaths(options.keep_paths),
           .pending = PendingMotion(sigma)};
 }
@@ -27,8 +27,8 @@ ParticleSlam::ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptio
       belief_(belief_at(options.prior, options)),
       proposal_(options.proposal, options.swarm, options.particles),
       resampling_(options.seed, options.particles),
-      gating_sample_(options.particles, options.map_precision, options.prior.systematic_sigma.size()),
-      association_(sensor, {options.particles, options.map_precision}) {
+      gating_sample_(options.particles, options.prior.systematic_sigma.size()),
+      association_(sensor, options.particles) {
   if (options.particles == 0) throw InputError("particle filter", "has 0 particles", "at least 1");
   ParticleSet& particles = belief_.particles;
   const Pose2& start = options.prior.start;

@@ -21,8 +21,7 @@ struct ParticleSlamOptions {
   double gate = kDefaultGate;   ///< a sighting is rejected when most particles find its NIS above
   double resample_below = 0.5;  ///< effective particles, as a share of all
   bool keep_paths = true;       ///< false: memory does not grow with time
-  Precision map_precision = Precision::float32;
-  std::size_t threads = 1;  ///< results do not depend on it
+  std::size_t threads = 1;      ///< results do not depend on it
   SwarmOptions swarm = {};
   PointEstimate estimate = PointEstimate::mean;
   LandmarkId first_unidentified =

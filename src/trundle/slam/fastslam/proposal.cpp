@@ -16,7 +16,7 @@ void PoseProposal::draw(const Step& step, ParticleRange range, ParticleSet& part
   const bool after_swarm = kind_ == Proposal::swarm_gaussian;
   if (after_swarm) draw_normals(step.draw, range, second_);
   const bool is_gaussian = after_swarm || kind_ == Proposal::linearised;
-  if (!is_gaussian || step.readings.size() == 0) return;
+  if (!is_gaussian || step.readings.all().empty()) return;
   const Pose2& body_from_sensor = step.placement.body_from_sensor;
   const Matrix3 L = adjoint(body_from_sensor.inverse()) * step.placement.L;
   TripleColumns& noise = particles.noise;

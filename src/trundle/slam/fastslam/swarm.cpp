@@ -51,7 +51,7 @@ Swarm::Swarm(std::size_t particles)
 
 void Swarm::refine(const Target& target, const SwarmOptions& options, ThreadPool& thread_pool,
                    TripleColumns& n) {
-  if (target.readings.size() == 0 || target.L.diagonal().minCoeff() <= 0.0) return;
+  if (target.readings.all().empty() || target.L.diagonal().minCoeff() <= 0.0) return;
   predicted_.origin = target.readings.origin();
   const Matrix3 inverse = target.L.triangularView<Eigen::Lower>().solve(Matrix3::Identity());
   const SwarmTask task{target.readings,

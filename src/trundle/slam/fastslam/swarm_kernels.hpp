@@ -7,7 +7,7 @@
 namespace trundle::slam {
 
 // The swarm's moves, eq. 19 and 20 of docs/theory/swarm.md and eq. 15 of docs/theory/fastslam.md, of many
-// particles at once, in the precision of the map; the same bytes on every machine.
+// particles at once, in single precision; the same bytes on every machine.
 
 /// Where bodies stand, from a place near them all, and where they head for.
 using BodyColumns = SensorColumns;
