@@ -9,7 +9,8 @@ namespace trundle::slam {
 
 /// Threads that share the particles of one filter. What they do in a step takes less time than waking one of
 /// them, so they stay awake for a moment after each call; and a block whose thread is late, because the
-/// machine has other things to do, is done by one that is there. A copy has threads of its own.
+/// machine has other things to do, is done by one that is there: with a std::barrier, which waits for it, a
+/// step of 0.1 ms took 5 ms on a busy machine. A copy has threads of its own.
 class ThreadPool {
  public:
   ThreadPool(std::size_t threads, std::size_t particles);
