@@ -5,6 +5,7 @@
 
 #include "trundle/slam/association/existence.hpp"
 #include "trundle/slam/association/landmark_grid.hpp"
+#include "trundle/slam/nth.hpp"
 #include "trundle/slam/report.hpp"
 
 namespace trundle::slam {
@@ -74,10 +75,8 @@ class LandmarkTable {
       archive(self.id, self.is_identified, self.sightings, self.existence);
     }
   };
-  [[nodiscard]] Entry& entry(int landmark) { return entries_[static_cast<std::size_t>(landmark)]; }
-  [[nodiscard]] const Entry& entry(int landmark) const {
-    return entries_[static_cast<std::size_t>(landmark)];
-  }
+  [[nodiscard]] Entry& entry(int landmark) { return entries_[nth(landmark)]; }
+  [[nodiscard]] const Entry& entry(int landmark) const { return entries_[nth(landmark)]; }
 
   std::vector<Entry> entries_;
   std::map<LandmarkId, int> identified_;  ///< their numbers

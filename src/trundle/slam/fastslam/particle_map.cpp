@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "trundle/slam/fastslam/landmark_kernels.hpp"
+#include "trundle/slam/nth.hpp"
 
 namespace trundle::slam {
 
@@ -11,7 +12,7 @@ ParticleMap::ParticleMap(std::size_t particles, LandmarkId first_unidentified)
     : particles_(particles), next_unidentified_(first_unidentified) {}
 
 LandmarkId ParticleMap::find(LandmarkId name) const {
-  const auto i = static_cast<std::size_t>(name);
+  const auto i = nth(name);
   return i < named_.size() ? named_[i] : kUnknownLandmark;
 }
 
@@ -20,8 +21,8 @@ LandmarkId ParticleMap::add(LandmarkId name, const Vector2& origin, Ancestry& an
   next_unidentified_ = std::max(next_unidentified_, name + 1);
   if (const auto unidentified = unidentified_.extract(name)) number_unidentified(unidentified.mapped());
   const LandmarkId landmark = occupy(origin, ancestry);
-  entries_[static_cast<std::size_t>(landmark)].id = name;
-  const auto i = static_cast<std::size_t>(name);
+  entries_[nth(landmark)].id = name;
+  const auto i = nth(name);
   if (named_.size() <= i) named_.resize(i + 1, kUnknownLandmark);
   named_[i] = landmark;
   return landmark;
@@ -34,7 +35,7 @@ LandmarkId ParticleMap::add_unidentified(const Vector2& origin, Ancestry& ancest
 }
 
 void ParticleMap::number_unidentified(LandmarkId landmark) {
-  entries_[static_cast<std::size_t>(landmark)].id = next_unidentified_;
+  entries_[nth(landmark)].id = next_unidentified_;
   unidentified_[next_unidentified_++] = landmark;
 }
 
@@ -46,7 +47,7 @@ LandmarkId ParticleMap::occupy(const Vector2& origin, Ancestry& ancestry) {
   }
   const LandmarkId landmark = removed_.back();
   removed_.pop_back();
-  Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  Entry& entry = entries_[nth(landmark)];
   entry = {kUnknownLandmark, ancestry.now(), std::move(entry.columns), 1};
   entry.columns.count_from(origin);
   return landmark;
@@ -72,14 +73,13 @@ std::size_t ParticleMap::ancestor_map_from(Ancestry::Epoch epoch, const Ancestry
 ParticleMap::Stored ParticleMap::stored(LandmarkId landmark, const Ancestry& ancestry) {
   const auto pending = std::ranges::find(pending_, landmark, &PendingGather::landmark);
   if (pending != pending_.end())
-    return {before_[static_cast<std::size_t>(pending - pending_.begin())],
-            ancestor_maps_[pending->ancestor_map].ancestors};
-  const Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+    return {before_[nth(pending - pending_.begin())], ancestor_maps_[pending->ancestor_map].ancestors};
+  const Entry& entry = entries_[nth(landmark)];
   return {entry.columns, ancestor_maps_[ancestor_map_from(entry.epoch, ancestry)].ancestors};
 }
 
 LandmarkColumns& ParticleMap::request(LandmarkId landmark, Ancestry& ancestry) {
-  Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  Entry& entry = entries_[nth(landmark)];
   if (entry.epoch == ancestry.now()) return entry.columns;
   if (pending_.size() == kMostAtATime) {
     gather({0, padded(particles_)});
@@ -97,7 +97,7 @@ LandmarkColumns& ParticleMap::request(LandmarkId landmark, Ancestry& ancestry) {
 void ParticleMap::gather(ParticleRange range) {
   for (std::size_t k = 0; k < pending_.size(); ++k)
     gather_landmark(before_[k], ancestor_maps_[pending_[k].ancestor_map].ancestors, range,
-                    entries_[static_cast<std::size_t>(pending_[k].landmark)].columns);
+                    entries_[nth(pending_[k].landmark)].columns);
 }
 
 LandmarkColumns& ParticleMap::current(LandmarkId landmark, Ancestry& ancestry) {
@@ -108,7 +108,7 @@ LandmarkColumns& ParticleMap::current(LandmarkId landmark, Ancestry& ancestry) {
 }
 
 void ParticleMap::remove(LandmarkId landmark, Ancestry& ancestry) {
-  Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  Entry& entry = entries_[nth(landmark)];
   ancestry.release(entry.epoch);
   unidentified_.erase(entry.id);
   entry.is_there = false;
@@ -117,14 +117,14 @@ void ParticleMap::remove(LandmarkId landmark, Ancestry& ancestry) {
 }
 
 bool ParticleMap::has(LandmarkId landmark, std::size_t particle, const Ancestry& ancestry) const {
-  const Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  const Entry& entry = entries_[nth(landmark)];
   return entry.is_there &&
          is_there(entry.columns.at(ancestry.ancestor(entry.epoch, static_cast<Ancestry::Index>(particle))));
 }
 
 MappedLandmark ParticleMap::mixture(LandmarkId landmark, std::span<const double> weights,
                                     const Ancestry& ancestry) const {
-  const Entry& entry = entries_[static_cast<std::size_t>(landmark)];
+  const Entry& entry = entries_[nth(landmark)];
   MappedLandmark result{entry.id, Vector2::Zero(), Matrix2::Zero(), entry.sightings};
   if (!entry.is_there) return result;
   const auto estimate_of = [&](std::size_t particle) {

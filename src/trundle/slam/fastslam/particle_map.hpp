@@ -7,6 +7,7 @@
 
 #include "trundle/slam/fastslam/ancestry.hpp"
 #include "trundle/slam/fastslam/landmark_columns.hpp"
+#include "trundle/slam/nth.hpp"
 #include "trundle/slam/report.hpp"
 
 namespace trundle::slam {
@@ -40,12 +41,10 @@ class ParticleMap {
   LandmarkId add_unidentified(const Vector2& origin, Ancestry& ancestry);
   /// One without a name. Another may get its number, but none its id.
   void remove(LandmarkId landmark, Ancestry& ancestry);
-  [[nodiscard]] LandmarkId id_of(LandmarkId landmark) const {
-    return entries_[static_cast<std::size_t>(landmark)].id;
-  }
+  [[nodiscard]] LandmarkId id_of(LandmarkId landmark) const { return entries_[nth(landmark)].id; }
   /// Whether a particle has it.
   [[nodiscard]] bool has(LandmarkId landmark, std::size_t particle, const Ancestry& ancestry) const;
-  void count_sighting(LandmarkId landmark) { ++entries_[static_cast<std::size_t>(landmark)].sightings; }
+  void count_sighting(LandmarkId landmark) { ++entries_[nth(landmark)].sightings; }
 
   /// Mean and covariance over all particles that have it, with these weights: eq. 17. Of one that was
   /// removed: no sightings.

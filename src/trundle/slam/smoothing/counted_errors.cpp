@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "trundle/slam/models/systematic_errors.hpp"
+#include "trundle/slam/nth.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
-#include "trundle/slam/smoothing/solver/nth.hpp"
 
 namespace trundle::slam {
 

@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "trundle/slam/models/systematic_errors.hpp"
+#include "trundle/slam/nth.hpp"
 #include "trundle/slam/smoothing/incremental/incremental_belief.hpp"
-#include "trundle/slam/smoothing/solver/nth.hpp"
 
 namespace trundle::slam {
 namespace {

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "trundle/io/error.hpp"
+#include "trundle/slam/nth.hpp"
 #include "trundle/slam/smoothing/counted_errors.hpp"
 #include "trundle/slam/smoothing/re_association.hpp"
 #include "trundle/slam/smoothing/shown.hpp"
@@ -30,11 +31,11 @@ std::vector<MappedLandmark> map_of(const Track& track, const SmoothingProblem& p
   std::vector<MappedLandmark> map;
   for (std::size_t i = 0; i < track.landmarks().size(); ++i) {
     const int landmark = track.first_landmark() + static_cast<int>(i);
-    map.push_back({track.landmarks()[i], state.landmarks[static_cast<std::size_t>(landmark)],
-                   linearised.landmark_covariance(landmark), 0});
+    map.push_back(
+        {track.landmarks()[i], state.landmarks[nth(landmark)], linearised.landmark_covariance(landmark), 0});
   }
   for (const SightingLink& link : problem.sightings)
-    ++map[static_cast<std::size_t>(link.landmark - track.first_landmark())].sightings;
+    ++map[nth(link.landmark - track.first_landmark())].sightings;
   return map;
 }
 

@@ -5,6 +5,7 @@
 
 #include <Eigen/LU>
 
+#include "trundle/slam/nth.hpp"
 #include "trundle/slam/smoothing/solver/minimise.hpp"
 #include "trundle/statistics/distribution.hpp"
 #include "trundle/statistics/median.hpp"
@@ -127,13 +128,12 @@ Vector2 MedianPlace::take() {
 }
 
 std::vector<Vector2> landmarks_seen_from(const SmoothingProblem& problem, const std::vector<Pose2>& poses) {
-  std::vector<MedianPlace> places(static_cast<std::size_t>(problem.landmarks));
+  std::vector<MedianPlace> places(nth(problem.landmarks));
   for (const SightingLink& link : problem.sightings)
-    places[static_cast<std::size_t>(link.landmark)].add(
-        sighted_landmark(poses[static_cast<std::size_t>(link.pose)],
-                         problem.sensors[static_cast<std::size_t>(link.sensor)].body_from_sensor,
-                         link.observation)
-            .in_world);
+    places[nth(link.landmark)].add(sighted_landmark(poses[nth(link.pose)],
+                                                    problem.sensors[nth(link.sensor)].body_from_sensor,
+                                                    link.observation)
+                                       .in_world);
   std::vector<Vector2> landmarks;
   for (MedianPlace& place : places) landmarks.push_back(place.take());
   return landmarks;

@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 
 #include "trundle/geometry/gaussian.hpp"
+#include "trundle/slam/nth.hpp"
 #include "trundle/slam/smoothing/solver/minimise.hpp"
 
 namespace trundle::slam {
@@ -92,12 +93,12 @@ GaussianPose Track::at(std::size_t step, const SmoothingState& state, const Mini
   const int b = first_pose_ + static_cast<int>(next);
   const bool last = next == keyframes();
   if (!last && keyframe_steps_[next] == step)
-    return {state.poses[static_cast<std::size_t>(b)], linearised.pose_covariance(b).topLeftCorner<3, 3>()};
+    return {state.poses[nth(b)], linearised.pose_covariance(b).topLeftCorner<3, 3>()};
 
   const bool first = next == 0;
   const FreeMotion& m = since_[step];
   const FreeMotion& whole = last ? m : motion_to(next);
-  const Pose2& from = first ? start_.pose : state.poses[static_cast<std::size_t>(b - 1)];
+  const Pose2& from = first ? start_.pose : state.poses[nth(b - 1)];
   const Eigen::Index of_pose = state.biases.empty() ? 3 : 4;
   const Eigen::Index parameters = state.parameters.size();
   Vector3 e = (first ? start_.bias : state.bias_at(b - 1)) * m.by_bias;

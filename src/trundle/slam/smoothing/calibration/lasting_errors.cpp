@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "trundle/slam/nth.hpp"
 #include "trundle/statistics/median.hpp"
 
 namespace trundle::slam {
@@ -68,8 +69,8 @@ std::vector<LastingError> lasting_errors(const JointProblem& joint, const Smooth
   Autocorrelation ranges("ranges"), bearings("bearings"), travel("travel"), turns("turns");
   std::vector<SightingError> last(state.landmarks.size());
   for (const SightingLink& link : joint.problem.sightings) {
-    const auto pose = static_cast<std::size_t>(link.pose);
-    SightingError& before = last[static_cast<std::size_t>(link.landmark)];
+    const auto pose = nth(link.pose);
+    SightingError& before = last[nth(link.landmark)];
     const SightingError now{sighting_residual(joint.problem, link, state).error, stamps[pose]};
     if (!std::isnan(before.time_s)) {
       ranges.add(before.error.x(), now.error.x(), now.time_s - before.time_s);
@@ -87,8 +88,7 @@ std::vector<LastingError> lasting_errors(const JointProblem& joint, const Smooth
     const Vector3 error = motion_residual(link, state)
                               .error.head<3>()
                               .cwiseProduct(link.information.diagonal().head<3>().cwiseSqrt());
-    const double spacing_s =
-        stamps[static_cast<std::size_t>(link.to)] - stamps[static_cast<std::size_t>(link.from)];
+    const double spacing_s = stamps[nth(link.to)] - stamps[nth(link.from)];
     if (!begins) {
       travel.add(moved.x(), error.x(), spacing_s);
       turns.add(moved.z(), error.z(), spacing_s);

@@ -5,8 +5,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "trundle/slam/nth.hpp"
 #include "trundle/slam/smoothing/incremental/incremental_belief.hpp"
-#include "trundle/slam/smoothing/solver/nth.hpp"
 
 namespace trundle::slam {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
-#include "trundle/slam/smoothing/solver/nth.hpp"
+#include "trundle/slam/nth.hpp"
 
 namespace trundle::slam {
 

@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "trundle/geometry/decompositions.hpp"
+#include "trundle/slam/nth.hpp"
 
 namespace trundle::slam {
 namespace {
@@ -16,9 +17,9 @@ using Eigen::VectorXd;
 void add_at(const std::vector<int>& map, const MatrixXd& part, MatrixXd& whole) {
   const auto n = static_cast<Index>(map.size());
   for (Index j = 0; j < n; ++j) {
-    const Index column = map[static_cast<std::size_t>(j)];
+    const Index column = map[nth(j)];
     for (Index i = j; i < n; ++i) {
-      const Index row = map[static_cast<std::size_t>(i)];
+      const Index row = map[nth(i)];
       whole(std::max(row, column), std::min(row, column)) += part(i, j);
     }
   }
@@ -29,8 +30,7 @@ MatrixXd gather(const std::vector<int>& map, const MatrixXd& whole) {
   const auto n = static_cast<Index>(map.size());
   MatrixXd part(n, n);
   for (Index j = 0; j < n; ++j)
-    for (Index i = 0; i < n; ++i)
-      part(i, j) = whole(map[static_cast<std::size_t>(i)], map[static_cast<std::size_t>(j)]);
+    for (Index i = 0; i < n; ++i) part(i, j) = whole(map[nth(i)], map[nth(j)]);
   return part;
 }
 
@@ -51,9 +51,9 @@ BlockCholesky::BlockCholesky(const BlockPattern& pattern)
   int turn = 0;
   for (std::size_t f = 0; f < count; ++f) {
     const Front& front = fronts_[f];
-    if (front.parent >= 0) children_[static_cast<std::size_t>(front.parent)].push_back(f);
-    for (std::size_t i = 0; i < static_cast<std::size_t>(front.column_blocks); ++i) {
-      const auto block = static_cast<std::size_t>(front.blocks[i]);
+    if (front.parent >= 0) children_[nth(front.parent)].push_back(f);
+    for (std::size_t i = 0; i < nth(front.column_blocks); ++i) {
+      const auto block = nth(front.blocks[i]);
       place_[block] = {f, front.offset[i], pattern.sizes[block]};
       order_[block] = turn++;
     }
@@ -68,15 +68,15 @@ void BlockCholesky::clear() {
 int BlockCholesky::row_in(const Front& front, int block) const {
   const auto at = std::ranges::find(front.blocks, block);
   assert(at != front.blocks.end());
-  return front.offset[static_cast<std::size_t>(at - front.blocks.begin())];
+  return front.offset[nth(at - front.blocks.begin())];
 }
 
 void BlockCholesky::add(int i, int j, const Eigen::Ref<const MatrixXd>& block) {
-  if (order_[static_cast<std::size_t>(i)] < order_[static_cast<std::size_t>(j)]) {
+  if (order_[nth(i)] < order_[nth(j)]) {
     add(j, i, block.transpose());
     return;
   }
-  const Place& column = place_[static_cast<std::size_t>(j)];
+  const Place& column = place_[nth(j)];
   const int row = row_in(fronts_[column.front], i);
   matrix_[column.front].block(row, column.offset, block.rows(), block.cols()) += block;
 }
@@ -111,13 +111,13 @@ VectorXd BlockCholesky::solve(VectorXd b) const {
     const Front& front = fronts_[f];
     VectorXd& x = part[f];
     x = VectorXd::Zero(front.size);
-    for (std::size_t i = 0; i < static_cast<std::size_t>(front.column_blocks); ++i) {
-      const auto block = static_cast<std::size_t>(front.blocks[i]);
+    for (std::size_t i = 0; i < nth(front.column_blocks); ++i) {
+      const auto block = nth(front.blocks[i]);
       x.segment(front.offset[i], place_[block].rows) = b.segment(offset_[block], place_[block].rows);
     }
     for (const std::size_t child : children_[f])
       for (Index i = 0; i < fronts_[child].rows(); ++i)
-        x[fronts_[child].in_parent[static_cast<std::size_t>(i)]] += part[child][fronts_[child].columns + i];
+        x[fronts_[child].in_parent[nth(i)]] += part[child][fronts_[child].columns + i];
     auto y = x.head(front.columns);
     factor_[f].topRows(front.columns).triangularView<Eigen::Lower>().solveInPlace(y);
     x.tail(front.rows()).noalias() -= factor_[f].bottomRows(front.rows()) * y;
@@ -126,13 +126,12 @@ VectorXd BlockCholesky::solve(VectorXd b) const {
     const Front& front = fronts_[f];
     VectorXd& x = part[f];
     for (Index i = 0; i < front.rows(); ++i)
-      x[front.columns + i] =
-          part[static_cast<std::size_t>(front.parent)][front.in_parent[static_cast<std::size_t>(i)]];
+      x[front.columns + i] = part[nth(front.parent)][front.in_parent[nth(i)]];
     auto y = x.head(front.columns);
     y.noalias() -= factor_[f].bottomRows(front.rows()).transpose() * x.tail(front.rows());
     factor_[f].topRows(front.columns).triangularView<Eigen::Lower>().transpose().solveInPlace(y);
-    for (std::size_t i = 0; i < static_cast<std::size_t>(front.column_blocks); ++i) {
-      const auto block = static_cast<std::size_t>(front.blocks[i]);
+    for (std::size_t i = 0; i < nth(front.column_blocks); ++i) {
+      const auto block = nth(front.blocks[i]);
       b.segment(offset_[block], place_[block].rows) = x.segment(front.offset[i], place_[block].rows);
     }
   }
@@ -153,7 +152,7 @@ void BlockCholesky::invert() {
     auto s11 = sigma.topLeftCorner(front.columns, front.columns);
     s11.noalias() = L1_inverse.transpose() * L1_inverse;
     if (rows > 0) {
-      const auto parent = static_cast<std::size_t>(front.parent);
+      const auto parent = nth(front.parent);
       sigma.bottomRightCorner(rows, rows) = gather(front.in_parent, whole[parent]);
       if (--waiting[parent] == 0) whole[parent].resize(0, 0);
       const MatrixXd G = L.bottomRows(rows) * L1_inverse;
@@ -169,12 +168,10 @@ void BlockCholesky::invert() {
 }
 
 MatrixXd BlockCholesky::inverse(int i, int j) const {
-  if (order_[static_cast<std::size_t>(i)] < order_[static_cast<std::size_t>(j)])
-    return inverse(j, i).transpose();
-  const Place& column = place_[static_cast<std::size_t>(j)];
+  if (order_[nth(i)] < order_[nth(j)]) return inverse(j, i).transpose();
+  const Place& column = place_[nth(j)];
   const int row = row_in(fronts_[column.front], i);
-  return inverse_[column.front].block(row, column.offset, place_[static_cast<std::size_t>(i)].rows,
-                                      column.rows);
+  return inverse_[column.front].block(row, column.offset, place_[nth(i)].rows, column.rows);
 }
 
 }  // namespace trundle::slam

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "trundle/slam/nth.hpp"
 #include "trundle/slam/smoothing/solver/elimination.hpp"
 
 namespace trundle::slam {
@@ -16,7 +17,7 @@ class BlockCholesky {
 
   [[nodiscard]] Eigen::Index size() const { return size_; }
   /// Where a block begins in a vector.
-  [[nodiscard]] Eigen::Index offset(int block) const { return offset_[static_cast<std::size_t>(block)]; }
+  [[nodiscard]] Eigen::Index offset(int block) const { return offset_[nth(block)]; }
 
   /// Sets the matrix to zero.
   void clear();

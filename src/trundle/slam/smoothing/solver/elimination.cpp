@@ -5,6 +5,8 @@
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 
+#include "trundle/slam/nth.hpp"
+
 namespace trundle::slam {
 namespace {
 
@@ -42,20 +44,18 @@ Elimination eliminate(const BlockPattern& pattern) {
   Elimination result{elimination_order(pattern), {}};
   const std::size_t count = result.order.size();
   std::vector<int> place(count);
-  for (std::size_t k = 0; k < count; ++k)
-    place[static_cast<std::size_t>(result.order[k])] = static_cast<int>(k);
+  for (std::size_t k = 0; k < count; ++k) place[nth(result.order[k])] = static_cast<int>(k);
   result.coupled.resize(count);
   for (const auto& [i, j] : pattern.couplings) {
-    const auto [first, second] =
-        std::minmax(place[static_cast<std::size_t>(i)], place[static_cast<std::size_t>(j)]);
-    if (first != second) result.coupled[static_cast<std::size_t>(first)].push_back(second);
+    const auto [first, second] = std::minmax(place[nth(i)], place[nth(j)]);
+    if (first != second) result.coupled[nth(first)].push_back(second);
   }
   for (auto& coupled : result.coupled) {
     std::ranges::sort(coupled);
     coupled.erase(std::unique(coupled.begin(), coupled.end()), coupled.end());
     if (coupled.empty()) continue;
     // Eliminating a block couples all that it is coupled with; the next of them passes it on.
-    auto& next = result.coupled[static_cast<std::size_t>(coupled.front())];
+    auto& next = result.coupled[nth(coupled.front())];
     next.insert(next.end(), coupled.begin() + 1, coupled.end());
   }
   return result;
@@ -81,15 +81,13 @@ class Amalgamation {
       begin(k);
       amalgamate_children(k);
       const auto& coupled = elimination_.coupled[k];
-      if (!coupled.empty()) children_[static_cast<std::size_t>(coupled.front())].push_back(k);
+      if (!coupled.empty()) children_[nth(coupled.front())].push_back(k);
     }
     return collected();
   }
 
  private:
-  int size_at(int place) const {
-    return sizes_[static_cast<std::size_t>(elimination_.order[static_cast<std::size_t>(place)])];
-  }
+  int size_at(int place) const { return sizes_[nth(elimination_.order[nth(place)])]; }
 
   void begin(std::size_t k) {
     Front& front = fronts_[k];
@@ -127,8 +125,7 @@ class Amalgamation {
     std::vector<int> number(fronts_.size(), -1);  // of the front whose columns a place belongs to
     for (std::size_t k = 0; k < fronts_.size(); ++k) {
       if (fronts_[k].blocks.empty()) continue;
-      for (const int place : fronts_[k].blocks)
-        number[static_cast<std::size_t>(place)] = static_cast<int>(result.size());
+      for (const int place : fronts_[k].blocks) number[nth(place)] = static_cast<int>(result.size());
       Front front = std::move(fronts_[k]);
       const auto& coupled = elimination_.coupled[k];
       front.blocks.insert(front.blocks.end(), coupled.begin(), coupled.end());
@@ -140,25 +137,23 @@ class Amalgamation {
         front.offset.push_back(offset);
         offset += size_at(place);
       }
-      if (front.rows() > 0)
-        front.parent =
-            number[static_cast<std::size_t>(front.blocks[static_cast<std::size_t>(front.column_blocks)])];
+      if (front.rows() > 0) front.parent = number[nth(front.blocks[nth(front.column_blocks)])];
     }
     for (Front& front : result) link(result, front);
     for (Front& front : result)
-      for (int& block : front.blocks) block = elimination_.order[static_cast<std::size_t>(block)];
+      for (int& block : front.blocks) block = elimination_.order[nth(block)];
     return result;
   }
 
   void link(const std::vector<Front>& fronts, Front& front) {
     if (front.parent < 0) return;
-    const Front& parent = fronts[static_cast<std::size_t>(front.parent)];
+    const Front& parent = fronts[nth(front.parent)];
     offset_in_parent_.resize(fronts_.size());
     for (std::size_t i = 0; i < parent.blocks.size(); ++i)
-      offset_in_parent_[static_cast<std::size_t>(parent.blocks[i])] = parent.offset[i];
-    for (std::size_t i = static_cast<std::size_t>(front.column_blocks); i < front.blocks.size(); ++i)
+      offset_in_parent_[nth(parent.blocks[i])] = parent.offset[i];
+    for (std::size_t i = nth(front.column_blocks); i < front.blocks.size(); ++i)
       for (int row = 0; row < size_at(front.blocks[i]); ++row)
-        front.in_parent.push_back(offset_in_parent_[static_cast<std::size_t>(front.blocks[i])] + row);
+        front.in_parent.push_back(offset_in_parent_[nth(front.blocks[i])] + row);
   }
 
   const std::vector<int>& sizes_;

@@ -6,8 +6,8 @@
 #include <set>
 
 #include "trundle/geometry/decompositions.hpp"
+#include "trundle/slam/nth.hpp"
 #include "trundle/slam/smoothing/solver/elimination.hpp"
-#include "trundle/slam/smoothing/solver/nth.hpp"
 
 namespace trundle::slam {
 namespace {

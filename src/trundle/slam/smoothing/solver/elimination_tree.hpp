@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include "trundle/namespaces.hpp"
+#include "trundle/slam/nth.hpp"
 
 namespace trundle::slam {
 
@@ -27,8 +28,8 @@ class FrontSystem {
   /// Adds to the block (i, j) and, being symmetric, to (j, i). Of i = j the lower triangle counts.
   template <class Block>
   void add(int i, int j, const Block& block) {
-    const int row = offset_of_[static_cast<std::size_t>(i)];
-    const int column = offset_of_[static_cast<std::size_t>(j)];
+    const int row = offset_of_[nth(i)];
+    const int column = offset_of_[nth(j)];
     if (row >= column)
       matrix_.block(row, column, block.rows(), block.cols()) += block;
     else
@@ -36,7 +37,7 @@ class FrontSystem {
   }
   template <class Vector>
   void add(int i, const Vector& right) {
-    right_.segment(offset_of_[static_cast<std::size_t>(i)], right.size()) += right;
+    right_.segment(offset_of_[nth(i)], right.size()) += right;
   }
 
  private:
@@ -125,10 +126,10 @@ class EliminationTree {
 
     [[nodiscard]] int rows() const { return size - columns; }
     [[nodiscard]] std::span<const int> of_columns() const {
-      return std::span(variables).first(static_cast<std::size_t>(column_variables));
+      return std::span(variables).first(nth(column_variables));
     }
     [[nodiscard]] std::span<const int> of_rows() const {
-      return std::span(variables).subspan(static_cast<std::size_t>(column_variables));
+      return std::span(variables).subspan(nth(column_variables));
     }
 
     template <class Archive, class Self>
@@ -200,12 +201,10 @@ class EliminationTree {
     std::vector<int> orphans;  ///< nodes that stay, and whose parents do not
   };
 
-  [[nodiscard]] int size(int variable) const { return variables_[static_cast<std::size_t>(variable)].size; }
-  [[nodiscard]] int offset(int variable) const {
-    return variables_[static_cast<std::size_t>(variable)].offset;
-  }
-  [[nodiscard]] Node& node(int n) { return nodes_[static_cast<std::size_t>(n)]; }
-  [[nodiscard]] const Node& node(int n) const { return nodes_[static_cast<std::size_t>(n)]; }
+  [[nodiscard]] int size(int variable) const { return variables_[nth(variable)].size; }
+  [[nodiscard]] int offset(int variable) const { return variables_[nth(variable)].offset; }
+  [[nodiscard]] Node& node(int n) { return nodes_[nth(n)]; }
+  [[nodiscard]] const Node& node(int n) const { return nodes_[nth(n)]; }
 
   std::vector<int> take_touched_nodes();
   Affected take_affected(std::span<const int> last);

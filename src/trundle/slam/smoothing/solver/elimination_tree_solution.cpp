@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trundle/slam/nth.hpp"
 #include "trundle/slam/smoothing/solver/elimination_tree.hpp"
-#include "trundle/slam/smoothing/solver/nth.hpp"
 
 namespace trundle::slam {
 

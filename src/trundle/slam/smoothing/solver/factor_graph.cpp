@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trundle/slam/nth.hpp"
 #include "trundle/slam/smoothing/solver/minimise.hpp"
 #include "trundle/slam/smoothing/solver/normal_equations.hpp"
-#include "trundle/slam/smoothing/solver/nth.hpp"
 
 namespace trundle::slam {
 namespace {

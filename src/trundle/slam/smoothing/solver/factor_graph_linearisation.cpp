@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "trundle/io/error.hpp"
+#include "trundle/slam/nth.hpp"
 #include "trundle/slam/smoothing/solver/factor_graph.hpp"
 #include "trundle/slam/smoothing/solver/normal_equations.hpp"
-#include "trundle/slam/smoothing/solver/nth.hpp"
 
 namespace trundle::slam {
 namespace {

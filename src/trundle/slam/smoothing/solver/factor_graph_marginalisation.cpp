@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <iterator>
 
+#include "trundle/slam/nth.hpp"
 #include "trundle/slam/smoothing/solver/factor_graph.hpp"
 #include "trundle/slam/smoothing/solver/normal_equations.hpp"
-#include "trundle/slam/smoothing/solver/nth.hpp"
 
 namespace trundle::slam {
 namespace {

@@ -8,6 +8,7 @@
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/geometry/rigid_motion.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/slam/nth.hpp"
 
 namespace trundle::slam {
 namespace {
@@ -211,7 +212,7 @@ MarginalPrior MarginalPrior::moved_on(const NextPose& next) const {
 
 Index MarginalPrior::begin_of(const Unknown& unknown) {
   const auto found = std::ranges::find(unknowns_, unknown.variable, &Unknown::variable);
-  if (found != unknowns_.end()) return begin_of(static_cast<std::size_t>(found - unknowns_.begin()));
+  if (found != unknowns_.end()) return begin_of(nth(found - unknowns_.begin()));
   const Index begin = right_.size();
   const Index size = begin + unknown.at.size();
   unknowns_.push_back(unknown);
@@ -257,8 +258,8 @@ void MarginalPrior::merge(int kept, int gone) {
     goes->variable = kept;
     return;
   }
-  const Index from = begin_of(static_cast<std::size_t>(goes - unknowns_.begin()));
-  const Index to = begin_of(static_cast<std::size_t>(stays - unknowns_.begin()));
+  const Index from = begin_of(nth(goes - unknowns_.begin()));
+  const Index to = begin_of(nth(stays - unknowns_.begin()));
   right_ -= information_.middleCols<2>(from) * (stays->at - goes->at);
   right_.segment<2>(to) += right_.segment<2>(from).eval();
   information_.middleCols<2>(to) += information_.middleCols<2>(from).eval();

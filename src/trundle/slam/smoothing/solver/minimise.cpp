@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "trundle/io/interruption.hpp"
+#include "trundle/slam/nth.hpp"
 #include "trundle/slam/smoothing/solver/normal_equations.hpp"
 #include "trundle/statistics/descent.hpp"
 
@@ -21,8 +22,8 @@ constexpr double kMostDamping = 1e12;   // 1 σ of 1 µm: there no step is left,
 BlockPattern pattern_of(const SmoothingProblem& problem) {
   const int parameters = static_cast<int>(problem.parameter_information.size());
   BlockPattern pattern;
-  pattern.sizes.assign(static_cast<std::size_t>(problem.poses), problem.has_bias ? 4 : 3);
-  pattern.sizes.insert(pattern.sizes.end(), static_cast<std::size_t>(problem.landmarks), 2);
+  pattern.sizes.assign(nth(problem.poses), problem.has_bias ? 4 : 3);
+  pattern.sizes.insert(pattern.sizes.end(), nth(problem.landmarks), 2);
   if (parameters > 0) {
     pattern.last = 1;
     for (int i = 0; i < problem.poses; ++i)
@@ -77,12 +78,12 @@ void Minimiser::build(const SmoothingProblem& problem, const SmoothingState& sta
 SmoothingState Minimiser::moved(const SmoothingState& state, const Eigen::VectorXd& step) const {
   SmoothingState result = state;
   for (int i = 0; i < poses_; ++i) {
-    Pose2& pose = result.poses[static_cast<std::size_t>(i)];
+    Pose2& pose = result.poses[nth(i)];
     pose = moved_by(step.segment<3>(normal_.offset(i)), pose);
-    if (of_pose_ == 4) result.biases[static_cast<std::size_t>(i)] += step[normal_.offset(i) + 3];
+    if (of_pose_ == 4) result.biases[nth(i)] += step[normal_.offset(i) + 3];
   }
   for (int i = 0; i < landmarks_; ++i)
-    result.landmarks[static_cast<std::size_t>(i)] += step.segment<2>(normal_.offset(poses_ + i));
+    result.landmarks[nth(i)] += step.segment<2>(normal_.offset(poses_ + i));
   result.parameters += step.tail(free_);
   return result;
 }
@@ -136,7 +137,7 @@ class Minimiser::LevenbergMarquardt {
 Minimum Minimiser::minimise(const SmoothingProblem& problem, SmoothingState start,
                             const MinimiseOptions& options) {
   Minimum minimum{std::move(start), 0.0};
-  if (problem.has_bias) minimum.state.biases.resize(static_cast<std::size_t>(poses_), 0.0);
+  if (problem.has_bias) minimum.state.biases.resize(nth(poses_), 0.0);
   LevenbergMarquardt search(*this, problem, minimum);
   const Descent descent =
       descend(search, {.most_iterations = options.most_iterations, .converged = std::sqrt(options.enough)});

@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 
 #include "trundle/geometry/decompositions.hpp"
+#include "trundle/slam/nth.hpp"
 
 namespace trundle::slam {
 namespace {
@@ -115,14 +116,14 @@ MotionLink link_from(const KnownStart& start, int to, const FreeMotion& motion) 
 
 KnownStart start_of(const MotionLink& link, const SmoothingState& state) {
   if (link.from == MotionLink::kKnown) return {link.start, link.start_bias};
-  return {state.poses[static_cast<std::size_t>(link.from)], state.bias_at(link.from)};
+  return {state.poses[nth(link.from)], state.bias_at(link.from)};
 }
 
 // Eq. 1, 5.
 MotionResidual motion_residual(const MotionLink& link, const SmoothingState& state) {
   const KnownStart start = start_of(link, state);
   const Pose2& from = start.pose;
-  const Pose2& to = state.poses[static_cast<std::size_t>(link.to)];
+  const Pose2& to = state.poses[nth(link.to)];
   const Twist2 xi = log(link.mean.inverse() * (from.inverse() * to));
   const Matrix3 by_to = right_jacobian_inverse(xi);
   MotionResidual residual;
@@ -194,18 +195,16 @@ SightingResidual sighting_residual(const SmoothingProblem& problem, const Sighti
                                    const SmoothingState& state) {
   SensorErrors errors = SensorErrors::Zero();
   if (problem.sensor_errors.cols() > 0) errors = problem.sensor_errors * state.parameters;
-  return sighting_residual(problem.sensors[static_cast<std::size_t>(link.sensor)], link.observation,
-                           state.poses[static_cast<std::size_t>(link.pose)],
-                           state.landmarks[static_cast<std::size_t>(link.landmark)], errors);
+  return sighting_residual(problem.sensors[nth(link.sensor)], link.observation, state.poses[nth(link.pose)],
+                           state.landmarks[nth(link.landmark)], errors);
 }
 
 RobotResidual robot_residual(const SmoothingProblem& problem, const RobotLink& link,
                              const SmoothingState& state) {
-  const Pose2& seen = state.poses[static_cast<std::size_t>(link.seen)];
-  const SightingResidual r =
-      sighting_residual(problem.sensors[static_cast<std::size_t>(link.sensor)], link.observation,
-                        state.poses[static_cast<std::size_t>(link.pose)], seen * link.marker_on_seen);
-  const LandmarkSensor& sensor = problem.sensors[static_cast<std::size_t>(link.sensor)];
+  const Pose2& seen = state.poses[nth(link.seen)];
+  const SightingResidual r = sighting_residual(problem.sensors[nth(link.sensor)], link.observation,
+                                               state.poses[nth(link.pose)], seen * link.marker_on_seen);
+  const LandmarkSensor& sensor = problem.sensors[nth(link.sensor)];
   const double across_rad = link.marker_sigma_m / link.observation.range_m;
   const Vector2 share(sensor.range_sigma_m / std::hypot(sensor.range_sigma_m, link.marker_sigma_m),
                       sensor.bearing_sigma_rad / std::hypot(sensor.bearing_sigma_rad, across_rad));
@@ -227,8 +226,7 @@ double cost_of(const SmoothingProblem& problem, const SmoothingState& state) {
         evidence.chi2 + state.parameters.dot(evidence.matrix * state.parameters - 2.0 * evidence.gradient);
   for (const MotionLink& link : problem.motions) {
     const auto [from, bias, variance] = start_of(link, state);
-    const Twist2 xi =
-        log(link.mean.inverse() * (from.inverse() * state.poses[static_cast<std::size_t>(link.to)]));
+    const Twist2 xi = log(link.mean.inverse() * (from.inverse() * state.poses[nth(link.to)]));
     const Eigen::Vector4d error = motion_error(link, bias, xi, state);
     cost += error.dot(link.information * error);
   }

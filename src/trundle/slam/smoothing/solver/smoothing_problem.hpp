@@ -9,6 +9,7 @@
 #include "trundle/calibration/likelihood/information.hpp"
 #include "trundle/slam/models/motion.hpp"
 #include "trundle/slam/models/observation.hpp"
+#include "trundle/slam/nth.hpp"
 
 namespace trundle::slam {
 
@@ -132,9 +133,7 @@ struct SmoothingState {
   Eigen::VectorXd parameters;
   std::vector<double> biases = {};  ///< at each pose; none: 0
 
-  [[nodiscard]] double bias_at(int pose) const {
-    return biases.empty() ? 0.0 : biases[static_cast<std::size_t>(pose)];
-  }
+  [[nodiscard]] double bias_at(int pose) const { return biases.empty() ? 0.0 : biases[nth(pose)]; }
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
