@@ -148,7 +148,7 @@ TEST(Existence, WhatWasNeverConfirmedTeachesNothing) {
   for (int k = 0; k < 40; ++k) view.resolve(false);
   Existence phantom;
   phantom.update(sighting_from(1.0, true), view);
-  ASSERT_GT(phantom.log_odds, ExistenceOptions{}.likely);
+  ASSERT_GT(phantom.log_odds, Existence::kLikely);
   ASSERT_FALSE(phantom.is_confirmed(view));
   const double before = view.for_missed(4.0, 0.0);
   phantom.update(sighting_from(2.0, false), view);

@@ -4,6 +4,22 @@
 #include <cmath>
 
 namespace trundle::slam {
+namespace {
+
+// Below it a landmark leaves the map: as surely not there as a confirmed one is.
+constexpr double kRemoved = -Existence::kConfirmed;
+// No landmark rises above: one that vanishes takes twice the evidence to go that it took to be confirmed.
+constexpr double kMost = 2.0 * Existence::kConfirmed;
+// Probability of a sighting where there is no landmark: that of a confirmed one being none.
+constexpr double kFalseSighting = 0.05;
+// Probability of detection, at most. Misses follow each other: one says −1.6 at most, so six, each from
+// another place, remove what is surest. And no single sighting, +2.8 at most, confirms a landmark.
+constexpr double kMostDetection = 0.8;
+// In a sector, before it belongs to the field of view: the furthest of ten is with 95 % beyond 0.05^(1/10) =
+// three quarters of how far it sees.
+constexpr int kLeastSightings = 10;
+
+}  // namespace
 
 int Visibility::sector_of(double bearing_rad) {
   const double share = (wrap_angle(bearing_rad) + kPi) / (2.0 * kPi);
@@ -21,7 +37,7 @@ double Visibility::reach_m(double bearing_rad) const {
   double reach_m = max_range_m_;
   for (int i = middle - 1; i <= middle + 1; ++i) {
     const auto sector = static_cast<std::size_t>((i + kSectors) % kSectors);
-    reach_m = std::min(reach_m, sightings_[sector] < options_.least_sightings ? 0.0 : furthest_m_[sector]);
+    reach_m = std::min(reach_m, sightings_[sector] < kLeastSightings ? 0.0 : furthest_m_[sector]);
   }
   return reach_m;
 }
@@ -44,42 +60,44 @@ void Visibility::count(double range_m, double bearing_rad, bool seen) {
 
 double Visibility::detection(double range_m, double bearing_rad) const {
   const std::size_t ring = ring_of(range_m, bearing_rad);
-  return std::min(seen_[ring] / expected_[ring], options_.most_detection);
+  return std::min(seen_[ring] / expected_[ring], kMostDetection);
 }
 
 // Eq. 23.
 double Visibility::for_seen(double range_m, double bearing_rad) const {
-  return std::max(0.0, std::log(detection(range_m, bearing_rad) / options_.false_sighting));
+  return std::max(0.0, std::log(detection(range_m, bearing_rad) / kFalseSighting));
 }
 
 // Of two landmarks that cannot be distinguished one alone is seen in 2p(1 − p) of the cases, of a single one
 // in p.
 double Visibility::for_missed(double range_m, double bearing_rad, bool neighbour_seen) const {
   const double ways = neighbour_seen ? 2.0 : 1.0;
-  return std::min(0.0,
-                  std::log(ways * (1.0 - detection(range_m, bearing_rad)) / (1.0 - options_.false_sighting)));
+  return std::min(0.0, std::log(ways * (1.0 - detection(range_m, bearing_rad)) / (1.0 - kFalseSighting)));
 }
 
 double Visibility::prior() const {
   return std::log(real_ / spurious_);
 }
 
+bool Existence::is_confirmed(const Visibility& visibility) const {
+  return log_odds >= std::min(kMost, kConfirmed - std::min(0.0, visibility.prior()));
+}
+
 bool Existence::update(const ExpectedSighting& expected, Visibility& visibility) {
   if (!has_parallax(expected.from, expected.range_m)) return true;
-  const ExistenceOptions& options = visibility.options();
   const bool is_covered = visibility.covers(expected.range_m, expected.bearing_rad);
   if (!is_covered && !expected.seen) return true;
   // What was never confirmed does not say how often the sensor misses what is there.
-  if (is_covered && was_confirmed && log_odds > options.likely)
+  if (is_covered && was_confirmed && log_odds > kLikely)
     visibility.count(expected.range_m, expected.bearing_rad, expected.seen);
   log_odds += expected.seen
                   ? visibility.for_seen(expected.range_m, expected.bearing_rad)
                   : visibility.for_missed(expected.range_m, expected.bearing_rad, expected.neighbour_seen);
-  log_odds = std::min(options.most(), log_odds);
+  log_odds = std::min(kMost, log_odds);
   last_viewpoint = expected.from;
-  const bool is_removed = log_odds < options.removed();
-  if (!was_likely && (is_removed || log_odds > options.likely)) visibility.resolve(!is_removed);
-  was_likely = was_likely || log_odds > options.likely;
+  const bool is_removed = log_odds < kRemoved;
+  if (!was_likely && (is_removed || log_odds > kLikely)) visibility.resolve(!is_removed);
+  was_likely = was_likely || log_odds > kLikely;
   was_confirmed = was_confirmed || is_confirmed(visibility);
   return !is_removed;
 }

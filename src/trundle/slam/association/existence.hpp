@@ -1,34 +1,17 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 
 #include "trundle/slam/models/observation.hpp"
 
 namespace trundle::slam {
 
-/// What is taken for existing, in log-odds, and how much one expected sighting says of it.
-/// docs/theory/existence.md.
-struct ExistenceOptions {
-  double confirmed = 3.0;        ///< from it on, with the prior, a landmark is in the map: 95 %
-  double likely = 2.0;           ///< above it the next expected sighting most probably is one: 88 %
-  double false_sighting = 0.05;  ///< probability of a sighting where there is no landmark
-  double most_detection = 0.8;   ///< taken at most: misses follow each other, none may say too much
-  int least_sightings = 10;      ///< in a sector, before it belongs to the field of view
-
-  /// Below it a landmark leaves the map: as surely not there as a confirmed one is.
-  [[nodiscard]] double removed() const { return -confirmed; }
-  /// No landmark rises above: one that vanishes takes twice the evidence to go that it took to be confirmed.
-  [[nodiscard]] double most() const { return 2.0 * confirmed; }
-};
-
 /// Where a sensor has seen landmarks so far, and how often, at each range, it misses one that it ought to
 /// see. Learned from the sightings themselves, so nobody has to know the field of view.
 /// docs/theory/existence.md, eq. 23.
 class Visibility {
  public:
-  explicit Visibility(double max_range_m, const ExistenceOptions& options = {})
-      : max_range_m_(max_range_m), options_(options) {
+  explicit Visibility(double max_range_m) : max_range_m_(max_range_m) {
     seen_.fill(1.0);
     expected_.fill(2.0);
   }
@@ -52,7 +35,6 @@ class Visibility {
   void resolve(bool was_one) { (was_one ? real_ : spurious_) += 1.0; }
   /// Log-odds that a new landmark is one, as far as that has turned out.
   [[nodiscard]] double prior() const;
-  [[nodiscard]] const ExistenceOptions& options() const { return options_; }
 
   /// Its state, for io/archive.hpp.
   template <class Archive, class Self>
@@ -61,8 +43,11 @@ class Visibility {
   }
 
  private:
-  static constexpr int kSectors = 36;  ///< of 10°: narrower than any field of view, soon filled
-  static constexpr int kRings = 16;    ///< up to the edge of the view, where landmarks are missed more often
+  /// Of 10°: one counts where its neighbours are filled, too, so what sees less than 30° never misses a
+  /// landmark.
+  static constexpr int kSectors = 36;
+  /// Up to the edge of the view, in the last sixteenth of which landmarks are missed most.
+  static constexpr int kRings = 16;
   static int sector_of(double bearing_rad);
   /// The furthest sighting around that direction; 0: there was hardly any.
   [[nodiscard]] double reach_m(double bearing_rad) const;
@@ -70,17 +55,19 @@ class Visibility {
   [[nodiscard]] double detection(double range_m, double bearing_rad) const;
 
   double max_range_m_;
-  ExistenceOptions options_;
   std::array<double, kSectors> furthest_m_{};
   std::array<int, kSectors> sightings_{};
-  std::array<double, kRings> seen_;
-  std::array<double, kRings> expected_;
-  double real_ = 1.0;
-  double spurious_ = 1.0;
+  std::array<double, kRings> seen_;      ///< by ring, and one before any [Laplace's rule of succession]
+  std::array<double, kRings> expected_;  ///< likewise, and two
+  double real_ = 1.0;                    ///< new landmarks, and one before any
+  double spurious_ = 1.0;                ///< likewise
 };
 
-/// Whether a landmark exists.
+/// Whether a landmark exists, as log-odds.
 struct Existence {
+  static constexpr double kConfirmed = 3.0;  ///< from it on, with the prior, it is in the map: 95 %
+  static constexpr double kLikely = 2.0;  ///< above it the next expected sighting most probably is one: 88 %
+
   double log_odds = 0.0;                     ///< by what was seen of it, without the prior
   Vector2 last_viewpoint = Vector2::Zero();  ///< where the robot was when it last counted
   bool was_likely = false;                   ///< at some time
@@ -101,10 +88,7 @@ struct Existence {
   /// removed.
   bool update(const ExpectedSighting& expected, Visibility& visibility);
   /// As surely there as one that is removed is not: a landmark of the map. Any other is tentative.
-  [[nodiscard]] bool is_confirmed(const Visibility& visibility) const {
-    const ExistenceOptions& options = visibility.options();
-    return log_odds >= std::min(options.most(), options.confirmed - std::min(0.0, visibility.prior()));
-  }
+  [[nodiscard]] bool is_confirmed(const Visibility& visibility) const;
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {

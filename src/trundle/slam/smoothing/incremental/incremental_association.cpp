@@ -159,7 +159,7 @@ bool merge_duplicates(IncrementalBelief& belief) {
       duplicates.differences, {.none = cost_of_any_place(belief.graph.sensor().max_range_m),
                                .limit = limits,
                                .most = 2,
-                               .within = 2.0 * ExistenceOptions{}.confirmed});
+                               .within = 2.0 * Existence::kConfirmed});
   return explanations.size() == 1 && merge(explanations.front(), duplicates, belief);
 }
 

@@ -14,7 +14,7 @@ namespace {
 
 // Added to the information of every coordinate [1/m², 1/rad², 1]. Not a share of the diagonal: that of two
 // poses between which the robot stood still is so large that they could not be moved together either.
-constexpr double kFirstDamping = 1e-3;
+constexpr double kFirstDamping = 1e-3;  // 1 σ of 30 m: no start is further off
 constexpr double kLeastDamping = 1e-9;  // 1 σ of 30 km: none
 constexpr double kMostDamping = 1e12;   // 1 σ of 1 µm: there no step is left, and the search gives up
 
