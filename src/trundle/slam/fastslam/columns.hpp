@@ -120,6 +120,15 @@ struct SensorColumns {
   [[nodiscard]] SensorAt at(std::size_t particle) const {
     return {x[particle], y[particle], cos[particle], sin[particle]};
   }
+  [[nodiscard]] SensorAt in_world(std::size_t particle) const {
+    return {origin.x() + x[particle], origin.y() + y[particle], cos[particle], sin[particle]};
+  }
+  void set(std::size_t particle, const SensorAt& from_origin) {
+    x[particle] = from_origin.x;
+    y[particle] = from_origin.y;
+    cos[particle] = from_origin.cos;
+    sin[particle] = from_origin.sin;
+  }
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {

@@ -83,11 +83,8 @@ GatingSample::Spread GatingSample::spread_of(const ParticleMap::Stored& landmark
 
 GatingSample::Spread GatingSample::spread_of(const ReadingTerms& reading) const {
   Spread spread;
-  for (std::size_t member = 0; member < members_.size(); ++member) {
-    const SensorAt sensor{sensors_.origin.x() + sensors_.x[member], sensors_.origin.y() + sensors_.y[member],
-                          sensors_.cos[member], sensors_.sin[member]};
-    add_to(spread, first_estimate(sensor, reading));
-  }
+  for (std::size_t member = 0; member < members_.size(); ++member)
+    add_to(spread, first_estimate(sensors_.in_world(member), reading));
   const Matrix3& C = sensor_covariance_;
   const double by_sensor = C(0, 0) + C(1, 1) + reading.range * reading.range * C(2, 2);
   spread.sigma_m = std::sqrt(spread.sigma_m * spread.sigma_m + by_sensor);

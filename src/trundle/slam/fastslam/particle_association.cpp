@@ -24,11 +24,6 @@ constexpr double kLeastWeightShare = 0.01;
 // Sightings whose uniform numbers come from one draw, which yields three.
 constexpr std::size_t kDrawnTogether = 3;
 
-SensorAt sensor_of(const SensorColumns& sensors, std::size_t i) {
-  return {sensors.origin.x() + sensors.x[i], sensors.origin.y() + sensors.y[i], sensors.cos[i],
-          sensors.sin[i]};
-}
-
 /// Covariance of (along, across) by the sensor's own uncertainty, that of a twist in its frame.
 Matrix2 by_sensor(const SensorAt& sensor, const Sight& s, const Matrix3& covariance) {
   const double c = sensor.cos * s.ux + sensor.sin * s.uy;
@@ -163,7 +158,7 @@ void ParticleAssociation::prepare(std::size_t k, const View& view) {
         candidate.landmark == chosen[reporter_] || chosen[reporter_] == kAmbiguousLandmark;
     if (!is_reported || !is_there(m)) continue;
     const Expected expected =
-        expected_of(sensor_of(view.sensors, reporter_), view.sensor_covariance, sighting.reading, m);
+        expected_of(view.sensors.in_world(reporter_), view.sensor_covariance, sighting.reading, m);
     if (sighting.nis > 0.0 && expected.nis >= sighting.nis) continue;
     sighting.innovation = expected.innovation;
     sighting.nis = expected.nis;
@@ -233,7 +228,7 @@ void ParticleAssociation::put_back(std::size_t k, const Drawn& drawn) {
 
 LandmarkId ParticleAssociation::create(const Sighting& sighting, const Drawn& drawn, ParticleMap& map,
                                        Ancestry& ancestry) {
-  const LandmarkEstimate near = first_estimate(sensor_of(drawn.sensors, reporter_), sighting.reading);
+  const LandmarkEstimate near = first_estimate(drawn.sensors.in_world(reporter_), sighting.reading);
   const LandmarkId landmark = map.add_unidentified({near.x, near.y}, ancestry);
   LandmarkColumns& columns = map.current(landmark, ancestry);
   set_first_estimates(sighting.reading, drawn.sensors, {0, padded(particles_)}, columns);
@@ -274,7 +269,7 @@ void ParticleAssociation::update_existence(const Drawn& drawn, ParticleMap& map,
 
 /// Whether a sighting fits it, for the reporter, whatever that took it for.
 bool ParticleAssociation::fits_one(LandmarkId landmark, const Drawn& drawn) const {
-  const SensorAt sensor = sensor_of(drawn.sensors, reporter_);
+  const SensorAt sensor = drawn.sensors.in_world(reporter_);
   return std::ranges::any_of(sightings(), [&](const Sighting& sighting) {
     const Candidate* candidate = sighting.candidate(landmark);
     if (candidate == nullptr) return false;

@@ -46,13 +46,6 @@ Systematic ParticleSet::mean_systematic() const {
   return mean;
 }
 
-std::vector<Pose2> poses_of(const ParticleSet& particles) {
-  std::vector<Pose2> poses;
-  poses.reserve(particles.count);
-  for (std::size_t i = 0; i < particles.count; ++i) poses.push_back(particles.poses.at(i));
-  return poses;
-}
-
 double normalise(ParticleSet& particles) {
   auto& log_weights = particles.log_weights;
   std::fill(log_weights.begin() + static_cast<std::ptrdiff_t>(particles.count), log_weights.end(),

@@ -39,9 +39,6 @@ struct ParticleSet {
   }
 };
 
-/// Without padding.
-[[nodiscard]] std::vector<Pose2> poses_of(const ParticleSet& particles);
-
 /// Weights from their logarithms. Returns the effective number of particles, 1/Σw²; where none can explain
 /// what was seen, all weigh the same.
 double normalise(ParticleSet& particles);

@@ -254,7 +254,9 @@ bool ParticleSlam::has_landmark(std::size_t index) const {
 }
 
 std::vector<Pose2> ParticleSlam::poses() const {
-  return poses_of(belief_.particles);
+  std::vector<Pose2> poses;
+  for (std::size_t i = 0; i < options_.particles; ++i) poses.push_back(belief_.particles.poses.at(i));
+  return poses;
 }
 
 std::vector<double> ParticleSlam::weights() const {

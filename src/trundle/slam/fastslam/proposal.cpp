@@ -6,7 +6,6 @@ PoseProposal::PoseProposal(Proposal kind, const SwarmOptions& swarm, std::size_t
     : kind_(kind), options_(swarm), swarm_(needs_all() ? particles : 0), second_(particles) {}
 
 void PoseProposal::refine(const Step& step, ThreadPool& thread_pool, ParticleSet& particles) {
-  if (!needs_all()) return;
   swarm_.refine(
       {particles.predicted, step.placement.L, step.placement.body_from_sensor, step.readings, step.draw},
       options_, thread_pool, particles.noise);

@@ -97,10 +97,7 @@ void Swarm::find_partners(ParticleRange range) {
     const std::size_t m =
         *std::ranges::max_element(neighbours_[i], {}, [&](std::size_t k) { return agents_.value[k]; });
     partner_values_[i] = agents_.value[m];
-    partners_.x[i] = agents_.at.x[m];
-    partners_.y[i] = agents_.at.y[m];
-    partners_.cos[i] = agents_.at.cos[m];
-    partners_.sin[i] = agents_.at.sin[m];
+    partners_.set(i, agents_.at.at(m));
   }
 }
 
@@ -128,12 +125,7 @@ void Swarm::search(const SwarmTask& task, double radius) {
   agents_.best_n.set(i, found_.n.at(best));
   agents_.value[i] = agents_.best_value[i] = found_.value[best];
   agents_.best_agreement[i] = found_.agreement[best];
-  for (BodyColumns* bodies : {&agents_.at, &agents_.best_at}) {
-    bodies->x[i] = found_.at.x[best];
-    bodies->y[i] = found_.at.y[best];
-    bodies->cos[i] = found_.at.cos[best];
-    bodies->sin[i] = found_.at.sin[best];
-  }
+  for (BodyColumns* bodies : {&agents_.at, &agents_.best_at}) bodies->set(i, found_.at.at(best));
 }
 
 }  // namespace trundle::slam
