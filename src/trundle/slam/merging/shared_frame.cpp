@@ -150,8 +150,10 @@ class FrameSearch {
   /// The best, and then the best of those that share less than half of its matches.
   std::vector<SharedFrame> run() {
     const std::vector<Baseline> of_b = all_baselines(b_);
+    double most_variance = 0.0;
+    for (const Baseline& baseline : of_b) most_variance = std::max(most_variance, baseline.variance);
     for (const Baseline& baseline : long_baselines(a_)) {
-      const double reach_m = reach_of(baseline, of_b);
+      const double reach_m = std::sqrt(gate_of_length_ * (baseline.variance + most_variance));
       const auto from = std::ranges::lower_bound(of_b, baseline.length_m - reach_m, {}, &Baseline::length_m);
       for (auto at = from; at != of_b.end() && at->length_m <= baseline.length_m + reach_m; ++at)
         try_frame(baseline, *at);
@@ -167,12 +169,6 @@ class FrameSearch {
   double log_tried() const { return std::log(std::max<double>(1.0, static_cast<double>(tried_))); }
 
  private:
-  double reach_of(const Baseline& baseline, const std::vector<Baseline>& others) {
-    if (most_variance_ < 0.0)
-      for (const Baseline& other : others) most_variance_ = std::max(most_variance_, other.variance);
-    return std::sqrt(gate_of_length_ * (baseline.variance + most_variance_));
-  }
-
   bool may_match(std::size_t i, std::size_t j) const {
     return options_.unknown_ids || a_.names[i] == b_.names[j];
   }
@@ -281,7 +277,6 @@ class FrameSearch {
   const JointMap& b_;
   MergeOptions options_;
   double gate_, gate_of_length_, log_area_;
-  double most_variance_ = -1.0;
   std::size_t tried_ = 0;
   std::vector<SharedFrame> frames_;
 };

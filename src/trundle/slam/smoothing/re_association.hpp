@@ -22,6 +22,8 @@ using LandmarkPair = std::pair<LandmarkId, LandmarkId>;
 
 /// Pairs of landmarks that are, as far as the map shows, the same one mapped twice; the clearest first, no
 /// landmark in two of them, none that were seen in the same instant; the second of each has no name. Eq. 15.
+/// Each pair is judged alone, for smooth() takes back what does not lower the cost; online there is no way
+/// back, so all are judged together there (docs/theory/online-smoother.md, eq. 25).
 [[nodiscard]] std::vector<LandmarkPair> duplicates_in(const ShownObservations& shown,
                                                       std::span<const MappedLandmark> map,
                                                       const LandmarkSensor& sensor,

@@ -10,7 +10,8 @@ namespace trundle::slam {
 /// A symmetric, positive definite matrix of small blocks, most of them zero, and its Cholesky factor. The
 /// factor is a tree of dense fronts (multifrontal), so that all arithmetic is dense; of the inverse those
 /// blocks are computed whose block in the factor is not zero, from the root down. docs/theory/smoother.md,
-/// eq. 9-11.
+/// eq. 9-11. One pattern, factored anew for each damping; where the pattern itself grows and little of it
+/// changes at a time: EliminationTree, over the same fronts.
 class BlockCholesky {
  public:
   explicit BlockCholesky(const BlockPattern& pattern);
