@@ -20,16 +20,19 @@ namespace trundle::slam {
 /// that goes along.
 enum class SlamMethod { fastslam1, fastslam2, mapso, mapso_proposal, ekf, smoother };
 
+/// As on the command line and in results: `fastslam1`.
 [[nodiscard]] std::string_view name_of(SlamMethod method);
 /// Nothing when no method is called so.
 [[nodiscard]] std::optional<SlamMethod> slam_method_named(std::string_view name);
 /// All names, in order.
 [[nodiscard]] std::vector<std::string> slam_method_names();
+/// Whether `particles`, `seed`, `resample_below`, `keep_paths`, `threads` and `estimate` mean anything to it.
 [[nodiscard]] bool has_particles(SlamMethod method);
 /// What it gives for its pose where nothing else is asked.
 [[nodiscard]] PointEstimate usual_estimate(SlamMethod method);
 
-/// Of any filter; what one has no use for it ignores.
+/// Of any filter; what one has no use for it ignores. The world is the frame in which the prior's start is
+/// given.
 struct SlamOptions {
   SlamMethod method = SlamMethod::smoother;
   std::size_t particles = 100;  ///< `ekf` and `smoother` have none
@@ -57,16 +60,19 @@ struct WeightedPose {
   double weight = 0.0;  ///< all of them sum to 1
 };
 
-/// Any of the filters: a value; a copy continues independently.
+/// Any of the filters: a value; a copy continues independently. Equations: docs/theory/fastslam.md, ekf.md,
+/// online-smoother.md.
 class SlamFilter {
  public:
+  /// Throws InputError when a particle filter is to have no particle.
   SlamFilter(const LandmarkSensor& sensor, const SlamOptions& options);
   SlamFilter(const SlamFilter& other);
   SlamFilter(SlamFilter&& other) noexcept;
   SlamFilter& operator=(SlamFilter other) noexcept;
   ~SlamFilter();
 
-  /// One motion and what was seen at its end.
+  /// One motion of the body and what was seen at its end; what became of each observation, valid until the
+  /// next step. The smoother throws CannotAnswer where poses or landmarks are left undetermined.
   const StepReport& step(const Motion& motion, std::span<const Observation> observations);
   /// The same, and what the gyro read at rest since the step before.
   const StepReport& step(const SlamStep& step);
@@ -77,18 +83,20 @@ class SlamFilter {
   [[nodiscard]] PoseEstimate estimate() const;
   /// The same after a further motion, of which no step is made.
   [[nodiscard]] PoseEstimate estimate_after(const Motion& motion) const;
+  /// Landmarks that surely exist.
   [[nodiscard]] std::vector<MappedLandmark> map() const;
   /// How many that has.
   [[nodiscard]] std::size_t landmarks() const;
-  /// Of all of map() together, x and y of each in its order; empty where the filter has no such.
+  /// Of all of map() together, x and y of each in its order [m²]; empty for particles.
   [[nodiscard]] Eigen::MatrixXd map_covariance() const;
   /// Unidentified landmarks that are not confirmed, or not any more. They are no part of the map.
   [[nodiscard]] std::vector<MappedLandmark> tentative() const;
   /// What a landmark of a report is known to be today: itself, or one that it was the duplicate of.
   [[nodiscard]] LandmarkId merged(LandmarkId id) const;
-  /// Of the particle with the largest weight; empty for `ekf` and when paths are not kept.
+  /// Of the particle with the largest weight, after each step; empty without particles and when paths are not
+  /// kept.
   [[nodiscard]] std::vector<Pose2> best_path() const;
-  /// Where something was last seen; empty for `ekf`.
+  /// Where something was last seen; empty for filters that have none.
   [[nodiscard]] std::vector<WeightedPose> particles() const;
   /// Null where it is another filter.
   [[nodiscard]] const IncrementalSmoother* smoother() const;
@@ -130,12 +138,12 @@ struct StepTimes {
 /// A whole recording, filtered.
 struct SlamResult {
   Trajectory online;               ///< after each step, from what was seen up to then; with covariance
-  std::optional<Trajectory> path;  ///< best particle's whole path; nothing for `ekf`
+  std::optional<Trajectory> path;  ///< best particle's whole path; nothing without particles
   PoseEstimate last;               ///< after the last step, with the odometry's systematic errors
   std::vector<MappedLandmark> map;
   Eigen::MatrixXd map_covariance;         ///< of all of them, x and y of each; empty: not known together
   std::vector<MappedLandmark> tentative;  ///< without names and not surely there: no part of the map
-  std::vector<WeightedPose> particles;    ///< where something was last seen; empty for `ekf`
+  std::vector<WeightedPose> particles;    ///< where something was last seen; empty for other filters
   std::vector<StepReport> reports;        ///< one for each step
   std::vector<double> moved_m;            ///< likewise: how far what was seen moved the pose
   std::vector<Snapshot> growth;           ///< of the smoother, where it was asked to keep that
@@ -180,7 +188,7 @@ class SlamRun {
   std::vector<double> seconds_;  ///< of steps with sightings; of this process, and no part of the state
 };
 
-/// A loop over SlamRun::step, with slam_options_for(input, options).
+/// A loop over SlamRun::step, with slam_options_for(input, options); throws as SlamFilter does.
 [[nodiscard]] SlamResult slam(const SlamInput& input, const LandmarkSensor& sensor,
                               const SlamOptions& options = {});
 

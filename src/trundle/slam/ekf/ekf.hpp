@@ -38,7 +38,8 @@ class EkfSlam {
  public:
   EkfSlam(const LandmarkSensor& sensor, const EkfSlamOptions& options);
 
-  /// One motion and what was seen at its end.
+  /// One motion of the body and what was seen at its end; what became of each observation, valid until the
+  /// next step.
   const StepReport& step(const Motion& motion, std::span<const Observation> observations);
   /// What the gyro reads at rest, after a step.
   void read_bias(const BiasReading& reading);

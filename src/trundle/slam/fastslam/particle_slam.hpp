@@ -36,7 +36,8 @@ class ParticleSlam {
   /// Throws InputError when there is no particle.
   ParticleSlam(const LandmarkSensor& sensor, const ParticleSlamOptions& options);
 
-  /// One motion and what was seen at its end.
+  /// One motion of the body and what was seen at its end: predict, gate, associate, propose, weigh, update,
+  /// resample. What became of each observation, valid until the next step.
   const StepReport& step(const Motion& motion, std::span<const Observation> observations);
   /// What the gyro reads at rest, after a step.
   void read_bias(const BiasReading& reading);
@@ -56,6 +57,7 @@ class ParticleSlam {
 
   /// As they were last drawn: at the last step with sightings.
   [[nodiscard]] std::vector<Pose2> poses() const;
+  /// Of each; they sum to 1.
   [[nodiscard]] std::vector<double> weights() const;
   /// Of the particle with the largest weight: poses after each step; empty when paths are not kept.
   [[nodiscard]] std::vector<Pose2> best_path() const;

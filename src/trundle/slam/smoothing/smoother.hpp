@@ -44,10 +44,10 @@ struct SmoothedSlam {
   SensorScores sensor;  ///< what ranges and bearings err by in common
 };
 
-/// Nonlinear least squares over all poses, landmarks and systematic errors, the gyro's bias as a walk, from
-/// what a filter found: from its path, which sighting it took for which landmark. Sightings that it rejected
-/// count where it is known what they show; what is an outlier is judged again. Throws CannotAnswer when
-/// nothing was seen.
+/// Nonlinear least squares over all poses, landmarks and systematic errors, the gyro's bias as a walk, in the
+/// frame of the prior's start (docs/theory/smoother.md), from what a filter found: from its path, which
+/// sighting it took for which landmark. Sightings that it rejected count where it is known what they show;
+/// what is an outlier is judged again. Throws CannotAnswer when nothing was seen.
 [[nodiscard]] SmoothedSlam smooth(const SlamInput& input, const LandmarkSensor& sensor,
                                   const SlamResult& filtered, const SmootherOptions& options = {});
 
