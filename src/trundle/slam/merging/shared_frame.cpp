@@ -17,8 +17,8 @@ namespace {
 
 using Index = Eigen::Index;
 
-// Of each landmark so many baselines are tried, the longest: they tell a frame best, and a map of hundreds of
-// landmarks takes a second.
+// Of each landmark so many baselines are tried, the longest: they determine a frame best, and a map of
+// hundreds of landmarks takes a second.
 constexpr std::size_t kMostBaselines = 12;
 
 Matrix2 block_of(const Eigen::MatrixXd& covariance, std::size_t i, std::size_t j) {
@@ -75,7 +75,7 @@ std::vector<Baseline> all_baselines(const JointMap& map) {
   return all;
 }
 
-/// The area that a map's landmarks take, and the least that a sighting of one tells.
+/// The area that a map's landmarks take [m²]; no side of it is less than a millimetre.
 double area_of(const JointMap& map) {
   Vector2 low = map.positions.front(), high = low;
   for (const Vector2& position : map.positions) {

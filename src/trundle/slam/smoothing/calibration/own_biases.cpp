@@ -52,9 +52,9 @@ GyroBiasSpread spread_of(const OwnBiases& own, const Eigen::MatrixXd& covariance
     const double precision = squared(own.unit_rad_s / spread_rad_s);
     Eigen::MatrixXd with_prior = A;
     with_prior.diagonal().tail(k).array() += precision;
-    VectorXd pull = g;
-    pull.tail(k) -= precision * b;
-    const auto misfit = gaussian_misfit(pull, with_prior);
+    VectorXd score = g;
+    score.tail(k) -= precision * b;
+    const auto misfit = gaussian_misfit(score, with_prior);
     if (!misfit) return std::numeric_limits<double>::infinity();
     return misfit->log_determinant - static_cast<double>(k) * std::log(precision) +
            precision * b.squaredNorm() - misfit->squared_mahalanobis;

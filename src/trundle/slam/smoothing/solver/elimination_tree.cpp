@@ -10,11 +10,8 @@
 #include "trundle/slam/smoothing/solver/elimination.hpp"
 
 namespace trundle::slam {
-namespace {
 
 using Eigen::Index;
-
-}  // namespace
 
 int EliminationTree::add_variable(std::span<const double> tolerance) {
   const int size = static_cast<int>(tolerance.size());
@@ -183,14 +180,14 @@ std::vector<int> EliminationTree::make_nodes(const Affected& affected, std::size
   std::vector<int> made;
   for (const Front& front : elimination_fronts(pattern)) {
     made.push_back(new_node());
-    Node& fresh = node(made.back());
-    for (const int block : front.blocks) fresh.variables.push_back(affected.variables[nth(block)]);
-    fresh.column_variables = front.column_blocks;
-    fresh.columns = front.columns;
-    fresh.size = front.size;
-    fresh.parent = front.parent;  // among those that are made; its node follows
-    fresh.turn = eliminated_++;
-    for (const int variable : fresh.of_columns()) variables_[nth(variable)].node = made.back();
+    Node& added = node(made.back());
+    for (const int block : front.blocks) added.variables.push_back(affected.variables[nth(block)]);
+    added.column_variables = front.column_blocks;
+    added.columns = front.columns;
+    added.size = front.size;
+    added.parent = front.parent;  // among those that are made; its node follows
+    added.turn = eliminated_++;
+    for (const int variable : added.of_columns()) variables_[nth(variable)].node = made.back();
   }
   for (const int n : made) {
     int& parent = node(n).parent;

@@ -13,7 +13,7 @@
 
 namespace trundle::slam {
 
-/// A motion that also tells how it depends on parameters that are estimated with it, and on a bias b that
+/// A motion that also has how it depends on parameters that are estimated with it, and on a bias b that
 /// walks: truth = mean · exp(by_bias · b + by_parameters · p + e), e ~ N(0, covariance), b that at the start.
 struct FreeMotion {
   Pose2 mean;
