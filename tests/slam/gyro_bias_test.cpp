@@ -243,7 +243,7 @@ INSTANTIATE_TEST_SUITE_P(
             "mapso_proposal", filter_of(SlamMethod::mapso_proposal), {6.0, kAny}, {1.5, kTimesOfParticles}},
         Subject{"smoother", smoothed}, Subject{"smoother_online", filter_of(SlamMethod::smoother)},
         Subject{"localize_ekf", localizer_of(LocalizerFilter::ekf)},
-        Subject{"localize_particles", localizer_of(LocalizerFilter::particles), {6.0, 7.0}}),
+        Subject{"localize_particles", localizer_of(LocalizerFilter::particles)}),
     [](const auto& test) { return test.param.name; });
 
 /// The map of one drive, with what is known of it together or not, for another drive.
@@ -271,7 +271,7 @@ TEST(LocalizerOnAMapOfItsOwn, IsConsistentWhereTheMapIsKnownTogether) {
     const World second = world_of({-0.002, 10}, seed, 2);
     for (const bool is_joint : {false, true}) {
       const KnownMap map = map_of(first, is_joint);
-      const LocalizerOptions options{.filter = LocalizerFilter::ekf, .start = PoseEstimate{}};
+      const LocalizerOptions options{.start = PoseEstimate{}};
       const Localization found = localize(second.input(), map, *second.robot.landmark_sensor, options);
       (is_joint ? together : apart).add(second, found.trajectory);
     }

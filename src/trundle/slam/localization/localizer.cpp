@@ -158,21 +158,37 @@ void Localizer::read_bias(const BiasReading& reading) {
 }
 
 void Localizer::start_from(const TrackedHypothesis& hypothesis) {
-  const PoseEstimate& pose = hypothesis.filter.estimate();
-  if (options_.filter == LocalizerFilter::ekf)
-    filter_ = hypothesis.filter;
-  else
-    filter_.emplace<PoseParticles>(
-        *map_, sensor_, pose,
-        PoseParticlesOptions{
-            .sight = options_.sight, .number = options_.particles, .seed = options_.seed + seen_.now()});
+  filter_ = hypothesis.filter;
   log_odds_ = hypothesis.log_odds;
   alarm_ = hypothesis.alarm;
   confirmed_step_ = seen_.now();
 }
 
+void Localizer::follow_by_gaussian(const PoseEstimate& pose) {
+  filter_ = PoseEkf(*map_, sensor_, pose, options_.sight);
+}
+
+void Localizer::follow_by_particles(const PoseEstimate& pose) {
+  filter_ = PoseParticles(
+      *map_, sensor_, pose,
+      {.sight = options_.sight, .number = options_.particles, .seed = options_.seed + seen_.now()});
+}
+
+/// One Gaussian, which knows what is wrong with the map, where one will do; particles from where the pose is
+/// so vague that readings without names may show any of several landmarks, until it is one place again.
+void Localizer::choose_filter(const Motion& motion, std::span<const Observation> observations) {
+  if (options_.filter == LocalizerFilter::ekf) return;
+  const PoseEstimate pose = *estimate();
+  if (const auto* ekf = std::get_if<PoseEkf>(&filter_)) {
+    if (ekf->is_ambiguous(motion, observations)) follow_by_particles(pose);
+  } else if (is_one_place(pose, options_.sight.same)) {
+    follow_by_gaussian(pose);
+  }
+}
+
 /// Eq. 53: a sum of log likelihood ratios that never falls below 0.
 void Localizer::track(const Motion& motion, std::span<const Observation> observations) {
+  choose_filter(motion, observations);
   const auto step = [&](auto& filter) -> const MapStepReport* {
     if constexpr (std::is_same_v<std::decay_t<decltype(filter)>, std::monostate>)
       return nullptr;

@@ -11,8 +11,11 @@
 
 namespace trundle::slam {
 
-/// How a known pose is followed: by PoseEkf or PoseParticles.
-enum class LocalizerFilter { ekf, particles };
+/// How a known pose is followed.
+enum class LocalizerFilter {
+  ekf,        ///< by one Gaussian: PoseEkf
+  particles,  ///< by the same, and by PoseParticles while the pose is so vague that one will not do
+};
 [[nodiscard]] std::string_view name_of(LocalizerFilter filter);
 
 /// Of a localizer.
@@ -77,10 +80,13 @@ class Localizer {
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
     bool is_known = self.is_known();
-    archive(is_known);
-    if constexpr (Archive::kReads)
-      is_known ? self.start_from({PoseEkf(*self.map_, self.sensor_, {}, self.options_.sight)})
-               : self.forget();
+    bool has_particles = std::holds_alternative<PoseParticles>(self.filter_);
+    archive(is_known, has_particles);
+    if constexpr (Archive::kReads) {
+      self.forget();
+      if (is_known) self.follow_by_gaussian({});
+      if (has_particles) self.follow_by_particles({});
+    }
     archive(self.seen_, self.odometry_, self.hypotheses_, self.was_ambiguous_, self.log_odds_, self.alarm_,
             self.confirmed_step_, self.report_);
     if (auto* ekf = std::get_if<PoseEkf>(&self.filter_)) archive(*ekf);
@@ -91,6 +97,9 @@ class Localizer {
   [[nodiscard]] bool is_known() const { return !std::holds_alternative<std::monostate>(filter_); }
   void forget() { filter_ = std::monostate{}; }
   [[nodiscard]] double limit() const;
+  void follow_by_gaussian(const PoseEstimate& pose);
+  void follow_by_particles(const PoseEstimate& pose);
+  void choose_filter(const Motion& motion, std::span<const Observation> observations);
   void track(const Motion& motion, std::span<const Observation> observations);
   void search_alternatives();
   [[nodiscard]] double log_odds_against_new() const;

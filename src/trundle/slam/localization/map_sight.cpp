@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include "trundle/geometry/gaussian.hpp"
@@ -12,14 +13,10 @@
 namespace trundle::slam {
 namespace {
 
-/// Landmarks that a reading might show: those about where it points.
 std::vector<Fit> fits_of(const PoseEstimate& belief, const KnownMap& map, const LandmarkSensor& sensor,
                          const Observation& observation, double gate) {
-  const SightedLandmark sighted = sighted_landmark(belief.pose, sensor.body_from_sensor, observation);
-  const double variance = (sighted.by_pose * belief.covariance * sighted.by_pose.transpose()).trace() +
-                          sighted.spread(reading_covariance(sensor)).trace() + map.largest_variance();
   std::vector<Fit> fits;
-  for (const LandmarkId id : map.within(sighted.in_world, std::sqrt(2.0 * gate * variance))) {
+  for (const LandmarkId id : candidates(belief, map, sensor, observation, gate)) {
     const MapSight sight = map_sight(belief, sensor, map[id], observation);
     fits.push_back({id, sight.nis, -2.0 * sight.log_density});
   }
@@ -30,6 +27,13 @@ std::vector<Fit> fits_of(const PoseEstimate& belief, const KnownMap& map, const 
 
 Vector3 difference(const Pose2& from, const Pose2& to) {
   return {to.x - from.x, to.y - from.y, wrap_angle(to.heading - from.heading)};
+}
+
+bool is_one_place(const PoseEstimate& belief, const SamePlace& same) {
+  constexpr double kSigmas = 3.0;  // as the distances of SamePlace are meant
+  const Eigen::SelfAdjointEigenSolver<Matrix2> place(belief.covariance.topLeftCorner<2, 2>());
+  return kSigmas * std::sqrt(place.eigenvalues().maxCoeff()) < same.place_m &&
+         kSigmas * std::sqrt(belief.covariance(2, 2)) < same.heading_rad;
 }
 
 MapSight map_sight(const PoseEstimate& belief, const LandmarkSensor& sensor, const KnownLandmark& landmark,
@@ -44,6 +48,15 @@ MapSight map_sight(const PoseEstimate& belief, const LandmarkSensor& sensor, con
   sight.nis = sight.innovation.dot(sight.S.llt().solve(sight.innovation));
   sight.log_density = -0.5 * (sight.nis + std::log(sight.S.determinant())) - std::log(2.0 * kPi);
   return sight;
+}
+
+std::vector<LandmarkId> candidates(const PoseEstimate& belief, const KnownMap& map,
+                                   const LandmarkSensor& sensor, const Observation& observation,
+                                   double gate) {
+  const SightedLandmark sighted = sighted_landmark(belief.pose, sensor.body_from_sensor, observation);
+  const double variance = (sighted.by_pose * belief.covariance * sighted.by_pose.transpose()).trace() +
+                          sighted.spread(reading_covariance(sensor)).trace() + map.largest_variance();
+  return map.within(sighted.in_world, std::sqrt(2.0 * gate * variance));
 }
 
 std::vector<LandmarkId> identify(const PoseEstimate& belief, const KnownMap& map,

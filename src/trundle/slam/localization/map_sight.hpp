@@ -17,6 +17,9 @@ struct SamePlace {
   double heading_rad = radians(10.0);  ///< [rad]
 };
 
+/// Whether a pose is so sure that all that it may be, to 3 σ, is one hypothesis.
+[[nodiscard]] bool is_one_place(const PoseEstimate& belief, const SamePlace& same);
+
 /// What finding the way on a known map takes beside map and sensor.
 struct MapSightOptions {
   double gate = kDefaultGate;    ///< NIS above which a sighting is an outlier
@@ -37,6 +40,11 @@ struct MapSight {
 };
 [[nodiscard]] MapSight map_sight(const PoseEstimate& belief, const LandmarkSensor& sensor,
                                  const KnownLandmark& landmark, const Observation& observation);
+
+/// Landmarks that a reading without a name might show: those about where it points.
+[[nodiscard]] std::vector<LandmarkId> candidates(const PoseEstimate& belief, const KnownMap& map,
+                                                 const LandmarkSensor& sensor, const Observation& observation,
+                                                 double gate);
 
 /// Which landmark each observation shows: its own id; where it has none, the most probable explanation of all
 /// of them together (docs/theory/association.md, eq. 21). kUnknownLandmark: invalid, not in the map, or none

@@ -1,5 +1,6 @@
 #include "trundle/slam/localization/pose_ekf.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -37,6 +38,22 @@ const MapStepReport& PoseEkf::step(const Motion& motion, std::span<const Observa
   predict(motion);
   update(matches_of(observations, novelty), observations);
   return report_;
+}
+
+bool PoseEkf::is_ambiguous(const Motion& motion, std::span<const Observation> observations) const {
+  const auto is_unidentified = [](const Observation& o) {
+    return is_valid(o) && o.landmark == kUnknownLandmark;
+  };
+  if (std::ranges::none_of(observations, is_unidentified)) return false;
+  PoseEkf predicted = *this;
+  predicted.predict(motion);
+  if (is_one_place(predicted.belief_, options_.same)) return false;
+  return std::ranges::any_of(observations, [&](const Observation& o) {
+    if (!is_unidentified(o)) return false;
+    const auto near = candidates(predicted.belief_, *map_, sensor_, o, options_.gate);
+    const auto fits = [&](LandmarkId id) { return predicted.sight_of(id, o).nis <= options_.gate; };
+    return std::ranges::count_if(near, fits) > 1;
+  });
 }
 
 void PoseEkf::predict(const Motion& motion) {

@@ -33,6 +33,10 @@ class PoseEkf {
   const MapStepReport& step(const Motion& motion, std::span<const Observation> observations,
                             std::span<const double> novelty);
 
+  /// Whether a step would be more than one Gaussian can say: the pose is more than one place, and a reading
+  /// without a name shows one of several landmarks.
+  [[nodiscard]] bool is_ambiguous(const Motion& motion, std::span<const Observation> observations) const;
+
   /// What the gyro reads at rest, after a step.
   void read_bias(const BiasReading& reading);
 

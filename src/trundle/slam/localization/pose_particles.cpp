@@ -149,7 +149,6 @@ const MapStepReport& PoseParticles::step(const Motion& motion, std::span<const O
   normalise();
   mix(beliefs);
   if (effective_particles() < options_.resample_below * static_cast<double>(poses_.size())) resample();
-  keep_moments();
   begin_pending();
   return report_;
 }
@@ -251,27 +250,6 @@ void PoseParticles::spread() {
   for (Pose2& pose : poses_) {
     kernel.pose = pose;
     pose = draw_from(kernel);
-  }
-}
-
-/// Eq. 52a: moves and stretches the cloud so that its mean and covariance are the estimate's again.
-void PoseParticles::keep_moments() {
-  Vector3 mean = Vector3::Zero();
-  for (std::size_t i = 0; i < poses_.size(); ++i) mean += weights_[i] * difference(estimate_.pose, poses_[i]);
-  Matrix3 covariance = Matrix3::Zero();
-  for (std::size_t i = 0; i < poses_.size(); ++i) {
-    const Vector3 apart = difference(estimate_.pose, poses_[i]) - mean;
-    covariance += weights_[i] * apart * apart.transpose();
-  }
-  const Matrix3 drawn = semidefinite_root(covariance);
-  const Matrix3 wanted = semidefinite_root(estimate_.covariance);
-  for (Pose2& pose : poses_) {
-    const Vector3 apart = difference(estimate_.pose, pose) - mean;
-    Vector3 normal = Vector3::Zero();
-    for (int k = 0; k < 3; ++k)
-      if (drawn(k, k) > 0.0) normal[k] = (apart[k] - drawn.row(k).dot(normal)) / drawn(k, k);
-    const Vector3 there = wanted * normal;
-    pose = {estimate_.pose.x + there.x(), estimate_.pose.y + there.y(), estimate_.pose.heading + there.z()};
   }
 }
 

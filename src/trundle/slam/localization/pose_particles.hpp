@@ -74,7 +74,6 @@ class PoseParticles {
   void make_room_for_kernels();
   void become_kernels();
   void spread();
-  void keep_moments();
   Pose2 draw_from(const PoseEstimate& belief);
 
   const KnownMap* map_;
