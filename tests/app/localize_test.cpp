@@ -52,7 +52,7 @@ TEST(Localize, TellsEveryStepAndEverySighting) {
                 testing::StartsWith("time_s,phase,sightings,matched,rejected,alarm,hypotheses,particles,"
                                     "effective_particles\n"));
     EXPECT_THAT(rows, testing::HasSubstr("\n1.02,tracking,1,"));
-    EXPECT_EQ(rows.ends_with(",0,0\n"), filter == "ekf");
+    EXPECT_TRUE(rows.ends_with(",0,0\n")) << filter;  // with names both are one Gaussian
     const std::string innovations = read_file(sample.folder() / "i.csv");
     EXPECT_EQ(count_of_lines(innovations.substr(innovations.find("\ntime_s") + 1)), 9);
     EXPECT_THAT(innovations,
