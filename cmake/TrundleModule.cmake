@@ -14,11 +14,12 @@ if(TRUNDLE_WERROR)
 endif()
 if(TRUNDLE_SANITIZE)
   # Instrumented code misleads the compiler's flow analysis: those two warnings are false alarms here, and on elsewhere.
-  # Null pointers and accesses beyond an object are AddressSanitizer's; checked twice they double the time to compile.
+  # Null pointers and accesses beyond an object are AddressSanitizer's; checked twice they double the time to compile,
+  # and of kernels take ten times as long.
   target_compile_options(trundle_compile_options INTERFACE -fsanitize=address,undefined
-                                                           -fno-sanitize=null,alignment,object-size,vptr
+                                                           -fno-sanitize=null,alignment,object-size,vptr,pointer-overflow
                                                            -fno-sanitize-recover=all -fno-omit-frame-pointer
-                                                           -Wno-maybe-uninitialized -Wno-restrict)
+                                                           $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized -Wno-restrict>)
   # Under AddressSanitizer Eigen allocates by hand what it takes from malloc elsewhere; Ceres was built without it, and
   # memory that one of the two allocates the other may free.
   target_compile_definitions(trundle_compile_options INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
@@ -95,7 +96,8 @@ function(trundle_module name)
   # What is compiled once for each instruction set includes itself: not together with other sources.
   set(kernels ${sources})
   list(FILTER kernels INCLUDE REGEX "_kernels\\.cpp$")
-  set_source_files_properties(${kernels} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  set_source_files_properties(${kernels} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON
+                              COMPILE_DEFINITIONS "$<$<BOOL:${TRUNDLE_SANITIZE}>:TRUNDLE_FEW_TARGETS>")
   set(target trundle_${name})
   if(sources)
     add_library(${target} STATIC ${sources})

@@ -27,6 +27,7 @@ function(trundle_inline_page target)
                      COMMAND ${ESBUILD} main.js --bundle --format=esm --charset=utf8 --log-level=warning
                              --outfile=${bundle}
                      COMMAND ${CMAKE_COMMAND} -D WEB=${web} -D BUNDLE=${bundle} -D OUTPUT=${output} -P ${script} VERBATIM)
-  set_source_files_properties(${output} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  set_source_files_properties(${output} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON
+                              COMPILE_OPTIONS -Wno-overlength-strings)  # compilers here manage more than the standard asks
   target_sources(${target} PRIVATE ${output})
 endfunction()

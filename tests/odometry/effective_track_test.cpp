@@ -46,13 +46,11 @@ void append(AlignedReadings& readings, const AlignedReadings& more) {
 TEST(EffectiveTrack, is_found_with_an_honest_interval) {
   const int trials = test::trials(300, 30);
   int inside = 0;
-  double squares = 0.0;
   for (int i = 0; i < trials; ++i) {
     const auto found =
         effective_tracks(tour_on(0.62, 100 + static_cast<std::uint64_t>(i)), skid_steer_with(0.40).chassis);
     ASSERT_EQ(found.size(), 1U) << "a false alarm, seed " << 100 + i;
     const double error = found[0].track_m - 0.62;
-    squares += error * error;
     inside += std::abs(error) < 1.96 * found[0].sigma_m ? 1 : 0;
     EXPECT_LT(found[0].sigma_m, 0.01);
   }

@@ -82,8 +82,9 @@ TEST_P(Wrap, is_undone) {
   const AlignedReadings readings = align(wheels(stamps(200, 0.02), count, count), two_wheels(bits));
   for (const Increment& increment : readings.increments) EXPECT_EQ(increment.turned[0], step / 100.0);
   EXPECT_THAT(readings.bridged, Each(false));
-  const bool wraps = std::adjacent_find(count.begin(), count.end(),
-                                        [&](double a, double b) { return b - a != step; }) != count.end();
+  const bool wraps = std::adjacent_find(count.begin(), count.end(), [by = step](double a, double b) {
+                       return b - a != by;
+                     }) != count.end();
   EXPECT_EQ(count_of(readings.findings, FindingCode::wrap) > 0, wraps);
   EXPECT_THAT(readings.findings, Each(Field(&Finding::severity, Severity::note)));
 }

@@ -19,8 +19,11 @@ LinesDriven lines_driven(const std::vector<std::string>& recordings, const std::
   return input;
 }
 
-nlohmann::ordered_json document_of(const InstallAngleAnswer& answer) {
-  using Json = nlohmann::ordered_json;
+namespace {
+using Json = nlohmann::ordered_json;
+}  // namespace
+
+Json document_of(const InstallAngleAnswer& answer) {
   const InstallAngle& angle = answer.angle;
   Json document = to_json(answer.provenance);
   document["alpha_rad"] = angle.alpha_rad;

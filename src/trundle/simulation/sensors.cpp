@@ -113,9 +113,11 @@ class Wander {
 };
 
 Vector2 position_error(const ReferenceOptions& options, Random& random) {
-  Vector2 error(random.normal(options.position_sigma_m), random.normal(options.position_sigma_m));
+  // One after the other: arguments of a function are evaluated in an order that each compiler chooses.
+  Vector2 error;
+  for (const int axis : {1, 0}) error[axis] = random.normal(options.position_sigma_m);
   if (options.outlier_share > 0.0 && random.uniform() < options.outlier_share)
-    error += Vector2(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)) * options.outlier_m;
+    for (const int axis : {1, 0}) error[axis] += random.uniform(-1.0, 1.0) * options.outlier_m;
   return error;
 }
 

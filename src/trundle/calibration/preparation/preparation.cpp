@@ -10,6 +10,7 @@
 #include "trundle/calibration/preparation/initial_scale.hpp"
 #include "trundle/calibration/preparation/sense_of_turning.hpp"
 #include "trundle/calibration/preparation/sensor_heading.hpp"
+#include "trundle/calibration/problem/run_clock.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/io/words.hpp"
@@ -231,6 +232,8 @@ Preparation prepare(std::span<const Recording> recordings, const Robot& given, b
     ready.runs = prepare_runs(recordings, ready.start);
     leave_out_silent(ready.start, ready.runs);
   }
+  if (frees_reference_clock)
+    for (Run& run : ready.runs) let_clock_move(ready.start, run);
   return ready;
 }
 

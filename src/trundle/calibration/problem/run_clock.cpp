@@ -13,13 +13,16 @@
 namespace trundle::calibration {
 namespace {
 
-void leave_out_unseen_epochs(const Robot& robot, Run& run) {
+/// Leaves out the epochs that the reference does not show, with its stamps as they are and earlier and later
+/// by `slack_s`.
+void leave_out_unseen_epochs(const Robot& robot, double slack_s, Run& run) {
   std::vector<std::size_t> epochs, jumps;
   bool jumped = false;
   for (std::size_t epoch = 0; epoch < run.epochs.size(); ++epoch) {
     jumped = jumped || std::ranges::binary_search(run.jumps, epoch);
-    if (sample_reference(run.reference, run.epoch_time(epoch) - robot.reference_time_offset_s).empty())
-      continue;
+    const double time_s = run.epoch_time(epoch) - robot.reference_time_offset_s;
+    const auto is_unseen = [&](double at_s) { return sample_reference(run.reference, at_s).empty(); };
+    if (is_unseen(time_s - slack_s) || is_unseen(time_s) || is_unseen(time_s + slack_s)) continue;
     if (jumped && !epochs.empty()) jumps.push_back(epochs.size());
     jumped = false;
     epochs.push_back(run.epochs[epoch]);
@@ -39,7 +42,11 @@ void move_clock(const ClockStep& step, const Robot& robot, Run& run) {
   move_stamps(step.step_s, run.reference);
   run.clock_moved_s += step.step_s;
   run.clock_sigma_s = step.sigma_s;
-  leave_out_unseen_epochs(robot, run);
+  leave_out_unseen_epochs(robot, 0.0, run);
+}
+
+void let_clock_move(const Robot& robot, Run& run) {
+  leave_out_unseen_epochs(robot, kClockPrior_s, run);
 }
 
 std::optional<TimeOffset> clock_of(const Run& run) {
