@@ -93,7 +93,8 @@ World world_of(const Situation& situation, std::uint64_t seed, std::uint64_t dri
   World world;
   Random places(seed, 40);
   for (int i = 0; i < 20; ++i) {
-    world.landmarks.emplace_back(places.uniform(-5.0, 5.0), places.uniform(-2.0, 8.0));
+    const double y = places.uniform(-2.0, 8.0), x = places.uniform(-5.0, 5.0);
+    world.landmarks.emplace_back(x, y);
     world.names.push_back(std::to_string(i));
   }
   Random random(seed, 40 + drive_number);

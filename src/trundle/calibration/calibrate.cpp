@@ -170,7 +170,9 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
     if (words) note(*words, result);
   result.gyro_biases = words_of_biases(ready.runs, estimate.gyro_biases);
   if (result.gyro_biases) note(*result.gyro_biases, result);
-  conclude({ready.runs, prepare_runs(hold_out, ready.start)}, estimate, spread, result);
+  std::vector<Run> held_out = prepare_runs(hold_out, ready.start);
+  if (frees_reference_clock) let_clocks_move(ready.start, held_out);
+  conclude({ready.runs, held_out}, estimate, spread, result);
   add_influence(estimate, problem, nominal, result);
   return result;
 }

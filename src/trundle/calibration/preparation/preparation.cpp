@@ -232,8 +232,7 @@ Preparation prepare(std::span<const Recording> recordings, const Robot& given, b
     ready.runs = prepare_runs(recordings, ready.start);
     leave_out_silent(ready.start, ready.runs);
   }
-  if (frees_reference_clock)
-    for (Run& run : ready.runs) let_clock_move(ready.start, run);
+  if (frees_reference_clock) let_clocks_move(ready.start, ready.runs);
   return ready;
 }
 

@@ -45,8 +45,8 @@ void move_clock(const ClockStep& step, const Robot& robot, Run& run) {
   leave_out_unseen_epochs(robot, 0.0, run);
 }
 
-void let_clock_move(const Robot& robot, Run& run) {
-  leave_out_unseen_epochs(robot, kClockPrior_s, run);
+void let_clocks_move(const Robot& robot, std::span<Run> runs) {
+  for (Run& run : runs) leave_out_unseen_epochs(robot, kClockPrior_s, run);
 }
 
 std::optional<TimeOffset> clock_of(const Run& run) {

@@ -29,7 +29,7 @@ void move_clock(const ClockStep& step, const Robot& robot, Run& run);
 
 /// Keeps the epochs that the reference shows wherever within one sigma its clock is: where one offset of all
 /// references is a parameter, a run must not lose its beginning on the way.
-void let_clock_move(const Robot& robot, Run& run);
+void let_clocks_move(const Robot& robot, std::span<Run> runs);
 
 /// The time offset of the run's reference that its stamps were moved to; nothing: they were not.
 [[nodiscard]] std::optional<TimeOffset> clock_of(const Run& run);
