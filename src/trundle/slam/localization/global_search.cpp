@@ -54,7 +54,7 @@ class GlobalSearch {
       is_tried_[pair.first] = is_tried_[pair.second] = true;
     }
     for (const Explanation& kept : kept_)
-      if (kept.hypothesis.log_odds > best_ - options_.log_odds_range) found.poses.push_back(kept.hypothesis);
+      if (kept.hypothesis.log_odds > best_ - options_.log_odds_range) found.poses.push_back(finished(kept));
     return found;
   }
 
@@ -259,6 +259,25 @@ class GlobalSearch {
   double repeats_of(const SightedPoint& point) const {
     return static_cast<double>(
         std::ranges::count_if(points_, [&](const SightedPoint& p) { return are_one_place(p, point); }));
+  }
+
+  /// Eq. 47b: with the gain of each landmark, all linearised at the pose that came of them.
+  PoseHypothesis finished(const Explanation& explanation) const {
+    PoseHypothesis hypothesis = explanation.hypothesis;
+    const Pose2& pose = hypothesis.pose.pose;
+    Matrix3 information = Matrix3::Zero();
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const LandmarkId landmark = explanation.shown[i];
+      if (landmark == kUnknownLandmark) continue;
+      const PointInnovation point = point_innovation(pose, match_of(points_[i], map_[landmark]));
+      const Eigen::Matrix<double, 3, 2> weight = point.H.transpose() * point.noise.inverse();
+      information += weight * point.H;
+      hypothesis.made_of.push_back({landmark, -weight * rotation(-pose.heading)});
+    }
+    hypothesis.pose.covariance = information.inverse();
+    for (LandmarkGain& gain : hypothesis.made_of)
+      gain.by_landmark = hypothesis.pose.covariance * gain.by_landmark;
+    return hypothesis;
   }
 
   /// Improves the hypothesis by a point, if a landmark fits that no other point has taken; returns the

@@ -16,7 +16,8 @@ struct PoseHypothesis {
   PoseEstimate pose;
   /// Against 'nothing of this is in the map': docs/theory/global-localization.md, eq. 49.
   double log_odds = 0.0;
-  std::size_t matched = 0;  ///< points of the local map that show a landmark of the map
+  std::vector<LandmarkGain> made_of = {};  ///< landmarks that the points show
+  std::size_t matched = 0;                 ///< points of the local map that show a landmark of the map
 };
 
 /// What a search found.

@@ -46,6 +46,12 @@ struct MapSight {
                                                  const LandmarkSensor& sensor, const Observation& observation,
                                                  double gate);
 
+/// How a pose that was made of landmarks of the map follows the place of one of them.
+struct LandmarkGain {
+  LandmarkId landmark;
+  Eigen::Matrix<double, 3, 2> by_landmark;  ///< derivative of (x, y, heading) [1, rad/m]
+};
+
 /// Which landmark each observation shows: its own id; where it has none, the most probable explanation of all
 /// of them together (docs/theory/association.md, eq. 21). kUnknownLandmark: invalid, not in the map, or none
 /// fits.

@@ -31,6 +31,18 @@ PoseEkf::PoseEkf(const KnownMap& map, const LandmarkSensor& sensor, const PoseEs
   if (!map.is_exact()) with_map_.setZero(3 + start.systematic.size(), 2 * static_cast<Index>(map.size()));
 }
 
+PoseEkf::PoseEkf(const KnownMap& map, const LandmarkSensor& sensor, const PoseEstimate& start,
+                 const MapSightOptions& options, std::span<const LandmarkGain> made_of)
+    : PoseEkf(map, sensor, start, options) {
+  if (map.is_exact()) return;
+  for (const auto& [landmark, D] : made_of) with_map_.topRows<3>() += D * map.covariance_with_all(landmark);
+  for (const auto& [landmark, D] : made_of) {
+    const Eigen::Matrix<double, 3, 2> by_others =
+        with_map_.block<3, 2>(0, column_of(landmark)) - D * map.covariance(landmark, landmark);
+    belief_.covariance += by_others * D.transpose();
+  }
+}
+
 const MapStepReport& PoseEkf::step(const Motion& motion, std::span<const Observation> observations,
                                    std::span<const double> novelty) {
   report_.observations.assign(observations.size(), {});

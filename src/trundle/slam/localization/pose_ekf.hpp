@@ -29,6 +29,11 @@ class PoseEkf {
   PoseEkf(const KnownMap& map, const LandmarkSensor& sensor, const PoseEstimate& start,
           const MapSightOptions& options);
 
+  /// A start that was made of landmarks of the map, as if their errors were independent: what is wrong with
+  /// them is wrong with it. docs/theory/global-localization.md, eq. 47b.
+  PoseEkf(const KnownMap& map, const LandmarkSensor& sensor, const PoseEstimate& start,
+          const MapSightOptions& options, std::span<const LandmarkGain> made_of);
+
   /// `novelty`: how much of each observation is evidence for or against the pose, 0 to 1.
   const MapStepReport& step(const Motion& motion, std::span<const Observation> observations,
                             std::span<const double> novelty);

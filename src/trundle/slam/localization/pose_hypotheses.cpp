@@ -30,8 +30,9 @@ void PoseHypotheses::read_bias(const BiasReading& reading) {
 void PoseHypotheses::admit(std::span<const PoseHypothesis> hypotheses, double log_prior,
                            const PoseEstimate& odometry) {
   for (const PoseHypothesis& found : hypotheses)
-    hypotheses_.push_back({PoseEkf(*map_, sensor_, with_systematic(found.pose, odometry), options_),
-                           log_prior + found.log_odds, 0.0});
+    hypotheses_.push_back(
+        {PoseEkf(*map_, sensor_, with_systematic(found.pose, odometry), options_, found.made_of),
+         log_prior + found.log_odds, 0.0});
   sort();
 }
 
