@@ -57,9 +57,9 @@ bool PoseEkf::is_ambiguous(const Motion& motion, std::span<const Observation> ob
     return is_valid(o) && o.landmark == kUnknownLandmark;
   };
   if (std::ranges::none_of(observations, is_unidentified)) return false;
+  if (is_one_place(moved(belief_, motion), options_.same)) return false;
   PoseEkf predicted = *this;
   predicted.predict(motion);
-  if (is_one_place(predicted.belief_, options_.same)) return false;
   return std::ranges::any_of(observations, [&](const Observation& o) {
     if (!is_unidentified(o)) return false;
     const auto near = candidates(predicted.belief_, *map_, sensor_, o, options_.gate);
