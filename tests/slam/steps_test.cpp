@@ -8,6 +8,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/odometry/integrate.hpp"
 #include "trundle/simulation/scenario.hpp"
+#include "trundle/slam/step_cutter.hpp"
 
 namespace trundle::slam {
 namespace {
@@ -109,6 +110,42 @@ void expect_exact(const Recording& recording, const Robot& robot) {
     }
   }
   EXPECT_LT(worst, 1e-6);
+}
+
+/// Of a robot that has speeded up evenly, left and right wheel [m], and then stands.
+Vector2 travelled(double time_s) {
+  const double moving_s = std::min(time_s, 1.0);
+  return 0.5 * moving_s * moving_s * Vector2(0.6, 0.9);
+}
+
+Increment speeding_up(const Robot& robot, double time_s, double duration_s) {
+  const Vector2 travel = (travelled(time_s) - travelled(time_s - duration_s)) / (kPi * 0.1);
+  const double turn = (travel[1] - travel[0]) * kPi * 0.1 / 0.3;
+  Increment increment{.time_s = time_s, .duration_s = duration_s, .turned = {travel[0], travel[1]}};
+  increment.gyro_rad = turn;
+  increment.has_gyro = robot.chassis.gyro.has_value();
+  return increment;
+}
+
+TEST(Steps, BetweenRowsOfTheWheelsTheyGoOnSpeedingUp) {
+  Robot robot = robot_with_sensor();
+  for (const bool has_gyro : {false, true}) {
+    if (has_gyro) robot.chassis.gyro = Gyro{};
+    StepCutter cutter(robot, {});
+    cutter.start(0.0);
+    for (const double seen_s : {0.137, 0.45, 0.993, 1.05, 1.12}) cutter.add_sighting({seen_s, "a", 1.0, 0.0});
+    for (int i = 1; i <= 13; ++i) cutter.advance(speeding_up(robot, 0.1 * i, 0.1), false);
+    cutter.finish();
+    Pose2 pose;
+    for (const SlamStep& step : cutter.take().steps) {
+      pose = pose * step.motion.mean;
+      const Vector2 travel = travelled(step.time_s);
+      const Pose2 truth = exp(Twist2{travel.mean(), 0.0, (travel[1] - travel[0]) / 0.3});
+      // From 1 s on it stands: no wheel turns back.
+      EXPECT_NEAR((pose.translation() - truth.translation()).norm(), 0.0, 1e-12) << step.time_s;
+      EXPECT_NEAR(pose.heading, truth.heading, 1e-12) << step.time_s;
+    }
+  }
 }
 
 TEST(Steps, SightingsLieWhereTheRobotWas) {

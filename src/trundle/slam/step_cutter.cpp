@@ -1,6 +1,7 @@
 #include "trundle/slam/step_cutter.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace trundle::slam {
@@ -9,14 +10,35 @@ namespace {
 /// Stamps closer than their own resolution (nanoseconds in every log) are one instant.
 constexpr double kSameTime_s = 1e-9;
 
-/// The share u of an interval of constant twist.
-Increment share_of(Increment increment, double u) {
-  increment.duration_s *= u;
-  increment.gyro_rad *= u;
-  increment.scrub_turned *= u;
-  for (double& turned : increment.turned) turned *= u;
-  for (double& variance : increment.slip_variance) variance *= u;
-  return increment;
+/// By how much the rate of a reading grows within its interval, in readings an interval: evenly accelerated
+/// since the middle of the one before, but never so that it turns back.
+double growth_of(double reading, double duration_s, double reading_before, double duration_before_s) {
+  if (duration_before_s <= 0.0) return 0.0;
+  const double acceleration =
+      (reading / duration_s - reading_before / duration_before_s) / (0.5 * (duration_s + duration_before_s));
+  const double most = 2.0 * std::abs(reading);
+  return std::clamp(acceleration * duration_s * duration_s, -most, most);
+}
+
+/// What was read between two shares of an interval's time: docs/theory/motion-and-sensor.md, the steps of a recording.
+Increment part_of(const Increment& whole, const Increment& before, double first, double last) {
+  const double share = last - first;
+  const double from_middle = 0.5 * (first + last) - 0.5;
+  const auto read = [&](double reading, double reading_before, bool runs_on) {
+    const double growth =
+        runs_on ? growth_of(reading, whole.duration_s, reading_before, before.duration_s) : 0.0;
+    return share * (reading + from_middle * growth);
+  };
+  Increment part = whole;
+  part.duration_s *= share;
+  part.scrub_turned *= share;
+  part.gyro_change_rad_s *= share;
+  part.gyro_rad = read(whole.gyro_rad, before.gyro_rad, before.has_gyro);
+  for (std::size_t i = 0; i < part.turned.size(); ++i) {
+    part.turned[i] = read(whole.turned[i], before.turned[i], true);
+    part.slip_variance[i] *= share;
+  }
+  return part;
 }
 
 /// Evenly. How many go.
@@ -61,20 +83,26 @@ void StepCutter::start(double time_s) {
 void StepCutter::advance(const Increment& increment, bool bridged) {
   const double end_s = increment.time_s;
   const double start_s = end_s - increment.duration_s;
+  const auto part_until = [&](double time_s) {
+    return part_of(increment, bridged ? Increment{} : before_, (now_s_ - start_s) / (end_s - start_s),
+                   (time_s - start_s) / (end_s - start_s));
+  };
   while (sighting_until(end_s) || stop_until(end_s)) {
     double stop_s = end_s;
     if (sighting_until(end_s)) stop_s = waiting_.front().time_s;
     if (stop_until(stop_s)) stop_s = options_.also_at_s[next_stop_];
-    move_to(stop_s, share_of(increment, (stop_s - now_s_) / (end_s - start_s)), bridged);
+    move_to(stop_s, part_until(stop_s), bridged);
     if (sighting_until(now_s_))
       finish_sighting_step();
     else if (now_s_ > last_step_s_)
       finish_step();
     while (stop_until(now_s_)) ++next_stop_;
   }
-  if (end_s <= now_s_) return;
-  move_to(end_s, share_of(increment, (end_s - now_s_) / (end_s - start_s)), bridged);
-  if (end_s - last_step_s_ >= options_.longest_step_s - kSameTime_s) finish_step();
+  if (end_s > now_s_) {
+    move_to(end_s, part_until(end_s), bridged);
+    if (end_s - last_step_s_ >= options_.longest_step_s - kSameTime_s) finish_step();
+  }
+  before_ = bridged ? Increment{} : increment;
 }
 
 void StepCutter::finish() {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "trundle/odometry/persist.hpp"
 #include "trundle/slam/models/motion_sum.hpp"
 #include "trundle/slam/steps.hpp"
 
@@ -43,6 +44,7 @@ class StepCutter {
   static void persist(Archive& archive, Self& self) {
     archive(self.motion_, self.names_, self.waiting_, self.now_s_, self.last_step_s_, self.outside_,
             self.repeated_, self.crowded_);
+    odometry::persist_increment(archive, self.before_);
   }
 
  private:
@@ -90,6 +92,7 @@ class StepCutter {
   std::size_t outside_ = 0;    ///< sightings without odometry
   std::size_t repeated_ = 0;
   std::size_t crowded_ = 0;  ///< sightings, of instants with too many
+  Increment before_;         ///< the last interval; of no duration where that was bridged, or is none
   double now_s_ = 0.0;
   double last_step_s_ = 0.0;
   Vector3 at_last_end_ = Vector3::Zero();  ///< rate there, if something was seen
