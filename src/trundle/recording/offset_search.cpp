@@ -21,6 +21,17 @@ constexpr double kSignificant = 3.0;  // sigmas
 
 using Vector = Eigen::VectorXd;
 
+/// Of a sum of values that may hang together over some windows [Newey & West 1987]; at least a quarter of
+/// what it were if they did not.
+double variance_of_sum(const Vector& values) {
+  const double own = values.squaredNorm();
+  double variance = own;
+  for (Eigen::Index lag = 1; lag <= std::min(kLags, values.size() - 1); ++lag)
+    variance += 2.0 * (1.0 - static_cast<double>(lag) / (kLags + 1.0)) *
+                values.head(values.size() - lag).dot(values.tail(values.size() - lag));
+  return std::max(variance, 0.25 * own);
+}
+
 /// The entries of the windows that are used.
 Vector used_of(const Vector& values, const std::vector<bool>& used) {
   Vector result(std::ranges::count(used, true));
@@ -42,6 +53,14 @@ struct Regression {
     return residual.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(residual.size(), 1));
   }
 };
+
+/// Beyond it no noise explains a residual; 0 where most have none.
+double largest_residual(const Regression& channel) {
+  std::vector<double> sizes(channel.residual.size());
+  for (std::size_t i = 0; i < sizes.size(); ++i)
+    sizes[i] = std::abs(channel.residual[static_cast<Eigen::Index>(i)]);
+  return kLargestResidual * kSigmaOfMedian * median(sizes);
+}
 
 Regression regress(const Vector& fixed, const Vector& moved, const Vector& duration_s) {
   Regression result;
@@ -99,15 +118,32 @@ class Comparer {
   void leave_out_slip(double offset_s) {
     const std::vector<bool> before = clocks_.used;
     for (const Regression& channel : at(offset_s).channels) {
-      std::vector<double> sizes(channel.residual.size());
-      for (std::size_t i = 0; i < sizes.size(); ++i)
-        sizes[i] = std::abs(channel.residual[static_cast<Eigen::Index>(i)]);
-      const double limit = kLargestResidual * kSigmaOfMedian * median(sizes);
+      const double limit = largest_residual(channel);
       if (!(limit > 0.0)) continue;
-      std::size_t n = 0;
+      Eigen::Index n = 0;
       for (std::size_t w = 0; w < before.size(); ++w)
-        if (before[w] && sizes[n++] > limit) clocks_.used[w] = false;
+        if (before[w] && std::abs(channel.residual[n++]) > limit) clocks_.used[w] = false;
     }
+  }
+
+  /// Whether the squares of one offset are less than those of another by more than chance: by the mean and
+  /// the scatter of their differences, window by window [Vuong 1989]. Slip counts for no more than noise may.
+  bool is_clearly_better(double offset_s, double other_s) {
+    static_cast<void>(at(offset_s));  // the windows of both
+    const Comparison there = at(other_s);
+    const Comparison here = at(offset_s);
+    Vector gain = Vector::Zero(here.channels.front().residual.size());
+    for (std::size_t c = 0; c < here.channels.size(); ++c) {
+      const double limit = largest_residual(here.channels[c]);
+      if (!(limit > 0.0)) continue;
+      const auto squares = [&](const Regression& channel) -> Vector {
+        return channel.residual.cwiseAbs().cwiseMin(limit).cwiseAbs2();
+      };
+      gain += (squares(there.channels[c]) - squares(here.channels[c])) / (limit * limit);
+    }
+    const double sum = gain.sum();
+    const Vector scatter = gain.array() - sum / static_cast<double>(gain.size());
+    return sum > kSignificant * std::sqrt(variance_of_sum(scatter));
   }
 
  private:
@@ -126,6 +162,25 @@ double search_from(Comparer& compare, double centre_s, double largest_s, double 
     }
   }
   return minimum_within({best - step_s, best + step_s, kFinest_s}, misfit);
+}
+
+/// The minimum nearest to the given offset of those that are not clearly worse than the best: who drives laps
+/// sees as good a one a lap later.
+double nearest_of_the_best(Comparer& compare, double best_s, const OffsetSearch& search) {
+  const auto misfit = [&](double offset_s) { return compare.at(offset_s).misfit(); };
+  const double away_s = std::abs(best_s - search.given_s);
+  for (double distance_s = 0.0; distance_s < away_s - search.step_s; distance_s += search.step_s)
+    for (const double centre_s : {search.given_s + distance_s, search.given_s - distance_s}) {
+      const Comparison centre = compare.at(centre_s);
+      if (std::abs(centre.correlation()) < search.least_correlation ||
+          centre.misfit() > misfit(centre_s - search.step_s) ||
+          centre.misfit() > misfit(centre_s + search.step_s))
+        continue;
+      const double offset_s =
+          minimum_within({centre_s - search.step_s, centre_s + search.step_s, kFinest_s}, misfit);
+      if (!compare.is_clearly_better(best_s, offset_s)) return offset_s;
+    }
+  return best_s;
 }
 
 /// σ of the offset from the residuals' scatter: of Newton's step, with a sandwich of the scores'
@@ -153,12 +208,7 @@ double sigma_at(Comparer& compare, double offset_s, double step_s) {
                     2.0 * r.residual.squaredNorm()) /
                    (2.0 * step_s * step_s);
   }
-  const double own = score.squaredNorm();
-  double variance = own;
-  for (Eigen::Index lag = 1; lag <= std::min(kLags, score.size() - 1); ++lag)
-    variance += 2.0 * (1.0 - static_cast<double>(lag) / (kLags + 1.0)) *
-                score.head(score.size() - lag).dot(score.tail(score.size() - lag));
-  return information > 0.0 ? std::sqrt(std::max(variance, 0.25 * own)) / information : INFINITY;
+  return information > 0.0 ? std::sqrt(variance_of_sum(score)) / information : INFINITY;
 }
 
 }  // namespace
@@ -184,6 +234,7 @@ std::optional<TimeOffset> find_offset(TwoClocks clocks, const OffsetSearch& sear
   if (!compare.has_enough()) return std::nullopt;
   double offset = search_from(compare, search.given_s, search.largest_s, search.step_s);
   if (!compare.has_enough()) return std::nullopt;  // the other sensor misses the rest
+  offset = nearest_of_the_best(compare, offset, search);
   compare.leave_out_slip(offset);
   if (!compare.has_enough()) return std::nullopt;
   offset = search_from(compare, offset, 4.0 * search.step_s, search.step_s);
