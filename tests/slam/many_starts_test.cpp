@@ -30,7 +30,7 @@ SlamInput hidden(const test::SlamWorld& world) {
 }
 
 double cost_of(const SmoothedSlam& smoothed, const LandmarkSensor& sensor) {
-  return smoothed.counts.cost + cost_of_explaining(smoothed.shown, sensor);
+  return smoothed.counts.cost + cost_of_explaining(smoothed.shown, smoothed, sensor);
 }
 
 bool are_same(const SmoothedSlam& a, const SmoothedSlam& b) {

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include <Eigen/LU>
 
 #include "trundle/slam/association/association.hpp"
+#include "trundle/slam/association/existence.hpp"
 #include "trundle/slam/association/landmark_grid.hpp"
 
 namespace trundle::slam {
@@ -42,14 +44,63 @@ std::set<LandmarkPair> seen_together(const ShownObservations& shown) {
   return pairs;
 }
 
+/// At how many instants the sensor saw each landmark, and at how many it looked there: eq. 14a.
+class Detections {
+ public:
+  Detections(const ShownObservations& shown, const SmoothedSlam& smoothed, const LandmarkSensor& sensor) {
+    Visibility view(sensor.max_range_m);
+    for (const auto& step : shown)
+      for (const Observation& observation : step)
+        if (is_valid(observation)) view.add_seen(observation.range_m, observation.bearing_rad);
+    const LandmarkGrid map = placed(smoothed.map, sensor);
+    std::vector<std::size_t> near;
+    for (std::size_t k = 0; k < shown.size(); ++k) {
+      if (shown[k].empty()) continue;
+      const Pose2& pose = smoothed.trajectory.poses[k].pose;
+      map.near((pose * sensor.body_from_sensor).translation(), view.reach_m(), smoothed.map.size(), near);
+      for (const std::size_t i : near) {
+        const MappedLandmark& landmark = smoothed.map[i];
+        const ExpectedReading there = expected_reading(pose, sensor.body_from_sensor, landmark.position);
+        if (!view.covers(there.range_m, there.bearing_rad)) continue;
+        Count& count = counts_[landmark.id];
+        const bool seen = std::ranges::find(shown[k], landmark.id, &Observation::landmark) != shown[k].end();
+        (seen ? count.seen : count.missed) += 1.0;
+      }
+    }
+  }
+
+  /// −2 log of how probable the numbers are, any rate of detection being as probable as another.
+  [[nodiscard]] double cost() const {
+    double cost = 0.0;
+    for (const auto& [id, count] : counts_)
+      cost += 2.0 * (std::lgamma(count.seen + count.missed + 2.0) - std::lgamma(count.seen + 1.0) -
+                     std::lgamma(count.missed + 1.0));
+    return cost;
+  }
+  /// −2 log of the odds of seeing that one.
+  [[nodiscard]] double cost_of_seeing(LandmarkId id) const {
+    const auto at = counts_.find(id);
+    const Count count = at == counts_.end() ? Count{} : at->second;
+    return -2.0 * std::log((count.seen + 1.0) / (count.missed + 1.0));
+  }
+
+ private:
+  struct Count {
+    double seen = 0.0;
+    double missed = 0.0;
+  };
+  std::map<LandmarkId, Count> counts_;
+};
+
 /// What a sighting may show, from a smoothed pose.
 class Candidates {
  public:
-  Candidates(const SmoothedSlam& smoothed, const LandmarkSensor& sensor)
+  Candidates(const ShownObservations& shown, const SmoothedSlam& smoothed, const LandmarkSensor& sensor)
       : smoothed_(smoothed),
         sensor_(sensor),
         R_(reading_covariance(sensor)),
-        map_(placed(smoothed.map, sensor)) {}
+        map_(placed(smoothed.map, sensor)),
+        detections_(shown, smoothed, sensor) {}
 
   std::vector<Fit> fits(std::size_t step, const Observation& observation) {
     const Pose2& pose = smoothed_.trajectory.poses[step].pose;
@@ -62,7 +113,7 @@ class Candidates {
       const ExpectedReading expected = expected_reading(pose, sensor_.body_from_sensor, m.position);
       const Vector2 innovation = innovation_of(observation, expected);
       const double nis = innovation.dot(R_.inverse() * innovation);
-      fits.push_back({m.id, nis, nis + cost_at_peak(R_)});
+      fits.push_back({m.id, nis, nis + cost_at_peak(R_) + detections_.cost_of_seeing(m.id)});
     }
     return fits;
   }
@@ -72,17 +123,19 @@ class Candidates {
   const LandmarkSensor& sensor_;
   Matrix2 R_;
   LandmarkGrid map_;
+  Detections detections_;
   std::vector<std::size_t> near_;
 };
 
 }  // namespace
 
 // Eq. 14.
-double cost_of_explaining(const ShownObservations& shown, const LandmarkSensor& sensor) {
+double cost_of_explaining(const ShownObservations& shown, const SmoothedSlam& smoothed,
+                          const LandmarkSensor& sensor) {
   const double none = cost_of_none(sensor);
   const double density = cost_at_peak(reading_covariance(sensor));
   std::set<LandmarkId> landmarks;
-  double cost = 0.0;
+  double cost = Detections(shown, smoothed, sensor).cost();
   for (const auto& step : shown)
     for (const Observation& observation : step) {
       if (!is_valid(observation)) continue;
@@ -142,7 +195,7 @@ ShownObservations with_merged(ShownObservations shown, std::span<const LandmarkP
 // Eq. 16.
 ShownObservations reassociated(ShownObservations shown, const SlamInput& input, const SmoothedSlam& smoothed,
                                const LandmarkSensor& sensor) {
-  Candidates candidates(smoothed, sensor);
+  Candidates candidates(shown, smoothed, sensor);
   const AssociationOptions options{.gate = cost_of_none(sensor) - cost_at_peak(reading_covariance(sensor)),
                                    .max_range_m = sensor.max_range_m};
   for (std::size_t k = 0; k < shown.size(); ++k) {

@@ -13,8 +13,10 @@ namespace trundle::slam {
 // docs/theory/re-association.md.
 
 /// −2 log of how probable it is that sightings show what they are said to, beyond the smoother's cost: the
-/// fewer landmarks there are and the fewer sightings show none of them, the better. Eq. 14.
-[[nodiscard]] double cost_of_explaining(const ShownObservations& shown, const LandmarkSensor& sensor);
+/// fewer landmarks there are, the fewer sightings show none of them, and the more regularly each is seen from
+/// where the sensor sees that far, the better. Eq. 14.
+[[nodiscard]] double cost_of_explaining(const ShownObservations& shown, const SmoothedSlam& smoothed,
+                                        const LandmarkSensor& sensor);
 
 /// Covariance of the difference of two landmarks' positions.
 using DifferenceCovariance = std::function<Matrix2(LandmarkId, LandmarkId)>;

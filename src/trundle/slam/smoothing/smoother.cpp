@@ -168,7 +168,7 @@ class ReAssociation {
     if (are_same_associations(shown, best_.shown)) return false;
     Smoothing smoothing(input_, shown, sensor_, options_, reference_);
     SmoothedSlam smoothed = smoothing.from_smoothed(best_.smoothed.trajectory, best_.smoothed.counts.starts);
-    const double cost = smoothed.counts.cost + cost_of_explaining(shown, sensor_);
+    const double cost = smoothed.counts.cost + cost_of_explaining(shown, smoothed, sensor_);
     if (cost >= best_.cost) return false;
     best_ = {std::move(shown), std::move(smoothing), std::move(smoothed), cost};
     return true;
@@ -193,7 +193,7 @@ SmoothedSlam smooth(const SlamInput& input, const LandmarkSensor& sensor, const 
     smoothed.shown = std::move(shown);
     return smoothed;
   }
-  const double cost = smoothed.counts.cost + cost_of_explaining(shown, sensor);
+  const double cost = smoothed.counts.cost + cost_of_explaining(shown, smoothed, sensor);
   Explanation first{std::move(shown), std::move(smoothing), std::move(smoothed), cost};
   return ReAssociation(input, sensor, options, filtered.last.systematic, std::move(first)).improved();
 }
