@@ -111,7 +111,14 @@ class Integration {
     if (options_.with_covariance) result_.trajectory.covariances.reserve(intervals + 1);
   }
 
-  void start(double start_s) { keep(start_s); }
+  /// `bias_rad_s`: the gyro's, less the robot file's, about which motion is linearised.
+  void start(double start_s, double bias_rad_s) {
+    linearised_at_rad_s_ = bias_rad_s;
+    OdometerState state = odometer_.state();
+    state.bias_rad_s = bias_rad_s;
+    odometer_.resume(state);
+    keep(start_s);
+  }
 
   void step(const Increment& recorded, bool bridged) {
     const Increment increment = options_.corrected ? options_.corrected(recorded) : recorded;
@@ -139,7 +146,7 @@ class Integration {
     if (standing_gyro_) report(standing_gyro_->found(), result_.findings);
     if (options_.with_covariance) result_.end_white_covariance = odometer_.white_covariance();
     if (smooths_) smooth_result();
-    result_.end_gyro_bias = odometer_.gyro_bias();
+    result_.end_gyro_bias = smooths_ ? filtered_.back().gyro_bias : odometer_.gyro_bias();
     result_.end_sensitivity = odometer_.sensitivity();
     report_gaps(gaps_, result_);
     report_missing_gyro(without_gyro_, robot_, result_.findings);
@@ -149,6 +156,13 @@ class Integration {
       result_.end_parameter_covariance = parameter_covariance(result_.end_sensitivity, uncertain_.covariance);
     result_.degrees_of_freedom = observability(checking_rows(robot_.chassis, true)).degrees_of_freedom;
     return std::move(result_);
+  }
+
+  [[nodiscard]] bool smooths() const { return smooths_; }
+  /// In place of finish(): what all rests together show of the bias at the start, less the robot file's.
+  [[nodiscard]] double smoothed_start_bias() {
+    smooth(filtered_, -linearised_at_rad_s_);
+    return filtered_.front().gyro_bias.rad_s - robot_.chassis.gyro->bias_rad_s;
   }
 
  private:
@@ -191,7 +205,7 @@ class Integration {
 
   /// The part from the parameters stays: what a rest shows of the bias does not depend on them.
   void smooth_result() {
-    smooth(filtered_);
+    smooth(filtered_, -linearised_at_rad_s_);
     for (std::size_t i = 0; i < filtered_.size(); ++i) {
       const Matrix3 white = full_matrix(filtered_[i].white);
       keep_white(white);
@@ -207,7 +221,8 @@ class Integration {
   bool learns_bias_;
   bool smooths_;
   std::optional<StandingGyro> standing_gyro_;
-  std::vector<double> stamps_;  ///< of the steps that are smoothed
+  double linearised_at_rad_s_ = 0.0;  ///< the gyro's bias at the start, less the robot file's
+  std::vector<double> stamps_;        ///< of the steps that are smoothed
   std::vector<FilteredStep> filtered_;
   std::vector<Matrix3> by_parameters_;  ///< covariances of the poses, of the parameters alone
   FaultCounts faults_;
@@ -217,27 +232,46 @@ class Integration {
   IntegratedOdometry result_;
 };
 
+/// `drive` takes an integration through all intervals from a start. What is smoothed is driven a second time,
+/// with the bias that the first time has shown: a heading that was far off by then is no small change.
+template <class Drive>
+IntegratedOdometry integrate_by(const Drive& drive, const Robot& robot, const IntegrateOptions& options) {
+  Integration integration(robot, options);
+  double bias_rad_s = 0.0;
+  if (integration.smooths()) {
+    Integration first(robot, options);
+    drive(first, bias_rad_s);
+    bias_rad_s = first.smoothed_start_bias();
+  }
+  const std::vector<Finding> findings = drive(integration, bias_rad_s);
+  return integration.finish(findings);
+}
+
 }  // namespace
 
 IntegratedOdometry integrate(const AlignedReadings& readings, const Robot& robot,
                              const IntegrateOptions& options) {
-  Integration integration(robot, options);
-  integration.reserve(readings.increments.size());
-  integration.start(readings.start_s);
-  for (std::size_t i = 0; i < readings.increments.size(); ++i)
-    integration.step(readings.increments[i], i < readings.bridged.size() && readings.bridged[i]);
-  return integration.finish(readings.findings);
+  const auto drive = [&](Integration& integration, double bias_rad_s) {
+    integration.reserve(readings.increments.size());
+    integration.start(readings.start_s, bias_rad_s);
+    for (std::size_t i = 0; i < readings.increments.size(); ++i)
+      integration.step(readings.increments[i], i < readings.bridged.size() && readings.bridged[i]);
+    return readings.findings;
+  };
+  return integrate_by(drive, robot, options);
 }
 
 IntegratedOdometry integrate(const Recording& recording, const Robot& robot,
                              const IntegrateOptions& options) {
-  Replay replay(recording, robot);
-  Integration integration(robot, options);
-  integration.reserve(replay.most_intervals());
-  std::optional<AlignedInterval> interval = replay.next();
-  integration.start(replay.start_s());
-  for (; interval; interval = replay.next()) integration.step(interval->increment, interval->bridged);
-  return integration.finish(replay.findings());
+  const auto drive = [&](Integration& integration, double bias_rad_s) {
+    Replay replay(recording, robot);
+    integration.reserve(replay.most_intervals());
+    std::optional<AlignedInterval> interval = replay.next();
+    integration.start(replay.start_s(), bias_rad_s);
+    for (; interval; interval = replay.next()) integration.step(interval->increment, interval->bridged);
+    return replay.findings();
+  };
+  return integrate_by(drive, robot, options);
 }
 
 }  // namespace trundle::odometry

@@ -28,6 +28,27 @@ Matrix4 transition_of(const StepTrace& trace) {
   return A;
 }
 
+void change_by(const Vector4& change, FilteredStep& step) {
+  step.pose = {step.pose.x + change[0], step.pose.y + change[1], step.pose.heading + change[2]};
+  step.gyro_bias.rad_s += change[3];
+}
+
+/// What the filter would have found from another bias at the start, to first order.
+void start_from(double change_rad_s, std::vector<FilteredStep>& steps) {
+  Vector4 change(0.0, 0.0, 0.0, change_rad_s);
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    StepTrace& trace = steps[k].trace;
+    if (k > 0) {
+      change = transition_of(trace) * change;
+      if (trace.innovation_variance > 0.0) {
+        trace.innovation -= change[3];
+        change -= Eigen::Map<const Vector4>(trace.gain.data()) * change[3];
+      }
+    }
+    change_by(change, steps[k]);
+  }
+}
+
 /// What is still to be learned after a step, as a change of its estimate: x − P λ, P − P Λ P.
 struct Adjoint {
   Vector4 lambda = Vector4::Zero();
@@ -69,8 +90,8 @@ void apply(const Adjoint& adjoint, FilteredStep& step) {
   const Matrix4 P = covariance_of(step);
   const Vector4 change = P * adjoint.lambda;
   const Matrix4 smoothed = adjoint.Lambda.isZero(0.0) ? P : smoothed_covariance(P, adjoint.Lambda);
-  step.pose = {step.pose.x - change[0], step.pose.y - change[1], step.pose.heading - change[2]};
-  step.gyro_bias = {step.gyro_bias.rad_s - change[3], smoothed(3, 3)};
+  change_by(-change, step);
+  step.gyro_bias.variance = smoothed(3, 3);
   step.white = symmetric_of(smoothed.topLeftCorner<3, 3>());
   Eigen::Map<Vector3>(step.bias.data()) = smoothed.topRightCorner<3, 1>();
 }
@@ -82,7 +103,8 @@ FilteredStep filtered_step(const Odometer& odometer) {
   return {state.pose, odometer.white(), state.bias, odometer.gyro_bias(), odometer.trace()};
 }
 
-void smooth(std::vector<FilteredStep>& steps) {
+void smooth(std::vector<FilteredStep>& steps, double prior_rad_s) {
+  start_from(prior_rad_s, steps);
   Adjoint adjoint;
   for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
     const StepTrace trace = step->trace;

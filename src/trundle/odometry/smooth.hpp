@@ -19,7 +19,9 @@ struct FilteredStep {
 [[nodiscard]] FilteredStep filtered_step(const Odometer& odometer);
 
 /// Fixed-interval smoothing: every pose and bias by all that was learned before and after it, in place. The
-/// first step's trace is not used; the last one does not change. docs/theory/gyro.md, eq. 6 to 8.
-void smooth(std::vector<FilteredStep>& steps);
+/// first step's trace is not used. `prior_rad_s`: from the first step's bias, which the motion is linearised
+/// about, to the one that was expected; where that is 0 the last step does not change. docs/theory/gyro.md,
+/// eq. 6 to 8.
+void smooth(std::vector<FilteredStep>& steps, double prior_rad_s);
 
 }  // namespace trundle::odometry
