@@ -270,10 +270,12 @@ HeldWords reason_for(const HeldCombination& held, std::span<const Parameter> par
 std::string words_for(const HeldCombination& held, std::span<const Parameter> parameters,
                       const Robot& nominal, bool measures_length) {
   const HeldWords reason = reason_for(held, parameters, nominal, measures_length);
-  return fmt::format("{}: {}; {}", reason.names, reason.advice,
-                     held.members.size() == 1
-                         ? "fixed at nominal"
-                         : "this combination is fixed at nominal, all others are estimated");
+  return fmt::format(
+      "{}: {}; {}", reason.names, reason.advice,
+      held.members.size() == 1
+          ? "fixed at nominal"
+          : "this combination is fixed at nominal, all others are estimated; the ± of these parameters "
+            "holds as far as it is right");
 }
 
 }  // namespace trundle::calibration
