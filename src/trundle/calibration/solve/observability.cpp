@@ -240,12 +240,42 @@ std::optional<Eigen::VectorXd> axes_turned(std::span<const Parameter> parameters
       case ParameterKind::sensor_bearing_offset:
         change = -1.0;
         break;
+      case ParameterKind::sensor_x:
+        change = robot.landmark_sensor ? -robot.landmark_sensor->body_from_sensor.y : 0.0;
+        break;
+      case ParameterKind::sensor_y:
+        change = robot.landmark_sensor ? robot.landmark_sensor->body_from_sensor.x : 0.0;
+        break;
       default:
         break;
     }
   }
   const bool all_free = wheels > 0 && wheels == robot.chassis.all_wheels().size();
   return all_free ? std::optional(turned) : std::nullopt;
+}
+
+std::vector<Eigen::VectorXd> origin_moved(std::span<const Parameter> parameters, const Robot& robot) {
+  const std::span<const Wheel> wheels = robot.chassis.all_wheels();
+  const auto is_lever = [](const Parameter& parameter) { return parameter.kind == ParameterKind::lever; };
+  const bool all_free = !wheels.empty() &&
+                        std::ranges::count_if(parameters, is_lever) == std::ssize(wheels) &&
+                        std::ranges::all_of(wheels, [](const Wheel& w) { return w.kind == WheelKind::omni; });
+  std::vector<Eigen::VectorXd> moved;
+  const auto move = [&](ParameterKind place, const Vector2& ahead) {
+    if (!all_free || !contains(parameters, place)) return;
+    Eigen::VectorXd change = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(parameters.size()));
+    for (std::size_t j = 0; j < parameters.size(); ++j) {
+      if (parameters[j].kind == place) change[static_cast<Eigen::Index>(j)] = -1.0;
+      if (!is_lever(parameters[j])) continue;
+      const double direction_rad = wheels[static_cast<std::size_t>(parameters[j].wheel)].direction_rad;
+      change[static_cast<Eigen::Index>(j)] =
+          ahead.y() * std::cos(direction_rad) - ahead.x() * std::sin(direction_rad);
+    }
+    moved.push_back(change);
+  };
+  move(ParameterKind::sensor_x, Vector2::UnitX());
+  move(ParameterKind::sensor_y, Vector2::UnitY());
+  return moved;
 }
 
 Eigen::MatrixXd without(const Eigen::VectorXd& direction, const Eigen::MatrixXd& information) {

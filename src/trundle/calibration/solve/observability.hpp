@@ -39,6 +39,11 @@ EstimableSpace estimable_space(const Eigen::MatrixXd& information, std::span<con
 /// look there. Nothing where a wheel's direction is not among them.
 std::optional<Eigen::VectorXd> axes_turned(std::span<const Parameter> parameters, const Robot& robot);
 
+/// Likewise where its origin is moved by one metre along its x axis, and along y: with the levers of all omni
+/// wheels and the landmark sensor's place free, where the middle is is anybody's choice. None of any other
+/// robot.
+std::vector<Eigen::VectorXd> origin_moved(std::span<const Parameter> parameters, const Robot& robot);
+
 /// The information without what it says along a direction.
 Eigen::MatrixXd without(const Eigen::VectorXd& direction, const Eigen::MatrixXd& information);
 

@@ -93,6 +93,7 @@ RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nomina
   const auto turned = axes_turned(parameters, nominal);
   if (turned && contains(parameters, ParameterKind::sensor_bearing_offset))
     observed = without(*turned, observed);
+  for (const Eigen::VectorXd& moved : origin_moved(parameters, nominal)) observed = without(moved, observed);
   own.move(found.minimum.state.parameters.tail(own.count()));
   return {found.minimum.state, estimable_space(observed, parameters, nominal), std::move(own)};
 }
