@@ -20,7 +20,8 @@ double growth_of(double reading, double duration_s, double reading_before, doubl
   return std::clamp(acceleration * duration_s * duration_s, -most, most);
 }
 
-/// What was read between two shares of an interval's time: docs/theory/motion-and-sensor.md, the steps of a recording.
+/// What was read between two shares of an interval's time: docs/theory/motion-and-sensor.md, the steps of a
+/// recording.
 Increment part_of(const Increment& whole, const Increment& before, double first, double last) {
   const double share = last - first;
   const double from_middle = 0.5 * (first + last) - 0.5;
