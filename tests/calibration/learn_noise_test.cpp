@@ -1,14 +1,17 @@
 #include "trundle/calibration/noise/learn_noise.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "trundle/calibration/noise/displacements.hpp"
+#include "trundle/chassis/rows.hpp"
 #include "trundle/io/error.hpp"
 
 #include "calibration/simulated_runs.hpp"
+#include "scale.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -106,6 +109,78 @@ TEST(LearnNoise, wheels_that_are_alike_are_not_told_apart) {
   const LearnedNoise learned = learn_noise(tours(truth, 40), truth);
   EXPECT_TRUE(learned.wheels.empty()) << learned.how;
   EXPECT_THAT(learned.how, testing::HasSubstr("no wheel shows one of its own"));
+}
+
+/// Wheels that check each other, of counts whose rounding is all that they read where it stands.
+Robot noisy_skid_steer() {
+  Robot robot = test::robot_of(skid_steer({0.2, 2000.0, 0}, 0.5, 0.4), {"fl", "fr", "rl", "rr"});
+  robot.chassis.noise.wheel_per_sqrt_m = 0.003;
+  robot.chassis.noise.skid_per_sqrt_m = 0.02;
+  robot.chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = 0.0003, .bias_walk_rad_s_sqrt_s = 0.0};
+  return robot;
+}
+
+/// Tours with rests as long as pieces.
+std::vector<Run> tours_with_rests(const Robot& truth, std::uint64_t seed) {
+  std::vector<Run> runs;
+  for (std::uint64_t i = 0; i < 2; ++i) {
+    Random random(seed + i, 7);
+    Scenario scenario = test::scenario_of(
+        truth, truth,
+        random_tour({.length_m = 40.0, .pause_share = 0.3}, {}, random, {.forward_m_s = 0.5, .rest_s = 4.0}),
+        seed + i);
+    scenario.encoders.rate_hz = 10.0;
+    scenario.reference.rate_hz = 10.0;
+    scenario.reference.position_sigma_m = 0.002;
+    scenario.reference.heading_sigma_rad = 0.004;
+    runs.push_back(prepare_run(simulate(scenario).recording, truth));
+  }
+  return runs;
+}
+
+NoiseLevels times(NoiseLevels levels, double factor) {
+  levels.wheel_per_sqrt_m *= factor;
+  levels.gyro_rad_s_sqrt_hz *= factor;
+  return levels;
+}
+
+TEST(LearnNoise, what_no_motion_explains_makes_no_noise_likelier_for_being_larger) {
+  const Robot truth = noisy_skid_steer();
+  const auto runs = tours_with_rests(truth, 50);
+  const std::vector<Displacement> all = displacements(runs, truth, 2.0);
+  const NoiseLevels levels = noise_levels_of(truth);
+  const auto deviance = [&](double factor) {
+    return parity_deviance(all, truth, times(levels, factor), WheelErrors::partly_alike);
+  };
+  // Beyond what shows all are alike, but for what a share found to δ = 1e-3 costs: n δ²/2 of n < 1000
+  // residuals, on either side.
+  const double beyond = deviance(2.0);
+  for (const double factor : {4.0, 16.0, 64.0}) EXPECT_NEAR(deviance(factor), beyond, 0.001) << factor;
+  // Half of what shows is less likely by log 1/4 − 1 + 4 for each of three residuals of a piece that moves.
+  EXPECT_GT(deviance(0.5), beyond + static_cast<double>(all.size()));
+}
+
+TEST(LearnNoise, a_skid_steer_robot_is_not_noisier_for_resting) {
+  const Robot truth = noisy_skid_steer();
+  Robot guess = truth;
+  guess.chassis.noise.wheel_per_sqrt_m = 0.02;
+  const int trials = test::trials(8, 2);
+  double mean_log = 0.0, variance = 0.0;
+  for (int trial = 0; trial < trials; ++trial) {
+    const auto runs = tours_with_rests(truth, 100 + 10 * static_cast<std::uint64_t>(trial));
+    const LearnedNoise learned = learn_noise(runs, guess, {.per_wheel = false});
+    const std::vector<Displacement> all = displacements(runs, truth, 2.0);
+    const auto moving = static_cast<double>(std::ranges::count_if(
+        all, [&](const Displacement& d) { return mean_travel(truth.chassis, d.rolled) > 0.1; }));
+    ASSERT_LT(moving, 0.9 * static_cast<double>(all.size()));
+    // The front wheel and the rear one of either side differ by their own noise alone: two residuals of each
+    // piece, and a standard deviation from n values is known to 1/√(2n).
+    mean_log += std::log(learned.levels.wheel_per_sqrt_m / 0.003) / trials;
+    variance += 1.0 / (4.0 * moving) / (trials * trials);
+    EXPECT_NEAR(learned.inside_95, 0.95, 4.0 * std::sqrt(0.95 * 0.05 / static_cast<double>(all.size())))
+        << learned.how;
+  }
+  EXPECT_NEAR(mean_log, 0.0, 4.0 * std::sqrt(variance));
 }
 
 TEST(LearnNoise, needs_enough_displacements) {

@@ -13,9 +13,16 @@
 #include "trundle/geometry/squared.hpp"
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/statistics/distribution.hpp"
+#include "trundle/statistics/minimum.hpp"
 
 namespace trundle::calibration {
 namespace {
+
+// Share of the variances that levels make: the least is the square of the least level that is looked for over
+// that of the largest. Its logarithm is sought so finely that a deviance of a thousand residuals is off by
+// less than 0.001: n δ² / 2.
+constexpr double kLeastShare = 1e-12;
+constexpr double kFinestLogShare = 1e-3;
 
 /// What no motion explains in a chassis with or without its gyro, from the geometry alone; of wheels with an
 /// encoder that are steered nothing.
@@ -111,6 +118,39 @@ DisplacementError error_of(const Displacement& displacement, Odometer odometer, 
   return result;
 }
 
+/// Of the error of a displacement with that of the next, which starts from the pose where it ends: what the
+/// reference errs by there makes one longer and the other shorter.
+Matrix3 covariance_with_next(const Displacement& displacement, const Displacement& next,
+                             const ReferenceNoise& reference) {
+  Matrix3 common = Matrix3::Zero();
+  common.topLeftCorner<2, 2>() = -squared(reference.position_m) * rotation(displacement.motion.z());
+  common.row(2) =
+      squared(reference.heading_rad) * Vector3(next.motion.y(), -next.motion.x(), -1.0).transpose();
+  return common;
+}
+
+/// The levels that show in what no motion explains, where that has such a share of their variances.
+NoiseLevels with_share(NoiseLevels levels, double share) {
+  levels.wheel_per_sqrt_m *= std::sqrt(share);
+  levels.gyro_rad_s_sqrt_hz *= std::sqrt(share);
+  return levels;
+}
+
+/// -2 log likelihood of the parity residuals of a robot of that noise.
+double deviance_of_parity(std::span<const Displacement> displacements, const Robot& robot,
+                          const Redundancy& redundancy) {
+  double sum = 0.0;
+  for (const Displacement& displacement : displacements) {
+    if (displacement.parity.size() == 0) continue;
+    // Of the sum: its noise grows with the way, but of the rounding only that of both ends is left.
+    const RowVector variance = readings_of(robot.chassis, redundancy.rows, displacement.rolled).variance;
+    const auto misfit = gaussian_misfit(displacement.parity, combined_covariance(redundancy.P, variance));
+    if (!misfit) return std::numeric_limits<double>::infinity();
+    sum += misfit->squared_mahalanobis + misfit->log_determinant;
+  }
+  return sum;
+}
+
 }  // namespace
 
 std::vector<Displacement> displacements(std::span<const Run> runs, const Robot& robot, double stretch_s) {
@@ -119,36 +159,38 @@ std::vector<Displacement> displacements(std::span<const Run> runs, const Robot& 
   return all;
 }
 
+// Displacement by displacement, each given those before it: of a chain only neighbours share a pose.
 double displacement_deviance(std::span<const Displacement> displacements, const Robot& robot,
                              const NoiseLevels& levels) {
   const Odometer odometer(with_noise(robot, levels), {});
+  const Displacement* before = nullptr;
+  DisplacementError last;
   double sum = 0.0;
   for (const Displacement& displacement : displacements) {
-    const DisplacementError e = error_of(displacement, odometer, levels);
+    DisplacementError e = error_of(displacement, odometer, levels);
+    if (before && before->run == displacement.run && before->last == displacement.first) {
+      const Matrix3 common = covariance_with_next(*before, displacement, levels.reference);
+      const Matrix3 gain = common.transpose() * last.covariance.inverse();
+      e.error -= gain * last.error;
+      e.covariance -= gain * common;
+    }
     sum += e.error.dot(e.covariance.inverse() * e.error) + std::log(e.covariance.determinant());
+    before = &displacement;
+    last = e;
   }
   return sum;
 }
 
 double parity_deviance(std::span<const Displacement> displacements, const Robot& robot,
-                       const NoiseLevels& levels) {
+                       const NoiseLevels& levels, WheelErrors errors) {
   const Redundancy redundancy = redundancy_of(robot);
-  const Chassis chassis = with_noise(robot, levels).chassis;
-  double squares = 0.0, log_determinants = 0.0, count = 0.0;
-  for (const Displacement& displacement : displacements) {
-    if (displacement.parity.size() == 0) continue;
-    // Of the sum: its noise grows with the way, but of the rounding only that of both ends is left.
-    const RowVector variance = readings_of(chassis, redundancy.rows, displacement.rolled).variance;
-    const auto misfit = gaussian_misfit(displacement.parity, combined_covariance(redundancy.P, variance));
-    if (!misfit) return std::numeric_limits<double>::infinity();
-    squares += misfit->squared_mahalanobis;
-    log_determinants += misfit->log_determinant;
-    count += static_cast<double>(displacement.parity.size());
-  }
-  if (count == 0.0) return 0.0;
-  // All wheels may err alike, which shows nowhere here; but they err at least so much.
-  const double share = std::clamp(squares / count, 1e-300, 1.0);
-  return log_determinants + count * std::log(share) + squares / share;
+  const auto at = [&](double log_share) {
+    return deviance_of_parity(displacements, with_noise(robot, with_share(levels, std::exp(log_share))),
+                              redundancy);
+  };
+  const double whole = at(0.0);
+  if (errors == WheelErrors::independent) return whole;
+  return std::min(whole, at(statistics::minimum_within({std::log(kLeastShare), 0.0, kFinestLogShare}, at)));
 }
 
 double share_inside(std::span<const Displacement> displacements, const Robot& robot,

@@ -31,10 +31,14 @@ struct Displacement {
 /// docs/theory/calibration-noise.md, eq. 9.
 [[nodiscard]] double displacement_deviance(std::span<const Displacement> displacements, const Robot& robot,
                                            const NoiseLevels& levels);
-/// The same of the parity residuals: they tell the sensors' levels from each other, and how large they are at
-/// least. docs/theory/calibration-noise.md, eq. 10.
+/// How the wheels of a robot err: each by itself, or partly all alike, which no parity residual shows.
+enum class WheelErrors { independent, partly_alike };
+
+/// The same of the parity residuals: they tell the sensors' levels from each other, and how large they are;
+/// of wheels that err partly alike how large they are at least: larger ones are as likely.
+/// docs/theory/calibration-noise.md, eq. 10.
 [[nodiscard]] double parity_deviance(std::span<const Displacement> displacements, const Robot& robot,
-                                     const NoiseLevels& levels);
+                                     const NoiseLevels& levels, WheelErrors errors);
 /// Share of the displacements whose position error lies inside its 95 % ellipse.
 [[nodiscard]] double share_inside(std::span<const Displacement> displacements, const Robot& robot,
                                   const NoiseLevels& levels);

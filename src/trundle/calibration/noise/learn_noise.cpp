@@ -22,7 +22,7 @@ constexpr std::size_t kFewestDisplacements = 20;
 // Times that every level is sought while the others stay: levels are little correlated, two do.
 constexpr int kRounds = 4;
 // Wheels are distinguished where that is likelier than one level for all by what chance gives once in so
-// many.
+// many, and so they are taken to err alike.
 constexpr double kChance = 1e-3;
 constexpr double kLeastWheelNoise = 1e-5;  // [m/√m]
 constexpr double kAlikeWithin = 0.7;    // logarithm: wheels of one robot are alike within a factor of 2 (1σ)
@@ -39,32 +39,53 @@ std::vector<FreeLevel> free_levels(const Robot& robot) {
       {[](L& l) -> double& { return l.wheel_per_sqrt_m; }, kLeastWheelNoise, 3.0}};
   if (has_sideways(robot))
     levels.push_back({[](L& l) -> double& { return l.sideways_per_sqrt_m; }, 1e-5, 3.0});
-  if (robot.chassis.gyro) levels.push_back({[](L& l) -> double& { return l.gyro_rad_s_sqrt_hz; }, 1e-6, 1.0});
+  if (robot.chassis.gyro) {  // how they compare shows in what no motion explains, whatever both are
+    levels.push_back({[](L& l) -> double& { return l.gyro_rad_s_sqrt_hz; }, 1e-6, 1.0});
+    levels.front().along = levels.back().of;
+  }
   levels.push_back({[](L& l) -> double& { return l.reference.position_m; }, 1e-4, 1.0});
   levels.push_back({[](L& l) -> double& { return l.reference.heading_rad; }, 1e-4, 0.5});
   return levels;
 }
 
+/// What levels are learned from, and what is assumed of it.
+struct Evidence {
+  Displacements displacements;
+  WheelErrors errors;
+};
+
 /// By the reference, and by what no motion explains.
-double deviance(Displacements displacements, const Robot& robot, const NoiseLevels& levels) {
-  return displacement_deviance(displacements, robot, levels) + parity_deviance(displacements, robot, levels);
+double deviance(const Evidence& evidence, const Robot& robot, const NoiseLevels& levels) {
+  return displacement_deviance(evidence.displacements, robot, levels) +
+         parity_deviance(evidence.displacements, robot, levels, evidence.errors);
 }
 
+/// Levels, and how likely they are.
+struct Levels {
+  NoiseLevels levels;
+  double deviance = INFINITY;
+};
+
 /// All noise may pass for the reference's, or for the robot's: the better of two starts.
-NoiseLevels most_likely(Displacements displacements, const Robot& robot) {
+Levels most_likely(const Evidence& evidence, const Robot& robot) {
   constexpr std::array<NoiseLevels, 2> kStarts = {
       {{0.05, 0.05, 0.05, {.position_m = 0.002, .heading_rad = 0.002}},
        {0.005, 0.005, 0.0005, {.position_m = 0.02, .heading_rad = 0.02}}}};
-  NoiseLevels best;
-  double smallest = INFINITY;
+  Levels best;
   for (NoiseLevels levels : kStarts) {
-    const Deviance at = [&](const NoiseLevels& l) { return deviance(displacements, robot, l); };
+    const Deviance at = [&](const NoiseLevels& l) { return deviance(evidence, robot, l); };
     improve(free_levels(robot), kRounds, at, levels);
     const double here = at(levels);
-    if (here < smallest) best = levels;
-    smallest = std::min(smallest, here);
+    if (here < best.deviance) best = {levels, here};
   }
   return best;
+}
+
+/// Do wheels err alike by more than chance makes it seem? Where they do not, what no motion explains shows
+/// all of their noise.
+WheelErrors errors_of_wheels(double independent, double partly_alike) {
+  return independent - partly_alike > chi_squared_limit(kChance, 1.0) ? WheelErrors::partly_alike
+                                                                      : WheelErrors::independent;
 }
 
 /// The noise of each wheel as logarithms over a common one.
@@ -80,14 +101,14 @@ NoiseLevels with_ratios(const NoiseLevels& levels, const LogRatios& log_ratio) {
 }
 
 /// Without evidence wheels are alike. docs/theory/calibration-noise.md, eq. 11.
-double deviance_of_wheels(Displacements displacements, const Robot& robot, const NoiseLevels& levels,
+double deviance_of_wheels(const Evidence& evidence, const Robot& robot, const NoiseLevels& levels,
                           const LogRatios& log_ratio) {
   const NoiseLevels candidate = with_ratios(levels, log_ratio);
   const double unlike = (log_ratio.array() - log_ratio.mean()).square().sum() / (kAlikeWithin * kAlikeWithin);
-  return deviance(displacements, robot, candidate) + unlike;
+  return deviance(evidence, robot, candidate) + unlike;
 }
 
-LogRatios most_likely_ratios(Displacements displacements, const Robot& robot, const NoiseLevels& levels) {
+LogRatios most_likely_ratios(const Evidence& evidence, const Robot& robot, const NoiseLevels& levels) {
   LogRatios ratio = LogRatios::Zero(robot.chassis.wheel_count);
   for (int round = 0; round < kRounds; ++round)
     for (double& own : ratio) {
@@ -95,33 +116,33 @@ LogRatios most_likely_ratios(Displacements displacements, const Robot& robot, co
       double& changed = candidate[&own - ratio.data()];
       own = least_log(1.0 / kLargestRatio, kLargestRatio, [&](double log_ratio) {
         changed = log_ratio;
-        return deviance_of_wheels(displacements, robot, levels, candidate);
+        return deviance_of_wheels(evidence, robot, levels, candidate);
       });
     }
   return ratio;
 }
 
 /// Is a level for each wheel likelier than one for all, beyond what chance gives?
-bool distinguishes_wheels(Displacements displacements, const Robot& robot, const NoiseLevels& levels,
+bool distinguishes_wheels(const Evidence& evidence, const Robot& robot, const NoiseLevels& levels,
                           const LogRatios& ratio) {
   const auto least_alike = least_log(1.0 / kLargestRatio, kLargestRatio, [&](double common) {
-    return deviance_of_wheels(displacements, robot, levels, LogRatios::Constant(ratio.size(), common));
+    return deviance_of_wheels(evidence, robot, levels, LogRatios::Constant(ratio.size(), common));
   });
   const double gain =
-      deviance_of_wheels(displacements, robot, levels, LogRatios::Constant(ratio.size(), least_alike)) -
-      deviance_of_wheels(displacements, robot, levels, ratio);
+      deviance_of_wheels(evidence, robot, levels, LogRatios::Constant(ratio.size(), least_alike)) -
+      deviance_of_wheels(evidence, robot, levels, ratio);
   return gain > chi_squared_limit(kChance, static_cast<double>(ratio.size() - 1));
 }
 
 /// 1σ of the logarithm of each wheel's noise: from the curvature of the deviance in all of them together.
-Eigen::VectorXd sigmas_of(Displacements displacements, const Robot& robot, const NoiseLevels& levels,
+Eigen::VectorXd sigmas_of(const Evidence& evidence, const Robot& robot, const NoiseLevels& levels,
                           const LogRatios& ratio) {
   const Eigen::Index n = ratio.size();
   const auto at = [&](Eigen::Index i, double a, Eigen::Index j, double b) {
     LogRatios moved = ratio;
     moved[i] += a;
     moved[j] += b;
-    return deviance_of_wheels(displacements, robot, levels, moved);
+    return deviance_of_wheels(evidence, robot, levels, moved);
   };
   constexpr double h = kCurvatureStep;
   Eigen::MatrixXd curvature(n, n);
@@ -139,15 +160,19 @@ struct MostLikely {
 };
 
 MostLikely learn(Displacements displacements, const Robot& robot, bool per_wheel) {
-  MostLikely learned{most_likely(displacements, robot), {}};
+  const Levels independent = most_likely({displacements, WheelErrors::independent}, robot);
+  const Levels partly_alike = most_likely({displacements, WheelErrors::partly_alike}, robot);
+  const Evidence evidence{displacements, errors_of_wheels(independent.deviance, partly_alike.deviance)};
+  MostLikely learned{evidence.errors == WheelErrors::independent ? independent.levels : partly_alike.levels,
+                     {}};
   if (!per_wheel || robot.chassis.wheel_count < 2) return learned;
-  const LogRatios ratio = most_likely_ratios(displacements, robot, learned.levels);
-  if (!distinguishes_wheels(displacements, robot, learned.levels, ratio)) return learned;
-  learned.wheel_log_sigma = sigmas_of(displacements, robot, learned.levels, ratio);
+  const LogRatios ratio = most_likely_ratios(evidence, robot, learned.levels);
+  if (!distinguishes_wheels(evidence, robot, learned.levels, ratio)) return learned;
+  learned.wheel_log_sigma = sigmas_of(evidence, robot, learned.levels, ratio);
   learned.levels = with_ratios(learned.levels, ratio);
   improve(
-      free_levels(robot), kRounds / 2,
-      [&](const NoiseLevels& l) { return deviance(displacements, robot, l); }, learned.levels);
+      free_levels(robot), kRounds / 2, [&](const NoiseLevels& l) { return deviance(evidence, robot, l); },
+      learned.levels);
   return learned;
 }
 

@@ -31,10 +31,13 @@ void improve(std::span<const FreeLevel> free, int rounds, const Deviance& devian
       const double low = everywhere ? one.low : std::max(one.low, before / near);
       const double high = everywhere ? one.high : std::min(one.high, before * near);
       if (!(low < high)) continue;
+      const double ratio = one.along ? one.along(levels) / before : 0.0;
       one.of(levels) = std::exp(least_log(low, high, [&](double log_level) {
         level = std::exp(log_level);
+        if (one.along) one.along(candidate) = ratio * level;
         return deviance(candidate);
       }));
+      if (one.along) one.along(levels) = ratio * one.of(levels);
       moved = std::max(moved, std::abs(std::log(one.of(levels) / before)));
     }
     if (!everywhere && moved < 2.0 * kFinestLog) return;

@@ -11,6 +11,7 @@ namespace trundle::calibration {
 struct FreeLevel {
   double& (*of)(NoiseLevels&);
   double low, high;
+  double& (*along)(NoiseLevels&) = nullptr;  ///< one that keeps its ratio to this one meanwhile
 };
 
 /// −2 log likelihood of levels.
