@@ -89,8 +89,9 @@ TEST(CalibratedScrub, OfARobotThatDoesScrubItIsOffered) {
   const auto times = static_cast<std::uint64_t>(trials(10, 1));
   for (std::uint64_t seed = 0; seed < times; ++seed) {
     const CalibrationResult result = calibrated(0.1, seed);
-    ASSERT_GE(result.offers.size(), 1U) << seed;
-    const ParameterOffer& offer = *std::ranges::find(result.offers, kScrub, &ParameterOffer::parameter);
+    ASSERT_EQ(result.offers.size(), 1U) << seed;
+    const ParameterOffer& offer = result.offers.front();
+    EXPECT_EQ(offer.parameter, kScrub);
     EXPECT_NEAR(offer.value, 0.1, 4.0 * offer.sigma);
     EXPECT_EQ(offer.parts, curves().size());
     EXPECT_FALSE(offer.of_halves);
@@ -115,15 +116,23 @@ TEST(CalibratedScrub, WhereARobotTurnsIsOfferedWhereThatIsNotItsMiddle) {
 
 TEST(CalibratedScrub, OfOthersItIsOfferedNoMoreOftenThanItsLevelSays) {
   const int times = trials(25, 2);
-  int offered = 0;
+  int offered_scrub = 0, offered_centre = 0;
   for (int i = 0; i < times; ++i) {
     const CalibrationResult result = calibrated(0.0, static_cast<std::uint64_t>(i));
-    offered += static_cast<int>(result.offers.size());
-    EXPECT_EQ(result.offers.empty(), !testing::Matches(Contains(HasSubstr("--free")))(result.notes));
+    const auto is_offered = [&](const Parameter& parameter, const char* name) {
+      const bool offered =
+          std::ranges::find(result.offers, parameter, &ParameterOffer::parameter) != result.offers.end();
+      EXPECT_EQ(offered, testing::Matches(Contains(HasSubstr(name)))(result.notes));
+      return offered;
+    };
+    offered_scrub += is_offered(kScrub, "--free scrub");
+    offered_centre += is_offered(kCentre, "--free icr_x");
   }
-  RecordProperty("offered", offered);
-  const boost::math::binomial chance(2 * times, ParameterOffer::kLevel);  // scrub and icr_x
-  EXPECT_LE(offered, quantile(complement(chance, 0.00135)));
+  RecordProperty("offered_scrub", offered_scrub);
+  RecordProperty("offered_centre", offered_centre);
+  const boost::math::binomial chance(times, ParameterOffer::kLevel);
+  EXPECT_LE(offered_scrub, quantile(complement(chance, 0.00135)));
+  EXPECT_LE(offered_centre, quantile(complement(chance, 0.00135)));
 }
 
 TEST(CalibratedScrub, OfOneRunHalvesSayWhetherToOfferIt) {
@@ -140,8 +149,8 @@ TEST(CalibratedScrub, OfOneRunHalvesSayWhetherToOfferIt) {
 }
 
 TEST(CalibratedScrub, IsNotOfferedWhereItIsFreeOrFixed) {
-  EXPECT_TRUE(calibrated(0.1, 1, {.free = {"scrub", "icr_x"}}).offers.empty());
-  EXPECT_TRUE(calibrated(0.1, 1, {.fix = {"scrub", "icr_x"}}).offers.empty());
+  EXPECT_TRUE(calibrated(0.1, 1, {.free = {"scrub"}}).offers.empty());
+  EXPECT_TRUE(calibrated(0.1, 1, {.fix = {"scrub"}}).offers.empty());
 }
 
 TEST(CalibratedScrub, IsFoundFromTheGyroAlone) {

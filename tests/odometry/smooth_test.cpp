@@ -83,6 +83,8 @@ TEST(Smooth, AgreesWithTheTextbook) {
   std::vector<FilteredStep> steps = filtered(robot_with_gyro(), drive.over(kTour));
   const std::vector<Gaussian4> expected = rauch_tung_striebel(steps);
   smooth(steps, 0.0);
+  EXPECT_EQ(mean_of(steps.back()), expected.back().mean);  // the last one stays, to the bit
+  EXPECT_EQ(covariance_of(steps.back()), expected.back().covariance);
   for (std::size_t k = 0; k < steps.size(); ++k) {
     const Vector4 sigma = expected[k].covariance.diagonal().cwiseSqrt();
     EXPECT_LT((mean_of(steps[k]) - expected[k].mean).cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 1e-5) << k;

@@ -150,6 +150,12 @@ class Comparer {
   TwoClocks clocks_;
 };
 
+/// The least misfit within a step of where it was seen.
+double minimum_near(Comparer& compare, double offset_s, double step_s) {
+  return minimum_within({offset_s - step_s, offset_s + step_s, kFinest_s},
+                        [&](double at_s) { return compare.at(at_s).misfit(); });
+}
+
 double search_from(Comparer& compare, double centre_s, double largest_s, double step_s) {
   const auto misfit = [&](double offset_s) { return compare.at(offset_s).misfit(); };
   double best = centre_s;
@@ -161,7 +167,7 @@ double search_from(Comparer& compare, double centre_s, double largest_s, double 
       best = offset;
     }
   }
-  return minimum_within({best - step_s, best + step_s, kFinest_s}, misfit);
+  return minimum_near(compare, best, step_s);
 }
 
 /// The minimum nearest to the given offset of those that are not clearly worse than the best: who drives laps
@@ -176,8 +182,7 @@ double nearest_of_the_best(Comparer& compare, double best_s, const OffsetSearch&
           centre.misfit() > misfit(centre_s - search.step_s) ||
           centre.misfit() > misfit(centre_s + search.step_s))
         continue;
-      const double offset_s =
-          minimum_within({centre_s - search.step_s, centre_s + search.step_s, kFinest_s}, misfit);
+      const double offset_s = minimum_near(compare, centre_s, search.step_s);
       if (!compare.is_clearly_better(best_s, offset_s)) return offset_s;
     }
   return best_s;

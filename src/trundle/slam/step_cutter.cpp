@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "trundle/recording/alignment/share_of.hpp"
+
 namespace trundle::slam {
 namespace {
 
@@ -25,20 +27,14 @@ double growth_of(double reading, double duration_s, double reading_before, doubl
 Increment part_of(const Increment& whole, const Increment& before, double first, double last) {
   const double share = last - first;
   const double from_middle = 0.5 * (first + last) - 0.5;
-  const auto read = [&](double reading, double reading_before, bool runs_on) {
-    const double growth =
-        runs_on ? growth_of(reading, whole.duration_s, reading_before, before.duration_s) : 0.0;
+  const auto read = [&](double reading, double reading_before, double duration_before_s) {
+    const double growth = growth_of(reading, whole.duration_s, reading_before, duration_before_s);
     return share * (reading + from_middle * growth);
   };
-  Increment part = whole;
-  part.duration_s *= share;
-  part.scrub_turned *= share;
-  part.gyro_change_rad_s *= share;
-  part.gyro_rad = read(whole.gyro_rad, before.gyro_rad, before.has_gyro);
-  for (std::size_t i = 0; i < part.turned.size(); ++i) {
-    part.turned[i] = read(whole.turned[i], before.turned[i], true);
-    part.slip_variance[i] *= share;
-  }
+  Increment part = share_of(whole, share);
+  part.gyro_rad = read(whole.gyro_rad, before.gyro_rad, before.has_gyro ? before.duration_s : 0.0);
+  for (std::size_t i = 0; i < part.turned.size(); ++i)
+    part.turned[i] = read(whole.turned[i], before.turned[i], before.duration_s);
   return part;
 }
 

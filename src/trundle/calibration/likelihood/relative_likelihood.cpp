@@ -6,21 +6,11 @@
 #include <Eigen/LU>
 
 #include "trundle/odometry/odometer.hpp"
+#include "trundle/recording/alignment/share_of.hpp"
 #include "trundle/statistics/median.hpp"
 
 namespace trundle::calibration {
 namespace {
-
-/// The part of an increment between two times, at constant twist.
-Increment part_of(const Increment& increment, double share) {
-  Increment part = increment;
-  part.duration_s *= share;
-  part.gyro_rad *= share;
-  part.gyro_change_rad_s *= share;
-  part.scrub_turned *= share;
-  for (double& turned : part.turned) turned *= share;
-  return part;
-}
 
 /// Steps through what was read between two times. False where the readings do not cover them.
 bool step_between(const Run& run, double start_s, double end_s, std::size_t& from, Odometer& odometer) {
@@ -32,7 +22,7 @@ bool step_between(const Run& run, double start_s, double end_s, std::size_t& fro
   double time = start_s;
   for (std::size_t i = from; i < increments.size() && time < end_s - tolerance; ++i) {
     const double until = std::min(increments.time_s(i), end_s);
-    odometer.step(part_of(increments[i], std::min(1.0, (until - time) / increments[i].duration_s)));
+    odometer.step(share_of(increments[i], std::min(1.0, (until - time) / increments[i].duration_s)));
     time = until;
   }
   return time >= end_s - tolerance;

@@ -81,6 +81,10 @@ Levels most_likely(const Evidence& evidence, const Robot& robot) {
   return best;
 }
 
+bool have_parity(Displacements displacements) {
+  return std::ranges::any_of(displacements, [](const Displacement& d) { return d.parity.size() > 0; });
+}
+
 /// Do wheels err alike by more than chance makes it seem? Where they do not, what no motion explains shows
 /// all of their noise.
 WheelErrors errors_of_wheels(double independent, double partly_alike) {
@@ -161,7 +165,10 @@ struct MostLikely {
 
 MostLikely learn(Displacements displacements, const Robot& robot, bool per_wheel) {
   const Levels independent = most_likely({displacements, WheelErrors::independent}, robot);
-  const Levels partly_alike = most_likely({displacements, WheelErrors::partly_alike}, robot);
+  // Without redundant readings both are the same.
+  const Levels partly_alike = have_parity(displacements)
+                                  ? most_likely({displacements, WheelErrors::partly_alike}, robot)
+                                  : independent;
   const Evidence evidence{displacements, errors_of_wheels(independent.deviance, partly_alike.deviance)};
   MostLikely learned{evidence.errors == WheelErrors::independent ? independent.levels : partly_alike.levels,
                      {}};

@@ -241,10 +241,10 @@ std::optional<Eigen::VectorXd> axes_turned(std::span<const Parameter> parameters
         change = -1.0;
         break;
       case ParameterKind::sensor_x:
-        change = robot.landmark_sensor ? -robot.landmark_sensor->body_from_sensor.y : 0.0;
+        change = -robot.landmark_sensor->body_from_sensor.y;
         break;
       case ParameterKind::sensor_y:
-        change = robot.landmark_sensor ? robot.landmark_sensor->body_from_sensor.x : 0.0;
+        change = robot.landmark_sensor->body_from_sensor.x;
         break;
       default:
         break;

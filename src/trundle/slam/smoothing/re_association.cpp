@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 
 #include <Eigen/LU>
@@ -47,7 +46,8 @@ std::set<LandmarkPair> seen_together(const ShownObservations& shown) {
 /// At how many instants the sensor saw each landmark, and at how many it looked there: eq. 14a.
 class Detections {
  public:
-  Detections(const ShownObservations& shown, const SmoothedSlam& smoothed, const LandmarkSensor& sensor) {
+  Detections(const ShownObservations& shown, const SmoothedSlam& smoothed, const LandmarkSensor& sensor)
+      : counts_(smoothed.map.size()) {
     Visibility view(sensor.max_range_m);
     for (const auto& step : shown)
       for (const Observation& observation : step)
@@ -62,9 +62,8 @@ class Detections {
         const MappedLandmark& landmark = smoothed.map[i];
         const ExpectedReading there = expected_reading(pose, sensor.body_from_sensor, landmark.position);
         if (!view.covers(there.range_m, there.bearing_rad)) continue;
-        Count& count = counts_[landmark.id];
         const bool seen = std::ranges::find(shown[k], landmark.id, &Observation::landmark) != shown[k].end();
-        (seen ? count.seen : count.missed) += 1.0;
+        (seen ? counts_[i].seen : counts_[i].missed) += 1.0;
       }
     }
   }
@@ -72,16 +71,14 @@ class Detections {
   /// −2 log of how probable the numbers are, any rate of detection being as probable as another.
   [[nodiscard]] double cost() const {
     double cost = 0.0;
-    for (const auto& [id, count] : counts_)
+    for (const Count& count : counts_)
       cost += 2.0 * (std::lgamma(count.seen + count.missed + 2.0) - std::lgamma(count.seen + 1.0) -
                      std::lgamma(count.missed + 1.0));
     return cost;
   }
-  /// −2 log of the odds of seeing that one.
-  [[nodiscard]] double cost_of_seeing(LandmarkId id) const {
-    const auto at = counts_.find(id);
-    const Count count = at == counts_.end() ? Count{} : at->second;
-    return -2.0 * std::log((count.seen + 1.0) / (count.missed + 1.0));
+  /// −2 log of the odds of seeing that one of the map.
+  [[nodiscard]] double cost_of_seeing(std::size_t landmark) const {
+    return -2.0 * std::log((counts_[landmark].seen + 1.0) / (counts_[landmark].missed + 1.0));
   }
 
  private:
@@ -89,7 +86,7 @@ class Detections {
     double seen = 0.0;
     double missed = 0.0;
   };
-  std::map<LandmarkId, Count> counts_;
+  std::vector<Count> counts_;  ///< of each landmark of the map
 };
 
 /// What a sighting may show, from a smoothed pose.
@@ -113,7 +110,7 @@ class Candidates {
       const ExpectedReading expected = expected_reading(pose, sensor_.body_from_sensor, m.position);
       const Vector2 innovation = innovation_of(observation, expected);
       const double nis = innovation.dot(R_.inverse() * innovation);
-      fits.push_back({m.id, nis, nis + cost_at_peak(R_) + detections_.cost_of_seeing(m.id)});
+      fits.push_back({m.id, nis, nis + cost_at_peak(R_) + detections_.cost_of_seeing(i)});
     }
     return fits;
   }
