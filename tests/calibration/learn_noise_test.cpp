@@ -99,12 +99,14 @@ TEST(LearnNoise, tells_the_wheels_of_a_differential_drive_apart_by_their_errors)
 }
 
 TEST(LearnNoise, tells_wheels_apart_where_a_gyro_checks_them) {
+  TRUNDLE_NEEDS_ALL_TRIALS();
   Robot truth = test::nominal_omni3();
   truth.chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = 0.002, .bias_walk_rad_s_sqrt_s = 0.0};
   expect_wheels_told_apart(with_wheel_noise(truth, {0.008, 0.03, 0.012}), 30);
 }
 
 TEST(LearnNoise, wheels_that_are_alike_are_not_told_apart) {
+  TRUNDLE_NEEDS_ALL_TRIALS();
   const Robot truth = noisy_differential();
   const LearnedNoise learned = learn_noise(tours(truth, 40), truth);
   EXPECT_TRUE(learned.wheels.empty()) << learned.how;
@@ -161,6 +163,7 @@ TEST(LearnNoise, what_no_motion_explains_makes_no_noise_likelier_for_being_large
 }
 
 TEST(LearnNoise, a_skid_steer_robot_is_not_noisier_for_resting) {
+  TRUNDLE_NEEDS_ALL_TRIALS();
   const Robot truth = noisy_skid_steer();
   Robot guess = truth;
   guess.chassis.noise.wheel_per_sqrt_m = 0.02;

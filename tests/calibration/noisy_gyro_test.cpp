@@ -34,6 +34,7 @@ double learned_over_true(double gyro_noise, bool headings, int trials) {
 
 /// Some 440 innovations of two positions show it to 5 % at best, in one trial; its mean square is meant.
 TEST(NoisyGyro, ItsWalkIsNoNoiseOfTheWheels) {
+  TRUNDLE_NEEDS_ALL_TRIALS();
   const int trials = test::trials(5, 1);
   for (const bool headings : {true, false})
     for (const double gyro_noise : {kGyroNoise / 10.0, kGyroNoise, 3.0 * kGyroNoise}) {
@@ -70,6 +71,7 @@ TEST(NoisyGyro, ItsNoiseIsThatOfItsRests) {
 
 /// What the file says stays where the rests do not contradict it, and where there are none.
 TEST(NoisyGyro, WhatTheFileSaysStays) {
+  TRUNDLE_NEEDS_ALL_TRIALS();
   const Machine machine = differential_machine();
   for (const Conditions& conditions : {Conditions{}, Conditions{.gyro_noise = 0.3 * kGyroNoise},
                                        Conditions{.rests = false, .gyro_noise = 5.0 * kGyroNoise}}) {

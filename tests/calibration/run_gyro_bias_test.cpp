@@ -178,6 +178,7 @@ TEST(RunGyroBias, ALittleDifferent) {
   expect_consistent_with(0.02);
 }
 TEST(RunGyroBias, DifferentByATenthOfADegreePerSecond) {
+  TRUNDLE_NEEDS_ALL_TRIALS();
   expect_consistent_with(0.1);
 }
 
@@ -219,6 +220,7 @@ TEST(RunGyroBias, DoesNotPassForNoiseOfTheWheels) {
 /// A robot calibrated on runs of other biases finds a slip of 20 cm in a run of again another one, and raises
 /// no more alarms than one interval of a hundred.
 TEST(RunGyroBias, SlipIsFoundInARunOfAnotherOne) {
+  TRUNDLE_NEEDS_ALL_TRIALS();
   for (const bool rests : {true, false}) {
     const Machine machine = differential_machine();
     Conditions conditions{.bias_spread_rad_s = 0.1 * kDegree, .rests = rests};

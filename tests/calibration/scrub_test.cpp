@@ -115,6 +115,7 @@ TEST(CalibratedScrub, WhereARobotTurnsIsOfferedWhereThatIsNotItsMiddle) {
 }
 
 TEST(CalibratedScrub, OfOthersItIsOfferedNoMoreOftenThanItsLevelSays) {
+  TRUNDLE_NEEDS_ALL_TRIALS();
   const int times = trials(25, 2);
   int offered_scrub = 0, offered_centre = 0;
   for (int i = 0; i < times; ++i) {
@@ -136,6 +137,7 @@ TEST(CalibratedScrub, OfOthersItIsOfferedNoMoreOftenThanItsLevelSays) {
 }
 
 TEST(CalibratedScrub, OfOneRunHalvesSayWhetherToOfferIt) {
+  TRUNDLE_NEEDS_ALL_TRIALS();
   const Path tour = trundle::simulation::joined({square(1.5, TurnSense::ccw), circle(0.4, 1.0, TurnSense::cw),
                                                  circle(1.2, 1.0, TurnSense::ccw), square(1.5, TurnSense::cw),
                                                  circle(1.2, 1.0, TurnSense::cw)});

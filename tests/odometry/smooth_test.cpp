@@ -160,5 +160,16 @@ TEST(Smooth, PositionsBeforeTheFirstRestAreRight) {
   EXPECT_LT(mean, 2.0 + 4.0 * 2.0 / std::sqrt(trials));
 }
 
+// Where the bias is learned, the pose jumps to where the robot has stood all along.
+TEST(Odometry, WhatARestShowsIsNoWay) {
+  SensedDrive drive(with_bias(robot_with_gyro(), 0.05), 20.0, 3);
+  const AlignedReadings readings =
+      test::aligned(drive.over({{15.0, 0.3, 0.2}, {10.0, 0.3, -0.4}, {15.0, 0.3, 0.1}, {5.0}}));
+  const IntegratedOdometry filter = integrate(readings, robot_with_gyro());
+  const IntegratedOdometry smoother = integrate(readings, robot_with_gyro(), {.smooth = true});
+  EXPECT_NEAR(filter.path_length_m, 12.0, 0.05);
+  EXPECT_NEAR(filter.path_length_m, smoother.path_length_m, 0.01);
+}
+
 }  // namespace
 }  // namespace trundle::odometry

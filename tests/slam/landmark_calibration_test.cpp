@@ -273,6 +273,7 @@ TEST(LandmarkCalibration, HoldsTheMiddleOfOmniWheelsWhereTheSensorsPlaceIsFree) 
     const CalibrationResult result = calibrate_from_landmarks({&seen, 1}, {}, nominal, {.free = {"sensor"}});
     EXPECT_EQ(result.status, CalibrationStatus::some_held);
     EXPECT_THAT(result.unobservable, Contains(HasSubstr("a.direction, b.direction, c.direction in common")));
+    EXPECT_THAT(result.unobservable, Contains(HasSubstr("--fix sensor.x --fix sensor.y")));
     for (const ParameterEstimate& e : result.parameters)
       EXPECT_NEAR(e.value, value_of(e.parameter, nominal), 4.5 * e.sigma_within) << e.name << ' ' << seed;
   }

@@ -7,6 +7,7 @@
 
 #include "trundle/slam/smoothing/re_association.hpp"
 
+#include "scale.hpp"
 #include "slam/world.hpp"
 
 namespace trundle::slam {
@@ -71,6 +72,7 @@ TEST(ManyStarts, AreNoUseWhereAllHaveNamesOrThereIsOne) {
 }
 
 TEST(ManyStarts, TheMostProbableExplanationIsKept) {
+  TRUNDLE_NEEDS_ALL_TRIALS();
   const SlamOptions filter{.method = SlamMethod::fastslam2, .particles = 20, .seed = 2};
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     const test::SlamWorld world = blind_world(seed);

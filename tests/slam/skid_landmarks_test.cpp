@@ -74,6 +74,7 @@ void expect_true_track(simulation::Steering steering) {
 }
 
 TEST(SkidLandmarks, TrackIsTrueWhereReadingsErr) {
+  TRUNDLE_NEEDS_ALL_TRIALS();
   expect_true_track(simulation::Steering::truth);
 }
 

@@ -100,6 +100,7 @@ TEST(VarianceComponents, AreUnbiasedWithinTheirSigmas) {
 }
 
 TEST(VarianceComponents, SayWhatStaysOpen) {
+  TRUNDLE_NEEDS_ALL_TRIALS();
   // No sideways noise in 30 m shows where the robot file says so little of it.
   const Robot truth = noisy_robot();
   const CalibrationResult result = learned(recorded(truth, 2.0, 30.0, 1), with_wrong_noise(truth));
@@ -110,6 +111,7 @@ TEST(VarianceComponents, SayWhatStaysOpen) {
 }
 
 TEST(VarianceComponents, ReportErrorsThatLast) {
+  TRUNDLE_NEEDS_ALL_TRIALS();
   const Robot truth = noisy_robot();
   Recording recording = recorded(truth, 5.0, 30.0, 1);
   const auto words = testing::HasSubstr("errors of ranges last");

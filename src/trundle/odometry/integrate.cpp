@@ -168,9 +168,18 @@ class Integration {
  private:
   void keep(double time_s) {
     if (smooths_) return keep_for_smoothing(time_s);
-    if (!options_.with_covariance) return give({time_s, odometer_.pose()}, Matrix3::Zero());
+    const StampedPose pose{time_s, odometer_.pose()};
+    if (!options_.with_covariance) return give(pose, Matrix3::Zero(), way_to(pose.pose));
     keep_white(odometer_.white_covariance());
-    give({time_s, odometer_.pose()}, total_covariance(odometer_, uncertain_.covariance));
+    // What is learned of the bias moves the pose, too: that is no way.
+    const auto& [x_m, y_m] = odometer_.trace().displacement;
+    give(pose, total_covariance(odometer_, uncertain_.covariance),
+         learns_bias_ ? std::hypot(x_m, y_m) : way_to(pose.pose));
+  }
+
+  /// From the last pose that was given.
+  double way_to(const Pose2& pose) const {
+    return result_.poses == 0 ? 0.0 : std::hypot(pose.x - result_.end.pose.x, pose.y - result_.end.pose.y);
   }
 
   void keep_for_smoothing(double time_s) {
@@ -188,13 +197,11 @@ class Integration {
     if (options_.keep_white_covariances && keeps_next()) result_.white_covariances.push_back(covariance);
   }
 
-  /// The next pose of the result.
-  void give(const StampedPose& pose, const Matrix3& covariance) {
+  /// The next pose of the result, and the way to it.
+  void give(const StampedPose& pose, const Matrix3& covariance, double way_m) {
     const bool kept = !options_.take && keeps_next();
-    if (result_.poses++ == 0)
-      result_.start_s = pose.time_s;
-    else
-      result_.path_length_m += std::hypot(pose.pose.x - result_.end.pose.x, pose.pose.y - result_.end.pose.y);
+    if (result_.poses++ == 0) result_.start_s = pose.time_s;
+    result_.path_length_m += way_m;
     result_.end = pose;
     result_.end_covariance = covariance;
     if (options_.take) options_.take(pose, covariance);
@@ -209,7 +216,7 @@ class Integration {
     for (std::size_t i = 0; i < filtered_.size(); ++i) {
       const Matrix3 white = full_matrix(filtered_[i].white);
       keep_white(white);
-      give({stamps_[i], filtered_[i].pose}, white + by_parameters_[i]);
+      give({stamps_[i], filtered_[i].pose}, white + by_parameters_[i], way_to(filtered_[i].pose));
     }
     result_.end_white_covariance = full_matrix(filtered_.back().white);
   }

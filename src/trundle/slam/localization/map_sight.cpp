@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "trundle/geometry/decompositions.hpp"
 #include "trundle/geometry/gaussian.hpp"
 #include "trundle/slam/association/association.hpp"
 
@@ -31,8 +31,8 @@ Vector3 difference(const Pose2& from, const Pose2& to) {
 
 bool is_one_place(const PoseEstimate& belief, const SamePlace& same) {
   constexpr double kSigmas = 3.0;  // as the distances of SamePlace are meant
-  const Eigen::SelfAdjointEigenSolver<Matrix2> place(belief.covariance.topLeftCorner<2, 2>());
-  return kSigmas * std::sqrt(place.eigenvalues().maxCoeff()) < same.place_m &&
+  const Eigen::VectorXd place = symmetric_eigenvalues(belief.covariance.topLeftCorner<2, 2>());
+  return kSigmas * std::sqrt(place.maxCoeff()) < same.place_m &&
          kSigmas * std::sqrt(belief.covariance(2, 2)) < same.heading_rad;
 }
 
