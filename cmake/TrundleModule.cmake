@@ -99,7 +99,7 @@ function(trundle_module name)
   # Checks of memory as calls: inlined into a kernel they take ten times as long to compile as the kernel.
   set_source_files_properties(${kernels} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON
                               COMPILE_DEFINITIONS "$<$<BOOL:${TRUNDLE_SANITIZE}>:TRUNDLE_FEW_TARGETS>"
-                              COMPILE_OPTIONS "$<$<AND:$<BOOL:${TRUNDLE_SANITIZE}>,$<CXX_COMPILER_ID:Clang>>:SHELL:-mllvm -asan-instrumentation-with-call-threshold=0>")
+                              COMPILE_OPTIONS "$<$<AND:$<BOOL:${TRUNDLE_SANITIZE}>,$<CXX_COMPILER_ID:Clang>>:-mllvm;-asan-instrumentation-with-call-threshold=0>")
   set(target trundle_${name})
   if(sources)
     add_library(${target} STATIC ${sources})
