@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <Eigen/LU>
 
@@ -86,6 +87,11 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
   Odometer odometer = odometer_at_epoch(run, 0, robot, parameters, options.reference_noise);
   const Chassis read = as_run_read(robot.chassis, run, options.gyro_noise_rad_s_sqrt_hz);
   SensitivityErrors errors(robot, parameters, odometer.pose(), read);
+  const auto start_anew = [&](std::size_t epoch) {
+    odometer = odometer_at_epoch(run, epoch, robot, parameters, options.reference_noise);
+    errors = {robot, parameters, odometer.pose(), read};
+  };
+  bool was_left_out = false;
   for (std::size_t epoch = 1; epoch < run.epochs.size(); ++epoch) {
     for (std::size_t i = run.epochs[epoch - 1]; i < run.epochs[epoch]; ++i) {
       const Increment increment = run.readings.increments[i];
@@ -96,8 +102,7 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
     const ReferenceSample sample = sample_reference(run.reference, time - robot.reference_time_offset_s);
     if (std::ranges::binary_search(run.jumps, epoch)) {
       result.outliers.push_back({time, true});
-      odometer = odometer_at_epoch(run, epoch, robot, parameters, options.reference_noise);
-      errors = {robot, parameters, odometer.pose(), read};
+      start_anew(epoch);
       continue;
     }
     if (sample.empty()) continue;
@@ -111,8 +116,11 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
     const PoseSensitivity revealed = reveal(errors, odometer, W, m);
     if (!add_within(block_of(result, epoch, run.epochs.size()), m.J, W, m.innovation, options.gate)) {
       result.outliers.push_back({time, false});
+      // What two in a row contradict is the filter: it would leave out all that follow.
+      if (std::exchange(was_left_out, !was_left_out)) start_anew(epoch);
       continue;
     }
+    was_left_out = false;
     result.innovations.push_back(innovation_of(m, W, time, distance));
     update(odometer, errors, m, W, revealed);
   }
