@@ -7,7 +7,7 @@ asked for, its path will do.
 >>> import trundle
 >>> found = trundle.odometry("data/demo/session_03/tour", "data/demo/robot.toml")
 >>> len(found.trajectory), f"{found.path_length_m:.2f} m"
-(1775, '41.10 m')
+(1775, '41.08 m')
 
 Wrong input raises ValueError with the line that the program would end with, and data that cannot answer
 raise CannotAnswer.
