@@ -96,7 +96,7 @@ function(trundle_module name)
   # What is compiled once for each instruction set includes itself: not together with other sources.
   set(kernels ${sources})
   list(FILTER kernels INCLUDE REGEX "_kernels\\.cpp$")
-  # Checks of memory as calls: inlined into a kernel they take ten times as long to compile as the kernel.
+  # Checks of memory as calls: inlined, they make a kernel take five times as long to compile.
   set_source_files_properties(${kernels} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON
                               COMPILE_DEFINITIONS "$<$<BOOL:${TRUNDLE_SANITIZE}>:TRUNDLE_FEW_TARGETS>"
                               COMPILE_OPTIONS "$<$<AND:$<BOOL:${TRUNDLE_SANITIZE}>,$<CXX_COMPILER_ID:Clang>>:-mllvm;-asan-instrumentation-with-call-threshold=0>")

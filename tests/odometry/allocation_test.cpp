@@ -1,5 +1,8 @@
+#include <cmath>
+
 #include <gtest/gtest.h>
 
+#include "trundle/chassis/rows.hpp"
 #include "trundle/odometry/odometer.hpp"
 
 #include "allocations.hpp"
@@ -67,6 +70,20 @@ TEST(Allocation, NorDoesLearningTheBias) {
   expect_no_allocation_while_learning(test::with_gyro(differential_drive(test::kSize, 0.5)));
   expect_no_allocation_while_learning(test::with_gyro(mecanum(test::kSize, 0.4, 0.5)));
   expect_no_allocation_while_learning(test::two_pods());
+}
+
+// The steered wheel points across the one with the encoder: a turn about that is in no row.
+TEST(Allocation, NorDoesADirectionThatIsNotSeen) {
+  Chassis car;
+  car.add({.y_m = 0.8, .diameter_m = 0.6, .ticks_per_revolution = 100});
+  car.add_passive({.x_m = 2.8, .steering = SteeringSensor{}});
+  const Increment blind{.duration_s = 0.25, .steering_rad = {0.0, std::atan2(2.8, 0.8)}};
+  ASSERT_GT(rows_at(car, blind, false).count(), rows_of(car, false).count());
+  Odometer odometer(test::robot_of(car), {});
+  const std::size_t before = allocations;
+  odometer.step(blind);
+  const std::size_t after = allocations;
+  EXPECT_EQ(after, before);
 }
 
 }  // namespace

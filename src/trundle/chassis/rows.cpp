@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include "trundle/chassis/scrub.hpp"
@@ -196,10 +197,10 @@ Rows rows_at(const Chassis& chassis, const Increment& increment, bool with_gyro)
   const RowMatrix H = rows.H * size.cwiseInverse().asDiagonal();
   const Matrix3 N = H.transpose() * H;  // λmin/λmax is above kSteeredRank² for this determinant
   if (N.determinant() > 27.0 * kSteeredRank * kSteeredRank * std::pow(N.trace() / 3.0, 3)) return rows;
-  const auto [values, vectors] = symmetric_eigen(N);
+  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(N);  // in growing order
   const Vector3 to_turn(1.0 / size.z(), 1.0 / size.z(), 1.0);
-  for (int i = 0; i < 2 && values[i] <= squared(kSteeredRank) * values[2]; ++i)
-    append(rows, {RowKind::unobserved}, vectors.col(i).cwiseProduct(to_turn));
+  for (int i = 0; i < 2 && eigen.eigenvalues()[i] <= squared(kSteeredRank) * eigen.eigenvalues()[2]; ++i)
+    append(rows, {RowKind::unobserved}, eigen.eigenvectors().col(i).cwiseProduct(to_turn));
   return rows;
 }
 

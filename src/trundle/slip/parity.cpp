@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <fmt/format.h>
 
 #include "trundle/geometry/decompositions.hpp"
@@ -16,6 +17,11 @@ namespace {
 // An error of a wheel that moves the residual by less than this share of itself is not checked by any other.
 constexpr double kUnchecked = 1e-9;
 constexpr double kStillGyro = 4.0;  // sigmas
+
+/// A step of the test allocates nothing: geometry::rank_of(), for matrices of any size, does.
+Eigen::Index rank_without_heap(const RowMatrix& rows) {
+  return Eigen::ColPivHouseholderQR<RowMatrix>(rows).rank();
+}
 
 /// (HᵀH)⁻¹Hᵀ of rows that are weighed alike, turns and the gyro scaled to the size of the robot. Directions
 /// that no row sees stay zero.
@@ -272,7 +278,7 @@ bool Parity::is_stuck(const Contradiction& c) const {
     if (row.kind == RowKind::skid_lateral || (row.kind == RowKind::lateral && !rolls(c, row.wheel))) keep(i);
   }
   if (turning < 2 || still.rows() == 0) return false;
-  return rank_of(still) == rank_of(rows.H.topRows(rows.measured));
+  return rank_without_heap(still) == rank_without_heap(rows.H.topRows(rows.measured));
 }
 
 /// Whether a steered wheel with an encoder turns.

@@ -4,7 +4,6 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include <Eigen/LU>
 
@@ -87,11 +86,12 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
   Odometer odometer = odometer_at_epoch(run, 0, robot, parameters, options.reference_noise);
   const Chassis read = as_run_read(robot.chassis, run, options.gyro_noise_rad_s_sqrt_hz);
   SensitivityErrors errors(robot, parameters, odometer.pose(), read);
+  bool is_doubted = false;  // the last epoch contradicted it
   const auto start_anew = [&](std::size_t epoch) {
     odometer = odometer_at_epoch(run, epoch, robot, parameters, options.reference_noise);
     errors = {robot, parameters, odometer.pose(), read};
+    is_doubted = false;
   };
-  bool was_left_out = false;
   for (std::size_t epoch = 1; epoch < run.epochs.size(); ++epoch) {
     for (std::size_t i = run.epochs[epoch - 1]; i < run.epochs[epoch]; ++i) {
       const Increment increment = run.readings.increments[i];
@@ -117,10 +117,13 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
     if (!add_within(block_of(result, epoch, run.epochs.size()), m.J, W, m.innovation, options.gate)) {
       result.outliers.push_back({time, false});
       // What two in a row contradict is the filter: it would leave out all that follow.
-      if (std::exchange(was_left_out, !was_left_out)) start_anew(epoch);
+      if (is_doubted)
+        start_anew(epoch);
+      else
+        is_doubted = true;
       continue;
     }
-    was_left_out = false;
+    is_doubted = false;
     result.innovations.push_back(innovation_of(m, W, time, distance));
     update(odometer, errors, m, W, revealed);
   }

@@ -113,16 +113,10 @@ bool is_ahead(const HeldCombination& held, std::span<const Parameter> parameters
   });
 }
 
-/// The levers of wheels where it is sought, too, how far from the middle the landmark sensor stands.
-bool is_middle(ParameterKind kind, std::span<const Parameter> parameters) {
-  return kind == ParameterKind::lever &&
-         (contains(parameters, ParameterKind::sensor_x) || contains(parameters, ParameterKind::sensor_y));
-}
-
 std::string advice(const HeldCombination& held, std::span<const Parameter> parameters, const Robot& nominal,
                    bool measures_length) {
   const ParameterKind kind = parameters[static_cast<std::size_t>(held.members.front())].kind;
-  if (is_middle(kind, parameters))
+  if (kind == ParameterKind::lever && !origin_moved(parameters, nominal).empty())
     return "measure the landmark sensor's place on the robot, --fix sensor.x --fix sensor.y";
   if (is_ahead(held, parameters, nominal)) return "measure headings too: no path shows which way it looks";
   if (is_of_wheels(kind)) return motion_to_drive(held, parameters, nominal, measures_length);
