@@ -25,9 +25,6 @@ if(TRUNDLE_SANITIZE)
   target_compile_definitions(trundle_compile_options INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
   target_link_options(trundle_compile_options INTERFACE -fsanitize=address,undefined)
 endif()
-if(TRUNDLE_FUZZ)
-  target_compile_options(trundle_compile_options INTERFACE -fsanitize=fuzzer-no-link)
-endif()
 
 # trundle_public_headers(header ...)
 # names the headers, from src/, that users include: the public API. They are installed, and whatever they include.
@@ -79,15 +76,18 @@ function(trundle_keep_installed out_installed out_internal)
   set(${out_internal} ${internal} PARENT_SCOPE)
 endfunction()
 
-# trundle_module(NAME [MANY_EIGEN_TYPES] DEPENDS modules and libraries ... PRIVATE_DEPENDS libraries ...)
+# trundle_module(NAME [MANY_EIGEN_TYPES] [READS_FILES] DEPENDS modules and libraries ... PRIVATE_DEPENDS libraries ...)
 # declares the library trundle::NAME from the folder NAME: all its sources (headers alone are fine). It may depend only on
 # modules declared before it. Each of its headers must compile alone (./run lint); those that belong to the public ones
-# are installed, and so are the texts that these include, *.inl. MANY_EIGEN_TYPES: in batches of 12. Each of Eigen's types names `double`
-# anew, and for each name GCC goes through all that there are: batches of 36 and more take 6 % longer than those of 12
-# then, where others take two thirds of their time.
+# are installed, and so are the texts that these include, *.inl.
+# MANY_EIGEN_TYPES: GCC takes them in batches of 12. Each of Eigen's types names `double` anew, and for each name GCC goes
+# through all that there are: batches of 36 and more take 6 % longer than those of 12 then, where others take two thirds
+# of their time, and clang three quarters of them all.
+# READS_FILES: beside sanitizers libFuzzer sees which branches an input takes (fuzz/). Not in all modules: a comparison in
+# an inner loop would be a call.
 function(trundle_module name)
-  cmake_parse_arguments(arg "MANY_EIGEN_TYPES" "" "DEPENDS;PRIVATE_DEPENDS" ${ARGN})
-  if(arg_MANY_EIGEN_TYPES)
+  cmake_parse_arguments(arg "MANY_EIGEN_TYPES;READS_FILES" "" "DEPENDS;PRIVATE_DEPENDS" ${ARGN})
+  if(arg_MANY_EIGEN_TYPES AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     set(CMAKE_UNITY_BUILD_BATCH_SIZE 12)
   endif()
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*.cpp)
@@ -106,6 +106,9 @@ function(trundle_module name)
     target_link_libraries(${target} PRIVATE ${arg_PRIVATE_DEPENDS} $<BUILD_INTERFACE:trundle_compile_options>)
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
     trundle_even_batches(${target} ${sources})
+    if(arg_READS_FILES AND TRUNDLE_SANITIZE AND CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+      target_compile_options(${target} PRIVATE -fsanitize=fuzzer-no-link)
+    endif()
     set(scope PUBLIC)
   else()
     add_library(${target} INTERFACE)

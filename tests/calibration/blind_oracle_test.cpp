@@ -363,7 +363,7 @@ TEST(BlindOracle, Omni3WithGyro) {
 }
 
 TEST(BlindOracle, Skid4WithGyro) {
-  TRUNDLE_NEEDS_ALL_TRIALS();
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   expect_unbiased_and_consistent(with(skid4_with_gyro(), 100));
 }
 

@@ -18,6 +18,7 @@ Estimate estimate_of(double off_rad, const Robot& nominal) {
   estimate.space.scale = estimate.space.sigma_data = Eigen::VectorXd::Constant(1, 0.17);
   estimate.space.basis = Eigen::MatrixXd::Identity(1, 1);
   estimate.covariance = Eigen::MatrixXd::Constant(1, 1, 1e-6);
+  estimate.held_covariance = Eigen::MatrixXd::Zero(1, 1);
   estimate.descent = {.converged = true, .parameter = 0};
   return estimate;
 }

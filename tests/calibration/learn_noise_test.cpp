@@ -42,6 +42,7 @@ Robot noisy_differential() {
 }
 
 TEST(LearnNoise, finds_the_noise_that_made_the_runs) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   const Robot truth = noisy_differential();
   const auto runs = tours(truth, 10);
   Robot guess = truth;
@@ -93,20 +94,21 @@ void expect_wheels_told_apart(const Robot& truth, std::uint64_t seed) {
 }
 
 TEST(LearnNoise, tells_the_wheels_of_a_differential_drive_apart_by_their_errors) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   Robot truth = noisy_differential();
   truth.chassis.gyro.reset();
   expect_wheels_told_apart(with_wheel_noise(truth, {0.01, 0.03}), 20);
 }
 
 TEST(LearnNoise, tells_wheels_apart_where_a_gyro_checks_them) {
-  TRUNDLE_NEEDS_ALL_TRIALS();
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   Robot truth = test::nominal_omni3();
   truth.chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = 0.002, .bias_walk_rad_s_sqrt_s = 0.0};
   expect_wheels_told_apart(with_wheel_noise(truth, {0.008, 0.03, 0.012}), 30);
 }
 
 TEST(LearnNoise, wheels_that_are_alike_are_not_told_apart) {
-  TRUNDLE_NEEDS_ALL_TRIALS();
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   const Robot truth = noisy_differential();
   const LearnedNoise learned = learn_noise(tours(truth, 40), truth);
   EXPECT_TRUE(learned.wheels.empty()) << learned.how;
@@ -163,7 +165,7 @@ TEST(LearnNoise, what_no_motion_explains_makes_no_noise_likelier_for_being_large
 }
 
 TEST(LearnNoise, a_skid_steer_robot_is_not_noisier_for_resting) {
-  TRUNDLE_NEEDS_ALL_TRIALS();
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   const Robot truth = noisy_skid_steer();
   Robot guess = truth;
   guess.chassis.noise.wheel_per_sqrt_m = 0.02;

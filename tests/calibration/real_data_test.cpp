@@ -86,7 +86,7 @@ TEST(RealData, OneSessionOfSquaresPredictsAFreeRun) {
 }
 
 TEST(RealData, AllSessionsPredictItBetterThanTheTypicalOne) {
-  TRUNDLE_NEEDS_ALL_TRIALS();
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   TRUNDLE_NEEDS_REAL_DATA("optiodom_diff");
   const std::vector<Recording> free_run = differential("free/020120212354");
   const std::vector<Recording> all = joined(differential("square"), differential("circular"));
@@ -120,7 +120,7 @@ Robot three_omni_wheels() {
 }
 
 TEST(RealData, DirectionsOfOmniWheelsRepeatBetweenSessions) {
-  TRUNDLE_NEEDS_ALL_TRIALS();
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   TRUNDLE_NEEDS_REAL_DATA("optiodom_omni3");
   const Robot nominal = three_omni_wheels();
   std::map<std::string, std::vector<Recording>> sessions;

@@ -151,10 +151,7 @@ void expect_consistent_with(double spread_deg_s) {
   Consistency all;
   for (Case& one : cases(spread_deg_s)) {
     const Machine machine = with_good_gyro(one.machine, one.conditions);
-    // More readings are the same arithmetic once more: for sanitizers at 10 Hz alone.
-    const int trials = test::trials(one.trials, one.conditions.rate_hz > 10.0 ? 0 : 1);
-    if (trials == 0) continue;
-    const Consistency sum = calibrated(machine, one.conditions, trials);
+    const Consistency sum = calibrated(machine, one.conditions, test::trials(one.trials, 1));
     expect_consistent(one.what, sum);
     all.inside += sum.inside;
     all.intervals += sum.intervals;
@@ -170,15 +167,15 @@ void expect_consistent_with(double spread_deg_s) {
 }
 
 TEST(RunGyroBias, AlikeInAllRuns) {
-  TRUNDLE_NEEDS_ALL_TRIALS();
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   expect_consistent_with(0.0);
 }
 TEST(RunGyroBias, ALittleDifferent) {
-  TRUNDLE_NEEDS_ALL_TRIALS();
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   expect_consistent_with(0.02);
 }
 TEST(RunGyroBias, DifferentByATenthOfADegreePerSecond) {
-  TRUNDLE_NEEDS_ALL_TRIALS();
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   expect_consistent_with(0.1);
 }
 
@@ -197,14 +194,14 @@ double sigma_of_logs(const std::vector<double>& values) {
 
 /// As it is with one bias for all: to less than it scatters from one set of runs to another.
 TEST(RunGyroBias, DoesNotPassForNoiseOfTheWheels) {
-  TRUNDLE_NEEDS_ALL_TRIALS();
-  constexpr int kTrials = 8;
+  TRUNDLE_NOT_UNDER_SANITIZERS();
+  const int trials = test::trials(8, 4);
   for (const bool rests : {true, false}) {
     std::vector<std::vector<double>> noise;
     for (const double spread_deg_s : {0.0, 0.1, 1.0}) {
       Conditions conditions{.bias_spread_rad_s = spread_deg_s * kDegree, .rests = rests};
       const Machine machine = with_good_gyro(differential_machine(), conditions);
-      noise.push_back(calibrated(machine, conditions, kTrials).wheel_noise);
+      noise.push_back(calibrated(machine, conditions, trials).wheel_noise);
     }
     const double sigma = sigma_of_logs(noise.front());
     std::printf("wheel noise %.5f, scatter %.0f %%\n", std::exp(mean_of_logs(noise.front())), 100.0 * sigma);
@@ -220,7 +217,7 @@ TEST(RunGyroBias, DoesNotPassForNoiseOfTheWheels) {
 /// A robot calibrated on runs of other biases finds a slip of 20 cm in a run of again another one, and raises
 /// no more alarms than one interval of a hundred.
 TEST(RunGyroBias, SlipIsFoundInARunOfAnotherOne) {
-  TRUNDLE_NEEDS_ALL_TRIALS();
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   for (const bool rests : {true, false}) {
     const Machine machine = differential_machine();
     Conditions conditions{.bias_spread_rad_s = 0.1 * kDegree, .rests = rests};
@@ -257,6 +254,7 @@ TEST(RunGyroBias, SlipIsFoundInARunOfAnotherOne) {
 }
 
 TEST(RunGyroBias, IsNamedWhereRunsDifferAndStandsInTheRobotFile) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   const Machine machine = differential_machine();
   const auto result_with = [&](double spread_deg_s) {
     return calibrate(driven(machine, {.bias_spread_rad_s = spread_deg_s * kDegree}, 3).recordings, {},
@@ -294,6 +292,7 @@ TEST(RunGyroBias, OneThatIsFixedIsThatOfAllRuns) {
 
 /// In a few seconds a bias is not told from noise.
 TEST(RunGyroBias, ShortRunsHaveOneBias) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   const Machine machine = differential_machine();
   const Conditions conditions{.duration_s = 9.0, .rests = false, .runs = 8};
   const CalibrationResult result = calibrate(driven(machine, conditions, 6).recordings, {}, machine.nominal);

@@ -58,6 +58,7 @@ CalibrationResult calibrated(double scrub, std::uint64_t seed, const CalibrateOp
 }
 
 TEST(CalibratedScrub, IntervalsHoldTheTruth) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   const int times = trials(30, 3);
   const Robot truth = true_skid(0.12);
   // In a turn on the spot by 90° each side rolls 0.49 m, of which the gauge's memory and half an interval, 2
@@ -115,7 +116,7 @@ TEST(CalibratedScrub, WhereARobotTurnsIsOfferedWhereThatIsNotItsMiddle) {
 }
 
 TEST(CalibratedScrub, OfOthersItIsOfferedNoMoreOftenThanItsLevelSays) {
-  TRUNDLE_NEEDS_ALL_TRIALS();
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   const int times = trials(25, 2);
   int offered_scrub = 0, offered_centre = 0;
   for (int i = 0; i < times; ++i) {
@@ -137,7 +138,7 @@ TEST(CalibratedScrub, OfOthersItIsOfferedNoMoreOftenThanItsLevelSays) {
 }
 
 TEST(CalibratedScrub, OfOneRunHalvesSayWhetherToOfferIt) {
-  TRUNDLE_NEEDS_ALL_TRIALS();
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   const Path tour = trundle::simulation::joined({square(1.5, TurnSense::ccw), circle(0.4, 1.0, TurnSense::cw),
                                                  circle(1.2, 1.0, TurnSense::ccw), square(1.5, TurnSense::cw),
                                                  circle(1.2, 1.0, TurnSense::cw)});
@@ -151,6 +152,7 @@ TEST(CalibratedScrub, OfOneRunHalvesSayWhetherToOfferIt) {
 }
 
 TEST(CalibratedScrub, IsNotOfferedWhereItIsFreeOrFixed) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   EXPECT_TRUE(calibrated(0.1, 1, {.free = {"scrub"}}).offers.empty());
   EXPECT_TRUE(calibrated(0.1, 1, {.fix = {"scrub"}}).offers.empty());
 }

@@ -44,11 +44,12 @@ TEST(Steered, intervals_of_a_tricycle_hold_by_another_simulation) {
 }
 
 TEST(Steered, intervals_of_a_car_hold) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   expect_intervals_to_hold("car", false, 24);
 }
 
 TEST(Steered, intervals_of_a_swerve_hold) {
-  TRUNDLE_NEEDS_ALL_TRIALS();
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   expect_intervals_to_hold("swerve", false, 24);
 }
 
@@ -108,7 +109,7 @@ columns = {{ time_s = 1, x_m = 2, y_m = 3, heading_rad = 4 }}
 }
 
 TEST(Steered, squares_and_circles_of_a_real_tricycle_predict_its_free_runs) {
-  TRUNDLE_NEEDS_ALL_TRIALS();
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   TRUNDLE_NEEDS_REAL_DATA("optiodom_tricyc");
   Robot nominal;
   nominal.wheel_names = {"front"};

@@ -32,7 +32,7 @@ TEST(Covariance, AgreesWithTheDefinition) {
     Odometer odometer(robot, {.start = start, .start_covariance = some_covariance()});
     test::PlainOdometry plain(robot, robot.chassis, start);
     plain.start_with(body_covariance(start, some_covariance()));
-    for (const Increment& increment : test::slipping(test::wandering(robot, 300))) {
+    for (const Increment& increment : test::slipping(test::wandering(robot, test::kSanitizers ? 30 : 300))) {
       odometer.step(increment);
       plain.step(increment);
     }

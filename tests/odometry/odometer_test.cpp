@@ -8,6 +8,7 @@
 #include "trundle/io/error.hpp"
 
 #include "increments.hpp"
+#include "scale.hpp"
 
 namespace trundle::odometry {
 namespace {
@@ -67,7 +68,7 @@ TEST(Odometer, AnyChassisAsTheDefinitionSays) {
                              Chassis{}};
   for (const Chassis& each : chassis) {
     const Robot robot = test::robot_of(each);
-    const auto increments = test::wandering(robot, 400);
+    const auto increments = test::wandering(robot, test::kSanitizers ? 40 : 400);
     Odometer fast(robot, {.with_covariance = false});
     Odometer full(robot, {});
     for (const Increment& increment : increments) fast.step(increment), full.step(increment);

@@ -3,6 +3,7 @@
 #include "trundle/odometry/integrate.hpp"
 
 #include "increments.hpp"
+#include "scale.hpp"
 
 namespace trundle::odometry {
 namespace {
@@ -34,7 +35,7 @@ Vector3 numeric_sensitivity(const Parameter& parameter, const Robot& robot,
 
 void expect_sensitivities(const Chassis& chassis) {
   const Robot robot = test::robot_of(chassis);
-  const auto increments = test::wandering(robot, 200);
+  const auto increments = test::wandering(robot, test::kSanitizers ? 10 : 200);
   const std::vector<Parameter> parameters = parameters_of(robot);
   Odometer odometer(robot, {.parameters = parameters});
   for (const Increment& increment : increments) odometer.step(increment);

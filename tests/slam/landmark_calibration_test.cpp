@@ -126,6 +126,7 @@ TEST(LandmarkCalibration, FindsScaleAndBiasOfTheGyroToo) {
 }
 
 TEST(LandmarkCalibration, ManagesWithoutTheLandmarksNames) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   Honesty honesty;
   const int seeds = test::trials(10, 2);
   for (int seed = 1; seed <= seeds; ++seed) {
@@ -141,6 +142,7 @@ TEST(LandmarkCalibration, ManagesWithoutTheLandmarksNames) {
 // The robot file knows nothing of a gyro's bias of 0.7°/s, looks come once a second and the sensor is coarse:
 // what the filter takes landmarks for at first is often wrong.
 TEST(LandmarkCalibration, TellsLandmarksApartAgainWithTheRobotThatItFound) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   Honesty honesty;
   const int seeds = test::trials(16, 2);
   for (int seed = 1; seed <= seeds; ++seed) {
@@ -203,6 +205,7 @@ double squared_sigmas(std::span<const Parameter> wanted, const CalibrationResult
 }
 
 TEST(LandmarkCalibration, FindsWhatTheSensorErrsByAndItsClock) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   const std::vector<Parameter> wanted = {kRangeOffset, kBearingOffset, kClock};
   const int seeds = test::trials(6, 1);
   double squares = 0.0, smoothed_m = 0.0, filtered_m = 0.0;
@@ -314,6 +317,7 @@ TEST(LandmarkCalibration, WhatChangesWithTheOriginIsWhatADescriptionAboutAnother
 
 // A camera that tells depths, all of it unknown: with the errors of the one above, all at once.
 TEST(LandmarkCalibration, FindsThatACameraReadsDepths) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   const std::vector<Parameter> wanted = {kDepthShare, kRangeOffset, kBearingOffset,
                                          kSensorX,    kSensorY,     kClock};
   const int seeds = test::trials(8, 2);
@@ -348,6 +352,7 @@ TEST(LandmarkCalibration, FindsWhereTheSensorStands) {
 }
 
 TEST(LandmarkCalibration, FindsAScaleOfRangesOnlyAgainstKnownWheels) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   Scenario scenario = scenario_of(nominal_robot(), tour(40.0, 9), 9);
   scenario.truth.landmark_sensor->range_scale = 1.03;
   const Recording recording = recorded(scenario);
@@ -377,6 +382,7 @@ Scenario velocity_scenario(std::uint64_t seed) {
 }
 
 TEST(LandmarkCalibration, FindsWhatAVelocityErrsByWithinItsOwnSigmas) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   test::VelocityEvidence evidence;
   for (int seed = 1; seed <= test::trials(40, 3); ++seed) {
     const Scenario scenario = velocity_scenario(static_cast<std::uint64_t>(seed));
@@ -404,6 +410,7 @@ TEST(LandmarkCalibration, FindsTheScaleOfAVelocityOrThatOfRangesAndNotBoth) {
 
 // What the calibration leaves open stays a systematic error of the smoother, and there is no other.
 TEST(LandmarkCalibration, MakesOdometryOfAVelocityAndTheSmootherBetter) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   double before_m = 0.0, after_m = 0.0;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const Scenario scenario = velocity_scenario(seed);
@@ -427,6 +434,7 @@ TEST(LandmarkCalibration, HoldsWhatTheRunCannotShow) {
 }
 
 TEST(LandmarkCalibration, ComparesWithAReferenceThatItDoesNotUse) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   Scenario scenario = scenario_of(true_robot(4), tour(20.0, 4), 4);
   const Recording without = recorded(scenario);
   scenario.reference.rate_hz = 4.0;

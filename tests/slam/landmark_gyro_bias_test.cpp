@@ -77,7 +77,7 @@ TEST(LandmarkGyroBias, OfEachRecordingItsOwn) {
 }
 
 TEST(LandmarkGyroBias, IsNamedWhereRecordingsDiffer) {
-  TRUNDLE_NEEDS_ALL_TRIALS();
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   const Machine machine = with_landmark_sensor(differential_machine());
   Conditions conditions{.bias_spread_rad_s = 0.1 * kDegree, .landmarks = true};
   EXPECT_TRUE(calibrated(machine, driven(machine, conditions, 1)).gyro_biases);

@@ -11,6 +11,7 @@
 #include "trundle/slam/fastslam/particle_slam.hpp"
 #include "trundle/slam/fastslam/swarm_kernels.hpp"
 
+#include "scale.hpp"
 #include "slam/pose_target.hpp"
 #include "slam/world.hpp"
 
@@ -261,7 +262,7 @@ void expect_same_everywhere(const test::SlamWorld& world, const ParticleSlamOpti
 }
 
 TEST(Lanes, EveryInstructionSetGivesTheSameBytes) {
-  test::SlamWorld world = test::slam_world({.steps = 60});
+  test::SlamWorld world = test::slam_world({.steps = test::kSanitizers ? 15 : 60});
   const ParticleSlamOptions base{.particles = 70};
   for (const Proposal proposal : {Proposal::motion, Proposal::linearised, Proposal::swarm_gaussian}) {
     ParticleSlamOptions options = base;

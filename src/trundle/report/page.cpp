@@ -10,9 +10,7 @@
 
 namespace trundle::report {
 
-using Json = nlohmann::ordered_json;
-
-std::string json_for_script(const Json& document) {
+std::string json_for_script(const nlohmann::ordered_json& document) {
   std::string escaped;
   for (const char c : dumped(document)) {
     if (c == '<') {
@@ -24,14 +22,14 @@ std::string json_for_script(const Json& document) {
   return escaped;
 }
 
-std::string report_page(const Json& report) {
+std::string report_page(const nlohmann::ordered_json& report) {
   std::string page(page_template());
   const std::size_t mark = page.find(kDataMark);
   assert(mark != std::string::npos);
   return page.replace(mark, kDataMark.size(), json_for_script(report));
 }
 
-std::string calibration_page(const Json& calibration) {
+std::string calibration_page(const nlohmann::ordered_json& calibration) {
   const std::array results = {result_of_calibration(calibration)};
   return report_page(report_json(results, nullptr));
 }

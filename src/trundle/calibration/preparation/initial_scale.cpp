@@ -86,12 +86,12 @@ bool is_far_off(double scale) {
 }  // namespace
 
 std::optional<double> initial_scale(std::span<const Run> runs, const Robot& robot) {
-  constexpr int kMostRounds = 5;  // chords of curves do not grow in proportion: once more where still far off
+  constexpr int kMostScalings = 5;  // chords of curves do not grow in proportion
   const std::optional<double> first = quantile(stretches_of(runs, robot), 0.5);
   double scale = first.value_or(1.0);
   Robot scaled = robot;
   std::optional<double> ratio = first;
-  for (int round = 0; round < kMostRounds && ratio && *ratio > 0.0; ++round) {
+  for (int round = 0; round < kMostScalings && ratio && *ratio > 0.0; ++round) {
     if (!is_far_off(*ratio)) return scale;
     scale_wheels(*ratio, scaled);
     ratio = quantile(stretches_of(runs, scaled), 0.5);

@@ -157,6 +157,7 @@ Estimate estimate_parameters(const CalibrationProblem& problem) {
                     .noise = {},
                     .space = {},
                     .covariance = {},
+                    .held_covariance = {},
                     .runs = {},
                     .descent = {},
                     .measures_length = from_outside(problem.runs).length};
@@ -170,9 +171,10 @@ Estimate estimate_parameters(const CalibrationProblem& problem) {
   estimate.dispersion = dispersion.factor;
   estimate.degrees_of_freedom = dispersion.degrees_of_freedom;
   estimate.runs = std::move(dispersion.runs);
-  estimate.covariance =
-      dispersion.factor *
-      constrained_inverse(total_information(likelihood, estimate.robot).matrix, estimate.space);
+  const Eigen::MatrixXd information = total_information(likelihood, estimate.robot).matrix;
+  estimate.covariance = dispersion.factor * constrained_inverse(information, estimate.space);
+  estimate.held_covariance =
+      held_covariance(information, estimate.space, prior_covariance(problem.parameters, problem.nominal));
   estimate.gyro_bias_spread = gyro_bias_spread(likelihood, estimate.robot);
   estimate.gyro_biases = gyro_biases_of(likelihood, estimate);
   return estimate;

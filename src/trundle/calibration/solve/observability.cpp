@@ -8,6 +8,7 @@
 
 #include "trundle/chassis/rows.hpp"
 #include "trundle/geometry/decompositions.hpp"
+#include "trundle/odometry/uncertain.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -292,6 +293,28 @@ Eigen::MatrixXd constrained_inverse(const Eigen::MatrixXd& information, const Es
   return B * divide_ldlt(B, congruent(information, B)).transpose();
 }
 
+Eigen::MatrixXd prior_covariance(std::span<const Parameter> parameters, const Robot& nominal) {
+  const auto n = static_cast<Eigen::Index>(parameters.size());
+  return odometry::with_usual_parameters({parameters.begin(), parameters.end()}, nominal)
+      .covariance.topLeftCorner(n, n);
+}
+
+Eigen::MatrixXd held_covariance(const Eigen::MatrixXd& information, const EstimableSpace& space,
+                                const Eigen::MatrixXd& prior) {
+  const Eigen::Index n = information.rows();
+  const auto count = static_cast<Eigen::Index>(space.held.size());
+  if (count == 0) return Eigen::MatrixXd::Zero(n, n);
+  Eigen::MatrixXd C(n, count),
+      along(n, count);  // in the parameters' units, and what reads off how far it goes
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Eigen::VectorXd& combination = space.held[static_cast<std::size_t>(i)].combination;
+    C.col(i) = space.scale.cwiseProduct(combination);
+    along.col(i) = combination.cwiseQuotient(space.scale);
+  }
+  const Eigen::MatrixXd D = C - constrained_inverse(information, space) * (information * C);
+  return congruent(congruent(prior, along), Eigen::MatrixXd(D.transpose()));
+}
+
 HeldWords reason_for(const HeldCombination& held, std::span<const Parameter> parameters, const Robot& nominal,
                      bool measures_length) {
   return {
@@ -302,12 +325,11 @@ HeldWords reason_for(const HeldCombination& held, std::span<const Parameter> par
 std::string words_for(const HeldCombination& held, std::span<const Parameter> parameters,
                       const Robot& nominal, bool measures_length) {
   const HeldWords reason = reason_for(held, parameters, nominal, measures_length);
-  return fmt::format(
-      "{}: {}; {}", reason.names, reason.advice,
-      held.members.size() == 1
-          ? "fixed at nominal"
-          : "this combination is fixed at nominal, all others are estimated; the ± of these parameters "
-            "holds as far as it is right");
+  return fmt::format("{}: {}; {}", reason.names, reason.advice,
+                     held.members.size() == 1 ? "fixed at nominal"
+                                              : "this combination is fixed at nominal, all others are "
+                                                "estimated; how far nominal may be off is part "
+                                                "of the ± of these parameters");
 }
 
 }  // namespace trundle::calibration

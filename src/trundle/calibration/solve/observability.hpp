@@ -50,6 +50,16 @@ Eigen::MatrixXd without(const Eigen::VectorXd& direction, const Eigen::MatrixXd&
 /// (information)⁻¹ within the estimable space, zero outside; in the parameters' own units.
 Eigen::MatrixXd constrained_inverse(const Eigen::MatrixXd& information, const EstimableSpace& space);
 
+/// What is known of the parameters without these runs, in their own units: as far as the robot file's
+/// calibration covers them by it, else each to its prior_sigma().
+Eigen::MatrixXd prior_covariance(std::span<const Parameter> parameters, const Robot& nominal);
+
+/// The covariance of all parameters, in their own units, that comes from what is held: it is as wrong as
+/// nominal is, and takes along what is estimated with it. D P Dᵀ with D = C − B (Bᵀ N B)⁻¹ Bᵀ N C: C what is
+/// held, B what is estimated, N the information, P the prior covariance of C.
+Eigen::MatrixXd held_covariance(const Eigen::MatrixXd& information, const EstimableSpace& space,
+                                const Eigen::MatrixXd& prior);
+
 /// What cannot be determined, and what to drive. `measures_length`: runs were measured in metres from
 /// outside.
 struct HeldWords {

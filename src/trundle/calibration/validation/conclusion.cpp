@@ -30,16 +30,17 @@ double between_runs(const Estimate& estimate) {
   return estimate.gyro_bias_spread.found_rad_s * estimate.gyro_bias_spread.found_rad_s;
 }
 
-/// The covariance of what a further session's parameters will be: noise of the estimate, spread of sessions
-/// about their mean, and the uncertainty of that mean.
+/// The covariance of what a further session's parameters will be: noise of the estimate, what is held, spread
+/// of sessions about their mean, and the uncertainty of that mean.
 Eigen::MatrixXd total_covariance(const Estimate& estimate, const SessionSpread& spread,
                                  std::span<const Parameter> parameters) {
-  Eigen::MatrixXd total = estimate.covariance;
+  Eigen::MatrixXd total = estimate.covariance + estimate.held_covariance;
   if (spread.covariance.size() > 0) total += spread.covariance * (1.0 + 1.0 / spread.calibrated);
   for (std::size_t j = 0; j < parameters.size(); ++j) {
     const auto k = static_cast<Eigen::Index>(j);
     if (parameters[j] == kGyroBias && estimate.space.estimates(static_cast<int>(j)))
-      total(k, k) = std::max(total(k, k), estimate.covariance(k, k) + between_runs(estimate));
+      total(k, k) = std::max(
+          total(k, k), estimate.covariance(k, k) + estimate.held_covariance(k, k) + between_runs(estimate));
   }
   return total;
 }

@@ -12,7 +12,8 @@ namespace {
 
 constexpr double kChanged = 3.0;  // sigmas of the difference: by chance in one of 370
 
-double sigma_of(const CalibratedParameter& parameter) {
+/// Without what is held, which two calibrations of one robot file share.
+double sigma_of(const auto& parameter) {
   return std::hypot(parameter.sigma_within, parameter.sigma_between.value_or(0.0));
 }
 
@@ -25,13 +26,12 @@ std::vector<std::string> changed_since(const Robot& given, std::span<const Param
     const auto before =
         std::ranges::find(given.calibration->parameters, now.name, &CalibratedParameter::name);
     if (before == given.calibration->parameters.end() || !before->observable || !now.observable) continue;
-    const double sigmas =
-        std::abs(now.value - before->value) / std::hypot(now.sigma_total, sigma_of(*before));
+    const double sigmas = std::abs(now.value - before->value) / std::hypot(sigma_of(now), sigma_of(*before));
     if (!(sigmas > kChanged)) continue;
     words.push_back(fmt::format(
         "{} {} is {:.1f} σ off the calibration in the robot file, {}: tyres, load or floor have changed, or "
         "wheels slipped all through these runs, which passes for their diameters and the track",
-        now.name, with_sigma(now.value, now.sigma_total), sigmas,
+        now.name, with_sigma(now.value, sigma_of(now)), sigmas,
         with_sigma(before->value, sigma_of(*before))));
   }
   return words;

@@ -39,6 +39,7 @@ Eigen::MatrixXd covariance_of_own(const Minimiser& linearised, Eigen::Index own)
 struct RoughFit {
   SmoothingState state;  ///< parameters in prior sigmas, and own biases
   EstimableSpace space;
+  Eigen::MatrixXd held_covariance;  ///< of all parameters, in their own units
   OwnBiases own;
 };
 
@@ -95,7 +96,9 @@ RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nomina
     observed = without(*turned, observed);
   for (const Eigen::VectorXd& moved : origin_moved(parameters, nominal)) observed = without(moved, observed);
   own.move(found.minimum.state.parameters.tail(own.count()));
-  return {found.minimum.state, estimable_space(observed, parameters, nominal), std::move(own)};
+  EstimableSpace space = estimable_space(observed, parameters, nominal);
+  Eigen::MatrixXd held = held_covariance(observed, space, prior_covariance(parameters, nominal));
+  return {found.minimum.state, std::move(space), std::move(held), std::move(own)};
 }
 
 RunEvidence evidence_of(const JointProblem& joint, std::size_t index, const SmoothingState& state) {
@@ -135,6 +138,7 @@ LandmarkSearch search_from(std::span<const AssociatedRecording> all, const Robot
   Estimate& estimate = search.fit.estimate;
   estimate.robot = nominal;
   estimate.space = std::move(rough.space);
+  estimate.held_covariance = std::move(rough.held_covariance);
   estimate.covariance = Eigen::MatrixXd::Zero(n, n);
   const EstimableSpace& space = estimate.space;
   const Eigen::Index determined = space.basis.cols();
