@@ -50,8 +50,7 @@ TEST(HeldCovariance, IsThatOfWhatLeastSquaresMakesOfAWrongNominal) {
   const Eigen::MatrixXd free = scale.asDiagonal() * space.basis;
   const Eigen::VectorXd found = free * (J * free).colPivHouseholderQr().solve(J * truth);
   const Eigen::VectorXd error = found - truth;
-  const Eigen::MatrixXd covariance =
-      held_covariance(information, space, prior_covariance(parameters, nominal));
+  const Eigen::MatrixXd covariance = held_covariance(information, space, parameters, nominal);
   EXPECT_LT((covariance - error * error.transpose()).norm(), 1e-9 * covariance.norm());
 }
 

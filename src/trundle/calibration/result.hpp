@@ -22,10 +22,9 @@ struct ParameterEstimate {
   double value = 0.0;                   ///< equal to nominal when not observable
   double sigma_within = 0.0;            ///< noise of the runs alone
   std::optional<double> sigma_between;  ///< spread from session to session; nothing: fewer than two sessions
-  double sigma_total =
-      0.0;  ///< of a further session, with what is held: the root of its entry in covariance_total
-  double sigma_data = 0.0;   ///< what the data alone would give, before holding anything
-  double sigma_prior = 0.0;  ///< how far from nominal it may plausibly be
+  double sigma_total = 0.0;             ///< of a further session: the root of its entry in covariance_total
+  double sigma_data = 0.0;              ///< what the data alone would give, before holding anything
+  double sigma_prior = 0.0;             ///< how far from nominal it may plausibly be
   bool observable = false;
 };
 
@@ -115,7 +114,7 @@ struct CalibrationResult {
   Robot calibrated;  ///< its CalibrationRecord is filled
   std::vector<ParameterEstimate> parameters;
   Eigen::MatrixXd covariance_within;  ///< of the observable parameters, in their order
-  Eigen::MatrixXd covariance_total;   ///< with the between-session spread where it is known
+  Eigen::MatrixXd covariance_total;   ///< with what is held and, where known, between sessions
   std::vector<ObservableDirection> directions;
   std::vector<std::string> unobservable;            ///< in words, with what to drive
   std::optional<CrossValidation> cross_validation;  ///< nothing: fewer than two parts have positions

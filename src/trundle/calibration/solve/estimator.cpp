@@ -174,7 +174,7 @@ Estimate estimate_parameters(const CalibrationProblem& problem) {
   const Eigen::MatrixXd information = total_information(likelihood, estimate.robot).matrix;
   estimate.covariance = dispersion.factor * constrained_inverse(information, estimate.space);
   estimate.held_covariance =
-      held_covariance(information, estimate.space, prior_covariance(problem.parameters, problem.nominal));
+      held_covariance(information, estimate.space, problem.parameters, problem.nominal);
   estimate.gyro_bias_spread = gyro_bias_spread(likelihood, estimate.robot);
   estimate.gyro_biases = gyro_biases_of(likelihood, estimate);
   return estimate;

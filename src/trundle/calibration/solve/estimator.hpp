@@ -18,9 +18,8 @@ struct Estimate {
   NoiseEstimate noise;
   GyroBiasSpread gyro_bias_spread = {};
   EstimableSpace space;
-  Eigen::MatrixXd covariance;  ///< of all parameters in their own units; zero rows where held
-  /// Likewise, of what is held (held_covariance): the runs say nothing of it.
-  Eigen::MatrixXd held_covariance;
+  Eigen::MatrixXd covariance;       ///< of all parameters in their own units; zero rows where held
+  Eigen::MatrixXd held_covariance;  ///< of what is held, in the same units; to be added
   double dispersion = 1.0;     ///< by which the runs scatter more than their noise: part of the covariance
   int degrees_of_freedom = 0;  ///< behind the dispersion
   std::vector<RunEvidence> runs;

@@ -114,10 +114,21 @@ bool is_ahead(const HeldCombination& held, std::span<const Parameter> parameters
   });
 }
 
+/// Where all levers of omni wheels move with the origin.
+bool is_origin(const HeldCombination& held, std::span<const Parameter> parameters, const Robot& nominal) {
+  return parameters[static_cast<std::size_t>(held.members.front())].kind == ParameterKind::lever &&
+         !origin_moved(parameters, nominal).empty();
+}
+
+/// Of the robot's own axes: nothing is wrong with them where the robot file has them.
+bool is_choice(const HeldCombination& held, std::span<const Parameter> parameters, const Robot& nominal) {
+  return is_ahead(held, parameters, nominal) || is_origin(held, parameters, nominal);
+}
+
 std::string advice(const HeldCombination& held, std::span<const Parameter> parameters, const Robot& nominal,
                    bool measures_length) {
   const ParameterKind kind = parameters[static_cast<std::size_t>(held.members.front())].kind;
-  if (kind == ParameterKind::lever && !origin_moved(parameters, nominal).empty())
+  if (is_origin(held, parameters, nominal))
     return "measure the landmark sensor's place on the robot, --fix sensor.x --fix sensor.y";
   if (is_ahead(held, parameters, nominal)) return "measure headings too: no path shows which way it looks";
   if (is_of_wheels(kind)) return motion_to_drive(held, parameters, nominal, measures_length);
@@ -300,19 +311,21 @@ Eigen::MatrixXd prior_covariance(std::span<const Parameter> parameters, const Ro
 }
 
 Eigen::MatrixXd held_covariance(const Eigen::MatrixXd& information, const EstimableSpace& space,
-                                const Eigen::MatrixXd& prior) {
+                                std::span<const Parameter> parameters, const Robot& nominal) {
   const Eigen::Index n = information.rows();
-  const auto count = static_cast<Eigen::Index>(space.held.size());
-  if (count == 0) return Eigen::MatrixXd::Zero(n, n);
-  Eigen::MatrixXd C(n, count),
-      along(n, count);  // in the parameters' units, and what reads off how far it goes
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const Eigen::VectorXd& combination = space.held[static_cast<std::size_t>(i)].combination;
-    C.col(i) = space.scale.cwiseProduct(combination);
-    along.col(i) = combination.cwiseQuotient(space.scale);
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n, n);
+  std::vector<Eigen::VectorXd> wrong;  // what may be
+  for (const HeldCombination& held : space.held)
+    if (!is_choice(held, parameters, nominal)) wrong.push_back(held.combination);
+  if (wrong.empty()) return covariance;
+  Eigen::MatrixXd C(n, static_cast<Eigen::Index>(wrong.size()));  // in the parameters' own units
+  Eigen::MatrixXd part = C;                                       // partᵀ x: how much of each is in x
+  for (Eigen::Index i = 0; i < C.cols(); ++i) {
+    C.col(i) = wrong[static_cast<std::size_t>(i)].cwiseProduct(space.scale);
+    part.col(i) = wrong[static_cast<std::size_t>(i)].cwiseQuotient(space.scale);
   }
   const Eigen::MatrixXd D = C - constrained_inverse(information, space) * (information * C);
-  return congruent(congruent(prior, along), Eigen::MatrixXd(D.transpose()));
+  return congruent(congruent(prior_covariance(parameters, nominal), part), Eigen::MatrixXd(D.transpose()));
 }
 
 HeldWords reason_for(const HeldCombination& held, std::span<const Parameter> parameters, const Robot& nominal,
@@ -325,11 +338,12 @@ HeldWords reason_for(const HeldCombination& held, std::span<const Parameter> par
 std::string words_for(const HeldCombination& held, std::span<const Parameter> parameters,
                       const Robot& nominal, bool measures_length) {
   const HeldWords reason = reason_for(held, parameters, nominal, measures_length);
-  return fmt::format("{}: {}; {}", reason.names, reason.advice,
-                     held.members.size() == 1 ? "fixed at nominal"
-                                              : "this combination is fixed at nominal, all others are "
-                                                "estimated; how far nominal may be off is part "
-                                                "of the ± of these parameters");
+  if (held.members.size() == 1) return fmt::format("{}: {}; fixed at nominal", reason.names, reason.advice);
+  return fmt::format("{}: {}; this combination is fixed at nominal, all others are estimated; {}",
+                     reason.names, reason.advice,
+                     is_choice(held, parameters, nominal)
+                         ? "the robot's own axes are those of the robot file"
+                         : "how far nominal may be off is part of the ± of these parameters");
 }
 
 }  // namespace trundle::calibration

@@ -56,9 +56,10 @@ Eigen::MatrixXd prior_covariance(std::span<const Parameter> parameters, const Ro
 
 /// The covariance of all parameters, in their own units, that comes from what is held: it is as wrong as
 /// nominal is, and takes along what is estimated with it. D P Dᵀ with D = C − B (Bᵀ N B)⁻¹ Bᵀ N C: C what is
-/// held, B what is estimated, N the information, P the prior covariance of C.
+/// held, B what is estimated, N the information, P the prior covariance of C. Without what is anybody's
+/// choice, the robot's own axes.
 Eigen::MatrixXd held_covariance(const Eigen::MatrixXd& information, const EstimableSpace& space,
-                                const Eigen::MatrixXd& prior);
+                                std::span<const Parameter> parameters, const Robot& nominal);
 
 /// What cannot be determined, and what to drive. `measures_length`: runs were measured in metres from
 /// outside.

@@ -97,7 +97,7 @@ RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nomina
   for (const Eigen::VectorXd& moved : origin_moved(parameters, nominal)) observed = without(moved, observed);
   own.move(found.minimum.state.parameters.tail(own.count()));
   EstimableSpace space = estimable_space(observed, parameters, nominal);
-  Eigen::MatrixXd held = held_covariance(observed, space, prior_covariance(parameters, nominal));
+  Eigen::MatrixXd held = held_covariance(observed, space, parameters, nominal);
   return {found.minimum.state, std::move(space), std::move(held), std::move(own)};
 }
 
