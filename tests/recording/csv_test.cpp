@@ -1,3 +1,4 @@
+#include <array>
 #include <cmath>
 #include <ctime>
 #include <memory>
@@ -165,6 +166,18 @@ TEST(Csv, takes_empty_cells_and_words_for_nothing_as_not_measured) {
 
 TEST(Csv, a_trailing_delimiter_is_no_cell) {
   EXPECT_THAT(read_all("a,b,\n1,2,\n3,4\n").numbers[1], ElementsAre(2, 4));
+}
+
+/// Nor is a line of one empty cell a line of none: that had no last column to end at.
+TEST(Csv, one_empty_cell_is_a_column) {
+  const CsvTable table("\"\"\n1\n", "log.csv", {.header = false});
+  ASSERT_EQ(table.columns(), 1U);
+  (void)table.read({});
+  const std::array wanted = {CsvColumn{0}};
+  const CsvRows rows = table.read(wanted);
+  ASSERT_EQ(rows.count(), 2U);
+  EXPECT_TRUE(std::isnan(rows.numbers[0][0]));
+  EXPECT_EQ(rows.numbers[0][1], 1.0);
 }
 
 TEST(Csv, a_last_line_that_breaks_off_is_left_out_and_told) {

@@ -35,7 +35,7 @@ CsvTable::CsvTable(std::string_view text, std::string file, const CsvFormat& for
     throw InputError(file_, "is empty", format.header ? "a header and rows" : "rows");
   first_line_ = line_at(text_, body_);
   names_ = scanner.cells(first_line_);
-  if (!names_.empty() && names_.back().empty()) names_.pop_back();  // a trailing delimiter
+  if (names_.size() > 1 && names_.back().empty()) names_.pop_back();  // a trailing delimiter
   columns_ = names_.size();
   header_line_ = body_line_;
   if (!format.header) {
