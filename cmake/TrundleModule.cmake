@@ -12,6 +12,10 @@ endif()
 if(TRUNDLE_WERROR)
   target_compile_options(trundle_compile_options INTERFACE -Werror)
 endif()
+set(TRUNDLE_FUZZ OFF)  # libFuzzer comes with clang, and wants sanitizers
+if(TRUNDLE_SANITIZE AND CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+  set(TRUNDLE_FUZZ ON)
+endif()
 if(TRUNDLE_SANITIZE)
   # Instrumented code misleads the compiler's flow analysis: those two warnings are false alarms here, and on elsewhere.
   # Null pointers and accesses beyond an object are AddressSanitizer's; checked twice they double the time to compile,
@@ -96,17 +100,17 @@ function(trundle_module name)
   # What is compiled once for each instruction set includes itself: not together with other sources.
   set(kernels ${sources})
   list(FILTER kernels INCLUDE REGEX "_kernels\\.cpp$")
-  # Checks of memory as calls: inlined, they make a kernel take five times as long to compile.
+  # Checks of memory as calls: inlined, they make a kernel take five times as long to compile. No file is read there.
   set_source_files_properties(${kernels} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON
                               COMPILE_DEFINITIONS "$<$<BOOL:${TRUNDLE_SANITIZE}>:TRUNDLE_FEW_TARGETS>"
-                              COMPILE_OPTIONS "$<$<AND:$<BOOL:${TRUNDLE_SANITIZE}>,$<CXX_COMPILER_ID:Clang>>:-mllvm;-asan-instrumentation-with-call-threshold=0>")
+                              COMPILE_OPTIONS "$<$<BOOL:${TRUNDLE_FUZZ}>:-mllvm;-asan-instrumentation-with-call-threshold=0;-fno-sanitize=fuzzer-no-link>")
   set(target trundle_${name})
   if(sources)
     add_library(${target} STATIC ${sources})
     target_link_libraries(${target} PRIVATE ${arg_PRIVATE_DEPENDS} $<BUILD_INTERFACE:trundle_compile_options>)
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
     trundle_even_batches(${target} ${sources})
-    if(arg_READS_FILES AND TRUNDLE_SANITIZE AND CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    if(arg_READS_FILES AND TRUNDLE_FUZZ)
       target_compile_options(${target} PRIVATE -fsanitize=fuzzer-no-link)
     endif()
     set(scope PUBLIC)

@@ -126,7 +126,6 @@ TEST(LandmarkCalibration, FindsScaleAndBiasOfTheGyroToo) {
 }
 
 TEST(LandmarkCalibration, ManagesWithoutTheLandmarksNames) {
-  TRUNDLE_NOT_UNDER_SANITIZERS();
   Honesty honesty;
   const int seeds = test::trials(10, 2);
   for (int seed = 1; seed <= seeds; ++seed) {

@@ -126,7 +126,6 @@ TEST(VarianceComponents, ReportErrorsThatLast) {
 }
 
 TEST(VarianceComponents, AreAllThatIsSoughtOfAVelocityThatIsTakenAsItIs) {
-  TRUNDLE_NOT_UNDER_SANITIZERS();
   Robot truth;
   truth.name = "velocity";
   truth.landmark_sensor = noisy_robot().landmark_sensor;

@@ -34,13 +34,13 @@ double between_runs(const Estimate& estimate) {
 /// of sessions about their mean, and the uncertainty of that mean.
 Eigen::MatrixXd total_covariance(const Estimate& estimate, const SessionSpread& spread,
                                  std::span<const Parameter> parameters) {
-  Eigen::MatrixXd total = estimate.covariance + estimate.held_covariance;
+  const Eigen::MatrixXd one_session = estimate.covariance + estimate.held_covariance;
+  Eigen::MatrixXd total = one_session;
   if (spread.covariance.size() > 0) total += spread.covariance * (1.0 + 1.0 / spread.calibrated);
   for (std::size_t j = 0; j < parameters.size(); ++j) {
     const auto k = static_cast<Eigen::Index>(j);
     if (parameters[j] == kGyroBias && estimate.space.estimates(static_cast<int>(j)))
-      total(k, k) = std::max(
-          total(k, k), estimate.covariance(k, k) + estimate.held_covariance(k, k) + between_runs(estimate));
+      total(k, k) = std::max(total(k, k), one_session(k, k) + between_runs(estimate));
   }
   return total;
 }
