@@ -23,6 +23,7 @@
 #include "app/demo.hpp"
 #include "app/process.hpp"
 #include "app/sample.hpp"
+#include "scale.hpp"
 
 namespace trundle::test {
 using namespace pipeline;
@@ -155,6 +156,7 @@ double greatest_error_m(double sigma_m) {
 }
 
 TEST(Examples, SlipFindsWhereWheelsSlippedAndWhereTheRobotEnded) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   const Sample sample;
   calibrated_on(sample, {"session_01", "session_02", "session_03"});
   const Outcome outcome = run_example(sample, "slip", {"calibrated.toml", (kDemo / "slip").string()});
@@ -233,6 +235,7 @@ class MappingExamples : public testing::Test {
 };
 
 TEST_F(MappingExamples, SlamKnowsWhereTheRobotIsAndMapsWhatIsThere) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   std::vector<StampedPose> poses;
   for (const std::string& line : online()) {
     const PrintedPose now = pose_in(line);
@@ -251,6 +254,7 @@ TEST_F(MappingExamples, SlamKnowsWhereTheRobotIsAndMapsWhatIsThere) {
 }
 
 TEST_F(MappingExamples, SmootherIsNearerTheTruthThanTheFilterWasAndAsSureAsItMayBe) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   const Outcome outcome = run_example(sample_, "smoother",
                                       {"calibrated.toml", tour_.string(), "trajectory.csv", "landmarks.csv"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

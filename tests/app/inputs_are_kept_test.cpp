@@ -16,13 +16,6 @@ namespace {
 
 using testing::HasSubstr;
 
-std::map<std::string, std::string> files_below(const std::filesystem::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
-    if (entry.is_regular_file()) files[entry.path()] = read_file(entry.path());
-  return files;
-}
-
 /// A command line in the folder of a Sample with `other`, a copy of the recording `seen`, of which one output
 /// is an input.
 struct Case {

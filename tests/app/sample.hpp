@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
+#include <string>
 
 namespace trundle::test {
 
@@ -23,5 +25,8 @@ class Sample {
  private:
   std::filesystem::path folder_;
 };
+
+/// What files below a folder hold, by their paths from there. Of a folder that is not there: nothing.
+std::map<std::string, std::string> files_below(const std::filesystem::path& folder);
 
 }  // namespace trundle::test

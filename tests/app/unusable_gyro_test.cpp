@@ -22,21 +22,22 @@ constexpr double kEnd_s = 30.0;  // of the tour what is kept: enough to calibrat
 /// What stands instead of a reading; empty: a lost one.
 using Spoiled = std::string (*)(double time_s, double rate_rad_s);
 
-struct Case {
+struct BrokenGyro {
   const char* name;
   Spoiled spoiled;
 };
 
-constexpr std::array kCases = {
-    Case{"NeverAReading", [](double, double) { return std::string(); }},
-    Case{"CountsOfTheSensor", [](double, double rate) { return fmt::format("{}", 16384.0 * rate + 3000.0); }},
-    Case{"BurstsWithGaps",
-         [](double time, double rate) {
-           return std::fmod(time, 2.0) < 0.1 ? fmt::format("{}", rate) : std::string();
-         }},
+constexpr std::array kBrokenGyros = {
+    BrokenGyro{"NeverAReading", [](double, double) { return std::string(); }},
+    BrokenGyro{"CountsOfTheSensor",
+               [](double, double rate) { return fmt::format("{}", 16384.0 * rate + 3000.0); }},
+    BrokenGyro{"BurstsWithGaps",
+               [](double time, double rate) {
+                 return std::fmod(time, 2.0) < 0.1 ? fmt::format("{}", rate) : std::string();
+               }},
 };
 
-class UnusableGyro : public testing::TestWithParam<Case> {
+class UnusableGyro : public testing::TestWithParam<BrokenGyro> {
  protected:
   void SetUp() override {
     std::filesystem::copy(kDemo / "session_02/tour", sample_.folder() / "tour");
@@ -78,8 +79,10 @@ TEST_P(UnusableGyro, EndsWithResultsOrAReason) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(, UnusableGyro, testing::ValuesIn(kCases),
-                         [](const testing::TestParamInfo<Case>& of) { return std::string(of.param.name); });
+INSTANTIATE_TEST_SUITE_P(, UnusableGyro, testing::ValuesIn(kBrokenGyros),
+                         [](const testing::TestParamInfo<BrokenGyro>& of) {
+                           return std::string(of.param.name);
+                         });
 
 }  // namespace
 }  // namespace trundle::test

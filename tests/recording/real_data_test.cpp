@@ -28,7 +28,7 @@ std::string file(const char* path) {
   return (test::real_data() / path).string();
 }
 
-double sum(const AlignedReadings& readings, std::size_t wheel) {
+double travel_of(const AlignedReadings& readings, std::size_t wheel) {
   double total = 0.0;
   for (const Increment& increment : readings.increments) total += increment.turned[wheel];
   return total;
@@ -66,8 +66,8 @@ columns = {{ time_s = 1, x_m = 2, y_m = 3, heading_rad = 4 }}
   const double turn = reference.poses.back().pose.heading - reference.poses.front().pose.heading;
   EXPECT_NEAR(std::abs(turn), 2.0 * kPi, 0.1);
   const AlignedReadings readings = align(recording, robot_with({"left", "right"}, {0.084, 2796.8, 0}, 0.2));
-  const double left_m = kPi * 0.084 * sum(readings, 0);
-  const double right_m = kPi * 0.084 * sum(readings, 1);
+  const double left_m = kPi * 0.084 * travel_of(readings, 0);
+  const double right_m = kPi * 0.084 * travel_of(readings, 1);
   EXPECT_NEAR((right_m - left_m) / 0.2, turn, 0.02 * 2.0 * kPi);
 }
 
@@ -122,7 +122,7 @@ TEST(RealData, mrclam_as_it_is) {
   }
   const AlignedReadings readings = align(recording, Robot{});
   EXPECT_THAT(readings.increments, SizeIs(recording.velocity.time_s.size() - 1));
-  EXPECT_NEAR(sum(readings, 0), 48.4, 0.1);
+  EXPECT_NEAR(travel_of(readings, 0), 48.4, 0.1);
 }
 
 TEST(RealData, censi_tuples) {

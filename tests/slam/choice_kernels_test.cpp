@@ -40,13 +40,13 @@ struct Crowd {
   Column<double> log_weights;
 };
 
-struct Textbook {
+struct TextbookChoice {
   double nis, cost;
 };
 
 /// −2 log of the Gaussian of range and bearing, linearised by differences.
-Textbook textbook_cost(const Pose2& sensor, const Matrix3& sensor_covariance, const Observation& seen,
-                       const LandmarkEstimate& m) {
+TextbookChoice textbook_cost(const Pose2& sensor, const Matrix3& sensor_covariance, const Observation& seen,
+                             const LandmarkEstimate& m) {
   const auto reading_of = [&](const Twist2& by, const Vector2& landmark) {
     const ExpectedReading exact = expected_reading(sensor * exp(by), {}, landmark);
     return Vector2(exact.range_m, exact.bearing_rad);
@@ -96,7 +96,7 @@ TEST(ChoiceKernels, CostsAreTheTextbooks) {
     for (std::size_t i = 0; i < kParticles; ++i) {
       const LandmarkEstimate m = columns[c].at(i);
       const double cost = of.costs_of(c)[i];
-      const Textbook expected = textbook_cost(crowd.poses[i], covariance, seen, m);
+      const TextbookChoice expected = textbook_cost(crowd.poses[i], covariance, seen, m);
       if (!is_there(m) || expected.nis > 2.0 * kOptions.gate) {
         EXPECT_EQ(cost, kFar);
       } else if (expected.nis > kOptions.gate) {
@@ -129,7 +129,7 @@ TEST(ChoiceKernels, EachIsChosenAsOftenAsItIsLikely) {
   for (std::size_t c = 0; c < landmarks.size(); ++c) {
     columns[c].fill(landmarks[c]);
     of.add({static_cast<LandmarkId>(c), &columns[c]});
-    const Textbook expected = textbook_cost(crowd.poses[0], Matrix3::Zero(), seen, landmarks[c]);
+    const TextbookChoice expected = textbook_cost(crowd.poses[0], Matrix3::Zero(), seen, landmarks[c]);
     const bool is_possible = is_there(landmarks[c]) && expected.nis <= kOptions.gate;
     density.push_back(is_possible ? std::exp(-0.5 * expected.cost) : 0.0);
   }

@@ -196,6 +196,7 @@ TEST_P(EveryRecursiveFilter, DoesNotGrowInAMillionSteps) {
 // The robot circles among its landmarks with one spurious sighting at each look. Were none of those ever
 // given up, there would be as many landmarks as looks.
 TEST_P(EveryRecursiveFilter, DoesNotGrowByWhatIsSpurious) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   test::SlamWorld world = test::slam_world({.steps = 63, .landmarks = 10});
   hide_names(world);
   SlamOptions small = options();

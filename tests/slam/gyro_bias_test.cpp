@@ -206,6 +206,7 @@ void PrintTo(const Subject& subject, std::ostream* out) {
 class GyroBias : public testing::TestWithParam<Subject> {};
 
 TEST_P(GyroBias, MakesNoEstimateWorseOrSurerThanItIs) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   const int runs = test::trials(20, 2);
   for (const int rest_s : {10, 0}) {
     double without_m = 0.0;
@@ -264,6 +265,7 @@ KnownMap map_of(const World& world, bool together) {
 
 // Most of what is wrong with a map is common to neighbours.
 TEST(LocalizerOnAMapOfItsOwn, IsConsistentWhereTheMapIsKnownTogether) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   const int runs = test::trials(20, 5);
   Errors apart, together;
   for (int run = 0; run < runs; ++run) {

@@ -446,6 +446,7 @@ TEST(LandmarkCalibration, ComparesWithAReferenceThatItDoesNotUse) {
 }
 
 TEST(LandmarkCalibration, TellsTheSpreadBetweenSessions) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   std::vector<Recording> recordings;
   for (std::uint64_t session = 0; session < 3; ++session) {
     Robot truth = true_robot(5);

@@ -8,7 +8,7 @@
 namespace trundle::slam {
 namespace {
 
-const Pose2 kSensor{0.219, -0.1, 0.4};
+const Pose2 kMount{0.219, -0.1, 0.4};
 
 std::vector<Pose2> poses() {
   return {{0.0, 0.0, 0.0}, {1.0, -2.0, 3.1}, {-3.0, 0.5, -9.0}, {0.2, 0.1, 50.0}};
@@ -36,7 +36,7 @@ Pose2 changed(const Pose2& pose, const Vector3& by) {
 TEST(Observation, ExpectationIsWhatTheFramesSay) {
   for (const Pose2& pose : poses()) {
     const Vector2 in_sensor(1.5, -0.7);
-    const ExpectedReading expected = expected_reading(pose, kSensor, pose * kSensor * in_sensor);
+    const ExpectedReading expected = expected_reading(pose, kMount, pose * kMount * in_sensor);
     EXPECT_NEAR(expected.range_m, in_sensor.norm(), 1e-12);
     EXPECT_NEAR(expected.bearing_rad, std::atan2(-0.7, 1.5), 1e-12);
   }
@@ -69,9 +69,9 @@ TEST(Observation, BehindACameraThereIsNoDepth) {
 TEST(Observation, DerivativesAgreeWithDifferences) {
   const Vector2 landmark(2.0, 3.0);
   for (const Pose2& pose : poses()) {
-    const ExpectedReading at = expected_reading(pose, kSensor, landmark);
+    const ExpectedReading at = expected_reading(pose, kMount, landmark);
     const auto change_of = [&](const Pose2& p, const Vector2& m) {
-      const ExpectedReading moved = expected_reading(p, kSensor, m);
+      const ExpectedReading moved = expected_reading(p, kMount, m);
       return Vector2(moved.range_m - at.range_m, wrap_angle(moved.bearing_rad - at.bearing_rad));
     };
     const Matrix23 by_pose =
@@ -86,14 +86,14 @@ TEST(Observation, DerivativesAgreeWithDifferences) {
 TEST(Observation, InverseAndItsDerivatives) {
   const Observation observation{0, 2.5, -2.0};
   for (const Pose2& pose : poses()) {
-    const SightedLandmark at = sighted_landmark(pose, kSensor, observation);
-    const ExpectedReading back = expected_reading(pose, kSensor, at.in_world);
+    const SightedLandmark at = sighted_landmark(pose, kMount, observation);
+    const ExpectedReading back = expected_reading(pose, kMount, at.in_world);
     EXPECT_LT(innovation_of(observation, back).norm(), 1e-12);
     const Matrix23 by_pose = numeric_derivative<3>([&](const Vector3& c) -> Vector2 {
-      return sighted_landmark(changed(pose, c), kSensor, observation).in_world;
+      return sighted_landmark(changed(pose, c), kMount, observation).in_world;
     });
     const Matrix2 by_reading = numeric_derivative<2>([&](const Vector2& c) -> Vector2 {
-      return sighted_landmark(pose, kSensor, {0, 2.5 + c.x(), -2.0 + c.y()}).in_world;
+      return sighted_landmark(pose, kMount, {0, 2.5 + c.x(), -2.0 + c.y()}).in_world;
     });
     EXPECT_LT((at.by_pose - by_pose).norm(), 1e-8);
     EXPECT_LT((at.by_reading - by_reading).norm(), 1e-8);

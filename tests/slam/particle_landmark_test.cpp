@@ -11,7 +11,7 @@ namespace trundle::slam {
 namespace {
 
 /// The textbook's Kalman filter of one landmark in (range, bearing), Joseph form.
-struct Textbook {
+struct TextbookLandmark {
   Vector2 mean;
   Matrix2 P;
   double log_likelihood = 0.0;
@@ -39,8 +39,8 @@ TEST(ParticleLandmark, IsTheTextbooksKalmanFilter) {
     const SightedLandmark sighted = sighted_landmark(first, sensor.body_from_sensor, seen);
     LandmarkEstimate m =
         first_estimate(sensor_at(first, sensor.body_from_sensor), reading_terms(seen, sensor));
-    Textbook textbook{sighted.in_world,
-                      sighted.by_reading * reading_covariance(sensor) * sighted.by_reading.transpose()};
+    TextbookLandmark textbook{
+        sighted.in_world, sighted.by_reading * reading_covariance(sensor) * sighted.by_reading.transpose()};
     for (int update = 0; update < 20; ++update) {
       const Pose2 pose{random.uniform(-5.0, 5.0), random.uniform(-5.0, 5.0), random.uniform(-9.0, 9.0)};
       const ExpectedReading expected = expected_reading(pose, sensor.body_from_sensor, textbook.mean);

@@ -13,7 +13,7 @@
 namespace trundle::slam {
 namespace {
 
-SlamInput input_of(const test::SlamWorld& world) {
+SlamInput unstamped(const test::SlamWorld& world) {
   SlamInput input;
   input.steps = world.steps;
   return input;
@@ -33,7 +33,7 @@ void see_every(int n, test::SlamWorld& world) {
 
 TEST(Smoother, IsCloserToTheTruthThanItsFilter) {
   const test::SlamWorld world = test::slam_world({.steps = 400, .seed = 3});
-  const SlamInput input = input_of(world);
+  const SlamInput input = unstamped(world);
   const SlamResult filtered = slam(input, world.sensor, {.method = SlamMethod::fastslam2, .particles = 30});
   const SmoothedSlam smoothed = smooth(input, world.sensor, filtered);
   EXPECT_TRUE(smoothed.counts.converged);
@@ -63,7 +63,7 @@ TEST(Smoother, ErrorsAreAsLargeAsItsCovariancesSay) {
   int freedom = 0;
   for (int trial = 0; trial < trials; ++trial) {
     const test::SlamWorld world = world_with_errors(trial, sigma);
-    const SlamInput input = input_of(world);
+    const SlamInput input = unstamped(world);
     const SlamPrior prior{.systematic_sigma = sigma};
     const SmoothedSlam smoothed =
         smooth(input, world.sensor,
@@ -97,7 +97,7 @@ TEST(Smoother, FindsTheSameMinimumWhereItsFilterIsLost) {
   int lost = 0;
   for (int trial = 0; trial < test::trials(50, 15); ++trial) {
     const test::SlamWorld world = world_with_errors(trial, kUsualShareSigma);
-    const SlamInput input = input_of(world);
+    const SlamInput input = unstamped(world);
     SlamResult filtered = slam(input, world.sensor, {.method = SlamMethod::fastslam2, .particles = 50});
     const SmoothedSlam smoothed = smooth(input, world.sensor, filtered);
     lost += smoothed.counts.starts > 1 ? 1 : 0;
@@ -118,7 +118,7 @@ TEST(Smoother, NeedsFewStepsWhereTheRobotDoesNotSkid) {
                                                   .sigma_across_m = 1e-6,
                                                   .sigma_turn_rad = 0.01,
                                                   .seed = 8});
-  const SlamInput input = input_of(world);
+  const SlamInput input = unstamped(world);
   SlamResult blind = slam(input, world.sensor, {.method = SlamMethod::ekf});
   Pose2 pose;
   for (std::size_t k = 0; k < input.steps.size(); ++k)
@@ -132,7 +132,7 @@ TEST(Smoother, NeedsFewStepsWhereTheRobotDoesNotSkid) {
 
 TEST(Smoother, IsNotPulledByOutliers) {
   test::SlamWorld world = test::slam_world({.steps = 300, .seed = 4});
-  const SlamInput clean = input_of(world);
+  const SlamInput clean = unstamped(world);
   const SmoothedSlam expected = smooth(
       clean, world.sensor, slam(clean, world.sensor, {.method = SlamMethod::fastslam2, .particles = 50}));
   Random random(9, 9);
@@ -143,7 +143,7 @@ TEST(Smoother, IsNotPulledByOutliers) {
         seen.bearing_rad = wrap_angle(seen.bearing_rad + random.uniform(0.5, 5.5));
         ++wrong;
       }
-  const SlamInput spoilt = input_of(world);
+  const SlamInput spoilt = unstamped(world);
   const SmoothedSlam smoothed = smooth(
       spoilt, world.sensor, slam(spoilt, world.sensor, {.method = SlamMethod::fastslam2, .particles = 50}));
   EXPECT_GE(smoothed.counts.outliers, wrong);
@@ -155,14 +155,14 @@ TEST(Smoother, IsNotPulledByOutliers) {
 TEST(Smoother, TakesNothingSeenForNoAnswer) {
   test::SlamWorld world = test::slam_world({.steps = 5});
   for (SlamStep& step : world.steps) step.observations.clear();
-  const SlamInput input = input_of(world);
+  const SlamInput input = unstamped(world);
   const SlamResult filtered = slam(input, world.sensor, {.method = SlamMethod::fastslam2, .particles = 5});
   EXPECT_THROW((void)smooth(input, world.sensor, filtered), CannotAnswer);
 }
 
 TEST(Smoother, ReadingsThatAreNoNumbersChangeNothing) {
   test::SlamWorld world = test::slam_world({.steps = 100});
-  SlamInput input = input_of(world);
+  SlamInput input = unstamped(world);
   const SmoothedSlam expected =
       smooth(input, world.sensor, slam(input, world.sensor, {.method = SlamMethod::ekf}));
   input.steps[50].observations.push_back({3, std::nan(""), 0.1});

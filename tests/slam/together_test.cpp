@@ -70,9 +70,9 @@ TEST(RobotResidual, DerivativesAreThoseOfSmallMoves) {
 
 /// Everything in one dense vector, derivatives by differences: [robot, step] poses, landmarks, systematic
 /// errors.
-class Dense {
+class DenseTogether {
  public:
-  explicit Dense(const test::Team& team) : team_(team) {}
+  explicit DenseTogether(const test::Team& team) : team_(team) {}
 
   Eigen::VectorXd start() const {
     Eigen::VectorXd x = Eigen::VectorXd::Zero(size());
@@ -162,7 +162,7 @@ TEST(Together, IsWhatDenseLeastSquaresOverAllStatesGives) {
   ASSERT_FALSE(team.seen.empty());
   for (const SlamInput& input : team.inputs)  // so that every step is an unknown, as here
     for (const SlamStep& step : input.steps) ASSERT_FALSE(step.observations.empty());
-  const Dense dense(team);
+  const DenseTogether dense(team);
   Eigen::VectorXd x = dense.start();
   Eigen::MatrixXd J;
   for (int i = 0; i < 30; ++i) {
@@ -205,15 +205,15 @@ TEST(Together, IsWhatDenseLeastSquaresOverAllStatesGives) {
 }
 
 /// Sums of squared errors in their covariances over many worlds.
-struct Consistency {
+struct ErrorsTogether {
   double pose = 0.0;  ///< of the last robot, half-way and at the end
   double of_map = 0.0;
   int poses = 0, landmarks = 0;
   double worst_m = 0.0;
 };
 
-Consistency consistency_of(test::TeamOptions options, int trials) {
-  Consistency sum;
+ErrorsTogether consistency_of(test::TeamOptions options, int trials) {
+  ErrorsTogether sum;
   for (int trial = 0; trial < trials; ++trial) {
     options.seed = static_cast<std::uint64_t>(trial) + 100;
     const test::Team team = test::team_of(options);
@@ -236,20 +236,20 @@ void expect_consistent(double sum, int freedom) {
 
 TEST(Together, ErrorsAreAsLargeAsItsCovariancesSay) {
   for (const bool see_robots : {false, true}) {
-    const Consistency sum = consistency_of({.robots = 3, .see_robots = see_robots}, test::trials(60, 8));
+    const ErrorsTogether sum = consistency_of({.robots = 3, .see_robots = see_robots}, test::trials(60, 8));
     expect_consistent(sum.pose, 3 * sum.poses);
     expect_consistent(sum.of_map, 2 * sum.landmarks);
   }
 }
 
 TEST(Together, ErrorsOfCamerasAreAsLargeAsItsCovariancesSay) {
-  const Consistency sum = consistency_of({.robots = 2, .depth_share = 1.0}, test::trials(60, 8));
+  const ErrorsTogether sum = consistency_of({.robots = 2, .depth_share = 1.0}, test::trials(60, 8));
   expect_consistent(sum.pose, 3 * sum.poses);
   expect_consistent(sum.of_map, 2 * sum.landmarks);
 }
 
 TEST(Together, PlacesARobotThatSawNoLandmark) {
-  const Consistency sum = consistency_of({.robots = 3, .blind = 2}, test::trials(60, 8));
+  const ErrorsTogether sum = consistency_of({.robots = 3, .blind = 2}, test::trials(60, 8));
   expect_consistent(sum.pose, 3 * sum.poses);
   EXPECT_LT(sum.worst_m, 0.5);
 }

@@ -56,6 +56,7 @@ test::SlamWorld clear_world(int steps = 200, std::uint64_t first_seed = 1) {
 }
 
 TEST_P(UnknownIds, TheMapAndThePathAreFound) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   // One seed with 64 particles differs from another by a factor of two: its logarithm has a sigma of 0.6.
   constexpr int kWorlds = 16;
   double named_error = 0.0;
