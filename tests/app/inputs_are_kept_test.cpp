@@ -80,7 +80,7 @@ TEST_P(InputsAreKept, AndTheOneInDangerIsNamed) {
   EXPECT_EQ(outcome.exit_code, 3);
   EXPECT_THAT(outcome.err, IsOneLineOfError());
   EXPECT_THAT(outcome.err, HasSubstr("which would be lost"));
-  for (const auto& [path, content] : before) EXPECT_EQ(read_file(path), content) << path;
+  for (const auto& [path, content] : before) EXPECT_EQ(read_file(folder / path), content) << path;
 }
 
 INSTANTIATE_TEST_SUITE_P(, InputsAreKept, testing::ValuesIn(kCases),
