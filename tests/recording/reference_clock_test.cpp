@@ -55,12 +55,10 @@ Path tour(double length_m, std::uint64_t seed) {
   return random_tour({.length_m = length_m}, {}, random);
 }
 
-std::vector<Landmark> landmarks_around(int count = 12) {
+std::vector<Landmark> landmarks_around() {
   std::vector<Landmark> landmarks;
-  for (int i = 0; i < count; ++i) {
-    const double angle = 6.0 * i / count;
-    landmarks.push_back({std::to_string(i), 4.0 * Vector2(std::cos(angle), std::sin(angle))});
-  }
+  for (int i = 0; i < 12; ++i)
+    landmarks.push_back({std::to_string(i), 4.0 * Vector2(std::cos(0.5 * i), std::sin(0.5 * i))});
   return landmarks;
 }
 
@@ -202,35 +200,6 @@ TEST(SightingClock, IsFoundWithinItsSigma) {
     }
   }
   EXPECT_LT(squares / trials, 2.0);
-}
-
-// Half-way between two rows of such wheels poses are less noisy than at them: no offset may be found there.
-TEST(SightingClock, ItsSigmaHoldsWhereWheelsAreNoisyHoweverManyLandmarksAreSeen) {
-  const int trials = test::trials(40, 2);
-  for (const int landmarks : {4, 40}) {
-    double squares = 0.0;
-    for (int trial = 0; trial < trials; ++trial) {
-      const auto seed = static_cast<std::uint64_t>(trial);
-      Scenario scenario = scenario_along(tour(25.0, seed), 0.0, {20.0, 20.0}, seed);
-      const auto coarse = [](Robot robot) {
-        robot.chassis.noise.wheel_per_sqrt_m = 0.02;
-        for (Wheel& wheel : robot.chassis.wheels()) wheel.ticks_per_revolution = 200.0;
-        return robot;
-      };
-      scenario.nominal = coarse(robot_on_clocks(0.0, 0.0));
-      scenario.truth = coarse(robot_on_clocks(0.0, 0.05));
-      scenario.landmarks = landmarks_around(landmarks);
-      scenario.sightings.rate_hz = 10.0;
-      const Recording recording = simulate(scenario).recording;
-      const auto found =
-          sighting_time_offset(recording.sightings, align(recording, scenario.nominal), scenario.nominal);
-      ASSERT_TRUE(found);
-      squares += std::pow((found->offset_s - 0.05) / found->sigma_s, 2);
-    }
-    std::printf("%d landmarks: mean square of error over sigma %.2f\n", landmarks, squares / trials);
-    EXPECT_LT(squares, chi_squared_limit(0.001, trials)) << landmarks;
-    EXPECT_GT(squares, chi_squared_limit(0.999, trials)) << landmarks;
-  }
 }
 
 TEST(SightingClock, LandmarksWithoutNamesTellNothing) {

@@ -46,26 +46,4 @@ std::optional<MotionPath> motion_path(const AlignedReadings& readings, const Rob
   return path;
 }
 
-MotionPath smoothed(MotionPath path, int passes) {
-  const std::size_t count = path.twists.size();
-  for (int pass = 0; pass < passes; ++pass) {
-    const std::vector<Twist2> before = path.twists;
-    for (std::size_t i = 0; i < count; ++i) {
-      Twist2 sum{};
-      double duration_s = 0.0;
-      for (std::size_t j = i - std::min<std::size_t>(i, 1); j < std::min(i + 2, count); ++j) {
-        if (path.bridged[j] && j != i) continue;
-        const double weight = j == i ? 2.0 : 1.0;
-        sum = {sum.dx + weight * before[j].dx, sum.dy + weight * before[j].dy,
-               sum.dtheta + weight * before[j].dtheta};
-        duration_s += weight * (path.time_s[j + 1] - path.time_s[j]);
-      }
-      const double share = (path.time_s[i + 1] - path.time_s[i]) / duration_s;
-      path.twists[i] = {share * sum.dx, share * sum.dy, share * sum.dtheta};
-    }
-  }
-  for (std::size_t i = 0; i < count; ++i) path.poses[i + 1] = path.poses[i] * exp(path.twists[i]);
-  return path;
-}
-
 }  // namespace trundle::recording

@@ -17,9 +17,6 @@ using Vector = Eigen::VectorXd;
 
 // Between two sightings of one landmark that are compared, at most so many windows.
 constexpr double kWindowsApart = 5.0;
-// Over ±3.5 rows of the motion on board (1σ): where among them a pose is read off no longer matters, whatever
-// the wheels' noise.
-constexpr int kPasses = 24;
 
 /// One landmark seen twice.
 struct Pair {
@@ -69,9 +66,8 @@ double bearing_change(const Pair& pair, const MotionPath& path, const Pose2& bod
 std::optional<TimeOffset> sighting_time_offset(const std::vector<Sighting>& sightings,
                                                const AlignedReadings& readings, const Robot& robot,
                                                const TimeOffsetOptions& options) {
-  std::optional<MotionPath> path = motion_path(readings, robot);
+  const std::optional<MotionPath> path = motion_path(readings, robot);
   if (!robot.landmark_sensor || !path) return std::nullopt;
-  path = smoothed(*std::move(path), kPasses);
   const std::vector<Pair> pairs = pairs_of(sightings, options.window_s);
   if (pairs.empty()) return std::nullopt;
   const auto n = static_cast<Eigen::Index>(pairs.size());

@@ -24,10 +24,4 @@ struct MotionPath {
 /// By wheels alone where they tell the motion, else with the gyro; nothing where that is not enough.
 [[nodiscard]] std::optional<MotionPath> motion_path(const AlignedReadings& readings, const Robot& robot);
 
-/// With the rates of each interval and its neighbours averaged, by 1 : 2 : 1, so many times. Within an
-/// interval the noise of a pose that is read off is less than at its ends, and so an offset of clocks would
-/// be found half-way between two rows: what is averaged is as noisy everywhere. It is no earlier and no
-/// later.
-[[nodiscard]] MotionPath smoothed(MotionPath path, int passes);
-
 }  // namespace trundle::recording
