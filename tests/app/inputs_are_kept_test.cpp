@@ -1,5 +1,5 @@
 // No command writes its results over what it was made from.
-#include <map>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -29,7 +29,7 @@ struct OracleWheel {
   double diameter_m = 0.0;
 };
 
-struct Drives {
+struct Oracle {
   Robot nominal;                          ///< what calibration is given; its noise levels are the true ones
   std::function<void(Robot&)> make_true;  ///< sets the true parameters, for the comparison alone
   std::vector<OracleWheel> wheels;        ///< what really rolls
@@ -53,7 +53,7 @@ constexpr int kRuns = 2;
 
 class BlindDrive {
  public:
-  BlindDrive(const Drives& oracle, std::uint64_t seed) : oracle_(oracle), random_(seed) {
+  BlindDrive(const Oracle& oracle, std::uint64_t seed) : oracle_(oracle), random_(seed) {
     for (const std::string& name : oracle.nominal.wheel_names)
       recording_.wheels.series.push_back({name, oracle.counts ? WheelUnit::ticks : WheelUnit::radians, {}});
     travel_.assign(oracle.wheels.size(), 0.0);
@@ -149,7 +149,7 @@ class BlindDrive {
     reference.heading_rad.push_back(heading_ + normal(kReferenceHeading_rad));
   }
 
-  const Drives& oracle_;
+  const Oracle& oracle_;
   std::mt19937_64 random_;
   Recording recording_;
   std::vector<double> travel_;
@@ -159,7 +159,7 @@ class BlindDrive {
   double forward_ = 0.0, sideways_ = 0.0, turn_ = 0.0;
 };
 
-std::vector<Run> runs_of(const Drives& oracle, std::uint64_t seed) {
+std::vector<Run> runs_of(const Oracle& oracle, std::uint64_t seed) {
   std::vector<Run> runs;
   for (int i = 0; i < kRuns; ++i) {
     Recording recording = BlindDrive(oracle, seed * kRuns + static_cast<std::uint64_t>(i)).over(kDuration_s);
@@ -177,7 +177,7 @@ struct Tally {
   int inside = 0;
 };
 
-std::vector<Tally> tally(const Drives& oracle, std::vector<Parameter>& parameters) {
+std::vector<Tally> tally(const Oracle& oracle, std::vector<Parameter>& parameters) {
   Robot truth = oracle.nominal;
   oracle.make_true(truth);
   std::vector<Tally> tallies;
@@ -201,7 +201,7 @@ std::vector<Tally> tally(const Drives& oracle, std::vector<Parameter>& parameter
 /// No estimate is biased beyond what chance makes of so many (once in a thousand such tests: the mean of n
 /// over the scatter of the same n is Student's t), and 93 to 97 % of the intervals hold the truth, three
 /// standard deviations of the binomial aside; of few, as many as the binomial has it.
-void expect_unbiased_and_consistent(const Drives& oracle) {
+void expect_unbiased_and_consistent(const Oracle& oracle) {
   std::vector<Parameter> parameters;
   const std::vector<Tally> tallies = tally(oracle, parameters);
   const double n = oracle.trials;
@@ -246,10 +246,10 @@ void set_two_sided(std::span<const double> diameters, double track, Robot& robot
   set_gyro(robot);
 }
 
-Drives differential_drives(bool with_gyro) {
+Oracle differential_oracle(bool with_gyro) {
   constexpr std::array kDiameter = {0.1008, 0.0994};
   constexpr double kTrack = 0.306;
-  Drives oracle;
+  Oracle oracle;
   oracle.nominal = robot_with(differential_drive({0.1, 4096.0, 0}, 0.30), {"left", "right"}, with_gyro);
   oracle.wheels = {{0.0, -0.5 * kTrack, kDiameter[0]}, {0.0, 0.5 * kTrack, kDiameter[1]}};
   oracle.sideways_per_sqrt_m = oracle.nominal.chassis.noise.lateral_per_sqrt_m;
@@ -257,10 +257,10 @@ Drives differential_drives(bool with_gyro) {
   return oracle;
 }
 
-Drives skid4_with_gyro() {
+Oracle skid4_with_gyro() {
   constexpr std::array kDiameter = {0.2014, 0.1990, 0.2006, 0.1985};
   constexpr double kTrack = 0.55;
-  Drives oracle;
+  Oracle oracle;
   oracle.nominal = robot_with(skid_steer({0.2, 4096.0, 0}, 0.5, 0.4), {"fl", "fr", "rl", "rr"}, true);
   for (std::size_t i = 0; i < 4; ++i)
     oracle.wheels.push_back({0.0, (i % 2 == 0 ? -0.5 : 0.5) * kTrack, kDiameter[i]});
@@ -269,11 +269,11 @@ Drives skid4_with_gyro() {
   return oracle;
 }
 
-Drives omni3_with_gyro() {
+Oracle omni3_with_gyro() {
   constexpr std::array kDiameter = {0.101, 0.0985, 0.1003};
   constexpr std::array kTurned = {0.01, -0.02, 0.015};
   constexpr std::array kFurther = {0.004, -0.006, 0.003};
-  Drives oracle;
+  Oracle oracle;
   oracle.nominal = robot_with(omni3({0.1, 4096.0, 0}, 0.2), {"a", "b", "c"}, true);
   oracle.moves_sideways = true;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -293,7 +293,7 @@ Drives omni3_with_gyro() {
   return oracle;
 }
 
-Drives with(Drives oracle, int trials, bool counts = false) {
+Oracle with(Oracle oracle, int trials, bool counts = false) {
   oracle.trials = test::trials(trials, 3);
   oracle.counts = counts;
   return oracle;
@@ -303,7 +303,7 @@ Drives with(Drives oracle, int trials, bool counts = false) {
 /// with the covariances of the residuals moving too (Deming): in the mean over drives, to a fiftieth of the
 /// sigma of one. Without the errors in variables of eq. 6a it is off by half of one.
 TEST(BlindOracle, TheGradientIsTheSlopeOfChiSquared) {
-  Drives oracle = differential_drives(false);
+  Oracle oracle = differential_oracle(false);
   oracle.trials = test::trials(100);
   Robot truth = oracle.nominal;
   oracle.make_true(truth);
@@ -338,22 +338,22 @@ TEST(BlindOracle, TheGradientIsTheSlopeOfChiSquared) {
 }
 
 TEST(BlindOracle, DifferentialDrive) {
-  expect_unbiased_and_consistent(with(differential_drives(false), 150));
+  expect_unbiased_and_consistent(with(differential_oracle(false), 150));
 }
 
 TEST(BlindOracle, DifferentialDriveWithGyro) {
-  expect_unbiased_and_consistent(with(differential_drives(true), 150));
+  expect_unbiased_and_consistent(with(differential_oracle(true), 150));
 }
 
 TEST(BlindOracle, ReferenceWithAClockOfItsOwn) {
-  Drives oracle = with(differential_drives(true), 100);
+  Oracle oracle = with(differential_oracle(true), 100);
   oracle.reference_rate_hz = 10.0;
   oracle.reference_clock_s = 1.0;
   expect_unbiased_and_consistent(oracle);
 }
 
 TEST(BlindOracle, DifferentialDriveWithGyroAndWholeCounts) {
-  Drives oracle = with(differential_drives(true), 100, true);
+  Oracle oracle = with(differential_oracle(true), 100, true);
   for (Wheel& wheel : oracle.nominal.chassis.wheels()) wheel.ticks_per_revolution = 400.0;
   expect_unbiased_and_consistent(oracle);
 }

@@ -24,7 +24,7 @@ constexpr double kDiameter_m = 0.1;
 constexpr double kSide_m = 20.0;
 constexpr int kLandmarks = 20;
 
-struct Visit {
+struct MapScene {
   const char* name;
   bool has_gyro = true;
   bool is_correlated = false;  ///< the map's errors: neighbours are wrong alike, and its frame
@@ -33,7 +33,7 @@ struct Visit {
   int blind_from_s = 0, blind_to_s = 0;
   double wheel_per_sqrt_m = 0.01;
 };
-void PrintTo(const Visit& scene, std::ostream* out) {
+void PrintTo(const MapScene& scene, std::ostream* out) {
   *out << scene.name;
 }
 
@@ -57,7 +57,7 @@ Eigen::MatrixXd map_covariance(const std::vector<Vector2>& places, bool is_corre
 
 class World {
  public:
-  World(const Visit& scene, std::uint64_t seed) : scene_(scene), random_(seed, 60) {
+  World(const MapScene& scene, std::uint64_t seed) : scene_(scene), random_(seed, 60) {
     robot_.chassis = differential_drive({kDiameter_m, 0.0, 0}, kTrack_m);
     if (scene.has_gyro) robot_.chassis.gyro = Gyro{};
     robot_.chassis.noise.wheel_per_sqrt_m = scene.wheel_per_sqrt_m;
@@ -164,7 +164,7 @@ class World {
     }
   }
 
-  Visit scene_;
+  MapScene scene_;
   Random random_;
   Robot robot_;
   std::vector<Vector2> landmarks_;  ///< where they are
@@ -176,7 +176,7 @@ class World {
   double rate_rad_s_ = 0.0;
 };
 
-class UncertainMap : public testing::TestWithParam<Visit> {};
+class UncertainMap : public testing::TestWithParam<MapScene> {};
 
 TEST_P(UncertainMap, LeavesThePoseAsUncertainAsItIs) {
   const int runs = test::trials(20, 3);
@@ -207,27 +207,28 @@ TEST_P(UncertainMap, LeavesThePoseAsUncertainAsItIs) {
 
 INSTANTIATE_TEST_SUITE_P(
     , UncertainMap,
-    testing::Values(Visit{.name = "independent"}, Visit{.name = "without_gyro", .has_gyro = false},
-                    Visit{.name = "correlated", .is_correlated = true},
-                    Visit{.name = "correlated_from_nowhere", .is_correlated = true, .is_start_known = false},
-                    Visit{.name = "without_names", .is_named = false, .is_start_known = false},
-                    Visit{.name = "blind", .has_gyro = false, .blind_from_s = 22, .blind_to_s = 38},
-                    Visit{.name = "blind_without_names",
-                          .has_gyro = false,
-                          .is_named = false,
-                          .blind_from_s = 22,
-                          .blind_to_s = 38,
-                          .wheel_per_sqrt_m = 0.03}),
+    testing::Values(MapScene{.name = "independent"}, MapScene{.name = "without_gyro", .has_gyro = false},
+                    MapScene{.name = "correlated", .is_correlated = true},
+                    MapScene{
+                        .name = "correlated_from_nowhere", .is_correlated = true, .is_start_known = false},
+                    MapScene{.name = "without_names", .is_named = false, .is_start_known = false},
+                    MapScene{.name = "blind", .has_gyro = false, .blind_from_s = 22, .blind_to_s = 38},
+                    MapScene{.name = "blind_without_names",
+                             .has_gyro = false,
+                             .is_named = false,
+                             .blind_from_s = 22,
+                             .blind_to_s = 38,
+                             .wheel_per_sqrt_m = 0.03}),
     [](const auto& test) { return std::string(test.param.name); });
 
 // So vague after a blind stretch that a reading without a name may show any of several landmarks.
 TEST(Localizer, TakesParticlesOnlyWhileOneGaussianWillNotDo) {
-  const Visit scene{.name = "",
-                    .has_gyro = false,
-                    .is_named = false,
-                    .blind_from_s = 10,
-                    .blind_to_s = 50,
-                    .wheel_per_sqrt_m = 0.05};
+  const MapScene scene{.name = "",
+                       .has_gyro = false,
+                       .is_named = false,
+                       .blind_from_s = 10,
+                       .blind_to_s = 50,
+                       .wheel_per_sqrt_m = 0.05};
   World world(scene, 1);
   const SlamInput input = world.drive(60);
   Localizer localizer(world.map(), world.sensor(), world.options(LocalizerFilter::particles));
