@@ -1,7 +1,6 @@
 #include "trundle/logs/field_reader.hpp"
 
 #include <algorithm>
-#include <iterator>
 
 #include <fmt/format.h>
 
@@ -124,7 +123,10 @@ class FieldVisit {
       const std::uint64_t count = wire.take_count(field);
       const std::size_t name_end = path_.size();
       for (std::uint64_t i = 0; i < count && wire.is_good(); ++i) {
-        fmt::format_to(std::back_inserter(path_), "[{}]", i);
+        const fmt::format_int number(i);  // several times as fast as format_to
+        path_ += '[';
+        path_ += std::string_view(number.data(), number.size());
+        path_ += ']';
         visit_element(wire, field);
         path_.resize(name_end);
       }
