@@ -136,14 +136,14 @@ TEST(Findings, without_a_robot_nothing_is_compared) {
   EXPECT_THAT(findings.streams, Contains(Field(&StreamSummary::stream, "gyro")));
 }
 
-Recording tour_with_reference(const Robot& truth) {
+Recording tour_with_reference(const Robot& truth, std::uint64_t seed = 1) {
   Scenario scenario;
   scenario.nominal = scenario.truth = truth;
-  Random random(1, 99);
+  Random random(seed, 99);
   scenario.path = random_tour({.length_m = 15.0}, {}, random);
   scenario.steering = Steering::truth;
   scenario.reference.rate_hz = 10.0;
-  scenario.seed = 1;
+  scenario.seed = seed;
   return simulate(scenario).recording;
 }
 
@@ -202,19 +202,22 @@ TEST(Findings, counts_that_agree_with_nothing_but_read_otherwise_are_named) {
   }
 }
 
+/// Without another fault: who turns right is not told of degrees.
 TEST(Findings, a_reference_in_another_unit_of_length_is_named) {
   const Robot robot = test::two_wheels();
   const std::pair<double, const char*> units[] = {
       {1e3, "(unit = \"mm\""}, {1e2, "(unit = \"cm\""}, {1.0 / 0.0254, "(unit = \"in\""}};
-  for (const auto& [factor, advice] : units)
-    for (const bool has_headings : {true, false}) {
-      Recording recording = tour_with_reference(robot);
-      for (auto* column : {&recording.reference.x_m, &recording.reference.y_m})
-        for (double& place : *column) place *= factor;
-      if (!has_headings) std::ranges::fill(recording.reference.heading_rad, kNotMeasured);
-      EXPECT_THAT(find_in(recording, &robot).problems, Contains(finding(FindingCode::reference_unit, advice)))
-          << factor << has_headings;
-    }
+  for (std::uint64_t seed = 1; seed <= 5; ++seed)
+    for (const auto& [factor, advice] : units)
+      for (const bool has_headings : {true, false}) {
+        Recording recording = tour_with_reference(robot, seed);
+        for (auto* column : {&recording.reference.x_m, &recording.reference.y_m})
+          for (double& place : *column) place *= factor;
+        if (!has_headings) std::ranges::fill(recording.reference.heading_rad, kNotMeasured);
+        EXPECT_THAT(find_in(recording, &robot).problems,
+                    ElementsAre(finding(FindingCode::reference_unit, advice)))
+            << factor << has_headings << seed;
+      }
 }
 
 TEST(Findings, wheels_that_are_far_off_by_the_reference_are_named) {

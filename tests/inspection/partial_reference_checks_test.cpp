@@ -43,7 +43,7 @@ TEST(WrongPartialReference, IsNoneWhereTheRobotFileIsALittleOff) {
 TEST(WrongPartialReference, ADistanceInAnotherUnitIsNamed) {
   Recording run = driven(straight(4.0));
   run.partial.distance_m->value *= 3.28;
-  EXPECT_THAT(wrong(run), ElementsAre(finding(FindingCode::reference_unit, "13.1")));
+  EXPECT_THAT(wrong(run), ElementsAre(finding(FindingCode::reference_unit, "13.")));
 }
 
 TEST(WrongPartialReference, AClaimToCloseIsNamedWhereTheRobotEndsElsewhere) {

@@ -73,13 +73,12 @@ void compare_references(const Recording& recording, const Run& run, const Robot&
     return;
   }
   const std::span runs(&run, 1);
-  const double times = initial_scale(runs, robot).value_or(1.0);
-  if (const std::optional<Payload> turns = heading_unit_fault(
-          turns_of_reference(recording.reference, run.readings, robot), times > 0.0 ? times : 1.0))
-    problems.push_back({.code = FindingCode::reference_unit, .place = file, .payload = *turns});
-  if (!stretches_agree(runs, robot)) return;
   const std::optional<ScaleFault> fault = scale_fault(runs, robot);
-  if (!fault) return;
+  if (const std::optional<Payload> turns =
+          heading_unit_fault(turns_of_reference(recording.reference, run.readings, robot),
+                             fault && fault->turns_too ? fault->times : 1.0))
+    problems.push_back({.code = FindingCode::reference_unit, .place = file, .payload = *turns});
+  if (!fault || !stretches_agree(runs, robot)) return;
   // A gyro that contradicts the wheels as well acquits the reference.
   const bool is_of_unit = fault->is_of_unit && !gyro_contradicts(problems);
   problems.push_back({.code = is_of_unit ? FindingCode::reference_unit : FindingCode::scale,

@@ -59,6 +59,12 @@ std::optional<double> quantile(const std::vector<Stretch>& stretches, double sha
   return std::nullopt;
 }
 
+/// Of the middle half of what was rolled, the largest ratio over the least; infinite where it has none.
+double spread_of(const std::vector<Stretch>& stretches) {
+  const auto low = quantile(stretches, 0.25), high = quantile(stretches, 0.75);
+  return low && high && *low > 0.0 ? *high / *low : INFINITY;
+}
+
 /// A length in it was taken for metres: of the reference, or of the wheels.
 struct LengthUnit {
   std::string_view name;
@@ -83,30 +89,48 @@ bool is_far_off(double scale) {
   return scale >= kFarOff || scale <= 1.0 / kFarOff;
 }
 
+/// How many times as far the reference moves.
+struct Scaling {
+  double times = 1.0;
+  bool turns_too = true;  ///< the wheels are so much larger; else all lengths are, and turns are right
+};
+
+/// Both ways of explaining are tried where wheels and reference are far apart: stretches agree best by the
+/// right one, for who turns farther has shorter chords.
+std::optional<Scaling> scaling_of(std::span<const Run> runs, const Robot& robot) {
+  constexpr int kMostScalings = 5;  // chords of curves do not grow in proportion
+  const std::vector<Stretch> as_given = stretches_of(runs, robot);
+  std::optional<double> ratio = quantile(as_given, 0.5);
+  if (!ratio) return std::nullopt;
+  const Scaling all_lengths{*ratio, false};
+  if (*ratio == 0.0 || !is_far_off(*ratio)) return Scaling{*ratio, true};
+  Robot scaled = robot;
+  double times = 1.0;
+  for (int round = 0; round < kMostScalings && ratio && *ratio > 0.0; ++round) {
+    times *= *ratio;
+    scale_wheels(*ratio, scaled);
+    const std::vector<Stretch> stretches = stretches_of(runs, scaled);
+    ratio = quantile(stretches, 0.5);
+    if (ratio && !is_far_off(*ratio))
+      return spread_of(stretches) <= spread_of(as_given) ? Scaling{times * *ratio, true} : all_lengths;
+  }
+  return all_lengths;
+}
+
 }  // namespace
 
 std::optional<double> initial_scale(std::span<const Run> runs, const Robot& robot) {
-  constexpr int kMostScalings = 5;  // chords of curves do not grow in proportion
-  const std::optional<double> first = quantile(stretches_of(runs, robot), 0.5);
-  double scale = first.value_or(1.0);
-  Robot scaled = robot;
-  std::optional<double> ratio = first;
-  for (int round = 0; round < kMostScalings && ratio && *ratio > 0.0; ++round) {
-    if (!is_far_off(*ratio)) return scale;
-    scale_wheels(*ratio, scaled);
-    ratio = quantile(stretches_of(runs, scaled), 0.5);
-    scale *= ratio.value_or(1.0);
-  }
-  return first;
+  const auto scaling = scaling_of(runs, robot);
+  return scaling ? std::optional(scaling->times) : std::nullopt;
 }
 
 bool stretches_agree(std::span<const Run> runs, const Robot& given) {
-  constexpr double kLargestSpread = 1.3;  // of the middle half of what was rolled
+  constexpr double kLargestSpread = 1.3;
   // Wheels that roll too far wind the chords of their stretches up: they are looked at as the reference has
   // them. (The place of the reference only makes it move farther.)
   Robot robot = given;
-  if (const double scale = initial_scale(runs, given).value_or(1.0); scale > 0.0 && scale < 1.0)
-    scale_wheels(scale, robot);
+  if (const auto scaling = scaling_of(runs, given); scaling && scaling->turns_too && scaling->times < 1.0)
+    scale_wheels(scaling->times, robot);
   const std::vector<Stretch> stretches = stretches_of(runs, robot);
   double lever_m = 0.0, rolled_m = 0.0, turned_m = 0.0;
   for (const Wheel& wheel : robot.chassis.wheels())
@@ -115,22 +139,22 @@ bool stretches_agree(std::span<const Run> runs, const Robot& given) {
     rolled_m += stretch.length_m;
     turned_m += stretch.turn_rad * lever_m;
   }
-  const auto low = quantile(stretches, 0.25), high = quantile(stretches, 0.75);
-  return low && high && *high < kLargestSpread * *low && rolled_m > turned_m;
+  return spread_of(stretches) < kLargestSpread && rolled_m > turned_m;
 }
 
 std::optional<ScaleFault> scale_fault(std::span<const Run> runs, const Robot& robot) {
-  const auto scale = initial_scale(runs, robot);
-  if (!scale || *scale == 0.0 || !is_far_off(*scale)) return std::nullopt;
+  const auto scaling = scaling_of(runs, robot);
+  if (!scaling || scaling->times == 0.0 || !is_far_off(scaling->times)) return std::nullopt;
+  const double times = scaling->times;
   const bool is_of_size = std::ranges::any_of(robot.chassis.wheels(), [&](const Wheel& wheel) {
-    const double diameter_m = *scale * std::abs(wheel.diameter_m);
+    const double diameter_m = times * std::abs(wheel.diameter_m);
     return diameter_m < kLeastDiameter_m || diameter_m > kGreatestDiameter_m;
   });
-  const bool is_of_unit = is_of_size || (robot.chassis.wheels().empty() && unit_of(*scale) != nullptr);
-  const LengthUnit* const unit = is_of_unit ? unit_of(*scale) : nullptr;
-  payload::LengthRatio ratio{.factor = *scale};
-  if (unit != nullptr) ratio = {*scale, unit->name, unit->symbol};
-  return ScaleFault{*scale, is_of_unit, ratio};
+  const bool is_of_unit = is_of_size || (robot.chassis.wheels().empty() && unit_of(times) != nullptr);
+  const LengthUnit* const unit = is_of_unit ? unit_of(times) : nullptr;
+  payload::LengthRatio ratio{.factor = times};
+  if (unit != nullptr) ratio = {times, unit->name, unit->symbol};
+  return ScaleFault{times, scaling->turns_too, is_of_unit, ratio};
 }
 
 void scale_wheels(double factor, Robot& robot) {
