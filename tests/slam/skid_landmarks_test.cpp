@@ -1,5 +1,5 @@
 // Calibration from sightings of robots on skid wheels. Whether their readings err or the ground moves
-// otherwise, the track is the true one: docs/theory/calibration-noise.md, eq. 11b.
+// otherwise, the track is the true one: docs/theory/effective-track.md, eq. 3.
 #include <algorithm>
 #include <array>
 #include <cmath>

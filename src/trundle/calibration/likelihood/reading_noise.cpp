@@ -52,7 +52,7 @@ bool lasts(const Increment& increment) {
 
 }  // namespace
 
-// Eq. 11b.
+// Eq. 3.
 ReadingNoise noise_in_readings(const recording::Increments& increments, const Chassis& chassis) {
   ReadingNoise noise;
   const SkidRows skid = skid_rows_of(chassis);

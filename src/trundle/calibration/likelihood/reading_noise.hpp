@@ -16,7 +16,7 @@ struct ReadingNoise {
 
 /// Of skid wheels, by how much what they read jumps from one reading to the next: so much they read wrong at
 /// most. Beyond that they scrub: they are read rightly, and the ground moves otherwise. Of other wheels,
-/// none. docs/theory/calibration-noise.md, eq. 11b.
+/// none. docs/theory/effective-track.md, eq. 3.
 [[nodiscard]] ReadingNoise noise_in_readings(const recording::Increments& increments, const Chassis& chassis);
 
 /// The chassis with the noise of readings alone.

@@ -4,11 +4,13 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "trundle/calibration/noise/parity.hpp"
 #include "trundle/chassis/rows.hpp"
-#include "trundle/chassis/without_wheel.hpp"
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/geometry/squared.hpp"
 #include "trundle/odometry/odometer.hpp"
@@ -23,21 +25,6 @@ namespace {
 // less than 0.001: n δ² / 2.
 constexpr double kLeastShare = 1e-12;
 constexpr double kFinestLogShare = 1e-3;
-
-/// What no motion explains in a chassis with or without its gyro, from the geometry alone; of wheels with an
-/// encoder that are steered nothing.
-struct Redundancy {
-  Rows rows;
-  Combinations P;
-};
-
-Redundancy redundancy_of(const Robot& robot) {
-  const std::optional<Chassis> chassis = without_steering(robot.chassis);
-  if (!chassis) return {rows_of(robot.chassis, robot.chassis.gyro.has_value()), {}};
-  Redundancy redundancy{rows_of(*chassis, chassis->gyro.has_value()), {}};
-  redundancy.P = left_null_space(redundancy.rows);
-  return redundancy;
-}
 
 /// Sums readings, and the ways that their noise grows with.
 void add_readings(const Robot& robot, const Redundancy& redundancy, Displacement& displacement) {
@@ -98,25 +85,85 @@ struct DisplacementError {
   Matrix3 covariance;
 };
 
-/// Odometry's covariance plus that of the reference's poses at both ends; an error of the heading at the
-/// start swings the whole motion.
-DisplacementError error_of(const Displacement& displacement, Odometer odometer, const NoiseLevels& levels) {
+Odometer at_start_of(const Displacement& displacement, Odometer odometer) {
   OdometerState state = odometer.state();
   state.rolling = displacement.rolling;
   odometer.resume(state);
-  for (std::size_t i = displacement.first; i < displacement.last; ++i)
-    odometer.step(displacement.run->readings.increments[i]);
+  return odometer;
+}
+
+/// Odometry's covariance plus that of the reference's poses at both ends; an error of the heading at the
+/// start swings the whole motion.
+DisplacementError error_at_end(const Displacement& displacement, const Odometer& odometer,
+                               const ReferenceNoise& reference) {
   const Pose2& pose = odometer.pose();
   DisplacementError result;
   result.error = displacement.motion - Vector3(pose.x, pose.y, pose.heading);
   result.error.z() = wrap_angle(result.error.z());
   const Vector3 swing(displacement.motion.y(), -displacement.motion.x(), -1.0);
-  const double heading = squared(levels.reference.heading_rad);
-  const double position = 2.0 * squared(levels.reference.position_m);
+  const double heading = squared(reference.heading_rad);
+  const double position = 2.0 * squared(reference.position_m);
   result.covariance = odometer.white_covariance() + heading * swing * swing.transpose();
   result.covariance.diagonal() += Vector3(position, position, heading);
   return result;
 }
+
+DisplacementError error_of(const Displacement& displacement, Odometer odometer,
+                           const ReferenceNoise& reference) {
+  odometer = at_start_of(displacement, std::move(odometer));
+  for (std::size_t i = displacement.first; i < displacement.last; ++i)
+    odometer.step(displacement.run->readings.increments[i]);
+  return error_at_end(displacement, odometer, reference);
+}
+
+/// The levels that show in what no motion explains, where that has such a share of their variances.
+NoiseLevels with_share(NoiseLevels levels, double share) {
+  levels.wheel_per_sqrt_m *= std::sqrt(share);
+  levels.gyro_rad_s_sqrt_hz *= std::sqrt(share);
+  return levels;
+}
+
+/// Of the readings' sums: their noise grows with the way, but of the rounding only that of both ends is left.
+RowVector parity_variance(const Robot& robot, const Redundancy& redundancy,
+                          const Displacement& displacement) {
+  return readings_of(robot.chassis, redundancy.rows, displacement.rolled).variance;
+}
+
+/// What odometry misses of displacements given their parity residuals, in which such a share of the noise
+/// shows. Eq. 10a.
+class GivenParity {
+ public:
+  GivenParity(const Robot& robot, const NoiseLevels& levels, double share)
+      : robot_(with_noise(robot, levels)),
+        showing_(with_noise(robot, with_share(levels, share))),
+        reference_(levels.reference),
+        odometer_(robot_, {}),
+        redundancy_(redundancy_of(robot)),
+        common_(robot_.chassis, showing_.chassis, redundancy_) {}
+
+  DisplacementError of(const Displacement& displacement) const {
+    if (displacement.parity.size() == 0 || !common_.are_known())
+      return error_of(displacement, odometer_, reference_);
+    Odometer odometer = at_start_of(displacement, odometer_);
+    // What odometry errs by is missed of the displacement: with the other sign.
+    const Matrix3X common = -common_.along(displacement, odometer);
+    DisplacementError result = error_at_end(displacement, odometer, reference_);
+    const Combinations S =
+        combined_covariance(redundancy_.P, parity_variance(showing_, redundancy_, displacement));
+    const Matrix3X gain = S.ldlt().solve(common.transpose()).transpose();
+    result.error -= gain * displacement.parity;
+    result.covariance -= gain * common.transpose();
+    return result;
+  }
+
+ private:
+  Robot robot_;
+  Robot showing_;  ///< with the noise that parity residuals show
+  ReferenceNoise reference_;
+  Odometer odometer_;
+  Redundancy redundancy_;
+  CommonErrors common_;
+};
 
 /// Of the error of a displacement with that of the next, which starts from the pose where it ends: what the
 /// reference errs by there makes one longer and the other shorter.
@@ -129,21 +176,13 @@ Matrix3 covariance_with_next(const Displacement& displacement, const Displacemen
   return common;
 }
 
-/// The levels that show in what no motion explains, where that has such a share of their variances.
-NoiseLevels with_share(NoiseLevels levels, double share) {
-  levels.wheel_per_sqrt_m *= std::sqrt(share);
-  levels.gyro_rad_s_sqrt_hz *= std::sqrt(share);
-  return levels;
-}
-
 /// -2 log likelihood of the parity residuals of a robot of that noise.
 double deviance_of_parity(std::span<const Displacement> displacements, const Robot& robot,
                           const Redundancy& redundancy) {
   double sum = 0.0;
   for (const Displacement& displacement : displacements) {
     if (displacement.parity.size() == 0) continue;
-    // Of the sum: its noise grows with the way, but of the rounding only that of both ends is left.
-    const RowVector variance = readings_of(robot.chassis, redundancy.rows, displacement.rolled).variance;
+    const RowVector variance = parity_variance(robot, redundancy, displacement);
     const auto misfit = gaussian_misfit(displacement.parity, combined_covariance(redundancy.P, variance));
     if (!misfit) return std::numeric_limits<double>::infinity();
     sum += misfit->squared_mahalanobis + misfit->log_determinant;
@@ -161,13 +200,13 @@ std::vector<Displacement> displacements(std::span<const Run> runs, const Robot& 
 
 // Displacement by displacement, each given those before it: of a chain only neighbours share a pose.
 double displacement_deviance(std::span<const Displacement> displacements, const Robot& robot,
-                             const NoiseLevels& levels) {
-  const Odometer odometer(with_noise(robot, levels), {});
+                             const NoiseLevels& levels, double share) {
+  const GivenParity errors(robot, levels, share);
   const Displacement* before = nullptr;
   DisplacementError last;
   double sum = 0.0;
   for (const Displacement& displacement : displacements) {
-    DisplacementError e = error_of(displacement, odometer, levels);
+    DisplacementError e = errors.of(displacement);
     if (before && before->run == displacement.run && before->last == displacement.first) {
       const Matrix3 common = covariance_with_next(*before, displacement, levels.reference);
       const Matrix3 gain = common.transpose() * last.covariance.inverse();
@@ -181,16 +220,18 @@ double displacement_deviance(std::span<const Displacement> displacements, const 
   return sum;
 }
 
-double parity_deviance(std::span<const Displacement> displacements, const Robot& robot,
-                       const NoiseLevels& levels, WheelErrors errors) {
+ParityDeviance parity_deviance(std::span<const Displacement> displacements, const Robot& robot,
+                               const NoiseLevels& levels, WheelErrors errors) {
   const Redundancy redundancy = redundancy_of(robot);
   const auto at = [&](double log_share) {
     return deviance_of_parity(displacements, with_noise(robot, with_share(levels, std::exp(log_share))),
                               redundancy);
   };
-  const double whole = at(0.0);
+  const ParityDeviance whole{at(0.0), 1.0};
   if (errors == WheelErrors::independent) return whole;
-  return std::min(whole, at(statistics::minimum_within({std::log(kLeastShare), 0.0, kFinestLogShare}, at)));
+  const double log_share = statistics::minimum_within({std::log(kLeastShare), 0.0, kFinestLogShare}, at);
+  const ParityDeviance part{at(log_share), std::exp(log_share)};
+  return part.deviance < whole.deviance ? part : whole;
 }
 
 double share_inside(std::span<const Displacement> displacements, const Robot& robot,
@@ -198,7 +239,7 @@ double share_inside(std::span<const Displacement> displacements, const Robot& ro
   const Odometer odometer(with_noise(robot, levels), {});
   std::size_t inside = 0;
   for (const Displacement& displacement : displacements) {
-    const DisplacementError of = error_of(displacement, odometer, levels);
+    const DisplacementError of = error_of(displacement, odometer, levels.reference);
     const Vector2 e = of.error.head<2>();
     inside += e.dot(of.covariance.topLeftCorner<2, 2>().inverse() * e) <= kChiSquared2At95 ? 1 : 0;
   }

@@ -27,18 +27,22 @@ struct Displacement {
 [[nodiscard]] std::vector<Displacement> displacements(std::span<const Run> runs, const Robot& robot,
                                                       double stretch_s);
 
-/// Deviance (−2 log likelihood) of what odometry misses of the displacements.
-/// docs/theory/calibration-noise.md, eq. 9.
-[[nodiscard]] double displacement_deviance(std::span<const Displacement> displacements, const Robot& robot,
-                                           const NoiseLevels& levels);
 /// How the wheels of a robot err: each by itself, or partly all alike, which no parity residual shows.
 enum class WheelErrors { independent, partly_alike };
 
-/// The same of the parity residuals: they tell the sensors' levels from each other, and how large they are;
-/// of wheels that err partly alike how large they are at least: larger ones are as likely.
-/// docs/theory/calibration-noise.md, eq. 10.
-[[nodiscard]] double parity_deviance(std::span<const Displacement> displacements, const Robot& robot,
-                                     const NoiseLevels& levels, WheelErrors errors);
+/// Deviance (−2 log likelihood) of the parity residuals: they tell the sensors' levels from each other, and
+/// how large they are; of wheels that err partly alike how large they are at least: larger ones are as
+/// likely. docs/theory/calibration-noise.md, eq. 10.
+struct ParityDeviance {
+  double deviance = 0.0;
+  double share = 1.0;  ///< of the levels' variances, that shows in parity residuals
+};
+[[nodiscard]] ParityDeviance parity_deviance(std::span<const Displacement> displacements, const Robot& robot,
+                                             const NoiseLevels& levels, WheelErrors errors);
+/// The same of what odometry misses of the displacements, given their parity residuals, which have such a
+/// share of its errors. Eq. 9 and 10a.
+[[nodiscard]] double displacement_deviance(std::span<const Displacement> displacements, const Robot& robot,
+                                           const NoiseLevels& levels, double share);
 /// Share of the displacements whose position error lies inside its 95 % ellipse.
 [[nodiscard]] double share_inside(std::span<const Displacement> displacements, const Robot& robot,
                                   const NoiseLevels& levels);

@@ -54,10 +54,10 @@ struct Evidence {
   WheelErrors errors;
 };
 
-/// By the reference, and by what no motion explains.
+/// By what no motion explains, and by the reference given that.
 double deviance(const Evidence& evidence, const Robot& robot, const NoiseLevels& levels) {
-  return displacement_deviance(evidence.displacements, robot, levels) +
-         parity_deviance(evidence.displacements, robot, levels, evidence.errors);
+  const auto [of_parity, share] = parity_deviance(evidence.displacements, robot, levels, evidence.errors);
+  return of_parity + displacement_deviance(evidence.displacements, robot, levels, share);
 }
 
 /// Levels, and how likely they are.

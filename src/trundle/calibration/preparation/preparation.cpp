@@ -25,7 +25,7 @@ namespace {
 // Farther than anybody mounts a sensor askew without knowing.
 constexpr double kElsewhere_rad = radians(20.0);
 // Of χ²: offsets of one clock scatter more in one case of a hundred.
-constexpr double kNotByChance = 0.01;
+constexpr double kClocksDiffer = 0.01;
 
 /// Sets the gyro's clock by the logs, where they show it wrong. Returns what was done, in words.
 std::optional<std::string> set_gyro_clock(std::span<const Recording> recordings, Robot& robot) {
@@ -57,7 +57,7 @@ void start_reference_clock(std::span<const Recording> recordings, Robot& robot) 
 bool is_one_offset(const std::vector<TimeOffset>& offsets, double mean_s) {
   double chi2 = 0.0;
   for (const TimeOffset& offset : offsets) chi2 += std::pow((offset.offset_s - mean_s) / offset.sigma_s, 2);
-  return chi2 <= chi_squared_limit(kNotByChance, static_cast<double>(offsets.size()) - 1.0);
+  return chi2 <= chi_squared_limit(kClocksDiffer, static_cast<double>(offsets.size()) - 1.0);
 }
 
 /// What runs that each tell the clock of their reference say of it together; nothing where they contradict

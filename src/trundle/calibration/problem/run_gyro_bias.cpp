@@ -15,7 +15,7 @@ namespace trundle::calibration {
 namespace {
 
 // Of χ²: equal biases scatter more in one case of a hundred.
-constexpr double kNotByChance = 0.01;
+constexpr double kBiasesDiffer = 0.01;
 // A line of the terminal; of more runs the least and the largest are named.
 constexpr std::size_t kMostInWords = 6;
 
@@ -35,7 +35,7 @@ bool differ(const std::vector<NamedBias>& biases) {
     sum += bias.rad_s / bias.variance;
   }
   for (const auto& [name, bias] : biases) chi2 += std::pow(bias.rad_s - sum / weight, 2) / bias.variance;
-  return chi2 > chi_squared_limit(kNotByChance, static_cast<double>(biases.size()) - 1.0);
+  return chi2 > chi_squared_limit(kBiasesDiffer, static_cast<double>(biases.size()) - 1.0);
 }
 
 }  // namespace
