@@ -133,6 +133,7 @@ RowVector parity_variance(const Robot& robot, const Redundancy& redundancy,
 /// shows. Eq. 10a.
 class GivenParity {
  public:
+  GivenParity(const GivenParity&) = delete;
   GivenParity(const Robot& robot, const NoiseLevels& levels, double share)
       : robot_(with_noise(robot, levels)),
         showing_(with_noise(robot, with_share(levels, share))),
@@ -162,7 +163,7 @@ class GivenParity {
   ReferenceNoise reference_;
   Odometer odometer_;
   Redundancy redundancy_;
-  CommonErrors common_;
+  CommonErrors common_;  // of the members before it
 };
 
 /// Of the error of a displacement with that of the next, which starts from the pose where it ends: what the
@@ -213,7 +214,9 @@ double displacement_deviance(std::span<const Displacement> displacements, const 
       e.error -= gain * last.error;
       e.covariance -= gain * common;
     }
-    sum += e.error.dot(e.covariance.inverse() * e.error) + std::log(e.covariance.determinant());
+    const auto misfit = gaussian_misfit(e.error, e.covariance);
+    if (!misfit) return std::numeric_limits<double>::infinity();
+    sum += misfit->squared_mahalanobis + misfit->log_determinant;
     before = &displacement;
     last = e;
   }
