@@ -65,7 +65,7 @@ TEST(Stretches, AgreeHoweverFarTheWheelsRollTooFar) {
     Robot wrong = right;
     scale_wheels(factor, wrong);
     EXPECT_TRUE(stretches_agree(runs, wrong)) << factor;
-    EXPECT_NEAR(initial_scale(runs, wrong).value_or(0.0) * factor, 1.0, 0.05);
+    EXPECT_NEAR(initial_scale(runs, wrong).value_or(InitialScale{0.0}).times * factor, 1.0, 0.05);
   }
 }
 

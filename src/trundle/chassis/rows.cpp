@@ -273,6 +273,11 @@ TwistEstimate estimate_twist(const Rows& rows, const Readings& readings) {
   return {Twist2::from(covariance * (WH.transpose() * readings.z)), covariance};
 }
 
+TwistGain twist_gain(const Rows& rows, const RowVector& variance) {
+  const TwistGain HtW = rows.H.transpose() * variance.cwiseInverse().asDiagonal();
+  return (HtW * rows.H).inverse() * HtW;
+}
+
 // min over ξ of (z − Hξ)ᵀ W (z − Hξ) = zᵀ P (Pᵀ W⁻¹ P)⁻¹ Pᵀ z.
 ResidualTest residual_test(const Rows& rows, const Readings& readings) {
   const Combinations P = left_null_space(rows);

@@ -93,7 +93,10 @@ struct TwistEstimate {
 };
 /// The rows must have rank 3 (see observability()). Unbiased where the variances do not depend on z.
 [[nodiscard]] TwistEstimate estimate_twist(const Rows& rows, const Readings& readings);
-/// The same with the rows weighed as at 1 m/s, whatever the readings, and with steered wheels as they stood.
+/// The (Hᵀ W H)⁻¹ Hᵀ W of rows of these variances.
+using TwistGain = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxRows>;
+[[nodiscard]] TwistGain twist_gain(const Rows& rows, const RowVector& variance);
+/// The twist with the rows weighed as at 1 m/s, whatever the readings, and with steered wheels as they stood.
 [[nodiscard]] Twist2 twist_of(const Chassis& chassis, const Rows& rows, const Increment& increment);
 
 using Combinations = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows>;

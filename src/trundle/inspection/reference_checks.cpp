@@ -76,7 +76,7 @@ void compare_references(const Recording& recording, const Run& run, const Robot&
   const std::optional<ScaleFault> fault = scale_fault(runs, robot);
   if (const std::optional<Payload> turns =
           heading_unit_fault(turns_of_reference(recording.reference, run.readings, robot),
-                             fault && fault->turns_too ? fault->times : 1.0))
+                             fault && fault->scale.turns_too ? fault->scale.times : 1.0))
     problems.push_back({.code = FindingCode::reference_unit, .place = file, .payload = *turns});
   if (!fault || !stretches_agree(runs, robot)) return;
   // A gyro that contradicts the wheels as well acquits the reference.

@@ -28,7 +28,7 @@ class SteeredModel {
 
  private:
   /// 3×n.
-  using Gain = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxRows>;
+  using Gain = TwistGain;
   /// The chassis as it stood, and all that follows from its rows.
   struct Standing {
     Chassis chassis;

@@ -58,9 +58,7 @@ SensitivityErrors::SensitivityErrors(const Robot& robot, std::span<const Paramet
 
 void SensitivityErrors::prepare(const Chassis& chassis, const Rows& rows) {
   rows_ = rows;
-  const RowVector weight = weighing_variances(chassis, rows, 1.0, 1.0).cwiseInverse();
-  const ByReading HtW = rows.H.transpose() * weight.asDiagonal();
-  pose_ = (HtW * rows.H).inverse() * HtW;
+  pose_ = twist_gain(rows, weighing_variances(chassis, rows, 1.0, 1.0));
   sensitivity_.clear();
   for (const Parameter& parameter : parameters_) {
     const RowVector growth = reading_growth(parameter, chassis, rows);

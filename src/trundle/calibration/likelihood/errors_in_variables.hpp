@@ -54,7 +54,7 @@ class SensitivityErrors {
   RowVector growth_of_variance() const;
 
   /// Per unit error of each reading [1/m; the gyro's 1/rad].
-  using ByReading = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxRows>;
+  using ByReading = TwistGain;
 
   Chassis chassis_;  ///< as its rows are weighed
   Chassis as_read_;  ///< as its readings err, but for rounding

@@ -2,22 +2,10 @@
 
 #include <optional>
 
-#include <Eigen/LU>
-
 #include "trundle/calibration/likelihood/contradiction.hpp"
 #include "trundle/chassis/without_wheel.hpp"
 
 namespace trundle::calibration {
-namespace {
-
-/// In the axes of the body: into those in which its pose is given.
-Matrix3 turned_by(double heading) {
-  Matrix3 result = Matrix3::Identity();
-  result.topLeftCorner<2, 2>() = rotation(heading);
-  return result;
-}
-
-}  // namespace
 
 Redundancy redundancy_of(const Robot& robot) {
   const std::optional<Chassis> chassis = without_steering(robot.chassis);
@@ -33,12 +21,9 @@ CommonErrors::CommonErrors(const Chassis& chassis, const Chassis& showing, const
       gauge_(chassis),
       rounding_(rounding_of(chassis, redundancy.rows) / 2.0) {
   if (redundancy.P.cols() == 0 || is_steered(chassis)) return;
-  const RowMatrix& H = redundancy.rows.H;
-  for (std::size_t octave = 0; octave < kOctaves; ++octave) {
-    const RowVector variance = weighing_variances(chassis, redundancy.rows, gauge_.octave_speed(octave), 1.0);
-    const Gain HtW = H.transpose() * variance.cwiseInverse().asDiagonal();
-    gains_.emplace_back((HtW * H).inverse() * HtW);
-  }
+  for (std::size_t octave = 0; octave < kOctaves; ++octave)
+    gains_.push_back(twist_gain(
+        redundancy.rows, weighing_variances(chassis, redundancy.rows, gauge_.octave_speed(octave), 1.0)));
 }
 
 RowVector CommonErrors::variance_of(const Increment& increment, const Rolled& rolled) const {
@@ -56,14 +41,13 @@ Matrix3X CommonErrors::along(const Displacement& displacement, Odometer& odomete
   for (std::size_t i = displacement.first; i < displacement.last; ++i) {
     const Increment increment = displacement.run->readings.increments[i];
     const std::size_t octave = odometer.state().rolling.octave;
-    const Vector2 before = odometer.pose().translation();
     odometer.step(increment);
-    const Vector2 moved = odometer.pose().translation() - before;
-    sum.topRows<2>() += Vector2(-moved.y(), moved.x()) * sum.row(2);
-    sum += turned_by(odometer.pose().heading) *
-           shared(variance_of(increment, gauge_.add(rolling, increment)), octave);
+    sum += adjoint(odometer.pose()) * shared(variance_of(increment, gauge_.add(rolling, increment)), octave);
   }
-  return sum + turned_by(odometer.pose().heading) * shared(rounding_, odometer.state().rolling.octave);
+  const Pose2& end = odometer.pose();
+  sum += adjoint(end) * shared(rounding_, odometer.state().rolling.octave);
+  sum.topRows<2>() += Vector2(-end.y, end.x) * sum.row(2);  // of the body, not of what is at the origin
+  return sum;
 }
 
 }  // namespace trundle::calibration

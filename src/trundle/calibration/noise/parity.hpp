@@ -35,15 +35,14 @@ class CommonErrors {
   [[nodiscard]] Matrix3X along(const Displacement& displacement, Odometer& odometer) const;
 
  private:
-  using Gain = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxRows>;
   /// The white noise of one interval, without rounding.
   RowVector variance_of(const Increment& increment, const Rolled& rolled) const;
 
   const Chassis& showing_;
   const Redundancy& redundancy_;
   RollingGauge gauge_;
-  RowVector rounding_;       ///< variance of one count's
-  std::vector<Gain> gains_;  ///< by octave of the speed
+  RowVector rounding_;            ///< variance of one count's
+  std::vector<TwistGain> gains_;  ///< by octave of the speed
 };
 
 }  // namespace trundle::calibration

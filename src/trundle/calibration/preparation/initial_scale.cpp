@@ -89,21 +89,17 @@ bool is_far_off(double scale) {
   return scale >= kFarOff || scale <= 1.0 / kFarOff;
 }
 
-/// How many times as far the reference moves.
-struct Scaling {
-  double times = 1.0;
-  bool turns_too = true;  ///< the wheels are so much larger; else all lengths are, and turns are right
-};
+}  // namespace
 
-/// Both ways of explaining are tried where wheels and reference are far apart: stretches agree best by the
-/// right one, for who turns farther has shorter chords.
-std::optional<Scaling> scaling_of(std::span<const Run> runs, const Robot& robot) {
+// Both ways of explaining are tried where wheels and reference are far apart: stretches agree best by the
+// right one, for who turns farther has shorter chords.
+std::optional<InitialScale> initial_scale(std::span<const Run> runs, const Robot& robot) {
   constexpr int kMostScalings = 5;  // chords of curves do not grow in proportion
   const std::vector<Stretch> as_given = stretches_of(runs, robot);
   std::optional<double> ratio = quantile(as_given, 0.5);
   if (!ratio) return std::nullopt;
-  const Scaling all_lengths{*ratio, false};
-  if (*ratio == 0.0 || !is_far_off(*ratio)) return Scaling{*ratio, true};
+  const InitialScale all_lengths{*ratio, false};
+  if (*ratio == 0.0 || !is_far_off(*ratio)) return InitialScale{*ratio, true};
   Robot scaled = robot;
   double times = 1.0;
   for (int round = 0; round < kMostScalings && ratio && *ratio > 0.0; ++round) {
@@ -112,16 +108,9 @@ std::optional<Scaling> scaling_of(std::span<const Run> runs, const Robot& robot)
     const std::vector<Stretch> stretches = stretches_of(runs, scaled);
     ratio = quantile(stretches, 0.5);
     if (ratio && !is_far_off(*ratio))
-      return spread_of(stretches) <= spread_of(as_given) ? Scaling{times * *ratio, true} : all_lengths;
+      return spread_of(stretches) <= spread_of(as_given) ? InitialScale{times * *ratio, true} : all_lengths;
   }
   return all_lengths;
-}
-
-}  // namespace
-
-std::optional<double> initial_scale(std::span<const Run> runs, const Robot& robot) {
-  const auto scaling = scaling_of(runs, robot);
-  return scaling ? std::optional(scaling->times) : std::nullopt;
 }
 
 bool stretches_agree(std::span<const Run> runs, const Robot& given) {
@@ -129,8 +118,8 @@ bool stretches_agree(std::span<const Run> runs, const Robot& given) {
   // Wheels that roll too far wind the chords of their stretches up: they are looked at as the reference has
   // them. (The place of the reference only makes it move farther.)
   Robot robot = given;
-  if (const auto scaling = scaling_of(runs, given); scaling && scaling->turns_too && scaling->times < 1.0)
-    scale_wheels(scaling->times, robot);
+  if (const auto scale = initial_scale(runs, given); scale && scale->turns_too && scale->times < 1.0)
+    scale_wheels(scale->times, robot);
   const std::vector<Stretch> stretches = stretches_of(runs, robot);
   double lever_m = 0.0, rolled_m = 0.0, turned_m = 0.0;
   for (const Wheel& wheel : robot.chassis.wheels())
@@ -143,9 +132,9 @@ bool stretches_agree(std::span<const Run> runs, const Robot& given) {
 }
 
 std::optional<ScaleFault> scale_fault(std::span<const Run> runs, const Robot& robot) {
-  const auto scaling = scaling_of(runs, robot);
-  if (!scaling || scaling->times == 0.0 || !is_far_off(scaling->times)) return std::nullopt;
-  const double times = scaling->times;
+  const auto scale = initial_scale(runs, robot);
+  if (!scale || scale->times == 0.0 || !is_far_off(scale->times)) return std::nullopt;
+  const double times = scale->times;
   const bool is_of_size = std::ranges::any_of(robot.chassis.wheels(), [&](const Wheel& wheel) {
     const double diameter_m = times * std::abs(wheel.diameter_m);
     return diameter_m < kLeastDiameter_m || diameter_m > kGreatestDiameter_m;
@@ -154,7 +143,7 @@ std::optional<ScaleFault> scale_fault(std::span<const Run> runs, const Robot& ro
   const LengthUnit* const unit = is_of_unit ? unit_of(times) : nullptr;
   payload::LengthRatio ratio{.factor = times};
   if (unit != nullptr) ratio = {times, unit->name, unit->symbol};
-  return ScaleFault{times, scaling->turns_too, is_of_unit, ratio};
+  return ScaleFault{*scale, is_of_unit, ratio};
 }
 
 void scale_wheels(double factor, Robot& robot) {

@@ -9,9 +9,13 @@ namespace trundle::calibration {
 
 /// How many times as far the reference moves as the wheels say: the median over all stretches between epochs,
 /// each counting as its length; where that is far off, of wheels so scaled once more if stretches then agree
-/// better, for chords of curves do not grow in proportion. Nothing where no reference has positions or no
-/// wheel rolls.
-std::optional<double> initial_scale(std::span<const Run> runs, const Robot& robot);
+/// better, for chords of curves do not grow in proportion.
+struct InitialScale {
+  double times = 1.0;
+  bool turns_too = true;  ///< the wheels are so much larger; else all lengths are, and turns are right
+};
+/// Nothing where no reference has positions or no wheel rolls.
+std::optional<InitialScale> initial_scale(std::span<const Run> runs, const Robot& robot);
 
 /// Whether most stretches tell about the same, and of driving more than of turning on the spot: there the
 /// place of the reference on the robot moves it.
@@ -23,8 +27,7 @@ inline constexpr double kGreatestDiameter_m = 3.0;
 
 /// Wheels and reference tell lengths apart by more than any wheel wears.
 struct ScaleFault {
-  double times = 1.0;          ///< as far as the wheels the reference moves
-  bool turns_too = true;       ///< wheels of another size would turn the robot so many times as far
+  InitialScale scale;
   bool is_of_unit = false;     ///< wheels so scaled would be no wheels: a unit is wrong, not a size
   payload::LengthRatio ratio;  ///< what a Finding of it says
 };

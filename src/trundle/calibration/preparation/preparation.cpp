@@ -178,7 +178,7 @@ std::string set_scale(std::span<const Run> runs, Robot& robot) {
                 fault->ratio.factor)
           : describe({.code = FindingCode::scale, .payload = fault->ratio});
   if (fault->is_of_unit) throw CannotAnswer(words);
-  scale_wheels(fault->times, robot);
+  scale_wheels(fault->scale.times, robot);
   return words;
 }
 
