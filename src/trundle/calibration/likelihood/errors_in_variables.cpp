@@ -60,10 +60,12 @@ void SensitivityErrors::prepare(const Chassis& chassis, const Rows& rows) {
   rows_ = rows;
   pose_ = twist_gain(rows, weighing_variances(chassis, rows, 1.0, 1.0));
   sensitivity_.clear();
+  rows_by_twist_.clear();
   for (const Parameter& parameter : parameters_) {
     const RowVector growth = reading_growth(parameter, chassis, rows);
     const RowMatrix dH = row_derivative(parameter, chassis, rows);
     sensitivity_.emplace_back(pose_ * growth.asDiagonal() - pose_ * dH * pose_);
+    rows_by_twist_.emplace_back(growth.asDiagonal() * rows.H - dH);
   }
 }
 
@@ -135,10 +137,52 @@ void SensitivityErrors::close(const Pose2& pose) {
     covariance_[j] +=
         M * (sensitivity_[j] * variance.asDiagonal() * pose_.transpose()).eval() * M.transpose();
   }
+  if (!sums_.empty()) carry_sums(F, M, complete_ ? variance : RowVector::Zero(variance.size()));
   from_ = pose;
   ways_ = {};
   net_ = {};
   complete_ = true;
+}
+
+// What no motion explains is differentiated at the motion by all readings, each by its own noise:
+// calibration, eq. 7.
+void SensitivityErrors::carry_sums(const Matrix3& F, const Matrix3& M, const RowVector& variance) {
+  const Eigen::Index n = P_.rows();
+  const RowVector all = readings_of(as_read_, rows_, ways_).variance;
+  const ByReading motion = (all.array() > 0.0).all() ? twist_gain(rows_, all) : pose_;
+  const Eigen::MatrixXd VP = variance.head(n).asDiagonal() * P_;
+  const Eigen::MatrixX3d VG = variance.asDiagonal() * (M * pose_).transpose();
+  for (std::size_t j = 0; j < sums_.size(); ++j) {
+    SumErrors& sum = sums_[j];
+    const Eigen::MatrixXd by = P_.transpose() * rows_by_twist_[j].topRows(n) * motion;
+    sum.pose_sum = F * sum.pose_sum + M * (sensitivity_[j].leftCols(n) * VP);
+    sum.sum_pose = sum.sum_pose * F.transpose() + by * VG;
+    sum.sum_sum += by.leftCols(n) * VP;
+  }
+}
+
+void SensitivityErrors::add_to_sum(const Combinations& P, const Pose2& pose) {
+  if (sums_.empty()) {
+    close(pose);
+    const Eigen::Index m = P.cols();
+    sums_.assign(covariance_.size(),
+                 {Eigen::MatrixXd::Zero(3, m), Eigen::MatrixXd::Zero(m, 3), Eigen::MatrixXd::Zero(m, m)});
+  }
+  P_ = P;
+}
+
+void SensitivityErrors::end_sum(const Pose2& pose) {
+  if (!sums_.empty()) close(pose);
+}
+
+void SensitivityErrors::correct_by_sum(const CommonError& gain, const Pose2& pose) {
+  for (std::size_t j = 0; j < sums_.size(); ++j) {
+    const SumErrors& sum = sums_[j];
+    covariance_[j] +=
+        gain * sum.sum_sum * gain.transpose() - sum.pose_sum * gain.transpose() - gain * sum.sum_pose;
+  }
+  sums_.clear();
+  from_ = pose;
 }
 
 void SensitivityErrors::add_last_counts(const Pose2& pose) {
@@ -163,7 +207,15 @@ PoseSensitivity SensitivityErrors::revealed(const Vector3& weighed_innovation, c
   return result;
 }
 
-void SensitivityErrors::correct(const Matrix3& keep, const Pose2& pose) {
+void SensitivityErrors::correct(const Matrix3& keep, const Pose2& pose, const Eigen::MatrixX3d& sum_by_pose) {
+  for (std::size_t j = 0; j < sums_.size(); ++j) {
+    SumErrors& sum = sums_[j];
+    const Matrix3& C = covariance_[j];
+    const Eigen::MatrixX3d& L = sum_by_pose;
+    sum.sum_sum += L * sum.pose_sum + sum.sum_pose * L.transpose() + L * C * L.transpose();
+    sum.pose_sum = keep * (sum.pose_sum + C * L.transpose()).eval();
+    sum.sum_pose = (sum.sum_pose + L * C).eval() * keep.transpose();
+  }
   for (Matrix3& covariance : covariance_) covariance = (keep * covariance * keep.transpose()).eval();
   from_ = pose;
 }

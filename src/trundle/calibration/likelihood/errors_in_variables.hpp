@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "trundle/calibration/likelihood/common_errors.hpp"
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/odometry/odometer.hpp"
 
@@ -17,6 +18,14 @@ struct ReadingErrors {
 
   /// Those that go with map · e.
   [[nodiscard]] ReadingErrors mapped(const Matrix3& map) const;
+};
+
+/// Covariances of a sum Pᵀz that the same readings make beside a pose: of the errors of sensitivities to one
+/// parameter (first) with errors (second).
+struct SumErrors {
+  Eigen::MatrixXd pose_sum;  ///< 3×m
+  Eigen::MatrixXd sum_pose;  ///< m×3
+  Eigen::MatrixXd sum_sum;
 };
 
 /// Errors in variables. How the pose depends on a parameter is computed from the readings that made the pose,
@@ -37,8 +46,19 @@ class SensitivityErrors {
   /// What a measurement of the pose says of the sensitivities beyond their computed values: C Hᵀ S⁻¹ e, with
   /// its innovation e of covariance S.
   PoseSensitivity revealed(const Vector3& weighed_innovation, const Pose2& pose);
-  /// After the measurement, which moved the odometer to `pose`: keep = I − K H.
-  void correct(const Matrix3& keep, const Pose2& pose);
+  /// After the measurement, which moved the odometer to `pose`: keep = I − K H. A sum beside it moved by
+  /// `sum_by_pose` times the error of the pose.
+  void correct(const Matrix3& keep, const Pose2& pose, const Eigen::MatrixX3d& sum_by_pose = {});
+
+  /// The next increment adds to a sum Pᵀz, which begins if there is none. Begun at `pose`.
+  void add_to_sum(const Combinations& P, const Pose2& pose);
+  /// Of each parameter.
+  [[nodiscard]] const std::vector<SumErrors>& of_sum() const { return sums_; }
+  /// The sum ends at `pose`: what was followed up to there counts.
+  void end_sum(const Pose2& pose);
+  /// After a measurement of the sum that ended moved the pose by that gain. There is no sum any more.
+  void correct_by_sum(const CommonError& gain, const Pose2& pose);
+  void drop_sum() { sums_.clear(); }
   /// All of them up to `pose`, in body axes there, with the rounding of the last counts as MotionSum counts
   /// it; then all begins anew at (0, 0, 0).
   ReadingErrors take(const Pose2& pose);
@@ -49,6 +69,7 @@ class SensitivityErrors {
  private:
   void prepare(const Chassis& chassis, const Rows& rows);
   void close(const Pose2& pose);
+  void carry_sums(const Matrix3& F, const Matrix3& M, const RowVector& variance);
   void add_last_counts(const Pose2& pose);
   RowVector variance_of_readings() const;
   RowVector growth_of_variance() const;
@@ -62,13 +83,16 @@ class SensitivityErrors {
   Rows rows_;                           ///< of the present interval where wheels are steered
   ByReading pose_;                      ///< G of ξ = G z, the error of the motion
   std::vector<ByReading> sensitivity_;  ///< G ∂z/z − G ∂H G, that of its sensitivity to each parameter
-  std::vector<Matrix3> covariance_;     ///< C in world axes
-  Eigen::Matrix<double, 3, 9> third_;   ///< T in world axes
-  Pose2 from_;                          ///< where the open interval began
-  Increment ways_;                      ///< what rolled in it, without sign; its last steering
-  Increment net_;                       ///< and with it
-  bool complete_ = true;                ///< the gyro was there throughout
-  bool counted_ = false;                ///< counts fell since take()
+  std::vector<RowMatrix> rows_by_twist_;  ///< ∂z/∂ξ's growth: what ẑ = Hξ̂ grows by, less ∂H
+  std::vector<Matrix3> covariance_;       ///< C in world axes
+  std::vector<SumErrors> sums_;           ///< empty: there is no sum
+  Combinations P_;                        ///< of the present interval
+  Eigen::Matrix<double, 3, 9> third_;     ///< T in world axes
+  Pose2 from_;                            ///< where the open interval began
+  Increment ways_;                        ///< what rolled in it, without sign; its last steering
+  Increment net_;                         ///< and with it
+  bool complete_ = true;                  ///< the gyro was there throughout
+  bool counted_ = false;                  ///< counts fell since take()
 };
 
 }  // namespace trundle::calibration

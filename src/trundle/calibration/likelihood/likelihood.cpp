@@ -86,19 +86,19 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
   const int blocks = likelihood.blocks_of_a_run();
   const std::optional<double> gyro_noise = own_gyro_noise(likelihood.problem);
   RunInformation result;
+  const ChassisLikelihoodOptions redundant{.blocks = blocks,
+                                           .variance_factor = likelihood.redundancy_factor,
+                                           .gate = likelihood.gate,
+                                           .sums = likelihood.sums_of(index)};
   RunLikelihood stream = stream_likelihood(run, noisy, all,
                                            {.reference_noise = likelihood.noise.levels.reference,
                                             .blocks = blocks,
                                             .gyro_noise_rad_s_sqrt_hz = gyro_noise,
-                                            .gate = likelihood.gate});
+                                            .gate = likelihood.gate,
+                                            .redundant = RedundantReadings{rounding, redundant}});
   append(result.blocks, n, stream.blocks);
   append(result.blocks, n, partial_likelihood(run, noisy, parameters, gyro_noise).blocks);
-  append(result.blocks, n,
-         chassis_likelihood(run, rounding, parameters,
-                            {.blocks = blocks,
-                             .variance_factor = likelihood.redundancy_factor,
-                             .gate = likelihood.gate,
-                             .sums = likelihood.sums_of(index)}));
+  if (run.epochs.empty()) append(result.blocks, n, chassis_likelihood(run, rounding, parameters, redundant));
   if (!run.relative_motions.empty())
     append(result.blocks, n, relative_information_of(likelihood, run, index, noisy, parameters));
   result.outliers = std::move(stream.outliers);

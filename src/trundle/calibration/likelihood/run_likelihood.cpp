@@ -8,6 +8,7 @@
 #include <Eigen/LU>
 
 #include "trundle/calibration/likelihood/errors_in_variables.hpp"
+#include "trundle/calibration/likelihood/parity_filter.hpp"
 #include "trundle/calibration/likelihood/reading_noise.hpp"
 #include "trundle/calibration/likelihood/reference_measurement.hpp"
 #include "trundle/odometry/odometer.hpp"
@@ -30,15 +31,18 @@ Innovation innovation_of(const ReferenceMeasurement& m, const Weight& W, double 
 }
 
 /// The Kalman update of pose, covariance (Joseph form) and sensitivity. `revealed`: SensitivityErrors.
-void update(Odometer& odometer, SensitivityErrors& errors, const ReferenceMeasurement& m, const Weight& W,
-            const PoseSensitivity& revealed) {
+void update(Odometer& odometer, SensitivityErrors& errors, std::optional<ParityFilter>& parity,
+            const ReferenceMeasurement& m, const Weight& W, const PoseSensitivity& revealed) {
   const Matrix3 P = odometer.white_covariance();
   const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 8> K = P * m.H.transpose() * W;
   const Vector3 step = K * m.innovation;
   const Matrix3 keep = Matrix3::Identity() - K * m.H;
   const Matrix3 noise = K * m.variance.asDiagonal() * K.transpose();
+  if (parity) parity->close(odometer.pose());
   odometer.correct(step, keep, noise, odometer.sensitivity() + revealed - K * m.J);
-  errors.correct(keep, odometer.pose());
+  Eigen::MatrixX3d sum_by_pose;
+  if (parity) sum_by_pose = parity->correct(m, W, keep, errors, odometer.pose());
+  errors.correct(keep, odometer.pose(), sum_by_pose);
 }
 
 /// The sensitivity as the innovation corrects it: eq. 6a.
@@ -86,17 +90,31 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
   Odometer odometer = odometer_at_epoch(run, 0, robot, parameters, options.reference_noise);
   const Chassis read = as_run_read(robot.chassis, run, options.gyro_noise_rad_s_sqrt_hz);
   SensitivityErrors errors(robot, parameters, odometer.pose(), read);
+  std::optional<ParityFilter> parity;
+  if (const auto& redundant = options.redundant)
+    parity.emplace(run, redundant->robot, parameters, redundant->options);
+  const auto skip = [&](std::size_t increments, Information& block) {
+    for (std::size_t i = 0; parity && i < increments; ++i) parity->skip(block);
+  };
+  skip(run.epochs.front(), result.blocks.front());
   bool is_doubted = false;  // the last epoch contradicted it
   const auto start_anew = [&](std::size_t epoch) {
     odometer = odometer_at_epoch(run, epoch, robot, parameters, options.reference_noise);
     errors = {robot, parameters, odometer.pose(), read};
+    if (parity) parity->restart();
     is_doubted = false;
   };
   for (std::size_t epoch = 1; epoch < run.epochs.size(); ++epoch) {
     for (std::size_t i = run.epochs[epoch - 1]; i < run.epochs[epoch]; ++i) {
       const Increment increment = run.readings.increments[i];
+      const Pose2 from = odometer.pose();
+      const Rolling rolling = odometer.state().rolling;
       odometer.step(increment);
-      errors.follow(increment, odometer.pose());
+      if (parity)
+        parity->follow(increment, from, rolling, odometer, errors,
+                       block_of(result, epoch, run.epochs.size()));
+      else
+        errors.follow(increment, odometer.pose());
     }
     const double time = run.epoch_time(epoch);
     const ReferenceSample sample = sample_reference(run.reference, time - robot.reference_time_offset_s);
@@ -125,8 +143,9 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
     }
     is_doubted = false;
     result.innovations.push_back(innovation_of(m, W, time, distance));
-    update(odometer, errors, m, W, revealed);
+    update(odometer, errors, parity, m, W, revealed);
   }
+  skip(run.readings.increments.size() - run.epochs.back(), result.blocks.back());
   return result;
 }
 

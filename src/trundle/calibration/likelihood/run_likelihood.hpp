@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 
+#include "trundle/calibration/likelihood/chassis_likelihood.hpp"
 #include "trundle/calibration/likelihood/information.hpp"
 #include "trundle/calibration/noise/noise_levels.hpp"
 #include "trundle/calibration/problem/run.hpp"
@@ -34,12 +35,20 @@ struct RunLikelihood {
   Information total() const;
 };
 
+/// What chassis_likelihood() is of.
+struct RedundantReadings {
+  const Robot& robot;  ///< with rounding, which is that of a window
+  ChassisLikelihoodOptions options;
+};
+
 struct LikelihoodOptions {
   ReferenceNoise reference_noise;
   int blocks = 1;  ///< into which the run is cut, one Information for each
   /// Of its readings alone; nothing: the robot's, which may also count what heading misses beyond it.
   std::optional<double> gyro_noise_rad_s_sqrt_hz = {};
   double gate = 1e9;  ///< epochs with a larger squared Mahalanobis innovation are outliers
+  /// Where it is given, what no motion explains of the run's readings is part of it.
+  std::optional<RedundantReadings> redundant = {};
 };
 
 /// The exact likelihood of a run under white odometry noise and white reference noise, in innovation form: a

@@ -8,7 +8,7 @@ namespace {
 
 /// With its wheels at the angles at which the motion by all readings has them. Derivatives at what was read
 /// go with the very error that y is made of: of a tricycle's wheelbase and steering scale together they were
-/// nothing else, and made them zero. docs/theory/calibration.md, eq. 7a.
+/// nothing else, and made them zero. docs/theory/calibration-redundancy.md, eq. 7a.
 Chassis at_estimated_angles(Chassis standing, const Rows& rows, const Vector3& motion) {
   for (int i = 0; i < rows.count(); ++i) {
     const Row& row = rows.row[static_cast<std::size_t>(i)];
@@ -37,9 +37,9 @@ bool SteeredWindow::take(const Increment& increment) {
   driven_rows.measured = rows.measured;
   const Combinations P = sum_ ? nearest_null_space(P_, rows) : left_null_space(rows);
   if (P.cols() == 0) return false;
-  const Contradiction own =
-      contradiction_of(comparison_of(standing, rows, driven, driven_rows, P, parameters_), increment, motion,
-                       noise_of(standing, rows, motion, increment.duration_s));
+  const RowVector variance = noise_of(standing, rows, motion, increment.duration_s);
+  const Contradiction own = contradiction_of(
+      comparison_of(standing, rows, driven, driven_rows, P, parameters_), increment, motion, variance);
   if (!sum_) {
     P_ = P;
     sum_ = own;
@@ -48,7 +48,14 @@ bool SteeredWindow::take(const Increment& increment) {
     sum_->add(own);
   }
   duration_s_ += increment.duration_s;
+  last_ = Taken{standing, rows, variance, P};
   return true;
+}
+
+CommonError SteeredWindow::common_error(double speed_m_s) const {
+  const auto& [standing, rows, variance, P] = *last_;
+  const TwistGain gain = twist_gain(rows, weighing_variances(standing, rows, speed_m_s, 1.0));
+  return gain * variance.asDiagonal() * P;
 }
 
 std::optional<Contradiction> SteeredWindow::close() {

@@ -1,5 +1,7 @@
 #include "trundle/calibration/likelihood/window_sums.hpp"
 
+#include <cmath>
+
 #include "trundle/chassis/rows.hpp"
 
 namespace trundle::calibration {
@@ -20,7 +22,8 @@ class OpenWindow {
  public:
   explicit OpenWindow(double window_s) : window_s_(window_s) {}
 
-  void take(const Increment& increment) {
+  void take(std::size_t index, const Increment& increment) {
+    if (sum_.duration_s == 0.0) first_ = index;
     add(sum_, increment);
     add(part_, increment);
     if (part_.duration_s >= window_s_ / kPartsOfAWindow - 1e-9) close_part();
@@ -33,6 +36,7 @@ class OpenWindow {
       sums.windows.push_back(sum_);
       for (const Increment& part : parts_) sums.parts.push_back(part);
       sums.parts_end.push_back(sums.parts.size());
+      sums.first.push_back(first_);
       sums.last.push_back(last);
     }
     sum_ = part_ = kEmptySum;
@@ -47,6 +51,7 @@ class OpenWindow {
   }
 
   double window_s_;
+  std::size_t first_ = 0;
   Increment sum_ = kEmptySum, part_ = kEmptySum;
   std::vector<Increment> parts_;
 };
@@ -61,6 +66,11 @@ bool is_kept(double duration_s, double window_s) {
   return duration_s >= 0.5 * window_s;
 }
 
+bool is_whole(const Run& run, std::size_t increment, const Chassis& chassis) {
+  return !run.readings.bridged[increment] &&
+         (!chassis.gyro || !std::isnan(run.readings.increments.gyro_rad(increment)));
+}
+
 std::optional<WindowSums> window_sums(const Run& run, const Chassis& chassis, double window_s) {
   const bool with_gyro = chassis.gyro.has_value();
   if (is_steered(chassis) || observability(rows_of(chassis, with_gyro)).degrees_of_freedom == 0)
@@ -71,9 +81,9 @@ std::optional<WindowSums> window_sums(const Run& run, const Chassis& chassis, do
   OpenWindow window(window_s);
   for (std::size_t i = 0; i < increments.size(); ++i) {
     const Increment increment = increments[i];
-    const bool broken = run.readings.bridged[i] || (with_gyro && !increment.has_gyro);
-    if (!broken) window.take(increment);
-    if (broken || window.is_full()) window.close(i, sums);
+    const bool whole = is_whole(run, i, chassis);
+    if (whole) window.take(i, increment);
+    if (!whole || window.is_full()) window.close(i, sums);
   }
   return sums;
 }

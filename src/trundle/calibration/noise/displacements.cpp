@@ -139,19 +139,20 @@ class GivenParity {
         showing_(with_noise(robot, with_share(levels, share))),
         reference_(levels.reference),
         odometer_(robot_, {}),
-        redundancy_(redundancy_of(robot)),
-        common_(robot_.chassis, showing_.chassis, redundancy_) {}
+        redundancy_(redundancy_of(robot)) {
+    if (redundancy_.P.cols() > 0 && !is_steered(robot_.chassis))
+      common_.emplace(robot_.chassis, showing_.chassis, redundancy_.rows, redundancy_.P);
+  }
 
   DisplacementError of(const Displacement& displacement) const {
-    if (displacement.parity.size() == 0 || !common_.are_known())
-      return error_of(displacement, odometer_, reference_);
+    if (displacement.parity.size() == 0 || !common_) return error_of(displacement, odometer_, reference_);
     Odometer odometer = at_start_of(displacement, odometer_);
     // What odometry errs by is missed of the displacement: with the other sign.
-    const Matrix3X common = -common_.along(displacement, odometer);
+    const CommonError common = -common_error_along(*common_, displacement, odometer);
     DisplacementError result = error_at_end(displacement, odometer, reference_);
     const Combinations S =
         combined_covariance(redundancy_.P, parity_variance(showing_, redundancy_, displacement));
-    const Matrix3X gain = S.ldlt().solve(common.transpose()).transpose();
+    const CommonError gain = S.ldlt().solve(common.transpose()).transpose();
     result.error -= gain * displacement.parity;
     result.covariance -= gain * common.transpose();
     return result;
@@ -163,7 +164,7 @@ class GivenParity {
   ReferenceNoise reference_;
   Odometer odometer_;
   Redundancy redundancy_;
-  CommonErrors common_;  // of the members before it
+  std::optional<CommonErrors> common_;
 };
 
 /// Of the error of a displacement with that of the next, which starts from the pose where it ends: what the

@@ -2,7 +2,6 @@
 
 #include <optional>
 
-#include "trundle/calibration/likelihood/contradiction.hpp"
 #include "trundle/chassis/without_wheel.hpp"
 
 namespace trundle::calibration {
@@ -15,37 +14,19 @@ Redundancy redundancy_of(const Robot& robot) {
   return redundancy;
 }
 
-CommonErrors::CommonErrors(const Chassis& chassis, const Chassis& showing, const Redundancy& redundancy)
-    : showing_(showing),
-      redundancy_(redundancy),
-      gauge_(chassis),
-      rounding_(rounding_of(chassis, redundancy.rows) / 2.0) {
-  if (redundancy.P.cols() == 0 || is_steered(chassis)) return;
-  for (std::size_t octave = 0; octave < kOctaves; ++octave)
-    gains_.push_back(twist_gain(
-        redundancy.rows, weighing_variances(chassis, redundancy.rows, gauge_.octave_speed(octave), 1.0)));
-}
-
-RowVector CommonErrors::variance_of(const Increment& increment, const Rolled& rolled) const {
-  const Increment sure{.duration_s = increment.duration_s, .turned = rolled, .has_gyro = true};
-  return readings_of(showing_, redundancy_.rows, sure).variance - 2.0 * rounding_;
-}
-
-Matrix3X CommonErrors::along(const Displacement& displacement, Odometer& odometer) const {
-  const int measured = redundancy_.rows.measured;
-  const auto shared = [&](const RowVector& variance, std::size_t octave) -> Matrix3X {
-    return gains_[octave].leftCols(measured) * variance.head(measured).asDiagonal() * redundancy_.P;
-  };
+CommonError common_error_along(const CommonErrors& common, const Displacement& displacement,
+                               Odometer& odometer) {
+  const auto octave = [&] { return odometer.state().rolling.octave; };
   Rolling rolling = displacement.rolling;
-  Matrix3X sum = shared(rounding_, odometer.state().rolling.octave);  // the first count's, with both signs
+  CommonError sum = common.of_rounding(octave());  // the first count's, with both signs
   for (std::size_t i = displacement.first; i < displacement.last; ++i) {
     const Increment increment = displacement.run->readings.increments[i];
-    const std::size_t octave = odometer.state().rolling.octave;
+    const CommonError own = common.of(increment.duration_s, common.rolled(rolling, increment), octave());
     odometer.step(increment);
-    sum += adjoint(odometer.pose()) * shared(variance_of(increment, gauge_.add(rolling, increment)), octave);
+    sum += adjoint(odometer.pose()) * own;
   }
   const Pose2& end = odometer.pose();
-  sum += adjoint(end) * shared(rounding_, odometer.state().rolling.octave);
+  sum += adjoint(end) * common.of_rounding(octave());
   sum.topRows<2>() += Vector2(-end.y, end.x) * sum.row(2);  // of the body, not of what is at the origin
   return sum;
 }

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "trundle/calibration/likelihood/chassis_likelihood.hpp"
+#include "trundle/calibration/likelihood/errors_in_variables.hpp"
+#include "trundle/calibration/likelihood/parity_windows.hpp"
+#include "trundle/calibration/likelihood/reference_measurement.hpp"
+
+namespace trundle::calibration {
+
+/// What no motion explains of a run's readings, summed over a window, is one more state beside the pose that
+/// the same readings move: at the window's end it is measured to be zero, and till then each measurement of
+/// the pose corrects it too. docs/theory/calibration-redundancy.md, eq. 7b.
+class ParityFilter {
+ public:
+  /// All must outlive it. `robot`: with_noise_of_readings().
+  ParityFilter(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
+               const ChassisLikelihoodOptions& options);
+
+  /// Goes on to the next increment, which moves no pose.
+  void skip(Information& information);
+  /// The same of one that moved the odometer from there, where it had rolled so: for the errors of its
+  /// sensitivities too. Where a window ends, what it says is added, and moves the odometer.
+  void follow(const Increment& increment, const Pose2& from, const Rolling& rolling, Odometer& odometer,
+              SensitivityErrors& errors, Information& information);
+  /// What was followed up to `pose` counts before a measurement moves it.
+  void close(const Pose2& pose);
+  /// An innovation of weight W corrects the pose to `pose`, keep = I − K H, and with it the sum. `errors`:
+  /// before it does. Returns by how much the sum moves with what was wrong with the pose.
+  Eigen::MatrixX3d correct(const ReferenceMeasurement& measurement, const ReferenceMeasurement::Weight& W,
+                           const Matrix3& keep, const SensitivityErrors& errors, const Pose2& pose);
+  /// From here on the pose owes nothing to readings.
+  void restart() { sum_ = {}; }
+
+ private:
+  /// The open window's sum: of its error, and of what measurements of the pose made of it.
+  struct Sum {
+    CommonError with_pose;  ///< covariance with the pose (rows), world axes; empty: nothing moved the pose
+    Eigen::VectorXd moved;
+    Eigen::MatrixXd lessened;  ///< its covariance, by
+    Eigen::MatrixXd moved_by_parameters;
+    Pose2 from;  ///< where the open arc began, so long ago
+    double open_s = 0.0;
+  };
+
+  void begin(const Pose2& pose);
+  void measure(const Contradiction& ended, Odometer& odometer, SensitivityErrors& errors,
+               Information& information);
+
+  ParityWindows windows_;
+  double factor_;
+  double gate_;
+  Eigen::Index parameters_;
+  Sum sum_;
+};
+
+}  // namespace trundle::calibration
