@@ -24,8 +24,8 @@ struct Contradiction {
   }
 };
 
-/// What readings are compared by: the same for all where no wheel is steered. docs/theory/calibration-redundancy.md,
-/// eq. 7.
+/// What readings are compared by: the same for all where no wheel is steered.
+/// docs/theory/calibration-redundancy.md, eq. 7.
 struct Comparison {
   const Chassis& chassis;
   const Rows& rows;
