@@ -5,6 +5,11 @@
 
 namespace trundle::calibration {
 
+void add_to(Information& information, const Contradiction& window, const ChassisLikelihoodOptions& options) {
+  add_within(information, window.J, inverse_of((options.variance_factor * window.S).eval()), window.y,
+             options.gate);
+}
+
 std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot,
                                             std::span<const Parameter> parameters,
                                             const ChassisLikelihoodOptions& options) {
@@ -13,9 +18,7 @@ std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot,
   ParityWindows windows(run, robot.chassis, parameters, options.window_s, options.sums);
   const std::size_t increments = run.readings.increments.size();
   for (std::size_t i = 0; i < increments; ++i)
-    if (const auto window = windows.take())
-      add_within(result[i * result.size() / increments], window->J,
-                 inverse_of((options.variance_factor * window->S).eval()), window->y, options.gate);
+    if (const auto window = windows.take()) add_to(result[i * result.size() / increments], *window, options);
   return result;
 }
 

@@ -2,6 +2,7 @@
 
 #include <span>
 
+#include "trundle/calibration/likelihood/contradiction.hpp"
 #include "trundle/calibration/likelihood/information.hpp"
 #include "trundle/calibration/likelihood/window_sums.hpp"
 #include "trundle/calibration/problem/run.hpp"
@@ -17,6 +18,9 @@ struct ChassisLikelihoodOptions {
   /// window_sums() of the run over `window_s`, where they are known already.
   const WindowSums* sums = nullptr;
 };
+
+/// One window of it.
+void add_to(Information& information, const Contradiction& window, const ChassisLikelihoodOptions& options);
 
 /// What the sensors on board say about each other: the part of their readings that no motion of the chassis
 /// explains, summed over windows. Needs no reference; empty where rows and unknowns are

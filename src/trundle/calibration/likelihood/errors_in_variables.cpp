@@ -12,9 +12,6 @@
 namespace trundle::calibration {
 namespace {
 
-/// Over so long a motion is one arc, and noise in it as if it came evenly.
-constexpr double kLongestInterval_s = 0.2;
-
 /// The matrix whose columns are what a linear map makes of the unit vectors.
 template <class Map>
 Matrix3 matrix_of(const Map& map) {
@@ -29,6 +26,13 @@ Matrix3 matrix_of(const Map& map) {
 }
 
 }  // namespace
+
+ArcErrors arc_errors(const Pose2& from, const Pose2& to) {
+  const Twist2 twist = log(from.inverse() * to);
+  const ArcStep arc(from.heading, {twist.dx, twist.dy, twist.dtheta});
+  return {matrix_of([&](const std::array<double, 3>& v) { return arc.carry(v); }),
+          matrix_of([&](const std::array<double, 3>& v) { return arc.map(v); })};
+}
 
 ReadingErrors ReadingErrors::mapped(const Matrix3& map) const {
   ReadingErrors result{map * sensitivity, Eigen::Matrix3Xd::Zero(3, covariance.cols())};
@@ -79,7 +83,7 @@ void SensitivityErrors::follow(const Increment& increment, const Pose2& pose) {
   ways_.steering_rad = increment.steering_rad;
   counted_ = counted_ || any_turns(increment);
   complete_ = complete_ && (increment.has_gyro || !chassis_.gyro);
-  if (ways_.duration_s >= kLongestInterval_s - 1e-9) close(pose);
+  if (ways_.duration_s >= kLongestArc_s) close(pose);
 }
 
 // Of what the sensors read wrong. Where a robot slides, sideways or scrubbing on skid wheels, its readings
@@ -116,10 +120,7 @@ Matrix3 SensitivityErrors::noise_of(const std::array<double, kMaxWheels>& turned
 
 void SensitivityErrors::close(const Pose2& pose) {
   if (ways_.duration_s <= 0.0) return;
-  const Twist2 twist = log(from_.inverse() * pose);
-  const ArcStep arc(from_.heading, {twist.dx, twist.dy, twist.dtheta});
-  const Matrix3 F = matrix_of([&](const std::array<double, 3>& v) { return arc.carry(v); });
-  const Matrix3 M = matrix_of([&](const std::array<double, 3>& v) { return arc.map(v); });
+  const auto [F, M] = arc_errors(from_, pose);
   if (is_steered(chassis_))
     prepare(at_steering(chassis_, ways_), rows_at(chassis_, ways_, chassis_.gyro.has_value()));
   const RowVector variance = variance_of_readings();
@@ -145,7 +146,7 @@ void SensitivityErrors::close(const Pose2& pose) {
 }
 
 // What no motion explains is differentiated at the motion by all readings, each by its own noise:
-// calibration, eq. 7.
+// docs/theory/calibration-redundancy.md, eq. 7 and 7b.
 void SensitivityErrors::carry_sums(const Matrix3& F, const Matrix3& M, const RowVector& variance) {
   const Eigen::Index n = P_.rows();
   const RowVector all = readings_of(as_read_, rows_, ways_).variance;

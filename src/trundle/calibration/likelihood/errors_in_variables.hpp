@@ -20,6 +20,16 @@ struct ReadingErrors {
   [[nodiscard]] ReadingErrors mapped(const Matrix3& map) const;
 };
 
+/// Over so long a motion is one arc, and noise in it as if it came evenly.
+inline constexpr double kLongestArc_s = 0.2 - 1e-9;
+
+/// How an arc between two poses carries errors: of the pose where it began (F), of its twist (M). World axes.
+struct ArcErrors {
+  Matrix3 F;
+  Matrix3 M;
+};
+[[nodiscard]] ArcErrors arc_errors(const Pose2& from, const Pose2& to);
+
 /// Covariances of a sum Pᵀz that the same readings make beside a pose: of the errors of sensitivities to one
 /// parameter (first) with errors (second).
 struct SumErrors {
@@ -83,7 +93,7 @@ class SensitivityErrors {
   Rows rows_;                           ///< of the present interval where wheels are steered
   ByReading pose_;                      ///< G of ξ = G z, the error of the motion
   std::vector<ByReading> sensitivity_;  ///< G ∂z/z − G ∂H G, that of its sensitivity to each parameter
-  std::vector<RowMatrix> rows_by_twist_;  ///< ∂z/∂ξ's growth: what ẑ = Hξ̂ grows by, less ∂H
+  std::vector<RowMatrix> rows_by_twist_;  ///< ∂z/z H − ∂H
   std::vector<Matrix3> covariance_;       ///< C in world axes
   std::vector<SumErrors> sums_;           ///< empty: there is no sum
   Combinations P_;                        ///< of the present interval

@@ -6,43 +6,22 @@
 #include <Eigen/Cholesky>
 
 #include "trundle/geometry/decompositions.hpp"
-#include "trundle/odometry/arc.hpp"
 
 namespace trundle::calibration {
-namespace {
-
-/// Over so long a motion is one arc, and noise in it as if it came evenly.
-constexpr double kLongestArc_s = 0.2 - 1e-9;
-
-template <class Map>
-CommonError by_column(const CommonError& errors, const Map& map) {
-  CommonError mapped(3, errors.cols());
-  for (Eigen::Index i = 0; i < errors.cols(); ++i) {
-    const Triple column = map({errors(0, i), errors(1, i), errors(2, i)});
-    mapped.col(i) = Eigen::Map<const Vector3>(column.data());
-  }
-  return mapped;
-}
-
-}  // namespace
-
 ParityFilter::ParityFilter(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
                            const ChassisLikelihoodOptions& options)
     : windows_(run, robot.chassis, parameters, options.window_s, options.sums),
-      factor_(options.variance_factor),
-      gate_(options.gate),
+      options_(options),
       parameters_(static_cast<Eigen::Index>(parameters.size())) {}
 
 // Where the readings' noise shows as a share of what they are said to have, so does what is common; what
 // shows beside it need not be common.
 void ParityFilter::close(const Pose2& pose) {
   if (sum_.with_pose.cols() == 0) return;
-  const Twist2 twist = log(sum_.from.inverse() * pose);
-  const ArcStep arc(sum_.from.heading, {twist.dx, twist.dy, twist.dtheta});
-  const CommonError own = std::min(factor_, 1.0) * windows_.take_common_error();
-  CommonError& common = sum_.with_pose;
-  common = by_column(common, [&](const Triple& v) { return arc.carry(v); });
-  if (own.cols() > 0) common += by_column(own, [&](const Triple& v) { return arc.map(v); });
+  const auto [F, M] = arc_errors(sum_.from, pose);
+  const CommonError own = std::min(options_.variance_factor, 1.0) * windows_.take_common_error();
+  sum_.with_pose = (F * sum_.with_pose).eval();
+  if (own.cols() > 0) sum_.with_pose += M * own;
   sum_.from = pose;
   sum_.open_s = 0.0;
 }
@@ -57,15 +36,13 @@ void ParityFilter::begin(const Pose2& pose) {
 }
 
 void ParityFilter::skip(Information& information) {
-  if (const auto ended = windows_.take())
-    add_within(information, ended->J, inverse_of((factor_ * ended->S).eval()), ended->y, gate_);
+  if (const auto ended = windows_.take()) add_to(information, *ended, options_);
 }
 
 void ParityFilter::follow(const Increment& increment, const Pose2& from, const Rolling& rolling,
                           Odometer& odometer, SensitivityErrors& errors, Information& information) {
   if (!windows_.any()) return errors.follow(increment, odometer.pose());
-  if (sum_.with_pose.cols() == 0) windows_.drop_common_error();  // of what did not move this pose
-  const std::optional<Contradiction> ended = windows_.take(rolling);
+  const std::optional<Contradiction> ended = windows_.take(&rolling);
   if (windows_.is_within()) {
     if (sum_.with_pose.cols() == 0) begin(from);
     errors.add_to_sum(windows_.combinations(), from);
@@ -86,7 +63,7 @@ void ParityFilter::measure(const Contradiction& ended, Odometer& odometer, Sensi
                            Information& information) {
   // Ways become sure only later, and then their variances may contradict each other: no covariance is as
   // large. They count as independent then.
-  Eigen::MatrixXd S = factor_ * ended.S;
+  Eigen::MatrixXd S = options_.variance_factor * ended.S;
   const bool common = sum_.with_pose.cols() > 0 && (S - sum_.lessened).ldlt().isPositive();
   Eigen::VectorXd innovation = -ended.y;
   Eigen::MatrixXd J = -ended.J;
@@ -100,7 +77,7 @@ void ParityFilter::measure(const Contradiction& ended, Odometer& odometer, Sensi
   if (common)
     for (std::size_t j = 0; j < errors.of_sum().size(); ++j)
       J.col(static_cast<Eigen::Index>(j)) += errors.of_sum()[j].sum_sum * weighed;
-  if (!add_within(information, J, W, innovation, gate_) || !common) return;
+  if (!add_within(information, J, W, innovation, options_.gate) || !common) return;
   const CommonError K = sum_.with_pose * W;
   const Matrix3 lessened = K * sum_.with_pose.transpose();
   if (!(odometer.white_covariance() - lessened).ldlt().isPositive()) return;

@@ -33,7 +33,10 @@ class ParityFilter {
   Eigen::MatrixX3d correct(const ReferenceMeasurement& measurement, const ReferenceMeasurement::Weight& W,
                            const Matrix3& keep, const SensitivityErrors& errors, const Pose2& pose);
   /// From here on the pose owes nothing to readings.
-  void restart() { sum_ = {}; }
+  void restart() {
+    sum_ = {};
+    windows_.drop_common_error();
+  }
 
  private:
   /// The open window's sum: of its error, and of what measurements of the pose made of it.
@@ -51,8 +54,7 @@ class ParityFilter {
                Information& information);
 
   ParityWindows windows_;
-  double factor_;
-  double gate_;
+  ChassisLikelihoodOptions options_;
   Eigen::Index parameters_;
   Sum sum_;
 };

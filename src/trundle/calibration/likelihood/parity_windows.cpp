@@ -39,18 +39,18 @@ ParityWindows::ParityWindows(const Run& run, const Chassis& chassis, std::span<c
   if (sums) rigid_.emplace(chassis, parameters, *sums);
 }
 
-std::optional<Contradiction> ParityWindows::take(const Rolling& before) {
+std::optional<Contradiction> ParityWindows::take(const Rolling* before) {
   const std::size_t index = taken_++;
   within_ = false;
   if (steered_) return take_steered(index, before);
   return rigid_ ? take_rigid(index, before) : std::nullopt;
 }
 
-std::optional<Contradiction> ParityWindows::take_rigid(std::size_t index, const Rolling& before) {
+std::optional<Contradiction> ParityWindows::take_rigid(std::size_t index, const Rolling* before) {
   const auto& [first, last] = std::tie(rigid_->sums.first, rigid_->sums.last);
   if (rigid_->window == last.size() || index < first[rigid_->window]) return std::nullopt;
   within_ = is_whole(run_, index, chassis_);  // else it only ends the window
-  if (within_) rigid_->add(run_.readings.increments[index], before);
+  if (within_ && before) rigid_->add(run_.readings.increments[index], *before);
   return index == last[rigid_->window] ? std::optional(rigid_->next()) : std::nullopt;
 }
 
@@ -61,15 +61,15 @@ void ParityWindows::Rigid::add(const Increment& increment, Rolling before) {
   std::ranges::transform(rolled, own, rolled.begin(), std::plus());
 }
 
-std::optional<Contradiction> ParityWindows::take_steered(std::size_t index, const Rolling& before) {
+std::optional<Contradiction> ParityWindows::take_steered(std::size_t index, const Rolling* before) {
   within_ = is_whole(run_, index, chassis_) && steered_->take(run_.readings.increments[index]);
-  if (within_) {
+  if (within_ && before) {
     // As SteeredModel: without a gyro one set of weights serves all speeds.
-    const CommonError own = steered_->common_error(gauge_.octave_speed(chassis_.gyro ? before.octave : 0));
+    const CommonError own = steered_->common_error(gauge_.octave_speed(chassis_.gyro ? before->octave : 0));
     if (steered_common_.cols() == 0) steered_common_.setZero(3, own.cols());
     steered_common_ += own;
-    if (!is_full(steered_->duration_s(), window_s_)) return std::nullopt;
   }
+  if (within_ && !is_full(steered_->duration_s(), window_s_)) return std::nullopt;
   const bool kept = is_kept(steered_->duration_s(), window_s_);
   std::optional<Contradiction> sum = steered_->close();
   return kept ? sum : std::nullopt;

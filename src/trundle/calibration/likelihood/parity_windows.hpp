@@ -25,8 +25,8 @@ class ParityWindows {
   /// Whether there are any: there are more readings than a motion needs.
   [[nodiscard]] bool any() const { return steered_ || rigid_; }
   /// Goes on to the next increment. Returns what was summed where a window ends there. `before`: how the
-  /// robot had rolled, for errors that are common with odometry's.
-  std::optional<Contradiction> take(const Rolling& before = {});
+  /// robot had rolled, for errors that are common with odometry's; null: nobody asks for them.
+  std::optional<Contradiction> take(const Rolling* before = nullptr);
   /// Whether that increment is part of a window.
   [[nodiscard]] bool is_within() const { return within_; }
   /// If it is: by which combinations its readings add to the sum.
@@ -56,8 +56,8 @@ class ParityWindows {
     std::size_t window = 0;
     std::size_t part = 0;  ///< its first one
   };
-  std::optional<Contradiction> take_steered(std::size_t index, const Rolling& before);
-  std::optional<Contradiction> take_rigid(std::size_t index, const Rolling& before);
+  std::optional<Contradiction> take_steered(std::size_t index, const Rolling* before);
+  std::optional<Contradiction> take_rigid(std::size_t index, const Rolling* before);
 
   const Run& run_;
   const Chassis& chassis_;
