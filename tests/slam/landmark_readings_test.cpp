@@ -4,12 +4,14 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <utility>
 
 #include <gtest/gtest.h>
 
 #include "trundle/slam/smoothing/landmark_calibration.hpp"
 #include "trundle/slam/steps.hpp"
 #include "trundle/statistics/distribution.hpp"
+#include "trundle/statistics/random.hpp"
 
 #include "calibration/stated_errors.hpp"
 #include "scale.hpp"
@@ -109,6 +111,45 @@ TEST(ReadingErrors, AreDerivativesOfTheMotionsVariance) {
   }
   EXPECT_NEAR(third, std::pow(drive.wheel_noise, 4) * turned_rad / (track_m * track_m),
               0.01 * std::abs(third));
+}
+
+/// The same travel with other noise: each wheel's by √(its way).
+Recording misread(Recording recording, double per_sqrt_m, Random& random) {
+  for (WheelSeries& wheel : recording.wheels.series) {
+    double error_m = 0.0, before = wheel.value.front();
+    for (double& turned_rad : wheel.value) {
+      const double way_m = 0.05 * std::abs(turned_rad - std::exchange(before, turned_rad));
+      error_m += random.normal(per_sqrt_m * std::sqrt(way_m));
+      turned_rad += error_m / 0.05;
+    }
+  }
+  return recording;
+}
+
+/// Of the turn by the track: one drive read many times.
+TEST(ReadingErrors, ScatterAsTheySay) {
+  constexpr double kNoise = 0.02;
+  const int draws = test::trials(400, 40);
+  const Recording exact = Wanderer({.duration_s = 20.0, .wheel_noise = 0.0}, 7).recorded();
+  const Robot robot = nominal_of({.wheel_noise = kNoise});
+  Random random(8, 1);
+  std::vector<double> sum, squares;
+  double stated = 0.0;
+  for (int draw = 0; draw < draws; ++draw) {
+    const SlamInput input =
+        slam_input(misread(exact, kNoise, random), robot, {.parameters = {{ParameterKind::track, -1}}});
+    sum.resize(input.steps.size());
+    squares.resize(input.steps.size());
+    for (std::size_t k = 0; k < input.steps.size(); ++k) {
+      const double turn_by_track = input.by_parameters[k](2, 0);
+      sum[k] += turn_by_track / draws;
+      squares[k] += turn_by_track * turn_by_track / draws;
+      stated += input.reading_errors[k].scatter(2, 2) / draws;
+    }
+  }
+  double scatter = 0.0;
+  for (std::size_t k = 0; k < sum.size(); ++k) scatter += squares[k] - sum[k] * sum[k];
+  EXPECT_NEAR(scatter / stated, 1.0, 0.05);
 }
 
 }  // namespace

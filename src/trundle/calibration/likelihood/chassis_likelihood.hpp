@@ -15,10 +15,14 @@ struct ChassisLikelihoodOptions {
   double variance_factor = 1.0;  ///< by which the readings' variances are scaled
   double window_s = 1.0;         ///< over which readings are summed
   double gate = 1e300;           ///< windows whose squared Mahalanobis residual is larger are left out
+  bool with_noise = false;       ///< also Information::of_noise
   /// window_sums() of the run over `window_s`, where they are known already.
   const WindowSums* sums = nullptr;
 };
 
+/// What noise makes of the information of a window of that weight.
+[[nodiscard]] Eigen::MatrixXd noise_in(const Contradiction& window, const Eigen::MatrixXd& weight,
+                                       const ChassisLikelihoodOptions& options);
 /// One window of it.
 void add_to(Information& information, const Contradiction& window, const ChassisLikelihoodOptions& options);
 

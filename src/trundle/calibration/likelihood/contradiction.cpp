@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/LU>
+
 #include "trundle/chassis/contact.hpp"
 #include "trundle/chassis/scrub.hpp"
 
@@ -98,17 +100,32 @@ Comparison comparison_of(const Chassis& chassis, const Rows& rows, const Chassis
 }
 
 Contradiction contradiction_of(const Comparison& comparison, const Increment& sum, const Vector3& motion,
-                               const RowVector& variance) {
+                               const RowVector& variance, bool with_errors) {
   const int n = comparison.rows.measured;
+  const auto parameters = static_cast<Eigen::Index>(comparison.parameters.size());
+  const auto by_parameters = [&](const Vector3& twist) {
+    Eigen::MatrixXd J(comparison.P.cols(), parameters);
+    for (std::size_t j = 0; j < comparison.parameters.size(); ++j) {
+      const RowVector dz = predicted_derivative(comparison, comparison.parameters[j], twist, sum);
+      J.col(static_cast<Eigen::Index>(j)) =
+          comparison.driven_P.transpose() * (comparison.row_derivatives[j].topRows(n) * twist - dz.head(n));
+    }
+    return J;
+  };
   Contradiction result{
       comparison.P.transpose() * readings_of(comparison.chassis, comparison.rows, sum).z.head(n),
       combined_covariance(comparison.driven_P, variance),
-      Eigen::MatrixXd(comparison.P.cols(), static_cast<Eigen::Index>(comparison.parameters.size()))};
-  for (std::size_t j = 0; j < comparison.parameters.size(); ++j) {
-    const RowVector dz = predicted_derivative(comparison, comparison.parameters[j], motion, sum);
-    result.J.col(static_cast<Eigen::Index>(j)) =
-        comparison.driven_P.transpose() * (comparison.row_derivatives[j].topRows(n) * motion - dz.head(n));
-  }
+      by_parameters(motion),
+      {}};
+  if (!with_errors) return result;
+  // J is linear in the motion.
+  const Eigen::MatrixXd at_rest = by_parameters(Vector3::Zero());
+  Eigen::MatrixX3d by_motion(result.J.size(), 3);
+  for (Eigen::Index i = 0; i < 3; ++i)
+    by_motion.col(i) = (by_parameters(Vector3::Unit(i)) - at_rest).reshaped();
+  const Matrix3 Q =
+      (comparison.rows.H.transpose() * variance.cwiseInverse().asDiagonal() * comparison.rows.H).inverse();
+  result.J_errors = by_motion * Q * by_motion.transpose();
   return result;
 }
 

@@ -11,16 +11,20 @@
 
 namespace trundle::calibration {
 
-/// What no motion explains of readings, summed: y = Pᵀz, of covariance S, and J = −∂y/∂p.
+/// What no motion explains of readings, summed: y = Pᵀz, of covariance S, and J = −∂y/∂p, taken at a motion
+/// that errs by its readings' noise. J_errors: the covariance of that in J's columns, one below the other;
+/// only where it was asked for.
 struct Contradiction {
   Eigen::VectorXd y;
   Eigen::MatrixXd S;
   Eigen::MatrixXd J;
+  Eigen::MatrixXd J_errors;
 
   void add(const Contradiction& other) {
     y += other.y;
     S += other.S;
     J += other.J;
+    J_errors += other.J_errors;
   }
 };
 
@@ -43,7 +47,8 @@ struct Comparison {
 
 /// Of readings of these variances, by all of which the robot made this motion: eq. 7.
 [[nodiscard]] Contradiction contradiction_of(const Comparison& comparison, const Increment& sum,
-                                             const Vector3& motion, const RowVector& variance);
+                                             const Vector3& motion, const RowVector& variance,
+                                             bool with_errors);
 
 /// The nearest to `P` of those combinations of rows that no motion changes.
 [[nodiscard]] Combinations nearest_null_space(const Combinations& P, const Rows& rows);

@@ -35,7 +35,8 @@ ArcErrors arc_errors(const Pose2& from, const Pose2& to) {
 }
 
 ReadingErrors ReadingErrors::mapped(const Matrix3& map) const {
-  ReadingErrors result{map * sensitivity, Eigen::Matrix3Xd::Zero(3, covariance.cols())};
+  ReadingErrors result{map * sensitivity, Eigen::Matrix3Xd::Zero(3, covariance.cols()), scatter};
+  map_threes(map, scatter.cols() / 3, result.scatter);
   for (Eigen::Index at = 0; at < sensitivity.cols(); at += 3) {
     auto C = result.sensitivity.middleCols<3>(at);
     C = (C * map.transpose()).eval();
@@ -48,13 +49,14 @@ ReadingErrors ReadingErrors::mapped(const Matrix3& map) const {
 }
 
 SensitivityErrors::SensitivityErrors(const Robot& robot, std::span<const Parameter> parameters,
-                                     const Pose2& pose, const Chassis& as_read)
+                                     const Pose2& pose, const Chassis& as_read, bool with_scatter)
     : chassis_(robot.chassis),
       as_read_(as_read),
       parameters_(parameters.begin(), parameters.end()),
       covariance_(parameters.size(), Matrix3::Zero()),
       third_(Eigen::Matrix<double, 3, 9>::Zero()),
       from_(pose) {
+  if (with_scatter) scatter_.emplace(parameters.size());
   // Of successive readings it cancels, but for those of the last counts.
   for (Wheel& wheel : as_read_.wheels()) wheel.ticks_per_revolution = 0.0;
   prepare(chassis_, rows_of(chassis_, chassis_.gyro.has_value()));
@@ -128,7 +130,7 @@ void SensitivityErrors::close(const Pose2& pose) {
   const RowVector third = variance.cwiseProduct(growth_of_variance())
                               .cwiseProduct(readings_of(chassis_, rows_, net_).z.cwiseSign());
   const ByReading by = M * pose_;
-  third_ = ReadingErrors{Eigen::Matrix3Xd(3, 0), third_}.mapped(F).covariance;
+  third_ = ReadingErrors{Eigen::Matrix3Xd(3, 0), third_, {}}.mapped(F).covariance;
   for (Eigen::Index k = 0; k < 3; ++k)
     third_.middleCols<3>(3 * k) +=
         by * third.cwiseProduct(by.row(k).transpose()).asDiagonal() * by.transpose();
@@ -138,19 +140,41 @@ void SensitivityErrors::close(const Pose2& pose) {
     covariance_[j] +=
         M * (sensitivity_[j] * variance.asDiagonal() * pose_.transpose()).eval() * M.transpose();
   }
-  if (!sums_.empty()) carry_sums(F, M, complete_ ? variance : RowVector::Zero(variance.size()));
+  const RowVector counted = complete_ ? variance : RowVector::Zero(variance.size());
+  if (scatter_) carry_scatter(F, M, counted);
+  if (!sums_.empty()) carry_sums(F, M, counted);
   from_ = pose;
   ways_ = {};
   net_ = {};
   complete_ = true;
 }
 
+void SensitivityErrors::carry_scatter(const Matrix3& F, const Matrix3& M, const RowVector& variance) {
+  const auto n = static_cast<Eigen::Index>(covariance_.size());
+  const Eigen::Index m = sums_.empty() ? 0 : P_.cols();
+  const ByReading motion = gain_by_noise();
+  Eigen::MatrixXd by_reading((3 + m) * n, variance.size());
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const auto at = static_cast<std::size_t>(j);
+    by_reading.middleRows<3>(3 * j) = M * sensitivity_[at];
+    if (m > 0)
+      by_reading.middleRows(3 * n + m * j, m) =
+          P_.transpose() * rows_by_twist_[at].topRows(P_.rows()) * motion;
+  }
+  scatter_->carry(F, by_reading, variance);
+}
+
+/// Of the motion by all readings, each by its own noise.
+SensitivityErrors::ByReading SensitivityErrors::gain_by_noise() const {
+  const RowVector all = readings_of(as_read_, rows_, ways_).variance;
+  return (all.array() > 0.0).all() ? twist_gain(rows_, all) : pose_;
+}
+
 // What no motion explains is differentiated at the motion by all readings, each by its own noise:
 // docs/theory/calibration-redundancy.md, eq. 7 and 7b.
 void SensitivityErrors::carry_sums(const Matrix3& F, const Matrix3& M, const RowVector& variance) {
   const Eigen::Index n = P_.rows();
-  const RowVector all = readings_of(as_read_, rows_, ways_).variance;
-  const ByReading motion = (all.array() > 0.0).all() ? twist_gain(rows_, all) : pose_;
+  const ByReading motion = gain_by_noise();
   const Eigen::MatrixXd VP = variance.head(n).asDiagonal() * P_;
   const Eigen::MatrixX3d VG = variance.asDiagonal() * (M * pose_).transpose();
   for (std::size_t j = 0; j < sums_.size(); ++j) {
@@ -168,6 +192,7 @@ void SensitivityErrors::add_to_sum(const Combinations& P, const Pose2& pose) {
     const Eigen::Index m = P.cols();
     sums_.assign(covariance_.size(),
                  {Eigen::MatrixXd::Zero(3, m), Eigen::MatrixXd::Zero(m, 3), Eigen::MatrixXd::Zero(m, m)});
+    if (scatter_) scatter_->begin_sum(m);
   }
   P_ = P;
 }
@@ -176,14 +201,56 @@ void SensitivityErrors::end_sum(const Pose2& pose) {
   if (!sums_.empty()) close(pose);
 }
 
-void SensitivityErrors::correct_by_sum(const CommonError& gain, const Pose2& pose) {
+void SensitivityErrors::drop_sum() {
+  sums_.clear();
+  if (scatter_) scatter_->drop_sum();
+}
+
+/// By the weighed innovation of a measurement of the pose.
+Eigen::MatrixXd SensitivityErrors::revealed_by_pose() const {
+  const auto n = static_cast<Eigen::Index>(covariance_.size());
+  const Eigen::Index m = sums_.empty() ? 0 : P_.cols();
+  Eigen::MatrixXd revealed((3 + m) * n, 3);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const auto at = static_cast<std::size_t>(j);
+    revealed.middleRows<3>(3 * j) = covariance_[at];
+    if (m > 0) revealed.middleRows(3 * n + m * j, m) = sums_[at].sum_pose;
+  }
+  return revealed;
+}
+
+/// The same of the sum.
+Eigen::MatrixXd SensitivityErrors::revealed_by_sum() const {
+  const auto n = static_cast<Eigen::Index>(sums_.size());
+  const Eigen::Index m = P_.cols();
+  Eigen::MatrixXd revealed((3 + m) * n, m);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const SumErrors& sum = sums_[static_cast<std::size_t>(j)];
+    revealed.middleRows<3>(3 * j) = sum.pose_sum;
+    revealed.middleRows(3 * n + m * j, m) = sum.sum_sum;
+  }
+  return revealed;
+}
+
+Eigen::MatrixXd SensitivityErrors::noise_in_information(const Matrix3& weight) const {
+  return scatter_ ? scatter_->noise_in_pose(weight, revealed_by_pose()) : Eigen::MatrixXd();
+}
+
+Eigen::MatrixXd SensitivityErrors::noise_in_sum(const Eigen::MatrixXd& weight) const {
+  return scatter_ ? scatter_->noise_in_sum(weight, revealed_by_sum()) : Eigen::MatrixXd();
+}
+
+void SensitivityErrors::correct_by_sum(const Eigen::MatrixXd& weight, const CommonError& gain,
+                                       const Pose2& pose) {
+  from_ = pose;
+  if (sums_.empty()) return;
+  if (scatter_) scatter_->correct_by_sum(weight, revealed_by_sum(), gain);
   for (std::size_t j = 0; j < sums_.size(); ++j) {
     const SumErrors& sum = sums_[j];
     covariance_[j] +=
         gain * sum.sum_sum * gain.transpose() - sum.pose_sum * gain.transpose() - gain * sum.sum_pose;
   }
   sums_.clear();
-  from_ = pose;
 }
 
 void SensitivityErrors::add_last_counts(const Pose2& pose) {
@@ -208,7 +275,9 @@ PoseSensitivity SensitivityErrors::revealed(const Vector3& weighed_innovation, c
   return result;
 }
 
-void SensitivityErrors::correct(const Matrix3& keep, const Pose2& pose, const Eigen::MatrixX3d& sum_by_pose) {
+void SensitivityErrors::correct(const Matrix3& weight, const Matrix3& keep, const Pose2& pose,
+                                const Eigen::MatrixX3d& sum_by_pose) {
+  if (scatter_) scatter_->correct_by_pose(weight, revealed_by_pose(), keep, sum_by_pose);
   for (std::size_t j = 0; j < sums_.size(); ++j) {
     SumErrors& sum = sums_[j];
     const Matrix3& C = covariance_[j];
@@ -224,7 +293,8 @@ void SensitivityErrors::correct(const Matrix3& keep, const Pose2& pose, const Ei
 ReadingErrors SensitivityErrors::take(const Pose2& pose) {
   close(pose);
   add_last_counts(pose);
-  ReadingErrors errors{Eigen::Matrix3Xd(3, 3 * covariance_.size()), third_};
+  ReadingErrors errors{Eigen::Matrix3Xd(3, 3 * covariance_.size()), third_,
+                       scatter_ ? scatter_->take() : Eigen::MatrixXd()};
   for (std::size_t j = 0; j < covariance_.size(); ++j)
     errors.sensitivity.middleCols<3>(3 * static_cast<Eigen::Index>(j)) = covariance_[j];
   for (Matrix3& covariance : covariance_) covariance.setZero();

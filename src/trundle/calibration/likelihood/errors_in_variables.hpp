@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "trundle/calibration/likelihood/common_errors.hpp"
+#include "trundle/calibration/likelihood/sensitivity_scatter.hpp"
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/odometry/odometer.hpp"
 
@@ -15,6 +17,7 @@ namespace trundle::calibration {
 struct ReadingErrors {
   Eigen::Matrix3Xd sensitivity = Eigen::Matrix3Xd(3, 0);  ///< C of each parameter, side by side
   Eigen::Matrix3Xd covariance = Eigen::Matrix3Xd(3, 0);   ///< T_1, T_2, T_3; no columns: there are no errors
+  Eigen::MatrixXd scatter = {};  ///< covariance of the sensitivities' errors, one parameter's below another's
 
   /// Those that go with map · e.
   [[nodiscard]] ReadingErrors mapped(const Matrix3& map) const;
@@ -48,17 +51,22 @@ class SensitivityErrors {
  public:
   /// From `pose` on, which owes nothing to the readings. `as_read`: the robot's chassis with the noise of
   /// readings alone (reading_noise.hpp).
+  /// `with_scatter`: also what they make of information, noise_in_information() and ReadingErrors::scatter.
   SensitivityErrors(const Robot& robot, std::span<const Parameter> parameters, const Pose2& pose,
-                    const Chassis& as_read);
+                    const Chassis& as_read, bool with_scatter);
 
   /// An increment that brought the odometer to `pose`.
   void follow(const Increment& increment, const Pose2& pose);
   /// What a measurement of the pose says of the sensitivities beyond their computed values: C Hᵀ S⁻¹ e, with
   /// its innovation e of covariance S.
   PoseSensitivity revealed(const Vector3& weighed_innovation, const Pose2& pose);
+  /// What the errors of so corrected sensitivities make of the information that a measurement of the pose
+  /// has, of weight Hᵀ S⁻¹ H; nothing without scatter.
+  [[nodiscard]] Eigen::MatrixXd noise_in_information(const Matrix3& weight) const;
   /// After the measurement, which moved the odometer to `pose`: keep = I − K H. A sum beside it moved by
   /// `sum_by_pose` times the error of the pose.
-  void correct(const Matrix3& keep, const Pose2& pose, const Eigen::MatrixX3d& sum_by_pose = {});
+  void correct(const Matrix3& weight, const Matrix3& keep, const Pose2& pose,
+               const Eigen::MatrixX3d& sum_by_pose = {});
 
   /// The next increment adds to a sum Pᵀz, which begins if there is none. Begun at `pose`.
   void add_to_sum(const Combinations& P, const Pose2& pose);
@@ -66,9 +74,12 @@ class SensitivityErrors {
   [[nodiscard]] const std::vector<SumErrors>& of_sum() const { return sums_; }
   /// The sum ends at `pose`: what was followed up to there counts.
   void end_sum(const Pose2& pose);
-  /// After a measurement of the sum that ended moved the pose by that gain. There is no sum any more.
-  void correct_by_sum(const CommonError& gain, const Pose2& pose);
-  void drop_sum() { sums_.clear(); }
+  /// As noise_in_information(), of a measurement of the sum.
+  [[nodiscard]] Eigen::MatrixXd noise_in_sum(const Eigen::MatrixXd& weight) const;
+  /// After a measurement of the sum that ended, of that weight, moved the pose by that gain. There is no sum
+  /// any more.
+  void correct_by_sum(const Eigen::MatrixXd& weight, const CommonError& gain, const Pose2& pose);
+  void drop_sum();
   /// All of them up to `pose`, in body axes there, with the rounding of the last counts as MotionSum counts
   /// it; then all begins anew at (0, 0, 0).
   ReadingErrors take(const Pose2& pose);
@@ -77,15 +88,19 @@ class SensitivityErrors {
   [[nodiscard]] Matrix3 noise_of(const std::array<double, kMaxWheels>& turned) const;
 
  private:
+  /// Per unit error of each reading [1/m; the gyro's 1/rad].
+  using ByReading = TwistGain;
+
   void prepare(const Chassis& chassis, const Rows& rows);
   void close(const Pose2& pose);
   void carry_sums(const Matrix3& F, const Matrix3& M, const RowVector& variance);
+  void carry_scatter(const Matrix3& F, const Matrix3& M, const RowVector& variance);
+  [[nodiscard]] Eigen::MatrixXd revealed_by_pose() const;
+  [[nodiscard]] Eigen::MatrixXd revealed_by_sum() const;
   void add_last_counts(const Pose2& pose);
   RowVector variance_of_readings() const;
   RowVector growth_of_variance() const;
-
-  /// Per unit error of each reading [1/m; the gyro's 1/rad].
-  using ByReading = TwistGain;
+  ByReading gain_by_noise() const;
 
   Chassis chassis_;  ///< as its rows are weighed
   Chassis as_read_;  ///< as its readings err, but for rounding
@@ -93,16 +108,17 @@ class SensitivityErrors {
   Rows rows_;                           ///< of the present interval where wheels are steered
   ByReading pose_;                      ///< G of ξ = G z, the error of the motion
   std::vector<ByReading> sensitivity_;  ///< G ∂z/z − G ∂H G, that of its sensitivity to each parameter
-  std::vector<RowMatrix> rows_by_twist_;  ///< ∂z/z H − ∂H
-  std::vector<Matrix3> covariance_;       ///< C in world axes
-  std::vector<SumErrors> sums_;           ///< empty: there is no sum
-  Combinations P_;                        ///< of the present interval
-  Eigen::Matrix<double, 3, 9> third_;     ///< T in world axes
-  Pose2 from_;                            ///< where the open interval began
-  Increment ways_;                        ///< what rolled in it, without sign; its last steering
-  Increment net_;                         ///< and with it
-  bool complete_ = true;                  ///< the gyro was there throughout
-  bool counted_ = false;                  ///< counts fell since take()
+  std::vector<RowMatrix> rows_by_twist_;       ///< ∂z/z H − ∂H
+  std::vector<Matrix3> covariance_;            ///< C in world axes
+  std::vector<SumErrors> sums_;                ///< empty: there is no sum
+  Combinations P_;                             ///< of the present interval
+  Eigen::Matrix<double, 3, 9> third_;          ///< T in world axes
+  std::optional<SensitivityScatter> scatter_;  ///< where it is wanted
+  Pose2 from_;                                 ///< where the open interval began
+  Increment ways_;                             ///< what rolled in it, without sign; its last steering
+  Increment net_;                              ///< and with it
+  bool complete_ = true;                       ///< the gyro was there throughout
+  bool counted_ = false;                       ///< counts fell since take()
 };
 
 }  // namespace trundle::calibration

@@ -28,6 +28,8 @@ void append(std::vector<Information>& all, Eigen::Index parameters, const std::v
     if (missing == 0) continue;
     all.back().matrix.conservativeResizeLike(Eigen::MatrixXd::Zero(parameters, parameters));
     all.back().gradient.conservativeResizeLike(Eigen::VectorXd::Zero(parameters));
+    if (Eigen::MatrixXd& of_noise = all.back().of_noise; of_noise.size() > 0)
+      of_noise.conservativeResizeLike(Eigen::MatrixXd::Zero(parameters, parameters));
   }
 }
 
@@ -75,6 +77,11 @@ std::size_t without_clock(std::span<const Parameter> parameters, std::span<const
   return parameters.size() - (has_clock ? 1 : 0);
 }
 
+/// The robot with the noise that the robot file says.
+Robot noise_of_file(const Robot& robot, const Robot& nominal) {
+  return with_noise_of_readings(with_noise(robot, noise_levels_of(nominal)), nominal.chassis);
+}
+
 RunInformation information_of(const Likelihood& likelihood, const Run& run, std::size_t index,
                               const Robot& robot) {
   const std::vector<OwnParameter> own = likelihood.own_of(run);
@@ -83,24 +90,28 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
   const auto parameters = std::span(all).first(without_clock(all, own));
   const Robot rounding = noisy_robot(robot, likelihood);  // which is that of a window, but of no interval
   const Robot noisy = without_rounding(rounding);
+  const Robot file = noise_of_file(robot, likelihood.problem.nominal);
   const int blocks = likelihood.blocks_of_a_run();
-  const std::optional<double> gyro_noise = own_gyro_noise(likelihood.problem);
   RunInformation result;
   const ChassisLikelihoodOptions redundant{.blocks = blocks,
                                            .variance_factor = likelihood.redundancy_factor,
                                            .gate = likelihood.gate,
+                                           .with_noise = likelihood.takes_out_noise,
                                            .sums = likelihood.sums_of(index)};
-  RunLikelihood stream = stream_likelihood(run, noisy, all,
-                                           {.reference_noise = likelihood.noise.levels.reference,
-                                            .blocks = blocks,
-                                            .gyro_noise_rad_s_sqrt_hz = gyro_noise,
-                                            .gate = likelihood.gate,
-                                            .redundant = RedundantReadings{rounding, redundant}});
+  const LikelihoodOptions options{.reference_noise = likelihood.noise.levels.reference,
+                                  .blocks = blocks,
+                                  .gyro_noise_rad_s_sqrt_hz = own_gyro_noise(likelihood.problem),
+                                  .gate = likelihood.gate,
+                                  .readings = likelihood.noise.from_runs ? nullptr : &file.chassis,
+                                  .with_noise = likelihood.takes_out_noise,
+                                  .redundant = RedundantReadings{rounding, redundant}};
+  RunLikelihood stream = stream_likelihood(run, noisy, all, options);
   append(result.blocks, n, stream.blocks);
-  append(result.blocks, n, partial_likelihood(run, noisy, parameters, gyro_noise).blocks);
+  append(result.blocks, n, partial_likelihood(run, noisy, parameters, options).blocks);
   if (run.epochs.empty()) append(result.blocks, n, chassis_likelihood(run, rounding, parameters, redundant));
   if (!run.relative_motions.empty())
     append(result.blocks, n, relative_information_of(likelihood, run, index, noisy, parameters));
+  if (likelihood.takes_out_noise) keep_what_is_known(result.blocks);
   result.outliers = std::move(stream.outliers);
   return result;
 }

@@ -27,6 +27,9 @@ struct Likelihood {
   std::vector<double> run_weight;
   double gate = std::numeric_limits<double>::infinity();  ///< residuals of a larger squared Mahalanobis
                                                           ///< distance are left out
+  /// What noise in sensitivities makes of information is taken out: it is where nobody knows yet what the
+  /// runs show. In what they do show it is little, and costs a search half its time more.
+  bool takes_out_noise = false;
   /// Each run's reference has a clock of its own. Until the noise is known, which would pass for it, none.
   bool seeks_reference_clocks = false;
   /// 1σ of the gyro's bias of each run about the one that all share [rad/s]; 0: there is only that.

@@ -10,7 +10,7 @@
 namespace trundle::calibration {
 ParityFilter::ParityFilter(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
                            const ChassisLikelihoodOptions& options)
-    : windows_(run, robot.chassis, parameters, options.window_s, options.sums),
+    : windows_(run, robot.chassis, parameters, options.window_s, options.sums, options.with_noise),
       options_(options),
       parameters_(static_cast<Eigen::Index>(parameters.size())) {}
 
@@ -77,7 +77,11 @@ void ParityFilter::measure(const Contradiction& ended, Odometer& odometer, Sensi
   if (common)
     for (std::size_t j = 0; j < errors.of_sum().size(); ++j)
       J.col(static_cast<Eigen::Index>(j)) += errors.of_sum()[j].sum_sum * weighed;
-  if (!add_within(information, J, W, innovation, options_.gate) || !common) return;
+  if (!add_within(information, J, W, innovation, options_.gate)) return;
+  if (options_.with_noise)
+    information.add_noise(common && !errors.of_sum().empty() ? errors.noise_in_sum(W)
+                                                             : noise_in(ended, W, options_));
+  if (!common) return;
   const CommonError K = sum_.with_pose * W;
   const Matrix3 lessened = K * sum_.with_pose.transpose();
   if (!(odometer.white_covariance() - lessened).ldlt().isPositive()) return;
@@ -85,7 +89,7 @@ void ParityFilter::measure(const Contradiction& ended, Odometer& odometer, Sensi
   for (std::size_t j = 0; j < errors.of_sum().size(); ++j)
     sensitivity.col(static_cast<Eigen::Index>(j)) += errors.of_sum()[j].pose_sum * weighed;
   odometer.correct(K * innovation, Matrix3::Identity(), -lessened, sensitivity);
-  errors.correct_by_sum(K, odometer.pose());
+  errors.correct_by_sum(W, K, odometer.pose());
 }
 
 Eigen::MatrixX3d ParityFilter::correct(const ReferenceMeasurement& m, const ReferenceMeasurement::Weight& W,

@@ -15,7 +15,7 @@ ParityWindows::Rigid::Rigid(const Chassis& chassis, std::span<const Parameter> p
       common(chassis, chassis, rows, comparison.P),
       sums(given) {}
 
-Contradiction ParityWindows::Rigid::next() {
+Contradiction ParityWindows::Rigid::next(bool with_errors) {
   const Chassis& chassis = comparison.chassis;
   const Increment& sum = sums.windows[window];
   RowVector variance = rounding;
@@ -25,14 +25,15 @@ Contradiction ParityWindows::Rigid::next() {
   }
   ++window;
   const Twist2 motion = estimate_twist(rows, {readings_of(chassis, rows, sum).z, variance}).twist;
-  return contradiction_of(comparison, sum, motion.vector(), variance);
+  return contradiction_of(comparison, sum, motion.vector(), variance, with_errors);
 }
 
 ParityWindows::ParityWindows(const Run& run, const Chassis& chassis, std::span<const Parameter> parameters,
-                             double window_s, const WindowSums* sums)
-    : run_(run), chassis_(chassis), window_s_(window_s), gauge_(chassis) {
+                             double window_s, const WindowSums* sums, bool with_errors)
+    : run_(run), chassis_(chassis), window_s_(window_s), with_errors_(with_errors), gauge_(chassis) {
   if (is_steered(chassis)) {
-    if (rows_of(chassis, chassis.gyro.has_value()).count() > 3) steered_.emplace(chassis, parameters);
+    if (rows_of(chassis, chassis.gyro.has_value()).count() > 3)
+      steered_.emplace(chassis, parameters, with_errors);
     return;
   }
   if (!sums && (own_sums_ = window_sums(run, chassis, window_s))) sums = &*own_sums_;
@@ -51,7 +52,7 @@ std::optional<Contradiction> ParityWindows::take_rigid(std::size_t index, const 
   if (rigid_->window == last.size() || index < first[rigid_->window]) return std::nullopt;
   within_ = is_whole(run_, index, chassis_);  // else it only ends the window
   if (within_ && before) rigid_->add(run_.readings.increments[index], *before);
-  return index == last[rigid_->window] ? std::optional(rigid_->next()) : std::nullopt;
+  return index == last[rigid_->window] ? std::optional(rigid_->next(with_errors_)) : std::nullopt;
 }
 
 void ParityWindows::Rigid::add(const Increment& increment, Rolling before) {

@@ -18,8 +18,9 @@ namespace trundle::calibration {
 class ParityWindows {
  public:
   /// All must outlive it. `sums`: window_sums() of the run over `window_s`, where they are known already.
+  /// `with_errors`: Contradiction::J_errors.
   ParityWindows(const Run& run, const Chassis& chassis, std::span<const Parameter> parameters,
-                double window_s, const WindowSums* sums);
+                double window_s, const WindowSums* sums, bool with_errors);
   ParityWindows(const ParityWindows&) = delete;
 
   /// Whether there are any: there are more readings than a motion needs.
@@ -43,7 +44,7 @@ class ParityWindows {
     Rigid(const Chassis& chassis, std::span<const Parameter> parameters, const WindowSums& given);
     void add(const Increment& increment, Rolling before);
     /// Of the window that is next.
-    Contradiction next();
+    Contradiction next(bool with_errors);
 
     Rows rows;
     Comparison comparison;
@@ -62,6 +63,7 @@ class ParityWindows {
   const Run& run_;
   const Chassis& chassis_;
   double window_s_;
+  bool with_errors_;
   std::optional<WindowSums> own_sums_;
   std::optional<Rigid> rigid_;
   std::optional<SteeredWindow> steered_;

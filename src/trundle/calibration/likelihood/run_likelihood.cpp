@@ -42,7 +42,7 @@ void update(Odometer& odometer, SensitivityErrors& errors, std::optional<ParityF
   odometer.correct(step, keep, noise, odometer.sensitivity() + revealed - K * m.J);
   Eigen::MatrixX3d sum_by_pose;
   if (parity) sum_by_pose = parity->correct(m, W, keep, errors, odometer.pose());
-  errors.correct(keep, odometer.pose(), sum_by_pose);
+  errors.correct(m.H.transpose() * W * m.H, keep, odometer.pose(), sum_by_pose);
 }
 
 /// The sensitivity as the innovation corrects it: eq. 6a.
@@ -54,10 +54,11 @@ PoseSensitivity reveal(SensitivityErrors& errors, const Odometer& odometer, cons
 }
 
 /// The chassis with the noise of the run's readings alone.
-Chassis as_run_read(const Chassis& chassis, const Run& run, std::optional<double> gyro_noise_rad_s_sqrt_hz) {
-  ReadingNoise noise = noise_in_readings(run.readings.increments, chassis);
-  noise.gyro_rad_s_sqrt_hz = gyro_noise_rad_s_sqrt_hz;
-  return as_read(chassis, noise);
+Chassis as_run_read(const Chassis& chassis, const Run& run, const LikelihoodOptions& options) {
+  const Chassis& noisy = options.readings ? *options.readings : chassis;
+  ReadingNoise noise = noise_in_readings(run.readings.increments, noisy);
+  noise.gyro_rad_s_sqrt_hz = options.gyro_noise_rad_s_sqrt_hz;
+  return as_read(noisy, noise);
 }
 
 /// What a robot by which the path is no number leaves unexplained.
@@ -88,8 +89,8 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
       std::vector<Information>(static_cast<std::size_t>(options.blocks), Information::zero(n)), {}, {}};
   if (run.epochs.empty()) return result;
   Odometer odometer = odometer_at_epoch(run, 0, robot, parameters, options.reference_noise);
-  const Chassis read = as_run_read(robot.chassis, run, options.gyro_noise_rad_s_sqrt_hz);
-  SensitivityErrors errors(robot, parameters, odometer.pose(), read);
+  const Chassis read = as_run_read(robot.chassis, run, options);
+  SensitivityErrors errors(robot, parameters, odometer.pose(), read, options.with_noise);
   std::optional<ParityFilter> parity;
   if (const auto& redundant = options.redundant)
     parity.emplace(run, redundant->robot, parameters, redundant->options);
@@ -100,7 +101,7 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
   bool is_doubted = false;  // the last epoch contradicted it
   const auto start_anew = [&](std::size_t epoch) {
     odometer = odometer_at_epoch(run, epoch, robot, parameters, options.reference_noise);
-    errors = {robot, parameters, odometer.pose(), read};
+    errors = {robot, parameters, odometer.pose(), read, options.with_noise};
     if (parity) parity->restart();
     is_doubted = false;
   };
@@ -141,6 +142,8 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
         is_doubted = true;
       continue;
     }
+    block_of(result, epoch, run.epochs.size())
+        .add_noise(errors.noise_in_information(m.H.transpose() * W * m.H));
     is_doubted = false;
     result.innovations.push_back(innovation_of(m, W, time, distance));
     update(odometer, errors, parity, m, W, revealed);
@@ -154,13 +157,13 @@ Pose2 body_at(const Run& run, std::size_t epoch, const Robot& robot) {
 }
 
 RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
-                                 std::optional<double> gyro_noise_rad_s_sqrt_hz) {
+                                 const LikelihoodOptions& options) {
   const auto n = static_cast<Eigen::Index>(parameters.size());
   RunLikelihood result{{Information::zero(n)}, {}, {}};
   if (run.partial.empty()) return result;
   Odometer odometer = odometer_at_origin(robot, parameters);
-  SensitivityErrors errors(robot, parameters, odometer.pose(),
-                           as_run_read(robot.chassis, run, gyro_noise_rad_s_sqrt_hz));
+  SensitivityErrors errors(robot, parameters, odometer.pose(), as_run_read(robot.chassis, run, options),
+                           options.with_noise);
   for (const Increment& increment : run.readings.increments) {
     odometer.step(increment);
     errors.follow(increment, odometer.pose());
@@ -173,6 +176,7 @@ RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<c
   const Weight W = m.weight(odometer.white_covariance());
   reveal(errors, odometer, W, m);
   result.blocks.front().add(m.J, W, m.innovation);
+  result.blocks.front().add_noise(errors.noise_in_information(m.H.transpose() * W * m.H));
   return result;
 }
 

@@ -47,6 +47,9 @@ struct LikelihoodOptions {
   /// Of its readings alone; nothing: the robot's, which may also count what heading misses beyond it.
   std::optional<double> gyro_noise_rad_s_sqrt_hz = {};
   double gate = 1e9;  ///< epochs with a larger squared Mahalanobis innovation are outliers
+  /// With the noise of its readings, where the robot's is one that a search is helped by; null: the robot's.
+  const Chassis* readings = nullptr;
+  bool with_noise = false;  ///< also Information::of_noise
   /// Where it is given, what no motion explains of the run's readings is part of it.
   std::optional<RedundantReadings> redundant = {};
 };
@@ -64,6 +67,6 @@ Pose2 body_at(const Run& run, std::size_t epoch, const Robot& robot);
 
 /// The likelihood of what was measured of the run as a whole (PartialReference).
 RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
-                                 std::optional<double> gyro_noise_rad_s_sqrt_hz = {});
+                                 const LikelihoodOptions& options);
 
 }  // namespace trundle::calibration

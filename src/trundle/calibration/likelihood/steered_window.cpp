@@ -38,8 +38,9 @@ bool SteeredWindow::take(const Increment& increment) {
   const Combinations P = sum_ ? nearest_null_space(P_, rows) : left_null_space(rows);
   if (P.cols() == 0) return false;
   const RowVector variance = noise_of(standing, rows, motion, increment.duration_s);
-  const Contradiction own = contradiction_of(
-      comparison_of(standing, rows, driven, driven_rows, P, parameters_), increment, motion, variance);
+  const Contradiction own =
+      contradiction_of(comparison_of(standing, rows, driven, driven_rows, P, parameters_), increment, motion,
+                       variance, with_errors_);
   if (!sum_) {
     P_ = P;
     sum_ = own;

@@ -13,8 +13,8 @@ namespace trundle::calibration {
 /// does not skid is a reading as well: of its angle. docs/theory/calibration-redundancy.md, eq. 7a.
 class SteeredWindow {
  public:
-  SteeredWindow(const Chassis& chassis, std::span<const Parameter> parameters)
-      : chassis_(chassis), parameters_(parameters) {}
+  SteeredWindow(const Chassis& chassis, std::span<const Parameter> parameters, bool with_errors)
+      : chassis_(chassis), parameters_(parameters), with_errors_(with_errors) {}
 
   /// Whether its rows can be compared; if not, it is not taken.
   bool take(const Increment& increment);
@@ -30,7 +30,8 @@ class SteeredWindow {
  private:
   const Chassis& chassis_;
   std::span<const Parameter> parameters_;
-  Combinations P_;  ///< of its first interval
+  bool with_errors_;  ///< Contradiction::J_errors
+  Combinations P_;    ///< of its first interval
   std::optional<Contradiction> sum_;
   /// The interval that was taken last.
   struct Taken {

@@ -43,6 +43,7 @@ NoiseEstimate noise_of_whole_runs(const Robot& nominal) {
 Robot rough_robot(Likelihood& likelihood) {
   const Robot& nominal = likelihood.problem.nominal;
   Robot rough = nominal;
+  likelihood.takes_out_noise = true;
   for (const NoiseEstimate& noise : {noise_of_short_stretches(nominal), noise_of_whole_runs(nominal)}) {
     set_noise(rough, noise, likelihood);
     approach(likelihood, rough);
@@ -162,6 +163,7 @@ Estimate estimate_parameters(const CalibrationProblem& problem) {
                     .descent = {},
                     .measures_length = from_outside(problem.runs).length};
   estimate.space = space_at(likelihood, rough);
+  likelihood.takes_out_noise = false;
   solve(likelihood, estimate.space, estimate.robot);
   if (is_weighed_by_noise(problem.nominal.chassis)) settle_noise(estimate.space, likelihood, estimate.robot);
   estimate.descent = settle_weights(estimate.space, likelihood, estimate.robot);
@@ -171,7 +173,9 @@ Estimate estimate_parameters(const CalibrationProblem& problem) {
   estimate.dispersion = dispersion.factor;
   estimate.degrees_of_freedom = dispersion.degrees_of_freedom;
   estimate.runs = std::move(dispersion.runs);
+  likelihood.takes_out_noise = true;
   const Eigen::MatrixXd information = total_information(likelihood, estimate.robot).matrix;
+  likelihood.takes_out_noise = false;
   estimate.covariance = dispersion.factor * constrained_inverse(information, estimate.space);
   estimate.held_covariance =
       held_covariance(information, estimate.space, problem.parameters, problem.nominal);

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <optional>
 
+#include "trundle/calibration/likelihood/information.hpp"
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/geometry/squared.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/odometry/odometer.hpp"
+#include "trundle/slam/smoothing/calibration/noise_information.hpp"
 #include "trundle/slam/smoothing/smoother_start.hpp"
 
 namespace trundle::slam {
@@ -76,20 +78,24 @@ RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nomina
                    std::span<const Parameter> parameters) {
   const Eigen::VectorXd scale = prior_sigmas(parameters, nominal);
   OwnBiases own = own_biases(all, nominal, parameters);
-  const JointProblem start = joint_problem(all, nominal,
-                                           {nominal.chassis,
-                                            {parameters.begin(), parameters.end()},
-                                            scale.asDiagonal(),
-                                            Eigen::VectorXd::Ones(scale.size()),
-                                            own});
+  JointProblem start = joint_problem(all, nominal,
+                                     {nominal.chassis,
+                                      {parameters.begin(), parameters.end()},
+                                      scale.asDiagonal(),
+                                      Eigen::VectorXd::Ones(scale.size()),
+                                      own});
   if (start.problem.sightings.empty())
     throw CannotAnswer("no sighting shows a known landmark: nothing to calibrate with");
   Minimiser minimiser(start.problem);
   const Found found = minimum_from(start.problem, poses_at_keyframes(start, all), minimiser, {});
+  correct_readings(found.minimum.state, start.problem);
   require_determined(minimiser.linearise(start.problem, found.minimum.state));
-  const Eigen::MatrixXd information = information_without_prior(covariance_of_own(minimiser, scale.size()));
-  const Eigen::VectorXd inverse_scale = scale.cwiseInverse();
-  Eigen::MatrixXd observed = inverse_scale.asDiagonal() * information * inverse_scale.asDiagonal();
+  const Eigen::MatrixXd shown = information_without_prior(covariance_of_own(minimiser, scale.size()));
+  const Eigen::MatrixXd of_noise = noise_information(start.problem, found.minimum.state, minimiser);
+  const Eigen::MatrixXd K =
+      calibration::share_known(shown, of_noise.topLeftCorner(scale.size(), scale.size()));
+  const Eigen::MatrixXd known = scale.cwiseInverse().asDiagonal() * K;
+  Eigen::MatrixXd observed = known * shown * known.transpose();
   // Only where the sensor stands would show what is ahead, which is known by tape.
   const auto turned = axes_turned(parameters, nominal);
   if (turned && contains(parameters, ParameterKind::sensor_bearing_offset))

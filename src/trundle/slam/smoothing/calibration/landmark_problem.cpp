@@ -32,10 +32,14 @@ MotionParameters of_motion(std::span<const Parameter> all) {
 
 /// Of by_parameters · columns.
 ReadingErrors combined(const ReadingErrors& errors, const Eigen::MatrixXd& columns) {
-  ReadingErrors result{Eigen::Matrix3Xd::Zero(3, 3 * columns.cols()), errors.covariance};
+  ReadingErrors result{Eigen::Matrix3Xd::Zero(3, 3 * columns.cols()), errors.covariance, {}};
+  Eigen::MatrixXd mix = Eigen::MatrixXd::Zero(3 * columns.cols(), 3 * columns.rows());
   for (Eigen::Index q = 0; q < columns.cols(); ++q)
-    for (Eigen::Index j = 0; j < columns.rows(); ++j)
+    for (Eigen::Index j = 0; j < columns.rows(); ++j) {
       result.sensitivity.middleCols<3>(3 * q) += columns(j, q) * errors.sensitivity.middleCols<3>(3 * j);
+      mix.block<3, 3>(3 * q, 3 * j).diagonal().setConstant(columns(j, q));
+    }
+  result.scatter = mix * errors.scatter * mix.transpose();
   return result;
 }
 
@@ -118,8 +122,10 @@ Information redundancy_of(std::span<const AssociatedRecording> all, const Robot&
   const Robot noisy = with_noise_of_readings(robot, free.nominal);
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Eigen::MatrixXd columns = columns_of(free, i);
-    for (const Information& block :
-         chassis_likelihood(all[i].run, robot_in(noisy, free, i), free.parameters, {.gate = kParityGate}))
+    std::vector<Information> blocks = chassis_likelihood(
+        all[i].run, robot_in(noisy, free, i), free.parameters, {.gate = kParityGate, .with_noise = true});
+    keep_what_is_known(blocks);
+    for (const Information& block : blocks)
       sum.add({columns.transpose() * block.matrix * columns, columns.transpose() * block.gradient, block.chi2,
                block.count});
   }

@@ -39,6 +39,7 @@ ReadingErrors composed(const Matrix3& Ad, const ReadingErrors& first, ReadingErr
   const ReadingErrors carried = first.mapped(Ad);
   second.sensitivity += carried.sensitivity;
   second.covariance += carried.covariance;
+  second.scatter += carried.scatter;
   return second;
 }
 
