@@ -118,6 +118,8 @@ Contradiction contradiction_of(const Comparison& comparison, const Increment& su
       by_parameters(motion),
       {}};
   if (!with_errors) return result;
+  result.J_errors.setZero(result.J.size(), result.J.size());
+  if (!(variance.array() > 0.0).all()) return result;  // as of a robot that stands: the motion is exact
   // J is linear in the motion.
   const Eigen::MatrixXd at_rest = by_parameters(Vector3::Zero());
   Eigen::MatrixX3d by_motion(result.J.size(), 3);
