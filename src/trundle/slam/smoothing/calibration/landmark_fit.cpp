@@ -92,8 +92,10 @@ RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nomina
   require_determined(minimiser.linearise(start.problem, found.minimum.state));
   const Eigen::MatrixXd shown = information_without_prior(covariance_of_own(minimiser, scale.size()));
   const Eigen::MatrixXd of_noise = noise_information(start.problem, found.minimum.state, minimiser);
+  // With the prior: what is hardly seen at all stays hardly seen, and not unseen.
+  const Eigen::MatrixXd prior = Eigen::MatrixXd::Identity(scale.size(), scale.size());
   const Eigen::MatrixXd K =
-      calibration::share_known(shown, of_noise.topLeftCorner(scale.size(), scale.size()));
+      calibration::share_known(shown + prior, of_noise.topLeftCorner(scale.size(), scale.size()));
   const Eigen::MatrixXd known = scale.cwiseInverse().asDiagonal() * K;
   Eigen::MatrixXd observed = known * shown * known.transpose();
   // Only where the sensor stands would show what is ahead, which is known by tape.
