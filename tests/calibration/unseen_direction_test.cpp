@@ -104,6 +104,8 @@ TEST(ShareKnown, LeavesAloneWhatNothingIsSaidOf) {
   const Eigen::MatrixXd K = share_known(A, Eigen::Matrix2d::Zero());
   EXPECT_TRUE((K * A * K.transpose()).isApprox(A, 1e-9)) << K;
   EXPECT_TRUE(share_known(Eigen::Matrix2d::Zero(), Eigen::Matrix2d::Zero()).isZero());
+  const Eigen::MatrixXd none;  // nothing is sought
+  EXPECT_EQ(share_known(none, none).size(), 0);
 }
 
 }  // namespace

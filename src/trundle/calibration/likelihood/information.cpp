@@ -18,6 +18,7 @@ Eigen::VectorXd inverse_or_zero(const Eigen::VectorXd& values, double least) {
 
 // With A = R Rᵀ and R⁺ B R⁺ᵀ = U Λ Uᵀ it is R U (1 − Λ) Uᵀ R⁺.
 Eigen::MatrixXd share_known(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
+  if (A.size() == 0) return A;
   const Eigen::VectorXd unit = A.diagonal().cwiseMax(0.0).cwiseSqrt();
   const Eigen::VectorXd scale = inverse_or_zero(unit, 0.0);
   const auto [values, axes] = symmetric_eigen(Eigen::MatrixXd(scale.asDiagonal() * A * scale.asDiagonal()));
