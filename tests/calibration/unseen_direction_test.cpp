@@ -76,7 +76,7 @@ TEST(UnseenDirection, HasAllItsInformationFromNoise) {
          chassis_likelihood(prepare_run(recording, truth), truth, parameters, {.with_noise = true}))
       sum.add(block);
   }
-  // What of the two turns both wheels' rolling ahead alike is what only driving across would show.
+  // Both wheels turned the other way each: rolling ahead they do the same, and only driving across shows it.
   const Eigen::Vector2d across = Eigen::Vector2d(1.0, -1.0).normalized();
   const double seems = across.dot(sum.matrix * across), noise = across.dot(sum.of_noise * across);
   EXPECT_NEAR(noise / seems, 1.0, 4.0 * std::sqrt(2.0 / sum.count)) << seems << " of which " << noise;

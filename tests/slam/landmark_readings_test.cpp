@@ -136,8 +136,8 @@ TEST(ReadingErrors, ScatterAsTheySay) {
   std::vector<double> sum, squares;
   double stated = 0.0;
   for (int draw = 0; draw < draws; ++draw) {
-    const SlamInput input =
-        slam_input(misread(exact, kNoise, random), robot, {.parameters = {{ParameterKind::track, -1}}});
+    const SlamInput input = slam_input(misread(exact, kNoise, random), robot,
+                                       {.parameters = {{ParameterKind::track, -1}}, .with_scatter = true});
     sum.resize(input.steps.size());
     squares.resize(input.steps.size());
     for (std::size_t k = 0; k < input.steps.size(); ++k) {

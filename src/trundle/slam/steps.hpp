@@ -66,6 +66,7 @@ struct SlamInputOptions {
   /// robot file, at rest too.
   std::vector<Parameter> parameters = {};
   calibration::ReadingNoise reading_noise = {};  ///< with parameters; slam_input() finds it in the readings
+  bool with_scatter = false;                     ///< likewise: also ReadingErrors::scatter
   std::vector<double> also_at_s = {};            ///< on the odometry's clock, in order: where a step ends too
   bool shares = false;  ///< motions by shares of travel and turning, whatever the calibration left open
 };

@@ -141,48 +141,51 @@ void SensitivityErrors::close(const Pose2& pose) {
         M * (sensitivity_[j] * variance.asDiagonal() * pose_.transpose()).eval() * M.transpose();
   }
   const RowVector counted = complete_ ? variance : RowVector::Zero(variance.size());
-  if (scatter_) carry_scatter(F, M, counted);
-  if (!sums_.empty()) carry_sums(F, M, counted);
+  const std::vector<Eigen::MatrixXd> of_sums = sums_by_reading();
+  if (scatter_) carry_scatter(F, M, counted, of_sums);
+  carry_sums(F, M, counted, of_sums);
   from_ = pose;
   ways_ = {};
   net_ = {};
   complete_ = true;
 }
 
-void SensitivityErrors::carry_scatter(const Matrix3& F, const Matrix3& M, const RowVector& variance) {
+// What no motion explains is differentiated at the motion by all readings, each by its own noise:
+// docs/theory/calibration-redundancy.md, eq. 7 and 7b.
+std::vector<Eigen::MatrixXd> SensitivityErrors::sums_by_reading() const {
+  if (sums_.empty()) return {};
+  const RowVector all = readings_of(as_read_, rows_, ways_).variance;
+  const ByReading motion = (all.array() > 0.0).all() ? twist_gain(rows_, all) : pose_;
+  std::vector<Eigen::MatrixXd> by_reading;
+  for (const RowMatrix& by_twist : rows_by_twist_)
+    by_reading.emplace_back(P_.transpose() * by_twist.topRows(P_.rows()) * motion);
+  return by_reading;
+}
+
+void SensitivityErrors::carry_scatter(const Matrix3& F, const Matrix3& M, const RowVector& variance,
+                                      const std::vector<Eigen::MatrixXd>& sums_by_reading) {
   const auto n = static_cast<Eigen::Index>(covariance_.size());
   const Eigen::Index m = sums_.empty() ? 0 : P_.cols();
-  const ByReading motion = gain_by_noise();
   Eigen::MatrixXd by_reading((3 + m) * n, variance.size());
   for (Eigen::Index j = 0; j < n; ++j) {
     const auto at = static_cast<std::size_t>(j);
     by_reading.middleRows<3>(3 * j) = M * sensitivity_[at];
-    if (m > 0)
-      by_reading.middleRows(3 * n + m * j, m) =
-          P_.transpose() * rows_by_twist_[at].topRows(P_.rows()) * motion;
+    if (m > 0) by_reading.middleRows(3 * n + m * j, m) = sums_by_reading[at];
   }
   scatter_->carry(F, by_reading, variance);
 }
 
-/// Of the motion by all readings, each by its own noise.
-SensitivityErrors::ByReading SensitivityErrors::gain_by_noise() const {
-  const RowVector all = readings_of(as_read_, rows_, ways_).variance;
-  return (all.array() > 0.0).all() ? twist_gain(rows_, all) : pose_;
-}
-
-// What no motion explains is differentiated at the motion by all readings, each by its own noise:
-// docs/theory/calibration-redundancy.md, eq. 7 and 7b.
-void SensitivityErrors::carry_sums(const Matrix3& F, const Matrix3& M, const RowVector& variance) {
+void SensitivityErrors::carry_sums(const Matrix3& F, const Matrix3& M, const RowVector& variance,
+                                   const std::vector<Eigen::MatrixXd>& by_reading) {
+  if (sums_.empty()) return;
   const Eigen::Index n = P_.rows();
-  const ByReading motion = gain_by_noise();
   const Eigen::MatrixXd VP = variance.head(n).asDiagonal() * P_;
   const Eigen::MatrixX3d VG = variance.asDiagonal() * (M * pose_).transpose();
   for (std::size_t j = 0; j < sums_.size(); ++j) {
     SumErrors& sum = sums_[j];
-    const Eigen::MatrixXd by = P_.transpose() * rows_by_twist_[j].topRows(n) * motion;
     sum.pose_sum = F * sum.pose_sum + M * (sensitivity_[j].leftCols(n) * VP);
-    sum.sum_pose = sum.sum_pose * F.transpose() + by * VG;
-    sum.sum_sum += by.leftCols(n) * VP;
+    sum.sum_pose = sum.sum_pose * F.transpose() + by_reading[j] * VG;
+    sum.sum_sum += by_reading[j].leftCols(n) * VP;
   }
 }
 

@@ -93,14 +93,16 @@ class SensitivityErrors {
 
   void prepare(const Chassis& chassis, const Rows& rows);
   void close(const Pose2& pose);
-  void carry_sums(const Matrix3& F, const Matrix3& M, const RowVector& variance);
-  void carry_scatter(const Matrix3& F, const Matrix3& M, const RowVector& variance);
+  [[nodiscard]] std::vector<Eigen::MatrixXd> sums_by_reading() const;
+  void carry_sums(const Matrix3& F, const Matrix3& M, const RowVector& variance,
+                  const std::vector<Eigen::MatrixXd>& by_reading);
+  void carry_scatter(const Matrix3& F, const Matrix3& M, const RowVector& variance,
+                     const std::vector<Eigen::MatrixXd>& sums_by_reading);
   [[nodiscard]] Eigen::MatrixXd revealed_by_pose() const;
   [[nodiscard]] Eigen::MatrixXd revealed_by_sum() const;
   void add_last_counts(const Pose2& pose);
   RowVector variance_of_readings() const;
   RowVector growth_of_variance() const;
-  ByReading gain_by_noise() const;
 
   Chassis chassis_;  ///< as its rows are weighed
   Chassis as_read_;  ///< as its readings err, but for rounding

@@ -77,9 +77,8 @@ std::size_t without_clock(std::span<const Parameter> parameters, std::span<const
   return parameters.size() - (has_clock ? 1 : 0);
 }
 
-/// The robot with the noise that the robot file says.
-Robot noise_of_file(const Robot& robot, const Robot& nominal) {
-  return with_noise_of_readings(with_noise(robot, noise_levels_of(nominal)), nominal.chassis);
+Robot with_levels(const Robot& robot, const NoiseLevels& levels, const Robot& nominal) {
+  return with_noise_of_readings(with_noise(robot, levels), nominal.chassis);
 }
 
 RunInformation information_of(const Likelihood& likelihood, const Run& run, std::size_t index,
@@ -90,7 +89,9 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
   const auto parameters = std::span(all).first(without_clock(all, own));
   const Robot rounding = noisy_robot(robot, likelihood);  // which is that of a window, but of no interval
   const Robot noisy = without_rounding(rounding);
-  const Robot file = noise_of_file(robot, likelihood.problem.nominal);
+  std::optional<Robot> file;  // with its noise, until the runs show theirs
+  if (const Robot& nominal = likelihood.problem.nominal; !likelihood.noise.from_runs)
+    file = with_levels(robot, noise_levels_of(nominal), nominal);
   const int blocks = likelihood.blocks_of_a_run();
   RunInformation result;
   const ChassisLikelihoodOptions redundant{.blocks = blocks,
@@ -102,7 +103,7 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
                                   .blocks = blocks,
                                   .gyro_noise_rad_s_sqrt_hz = own_gyro_noise(likelihood.problem),
                                   .gate = likelihood.gate,
-                                  .readings = likelihood.noise.from_runs ? nullptr : &file.chassis,
+                                  .readings = file ? &file->chassis : nullptr,
                                   .with_noise = likelihood.takes_out_noise,
                                   .redundant = RedundantReadings{rounding, redundant}};
   RunLikelihood stream = stream_likelihood(run, noisy, all, options);
@@ -188,8 +189,7 @@ void set_own_parameters(const Robot& robot, Likelihood& likelihood) {
 }
 
 Robot noisy_robot(const Robot& robot, const Likelihood& likelihood) {
-  return with_noise_of_readings(with_noise(robot, likelihood.noise.levels),
-                                likelihood.problem.nominal.chassis);
+  return with_levels(robot, likelihood.noise.levels, likelihood.problem.nominal);
 }
 
 Information RunInformation::total(Eigen::Index parameters) const {

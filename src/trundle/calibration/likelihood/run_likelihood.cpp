@@ -30,9 +30,11 @@ Innovation innovation_of(const ReferenceMeasurement& m, const Weight& W, double 
   return innovation;
 }
 
-/// The Kalman update of pose, covariance (Joseph form) and sensitivity. `revealed`: SensitivityErrors.
+/// The Kalman update of pose, covariance (Joseph form) and sensitivity. `of_pose`: Hᵀ W H. `revealed`:
+/// SensitivityErrors.
 void update(Odometer& odometer, SensitivityErrors& errors, std::optional<ParityFilter>& parity,
-            const ReferenceMeasurement& m, const Weight& W, const PoseSensitivity& revealed) {
+            const ReferenceMeasurement& m, const Weight& W, const Matrix3& of_pose,
+            const PoseSensitivity& revealed) {
   const Matrix3 P = odometer.white_covariance();
   const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 8> K = P * m.H.transpose() * W;
   const Vector3 step = K * m.innovation;
@@ -42,7 +44,7 @@ void update(Odometer& odometer, SensitivityErrors& errors, std::optional<ParityF
   odometer.correct(step, keep, noise, odometer.sensitivity() + revealed - K * m.J);
   Eigen::MatrixX3d sum_by_pose;
   if (parity) sum_by_pose = parity->correct(m, W, keep, errors, odometer.pose());
-  errors.correct(m.H.transpose() * W * m.H, keep, odometer.pose(), sum_by_pose);
+  errors.correct(of_pose, keep, odometer.pose(), sum_by_pose);
 }
 
 /// The sensitivity as the innovation corrects it: eq. 6a.
@@ -142,11 +144,11 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
         is_doubted = true;
       continue;
     }
-    block_of(result, epoch, run.epochs.size())
-        .add_noise(errors.noise_in_information(m.H.transpose() * W * m.H));
+    const Matrix3 of_pose = m.H.transpose() * W * m.H;
+    block_of(result, epoch, run.epochs.size()).add_noise(errors.noise_in_information(of_pose));
     is_doubted = false;
     result.innovations.push_back(innovation_of(m, W, time, distance));
-    update(odometer, errors, parity, m, W, revealed);
+    update(odometer, errors, parity, m, W, of_pose, revealed);
   }
   skip(run.readings.increments.size() - run.epochs.back(), result.blocks.back());
   return result;

@@ -48,7 +48,7 @@ MotionSum::MotionSum(const Robot& robot, const SlamInputOptions& options, const 
   // reading.
   if (!options.parameters.empty() && robot.chassis.wheel_count > 0)
     reading_errors_.emplace(robot, options.parameters, Pose2{},
-                            calibration::as_read(robot.chassis, options.reading_noise), true);
+                            calibration::as_read(robot.chassis, options.reading_noise), options.with_scatter);
 }
 
 void MotionSum::add(const Increment& increment, bool bridged) {

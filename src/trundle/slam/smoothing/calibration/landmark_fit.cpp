@@ -83,7 +83,8 @@ RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nomina
                                       {parameters.begin(), parameters.end()},
                                       scale.asDiagonal(),
                                       Eigen::VectorXd::Ones(scale.size()),
-                                      own});
+                                      own},
+                                     true);
   if (start.problem.sightings.empty())
     throw CannotAnswer("no sighting shows a known landmark: nothing to calibrate with");
   Minimiser minimiser(start.problem);

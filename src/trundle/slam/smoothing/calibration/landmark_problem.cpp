@@ -33,13 +33,15 @@ MotionParameters of_motion(std::span<const Parameter> all) {
 /// Of by_parameters · columns.
 ReadingErrors combined(const ReadingErrors& errors, const Eigen::MatrixXd& columns) {
   ReadingErrors result{Eigen::Matrix3Xd::Zero(3, 3 * columns.cols()), errors.covariance, {}};
-  Eigen::MatrixXd mix = Eigen::MatrixXd::Zero(3 * columns.cols(), 3 * columns.rows());
   for (Eigen::Index q = 0; q < columns.cols(); ++q)
-    for (Eigen::Index j = 0; j < columns.rows(); ++j) {
+    for (Eigen::Index j = 0; j < columns.rows(); ++j)
       result.sensitivity.middleCols<3>(3 * q) += columns(j, q) * errors.sensitivity.middleCols<3>(3 * j);
-      mix.block<3, 3>(3 * q, 3 * j).diagonal().setConstant(columns(j, q));
-    }
-  result.scatter = mix * errors.scatter * mix.transpose();
+  if (errors.scatter.size() == 0) return result;
+  Eigen::MatrixXd mix = Eigen::MatrixXd::Zero(3 * columns.rows(), 3 * columns.cols());
+  for (Eigen::Index q = 0; q < columns.cols(); ++q)
+    for (Eigen::Index j = 0; j < columns.rows(); ++j)
+      mix.block<3, 3>(3 * j, 3 * q).diagonal().setConstant(columns(j, q));
+  result.scatter = mix.transpose() * errors.scatter * mix;
   return result;
 }
 
@@ -93,9 +95,10 @@ Robot robot_in(const Robot& robot, const FreeColumns& free, std::size_t recordin
 }
 
 TrackInput track_input(const AssociatedRecording& one, const Robot& robot, const FreeColumns& free,
-                       const Eigen::MatrixXd& columns) {
+                       const Eigen::MatrixXd& columns, bool with_scatter) {
   const MotionParameters moving = of_motion(free.parameters);
-  const SlamInput input = slam_input(one.recording, robot, {.parameters = moving.parameters});
+  const SlamInput input =
+      slam_input(one.recording, robot, {.parameters = moving.parameters, .with_scatter = with_scatter});
   const auto clock = std::ranges::find(free.parameters, ParameterKind::sensor_time_offset, &Parameter::kind);
   const auto n = static_cast<Eigen::Index>(free.parameters.size());
   TrackInput track{.observations = shown_in(input, one.shown)};
@@ -149,7 +152,7 @@ Eigen::VectorXd mean_of(const FreeColumns& free) {
 }  // namespace
 
 JointProblem joint_problem(std::span<const AssociatedRecording> all, const Robot& robot,
-                           const FreeColumns& free) {
+                           const FreeColumns& free, bool with_scatter) {
   JointProblem joint{{.sensors = {*robot.landmark_sensor},
                       .motions = {},
                       .sightings = {},
@@ -165,8 +168,9 @@ JointProblem joint_problem(std::span<const AssociatedRecording> all, const Robot
   }
   for (std::size_t i = 0; i < all.size(); ++i) {
     LandmarkNumbers own;  // each recording has its own map
-    joint.tracks.emplace_back(track_input(all[i], robot_in(robot, free, i), free, columns_of(free, i)),
-                              joint.problem, own);
+    joint.tracks.emplace_back(
+        track_input(all[i], robot_in(robot, free, i), free, columns_of(free, i), with_scatter), joint.problem,
+        own);
   }
   return joint;
 }

@@ -40,8 +40,9 @@ struct JointProblem {
   std::vector<Track> tracks;
 };
 
+/// `with_scatter`: ReadingErrors::scatter of the motions too, for noise_information().
 [[nodiscard]] JointProblem joint_problem(std::span<const AssociatedRecording> all, const Robot& robot,
-                                         const FreeColumns& free);
+                                         const FreeColumns& free, bool with_scatter = false);
 
 /// Their paths at the keyframes, one after the other.
 [[nodiscard]] Trajectory poses_at_keyframes(const JointProblem& joint,
