@@ -1,8 +1,12 @@
 #include "app/process.hpp"
 
+#include <array>
 #include <csignal>
 #include <cstdlib>
+#include <stdexcept>
+#include <string_view>
 #include <thread>
+#include <utility>
 
 #include <fcntl.h>
 #include <sys/resource.h>
@@ -14,6 +18,37 @@
 namespace trundle::test {
 using namespace pipeline;
 namespace {
+
+/// A pipe so short that what was given to it has, but for a page, been taken out.
+struct Pipe {
+  Pipe() {
+    if (pipe2(ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
+    fcntl(ends[1], F_SETPIPE_SZ, 4096);
+  }
+  ~Pipe() {
+    close_end(0);
+    close_end(1);
+  }
+  Pipe(const Pipe&) = delete;
+  Pipe& operator=(const Pipe&) = delete;
+
+  void close_end(std::size_t i) {
+    if (ends[i] >= 0) close(std::exchange(ends[i], -1));
+  }
+
+  std::array<int, 2> ends{-1, -1};  // to read from, to write to
+};
+
+/// Waits until all is in the pipe.
+void give(Pipe& pipe, std::string_view text) {
+  pipe.close_end(0);              // the program alone reads
+  std::signal(SIGPIPE, SIG_IGN);  // where it has ended before, write says so
+  while (!text.empty()) {
+    const ssize_t taken = write(pipe.ends[1], text.data(), text.size());
+    if (taken < 0) throw std::runtime_error("nothing reads from the pipe");
+    text.remove_prefix(static_cast<std::size_t>(taken));
+  }
+}
 
 void read_from(const std::filesystem::path& file) {
   dup2(open(file.c_str(), O_RDONLY), STDIN_FILENO);
@@ -30,11 +65,15 @@ void limit_memory(std::size_t bytes) {
 }
 
 [[noreturn]] void become_program(const std::filesystem::path& folder, const Arguments& arguments,
-                                 const Circumstances& circumstances) {
+                                 const Circumstances& circumstances, const Pipe& pipe) {
   std::vector<char*> argv = {const_cast<char*>("trundle")};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
-  if (!circumstances.input.empty()) read_from(folder / circumstances.input);
+  std::signal(SIGPIPE, SIG_DFL);
+  if (circumstances.ended_after_input)
+    dup2(pipe.ends[0], STDIN_FILENO);
+  else if (!circumstances.input.empty())
+    read_from(folder / circumstances.input);
   redirect(STDOUT_FILENO, folder / ".stdout");
   redirect(STDERR_FILENO, folder / ".stderr");
   for (const int stream : circumstances.closed) close(stream);
@@ -47,8 +86,13 @@ void limit_memory(std::size_t bytes) {
 
 Outcome run_program(const std::filesystem::path& folder, const Arguments& arguments,
                     const Circumstances& circumstances) {
+  Pipe pipe;
   const pid_t child = fork();
-  if (child == 0) become_program(folder, arguments, circumstances);
+  if (child == 0) become_program(folder, arguments, circumstances, pipe);
+  if (circumstances.ended_after_input) {
+    give(pipe, read_file(folder / circumstances.input).substr(0, *circumstances.ended_after_input));
+    kill(child, circumstances.signal);
+  }
   if (circumstances.ended_after) {
     std::this_thread::sleep_for(*circumstances.ended_after);
     kill(child, circumstances.signal);

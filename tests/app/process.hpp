@@ -21,7 +21,8 @@ struct Outcome {
 
 /// What a run of the program meets.
 struct Circumstances {
-  std::string input = {};                                     ///< file in the folder that is its stdin
+  std::string input = {};                             ///< file in the folder that is its stdin
+  std::optional<std::size_t> ended_after_input = {};  ///< a signal comes once it was given these bytes
   std::optional<std::chrono::microseconds> ended_after = {};  ///< a signal comes where it takes longer
   int signal = SIGKILL;
   std::vector<int> closed = {};                  ///< streams that are not open: 0, 1, 2
