@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "trundle/calibration/problem/problem.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/odometry/uncertain.hpp"
@@ -226,7 +227,7 @@ EstimableSpace estimable_space(const Eigen::MatrixXd& information, std::span<con
         space.directions.push_back({std::sqrt(std::max(eigen.values[k], 0.0)), {v.begin(), v.end()}});
       }
     }
-    if (variance.maxCoeff() <= 1.0) break;
+    if (eigen.values[0] >= 1.0) break;
     space.held.push_back(combination_of(vectors.col(0), parameters, space.held));
   }
   return space;
