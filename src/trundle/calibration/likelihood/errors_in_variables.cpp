@@ -5,12 +5,19 @@
 
 #include <Eigen/LU>
 
+#include "trundle/chassis/contact.hpp"
 #include "trundle/geometry/gaussian.hpp"
 #include "trundle/geometry/squared.hpp"
 #include "trundle/odometry/arc.hpp"
 
 namespace trundle::calibration {
 namespace {
+
+/// That a steered wheel does not skid is a reading of its angle.
+bool is_of_angle(const Row& row, const Chassis& chassis) {
+  return row.kind == RowKind::lateral && row.wheel >= 0 &&
+         chassis.all_wheels()[static_cast<std::size_t>(row.wheel)].steering.has_value();
+}
 
 /// The matrix whose columns are what a linear map makes of the unit vectors.
 template <class Map>
@@ -23,6 +30,29 @@ Matrix3 matrix_of(const Map& map) {
     matrix.col(i) = Eigen::Map<const Vector3>(column.data());
   }
   return matrix;
+}
+
+/// What ∂H ξ errs by where angles of steered wheels are misread, per unit error of each reading that such a
+/// wheel does not skid: by its angle's error ε that is ε d · ξ. Zero where the robot stands.
+/// docs/theory/calibration-redundancy.md, eq. 7d.
+Eigen::MatrixXd derivative_by_misreading(const Parameter& parameter, const Chassis& chassis, const Rows& rows,
+                                         const Vector3& motion) {
+  constexpr double kStep = 1e-4;
+  Eigen::MatrixXd by_reading = Eigen::MatrixXd::Zero(rows.count(), rows.count());
+  for (int i = 0; i < rows.count(); ++i) {
+    if (!is_of_angle(rows.row[static_cast<std::size_t>(i)], chassis)) continue;
+    const int at = rows.row[static_cast<std::size_t>(i)].wheel;
+    const double rolled_m = rolling_row(chassis.all_wheels()[static_cast<std::size_t>(at)]).dot(motion);
+    if (rolled_m == 0.0) continue;
+    const auto derivative_at = [&](double turned_rad) {
+      Chassis turned = chassis;
+      SteeringSensor& steering = *turned.all_wheels()[static_cast<std::size_t>(at)].steering;
+      steering.reading_rad += turned_rad / steering.scale;
+      return row_derivative(parameter, turned, rows);
+    };
+    by_reading.col(i) = (derivative_at(kStep) - derivative_at(-kStep)) / (2.0 * kStep) * motion / rolled_m;
+  }
+  return by_reading;
 }
 
 }  // namespace
@@ -59,10 +89,11 @@ SensitivityErrors::SensitivityErrors(const Robot& robot, std::span<const Paramet
   if (with_scatter) scatter_.emplace(parameters.size());
   // Of successive readings it cancels, but for those of the last counts.
   for (Wheel& wheel : as_read_.wheels()) wheel.ticks_per_revolution = 0.0;
-  prepare(chassis_, rows_of(chassis_, chassis_.gyro.has_value()));
+  prepare(chassis_, rows_of(chassis_, chassis_.gyro.has_value()), Vector3::Zero());
 }
 
-void SensitivityErrors::prepare(const Chassis& chassis, const Rows& rows) {
+void SensitivityErrors::prepare(const Chassis& chassis, const Rows& rows, const Vector3& motion) {
+  standing_ = chassis;
   rows_ = rows;
   pose_ = twist_gain(rows, weighing_variances(chassis, rows, 1.0, 1.0));
   sensitivity_.clear();
@@ -70,14 +101,16 @@ void SensitivityErrors::prepare(const Chassis& chassis, const Rows& rows) {
   for (const Parameter& parameter : parameters_) {
     const RowVector growth = reading_growth(parameter, chassis, rows);
     const RowMatrix dH = row_derivative(parameter, chassis, rows);
-    sensitivity_.emplace_back(pose_ * growth.asDiagonal() - pose_ * dH * pose_);
-    rows_by_twist_.emplace_back(growth.asDiagonal() * rows.H - dH);
+    const Eigen::MatrixXd by_misreading = derivative_by_misreading(parameter, chassis, rows, motion);
+    sensitivity_.emplace_back(pose_ * growth.asDiagonal() - pose_ * (dH * pose_ + by_misreading));
+    rows_by_twist_.emplace_back(growth.asDiagonal() * rows.H - dH - by_misreading * rows.H);
   }
 }
 
 void SensitivityErrors::follow(const Increment& increment, const Pose2& pose) {
   if (covariance_.empty()) return;
   ways_.duration_s += increment.duration_s;
+  ++increments_;
   for (std::size_t i = 0; i < ways_.turned.size(); ++i) {
     ways_.turned[i] += std::abs(increment.turned[i]);
     net_.turned[i] += increment.turned[i];
@@ -88,12 +121,24 @@ void SensitivityErrors::follow(const Increment& increment, const Pose2& pose) {
   if (ways_.duration_s >= kLongestArc_s) close(pose);
 }
 
+// An angle is misread anew in each increment.
+RowVector SensitivityErrors::variance_of_rows(const Vector3& motion) const {
+  RowVector variance = readings_of(as_read_, rows_, ways_).variance;
+  for (int i = 0; i < rows_.count(); ++i) {
+    const Row& row = rows_.row[static_cast<std::size_t>(i)];
+    if (!is_of_angle(row, standing_)) continue;
+    const Wheel& wheel = standing_.all_wheels()[static_cast<std::size_t>(row.wheel)];
+    variance[i] += misreading_variance(wheel, rolling_row(wheel).dot(motion)) / increments_;
+  }
+  return variance;
+}
+
 // Of what the sensors read wrong. Where a robot slides, sideways or scrubbing on skid wheels, its readings
 // are right and the ground moves otherwise; and what a heading misses beyond the gyro's own noise is of
 // clocks and of the reference. Neither is an error of the sensitivity.
-RowVector SensitivityErrors::variance_of_readings() const {
-  RowVector variance = readings_of(as_read_, rows_, ways_).variance;
-  variance.tail(rows_.count() - rows_.measured).setZero();
+RowVector SensitivityErrors::of_sensors(RowVector variance) const {
+  for (int i = rows_.measured; i < rows_.count(); ++i)
+    if (!is_of_angle(rows_.row[static_cast<std::size_t>(i)], standing_)) variance[i] = 0.0;
   return variance;
 }
 
@@ -123,9 +168,11 @@ Matrix3 SensitivityErrors::noise_of(const std::array<double, kMaxWheels>& turned
 void SensitivityErrors::close(const Pose2& pose) {
   if (ways_.duration_s <= 0.0) return;
   const auto [F, M] = arc_errors(from_, pose);
+  const Twist2 twist = log(from_.inverse() * pose);
+  const Vector3 motion(twist.dx, twist.dy, twist.dtheta);
   if (is_steered(chassis_))
-    prepare(at_steering(chassis_, ways_), rows_at(chassis_, ways_, chassis_.gyro.has_value()));
-  const RowVector variance = variance_of_readings();
+    prepare(at_steering(chassis_, ways_), rows_at(chassis_, ways_, chassis_.gyro.has_value()), motion);
+  const RowVector of_rows = variance_of_rows(motion), variance = of_sensors(of_rows);
   // V ∂V/∂z: where a reading is too large, so is the variance that it is said to have.
   const RowVector third = variance.cwiseProduct(growth_of_variance())
                               .cwiseProduct(readings_of(chassis_, rows_, net_).z.cwiseSign());
@@ -141,21 +188,21 @@ void SensitivityErrors::close(const Pose2& pose) {
         M * (sensitivity_[j] * variance.asDiagonal() * pose_.transpose()).eval() * M.transpose();
   }
   const RowVector counted = complete_ ? variance : RowVector::Zero(variance.size());
-  const std::vector<Eigen::MatrixXd> of_sums = sums_by_reading();
+  const std::vector<Eigen::MatrixXd> of_sums = sums_by_reading(of_rows);
   if (scatter_) carry_scatter(F, M, counted, of_sums);
   carry_sums(F, M, counted, of_sums);
   from_ = pose;
   ways_ = {};
   net_ = {};
+  increments_ = 0;
   complete_ = true;
 }
 
 // What no motion explains is differentiated at the motion by all readings, each by its own noise:
 // docs/theory/calibration-redundancy.md, eq. 7 and 7b.
-std::vector<Eigen::MatrixXd> SensitivityErrors::sums_by_reading() const {
+std::vector<Eigen::MatrixXd> SensitivityErrors::sums_by_reading(const RowVector& variance) const {
   if (sums_.empty()) return {};
-  const RowVector all = readings_of(as_read_, rows_, ways_).variance;
-  const ByReading motion = (all.array() > 0.0).all() ? twist_gain(rows_, all) : pose_;
+  const ByReading motion = (variance.array() > 0.0).all() ? twist_gain(rows_, variance) : pose_;
   std::vector<Eigen::MatrixXd> by_reading;
   for (const RowMatrix& by_twist : rows_by_twist_)
     by_reading.emplace_back(P_.transpose() * by_twist.topRows(P_.rows()) * motion);

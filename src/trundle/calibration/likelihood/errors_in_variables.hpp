@@ -91,9 +91,9 @@ class SensitivityErrors {
   /// Per unit error of each reading [1/m; the gyro's 1/rad].
   using ByReading = TwistGain;
 
-  void prepare(const Chassis& chassis, const Rows& rows);
+  void prepare(const Chassis& chassis, const Rows& rows, const Vector3& motion);
   void close(const Pose2& pose);
-  [[nodiscard]] std::vector<Eigen::MatrixXd> sums_by_reading() const;
+  [[nodiscard]] std::vector<Eigen::MatrixXd> sums_by_reading(const RowVector& variance) const;
   void carry_sums(const Matrix3& F, const Matrix3& M, const RowVector& variance,
                   const std::vector<Eigen::MatrixXd>& by_reading);
   void carry_scatter(const Matrix3& F, const Matrix3& M, const RowVector& variance,
@@ -101,16 +101,18 @@ class SensitivityErrors {
   [[nodiscard]] Eigen::MatrixXd revealed_by_pose() const;
   [[nodiscard]] Eigen::MatrixXd revealed_by_sum() const;
   void add_last_counts(const Pose2& pose);
-  RowVector variance_of_readings() const;
+  RowVector variance_of_rows(const Vector3& motion) const;
+  RowVector of_sensors(RowVector variance) const;
   RowVector growth_of_variance() const;
 
   Chassis chassis_;  ///< as its rows are weighed
   Chassis as_read_;  ///< as its readings err, but for rounding
   std::vector<Parameter> parameters_;
-  Rows rows_;                           ///< of the present interval where wheels are steered
+  Chassis standing_;                    ///< with its wheels at the angles of the present interval
+  Rows rows_;                           ///< of that
   ByReading pose_;                      ///< G of ξ = G z, the error of the motion
-  std::vector<ByReading> sensitivity_;  ///< G ∂z/z − G ∂H G, that of its sensitivity to each parameter
-  std::vector<RowMatrix> rows_by_twist_;       ///< ∂z/z H − ∂H
+  std::vector<ByReading> sensitivity_;  ///< G ∂z/z − G (∂H G + E), that of its sensitivity to each parameter
+  std::vector<RowMatrix> rows_by_twist_;       ///< ∂z/z H − ∂H − E H
   std::vector<Matrix3> covariance_;            ///< C in world axes
   std::vector<SumErrors> sums_;                ///< empty: there is no sum
   Combinations P_;                             ///< of the present interval
@@ -119,6 +121,7 @@ class SensitivityErrors {
   Pose2 from_;                                 ///< where the open interval began
   Increment ways_;                             ///< what rolled in it, without sign; its last steering
   Increment net_;                              ///< and with it
+  int increments_ = 0;                         ///< in it
   bool complete_ = true;                       ///< the gyro was there throughout
   bool counted_ = false;                       ///< counts fell since take()
 };
