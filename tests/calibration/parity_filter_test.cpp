@@ -96,7 +96,7 @@ TEST_P(ParityFilterTest, ScoresOfTheTruthScatterAsTheySay) {
 INSTANTIATE_TEST_SUITE_P(Robots, ParityFilterTest,
                          testing::Values(
                              +[] { return steered("tricycle"); }, +[] { return steered("car"); },
-                             &uneven_omni3));
+                             +[] { return steered("sliding car"); }, &uneven_omni3));
 
 }  // namespace
 }  // namespace trundle::calibration

@@ -93,14 +93,15 @@ inline Run blind_run(const Robot& nominal, const Robot& truth, const Path& path,
 /// A reading of the steering is that of the interval before its stamp.
 inline constexpr SteeringSensor kHalfAStepEarlier{.sigma_rad = 0.005, .time_offset_s = -0.5 * kStep_s};
 
-/// "tricycle", "car" or "swerve".
+/// "tricycle", "car", "sliding car" or "swerve".
 inline Robot steered_robot(std::string_view kind) {
   Robot robot;
   if (kind == "tricycle") robot = robot_of(tricycle(kSize, 0.6, kHalfAStepEarlier));
-  if (kind == "car") robot = robot_of(ackermann(kSize, 0.4, 0.6, 0.0, kHalfAStepEarlier));
+  if (kind.ends_with("car")) robot = robot_of(ackermann(kSize, 0.4, 0.6, 0.0, kHalfAStepEarlier));
   if (kind == "swerve") robot = robot_of(swerve(kSize, 0.4, 0.6, kHalfAStepEarlier));
   for (Wheel& wheel : robot.chassis.wheels()) wheel.ticks_per_revolution = 0.0;
   robot.chassis.noise.wheel_per_sqrt_m = 0.003;
+  if (kind == "sliding car") robot.chassis.noise = {.wheel_per_sqrt_m = 0.002, .lateral_per_sqrt_m = 0.006};
   return robot;
 }
 

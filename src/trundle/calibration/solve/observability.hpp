@@ -30,7 +30,8 @@ struct EstimableSpace {
 };
 
 /// Holds, one after the other, the worst seen combinations of parameters of one kind, until the data alone
-/// know every parameter better than its prior sigma. `information` is Jᵀ W J in the parameters' own units.
+/// know every combination that is left better than its prior does. `information` is Jᵀ W J in the parameters'
+/// own units.
 EstimableSpace estimable_space(const Eigen::MatrixXd& information, std::span<const Parameter> parameters,
                                const Robot& nominal);
 
