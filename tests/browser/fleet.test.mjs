@@ -34,9 +34,15 @@ describe('the fleet page', () => {
     const times = [];
     for (let i = 0; i < 3; i += 1) {
       const page = await (await browser.newContext({ viewport: { width: 1280, height: 900 } })).newPage();
+      await page.addInitScript(() => { // by the page's own clock: asking it from here takes longer than a frame
+        new MutationObserver((_, observer) => {
+          if (!document.querySelector('.row')) return;
+          observer.disconnect();
+          requestAnimationFrame(() => requestAnimationFrame(() => { window.firstPicture = performance.now(); }));
+        }).observe(document, { childList: true, subtree: true });
+      });
       await page.goto(pathToFileURL(file).href, { waitUntil: 'commit' });
-      await page.waitForSelector('.row');
-      times.push(await page.evaluate(() => new Promise((done) => { requestAnimationFrame(() => requestAnimationFrame(() => done(performance.now()))); })));
+      times.push(await (await page.waitForFunction(() => window.firstPicture)).jsonValue());
       await page.context().close();
     }
     console.log(`10 000 robots: first picture after ${Math.min(...times).toFixed(0)} ms`);
