@@ -25,6 +25,25 @@ Eigen::VectorXd normal_vector(Eigen::Index n, Random& random) {
   return Eigen::VectorXd::NullaryExpr(n, [&] { return random.normal(1.0); });
 }
 
+// Seen 0.9 times as well as the prior knows them, along which they move together, two diameters are each
+// known better than by it, for the other combination tells nearly all.
+TEST(EstimableSpace, HoldsACombinationThatThePriorKnowsBetter) {
+  const Robot nominal = nominal_differential();
+  const std::vector<Parameter> parameters = {{ParameterKind::diameter, 0}, {ParameterKind::diameter, 1}};
+  const Eigen::Vector2d scale = prior_sigmas(parameters, nominal);
+  const Eigen::Vector2d together = Eigen::Vector2d(1.0, 1.0).normalized();
+  const auto held_where = [&](double singular_value) {
+    const Eigen::Matrix2d seen = 100.0 * Eigen::Matrix2d::Identity() +
+                                 (singular_value * singular_value - 100.0) * together * together.transpose();
+    const Eigen::Matrix2d unit = scale.cwiseInverse().asDiagonal();
+    return estimable_space(unit * seen * unit, parameters, nominal).held;
+  };
+  EXPECT_TRUE(held_where(1.01).empty());
+  const std::vector<HeldCombination> held = held_where(0.9);
+  ASSERT_EQ(held.size(), 1U);
+  EXPECT_NEAR(std::abs(held[0].combination.dot(together)), 1.0, 1e-12);
+}
+
 /// An oracle of its own: least squares of exact readings J x, with what is held left at 0 and all others
 /// free, by a QR of J. What that is off by where what is held is off by one prior sigma, is the column of D.
 TEST(HeldCovariance, IsThatOfWhatLeastSquaresMakesOfAWrongNominal) {
