@@ -8,6 +8,6 @@ foreach(sheet IN ITEMS ../style.css fleet.css)
   string(REPLACE "<link rel=\"stylesheet\" href=\"${sheet}\">" "<style>\n${style}</style>" page "${page}")
 endforeach()
 file(READ ${BUNDLE} bundle)
-string(REPLACE "<script type=\"module\" src=\"main.js\"></script>"
-       "<script type=\"module\">\n${bundle}</script>" page "${page}")
+string(REPLACE "<script type=\"module\" async src=\"main.js\"></script>"
+       "<script type=\"module\" async>\n${bundle}</script>" page "${page}")
 file(WRITE ${OUTPUT} "${page}")

@@ -9,7 +9,9 @@ import { makeRobotDialog } from './robot.js';
 import { makeTable } from './table.js';
 import { shownIn } from './units.js';
 
-const open = makeRobotDialog();
+const show = makeRobotDialog();
+// The table is there before the page is read to its end, where the histories are that a robot's own page shows.
+const open = (robot) => (document.readyState === 'loading' ? document.addEventListener('DOMContentLoaded', () => show(robot), { once: true }) : show(robot));
 const largest = fleet.types.map((_, i) => robots.type.filter((type) => type === i).length).reduce((best, count, i, all) => (count > all[best] ? i : best), 0);
 
 const fixedColumns = [
