@@ -39,6 +39,22 @@ double misreading_variance(const Wheel& wheel, double travel_m) {
   return squared(wheel.steering->scale * wheel.steering->sigma_rad * travel_m);
 }
 
+bool is_of_angle(const Chassis& chassis, const Row& row) {
+  return row.kind == RowKind::lateral && row.wheel >= 0 &&
+         chassis.all_wheels()[static_cast<std::size_t>(row.wheel)].steering.has_value();
+}
+
+RowVector misreading_variances(const Chassis& chassis, const Rows& rows, const Vector3& motion) {
+  RowVector variance = RowVector::Zero(rows.count());
+  for (int i = 0; i < rows.count(); ++i) {
+    const Row& row = rows.row[static_cast<std::size_t>(i)];
+    if (!is_of_angle(chassis, row)) continue;
+    const Wheel& wheel = chassis.all_wheels()[static_cast<std::size_t>(row.wheel)];
+    variance[i] = misreading_variance(wheel, rolling_row(wheel).dot(motion));
+  }
+  return variance;
+}
+
 void add_interval(const Chassis& chassis, const Increment& increment, ContactMotions& contacts) {
   const double mean_m = mean_travel(chassis, increment);
   for (std::size_t i = 0; i < chassis.wheels().size(); ++i) {

@@ -122,13 +122,11 @@ RowVector SteeredModel::variance_of(const Standing& standing, const Increment& i
   RowVector variance = readings_of(standing.chassis, standing.rows, sure).variance;
   for (int i = 0; i < standing.rows.count(); ++i) {
     const Row& row = standing.rows.row[static_cast<std::size_t>(i)];
-    if (row.wheel < 0) continue;
-    const Wheel& wheel = standing.chassis.all_wheels()[static_cast<std::size_t>(row.wheel)];
-    if (row.kind == RowKind::wheel) variance[i] -= 2.0 * rounding_variance(wheel);
-    if (row.kind == RowKind::lateral && wheel.steering)
-      variance[i] += misreading_variance(wheel, rolling_row(wheel).dot(twist));
+    if (row.kind == RowKind::wheel)
+      variance[i] -=
+          2.0 * rounding_variance(standing.chassis.all_wheels()[static_cast<std::size_t>(row.wheel)]);
   }
-  return variance;
+  return variance + misreading_variances(standing.chassis, standing.rows, twist);
 }
 
 void SteeredModel::twist_with_covariance(const Increment& increment, const Rolled& rolled, std::size_t octave,

@@ -64,15 +64,8 @@ RowVector rounding_of(const Chassis& chassis, const Rows& rows) {
 }
 
 RowVector noise_of(const Chassis& chassis, const Rows& rows, const Vector3& motion, double duration_s) {
-  RowVector variance = readings_of(chassis, rows, predicted(chassis, rows, motion, duration_s)).variance -
-                       rounding_of(chassis, rows);
-  for (int i = 0; i < rows.count(); ++i) {
-    const Row& row = rows.row[static_cast<std::size_t>(i)];
-    if (row.kind != RowKind::lateral) continue;
-    const Wheel& wheel = chassis.all_wheels()[static_cast<std::size_t>(row.wheel)];
-    if (wheel.steering) variance[i] += misreading_variance(wheel, rolling_row(wheel).dot(motion));
-  }
-  return variance;
+  return readings_of(chassis, rows, predicted(chassis, rows, motion, duration_s)).variance -
+         rounding_of(chassis, rows) + misreading_variances(chassis, rows, motion);
 }
 
 Vector3 estimated_motion(const Chassis& chassis, const Rows& rows, const Increment& part) {

@@ -13,12 +13,6 @@
 namespace trundle::calibration {
 namespace {
 
-/// That a steered wheel does not skid is a reading of its angle.
-bool is_of_angle(const Row& row, const Chassis& chassis) {
-  return row.kind == RowKind::lateral && row.wheel >= 0 &&
-         chassis.all_wheels()[static_cast<std::size_t>(row.wheel)].steering.has_value();
-}
-
 /// The matrix whose columns are what a linear map makes of the unit vectors.
 template <class Map>
 Matrix3 matrix_of(const Map& map) {
@@ -40,7 +34,7 @@ Eigen::MatrixXd derivative_by_misreading(const Parameter& parameter, const Chass
   constexpr double kStep = 1e-4;
   Eigen::MatrixXd by_reading = Eigen::MatrixXd::Zero(rows.count(), rows.count());
   for (int i = 0; i < rows.count(); ++i) {
-    if (!is_of_angle(rows.row[static_cast<std::size_t>(i)], chassis)) continue;
+    if (!is_of_angle(chassis, rows.row[static_cast<std::size_t>(i)])) continue;
     const int at = rows.row[static_cast<std::size_t>(i)].wheel;
     const double rolled_m = rolling_row(chassis.all_wheels()[static_cast<std::size_t>(at)]).dot(motion);
     if (rolled_m == 0.0) continue;
@@ -123,14 +117,8 @@ void SensitivityErrors::follow(const Increment& increment, const Pose2& pose) {
 
 // An angle is misread anew in each increment.
 RowVector SensitivityErrors::variance_of_rows(const Vector3& motion) const {
-  RowVector variance = readings_of(as_read_, rows_, ways_).variance;
-  for (int i = 0; i < rows_.count(); ++i) {
-    const Row& row = rows_.row[static_cast<std::size_t>(i)];
-    if (!is_of_angle(row, standing_)) continue;
-    const Wheel& wheel = standing_.all_wheels()[static_cast<std::size_t>(row.wheel)];
-    variance[i] += misreading_variance(wheel, rolling_row(wheel).dot(motion)) / increments_;
-  }
-  return variance;
+  return readings_of(as_read_, rows_, ways_).variance +
+         misreading_variances(standing_, rows_, motion) / increments_;
 }
 
 // Of what the sensors read wrong. Where a robot slides, sideways or scrubbing on skid wheels, its readings
@@ -138,7 +126,7 @@ RowVector SensitivityErrors::variance_of_rows(const Vector3& motion) const {
 // clocks and of the reference. Neither is an error of the sensitivity.
 RowVector SensitivityErrors::of_sensors(RowVector variance) const {
   for (int i = rows_.measured; i < rows_.count(); ++i)
-    if (!is_of_angle(rows_.row[static_cast<std::size_t>(i)], standing_)) variance[i] = 0.0;
+    if (!is_of_angle(standing_, rows_.row[static_cast<std::size_t>(i)])) variance[i] = 0.0;
   return variance;
 }
 
