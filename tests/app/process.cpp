@@ -54,10 +54,25 @@ void read_from(const std::filesystem::path& file) {
   dup2(open(file.c_str(), O_RDONLY), STDIN_FILENO);
 }
 
-void redirect(int stream, const std::filesystem::path& file) {
-  const int opened = open(file.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600);
-  dup2(opened, stream);
-}
+/// What the program says into one of its streams. The file is emptied before the program begins: one that is
+/// killed at once must not seem to have said what was said before it.
+class Transcript {
+ public:
+  explicit Transcript(std::filesystem::path file)
+      : file_{std::move(file)}, opened_{open(file_.c_str(), O_CREAT | O_WRONLY | O_TRUNC | O_CLOEXEC, 0600)} {
+    if (opened_ < 0) throw std::runtime_error("no file for what the program says");
+  }
+  ~Transcript() { close(opened_); }
+  Transcript(const Transcript&) = delete;
+  Transcript& operator=(const Transcript&) = delete;
+
+  void takes(int stream) const { dup2(opened_, stream); }
+  std::string text() const { return read_file(file_); }
+
+ private:
+  std::filesystem::path file_;
+  int opened_;
+};
 
 void limit_memory(std::size_t bytes) {
   const rlimit limit{bytes, bytes};
@@ -65,7 +80,8 @@ void limit_memory(std::size_t bytes) {
 }
 
 [[noreturn]] void become_program(const std::filesystem::path& folder, const Arguments& arguments,
-                                 const Circumstances& circumstances, const Pipe& pipe) {
+                                 const Circumstances& circumstances, const Pipe& pipe, const Transcript& out,
+                                 const Transcript& err) {
   std::vector<char*> argv = {const_cast<char*>("trundle")};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
@@ -74,8 +90,8 @@ void limit_memory(std::size_t bytes) {
     dup2(pipe.ends[0], STDIN_FILENO);
   else if (!circumstances.input.empty())
     read_from(folder / circumstances.input);
-  redirect(STDOUT_FILENO, folder / ".stdout");
-  redirect(STDERR_FILENO, folder / ".stderr");
+  out.takes(STDOUT_FILENO);
+  err.takes(STDERR_FILENO);
   for (const int stream : circumstances.closed) close(stream);
   if (circumstances.memory_bytes) limit_memory(*circumstances.memory_bytes);
   if (chdir(folder.c_str()) == 0) execv(circumstances.program.c_str(), argv.data());
@@ -87,8 +103,9 @@ void limit_memory(std::size_t bytes) {
 Outcome run_program(const std::filesystem::path& folder, const Arguments& arguments,
                     const Circumstances& circumstances) {
   Pipe pipe;
+  const Transcript out{folder / ".stdout"}, err{folder / ".stderr"};
   const pid_t child = fork();
-  if (child == 0) become_program(folder, arguments, circumstances, pipe);
+  if (child == 0) become_program(folder, arguments, circumstances, pipe, out, err);
   if (circumstances.ended_after_input) {
     give(pipe, read_file(folder / circumstances.input).substr(0, *circumstances.ended_after_input));
     kill(child, circumstances.signal);
@@ -100,8 +117,8 @@ Outcome run_program(const std::filesystem::path& folder, const Arguments& argume
   int status = 0;
   rusage used{};
   wait4(child, &status, 0, &used);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(folder / ".stdout"),
-          read_file(folder / ".stderr"), static_cast<std::size_t>(used.ru_maxrss) * 1024};
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, out.text(), err.text(),
+          static_cast<std::size_t>(used.ru_maxrss) * 1024};
 }
 
 Outcome run_program(const std::filesystem::path& folder, const Arguments& arguments,
