@@ -7,6 +7,7 @@
 #include "trundle/io/error.hpp"
 
 #include "calibration/simulated_runs.hpp"
+#include "calibration/steered_drives.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -88,6 +89,26 @@ TEST(CrossValidation, WhatOnlyOneRunSaysIsRefusedAndNamed) {
   } catch (const CannotAnswer& reason) {
     EXPECT_THAT(reason.what(), HasSubstr("does not hold beyond them"));
   }
+}
+
+/// A car with a gyro, as its file has it but for the zero of its steering.
+TEST(CrossValidation, WhatTheRunsAreSureOfIsNotGivenUpForWhatMayBeChance) {
+  const Parameter zero{ParameterKind::steering_zero, 2};
+  Robot nominal = steered_robot("car");
+  nominal.chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = 3e-4, .bias_walk_rad_s_sqrt_s = 0.0};
+  Robot truth = nominal;
+  set_value(zero, 0.01, truth);
+  Runs runs;
+  for (const double tightest_m : {1.0, 0.7})
+    runs.push_back(prepare_run(simulated_drive(truth, rich_drive(tightest_m), 114 + runs.size()), nominal));
+  const CalibrationProblem problem = problem_of(runs, nominal);
+  ASSERT_THAT(problem.parameters, Contains(zero));
+  const auto all = cross_validate(problem, estimate_parameters(problem));
+  ASSERT_TRUE(all);
+  ASSERT_TRUE(all->is_worse()) << "another seed is wanted: a drive that came out worse by chance";
+  const ValidatedEstimate validated = estimate_what_holds(problem);
+  EXPECT_THAT(validated.parameters, Contains(zero));
+  EXPECT_NEAR(value_of(zero, validated.estimate.robot), 0.01, 0.001);
 }
 
 }  // namespace

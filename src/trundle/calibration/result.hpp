@@ -76,9 +76,13 @@ struct CrossValidation {
   bool of_halves = false;     ///< of one run
   double given_m = 0.0;       ///< position error with the robot as given, rms over the parts, se2-aligned
   double calibrated_m = 0.0;  ///< with what the other parts say
+  /// How much smaller a step from what the others say back to the robot as given makes the errors, over what
+  /// odometry's noise and the reference's do: standard normal where the parameters hold.
+  double pull_sigma = 0.0;
 
-  /// By more than chance: the parameters do not hold beyond the runs that they were learned from.
   [[nodiscard]] bool is_worse() const;
+  /// By more than chance: not all the parameters hold beyond the runs that they were learned from.
+  [[nodiscard]] bool is_refuted() const;
   [[nodiscard]] std::string words() const;
 };
 

@@ -77,7 +77,8 @@ Json calibration_json(const CalibrationResult& result, const Json& provenance) {
     document["cross_validation"] = {{"parts", judged->parts},
                                     {"of_halves", judged->of_halves},
                                     {"given_m", judged->given_m},
-                                    {"calibrated_m", judged->calibrated_m}};
+                                    {"calibrated_m", judged->calibrated_m},
+                                    {"pull_sigma", judged->pull_sigma}};
   if (!result.offers.empty()) document["offers"] = offers_json(result.offers);
   document["parameters"] = parameters_json(result);
   document["correlation"] = correlation_json(result);

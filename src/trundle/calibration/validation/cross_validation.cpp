@@ -7,16 +7,17 @@
 #include <fmt/format.h>
 
 #include "trundle/calibration/problem/run_gyro_bias.hpp"
+#include "trundle/calibration/validation/held_out.hpp"
 #include "trundle/calibration/validation/influence.hpp"
-#include "trundle/evaluation/evaluate.hpp"
-#include "trundle/io/error.hpp"
-#include "trundle/odometry/integrate.hpp"
+#include "trundle/statistics/random.hpp"
 
 namespace trundle::calibration {
 namespace {
 
-// Of an error: an rms of 50 epochs is known to 10 %.
+// Of an error: what a user would notice.
 constexpr double kWorse = 1.1;
+// Of tests whether something is more than chance: once in a hundred calibrations it is chance.
+constexpr double kLevel = 0.01;
 // Of a half of a run, to learn from it.
 constexpr std::size_t kFewestEpochs = 10;
 
@@ -41,30 +42,28 @@ Run part_of(const Run& run, std::size_t first_epoch, std::size_t last_epoch) {
   return part;
 }
 
-/// Position error of odometry with this robot [m], rms, laid on the reference as well as can be; nothing
-/// without positions to compare. Of the bias of its gyro a run that was left out knows what its rests show.
-std::optional<double> position_error(const Run& run, const Robot& robot, bool learn_gyro_bias) {
-  if (run.epochs.empty()) return std::nullopt;
-  Robot plain = robot;
-  plain.calibration.reset();
-  try {
-    const std::vector<bool> compared = poses_about_reference(run, plain);
-    IntegrateOptions options{.learn_gyro_bias = learn_gyro_bias};
-    options.keeps = [&](std::size_t pose) { return compared[pose]; };
-    const Trajectory odometry = integrate(run.readings, plain, options).trajectory;
-    return evaluate(of_reference_sensor(odometry, plain), positions_of(run.reference),
-                    {.alignment = Alignment::se2, .distances_m = {}})
-        .position_m.rms;
-  } catch (const CannotAnswer&) {
-    return std::nullopt;
-  }
-}
-
 Robot robot_with(const Robot& robot, std::span<const Parameter> parameters, const Eigen::VectorXd& values) {
   Robot changed = robot;
   for (std::size_t j = 0; j < parameters.size(); ++j)
     set_value(parameters[j], values[static_cast<Eigen::Index>(j)], changed);
   return changed;
+}
+
+/// Those that may be refused for runs that came out worse: all, where that is more than chance; else those of
+/// which the runs themselves do not say, by more than chance, that they are not as given.
+std::vector<Parameter> refusable(const ValidatedEstimate& found, const Robot& nominal) {
+  if (found.validation->is_refuted()) return found.parameters;
+  const Eigen::VectorXd variance =
+      found.estimate.covariance.diagonal() + found.estimate.held_covariance.diagonal();
+  std::vector<Parameter> doubtful;
+  for (std::size_t j = 0; j < found.parameters.size(); ++j) {
+    const double change =
+        value_of(found.parameters[j], found.estimate.robot) - value_of(found.parameters[j], nominal);
+    const double sigma = std::sqrt(variance[static_cast<Eigen::Index>(j)]);
+    if (std::abs(change) <= normal_quantile(1.0 - kLevel / 2.0) * sigma)
+      doubtful.push_back(found.parameters[j]);
+  }
+  return doubtful;
 }
 
 }  // namespace
@@ -77,6 +76,10 @@ std::vector<Run> halves_of(const Run& run) {
 
 bool CrossValidation::is_worse() const {
   return calibrated_m > kWorse * given_m;
+}
+
+bool CrossValidation::is_refuted() const {
+  return pull_sigma > normal_quantile(1.0 - kLevel);
 }
 
 std::string CrossValidation::words() const {
@@ -95,23 +98,22 @@ std::optional<CrossValidation> cross_validate(const CalibrationProblem& problem,
   const Influence influence = influence_of(validation.of_halves ? estimate_parameters(of_parts) : estimate,
                                            problem.nominal, problem.parameters);
   if (influence.without.empty()) return std::nullopt;
-  double given = 0.0;
-  double calibrated = 0.0;
+  HeldOutErrors sum;
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    const Run run = as_recorded(parts[i]);
-    const bool learn = !of_parts.share_gyro_bias && run.shows_gyro_bias();
-    const auto before = position_error(run, problem.nominal, learn);
-    const auto after =
-        position_error(run, robot_with(problem.nominal, problem.parameters, influence.without[i]), learn);
-    if (!before || !after) continue;
-    given += *before * *before;
-    calibrated += *after * *after;
+    const Robot calibrated = with_noise(robot_with(problem.nominal, problem.parameters, influence.without[i]),
+                                        estimate.noise.levels);
+    const auto errors =
+        held_out_errors(as_recorded(parts[i]), problem.nominal, calibrated, estimate.noise.levels.reference,
+                        !of_parts.share_gyro_bias && parts[i].shows_gyro_bias());
+    if (!errors) continue;
+    sum.add(*errors);
     ++validation.parts;
   }
   if (validation.parts < 2) return std::nullopt;
   const auto n = static_cast<double>(validation.parts);
-  validation.given_m = std::sqrt(given / n);
-  validation.calibrated_m = std::sqrt(calibrated / n);
+  validation.given_m = std::sqrt(sum.given_m2 / n);
+  validation.calibrated_m = std::sqrt(sum.calibrated_m2 / n);
+  if (sum.pull_variance_m4 > 0.0) validation.pull_sigma = sum.pull_m2 / std::sqrt(sum.pull_variance_m4);
   return validation;
 }
 
@@ -124,9 +126,16 @@ ValidatedEstimate estimate_what_holds(const CalibrationProblem& problem) {
   if (best.estimate.space.basis.cols() == 0) return best;
   best.validation = cross_validate(problem, best.estimate);
   best.before = best.validation;
+  std::optional<ValidatedEstimate> not_refuted;
   while (best.validation && best.validation->is_worse() && !best.parameters.empty()) {
+    if (!not_refuted && !best.validation->is_refuted()) not_refuted = best;
+    const std::vector<Parameter> candidates = refusable(best, problem.nominal);
+    if (candidates.empty()) {  // and what was refused for no more than a doubt was not what made them worse
+      best = std::move(*not_refuted);
+      break;
+    }
     ValidatedEstimate next;
-    for (const Parameter& left_out : best.parameters) {
+    for (const Parameter& left_out : candidates) {
       CalibrationProblem fewer = problem;
       fewer.parameters = best.parameters;
       std::erase(fewer.parameters, left_out);

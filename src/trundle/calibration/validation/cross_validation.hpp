@@ -26,7 +26,9 @@ struct ValidatedEstimate {
 };
 
 /// Refuses one parameter after the other, first the one without which the parts come out best, until they are
-/// no worse than with the robot as given. Where all are refused there are none left.
+/// no worse than with the robot as given. Where that they are worse may be chance, only those are refused
+/// that may by chance be other than given, and none if that does not mend it. Where all are refused there are
+/// none left. docs/theory/calibration-uncertainty.md.
 [[nodiscard]] ValidatedEstimate estimate_what_holds(const CalibrationProblem& problem);
 
 }  // namespace trundle::calibration
