@@ -35,10 +35,10 @@ std::vector<Driven> drives() {
 class HeldOutPull : public testing::TestWithParam<Driven> {};
 
 TEST_P(HeldOutPull, OfARobotWithoutFaultThePullIsWhatChanceMakes) {
-  constexpr int kRuns = 200;
+  constexpr int kDraws = 200;
   const Driven& driven = GetParam();
   double sum = 0.0, of_squares = 0.0;
-  for (int seed = 1; seed <= kRuns; ++seed) {
+  for (int seed = 1; seed <= kDraws; ++seed) {
     Scenario scenario = scenario_of(driven.given, driven.truth, driven.path, seed);
     scenario.encoders.rate_hz = driven.encoders_hz;
     scenario.reference.rate_hz = driven.reference_hz;
@@ -50,8 +50,8 @@ TEST_P(HeldOutPull, OfARobotWithoutFaultThePullIsWhatChanceMakes) {
     of_squares += pull * pull;
   }
   // Of so many standard normals: 4 sigmas of the mean, and of the mean square.
-  EXPECT_NEAR(sum / kRuns, 0.0, 4.0 / std::sqrt(kRuns));
-  EXPECT_NEAR(of_squares / kRuns, 1.0, 4.0 * std::sqrt(2.0 / kRuns));
+  EXPECT_NEAR(sum / kDraws, 0.0, 4.0 / std::sqrt(kDraws));
+  EXPECT_NEAR(of_squares / kDraws, 1.0, 4.0 * std::sqrt(2.0 / kDraws));
 }
 
 INSTANTIATE_TEST_SUITE_P(Drives, HeldOutPull, testing::ValuesIn(drives()));

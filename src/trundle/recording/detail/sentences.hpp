@@ -83,7 +83,7 @@ inline constexpr Sentence kSentences[] = {
      "landmarks stay where they are if the landmark sensor looks elsewhere: heading_deg = {value:.0f} under "
      "[landmark_sensor]"},
     {range_unit, with<LengthRatio>,
-     "landmarks stay where they are if ranges are {factor:.3g} times as long: {question}check their unit"},
+     "landmarks stay where they are if ranges are {times} times as long: {question}check their unit"},
     {range_unit, with<Excess>,
      "{count} of {all} ranges, up to {farthest:.4g} m, are more than twice the sensor's max_range_m = "
      "{limit:g}: is one of them in another unit than metres?"},
@@ -101,7 +101,7 @@ inline constexpr Sentence kSentences[] = {
      "file as "
      "given: check unit, sign and run, then ticks_per_revolution and y_m"},
     {reference_unit, with<LengthRatio>,
-     "the reference moves {factor:.3g} times as far as the wheels with the robot file as given: "
+     "the reference moves {times} times as far as the wheels with the robot file as given: "
      "{question}check ticks_per_revolution, gears and diameters"},
     {gyro_unit, with<Times>,
      "the gyro turns {factor:.0f} times as far as the wheels; degrees per second would make it 57: write "
@@ -199,7 +199,7 @@ inline constexpr Sentence kSentences[] = {
     {gyro_against_wheels, with<Amount>,
      "'{subject}' counts backwards, as the gyro shows: write ticks_per_revolution = {value:g}"},
     {gyro_against_wheels, with<Times>,
-     "the gyro turns {factor:.3g} times as far as the wheels with the robot file as given: check y_m (half "
+     "the gyro turns {times} times as far as the wheels with the robot file as given: check y_m (half "
      "the track), ticks_per_revolution, gears and diameters"},
 
     // of the robot file
@@ -223,7 +223,7 @@ inline constexpr Sentence kSentences[] = {
      "and "
      "turn, one after the other"},
     {scale, with<LengthRatio>,
-     "the reference moves {factor:.3g} times as far as the wheels with the robot file as given: "
+     "the reference moves {times} times as far as the wheels with the robot file as given: "
      "{question}check ticks_per_revolution, gears and diameters"},
     {geometry, alone, "wheels '{subject}' and '{other}' stand in one place: write x_m and y_m of both"},
     {geometry, with<Range>,
