@@ -1,5 +1,5 @@
-"""Robots and runs that stand out, by the procedure of Benjamini and Hochberg [1995]: of what is named, at most RATE in the
-mean is named wrongly."""
+"""Robots and runs that stand out, by the procedure of Benjamini and Hochberg [1995]: of those that are named, at most RATE
+in the mean are named wrongly, however many parameters each has."""
 
 from __future__ import annotations
 
@@ -22,6 +22,18 @@ def rejected(p: Array, rate: float = RATE) -> Array:
     last = numpy.where(under, rank, 0).max(axis=-1, keepdims=True)
     threshold = numpy.where(last > 0, numpy.take_along_axis(rising, numpy.maximum(last - 1, 0), -1), -1.0)
     return numpy.asarray(p <= threshold)
+
+
+def told(p: Array) -> Array:
+    """Of what a thing is told: p[thing, parameter], NaN: not tested.
+
+    A thing is judged by the least of its probabilities times their number, and told of each parameter that would have named
+    it by itself [Benjamini & Bogomolov 2014].
+    """
+    corrected = numpy.where(numpy.isnan(p), numpy.inf, p) * numpy.maximum(numpy.isfinite(p).sum(axis=1, keepdims=True), 1)
+    least = corrected.min(axis=1, initial=numpy.inf)
+    named = least[rejected(numpy.where(numpy.isinf(least), numpy.nan, least))]
+    return numpy.asarray(corrected <= named.max(initial=-1.0))
 
 
 def tails(z: Array, degrees: float) -> Array:

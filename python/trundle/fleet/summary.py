@@ -114,72 +114,100 @@ def _segments(shape: tuple[int, ...], changes: dict[int, list[drift.Change]]) ->
     return segment
 
 
-def _outlying_runs(x: Array, s2: Array, segment: Array) -> tuple[Array, Array]:
-    """Which runs stand out, and z of all."""
-    omega2, degrees = series.robust_run_spread(x, s2)
-    y, v = series.robot_means(x, s2, numpy.asarray(omega2))
-    if numpy.isfinite(v).sum() < 4:
-        return numpy.zeros(x.shape, bool), numpy.full(x.shape, numpy.nan)
-    mean, spread = population.robust_fit(y, v)
-    z = outliers.run_scores(x, s2, omega2, float(mean), float(spread), segment)
-    p = numpy.full(z.shape, numpy.nan)
-    seen = numpy.isfinite(z)
-    p[seen] = outliers.tails(z[seen], degrees) if degrees > 0.0 else normal_tails(z[seen])
-    return outliers.rejected(p.ravel()).reshape(x.shape), z
+class _Column:
+    """A parameter of the robots of a type, while it is worked out."""
+
+    def __init__(self, name: str, names: list[str], robots: list[list[Run]], tested: int) -> None:
+        self.name, self.names = name, numpy.array(names, object)
+        self.x, self.s2, self.having = _arrays(robots, name)
+        self.some = next(run.parameters[name] for runs in robots for run in runs if name in run.parameters)
+        self.changes = {} if name in _DRIFTS_ANYWAY else _changes(self.x, self.s2, self.having, tested)
+        self.segment = _segments(self.x.shape, self.changes)
+        self.logs = numpy.full(self.x.shape, "", object)
+        for i, runs in enumerate(self.having):
+            self.logs[i, : len(runs)] = [run.log for run in runs]
+
+    def judge_runs(self) -> Array:
+        """The probability of each run."""
+        omega2, degrees = series.robust_run_spread(self.x, self.s2)
+        y, v = series.robot_means(self.x, self.s2, numpy.asarray(omega2))
+        self.z_of_runs = p = numpy.full(self.x.shape, numpy.nan)
+        if numpy.isfinite(v).sum() < 4:
+            return p
+        mean, spread = population.robust_fit(y, v)
+        self.z_of_runs = z = outliers.run_scores(self.x, self.s2, omega2, float(mean), float(spread), self.segment)
+        seen = numpy.isfinite(z)
+        p[seen] = outliers.tails(z[seen], degrees) if degrees > 0.0 else normal_tails(z[seen])
+        return p
+
+    def judge_robots(self, outlying_runs: Array) -> Array:
+        """The probability of each robot, by its runs since its last change but those that stand out."""
+        self.outlying_runs = outlying_runs
+        self.z = p = numpy.full(len(self.names), numpy.nan)
+        self.omegas = numpy.zeros(1)
+        self.y, self.v = numpy.zeros((1, *p.shape)), numpy.full((1, *p.shape), numpy.inf)
+        if not self.x.shape[1]:
+            return p
+        last = self.segment == self.segment.max(axis=1, keepdims=True)
+        now = numpy.where(last & ~outlying_runs, self.s2, numpy.inf)
+        self.omegas = series.run_spreads(self.x, now)
+        self.y, self.v = map(numpy.stack, zip(*(series.robot_means(self.x, now, omega2) for omega2 in self.omegas)))
+        middle = len(self.omegas) // 2
+        if numpy.isfinite(self.v[middle]).sum() >= 4:
+            self.z, p = outliers.robot_scores(self.y[middle], self.v[middle])
+        return p
+
+    def finished(self, outlying: Array) -> TypeParameter:
+        """Each robot's value; the population's, without the robots that stand out."""
+        middle = len(self.omegas) // 2
+        seen = numpy.isfinite(self.v[middle])
+        sigma = numpy.where(seen, numpy.sqrt(numpy.where(seen, self.v[middle], 0.0)), numpy.nan)
+        value = numpy.where(seen, self.y[middle], numpy.nan)
+        low, high, fit = value - 1.96 * sigma, value + 1.96 * sigma, None
+        usual = ~outlying
+        if (seen & usual).sum() >= 3:
+            fit = population.fit(self.y[:, usual], self.v[:, usual])
+            shrunken = population.shrink(self.y[:, usual], self.v[:, usual])
+            for mine, theirs in zip((value, sigma, low, high), shrunken):
+                mine[usual] = theirs
+        rows = zip(*(column.tolist() for column in (value, sigma, low, high, self.z, outlying)))
+        return TypeParameter(
+            self.name, self.some.unit, self.some.nominal, self.names.tolist(), [RobotParameter(*row) for row in rows], fit,
+            float(numpy.sqrt(self.omegas[middle])),
+            [(self.names[i], self.having[i][change.first], change) for i, found in self.changes.items() for change in found],
+            [(self.having[i][j], float(self.z_of_runs[i, j])) for i, j in numpy.argwhere(self.outlying_runs)])
 
 
-def _estimates(x: Array, s2: Array) -> tuple[list[RobotParameter], Optional[population.Population], float]:
-    """Each robot's value; the population's, without the robots that stand out."""
-    omegas = series.run_spreads(x, s2)
-    means = [series.robot_means(x, s2, omega2) for omega2 in omegas]
-    y, v = numpy.stack([m for m, _ in means]), numpy.stack([var for _, var in means])
-    middle = len(omegas) // 2
-    own, variance = y[middle], v[middle]
-    seen = numpy.isfinite(variance)
-    z, outlying = numpy.full(own.shape, numpy.nan), numpy.zeros(own.shape, bool)
-    if seen.sum() >= 4:
-        z, p = outliers.robot_scores(own, variance)
-        outlying = outliers.rejected(p)
-    sigma = numpy.where(seen, numpy.sqrt(numpy.where(seen, variance, 0.0)), numpy.nan)
-    value = numpy.where(seen, own, numpy.nan)
-    low, high, fit = value - 1.96 * sigma, value + 1.96 * sigma, None
-    usual = ~outlying
-    if (seen & usual).sum() >= 3:
-        fit = population.fit(y[:, usual], v[:, usual])
-        shrunken = population.shrink(y[:, usual], v[:, usual])
-        for mine, theirs in zip((value, sigma, low, high), shrunken):
-            mine[usual] = theirs
-    rows = zip(*(column.tolist() for column in (value, sigma, low, high, z, outlying)))
-    return [RobotParameter(*row) for row in rows], fit, float(numpy.sqrt(omegas[middle]))
+def _told(columns: dict[str, list[_Column]], things: str, probabilities: dict[str, list[Array]]) -> dict[str, list[Array]]:
+    """Which of the fleet's robots or runs (`things`: their names in a column) are told of which parameter."""
+    index: dict[str, int] = {}
+    rows = {kind: [numpy.array([index.setdefault(name, len(index)) for name in getattr(column, things).ravel()], int) for column in some]
+            for kind, some in columns.items()}
+    p = numpy.full((len(index), max(map(len, columns.values()), default=0)), numpy.nan)
+    for kind, some in probabilities.items():
+        for k, of_column in enumerate(some):
+            p[rows[kind][k], k] = of_column.ravel()
+    told = outliers.told(p)
+    return {kind: [told[rows[kind][k], k].reshape(of_column.shape) for k, of_column in enumerate(some)]
+            for kind, some in probabilities.items()}
 
 
-def _type_parameter(name: str, names: list[str], robots: list[list[Run]], tested: int) -> TypeParameter:
-    x, s2, having = _arrays(robots, name)
-    some = next(run.parameters[name] for runs in robots for run in runs if name in run.parameters)
-    changes = {} if name in _DRIFTS_ANYWAY else _changes(x, s2, having, tested)
-    segment = _segments(x.shape, changes)
-    stands_out, z = _outlying_runs(x, s2, segment)
-    last = segment == segment.max(axis=1, keepdims=True) if x.shape[1] else segment
-    now = numpy.where(last & ~stands_out, s2, numpy.inf)
-    nothing = RobotParameter(numpy.nan, numpy.nan, numpy.nan, numpy.nan, numpy.nan, False)
-    estimates, fit, omega = _estimates(x, now) if x.shape[1] else ([nothing] * len(names), None, 0.0)
-    return TypeParameter(
-        name, some.unit, some.nominal, names, estimates, fit, omega,
-        [(names[i], having[i][change.first], change) for i, found in changes.items() for change in found],
-        [(having[i][j], float(z[i, j])) for i, j in numpy.argwhere(stands_out)])
+def _columns(names: list[str], robots: list[list[Run]]) -> list[_Column]:
+    known = list(dict.fromkeys(name for runs in robots for run in runs for name in run.parameters))
+    tested = max(1, sum(name not in _DRIFTS_ANYWAY for name in known))
+    return [_Column(name, names, robots, tested) for name in known]
 
 
 def summarise(robots: dict[str, list[Run]]) -> Fleet:
     types: dict[str, list[str]] = {}
     for robot, runs in robots.items():
         types.setdefault(runs[-1].type, []).append(robot)
-    parameters = {}
-    for kind, names in sorted(types.items()):
-        of_type = [robots[robot] for robot in names]
-        known = list(dict.fromkeys(name for runs in of_type for run in runs for name in run.parameters))
-        tested = max(1, sum(name not in _DRIFTS_ANYWAY for name in known))
-        parameters[kind] = [_type_parameter(name, names, of_type, tested) for name in known]
-    return Fleet(robots, parameters)
+    columns = {kind: _columns(names, [robots[robot] for robot in names]) for kind, names in sorted(types.items())}
+    runs_told = _told(columns, "logs", {kind: [column.judge_runs() for column in some] for kind, some in columns.items()})
+    robots_told = _told(columns, "names", {kind: [column.judge_robots(told) for column, told in zip(some, runs_told[kind])]
+                                           for kind, some in columns.items()})
+    return Fleet(robots, {kind: [column.finished(told) for column, told in zip(some, robots_told[kind])]
+                          for kind, some in columns.items()})
 
 
 def needs_of(runs: list[Run]) -> list[str]:
