@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "trundle/calibration/calibrate.hpp"
-#include "trundle/calibration/problem/run_parameters.hpp"
+#include "trundle/calibration/likelihood/run_parameters.hpp"
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/slip/find_slip.hpp"
 #include "trundle/statistics/distribution.hpp"

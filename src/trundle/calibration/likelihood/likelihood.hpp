@@ -7,11 +7,11 @@
 #include "trundle/calibration/likelihood/information.hpp"
 #include "trundle/calibration/likelihood/relative_table.hpp"
 #include "trundle/calibration/likelihood/run_likelihood.hpp"
+#include "trundle/calibration/likelihood/run_parameters.hpp"
 #include "trundle/calibration/likelihood/window_sums.hpp"
-#include "trundle/calibration/noise/estimate_noise.hpp"
+#include "trundle/calibration/problem/noise_levels.hpp"
 #include "trundle/calibration/problem/problem.hpp"
 #include "trundle/calibration/problem/run_clock.hpp"
-#include "trundle/calibration/problem/run_parameters.hpp"
 
 namespace trundle::calibration {
 

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "trundle/calibration/noise/noise_levels.hpp"
+#include "trundle/calibration/problem/noise_levels.hpp"
 #include "trundle/calibration/problem/run.hpp"
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/odometry/odometer.hpp"

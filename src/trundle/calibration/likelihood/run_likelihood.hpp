@@ -5,7 +5,7 @@
 
 #include "trundle/calibration/likelihood/chassis_likelihood.hpp"
 #include "trundle/calibration/likelihood/information.hpp"
-#include "trundle/calibration/noise/noise_levels.hpp"
+#include "trundle/calibration/problem/noise_levels.hpp"
 #include "trundle/calibration/problem/run.hpp"
 #include "trundle/chassis/parameter.hpp"
 

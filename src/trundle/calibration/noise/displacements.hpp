@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "trundle/calibration/noise/noise_levels.hpp"
+#include "trundle/calibration/problem/noise_levels.hpp"
 #include "trundle/calibration/problem/run.hpp"
 #include "trundle/odometry/rolling.hpp"
 

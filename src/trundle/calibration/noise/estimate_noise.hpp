@@ -2,16 +2,10 @@
 
 #include <span>
 
-#include "trundle/calibration/noise/noise_levels.hpp"
+#include "trundle/calibration/problem/noise_levels.hpp"
 #include "trundle/calibration/problem/run.hpp"
 
 namespace trundle::calibration {
-
-/// How noisy the runs themselves show odometry and reference to be.
-struct NoiseEstimate {
-  NoiseLevels levels;
-  bool from_runs = false;  ///< false: too little reference, the robot file's numbers stand
-};
 
 /// The variance components. Where headings are the wheels' and the reference shows them, the wheels' noise by
 /// how differences of headings grow (growth.hpp, eq. 8); else, with all others, by what makes the innovations

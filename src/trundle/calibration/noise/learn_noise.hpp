@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "trundle/calibration/noise/noise_levels.hpp"
+#include "trundle/calibration/problem/noise_levels.hpp"
 #include "trundle/calibration/problem/run.hpp"
 
 namespace trundle::calibration {

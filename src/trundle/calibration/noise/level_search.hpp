@@ -3,7 +3,7 @@
 #include <functional>
 #include <span>
 
-#include "trundle/calibration/noise/noise_levels.hpp"
+#include "trundle/calibration/problem/noise_levels.hpp"
 
 namespace trundle::calibration {
 

@@ -5,6 +5,7 @@
 
 #include "trundle/calibration/likelihood/chassis_likelihood.hpp"
 #include "trundle/calibration/likelihood/relative_likelihood.hpp"
+#include "trundle/calibration/noise/estimate_noise.hpp"
 #include "trundle/statistics/median.hpp"
 
 namespace trundle::calibration {

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "trundle/calibration/noise/noise_levels.hpp"
+#include "trundle/calibration/problem/noise_levels.hpp"
 #include "trundle/calibration/problem/run.hpp"
 
 namespace trundle::calibration {

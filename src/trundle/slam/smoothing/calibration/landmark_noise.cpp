@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "trundle/calibration/noise/noise_levels.hpp"
+#include "trundle/calibration/problem/noise_levels.hpp"
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/slam/smoothing/calibration/lasting_errors.hpp"

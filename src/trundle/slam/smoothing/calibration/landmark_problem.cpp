@@ -4,7 +4,7 @@
 #include <array>
 
 #include "trundle/calibration/likelihood/chassis_likelihood.hpp"
-#include "trundle/calibration/noise/noise_levels.hpp"
+#include "trundle/calibration/problem/noise_levels.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
 
 namespace trundle::slam {

@@ -37,6 +37,12 @@ struct NoiseLevels {
   bool alike() const { return wheel_ratio == all_alike(); }
 };
 
+/// How noisy the runs themselves show odometry and reference to be.
+struct NoiseEstimate {
+  NoiseLevels levels;
+  bool from_runs = false;  ///< false: too little reference, the robot file's numbers stand
+};
+
 /// Whether the chassis assumes anything of sideways motion.
 [[nodiscard]] bool has_sideways(const Robot& robot);
 

@@ -1,4 +1,4 @@
-#include "trundle/calibration/noise/noise_levels.hpp"
+#include "trundle/calibration/problem/noise_levels.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "trundle/calibration/problem/run_parameters.hpp"
+#include "trundle/calibration/likelihood/run_parameters.hpp"
 
 #include <cmath>
 
