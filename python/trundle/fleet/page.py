@@ -19,6 +19,7 @@ import trundle
 from . import outliers, store
 from .needs import ANOTHER_DAY
 from .summary import Fleet, Run, TypeParameter, load, needs_of, summarise
+from .work import recording_of
 
 
 def _number(value: Any) -> Optional[float]:
@@ -210,10 +211,11 @@ def _own_report(runs: list[Run], robot_file: str) -> Optional[str]:
     with tempfile.TemporaryDirectory() as folder:
         try:
             robot = trundle.Robot(robot_file)
-            calibration = trundle.calibrate([run.log for run in runs if run.parameters], robot)
+            calibration = trundle.calibrate([recording_of(run.log) for run in runs if run.parameters], robot)
             calibration.save(Path(folder, "calibrated.toml"))
-            trundle.odometry(logs[-1], calibration.robot).save(Path(folder, "odometry.csv"))
-            trundle.slip(logs[-1], calibration.robot).save(Path(folder, "slip.csv"))
+            last = recording_of(logs[-1])
+            trundle.odometry(last, calibration.robot).save(Path(folder, "odometry.csv"))
+            trundle.slip(last, calibration.robot).save(Path(folder, "slip.csv"))
             return trundle.report(folder).html
         except (ValueError, IndexError, OSError, trundle.CannotAnswer):
             return None  # the page itself has what is known of it
