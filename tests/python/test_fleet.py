@@ -1,6 +1,8 @@
 """Many logs on one database: found, computed once, each with one final row, whoever dies."""
 
+import contextlib
 import hashlib
+import io
 import os
 import re
 import shutil
@@ -40,6 +42,13 @@ class WithLogs(WithFolder):
     def fleet(self, *arguments, code=0):
         given = [str(self.logs), "--database", self.url, "--workers", "0", "--quiet", *map(str, arguments)]
         self.assertEqual(main(given), code)
+
+    def said(self, line, code=0):
+        """On standard error, a line among others."""
+        with contextlib.redirect_stderr(io.StringIO()) as errors:
+            self.assertEqual(main([str(self.logs), "--database", self.url, "--workers", "0"]), code)
+        self.assertIn(line, errors.getvalue())
+        return [one for one in errors.getvalue().splitlines() if one.startswith("trundle-fleet: ")]
 
     def rows(self, statement):
         return store.Store(self.url).transact(lambda connection: connection.execute(sqlalchemy.text(statement)).all())
@@ -193,15 +202,34 @@ class OnSqlite(WithLogs):
         self.assertIn("right", line)
         self.assertEqual(self.rows("SELECT count(*) FROM run WHERE status = 'done'"), [(5,)])
 
+    def test_who_loses_logs_to_another_call_says_so(self):
+        register = store.register
+        self.addCleanup(setattr, store, "register", register)
+
+        def and_then_another(database, request, found, types):
+            register(database, request, found, types)
+            register(database, "another", found[:2], types)
+
+        store.register = and_then_another
+        said = self.said("2 of 6 logs were taken over by another call", code=3)
+        self.assertEqual(len(said), 1)
+
+    def test_the_first_lines_of_what_failed_are_said(self):
+        for wheels in self.logs.glob("*/*/wheels.csv"):
+            wheels.write_text("time_s,left_ticks\n0,1\n")
+        said = self.said("6 of 6 logs failed", code=3)
+        self.assertEqual(sum("wheels.csv" in line for line in said), 3)
+
     def test_a_log_without_a_robot_file_and_one_whose_map_is_broken_stop_nobody(self):
-        first, second = (self.logs / f"robot_0001/2026-03-0{day}" for day in (2, 9))
+        second, first = (self.logs / f"robot_0001/2026-03-0{day}" for day in (2, 9))
         (first / "robot.toml").unlink()
         (second / "recording.toml").write_text("garbage [\n")
         self.fleet()
         self.assertEqual(self.rows("SELECT status, count(*) FROM run GROUP BY status ORDER BY 1"), [("done", 4), ("failed", 2)])
         lines = self.rows("SELECT line FROM run WHERE status = 'failed' ORDER BY log")
-        self.assertRegex(lines[0][0], "2026-03-02: no robot.toml beside or above it; expected one, or --robot FILE$")
-        self.assertRegex(lines[1][0], "2026-03-09/recording.toml:1")
+        self.assertRegex(lines[0][0], "2026-03-02/recording.toml:1")
+        self.assertRegex(lines[1][0], "2026-03-09: no robot.toml beside or above it; expected one, or --robot FILE$")
+        self.assertEqual(len(self.rows("SELECT DISTINCT type FROM robot")), 1)
 
     def test_sums_are_those_that_a_shell_makes(self):
         self.fleet()
@@ -279,6 +307,12 @@ class OnSqlite(WithLogs):
                             ([str(self.logs), "--database", f"sqlite:///{self.folder}/no/folder.db"], 3)):
             done = subprocess.run([sys.executable, "-m", "trundle.fleet", *given], capture_output=True, text=True)
             self.assertEqual((done.returncode, len(done.stderr.strip().splitlines())), (code, 1), done.stderr)
+        for more, line in ((["--robot", "typo.toml"], "typo.toml: does not exist"),
+                           (["-o", ROBOT], f"{ROBOT}: File exists; expected a folder to write to")):
+            done = subprocess.run([sys.executable, "-m", "trundle.fleet", str(self.logs), "--database", self.url, *more],
+                                  capture_output=True, text=True)
+            self.assertEqual((done.returncode, len(done.stderr.splitlines())), (3, 1), done.stderr)
+            self.assertIn(line, done.stderr)
         for given in (["--database", self.url], ["x", "--database", self.url, "--shard", "3/2"], ["x"]):
             done = subprocess.run([sys.executable, "-m", "trundle.fleet", *given], capture_output=True, text=True)
             self.assertEqual(done.returncode, 2, done.stderr)
@@ -290,9 +324,11 @@ class Leases:
     def prepared(self, logs=20):
         database = store.Store(self.url)
         database.create_tables()
-        found = [store.Log(f"/logs/{i:03}", "/robot.toml", f"r{i}", None) for i in range(logs)]
-        store.register(database, "request", found, lambda log: "type")
+        store.register(database, "request", self.found(logs), lambda log: "type")
         return database
+
+    def found(self, logs):
+        return [store.Log(f"/logs/{i:03}", "/robot.toml", f"r{i}", None) for i in range(logs)]
 
     def final(self, claim, mark):
         row = {column.name: None for column in store.runs.columns}
@@ -354,6 +390,14 @@ class Leases:
         self.prepared(2)
         self.assertEqual(store.progress(database, "request"), {"leased": 1, "waiting": 1})
         self.assertEqual(store.finish(database, "a", [self.final(claim, "")]), 1)
+
+    def test_another_request_takes_logs_over(self):
+        """Else they were in nobody's count, and never done where their worker is gone."""
+        database = self.prepared(2)
+        [claim] = store.claim(database, "request", "a", 1, 60.0)
+        store.register(database, "another", self.found(2), lambda log: "type")
+        self.assertEqual((store.progress(database, "request"), store.progress(database, "another")), ({}, {"waiting": 2}))
+        self.assertEqual(store.finish(database, "a", [self.final(claim, "")]), 0)
 
 
 class LeasesOnSqlite(Leases, WithFolder):
