@@ -10,7 +10,9 @@ import subprocess
 import sys
 import threading
 import time
+import types
 import unittest
+import unittest.mock
 from pathlib import Path
 
 from common import ROBOT, WithFolder
@@ -20,8 +22,9 @@ try:
 except ImportError as missing:
     raise unittest.SkipTest(f"{missing}: apt-get install python3-sqlalchemy") from missing
 
+import trundle
 from fleet_logs import finals, make_logs
-from trundle.fleet import store, worker
+from trundle.fleet import store, work, worker
 from trundle.fleet.__main__ import main
 from trundle.fleet.host import Limits
 from trundle.fleet.progress import Bar
@@ -187,6 +190,37 @@ class OnSqlite(WithLogs):
         (wheels.parent / "robot.toml").write_text((wheels.parent / "robot.toml").read_text() + "\n# looked at\n")
         self.fleet()
         self.assertEqual(asked, 2 * [str(wheels.parent)])
+
+    def test_whatever_a_row_depends_on_makes_it_done_again(self):
+        row = dict.fromkeys(("robot", "date", "log_sha256", "robot_sha256", "version", "limits"), "as it was")
+        for status, on in (("done", set(row) - {"limits"}), ("failed", set(row))):
+            known = types.SimpleNamespace(status=status, **row)
+            changed = {name for name in row if not worker._is_unchanged(known, {**row, name: "another"})}
+            self.assertEqual((worker._is_unchanged(known, row), changed), (True, on))
+
+    def test_another_build_of_the_same_version_does_it_again(self):
+        code = hashlib.sha256(b"".join(Path(part.__file__).read_bytes() for part in (trundle._trundle, trundle, work)))
+        self.assertEqual(worker._version(), f"{trundle.__version__} {code.hexdigest()[:16]}")
+        self.fleet()
+        with unittest.mock.patch.object(worker, "_version", lambda: "another"):
+            self.fleet()
+        self.assertEqual(self.rows("SELECT version, count(*) FROM run GROUP BY version"), [("another", 6)])
+
+    def test_a_log_that_changes_while_it_is_read_is_read_again(self):
+        ask, asked = worker.Host.ask, []
+        self.addCleanup(setattr, worker.Host, "ask", ask)
+
+        def and_is_written_to(host, log, *rest):
+            answer = ask(host, log, *rest)
+            if log not in asked:
+                os.utime(Path(log, "wheels.csv"))
+            asked.append(log)
+            return answer
+
+        worker.Host.ask = and_is_written_to
+        self.fleet()
+        self.assertEqual(len(asked), 2 * 6)
+        self.assertEqual(self.rows("SELECT status, count(*) FROM run GROUP BY status"), [("done", 6)])
 
     def test_a_poisoned_log_is_tried_three_times_and_stops_nobody(self):
         wheels = self.logs / "robot_0001/2026-03-02/wheels.csv"
@@ -374,6 +408,23 @@ class Leases:
             self.assertEqual(store.claim(database, "request", "b", 1, 60.0), [])
         time.sleep(0.8)
         self.assertEqual(len(store.claim(database, "request", "b", 1, 60.0)), 1)
+
+    def test_a_worker_keeps_its_lease_while_it_computes(self):
+        database, stolen = self.prepared(1), []
+        robot = self.folder / "robot.toml"
+        robot.write_text("")
+        log = self.folder / "log"
+        log.mkdir()
+        store.register(database, "long", [store.Log(str(log), str(robot), "r", None)], lambda log: "type")
+
+        def takes_longer_than_the_lease(*_):
+            time.sleep(1.2)
+            stolen.extend(store.claim(database, "long", "thief", 1, 60.0))
+            return {"line": "computed"}
+
+        with unittest.mock.patch.object(worker.Host, "ask", takes_longer_than_the_lease):
+            worker.work_off(worker.Job(self.url, "long", Limits(), lease_s=0.6), 1)
+        self.assertEqual(stolen, [])
 
     def test_a_log_that_kills_its_workers_is_recorded(self):
         database = self.prepared(1)
