@@ -139,7 +139,7 @@ class Found(WithFolder):
     def test_tables_as_sheets_write_them(self):
         log = os.path.realpath(self.folder / "a/1")
         for text in ("\ufefflog,robot,date\na/1,r 7,2026-03-04\n", '"log","robot","date"\n"a/1","r 7","2026-03-04"\n',
-                     "log;robot;date\na/1;r 7;2026-03-04\n", "# of today\n\nlog, robot , date\nb/../a/1, r 7, 20260304\n"):
+                     "log;robot;date\na/1;r 7;2026-03-04\n", '# of today\n\nlog, robot , date\nb/../a/1, "r 7", 20260304\n'):
             (self.folder / "list.csv").write_text(text)
             self.assertEqual([(l.path, l.robot, l.date) for l in find_logs([str(self.folder / "list.csv")])], [(log, "r 7", "2026-03-04")], text)
         (self.folder / "list.txt").write_text('a/"1", b\n')
@@ -266,6 +266,7 @@ class OnSqlite(WithLogs):
         self.assertEqual(len(self.rows("SELECT DISTINCT type FROM robot")), 1)
 
     def test_sums_are_those_that_a_shell_makes(self):
+        (self.logs / "robot_0001/2026-03-02/.DS_Store").write_text("of a file browser")
         self.fleet()
         for log, log_sum, robot_sum, robot_file in self.rows("SELECT run.log, log_sha256, robot_sha256, robot_file FROM run JOIN log ON log.id = log_id"):
             [command] = re.findall("`(cd LOG .*?)`", Path("docs/fleet.md").read_text())
@@ -309,6 +310,15 @@ class OnSqlite(WithLogs):
         host._process.kill()
         host._process.wait()
         self.assertEqual(host.ask(log, ROBOT, Limits()), first)
+
+    def test_a_host_whose_asker_is_gone_ends_without_a_word(self):
+        host = subprocess.Popen([sys.executable, "-m", "trundle.fleet.host"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        host.stdout.close()
+        host.stdin.write(b'["/nowhere", "/nowhere", 2048, 60.0]\n')
+        host.stdin.flush()
+        with host.stderr:
+            self.assertEqual((host.stderr.read(), host.wait()), (b"", 0))
+        host.stdin.close()
 
     def test_a_host_that_dies_costs_no_attempt(self):
         ask, lost = worker.Host.ask, []
