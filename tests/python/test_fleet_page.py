@@ -88,6 +88,15 @@ class Page(WithFolder):
         self.assertEqual(counted['trundle_fleet_attention_robots{reason="change"}'], 0)
         self.assertEqual({reason for of in data_of(self.ours / "fleet.html", "data")["robots"]["reasons"] for reason in of} - set(page._REASONS), set())
 
+    def test_a_parameter_that_no_run_of_a_type_shows(self):
+        fleet_page.write(self.ours, 5, 2)
+        url = f"sqlite:///{self.ours}/fleet.db"
+        store.Store(url).change(store.parameters.update().where(store.parameters.c.name == "track").values(observable=False))
+        self.assertEqual(main(["--database", url, "-o", str(self.ours), "--quiet", "--reports", "none"]), 0)
+        named = [row["parameter"] for row in csv.DictReader((self.ours / "parameters.csv").open())]
+        self.assertNotIn("track", named)
+        self.assertIn("left.diameter", named)
+
     def test_a_password_is_not_said(self):
         database = store.Store(f"sqlite:///{self.folder}/empty.db")
         database.engine.url = sqlalchemy.engine.make_url("postgresql://fleet:secret@db/fleet")

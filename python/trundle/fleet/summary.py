@@ -159,7 +159,7 @@ def _type_parameter(name: str, names: list[str], robots: list[list[Run]], tested
     changes = {} if name in _DRIFTS_ANYWAY else _changes(x, s2, having, tested)
     segment = _segments(x.shape, changes)
     stands_out, z = _outlying_runs(x, s2, segment)
-    last = segment == segment.max(axis=1, keepdims=True) if x.shape[1] else segment
+    last = segment == segment.max(axis=1, keepdims=True, initial=0.0)
     now = numpy.where(last & ~stands_out, s2, numpy.inf)
     nothing = RobotParameter(numpy.nan, numpy.nan, numpy.nan, numpy.nan, numpy.nan, False)
     estimates, fit, omega = _estimates(x, now) if x.shape[1] else ([nothing] * len(names), None, 0.0)
