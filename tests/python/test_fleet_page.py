@@ -4,6 +4,7 @@ import csv
 import json
 import re
 import unittest
+import unittest.mock
 from pathlib import Path
 
 from common import ROBOT, WithFolder
@@ -15,7 +16,7 @@ except ImportError as missing:
 
 import fleet_page
 from fleet_logs import make_logs
-from trundle.fleet import needs, store
+from trundle.fleet import needs, page, store
 from trundle.fleet.__main__ import main
 
 HOSTILE = '=1+1</script><script>"\\\n{{history}}'
@@ -78,6 +79,29 @@ class Page(WithFolder):
         self.assertEqual(len(links), 2)
         for link in links:
             self.assertIn("</html>", (self.ours / link).read_text())
+
+    def test_a_reason_that_no_robot_has_is_0(self):
+        fleet_page.write(self.ours, 5, 2)
+        prom = samples((self.ours / "fleet.prom").read_text())
+        counted = {name: value for name, value in prom.items() if name.startswith("trundle_fleet_attention_robots")}
+        self.assertEqual(len(counted), 6)
+        self.assertEqual(counted['trundle_fleet_attention_robots{reason="change"}'], 0)
+        self.assertEqual({reason for of in data_of(self.ours / "fleet.html", "data")["robots"]["reasons"] for reason in of} - set(page._REASONS), set())
+
+    def test_a_parameter_that_no_run_of_a_type_shows(self):
+        fleet_page.write(self.ours, 5, 2)
+        url = f"sqlite:///{self.ours}/fleet.db"
+        store.Store(url).change(store.parameters.update().where(store.parameters.c.name == "track").values(observable=False))
+        self.assertEqual(main(["--database", url, "-o", str(self.ours), "--quiet", "--reports", "none"]), 0)
+        named = [row["parameter"] for row in csv.DictReader((self.ours / "parameters.csv").open())]
+        self.assertNotIn("track", named)
+        self.assertIn("left.diameter", named)
+
+    def test_a_password_is_not_said(self):
+        database = store.Store(f"sqlite:///{self.folder}/empty.db")
+        database.engine.url = sqlalchemy.engine.make_url("postgresql://fleet:secret@db/fleet")
+        with unittest.mock.patch.object(store, "Store", lambda *_, **__: database), self.assertRaisesRegex(ValueError, r"fleet:\*\*\*@db/fleet: has no run"):
+            page.write_page("postgresql://fleet:secret@db/fleet", str(self.ours), "none")
 
     def test_nothing_in_the_database(self):
         self.assertEqual(main(["--database", f"sqlite:///{self.folder}/empty.db", "-o", str(self.ours)]), 3)

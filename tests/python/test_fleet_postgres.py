@@ -39,6 +39,19 @@ class LeasesOnPostgres(test_fleet.Leases, test_fleet.WithFolder):
         empty()
         self.url = SERVER.url
 
+    def test_who_claims_waits_for_nobody(self):
+        database, claimed = self.prepared(4), []
+        other = threading.Thread(target=lambda: claimed.extend(store.claim(store.Store(self.url), "request", "b", 2, 60.0)))
+
+        def claim_and_wait(connection):
+            first = store._claim(database, "request", "a", 2, 60.0, connection)
+            other.start()
+            other.join(10.0)
+            self.assertEqual(len({claim.id for claim in first + claimed}), 4)
+
+        self.addCleanup(other.join)
+        database.transact(claim_and_wait)
+
 
 class OnPostgres(test_fleet.WithLogs):
     def test_same_rows_as_on_sqlite_though_the_server_is_killed(self):

@@ -17,6 +17,9 @@ _EXAMPLE = """example:
 """
 
 
+_LINES = 3  # of logs that failed, on the terminal; all are in the database
+
+
 def _shard(text: str) -> tuple[int, int]:
     try:
         number, of = map(int, text.split("/"))
@@ -73,30 +76,40 @@ def _types_of() -> "functools._lru_cache_wrapper[str]":
     return name_of
 
 
-def _analyse(given: argparse.Namespace) -> dict[str, int]:
+def _analyse(given: argparse.Namespace) -> tuple[dict[str, int], list[str]]:
+    """The number of logs by their state, and the lines of the first that failed."""
     from . import engine, store
     from .host import Limits
     from .logs import find_logs, in_shard
     from .progress import Bar
     from .worker import Job
 
+    if given.robot:
+        trundle.Robot(given.robot)  # what is wrong with the one for all is said once, at once
     found = [log for log in find_logs(given.logs, given.robot) if given.shard is None or in_shard(log.path, *given.shard)]
     limits = Limits(given.memory_limit_mb, given.time_limit_s)
-    wish = [sorted(given.logs), given.robot, given.shard, limits]
-    request = hashlib.sha256(json.dumps(wish).encode()).hexdigest()[:16]
+    request = hashlib.sha256(json.dumps([found, limits]).encode()).hexdigest()[:16]
     job = Job(given.database, request, limits, given.lease_s)
     database = store.Store(given.database, patience_s=10.0)
     database.create_tables()
     name_of = _types_of()
     store.register(database, request, found, lambda log: name_of(log.robot_file))
     with Bar(len(found), given.quiet) as bar:
-        return engine.work_on(job, bar, workers=given.workers, scheduler=given.scheduler)
+        counts = engine.work_on(job, bar, workers=given.workers, scheduler=given.scheduler)
+    if others := len(found) - sum(counts.values()):
+        raise ValueError(f"{others} of {len(found)} logs were taken over by another call; expected one at a time on the same logs")
+    return counts, store.failed_lines(database, request, _LINES)
 
 
 def run(given: argparse.Namespace) -> int:
-    counts = _analyse(given) if given.logs else {}
+    if given.output:
+        from .page import require_folder
+
+        require_folder(given.output)  # before hours of work
+    counts, lines = _analyse(given) if given.logs else ({}, [])
     done, failed = counts.get("done", 0), counts.get("failed", 0)
     if failed and not given.quiet:
+        print(*(f"trundle-fleet: {line}" for line in lines), sep="\n", file=sys.stderr)
         print(f"trundle-fleet: {failed} of {done + failed} logs failed; their lines are in the table run", file=sys.stderr)
     document = {"program": "trundle-fleet", "version": trundle.__version__, "done": done, "failed": failed}
     if given.output:

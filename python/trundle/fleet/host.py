@@ -143,7 +143,10 @@ def main() -> int:
     for line in iter(lambda: os.read(0, 1 << 16), b""):
         log, robot_file, memory_mb, time_s = json.loads(line)
         answer = _work_on(log, robot_file, Limits(memory_mb, time_s))
-        os.write(1, json.dumps(answer).encode() + b"\n")
+        try:
+            os.write(1, json.dumps(answer).encode() + b"\n")
+        except BrokenPipeError:  # the asker was interrupted
+            break
     return 0
 
 

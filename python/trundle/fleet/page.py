@@ -19,6 +19,7 @@ import trundle
 from . import outliers, store
 from .needs import ANOTHER_DAY
 from .summary import Fleet, Run, TypeParameter, load, needs_of, summarise
+from .work import recording_of
 
 
 def _number(value: Any) -> Optional[float]:
@@ -33,6 +34,9 @@ def change_in_words(parameter: TypeParameter, run: Run, step: float, sigma: floa
     decimals = min(9, max(0, 1 - math.floor(math.log10(sigma * factor)))) if sigma > 0.0 else 3
     signed = f"{step * factor:+.{decimals}f}".replace("-", "−")
     return f"{parameter.name} {signed} {unit} (± {sigma * factor:.{decimals}f} {unit}) since {run.date}"
+
+
+_REASONS = ("change", "failed", "outlier", "run", "run_needed", "warning")
 
 
 class _Attention:
@@ -177,14 +181,13 @@ def _metric(name: str, text: str, rows: list[tuple[dict[str, str], float]]) -> l
 def _prometheus(fleet: Fleet, attention: _Attention) -> str:
     runs = [run for of_robot in fleet.robots.values() for run in of_robot]
     fits = [(kind, one) for kind, parameters in fleet.parameters.items() for one in parameters if one.fit is not None]
-    reasons = sorted({reason for of_robot in attention.reasons.values() for reason in of_robot})
     lines = [
         *_metric("trundle_fleet_robots", "Robots by type.", [
             ({"type": kind}, float(sum(of[-1].type == kind for of in fleet.robots.values()))) for kind in fleet.parameters]),
         *_metric("trundle_fleet_logs", "Logs by status.", [
             ({"status": status}, float(sum(run.status == status for run in runs))) for status in ("done", "failed")]),
         *_metric("trundle_fleet_attention_robots", "Robots that need attention, by reason.", [
-            ({"reason": reason}, float(sum(reason in of for of in attention.reasons.values()))) for reason in reasons]),
+            ({"reason": reason}, float(sum(reason in of for of in attention.reasons.values()))) for reason in _REASONS]),
         *_metric("trundle_fleet_attention", "1 for each robot and reason.", [
             ({"robot": robot, "reason": reason}, 1.0) for robot, of in attention.reasons.items() for reason in of]),
         *_metric("trundle_fleet_parameter_mean", "Mean over the robots of a type, in SI units.", [
@@ -193,6 +196,16 @@ def _prometheus(fleet: Fleet, attention: _Attention) -> str:
             ({"type": kind, "parameter": one.name}, float(one.fit.spread)) for kind, one in fits if one.fit]),
     ]
     return "\n".join(lines) + "\n"
+
+
+def require_folder(folder: str) -> None:
+    """A folder that can be written to."""
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise ValueError(f"{folder}: {error.strerror}; expected a folder to write to") from None
 
 
 def _write(path: Path, text: str) -> str:
@@ -210,10 +223,11 @@ def _own_report(runs: list[Run], robot_file: str) -> Optional[str]:
     with tempfile.TemporaryDirectory() as folder:
         try:
             robot = trundle.Robot(robot_file)
-            calibration = trundle.calibrate([run.log for run in runs if run.parameters], robot)
+            calibration = trundle.calibrate([recording_of(run.log) for run in runs if run.parameters], robot)
             calibration.save(Path(folder, "calibrated.toml"))
-            trundle.odometry(logs[-1], calibration.robot).save(Path(folder, "odometry.csv"))
-            trundle.slip(logs[-1], calibration.robot).save(Path(folder, "slip.csv"))
+            last = recording_of(logs[-1])
+            trundle.odometry(last, calibration.robot).save(Path(folder, "odometry.csv"))
+            trundle.slip(last, calibration.robot).save(Path(folder, "slip.csv"))
             return trundle.report(folder).html
         except (ValueError, IndexError, OSError, trundle.CannotAnswer):
             return None  # the page itself has what is known of it
@@ -238,7 +252,7 @@ def write_page(url: str, folder: str, reports: str) -> list[str]:
     database.create_tables()
     robots = load(database)
     if not robots:
-        raise ValueError(f"{url}: has no run; expected logs to work on first")
+        raise ValueError(f"{database.engine.url!r}: has no run; expected logs to work on first")
     fleet = summarise(robots)
     attention = _Attention(fleet)
     files = {row.name: row.robot_file for row in database.rows(store.robots.select())}

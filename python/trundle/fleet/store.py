@@ -180,7 +180,8 @@ def _prepare_sqlite(connection: Any, _: Any) -> None:
 
 
 def register(store: Store, request: str, found: Iterable[Log], types: Callable[[Log], str]) -> None:
-    """Puts logs to be looked at, and their robots. A log on which somebody works under a lease stays his."""
+    """Puts logs to be looked at, and their robots. A log on which somebody works under a lease for the same request stays
+    his; that of another request is taken over, so that all logs are in this one's count, and what he did is not stored."""
     everything = list(found)
     for start in range(0, len(everything), 500):
         some = everything[start : start + 500]
@@ -191,11 +192,12 @@ def _register(store: Store, request: str, found: list[Log], types: Callable[[Log
     rows = [{**log._asdict(), "request": request, "state": "waiting", "attempts": 0, "losses": 0} for log in found]
     inserted = store.insert(logs)
     new = inserted.excluded
-    leased = sql.and_(logs.c.state == "leased", logs.c.lease_until_s >= store.now())
+    leased = sql.and_(logs.c.state == "leased", logs.c.lease_until_s >= store.now(), logs.c.request == request)
     changed = {name: new[name] for name in ("robot_file", "robot", "date", "request", "state", "attempts", "losses")}
     connection.execute(
         inserted.on_conflict_do_update(index_elements=["path"], set_={**changed, "lease": None}, where=~leased), rows)
-    named = {log.robot: {"name": log.robot, "type": types(log), "robot_file": log.robot_file} for log in found}
+    told_last = sorted(found, key=lambda log: bool(types(log)))  # a log without a robot file does not hide that of the others
+    named = {log.robot: {"name": log.robot, "type": types(log), "robot_file": log.robot_file} for log in told_last}
     inserted = store.insert(robots)
     update = {name: inserted.excluded[name] for name in ("type", "robot_file")}
     connection.execute(inserted.on_conflict_do_update(index_elements=["name"], set_=update), list(named.values()))
@@ -280,6 +282,12 @@ def known_runs(store: Store, ids: list[int]) -> dict[int, Any]:
     names = ("log_id", "status", "robot", "date", "type", "log_sha256", "robot_sha256", "version", "limits")
     wanted = sql.select(*(runs.c[name] for name in names)).where(runs.c.log_id.in_(ids))
     return {row.log_id: row for row in store.rows(wanted)}
+
+
+def failed_lines(store: Store, request: str, most: int) -> list[str]:
+    """Why logs of a request failed, the first of them."""
+    failed = sql.select(runs.c.line).join(logs, runs.c.log_id == logs.c.id).where(logs.c.request == request, logs.c.state == "failed")
+    return [row.line for row in store.rows(failed.order_by(logs.c.path).limit(most))]
 
 
 def progress(store: Store, request: str) -> dict[str, int]:

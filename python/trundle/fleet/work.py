@@ -7,7 +7,7 @@ from typing import Any, Optional
 
 import trundle
 
-FORMAT = 1  # of the document: another one makes every log be done again
+from .logs import path_and_number
 
 
 def _finite(value: Optional[float]) -> Optional[float]:
@@ -56,15 +56,19 @@ def _slip(recording: trundle.Recording, robot: trundle.Robot) -> dict[str, Any]:
     return {"slip_events": len(found.clear), "slip_share": _finite(found.flagged_share), "slip_line": ""}
 
 
+def recording_of(log: str) -> trundle.Recording:
+    path, number = path_and_number(log)
+    return trundle.Recording(path, robot_number=number)
+
+
 def analyse(log: str, robot_file: str) -> dict[str, Any]:
     """Raises ValueError or CannotAnswer with one line where the log gives no odometry."""
     robot = trundle.Robot(robot_file)
-    recording = trundle.Recording(log)
+    recording = recording_of(log)
     problems = recording.info(robot)["problems"]
     calibration, line = _calibration(recording, robot)
     best = calibration.robot if calibration is not None else robot
     return {
-        "format": FORMAT,
         "type": robot.name,
         "line": line,
         "findings": [{key: problem[key] for key in ("severity", "kind", "place", "count", "message")} for problem in problems],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import hashlib
 import threading
 import time
 import uuid
@@ -13,9 +14,8 @@ from typing import Any, NamedTuple, Optional
 
 import trundle
 
-from . import logs, store
+from . import logs, store, work
 from .host import Host, HostLost, Limits
-from .work import FORMAT
 
 _CLAIM = 8  # logs under one lease: what a claim and its storing cost is shared by them
 _STORE_EACH_S = 2.0  # and what is done is stored at the latest after this time, so that little is lost
@@ -71,8 +71,13 @@ def _stamp(files: list[str]) -> list[tuple[str, int, int]]:
     return [(file, stat.st_size, stat.st_mtime_ns) for file, stat in stats]
 
 
+@functools.lru_cache(maxsize=1)
 def _version() -> str:
-    return f"{trundle.__version__} {FORMAT}"
+    """Of what computes: two builds of one version may differ."""
+    code = hashlib.sha256()
+    for file in (trundle._trundle.__file__, trundle.__file__, work.__file__):
+        code.update(Path(file).read_bytes())
+    return f"{trundle.__version__} {code.hexdigest()[:16]}"
 
 
 def _is_unchanged(known: Any, row: dict[str, Any]) -> bool:
@@ -109,11 +114,13 @@ def _look_at(claim: store.Claim, known: Any, job: Job) -> Optional[store.Final]:
            **dict.fromkeys(_MEASURES)}
     if claim.losses >= store.MOST_LOSSES:
         return _failed(claim, row, f"{claim.path}: {claim.losses} workers ended while they worked on it")
+    if not claim.robot_file:
+        return _failed(claim, row, f"{claim.path}: no robot.toml beside or above it; expected one, or --robot FILE")
     try:
         files = logs.files_of(claim.path)
         before = _stamp([*files, claim.robot_file])
-        row["log_sha256"] = logs.sha256_of(files, str(Path(claim.path).parent))
-        row["robot_sha256"] = logs.sha256_of([claim.robot_file], str(Path(claim.robot_file).parent))
+        row["log_sha256"] = logs.sha256_of(files, logs.folder_of(claim.path))
+        row["robot_sha256"] = logs.sha256_of([claim.robot_file], Path(claim.robot_file).parent)
         if known is not None and _is_unchanged(known, row):
             return store.Final(claim.id, known.status)
         answer = _host().ask(claim.path, claim.robot_file, job.limits)
