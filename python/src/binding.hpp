@@ -15,6 +15,8 @@
 #include "trundle/pipeline/slip_answer.hpp"
 #include "trundle/recording/recording.hpp"
 
+#include "call.hpp"
+
 namespace trundle::python {
 
 namespace py = pybind11;
@@ -38,10 +40,19 @@ void bind_smoother(py::module_& module);
 struct RecordingFile {
   Recording recording;
   ReadOptions reading;
+  std::string path = {};  ///< that gives it again, without options; empty: none does
 };
 
+/// A path that an argument gives. TypeError where it is something else than `expected`.
+std::filesystem::path path_of(const char* argument, const py::handle& given, const char* expected);
+
+/// Its recording, which may be long.
+inline Recording copy_of(const RecordingFile& file) {
+  return without_gil([&] { return file.recording; });
+}
+
 /// Recordings, or the paths of folders that hold some: what a command takes as RECORDING...
-std::vector<Recording> recordings_of(const py::iterable& runs);
+std::vector<Recording> recordings_of(const char* argument, const py::iterable& runs);
 
 /// Recordings without slip, or their paths, for the question that learns from them.
 void take_clean(const py::iterable& learn, SlipQuestion& question);
@@ -74,6 +85,19 @@ void add_document(Class& bound, Document document) {
       "What the command prints with --json, as dictionaries and lists.");
 }
 
+/// The same files, whose long texts end where a signal comes while they are written.
+std::vector<OutputFile> interruptible(std::vector<OutputFile> files);
+
+/// Writes what `files()` gives, all of it without the GIL. A signal leaves the places as they were.
+template <class Files>
+void save(const Files& files, const Provenance& provenance) {
+  without_gil([&] {
+    const std::vector<OutputFile> made = interruptible(files());
+    check_interruption();
+    write_files(made, provenance.inputs);
+  });
+}
+
 /// Methods that `trundle.<module>` has, of packages that are slow to import: those are imported when they are
 /// called.
 template <class Class>
@@ -88,6 +112,10 @@ void add_python_methods(Class& bound, const char* table_of_columns) {
   bound.def("plot", forward("trundle.plotting", "plot"),
             "Draws it with matplotlib, in a new figure or in the axes that are given, and returns the axes.");
   bound.def("_repr_html_", forward("trundle.html", "repr_html"));
+  // Who copies what does not change gets the same.
+  bound.def("__copy__", [](const py::object& self) { return self; });
+  bound.def(
+      "__deepcopy__", [](const py::object& self, const py::dict&) { return self; }, py::arg("memo"));
 }
 
 }  // namespace trundle::python

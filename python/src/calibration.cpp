@@ -15,7 +15,9 @@ namespace {
 
 CalibrationAnswer calibrate(const py::iterable& runs, const RobotFile& robot, const py::iterable& hold_out,
                             const CalibrateOptions& options, bool landmarks) {
-  const std::vector<Recording> training = recordings_of(runs), held_out = recordings_of(hold_out);
+  const std::vector<Recording> training = recordings_of("runs", runs);
+  if (training.empty()) throw InputError("runs", "name none", "recordings, or folders that hold some");
+  const std::vector<Recording> held_out = recordings_of("hold_out", hold_out);
   const auto answer = landmarks ? answer_landmark_calibration : answer_calibration;
   return without_gil([&] { return answer(training, held_out, robot, options); });
 }
@@ -32,7 +34,7 @@ void save_calibration(const CalibrationAnswer& answer, const std::filesystem::pa
   if (!format.empty() && std::ranges::find(formats, format) == formats.end())
     throw InputError("export", fmt::format("is '{}'", format),
                      nearest_name(format, std::vector<std::string>(formats.begin(), formats.end())));
-  write_files(files_of(answer, path, format), answer.provenance.inputs);
+  save([&] { return files_of(answer, path, format); }, answer.provenance);
 }
 
 const ParameterEstimate& parameter_of(const CalibrationAnswer& answer, const std::string& name) {

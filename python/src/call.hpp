@@ -37,7 +37,7 @@ template <class Compute>
 auto without_gil(const Compute& compute) {
   try {
     const py::gil_scoped_release released;
-    const InterruptionCheck check{SignalCheck()};
+    const io::InterruptionCheck check{SignalCheck()};
     return compute();
   } catch (const Interrupted&) {
     throw py::error_already_set();  // what PyErr_CheckSignals has set

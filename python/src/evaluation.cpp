@@ -12,16 +12,24 @@
 namespace trundle::python {
 namespace {
 
+TrajectoryFile reference_file_of(const Recording& recording) {
+  const std::string file = recording.reference.origin.file;
+  const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+  return reference_of(recording, folder.empty() ? std::filesystem::path(recording.name) : folder);
+}
+
 /// Of a trajectory, a recording, which has a reference, or the path of either.
-TrajectoryFile trajectory_file_of(const py::object& given) {
-  if (py::isinstance<Trajectory>(given)) return {given.cast<const Trajectory&>(), {}};
+TrajectoryFile trajectory_file_of(const char* argument, const py::object& given) {
+  if (py::isinstance<Trajectory>(given)) {
+    const auto& trajectory = given.cast<const Trajectory&>();
+    return without_gil([&] { return TrajectoryFile{trajectory, {}}; });
+  }
   if (py::isinstance<RecordingFile>(given)) {
     const Recording& recording = given.cast<const RecordingFile&>().recording;
-    const std::string file = recording.reference.origin.file;
-    const std::filesystem::path folder = std::filesystem::path(file).parent_path();
-    return reference_of(recording, folder.empty() ? std::filesystem::path(recording.name) : folder);
+    return without_gil([&] { return reference_file_of(recording); });
   }
-  const auto path = given.cast<std::filesystem::path>();
+  const auto path =
+      path_of(argument, given, "a trajectory, a recording with a reference, or the path of either");
   return without_gil([&] { return read_trajectory_file(path); });
 }
 
@@ -35,7 +43,8 @@ EvaluationAnswer evaluate(const py::object& estimate, const py::object& referenc
                           double longest_gap_s, const RobotFile* robot) {
   require_from("longest_gap_s", longest_gap_s, kSmallest, kLargest);
   const EvaluateOptions options{.alignment = alignment_named(align), .longest_gap_s = longest_gap_s};
-  const TrajectoryFile mine = trajectory_file_of(estimate), truth = trajectory_file_of(reference);
+  const TrajectoryFile mine = trajectory_file_of("estimate", estimate);
+  const TrajectoryFile truth = trajectory_file_of("reference", reference);
   return without_gil([&] { return answer_evaluation(mine, truth, options, robot); });
 }
 
@@ -87,7 +96,10 @@ void bind_evaluation(py::module_& module) {
       .def(
           "save",
           [](const EvaluationAnswer& self, const std::filesystem::path& path) {
-            write_files({{path, dumped(document_of(self), 2) + "\n"}}, self.provenance.inputs);
+            const auto files = [&] {
+              return std::vector<OutputFile>{{path, dumped(document_of(self), 2) + "\n"}};
+            };
+            save(files, self.provenance);
           },
           py::arg("path"), "Writes what `trundle evaluate --json` prints.")
       .def("__repr__", [](const EvaluationAnswer& self) {

@@ -110,7 +110,7 @@ void bind_live(py::module_& module) {
       .def(
           "save",
           [](const Odometer& self, const std::filesystem::path& path) {
-            write_live_checkpoint(path, self.settings, self.odometer);
+            without_gil([&] { write_live_checkpoint(path, self.settings, self.odometer); });
           },
           py::arg("path"), "Stores its state.")
       .def(

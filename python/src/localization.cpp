@@ -37,17 +37,24 @@ LocalizeAnswer localize(const RecordingFile& recording, const RobotFile& robot, 
   require_from("start_sigma_m", question.start_sigma_m, 0.0, 1e6);
   require_from("start_sigma_deg", question.start_sigma_deg, 0.0, 360.0);
   question.reading = recording.reading;
-  const MapFile known = py::isinstance<SlamAnswer>(map) ? map_of(map.cast<const SlamAnswer&>())
-                                                        : read_map_file(map.cast<std::filesystem::path>());
-  return without_gil([&] { return answer_localize(recording.recording, robot, known, question); });
+  const auto* const found = py::isinstance<SlamAnswer>(map) ? &map.cast<const SlamAnswer&>() : nullptr;
+  const std::filesystem::path path =
+      found != nullptr ? "" : path_of("map", map, "what slam gave, or the path of landmarks.csv");
+  return without_gil([&] {
+    const MapFile known = found != nullptr ? map_of(*found) : read_map_file(path);
+    return answer_localize(recording.recording, robot, known, question);
+  });
 }
 
 void save_localization(const LocalizeAnswer& self, const std::filesystem::path& path,
                        const std::filesystem::path& steps, const std::filesystem::path& innovations) {
-  std::vector<OutputFile> files = {trajectory_file(path, self.provenance, self.result.trajectory)};
-  if (!steps.empty()) files.push_back({steps, steps_csv_of(self)});
-  if (!innovations.empty()) files.push_back({innovations, innovations_csv_of(self)});
-  write_files(files, self.provenance.inputs);
+  const auto files = [&] {
+    std::vector<OutputFile> made = {trajectory_file(path, self.provenance, self.result.trajectory)};
+    if (!steps.empty()) made.push_back({steps, steps_csv_of(self)});
+    if (!innovations.empty()) made.push_back({innovations, innovations_csv_of(self)});
+    return made;
+  };
+  save(files, self.provenance);
 }
 
 }  // namespace

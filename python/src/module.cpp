@@ -44,6 +44,27 @@ py::object python_of(const nlohmann::ordered_json& document) {
   return py::module_::import("json").attr("loads")(dumped(document));
 }
 
+std::filesystem::path path_of(const char* argument, const py::handle& given, const char* expected) {
+  try {
+    return given.cast<std::filesystem::path>();
+  } catch (const py::cast_error&) {
+    const auto type = py::str(py::type::handle_of(given).attr("__name__")).cast<std::string>();
+    throw py::type_error(fmt::format("{}: is of type {}; expected {}", argument, type, expected));
+  }
+}
+
+std::vector<OutputFile> interruptible(std::vector<OutputFile> files) {
+  for (OutputFile& file : files)
+    if (file.rest)
+      file.rest = [rest = std::move(file.rest)](const TakeText& take) {
+        rest([&](std::string_view piece) {
+          check_interruption();
+          take(piece);
+        });
+      };
+  return files;
+}
+
 Start start_of(const std::optional<StartTuple>& start) {
   if (!start) return {};
   const auto [x, y, heading_deg] = *start;

@@ -68,10 +68,10 @@ void bind_odometry(py::module_& module) {
       .def(
           "save",
           [](const OdometryAnswer& self, const std::filesystem::path& path) {
-            without_gil([&] {
-              write_files({trajectory_file(path, self.provenance, self.odometry.trajectory)},
-                          self.provenance.inputs);
-            });
+            const auto files = [&] {
+              return std::vector{trajectory_file(path, self.provenance, self.odometry.trajectory)};
+            };
+            save(files, self.provenance);
           },
           py::arg("path"), "Writes the trajectory: .csv, or .tum by its name.")
       .def("__repr__", [](const OdometryAnswer& self) {

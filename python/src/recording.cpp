@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <pybind11/stl.h>
 
+#include "trundle/io/error.hpp"
 #include "trundle/pipeline/info_answer.hpp"
 #include "trundle/pipeline/provenance.hpp"
 #include "trundle/recording/columns.hpp"
@@ -15,44 +16,159 @@
 namespace trundle::python {
 namespace {
 
-std::vector<double> numbers_of(const py::handle& values) {
-  const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(values);
-  if (!array) throw py::error_already_set();
-  return {array.data(), array.data() + array.size()};
+/// A column of a stream as it was handed over, and its place in errors.
+struct Column {
+  std::string stream;
+  std::string name;
+  py::handle values;
+};
+
+std::string text_of(const py::handle& value) {
+  return py::str(value).cast<std::string>();
 }
 
-std::vector<std::string> texts_of(const py::handle& values) {
-  std::vector<std::string> names;
-  for (const py::handle& value : values) {
-    const bool is_unknown = value.is_none() || (py::isinstance<py::float_>(value) &&
-                                                std::isnan(value.cast<double>()));  // as pandas has it
-    names.push_back(is_unknown ? "" : py::str(value).cast<std::string>());
+/// Its values in a row; of their own type, or of objects.
+py::array array_of(const Column& column, bool as_objects = false) {
+  const py::array array = py::array::ensure(
+      as_objects ? py::object(py::module_::import("numpy").attr("asarray")(column.values, "O"))
+                 : py::reinterpret_borrow<py::object>(column.values));
+  if (!array || array.ndim() != 1)
+    throw InputError(column.stream,
+                     fmt::format("column '{}' is {}", column.name,
+                                 array ? fmt::format("an array of {} axes", array.ndim()) : "no array"),
+                     "an array of one axis, with a value for each row");
+  return array;
+}
+
+/// Of a numpy.ma.MaskedArray.
+template <class Value>
+void clear_masked(const Column& column, std::vector<Value>& values, const Value& nothing) {
+  const py::module_ masked = py::module_::import("numpy.ma");
+  if (!py::isinstance(column.values, masked.attr("MaskedArray"))) return;
+  const py::array_t<bool> mask = masked.attr("getmaskarray")(column.values);
+  for (py::ssize_t row = 0; row < mask.size(); ++row)
+    if (mask.at(row)) values[static_cast<std::size_t>(row)] = nothing;
+}
+
+/// None, and what does not equal itself: NaN, NaT, and pandas.NA, which does not say.
+bool is_missing(const py::handle& value) {
+  if (value.is_none()) return true;
+  const auto differs =
+      py::reinterpret_steal<py::object>(PyObject_RichCompare(value.ptr(), value.ptr(), Py_NE));
+  const int answer = differs ? PyObject_IsTrue(differs.ptr()) : -1;
+  const bool does_not_say = answer < 0 && PyErr_ExceptionMatches(PyExc_TypeError);
+  PyErr_Clear();
+  return answer > 0 || does_not_say;
+}
+
+[[noreturn]] void refuse_value(const Column& column, py::ssize_t row, const std::string& value,
+                               const std::string& expected) {
+  constexpr std::size_t kShown = 40;
+  const std::string shown = value.size() <= kShown ? value : value.substr(0, kShown) + "…";
+  throw InputError(place(column.stream, static_cast<std::size_t>(row) + 1),
+                   fmt::format("{} is {}", column.name, shown), expected);
+}
+
+/// One by one, as Python's float() has them: of objects, texts.
+std::vector<double> numbers_of_objects(const Column& column, const py::array& array) {
+  std::vector<double> numbers;
+  for (const py::handle& value : array) {
+    double number = kNotMeasured;
+    if (!is_missing(value)) {
+      const auto converted = py::reinterpret_steal<py::object>(PyNumber_Float(value.ptr()));
+      PyErr_Clear();
+      if (!converted)
+        refuse_value(column, std::ssize(numbers), py::repr(value).cast<std::string>(), "a number");
+      number = PyFloat_AS_DOUBLE(converted.ptr());
+    }
+    numbers.push_back(number);
   }
-  return names;
+  return numbers;
 }
 
-/// Of a mapping of names to columns: a dictionary, a DataFrame, a structured array.
-StreamColumns stream_of(const std::string& name, const py::object& columns) {
+/// Beyond it a double does not tell each whole number from the next.
+constexpr double kLargestWhole = 9007199254740992.0;
+
+/// NaN where a value is missing, or masked.
+std::vector<double> numbers_of(const Column& column) {
+  const py::array array = array_of(column);
+  const char kind = array.dtype().kind();
+  if (kind == 'M' || kind == 'm')
+    throw InputError(column.stream,
+                     fmt::format("column '{}' is of type {}", column.name, text_of(array.dtype())),
+                     "numbers: stamps in seconds");
+  std::vector<double> numbers;
+  if (std::string_view("fiub").find(kind) == std::string_view::npos) {
+    numbers = numbers_of_objects(column, array);
+  } else {
+    const py::array_t<double, py::array::c_style | py::array::forcecast> converted(array);
+    numbers.assign(converted.data(), converted.data() + converted.size());
+  }
+  clear_masked(column, numbers, kNotMeasured);
+  if (kind != 'f')
+    for (const double& number : numbers)
+      if (std::isfinite(number) && std::abs(number) > kLargestWhole)
+        refuse_value(column, &number - numbers.data(), text_of(array[py::int_(&number - numbers.data())]),
+                     fmt::format("at most ±{:.0f}: subtract the first", kLargestWhole));
+  return numbers;
+}
+
+std::vector<std::string> texts_of(const Column& column) {
+  std::vector<std::string> texts;
+  for (const py::handle& value : array_of(column, true))
+    texts.push_back(is_missing(value) ? "" : text_of(value));
+  clear_masked(column, texts, std::string());
+  return texts;
+}
+
+/// The names of its columns, where it is a mapping of them: a dictionary, a DataFrame, a structured array.
+py::object names_of(const std::string& stream, const py::object& columns) {
+  if (py::hasattr(columns, "keys")) return columns.attr("keys")();
+  const py::object names = py::getattr(py::getattr(columns, "dtype", py::none()), "names", py::none());
+  if (!names.is_none()) return names;
+  throw py::type_error(
+      fmt::format("{}: is of type {}; expected columns by name: a dictionary of arrays, a "
+                  "DataFrame or a structured array",
+                  stream, text_of(py::type::handle_of(columns).attr("__name__"))));
+}
+
+/// Columns that a stream does not take are left out, or `by_name`: without their values.
+StreamColumns stream_of(const std::string& name, const py::object& columns, bool by_name) {
   StreamColumns stream{.stream = name, .numbers = {}};
-  const py::object names = py::hasattr(columns, "keys") ? py::object(columns.attr("keys")())
-                                                        : py::object(columns.attr("dtype").attr("names"));
-  for (const py::handle& key : names) {
-    const auto column = py::str(key).cast<std::string>();
+  std::vector<std::string> others;
+  for (const py::handle& key : names_of(name, columns)) {
+    const std::string column = text_of(key);
+    const py::object values = columns[key];
     if (column == "landmark")
-      stream.landmarks = texts_of(columns[key]);
+      stream.landmarks = texts_of({name, column, values});
     else if (has_column(name, column))
-      stream.numbers.emplace_back(column, numbers_of(columns[key]));
+      stream.numbers.emplace_back(column, numbers_of({name, column, values}));
+    else
+      others.push_back(column);
   }
+  const std::size_t rows =
+      stream.numbers.empty() ? stream.landmarks.size() : stream.numbers.front().second.size();
+  if (by_name)
+    for (const std::string& column : others)
+      stream.numbers.emplace_back(column, std::vector<double>(rows, kNotMeasured));
   return stream;
 }
 
-RecordingFile from_arrays(const std::string& name, const py::kwargs& streams) {
+Recording recording_of_arrays(const std::string& name, const py::kwargs& streams, bool by_name) {
   std::vector<StreamColumns> columns;
   for (const auto& [stream, values] : streams)
     if (!values.is_none())
-      columns.push_back(
-          stream_of(py::str(stream).cast<std::string>(), py::reinterpret_borrow<py::object>(values)));
-  return {without_gil([&] { return recording_of(name, std::move(columns)); }), {}};
+      columns.push_back(stream_of(text_of(stream), py::reinterpret_borrow<py::object>(values), by_name));
+  return without_gil([&] { return recording_of(name, std::move(columns)); });
+}
+
+RecordingFile from_arrays(const std::string& name, const py::kwargs& streams) {
+  try {
+    return {recording_of_arrays(name, streams, false), {}};
+  } catch (const InputError&) {
+    // The column that is missing may be one of those, mistyped: the error then says so.
+    return {recording_of_arrays(name, streams, true), {}};
+  }
 }
 
 RecordingFile read_file_of(const std::filesystem::path& path, int robot_number,
@@ -61,13 +177,16 @@ RecordingFile read_file_of(const std::filesystem::path& path, int robot_number,
   if (robot_number != 0) require_from("robot_number", robot_number, 1, 1000);
   ReadOptions reading{.robot_number = robot_number, .map = map.string(), .msg_path = {}};
   for (const std::filesystem::path& folder : msg_path) reading.msg_path.push_back(folder.string());
-  return {without_gil([&] { return read_recording(path, reading); }), reading};
+  const std::string again = reading == ReadOptions{} ? path.string() : "";
+  return {without_gil([&] { return read_recording(path, reading); }), reading, again};
 }
 
 std::vector<RecordingFile> read_below(const std::filesystem::path& folder) {
   std::vector<RecordingFile> recordings;
-  for (Recording& recording : without_gil([&] { return read_recordings({folder.string()}); }))
-    recordings.push_back({std::move(recording), {}});
+  without_gil([&] {
+    for (const std::filesystem::path& path : recordings_below(folder))
+      recordings.push_back({read_recording(path), {}, path.string()});
+  });
   return recordings;
 }
 
@@ -118,8 +237,11 @@ py::dict landmarks_of(const RecordingFile& self) {
 py::object info_of(const RecordingFile& self, const RobotFile* robot, bool gyro_noise) {
   InfoQuestion question{.robot = {}, .gyro_noise = gyro_noise, .reading = self.reading};
   if (robot != nullptr) question.robot = *robot;
-  const std::vector<Recording> recordings = {self.recording};
-  return python_of(without_gil([&] { return document_of(answer_info(recordings, question)); }));
+  return python_of(without_gil([&] {
+    const std::vector<Recording> recordings = {self.recording};
+    check_interruption();
+    return document_of(answer_info(recordings, question));
+  }));
 }
 
 void bind_finding(py::module_& module) {
@@ -141,14 +263,14 @@ void bind_finding(py::module_& module) {
 
 }  // namespace
 
-std::vector<Recording> recordings_of(const py::iterable& runs) {
+std::vector<Recording> recordings_of(const char* argument, const py::iterable& runs) {
   std::vector<Recording> recordings;
   for (const py::handle& run : runs) {
     if (py::isinstance<RecordingFile>(run)) {
-      recordings.push_back(run.cast<const RecordingFile&>().recording);
+      recordings.push_back(copy_of(run.cast<const RecordingFile&>()));
       continue;
     }
-    const auto folder = run.cast<std::filesystem::path>();
+    const auto folder = path_of(argument, run, "recordings, or the paths of folders that hold some");
     for (Recording& recording : without_gil([&] { return read_recordings({folder.string()}); }))
       recordings.push_back(std::move(recording));
   }
@@ -175,6 +297,10 @@ void bind_recording(py::module_& module) {
            py::arg("map") = "", py::arg("msg_path") = std::vector<std::filesystem::path>{})
       .def_static(
           "from_arrays", &from_arrays, py::arg("name") = "recording",
+          // What inspect.signature shows.
+          "from_arrays(name='recording', *, wheels=None, gyro=None, velocity=None, commands=None, "
+          "accel=None,\n"
+          "sightings=None, reference=None, relative=None, landmarks=None)\n--\n\n"
           "The recording of streams that are in memory, each a mapping of its columns: a dictionary of "
           "arrays, a\n"
           "DataFrame, a structured array. Streams and columns are those of a folder's files "
@@ -182,9 +308,14 @@ void bind_recording(py::module_& module) {
           "wheels (time_s, <wheel>_ticks, _m or _rad_s), gyro (time_s, yaw_rate_rad_s), sightings (time_s,\n"
           "landmark, range_m, bearing_rad), reference (time_s, x_m, y_m, heading_rad), landmarks (landmark, "
           "x_m,\n"
-          "y_m), velocity, commands, accel, relative. NaN: not measured. Other columns are left out.")
+          "y_m), velocity, commands, accel, relative. NaN, None or masked: not measured. Other columns are "
+          "left\n"
+          "out.")
       .def_static("below", &read_below, py::arg("folder"), "All recordings in and below a folder, in order.")
       .def_property_readonly("name", [](const RecordingFile& self) { return self.recording.name; })
+      .def_readonly(
+          "path", &RecordingFile::path,
+          "The folder or log that gives it again; empty of arrays, and of what was read with options.")
       .def_property_readonly("session", [](const RecordingFile& self) { return self.recording.session; })
       .def_property_readonly("wheels", &wheels_of)
       .def_property_readonly(
@@ -222,6 +353,9 @@ void bind_recording(py::module_& module) {
       .def_property_readonly(
           "findings", [](const RecordingFile& self) { return self.recording.findings; },
           "What was noticed when it was read.")
+      .def(
+          "to_dict", [](const RecordingFile& self) { return info_of(self, nullptr, false); },
+          "What `trundle info --json` prints of it, as dictionaries and lists.")
       .def("info", &info_of, py::arg("robot") = nullptr, py::kw_only(), py::arg("gyro_noise") = false,
            "What `trundle info --json` prints of it.")
       .def(

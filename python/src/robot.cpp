@@ -39,7 +39,10 @@ RobotFile with_parameters(const RobotFile& self, const std::map<std::string, dou
 
 void bind_robot(py::module_& module) {
   py::class_<RobotFile>(module, "Robot", "A robot file: wheels, gyro and sensors, and their calibration.")
-      .def(py::init([](const std::filesystem::path& path) { return read_robot_file(path); }), py::arg("path"))
+      .def(py::init([](const std::filesystem::path& path) {
+             return without_gil([&] { return read_robot_file(path); });
+           }),
+           py::arg("path"))
       .def_static(
           "parse",
           [](const std::string& toml, const std::string& name) {
@@ -62,7 +65,7 @@ void bind_robot(py::module_& module) {
       .def(
           "save",
           [](const RobotFile& self, const std::filesystem::path& path) {
-            write_file(path, to_toml(self.robot));
+            without_gil([&] { write_file(path, to_toml(self.robot)); });
           },
           py::arg("path"), "Writes the robot file.")
       .def(py::pickle(

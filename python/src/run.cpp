@@ -77,21 +77,24 @@ struct Report {
 
 void save_report(const Report& self, const std::filesystem::path& path) {
   const bool json = path.extension() == ".json";
-  write_files({{path, json ? json_text(self.answer.document) : self.html()}}, self.answer.provenance.inputs);
+  const auto files = [&] {
+    return std::vector<OutputFile>{{path, json ? json_text(self.answer.document) : self.html()}};
+  };
+  save(files, self.answer.provenance);
 }
 
 void bind_report(py::module_& module) {
   py::class_<Report> bound(module, "Report", "Results drawn as one page of HTML that opens from disk.");
-  bound.def_property_readonly("html", &Report::html)
+  bound
+      .def_property_readonly("html",
+                             [](const Report& self) { return without_gil([&] { return self.html(); }); })
       .def("save", &save_report, py::arg("path"),
            "Writes the page; what it draws, where the name ends in .json.")
       .def("__repr__", [](const Report& self) {
         return fmt::format("<Report of {} files>", self.answer.provenance.inputs.size());
       });
-  bound.def("_repr_html_", [](const py::object& self) {
-    return py::module_::import("trundle.html").attr("repr_html")(self);
-  });
   add_document(bound, [](const Report& self) { return self.answer.document; });
+  add_python_methods(bound, "A DataFrame with a row for each trajectory.");
   module.def(
       "report",
       [](std::vector<std::string> results, std::string reference, std::string robot) {

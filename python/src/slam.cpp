@@ -61,8 +61,8 @@ std::vector<std::string> landmark_names_of(const SlamAnswer& answer) {
 void save_slam(const SlamAnswer& answer, const std::filesystem::path& folder) {
   without_gil([&] {
     ResultFolder results(folder);
-    write_set(results, folder, files_of(answer, folder), answer.provenance.inputs, slam_file_names(),
-              "slam.json");
+    write_set(results, folder, interruptible(files_of(answer, folder)), answer.provenance.inputs,
+              slam_file_names(), "slam.json");
   });
 }
 
@@ -113,10 +113,9 @@ void bind_slam(py::module_& module) {
           "Of all landmarks together, (2n, 2n); empty where the filter has none.")
       .def_property_readonly(
           "sightings",
-          [](const SlamAnswer& self) {
-            std::vector<std::size_t> sightings;
-            for (const MappedLandmark& landmark : self.map()) sightings.push_back(landmark.sightings);
-            return sightings;
+          [](const py::object& self) {
+            return column(self, self.cast<const SlamAnswer&>().map(),
+                          [](const MappedLandmark& row) -> const std::size_t& { return row.sightings; });
           },
           "Of each landmark: how many.")
       .def_property_readonly("counts", [](const SlamAnswer& self) { return self.result.counts; })

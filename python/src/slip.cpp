@@ -38,11 +38,14 @@ Slip slip(const RecordingFile& recording, const RobotFile& robot, SlipQuestion q
 }
 
 void save_slip(const Slip& self, const std::filesystem::path& path, const std::filesystem::path& corrected) {
-  std::vector<OutputFile> files;
-  if (!path.empty()) files.push_back({path, slip_csv_of(self.answer, self.robot)});
-  if (!corrected.empty())
-    files.push_back(trajectory_file(corrected, self.answer.provenance, self.corrected.trajectory));
-  write_files(files, self.answer.provenance.inputs);
+  const auto files = [&] {
+    std::vector<OutputFile> made;
+    if (!path.empty()) made.push_back({path, slip_csv_of(self.answer, self.robot)});
+    if (!corrected.empty())
+      made.push_back(trajectory_file(corrected, self.answer.provenance, self.corrected.trajectory));
+    return made;
+  };
+  save(files, self.answer.provenance);
 }
 
 template <class Number>
@@ -50,14 +53,6 @@ auto interval_column(Number number) {
   return [number](const py::object& self) {
     return column(self, self.cast<const Slip&>().answer.report.intervals, number);
   };
-}
-
-py::array slipping(const Slip& self) {
-  py::array_t<bool> flags(static_cast<py::ssize_t>(self.answer.report.intervals.size()));
-  auto flag = flags.mutable_unchecked<1>();
-  for (py::ssize_t i = 0; i < flags.size(); ++i)
-    flag(i) = self.answer.report.intervals[static_cast<std::size_t>(i)].slipping;
-  return flags;
 }
 
 void bind_slip_event(py::module_& module) {
@@ -82,9 +77,9 @@ void bind_slip_event(py::module_& module) {
 void take_clean(const py::iterable& learn, SlipQuestion& question) {
   for (const py::handle& one : learn)
     if (py::isinstance<RecordingFile>(one))
-      question.clean.push_back(one.cast<const RecordingFile&>().recording);
+      question.clean.push_back(copy_of(one.cast<const RecordingFile&>()));
     else
-      question.learn.push_back(one.cast<std::filesystem::path>().string());
+      question.learn.push_back(path_of("learn", one, "recordings without slip, or their paths").string());
 }
 
 std::optional<SlipQuestion> slip_question_of(const RecordingFile& recording, bool correct_slip,
@@ -123,7 +118,9 @@ void bind_slip(py::module_& module) {
                                return row.statistic;
                              }),
                              "What an interval was judged by: chi squared; 0 where it was not.")
-      .def_property_readonly("slipping", &slipping, "Whether an interval is within a slip.")
+      .def_property_readonly(
+          "slipping", interval_column([](const SlipInterval& row) -> const bool& { return row.slipping; }),
+          "Whether an interval is within a slip.")
       .def_property_readonly(
           "flagged_share", [](const Slip& self) { return self.answer.report.counts.flagged_share(); },
           "Of the intervals that were judged.")

@@ -128,15 +128,18 @@ class Smoother {
 };
 
 std::vector<Step> steps_of(const RecordingFile& recording, const RobotFile& robot, bool unknown_ids) {
-  const SlamInput input =
-      without_gil([&] { return slam_input(recording.recording, robot.robot, {.hide_ids = unknown_ids}); });
-  std::vector<Step> steps;
-  for (const SlamStep& step : input.steps) {
-    Step& named = steps.emplace_back(Step{step, {}});
-    for (const Observation& seen : step.observations)
-      named.seen.push_back(seen.landmark < 0 ? "" : input.landmarks[static_cast<std::size_t>(seen.landmark)]);
-  }
-  return steps;
+  return without_gil([&] {
+    const SlamInput input = slam_input(recording.recording, robot.robot, {.hide_ids = unknown_ids});
+    std::vector<Step> steps;
+    for (const SlamStep& step : input.steps) {
+      check_interruption();
+      Step& named = steps.emplace_back(Step{step, {}});
+      for (const Observation& seen : step.observations)
+        named.seen.push_back(seen.landmark < 0 ? ""
+                                               : input.landmarks[static_cast<std::size_t>(seen.landmark)]);
+    }
+    return steps;
+  });
 }
 
 const char* name_of(Decision decision) {

@@ -5,6 +5,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/pipeline/install_angle_answer.hpp"
 #include "trundle/pipeline/umbmark_answer.hpp"
+#include "trundle/report/json_text.hpp"
 
 #include "binding.hpp"
 #include "call.hpp"
@@ -93,11 +94,22 @@ void bind_install_angle(py::module_& module) {
   field("scale_sigma", &InstallAngle::scale_sigma, "");
   field("run_alpha_rad", &InstallAngle::run_alpha_rad, "Of each run alone.");
   field("warnings", &InstallAngle::warnings, "");
-  bound.def("__repr__", [](const InstallAngleAnswer& self) {
-    return fmt::format("<InstallAngle: alpha {:.4f}° ± {:.4f}°>", degrees(self.angle.alpha_rad),
-                       degrees(self.angle.sigma_rad));
-  });
+  bound
+      .def(
+          "save",
+          [](const InstallAngleAnswer& self, const std::filesystem::path& path) {
+            const auto files = [&] {
+              return std::vector<OutputFile>{{path, dumped(document_of(self), 2) + "\n"}};
+            };
+            save(files, self.provenance);
+          },
+          py::arg("path"), "Writes what `trundle install-angle --json` prints.")
+      .def("__repr__", [](const InstallAngleAnswer& self) {
+        return fmt::format("<InstallAngle: alpha {:.4f}° ± {:.4f}°>", degrees(self.angle.alpha_rad),
+                           degrees(self.angle.sigma_rad));
+      });
   add_document(bound, [](const InstallAngleAnswer& self) { return document_of(self); });
+  add_python_methods(bound, "A DataFrame with a row for each run.");
   module.def(
       "install_angle",
       [](std::vector<std::string> recordings, std::string robot, std::optional<double> side_m,

@@ -78,7 +78,10 @@ void bind_trajectory(py::module_& module) {
       "save",
       [](const Trajectory& self, const std::filesystem::path& path) {
         const bool is_tum = path.extension() == ".tum";
-        write_file(path, is_tum ? to_tum(self) : to_csv(self));
+        const auto rows = [&](const TakeText& take) {
+          is_tum ? write_tum(self, take) : write_csv(self, take);
+        };
+        save([&] { return std::vector<OutputFile>{{path, "", rows}}; }, {});
       },
       py::arg("path"), "Writes trajectory.csv, or a .tum by the name.");
   add_python_methods(trajectory, "A DataFrame with the columns of trajectory.csv.");

@@ -12,14 +12,15 @@ namespace trundle::python {
 namespace py = pybind11;
 
 /// `first`: of numbers that lie so many bytes apart.
-inline py::array view(const py::handle& owner, const double* first, std::vector<py::ssize_t> shape,
-                      std::vector<py::ssize_t> strides) {
+template <class Number>
+py::array view(const py::handle& owner, const Number* first, std::vector<py::ssize_t> shape,
+               std::vector<py::ssize_t> strides) {
   if (first == nullptr) {
-    py::array none(py::dtype::of<double>(), std::move(shape));
+    py::array none(py::dtype::of<Number>(), std::move(shape));
     py::detail::array_proxy(none.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
     return none;
   }
-  py::array array(py::dtype::of<double>(), std::move(shape), std::move(strides), first, owner);
+  py::array array(py::dtype::of<Number>(), std::move(shape), std::move(strides), first, owner);
   py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
   return array;
 }
@@ -31,7 +32,7 @@ inline py::array view(const py::handle& owner, const std::vector<double>& values
 /// One number of each row: `number(row)` refers to it.
 template <class Row, class Number>
 py::array column(const py::handle& owner, const std::vector<Row>& rows, Number number) {
-  const double* const first = rows.empty() ? nullptr : &number(rows.front());
+  const auto* const first = rows.empty() ? nullptr : &number(rows.front());
   return view(owner, first, {static_cast<py::ssize_t>(rows.size())}, {sizeof(Row)});
 }
 

@@ -16,8 +16,9 @@ raise CannotAnswer.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
-from typing import Any, Optional, Union
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, Callable, Optional, Union
 
 from . import _trundle
 from ._trundle import (
@@ -116,11 +117,30 @@ def _robot(given: Union[Path, Robot]) -> Robot:
 
 def _many(given: Any) -> list[Any]:
     """One, or several of them."""
-    return [given] if isinstance(given, (str, os.PathLike, Recording)) else list(given)
+    return [given] if isinstance(given, (str, os.PathLike, Recording, Robot)) else list(given)
 
 
-def _paths(given: Union[Path, Iterable[Path]]) -> list[str]:
-    return [os.fspath(path) for path in _many(given)]
+@contextmanager
+def _paths() -> Iterator[Callable[[Any], list[str]]]:
+    """The paths of what is given, one or several: an object that no file gives is written into a folder of its own."""
+    from tempfile import TemporaryDirectory
+
+    with TemporaryDirectory(prefix="trundle-") as folder:
+        written = 0
+
+        def path(given: Any) -> str:
+            nonlocal written
+            if not isinstance(given, (Recording, Robot)):
+                return os.fspath(given)
+            if isinstance(given, Recording) and given.path:
+                return given.path
+            written += 1
+            name = given.name if isinstance(given, Recording) else given.path
+            place = os.path.join(folder, str(written), os.path.basename(os.path.normpath(name)))
+            given.save(place)
+            return place
+
+        yield lambda given: [] if given is None else [path(one) for one in _many(given)]
 
 
 def calibrate(
@@ -135,8 +155,9 @@ def calibrate(
 ) -> Calibration:
     """Calibrates a robot from recordings with references, or `landmarks`: from what it saw of them.
 
-    `runs` and `hold_out`: recordings, or folders of them; the latter are only evaluated. `free`, `fix`: names
-    of parameters to estimate besides the usual ones, or to leave as they are. docs/calibration.md.
+    `runs` and `hold_out`: recordings, or folders of them; the latter are only evaluated. `robot`: as it is
+    before. `free`, `fix`: names of parameters to estimate besides the usual ones, or to leave as they are.
+    `learn_noise`: also the noise of wheels, sideways motion and gyro. docs/calibration.md.
 
     >>> import trundle
     >>> found = trundle.calibrate("data/demo/session_01", "data/demo/robot.toml",
@@ -165,8 +186,8 @@ def odometry(
 ) -> Odometry:
     """Integrates wheels and gyro to a trajectory with covariance.
 
-    `start`: the pose at the first stamp. `smooth`: every pose also by what later rests show of the gyro's
-    bias. docs/odometry.md.
+    `recording`, `robot`: what drove. `start`: the pose at the first stamp. `smooth`: every pose also by what
+    later rests show of the gyro's bias. docs/odometry.md.
 
     >>> import trundle
     >>> found = trundle.odometry("data/demo/session_03/tour", "data/demo/robot.toml", start=(1, 2, 90))
@@ -188,8 +209,11 @@ def slip(
 ) -> Slip:
     """Finds where wheels slip, and corrects the odometry for it.
 
-    `learn`: recordings without slip, to measure the noise on. `probability`: that an interval without slip is
-    flagged. docs/slip.md.
+    `recording`, `robot`: what drove. `learn`: recordings without slip, to measure the noise on.
+    `probability`: that an interval without slip is flagged. `method`: 'general', for any chassis, or
+    'published', for two wheels and a gyro: the wheel that is off spins. `interval_s`: readings are judged over
+    at least this long. `spin_odds`: how much likelier a driven wheel that slips while it pushes spins than
+    skids. docs/slip.md.
 
     >>> import trundle
     >>> robot = trundle.calibrate("data/demo/slip", "data/demo/robot.toml").robot
@@ -232,8 +256,21 @@ def slam(
 ) -> Slam:
     """Estimates the trajectory and a map of landmarks from odometry and sightings.
 
-    `filter`: 'fastslam1', 'fastslam2', 'mapso', 'mapso_proposal', 'ekf' or 'smoother'. `smooth`: then also the
-    most probable trajectory and map of all that was seen. docs/slam.md.
+    `recording`: with sightings. `robot`: with a landmark sensor. `filter`: 'fastslam1', 'fastslam2', 'mapso',
+    'mapso_proposal', 'ekf' or 'smoother'. `start`: the pose at the first stamp. `smooth`: then also the most
+    probable trajectory and map of all that was seen. docs/slam.md.
+
+    Landmarks: `unknown_ids` forgets their names, and finds out which is which; the smoother then starts from
+    `smoother_runs` runs of a filter, and the most probable result is kept.
+
+    Particle filters: `particles`, how many; `seed` of their random numbers; `threads`, on which results do not
+    depend; `estimate`, the pose: 'mean' or the 'best' particle's, which is the default of mapso. The swarm of
+    mapso: `swarm_iterations`, its rounds in a step; it stops earlier once the mean of exp(-d²/2) over particles
+    and sightings is above `swarm_agreement`, with 0 never.
+
+    Odometry: `systematic_sigma`, then its systematic errors are estimated, with this prior (share of travel,
+    share of turns, turn per metre); `correct_slip` finds the slips first, and goes on from what is corrected
+    for them, with `learn` and `spin_odds` as `slip` has them.
 
     >>> import trundle
     >>> found = trundle.slam("data/demo/session_03/tour", "data/demo/robot.toml", filter="ekf")
@@ -261,15 +298,51 @@ def slam(
     )
 
 
-def smooth(recording: Union[Path, Recording], robot: Union[Path, Robot], **options: Any) -> Slam:
-    """The most probable trajectory and map of a whole recording: `slam` with smooth=True.
+def smooth(
+    recording: Union[Path, Recording],
+    robot: Union[Path, Robot],
+    *,
+    filter: str = "smoother",
+    particles: int = 100,
+    seed: int = 1,
+    start: Optional[Start] = None,
+    smoother_runs: int = 5,
+    unknown_ids: bool = False,
+    estimate: Optional[str] = None,
+    systematic_sigma: Optional[float] = None,
+    swarm_iterations: int = 5,
+    swarm_agreement: float = 0.0,
+    correct_slip: bool = False,
+    learn: Runs = (),
+    spin_odds: float = 10.0,
+    threads: int = 1,
+) -> Slam:
+    """The most probable trajectory and map of a whole recording: `slam` with smooth=True, and its other options.
 
     >>> import trundle
     >>> found = trundle.smooth("data/demo/session_03/tour", "data/demo/robot.toml")
     >>> len(found.trajectory) == len(found.online)
     True
     """
-    return slam(recording, robot, smooth=True, **options)
+    return slam(
+        recording,
+        robot,
+        filter=filter,
+        particles=particles,
+        seed=seed,
+        start=start,
+        smooth=True,
+        smoother_runs=smoother_runs,
+        unknown_ids=unknown_ids,
+        estimate=estimate,
+        systematic_sigma=systematic_sigma,
+        swarm_iterations=swarm_iterations,
+        swarm_agreement=swarm_agreement,
+        correct_slip=correct_slip,
+        learn=learn,
+        spin_odds=spin_odds,
+        threads=threads,
+    )
 
 
 def localize(
@@ -288,9 +361,13 @@ def localize(
     learn: Runs = (),
     spin_odds: float = 10.0,
 ) -> Localization:
-    """Finds and follows the robot on a known map: landmarks.csv, or what `slam` found.
+    """Finds and follows the robot on a known `map`: landmarks.csv, or what `slam` found.
 
-    Without `start` the pose is searched. docs/localization.md.
+    `recording`: with sightings. `robot`: with a landmark sensor. `start`: the pose at the first stamp, known to
+    `start_sigma_m` and `start_sigma_deg`; without it the pose is searched. `filter`: 'ekf' or 'particles', at
+    most `particles` of them; `seed` of their random numbers. `unknown_ids` forgets the landmarks' names, and
+    finds out which is which. `correct_slip` finds the slips first, and goes on from the odometry corrected for
+    them, with `learn` and `spin_odds` as `slip` has them. docs/localization.md.
 
     >>> import trundle
     >>> map = trundle.smooth("data/demo/session_02/tour", "data/demo/robot.toml")
@@ -325,9 +402,10 @@ def evaluate(
 ) -> Evaluation:
     """How far an estimated trajectory is from a reference.
 
-    `estimate`: a trajectory, a result that has one, or a file. `align`: 'none', 'start' (first common poses laid
-    on each other) or 'se2' (least squares over all positions). `robot`: says where the reference was measured
-    on it. docs/evaluation.md.
+    `estimate`: a trajectory, a result that has one, or a file. `reference`: a recording that has one, a
+    trajectory, or the path of either. `align`: 'none', 'start' (first common poses laid on each other) or 'se2'
+    (least squares over all positions). `longest_gap_s`: the estimate is not interpolated across longer ones.
+    `robot`: says where the reference was measured on it. docs/evaluation.md.
 
     >>> import trundle
     >>> tour = trundle.Recording("data/demo/session_03/tour")
@@ -345,7 +423,10 @@ def evaluate(
 
 
 def simulate(scenario: Path, folder: Path, *, seed: Optional[int] = None) -> list[Recording]:
-    """Writes recordings of a robot whose truth is known into a folder, and returns them. docs/simulation.md.
+    """Writes recordings of a robot whose truth is known into a folder, and returns them.
+
+    `scenario`: the file that describes robot and drive. `folder`: for the recording, or a folder of each run.
+    `seed`: of all random numbers, in place of the scenario's. docs/simulation.md.
 
     >>> import tempfile, trundle
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -358,14 +439,14 @@ def simulate(scenario: Path, folder: Path, *, seed: Optional[int] = None) -> lis
 
 
 def run(
-    recording: Path,
-    robot: Path,
+    recording: Union[Path, Recording],
+    robot: Union[Path, Robot],
     folder: Path,
     *,
-    calibrate_on: Union[Path, Iterable[Path]] = (),
+    calibrate_on: Runs = (),
     free: Sequence[str] = (),
     fix: Sequence[str] = (),
-    learn: Union[Path, Iterable[Path]] = (),
+    learn: Runs = (),
     spin_odds: float = 10.0,
     map: Optional[Path] = None,
     filter: str = "smoother",
@@ -375,9 +456,14 @@ def run(
     robot_number: int = 0,
     recording_map: Optional[Path] = None,
 ) -> Run:
-    """All in one go: health, calibration, odometry, slip, map, errors, one page; all of it into a folder.
+    """All in one go: health, calibration, odometry, slip, map, errors, one page; all of it into a `folder`.
 
-    `calibrate_on`: recordings to calibrate on, in place of the recording itself. docs/run.md.
+    `recording`: one, or the folder of a session. `robot`: before it is calibrated. `calibrate_on`: recordings to
+    calibrate on, in place of the recording itself, with `free` and `fix` as `calibrate` has them. `learn`,
+    `spin_odds`: as `slip` has them. `map`: landmarks.csv of known landmarks to localize on, in place of the
+    recording's own. `filter`, `particles`, `seed`: as `slam` has them. `export`: 'mcap' or 'wpilog', a file for
+    viewers besides. `robot_number`, `recording_map`: as Recording has `robot_number` and `map`. A robot, and
+    a recording of arrays, is written to a file first, whose path is what the results name. docs/run.md.
 
     >>> import tempfile, trundle
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -385,32 +471,36 @@ def run(
     >>> [stage.status for stage in found.stages if stage.name == "odometry"]
     ['done']
     """
-    return _trundle.run(
-        os.fspath(recording),
-        os.fspath(robot),
-        os.fspath(folder),
-        calibrate_on=_paths(calibrate_on),
-        free=list(free),
-        fix=list(fix),
-        learn=_paths(learn),
-        spin_odds=spin_odds,
-        map="" if map is None else os.fspath(map),
-        filter=filter,
-        particles=particles,
-        seed=seed,
-        export=export,
-        robot_number=robot_number,
-        recording_map="" if recording_map is None else os.fspath(recording_map),
-    )
+    with _paths() as paths:
+        return _trundle.run(
+            *paths(recording),
+            *paths(robot),
+            os.fspath(folder),
+            calibrate_on=paths(calibrate_on),
+            free=list(free),
+            fix=list(fix),
+            learn=paths(learn),
+            spin_odds=spin_odds,
+            map="" if map is None else os.fspath(map),
+            filter=filter,
+            particles=particles,
+            seed=seed,
+            export=export,
+            robot_number=robot_number,
+            recording_map="" if recording_map is None else os.fspath(recording_map),
+        )
 
 
 def report(
     results: Union[Path, Iterable[Path]],
     *,
-    reference: Optional[Path] = None,
-    robot: Optional[Path] = None,
+    reference: Union[Path, Recording, None] = None,
+    robot: Union[Path, Robot, None] = None,
 ) -> Report:
-    """Draws folders of results, or files of them, as one page that opens from disk. docs/report.md.
+    """Draws folders of `results`, or files of them, as one page that opens from disk.
+
+    `reference`: what trajectories are compared with where a folder has none. `robot`: says where the reference
+    was measured on it. docs/report.md.
 
     >>> import tempfile, trundle
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -419,15 +509,14 @@ def report(
     >>> "</html>" in page.html
     True
     """
-    return _trundle.report(
-        _paths(results),
-        reference="" if reference is None else os.fspath(reference),
-        robot="" if robot is None else os.fspath(robot),
-    )
+    with _paths() as paths:
+        return _trundle.report(
+            paths(results), reference="".join(paths(reference)), robot="".join(paths(robot))
+        )
 
 
 def umbmark(
-    inputs: Union[Path, Iterable[Path]],
+    inputs: Runs,
     robot: Union[Path, Robot],
     *,
     side_m: Optional[float] = None,
@@ -435,19 +524,21 @@ def umbmark(
 ) -> Calibration:
     """Calibrates from squares driven both ways: a sheet that was measured by hand, or recordings of them.
 
-    `method`: 'classic', 'orientation' or 'ml'. docs/umbmark.md.
+    `inputs`: the sheet, or the recordings. `robot`: as it is before. `side_m`: of the square; a sheet may say it
+    itself. `method`: 'classic', 'orientation' or 'ml'. docs/umbmark.md.
 
     >>> import trundle
     >>> found = trundle.umbmark("data/umbmark/sheet.csv", "data/umbmark/robot.toml")
     >>> found.method
     'orientation'
     """
-    return _trundle.umbmark(_paths(inputs), _robot(robot), side_m=side_m, method=method)
+    with _paths() as paths:
+        return _trundle.umbmark(paths(inputs), _robot(robot), side_m=side_m, method=method)
 
 
 def install_angle(
-    recordings: Union[Path, Iterable[Path]] = (),
-    robot: Optional[Path] = None,
+    recordings: Runs = (),
+    robot: Union[Path, Robot, None] = None,
     *,
     side_m: Optional[float] = None,
     ends: Iterable[tuple[float, float]] = (),
@@ -457,7 +548,9 @@ def install_angle(
 ) -> InstallAngle:
     """The mounting angle of two dead wheels from L-shaped runs: recordings, or `side_m` and `ends`.
 
-    `ends`: where each run really ended, ahead of its start and to the left of it [m]. `start_heading`:
+    `recordings`: then `robot` says which wheel is which. `side_m`: what the wheels read on each leg. `ends`:
+    where each run really ended, ahead of its start and to the left of it [m], measured to `sigma_m`.
+    `sigma_heading_deg`: how well the start heading is set. `start_heading`: 'one-alignment' of all runs, or
     'each-run' where the robot was aligned anew for each. docs/dead-wheels.md.
 
     >>> import trundle
@@ -465,21 +558,24 @@ def install_angle(
     >>> print(f"{found.alpha_rad:.4f} rad")
     0.0338 rad
     """
-    return _trundle.install_angle(
-        recordings=_paths(recordings),
-        robot="" if robot is None else os.fspath(robot),
-        side_m=side_m,
-        ends=list(ends),
-        sigma_m=sigma_m,
-        sigma_heading_deg=sigma_heading_deg,
-        start_heading=start_heading,
-    )
+    with _paths() as paths:
+        return _trundle.install_angle(
+            recordings=paths(recordings),
+            robot="".join(paths(robot)),
+            side_m=side_m,
+            ends=list(ends),
+            sigma_m=sigma_m,
+            sigma_heading_deg=sigma_heading_deg,
+            start_heading=start_heading,
+        )
 
 
 def steps(
     recording: Union[Path, Recording], robot: Union[Path, Robot], *, unknown_ids: bool = False
 ) -> list[Step]:
-    """A recording cut into what a filter is given at once: motions, and what was seen at the end of each.
+    """A `recording` cut into what a filter is given at once: motions, and what was seen at the end of each.
+
+    `robot`: with a landmark sensor. `unknown_ids` forgets the landmarks' names.
 
     >>> import trundle
     >>> smoother = trundle.IncrementalSmoother(trundle.Robot("data/demo/robot.toml"))

@@ -72,6 +72,20 @@ def _of_run(run: _trundle.Run) -> pandas.DataFrame:
     return _of_rows(run.stages, ["name", "status", "message"])
 
 
+def _of_install_angle(angle: _trundle.InstallAngle) -> pandas.DataFrame:
+    return pandas.DataFrame(angle.to_dict()["runs"])
+
+
+def _of_report(report: _trundle.Report) -> pandas.DataFrame:
+    names = ["results", "name", "role", "poses", "position_rms_m"]
+    rows = []
+    for results in report.to_dict()["results"]:
+        rms = {error["name"]: error["summary"]["position_rms_m"] for error in results["errors"]}
+        for track in results["tracks"]:
+            rows.append([results["label"], track["name"], track["role"], track["poses"], rms.get(track["name"])])
+    return pandas.DataFrame(rows, columns=names)
+
+
 _TABLES: dict[type, Callable[..., pandas.DataFrame]] = {
     _trundle.Trajectory: _of_trajectory,
     _trundle.Recording: _of_recording,
@@ -80,6 +94,8 @@ _TABLES: dict[type, Callable[..., pandas.DataFrame]] = {
     _trundle.Slam: _of_slam,
     _trundle.Evaluation: _of_evaluation,
     _trundle.Run: _of_run,
+    _trundle.InstallAngle: _of_install_angle,
+    _trundle.Report: _of_report,
 }
 
 

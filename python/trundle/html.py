@@ -53,6 +53,11 @@ def _details(result: Any) -> str:
         return _table(["start s", "end s", "wheel", "kind", "excess m", "confidence"], rows)
     if isinstance(result, _trundle.Run):
         return _table(["stage", "", ""], [[s.name, s.status, s.message] for s in result.stages])
+    if isinstance(result, _trundle.InstallAngle):
+        rows = [[f"{run['side_m']:g}", f"{run['end_x_m']:g}", f"{run['end_y_m']:g}", f"{run['alpha_deg']:.4f}"]
+                for run in result.to_dict()["runs"]]
+        notes = [["warning", text] for text in result.warnings]
+        return _table(["side m", "end x m", "end y m", "alpha °"], rows) + (_table(["", ""], notes) if notes else "")
     if isinstance(result, _trundle.Evaluation):
         rows = [
             [f"{e.distance_m:g} m", f"{e.translation_rms_m:.4f} m", f"{e.translation_mean_percent:.3f} %", e.pairs]

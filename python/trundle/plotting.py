@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Callable
 from typing import Any, Optional
 
@@ -44,7 +45,7 @@ def _plot_trajectory(trajectory: _trundle.Trajectory, axes: Axes) -> None:
 
 
 def _plot_recording(recording: _trundle.Recording, axes: Axes) -> None:
-    """Where it was measured; else what the wheels did."""
+    """Where it was measured; else what the wheels did, or the first of the sensors that there are."""
     reference = recording.reference
     if reference:
         axes.plot(reference["x_m"], reference["y_m"], color="C2", label="reference")
@@ -53,11 +54,15 @@ def _plot_recording(recording: _trundle.Recording, axes: Axes) -> None:
             axes.annotate(name, (x, y), textcoords="offset points", xytext=(4, 4), fontsize="small")
         _from_above(axes, f"{recording.name}: reference")
         return
-    time_s = recording.wheels.get("time_s", numpy.empty(0))
-    for name, values in recording.wheels.items():
-        if name != "time_s":
-            axes.plot(time_s, values, label=name)
-    axes.set(xlabel="time [s]", title=f"{recording.name}: wheels as recorded")
+    names = ["wheels", "gyro", "velocity", "commands", "accel", "sightings"]
+    stream = next((name for name in names if getattr(recording, name)), None)
+    if stream is None:
+        raise ValueError(f"{recording.name}: holds nothing to draw; expected one of reference, {', '.join(names)}")
+    columns = getattr(recording, stream)
+    for name, values in columns.items():
+        if name not in ("time_s", "landmark"):
+            axes.plot(columns["time_s"], values, "." if stream == "sightings" else "-", label=name)
+    axes.set(xlabel="time [s]", title=f"{recording.name}: {stream} as recorded")
     axes.legend()
 
 
@@ -112,6 +117,31 @@ def _plot_run(run: _trundle.Run, axes: Axes) -> None:
     axes.set(xlabel=f"position error, rms [m], alignment '{shown[0].alignment}'", title=run.folder)
 
 
+def _plot_install_angle(angle: _trundle.InstallAngle, axes: Axes) -> None:
+    degrees = numpy.degrees(angle.run_alpha_rad)
+    axes.plot(numpy.arange(1, len(degrees) + 1), degrees, "o", label="each run")
+    mean, half = numpy.degrees(angle.alpha_rad), 1.96 * numpy.degrees(angle.sigma_rad)
+    axes.axhline(mean, color="C1", label="all of them, with its 95 % interval")
+    axes.axhspan(mean - half, mean + half, color="C1", alpha=0.2)
+    axes.set(xlabel="run", ylabel="mounting error of pod 1 [°]", title="Mounting angle")
+    axes.legend()
+
+
+def _numbers(column: dict[str, Any]) -> Any:
+    """As docs/report-json.md has a column."""
+    return column["offset"] + numpy.frombuffer(base64.b64decode(column["float32"]), "<f4")
+
+
+def _plot_report(report: _trundle.Report, axes: Axes) -> None:
+    for results in report.to_dict()["results"]:
+        for track in results["tracks"]:
+            label = f"{results['label']}: {track['name']}"
+            axes.plot(_numbers(track["x_m"]), _numbers(track["y_m"]), label=label)
+    _from_above(axes, "Trajectories")
+    if axes.lines:
+        axes.legend()
+
+
 _FIGURES: dict[type, Callable[[Any, Axes], None]] = {
     _trundle.Trajectory: _plot_trajectory,
     _trundle.Recording: _plot_recording,
@@ -120,6 +150,8 @@ _FIGURES: dict[type, Callable[[Any, Axes], None]] = {
     _trundle.Slam: _plot_slam,
     _trundle.Evaluation: _plot_evaluation,
     _trundle.Run: _plot_run,
+    _trundle.InstallAngle: _plot_install_angle,
+    _trundle.Report: _plot_report,
 }
 
 

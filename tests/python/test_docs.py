@@ -1,6 +1,8 @@
 """What docstrings, docs/python.md and the notebook show is what comes out."""
 
+import ast
 import doctest
+import inspect
 import json
 import re
 import unittest
@@ -17,6 +19,14 @@ except ImportError as missing:
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 
 
+def run_cell(source, place, names):
+    """The value of its last expression, which a notebook shows."""
+    lines = ast.parse(source, place)
+    last = lines.body.pop() if isinstance(lines.body[-1], ast.Expr) else None
+    exec(compile(lines, place, "exec"), names)
+    return None if last is None else eval(compile(ast.Expression(last.value), place, "eval"), names)
+
+
 class Docs(WithFolder):
     def test_docstrings(self):
         failed, tried = doctest.testmod(trundle, optionflags=FLAGS)
@@ -27,6 +37,17 @@ class Docs(WithFolder):
         for name in trundle.__all__:
             if not name.startswith("__"):
                 self.assertTrue(getattr(trundle, name).__doc__, name)
+
+    def test_every_parameter_is_described(self):
+        functions = [f for f in map(trundle.__dict__.get, trundle.__all__) if inspect.isfunction(f)]
+        self.assertGreater(len(functions), 10)
+        for function in functions:
+            if function is trundle.smooth:  # says that its options are those of slam
+                continue
+            for parameter in inspect.signature(function).parameters:
+                self.assertIn(f"`{parameter}`", function.__doc__, function.__name__)
+        self.assertEqual(set(inspect.signature(trundle.smooth).parameters) | {"smooth"},
+                         set(inspect.signature(trundle.slam).parameters))
 
     def test_the_page(self):
         """Its console sessions, one after the other."""
@@ -40,12 +61,16 @@ class Docs(WithFolder):
         """Its cells by this interpreter; results are shown as a notebook would ask for them."""
         notebook = json.loads(Path("examples/notebook.ipynb").read_text(encoding="utf-8"))
         self.assertEqual((notebook["nbformat"], [c for c in notebook["cells"] if c.get("outputs")]), (4, []))
-        names = {}
+        names, tables = {}, 0
         cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
         self.assertGreater(len(cells), 4)
         for number, cell in enumerate(cells, 1):
             source = "".join(cell["source"])
-            exec(compile(source, f"examples/notebook.ipynb, cell {number}", "exec"), names)
+            shown = run_cell(source, f"examples/notebook.ipynb, cell {number}", names)
+            if hasattr(shown, "_repr_html_"):
+                tables += 1
+                self.assertIn("<", shown._repr_html_())
+        self.assertGreater(tables, 4)
         matplotlib.pyplot.close("all")
 
 

@@ -10,8 +10,9 @@ import time
 import unittest
 from pathlib import Path
 
+import numpy
 import trundle
-from common import DEMO, ROBOT, TOUR, program
+from common import DEMO, ROBOT, TOUR, WithFolder, program
 
 
 class Lines(unittest.TestCase):
@@ -59,6 +60,22 @@ class Lines(unittest.TestCase):
             trundle.odometry(TOUR, ROBOT, start=(1, 2))
         with self.assertRaises(TypeError):
             trundle.Recording(3)
+        tour = trundle.Recording(TOUR)
+        for call, line in (
+            (lambda: trundle.evaluate(3, TOUR), "estimate: is of type int; expected a trajectory, "),
+            (lambda: trundle.evaluate(TOUR, None), "reference: is of type NoneType; expected a trajectory, "),
+            (lambda: trundle.localize(tour, ROBOT, trundle.odometry(tour, ROBOT)), "map: is of type Odometry; expected what slam"),
+            (lambda: trundle.calibrate([tour, 3], ROBOT), "runs: is of type int; expected recordings, "),
+            (lambda: trundle.calibrate(tour, ROBOT, hold_out=[3]), "hold_out: is of type int; expected recordings, "),
+            (lambda: trundle.slip(tour, ROBOT, learn=[3]), "learn: is of type int; expected recordings without slip, "),
+        ):
+            with self.subTest(line), self.assertRaises(TypeError) as caught:
+                call()
+            self.assertTrue(str(caught.exception).startswith(line), str(caught.exception))
+
+    def test_no_runs(self):
+        with self.assertRaisesRegex(ValueError, "^runs: name none; expected recordings"):
+            trundle.calibrate([], ROBOT)
 
 
 def long_call():
@@ -66,8 +83,18 @@ def long_call():
     return trundle.slam(TOUR, ROBOT, filter="fastslam2", particles=20000)
 
 
-class LongCalls(unittest.TestCase):
-    def test_other_threads_run_meanwhile(self):
+def long_recording(hours):
+    time_s = numpy.arange(0.0, 3600.0 * hours, 0.02)
+    ticks = numpy.round(time_s * 300.0)
+    return trundle.Recording.from_arrays(
+        wheels=dict(time_s=time_s, left_ticks=ticks, right_ticks=ticks),
+        gyro=dict(time_s=time_s, yaw_rate_rad_s=0.0 * time_s),
+        reference=dict(time_s=time_s, x_m=0.1 * time_s, y_m=0.0 * time_s, heading_rad=0.0 * time_s))
+
+
+class LongCalls(WithFolder):
+    def longest_stop(self, call):
+        """Of a thread that looks at the clock all the time while it runs; how long the call took."""
         ticks = []
         done = threading.Event()
 
@@ -80,15 +107,31 @@ class LongCalls(unittest.TestCase):
         thread.start()
         try:
             start = time.monotonic()
-            trundle.slam(TOUR, ROBOT, particles=1000)
+            call()
             spent = time.monotonic() - start
         finally:
             done.set()
             thread.join()
         during = [t for t in ticks if start < t < start + spent]
-        longest = max((b - a for a, b in zip(during, during[1:])), default=spent)
-        self.assertGreater(len(during), 10)
+        seen = [start, *during, start + spent]
+        return max(b - a for a, b in zip(seen, seen[1:])), spent
+
+    def test_other_threads_run_meanwhile(self):
+        longest, spent = self.longest_stop(lambda: trundle.slam(TOUR, ROBOT, particles=1000))
         self.assertLess(longest, max(0.5 * spent, 0.1))
+
+    def test_other_threads_run_while_results_are_saved(self):
+        recording = long_recording(hours=4)
+        robot = trundle.Robot(ROBOT)
+        odometry, slip = trundle.odometry(recording, robot), trundle.slip(recording, robot)
+        for save in (
+            lambda: slip.save(self.folder / "slip.csv", corrected=self.folder / "corrected.csv"),
+            lambda: odometry.save(self.folder / "odometry.csv"),
+            lambda: odometry.trajectory.save(self.folder / "trajectory.csv"),
+            lambda: recording.save(self.folder / "recording"),
+        ):
+            longest, spent = self.longest_stop(save)
+            self.assertLess(longest, max(0.5 * spent, 0.1))
 
     def test_control_c_ends_a_long_call(self):
         code = ("import sys, trundle\nprint('ready', flush=True)\n"
@@ -107,7 +150,8 @@ class LongCalls(unittest.TestCase):
     def test_control_c_of_other_calls(self):
         """Every long loop looks: a signal that came before is seen in its first look."""
         for call in ("trundle.calibrate([data] * 60, robot)", "trundle.smooth(data, robot, filter='fastslam1', particles=20000)",
-                     "trundle.odometry(long, robot)", "trundle.slip(long, robot)"):
+                     "trundle.odometry(long, robot)", "trundle.slip(long, robot)", "found.save(sys.argv[3])",
+                     "found.trajectory.save(sys.argv[3])"):
             code = f"""
 import signal, sys, threading, time, numpy, trundle
 data, robot = trundle.Recording(sys.argv[1]), trundle.Robot(sys.argv[2])
@@ -115,6 +159,7 @@ time_s = numpy.arange(0.0, 40000.0, 0.02)
 ticks = numpy.mod(time_s * 300.0, 65536.0).round()
 long = trundle.Recording.from_arrays(wheels=dict(time_s=time_s, left_ticks=ticks, right_ticks=ticks),
                                      gyro=dict(time_s=time_s, yaw_rate_rad_s=0.0 * time_s))
+found = trundle.odometry(long, robot) if "save" in "{call}" else None
 threading.Timer(0.1, lambda: signal.raise_signal(signal.SIGINT)).start()
 start = time.monotonic()
 try:
@@ -124,11 +169,13 @@ except KeyboardInterrupt:
     print("interrupted", time.monotonic() - start)
 """
             with self.subTest(call):
-                done = subprocess.run([sys.executable, "-c", code, TOUR, ROBOT], capture_output=True, text=True)
+                done = subprocess.run([sys.executable, "-c", code, TOUR, ROBOT, self.folder / "saved.csv"],
+                                      capture_output=True, text=True)
                 self.assertEqual(done.returncode, 0, done.stderr)
                 word, seconds = done.stdout.split()
                 self.assertEqual(word, "interrupted")
                 self.assertLess(float(seconds), 5.0)
+                self.assertEqual([file.name for file in self.folder.iterdir() if file.is_file()], [])
 
 
 if __name__ == "__main__":

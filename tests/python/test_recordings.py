@@ -1,6 +1,8 @@
 """Recordings of arrays are those of files, faults included."""
 
+import copy
 import csv
+import inspect
 import pickle
 import unittest
 
@@ -82,11 +84,63 @@ class FromArrays(WithFolder):
             ({"gyro": {"time_s": [0.0]}}, "gyro: has no column 'yaw_rate_rad_s'"),
             ({"gyro": {"time_s": [0.0], "yaw_rate_rad_s": [0.0, 1.0]}}, "gyro: column 'yaw_rate_rad_s' has 2 rows"),
             ({"gyro": {"time_s": [0.0], "yaw_rate_rad_s": [1e12]}}, "gyro:1: yaw_rate_rad_s is 1000000000000"),
+            ({"gyro": {"time_s": [0.0], "yaw_rate_rads": ["x"]}},
+             "gyro: has no column 'yaw_rate_rad_s'; expected 'yaw_rate_rad_s' in place of 'yaw_rate_rads'"),
+            ({"gyro": {"t": [0.0], "rate": [0.0]}}, "gyro: has no column 'time_s'; expected it among "),
             ({}, "recording: holds no samples"),
         ):
             with self.subTest(line), self.assertRaises(ValueError) as caught:
                 trundle.Recording.from_arrays(**streams)
             self.assertTrue(str(caught.exception).startswith(line), str(caught.exception))
+
+    def test_values_that_are_no_numbers_are_named(self):
+        time_s = [0.0, 0.02, 0.04]
+        dates = numpy.array(["2024-05-01"] * 3, dtype="datetime64[ns]")
+        for values, line in (
+            ([0, "a", 2], "wheels:2: left_ticks is 'a'; expected a number"),
+            ([0, 1, object], "wheels:3: left_ticks is <class 'object'>; expected a number"),
+            ([0, 10**400, 2], f"wheels:2: left_ticks is 1{'0' * 39}…; expected a number"),
+            ([[0, 1], [2, 3], [4, 5]], "wheels: column 'left_ticks' is an array of 2 axes; expected an array of one axis"),
+            (7, "wheels: column 'left_ticks' is an array of 0 axes; "),
+            (dates, "wheels: column 'left_ticks' is of type datetime64[ns]; expected numbers"),
+            (dates - dates, "wheels: column 'left_ticks' is of type timedelta64[ns]; expected numbers"),
+            (2**60 + numpy.arange(3), f"wheels:1: left_ticks is {2**60}; expected at most ±{2**53}: subtract the first"),
+            ([0, 1, 2**70], f"wheels:3: left_ticks is {2**70}; expected at most ±{2**53}"),
+        ):
+            with self.subTest(line), self.assertRaises(ValueError) as caught:
+                trundle.Recording.from_arrays(wheels={"time_s": time_s, "left_ticks": values, "right_ticks": time_s})
+            self.assertTrue(str(caught.exception).startswith(line), str(caught.exception))
+
+    def test_masked_and_missing_values_are_not_measured(self):
+        pandas = self.pandas()
+        time_s = numpy.arange(3) * 0.02
+        expected = [0.0, numpy.nan, 2.0]
+        for values in (numpy.ma.masked_equal([0, -99999, 2], -99999), numpy.ma.masked_equal([0.0, -99999.0, 2.0], -99999.0),
+                       pandas.Series([0, None, 2], dtype="Int64"), [0, None, 2], ["0", "nan", "2"], [0, numpy.inf, 2]):
+            recording = trundle.Recording.from_arrays(reference={"time_s": time_s, "x_m": time_s, "y_m": time_s, "heading_rad": values})
+            numpy.testing.assert_array_equal(recording.reference["heading_rad"], expected)
+        for names in (["a", pandas.NA, "b"], ["a", float("nan"), "b"], numpy.ma.masked_equal(["a", "?", "b"], "?")):
+            recording = trundle.Recording.from_arrays(
+                sightings={"time_s": time_s, "landmark": names, "range_m": time_s + 1.0, "bearing_rad": time_s})
+            self.assertEqual(recording.sightings["landmark"], ["a", "", "b"])
+
+    def test_a_stream_without_columns_is_a_type_error(self):
+        for stream, kind in (([0.0, 1.0], "list"), (numpy.zeros((3, 3)), "ndarray"), (3, "int")):
+            with self.assertRaisesRegex(TypeError, f"^wheels: is of type {kind}; expected columns by name: "):
+                trundle.Recording.from_arrays(wheels=stream)
+
+    def test_its_signature(self):
+        parameters = list(inspect.signature(trundle.Recording.from_arrays).parameters)
+        self.assertEqual(parameters, ["name", "wheels", "gyro", "velocity", "commands", "accel", "sightings", "reference",
+                                      "relative", "landmarks"])
+        with self.assertRaises(ValueError) as caught:
+            trundle.Recording.from_arrays(wheel={})
+        named = str(caught.exception).split("expected one of ")[1].split(", ")
+        self.assertEqual(sorted(named), sorted(parameters[1:]))
+
+    def test_copies_are_itself(self):
+        self.assertIs(copy.copy(self.file), self.file)
+        self.assertIs(copy.deepcopy([self.file])[0], self.file)
 
     def test_saved_and_read_again(self):
         self.file.save(self.folder / "copy")

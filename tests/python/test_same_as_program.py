@@ -129,8 +129,12 @@ class SameAsProgram(WithFolder):
 
     def test_install_angle(self):
         found = trundle.install_angle(side_m=2, ends=[(1.998, 1.931), (2.001, 1.935)], start_heading="each-run")
-        self.assert_same_document(found, "install-angle", "--side-m", 2, "--end-x-m", 1.998, "--end-x-m", 2.001,
-                                  "--end-y-m", 1.931, "--end-y-m", 1.935, "--start-heading", "each-run")
+        arguments = ["install-angle", "--side-m", 2, "--end-x-m", 1.998, "--end-x-m", 2.001, "--end-y-m", 1.931,
+                     "--end-y-m", 1.935, "--start-heading", "each-run"]
+        self.assert_same_document(found, *arguments)
+        found.save(self.ours / "angle.json")
+        (self.theirs / "angle.json").write_text(program(*arguments, "--json").stdout)
+        self.assert_same_files()
 
     def test_simulate(self):
         program("simulate", f"{DEMO}/slip.toml", "--seed", "5", "-o", self.theirs)
@@ -150,7 +154,31 @@ class SameAsProgram(WithFolder):
         place.rename(self.ours / "results")
         self.assert_same_files()
 
+    def test_objects_in_place_of_paths(self):
+        robot, demo = trundle.Robot(ROBOT), trundle.Recording(f"{DEMO}/slip")
+        self.assertEqual(demo.path, f"{DEMO}/slip")
+        learn = trundle.Recording(f"{DEMO}/session_01/straight")
+        by_path = trundle.run(f"{DEMO}/slip", ROBOT, self.theirs, learn=learn, filter="ekf")
+        by_object = trundle.run(demo, robot, self.ours, learn=[f"{DEMO}/session_01/straight"], filter="ekf")
+        self.assertEqual([s.status for s in by_object.stages], [s.status for s in by_path.stages])
+        self.assertEqual([e.rms_m for e in by_object.errors], [e.rms_m for e in by_path.errors])
+        squares = trundle.Recording.below(f"{DEMO}/session_01")[:4]
+        for method in ("classic", "ml"):
+            mine, theirs = (trundle.umbmark(runs, robot, side_m=2, method=method)
+                            for runs in (squares, [f"{DEMO}/session_01/{square.name}" for square in squares]))
+            self.assertEqual([p.value for p in mine.parameters], [p.value for p in theirs.parameters])
+        arrays = trundle.Recording.from_arrays("squares", wheels=squares[0].wheels, gyro=squares[0].gyro, reference=squares[0].reference)
+        self.assertEqual(arrays.path, "")
+        by_arrays = trundle.run(arrays, robot, self.folder / "arrays", filter="ekf")
+        by_path = trundle.run(squares[0].path, ROBOT, self.folder / "path", filter="ekf")
+        self.assertEqual([e.rms_m for e in by_arrays.errors if e.trajectory == "odometry"],
+                         [e.rms_m for e in by_path.errors if e.trajectory == "odometry"])
+        mine, theirs = (trundle.report(self.ours / "odometry.csv", reference=reference, robot=given).to_dict()["results"][0]["errors"]
+                        for reference, given in ((demo, robot), (f"{DEMO}/slip", ROBOT)))
+        self.assertEqual(mine, theirs)
+
     def test_info(self):
+        self.assertEqual(trundle.Recording(TOUR).to_dict(), document_of("info", TOUR))
         found = trundle.Recording(TOUR).info(trundle.Robot(ROBOT))
         self.assertEqual(found, document_of("info", TOUR, "--robot", ROBOT))
 

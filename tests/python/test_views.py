@@ -55,10 +55,13 @@ class Views(unittest.TestCase):
         self.assert_is_view(found, lambda f: f.positions, strided=True)
         self.assert_is_view(found, lambda f: f.position_covariances)
         self.assert_is_view(found, lambda f: f.map_covariance)
+        self.assert_is_view(found, lambda f: f.sightings, strided=True)
         block = found.map_covariance[2:4, 2:4]
         numpy.testing.assert_array_equal(block[numpy.triu_indices(2)],
                                          found.position_covariances[1][numpy.triu_indices(2)])
-        self.assert_is_view(trundle.slip("data/demo/slip", ROBOT), lambda f: f.statistic, strided=True)
+        slip = trundle.slip("data/demo/slip", ROBOT)
+        self.assert_is_view(slip, lambda f: f.statistic, strided=True)
+        self.assert_is_view(slip, lambda f: f.slipping, strided=True)
         self.assert_is_view(trundle.calibrate("data/demo/session_01", ROBOT), lambda f: f.covariance)
 
     def test_an_array_outlives_its_result(self):
