@@ -111,6 +111,7 @@ std::optional<HeldOutErrors> held_out_errors(const Run& run, const Robot& given,
     Laid before = laid(run, given, learn_gyro_bias);
     Laid after = laid(run, calibrated, learn_gyro_bias);
     keep_common(before, after);
+    if (after.pairs.empty()) return std::nullopt;
     HeldOutErrors errors;
     std::vector<Vector2> change;
     const double reference_m = reference.position_m * reference.position_persistence;
